@@ -1,0 +1,252 @@
+/* tulle/world.h - the simulated world: cloth, obstacles, time. See docs/pipeline.md for what a step
+ * does.
+ *
+ * The promise: no accepted state holds an intersection of cloth with itself, other cloth or an
+ * obstacle (beyond those that the caller told the world to ignore), and none is passed through on
+ * the way. A step that cannot keep it returns an error and leaves the world as it was. */
+#ifndef TULLE_WORLD_H
+#define TULLE_WORLD_H
+
+#include "tulle/base.h"
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+typedef struct tulle_world tulle_world;
+
+/* Ids by value; {0, 0} is no object. */
+typedef struct tulle_cloth_id {
+    uint32_t index, generation;
+} tulle_cloth_id;
+typedef struct tulle_obstacle_id {
+    uint32_t index, generation;
+} tulle_obstacle_id;
+
+typedef enum tulle_integrator {
+    TULLE_INTEGRATOR_IMPLICIT_EULER,
+    TULLE_INTEGRATOR_CRANK_NICOLSON, /* Wong & Baciu 2005, 5.1 */
+    TULLE_INTEGRATOR_BDF2
+} tulle_integrator;
+
+typedef enum tulle_broad_phase {
+    TULLE_BROAD_PHASE_REFIT, /* one static tree a surface, refitted each step */
+    TULLE_BROAD_PHASE_BVOX   /* BVOX-AABB tree of the paper, built anew each step */
+} tulle_broad_phase;
+
+typedef enum tulle_start_intersections {
+    TULLE_START_REFUSE,
+    TULLE_START_IGNORE
+} tulle_start_intersections;
+typedef enum tulle_on_pinch {
+    TULLE_ON_PINCH_STOP,
+    TULLE_ON_PINCH_SLOW,
+    TULLE_ON_PINCH_RELEASE
+} tulle_on_pinch;
+
+/* Wind: mean velocity plus seeded gusts, the same for the same seed, time and place on every
+ * machine. */
+typedef struct tulle_wind {
+    double velocity[3];   /* [m/s] mean */
+    double gust_strength; /* [m/s] standard deviation of each component, >= 0 */
+    double gust_length;   /* [m] correlation length, > 0 */
+    double gust_time;     /* [s] correlation time, > 0 */
+    uint64_t seed;
+    double drag_coefficient; /* [kg/m^3] k_f of  -k_f A |v_rel| (n . v_rel) n  per area, >= 0; 0
+                                turns wind off */
+} tulle_wind;
+
+typedef struct tulle_world_def {
+    uint32_t cookie;   /* set by tulle_world_def_default, checked on use */
+    double gravity[3]; /* [m/s^2] */
+    tulle_wind wind;
+    double contact_distance; /* [m] delta_c; 0: derived from the meshes (thickness where given) */
+    double separation_distance; /* [m] delta_s >= delta_c; 0: 1.5 delta_c */
+    double minimum_gap;         /* [m] xi; no accepted state undercuts it; 0: derived */
+    tulle_integrator integrator;
+    tulle_broad_phase broad_phase;
+    double cg_tolerance;         /* 1e-12 .. 1e-1, relative preconditioned residual */
+    int cg_max_iterations;       /* 1 .. 1e6 */
+    int solve_rounds;            /* solves of motion and impulses a step, 1 .. 20 */
+    int impulse_sweeps;          /* projected Gauss-Seidel sweeps a round, 1 .. 1000 */
+    int impact_rounds;           /* rounds of stage 10 before the rescue, 0 .. 100 */
+    double friction_cloth_cloth; /* Coulomb coefficient between cloths, 0 .. 10 */
+    tulle_start_intersections start_intersections;
+    tulle_on_pinch on_pinch;
+    int threads; /* 1 .. 256; 0: one per processor. Results do not depend on it */
+    tulle_allocator allocator;
+} tulle_world_def;
+TULLE_API tulle_world_def tulle_world_def_default(void);
+
+/* Material in SI values that do not depend on the mesh. */
+typedef struct tulle_material {
+    double area_density;      /* [kg/m^2] > 0 */
+    double stretch_stiffness; /* [N/m] force per width and strain, > 0 */
+    double bend_stiffness;    /* [N m] plate bending rigidity, >= 0 */
+    double stretch_damping;   /* [s] damping coefficient per stiffness, >= 0 */
+    double bend_damping;      /* [s] >= 0 */
+    double air_damping;       /* [1/s] viscous damping per mass, >= 0 */
+    double friction; /* Coulomb coefficient of this cloth against obstacles, combined as the
+                        geometric mean, 0 .. 10 */
+} tulle_material;
+/* Presets cotton, silk, wool, denim, net, rubber-sheet; TULLE_ERROR_INVALID_ARGUMENT for other
+ * names. */
+TULLE_API tulle_status tulle_material_preset(const char *name, tulle_material *material);
+/* Name of preset `index` and where its values come from; null when index is past the last. */
+TULLE_API const char *tulle_material_preset_name(size_t index);
+TULLE_API const char *tulle_material_preset_source(size_t index);
+
+/* A keyframe of a rigid motion: x -> translation + R (x - pivot) + pivot. Between keys: linear or
+ * eased (3s^2 - 2s^3), rotation by spherical interpolation. Before the first and after the last key
+ * the motion holds still. */
+typedef struct tulle_keyframe {
+    double time;           /* [s] strictly increasing */
+    double translation[3]; /* [m] */
+    double rotation[4];    /* unit quaternion w, x, y, z */
+} tulle_keyframe;
+typedef struct tulle_motion {
+    const tulle_keyframe *keys;
+    size_t key_count; /* 0: no motion */
+    double pivot[3];  /* [m] */
+    int is_eased;
+} tulle_motion;
+
+/* A group of pinned vertices. */
+typedef struct tulle_pin {
+    const uint32_t *vertices;
+    size_t vertex_count;
+    tulle_motion motion; /* key_count 0: held where they start */
+    double release_time; /* [s] the pin lets go at this time; INFINITY: never */
+} tulle_pin;
+
+typedef struct tulle_cloth_def {
+    uint32_t cookie;
+    const char *name;             /* for messages; may be null */
+    tulle_mesh_view mesh;         /* start positions */
+    const double *rest_positions; /* [m] 3 * vertex_count, null: the start is the rest shape */
+    tulle_material material;
+    double thickness; /* [m] 0: the world's contact distance decides */
+    const tulle_pin *pins;
+    size_t pin_count;
+    double velocity[3];       /* [m/s] at the start, of all vertices */
+    const double *velocities; /* [m/s] 3 * vertex_count, null: `velocity` */
+} tulle_cloth_def;
+TULLE_API tulle_cloth_def tulle_cloth_def_default(void);
+
+/* Frames of a mesh sequence: the caller fills positions (3 * vertex_count, [m]) of frame 0 ..
+ * frame_count - 1. */
+typedef tulle_status (*tulle_frame_reader)(void *context, uint32_t frame, double *positions,
+                                           tulle_error *error);
+
+typedef struct tulle_obstacle_def {
+    uint32_t cookie;
+    const char *name;
+    tulle_mesh_view mesh; /* at motion zero, or frame 0 of the sequence */
+    double friction;      /* 0 .. 10 */
+    tulle_motion motion;  /* rigid keyframes; key_count 0: static */
+    tulle_frame_reader
+        read_frame; /* null: no sequence; else vertices follow the frames, linearly in between */
+    void *frame_context;
+    uint32_t frame_count;
+    double frame_start_time; /* [s] time of frame 0 */
+    double frame_interval;   /* [s] between frames, > 0 */
+    double appear_time;      /* [s] -INFINITY: there from the start */
+    double disappear_time;   /* [s] INFINITY: stays */
+} tulle_obstacle_def;
+TULLE_API tulle_obstacle_def tulle_obstacle_def_default(void);
+
+/* A pair of triangles that intersects. Objects are named as in their defs. */
+typedef struct tulle_intersection {
+    uint32_t object_a, triangle_a, object_b,
+        triangle_b; /* object: cloth index, or cloth count + obstacle index */
+} tulle_intersection;
+
+/* Names of the twelve stages, in order. */
+#define TULLE_STAGE_COUNT 12
+TULLE_API const char *tulle_stage_name(int stage);
+
+/* What one step did. Counts are sums over the step's substeps and rounds. */
+typedef struct tulle_step_report {
+    uint64_t step; /* index of the step, from 0 */
+    double time;   /* [s] of the world after the step */
+    double stage_seconds[TULLE_STAGE_COUNT];
+    double total_seconds;
+    uint32_t solve_count, cg_iterations;
+    double cg_residual;    /* largest relative preconditioned residual of the solves */
+    int cg_converged;      /* 0: a solve stopped at its limit */
+    uint64_t box_pairs;    /* feature pairs whose swept boxes met */
+    uint64_t tested_pairs; /* that reached the time of impact */
+    uint64_t contacts;     /* contact rows of the last solve */
+    uint64_t new_contacts, stick_contacts, slip_contacts, hard_contacts;
+    uint32_t impact_rounds;
+    uint64_t rescue_impact_zones;       /* rescue 3: zones projected */
+    uint64_t rescue_component_scalings; /* rescue 4: components whose displacement was scaled */
+    uint64_t rescue_global_scalings;    /* rescue 4, 5: the whole scene's time was shortened */
+    uint32_t substeps;                  /* 1 in a healthy step */
+    uint64_t
+        ignored_pairs;   /* triangle pairs that intersected at the start and have not come apart */
+    double smallest_gap; /* [m] over all candidate pairs at the end; INFINITY if there are none
+                            nearby */
+    double kinetic_energy, gravity_energy, elastic_energy; /* [J] */
+    double max_stretch; /* largest edge length over rest length */
+    int pinched;        /* 1: a pinch between obstacles was found, see tulle_world_last_message */
+} tulle_step_report;
+
+/* Makes an empty world. Errors: INVALID_ARGUMENT (with a message for `error`), OUT_OF_MEMORY. */
+TULLE_API tulle_status tulle_world_create(const tulle_world_def *def, tulle_world **world,
+                                          tulle_error *error);
+TULLE_API void tulle_world_destroy(tulle_world *world);
+
+/* Copies the def's arrays. Only before the first step. Validates the mesh (see tulle_mesh_validate)
+ * and all values. */
+TULLE_API tulle_status tulle_world_add_cloth(tulle_world *world, const tulle_cloth_def *def,
+                                             tulle_cloth_id *id, tulle_error *error);
+TULLE_API tulle_status tulle_world_add_obstacle(tulle_world *world, const tulle_obstacle_def *def,
+                                                tulle_obstacle_id *id, tulle_error *error);
+
+/* Prepares the first step: derives distances, builds trees, judges the start. Called by the first
+ * step if the caller did not. TULLE_ERROR_INTERSECTING_START names the first pairs in the message;
+ * tulle_world_get_intersections gives all of them. */
+TULLE_API tulle_status tulle_world_start(tulle_world *world, tulle_error *error);
+TULLE_API const tulle_intersection *tulle_world_get_intersections(const tulle_world *world,
+                                                                  size_t *count);
+
+/* Moves the world by time_step [s], 0 < time_step <= 1. report and error may be null. */
+TULLE_API tulle_status tulle_world_step(tulle_world *world, double time_step,
+                                        tulle_step_report *report, tulle_error *error);
+
+TULLE_API double tulle_world_get_time(const tulle_world *world);
+TULLE_API uint64_t tulle_world_get_step_count(const tulle_world *world);
+/* Distances in force (after derivation) [m]. */
+TULLE_API void tulle_world_get_distances(const tulle_world *world, double *contact,
+                                         double *separation, double *minimum_gap);
+/* The last message about a pinch or a rescue, static until the next step; empty string if none. */
+TULLE_API const char *tulle_world_last_message(const tulle_world *world);
+
+/* Borrowed arrays, valid until the next step: 3 * vertex_count doubles [m] or [m/s]; null for a
+ * stale id. */
+TULLE_API const double *tulle_cloth_get_positions(const tulle_world *world, tulle_cloth_id id,
+                                                  size_t *vertex_count);
+TULLE_API const double *tulle_cloth_get_velocities(const tulle_world *world, tulle_cloth_id id,
+                                                   size_t *vertex_count);
+TULLE_API const double *tulle_obstacle_get_positions(const tulle_world *world, tulle_obstacle_id id,
+                                                     size_t *vertex_count);
+/* 1 while the obstacle is in the scene. */
+TULLE_API int tulle_obstacle_is_present(const tulle_world *world, tulle_obstacle_id id);
+
+/* Hash of everything that decides the future: positions, velocities, contacts with impulses, time,
+ * motion state. */
+TULLE_API uint64_t tulle_world_get_state_hash(const tulle_world *world);
+
+/* The state as one block of bytes, to be loaded into a world built from the same defs (checked).
+ * Free with the release function or tulle_world_free_state. */
+TULLE_API tulle_status tulle_world_save_state(const tulle_world *world, void **bytes,
+                                              size_t *byte_count, tulle_error *error);
+TULLE_API void tulle_world_free_state(const tulle_world *world, void *bytes, size_t byte_count);
+TULLE_API tulle_status tulle_world_load_state(tulle_world *world, const void *bytes,
+                                              size_t byte_count, tulle_error *error);
+
+#ifdef __cplusplus
+}
+#endif
+#endif

@@ -1,0 +1,31 @@
+/* base/arena.h - scratch memory of one step: allocate forward, release back to a mark. Blocks stay
+ * for the next step, so a steady step makes no heap call. Not thread-safe: one arena a worker, or
+ * allocate before the parallel region. */
+#ifndef TULLE_BASE_ARENA_H
+#define TULLE_BASE_ARENA_H
+
+#include "base/memory.h"
+
+typedef struct arena_block arena_block;
+typedef struct arena {
+    memory *heap;
+    arena_block *first, *current;
+} arena;
+typedef struct arena_mark {
+    arena_block *block;
+    size_t used;
+} arena_mark;
+
+arena arena_make(memory *heap);
+void arena_destroy(arena *scratch);
+/* 64-byte aligned, uninitialised, null when memory is short. */
+void *arena_allocate(arena *scratch, size_t count, size_t size);
+void *arena_allocate_zeroed(arena *scratch, size_t count, size_t size);
+arena_mark arena_get_mark(const arena *scratch);
+void arena_release(arena *scratch, arena_mark mark);
+/* Typed: ARENA_NEW(scratch, double, n). */
+#define ARENA_NEW(scratch, type, count) ((type *)arena_allocate((scratch), (count), sizeof(type)))
+#define ARENA_NEW_ZEROED(scratch, type, count)                                                     \
+    ((type *)arena_allocate_zeroed((scratch), (count), sizeof(type)))
+
+#endif

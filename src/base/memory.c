@@ -1,0 +1,78 @@
+/* base/memory.c - see memory.h. Each block carries a 64-byte header in front that keeps what the
+ * allocator gave. */
+#include "base/memory.h"
+
+#include <stdlib.h>
+#include <string.h>
+
+enum { BLOCK_ALIGNMENT = 64 }; /* [bytes] a cache line, and the widest vector */
+
+static void *default_allocate(void *context, size_t byte_count) {
+    (void)context;
+    return malloc(byte_count);
+}
+
+static void default_release(void *context, void *pointer, size_t byte_count) {
+    (void)context;
+    (void)byte_count;
+    free(pointer);
+}
+
+memory memory_make(tulle_allocator allocator) {
+    if (!allocator.allocate || !allocator.release) {
+        allocator.allocate = default_allocate;
+        allocator.release = default_release;
+    }
+    return (memory){.allocator = allocator};
+}
+
+memory memory_default(void) { return memory_make((tulle_allocator){0}); }
+
+void *memory_allocate(memory *heap, size_t byte_count) {
+    if (byte_count > SIZE_MAX / 2) return NULL;
+    size_t const total = byte_count + 2 * BLOCK_ALIGNMENT;
+    size_t const limit = heap->allocator.byte_limit;
+    if (limit != 0 && (total > limit || heap->bytes_held > limit - total)) return NULL;
+    void *const raw = heap->allocator.allocate(heap->allocator.context, total);
+    if (!raw) return NULL;
+    uintptr_t const aligned =
+        ((uintptr_t)raw + 2 * BLOCK_ALIGNMENT - 1) & ~(uintptr_t)(BLOCK_ALIGNMENT - 1);
+    uintptr_t const start =
+        aligned - (uintptr_t)raw >= sizeof(void *) ? aligned : aligned + BLOCK_ALIGNMENT;
+    memcpy((char *)start - sizeof(void *), &raw, sizeof(void *));
+    heap->bytes_held += total;
+    heap->allocate_count++;
+    return (void *)start;
+}
+
+void *memory_allocate_zeroed(memory *heap, size_t count, size_t size) {
+    if (size != 0 && count > SIZE_MAX / 2 / size) return NULL;
+    void *const pointer = memory_allocate(heap, count * size);
+    if (pointer) memset(pointer, 0, count * size);
+    return pointer;
+}
+
+void memory_release(memory *heap, void *pointer, size_t byte_count) {
+    if (!pointer) return;
+    void *raw;
+    memcpy(&raw, (char *)pointer - sizeof(void *), sizeof(void *));
+    size_t const total = byte_count + 2 * BLOCK_ALIGNMENT;
+    heap->bytes_held -= total;
+    heap->allocator.release(heap->allocator.context, raw, total);
+}
+
+bool array_reserve(memory *heap, void **data, size_t *capacity, size_t count, size_t needed,
+                   size_t element_size) {
+    if (needed <= *capacity && *data) return true;
+    size_t wanted = *capacity + *capacity / 2;
+    if (wanted < needed) wanted = needed;
+    if (wanted < 16) wanted = 16;
+    if (wanted > SIZE_MAX / 2 / element_size) return false;
+    void *const grown = memory_allocate(heap, wanted * element_size);
+    if (!grown) return false;
+    if (count > 0) memcpy(grown, *data, count * element_size);
+    memory_release(heap, *data, *capacity * element_size);
+    *data = grown;
+    *capacity = wanted;
+    return true;
+}

@@ -1,0 +1,51 @@
+/* base/memory.h - the heap of one world: the user's allocator with a byte limit, 64-byte alignment
+ * and a count of calls. Not thread-safe: only the thread that owns the world allocates; workers use
+ * arenas prepared before the parallel region, or memory_lock'ed growth through
+ * array_reserve_shared. */
+#ifndef TULLE_BASE_MEMORY_H
+#define TULLE_BASE_MEMORY_H
+
+#include "tulle/base.h"
+
+#include <stdbool.h>
+
+typedef struct memory {
+    tulle_allocator allocator;
+    size_t bytes_held;       /* [bytes] now */
+    uint64_t allocate_count; /* heap calls so far; a steady step makes none */
+} memory;
+
+/* A memory over the given allocator; both functions null selects malloc and free. */
+memory memory_make(tulle_allocator allocator);
+/* A memory over malloc without a limit. */
+memory memory_default(void);
+
+/* 64-byte aligned, uninitialised; null when the allocator fails or the limit would be passed.
+ * byte_count 0 is fine. */
+void *memory_allocate(memory *heap, size_t byte_count);
+/* count * size with overflow check, zeroed. */
+void *memory_allocate_zeroed(memory *heap, size_t count, size_t size);
+/* Releases what memory_allocate gave, of the same size; null is fine. */
+void memory_release(memory *heap, void *pointer, size_t byte_count);
+
+/* Grows *data, an array of *capacity elements of element_size bytes of which `count` are in use, to
+ * hold `needed`. Grows by half at least. False when memory is short: the array is then as before.
+ */
+bool array_reserve(memory *heap, void **data, size_t *capacity, size_t count, size_t needed,
+                   size_t element_size);
+
+/* A typed growable array; zeroed is empty. */
+#define ARRAY(type)                                                                                \
+    struct {                                                                                       \
+        type *data;                                                                                \
+        size_t count, capacity;                                                                    \
+    }
+/* Makes room for `extra` more elements; false when memory is short. */
+#define ARRAY_RESERVE(heap, array, extra)                                                          \
+    array_reserve((heap), (void **)&(array)->data, &(array)->capacity, (array)->count,             \
+                  (array)->count + (extra), sizeof *(array)->data)
+#define ARRAY_FREE(heap, array)                                                                    \
+    (memory_release((heap), (array)->data, (array)->capacity * sizeof *(array)->data),             \
+     (array)->data = NULL, (array)->count = (array)->capacity = 0)
+
+#endif

@@ -1,0 +1,22 @@
+/* base/parallel.h - the one place that starts threads. Work is cut into chunks of a fixed size that
+ * does not depend on the number of threads; results that are merged by chunk index are
+ * bit-identical for any number of threads. */
+#ifndef TULLE_BASE_PARALLEL_H
+#define TULLE_BASE_PARALLEL_H
+
+#include <stddef.h>
+
+/* Works on items begin .. end-1 of chunk `chunk`; worker is in 0 .. threads-1. */
+typedef void (*parallel_body)(void *context, size_t begin, size_t end, size_t chunk, int worker);
+
+/* Runs body over count items in chunks of chunk_size, dynamically on up to `threads` threads. One
+ * chunk runs inline. */
+void parallel_for(size_t count, size_t chunk_size, int threads, parallel_body body, void *context);
+
+/* Number of chunks that parallel_for makes. */
+size_t parallel_chunk_count(size_t count, size_t chunk_size);
+
+/* 1 .. 256; 0 becomes the number of processors that this process may use. */
+int parallel_resolve_threads(int threads);
+
+#endif

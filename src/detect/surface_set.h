@@ -1,0 +1,56 @@
+/* detect/surface_set.h - what detection works on: moving triangle surfaces in flat arrays.
+ *
+ * All surfaces share one numbering of vertices, edges and triangles; each surface owns a contiguous
+ * range of each. During a step vertex i moves along x0[i] + t (x1[i] - x0[i]), t in [0, 1]. */
+#ifndef TULLE_DETECT_SURFACE_SET_H
+#define TULLE_DETECT_SURFACE_SET_H
+
+#include "geom/distance.h"
+#include "geom/topology.h"
+
+#include <stdbool.h>
+
+typedef struct surface_range {
+    uint32_t vertex_begin, vertex_end;
+    uint32_t edge_begin, edge_end;
+    uint32_t triangle_begin, triangle_end;
+    bool is_obstacle; /* obstacles meet neither themselves nor one another */
+    bool is_present;  /* absent surfaces meet nothing */
+    bool is_static; /* x0 == x1 == the positions of the last call: its tree need not be refitted */
+} surface_range;
+
+typedef struct surface_set {
+    const topology *topo; /* of all surfaces together */
+    const surface_range *surfaces;
+    size_t surface_count;
+} surface_set;
+
+/* Vertex `first` and triangle `second`, or edges first < second (of one surface; across surfaces
+ * the surface of lower index comes first, which is the same since ranges ascend). */
+typedef struct feature_pair {
+    uint32_t first, second;
+} feature_pair;
+
+/* Candidates, each pair once, sorted by (first, second). Owned by the caller's heap; grows, never
+ * drops. */
+typedef struct pair_list {
+    ARRAY(feature_pair) vertex_triangle;
+    ARRAY(feature_pair) edge_edge;
+} pair_list;
+
+/* Vertex indices of the four points of a pair. */
+static inline void feature_pair_vertices(const topology *topo, feature_kind kind, feature_pair pair,
+                                         uint32_t vertices[4]) {
+    if (kind == FEATURE_VERTEX_TRIANGLE) {
+        vertices[0] = pair.first;
+        for (int k = 0; k < 3; k++)
+            vertices[1 + k] = topo->triangles[3 * (size_t)pair.second + (size_t)k];
+    } else {
+        vertices[0] = topo->edges[2 * (size_t)pair.first];
+        vertices[1] = topo->edges[2 * (size_t)pair.first + 1];
+        vertices[2] = topo->edges[2 * (size_t)pair.second];
+        vertices[3] = topo->edges[2 * (size_t)pair.second + 1];
+    }
+}
+
+#endif

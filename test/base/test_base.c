@@ -1,0 +1,99 @@
+/* Arena, arrays, memory limits, parallel_for, hash. */
+#include "base/arena.h"
+#include "base/hash.h"
+#include "base/parallel.h"
+
+#include <setjmp.h>
+#include <stdarg.h>
+#include <stddef.h>
+#include <string.h>
+
+#include <cmocka.h>
+
+static void memory_limit_is_kept(void **state) {
+    (void)state;
+    memory heap = memory_make((tulle_allocator){.byte_limit = 4096});
+    void *const block = memory_allocate(&heap, 3000);
+    assert_non_null(block);
+    assert_int_equal((uintptr_t)block % 64, 0);
+    assert_null(memory_allocate(&heap, 1200));
+    memory_release(&heap, block, 3000);
+    assert_int_equal(heap.bytes_held, 0);
+    void *const again = memory_allocate(&heap, 1200);
+    assert_non_null(again);
+    memory_release(&heap, again, 1200);
+}
+
+static void array_grows_and_keeps_contents(void **state) {
+    (void)state;
+    memory heap = memory_default();
+    ARRAY(uint32_t) numbers = {0};
+    for (uint32_t i = 0; i < 10000; i++) {
+        assert_true(ARRAY_RESERVE(&heap, &numbers, 1));
+        numbers.data[numbers.count++] = i;
+    }
+    for (uint32_t i = 0; i < 10000; i++) assert_int_equal(numbers.data[i], i);
+    ARRAY_FREE(&heap, &numbers);
+    assert_int_equal(heap.bytes_held, 0);
+}
+
+static void arena_reuses_its_blocks(void **state) {
+    (void)state;
+    memory heap = memory_default();
+    arena scratch = arena_make(&heap);
+    uint64_t steady_count = 0;
+    for (int round = 0; round < 4; round++) {
+        arena_mark const mark = arena_get_mark(&scratch);
+        char *const a = arena_allocate(&scratch, 1, 50000);
+        char *const b = arena_allocate(&scratch, 100, 5000);
+        assert_true(a && b);
+        memset(a, 1, 50000);
+        memset(b, 2, 500000);
+        assert_int_equal(a[49999], 1);
+        arena_release(&scratch, mark);
+        if (round == 0)
+            steady_count = heap.allocate_count;
+        else
+            assert_int_equal(heap.allocate_count, steady_count);
+    }
+    arena_destroy(&scratch);
+    assert_int_equal(heap.bytes_held, 0);
+}
+
+static void add_squares(void *context, size_t begin, size_t end, size_t chunk, int worker) {
+    (void)worker;
+    double *const sums = context;
+    sums[chunk] = 0.0;
+    for (size_t i = begin; i < end; i++) sums[chunk] += 1.0 / (double)(i + 1);
+}
+
+static void chunks_do_not_depend_on_threads(void **state) {
+    (void)state;
+    double one[64], many[64];
+    parallel_for(1000, 17, 1, add_squares, one);
+    for (int threads = 2; threads <= 8; threads++) {
+        parallel_for(1000, 17, threads, add_squares, many);
+        assert_memory_equal(one, many, parallel_chunk_count(1000, 17) * sizeof(double));
+    }
+}
+
+static void hash_is_fixed_and_sensitive(void **state) {
+    (void)state;
+    uint64_t const a = hash_bytes(HASH_SEED, "the same bytes", 14);
+    assert_true(a == hash_bytes(HASH_SEED, "the same bytes", 14));
+    assert_true(a != hash_bytes(HASH_SEED, "the same bytet", 14));
+    uint64_t seed = 1;
+    assert_true(random_next(&seed) ==
+                UINT64_C(0x910a2dec89025cc1)); /* SplitMix64's published first value for seed 1 */
+}
+
+int main(void) {
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(memory_limit_is_kept),
+        cmocka_unit_test(array_grows_and_keeps_contents),
+        cmocka_unit_test(arena_reuses_its_blocks),
+        cmocka_unit_test(chunks_do_not_depend_on_threads),
+        cmocka_unit_test(hash_is_fixed_and_sensitive),
+    };
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}
