@@ -5,6 +5,7 @@
 #include "tulle/check.h"
 #include "tulle/io.h"
 #include "tulle/mesh.h"
+#include "tulle/run.h"
 #include "tulle/shapes.h"
 #include "tulle/world.h"
 #endif
