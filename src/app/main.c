@@ -1,0 +1,64 @@
+/* app/main.c - the program `tulle`: finds the subcommand and hands over to it. */
+#include "app/commands.h"
+#include "base/text.h"
+
+#include <stdio.h>
+#include <string.h>
+
+typedef struct subcommand {
+    const char *name;
+    int (*main)(int argc, char **argv);
+    const char *summary;
+} subcommand;
+
+/* The subcommands; ends with a null name. */
+static const subcommand subcommands[] = {
+    {NULL, NULL, NULL},
+};
+
+enum { SUBCOMMAND_MAX = sizeof subcommands / sizeof subcommands[0] };
+
+static void print_help(FILE *stream) {
+    fputs("usage: tulle SUBCOMMAND ...\n\n"
+          "Cloth simulation in which no surface ever passes through another.\n\nsubcommands:\n",
+          stream);
+    for (const subcommand *entry = subcommands; entry->name; entry++)
+        fprintf(stream, "  %-10s %s\n", entry->name, entry->summary);
+    fputs("\n`tulle SUBCOMMAND --help` tells more; `tulle --version` prints the version.\n"
+          "Exit codes: 0 fine, 1 check found intersections, 2 bad usage or input, 3 the run could\n"
+          "not go on, 4 out of memory, 130 interrupted.\n",
+          stream);
+}
+
+static int refuse(const char *name) {
+    const char *names[SUBCOMMAND_MAX + 2] = {"help", "--help", "--version"};
+    size_t count = 3;
+    for (const subcommand *entry = subcommands; entry->name; entry++) names[count++] = entry->name;
+    const char *const nearest = text_find_nearest(name, names, count);
+    const char *const kind = name[0] == '-' ? "option" : "subcommand";
+    if (nearest)
+        fprintf(stderr, "tulle: unknown %s \"%s\"; did you mean \"%s\"?\n", kind, name, nearest);
+    else
+        fprintf(stderr, "tulle: unknown %s \"%s\"; `tulle --help` lists them\n", kind, name);
+    return APP_EXIT_BAD_INPUT;
+}
+
+int main(int argc, char **argv) {
+    if (argc < 2) {
+        print_help(stderr);
+        return APP_EXIT_BAD_INPUT;
+    }
+    const char *const name = argv[1];
+    if (strcmp(name, "--help") == 0 || strcmp(name, "-h") == 0 || strcmp(name, "help") == 0) {
+        print_help(stdout);
+        return app_finish_output("help");
+    }
+    if (strcmp(name, "--version") == 0) {
+        printf("tulle %d.%d.%d\n", TULLE_VERSION_MAJOR, TULLE_VERSION_MINOR, TULLE_VERSION_PATCH);
+        return app_finish_output("version");
+    }
+    for (const subcommand *entry = subcommands; entry->name; entry++) {
+        if (strcmp(name, entry->name) == 0) return entry->main(argc - 1, argv + 1);
+    }
+    return refuse(name);
+}

@@ -1,0 +1,53 @@
+/* base/text.c - edit distance between words, for "did you mean".
+ *
+ * Takes a word and the known words, gives the known word with the fewest edits.
+ *
+ * Based on: R. Lowrance and R. Wagner, An extension of the string-to-string correction problem,
+ * 1975, in the restricted form where no part of a word is edited twice. */
+#include "base/text.h"
+
+enum { WORD_MAX = 63 }; /* [bytes] longer words are no one's typing error */
+
+static size_t minimum(size_t a, size_t b) { return a < b ? a : b; }
+
+static size_t clipped_length(const char *word) {
+    size_t length = 0;
+    while (length < WORD_MAX && word[length]) length++;
+    return length;
+}
+
+size_t text_edit_distance(const char *a, const char *b) {
+    size_t const length_a = clipped_length(a);
+    size_t const length_b = clipped_length(b);
+    /* Row i holds the distances from the first i letters of a to every beginning of b. */
+    size_t rows[3][WORD_MAX + 1];
+    for (size_t j = 0; j <= length_b; j++) rows[0][j] = j;
+    for (size_t i = 1; i <= length_a; i++) {
+        size_t *const row = rows[i % 3];
+        const size_t *const above = rows[(i + 2) % 3];
+        const size_t *const two_above = rows[(i + 1) % 3];
+        row[0] = i;
+        for (size_t j = 1; j <= length_b; j++) {
+            size_t const replaced = above[j - 1] + (a[i - 1] != b[j - 1]);
+            row[j] = minimum(replaced, minimum(above[j], row[j - 1]) + 1);
+            if (i > 1 && j > 1 && a[i - 1] == b[j - 2] && a[i - 2] == b[j - 1])
+                row[j] = minimum(row[j], two_above[j - 2] + 1);
+        }
+    }
+    return rows[length_a % 3][length_b];
+}
+
+const char *text_find_nearest(const char *word, const char *const *candidates,
+                              size_t candidate_count) {
+    size_t const length = clipped_length(word);
+    size_t best_distance = (length < 3 ? 1 : length / 3) + 1;
+    const char *best = NULL;
+    for (size_t i = 0; i < candidate_count; i++) {
+        size_t const distance = text_edit_distance(word, candidates[i]);
+        if (distance < best_distance) {
+            best_distance = distance;
+            best = candidates[i];
+        }
+    }
+    return best;
+}

@@ -1,0 +1,16 @@
+/* base/text.h - looking words up: the nearest known word to a mistyped one. */
+#ifndef TULLE_BASE_TEXT_H
+#define TULLE_BASE_TEXT_H
+
+#include <stddef.h>
+
+/* Number of edits (insert, delete, replace, swap of neighbours) that turn a into b. Words longer
+ * than 63 bytes are compared by their first 63. */
+size_t text_edit_distance(const char *a, const char *b);
+
+/* The candidate nearest to word, or null when none is near enough to be what was meant (at most a
+ * third of the word's length, and at least one, edits away). Ties go to the first. */
+const char *text_find_nearest(const char *word, const char *const *candidates,
+                              size_t candidate_count);
+
+#endif
