@@ -1,0 +1,80 @@
+/* dynamics/cloth_model.h - everything about the cloth that does not change with time: masses,
+ * springs along edges, hinges across edges and their constant bending matrix, and the sparsity
+ * pattern of the system matrix. Vertices of all cloths together are 0 .. vertex_count - 1. */
+#ifndef TULLE_DYNAMICS_CLOTH_MODEL_H
+#define TULLE_DYNAMICS_CLOTH_MODEL_H
+
+#include "geom/topology.h"
+#include "math/block_matrix.h"
+#include "math/vec3.h"
+#include "tulle/world.h"
+
+/* Input of cloth_model_build; borrowed. */
+typedef struct cloth_model_def {
+    size_t vertex_count;          /* cloth vertices; those of the topology from here on (obstacles)
+                                     are ignored, with their triangles and edges */
+    const topology *surface;      /* of the cloths, or of cloths and obstacles together */
+    const double *rest_positions; /* [m] 3 * vertex_count */
+    const tulle_material *materials; /* material_count, validated by material_validate */
+    size_t material_count;
+    const uint32_t *vertex_materials; /* vertex_count indices into materials; null: all use 0 */
+} cloth_model_def;
+
+/* One spring for each mesh edge. */
+typedef struct cloth_spring {
+    uint32_t vertices[2];
+    uint32_t triangles[2]; /* of the model; the second is TULLE_NONE on the border */
+    double rest_length;    /* [m] > 0 */
+    double stiffness;      /* [N/m] */
+    double damping;        /* [N s/m] */
+} cloth_spring;
+
+/* One hinge for each edge with two triangles: edge ends 0 and 1, opposite corners 2 and 3. The
+ * vector c = sum_k weights[k] x_k is the edge length times the jump of the unit conormals, about
+ * (edge length) * (fold angle) * (hinge normal). */
+typedef struct cloth_hinge {
+    uint32_t vertices[4];
+    double weights[4];
+    double rest_curvature; /* [m] signed rest value of c along the hinge normal; 0: flat */
+} cloth_hinge;
+
+/* One triangle, for wind. */
+typedef struct cloth_triangle {
+    uint32_t vertices[3];
+} cloth_triangle;
+
+typedef struct cloth_model {
+    size_t vertex_count, spring_count, hinge_count, triangle_count;
+    double *masses;      /* [kg] vertex_count, each > 0: a third of every triangle around it */
+    double *air_damping; /* [1/s] vertex_count */
+    cloth_spring *springs;
+    cloth_hinge *hinges;
+    cloth_triangle *triangles;
+    /* Bending energy is 1/2 sum_ij couplings_ij d_i . d_j over hinges i, j, with d_i = c_i - rest:
+     * compressed rows, at most five entries each [N/m]. */
+    uint32_t *coupling_begin, *coupling_hinges;
+    double *couplings, *damping_couplings; /* [N/m], [N s/m] */
+    adjacency vertex_springs;              /* 2 * spring + end */
+    adjacency vertex_hinges;               /* 4 * hinge + corner */
+    adjacency vertex_triangles;            /* 3 * triangle + corner */
+    /* The system matrix's patterns and the constant bending matrix on them (stiffness [N/m] and
+     * damping [N s/m]): one scalar for each block and each scalar position. */
+    block_pattern block_part, scalar_part;
+    uint32_t *block_begin, *block_columns, *block_springs; /* TULLE_NONE on the diagonal */
+    uint32_t *scalar_begin, *scalar_columns;
+    double *bend_blocks, *bend_block_damping, *bend_scalars, *bend_scalar_damping;
+    size_t block_count, scalar_count;
+    bool has_curved_rest, has_bend_damping, has_bending;
+} cloth_model;
+
+/* Builds the model. Vertices without a triangle, triangles without area and edges of no length are
+ * TULLE_ERROR_INVALID_MESH (the vertices are named). */
+tulle_status cloth_model_build(memory *heap, const cloth_model_def *def, cloth_model *model,
+                               tulle_error *error);
+void cloth_model_destroy(memory *heap, cloth_model *model);
+
+/* Values must be finite and in the ranges of tulle_material; TULLE_ERROR_INVALID_ARGUMENT says
+ * which is not. */
+tulle_status material_validate(const tulle_material *material, tulle_error *error);
+
+#endif

@@ -1,0 +1,75 @@
+/* dynamics/compute_forces.h - stage 1: forces at the start of the step and the linear system
+ * A u = b of the chosen integrator.
+ *
+ * The unknown is the same for every integrator: u [m/s], the mean velocity of the step,
+ * x1 = x0 + h u, so that contact rows act on u whatever the integrator. Every A is normalised to
+ * M + ..., so an impulse J [N s] simply adds to b. */
+#ifndef TULLE_DYNAMICS_COMPUTE_FORCES_H
+#define TULLE_DYNAMICS_COMPUTE_FORCES_H
+
+#include "base/arena.h"
+#include "dynamics/cloth_model.h"
+
+/* Where the cloth is at the start of the step; arrays of 3 * vertex_count, borrowed. */
+typedef struct motion_state {
+    const double *positions;           /* x0 [m] */
+    const double *velocities;          /* v0 [m/s] */
+    const double *previous_mean;       /* u of the last step [m/s]; null: there was none */
+    const double *previous_velocities; /* v at the start of the last step [m/s]; null: none */
+    double time_step;                  /* h [s] > 0 */
+    double previous_time_step;         /* [s]; 0: none */
+    double time;                       /* [s] at the start of the step; gusts depend on it */
+} motion_state;
+
+typedef struct environment {
+    vec3 gravity; /* [m/s^2] */
+    tulle_wind wind;
+} environment;
+
+typedef struct linear_system {
+    block_matrix matrix;     /* A [kg] */
+    double *right_hand_side; /* b [kg m/s], 3 * vertex_count */
+    double *diagonal;        /* diagonal blocks of A, 9 * vertex_count */
+    double *forces;          /* f(x0, v0) [N], 3 * vertex_count, all forces with damping and wind */
+    tulle_integrator integrator; /* used: BDF2 falls back to implicit Euler without history */
+    size_t vertex_count;
+} linear_system;
+
+/* Allocates a system with the model's pattern; values are undefined until compute_forces. */
+tulle_status linear_system_build(memory *heap, const cloth_model *model, linear_system *system);
+void linear_system_destroy(memory *heap, linear_system *system);
+
+/* Fills the system. No heap in the steady state: scratch comes from the arena and is released.
+ * BDF2 needs previous_mean, previous_velocities and an unchanged time step. Returns TULLE_OK or
+ * TULLE_ERROR_OUT_OF_MEMORY. Bits do not depend on `threads`. */
+typedef struct force_options {
+    tulle_integrator integrator;
+    int threads;
+} force_options;
+tulle_status compute_forces(const cloth_model *model, const motion_state *state,
+                            const environment *surroundings, force_options options, arena *scratch,
+                            linear_system *system);
+
+/* A as a linear_operator for conjugate_gradients_solve; context is a linear_system_operator. */
+typedef struct linear_system_operator {
+    const linear_system *system;
+    int threads;
+} linear_system_operator;
+void linear_system_apply(void *context, const double *x, double *y);
+
+/* Velocities at the end of the step from the mean velocity u (u may equal v1 in storage):
+ * implicit Euler v1 = u, Crank-Nicolson v1 = 2 u - v0, BDF2 v1 = 3/2 u - 1/2 previous u.
+ * Vertices with is_fixed (may be null) get v1 = u. `integrator` is the one in linear_system. */
+void finish_velocities(const linear_system *system, const motion_state *state,
+                       const uint8_t *is_fixed, const double *mean, double *velocities);
+
+typedef struct cloth_energies {
+    double kinetic, gravity, stretch, bend; /* [J]; gravity is zero at the origin */
+    double max_stretch;                     /* largest edge length over rest length */
+} cloth_energies;
+/* Energies of a state. Sums run over fixed blocks: bits do not depend on `threads`. */
+tulle_status compute_energies(const cloth_model *model, const double *positions,
+                              const double *velocities, vec3 gravity, int threads, arena *scratch,
+                              cloth_energies *energies);
+
+#endif

@@ -1,0 +1,46 @@
+/* math/block_matrix.h - a sparse symmetric matrix over vertices: 3x3 blocks where two vertices
+ * share a mesh edge, and multiples of the 3x3 identity where they are coupled more loosely
+ * (bending), so that the wide stencil costs one number a pair. Both patterns are stored in full
+ * (both triangles), rows ascending, and are fixed once built; only values change. */
+#ifndef TULLE_MATH_BLOCK_MATRIX_H
+#define TULLE_MATH_BLOCK_MATRIX_H
+
+#include "base/memory.h"
+
+typedef struct block_matrix {
+    size_t row_count;             /* vertices */
+    size_t block_count;           /* 3x3 blocks, the diagonal ones included */
+    size_t scalar_count;          /* multiples of the identity */
+    uint32_t *row_begin;          /* row_count + 1, into columns and values / 9 */
+    uint32_t *columns;            /* ascending in a row */
+    uint32_t *diagonal_positions; /* row_count: index of the diagonal block */
+    double *values;               /* 9 * block_count (+ 3 of padding), each block column-major */
+    uint32_t *scalar_begin;       /* row_count + 1, into scalar_columns and scalar_values */
+    uint32_t *scalar_columns;     /* ascending in a row */
+    double *scalar_values;        /* scalar_count */
+} block_matrix;
+
+/* The pattern as compressed rows: begin has row_count + 1 entries; columns ascending and unique in
+ * a row. The block pattern holds every diagonal entry; both patterns are symmetric. */
+typedef struct block_pattern {
+    const uint32_t *begin, *columns;
+} block_pattern;
+
+/* Copies the patterns and zeroes all values. scalar.begin null: no scalar part. */
+tulle_status block_matrix_build(memory *heap, size_t row_count, block_pattern blocks,
+                                block_pattern scalars, block_matrix *result);
+void block_matrix_destroy(memory *heap, block_matrix *matrix);
+
+/* Index of block (row, column) in columns and values / 9; TULLE_NONE if it is not in the pattern.
+ */
+uint32_t block_matrix_find(const block_matrix *matrix, uint32_t row, uint32_t column);
+
+/* result = matrix * x, arrays of 3 * row_count doubles that do not overlap. The same bits for any
+ * number of threads and any vector width. */
+void block_matrix_multiply(const block_matrix *matrix, const double *x, double *result,
+                           int threads);
+
+/* Copies the diagonal blocks, 9 * row_count doubles. */
+void block_matrix_get_diagonal(const block_matrix *matrix, double *diagonal);
+
+#endif

@@ -1,0 +1,50 @@
+/* math/conjugate_gradients.h - preconditioned conjugate gradients for symmetric positive definite
+ * systems over vertices, with some vertices held fixed. */
+#ifndef TULLE_MATH_CONJUGATE_GRADIENTS_H
+#define TULLE_MATH_CONJUGATE_GRADIENTS_H
+
+#include "base/arena.h"
+
+/* y = A x over 3 * vertex_count doubles that do not overlap. Called from the thread that solves; it
+ * may run parallel_for itself and must give the same bits for any number of threads. */
+typedef void (*linear_operator)(void *context, const double *x, double *y);
+
+typedef struct conjugate_gradients_problem {
+    size_t vertex_count;
+    linear_operator apply;
+    void *apply_context;
+    const double *right_hand_side; /* b, 3 * vertex_count */
+    const double *diagonal;        /* 9 * vertex_count: diagonal blocks of A (symmetric), inverted
+                                      inside as the preconditioner P; a block that is not positive
+                                      definite is replaced by its positive diagonal, or by 1 */
+    const uint8_t *is_fixed;       /* vertex_count, null: none. Fixed entries of x stay as given */
+    double tolerance;              /* stop at sqrt(r . P^-1 r) <= tolerance * reference */
+    double reference;              /* > 0; otherwise sqrt(b . P^-1 b) over free vertices, and the
+                                      first residual where that is zero */
+    int max_iterations;
+    int threads;
+} conjugate_gradients_problem;
+
+typedef enum conjugate_gradients_end {
+    CONJUGATE_GRADIENTS_CONVERGED,
+    CONJUGATE_GRADIENTS_ITERATION_LIMIT,
+    CONJUGATE_GRADIENTS_NOT_POSITIVE, /* p . A p <= 0 for a direction p: A is not positive definite
+                                       */
+    CONJUGATE_GRADIENTS_NOT_FINITE    /* a product or a dot became infinite or NaN */
+} conjugate_gradients_end;
+
+typedef struct conjugate_gradients_result {
+    conjugate_gradients_end end;
+    int iterations;  /* products with A, less the one of the first residual */
+    double residual; /* sqrt(r . P^-1 r) / reference at the end */
+    double reference;
+} conjugate_gradients_result;
+
+/* Solves A x = b from the given x (warm start; fixed entries are data). x then holds the last
+ * iterate that was finite, whatever the end. Scratch (about 15 doubles a vertex) comes from the
+ * arena and is released. Returns TULLE_OK or TULLE_ERROR_OUT_OF_MEMORY (x unchanged); how the
+ * iteration ended is in `result`. Bits do not depend on `threads`. */
+tulle_status conjugate_gradients_solve(const conjugate_gradients_problem *problem, double *x,
+                                       arena *scratch, conjugate_gradients_result *result);
+
+#endif
