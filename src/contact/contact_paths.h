@@ -1,0 +1,36 @@
+/* contact/contact_paths.h - stage 4, and candidate pairs that are complete for the paths tested.
+ *
+ * Contract. pair_source holds the candidates for paths x0 -> bounds with boxes widened by
+ * margin / 2. They are complete for other paths x0 -> x1 as long as every vertex stays in the box
+ * of its own path x0 -> bounds widened by (margin - xi) / 2. Stages 10 and 11 check this before
+ * every test and call `renew` when a vertex has left, so no test ever runs on an incomplete list.
+ */
+#ifndef TULLE_CONTACT_CONTACT_PATHS_H
+#define TULLE_CONTACT_CONTACT_PATHS_H
+
+#include "contact/contact_types.h"
+
+typedef struct pair_source {
+    const pair_list *pairs;
+    const double *bounds; /* [m] 3 * vertex_count, x1 that the pairs were found for */
+    double margin;        /* [m] > xi, that the pairs were found with; at least the largest
+                             separation_distance for stage 2 */
+    /* Finds the candidates of x0 -> x1 with `margin` and sets pairs and bounds (a copy of x1). */
+    tulle_status (*renew)(struct pair_source *source, const double *x1);
+    void *context;        /* of renew */
+    uint64_t renew_count; /* calls so far */
+} pair_source;
+
+/* Stage 4. x1 = x0 + h u, or the target where the inverse mass is 0. */
+void propose_paths(const contact_scene *scene, const double *u, double *x1);
+
+/* Fills u of vertices with inverse mass 0 from their targets: (target - x0) / h. */
+void prescribe_motion(const contact_scene *scene, double *u);
+
+/* True when the source's pairs are complete for x0 -> x1. */
+bool paths_stay_in_bounds(const contact_scene *scene, const pair_source *source, const double *x1);
+
+/* Renews the pairs if paths_stay_in_bounds is false. */
+tulle_status ensure_pairs_cover(const contact_scene *scene, pair_source *source, const double *x1);
+
+#endif

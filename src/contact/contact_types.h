@@ -1,0 +1,120 @@
+/* contact/contact_types.h - the data of the contact stages 2, 3 and 9 to 12: settings, the scene of
+ * one step as seen by contact, rows, and the store that lives from step to step.
+ *
+ * All vertices share one numbering, cloths first (0 .. cloth_vertex_count - 1), then obstacles. The
+ * unknown of a step is u, the mean displacement velocity of every vertex: x1 = x0 + h u. Vertices
+ * of inverse mass 0 (obstacles, pins) end the step where `targets` says.
+ *
+ * Based on: Moreau 1988 and Jean 1999 (contact dynamics, projected Gauss-Seidel on total impulses);
+ * Wong, Baciu, Dynamic interaction between deformable surfaces and nonsmooth objects, 2005. */
+#ifndef TULLE_CONTACT_CONTACT_TYPES_H
+#define TULLE_CONTACT_CONTACT_TYPES_H
+
+#include "base/arena.h"
+#include "detect/surface_set.h"
+
+/* Numbers that shape the response. contact_settings_default fills all but minimum_gap. */
+typedef struct contact_settings {
+    double minimum_gap;       /* [m] xi: no accepted state undercuts it */
+    int solve_rounds;         /* solves of motion and impulses a step */
+    int solve_rounds_landing; /* as many when the impulses have not settled by then */
+    int impulse_sweeps;       /* projected Gauss-Seidel sweeps a round, each forward and backward */
+    int impact_rounds;        /* rounds of stage 10 */
+    int zone_rounds;          /* rescue: rounds of impact zones */
+    int component_rounds;     /* rescue: rounds of component scaling */
+    double push_out_speed;    /* [m/s] most a row inside the contact distance asks for */
+    double slope_tolerance;   /* sine of the angle by which a normal may leave a normal cone */
+    double hard_speed;        /* [m/s] an old row violated by more after a solve becomes hard */
+    double hard_stiffness;    /* penalty of a hard row over its share of diag(A) */
+    double cg_tolerance;      /* preconditioned residual over that of the step's force impulse */
+    int cg_max_iterations;
+} contact_settings;
+
+contact_settings contact_settings_default(void);
+
+/* How two surfaces touch. */
+typedef struct contact_law {
+    double contact_distance;    /* [m] delta_c: where a contact carries load */
+    double separation_distance; /* [m] delta_s >= delta_c: where it ends */
+    double friction;            /* Coulomb coefficient */
+} contact_law;
+
+/* x -> matrix x + offset takes every vertex of a surface from its x0 to its target. */
+typedef struct affine_map {
+    mat3 matrix;
+    vec3 offset; /* [m] */
+} affine_map;
+
+/* Everything about one (sub)step that contact reads. Borrowed; constant while the stages run,
+ * but for what `scratch` and `heap` hand out. */
+typedef struct contact_scene {
+    const surface_set *set;
+    size_t vertex_count, cloth_vertex_count;
+    const uint32_t *vertex_surface;    /* vertex_count: index into set->surfaces */
+    const double *x0;                  /* [m] 3 * vertex_count, start of the step */
+    const double *rest;                /* [m] 3 * vertex_count; only those of cloths are read */
+    const double *targets;             /* [m] 3 * vertex_count; only read where inverse_mass is 0 */
+    const double *inverse_mass;        /* [1/kg] vertex_count; 0: obstacles and pinned vertices */
+    const contact_law *laws;           /* surface_count^2, row-major, symmetric */
+    const affine_map *const *carriers; /* surface_count entries, each may be null; null: none. Lets
+                                          the rescue carry cloth along with a moving obstacle */
+    const uint64_t *ignored;           /* triangle pairs that may intersect, ascending, see
+                                          ignored_pair_key; null: none */
+    size_t ignored_count;
+    double time_step; /* [s] h > 0 */
+    contact_settings settings;
+    memory *heap;
+    arena *scratch; /* each stage releases what it took */
+    int threads;
+} contact_scene;
+
+/* Key of the triangle pair {a, b} in contact_scene.ignored. A feature pair is ignored when every
+ * triangle that owns the first feature forms an ignored pair with every one that owns the second;
+ * hence no pair of triangles outside the list can begin to intersect. */
+static inline uint64_t ignored_pair_key(uint32_t a, uint32_t b) {
+    return a < b ? (uint64_t)a << 32 | b : (uint64_t)b << 32 | a;
+}
+
+typedef enum row_state { ROW_OPEN, ROW_STICKS, ROW_SLIDES } row_state;
+
+/* One contact: the half-space  n . sum_i w_i u_i >= bias  with friction and its total impulse. */
+typedef struct contact_row {
+    feature_kind kind;
+    feature_pair pair;
+    uint32_t vertices[4];
+    double weights[4]; /* signed, see closest_points */
+    vec3 normal;       /* unit, from the second feature to the first */
+    double gap;        /* [m] n . sum w x0 */
+    double bias;       /* [m/s] */
+    double friction;
+    vec3 impulse;        /* [N s] total over the step, acts w_i impulse on vertex i */
+    double inverse_mass; /* [1/kg] sum w_i^2 / m_i, > 0 */
+    double stiffness;    /* [kg] penalty of a hard row in the solve */
+    double friction_cap; /* [N s] normal impulse that bounds friction of a hard row; < 0: its own */
+    bool is_hard;        /* in the matrix of the solve */
+    bool is_old;         /* was there in the step before */
+    row_state state;     /* after the last sweep */
+} contact_row;
+
+/* Rows in a fixed order: gathered ones by (kind, pair), then those of impacts as they were found.
+ */
+typedef struct row_list {
+    ARRAY(contact_row) rows;
+    size_t gathered_count; /* rows before those of stage 10 */
+} row_list;
+
+/* What is kept of a contact from step to step. Plain data without padding: may be saved, loaded
+ * and hashed as bytes. */
+typedef struct stored_contact {
+    uint32_t kind, first, second; /* key; sorted by it */
+    uint32_t is_hard;             /* 0 or 1 */
+    double impulse[3];            /* [N s] of a step of length contact_store.time_step */
+} stored_contact;
+
+/* Contacts at the end of the last step. Zeroed is empty. */
+typedef struct contact_store {
+    ARRAY(stored_contact) contacts;
+    double time_step; /* [s] of the step that made the impulses; 0 when empty */
+} contact_store;
+
+#endif

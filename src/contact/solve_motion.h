@@ -1,0 +1,33 @@
+/* contact/solve_motion.h - stage 3: velocities and impulses that agree. */
+#ifndef TULLE_CONTACT_SOLVE_MOTION_H
+#define TULLE_CONTACT_SOLVE_MOTION_H
+
+#include "contact/contact_types.h"
+
+/* The implicit step without contact: A u = b over the cloth vertices. A is the plain matrix; rows
+ * of vertices with inverse mass 0 are masked in the solve, their columns act with the prescribed
+ * u. */
+typedef struct motion_system {
+    const double *right_hand_side; /* [N s] 3 * cloth_vertex_count */
+    const double *diagonal_blocks; /* [kg] 9 * cloth_vertex_count, 3x3 blocks of A's diagonal */
+    /* product = A x, both 3 * cloth_vertex_count; the same bits for any number of threads. */
+    void (*multiply)(const void *context, const double *x, double *product);
+    const void *context;
+} motion_system;
+
+/* What the solve did, for tulle_step_report. */
+typedef struct solve_report {
+    uint32_t solve_count, cg_iterations;
+    double cg_residual; /* largest relative preconditioned residual */
+    bool has_converged; /* no solve stopped at its limit */
+    uint64_t stick_count, slip_count, hard_count;
+    double violation; /* [m/s] largest violation of a row right after the last solve */
+} solve_report;
+
+/* In: u of cloth vertices is the velocity at the start of the step (first guess, and what the force
+ * impulse is measured from); u of vertices with inverse mass 0 is prescribed. Out: u, and the
+ * rows' impulses. `list` may be empty. */
+tulle_status solve_motion(const contact_scene *scene, const motion_system *system, row_list *list,
+                          double *u, solve_report *report);
+
+#endif
