@@ -25,22 +25,26 @@ const char *tulle_status_text(tulle_status status) {
     return "unknown status";
 }
 
-static tulle_status fill(tulle_error *error, tulle_status status, const char *path, int line,
-                         int column, const char *format, va_list arguments) {
-    if (error) {
-        error->status = status;
-        snprintf(error->file, sizeof error->file, "%s", path ? path : "");
-        error->line = line;
-        error->column = column;
-        vsnprintf(error->message, sizeof error->message, format, arguments);
-    }
-    return status;
+/* Where in a file something is wrong. */
+typedef struct place {
+    const char *path;
+    int line, column;
+} place;
+
+static void fill(tulle_error *error, tulle_status status, place at, const char *format,
+                 va_list arguments) {
+    if (!error) return;
+    error->status = status;
+    snprintf(error->file, sizeof error->file, "%s", at.path ? at.path : "");
+    error->line = at.line;
+    error->column = at.column;
+    vsnprintf(error->message, sizeof error->message, format, arguments);
 }
 
 tulle_status error_set(tulle_error *error, tulle_status status, const char *format, ...) {
     va_list arguments;
     va_start(arguments, format);
-    fill(error, status, NULL, 0, 0, format, arguments);
+    fill(error, status, (place){0}, format, arguments);
     va_end(arguments);
     return status;
 }
@@ -49,7 +53,7 @@ tulle_status error_set_at(tulle_error *error, tulle_status status, const char *p
                           int column, const char *format, ...) {
     va_list arguments;
     va_start(arguments, format);
-    fill(error, status, path, line, column, format, arguments);
+    fill(error, status, (place){path, line, column}, format, arguments);
     va_end(arguments);
     return status;
 }

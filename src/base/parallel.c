@@ -1,9 +1,7 @@
-/* base/parallel.c - parallel_for over OpenMP. */
+/* base/parallel.c - cuts a loop into chunks and hands them to the threading library. */
 #include "base/parallel.h"
 
-#ifdef _OPENMP
-#include <omp.h>
-#endif
+#include "base/parallel_backend.h"
 
 enum { MAX_THREADS = 256 };
 
@@ -12,32 +10,28 @@ size_t parallel_chunk_count(size_t count, size_t chunk_size) {
 }
 
 int parallel_resolve_threads(int threads) {
-#ifdef _OPENMP
-    if (threads <= 0) threads = omp_get_num_procs();
+    if (threads <= 0) threads = parallel_backend_processor_count();
     return threads < 1 ? 1 : threads > MAX_THREADS ? MAX_THREADS : threads;
-#else
-    (void)threads;
-    return 1;
-#endif
+}
+
+void parallel_run_chunk(const parallel_loop *loop, size_t chunk, int worker) {
+    size_t const begin = chunk * loop->chunk_size;
+    size_t const end =
+        begin + loop->chunk_size < loop->count ? begin + loop->chunk_size : loop->count;
+    loop->body(loop->context, begin, end, chunk, worker);
 }
 
 void parallel_for(size_t count, size_t chunk_size, int threads, parallel_body body, void *context) {
-    size_t const chunk_count = parallel_chunk_count(count, chunk_size);
-    if ((size_t)threads > chunk_count) threads = (int)chunk_count;
-    if (threads <= 1) {
-        for (size_t chunk = 0; chunk < chunk_count; chunk++) {
-            size_t const begin = chunk * chunk_size;
-            size_t const end = begin + chunk_size < count ? begin + chunk_size : count;
-            body(context, begin, end, chunk, 0);
-        }
+    parallel_loop const loop = {.count = count,
+                                .chunk_size = chunk_size,
+                                .chunk_count = parallel_chunk_count(count, chunk_size),
+                                .body = body,
+                                .context = context};
+    if (threads > 1 && loop.chunk_count > 1) {
+        size_t const useful =
+            (size_t)threads < loop.chunk_count ? (size_t)threads : loop.chunk_count;
+        parallel_backend_run(&loop, (int)useful);
         return;
     }
-#ifdef _OPENMP
-#pragma omp parallel for schedule(dynamic, 1) num_threads(threads)
-    for (size_t chunk = 0; chunk < chunk_count; chunk++) {
-        size_t const begin = chunk * chunk_size;
-        size_t const end = begin + chunk_size < count ? begin + chunk_size : count;
-        body(context, begin, end, chunk, omp_get_thread_num());
-    }
-#endif
+    for (size_t chunk = 0; chunk < loop.chunk_count; chunk++) parallel_run_chunk(&loop, chunk, 0);
 }

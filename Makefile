@@ -1,0 +1,100 @@
+# The front door: wraps the presets of CMakePresets.json. `make help` lists the targets.
+#
+#   TULLE_NO_INSTALL=1   install no packages, only say which are missing
+#   JOBS=N               parallel jobs (default: one per processor)
+#   PREFIX=DIR           where `make install` installs (default /usr/local; DESTDIR is heeded)
+
+BUILD := build/release
+JOBS ?= $(shell nproc 2>/dev/null || echo 2)
+PREFIX ?= /usr/local
+CTEST := ctest --output-on-failure -j $(JOBS)
+CHECK_PACKAGES := TULLE_NO_INSTALL=1 sh tools/install_packages.sh
+INSTALL_PACKAGES := sh tools/install_packages.sh
+
+.PHONY: all demo test test-long test-asan test-tsan coverage install format check-format layers sizes clean help
+.NOTPARALLEL:
+
+# The program at build/release/tulle, libtulle.so and libtulle.a beside it.
+all:
+	@$(CHECK_PACKAGES) build
+	@$(MAKE) --no-print-directory build-program
+
+.PHONY: build-program build-tests
+build-program:
+	@[ -f $(BUILD)/CMakeCache.txt ] || cmake --preset release -DTULLE_BUILD_TESTS=OFF
+	@cmake --build $(BUILD) -j $(JOBS) --target tulle_program tulle_shared tulle_static
+
+build-tests:
+	@cmake --preset release -DTULLE_BUILD_TESTS=ON -DTULLE_WARNINGS_AS_ERRORS=ON
+	@cmake --build $(BUILD) -j $(JOBS)
+
+# Simulates scenes/needles.yaml, judges every frame, tells how to look at it.
+demo:
+	@$(INSTALL_PACKAGES) build
+	@$(MAKE) --no-print-directory build-program
+	@bash tools/demo.sh $(BUILD)/tulle
+
+# Everything quick.
+test:
+	@$(INSTALL_PACKAGES) build test
+	@$(MAKE) --no-print-directory build-tests
+	@cd $(BUILD) && $(CTEST)
+
+# Everything, the whole scenes too: hours.
+test-long:
+	@$(INSTALL_PACKAGES) build test
+	@$(MAKE) --no-print-directory build-tests
+	@cd $(BUILD) && TULLE_TEST_LONG=1 ctest --output-on-failure --timeout 36000
+
+# The quick tests under the address and undefined-behaviour sanitizers, and under the thread sanitizer.
+test-asan:
+	@$(INSTALL_PACKAGES) build test
+	@cmake --preset asan-ubsan
+	@cmake --build build/asan-ubsan -j $(JOBS)
+	@cd build/asan-ubsan && $(CTEST)
+
+test-tsan:
+	@$(INSTALL_PACKAGES) build test
+	@cmake --preset tsan
+	@cmake --build build/tsan -j $(JOBS)
+	@cd build/tsan && $(CTEST)
+
+# Lines and branches that the quick tests run.
+coverage:
+	@$(INSTALL_PACKAGES) build test
+	@cmake --preset coverage
+	@cmake --build build/coverage -j $(JOBS)
+	@cd build/coverage && $(CTEST)
+	@if command -v gcovr >/dev/null; then gcovr --root . --filter src/ --print-summary --output build/coverage/summary.txt \
+	    build/coverage && cat build/coverage/summary.txt; \
+	else echo "gcovr is missing: apt-get install gcovr"; fi
+
+install: all
+	@cmake --install $(BUILD) --prefix $(PREFIX)
+
+format:
+	@sh tools/format.sh
+
+check-format:
+	@sh tools/format.sh --check
+
+layers:
+	@python3 tools/check_layers.py
+
+sizes:
+	@python3 tools/check_sizes.py
+
+clean:
+	rm -rf build
+
+help:
+	@echo "make              release build: $(BUILD)/tulle, libtulle.so and libtulle.a beside it"
+	@echo "make demo         cloth falls on needles, every frame is judged (installs missing packages)"
+	@echo "make test         all quick tests (installs missing packages)"
+	@echo "make test-long    all tests, the whole scenes too"
+	@echo "make test-asan    the quick tests under the address and undefined-behaviour sanitizers"
+	@echo "make test-tsan    the quick tests under the thread sanitizer"
+	@echo "make coverage     lines that the quick tests run"
+	@echo "make install      to PREFIX (default /usr/local)"
+	@echo "make format       lay out the code; check-format, layers, sizes: check the rules of the house"
+	@echo "make clean        remove build/"

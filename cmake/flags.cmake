@@ -1,0 +1,15 @@
+# How every file is compiled: C17, all warnings, no contraction of floating point, so that results have the same bits on
+# every machine. Targets link tulle_flags privately.
+set(CMAKE_C_STANDARD 17)
+set(CMAKE_C_STANDARD_REQUIRED ON)
+set(CMAKE_C_EXTENSIONS OFF)
+set(CMAKE_CXX_STANDARD 17)
+set(CMAKE_CXX_STANDARD_REQUIRED ON)
+
+add_library(tulle_flags INTERFACE)
+target_compile_options(tulle_flags INTERFACE -Wall -Wextra -Wpedantic -Wshadow -Wconversion -Wvla -Wdouble-promotion
+    $<$<COMPILE_LANGUAGE:C>:-Wmissing-prototypes> -ffp-contract=off $<$<BOOL:${TULLE_WARNINGS_AS_ERRORS}>:-Werror>)
+if(TULLE_SANITIZE)
+    target_compile_options(tulle_flags INTERFACE -fsanitize=${TULLE_SANITIZE} -fno-sanitize-recover=all -fno-omit-frame-pointer)
+    target_link_options(tulle_flags INTERFACE -fsanitize=${TULLE_SANITIZE})
+endif()

@@ -1,0 +1,84 @@
+#!/bin/sh
+# Installs the Debian packages that a build or the tests need and that are missing; does nothing when all is there.
+# usage: install_packages.sh ROLE...      ROLE: build, test
+#   TULLE_NO_INSTALL=1   only says what is missing; fails if it cannot be done without
+set -eu
+
+# What each role needs: package, how to see that it is there, and whether it can be done without. Things are looked for
+# rather than packages, so what was installed by other ways counts.
+needs() {
+    case $1 in
+    build)
+        echo "gcc            program:cc          needed"
+        echo "libc6-dev      header:stdlib.h     needed"
+        echo "make           program:make        needed"
+        echo "cmake          program:cmake       needed"
+        echo "pkg-config     program:pkg-config  needed"
+        echo "libyaml-dev    header:yaml.h       needed"
+        ;;
+    test)
+        echo "libcmocka-dev  cmocka              needed"
+        echo "libgmp-dev     header:gmp.h        needed"
+        echo "g++            program:c++         optional"
+        echo "libcgal-dev    cgal                optional"
+        echo "clang-format   program:clang-format optional"
+        echo "python3        program:python3     optional"
+        ;;
+    *)
+        echo "install_packages.sh: unknown role \"$1\"; the roles are build and test" >&2
+        exit 2
+        ;;
+    esac
+}
+
+compiles() { command -v cc >/dev/null && printf '%s\n' "$1" | cc -x c -fsyntax-only - 2>/dev/null; }
+
+is_there() { # PROBE
+    case $1 in
+    program:*) command -v "${1#program:}" >/dev/null ;;
+    header:*) compiles "#include <${1#header:}>" ;;
+    cmocka) compiles "#include <stdarg.h>
+#include <stddef.h>
+#include <stdint.h>
+#include <setjmp.h>
+#include <cmocka.h>" ;;
+    cgal) [ -e /usr/include/CGAL/version.h ] || [ -e /usr/local/include/CGAL/version.h ] ;;
+    esac
+}
+
+missing="" needed=""
+for role in "$@"; do
+    list=$(needs "$role")
+    while read -r package probe weight; do
+        is_there "$probe" && continue
+        missing="$missing $package"
+        [ "$weight" = optional ] || needed="$needed $package"
+    done <<END
+$list
+END
+done
+[ -n "$missing" ] || exit 0
+
+echo "missing packages:$missing"
+if [ "${TULLE_NO_INSTALL:-0}" = 1 ]; then
+    [ -n "$needed" ] || exit 0
+    echo "install them: apt-get install$needed" >&2
+    exit 1
+fi
+if ! command -v apt-get >/dev/null; then
+    echo "there is no apt-get here: install what these Debian packages hold by other ways" >&2
+    [ -z "$needed" ] && exit 0
+    exit 1
+fi
+as_root=""
+if [ "$(id -u)" != 0 ]; then
+    as_root=sudo
+    command -v sudo >/dev/null || { echo "not root and no sudo: run as root: apt-get install$missing" >&2; exit 1; }
+fi
+install_missing() {
+    # shellcheck disable=SC2086
+    $as_root env DEBIAN_FRONTEND=noninteractive apt-get install -y --no-install-recommends $missing
+}
+echo "installing them with apt-get"
+# The package lists may be missing or old; then they are fetched, and the packages asked for again.
+install_missing >/dev/null 2>&1 || { $as_root apt-get update && install_missing; }

@@ -1,0 +1,72 @@
+#!/bin/sh
+# Installs a build into a temporary folder, moves it, then builds and runs a small program against it through pkg-config
+# (shared and static), through CMake's find_package, and as C++.
+# usage: test_install.sh BUILD_DIRECTORY
+set -eu
+build=$1
+source=$(cd "$(dirname "$0")/.." && pwd)
+for program in cmake pkg-config cc; do
+    command -v $program >/dev/null || { echo "skipped: $program is not installed"; exit 77; }
+done
+work=$(mktemp -d)
+trap 'rm -rf "$work"' EXIT
+
+cmake --install "$build" --prefix "$work/first" >"$work/install.log"
+mv "$work/first" "$work/prefix"
+prefix=$work/prefix
+library=$(dirname "$(find "$prefix" -name libtulle.so)")
+version=$("$prefix/bin/tulle" --version | cut -d' ' -f2)
+for file in include/tulle/tulle.h share/man/man1/tulle.1; do
+    [ -s "$prefix/$file" ] || { echo "$file is not installed"; exit 1; }
+done
+[ -e "$library/libtulle.so.$version" ] || { echo "libtulle.so.$version is not installed"; exit 1; }
+
+cat >"$work/consumer.c" <<'END'
+#include <stdio.h>
+#include <tulle/tulle.h>
+int main(void) {
+    puts(tulle_status_text(TULLE_ERROR_DISK_FULL));
+    return 0;
+}
+END
+cat >"$work/CMakeLists.txt" <<'END'
+cmake_minimum_required(VERSION 3.25)
+project(consumer LANGUAGES C)
+find_package(tulle 0.1 REQUIRED)
+add_executable(shared consumer.c)
+target_link_libraries(shared PRIVATE tulle::tulle)
+add_executable(static consumer.c)
+target_link_libraries(static PRIVATE tulle::tulle_static)
+END
+expect() {
+    said=$(LD_LIBRARY_PATH=$library "$1")
+    [ "$said" = "disk full" ] || { echo "$1 said \"$said\""; exit 1; }
+    echo "install: $2 works"
+}
+
+export PKG_CONFIG_PATH="$library/pkgconfig"
+[ "$(pkg-config --modversion tulle)" = "$version" ] || { echo "tulle.pc names another version than $version"; exit 1; }
+# shellcheck disable=SC2046
+cc -Wall -Werror "$work/consumer.c" -o "$work/with_pc" $(pkg-config --cflags --libs tulle)
+expect "$work/with_pc" "pkg-config, shared"
+# shellcheck disable=SC2046
+cc -Wall -Werror "$work/consumer.c" -o "$work/with_a" $(pkg-config --cflags tulle) "$library/libtulle.a" \
+    $(pkg-config --libs-only-l --static tulle | sed 's/-ltulle //')
+expect "$work/with_a" "pkg-config, static"
+
+cmake -S "$work" -B "$work/build" -DCMAKE_PREFIX_PATH="$prefix" >"$work/cmake.log" || { cat "$work/cmake.log"; exit 1; }
+cmake --build "$work/build" >"$work/cmake.log" || { cat "$work/cmake.log"; exit 1; }
+expect "$work/build/shared" "find_package, shared"
+expect "$work/build/static" "find_package, static"
+
+if command -v c++ >/dev/null; then
+    cp "$work/consumer.c" "$work/consumer.cpp"
+    # shellcheck disable=SC2046
+    c++ -Wall -Wextra -Wpedantic -Werror "$work/consumer.cpp" -o "$work/with_cxx" $(pkg-config --cflags --libs tulle)
+    expect "$work/with_cxx" "C++"
+fi
+# Each public header stands alone.
+for header in "$prefix"/include/tulle/*.h; do
+    echo "#include <tulle/$(basename "$header")>" | cc -Wall -Wextra -Wpedantic -Werror -std=c17 -I"$prefix/include" -fsyntax-only -x c -
+done
+echo "install: every public header stands alone"
