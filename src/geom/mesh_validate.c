@@ -1,0 +1,299 @@
+/* geom/mesh_validate.c - refuses meshes that cannot be simulated, and says where and why.
+ *
+ * In: a view and what it is for. Out: TULLE_OK, or an error that names the first offender of the
+ * first kind of defect found, its coordinates, how many there are, and what to do. Cost O(n log n)
+ * for the duplicates, O(n) for the rest. */
+#include "geom/mesh.h"
+
+#include "base/error.h"
+#include "geom/union_find.h"
+#include "math/vec3.h"
+
+#include <stdio.h>
+#include <stdlib.h>
+
+/* [m] Squares and products of larger coordinates would overflow further on. */
+static const double COORDINATE_MAX = 1e100;
+
+/* Where the first offender is, and how many there are. */
+typedef struct defect {
+    size_t count, first;
+} defect;
+
+typedef struct place_text {
+    char text[96];
+} place_text;
+
+typedef struct check {
+    memory *heap;
+    tulle_mesh_view mesh;
+    tulle_error *error;
+    topology topo;
+    uint32_t *edge_use_counts;
+} check;
+
+static void note_defect(defect *found, size_t index) {
+    if (found->count++ == 0) found->first = index;
+}
+
+/* " (x, y, z)" of a vertex. */
+static place_text get_place(tulle_mesh_view mesh, size_t vertex) {
+    vec3 const x = vec3_load(mesh.positions, vertex);
+    place_text place;
+    snprintf(place.text, sizeof place.text, "(%.9g, %.9g, %.9g)", x.x, x.y, x.z);
+    return place;
+}
+
+/* " (and 4 more like it)", empty when there is one only. */
+static place_text get_rest(defect found) {
+    place_text rest = {""};
+    if (found.count > 1)
+        snprintf(rest.text, sizeof rest.text, " (and %zu more like it)", found.count - 1);
+    return rest;
+}
+
+static tulle_status report_out_of_memory(tulle_error *error, tulle_mesh_view mesh) {
+    return error_set(error, TULLE_ERROR_OUT_OF_MEMORY,
+                     "no memory to examine a mesh of %zu vertices and %zu triangles",
+                     mesh.vertex_count, mesh.triangle_count);
+}
+
+static tulle_status check_coordinates(const check *c) {
+    defect found = {0, 0};
+    for (size_t v = 0; v < c->mesh.vertex_count; v++) {
+        const double *const x = c->mesh.positions + 3 * v;
+        bool const is_fine = fabs(x[0]) <= COORDINATE_MAX && fabs(x[1]) <= COORDINATE_MAX &&
+                             fabs(x[2]) <= COORDINATE_MAX;
+        if (!is_fine) note_defect(&found, v);
+    }
+    if (found.count == 0) return TULLE_OK;
+    return error_set(
+        c->error, TULLE_ERROR_INVALID_MESH,
+        "vertex %zu has the coordinates %s, which are not finite numbers below %g m%s; "
+        "correct them or remove the vertex",
+        found.first, get_place(c->mesh, found.first).text, COORDINATE_MAX, get_rest(found).text);
+}
+
+static bool has_repeated_corner(const uint32_t *corner) {
+    return corner[0] == corner[1] || corner[1] == corner[2] || corner[2] == corner[0];
+}
+
+static tulle_status check_repeated_corners(const check *c) {
+    defect found = {0, 0};
+    for (size_t t = 0; t < c->mesh.triangle_count; t++)
+        if (has_repeated_corner(c->mesh.triangles + 3 * t)) note_defect(&found, t);
+    if (found.count == 0) return TULLE_OK;
+    const uint32_t *const corner = c->mesh.triangles + 3 * found.first;
+    uint32_t const twice = corner[0] == corner[1] || corner[0] == corner[2] ? corner[0] : corner[1];
+    return error_set(c->error, TULLE_ERROR_INVALID_MESH,
+                     "triangle %zu (vertices %u, %u, %u) uses vertex %u at %s twice%s; remove "
+                     "degenerate triangles",
+                     found.first, corner[0], corner[1], corner[2], twice,
+                     get_place(c->mesh, twice).text, get_rest(found).text);
+}
+
+static tulle_status check_heights(const check *c) {
+    defect found = {0, 0};
+    for (size_t t = 0; t < c->mesh.triangle_count; t++) {
+        double const ratio =
+            triangle_get_height_ratio(c->mesh.positions, c->mesh.triangles + 3 * t);
+        if (!(ratio >= THIN_TRIANGLE_RATIO)) note_defect(&found, t);
+    }
+    if (found.count == 0) return TULLE_OK;
+    const uint32_t *const corner = c->mesh.triangles + 3 * found.first;
+    double const ratio = triangle_get_height_ratio(c->mesh.positions, corner);
+    return error_set(c->error, TULLE_ERROR_INVALID_MESH,
+                     "triangle %zu (vertices %u at %s, %u at %s, %u at %s) %s: its height is %.3g "
+                     "of its longest edge, at least %g is needed%s; merge or move its vertices",
+                     found.first, corner[0], get_place(c->mesh, corner[0]).text, corner[1],
+                     get_place(c->mesh, corner[1]).text, corner[2],
+                     get_place(c->mesh, corner[2]).text,
+                     ratio > 0.0 ? "is too thin" : "has zero area", ratio, THIN_TRIANGLE_RATIO,
+                     get_rest(found).text);
+}
+
+/* A triangle by its ascending corners. */
+typedef struct triangle_key {
+    uint32_t corners[3], triangle;
+} triangle_key;
+
+static int compare_keys(const void *first, const void *second) {
+    const triangle_key *const a = first, *const b = second;
+    for (int k = 0; k < 3; k++)
+        if (a->corners[k] != b->corners[k]) return a->corners[k] < b->corners[k] ? -1 : 1;
+    return a->triangle < b->triangle ? -1 : a->triangle > b->triangle;
+}
+
+static triangle_key make_key(const uint32_t *corner, uint32_t triangle) {
+    uint32_t low = corner[0], middle = corner[1], high = corner[2], swap;
+    if (low > middle) swap = low, low = middle, middle = swap;
+    if (middle > high) swap = middle, middle = high, high = swap;
+    if (low > middle) swap = low, low = middle, middle = swap;
+    return (triangle_key){{low, middle, high}, triangle};
+}
+
+static bool has_same_corners(const triangle_key *a, const triangle_key *b) {
+    return a->corners[0] == b->corners[0] && a->corners[1] == b->corners[1] &&
+           a->corners[2] == b->corners[2];
+}
+
+static tulle_status check_duplicates(const check *c) {
+    size_t const count = c->mesh.triangle_count;
+    triangle_key *const keys = memory_allocate(c->heap, count * sizeof *keys);
+    if (!keys) return report_out_of_memory(c->error, c->mesh);
+    for (size_t t = 0; t < count; t++) keys[t] = make_key(c->mesh.triangles + 3 * t, (uint32_t)t);
+    qsort(keys, count, sizeof *keys, compare_keys);
+    size_t duplicate_count = 0;
+    uint32_t first = TULLE_NONE, original = TULLE_NONE;
+    for (size_t k = 1, start = 0; k < count; k++) {
+        if (!has_same_corners(&keys[k], &keys[start])) {
+            start = k;
+            continue;
+        }
+        duplicate_count++;
+        if (keys[k].triangle < first) {
+            first = keys[k].triangle;
+            original = keys[start].triangle;
+        }
+    }
+    memory_release(c->heap, keys, count * sizeof *keys);
+    if (duplicate_count == 0) return TULLE_OK;
+    uint32_t const vertex = c->mesh.triangles[3 * (size_t)first];
+    return error_set(c->error, TULLE_ERROR_INVALID_MESH,
+                     "triangle %u has the same three vertices as triangle %u (first vertex %u at "
+                     "%s)%s; remove duplicate triangles",
+                     first, original, vertex, get_place(c->mesh, vertex).text,
+                     get_rest((defect){duplicate_count, first}).text);
+}
+
+static tulle_status check_edge_uses(const check *c) {
+    defect found = {0, 0};
+    for (size_t e = 0; e < c->topo.edge_count; e++)
+        if (c->edge_use_counts[e] > 2) note_defect(&found, e);
+    if (found.count == 0) return TULLE_OK;
+    const uint32_t *const ends = c->topo.edges + 2 * found.first;
+    return error_set(c->error, TULLE_ERROR_INVALID_MESH,
+                     "the edge between vertices %u at %s and %u at %s belongs to %u triangles%s; "
+                     "cloth needs at most 2 (non-manifold edge): separate the sheets there",
+                     ends[0], get_place(c->mesh, ends[0]).text, ends[1],
+                     get_place(c->mesh, ends[1]).text, c->edge_use_counts[found.first],
+                     get_rest(found).text);
+}
+
+/* Whether the triangle goes along the edge from its smaller to its larger vertex. */
+static bool is_along_edge(const topology *topo, uint32_t triangle, size_t edge) {
+    for (size_t k = 0; k < 3; k++)
+        if (topo->triangle_edges[3 * (size_t)triangle + k] == edge)
+            return topo->triangles[3 * (size_t)triangle + k] == topo->edges[2 * edge];
+    return false;
+}
+
+static tulle_status check_orientation(const check *c) {
+    defect found = {0, 0};
+    for (size_t e = 0; e < c->topo.edge_count; e++) {
+        if (c->edge_use_counts[e] != 2) continue;
+        const uint32_t *const sides = c->topo.edge_triangles + 2 * e;
+        if (is_along_edge(&c->topo, sides[0], e) == is_along_edge(&c->topo, sides[1], e))
+            note_defect(&found, e);
+    }
+    if (found.count == 0) return TULLE_OK;
+    const uint32_t *const sides = c->topo.edge_triangles + 2 * found.first;
+    const uint32_t *const ends = c->topo.edges + 2 * found.first;
+    return error_set(
+        c->error, TULLE_ERROR_INVALID_MESH,
+        "triangles %u and %u, which share the edge between vertices %u at %s and %u at "
+        "%s, are oriented in opposite ways%s; flip triangles until all normals point "
+        "to one side (a one-sided surface cannot be cloth)",
+        sides[0], sides[1], ends[0], get_place(c->mesh, ends[0]).text, ends[1],
+        get_place(c->mesh, ends[1]).text, get_rest(found).text);
+}
+
+/* How many fans the triangles of a vertex form. */
+static size_t count_fans(const topology *topo, uint32_t *fans, uint32_t vertex) {
+    const adjacency *const lists = &topo->vertex_triangles;
+    size_t fan_count = 0;
+    for (uint32_t k = lists->begin[vertex]; k < lists->begin[vertex + 1]; k++) {
+        uint32_t corner = 3 * lists->items[k];
+        while (topo->triangles[corner] != vertex) corner++;
+        if (union_find_root(fans, corner) == corner) fan_count++;
+    }
+    return fan_count;
+}
+
+static tulle_status check_fans(const check *c) {
+    size_t const corner_count = 3 * c->mesh.triangle_count;
+    uint32_t *const fans = memory_allocate(c->heap, corner_count * sizeof *fans);
+    if (!fans) return report_out_of_memory(c->error, c->mesh);
+    mesh_join_fans(&c->topo, c->edge_use_counts, fans);
+    defect found = {0, 0};
+    size_t first_fan_count = 0;
+    for (uint32_t v = 0; v < c->mesh.vertex_count; v++) {
+        size_t const fan_count = count_fans(&c->topo, fans, v);
+        if (fan_count < 2) continue;
+        if (found.count == 0) first_fan_count = fan_count;
+        note_defect(&found, v);
+    }
+    memory_release(c->heap, fans, corner_count * sizeof *fans);
+    if (found.count == 0) return TULLE_OK;
+    return error_set(c->error, TULLE_ERROR_INVALID_MESH,
+                     "vertex %zu at %s joins %zu separate fans of triangles that share no edge%s "
+                     "(bow tie); give each fan a vertex of its own",
+                     found.first, get_place(c->mesh, found.first).text, first_fan_count,
+                     get_rest(found).text);
+}
+
+static tulle_status check_unreferenced(const check *c) {
+    const uint32_t *const begin = c->topo.vertex_triangles.begin;
+    defect found = {0, 0};
+    for (size_t v = 0; v < c->mesh.vertex_count; v++)
+        if (begin[v] == begin[v + 1]) note_defect(&found, v);
+    if (found.count == 0) return TULLE_OK;
+    return error_set(c->error, TULLE_ERROR_INVALID_MESH,
+                     "vertex %zu at %s belongs to no triangle%s; remove unreferenced vertices",
+                     found.first, get_place(c->mesh, found.first).text, get_rest(found).text);
+}
+
+/* What cloth needs beyond sound triangles: an oriented 2-manifold. */
+static tulle_status check_manifold(check *c) {
+    tulle_status status = topology_build(c->heap, c->mesh.triangles, c->mesh.triangle_count,
+                                         c->mesh.vertex_count, &c->topo);
+    if (status == TULLE_ERROR_LIMIT)
+        return error_set(c->error, status, "the mesh has %zu triangles, too many for cloth",
+                         c->mesh.triangle_count);
+    if (status != TULLE_OK) return report_out_of_memory(c->error, c->mesh);
+    size_t const byte_count = c->topo.edge_count * sizeof *c->edge_use_counts;
+    c->edge_use_counts = memory_allocate(c->heap, byte_count);
+    if (c->edge_use_counts) {
+        mesh_count_edge_uses(&c->topo, c->edge_use_counts);
+        status = check_edge_uses(c);
+        if (status == TULLE_OK) status = check_orientation(c);
+        if (status == TULLE_OK) status = check_fans(c);
+        if (status == TULLE_OK) status = check_unreferenced(c);
+        memory_release(c->heap, c->edge_use_counts, byte_count);
+    } else {
+        status = report_out_of_memory(c->error, c->mesh);
+    }
+    topology_destroy(c->heap, &c->topo);
+    return status;
+}
+
+tulle_status mesh_validate(memory *heap, tulle_mesh_view mesh, tulle_mesh_role role,
+                           tulle_error *error) {
+    check c = {.heap = heap, .mesh = mesh, .error = error};
+    if (mesh.triangle_count == 0)
+        return error_set(error, TULLE_ERROR_INVALID_MESH,
+                         "the mesh has no triangles (%zu vertices); at least one is needed",
+                         mesh.vertex_count);
+    tulle_status status = mesh_check_indices(mesh, error);
+    if (status == TULLE_OK) status = check_coordinates(&c);
+    if (status == TULLE_OK) status = check_repeated_corners(&c);
+    if (status == TULLE_OK) status = check_heights(&c);
+    if (status == TULLE_OK) status = check_duplicates(&c);
+    if (status == TULLE_OK && role == TULLE_MESH_ROLE_CLOTH) status = check_manifold(&c);
+    return status;
+}
+
+tulle_status tulle_mesh_validate(tulle_mesh_view mesh, tulle_mesh_role role, tulle_error *error) {
+    memory heap = memory_default();
+    return mesh_validate(&heap, mesh, role, error);
+}
