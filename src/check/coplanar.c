@@ -1,0 +1,70 @@
+/* check/coplanar.c - see coplanar.h. */
+#include "check/coplanar.h"
+
+#include "geom/exact_predicates.h"
+
+int coplanar_orient(int axis, const double *a, const double *b, const double *c,
+                    size_t *exact_count) {
+    int const u = axis == 0 ? 1 : 0, v = axis == 2 ? 1 : 2;
+    return orient2d_sign((double[2]){a[u], a[v]}, (double[2]){b[u], b[v]}, (double[2]){c[u], c[v]},
+                         exact_count);
+}
+
+int coplanar_find_axis(const double *a, const double *b, const double *c, size_t *exact_count) {
+    for (int axis = 2; axis >= 0; axis--)
+        if (coplanar_orient(axis, a, b, c, exact_count) != 0) return axis;
+    return -1;
+}
+
+/* Whether all `count` points lie strictly outside the line of some edge of the triangle, that is on
+ * the other side than the triangle. */
+static bool edge_separates(int axis, const double *const triangle[3], const double *const *points,
+                           int count, size_t *exact_count) {
+    int const turn = coplanar_orient(axis, triangle[0], triangle[1], triangle[2], exact_count);
+    for (int i = 0; i < 3; i++) {
+        int outside = 0;
+        while (outside < count && coplanar_orient(axis, triangle[i], triangle[(i + 1) % 3],
+                                                  points[outside], exact_count) == -turn)
+            outside++;
+        if (outside == count) return true;
+    }
+    return false;
+}
+
+/* Disjoint convex polygons are separated, strictly, by the line of an edge of one of them. */
+bool coplanar_triangles_meet(int axis, const double *const a[3], const double *const b[3],
+                             size_t *exact_count) {
+    return !edge_separates(axis, a, b, 3, exact_count) &&
+           !edge_separates(axis, b, a, 3, exact_count);
+}
+
+/* Close to the common vertex v each triangle is the cone of directions between its two edges. The
+ * triangles share more than v exactly when the closed cones share a direction, and then a boundary
+ * direction of one cone lies in the other. A direction lies in a counterclockwise cone when it is
+ * not to the right of the first edge and not to the left of the second. */
+bool coplanar_triangles_meet_beyond_vertex(int axis, const double *const a[3],
+                                           const double *const b[3], size_t *exact_count) {
+    const double *const v = a[0];
+    bool const is_a_clockwise = coplanar_orient(axis, v, a[1], a[2], exact_count) < 0;
+    bool const is_b_clockwise = coplanar_orient(axis, v, b[1], b[2], exact_count) < 0;
+    const double *const a1 = a[is_a_clockwise ? 2 : 1], *const a2 = a[is_a_clockwise ? 1 : 2];
+    const double *const b1 = b[is_b_clockwise ? 2 : 1], *const b2 = b[is_b_clockwise ? 1 : 2];
+    int const a1b1 = coplanar_orient(axis, v, a1, b1, exact_count);
+    int const a1b2 = coplanar_orient(axis, v, a1, b2, exact_count);
+    int const a2b1 = coplanar_orient(axis, v, a2, b1, exact_count);
+    int const a2b2 = coplanar_orient(axis, v, a2, b2, exact_count);
+    bool const is_b1_in_a = a1b1 >= 0 && a2b1 <= 0;
+    bool const is_b2_in_a = a1b2 >= 0 && a2b2 <= 0;
+    bool const is_a1_in_b = a1b1 <= 0 && a1b2 >= 0;
+    bool const is_a2_in_b = a2b1 <= 0 && a2b2 >= 0;
+    return is_b1_in_a || is_b2_in_a || is_a1_in_b || is_a2_in_b;
+}
+
+/* A segment is a convex polygon with two corners; the line that separates it may be its own. */
+bool coplanar_segment_meets_triangle(int axis, const double *p, const double *q,
+                                     const double *const triangle[3], size_t *exact_count) {
+    if (edge_separates(axis, triangle, (const double *const[]){p, q}, 2, exact_count)) return false;
+    int const first = coplanar_orient(axis, p, q, triangle[0], exact_count);
+    return first == 0 || coplanar_orient(axis, p, q, triangle[1], exact_count) != first ||
+           coplanar_orient(axis, p, q, triangle[2], exact_count) != first;
+}

@@ -1,0 +1,36 @@
+/* check/coplanar.h - intersection of triangles that lie in one plane, decided in a projection.
+ *
+ * Dropping one coordinate maps a plane one-to-one onto the plane of the other two, unless the plane
+ * is parallel to the dropped axis. A triangle whose projection has area shows that its plane is
+ * not, so that whether sets in this plane meet can be read off their projections.
+ */
+#ifndef TULLE_CHECK_COPLANAR_H
+#define TULLE_CHECK_COPLANAR_H
+
+#include <stdbool.h>
+#include <stddef.h>
+
+/* The axis 0 .. 2 to drop so that points a, b, c keep a triangle with area; -1 if they are
+ * collinear (or equal). */
+int coplanar_find_axis(const double *a, const double *b, const double *c, size_t *exact_count);
+
+/* orient2d_sign of the points without coordinate `axis`. */
+int coplanar_orient(int axis, const double *a, const double *b, const double *c,
+                    size_t *exact_count);
+
+/* Whether two coplanar triangles with area, none degenerate in the projection, have a common
+ * point. */
+bool coplanar_triangles_meet(int axis, const double *const a[3], const double *const b[3],
+                             size_t *exact_count);
+
+/* The same for triangles with a[0] and b[0] the same point: whether they have another common
+ * point. */
+bool coplanar_triangles_meet_beyond_vertex(int axis, const double *const a[3],
+                                           const double *const b[3], size_t *exact_count);
+
+/* Whether the segment pq (p = q allowed) and a triangle with area in its plane have a common
+ * point. */
+bool coplanar_segment_meets_triangle(int axis, const double *p, const double *q,
+                                     const double *const triangle[3], size_t *exact_count);
+
+#endif
