@@ -35,7 +35,8 @@ typedef struct tulle_check_result {
  * intersect when they have a common point outside the shared vertex or edge (so neighbours folded
  * flat onto each other count). Degenerate triangles are judged as the segment or point that they
  * are. Indices must be in range and coordinates finite (TULLE_ERROR_INVALID_MESH). threads: 1 ..
- * 256, 0 for one per processor. The result does not depend on it. */
+ * 256, 0 for one per processor. The result does not depend on it. More than 2^26 intersecting pairs
+ * are refused (TULLE_ERROR_LIMIT). On failure the result is empty. */
 TULLE_API tulle_status tulle_check_intersections(const tulle_check_body *bodies, size_t body_count,
                                                  int threads, tulle_check_result *result,
                                                  tulle_error *error);

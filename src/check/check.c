@@ -1,0 +1,333 @@
+/* check/check.c - see tulle/check.h and check.h.
+ *
+ * All triangles of all bodies are numbered through, in the order of the bodies. Two trees are
+ * built, over the cloth and over the obstacles; every triangle asks for those of higher number
+ * whose boxes meet its own, obstacles only in the tree of cloth. Boxes are exact, so the pairs that
+ * come to the exact test include all that intersect. Triangles are worked on in chunks of fixed
+ * size; a chunk finds its pairs in order, so that the chunks' lists one after the other are sorted,
+ * however many threads there are.
+ */
+#include "check/check.h"
+
+#include "base/error.h"
+#include "base/parallel.h"
+#include "check/triangle_pair.h"
+#include "check/triangle_tree.h"
+
+#include <math.h>
+#include <stdatomic.h>
+#include <string.h>
+
+enum {
+    CHUNK_SIZE = 64,   /* triangles; small enough to balance, large enough to hide the overhead */
+    THREAD_LIMIT = 256 /* of the contract */
+};
+static const size_t PAIR_LIMIT = (size_t)1 << 26; /* pairs: 1 GiB of results */
+static const size_t TRIANGLE_LIMIT = INT32_MAX;   /* triangle numbers are 32-bit */
+
+enum { KIND_CLOTH, KIND_OBSTACLE };
+
+typedef struct chunk_result {
+    ARRAY(tulle_check_pair) pairs;
+    size_t tested_pair_count, exact_count;
+} chunk_result;
+
+typedef struct judge {
+    memory *heap;
+    const tulle_check_body *bodies;
+    size_t body_count, triangle_count, chunk_count;
+    size_t *first_triangle; /* of each body, and the total */
+    uint32_t *body_of;      /* for each triangle number */
+    uint8_t *kinds;         /* for each triangle number */
+    check_box *boxes;       /* for each triangle number */
+    triangle_tree trees[2]; /* by kind */
+    chunk_result *chunks;
+    size_t pair_limit;
+    atomic_size_t pair_count;
+    atomic_int status;      /* the first failure of a worker */
+    atomic_flag heap_guard; /* one worker at a time allocates */
+} judge;
+
+static tulle_status validate_body(const tulle_check_body *body, size_t index, tulle_error *error) {
+    const tulle_mesh_view *const mesh = &body->mesh;
+    if ((mesh->vertex_count > 0 && !mesh->positions) ||
+        (mesh->triangle_count > 0 && !mesh->triangles))
+        return error_set(error, TULLE_ERROR_INVALID_ARGUMENT,
+                         "body %zu has a null array; give positions and triangles", index);
+    for (size_t i = 0; i < 3 * mesh->vertex_count; i++)
+        if (!isfinite(mesh->positions[i]))
+            return error_set(error, TULLE_ERROR_INVALID_MESH,
+                             "body %zu: coordinate %c of vertex %zu is not finite; all coordinates "
+                             "must be finite numbers",
+                             index, "xyz"[i % 3], i / 3);
+    for (size_t i = 0; i < 3 * mesh->triangle_count; i++)
+        if (mesh->triangles[i] >= mesh->vertex_count)
+            return error_set(error, TULLE_ERROR_INVALID_MESH,
+                             "body %zu: triangle %zu uses vertex %u, but there are only %zu "
+                             "vertices, numbered from 0",
+                             index, i / 3, (unsigned)mesh->triangles[i], mesh->vertex_count);
+    return TULLE_OK;
+}
+
+static tulle_status validate(const tulle_check_body *bodies, size_t body_count, int threads,
+                             tulle_error *error) {
+    if (threads < 0 || threads > THREAD_LIMIT)
+        return error_set(error, TULLE_ERROR_INVALID_ARGUMENT,
+                         "%d threads asked for; give 1 to %d, or 0 for one per processor", threads,
+                         (int)THREAD_LIMIT);
+    if (body_count > 0 && !bodies)
+        return error_set(error, TULLE_ERROR_INVALID_ARGUMENT, "the array of bodies is null");
+    size_t total = 0;
+    for (size_t i = 0; i < body_count; i++) {
+        size_t const vertex_count = bodies[i].mesh.vertex_count;
+        size_t const triangle_count = bodies[i].mesh.triangle_count;
+        if (vertex_count > TRIANGLE_LIMIT || triangle_count > TRIANGLE_LIMIT - total)
+            return error_set(error, TULLE_ERROR_LIMIT,
+                             "more than %zu vertices in a body or triangles in all",
+                             TRIANGLE_LIMIT);
+        total += triangle_count;
+        tulle_status const status = validate_body(&bodies[i], i, error);
+        if (status != TULLE_OK) return status;
+    }
+    return TULLE_OK;
+}
+
+static check_triangle get_triangle(const judge *self, uint32_t number) {
+    uint32_t const body = self->body_of[number];
+    const tulle_mesh_view *const mesh = &self->bodies[body].mesh;
+    const uint32_t *const vertices = mesh->triangles + 3 * (number - self->first_triangle[body]);
+    check_triangle triangle;
+    for (int i = 0; i < 3; i++) {
+        triangle.vertices[i] = vertices[i];
+        triangle.corners[i] = mesh->positions + 3 * (size_t)vertices[i];
+    }
+    return triangle;
+}
+
+static check_box find_box(const check_triangle *triangle) {
+    check_box box;
+    for (int axis = 0; axis < 3; axis++) {
+        double const a = triangle->corners[0][axis], b = triangle->corners[1][axis],
+                     c = triangle->corners[2][axis];
+        box.low[axis] = a < b ? (a < c ? a : c) : (b < c ? b : c);
+        box.high[axis] = a > b ? (a > c ? a : c) : (b > c ? b : c);
+    }
+    return box;
+}
+
+static void number_triangles(judge *self) {
+    size_t number = 0;
+    for (size_t body = 0; body < self->body_count; body++) {
+        self->first_triangle[body] = number;
+        for (size_t i = 0; i < self->bodies[body].mesh.triangle_count; i++, number++) {
+            self->body_of[number] = (uint32_t)body;
+            self->kinds[number] = self->bodies[body].is_obstacle ? KIND_OBSTACLE : KIND_CLOTH;
+            check_triangle const triangle = get_triangle(self, (uint32_t)number);
+            self->boxes[number] = find_box(&triangle);
+        }
+    }
+}
+
+/* False when memory is short; judge_close releases what there is either way. */
+static bool judge_open(judge *self) {
+    size_t const count = self->triangle_count;
+    self->first_triangle =
+        memory_allocate(self->heap, self->body_count * sizeof *self->first_triangle);
+    self->body_of = memory_allocate(self->heap, count * sizeof *self->body_of);
+    self->kinds = memory_allocate(self->heap, count * sizeof *self->kinds);
+    self->boxes = memory_allocate(self->heap, count * sizeof *self->boxes);
+    self->chunks = memory_allocate_zeroed(self->heap, self->chunk_count, sizeof *self->chunks);
+    if (!self->first_triangle || !self->body_of || !self->kinds || !self->boxes || !self->chunks)
+        return false;
+    number_triangles(self);
+    for (uint8_t kind = KIND_CLOTH; kind <= KIND_OBSTACLE; kind++)
+        if (!triangle_tree_build(self->heap, self->boxes, self->kinds, kind, count,
+                                 &self->trees[kind]))
+            return false;
+    return true;
+}
+
+static void judge_close(judge *self) {
+    size_t const count = self->triangle_count;
+    for (size_t i = 0; self->chunks && i < self->chunk_count; i++)
+        ARRAY_FREE(self->heap, &self->chunks[i].pairs);
+    memory_release(self->heap, self->chunks, self->chunk_count * sizeof *self->chunks);
+    for (int kind = KIND_CLOTH; kind <= KIND_OBSTACLE; kind++)
+        triangle_tree_destroy(self->heap, &self->trees[kind]);
+    memory_release(self->heap, self->boxes, count * sizeof *self->boxes);
+    memory_release(self->heap, self->kinds, count * sizeof *self->kinds);
+    memory_release(self->heap, self->body_of, count * sizeof *self->body_of);
+    memory_release(self->heap, self->first_triangle,
+                   self->body_count * sizeof *self->first_triangle);
+}
+
+static void stop(judge *self, tulle_status status) {
+    int expected = TULLE_OK;
+    atomic_compare_exchange_strong(&self->status, &expected, (int)status);
+}
+
+static void append_pair(judge *self, chunk_result *chunk, uint32_t a, uint32_t b) {
+    if (atomic_fetch_add(&self->pair_count, 1) >= self->pair_limit) {
+        stop(self, TULLE_ERROR_LIMIT);
+        return;
+    }
+    if (chunk->pairs.count == chunk->pairs.capacity) {
+        while (atomic_flag_test_and_set(&self->heap_guard)) continue;
+        bool const has_room = ARRAY_RESERVE(self->heap, &chunk->pairs, 1);
+        atomic_flag_clear(&self->heap_guard);
+        if (!has_room) {
+            stop(self, TULLE_ERROR_OUT_OF_MEMORY);
+            return;
+        }
+    }
+    uint32_t const body_a = self->body_of[a], body_b = self->body_of[b];
+    chunk->pairs.data[chunk->pairs.count++] =
+        (tulle_check_pair){body_a, (uint32_t)(a - self->first_triangle[body_a]), body_b,
+                           (uint32_t)(b - self->first_triangle[body_b])};
+}
+
+static void test_leaf(judge *self, chunk_result *chunk, uint32_t number, const uint32_t *items,
+                      uint32_t item_count) {
+    check_triangle const triangle = get_triangle(self, number);
+    for (uint32_t i = 0; i < item_count; i++) {
+        uint32_t const other = items[i];
+        if (other <= number || !check_boxes_meet(&self->boxes[number], &self->boxes[other]))
+            continue;
+        check_triangle const candidate = get_triangle(self, other);
+        chunk->tested_pair_count++;
+        if (triangles_intersect(&triangle, &candidate,
+                                self->body_of[number] == self->body_of[other], &chunk->exact_count))
+            append_pair(self, chunk, number, other);
+    }
+}
+
+static void query_tree(judge *self, chunk_result *chunk, uint32_t number,
+                       const triangle_tree *tree) {
+    uint32_t stack[TREE_DEPTH_LIMIT];
+    int depth = 0;
+    if (tree->node_count > 0) stack[depth++] = 0;
+    while (depth > 0 && atomic_load_explicit(&self->status, memory_order_relaxed) == TULLE_OK) {
+        uint32_t const index = stack[--depth];
+        const tree_node *const node = &tree->nodes[index];
+        if (node->highest_item <= number || !check_boxes_meet(&self->boxes[number], &node->box))
+            continue;
+        if (node->leaf_count > 0) {
+            test_leaf(self, chunk, number, tree->items + node->right, node->leaf_count);
+        } else {
+            stack[depth++] = node->right;
+            stack[depth++] = index + 1;
+        }
+    }
+}
+
+static bool is_before(const tulle_check_pair *a, const tulle_check_pair *b) {
+    return a->body_b != b->body_b ? a->body_b < b->body_b : a->triangle_b < b->triangle_b;
+}
+
+static void sift_down(tulle_check_pair *pairs, size_t root, size_t count) {
+    for (size_t child = 2 * root + 1; child < count; child = 2 * root + 1) {
+        if (child + 1 < count && is_before(&pairs[child], &pairs[child + 1])) child++;
+        if (!is_before(&pairs[root], &pairs[child])) return;
+        tulle_check_pair const swap = pairs[root];
+        pairs[root] = pairs[child];
+        pairs[child] = swap;
+        root = child;
+    }
+}
+
+/* Heap sort of the pairs of one triangle by the other one. */
+static void sort_pairs(tulle_check_pair *pairs, size_t count) {
+    for (size_t root = count / 2; root-- > 0;) sift_down(pairs, root, count);
+    for (size_t end = count; end-- > 1;) {
+        tulle_check_pair const swap = pairs[0];
+        pairs[0] = pairs[end];
+        pairs[end] = swap;
+        sift_down(pairs, 0, end);
+    }
+}
+
+static void judge_chunk(void *context, size_t begin, size_t end, size_t chunk_index, int worker) {
+    (void)worker;
+    judge *const self = context;
+    chunk_result *const chunk = &self->chunks[chunk_index];
+    for (size_t number = begin; number < end; number++) {
+        size_t const first = chunk->pairs.count;
+        query_tree(self, chunk, (uint32_t)number, &self->trees[KIND_CLOTH]);
+        if (self->kinds[number] == KIND_CLOTH)
+            query_tree(self, chunk, (uint32_t)number, &self->trees[KIND_OBSTACLE]);
+        if (chunk->pairs.count > first + 1)
+            sort_pairs(chunk->pairs.data + first, chunk->pairs.count - first);
+    }
+}
+
+static bool gather_result(judge *self, tulle_check_result *result) {
+    tulle_check_result gathered = {0};
+    for (size_t i = 0; i < self->chunk_count; i++) {
+        gathered.pair_count += self->chunks[i].pairs.count;
+        gathered.tested_pair_count += self->chunks[i].tested_pair_count;
+        gathered.exact_count += self->chunks[i].exact_count;
+    }
+    if (gathered.pair_count > 0) {
+        gathered.pairs = memory_allocate(self->heap, gathered.pair_count * sizeof *gathered.pairs);
+        if (!gathered.pairs) return false;
+    }
+    size_t next = 0;
+    for (size_t i = 0; i < self->chunk_count; i++) {
+        size_t const count = self->chunks[i].pairs.count;
+        if (count > 0)
+            memcpy(gathered.pairs + next, self->chunks[i].pairs.data,
+                   count * sizeof *gathered.pairs);
+        next += count;
+    }
+    *result = gathered;
+    return true;
+}
+
+tulle_status check_intersections(memory *heap, const tulle_check_body *bodies, size_t body_count,
+                                 int threads, size_t pair_limit, tulle_check_result *result,
+                                 tulle_error *error) {
+    if (!result)
+        return error_set(error, TULLE_ERROR_INVALID_ARGUMENT, "the result pointer is null");
+    *result = (tulle_check_result){0};
+    tulle_status status = validate(bodies, body_count, threads, error);
+    if (status != TULLE_OK) return status;
+
+    judge self = {.heap = heap,
+                  .bodies = bodies,
+                  .body_count = body_count,
+                  .pair_limit = pair_limit,
+                  .heap_guard = ATOMIC_FLAG_INIT};
+    for (size_t i = 0; i < body_count; i++) self.triangle_count += bodies[i].mesh.triangle_count;
+    self.chunk_count = parallel_chunk_count(self.triangle_count, CHUNK_SIZE);
+    atomic_init(&self.pair_count, 0);
+    atomic_init(&self.status, TULLE_OK);
+    status = TULLE_ERROR_OUT_OF_MEMORY;
+    if (judge_open(&self)) {
+        parallel_for(self.triangle_count, CHUNK_SIZE, parallel_resolve_threads(threads),
+                     judge_chunk, &self);
+        status = (tulle_status)atomic_load(&self.status);
+        if (status == TULLE_OK && !gather_result(&self, result)) status = TULLE_ERROR_OUT_OF_MEMORY;
+    }
+    judge_close(&self);
+    if (status == TULLE_ERROR_LIMIT)
+        return error_set(error, status,
+                         "more than %zu pairs of triangles intersect; judge smaller parts",
+                         pair_limit);
+    if (status != TULLE_OK)
+        return error_set(error, status, "no memory to judge %zu triangles", self.triangle_count);
+    return TULLE_OK;
+}
+
+tulle_status tulle_check_intersections(const tulle_check_body *bodies, size_t body_count,
+                                       int threads, tulle_check_result *result,
+                                       tulle_error *error) {
+    memory heap = memory_default();
+    return check_intersections(&heap, bodies, body_count, threads, PAIR_LIMIT, result, error);
+}
+
+void tulle_check_result_destroy(tulle_check_result *result) {
+    if (!result) return;
+    memory heap = memory_default();
+    memory_release(&heap, result->pairs, result->pair_count * sizeof *result->pairs);
+    *result = (tulle_check_result){0};
+}
