@@ -21,11 +21,12 @@ typedef struct helper {
     int worker;
 } helper;
 
+/* Each worker begins with the chunk of its own number, so every thread runs something. */
 static void take_chunks(shared_loop *shared, int worker) {
-    for (;;) {
-        size_t const chunk = atomic_fetch_add(&shared->next_chunk, 1);
-        if (chunk >= shared->loop->chunk_count) return;
+    size_t chunk = (size_t)worker;
+    while (chunk < shared->loop->chunk_count) {
         parallel_run_chunk(shared->loop, chunk, worker);
+        chunk = atomic_fetch_add(&shared->next_chunk, 1);
     }
 }
 
@@ -45,14 +46,17 @@ int parallel_backend_processor_count(void) {
 void parallel_backend_run(const parallel_loop *loop, int threads) {
     helper helpers[MAX_HELPERS];
     shared_loop shared = {.loop = loop};
+    atomic_init(&shared.next_chunk, (size_t)threads);
     int started = 0;
-    /* Where no more threads can be had, those that run take all the chunks. */
     while (started < threads - 1 && started < MAX_HELPERS) {
         helper *const next = &helpers[started];
         *next = (helper){.shared = &shared, .worker = started + 1};
         if (pthread_create(&next->thread, NULL, run_helper, next) != 0) break;
         started++;
     }
+    /* Where no more threads can be had, this one does their share. */
+    for (int worker = started + 1; worker < threads; worker++)
+        parallel_run_chunk(loop, (size_t)worker, 0);
     take_chunks(&shared, 0);
     for (int i = 0; i < started; i++) pthread_join(helpers[i].thread, NULL);
 }
