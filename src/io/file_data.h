@@ -1,0 +1,24 @@
+/* io/file_data.h - a whole file in memory, and messages for failed file calls. */
+#ifndef TULLE_IO_FILE_DATA_H
+#define TULLE_IO_FILE_DATA_H
+
+#include "base/memory.h"
+
+typedef struct file_data {
+    char *bytes; /* byte_count bytes and a final zero that does not count */
+    size_t byte_count;
+} file_data;
+
+/* Reads the regular file `path` of at most byte_limit bytes (0: FILE_BYTE_LIMIT). Errors:
+ * TULLE_ERROR_IO (also for a folder or a device), TULLE_ERROR_LIMIT, TULLE_ERROR_OUT_OF_MEMORY. */
+tulle_status file_load(memory *heap, const char *path, size_t byte_limit, file_data *data,
+                       tulle_error *error);
+void file_release(memory *heap, file_data *data);
+
+/* [bytes] Largest file that is read whole: 16 GiB. */
+#define FILE_BYTE_LIMIT ((size_t)1 << 34)
+
+/* Fills error for a failed system call: status by `code` (an errno), message "<what>: <reason>". */
+tulle_status file_fail(tulle_error *error, const char *path, int code, const char *what);
+
+#endif

@@ -1,0 +1,31 @@
+/* io/output_file.h - a file that appears whole or not at all: buffered bytes go to a temporary name
+ * beside the target, which output_commit flushes to disk and renames. A target that is there and is
+ * no regular file (a device, a pipe) is written directly. */
+#ifndef TULLE_IO_OUTPUT_FILE_H
+#define TULLE_IO_OUTPUT_FILE_H
+
+#include "tulle/base.h"
+
+typedef struct output_file output_file;
+
+tulle_status output_open(const char *path, output_file **output, tulle_error *error);
+
+/* A failed write is remembered and reported by output_commit; later writes do nothing. */
+void output_write(output_file *output, const void *bytes, size_t byte_count);
+void output_text(output_file *output, const char *text);
+/* As number_format_double. */
+void output_double(output_file *output, double value);
+void output_unsigned(output_file *output, uint64_t value);
+
+/* Makes the file appear and releases `output`; on failure the target is as it was. */
+tulle_status output_commit(output_file *output, tulle_error *error);
+/* Removes what was written and releases `output`; null is fine. */
+void output_discard(output_file *output);
+
+/* Flushes the directory that holds `path`, so that a rename in it survives a power failure. Quietly
+ * does nothing where that is not supported. */
+void file_sync_directory_of(const char *path);
+/* Writes all bytes at `offset` of an open file; 0 or an errno. */
+int file_write_at(int file, const void *bytes, size_t byte_count, uint64_t offset);
+
+#endif
