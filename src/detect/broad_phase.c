@@ -1,0 +1,149 @@
+/* detect/broad_phase.c - stage 6 and the life of the broad phase, see broad_phase.h.
+ *
+ * Everything but the lists of pairs and the nodes of voxel trees is reserved at creation. A surface
+ * is fitted again unless it is static and was fitted with the same margin in the last call. */
+#include "detect/broad_phase_parts.h"
+
+#include "base/parallel.h"
+
+#include <math.h>
+#include <string.h>
+
+/* Room for the node pairs among which stage 7 shares out its work; more only where they all meet.
+ */
+enum { NODE_PAIRS = 8192 };
+
+static void *allocate(memory *heap, size_t count, size_t size) {
+    return count == 0 ? NULL : memory_allocate_zeroed(heap, count, size);
+}
+
+static bool reserve_slots(memory *heap, slot_list *list, size_t count, uint32_t corner_count) {
+    list->count = count;
+    list->corner_count = corner_count;
+    if (count == 0) return true;
+    list->features = allocate(heap, count, sizeof *list->features);
+    list->corners = allocate(heap, corner_count * count, sizeof *list->corners);
+    bool is_complete = list->features && list->corners;
+    for (int k = 0; k < 6; k++) {
+        list->sides[k] = allocate(heap, count, sizeof *list->sides[k]);
+        is_complete = is_complete && list->sides[k];
+    }
+    return is_complete;
+}
+
+static void free_slots(memory *heap, slot_list *list) {
+    memory_release(heap, list->features, list->count * sizeof *list->features);
+    memory_release(heap, list->corners, list->corner_count * list->count * sizeof *list->corners);
+    for (int k = 0; k < 6; k++)
+        memory_release(heap, list->sides[k], list->count * sizeof *list->sides[k]);
+}
+
+static bool reserve_parts(broad_phase *broad) {
+    memory *const heap = broad->heap;
+    size_t const triangles = broad->triangle_count;
+    /* A task takes many vertices or leaves of one surface, and there are fewer leaves than
+     * triangles. */
+    broad->fit_task_capacity = broad->surface_count + (broad->vertex_count + triangles) / 64;
+    broad->vertex_boxes = allocate(heap, broad->vertex_count, sizeof *broad->vertex_boxes);
+    broad->trees = allocate(heap, broad->surface_count, sizeof *broad->trees);
+    broad->leaves = allocate(heap, triangles, sizeof *broad->leaves);
+    broad->fit_tasks = allocate(heap, broad->fit_task_capacity, sizeof *broad->fit_tasks);
+    for (int k = 0; k < 2; k++)
+        if (!ARRAY_RESERVE(heap, &broad->node_pairs[k], NODE_PAIRS)) return false;
+    bool is_complete = (broad->vertex_boxes || broad->vertex_count == 0) &&
+                       (broad->trees || broad->surface_count == 0) &&
+                       (broad->leaves || triangles == 0) &&
+                       (broad->fit_tasks || broad->fit_task_capacity == 0);
+    for (int k = 0; k < 2 && broad->method == BROAD_PHASE_BVOX; k++) {
+        broad->voxel_keys[k] = allocate(heap, triangles, sizeof *broad->voxel_keys[k]);
+        is_complete = is_complete && (broad->voxel_keys[k] || triangles == 0);
+    }
+    return is_complete && reserve_slots(heap, &broad->triangles, triangles, 3) &&
+           reserve_slots(heap, &broad->vertices, broad->vertex_count, 1) &&
+           reserve_slots(heap, &broad->edges, broad->edge_count, 2);
+}
+
+void broad_phase_destroy(broad_phase *broad) {
+    if (!broad) return;
+    memory *const heap = broad->heap;
+    for (size_t s = 0; broad->trees && s < broad->surface_count; s++)
+        ARRAY_FREE(heap, &broad->trees[s].nodes);
+    memory_release(heap, broad->trees, broad->surface_count * sizeof *broad->trees);
+    memory_release(heap, broad->vertex_boxes, broad->vertex_count * sizeof *broad->vertex_boxes);
+    memory_release(heap, broad->leaves, broad->triangle_count * sizeof *broad->leaves);
+    memory_release(heap, broad->fit_tasks, broad->fit_task_capacity * sizeof *broad->fit_tasks);
+    for (int k = 0; k < 2; k++) {
+        memory_release(heap, broad->voxel_keys[k],
+                       broad->triangle_count * sizeof *broad->voxel_keys[k]);
+        ARRAY_FREE(heap, &broad->node_pairs[k]);
+        pair_store_free(heap, &broad->stores[k]);
+    }
+    ARRAY_FREE(heap, &broad->outputs);
+    free_slots(heap, &broad->triangles);
+    free_slots(heap, &broad->vertices);
+    free_slots(heap, &broad->edges);
+    memory_release(heap, broad, sizeof *broad);
+}
+
+static tulle_status shape_trees(broad_phase *broad, const surface_set *set, const double *rest) {
+    if (!choose_box_frame(broad, rest)) return TULLE_ERROR_INVALID_ARGUMENT;
+    if (broad->method != BROAD_PHASE_REFIT) return TULLE_OK;
+    for (uint32_t s = 0; s < set->surface_count; s++) {
+        tulle_status const status = shape_refit_tree(broad, set, s, rest);
+        if (status != TULLE_OK) return status;
+    }
+    return TULLE_OK;
+}
+
+tulle_status broad_phase_create(memory *heap, const surface_set *set, const double *rest,
+                                broad_phase_method method, broad_phase **result) {
+    *result = NULL;
+    broad_phase *const broad = memory_allocate_zeroed(heap, 1, sizeof *broad);
+    if (!broad) return TULLE_ERROR_OUT_OF_MEMORY;
+    broad->heap = heap;
+    broad->method = method;
+    broad->vertex_count = set->topo->vertex_count;
+    broad->edge_count = set->topo->edge_count;
+    broad->triangle_count = set->topo->triangle_count;
+    broad->surface_count = set->surface_count;
+    broad->margin = -1.0;
+    pair_store_prepare(&broad->stores[FEATURE_VERTEX_TRIANGLE], broad->vertex_count,
+                       broad->triangle_count);
+    pair_store_prepare(&broad->stores[FEATURE_EDGE_EDGE], broad->edge_count, broad->edge_count);
+    tulle_status const status =
+        reserve_parts(broad) ? shape_trees(broad, set, rest) : TULLE_ERROR_OUT_OF_MEMORY;
+    if (status != TULLE_OK) {
+        broad_phase_destroy(broad);
+        return status;
+    }
+    *result = broad;
+    return TULLE_OK;
+}
+
+tulle_status build_trees(broad_phase *broad, const surface_set *set, const double *x0,
+                         const double *x1, double margin, int threads) {
+    broad->is_built = false;
+    if (set->surface_count != broad->surface_count || !(margin >= 0.0) || !isfinite(margin))
+        return TULLE_ERROR_INVALID_ARGUMENT;
+    for (size_t s = 0; s < set->surface_count; s++) {
+        const surface_range *const range = &set->surfaces[s];
+        if (!range->is_static || !range->is_present || margin != broad->margin)
+            broad->trees[s].is_fitted = false;
+    }
+    broad->margin = margin;
+    if (!fit_vertex_boxes(broad, set, x0, x1, threads)) {
+        broad->margin = -1.0;
+        return TULLE_ERROR_INVALID_ARGUMENT;
+    }
+    for (uint32_t s = 0; broad->method == BROAD_PHASE_BVOX && s < set->surface_count; s++) {
+        if (!set->surfaces[s].is_present || broad->trees[s].is_fitted) continue;
+        tulle_status const status = shape_voxel_tree(broad, set, s);
+        if (status != TULLE_OK) {
+            broad->margin = -1.0;
+            return status;
+        }
+    }
+    fit_trees(broad, set, threads);
+    broad->is_built = true;
+    return TULLE_OK;
+}
