@@ -28,8 +28,9 @@ static inline const char *test_path(const char *name) {
 
 static inline int make_test_folder(void **state) {
     (void)state;
-    const char *const base = getenv("TMPDIR");
-    snprintf(test_folder, sizeof test_folder, "%s/tulle-io-XXXXXX", base ? base : "/tmp");
+    /* Thousands of small files: in memory where that is possible. */
+    const char *const base = access("/dev/shm", W_OK) == 0 ? "/dev/shm" : "/tmp";
+    snprintf(test_folder, sizeof test_folder, "%s/tulle-io-XXXXXX", base);
     return mkdtemp(test_folder) ? 0 : -1;
 }
 

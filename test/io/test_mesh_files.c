@@ -1,0 +1,356 @@
+/* OBJ, PLY and STL: what is read from hand-made files, round trips, messages of malformed ones. */
+#define _XOPEN_SOURCE 700
+#include "base/hash.h"
+#include "io/bytes.h"
+
+#include "io/io_support.h"
+#include "tulle/io.h"
+
+#include <math.h>
+
+/* Reads a file with that text and expects these positions and triangles. */
+static void assert_mesh(const char *path, const double *positions, size_t vertex_count,
+                        const uint32_t *triangles, size_t triangle_count) {
+    tulle_mesh mesh = {0};
+    tulle_error error = {0};
+    tulle_status const status = tulle_mesh_read(path, &mesh, &error);
+    if (status) fail_msg("%s:%d:%d: %s", path, error.line, error.column, error.message);
+    assert_int_equal(mesh.vertex_count, vertex_count);
+    assert_int_equal(mesh.triangle_count, triangle_count);
+    for (size_t i = 0; i < 3 * vertex_count; i++) assert_true(mesh.positions[i] == positions[i]);
+    for (size_t i = 0; i < 3 * triangle_count; i++)
+        assert_int_equal(mesh.triangles[i], triangles[i]);
+    tulle_mesh_destroy(&mesh);
+}
+
+static const double square[] = {0, 0, 0, 1, 0, 0, 1, 1, 0, 0, 1, 0};
+static const uint32_t square_fan[] = {0, 1, 2, 0, 2, 3};
+
+static void assert_square(const char *name, const char *text) {
+    put_text(test_path(name), text);
+    assert_mesh(test_path(name), square, 4, square_fan, 2);
+}
+
+static void obj_in_many_dresses(void **state) {
+    (void)state;
+    assert_square("a.obj", "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nf 1 2 3 4\n");
+    assert_square("b.OBJ", "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nf -4 -3 -2 -1"); /* no last end */
+    assert_square("c.obj", "# comment\r\nmtllib x.mtl\r\n\r\no thing\r\n"
+                           "v 0 0 0\r\nv +1.0 0. 0\r\nv\t1e0  10E-1\t.0 \r\nv 0 1 0 1.0\r\n"
+                           "vt 0 0\r\nvn 0 0 1\r\ng a b\r\nusemtl red\r\ns off\r\n"
+                           "f 1/1 2/1/1 3//1 # fan\r\nf 1/1/ 3/ 4\r\nl 1 2\r\n");
+    assert_square("d.obj", "v 0 0 0 1 0 0\rv 1 0 0 # right\rv 1 1 0\rv 0 1 0\rf 1 2 3\rf 1 3 4\r");
+    assert_square("e.obj", "f 1 2 3\nf 1 3 4\nv 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\n");
+    assert_square("f.obj", "v 0 \\\n 0 0\nv 1 0 0\\\r\n\nv 1 1 0\nv 0 1 0\nf 1 2\\\n 3 4\\");
+}
+
+/* One face with very many corners on one very long line, and numbers of very many digits. */
+static void long_lines_are_read_in_linear_time(void **state) {
+    (void)state;
+    size_t const corner_count = 100000;
+    char *const text = malloc(corner_count * 64);
+    size_t length = 0;
+    for (size_t i = 0; i < corner_count; i++)
+        length += (size_t)sprintf(text + length, "v %zu 0.%025zu 0\n", i, i);
+    text[length++] = 'f';
+    for (size_t i = 1; i <= corner_count; i++) length += (size_t)sprintf(text + length, " %zu", i);
+    put_file(test_path("long.obj"), text, length);
+    free(text);
+    tulle_mesh mesh = {0};
+    assert_int_equal(tulle_mesh_read(test_path("long.obj"), &mesh, NULL), TULLE_OK);
+    assert_int_equal(mesh.vertex_count, corner_count);
+    assert_int_equal(mesh.triangle_count, corner_count - 2);
+    assert_int_equal(mesh.triangles[3 * (corner_count - 3) + 1], corner_count - 2);
+    tulle_mesh_destroy(&mesh);
+}
+
+static void ply_text_with_other_elements(void **state) {
+    (void)state;
+    assert_square("a.ply", "ply\nformat ascii 1.0\ncomment made by hand\nobj_info x\n"
+                           "element camera 1\nproperty list uchar float matrix\nproperty int id\n"
+                           "element vertex 4\nproperty uchar red\nproperty float x\n"
+                           "property double y\nproperty int z\nproperty list int short extra\n"
+                           "element face 1\nproperty float area\n"
+                           "property list uchar int vertex_index\n"
+                           "element edge 2\nproperty int a\nend_header\n"
+                           "3 1 2 3 7\n"
+                           "255 0 0 0 0\n255 1 0 0 1 5\n\n0 1 1.0 0 2 5 6\n0 0 1e0 0 0\n"
+                           "0.5 4 0 1 2 3\n9\n8");
+    put_text(test_path("windows.ply"),
+             "ply\r\nformat ascii 1.0\r\nelement vertex 4\r\nproperty int8 x\r\n"
+             "property uint16 y\r\nproperty float64 z\r\nelement face 2\r\n"
+             "property list uint8 uint32 vertex_indices\r\nend_header\r\n"
+             "0 0 0\r\n1 0 0\r\n1 1 0\r\n0 1 0\r\n3 0 1 2\r\n3 0 2 3\r\n");
+    assert_mesh(test_path("windows.ply"), square, 4, square_fan, 2);
+}
+
+/* ---- binary PLY of every type ---- */
+
+typedef struct byte_writer {
+    unsigned char bytes[4096];
+    size_t count;
+    int is_big_endian;
+} byte_writer;
+
+static void add_bytes(byte_writer *writer, uint64_t value, size_t size) {
+    for (size_t i = 0; i < size; i++) {
+        size_t const shift = 8 * (writer->is_big_endian ? size - 1 - i : i);
+        writer->bytes[writer->count++] = (unsigned char)(value >> shift);
+    }
+}
+
+static void add_typed(byte_writer *writer, int type, double value) {
+    static const size_t sizes[] = {1, 1, 2, 2, 4, 4, 8, 8, 4, 8};
+    uint64_t bits = (uint64_t)(int64_t)value;
+    if (type == 8) {
+        float const single = (float)value;
+        uint32_t word;
+        memcpy(&word, &single, 4);
+        bits = word;
+    } else if (type == 9) {
+        memcpy(&bits, &value, 8);
+    }
+    add_bytes(writer, bits, sizes[type]);
+}
+
+static void ply_binary_of_every_type_and_order(void **state) {
+    (void)state;
+    static const char *const names[] = {"char", "uchar", "short",  "ushort", "int",
+                                        "uint", "int64", "uint64", "float",  "double"};
+    for (int variant = 0; variant < 2 * 10 * 8; variant++) {
+        int const type = variant / 2 % 10;
+        int const index_type = variant / 20;
+        byte_writer writer = {.is_big_endian = variant % 2};
+        writer.count = (size_t)sprintf(
+            (char *)writer.bytes,
+            "ply\nformat binary_%s_endian 1.0\nelement skipped 2\nproperty short s\n"
+            "property list ushort double l\nelement vertex 4\nproperty %s x\nproperty %s y\n"
+            "property float w\nproperty %s z\nelement face 1\n"
+            "property list %s %s vertex_indices\nproperty uchar c\nend_header\n",
+            variant % 2 ? "big" : "little", names[type], names[type], names[type],
+            names[index_type], names[index_type]);
+        for (int i = 0; i < 2; i++) {
+            add_bytes(&writer, 77, 2);
+            add_bytes(&writer, (uint64_t)i, 2);
+            if (i) add_typed(&writer, 9, 1.5);
+        }
+        double negative[12];
+        for (int i = 0; i < 4; i++) {
+            for (int axis = 0; axis < 3; axis++) {
+                double const sign = type % 2 == 0 || type >= 8 ? -1.0 : 1.0;
+                negative[3 * i + axis] = sign * square[3 * i + axis];
+                if (axis == 2) add_typed(&writer, 8, 9.0);
+                add_typed(&writer, type, negative[3 * i + axis]);
+            }
+        }
+        add_typed(&writer, index_type, 4);
+        for (int i = 0; i < 4; i++) add_typed(&writer, index_type, i);
+        add_bytes(&writer, 1, 1);
+        put_file(test_path("typed.ply"), writer.bytes, writer.count);
+        assert_mesh(test_path("typed.ply"), negative, 4, square_fan, 2);
+    }
+}
+
+static void stl_corners_are_merged(void **state) {
+    (void)state;
+    const char *const text =
+        "solid some name\n facet normal 0 0 1\n  outer loop\n   vertex 0 0 0\n   vertex 1 0 0\n"
+        "   vertex 1 1 0\n  endloop\n endfacet\n facet normal nan nan nan\r\n  outer loop\r\n"
+        "   vertex -0.0 0 0\r\n   vertex 1 1 0\r\n   VERTEX 0 1e0 0\r\n  endloop\r\n endfacet\r\n"
+        "endsolid some name";
+    assert_square("a.stl", text);
+    assert_square("no_extension", text);
+    unsigned char bytes[84 + 100] = "solid is how some binary files begin too";
+    bytes[80] = 2;
+    for (size_t i = 0; i < 6; i++)
+        for (size_t axis = 0; axis < 3; axis++)
+            bytes_store_float(bytes + 84 + 50 * (i / 3) + 12 + 12 * (i % 3) + 4 * axis,
+                              (float)square[3 * square_fan[i] + axis]);
+    put_file(test_path("b.stl"), bytes, sizeof bytes);
+    assert_mesh(test_path("b.stl"), square, 4, square_fan, 2);
+}
+
+/* ---- round trips ---- */
+
+static tulle_mesh make_random_mesh(uint64_t seed) {
+    tulle_mesh mesh = {0};
+    assert_int_equal(tulle_mesh_create(200, 300, &mesh, NULL), TULLE_OK);
+    for (size_t i = 0; i < 600; i++)
+        mesh.positions[i] =
+            ldexp(random_uniform(&seed) - 0.5, (int)(random_uniform(&seed) * 60) - 30);
+    for (size_t i = 0; i < 900; i++)
+        mesh.triangles[i] = i < 200 ? (uint32_t)i : (uint32_t)(random_uniform(&seed) * 200.0);
+    return mesh;
+}
+
+static void meshes_survive_writing(void **state) {
+    (void)state;
+    for (uint64_t seed = 1; seed <= 20; seed++) {
+        tulle_mesh mesh = make_random_mesh(seed);
+        const char *const names[] = {"trip.obj", "trip.ply"};
+        for (int i = 0; i < 2; i++) {
+            const char *const path = test_path(names[i]);
+            assert_int_equal(tulle_mesh_write(path, tulle_mesh_get_view(&mesh), NULL), TULLE_OK);
+            assert_mesh(path, mesh.positions, 200, mesh.triangles, 300);
+        }
+        /* STL numbers vertices anew, in order of use, and keeps floats. */
+        const char *const path = test_path("trip.stl");
+        assert_int_equal(tulle_mesh_write(path, tulle_mesh_get_view(&mesh), NULL), TULLE_OK);
+        tulle_mesh read = {0};
+        assert_int_equal(tulle_mesh_read(path, &read, NULL), TULLE_OK);
+        assert_int_equal(read.vertex_count, 200);
+        assert_int_equal(read.triangle_count, 300);
+        for (size_t i = 0; i < 900; i++)
+            for (size_t axis = 0; axis < 3; axis++)
+                assert_true(read.positions[3 * (size_t)read.triangles[i] + axis] ==
+                            (double)(float)mesh.positions[3 * (size_t)mesh.triangles[i] + axis]);
+        tulle_mesh_destroy(&read);
+        tulle_mesh_destroy(&mesh);
+    }
+}
+
+static void unwritable_meshes_create_nothing(void **state) {
+    (void)state;
+    assert_int_equal(mkdir(test_path("none"), 0777), 0);
+    double positions[] = {0, 0, 0, 1, 0, 0, 0, 1, NAN};
+    uint32_t triangles[] = {0, 1, 2};
+    tulle_mesh_view const mesh = {positions, 3, triangles, 1};
+    tulle_error error;
+    assert_int_equal(tulle_mesh_write(test_path("none/a.obj"), mesh, &error),
+                     TULLE_ERROR_INVALID_MESH);
+    assert_non_null(strstr(error.message, "coordinate z of vertex 2"));
+    positions[8] = 1e300; /* finite, but not as the float of an STL file */
+    assert_int_equal(tulle_mesh_write(test_path("none/a.stl"), mesh, &error),
+                     TULLE_ERROR_INVALID_MESH);
+    triangles[1] = 3;
+    assert_int_equal(tulle_mesh_write(test_path("none/a.obj"), mesh, &error),
+                     TULLE_ERROR_INVALID_MESH);
+    triangles[1] = 1;
+    assert_int_equal(tulle_mesh_write(test_path("none/a.xyz"), mesh, &error),
+                     TULLE_ERROR_UNSUPPORTED);
+    assert_int_equal(count_files(test_path("none")), 0);
+    assert_int_equal(tulle_mesh_write(test_path("missing/a.obj"), mesh, &error), TULLE_ERROR_IO);
+}
+
+/* ---- malformed files ---- */
+
+typedef struct bad_file {
+    const char *name, *text;
+    int line, column;
+    const char *message; /* part of it */
+} bad_file;
+
+#define PLY_START "ply\nformat ascii 1.0\nelement vertex 3\nproperty float x\nproperty float y\n"
+#define PLY_REST                                                                                   \
+    "property float z\nelement face 1\nproperty list uchar int vertex_indices\nend_header\n"
+#define STL_START "solid\nfacet normal 0 0 1\nouter loop\n"
+
+static const bad_file bad_files[] = {
+    {"e.obj", "", 0, 0, "is empty"},
+    {"c.obj", "# only a comment\n", 0, 0, "holds no vertices"},
+    {"x.obj", "v 0 0 0\nv 1 x 0\n", 2, 5, "y: \"x\" should be a finite number"},
+    {"m.obj", "v 0 0\nv 1 1 0\n", 1, 6, "z is missing"},
+    {"n.obj", "v 0 0 nan\n", 1, 7, "z: \"nan\" should be a finite number"},
+    {"i.obj", "v 0 -inf 0\n", 1, 5, "should be a finite number"},
+    {"big.obj", "v 0 1e999 0\n", 1, 5, "too large"},
+    {"t.obj", "v 0 0 0 red\n", 1, 9, "only numbers"},
+    {"w.obj", "v 0 0 0\nvertex 1 2 3\n", 2, 1, "\"vertex\" is no statement"},
+    {"r.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\nf 1 2 4\n", 5, 7, "there is no vertex 4"},
+    {"r2.obj", "f 1 2 9\nv 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n", 1, 7, "there is no vertex 9"},
+    {"z.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 0 1 2\n", 4, 3, "there is no vertex \"0\""},
+    {"neg.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 -4\n", 4, 7, "there is no vertex \"-4\""},
+    {"huge.obj", "v 0 0 0\nf 1 2 4294967297\n", 2, 7, "there is no vertex"},
+    {"hug2.obj", "v 0 0 0\nf 1 2 99999999999999999999\n", 2, 7, "there is no vertex"},
+    {"two.obj", "v 0 0 0\nv 1 0 0\nf 1 2\n", 3, 6, "at least 3 corners, this has 2"},
+    {"s.obj", "v 0 0 0\nf 1/1/1/1 1 1\n", 2, 3, "should be a corner"},
+    {"s2.obj", "v 0 0 0\nf 1/a 1 1\n", 2, 3, "should be a corner"},
+    {"s3.obj", "v 0 0 0\nf 1.0 1 1\n", 2, 3, "should be a corner"},
+    {"p.ply", "plyx\n", 1, 1, "begins with the line \"ply\""},
+    {"f.ply", "ply\nformat utf8 1.0\n", 2, 8, "the format should be"},
+    {"v.ply", "ply\nformat ascii 2.0\n", 2, 14, "version should be 1.0"},
+    {"h.ply", "ply\nformat ascii 1.0\nelement vertex 3\n", 4, 1, "ends within the header"},
+    {"k.ply", "ply\nformat ascii 1.0\nelemnt vertex 3\n", 3, 1, "\"elemnt\" is no keyword"},
+    {"c.ply", "ply\nformat ascii 1.0\nelement vertex -3\n", 3, 16, "a name and a count"},
+    {"c2.ply", "ply\nformat ascii 1.0\nelement vertex 99999999999999999999\n", 3, 16, "a count"},
+    {"y.ply", "ply\nformat ascii 1.0\nproperty float x\n", 3, 9, "needs an element before"},
+    {"ty.ply", "ply\nformat ascii 1.0\nelement vertex 3\nproperty real x\n", 4, 10, "be a type"},
+    {"lf.ply", PLY_START "property list float int a\n", 6, 20, "should have an integer type"},
+    {"dup.ply", PLY_START "property float x\n", 6, 16, "property x is given twice"},
+    {"noz.ply", PLY_START "end_header\n1 2\n", 6, 11, "no property z"},
+    {"nof.ply", "ply\nformat ascii 1.0\nend_header\n", 3, 11, "one element vertex"},
+    {"no.ply", PLY_START "property float z\nelement face 1\nproperty int a\nend_header\n", 9, 11,
+     "no property list vertex_indices"},
+    {"emp.ply",
+     "ply\nformat ascii 1.0\nelement a 9\nelement vertex 1\nproperty int x\n"
+     "property int y\nproperty int z\nend_header\n",
+     8, 11, "has no properties"},
+    {"ind.ply", PLY_START PLY_REST "0 0 0\n1 0 0\n0 1 0\n3 0 1 3\n", 13, 6,
+     "face 0, vertex_indices: 3 should be a whole number from 0 to 2"},
+    {"ine.ply", PLY_START PLY_REST "0 0 0\n1 0 0\n0 1 0\n3 0 1 -1\n", 13, 6, "-1 should be"},
+    {"inf.ply", PLY_START PLY_REST "0 0 0\n1 0 0\n0 1 0\n3 0 1 0.5\n", 13, 6, "0.5 should be"},
+    {"lin.ply", PLY_START PLY_REST "0 0 0\n1 0\n0 1 0\n3 0 1 2\n", 11, 4, "z is missing"},
+    {"mor.ply", PLY_START PLY_REST "0 0 0\n1 0 0 0\n0 1 0\n3 0 1 2\n", 11, 7, "more values"},
+    {"two.ply", PLY_START PLY_REST "0 0 0\n1 0 0\n0 1 0\n2 0 1 2\n", 13, 2, "at least 3 corners"},
+    {"nan.ply", PLY_START PLY_REST "0 0 0\n1 nan 0\n0 1 0\n3 0 1 2\n", 11, 3, "finite number"},
+    {"end.ply", PLY_START PLY_REST "0 0 0\n1 0 0\n0 1 0\n", 13, 1, "the file ends here"},
+    {"mid.ply", PLY_START PLY_REST "0 0 0\n1 0 0 \n        ", 12, 9, "the file ends here"},
+    {"aft.ply", PLY_START PLY_REST "0 0 0\n1 0 0\n0 1 0\n3 0 1 2\n3 0 1 2\n", 0, 0, "follows"},
+    {"n.stl", STL_START "vertex 0 0 0\nvertex 1 0 0\nvertex 0 nan 0\n", 6, 10, "finite number"},
+    {"m.stl", STL_START "vertex 0 0 0\nvertex 1 0 0\nendloop\n", 6, 1, "should be \"vertex\""},
+    {"e.stl", STL_START "vertex 0 0 0\nvertex 1 0 0", 5, 13, "the file ends where \"vertex\""},
+    {"o.stl", "solid\nfacet normal 0 0\n", 2, 17, "a normal needs 3 numbers, this has 2"},
+    {"v.stl", "solid\nendsolid\n", 0, 0, "holds no vertices"},
+    {"u.stl", "solid\n", 2, 1, "\"facet\" or \"endsolid\""},
+    {"b.stl", "neither of them", 0, 0, "neither a text STL"},
+    {"unknown.dat", "some words", 0, 0, "its format is not known"},
+};
+
+static void messages_name_the_place(void **state) {
+    (void)state;
+    for (size_t i = 0; i < sizeof bad_files / sizeof bad_files[0]; i++) {
+        const bad_file *const bad = &bad_files[i];
+        const char *const path = test_path(bad->name);
+        put_text(path, bad->text);
+        tulle_mesh mesh = {0};
+        tulle_error error = {0};
+        tulle_status const status = tulle_mesh_read(path, &mesh, &error);
+        if (status !=
+                (strcmp(bad->name, "unknown.dat") ? TULLE_ERROR_PARSE : TULLE_ERROR_UNSUPPORTED) ||
+            error.status != status || error.line != bad->line || error.column != bad->column ||
+            strcmp(error.file, path) != 0 || !strstr(error.message, bad->message))
+            fail_msg("%s: got status %d, %d:%d: %s", bad->name, status, error.line, error.column,
+                     error.message);
+        assert_null(mesh.positions);
+    }
+}
+
+static void what_is_no_file_is_refused(void **state) {
+    (void)state;
+    tulle_mesh mesh = {0};
+    tulle_error error;
+    assert_int_equal(tulle_mesh_read(test_path("missing.obj"), &mesh, &error), TULLE_ERROR_IO);
+    assert_string_equal(error.file, test_path("missing.obj"));
+    assert_int_equal(tulle_mesh_read(test_folder, &mesh, &error), TULLE_ERROR_IO);
+    assert_int_equal(tulle_mesh_read("/dev/zero", &mesh, &error), TULLE_ERROR_IO);
+    assert_int_equal(mkfifo(test_path("pipe.obj"), 0666), 0);
+    assert_int_equal(tulle_mesh_read(test_path("pipe.obj"), &mesh, &error), TULLE_ERROR_IO);
+    assert_int_equal(tulle_mesh_read(NULL, &mesh, &error), TULLE_ERROR_INVALID_ARGUMENT);
+    put_text(test_path("sparse.stl"), "x");
+    assert_int_equal(truncate(test_path("sparse.stl"), (off_t)1 << 35), 0);
+    assert_int_equal(tulle_mesh_read(test_path("sparse.stl"), &mesh, &error), TULLE_ERROR_LIMIT);
+}
+
+int main(void) {
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(obj_in_many_dresses),
+        cmocka_unit_test(long_lines_are_read_in_linear_time),
+        cmocka_unit_test(ply_text_with_other_elements),
+        cmocka_unit_test(ply_binary_of_every_type_and_order),
+        cmocka_unit_test(stl_corners_are_merged),
+        cmocka_unit_test(meshes_survive_writing),
+        cmocka_unit_test(unwritable_meshes_create_nothing),
+        cmocka_unit_test(messages_name_the_place),
+        cmocka_unit_test(what_is_no_file_is_refused),
+    };
+    return cmocka_run_group_tests(tests, make_test_folder, remove_test_folder);
+}
