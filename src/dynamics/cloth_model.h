@@ -30,12 +30,13 @@ typedef struct cloth_spring {
 } cloth_spring;
 
 /* One hinge for each edge with two triangles: edge ends 0 and 1, opposite corners 2 and 3. The
- * vector c = sum_k weights[k] x_k is the edge length times the jump of the unit conormals, about
- * (edge length) * (fold angle) * (hinge normal). */
+ * vector c = sum_k weights[k] x_k is the edge length times the sum of the two triangles' outward
+ * unit conormals, about (edge length) * (fold angle) * (hinge normal); it is zero when flat. */
 typedef struct cloth_hinge {
     uint32_t vertices[4];
     double weights[4];
-    double rest_curvature; /* [m] signed rest value of c along the hinge normal; 0: flat */
+    double inv_double_areas[2]; /* [1/m^2] 1 / (2 rest area) of the triangle at corner 2 and at 3 */
+    double rest_curvature;      /* [m] rest value of c along the hinge normal, signed; 0: flat */
 } cloth_hinge;
 
 /* One triangle, for wind. */
@@ -59,7 +60,6 @@ typedef struct cloth_model {
     adjacency vertex_triangles;            /* 3 * triangle + corner */
     /* The system matrix's patterns and the constant bending matrix on them (stiffness [N/m] and
      * damping [N s/m]): one scalar for each block and each scalar position. */
-    block_pattern block_part, scalar_part;
     uint32_t *block_begin, *block_columns, *block_springs; /* TULLE_NONE on the diagonal */
     uint32_t *scalar_begin, *scalar_columns;
     double *bend_blocks, *bend_block_damping, *bend_scalars, *bend_scalar_damping;

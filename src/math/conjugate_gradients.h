@@ -41,7 +41,7 @@ typedef struct conjugate_gradients_result {
 } conjugate_gradients_result;
 
 /* Solves A x = b from the given x (warm start; fixed entries are data). x then holds the last
- * iterate that was finite, whatever the end. Scratch (about 15 doubles a vertex) comes from the
+ * iterate, whatever the end. Scratch (about 15 doubles a vertex) comes from the
  * arena and is released. Returns TULLE_OK or TULLE_ERROR_OUT_OF_MEMORY (x unchanged); how the
  * iteration ended is in `result`. Bits do not depend on `threads`. */
 tulle_status conjugate_gradients_solve(const conjugate_gradients_problem *problem, double *x,

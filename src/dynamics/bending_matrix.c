@@ -1,0 +1,291 @@
+/* dynamics/bending_matrix.c - a constant bending matrix for any triangle mesh.
+ *
+ * Curvature of a triangle from its three hinges, S = sum_e c_e t_e t_e^T / (2 A), with t_e the unit
+ * conormal of edge e in the rest plane and c_e (cloth_model.h) about edge length times fold angle.
+ * Energy per triangle B/2 A |S|^2, B the plate's bending rigidity [N m], which is
+ *
+ *     B / (8 A) sum_ij (t_i . t_j)^2 c_i . c_j :
+ *
+ * quadratic in the positions with constant coefficients, never negative, and zero only if every
+ * hinge is flat. S is exact for every quadratic surface over a regular mesh, so a cylinder costs
+ * B/2 kappa^2 per area in every direction and at every resolution. A Poisson ratio of zero is used.
+ *
+ * Based on: Bergou, Wardetzky, Harmon, Zorin, Grinspun, A quadratic bending model for inextensible
+ * surfaces, 2006 (c linear in the positions under isometry); Grinspun, Gingold, Reisman, Zorin,
+ * Computing discrete shape operators on general meshes, 2006 (S from the three edges). Departure:
+ * the energy of single hinges of the first paper takes three times the energy of a cylinder along
+ * the legs of a right-triangle mesh, and depends on the direction; the shape operator does not. */
+#include "dynamics/bending_matrix.h"
+
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+/* Below this height over longest edge a triangle's hinges soften in proportion, so that slivers do
+ * not make the matrix arbitrarily stiff. Meshes made for cloth stay above it. */
+static const double SLIVER_RATIO = 0.1;
+/* [rad] Fold angles below this are rounding of a flat rest shape. */
+static const double FLAT_ANGLE = 1e-7;
+
+/* Adds the outward conormal of the triangle (e0, e1, opposite), times the edge length, to the
+ * weights; corner is the opposite one's place. */
+static void add_conormal(const double *positions, cloth_hinge *hinge, int corner) {
+    vec3 const origin = vec3_load(positions, hinge->vertices[0]);
+    vec3 const edge = vec3_sub(vec3_load(positions, hinge->vertices[1]), origin);
+    vec3 const side = vec3_sub(vec3_load(positions, hinge->vertices[corner]), origin);
+    double const foot = vec3_dot(side, edge) / vec3_norm2(edge);
+    double const slope = vec3_norm2(edge) * hinge->inv_double_areas[corner - 2];
+    hinge->weights[corner] -= slope;
+    hinge->weights[0] += slope * (1.0 - foot);
+    hinge->weights[1] += slope * foot;
+}
+
+/* Signed rest value of c along the hinge normal; zero for a fold that is only rounding. */
+static double measure_rest_curvature(const double *positions, const cloth_hinge *hinge) {
+    vec3 const x0 = vec3_load(positions, hinge->vertices[0]);
+    vec3 const x1 = vec3_load(positions, hinge->vertices[1]);
+    vec3 const x2 = vec3_load(positions, hinge->vertices[2]);
+    vec3 const x3 = vec3_load(positions, hinge->vertices[3]);
+    vec3 const edge = vec3_sub(x1, x0);
+    vec3 const cross = vec3_sub(vec3_scale(vec3_sub(x2, x0), hinge->inv_double_areas[0]),
+                                vec3_scale(vec3_sub(x3, x0), hinge->inv_double_areas[1]));
+    vec3 const normal = vec3_normalize(vec3_cross(edge, cross));
+    vec3 c = {0.0, 0.0, 0.0};
+    for (int k = 0; k < 4; k++)
+        c = vec3_add_scaled(c, vec3_sub(vec3_load(positions, hinge->vertices[k]), x0),
+                            hinge->weights[k]);
+    double const value = vec3_dot(normal, c);
+    return fabs(value) > FLAT_ANGLE * vec3_norm(edge) ? value : 0.0;
+}
+
+/* Height over longest edge of a triangle. */
+static double measure_quality(const bending_input *input, const uint32_t *corners, double area) {
+    double longest = 0.0;
+    for (int k = 0; k < 3; k++)
+        longest = fmax(longest,
+                       vec3_norm2(vec3_sub(vec3_load(input->rest_positions, corners[(k + 1) % 3]),
+                                           vec3_load(input->rest_positions, corners[k]))));
+    return 2.0 * area / longest;
+}
+
+/* Fills hinge geometry and its softening in (0, 1]. */
+static double fill_hinge(const bending_input *input, size_t edge, cloth_hinge *hinge) {
+    double softening = 1.0;
+    for (size_t k = 0; k < 2; k++) {
+        uint32_t const triangle = input->surface->edge_triangles[2 * edge + k];
+        double const area = input->areas[input->triangle_numbers[triangle]];
+        hinge->vertices[k] = input->surface->edges[2 * edge + k];
+        hinge->vertices[2 + k] = input->surface->edge_opposites[2 * edge + k];
+        hinge->inv_double_areas[k] = 0.5 / area;
+        double const quality =
+            measure_quality(input, input->surface->triangles + 3 * (size_t)triangle, area);
+        softening = fmin(softening, quality / SLIVER_RATIO);
+    }
+    add_conormal(input->rest_positions, hinge, 2);
+    add_conormal(input->rest_positions, hinge, 3);
+    hinge->rest_curvature = measure_rest_curvature(input->rest_positions, hinge);
+    return softening;
+}
+
+/* Squared cosine between two edges of a triangle, edge k joining corners k and k + 1. */
+static double square_cosine(const double *positions, const uint32_t *corners, size_t i, size_t j) {
+    if (i == j) return 1.0;
+    vec3 const a =
+        vec3_sub(vec3_load(positions, corners[(i + 1) % 3]), vec3_load(positions, corners[i]));
+    vec3 const b =
+        vec3_sub(vec3_load(positions, corners[(j + 1) % 3]), vec3_load(positions, corners[j]));
+    double const dot = vec3_dot(a, b);
+    return dot * dot / (vec3_norm2(a) * vec3_norm2(b));
+}
+
+typedef struct coupling_builder {
+    const bending_input *input;
+    cloth_model *model;
+    const uint32_t *edge_hinges; /* by edge; TULLE_NONE for borders */
+    const double *softening;     /* by hinge */
+} coupling_builder;
+
+/* Appends the couplings of `hinge` (edge `edge`) through one of its triangles; the coupling with
+ * itself goes to place `self`. Returns the next free place. */
+static uint32_t add_couplings(const coupling_builder *build, size_t edge, uint32_t triangle,
+                              uint32_t self, uint32_t place) {
+    const bending_input *const input = build->input;
+    cloth_model *const model = build->model;
+    const uint32_t *const corners = input->surface->triangles + 3 * (size_t)triangle;
+    const uint32_t *const edges = input->surface->triangle_edges + 3 * (size_t)triangle;
+    uint32_t const hinge = build->edge_hinges[edge];
+    size_t own = 0;
+    while (edges[own] != edge) own++;
+    uint32_t const material_index =
+        input->vertex_materials ? input->vertex_materials[corners[0]] : 0;
+    const tulle_material *const material = &input->materials[material_index];
+    double const stiffness =
+        material->bend_stiffness / (4.0 * input->areas[input->triangle_numbers[triangle]]);
+    for (size_t k = 0; k < 3; k++) {
+        uint32_t const other = build->edge_hinges[edges[k]];
+        if (other == TULLE_NONE) continue;
+        uint32_t const at = other == hinge ? self : place++;
+        double const value = stiffness * build->softening[hinge] * build->softening[other] *
+                             square_cosine(input->rest_positions, corners, own, k);
+        model->coupling_hinges[at] = other;
+        model->couplings[at] += value;
+        model->damping_couplings[at] += value * material->bend_damping;
+        model->has_bending |= value > 0.0;
+        model->has_bend_damping |= value * material->bend_damping > 0.0;
+    }
+    return place;
+}
+
+/* At most five couplings a hinge: itself and two more in each triangle. */
+static bool build_couplings(memory *heap, coupling_builder *build) {
+    cloth_model *const model = build->model;
+    size_t const room = 5 * model->hinge_count;
+    model->coupling_begin = memory_allocate_zeroed(heap, model->hinge_count + 1, sizeof(uint32_t));
+    model->coupling_hinges = memory_allocate_zeroed(heap, room, sizeof(uint32_t));
+    model->couplings = memory_allocate_zeroed(heap, room, sizeof(double));
+    model->damping_couplings = memory_allocate_zeroed(heap, room, sizeof(double));
+    if (!model->coupling_begin || !model->coupling_hinges || !model->couplings ||
+        !model->damping_couplings)
+        return false;
+    uint32_t place = 0;
+    for (size_t edge = 0; edge < model->spring_count; edge++) {
+        uint32_t const hinge = build->edge_hinges[edge];
+        if (hinge == TULLE_NONE) continue;
+        uint32_t const self = place++;
+        model->coupling_begin[hinge] = self;
+        for (size_t k = 0; k < 2; k++)
+            place = add_couplings(build, edge, build->input->surface->edge_triangles[2 * edge + k],
+                                  self, place);
+    }
+    model->coupling_begin[model->hinge_count] = place;
+    return true;
+}
+
+bool bending_build_hinges(memory *heap, const bending_input *input, cloth_model *model) {
+    uint32_t *const edge_hinges = memory_allocate(heap, model->spring_count * sizeof(uint32_t));
+    double *const softening = memory_allocate(heap, model->hinge_count * sizeof(double));
+    bool ok = edge_hinges && softening;
+    if (ok) {
+        uint32_t hinge = 0;
+        for (size_t edge = 0; edge < model->spring_count; edge++) {
+            edge_hinges[edge] = TULLE_NONE;
+            if (input->surface->edge_triangles[2 * edge + 1] == TULLE_NONE) continue;
+            softening[hinge] = fill_hinge(input, edge, &model->hinges[hinge]);
+            model->has_curved_rest |= model->hinges[hinge].rest_curvature != 0.0;
+            edge_hinges[edge] = hinge++;
+        }
+        ok = build_couplings(heap, &(coupling_builder){input, model, edge_hinges, softening});
+    }
+    memory_release(heap, edge_hinges, model->spring_count * sizeof(uint32_t));
+    memory_release(heap, softening, model->hinge_count * sizeof(double));
+    return ok;
+}
+
+/* An entry of one row while it is collected. */
+typedef struct row_entry {
+    uint32_t column, order; /* order of arrival: makes the order of summation unique */
+    double stiffness, damping;
+} row_entry;
+
+static int compare_entries(const void *a, const void *b) {
+    const row_entry *const left = a, *const right = b;
+    if (left->column != right->column) return left->column < right->column ? -1 : 1;
+    return left->order < right->order ? -1 : left->order > right->order;
+}
+
+typedef ARRAY(row_entry) entry_array;
+
+/* Row `vertex` of K^T C K, K the hinge weights and C the couplings, sorted, equal columns summed.
+ */
+static bool collect_row(memory *heap, const cloth_model *model, uint32_t vertex, entry_array *row) {
+    row->count = 0;
+    for (uint32_t u = model->vertex_hinges.begin[vertex];
+         u < model->vertex_hinges.begin[vertex + 1]; u++) {
+        uint32_t const hinge = model->vertex_hinges.items[u] / 4;
+        double const weight = model->hinges[hinge].weights[model->vertex_hinges.items[u] % 4];
+        uint32_t const end = model->coupling_begin[hinge + 1];
+        for (uint32_t k = model->coupling_begin[hinge]; k < end; k++) {
+            const cloth_hinge *const other = &model->hinges[model->coupling_hinges[k]];
+            if (!ARRAY_RESERVE(heap, row, 4)) return false;
+            for (int corner = 0; corner < 4; corner++) {
+                double const product = weight * other->weights[corner];
+                row->data[row->count] = (row_entry){other->vertices[corner], (uint32_t)row->count,
+                                                    product * model->couplings[k],
+                                                    product * model->damping_couplings[k]};
+                row->count++;
+            }
+        }
+    }
+    if (row->count) qsort(row->data, row->count, sizeof *row->data, compare_entries);
+    size_t kept = 0;
+    for (size_t i = 0; i < row->count; i++) {
+        if (kept && row->data[kept - 1].column == row->data[i].column) {
+            row->data[kept - 1].stiffness += row->data[i].stiffness;
+            row->data[kept - 1].damping += row->data[i].damping;
+        } else
+            row->data[kept++] = row->data[i];
+    }
+    row->count = kept;
+    return true;
+}
+
+/* Sends the entries of a row to the blocks that exist, the others to `rest`. */
+static bool split_row(memory *heap, cloth_model *model, uint32_t vertex, const entry_array *row,
+                      entry_array *rest) {
+    uint32_t block = model->block_begin[vertex];
+    uint32_t const block_end = model->block_begin[vertex + 1];
+    if (!ARRAY_RESERVE(heap, rest, row->count)) return false;
+    for (size_t i = 0; i < row->count; i++) {
+        while (block < block_end && model->block_columns[block] < row->data[i].column) block++;
+        if (block < block_end && model->block_columns[block] == row->data[i].column) {
+            model->bend_blocks[block] = row->data[i].stiffness;
+            model->bend_block_damping[block] = row->data[i].damping;
+        } else
+            rest->data[rest->count++] = row->data[i];
+    }
+    return true;
+}
+
+static bool keep_scalars(memory *heap, cloth_model *model, const entry_array *rest) {
+    model->scalar_count = rest->count;
+    model->scalar_columns = memory_allocate(heap, rest->count * sizeof(uint32_t));
+    model->bend_scalars = memory_allocate(heap, rest->count * sizeof(double));
+    model->bend_scalar_damping = memory_allocate(heap, rest->count * sizeof(double));
+    if (!model->scalar_columns || !model->bend_scalars || !model->bend_scalar_damping) return false;
+    for (size_t i = 0; i < rest->count; i++) {
+        model->scalar_columns[i] = rest->data[i].column;
+        model->bend_scalars[i] = rest->data[i].stiffness;
+        model->bend_scalar_damping[i] = rest->data[i].damping;
+    }
+    return true;
+}
+
+bool bending_build_matrix(memory *heap, cloth_model *model) {
+    model->scalar_begin = memory_allocate_zeroed(heap, model->vertex_count + 1, sizeof(uint32_t));
+    model->bend_blocks = memory_allocate_zeroed(heap, model->block_count, sizeof(double));
+    model->bend_block_damping = memory_allocate_zeroed(heap, model->block_count, sizeof(double));
+    entry_array row = {0}, rest = {0};
+    bool ok = model->scalar_begin && model->bend_blocks && model->bend_block_damping;
+    for (uint32_t v = 0; ok && model->has_bending && v < model->vertex_count; v++) {
+        ok = collect_row(heap, model, v, &row) && split_row(heap, model, v, &row, &rest);
+        model->scalar_begin[v + 1] = (uint32_t)rest.count;
+    }
+    ok = ok && keep_scalars(heap, model, &rest);
+    ARRAY_FREE(heap, &row);
+    ARRAY_FREE(heap, &rest);
+    return ok;
+}
+
+void bending_destroy(memory *heap, cloth_model *model) {
+    size_t const room = 5 * model->hinge_count;
+    memory_release(heap, model->coupling_begin, (model->hinge_count + 1) * sizeof(uint32_t));
+    memory_release(heap, model->coupling_hinges, room * sizeof(uint32_t));
+    memory_release(heap, model->couplings, room * sizeof(double));
+    memory_release(heap, model->damping_couplings, room * sizeof(double));
+    memory_release(heap, model->scalar_begin, (model->vertex_count + 1) * sizeof(uint32_t));
+    memory_release(heap, model->scalar_columns, model->scalar_count * sizeof(uint32_t));
+    memory_release(heap, model->bend_blocks, model->block_count * sizeof(double));
+    memory_release(heap, model->bend_block_damping, model->block_count * sizeof(double));
+    memory_release(heap, model->bend_scalars, model->scalar_count * sizeof(double));
+    memory_release(heap, model->bend_scalar_damping, model->scalar_count * sizeof(double));
+}

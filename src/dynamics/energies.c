@@ -1,0 +1,115 @@
+/* dynamics/energies.c - energies of a state and the largest stretch. Each chunk leaves its own
+ * sums; they are added in chunk order. */
+#include "base/parallel.h"
+#include "dynamics/bend.h"
+#include "dynamics/compute_forces.h"
+#include "dynamics/spring.h"
+
+#include <math.h>
+
+enum { ITEMS_PER_CHUNK = 1024 };
+
+typedef struct energy_task {
+    const cloth_model *model;
+    const double *positions, *velocities;
+    vec3 gravity;
+    vec3 *deviations;       /* by hinge */
+    double *first, *second; /* by chunk: two sums of the pass */
+} energy_task;
+
+/* first: kinetic, second: gravity */
+static void measure_vertices(void *context, size_t begin, size_t end, size_t chunk, int worker) {
+    (void)worker;
+    energy_task *const task = context;
+    double kinetic = 0.0, height = 0.0;
+    for (size_t v = begin; v < end; v++) {
+        double const mass = task->model->masses[v];
+        kinetic += 0.5 * mass * vec3_norm2(vec3_load(task->velocities, v));
+        height -= mass * vec3_dot(task->gravity, vec3_load(task->positions, v));
+    }
+    task->first[chunk] = kinetic;
+    task->second[chunk] = height;
+}
+
+/* first: stretch energy, second: the largest stretch of the chunk */
+static void measure_springs(void *context, size_t begin, size_t end, size_t chunk, int worker) {
+    (void)worker;
+    energy_task *const task = context;
+    double energy = 0.0, largest = 0.0;
+    for (size_t s = begin; s < end; s++) {
+        const cloth_spring *const spring = &task->model->springs[s];
+        double const length = vec3_norm(vec3_sub(vec3_load(task->positions, spring->vertices[1]),
+                                                 vec3_load(task->positions, spring->vertices[0])));
+        energy += spring_measure_energy(spring, task->positions);
+        largest = fmax(largest, length / spring->rest_length);
+    }
+    task->first[chunk] = energy;
+    task->second[chunk] = largest;
+}
+
+static void measure_hinges(void *context, size_t begin, size_t end, size_t chunk, int worker) {
+    (void)chunk, (void)worker;
+    energy_task *const task = context;
+    for (size_t h = begin; h < end; h++)
+        task->deviations[h] =
+            bend_evaluate(&task->model->hinges[h], task->positions, task->velocities, false)
+                .deviation;
+}
+
+/* first: bending energy of the rows of these hinges */
+static void couple_hinges(void *context, size_t begin, size_t end, size_t chunk, int worker) {
+    (void)worker;
+    energy_task *const task = context;
+    const cloth_model *const model = task->model;
+    double energy = 0.0;
+    for (size_t h = begin; h < end; h++) {
+        vec3 moment = {0.0, 0.0, 0.0};
+        for (size_t k = model->coupling_begin[h]; k < model->coupling_begin[h + 1]; k++)
+            moment = vec3_add_scaled(moment, task->deviations[model->coupling_hinges[k]],
+                                     model->couplings[k]);
+        energy += 0.5 * vec3_dot(moment, task->deviations[h]);
+    }
+    task->first[chunk] = energy;
+}
+
+static double sum_chunks(const double *values, size_t count) {
+    double sum = 0.0;
+    for (size_t i = 0; i < count; i++) sum += values[i];
+    return sum;
+}
+
+tulle_status compute_energies(const cloth_model *model, const double *positions,
+                              const double *velocities, vec3 gravity, int threads, arena *scratch,
+                              cloth_energies *energies) {
+    arena_mark const mark = arena_get_mark(scratch);
+    size_t const most =
+        model->spring_count > model->vertex_count ? model->spring_count : model->vertex_count;
+    size_t const chunks = parallel_chunk_count(most, ITEMS_PER_CHUNK);
+    energy_task task = {.model = model,
+                        .positions = positions,
+                        .velocities = velocities,
+                        .gravity = gravity,
+                        .deviations = ARENA_NEW(scratch, vec3, model->hinge_count),
+                        .first = ARENA_NEW(scratch, double, chunks),
+                        .second = ARENA_NEW(scratch, double, chunks)};
+    if (!task.deviations || !task.first || !task.second) {
+        arena_release(scratch, mark);
+        return TULLE_ERROR_OUT_OF_MEMORY;
+    }
+    *energies = (cloth_energies){0};
+    parallel_for(model->vertex_count, ITEMS_PER_CHUNK, threads, measure_vertices, &task);
+    size_t count = parallel_chunk_count(model->vertex_count, ITEMS_PER_CHUNK);
+    energies->kinetic = sum_chunks(task.first, count);
+    energies->gravity = sum_chunks(task.second, count);
+    parallel_for(model->spring_count, ITEMS_PER_CHUNK, threads, measure_springs, &task);
+    count = parallel_chunk_count(model->spring_count, ITEMS_PER_CHUNK);
+    energies->stretch = sum_chunks(task.first, count);
+    for (size_t i = 0; i < count; i++)
+        energies->max_stretch = fmax(energies->max_stretch, task.second[i]);
+    parallel_for(model->hinge_count, ITEMS_PER_CHUNK, threads, measure_hinges, &task);
+    parallel_for(model->hinge_count, ITEMS_PER_CHUNK, threads, couple_hinges, &task);
+    energies->bend =
+        sum_chunks(task.first, parallel_chunk_count(model->hinge_count, ITEMS_PER_CHUNK));
+    arena_release(scratch, mark);
+    return TULLE_OK;
+}

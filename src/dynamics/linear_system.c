@@ -1,0 +1,50 @@
+/* dynamics/linear_system.c - storage and use of the system that compute_forces fills: the operator
+ * for conjugate gradients, and the end velocities of each integrator. */
+#include "dynamics/compute_forces.h"
+
+tulle_status linear_system_build(memory *heap, const cloth_model *model, linear_system *system) {
+    linear_system result = {.vertex_count = model->vertex_count};
+    block_pattern const blocks = {model->block_begin, model->block_columns};
+    block_pattern const scalars = {model->scalar_begin, model->scalar_columns};
+    tulle_status const status =
+        block_matrix_build(heap, model->vertex_count, blocks, scalars, &result.matrix);
+    if (status != TULLE_OK) return status;
+    result.right_hand_side = memory_allocate_zeroed(heap, 3 * model->vertex_count, sizeof(double));
+    result.diagonal = memory_allocate_zeroed(heap, 9 * model->vertex_count, sizeof(double));
+    result.forces = memory_allocate_zeroed(heap, 3 * model->vertex_count, sizeof(double));
+    if (!result.right_hand_side || !result.diagonal || !result.forces) {
+        linear_system_destroy(heap, &result);
+        return TULLE_ERROR_OUT_OF_MEMORY;
+    }
+    *system = result;
+    return TULLE_OK;
+}
+
+void linear_system_destroy(memory *heap, linear_system *system) {
+    size_t const count = system->vertex_count;
+    block_matrix_destroy(heap, &system->matrix);
+    memory_release(heap, system->right_hand_side, 3 * count * sizeof(double));
+    memory_release(heap, system->diagonal, 9 * count * sizeof(double));
+    memory_release(heap, system->forces, 3 * count * sizeof(double));
+    *system = (linear_system){0};
+}
+
+void linear_system_apply(void *context, const double *x, double *y) {
+    const linear_system_operator *const matrix = context;
+    block_matrix_multiply(&matrix->system->matrix, x, y, matrix->threads);
+}
+
+void finish_velocities(const linear_system *system, const motion_state *state,
+                       const uint8_t *is_fixed, const double *mean, double *velocities) {
+    for (size_t i = 0; i < 3 * system->vertex_count; i++) {
+        double const u = mean[i];
+        if (is_fixed && is_fixed[i / 3])
+            velocities[i] = u;
+        else if (system->integrator == TULLE_INTEGRATOR_CRANK_NICOLSON)
+            velocities[i] = 2.0 * u - state->velocities[i];
+        else if (system->integrator == TULLE_INTEGRATOR_BDF2)
+            velocities[i] = 1.5 * u - 0.5 * state->previous_mean[i];
+        else
+            velocities[i] = u;
+    }
+}

@@ -1,0 +1,33 @@
+/* dynamics/spring.c - linear springs along the edges, with damping along the spring.
+ *
+ * Based on: Provot, Deformation constraints in a mass-spring model, 1995; Choi, Ko, Stable but
+ * responsive cloth, 2002 (the stiffness across a compressed spring is dropped, see
+ * compute_forces.c). The derivative of the damping force with respect to positions is not used. */
+#include "dynamics/spring.h"
+
+spring_response spring_evaluate(const cloth_spring *spring, const double *positions,
+                                const double *velocities) {
+    vec3 const edge = vec3_sub(vec3_load(positions, spring->vertices[1]),
+                               vec3_load(positions, spring->vertices[0]));
+    vec3 const rate = vec3_sub(vec3_load(velocities, spring->vertices[1]),
+                               vec3_load(velocities, spring->vertices[0]));
+    double const length = vec3_norm(edge);
+    /* A spring of no length has no direction and exerts no force. */
+    if (!(length > 0.0)) return (spring_response){.axial = spring->stiffness};
+    vec3 const n = vec3_scale(edge, 1.0 / length);
+    double const extension = length - spring->rest_length;
+    return (spring_response){
+        .elastic_force = vec3_scale(n, spring->stiffness * extension),
+        .damping_force = vec3_scale(n, spring->damping * vec3_dot(n, rate)),
+        .axial = spring->stiffness,
+        .across = spring->stiffness * extension / length,
+        .direction = n,
+    };
+}
+
+double spring_measure_energy(const cloth_spring *spring, const double *positions) {
+    double const length = vec3_norm(vec3_sub(vec3_load(positions, spring->vertices[1]),
+                                             vec3_load(positions, spring->vertices[0])));
+    double const extension = length - spring->rest_length;
+    return 0.5 * spring->stiffness * extension * extension;
+}

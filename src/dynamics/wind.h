@@ -1,0 +1,28 @@
+/* dynamics/wind.h - stage 1: wind on triangles, and the gusts. */
+#ifndef TULLE_DYNAMICS_WIND_H
+#define TULLE_DYNAMICS_WIND_H
+
+#include "dynamics/cloth_model.h"
+
+/* Remembers the lattice values around the last place asked for; zeroed before first use. */
+typedef struct gust_cell {
+    bool is_filled;
+    int64_t corner[4]; /* x, y, z, time */
+    double values[16][3];
+} gust_cell;
+
+/* Wind velocity [m/s] at a place and time: the mean plus gusts. A pure function of its arguments
+ * but `cell`, which only saves time. */
+vec3 wind_get_velocity(const tulle_wind *wind, vec3 place, double time, gust_cell *cell);
+
+typedef struct wind_response {
+    vec3 force;  /* [N] on the whole triangle */
+    double drag; /* [N s/m] the symmetric, positive part of -df/dw is drag n n^T */
+    vec3 normal;
+} wind_response;
+
+/* Drag on a triangle with the given corners whose velocity relative to the air is w:
+ * -k_f A |w| (n . w) n. */
+wind_response wind_evaluate(double drag_coefficient, const vec3 corners[3], vec3 relative_velocity);
+
+#endif

@@ -1,0 +1,213 @@
+/* math/conjugate_gradients.c - preconditioned conjugate gradients, see conjugate_gradients.h.
+ *
+ * Based on: Hestenes, Stiefel, Methods of conjugate gradients for solving linear systems, 1952;
+ * fixed vertices by filtering as in Baraff, Witkin, Large steps in cloth simulation, 1998, section
+ * 5. Departures: the filter is a mask, which makes the iteration plain conjugate gradients on the
+ * free vertices; the residual is measured in the preconditioner's norm.
+ *
+ * Dots are summed over blocks of a fixed number of vertices, the blocks in order, so that the
+ * number of threads changes no bit. */
+#include "math/conjugate_gradients.h"
+
+#include "base/parallel.h"
+#include "math/vec3.h"
+
+#include <math.h>
+
+/* Vertices a chunk: a sum of one chunk is the unit of every dot. */
+enum { VERTICES_PER_CHUNK = 512 };
+
+typedef struct solver {
+    const conjugate_gradients_problem *problem;
+    double *x, *residual, *direction, *product, *preconditioned;
+    double *inverse;  /* 9 a vertex, zero for fixed vertices */
+    double *partials; /* one a chunk */
+    size_t chunk_count;
+    double step; /* alpha or beta of the pass */
+} solver;
+
+static bool allocate_solver(solver *work, arena *scratch) {
+    size_t const count = work->problem->vertex_count;
+    work->chunk_count = parallel_chunk_count(count, VERTICES_PER_CHUNK);
+    work->residual = ARENA_NEW(scratch, double, 3 * count);
+    work->direction = ARENA_NEW(scratch, double, 3 * count);
+    work->product = ARENA_NEW(scratch, double, 3 * count);
+    work->preconditioned = ARENA_NEW(scratch, double, 3 * count);
+    work->inverse = ARENA_NEW(scratch, double, 9 * count);
+    work->partials = ARENA_NEW(scratch, double, work->chunk_count);
+    return work->residual && work->direction && work->product && work->preconditioned &&
+           work->inverse && work->partials;
+}
+
+static double sum_partials(const solver *work) {
+    double sum = 0.0;
+    for (size_t chunk = 0; chunk < work->chunk_count; chunk++) sum += work->partials[chunk];
+    return sum;
+}
+
+/* Runs a pass over all vertices and returns the sum of its partials. */
+static double run_pass(solver *work, parallel_body body) {
+    parallel_for(work->problem->vertex_count, VERTICES_PER_CHUNK, work->problem->threads, body,
+                 work);
+    return sum_partials(work);
+}
+
+/* Inverse of a symmetric positive definite block by its adjugate; false if it is not one. */
+static bool invert_block(const double *a, double *inverse) {
+    double const c0 = a[4] * a[8] - a[5] * a[5];
+    double const c1 = a[5] * a[2] - a[1] * a[8];
+    double const c2 = a[1] * a[5] - a[4] * a[2];
+    double const minor = a[0] * a[4] - a[1] * a[1];
+    double const determinant = a[0] * c0 + a[1] * c1 + a[2] * c2;
+    /* Leading minors; the margins keep the inverse of a nearly singular block finite. */
+    double const margin = 1e-14 * fabs(a[0] * a[4] * a[8]);
+    if (!(a[0] > 0.0 && minor > 0.0 && determinant > margin) || !isfinite(1.0 / determinant))
+        return false;
+    double const s = 1.0 / determinant;
+    double const c4 = a[0] * a[8] - a[2] * a[2];
+    double const c5 = a[1] * a[2] - a[0] * a[5];
+    double const entries[9] = {c0, c1, c2, c1, c4, c5, c2, c5, minor};
+    for (int i = 0; i < 9; i++) inverse[i] = s * entries[i];
+    return true;
+}
+
+static void invert_diagonal(void *context, size_t begin, size_t end, size_t chunk, int worker) {
+    (void)worker;
+    solver *const work = context;
+    const uint8_t *const is_fixed = work->problem->is_fixed;
+    work->partials[chunk] = 0.0;
+    for (size_t vertex = begin; vertex < end; vertex++) {
+        const double *const block = work->problem->diagonal + 9 * vertex;
+        double *const inverse = work->inverse + 9 * vertex;
+        bool const fixed = is_fixed && is_fixed[vertex];
+        if (!fixed && invert_block(block, inverse)) continue;
+        for (int i = 0; i < 9; i++) inverse[i] = 0.0;
+        for (int i = 0; i < 9 && !fixed; i += 4) {
+            double const reciprocal = 1.0 / block[i];
+            inverse[i] = block[i] > 0.0 && isfinite(reciprocal) ? reciprocal : 1.0;
+        }
+    }
+}
+
+static inline vec3 apply_inverse(const solver *work, size_t vertex, vec3 r) {
+    const double *const m = work->inverse + 9 * vertex;
+    return (vec3){m[0] * r.x + m[1] * r.y + m[2] * r.z, m[3] * r.x + m[4] * r.y + m[5] * r.z,
+                  m[6] * r.x + m[7] * r.y + m[8] * r.z};
+}
+
+/* b . P^-1 b */
+static void measure_right_hand_side(void *context, size_t begin, size_t end, size_t chunk,
+                                    int worker) {
+    (void)worker;
+    solver *const work = context;
+    double sum = 0.0;
+    for (size_t vertex = begin; vertex < end; vertex++) {
+        vec3 const b = vec3_load(work->problem->right_hand_side, vertex);
+        sum += vec3_dot(b, apply_inverse(work, vertex, b));
+    }
+    work->partials[chunk] = sum;
+}
+
+/* r = b - A x (A x is in product), z = P^-1 r, p = z; sums r . z */
+static void begin_iteration(void *context, size_t begin, size_t end, size_t chunk, int worker) {
+    (void)worker;
+    solver *const work = context;
+    double sum = 0.0;
+    for (size_t vertex = begin; vertex < end; vertex++) {
+        vec3 const r = vec3_sub(vec3_load(work->problem->right_hand_side, vertex),
+                                vec3_load(work->product, vertex));
+        vec3 const z = apply_inverse(work, vertex, r);
+        vec3_store(work->residual, vertex, r);
+        vec3_store(work->preconditioned, vertex, z);
+        vec3_store(work->direction, vertex, z);
+        sum += vec3_dot(r, z);
+    }
+    work->partials[chunk] = sum;
+}
+
+/* Sums p . A p; p is zero at fixed vertices, which filters the product. */
+static void measure_curvature(void *context, size_t begin, size_t end, size_t chunk, int worker) {
+    (void)worker;
+    solver *const work = context;
+    double sum = 0.0;
+    for (size_t vertex = begin; vertex < end; vertex++)
+        sum += vec3_dot(vec3_load(work->direction, vertex), vec3_load(work->product, vertex));
+    work->partials[chunk] = sum;
+}
+
+/* x += alpha p, r -= alpha A p, z = P^-1 r; sums r . z. The inverse is zero at fixed vertices, so
+ * their residual takes no part. */
+static void advance(void *context, size_t begin, size_t end, size_t chunk, int worker) {
+    (void)worker;
+    solver *const work = context;
+    double const alpha = work->step;
+    double sum = 0.0;
+    for (size_t vertex = begin; vertex < end; vertex++) {
+        vec3 const p = vec3_load(work->direction, vertex);
+        vec3_store(work->x, vertex, vec3_add_scaled(vec3_load(work->x, vertex), p, alpha));
+        vec3 const r = vec3_add_scaled(vec3_load(work->residual, vertex),
+                                       vec3_load(work->product, vertex), -alpha);
+        vec3 const z = apply_inverse(work, vertex, r);
+        vec3_store(work->residual, vertex, r);
+        vec3_store(work->preconditioned, vertex, z);
+        sum += vec3_dot(r, z);
+    }
+    work->partials[chunk] = sum;
+}
+
+/* p = z + beta p */
+static void turn_direction(void *context, size_t begin, size_t end, size_t chunk, int worker) {
+    (void)chunk, (void)worker;
+    solver *const work = context;
+    double const beta = work->step;
+    for (size_t i = 3 * begin; i < 3 * end; i++)
+        work->direction[i] = work->preconditioned[i] + beta * work->direction[i];
+}
+
+/* The loop proper; rho is r . z of the start. */
+static conjugate_gradients_end iterate(solver *work, double rho, double target, int *iterations,
+                                       double *last_rho) {
+    const conjugate_gradients_problem *const problem = work->problem;
+    conjugate_gradients_end end = CONJUGATE_GRADIENTS_ITERATION_LIMIT;
+    *iterations = 0;
+    for (;;) {
+        *last_rho = rho;
+        if (!isfinite(rho)) return CONJUGATE_GRADIENTS_NOT_FINITE;
+        if (sqrt(rho) <= target) return CONJUGATE_GRADIENTS_CONVERGED;
+        if (*iterations >= problem->max_iterations) return end;
+        problem->apply(problem->apply_context, work->direction, work->product);
+        double const curvature = run_pass(work, measure_curvature);
+        if (!isfinite(curvature)) return CONJUGATE_GRADIENTS_NOT_FINITE;
+        if (!(curvature > 0.0)) return CONJUGATE_GRADIENTS_NOT_POSITIVE;
+        double const alpha = rho / curvature;
+        if (!isfinite(alpha)) return CONJUGATE_GRADIENTS_NOT_FINITE;
+        work->step = alpha;
+        double const next = run_pass(work, advance);
+        (*iterations)++;
+        work->step = next / rho;
+        rho = next;
+        parallel_for(problem->vertex_count, VERTICES_PER_CHUNK, problem->threads, turn_direction,
+                     work);
+    }
+}
+
+tulle_status conjugate_gradients_solve(const conjugate_gradients_problem *problem, double *x,
+                                       arena *scratch, conjugate_gradients_result *result) {
+    arena_mark const mark = arena_get_mark(scratch);
+    solver work = {.problem = problem, .x = x};
+    if (!allocate_solver(&work, scratch)) {
+        arena_release(scratch, mark);
+        return TULLE_ERROR_OUT_OF_MEMORY;
+    }
+    run_pass(&work, invert_diagonal);
+    double reference = problem->reference;
+    if (!(reference > 0.0)) reference = sqrt(run_pass(&work, measure_right_hand_side));
+    problem->apply(problem->apply_context, x, work.product);
+    double rho = run_pass(&work, begin_iteration);
+    if (!(reference > 0.0)) reference = sqrt(rho);
+    *result = (conjugate_gradients_result){.reference = reference};
+    result->end = iterate(&work, rho, problem->tolerance * reference, &result->iterations, &rho);
+    result->residual = reference > 0.0 ? sqrt(rho) / reference : 0.0;
+    arena_release(scratch, mark);
+    return TULLE_OK;
+}
