@@ -13,6 +13,7 @@ typedef struct subcommand {
 
 /* The subcommands; ends with a null name. */
 static const subcommand subcommands[] = {
+    {"info", app_info, "what a mesh, a point cache or a run holds"},
     {NULL, NULL, NULL},
 };
 

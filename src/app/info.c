@@ -1,0 +1,48 @@
+/* app/info.c - `tulle info`: tells what mesh files, point caches and run directories hold. */
+#include "app/info.h"
+
+#include "app/commands.h"
+#include "app/options.h"
+
+#include <stdbool.h>
+#include <stdio.h>
+#include <string.h>
+
+static const command_spec command = {
+    .name = "info",
+    .operands = "FILE|DIR ...",
+    .summary = "Prints what a mesh (.obj, .ply, .stl), a point cache (.pc2) or the directory of a\n"
+               "run holds: sizes, topology, quality of the triangles, and whether it can be used\n"
+               "as cloth or as an obstacle; frames, bodies and the end of a run.",
+    .operand_minimum = 1,
+    .operand_maximum = SIZE_MAX,
+};
+
+static bool has_extension(const char *path, const char *extension) {
+    size_t const length = strlen(path);
+    size_t const extension_length = strlen(extension);
+    return length >= extension_length && strcmp(path + length - extension_length, extension) == 0;
+}
+
+static tulle_status print_info(const char *path, tulle_error *error) {
+    if (has_extension(path, ".pc2")) return info_print_cache(path, error);
+    return info_print_mesh(path, error);
+}
+
+int app_info(int argc, char **argv) {
+    size_t path_count = 0;
+    options_outcome const outcome = options_parse(&command, argc, argv, &path_count);
+    if (outcome != OPTIONS_READ) return options_exit(outcome);
+    int worst = APP_EXIT_FINE;
+    for (size_t i = 0; i < path_count; i++) {
+        tulle_error error = {0};
+        if (i > 0) putchar('\n');
+        tulle_status const status = print_info(argv[i], &error);
+        if (status == TULLE_OK) continue;
+        app_print_error(command.name, &error);
+        int const code = app_exit_for_input(status);
+        if (code > worst) worst = code;
+    }
+    int const written = app_finish_output(command.name);
+    return worst != APP_EXIT_FINE ? worst : written;
+}

@@ -1,0 +1,15 @@
+/* app/info.h - what `tulle info` prints of each kind of file. Each prints to standard output and
+ * returns the library's status, with `error` filled on failure. */
+#ifndef TULLE_APP_INFO_H
+#define TULLE_APP_INFO_H
+
+#include "tulle/base.h"
+
+/* A mesh file: sizes, topology, quality, what it can be used for. */
+tulle_status info_print_mesh(const char *path, tulle_error *error);
+/* A PC2 point cache: vertices, frames, bounds of the first and last frame. */
+tulle_status info_print_cache(const char *path, tulle_error *error);
+/* A run directory: scene, frames, bodies, how it ended. */
+tulle_status info_print_run(const char *path, tulle_error *error);
+
+#endif

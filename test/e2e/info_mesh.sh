@@ -1,0 +1,56 @@
+#!/usr/bin/env bash
+# `tulle info` of meshes and point caches, good and bad.
+set -uo pipefail
+work=$(mktemp -d)
+trap 'rm -rf "$work"' EXIT
+cd "$work"
+faults=0
+
+# expect CODE PATTERN FILE...: exit code, and a line of either output.
+expect() {
+    local code=$1 pattern=$2
+    shift 2
+    "$TULLE" info "$@" >out 2>&1
+    local found=$?
+    [ $found = "$code" ] || { echo "tulle info $*: exit $found, expected $code"; faults=1; }
+    grep -Eq -- "$pattern" out || { echo "tulle info $*: no \"$pattern\" in:"; cat out; faults=1; }
+}
+
+# A tetrahedron, a square with one diagonal, three triangles on one edge.
+printf 'v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nf 1 3 2\nf 1 2 4\nf 2 3 4\nf 3 1 4\n' >solid.obj
+printf 'v 0 0 0\nv 2 0 0\nv 2 2 0\nv 0 2 0\nv 9 9 9\nf 1 2 3\nf 1 3 4\n' >sheet.obj
+printf 'v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nv 0 -1 0\nf 1 2 3\nf 1 2 4\nf 1 2 5\n' >fan.obj
+expect 0 '^  vertices +4 \(0 used' solid.obj
+expect 0 '^  edges +6 \(0 on the boundary in 0 loops' solid.obj
+expect 0 '^  V - E \+ F +2$' solid.obj
+expect 0 '^  as cloth +can be used' solid.obj
+expect 0 '^  vertices +5 \(1 used' sheet.obj
+expect 0 '^  edges +5 \(4 on the boundary in 1 loops' sheet.obj
+expect 0 '^  area +4 m\^2' sheet.obj
+expect 0 '^  edge length +2 least, .* 2.82843 greatest' sheet.obj
+expect 0 '^  smallest angle +45 deg' sheet.obj
+expect 0 '^  edges .* 1 with three or more triangles' fan.obj
+expect 0 '^  as obstacle +can be used' fan.obj
+grep -Eq '^  as cloth +can be used' out && { echo "three triangles on an edge pass as cloth"; faults=1; }
+expect 0 '^sheet.obj: triangle mesh' solid.obj sheet.obj
+
+# A cache of 2 points and 2 frames: signature, version, points, start, rate, frames; then the frames, float32.
+{
+    printf 'POINTCACHE2\0\001\0\0\0\002\0\0\0\0\0\0\0\0\0\200?\002\0\0\0'
+    printf '\0\0\200?\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0@\0\0\0\0'
+    printf '\0\0\200?\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0@\0\0\200\277'
+} >motion.pc2
+expect 0 '^  frames +2, first 0, one every 1' motion.pc2
+expect 0 '^ +z  -1 .. 0 m' motion.pc2
+
+head -c 20 motion.pc2 >cut.pc2
+: >empty.obj
+printf 'v 0 0 0\nf 1 2 3\n' >range.obj
+expect 2 'cut.pc2' cut.pc2
+expect 2 'empty.obj' empty.obj
+expect 2 'range.obj:2' range.obj
+expect 2 'missing.obj' missing.obj
+expect 2 '^solid.obj: triangle mesh' missing.obj solid.obj
+"$TULLE" info solid.obj >/dev/full 2>out
+[ $? = 3 ] || { echo "onto a full disk: no exit 3"; faults=1; }
+exit $faults
