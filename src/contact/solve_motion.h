@@ -3,16 +3,16 @@
 #define TULLE_CONTACT_SOLVE_MOTION_H
 
 #include "contact/contact_types.h"
+#include "math/conjugate_gradients.h"
 
 /* The implicit step without contact: A u = b over the cloth vertices. A is the plain matrix; rows
  * of vertices with inverse mass 0 are masked in the solve, their columns act with the prescribed
  * u. */
 typedef struct motion_system {
     const double *right_hand_side; /* [N s] 3 * cloth_vertex_count */
-    const double *diagonal_blocks; /* [kg] 9 * cloth_vertex_count, 3x3 blocks of A's diagonal */
-    /* product = A x, both 3 * cloth_vertex_count; the same bits for any number of threads. */
-    void (*multiply)(const void *context, const double *x, double *product);
-    const void *context;
+    const double *diagonal;        /* [kg] 9 * cloth_vertex_count, 3x3 blocks of A's diagonal */
+    linear_operator apply; /* A x over the cloth vertices; for example linear_system_apply */
+    void *apply_context;
 } motion_system;
 
 /* What the solve did, for tulle_step_report. */

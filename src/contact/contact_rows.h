@@ -1,0 +1,14 @@
+/* contact/contact_rows.h - a row from a pair and the time at which its frame is taken. */
+#ifndef TULLE_CONTACT_CONTACT_ROWS_H
+#define TULLE_CONTACT_CONTACT_ROWS_H
+
+#include "contact/pair_rules.h"
+#include "contact/pair_scan.h"
+
+/* Fills a row with normal and weights of the event's time along x0 -> x1, without impulse. False
+ * when the pair has no row: nothing of it can move, or its points coincide (which only pairs do
+ * that are let intersect). */
+bool make_contact_row(const contact_scene *scene, const double *x1, const pair_event *event,
+                      contact_row *row);
+
+#endif

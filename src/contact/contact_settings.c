@@ -1,0 +1,20 @@
+/* contact/contact_settings.c - default numbers of the response, each with its reason. */
+#include "contact/contact_types.h"
+
+contact_settings contact_settings_default(void) {
+    return (contact_settings){
+        .minimum_gap = 1e-4,       /* far over the rounding of float files for scenes of metres */
+        .solve_rounds = 3,         /* one leaves spikes stretched, two let a fine landing burst */
+        .solve_rounds_landing = 6, /* halves the peak stretch of a fine landing on tips */
+        .impulse_sweeps = 5,       /* twenty measured no better */
+        .impact_rounds = 5,
+        .zone_rounds = 2,
+        .component_rounds = 12,
+        .push_out_speed = 0.05,  /* [m/s] slow against any motion one sees */
+        .slope_tolerance = 0.02, /* about one degree: flat stays flat in spite of rounding */
+        .hard_speed = 0.03,
+        .hard_stiffness = 3.0,
+        .cg_tolerance = 1e-4, /* 1e-3 falsifies sliding by a tenth */
+        .cg_max_iterations = 2000,
+    };
+}

@@ -1,0 +1,117 @@
+/* contact/gather_contacts.c - stage 2, see gather_contacts.h.
+ *
+ * A pair gets a row when it is near now (frame of now) or its predicted path comes within the
+ * contact distance (frame of that time, so that the row pushes where the impact will be). Rows
+ * only shape the response; what has no row is still caught by stages 10 and 11. */
+#include "contact/gather_contacts.h"
+
+#include "base/parallel.h"
+#include "contact/contact_rows.h"
+#include "contact/select_admissible.h"
+
+#include <string.h>
+
+enum { ROW_CHUNK = 64 /* events; some 40 microseconds */ };
+
+typedef struct gathering {
+    const contact_scene *scene;
+    const contact_store *store;
+    const double *predicted;
+    double largest_contact, largest_separation; /* [m] with rounding slack */
+    const pair_event *events;
+    contact_row *rows; /* one an event */
+    bool *is_kept;
+} gathering;
+
+static bool may_touch(const void *context, feature_kind kind, feature_pair pair) {
+    const gathering *const work = context;
+    uint32_t vertices[4];
+    vec3 start[4], end[4];
+    feature_pair_vertices(work->scene->set->topo, kind, pair, vertices);
+    load_points(work->scene->x0, vertices, start);
+    load_points(work->predicted, vertices, end);
+    return !middles_separate(kind, start, end, work->largest_separation, work->largest_contact);
+}
+
+/* Time 0 for a pair that is near now, else when the path first comes within the contact distance.
+ */
+static bool measure_touch(const void *context, feature_kind kind, feature_pair pair, double *time) {
+    const gathering *const work = context;
+    const contact_scene *const scene = work->scene;
+    uint32_t vertices[4];
+    moving_pair paths;
+    feature_pair_vertices(scene->set->topo, kind, pair, vertices);
+    load_points(scene->x0, vertices, paths.start);
+    load_points(work->predicted, vertices, paths.end);
+    double const distance2 = closest_of_pair(kind, paths.start).distance2;
+    pair_distances const distances = find_pair_distances(scene, kind, vertices);
+    *time = 0.0;
+    if (distance2 >= distances.separation * distances.separation) {
+        if (pair_stays_apart(kind, &paths, distances.contact)) return false;
+        toi_result const result = time_of_impact(kind, &paths, distances.contact);
+        if (result.state == TOI_SEPARATED) return false;
+        *time = result.lower_bound;
+    }
+    return !pair_is_ignored(scene, kind, pair);
+}
+
+static void restore_impulse(const gathering *work, contact_row *row) {
+    const stored_contact *const kept = find_contact(work->store, row->kind, row->pair);
+    if (!kept) return;
+    double const scale = work->scene->time_step / work->store->time_step;
+    row->impulse = vec3_scale(vec3_load(kept->impulse, 0), scale);
+    row->is_old = true;
+    row->is_hard = kept->is_hard != 0;
+}
+
+static void make_rows(void *context, size_t begin, size_t end, size_t chunk, int worker) {
+    (void)chunk, (void)worker;
+    gathering *const work = context;
+    for (size_t i = begin; i < end; i++) {
+        contact_row *const row = &work->rows[i];
+        work->is_kept[i] =
+            make_contact_row(work->scene, work->predicted, &work->events[i], row) &&
+            row_is_admissible(work->scene, work->predicted, row, work->events[i].time);
+        if (work->is_kept[i]) restore_impulse(work, row);
+    }
+}
+
+static tulle_status fill_rows(gathering *work, const pair_list *pairs, row_list *list) {
+    const contact_scene *const scene = work->scene;
+    pair_scan const scan = {may_touch, measure_touch, work};
+    pair_events found;
+    tulle_status status = scan_pairs(scene, pairs, &scan, &found);
+    if (status != TULLE_OK) return status;
+    work->events = found.events;
+    work->is_kept = ARENA_NEW(scene->scratch, bool, found.count);
+    if (!work->is_kept || !ARRAY_RESERVE(scene->heap, &list->rows, found.count))
+        return TULLE_ERROR_OUT_OF_MEMORY;
+    work->rows = list->rows.data;
+    parallel_for(found.count, ROW_CHUNK, scene->threads, make_rows, work);
+    size_t kept = 0;
+    for (size_t i = 0; i < found.count; i++)
+        if (work->is_kept[i]) work->rows[kept++] = work->rows[i];
+    status = thin_rim_rows(scene, work->rows, &kept);
+    if (status == TULLE_OK) list->rows.count = kept;
+    return status;
+}
+
+tulle_status gather_contacts(const contact_scene *scene, const contact_store *store,
+                             const double *predicted, const pair_list *pairs, row_list *list) {
+    arena_mark const mark = arena_get_mark(scene->scratch);
+    double const slack = find_rounding_slack(scene, predicted);
+    gathering work = {.scene = scene, .store = store, .predicted = predicted};
+    work.largest_separation = find_largest_separation(scene) + slack;
+    for (size_t i = 0; i < scene->set->surface_count * scene->set->surface_count; i++)
+        work.largest_contact = fmax(work.largest_contact, scene->laws[i].contact_distance + slack);
+    list->rows.count = 0;
+    tulle_status const status = fill_rows(&work, pairs, list);
+    list->gathered_count = list->rows.count;
+    arena_release(scene->scratch, mark);
+    return status;
+}
+
+void row_list_destroy(row_list *list, memory *heap) {
+    ARRAY_FREE(heap, &list->rows);
+    list->gathered_count = 0;
+}

@@ -1,0 +1,37 @@
+/* contact/pair_scan.h - runs two tests over all candidate pairs, in parallel and with a result that
+ * does not depend on the number of threads. */
+#ifndef TULLE_CONTACT_PAIR_SCAN_H
+#define TULLE_CONTACT_PAIR_SCAN_H
+
+#include "contact/contact_types.h"
+
+/* A pair that passed both tests, with a time in [0, 1]. */
+typedef struct pair_event {
+    feature_kind kind;
+    feature_pair pair;
+    double time;
+} pair_event;
+
+/* Cheap test: false drops the pair. Runs on several threads. */
+typedef bool (*pair_filter)(const void *context, feature_kind kind, feature_pair pair);
+/* Full test: false drops the pair, else *time is set. Runs on several threads. */
+typedef bool (*pair_measure)(const void *context, feature_kind kind, feature_pair pair,
+                             double *time);
+
+typedef struct pair_scan {
+    pair_filter filter;
+    pair_measure measure;
+    const void *context;
+} pair_scan;
+
+typedef struct pair_events {
+    pair_event *events; /* in scratch; in the order of the list, vertex/triangle first */
+    size_t count;
+    uint64_t measured_count;
+} pair_events;
+
+/* The events stay in the scene's scratch arena until the caller releases its mark. */
+tulle_status scan_pairs(const contact_scene *scene, const pair_list *pairs, const pair_scan *scan,
+                        pair_events *result);
+
+#endif

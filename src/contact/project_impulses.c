@@ -1,0 +1,55 @@
+/* contact/project_impulses.c - see project_impulses.h.
+ *
+ * One row: with W = sum w_i^2 / m_i the impulse that stops the row's relative velocity v at the
+ * wanted normal speed is  p - (v - bias n) / W.  Its normal part is clamped to >= 0, its tangential
+ * part to friction times the normal part; the difference to p acts on the four vertices.
+ *
+ * Based on: Moreau, Unilateral contact and dry friction in finite freedom dynamics, 1988; Jean, The
+ * non-smooth contact dynamics method, 1999. */
+#include "contact/project_impulses.h"
+
+/* [m/s] Sweeps end when no row changed its relative velocity by more: far below what a drift of a
+ * nanometre in a minute needs. */
+#define SETTLED_SPEED 1e-13
+
+/* The nearest total impulse by the rule above; sets the row's state. */
+static vec3 find_impulse(contact_row *row, vec3 velocity) {
+    double const inverse = 1.0 / row->inverse_mass;
+    vec3 const trial =
+        vec3_add_scaled(row->impulse, vec3_add_scaled(velocity, row->normal, -row->bias), -inverse);
+    double const normal = vec3_dot(trial, row->normal);
+    if (!(normal > 0.0)) {
+        row->state = ROW_OPEN;
+        return vec3_make(0.0, 0.0, 0.0);
+    }
+    vec3 tangential = vec3_add_scaled(trial, row->normal, -normal);
+    double const cap = row->friction * (row->friction_cap >= 0.0 ? row->friction_cap : normal);
+    double const size = vec3_norm(tangential);
+    row->state = size > cap ? ROW_SLIDES : ROW_STICKS;
+    if (size > cap) tangential = vec3_scale(tangential, cap / size);
+    return vec3_add_scaled(tangential, row->normal, normal);
+}
+
+static double relax_row(const contact_scene *scene, contact_row *row, double *u) {
+    vec3 const impulse = find_impulse(row, get_relative_velocity(row, u));
+    vec3 const change = vec3_sub(impulse, row->impulse);
+    double const size2 = vec3_norm2(change);
+    if (!(size2 > 0.0)) return 0.0;
+    row->impulse = impulse;
+    for (int k = 0; k < 4; k++) {
+        uint32_t const vertex = row->vertices[k];
+        double const mobility = row->weights[k] * scene->inverse_mass[vertex];
+        if (mobility == 0.0) continue;
+        vec3_store(u, vertex, vec3_add_scaled(vec3_load(u, vertex), change, mobility));
+    }
+    return size2 * row->inverse_mass * row->inverse_mass;
+}
+
+void project_impulses(const contact_scene *scene, contact_row *rows, size_t count, double *u) {
+    for (int sweep = 0; sweep < scene->settings.impulse_sweeps; sweep++) {
+        double largest2 = 0.0;
+        for (size_t i = 0; i < count; i++) largest2 = fmax(largest2, relax_row(scene, &rows[i], u));
+        for (size_t i = count; i-- > 0;) largest2 = fmax(largest2, relax_row(scene, &rows[i], u));
+        if (largest2 <= SETTLED_SPEED * SETTLED_SPEED) break;
+    }
+}

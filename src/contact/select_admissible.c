@@ -1,0 +1,187 @@
+/* contact/select_admissible.c - see select_admissible.h.
+ *
+ * Based on: Wong, Baciu, Dynamic interaction between deformable surfaces and nonsmooth objects,
+ * 2005, section 3.5 (admissible feature pairs). Departure: the condition is an angle with a
+ * tolerance instead of a sign, so that the edges inside a flat mesh neither stop a slider nor come
+ * and go with rounding. */
+#include "contact/select_admissible.h"
+
+#include <string.h>
+
+/* A weight below this is zero: the nearest point is on the rim. */
+#define RIM_WEIGHT 1e-9
+
+/* Neighbourhood test of one row. */
+typedef struct cone_test {
+    const contact_scene *scene;
+    const double *x1;
+    double time;
+    vec3 outward; /* unit, from the feature's surface towards the other body */
+} cone_test;
+
+static vec3 point_at(const cone_test *test, uint32_t vertex) {
+    return vec3_lerp(vec3_load(test->scene->x0, vertex), vec3_load(test->x1, vertex), test->time);
+}
+
+static bool lies_behind(const cone_test *test, vec3 contact_point, uint32_t neighbour) {
+    vec3 const to = vec3_sub(point_at(test, neighbour), contact_point);
+    double const height = vec3_dot(test->outward, to);
+    return height <= 0.0 || height <= test->scene->settings.slope_tolerance * vec3_norm(to);
+}
+
+static bool is_in_vertex_cone(const cone_test *test, uint32_t vertex) {
+    const adjacency *const around = &test->scene->set->topo->vertex_neighbours;
+    vec3 const point = point_at(test, vertex);
+    for (uint32_t i = around->begin[vertex]; i < around->begin[vertex + 1]; i++)
+        if (!lies_behind(test, point, around->items[i])) return false;
+    return true;
+}
+
+static bool is_in_edge_cone(const cone_test *test, uint32_t edge, vec3 contact_point) {
+    const uint32_t *const opposites = test->scene->set->topo->edge_opposites + 2 * (size_t)edge;
+    for (int k = 0; k < 2; k++)
+        if (opposites[k] != TULLE_NONE && !lies_behind(test, contact_point, opposites[k]))
+            return false;
+    return true;
+}
+
+/* Where on its triangle a vertex/triangle row touches. */
+typedef enum rim_part { RIM_INSIDE, RIM_EDGE, RIM_VERTEX } rim_part;
+
+static rim_part find_rim_part(const topology *topo, const contact_row *row, uint32_t *feature) {
+    int zero_count = 0, zero = 0, other = 0;
+    for (int k = 0; k < 3; k++) {
+        if (row->weights[1 + k] > -RIM_WEIGHT) {
+            zero_count++;
+            zero = k;
+        } else {
+            other = k;
+        }
+    }
+    if (zero_count == 0) return RIM_INSIDE;
+    if (zero_count == 1) {
+        *feature = topo->triangle_edges[3 * (size_t)row->pair.second + (size_t)((zero + 1) % 3)];
+        return RIM_EDGE;
+    }
+    *feature = row->vertices[1 + other];
+    return RIM_VERTEX;
+}
+
+static vec3 blend_side(const cone_test *test, const contact_row *row, int begin, int end) {
+    vec3 sum = {0.0, 0.0, 0.0};
+    for (int k = begin; k < end; k++)
+        sum = vec3_add_scaled(sum, point_at(test, row->vertices[k]), fabs(row->weights[k]));
+    return sum;
+}
+
+static bool vertex_row_is_admissible(cone_test *test, const contact_row *row) {
+    test->outward = vec3_neg(row->normal);
+    if (!is_in_vertex_cone(test, row->vertices[0])) return false;
+    test->outward = row->normal;
+    uint32_t feature = 0;
+    switch (find_rim_part(test->scene->set->topo, row, &feature)) {
+    case RIM_INSIDE: return true;
+    case RIM_EDGE: return is_in_edge_cone(test, feature, blend_side(test, row, 1, 4));
+    case RIM_VERTEX: return is_in_vertex_cone(test, feature);
+    }
+    return true;
+}
+
+static bool edge_row_is_admissible(cone_test *test, const contact_row *row) {
+    for (int k = 0; k < 4; k++)
+        if (fabs(row->weights[k]) < RIM_WEIGHT) return false;
+    test->outward = vec3_neg(row->normal);
+    if (!is_in_edge_cone(test, row->pair.first, blend_side(test, row, 0, 2))) return false;
+    test->outward = row->normal;
+    return is_in_edge_cone(test, row->pair.second, blend_side(test, row, 2, 4));
+}
+
+bool row_is_admissible(const contact_scene *scene, const double *x1, const contact_row *row,
+                       double time) {
+    cone_test test = {.scene = scene, .x1 = x1, .time = time};
+    return row->kind == FEATURE_VERTEX_TRIANGLE ? vertex_row_is_admissible(&test, row)
+                                                : edge_row_is_admissible(&test, row);
+}
+
+static bool triangles_share_vertex(const contact_row *a, const contact_row *b) {
+    for (int i = 1; i < 4; i++)
+        for (int j = 1; j < 4; j++)
+            if (a->vertices[i] == b->vertices[j]) return true;
+    return false;
+}
+
+/* What a rim row touches; part RIM_INSIDE for the others. */
+typedef struct rim_label {
+    rim_part part;
+    uint32_t feature;
+} rim_label;
+
+/* The row of a rim whose vertex is nearer to the inside of a triangle next to it, or that repeats
+ * an earlier row of the same vertex. Rows begin .. end-1 are those of the vertex. */
+static bool is_redundant(const contact_row *rows, const rim_label *labels, size_t begin, size_t end,
+                         size_t i) {
+    if (labels[i].part == RIM_INSIDE) return false;
+    for (size_t j = begin; j < end; j++) {
+        bool const is_same =
+            labels[j].part == labels[i].part && labels[j].feature == labels[i].feature;
+        if (is_same && j < i) return true;
+        if (labels[j].part == RIM_INSIDE && rows[j].gap <= rows[i].gap &&
+            triangles_share_vertex(&rows[i], &rows[j]))
+            return true;
+    }
+    return false;
+}
+
+/* Two vertices nearest to each other: the row of the smaller one stays. Looks among the rows of
+ * vertex `other`, of which `found` is any, or after the end if it has none. */
+static bool has_mirror_row(const contact_row *rows, const rim_label *labels, size_t count,
+                           uint32_t vertex, uint32_t other) {
+    size_t low = 0, high = count;
+    while (low < high) {
+        size_t const middle = low + (high - low) / 2;
+        if (rows[middle].pair.first < other)
+            low = middle + 1;
+        else
+            high = middle;
+    }
+    for (; low < count && rows[low].pair.first == other; low++)
+        if (labels[low].part == RIM_VERTEX && labels[low].feature == vertex) return true;
+    return false;
+}
+
+static void mark_redundant(const contact_row *rows, const rim_label *labels, size_t count,
+                           bool *is_dropped) {
+    for (size_t begin = 0, end; begin < count; begin = end) {
+        uint32_t const vertex = rows[begin].pair.first;
+        for (end = begin; end < count && rows[end].pair.first == vertex;) end++;
+        for (size_t i = begin; i < end; i++) {
+            is_dropped[i] = is_redundant(rows, labels, begin, end, i);
+            if (labels[i].part == RIM_VERTEX && labels[i].feature < vertex)
+                is_dropped[i] |= has_mirror_row(rows, labels, count, vertex, labels[i].feature);
+        }
+    }
+}
+
+tulle_status thin_rim_rows(const contact_scene *scene, contact_row *rows, size_t *count) {
+    size_t vertex_row_count = 0;
+    while (vertex_row_count < *count && rows[vertex_row_count].kind == FEATURE_VERTEX_TRIANGLE)
+        vertex_row_count++;
+    arena_mark const mark = arena_get_mark(scene->scratch);
+    rim_label *const labels = ARENA_NEW(scene->scratch, rim_label, vertex_row_count);
+    bool *const is_dropped = ARENA_NEW_ZEROED(scene->scratch, bool, *count);
+    if (!labels || !is_dropped) {
+        arena_release(scene->scratch, mark);
+        return TULLE_ERROR_OUT_OF_MEMORY;
+    }
+    for (size_t i = 0; i < vertex_row_count; i++) {
+        labels[i].feature = 0;
+        labels[i].part = find_rim_part(scene->set->topo, &rows[i], &labels[i].feature);
+    }
+    mark_redundant(rows, labels, vertex_row_count, is_dropped);
+    size_t kept = 0;
+    for (size_t i = 0; i < *count; i++)
+        if (!is_dropped[i]) rows[kept++] = rows[i];
+    *count = kept;
+    arena_release(scene->scratch, mark);
+    return TULLE_OK;
+}

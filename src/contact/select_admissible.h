@@ -1,0 +1,20 @@
+/* contact/select_admissible.h - stage 9: rows that shape the response. The safe commit knows no
+ * such choice. */
+#ifndef TULLE_CONTACT_SELECT_ADMISSIBLE_H
+#define TULLE_CONTACT_SELECT_ADMISSIBLE_H
+
+#include "contact/contact_types.h"
+
+/* True when the row's normal lies in the normal cone of both features, at time `time` along
+ * x0 -> x1: no neighbour of the feature lies nearer to the other body, by more than the slope
+ * tolerance. Edge/edge rows whose nearest point is an end are left to the vertex's own rows. */
+bool row_is_admissible(const contact_scene *scene, const double *x1, const contact_row *row,
+                       double time);
+
+/* Thins rows sorted by (kind, pair): a vertex/triangle row whose nearest point is on the
+ * triangle's rim goes when the vertex is nearer to the inside of a neighbouring triangle, or when
+ * another row has the same vertex and the same edge or vertex of the rim. Keeps the order; returns
+ * how many rows are left. */
+tulle_status thin_rim_rows(const contact_scene *scene, contact_row *rows, size_t *count);
+
+#endif

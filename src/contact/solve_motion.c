@@ -1,0 +1,263 @@
+/* contact/solve_motion.c - stage 3, see solve_motion.h.
+ *
+ * Round: solve  A u = b + J^T p  by conjugate gradients, with the impulses p of the round before
+ * (of the step before in the first round); then project total impulses on the Coulomb cones in the
+ * metric of the true masses. At the fixed point the projection changes nothing, so impulses act
+ * inside the implicit solve. Where a single tip carries much, the mass metric corrects too little a
+ * round (by the ratio of A's diagonal to the mass); rows that stay violated become hard: a penalty
+ * k n n^T with the same p as multiplier, normal only, joins A.
+ *
+ * Based on: Moreau 1988 and Jean 1999 as in project_impulses.c; Hestenes, Multiplier and gradient
+ * methods, 1969 (hard rows). Departure: only rows flagged hard enter the matrix, friction and sign
+ * never do. */
+#include "contact/solve_motion.h"
+
+#include "contact/project_impulses.h"
+
+#include <string.h>
+
+/* Residuals are not driven below this part of the momentum's: free flight has no force to compare
+ * with. */
+#define LEAST_REFERENCE 1e-12
+
+typedef struct motion_solve {
+    const contact_scene *scene;
+    const motion_system *system;
+    row_list *list;
+    double *u;
+    solve_report *report;
+    double *right_hand_side, *diagonal; /* of the round */
+    uint8_t *is_fixed;
+    contact_row **hard_rows;
+    size_t hard_count;
+    double reference;
+} motion_solve;
+
+static bool allocate_solve(motion_solve *solve) {
+    arena *const scratch = solve->scene->scratch;
+    size_t const count = solve->scene->cloth_vertex_count;
+    solve->right_hand_side = ARENA_NEW(scratch, double, 3 * count);
+    solve->diagonal = ARENA_NEW(scratch, double, 9 * count);
+    solve->is_fixed = ARENA_NEW(scratch, uint8_t, count);
+    solve->hard_rows = ARENA_NEW(scratch, contact_row *, solve->list->rows.count);
+    if (!solve->right_hand_side || !solve->diagonal || !solve->is_fixed || !solve->hard_rows)
+        return false;
+    for (size_t i = 0; i < count; i++) solve->is_fixed[i] = !(solve->scene->inverse_mass[i] > 0.0);
+    return true;
+}
+
+/* y = A x + sum over hard rows of k J^T n n^T J x */
+static void apply_with_hard_rows(void *context, const double *x, double *y) {
+    const motion_solve *const solve = context;
+    size_t const cloth_count = solve->scene->cloth_vertex_count;
+    solve->system->apply(solve->system->apply_context, x, y);
+    for (size_t i = 0; i < solve->hard_count; i++) {
+        const contact_row *const row = solve->hard_rows[i];
+        double speed = 0.0;
+        for (int k = 0; k < 4; k++)
+            if (row->vertices[k] < cloth_count)
+                speed += row->weights[k] * vec3_dot(row->normal, vec3_load(x, row->vertices[k]));
+        for (int k = 0; k < 4; k++) {
+            uint32_t const vertex = row->vertices[k];
+            if (vertex >= cloth_count) continue;
+            double const push = row->stiffness * speed * row->weights[k];
+            vec3_store(y, vertex, vec3_add_scaled(vec3_load(y, vertex), row->normal, push));
+        }
+    }
+}
+
+/* Adds J^T impulse to the right-hand side of cloth vertices. */
+static void add_impulse(const motion_solve *solve, const contact_row *row, vec3 impulse) {
+    for (int k = 0; k < 4; k++) {
+        uint32_t const vertex = row->vertices[k];
+        if (vertex >= solve->scene->cloth_vertex_count) continue;
+        vec3_store(
+            solve->right_hand_side, vertex,
+            vec3_add_scaled(vec3_load(solve->right_hand_side, vertex), impulse, row->weights[k]));
+    }
+}
+
+/* Wanted speed of a hard row less what its obstacle vertices contribute: the operator knows cloth
+ * vertices only. */
+static double find_wanted_speed(const motion_solve *solve, const contact_row *row) {
+    double speed = row->bias;
+    for (int k = 0; k < 4; k++)
+        if (row->vertices[k] >= solve->scene->cloth_vertex_count)
+            speed -= row->weights[k] * vec3_dot(row->normal, vec3_load(solve->u, row->vertices[k]));
+    return speed;
+}
+
+static void add_hard_row(motion_solve *solve, contact_row *row) {
+    for (int k = 0; k < 4; k++) {
+        uint32_t const vertex = row->vertices[k];
+        if (vertex >= solve->scene->cloth_vertex_count) continue;
+        mat3 block;
+        memcpy(&block, solve->diagonal + 9 * (size_t)vertex, sizeof block);
+        mat3 const outer = mat3_outer(row->normal, row->normal,
+                                      row->stiffness * row->weights[k] * row->weights[k]);
+        mat3_add_scaled(&block, &outer, 1.0);
+        memcpy(solve->diagonal + 9 * (size_t)vertex, &block, sizeof block);
+    }
+    add_impulse(solve, row,
+                vec3_scale(row->normal, row->stiffness * find_wanted_speed(solve, row)));
+    solve->hard_rows[solve->hard_count++] = row;
+}
+
+/* The row's share of A's diagonal [kg]: the mass that a push along its normal meets, as if A were
+ * its diagonal. */
+static double find_diagonal_mass(const motion_solve *solve, const contact_row *row) {
+    double mobility = 0.0;
+    for (int k = 0; k < 4; k++) {
+        uint32_t const vertex = row->vertices[k];
+        if (!(solve->scene->inverse_mass[vertex] > 0.0)) continue;
+        mat3 block;
+        memcpy(&block, solve->system->diagonal + 9 * (size_t)vertex, sizeof block);
+        double const mass = vec3_dot(row->normal, mat3_multiply_vec3(&block, row->normal));
+        if (mass > 0.0) mobility += row->weights[k] * row->weights[k] / mass;
+    }
+    return mobility > 0.0 ? 1.0 / mobility : 0.0;
+}
+
+/* Right-hand side, diagonal and hard rows of a round. A hard row takes part while it carries load
+ * or is violated; otherwise it would pull. */
+static void prepare_round(motion_solve *solve) {
+    size_t const count = solve->scene->cloth_vertex_count;
+    memcpy(solve->right_hand_side, solve->system->right_hand_side, 3 * count * sizeof(double));
+    memcpy(solve->diagonal, solve->system->diagonal, 9 * count * sizeof(double));
+    solve->hard_count = 0;
+    for (size_t i = 0; i < solve->list->rows.count; i++) {
+        contact_row *const row = &solve->list->rows.data[i];
+        add_impulse(solve, row, row->impulse);
+        row->friction_cap = -1.0;
+        if (!row->is_hard) continue;
+        double const speed = vec3_dot(row->normal, get_relative_velocity(row, solve->u));
+        if (!(vec3_dot(row->normal, row->impulse) > 0.0) && speed >= row->bias) continue;
+        row->stiffness = solve->scene->settings.hard_stiffness * find_diagonal_mass(solve, row);
+        add_hard_row(solve, row);
+    }
+}
+
+static tulle_status run_conjugate_gradients(motion_solve *solve) {
+    const contact_settings *const settings = &solve->scene->settings;
+    conjugate_gradients_problem const problem = {
+        .vertex_count = solve->scene->cloth_vertex_count,
+        .apply = apply_with_hard_rows,
+        .apply_context = solve,
+        .right_hand_side = solve->right_hand_side,
+        .diagonal = solve->diagonal,
+        .is_fixed = solve->is_fixed,
+        .tolerance = settings->cg_tolerance,
+        .reference = solve->reference,
+        .max_iterations = settings->cg_max_iterations,
+        .threads = solve->scene->threads,
+    };
+    conjugate_gradients_result result;
+    tulle_status const status =
+        conjugate_gradients_solve(&problem, solve->u, solve->scene->scratch, &result);
+    if (status != TULLE_OK) return status;
+    solve->report->solve_count++;
+    solve->report->cg_iterations += (uint32_t)result.iterations;
+    solve->report->cg_residual = fmax(solve->report->cg_residual, result.residual);
+    if (result.end != CONJUGATE_GRADIENTS_CONVERGED) solve->report->has_converged = false;
+    return TULLE_OK;
+}
+
+/* Norm of `vector` as conjugate gradients measure it: a solve of no iterations. */
+static tulle_status measure_norm(motion_solve *solve, const double *vector, double *norm) {
+    double *const zero =
+        ARENA_NEW_ZEROED(solve->scene->scratch, double, 3 * solve->scene->cloth_vertex_count);
+    if (!zero) return TULLE_ERROR_OUT_OF_MEMORY;
+    conjugate_gradients_problem const problem = {
+        .vertex_count = solve->scene->cloth_vertex_count,
+        .apply = solve->system->apply,
+        .apply_context = solve->system->apply_context,
+        .right_hand_side = vector,
+        .diagonal = solve->system->diagonal,
+        .is_fixed = solve->is_fixed,
+        .tolerance = 1.0,
+        .threads = solve->scene->threads,
+    };
+    conjugate_gradients_result result;
+    tulle_status const status =
+        conjugate_gradients_solve(&problem, zero, solve->scene->scratch, &result);
+    *norm = status == TULLE_OK ? result.reference : 0.0;
+    return status;
+}
+
+/* Residuals are measured against the force impulse b - A u at the velocities of the start. */
+static tulle_status find_reference(motion_solve *solve) {
+    size_t const size = 3 * solve->scene->cloth_vertex_count;
+    double *const impulse = ARENA_NEW(solve->scene->scratch, double, size);
+    if (!impulse) return TULLE_ERROR_OUT_OF_MEMORY;
+    solve->system->apply(solve->system->apply_context, solve->u, impulse);
+    for (size_t i = 0; i < size; i++) impulse[i] = solve->system->right_hand_side[i] - impulse[i];
+    double of_momentum = 0.0;
+    tulle_status status = measure_norm(solve, impulse, &solve->reference);
+    if (status == TULLE_OK)
+        status = measure_norm(solve, solve->system->right_hand_side, &of_momentum);
+    solve->reference = fmax(solve->reference, LEAST_REFERENCE * of_momentum);
+    return status;
+}
+
+/* Multipliers of the hard rows in the matrix: the force that acted is p + k (bias - speed). Their
+ * friction stays bounded by the multiplier that was known before. */
+static void update_multipliers(motion_solve *solve) {
+    for (size_t i = 0; i < solve->hard_count; i++) {
+        contact_row *const row = solve->hard_rows[i];
+        double const speed = vec3_dot(row->normal, get_relative_velocity(row, solve->u));
+        double const before = vec3_dot(row->normal, row->impulse);
+        double const acted = before + row->stiffness * (row->bias - speed);
+        row->friction_cap = fmax(before, 0.0);
+        row->impulse = vec3_add_scaled(row->impulse, row->normal, fmax(acted, 0.0) - before);
+    }
+}
+
+/* Largest violation right after a solve; old rows that stay violated become hard. */
+static double measure_violation(motion_solve *solve, bool may_harden) {
+    double const limit = solve->scene->settings.hard_speed;
+    double largest = 0.0;
+    for (size_t i = 0; i < solve->list->rows.count; i++) {
+        contact_row *const row = &solve->list->rows.data[i];
+        double const speed = vec3_dot(row->normal, get_relative_velocity(row, solve->u));
+        largest = fmax(largest, row->bias - speed);
+        if (may_harden && row->is_old && row->bias - speed > limit) row->is_hard = true;
+    }
+    return largest;
+}
+
+static tulle_status run_rounds(motion_solve *solve) {
+    const contact_settings *const settings = &solve->scene->settings;
+    row_list *const list = solve->list;
+    for (int round = 0; round < settings->solve_rounds_landing; round++) {
+        prepare_round(solve);
+        tulle_status const status = run_conjugate_gradients(solve);
+        if (status != TULLE_OK || list->rows.count == 0) return status;
+        solve->report->violation = measure_violation(solve, round > 0);
+        update_multipliers(solve);
+        project_impulses(solve->scene, list->rows.data, list->rows.count, solve->u);
+        if (round + 1 >= settings->solve_rounds && solve->report->violation <= settings->hard_speed)
+            break;
+    }
+    return TULLE_OK;
+}
+
+static void count_states(const row_list *list, solve_report *report) {
+    for (size_t i = 0; i < list->rows.count; i++) {
+        report->stick_count += list->rows.data[i].state == ROW_STICKS;
+        report->slip_count += list->rows.data[i].state == ROW_SLIDES;
+        report->hard_count += list->rows.data[i].is_hard;
+    }
+}
+
+tulle_status solve_motion(const contact_scene *scene, const motion_system *system, row_list *list,
+                          double *u, solve_report *report) {
+    *report = (solve_report){.has_converged = true};
+    arena_mark const mark = arena_get_mark(scene->scratch);
+    motion_solve solve = {.scene = scene, .system = system, .list = list, .u = u, .report = report};
+    tulle_status status = allocate_solve(&solve) ? TULLE_OK : TULLE_ERROR_OUT_OF_MEMORY;
+    if (status == TULLE_OK) status = find_reference(&solve);
+    if (status == TULLE_OK) status = run_rounds(&solve);
+    count_states(list, report);
+    arena_release(scene->scratch, mark);
+    return status;
+}
