@@ -1,0 +1,469 @@
+/* test/support/mini_world.c - see mini_world.h. */
+#include "support/mini_world.h"
+
+#include "base/hash.h"
+#include "base/timer.h"
+#include "support/test_support.h"
+#include "tulle/check.h"
+
+#include <stdlib.h>
+#include <string.h>
+
+#define MINI_MARGIN_OVER_SEPARATION 1.0
+
+mini_world mini_world_make(void) {
+    return (mini_world){.heap = memory_default(),
+                        .settings = contact_settings_default(),
+                        .contact_distance = 3e-3,
+                        .friction = 0.5,
+                        .gravity = {0.0, 0.0, -9.81},
+                        .area_density = 0.25,
+                        .stiffness = 1500.0,
+                        .damping = 5e-4,
+                        .threads = 1};
+}
+
+static void *grow(void *data, size_t count, size_t size) {
+    void *const grown = realloc(data, (count ? count : 1) * size);
+    assert_non_null(grown);
+    return grown;
+}
+
+size_t add_mini_surface(mini_world *world, mini_mesh mesh, bool is_obstacle) {
+    size_t const first = world->vertex_count, first_triangle = world->triangle_count;
+    assert_true(world->surface_count < MINI_MAX_SURFACES);
+    world->x0 = grow(world->x0, 3 * (first + mesh.vertex_count), sizeof(double));
+    world->triangles =
+        grow(world->triangles, 3 * (first_triangle + mesh.triangle_count), sizeof(uint32_t));
+    memcpy(world->x0 + 3 * first, mesh.positions, 3 * mesh.vertex_count * sizeof(double));
+    for (size_t i = 0; i < 3 * mesh.triangle_count; i++)
+        world->triangles[3 * first_triangle + i] = mesh.triangles[i] + (uint32_t)first;
+    world->vertex_count += mesh.vertex_count;
+    world->triangle_count += mesh.triangle_count;
+    if (!is_obstacle) world->cloth_vertex_count = world->vertex_count;
+    world->surfaces[world->surface_count] =
+        (surface_range){.vertex_begin = (uint32_t)first,
+                        .vertex_end = (uint32_t)world->vertex_count,
+                        .triangle_begin = (uint32_t)first_triangle,
+                        .triangle_end = (uint32_t)world->triangle_count,
+                        .is_obstacle = is_obstacle,
+                        .is_present = true};
+    return world->surface_count++;
+}
+
+static void fill_surfaces(mini_world *world) {
+    uint32_t edge = 0;
+    for (size_t s = 0; s < world->surface_count; s++) {
+        surface_range *const range = &world->surfaces[s];
+        range->edge_begin = edge;
+        while (edge < world->topo.edge_count && world->topo.edges[2 * edge] < range->vertex_end)
+            edge++;
+        range->edge_end = edge;
+        for (uint32_t i = range->vertex_begin; i < range->vertex_end; i++)
+            world->vertex_surface[i] = (uint32_t)s;
+        for (size_t other = 0; other < world->surface_count; other++)
+            world->laws[s * world->surface_count + other] =
+                (contact_law){.contact_distance = world->contact_distance,
+                              .separation_distance = 1.5 * world->contact_distance,
+                              .friction = world->friction};
+    }
+}
+
+/* A third of each triangle's mass to each corner. */
+static void fill_masses(mini_world *world) {
+    for (size_t t = 0; t < world->triangle_count; t++) {
+        const uint32_t *const corner = world->triangles + 3 * t;
+        if (corner[0] >= world->cloth_vertex_count) continue;
+        vec3 const a = vec3_load(world->x0, corner[0]);
+        vec3 const u = vec3_sub(vec3_load(world->x0, corner[1]), a);
+        vec3 const v = vec3_sub(vec3_load(world->x0, corner[2]), a);
+        double const mass = world->area_density * 0.5 * vec3_norm(vec3_cross(u, v)) / 3.0;
+        for (int k = 0; k < 3; k++) world->inverse_mass[corner[k]] += mass;
+    }
+    for (size_t i = 0; i < world->cloth_vertex_count; i++)
+        world->inverse_mass[i] = world->inverse_mass[i] > 0.0 ? 1.0 / world->inverse_mass[i] : 0.0;
+}
+
+static double edge_length(const mini_world *world, const double *positions, size_t edge) {
+    return vec3_norm(vec3_sub(vec3_load(positions, world->topo.edges[2 * edge]),
+                              vec3_load(positions, world->topo.edges[2 * edge + 1])));
+}
+
+void start_mini_world(mini_world *world) {
+    size_t const size = 3 * world->vertex_count * sizeof(double);
+    world->scratch = arena_make(&world->heap);
+    double **const arrays[] = {&world->rest, &world->velocities, &world->targets,
+                               &world->x1,   &world->u,          &world->bounds};
+    for (size_t i = 0; i < sizeof arrays / sizeof arrays[0]; i++) {
+        *arrays[i] = grow(NULL, 1, size);
+        memset(*arrays[i], 0, size);
+    }
+    memcpy(world->rest, world->x0, size);
+    world->inverse_mass = grow(NULL, world->vertex_count, sizeof(double));
+    memset(world->inverse_mass, 0, world->vertex_count * sizeof(double));
+    world->vertex_surface = grow(NULL, world->vertex_count, sizeof(uint32_t));
+    assert_int_equal(topology_build(&world->heap, world->triangles, world->triangle_count,
+                                    world->vertex_count, &world->topo),
+                     TULLE_OK);
+    world->set = (surface_set){&world->topo, world->surfaces, world->surface_count};
+    fill_surfaces(world);
+    fill_masses(world);
+    world->rest_lengths = grow(NULL, world->topo.edge_count, sizeof(double));
+    for (size_t e = 0; e < world->topo.edge_count; e++)
+        world->rest_lengths[e] = edge_length(world, world->rest, e);
+    if (!world->use_brute_force)
+        assert_int_equal(broad_phase_create(&world->heap, &world->set, world->rest,
+                                            BROAD_PHASE_REFIT, &world->broad),
+                         TULLE_OK);
+}
+
+void pin_mini_vertex(mini_world *world, size_t vertex) { world->inverse_mass[vertex] = 0.0; }
+
+void mini_world_destroy(mini_world *world) {
+    void *const arrays[] = {world->x0,      world->rest,        world->velocities,
+                            world->u,       world->x1,          world->inverse_mass,
+                            world->bounds,  world->triangles,   world->vertex_surface,
+                            world->targets, world->rest_lengths};
+    for (size_t i = 0; i < sizeof arrays / sizeof arrays[0]; i++) free(arrays[i]);
+    if (world->broad) broad_phase_destroy(world->broad);
+    topology_destroy(&world->heap, &world->topo);
+    ARRAY_FREE(&world->heap, &world->pairs.vertex_triangle);
+    ARRAY_FREE(&world->heap, &world->pairs.edge_edge);
+    contact_store_destroy(&world->store, &world->heap);
+    row_list_destroy(&world->rows, &world->heap);
+    arena_destroy(&world->scratch);
+    assert_int_equal(world->heap.bytes_held, 0);
+}
+
+contact_scene get_mini_scene(mini_world *world, double h) {
+    return (contact_scene){.set = &world->set,
+                           .vertex_count = world->vertex_count,
+                           .cloth_vertex_count = world->cloth_vertex_count,
+                           .vertex_surface = world->vertex_surface,
+                           .x0 = world->x0,
+                           .rest = world->rest,
+                           .targets = world->targets,
+                           .inverse_mass = world->inverse_mass,
+                           .laws = world->laws,
+                           .carriers = world->carriers,
+                           .ignored = world->ignored,
+                           .ignored_count = world->ignored_count,
+                           .time_step = h,
+                           .settings = world->settings,
+                           .heap = &world->heap,
+                           .scratch = &world->scratch,
+                           .threads = world->threads};
+}
+
+/* Brute force: boxes of all features against one another. */
+static void get_path_box(const mini_world *world, const double *x1, const uint32_t *vertices,
+                         int count, double half, double box[6]) {
+    for (int axis = 0; axis < 3; axis++) {
+        box[axis] = INFINITY;
+        box[3 + axis] = -INFINITY;
+        for (int k = 0; k < count; k++) {
+            double const a = world->x0[3 * vertices[k] + (uint32_t)axis];
+            double const b = x1[3 * vertices[k] + (uint32_t)axis];
+            box[axis] = fmin(box[axis], fmin(a, b) - half);
+            box[3 + axis] = fmax(box[3 + axis], fmax(a, b) + half);
+        }
+    }
+}
+
+static bool boxes_meet(const double a[6], const double b[6]) {
+    for (int axis = 0; axis < 3; axis++)
+        if (a[axis] > b[3 + axis] || b[axis] > a[3 + axis]) return false;
+    return true;
+}
+
+static bool may_meet(const mini_world *world, uint32_t vertex, uint32_t other) {
+    return !(world->surfaces[world->vertex_surface[vertex]].is_obstacle &&
+             world->surfaces[world->vertex_surface[other]].is_obstacle);
+}
+
+static bool shares_vertex(const uint32_t *a, int a_count, const uint32_t *b, int b_count) {
+    for (int i = 0; i < a_count; i++)
+        for (int j = 0; j < b_count; j++)
+            if (a[i] == b[j]) return true;
+    return false;
+}
+
+static double *make_boxes(const mini_world *world, const double *x1, const uint32_t *features,
+                          size_t count, int corners, double half) {
+    double *const boxes = grow(NULL, 6 * count, sizeof(double));
+    for (size_t i = 0; i < count; i++)
+        get_path_box(world, x1, features + (size_t)corners * i, corners, half, boxes + 6 * i);
+    return boxes;
+}
+
+static tulle_status find_brute_pairs(mini_world *world, const double *x1, double margin) {
+    double *const triangles =
+        make_boxes(world, x1, world->triangles, world->triangle_count, 3, 0.5 * margin);
+    double *const edges =
+        make_boxes(world, x1, world->topo.edges, world->topo.edge_count, 2, 0.5 * margin);
+    world->pairs.vertex_triangle.count = world->pairs.edge_edge.count = 0;
+    bool has_memory = true;
+    for (uint32_t v = 0; v < world->vertex_count; v++) {
+        double box[6];
+        get_path_box(world, x1, &v, 1, 0.5 * margin, box);
+        for (uint32_t t = 0; has_memory && t < world->triangle_count; t++) {
+            const uint32_t *const corner = world->triangles + 3 * (size_t)t;
+            if (!may_meet(world, v, corner[0]) || !boxes_meet(box, triangles + 6 * (size_t)t) ||
+                shares_vertex(&v, 1, corner, 3))
+                continue;
+            has_memory = ARRAY_RESERVE(&world->heap, &world->pairs.vertex_triangle, 1);
+            if (has_memory)
+                world->pairs.vertex_triangle.data[world->pairs.vertex_triangle.count++] =
+                    (feature_pair){v, t};
+        }
+    }
+    for (uint32_t a = 0; a < world->topo.edge_count; a++) {
+        const uint32_t *const first = world->topo.edges + 2 * (size_t)a;
+        for (uint32_t b = a + 1; has_memory && b < world->topo.edge_count; b++) {
+            const uint32_t *const second = world->topo.edges + 2 * (size_t)b;
+            if (!may_meet(world, first[0], second[0]) ||
+                !boxes_meet(edges + 6 * (size_t)a, edges + 6 * (size_t)b) ||
+                shares_vertex(first, 2, second, 2))
+                continue;
+            has_memory = ARRAY_RESERVE(&world->heap, &world->pairs.edge_edge, 1);
+            if (has_memory)
+                world->pairs.edge_edge.data[world->pairs.edge_edge.count++] = (feature_pair){a, b};
+        }
+    }
+    free(triangles);
+    free(edges);
+    return has_memory ? TULLE_OK : TULLE_ERROR_OUT_OF_MEMORY;
+}
+
+static tulle_status renew_pairs(pair_source *source, const double *x1) {
+    mini_world *const world = source->context;
+    memmove(world->bounds, x1, 3 * world->vertex_count * sizeof(double));
+    if (world->use_brute_force) return find_brute_pairs(world, x1, source->margin);
+    tulle_status status =
+        build_trees(world->broad, &world->set, world->x0, x1, source->margin, world->threads);
+    if (status == TULLE_OK)
+        status = find_pairs(world->broad, &world->set, world->x0, x1, source->margin,
+                            world->threads, &world->pairs, NULL);
+    return status;
+}
+
+static pair_source make_source(mini_world *world) {
+    return (pair_source){.pairs = &world->pairs,
+                         .bounds = world->bounds,
+                         .margin = 1.5 * world->contact_distance * MINI_MARGIN_OVER_SEPARATION,
+                         .renew = renew_pairs,
+                         .context = world};
+}
+
+pair_source find_mini_pairs(mini_world *world, const double *x1) {
+    pair_source source = make_source(world);
+    assert_int_equal(source.renew(&source, x1), TULLE_OK);
+    return source;
+}
+
+/* A u = (M + (h d + h^2) K) u with K = sum k n n^T over edges. */
+typedef struct mini_system {
+    const mini_world *world;
+    double h;
+    double *right_hand_side, *diagonal;
+} mini_system;
+
+static void apply_springs(void *context, const double *x, double *y) {
+    const mini_system *const system = context;
+    const mini_world *const world = system->world;
+    double const factor = world->stiffness * system->h * (system->h + world->damping);
+    for (size_t i = 0; i < world->cloth_vertex_count; i++) {
+        double const mass = world->inverse_mass[i] > 0.0 ? 1.0 / world->inverse_mass[i] : 1.0;
+        for (size_t k = 3 * i; k < 3 * i + 3; k++) y[k] = mass * x[k];
+    }
+    for (size_t e = 0; e < world->topo.edge_count; e++) {
+        uint32_t const a = world->topo.edges[2 * e], b = world->topo.edges[2 * e + 1];
+        if (a >= world->cloth_vertex_count) break;
+        vec3 const n = vec3_normalize(vec3_sub(vec3_load(world->x0, b), vec3_load(world->x0, a)));
+        double const speed = vec3_dot(n, vec3_sub(vec3_load(x, b), vec3_load(x, a)));
+        vec3_store(y, a, vec3_add_scaled(vec3_load(y, a), n, -factor * speed));
+        vec3_store(y, b, vec3_add_scaled(vec3_load(y, b), n, factor * speed));
+    }
+}
+
+static void add_spring(mini_system *system, size_t edge) {
+    const mini_world *const world = system->world;
+    uint32_t const a = world->topo.edges[2 * edge], b = world->topo.edges[2 * edge + 1];
+    if (a >= world->cloth_vertex_count) return;
+    vec3 const d = vec3_sub(vec3_load(world->x0, b), vec3_load(world->x0, a));
+    vec3 const n = vec3_normalize(d);
+    double const force = world->stiffness * (vec3_norm(d) - world->rest_lengths[edge]);
+    double *const rhs = system->right_hand_side;
+    vec3_store(rhs, a, vec3_add_scaled(vec3_load(rhs, a), n, system->h * force));
+    vec3_store(rhs, b, vec3_add_scaled(vec3_load(rhs, b), n, -system->h * force));
+    mat3 const block =
+        mat3_outer(n, n, world->stiffness * system->h * (system->h + world->damping));
+    for (int k = 0; k < 9; k++) {
+        system->diagonal[9 * a + (uint32_t)k] += block.m[k];
+        system->diagonal[9 * b + (uint32_t)k] += block.m[k];
+    }
+}
+
+static void fill_system(mini_system *system) {
+    const mini_world *const world = system->world;
+    for (size_t i = 0; i < world->cloth_vertex_count; i++) {
+        double const mass = world->inverse_mass[i] > 0.0 ? 1.0 / world->inverse_mass[i] : 1.0;
+        for (size_t k = 0; k < 3; k++)
+            system->right_hand_side[3 * i + k] =
+                mass * (world->velocities[3 * i + k] + system->h * world->gravity[k]);
+        mat3 const block = mat3_identity(mass);
+        memcpy(system->diagonal + 9 * i, &block, sizeof block);
+    }
+    for (size_t e = 0; e < world->topo.edge_count; e++) add_spring(system, e);
+}
+
+static void move_obstacles(mini_world *world, double h) {
+    memcpy(world->targets, world->x0, 3 * world->vertex_count * sizeof(double));
+    for (size_t s = 0; s < world->surface_count; s++) {
+        world->carriers[s] = NULL;
+        if (!world->surfaces[s].is_obstacle || !world->move) continue;
+        world->maps[s] = world->move(world, s, world->time, h);
+        world->carriers[s] = &world->maps[s];
+        for (uint32_t i = world->surfaces[s].vertex_begin; i < world->surfaces[s].vertex_end; i++)
+            vec3_store(world->targets, i,
+                       vec3_add(mat3_multiply_vec3(&world->maps[s].matrix, vec3_load(world->x0, i)),
+                                world->maps[s].offset));
+    }
+}
+
+static void predict_paths(mini_world *world, double h) {
+    for (size_t i = 0; i < world->vertex_count; i++)
+        for (size_t k = 0; k < 3; k++) {
+            double const v = world->velocities[3 * i + k] + h * world->gravity[k];
+            world->x1[3 * i + k] = world->inverse_mass[i] > 0.0 ? world->x0[3 * i + k] + h * v
+                                                                : world->targets[3 * i + k];
+        }
+}
+
+/* Adds the time since *start to a stage and restarts the clock. */
+static void count_time(mini_world *world, int stage, double *start) {
+    double const now = timer_now();
+    world->stage_seconds[stage] += now - *start;
+    *start = now;
+}
+
+static tulle_status run_stages(mini_world *world, double h, const motion_system *system) {
+    contact_scene const scene = get_mini_scene(world, h);
+    pair_source source = make_source(world);
+    double start = timer_now();
+    predict_paths(world, h);
+    tulle_status status = source.renew(&source, world->x1);
+    count_time(world, 0, &start);
+    if (status == TULLE_OK)
+        status = gather_contacts(&scene, &world->store, world->x1, source.pairs, &world->rows);
+    count_time(world, 1, &start);
+    memcpy(world->u, world->velocities, 3 * world->vertex_count * sizeof(double));
+    prescribe_motion(&scene, world->u);
+    if (status == TULLE_OK)
+        status = solve_motion(&scene, system, &world->rows, world->u, &world->solve);
+    count_time(world, 2, &start);
+    propose_paths(&scene, world->u, world->x1);
+    if (status == TULLE_OK)
+        status =
+            resolve_impacts(&scene, &source, &world->rows, world->u, world->x1, &world->impacts);
+    count_time(world, 3, &start);
+    if (status == TULLE_OK)
+        status = commit_safely(&scene, &source, world->impacts.is_clean, world->u, world->x1,
+                               &world->commit);
+    count_time(world, 4, &start);
+    return status;
+}
+
+static tulle_status run_substep(mini_world *world, double h) {
+    arena_mark const mark = arena_get_mark(&world->scratch);
+    size_t const count = world->cloth_vertex_count;
+    mini_system system = {.world = world, .h = h};
+    system.right_hand_side = ARENA_NEW(&world->scratch, double, 3 * count);
+    system.diagonal = ARENA_NEW(&world->scratch, double, 9 * count);
+    tulle_status status = TULLE_ERROR_OUT_OF_MEMORY;
+    if (system.right_hand_side && system.diagonal) {
+        move_obstacles(world, h);
+        fill_system(&system);
+        motion_system const motion = {system.right_hand_side, system.diagonal, apply_springs,
+                                      &system};
+        status = run_stages(world, h, &motion);
+    }
+    arena_release(&world->scratch, mark);
+    return status;
+}
+
+tulle_status step_mini_world(mini_world *world, double h) {
+    double remaining = h;
+    world->substep_count = 0;
+    while (remaining > 1e-9 * h) {
+        double const start = timer_now();
+        tulle_status status = run_substep(world, remaining);
+        if (status == TULLE_OK)
+            status = update_contacts(&world->store, &world->heap, &world->rows, remaining);
+        world->stage_seconds[5] += timer_now() - start;
+        if (status != TULLE_OK) return status;
+        if (world->commit.outcome == COMMIT_BLOCKED || ++world->substep_count > 50)
+            return TULLE_ERROR_PINCHED;
+        double *const swapped = world->x0;
+        world->x0 = world->x1;
+        world->x1 = swapped;
+        memcpy(world->velocities, world->u, 3 * world->vertex_count * sizeof(double));
+        world->time += remaining * world->commit.fraction;
+        remaining -= remaining * world->commit.fraction;
+        world->rescue_count += world->commit.impact_zones + world->commit.component_scalings +
+                               world->commit.global_scalings;
+    }
+    return TULLE_OK;
+}
+
+size_t judge_mini_world(const mini_world *world) {
+    tulle_check_body bodies[MINI_MAX_SURFACES];
+    uint32_t *const local = grow(NULL, 3 * world->triangle_count, sizeof(uint32_t));
+    for (size_t s = 0; s < world->surface_count; s++) {
+        const surface_range *const range = &world->surfaces[s];
+        for (size_t i = 3 * (size_t)range->triangle_begin; i < 3 * (size_t)range->triangle_end; i++)
+            local[i] = world->triangles[i] - range->vertex_begin;
+        bodies[s] = (tulle_check_body){.mesh = {world->x0 + 3 * (size_t)range->vertex_begin,
+                                                range->vertex_end - range->vertex_begin,
+                                                local + 3 * (size_t)range->triangle_begin,
+                                                range->triangle_end - range->triangle_begin},
+                                       .is_obstacle = range->is_obstacle};
+    }
+    tulle_check_result result;
+    assert_int_equal(tulle_check_intersections(bodies, world->surface_count, 1, &result, NULL),
+                     TULLE_OK);
+    size_t const count = result.pair_count;
+    tulle_check_result_destroy(&result);
+    free(local);
+    return count;
+}
+
+uint64_t hash_mini_world(const mini_world *world) {
+    size_t const size = 3 * world->vertex_count * sizeof(double);
+    uint64_t const hash =
+        hash_bytes(hash_bytes(HASH_SEED, world->x0, size), world->velocities, size);
+    return contact_store_hash(&world->store, hash);
+}
+
+mini_grid make_mini_grid(uint32_t columns, uint32_t rows, vec3 origin, vec3 across, vec3 along) {
+    mini_grid grid = {.positions = grow(NULL, 3 * (size_t)columns * rows, sizeof(double)),
+                      .triangles = grow(NULL, 6 * (size_t)columns * rows, sizeof(uint32_t))};
+    size_t triangle_count = 0;
+    for (uint32_t j = 0; j < rows; j++)
+        for (uint32_t i = 0; i < columns; i++) {
+            uint32_t const a = j * columns + i, b = a + 1, c = a + columns, d = c + 1;
+            vec3 const p = vec3_add_scaled(origin, across, (double)i / (columns - 1));
+            vec3_store(grid.positions, a, vec3_add_scaled(p, along, (double)j / (rows - 1)));
+            if (i + 1 == columns || j + 1 == rows) continue;
+            uint32_t const even[6] = {a, b, d, a, d, c}, odd[6] = {a, b, c, b, d, c};
+            memcpy(grid.triangles + 3 * triangle_count, (i + j) % 2 ? odd : even, sizeof even);
+            triangle_count += 2;
+        }
+    grid.mesh = (mini_mesh){grid.positions, (size_t)columns * rows, grid.triangles, triangle_count};
+    return grid;
+}
+
+void free_mini_grid(mini_grid *grid) {
+    free(grid->positions);
+    free(grid->triangles);
+}
