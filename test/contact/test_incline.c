@@ -18,23 +18,22 @@ typedef struct slope_result {
 } slope_result;
 
 /* The patch lies on a horizontal plane at the contact distance; gravity is tilted instead. */
-static mini_world make_slope(double angle, uint32_t resolution, int threads) {
-    mini_world world = mini_world_make();
-    world.contact_distance = CONTACT_DISTANCE;
-    world.threads = threads;
-    world.gravity[0] = 9.81 * sin(angle);
-    world.gravity[2] = -9.81 * cos(angle);
+static void make_slope(mini_world *world, double angle, uint32_t resolution, int threads) {
+    *world = mini_world_make();
+    world->contact_distance = CONTACT_DISTANCE;
+    world->threads = threads;
+    world->gravity[0] = 9.81 * sin(angle);
+    world->gravity[2] = -9.81 * cos(angle);
     mini_grid patch =
         make_mini_grid(resolution, resolution, vec3_make(-0.15, -0.15, CONTACT_DISTANCE),
                        vec3_make(0.3, 0.0, 0.0), vec3_make(0.0, 0.3, 0.0));
     mini_grid plane = make_mini_grid(12, 8, vec3_make(-1.0, -1.03, 0.0), vec3_make(6.0, 0.0, 0.0),
                                      vec3_make(0.0, 2.0, 0.0));
-    add_mini_surface(&world, patch.mesh, false);
-    add_mini_surface(&world, plane.mesh, true);
-    start_mini_world(&world);
+    add_mini_surface(world, patch.mesh, false);
+    add_mini_surface(world, plane.mesh, true);
+    start_mini_world(world);
     free_mini_grid(&patch);
     free_mini_grid(&plane);
-    return world;
 }
 
 static double mean_of(const mini_world *world, const double *values) {
@@ -44,7 +43,8 @@ static double mean_of(const mini_world *world, const double *values) {
 }
 
 static slope_result run_slope(double degrees, double seconds) {
-    mini_world world = make_slope(degrees * DEGREE, 16, 1);
+    mini_world world;
+    make_slope(&world, degrees * DEGREE, 16, 1);
     int const steps = (int)(seconds / TIME_STEP + 0.5);
     double settled = 0.0, half_speed = 0.0;
     for (int i = 0; i < steps; i++) {
@@ -95,7 +95,8 @@ static void threads_change_no_bit(void **state) {
     (void)state;
     uint64_t hashes[3];
     for (int i = 0; i < 3; i++) {
-        mini_world world = make_slope(40.0 * DEGREE, 16, 1 + i);
+        mini_world world;
+        make_slope(&world, 40.0 * DEGREE, 16, 1 + i);
         for (int step = 0; step < 20; step++)
             assert_int_equal(step_mini_world(&world, TIME_STEP), TULLE_OK);
         hashes[i] = hash_mini_world(&world);

@@ -59,6 +59,7 @@ typedef struct mini_world {
     double stage_seconds[6]; /* over the run: pairs, gather, solve, impacts, commit, all */
 } mini_world;
 
+/* Defaults; fill the settings, add surfaces, then start. The struct must not move after that. */
 mini_world mini_world_make(void);
 void mini_world_destroy(mini_world *world);
 /* Cloths first, then obstacles; returns the surface index. */
