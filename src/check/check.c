@@ -283,19 +283,19 @@ static bool gather_result(judge *self, tulle_check_result *result) {
     return true;
 }
 
-tulle_status check_intersections(memory *heap, const tulle_check_body *bodies, size_t body_count,
-                                 int threads, size_t pair_limit, tulle_check_result *result,
+tulle_status check_intersections(const check_settings *settings, const tulle_check_body *bodies,
+                                 size_t body_count, tulle_check_result *result,
                                  tulle_error *error) {
     if (!result)
         return error_set(error, TULLE_ERROR_INVALID_ARGUMENT, "the result pointer is null");
     *result = (tulle_check_result){0};
-    tulle_status status = validate(bodies, body_count, threads, error);
+    tulle_status status = validate(bodies, body_count, settings->threads, error);
     if (status != TULLE_OK) return status;
 
-    judge self = {.heap = heap,
+    judge self = {.heap = settings->heap,
                   .bodies = bodies,
                   .body_count = body_count,
-                  .pair_limit = pair_limit,
+                  .pair_limit = settings->pair_limit,
                   .heap_guard = ATOMIC_FLAG_INIT};
     for (size_t i = 0; i < body_count; i++) self.triangle_count += bodies[i].mesh.triangle_count;
     self.chunk_count = parallel_chunk_count(self.triangle_count, CHUNK_SIZE);
@@ -303,7 +303,7 @@ tulle_status check_intersections(memory *heap, const tulle_check_body *bodies, s
     atomic_init(&self.status, TULLE_OK);
     status = TULLE_ERROR_OUT_OF_MEMORY;
     if (judge_open(&self)) {
-        parallel_for(self.triangle_count, CHUNK_SIZE, parallel_resolve_threads(threads),
+        parallel_for(self.triangle_count, CHUNK_SIZE, parallel_resolve_threads(settings->threads),
                      judge_chunk, &self);
         status = (tulle_status)atomic_load(&self.status);
         if (status == TULLE_OK && !gather_result(&self, result)) status = TULLE_ERROR_OUT_OF_MEMORY;
@@ -312,7 +312,7 @@ tulle_status check_intersections(memory *heap, const tulle_check_body *bodies, s
     if (status == TULLE_ERROR_LIMIT)
         return error_set(error, status,
                          "more than %zu pairs of triangles intersect; judge smaller parts",
-                         pair_limit);
+                         settings->pair_limit);
     if (status != TULLE_OK)
         return error_set(error, status, "no memory to judge %zu triangles", self.triangle_count);
     return TULLE_OK;
@@ -322,7 +322,8 @@ tulle_status tulle_check_intersections(const tulle_check_body *bodies, size_t bo
                                        int threads, tulle_check_result *result,
                                        tulle_error *error) {
     memory heap = memory_default();
-    return check_intersections(&heap, bodies, body_count, threads, PAIR_LIMIT, result, error);
+    check_settings const settings = {&heap, threads, PAIR_LIMIT};
+    return check_intersections(&settings, bodies, body_count, result, error);
 }
 
 void tulle_check_result_destroy(tulle_check_result *result) {

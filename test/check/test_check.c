@@ -239,7 +239,8 @@ static void every_allocation_may_fail(void **unused) {
         memory heap = memory_make((tulle_allocator){
             .allocate = allocate_or_fail, .release = release_counted, .context = &counter});
         tulle_check_result result;
-        tulle_status const status = check_intersections(&heap, &s.body, 1, 2, MANY, &result, NULL);
+        tulle_status const status =
+            check_intersections(&(check_settings){&heap, 2, MANY}, &s.body, 1, &result, NULL);
         if (status == TULLE_OK) {
             memory_release(&heap, result.pairs, result.pair_count * sizeof *result.pairs);
             assert_int_equal(counter.held, 0);
@@ -264,10 +265,12 @@ static void too_many_pairs_are_refused(void **unused) {
     tulle_check_result result;
     tulle_error error;
     for (int threads = 1; threads <= 3; threads++) {
-        assert_int_equal(check_intersections(&heap, &s.body, 1, threads, 499499, &result, &error),
+        assert_int_equal(check_intersections(&(check_settings){&heap, threads, 499499}, &s.body, 1,
+                                             &result, &error),
                          TULLE_ERROR_LIMIT);
         assert_int_equal(heap.bytes_held, 0);
-        assert_int_equal(check_intersections(&heap, &s.body, 1, threads, 499500, &result, &error),
+        assert_int_equal(check_intersections(&(check_settings){&heap, threads, 499500}, &s.body, 1,
+                                             &result, &error),
                          TULLE_OK);
         assert_int_equal(result.pair_count, 499500);
         for (size_t i = 0; i + 1 < result.pair_count; i++)

@@ -1,6 +1,6 @@
 /* triangles_intersect against the rational oracle on small grids, where every degeneracy is common,
  * and its invariance under relabelling, reflection and scaling. */
-#include "rational_oracle.inc"
+#include "support/rational_oracle.h"
 
 #include "base/hash.h"
 #include "base/timer.h"
