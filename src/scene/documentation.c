@@ -1,0 +1,206 @@
+/* scene/documentation.c - prints docs/scene.md from the table of keys, the units, the shapes and
+ * the material presets. */
+#include "scene/keys.h"
+
+#include "tulle/shapes.h"
+#include "tulle/world.h"
+
+#include <string.h>
+
+enum { map_limit = 40, place_limit = 160 };
+
+/* Maps in the order in which they are met, each once, with all places where it may stand. */
+typedef struct map_entry {
+    const schema_map *map;
+    char places[place_limit * 4];
+} map_entry;
+typedef struct map_list {
+    map_entry entries[map_limit];
+    size_t count;
+} map_list;
+
+static void add_map(map_list *list, const schema_map *map, const char *place) {
+    for (size_t i = 0; i < list->count; i++) {
+        if (list->entries[i].map != map) continue;
+        size_t used = strlen(list->entries[i].places);
+        snprintf(list->entries[i].places + used, sizeof list->entries[i].places - used, ", `%s`",
+                 place);
+        return;
+    }
+    if (list->count == map_limit) return;
+    map_entry *entry = &list->entries[list->count++];
+    entry->map = map;
+    snprintf(entry->places, sizeof entry->places, "`%s`", place);
+    for (size_t k = 0; k < map->key_count; k++) {
+        const schema_key *key = &map->keys[k];
+        if (key->type != SCHEMA_MAP && key->type != SCHEMA_LIST) continue;
+        char inner[place_limit];
+        snprintf(inner, sizeof inner, "%.120s%s%.30s%s", place, place[0] ? "." : "", key->name,
+                 key->type == SCHEMA_LIST ? "[]" : "");
+        add_map(list, key->map, inner);
+    }
+}
+
+static void print_type(const schema_key *key, FILE *stream) {
+    switch (key->type) {
+    case SCHEMA_NUMBER: fprintf(stream, "%s", unit_dimension_name(key->unit)); break;
+    case SCHEMA_INTEGER: fprintf(stream, "whole number"); break;
+    case SCHEMA_BOOL: fprintf(stream, "true or false"); break;
+    case SCHEMA_TEXT: fprintf(stream, "text"); break;
+    case SCHEMA_NAME: fprintf(stream, "name"); break;
+    case SCHEMA_PATH: fprintf(stream, "path"); break;
+    case SCHEMA_CHOICE: fprintf(stream, "one of the words"); break;
+    case SCHEMA_ROTATION: fprintf(stream, "turn"); break;
+    case SCHEMA_INDICES: fprintf(stream, "list of whole numbers and ranges"); break;
+    case SCHEMA_MAP: fprintf(stream, "map, see %s", key->map->title); break;
+    case SCHEMA_LIST: fprintf(stream, "list of maps, see %s", key->map->title); break;
+    case SCHEMA_VECTOR:
+    case SCHEMA_INTEGERS:
+        fprintf(stream, "list of %zu", key->least_count);
+        if (key->most_count > key->least_count) fprintf(stream, " to %zu", key->most_count);
+        if (key->type == SCHEMA_INTEGERS)
+            fprintf(stream, " whole numbers");
+        else
+            fprintf(stream, ", each %s", unit_dimension_name(key->unit));
+        break;
+    }
+}
+
+static void print_default(const schema_map *map, const schema_key *key, FILE *stream) {
+    if (key->fallback && key->fallback[0])
+        fprintf(stream, "`%s`", key->fallback);
+    else if (key->derived)
+        fprintf(stream, "%s", key->derived);
+    else if (key->flags & SCHEMA_REQUIRED)
+        fprintf(stream, "required");
+    else if (key->flags & SCHEMA_ALTERNATIVE)
+        fprintf(stream, map->needs_alternative ? "one of the keys marked so" : "none");
+    else if (key->type == SCHEMA_MAP)
+        fprintf(stream, "its defaults");
+    else
+        fprintf(stream, "none");
+}
+
+static void print_range(const schema_key *key, FILE *stream) {
+    if (key->choices) {
+        for (size_t i = 0; key->choices[i]; i++)
+            fprintf(stream, "%s`%s`", i > 0 ? " " : "", key->choices[i]);
+        return;
+    }
+    bool is_limited = key->minimum != 0 || key->maximum != 0;
+    const char *entries = key->type == SCHEMA_LIST ? " entries" : "";
+    if (is_limited && key->flags & SCHEMA_ABOVE_MINIMUM)
+        fprintf(stream, "above %.10g, to %.16g", key->minimum, key->maximum);
+    else if (is_limited)
+        fprintf(stream, "%.10g to %.16g%s", key->minimum, key->maximum, entries);
+    if (key->word) fprintf(stream, "%s`%s`", is_limited ? ", or " : "", key->word);
+}
+
+static void print_map(const map_entry *entry, FILE *stream) {
+    const schema_map *map = entry->map;
+    fprintf(stream, "\n## %s\n\n%s\n\n", map->title, map->meaning);
+    if (entry->places[1] != '`') fprintf(stream, "At %s.\n\n", entry->places);
+    fprintf(stream, "| key | type | unit | default | range | meaning |\n"
+                    "|---|---|---|---|---|---|\n");
+    for (size_t k = 0; k < map->key_count; k++) {
+        const schema_key *key = &map->keys[k];
+        fprintf(stream, "| `%s` | ", key->name);
+        print_type(key, stream);
+        fprintf(stream, " | %s | ", unit_si_name(key->unit));
+        print_default(map, key, stream);
+        fprintf(stream, " | ");
+        print_range(key, stream);
+        fprintf(stream, " | %s |\n", key->meaning);
+    }
+    if (map->needs_alternative) {
+        const char *separator = "\nExactly one of ";
+        for (size_t k = 0; k < map->key_count; k++) {
+            if (!(map->keys[k].flags & SCHEMA_ALTERNATIVE)) continue;
+            fprintf(stream, "%s`%s`", separator, map->keys[k].name);
+            separator = ", ";
+        }
+        fprintf(stream, " is needed.\n");
+    }
+}
+
+static void print_units(FILE *stream) {
+    fprintf(stream,
+            "\n## Units\n\n| quantity | SI unit, of plain numbers | units |\n|---|---|---|\n");
+    for (int d = 0; d < UNIT_DIMENSION_COUNT; d++) {
+        char names[100];
+        unit_list_names((unit_dimension)d, names, sizeof names);
+        fprintf(stream, "| %s | %s | %s |\n", unit_dimension_name((unit_dimension)d),
+                unit_si_name((unit_dimension)d), names);
+    }
+}
+
+static void print_shapes(FILE *stream) {
+    const schema_key *selector = &mesh_map.keys[schema_find_key(&mesh_map, "shape")];
+    fprintf(stream, "\n## Shapes\n\n| shape | for | keys |\n|---|---|---|\n");
+    for (int shape = 0; selector->choices[shape]; shape++) {
+        fprintf(stream, "| `%s` | %s |", selector->choices[shape],
+                tulle_shape_is_cloth((tulle_shape)shape) ? "cloth" : "obstacles");
+        for (size_t k = 0; k < mesh_map.key_count; k++) {
+            const schema_key *key = &mesh_map.keys[k];
+            if (!(key->applies >> shape & 1)) continue;
+            fprintf(stream, " `%s`", key->name);
+            if (strcmp(key->name, "size") == 0)
+                fprintf(stream, " (%zu numbers)", shape_size_count(shape));
+        }
+        fprintf(stream, " |\n");
+    }
+}
+
+static void print_presets(FILE *stream) {
+    fprintf(stream, "\n## Material presets\n\n| preset | area_density | stretch | bend | "
+                    "stretch_damping | bend_damping | air_damping | friction | source |\n"
+                    "|---|---|---|---|---|---|---|---|---|\n");
+    const char *name;
+    for (size_t i = 0; (name = tulle_material_preset_name(i)); i++) {
+        tulle_material m;
+        if (tulle_material_preset(name, &m) != TULLE_OK) continue;
+        fprintf(stream, "| `%s` | %g | %g | %g | %g | %g | %g | %g | %s |\n", name, m.area_density,
+                m.stretch_stiffness, m.bend_stiffness, m.stretch_damping, m.bend_damping,
+                m.air_damping, m.friction, tulle_material_preset_source(i));
+    }
+}
+
+static const char introduction[] =
+    "# Scene files\n\n"
+    "A scene is one YAML document, read by `tulle run`. This page is printed from the table that "
+    "the "
+    "reader works by; a test keeps it so.\n\n"
+    "- All values are in SI units. A number may carry a unit: `2 mm`, `30 deg`, `5 km/h`, "
+    "`0.2 kg/m^2`, `1/90 s`. Plain numbers are metres, seconds, radians and so on. z is up.\n"
+    "- A turn is a list of angles about the fixed axes x, then y, then z, as `[0, 90 deg, 0]`, or "
+    "a "
+    "map `{axis: [0, 0, 1], angle: 30 deg}`.\n"
+    "- Paths are relative to the scene file.\n"
+    "- NaN, infinities, unknown and duplicate keys are errors. Anchors, aliases, tags and several "
+    "documents are refused. A file has at most 4 MiB and 200,000 values, nested at most 32 deep; a "
+    "scene at most 20,000,000 vertices and 4,096 obstacles.\n"
+    "- `--set PATH=VALUE` on the command line replaces or adds a value: `--set time.frames=10`, "
+    "`--set 'cloth[0].mesh.resolution=[40, 40]'`; an empty value removes a key; of keys that "
+    "exclude "
+    "each other the one set wins.\n\n"
+    "```yaml\n"
+    "time: {step: 1/90 s, duration: 2 s}\n"
+    "cloth:\n"
+    "  - mesh: {shape: rectangle, size: [1, 1], resolution: [50, 50]}\n"
+    "    translate: [0, 0, 0.7]\n"
+    "    material: {preset: cotton}\n"
+    "obstacles:\n"
+    "  - mesh: {shape: sphere, radius: 30 cm}\n"
+    "    translate: [0, 0, 0.3]\n"
+    "  - mesh: {shape: plane, size: [4, 4]}\n"
+    "```\n";
+
+void scene_print_documentation(FILE *stream) {
+    map_list list = {.count = 0};
+    add_map(&list, &scene_map, "");
+    fputs(introduction, stream);
+    for (size_t i = 0; i < list.count; i++) print_map(&list.entries[i], stream);
+    print_shapes(stream);
+    print_presets(stream);
+    print_units(stream);
+}

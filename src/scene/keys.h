@@ -1,0 +1,178 @@
+/* scene/keys.h - the structs that the table of keys fills, one for each map of a scene file. Field
+ * meanings, units and ranges are in the table (keys.c) and docs/scene.md. */
+#ifndef TULLE_SCENE_KEYS_H
+#define TULLE_SCENE_KEYS_H
+
+#include "scene/schema.h"
+
+typedef struct time_keys {
+    schema_head head;
+    double step, duration;
+    uint64_t frames, steps_per_frame;
+} time_keys;
+
+typedef struct wind_keys {
+    schema_head head;
+    schema_vector velocity;
+    double gust_strength, gust_length, gust_time, drag;
+    uint64_t seed;
+} wind_keys;
+
+typedef struct mesh_keys {
+    schema_head head;
+    const char *file;
+    int shape;
+    schema_vector size;
+    double radius, inner_radius, height, tip_height, head_radius, head_height, angle, strand,
+        wavelength;
+    schema_integers resolution, cells;
+    uint64_t strand_resolution, seed;
+    bool irregular;
+} mesh_keys;
+
+typedef struct material_keys {
+    schema_head head;
+    const char *preset;
+    double area_density, stretch, bend, stretch_damping, bend_damping, air_damping, friction;
+} material_keys;
+
+typedef struct keyframe_keys {
+    schema_head head;
+    double time;
+    schema_vector translate;
+    schema_rotation rotate;
+} keyframe_keys;
+
+typedef struct box_keys {
+    schema_head head;
+    schema_vector min, max;
+} box_keys;
+
+typedef struct line_keys {
+    schema_head head;
+    schema_vector from, to;
+    double radius;
+} line_keys;
+
+typedef struct pin_keys {
+    schema_head head;
+    box_keys box;
+    line_keys line;
+    schema_indices vertices;
+    schema_vector nearest;
+    schema_list keyframes;
+    bool eased;
+    schema_vector pivot;
+    double release;
+} pin_keys;
+
+typedef struct cloth_keys {
+    schema_head head;
+    const char *name;
+    mesh_keys mesh;
+    schema_vector scale, translate, velocity;
+    schema_rotation rotate;
+    material_keys material;
+    double thickness;
+    schema_list pins;
+} cloth_keys;
+
+typedef struct sequence_keys {
+    schema_head head;
+    const char *files, *cache;
+    uint64_t first, last;
+    double interval, start;
+} sequence_keys;
+
+typedef struct motion_keys {
+    schema_head head;
+    schema_list keyframes;
+    sequence_keys sequence;
+    bool eased;
+    schema_vector pivot;
+} motion_keys;
+
+typedef struct row_keys {
+    schema_head head;
+    uint64_t count;
+    schema_vector offset;
+} row_keys;
+
+typedef struct grid_keys {
+    schema_head head;
+    schema_integers count;
+    schema_vector spacing;
+} grid_keys;
+
+typedef struct ring_keys {
+    schema_head head;
+    uint64_t count;
+    double radius, from;
+} ring_keys;
+
+typedef struct spiral_keys {
+    schema_head head;
+    uint64_t count;
+    double radius, from, to, turns;
+} spiral_keys;
+
+typedef enum stagger_order { STAGGER_FIRST_TO_LAST, STAGGER_LAST_TO_FIRST } stagger_order;
+
+typedef struct copies_keys {
+    schema_head head;
+    row_keys row;
+    grid_keys grid;
+    ring_keys ring;
+    spiral_keys spiral;
+    double stagger;
+    int order; /* stagger_order */
+} copies_keys;
+
+typedef struct obstacle_keys {
+    schema_head head;
+    const char *name;
+    mesh_keys mesh;
+    schema_vector scale, translate;
+    schema_rotation rotate;
+    double friction, appears, disappears;
+    motion_keys motion;
+    copies_keys copies;
+} obstacle_keys;
+
+typedef struct contact_keys {
+    schema_head head;
+    double delta_c, delta_s, xi, friction;
+    int method, start_intersections, on_pinch;
+    uint64_t impact_rounds;
+} contact_keys;
+
+typedef struct solver_keys {
+    schema_head head;
+    int integrator;
+    double cg_tolerance;
+    uint64_t cg_iterations, rounds, sweeps;
+} solver_keys;
+
+typedef struct scene_keys {
+    schema_head head;
+    const char *title;
+    uint64_t seed;
+    time_keys time;
+    schema_vector gravity;
+    wind_keys wind;
+    schema_list cloth, obstacles;
+    contact_keys contact;
+    solver_keys solver;
+} scene_keys;
+
+extern const schema_map scene_map, time_map, wind_map, mesh_map, material_map, keyframe_map,
+    box_map, line_map, pin_map, cloth_map, sequence_map, motion_map, row_map, grid_map, ring_map,
+    spiral_map, copies_map, obstacle_map, contact_map, solver_map;
+
+/* An integer that stands for "derived from the scene's seed". */
+#define SEED_AUTO ((uint64_t)1 << 60)
+
+/* Whether a shape takes two or three numbers as its size; 0: none. */
+size_t shape_size_count(int shape);
+
+#endif

@@ -1,0 +1,270 @@
+/* scene/keys_obstacle.c - the table of keys: mesh sequences, motion, copies and obstacles. */
+#include "scene/keys_table.h"
+
+static const schema_key sequence_table[] = {
+    {.name = "files",
+     .type = SCHEMA_PATH,
+     .flags = SCHEMA_ALTERNATIVE,
+     FIELD(sequence_keys, files),
+     .meaning = "numbered mesh files with the same triangles, as body_%02d.obj"},
+    {.name = "cache",
+     .type = SCHEMA_PATH,
+     .flags = SCHEMA_ALTERNATIVE,
+     FIELD(sequence_keys, cache),
+     .meaning = "PC2 point cache; the obstacle's mesh gives the triangles"},
+    {.name = "first",
+     .type = SCHEMA_INTEGER,
+     .minimum = 0,
+     .maximum = 1000000000,
+     .derived = "0",
+     .flags = SCHEMA_OPTIONAL,
+     FIELD(sequence_keys, first),
+     .meaning = "number of the first frame"},
+    {.name = "last",
+     .type = SCHEMA_INTEGER,
+     .minimum = 0,
+     .maximum = 1000000000,
+     .derived = "end of the cache",
+     .flags = SCHEMA_OPTIONAL,
+     FIELD(sequence_keys, last),
+     .meaning = "number of the last frame; needed with files"},
+    {.name = "interval",
+     .type = SCHEMA_NUMBER,
+     .unit = UNIT_TIME,
+     .minimum = 0,
+     .maximum = 1e6,
+     .flags = SCHEMA_ABOVE_MINIMUM | SCHEMA_REQUIRED,
+     FIELD(sequence_keys, interval),
+     .meaning = "time from one frame to the next"},
+    {.name = "start",
+     ANY_TIME,
+     .fallback = "0",
+     FIELD(sequence_keys, start),
+     .meaning = "time of the first frame"},
+};
+const schema_map sequence_map = {
+    .title = "Mesh sequence",
+    .meaning =
+        "Frames of a deforming mesh; vertices move linearly in between. The obstacle's scale, "
+        "rotate and translate apply to every frame.",
+    MAP_OF(sequence_table, sequence_keys),
+    .needs_alternative = true};
+
+static const schema_key motion_table[] = {
+    {.name = "keyframes",
+     .type = SCHEMA_LIST,
+     .map = &keyframe_map,
+     .minimum = 1,
+     .maximum = 100000,
+     .flags = SCHEMA_ALTERNATIVE,
+     FIELD(motion_keys, keyframes),
+     .meaning = "rigid motion"},
+    {.name = "sequence",
+     .type = SCHEMA_MAP,
+     .map = &sequence_map,
+     .flags = SCHEMA_ALTERNATIVE | SCHEMA_OPTIONAL,
+     FIELD(motion_keys, sequence),
+     .meaning = "deforming mesh from files"},
+    {.name = "eased",
+     .type = SCHEMA_BOOL,
+     .fallback = "false",
+     FIELD(motion_keys, eased),
+     .meaning = "starts and stops gently at each keyframe"},
+    {.name = "pivot",
+     POINT,
+     .flags = SCHEMA_OPTIONAL,
+     .derived = "origin of the obstacle",
+     FIELD(motion_keys, pivot),
+     .meaning = "point that keyframes turn about, in scene coordinates; in those of the copy where "
+                "there are copies"},
+};
+const schema_map motion_map = {
+    .title = "Motion",
+    .meaning =
+        "How an obstacle moves. Displacements and turns are along the axes of the scene; those "
+        "of a copy along the axes of the copy.",
+    MAP_OF(motion_table, motion_keys),
+    .needs_alternative = true};
+
+static const schema_key row_table[] = {
+    {.name = "count", COUNT_OF_COPIES, FIELD(row_keys, count), .meaning = "copies"},
+    {.name = "offset",
+     POINT,
+     .flags = SCHEMA_REQUIRED,
+     FIELD(row_keys, offset),
+     .meaning = "from one copy to the next; the first stays in place"},
+};
+const schema_map row_map = {
+    .title = "Copies in a row", .meaning = "Equal steps, equal axes.", MAP_OF(row_table, row_keys)};
+
+static const schema_key grid_table[] = {
+    {.name = "count",
+     .type = SCHEMA_INTEGERS,
+     .least_count = 2,
+     .most_count = 3,
+     .minimum = 1,
+     .maximum = 4096,
+     .flags = SCHEMA_REQUIRED,
+     FIELD(grid_keys, count),
+     .meaning = "copies along x, y and perhaps z"},
+    {.name = "spacing",
+     .type = SCHEMA_VECTOR,
+     .unit = UNIT_LENGTH,
+     ANY_SIZE,
+     .least_count = 2,
+     .most_count = 3,
+     .flags = SCHEMA_REQUIRED,
+     FIELD(grid_keys, spacing),
+     .meaning = "distance along x, y and perhaps z; the grid is centred"},
+};
+const schema_map grid_map = {.title = "Copies in a grid",
+                             .meaning = "Rows of x first, equal axes.",
+                             MAP_OF(grid_table, grid_keys)};
+
+static const schema_key ring_table[] = {
+    {.name = "count", COUNT_OF_COPIES, FIELD(ring_keys, count), .meaning = "copies"},
+    {.name = "radius",
+     POSITIVE_LENGTH(SCHEMA_REQUIRED),
+     FIELD(ring_keys, radius),
+     .meaning = "of the ring"},
+    {.name = "from",
+     .type = SCHEMA_NUMBER,
+     .unit = UNIT_ANGLE,
+     .fallback = "0",
+     .minimum = -1000,
+     .maximum = 1000,
+     FIELD(ring_keys, from),
+     .meaning = "angle of the first copy"},
+};
+const schema_map ring_map = {.title = "Copies on a ring",
+                             .meaning = "Evenly around z; the x axis of each copy points outwards.",
+                             MAP_OF(ring_table, ring_keys)};
+
+static const schema_key spiral_table[] = {
+    {.name = "count", COUNT_OF_COPIES, FIELD(spiral_keys, count), .meaning = "copies"},
+    {.name = "radius",
+     POSITIVE_LENGTH(SCHEMA_REQUIRED),
+     FIELD(spiral_keys, radius),
+     .meaning = "of the sphere"},
+    {.name = "from",
+     .type = SCHEMA_NUMBER,
+     .unit = UNIT_ANGLE,
+     .fallback = "0 deg",
+     .minimum = 0,
+     .maximum = 3.141592653589793,
+     FIELD(spiral_keys, from),
+     .meaning = "angle from the pole where the spiral begins"},
+    {.name = "to",
+     .type = SCHEMA_NUMBER,
+     .unit = UNIT_ANGLE,
+     .fallback = "90 deg",
+     .minimum = 0,
+     .maximum = 3.141592653589793,
+     FIELD(spiral_keys, to),
+     .meaning = "angle from the pole where it ends"},
+    {.name = "turns",
+     .type = SCHEMA_NUMBER,
+     .fallback = "4",
+     .minimum = -1000,
+     .maximum = 1000,
+     FIELD(spiral_keys, turns),
+     .meaning = "turns about z; negative: clockwise seen from above"},
+};
+const schema_map spiral_map = {
+    .title = "Copies on a spiral",
+    .meaning =
+        "At even distances along a spiral on a sphere about the origin, from the pole on the z "
+        "axis outwards; the z axis of each copy points away from the sphere.",
+    MAP_OF(spiral_table, spiral_keys)};
+
+static const char *const order_names[] = {"first-to-last", "last-to-first", NULL};
+#define LAYOUT(field_name, map_name, text)                                                         \
+    {                                                                                              \
+        .name = #field_name, .type = SCHEMA_MAP, .map = &map_name,                                 \
+        .flags = SCHEMA_ALTERNATIVE | SCHEMA_OPTIONAL, FIELD(copies_keys, field_name),             \
+        .meaning = text                                                                            \
+    }
+static const schema_key copies_table[] = {
+    LAYOUT(row, row_map, "copies in a row"),
+    LAYOUT(grid, grid_map, "copies in a grid"),
+    LAYOUT(ring, ring_map, "copies on a ring"),
+    LAYOUT(spiral, spiral_map, "copies on a spiral over a sphere"),
+    {.name = "stagger",
+     .type = SCHEMA_NUMBER,
+     .unit = UNIT_TIME,
+     .fallback = "0",
+     .minimum = 0,
+     .maximum = 1e6,
+     FIELD(copies_keys, stagger),
+     .meaning = "delays keyframes, appears and disappears from one copy to the next"},
+    {.name = "order",
+     .type = SCHEMA_CHOICE,
+     .choices = order_names,
+     .fallback = "first-to-last",
+     FIELD(copies_keys, order),
+     .meaning = "which copy is the first to move"},
+};
+const schema_map copies_map = {
+    .title = "Copies",
+    .meaning = "Places an obstacle many times. The mesh is scaled, placed by the layout, and all "
+               "copies together then turned by rotate and moved by translate.",
+    MAP_OF(copies_table, copies_keys),
+    .needs_alternative = true};
+
+static const schema_key obstacle_table[] = {
+    {.name = "name",
+     .type = SCHEMA_NAME,
+     FIELD(obstacle_keys, name),
+     .derived = "obstacle, obstacle1, ...",
+     .meaning = "name in messages and of files"},
+    {.name = "mesh",
+     .type = SCHEMA_MAP,
+     .map = &mesh_map,
+     .flags = SCHEMA_OPTIONAL,
+     FIELD(obstacle_keys, mesh),
+     .derived = "first file of the sequence",
+     .meaning = "triangles; any, closed or not"},
+    SCALE(obstacle_keys),
+    ROTATE(obstacle_keys),
+    TRANSLATE(obstacle_keys),
+    {.name = "friction",
+     .type = SCHEMA_NUMBER,
+     .fallback = "0.3",
+     .minimum = 0,
+     .maximum = 10,
+     FIELD(obstacle_keys, friction),
+     .meaning = "Coulomb coefficient; the geometric mean with the cloth's counts"},
+    {.name = "motion",
+     .type = SCHEMA_MAP,
+     .map = &motion_map,
+     .flags = SCHEMA_OPTIONAL,
+     FIELD(obstacle_keys, motion),
+     .derived = "static",
+     .meaning = "how it moves"},
+    {.name = "appears",
+     ANY_TIME,
+     .fallback = "start",
+     .word = "start",
+     .word_value = -INFINITY,
+     FIELD(obstacle_keys, appears),
+     .meaning = "when it comes into the scene"},
+    {.name = "disappears",
+     ANY_TIME,
+     .fallback = "never",
+     .word = "never",
+     .word_value = INFINITY,
+     FIELD(obstacle_keys, disappears),
+     .meaning = "when it leaves the scene"},
+    {.name = "copies",
+     .type = SCHEMA_MAP,
+     .map = &copies_map,
+     .flags = SCHEMA_OPTIONAL,
+     FIELD(obstacle_keys, copies),
+     .derived = "one",
+     .meaning = "places it many times"},
+};
+const schema_map obstacle_map = {
+    .title = "Obstacle",
+    .meaning =
+        "Something that cloth cannot pass. Obstacles may intersect themselves and one another.",
+    MAP_OF(obstacle_table, obstacle_keys)};

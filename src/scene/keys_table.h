@@ -1,0 +1,47 @@
+/* scene/keys_table.h - shorthand for the entries of the table of keys. */
+#ifndef TULLE_SCENE_KEYS_TABLE_H
+#define TULLE_SCENE_KEYS_TABLE_H
+
+#include "scene/keys.h"
+
+#include <math.h>
+
+#define FIELD(type, field) .offset = offsetof(type, field)
+#define MAP_OF(table, type)                                                                        \
+    .keys = table, .key_count = sizeof table / sizeof table[0], .size = sizeof(type)
+/* [m] Far beyond, doubles are too coarse for cloth. */
+#define ANY_SIZE .minimum = -1e6, .maximum = 1e6
+#define POINT                                                                                      \
+    .type = SCHEMA_VECTOR, .unit = UNIT_LENGTH, .least_count = 3, .most_count = 3, ANY_SIZE
+#define POSITIVE_LENGTH(more_flags)                                                                \
+    .type = SCHEMA_NUMBER, .unit = UNIT_LENGTH, .minimum = 0, .maximum = 1e6,                      \
+    .flags = SCHEMA_ABOVE_MINIMUM | (more_flags)
+#define ANY_TIME .type = SCHEMA_NUMBER, .unit = UNIT_TIME, .minimum = -1e6, .maximum = 1e6
+#define COUNT_OF_COPIES                                                                            \
+    .type = SCHEMA_INTEGER, .minimum = 1, .maximum = 4096, .flags = SCHEMA_REQUIRED
+/* Up to 2^53: exact as a double, too. */
+#define ANY_SEED .type = SCHEMA_INTEGER, .minimum = 0, .maximum = 9007199254740992.0
+#define AUTO_SEED ANY_SEED, .fallback = "auto", .word = "auto", .word_value = (double)SEED_AUTO
+
+#define SCALE(owner)                                                                               \
+    {                                                                                              \
+        .name = "scale", .type = SCHEMA_VECTOR, .fallback = "1", .least_count = 3,                 \
+        .most_count = 3, .minimum = 0, .maximum = 1e6,                                             \
+        .flags = SCHEMA_UNIFORM | SCHEMA_ABOVE_MINIMUM, FIELD(owner, scale),                       \
+        .meaning = "factor along x, y, z, or one for all; applied first"                           \
+    }
+#define ROTATE(owner)                                                                              \
+    {                                                                                              \
+        .name = "rotate", .type = SCHEMA_ROTATION, .unit = UNIT_ANGLE, .fallback = "[0, 0, 0]",    \
+        FIELD(owner, rotate),                                                                      \
+        .meaning =                                                                                 \
+            "turn about the origin: angles about fixed x, then y, then z, or {axis, angle}; "      \
+            "applied second"                                                                       \
+    }
+#define TRANSLATE(owner)                                                                           \
+    {                                                                                              \
+        .name = "translate", POINT, .fallback = "[0, 0, 0]", FIELD(owner, translate),              \
+        .meaning = "displacement; applied last"                                                    \
+    }
+
+#endif

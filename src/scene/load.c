@@ -1,0 +1,214 @@
+/* scene/load.c - from a scene file to a scene: text, tree, overrides, keys, objects, hash. */
+#include "scene/scene_data.h"
+
+#include "base/hash.h"
+
+#include <errno.h>
+#include <math.h>
+#include <string.h>
+
+/* Reads at most the limit and a byte, so that devices and pipes end, too. Null after a problem. */
+static char *read_text(const scene_work *work, size_t *length) {
+    const char *path = work->scene->path;
+    FILE *file = fopen(path, "rb");
+    if (!file) {
+        problem_add(work->problems, TULLE_ERROR_IO, (scene_place){path, 0, 0},
+                    "the scene file cannot be opened: %s", strerror(errno));
+        return NULL;
+    }
+    size_t capacity = 1 << 16, count = 0;
+    char *text = NULL;
+    for (;;) {
+        char *larger = ARENA_NEW(&work->scene->storage, char, capacity);
+        if (larger && count > 0) memcpy(larger, text, count);
+        text = larger;
+        if (!text) break;
+        errno = 0;
+        count += fread(text + count, 1, capacity - count, file);
+        if (count < capacity || capacity > TREE_TEXT_LIMIT) break;
+        capacity *= 2;
+    }
+    bool is_failed = ferror(file) != 0;
+    int reason = errno;
+    fclose(file);
+    *length = count;
+    if (!text) problem_add_memory(work->problems, path);
+    if (text && is_failed)
+        problem_add(work->problems, TULLE_ERROR_IO, (scene_place){path, 0, 0},
+                    "the scene file cannot be read: %s", strerror(reason));
+    return is_failed ? NULL : text;
+}
+
+/* Text, tree, overrides, keys. False after a problem. */
+static bool read_keys(const scene_work *work, const char *const *overrides, size_t count) {
+    scene *loaded = work->scene;
+    tree_source source = {.name = loaded->path, .has_lines = true};
+    source.text = read_text(work, &source.length);
+    if (!source.text) return false;
+    scene_node *root = tree_read(&source, &loaded->storage, work->problems);
+    if (!root) return false;
+    bool is_good = true;
+    for (size_t i = 0; i < count; i++)
+        is_good &= tree_override(root, overrides[i], &loaded->storage, work->problems);
+    if (!is_good) return false;
+    schema_reader reader = {&loaded->storage, work->problems, loaded->path};
+    loaded->keys.head = (schema_head){.node = root, .place = {loaded->path, 1, 1}, .path = ""};
+    return schema_read(&reader, &scene_map, root, &loaded->keys);
+}
+
+static bool set_frame_count(const scene_work *work) {
+    const time_keys *keys = &work->scene->keys.time;
+    double frames = (double)keys->frames;
+    /* A part of a frame below a billionth is rounding of the division. */
+    if (!schema_is_given(&time_map, keys, "frames"))
+        frames =
+            fmax(ceil(keys->duration / (keys->step * (double)keys->steps_per_frame) - 1e-9), 1);
+    if (frames > SCENE_FRAME_LIMIT) {
+        problem_add(work->problems, TULLE_ERROR_LIMIT, schema_place(keys, "duration"),
+                    "%s.duration: takes %.0f frames, at most %d are allowed; make it shorter, or "
+                    "step or steps_per_frame larger",
+                    keys->head.path, frames, SCENE_FRAME_LIMIT);
+        return false;
+    }
+    work->scene->frame_count = (uint32_t)frames;
+    return true;
+}
+
+static bool make_cloths(const scene_work *work) {
+    scene *loaded = work->scene;
+    const cloth_keys *keys = loaded->keys.cloth.items;
+    loaded->cloth_count = loaded->keys.cloth.count;
+    loaded->cloths = ARENA_NEW_ZEROED(&loaded->storage, scene_cloth, loaded->cloth_count);
+    if (!loaded->cloths) {
+        loaded->cloth_count = 0;
+        problem_add_memory(work->problems, loaded->path);
+        return false;
+    }
+    bool is_good = true;
+    for (size_t i = 0; i < loaded->cloth_count; i++)
+        is_good &= make_cloth(work, &keys[i], i, &loaded->cloths[i]);
+    return is_good;
+}
+
+static bool make_all_obstacles(const scene_work *work) {
+    scene *loaded = work->scene;
+    const obstacle_keys *keys = loaded->keys.obstacles.items;
+    size_t count = 0;
+    for (size_t i = 0; i < loaded->keys.obstacles.count; i++) {
+        size_t copies = count_copies(&keys[i]);
+        if (copies <= SCENE_OBJECT_LIMIT && count + copies <= SCENE_OBJECT_LIMIT) {
+            count += copies;
+            continue;
+        }
+        problem_add(work->problems, TULLE_ERROR_LIMIT, keys[i].head.place,
+                    "%s: brings the scene to more than %d obstacles with all copies",
+                    keys[i].head.path, SCENE_OBJECT_LIMIT);
+        return false;
+    }
+    loaded->obstacles = ARENA_NEW_ZEROED(&loaded->storage, scene_obstacle, count + 1);
+    if (!loaded->obstacles) {
+        problem_add_memory(work->problems, loaded->path);
+        return false;
+    }
+    loaded->obstacle_count = count;
+    bool is_good = true;
+    for (size_t i = 0, next = 0; i < loaded->keys.obstacles.count; i++) {
+        is_good &= make_obstacles(work, &keys[i], i, &loaded->obstacles[next]);
+        next += count_copies(&keys[i]);
+    }
+    return is_good;
+}
+
+static const char *get_name(const scene *loaded, size_t object) {
+    return object < loaded->cloth_count ? loaded->cloths[object].name
+                                        : loaded->obstacles[object - loaded->cloth_count].name;
+}
+
+static bool check_names(const scene_work *work) {
+    const scene *loaded = work->scene;
+    for (size_t i = 0; i < loaded->cloth_count + loaded->obstacle_count; i++) {
+        for (size_t k = 0; k < i; k++) {
+            if (strcmp(get_name(loaded, i), get_name(loaded, k)) != 0) continue;
+            const void *keys = i < loaded->cloth_count
+                                   ? (const void *)loaded->cloths[i].keys
+                                   : loaded->obstacles[i - loaded->cloth_count].keys;
+            problem_add(work->problems, TULLE_ERROR_INVALID_ARGUMENT, schema_place(keys, "name"),
+                        "%s.name: '%s' is the name of an object before; names must differ",
+                        ((const schema_head *)keys)->path, get_name(loaded, i));
+            return false;
+        }
+    }
+    return true;
+}
+
+static const char *write_canonical(scene *loaded) {
+    text_buffer buffer = {.storage = &loaded->storage};
+    schema_write(&scene_map, &loaded->keys, 0, &buffer);
+    return buffer.is_failed ? NULL : buffer.data;
+}
+
+/* The canonical text, and the hash: text without the length of the run, materials, meshes. */
+static bool finish(const scene_work *work) {
+    scene *loaded = work->scene;
+    loaded->canonical_text = write_canonical(loaded);
+    uint64_t given = loaded->keys.time.head.given;
+    loaded->keys.time.head.given &= ~(UINT64_C(1) << schema_find_key(&time_map, "frames"));
+    loaded->keys.time.head.given &= ~(UINT64_C(1) << schema_find_key(&time_map, "duration"));
+    const char *text = write_canonical(loaded);
+    loaded->keys.time.head.given = given;
+    if (!loaded->canonical_text || !text) {
+        problem_add_memory(work->problems, loaded->path);
+        return false;
+    }
+    uint64_t hash = hash_bytes(loaded->content_hash, text, strlen(text));
+    for (size_t i = 0; i < loaded->cloth_count; i++) {
+        const tulle_material *m = &loaded->cloths[i].material;
+        const double values[] = {m->area_density,    m->stretch_stiffness, m->bend_stiffness,
+                                 m->stretch_damping, m->bend_damping,      m->air_damping,
+                                 m->friction};
+        hash = hash_bytes(hash, values, sizeof values);
+    }
+    loaded->hash = hash;
+    return true;
+}
+
+static bool load(const scene_work *work, const char *const *overrides, size_t override_count) {
+    if (!read_keys(work, overrides, override_count)) return false;
+    bool is_good = set_frame_count(work);
+    is_good &= make_cloths(work);
+    is_good &= make_all_obstacles(work);
+    return is_good && check_names(work) && finish(work);
+}
+
+tulle_status scene_load(const char *path, const char *const *overrides, size_t override_count,
+                        scene **result, scene_problems *problems) {
+    *result = NULL;
+    memset(problems, 0, sizeof *problems);
+    memory heap = memory_default();
+    scene *loaded = memory_allocate_zeroed(&heap, 1, sizeof *loaded);
+    if (!loaded) return problem_add_memory(problems, path);
+    loaded->heap = heap;
+    loaded->storage = arena_make(&loaded->heap);
+    loaded->content_hash = HASH_SEED;
+    loaded->path = copy_text(&loaded->storage, path, strlen(path));
+    const scene_work work = {loaded, problems};
+    if (!loaded->path)
+        problem_add_memory(problems, path);
+    else if (load(&work, overrides, override_count)) {
+        *result = loaded;
+        return TULLE_OK;
+    }
+    /* The places of problems point into the scene no more: problem_add copied their texts. */
+    scene_destroy(loaded);
+    return problems->list[0].status;
+}
+
+void scene_destroy(scene *loaded) {
+    if (!loaded) return;
+    for (size_t i = 0; i < loaded->cloth_count; i++) tulle_mesh_destroy(&loaded->cloths[i].mesh);
+    for (size_t i = 0; i < loaded->obstacle_count; i++)
+        tulle_mesh_destroy(&loaded->obstacles[i].mesh);
+    arena_destroy(&loaded->storage);
+    memory heap = loaded->heap;
+    memory_release(&heap, loaded, sizeof *loaded);
+}

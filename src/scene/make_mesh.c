@@ -1,0 +1,146 @@
+/* scene/make_mesh.c - meshes of a scene: read from files or generated, validated, counted. */
+#include "scene/scene_data.h"
+
+#include "base/hash.h"
+
+#include "tulle/io.h"
+#include "tulle/shapes.h"
+
+#include <stdarg.h>
+#include <string.h>
+
+const char *store_text(const scene_work *work, const char *format, ...) {
+    char text[SCENE_PATH_LIMIT];
+    va_list arguments;
+    va_start(arguments, format);
+    int length = vsnprintf(text, sizeof text, format, arguments);
+    va_end(arguments);
+    if (length < 0 || (size_t)length >= sizeof text) {
+        problem_add(work->problems, TULLE_ERROR_LIMIT, (scene_place){work->scene->path, 0, 0},
+                    "a path or name is longer than %d bytes", SCENE_PATH_LIMIT);
+        return NULL;
+    }
+    const char *stored = copy_text(&work->scene->storage, text, (size_t)length);
+    if (!stored) problem_add_memory(work->problems, work->scene->path);
+    return stored;
+}
+
+const char *resolve_path(const scene_work *work, const char *path) {
+    const char *slash = strrchr(work->scene->path, '/');
+    if (path[0] == '/' || !slash) return path;
+    return store_text(work, "%.*s/%s", (int)(slash - work->scene->path), work->scene->path, path);
+}
+
+uint64_t resolve_seed(const scene *loaded, uint64_t seed) {
+    return seed == SEED_AUTO ? loaded->keys.seed : seed;
+}
+
+/* Copies the keys that were given over the shape's defaults. */
+static void fill_shape(const scene_work *work, const mesh_keys *keys, tulle_shape_def *def) {
+    const struct {
+        const char *name;
+        const double *from;
+        double *to;
+    } lengths[] = {
+        {"radius", &keys->radius, &def->radius},
+        {"inner_radius", &keys->inner_radius, &def->inner_radius},
+        {"height", &keys->height, &def->height},
+        {"tip_height", &keys->tip_height, &def->tip_height},
+        {"head_radius", &keys->head_radius, &def->head_radius},
+        {"head_height", &keys->head_height, &def->head_height},
+        {"angle", &keys->angle, &def->angle},
+        {"strand", &keys->strand, &def->strand},
+        {"wavelength", &keys->wavelength, &def->wavelength},
+    };
+    for (size_t i = 0; i < sizeof lengths / sizeof lengths[0]; i++)
+        if (schema_is_given(&mesh_map, keys, lengths[i].name)) *lengths[i].to = *lengths[i].from;
+    for (size_t k = 0; k < keys->size.count; k++) def->size[k] = keys->size.value[k];
+    for (size_t k = 0; k < keys->resolution.count; k++)
+        def->resolution[k] = (uint32_t)keys->resolution.value[k];
+    for (size_t k = 0; k < keys->cells.count; k++) def->cells[k] = (uint32_t)keys->cells.value[k];
+    if (schema_is_given(&mesh_map, keys, "strand_resolution"))
+        def->strand_resolution = (uint32_t)keys->strand_resolution;
+    def->is_irregular = keys->irregular;
+    def->seed = resolve_seed(work->scene, keys->seed);
+}
+
+static bool generate(const scene_work *work, const mesh_keys *keys, tulle_mesh *mesh) {
+    size_t size_count = shape_size_count(keys->shape);
+    if (keys->size.count > 0 && keys->size.count != size_count) {
+        problem_add(work->problems, TULLE_ERROR_PARSE, schema_place(keys, "size"),
+                    "%s.size: is a list of %zu, must be a list of %zu for shape %s",
+                    keys->head.path, keys->size.count, size_count,
+                    tulle_shape_name((tulle_shape)keys->shape));
+        return false;
+    }
+    tulle_shape_def def = tulle_shape_def_default((tulle_shape)keys->shape);
+    fill_shape(work, keys, &def);
+    tulle_error error = {0};
+    if (tulle_shape_generate(&def, mesh, &error) == TULLE_OK) return true;
+    problem_add_error(work->problems, keys->head.place, keys->head.path, &error);
+    return false;
+}
+
+bool make_mesh(const scene_work *work, const mesh_keys *keys, tulle_mesh_role role,
+               tulle_mesh *mesh) {
+    tulle_error error = {0};
+    const char *path = "";
+    if (!schema_is_given(&mesh_map, keys, "file")) {
+        if (!generate(work, keys, mesh)) return false;
+    } else {
+        path = resolve_path(work, keys->file);
+        if (!path) return false;
+        if (tulle_mesh_read(path, mesh, &error) != TULLE_OK) {
+            problem_add_error(work->problems, schema_place(keys, "file"), keys->head.path, &error);
+            return false;
+        }
+    }
+    if (tulle_mesh_validate(tulle_mesh_get_view(mesh), role, &error) == TULLE_OK) return true;
+    if (!error.file[0]) snprintf(error.file, sizeof error.file, "%s", path);
+    problem_add_error(work->problems, keys->head.place, keys->head.path, &error);
+    return false;
+}
+
+bool count_mesh(const scene_work *work, const tulle_mesh *mesh, scene_place place,
+                const char *path) {
+    scene *loaded = work->scene;
+    loaded->vertex_count += mesh->vertex_count;
+    if (loaded->vertex_count > SCENE_VERTEX_LIMIT) {
+        problem_add(work->problems, TULLE_ERROR_LIMIT, place,
+                    "%s: brings the scene to %zu vertices, at most %d are allowed", path,
+                    loaded->vertex_count, SCENE_VERTEX_LIMIT);
+        return false;
+    }
+    uint64_t hash = loaded->content_hash;
+    hash = hash_bytes(hash, mesh->positions, 3 * mesh->vertex_count * sizeof(double));
+    hash = hash_bytes(hash, mesh->triangles, 3 * mesh->triangle_count * sizeof(uint32_t));
+    loaded->content_hash = hash;
+    return true;
+}
+
+bool make_motion(const scene_work *work, const schema_list *keyframes, const pose *axes,
+                 double delay, tulle_motion *motion) {
+    const keyframe_keys *frames = keyframes->items;
+    tulle_keyframe *keys = ARENA_NEW(&work->scene->storage, tulle_keyframe, keyframes->count + 1);
+    if (!keys) {
+        problem_add_memory(work->problems, work->scene->path);
+        return false;
+    }
+    const double *q = axes->rotation, inverse[4] = {q[0], -q[1], -q[2], -q[3]};
+    for (size_t i = 0; i < keyframes->count; i++) {
+        if (i > 0 && !(frames[i].time > frames[i - 1].time)) {
+            problem_add(work->problems, TULLE_ERROR_INVALID_ARGUMENT,
+                        schema_place(&frames[i], "time"),
+                        "%s.time: is %g s, must be later than the keyframe before, %g s",
+                        frames[i].head.path, frames[i].time, frames[i - 1].time);
+            return false;
+        }
+        keys[i].time = frames[i].time + delay;
+        quaternion_rotate(q, frames[i].translate.value, keys[i].translation);
+        quaternion_multiply(q, frames[i].rotate.quaternion, keys[i].rotation);
+        quaternion_multiply(keys[i].rotation, inverse, keys[i].rotation);
+    }
+    motion->keys = keys;
+    motion->key_count = keyframes->count;
+    return true;
+}

@@ -1,0 +1,118 @@
+/* scene/make_obstacle.c - obstacles of a scene: mesh, copies, motion. */
+#include "scene/scene_data.h"
+
+#include <string.h>
+
+/* One entry of the list of obstacles while its copies are made. */
+typedef struct obstacle_work {
+    const scene_work *scene;
+    const obstacle_keys *keys;
+    const char *name;
+    size_t copy_count;
+    pose *poses;              /* of the copies */
+    tulle_mesh mesh;          /* unplaced */
+    scene_sequence *sequence; /* unplaced; null: none */
+} obstacle_work;
+
+static bool is_copied(const obstacle_keys *keys) { return keys->copies.head.node != NULL; }
+
+static bool copy_mesh(const tulle_mesh *mesh, tulle_mesh *copy, tulle_error *error) {
+    if (tulle_mesh_create(mesh->vertex_count, mesh->triangle_count, copy, error) != TULLE_OK)
+        return false;
+    memcpy(copy->positions, mesh->positions, 3 * mesh->vertex_count * sizeof(double));
+    memcpy(copy->triangles, mesh->triangles, 3 * mesh->triangle_count * sizeof(uint32_t));
+    return true;
+}
+
+/* Keyframes act along the axes of the scene, or of the copy where there are copies. */
+static bool move_copy(const obstacle_work *work, const pose *placement, scene_obstacle *obstacle) {
+    const motion_keys *motion = &work->keys->motion;
+    if (!motion->head.node) return true;
+    if (work->sequence) {
+        obstacle->sequence =
+            sequence_place(work->scene, work->sequence, work->keys->scale.value, placement);
+        return obstacle->sequence != NULL;
+    }
+    bool is_copy = is_copied(work->keys);
+    const pose axes = is_copy ? *placement : POSE_IDENTITY;
+    double *pivot = obstacle->motion.pivot;
+    memcpy(pivot, placement->translation, 3 * sizeof(double));
+    if (schema_is_given(&motion_map, motion, "pivot")) {
+        if (is_copy)
+            pose_apply(placement, motion->pivot.value, pivot);
+        else
+            memcpy(pivot, motion->pivot.value, 3 * sizeof(double));
+    }
+    obstacle->motion.is_eased = motion->eased;
+    return make_motion(work->scene, &motion->keyframes, &axes, obstacle->delay, &obstacle->motion);
+}
+
+static bool make_copy(const obstacle_work *work, size_t index, scene_obstacle *obstacle) {
+    const obstacle_keys *keys = work->keys;
+    const scene_work *into = work->scene;
+    bool is_reversed = keys->copies.order == STAGGER_LAST_TO_FIRST;
+    size_t rank = is_reversed ? work->copy_count - 1 - index : index;
+    obstacle->keys = keys;
+    obstacle->name = is_copied(keys) ? store_text(into, "%s.%03zu", work->name, index) : work->name;
+    obstacle->delay = keys->copies.stagger * (double)rank;
+    obstacle->appears = keys->appears + obstacle->delay;
+    obstacle->disappears = keys->disappears + obstacle->delay;
+    if (!obstacle->name) return false;
+    tulle_error error = {0};
+    if (!copy_mesh(&work->mesh, &obstacle->mesh, &error)) {
+        problem_add_error(into->problems, keys->head.place, keys->head.path, &error);
+        return false;
+    }
+    pose outer = POSE_IDENTITY;
+    memcpy(outer.rotation, keys->rotate.quaternion, sizeof outer.rotation);
+    memcpy(outer.translation, keys->translate.value, sizeof outer.translation);
+    const pose placement = pose_compose(&outer, &work->poses[index]);
+    tulle_mesh_transform(&obstacle->mesh, keys->scale.value, placement.rotation,
+                         placement.translation);
+    return count_mesh(into, &obstacle->mesh, keys->head.place, keys->head.path) &&
+           move_copy(work, &placement, obstacle);
+}
+
+/* The mesh of the entry, from its own key or from its sequence. */
+static bool make_source(obstacle_work *work) {
+    const obstacle_keys *keys = work->keys;
+    bool has_mesh = keys->mesh.head.node != NULL;
+    bool has_sequence =
+        keys->motion.head.node && schema_is_given(&motion_map, &keys->motion, "sequence");
+    bool has_files =
+        has_sequence && schema_is_given(&sequence_map, &keys->motion.sequence, "files");
+    if (!has_mesh && !has_files) {
+        problem_add(work->scene->problems, TULLE_ERROR_PARSE, keys->head.place,
+                    "%s: the key 'mesh' is missing: file or shape, unless motion.sequence.files "
+                    "gives the mesh",
+                    keys->head.path);
+        return false;
+    }
+    if (has_mesh && !make_mesh(work->scene, &keys->mesh, TULLE_MESH_ROLE_OBSTACLE, &work->mesh))
+        return false;
+    if (!has_sequence) return true;
+    work->sequence = sequence_open(work->scene, keys, &work->mesh);
+    return work->sequence != NULL;
+}
+
+bool make_obstacles(const scene_work *work, const obstacle_keys *keys, size_t index,
+                    scene_obstacle *obstacles) {
+    obstacle_work entry = {.scene = work, .keys = keys, .copy_count = count_copies(keys)};
+    entry.name = keys->name ? keys->name : store_text(work, "obstacle%zu", index);
+    entry.poses = ARENA_NEW(&work->scene->storage, pose, entry.copy_count);
+    if (!entry.name || !entry.poses) {
+        problem_add_memory(work->problems, work->scene->path);
+        return false;
+    }
+    place_copies(&keys->copies, entry.copy_count, entry.poses);
+    bool is_good = make_source(&entry);
+    for (size_t i = 0; is_good && i < entry.copy_count; i++)
+        is_good = make_copy(&entry, i, &obstacles[i]);
+    tulle_mesh_destroy(&entry.mesh);
+    if (!(keys->appears < keys->disappears)) {
+        problem_add(work->problems, TULLE_ERROR_INVALID_ARGUMENT, schema_place(keys, "disappears"),
+                    "%s.disappears: must be later than appears", keys->head.path);
+        return false;
+    }
+    return is_good;
+}

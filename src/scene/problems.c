@@ -1,0 +1,112 @@
+/* scene/problems.c - collecting what is wrong with a scene, and guessing what was meant. */
+#include "scene/problems.h"
+
+#include "base/error.h"
+
+#include <stdarg.h>
+#include <string.h>
+
+static tulle_error *problem_next(scene_problems *problems) {
+    problems->total_count++;
+    if (problems->count == SCENE_PROBLEM_LIMIT) return NULL;
+    return &problems->list[problems->count++];
+}
+
+tulle_status problem_add(scene_problems *problems, tulle_status status, scene_place place,
+                         const char *format, ...) {
+    tulle_error *error = problem_next(problems);
+    if (!error) return status;
+    va_list arguments;
+    va_start(arguments, format);
+    char message[sizeof error->message];
+    vsnprintf(message, sizeof message, format, arguments);
+    va_end(arguments);
+    return error_set_at(error, status, place.file, place.line, place.column, "%s", message);
+}
+
+tulle_status problem_add_error(scene_problems *problems, scene_place place, const char *path,
+                               const tulle_error *error) {
+    if (!error->file[0])
+        return problem_add(problems, error->status, place, "%s: %s", path, error->message);
+    scene_place file = {error->file, error->line, error->column};
+    if (place.line > 0)
+        return problem_add(problems, error->status, file, "%s (read for %s, %s:%d:%d)",
+                           error->message, path, place.file, place.line, place.column);
+    return problem_add(problems, error->status, file, "%s (read for %s, %s)", error->message, path,
+                       place.file);
+}
+
+tulle_status problem_add_memory(scene_problems *problems, const char *file) {
+    return problem_add(problems, TULLE_ERROR_OUT_OF_MEMORY, (scene_place){file, 0, 0},
+                       "out of memory while loading the scene");
+}
+
+void scene_print_problems(const scene_problems *problems, FILE *stream) {
+    for (size_t i = 0; i < problems->count; i++) {
+        const tulle_error *error = &problems->list[i];
+        if (error->file[0]) fprintf(stream, "%s:", error->file);
+        if (error->line > 0) fprintf(stream, "%d:", error->line);
+        if (error->line > 0 && error->column > 0) fprintf(stream, "%d:", error->column);
+        fprintf(stream, "%s%s\n", error->file[0] ? " " : "", error->message);
+    }
+    if (problems->total_count > problems->count)
+        fprintf(stream, "and %zu more problems\n", problems->total_count - problems->count);
+}
+
+shown_text show_text(const char *text) {
+    enum { longest = 60 };
+    shown_text shown;
+    size_t length = 0;
+    for (; text[length] && length < longest; length++) {
+        unsigned char c = (unsigned char)text[length];
+        shown.text[length] = c < 0x20 || c == 0x7f ? '?' : (char)c;
+    }
+    shown.text[length] = '\0';
+    if (text[length]) {
+        /* A multi-byte character that the cut went through is dropped whole. */
+        while (length > 0 && ((unsigned char)shown.text[length - 1] & 0xc0) == 0x80) length--;
+        if (length > 0 && (unsigned char)shown.text[length - 1] >= 0xc0) length--;
+        memcpy(shown.text + length, "...", 4);
+    }
+    return shown;
+}
+
+enum { suggestion_length = 48 };
+
+/* Edit distance with insertion, deletion, replacement and swap of neighbours, each costing 1.
+ * Based on: F. Damerau, A technique for computer detection and correction of spelling errors, 1964.
+ */
+static size_t edit_distance(const char *a, size_t a_length, const char *b, size_t b_length) {
+    size_t rows[3][suggestion_length + 1];
+    size_t *before = rows[0], *last = rows[1], *row = rows[2];
+    for (size_t j = 0; j <= b_length; j++) last[j] = before[j] = j;
+    for (size_t i = 1; i <= a_length; i++) {
+        row[0] = i;
+        for (size_t j = 1; j <= b_length; j++) {
+            size_t cost = last[j - 1] + (a[i - 1] != b[j - 1]);
+            if (last[j] + 1 < cost) cost = last[j] + 1;
+            if (row[j - 1] + 1 < cost) cost = row[j - 1] + 1;
+            bool is_swap = i > 1 && j > 1 && a[i - 1] == b[j - 2] && a[i - 2] == b[j - 1];
+            if (is_swap && before[j - 2] + 1 < cost) cost = before[j - 2] + 1;
+            row[j] = cost;
+        }
+        size_t *oldest = before;
+        before = last, last = row, row = oldest;
+    }
+    return last[b_length];
+}
+
+const char *suggest_word(const char *word, const char *const *words, size_t word_count) {
+    size_t length = strlen(word);
+    if (length == 0 || length > suggestion_length) return NULL;
+    const char *best = NULL;
+    size_t best_distance = length / 3 + 2; /* one slip in a short word, a third of a long one */
+    for (size_t i = 0; i < word_count; i++) {
+        size_t other = words[i] ? strlen(words[i]) : 0;
+        if (other == 0 || other > suggestion_length) continue;
+        size_t distance = edit_distance(word, length, words[i], other);
+        if (distance < best_distance && distance < (length > other ? length : other))
+            best = words[i], best_distance = distance;
+    }
+    return best;
+}

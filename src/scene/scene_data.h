@@ -1,0 +1,100 @@
+/* scene/scene_data.h - what a loaded scene holds, for the files of this folder. */
+#ifndef TULLE_SCENE_DATA_H
+#define TULLE_SCENE_DATA_H
+
+#include "scene/keys.h"
+#include "scene/pose.h"
+
+#include "tulle/mesh.h"
+
+enum {
+    SCENE_OBJECT_LIMIT = 4096,      /* cloths, and obstacles with their copies */
+    SCENE_VERTEX_LIMIT = 20000000,  /* of all objects together */
+    SCENE_FRAME_LIMIT = 10000000,   /* written frames */
+    SCENE_SEQUENCE_LIMIT = 1000000, /* frames of one mesh sequence */
+    SCENE_PATH_LIMIT = 4096         /* [bytes] of a path */
+};
+
+typedef struct scene_sequence scene_sequence;
+
+typedef struct scene_cloth {
+    const cloth_keys *keys;
+    const char *name;
+    tulle_mesh mesh; /* at the start */
+    tulle_material material;
+    tulle_pin *pins;
+    size_t pin_count;
+} scene_cloth;
+
+typedef struct scene_obstacle {
+    const obstacle_keys *keys;
+    const char *name;
+    tulle_mesh mesh; /* at the start, or frame 0 */
+    tulle_motion motion;
+    scene_sequence *sequence; /* null: none */
+    double appears, disappears, delay;
+} scene_obstacle;
+
+struct scene {
+    memory heap;
+    arena storage; /* everything but the meshes and open files */
+    const char *path;
+    scene_keys keys;
+    uint32_t frame_count;
+    scene_cloth *cloths;
+    size_t cloth_count;
+    scene_obstacle *obstacles;
+    size_t obstacle_count;
+    size_t vertex_count;   /* of all objects so far */
+    uint64_t content_hash; /* of meshes and sequences so far */
+    const char *canonical_text;
+    uint64_t hash;
+};
+
+/* A scene while it is being made: where its objects come from and where problems go. */
+typedef struct scene_work {
+    struct scene *scene;
+    scene_problems *problems;
+} scene_work;
+
+/* A path of the scene file made relative to it; null after a problem. */
+const char *resolve_path(const scene_work *work, const char *path);
+/* Text formatted into the scene's storage; null after a problem. */
+const char *store_text(const scene_work *work, const char *format, ...)
+    __attribute__((format(printf, 2, 3)));
+/* The value of a seed key. */
+uint64_t resolve_seed(const struct scene *loaded, uint64_t seed);
+
+/* Reads or generates a mesh and validates it for its role. False after a problem. */
+bool make_mesh(const scene_work *work, const mesh_keys *keys, tulle_mesh_role role,
+               tulle_mesh *mesh);
+/* Adds a mesh to the scene's count of vertices and to its hash. False when that is too many. */
+bool count_mesh(const scene_work *work, const tulle_mesh *mesh, scene_place place,
+                const char *path);
+
+/* Fills keys from keyframes: along the axes of `axes`, delayed. False after a problem. */
+bool make_motion(const scene_work *work, const schema_list *keyframes, const pose *axes,
+                 double delay, tulle_motion *motion);
+
+/* Makes a cloth with its pins. False after a problem; the mesh is then destroyed with the scene. */
+bool make_cloth(const scene_work *work, const cloth_keys *keys, size_t index, scene_cloth *cloth);
+bool make_pins(const scene_work *work, scene_cloth *cloth);
+
+/* Makes an obstacle and all its copies at *obstacles, which has room for copy_count. */
+size_t count_copies(const obstacle_keys *keys);
+bool make_obstacles(const scene_work *work, const obstacle_keys *keys, size_t index,
+                    scene_obstacle *obstacles);
+/* Where each of `count` copies stands in the obstacle's frame. */
+void place_copies(const copies_keys *keys, size_t count, pose *poses);
+
+/* A mesh sequence. `mesh` is the obstacle's, or empty to take the first file's; every frame is read
+ * once to check it, and adds to the scene's hash. Null after a problem. */
+scene_sequence *sequence_open(const scene_work *work, const obstacle_keys *keys, tulle_mesh *mesh);
+/* A second reader of the same frames with its own placement; null after a problem. */
+scene_sequence *sequence_place(const scene_work *work, const scene_sequence *origin,
+                               const double scale[3], const pose *placement);
+uint32_t sequence_get_frame_count(const scene_sequence *sequence);
+/* A tulle_frame_reader; context is the sequence. */
+tulle_status sequence_read(void *context, uint32_t frame, double *positions, tulle_error *error);
+
+#endif

@@ -1,0 +1,281 @@
+/* scene/sequence.c - mesh sequences: numbered mesh files or a PC2 cache. Every frame is read once
+ * when the scene is loaded, so that a bad file is found before the run begins, and again when the
+ * world asks for it; the last two frames are kept. */
+#include "scene/scene_data.h"
+
+#include "base/error.h"
+#include "base/hash.h"
+
+#include "tulle/io.h"
+
+#include <math.h>
+#include <string.h>
+
+struct scene_sequence {
+    const char *files; /* path with one %d, null for a cache */
+    const char *cache; /* path */
+    uint64_t first;
+    uint32_t frame_count;
+    size_t vertex_count;
+    double scale[3];
+    pose placement;
+    double *kept[2]; /* placed positions */
+    uint32_t kept_frame[2];
+    int next_kept; /* the slot to be replaced next */
+};
+
+enum { number_width_limit = 18 };
+
+/* Finds the one %d, %4d or %04d of a pattern. */
+static bool split_pattern(const char *pattern, size_t *before, const char **after, int *width,
+                          bool *is_zero_padded) {
+    const char *percent = strchr(pattern, '%');
+    if (!percent) return false;
+    const char *p = percent + 1;
+    *is_zero_padded = *p == '0';
+    *width = 0;
+    for (; *p >= '0' && *p <= '9'; p++) {
+        *width = *width * 10 + (*p - '0');
+        if (*width > number_width_limit) return false;
+    }
+    if (*p != 'd' || strchr(p, '%')) return false;
+    *before = (size_t)(percent - pattern);
+    *after = p + 1;
+    return true;
+}
+
+static bool write_file_name(const char *pattern, uint64_t number, char *path, size_t capacity) {
+    size_t before;
+    const char *after;
+    int width;
+    bool is_zero_padded;
+    if (!split_pattern(pattern, &before, &after, &width, &is_zero_padded)) return false;
+    int length = snprintf(path, capacity, is_zero_padded ? "%.*s%0*llu%s" : "%.*s%*llu%s",
+                          (int)before, pattern, width, (unsigned long long)number, after);
+    return length > 0 && (size_t)length < capacity;
+}
+
+/* Reads the mesh file of a frame. */
+static tulle_status read_file(const scene_sequence *sequence, uint32_t frame, tulle_mesh *mesh,
+                              tulle_error *error) {
+    char path[SCENE_PATH_LIMIT];
+    if (!write_file_name(sequence->files, sequence->first + frame, path, sizeof path))
+        return error_set(error, TULLE_ERROR_LIMIT, "the path of frame %u is too long",
+                         (unsigned)frame);
+    tulle_status status = tulle_mesh_read(path, mesh, error);
+    if (status != TULLE_OK) return status;
+    for (size_t i = 0; i < 3 * mesh->vertex_count; i++)
+        if (!isfinite(mesh->positions[i]))
+            status = error_set_at(error, TULLE_ERROR_INVALID_MESH, path, 0, 0,
+                                  "vertex %zu is not finite", i / 3);
+    if (status == TULLE_OK && sequence->vertex_count > 0 &&
+        mesh->vertex_count != sequence->vertex_count)
+        status = error_set_at(error, TULLE_ERROR_INVALID_MESH, path, 0, 0,
+                              "has %zu vertices, must have %zu as the frames before: all frames of "
+                              "a mesh sequence have the same vertices and triangles",
+                              mesh->vertex_count, sequence->vertex_count);
+    if (status != TULLE_OK) tulle_mesh_destroy(mesh);
+    return status;
+}
+
+/* Reads the positions of a frame, unplaced. */
+static tulle_status read_frame(const scene_sequence *sequence, uint32_t frame, double *positions,
+                               tulle_error *error) {
+    if (sequence->files) {
+        tulle_mesh mesh = {0};
+        tulle_status status = read_file(sequence, frame, &mesh, error);
+        if (status != TULLE_OK) return status;
+        memcpy(positions, mesh.positions, 3 * sequence->vertex_count * sizeof(double));
+        tulle_mesh_destroy(&mesh);
+        return TULLE_OK;
+    }
+    tulle_pc2 *cache = NULL;
+    tulle_pc2_info info;
+    tulle_status status = tulle_pc2_open(sequence->cache, &cache, &info, error);
+    if (status != TULLE_OK) return status;
+    if (info.vertex_count != sequence->vertex_count)
+        status = error_set_at(error, TULLE_ERROR_INVALID_MESH, sequence->cache, 0, 0,
+                              "the number of vertices changed to %u", (unsigned)info.vertex_count);
+    else
+        status = tulle_pc2_read_frame(cache, (uint32_t)sequence->first + frame, positions, error);
+    tulle_pc2_close(cache);
+    for (size_t i = 0; status == TULLE_OK && i < 3 * sequence->vertex_count; i++)
+        if (!isfinite(positions[i]))
+            status = error_set_at(error, TULLE_ERROR_INVALID_MESH, sequence->cache, 0, 0,
+                                  "vertex %zu of frame %u is not finite", i / 3, (unsigned)frame);
+    return status;
+}
+
+tulle_status sequence_read(void *context, uint32_t frame, double *positions, tulle_error *error) {
+    scene_sequence *sequence = context;
+    if (frame >= sequence->frame_count)
+        return error_set(error, TULLE_ERROR_INVALID_ARGUMENT, "frame %u of a sequence of %u",
+                         (unsigned)frame, (unsigned)sequence->frame_count);
+    size_t byte_count = 3 * sequence->vertex_count * sizeof(double);
+    for (int slot = 0; slot < 2; slot++) {
+        if (sequence->kept_frame[slot] != frame) continue;
+        memcpy(positions, sequence->kept[slot], byte_count);
+        return TULLE_OK;
+    }
+    int slot = sequence->next_kept;
+    sequence->kept_frame[slot] = TULLE_NONE;
+    tulle_status status = read_frame(sequence, frame, sequence->kept[slot], error);
+    if (status != TULLE_OK) return status;
+    tulle_mesh placed = {.positions = sequence->kept[slot], .vertex_count = sequence->vertex_count};
+    tulle_mesh_transform(&placed, sequence->scale, sequence->placement.rotation,
+                         sequence->placement.translation);
+    sequence->kept_frame[slot] = frame;
+    sequence->next_kept = 1 - slot;
+    memcpy(positions, sequence->kept[slot], byte_count);
+    return TULLE_OK;
+}
+
+uint32_t sequence_get_frame_count(const scene_sequence *sequence) { return sequence->frame_count; }
+
+scene_sequence *sequence_place(const scene_work *work, const scene_sequence *origin,
+                               const double scale[3], const pose *placement) {
+    arena *storage = &work->scene->storage;
+    scene_sequence *sequence = ARENA_NEW(storage, scene_sequence, 1);
+    double *kept = ARENA_NEW(storage, double, 6 * origin->vertex_count);
+    if (!sequence || !kept) {
+        problem_add_memory(work->problems, work->scene->path);
+        return NULL;
+    }
+    *sequence = *origin;
+    memcpy(sequence->scale, scale, sizeof sequence->scale);
+    sequence->placement = *placement;
+    sequence->kept[0] = kept;
+    sequence->kept[1] = kept + 3 * origin->vertex_count;
+    sequence->kept_frame[0] = sequence->kept_frame[1] = TULLE_NONE;
+    sequence->next_kept = 0;
+    return sequence;
+}
+
+/* Finds the range of frames. False after a problem. */
+static bool set_range(const scene_work *work, const sequence_keys *keys, uint64_t frames_there,
+                      scene_sequence *sequence) {
+    bool has_last = schema_is_given(&sequence_map, keys, "last");
+    uint64_t last = has_last ? keys->last : frames_there > 0 ? frames_there - 1 : 0;
+    const char *path = keys->head.path;
+    if (keys->files && !has_last) {
+        problem_add(work->problems, TULLE_ERROR_PARSE, keys->head.place,
+                    "%s: the key 'last' is missing: number of the last file", path);
+        return false;
+    }
+    if (last < keys->first || last - keys->first >= SCENE_SEQUENCE_LIMIT) {
+        problem_add(work->problems, TULLE_ERROR_INVALID_ARGUMENT, schema_place(keys, "last"),
+                    "%s.last: is %llu, must be at least first (%llu) and less than %d above", path,
+                    (unsigned long long)last, (unsigned long long)keys->first,
+                    SCENE_SEQUENCE_LIMIT);
+        return false;
+    }
+    if (keys->cache && last >= frames_there) {
+        problem_add(work->problems, TULLE_ERROR_INVALID_ARGUMENT, schema_place(keys, "last"),
+                    "%s.last: is %llu, must be below %llu, the number of frames in the cache", path,
+                    (unsigned long long)last, (unsigned long long)frames_there);
+        return false;
+    }
+    sequence->first = keys->first;
+    sequence->frame_count = (uint32_t)(last - keys->first + 1);
+    return true;
+}
+
+/* Reads all files, compares their triangles with the mesh's, adds them to the hash. */
+static tulle_status check_files(scene *loaded, scene_sequence *sequence, tulle_mesh *mesh,
+                                tulle_error *error) {
+    for (uint32_t frame = 0; frame < sequence->frame_count; frame++) {
+        tulle_mesh read = {0};
+        sequence->vertex_count = mesh->vertex_count;
+        tulle_status status = read_file(sequence, frame, &read, error);
+        if (status != TULLE_OK) return status;
+        loaded->content_hash = hash_bytes(loaded->content_hash, read.positions,
+                                          3 * read.vertex_count * sizeof(double));
+        if (mesh->vertex_count == 0) {
+            *mesh = read;
+            continue;
+        }
+        bool is_same = read.triangle_count == mesh->triangle_count &&
+                       memcmp(read.triangles, mesh->triangles,
+                              3 * read.triangle_count * sizeof(uint32_t)) == 0;
+        if (frame == 0 && is_same)
+            memcpy(mesh->positions, read.positions, 3 * read.vertex_count * sizeof(double));
+        tulle_mesh_destroy(&read);
+        char path[SCENE_PATH_LIMIT];
+        if (!is_same &&
+            write_file_name(sequence->files, sequence->first + frame, path, sizeof path))
+            return error_set_at(error, TULLE_ERROR_INVALID_MESH, path, 0, 0,
+                                "its triangles differ from those of the frames before: all frames "
+                                "of a mesh sequence have the same vertices and triangles");
+    }
+    sequence->vertex_count = mesh->vertex_count;
+    return tulle_mesh_validate(tulle_mesh_get_view(mesh), TULLE_MESH_ROLE_OBSTACLE, error);
+}
+
+/* Reads all frames of a cache; the mesh gets the first one. */
+static tulle_status check_cache(scene *loaded, scene_sequence *sequence, tulle_mesh *mesh,
+                                tulle_error *error) {
+    sequence->vertex_count = mesh->vertex_count;
+    for (uint32_t frame = sequence->frame_count; frame-- > 0;) {
+        tulle_status status = read_frame(sequence, frame, mesh->positions, error);
+        if (status != TULLE_OK) return status;
+        loaded->content_hash = hash_bytes(loaded->content_hash, mesh->positions,
+                                          3 * mesh->vertex_count * sizeof(double));
+    }
+    return tulle_mesh_validate(tulle_mesh_get_view(mesh), TULLE_MESH_ROLE_OBSTACLE, error);
+}
+
+/* Opens the cache for its counts. False after a problem. */
+static bool begin_cache(const scene_work *work, const sequence_keys *keys, const tulle_mesh *mesh,
+                        scene_sequence *sequence) {
+    tulle_error error = {0};
+    tulle_pc2 *cache = NULL;
+    tulle_pc2_info info = {0};
+    tulle_status status = tulle_pc2_open(sequence->cache, &cache, &info, &error);
+    tulle_pc2_close(cache);
+    if (status == TULLE_OK && info.vertex_count != mesh->vertex_count)
+        status = error_set_at(&error, TULLE_ERROR_INVALID_MESH, sequence->cache, 0, 0,
+                              "has %u vertices, must have %zu as the obstacle's mesh",
+                              (unsigned)info.vertex_count, mesh->vertex_count);
+    if (status != TULLE_OK) {
+        problem_add_error(work->problems, schema_place(keys, "cache"), keys->head.path, &error);
+        return false;
+    }
+    return set_range(work, keys, info.frame_count, sequence);
+}
+
+static bool begin_files(const scene_work *work, const sequence_keys *keys,
+                        scene_sequence *sequence) {
+    char path[SCENE_PATH_LIMIT];
+    if (!write_file_name(sequence->files, 0, path, sizeof path)) {
+        problem_add(work->problems, TULLE_ERROR_PARSE, schema_place(keys, "files"),
+                    "%s.files: is '%s', must hold one number as %%d or %%03d, as in body_%%02d.obj",
+                    keys->head.path, show_text(keys->files).text);
+        return false;
+    }
+    return set_range(work, keys, 0, sequence);
+}
+
+scene_sequence *sequence_open(const scene_work *work, const obstacle_keys *keys, tulle_mesh *mesh) {
+    const sequence_keys *from = &keys->motion.sequence;
+    scene_sequence *sequence = ARENA_NEW_ZEROED(&work->scene->storage, scene_sequence, 1);
+    if (!sequence) {
+        problem_add_memory(work->problems, work->scene->path);
+        return NULL;
+    }
+    bool has_files = schema_is_given(&sequence_map, from, "files");
+    const char *path = resolve_path(work, has_files ? from->files : from->cache);
+    if (!path) return NULL;
+    sequence->files = has_files ? path : NULL;
+    sequence->cache = has_files ? NULL : path;
+    bool is_begun =
+        has_files ? begin_files(work, from, sequence) : begin_cache(work, from, mesh, sequence);
+    if (!is_begun) return NULL;
+    tulle_error error = {0};
+    tulle_status status = has_files ? check_files(work->scene, sequence, mesh, &error)
+                                    : check_cache(work->scene, sequence, mesh, &error);
+    if (status == TULLE_OK) return sequence;
+    if (!error.file[0]) snprintf(error.file, sizeof error.file, "%s", path);
+    problem_add_error(work->problems, schema_place(from, has_files ? "files" : "cache"),
+                      from->head.path, &error);
+    return NULL;
+}

@@ -1,0 +1,44 @@
+/* scene/units.h - numbers with units: "2 mm", "30 deg", "1/90 s", "0.2 kg/m^2". */
+#ifndef TULLE_SCENE_UNITS_H
+#define TULLE_SCENE_UNITS_H
+
+#include <stdbool.h>
+#include <stddef.h>
+
+typedef enum unit_dimension {
+    UNIT_NONE, /* a plain number or percent */
+    UNIT_LENGTH,
+    UNIT_TIME,
+    UNIT_ANGLE,
+    UNIT_VELOCITY,
+    UNIT_ACCELERATION,
+    UNIT_AREA_DENSITY,
+    UNIT_STIFFNESS, /* force per width */
+    UNIT_BENDING,   /* plate bending rigidity */
+    UNIT_RATE,
+    UNIT_DRAG,
+    UNIT_DIMENSION_COUNT
+} unit_dimension;
+
+/* What a text turned out to be. */
+typedef enum number_state {
+    NUMBER_READ,
+    NUMBER_NOT_A_NUMBER,
+    NUMBER_NOT_FINITE, /* NaN, an infinity, or too large for a double */
+    NUMBER_UNKNOWN_UNIT
+} number_state;
+
+/* Reads a number or a fraction ("1/90"), with an optional unit of the dimension; *value gets SI. */
+number_state number_read(const char *text, unit_dimension dimension, double *value);
+
+/* Whether the text is a decimal integer without sign that fits 2^53; *value gets it. */
+bool integer_read(const char *text, unsigned long long *value);
+
+/* The SI unit of a dimension, "" for none. */
+const char *unit_si_name(unit_dimension dimension);
+/* The units allowed, as "m, km, cm". At most 100 bytes are written. */
+void unit_list_names(unit_dimension dimension, char *names, size_t capacity);
+/* What a dimension is called in the documentation. */
+const char *unit_dimension_name(unit_dimension dimension);
+
+#endif
