@@ -1,6 +1,8 @@
 /* scene/make_cloth.c - cloth of a scene: mesh, placement, material, pins resolved to vertices. */
 #include "scene/scene_data.h"
 
+#include "base/text.h"
+
 #include <math.h>
 #include <string.h>
 
@@ -16,7 +18,7 @@ static bool make_material(const scene_work *work, const material_keys *keys,
             if (added > 0 && (size_t)added < sizeof list - used) used += (size_t)added;
             names[count] = name;
         }
-        const char *meant = suggest_word(keys->preset, names, count);
+        const char *meant = text_find_nearest(keys->preset, names, count);
         problem_add(work->problems, TULLE_ERROR_PARSE, schema_place(keys, "preset"),
                     meant ? "%s.preset: is '%s', must be one of %s; did you mean '%s'?"
                           : "%s.preset: is '%s', must be one of %s",

@@ -1,4 +1,4 @@
-/* scene/problems.c - collecting what is wrong with a scene, and guessing what was meant. */
+/* scene/problems.c - collecting what is wrong with a scene. */
 #include "scene/problems.h"
 
 #include "base/error.h"
@@ -69,44 +69,4 @@ shown_text show_text(const char *text) {
         memcpy(shown.text + length, "...", 4);
     }
     return shown;
-}
-
-enum { suggestion_length = 48 };
-
-/* Edit distance with insertion, deletion, replacement and swap of neighbours, each costing 1.
- * Based on: F. Damerau, A technique for computer detection and correction of spelling errors, 1964.
- */
-static size_t edit_distance(const char *a, size_t a_length, const char *b, size_t b_length) {
-    size_t rows[3][suggestion_length + 1];
-    size_t *before = rows[0], *last = rows[1], *row = rows[2];
-    for (size_t j = 0; j <= b_length; j++) last[j] = before[j] = j;
-    for (size_t i = 1; i <= a_length; i++) {
-        row[0] = i;
-        for (size_t j = 1; j <= b_length; j++) {
-            size_t cost = last[j - 1] + (a[i - 1] != b[j - 1]);
-            if (last[j] + 1 < cost) cost = last[j] + 1;
-            if (row[j - 1] + 1 < cost) cost = row[j - 1] + 1;
-            bool is_swap = i > 1 && j > 1 && a[i - 1] == b[j - 2] && a[i - 2] == b[j - 1];
-            if (is_swap && before[j - 2] + 1 < cost) cost = before[j - 2] + 1;
-            row[j] = cost;
-        }
-        size_t *oldest = before;
-        before = last, last = row, row = oldest;
-    }
-    return last[b_length];
-}
-
-const char *suggest_word(const char *word, const char *const *words, size_t word_count) {
-    size_t length = strlen(word);
-    if (length == 0 || length > suggestion_length) return NULL;
-    const char *best = NULL;
-    size_t best_distance = length / 3 + 2; /* one slip in a short word, a third of a long one */
-    for (size_t i = 0; i < word_count; i++) {
-        size_t other = words[i] ? strlen(words[i]) : 0;
-        if (other == 0 || other > suggestion_length) continue;
-        size_t distance = edit_distance(word, length, words[i], other);
-        if (distance < best_distance && distance < (length > other ? length : other))
-            best = words[i], best_distance = distance;
-    }
-    return best;
 }

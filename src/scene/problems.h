@@ -29,8 +29,4 @@ typedef struct shown_text {
 /* A copy of `text` fit for a message: at most 60 bytes, control characters as '?'. */
 shown_text show_text(const char *text);
 
-/* The entry of `words` nearest to `word` by edit distance, or null when none is near enough to be
- * meant. Null entries are skipped. */
-const char *suggest_word(const char *word, const char *const *words, size_t word_count);
-
 #endif

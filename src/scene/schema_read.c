@@ -1,6 +1,8 @@
 /* scene/schema_read.c - walking a tree along the table of keys and filling structs. */
 #include "scene/schema.h"
 
+#include "base/text.h"
+
 #include <stdarg.h>
 #include <string.h>
 
@@ -80,7 +82,7 @@ static void refuse_unknown(map_work *work, const scene_node *child) {
     size_t count = list_keys(work, names, list, sizeof list);
     shown_text shown = show_text(child->key);
     join_path(work, shown.text, path);
-    const char *meant = suggest_word(child->key, names, count);
+    const char *meant = text_find_nearest(child->key, names, count);
     if (meant)
         complain(work, child->key_place, "%s: unknown key; did you mean '%s'?", path, meant);
     else

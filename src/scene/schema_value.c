@@ -2,6 +2,8 @@
  * what was found and what would be right. */
 #include "scene/schema.h"
 
+#include "base/text.h"
+
 #include <float.h>
 #include <math.h>
 #include <string.h>
@@ -168,7 +170,8 @@ static bool read_choice(const value_work *work) {
         if (added > 0 && used + (size_t)added < sizeof list) used += (size_t)added;
     }
     describe(node, found, sizeof found);
-    const char *meant = node->kind == NODE_SCALAR ? suggest_word(node->text, choices, count) : NULL;
+    const char *meant =
+        node->kind == NODE_SCALAR ? text_find_nearest(node->text, choices, count) : NULL;
     problem_add(work->reader->problems, TULLE_ERROR_PARSE, node->place,
                 meant ? "%s: is %s, must be one of %s; did you mean '%s'?"
                       : "%s: is %s, must be one of %s",
