@@ -129,7 +129,8 @@ static inline void fixture_step(fixture *f, tulle_integrator integrator, double 
 }
 
 /* A grid of columns x rows cells, size width x height in the xz plane (y up), z to the front.
- * pattern 0: all diagonals alike; 1: alternating; 2: jittered vertices and random diagonals. */
+ * pattern 0: all diagonals alike; 1: alternating; 2: random diagonals and jittered vertices, but
+ * for the border and the second column. */
 typedef struct grid {
     size_t vertex_count, triangle_count;
     double *positions;
@@ -144,7 +145,7 @@ static inline grid grid_make(size_t columns, size_t rows, double width, double h
     uint64_t random = 7;
     for (size_t j = 0; j <= rows; j++)
         for (size_t i = 0; i <= columns; i++) {
-            bool const inner = i > 0 && i < columns && j > 0 && j < rows;
+            bool const inner = i > 1 && i < columns && j > 0 && j < rows;
             double const dx = random_uniform(&random) - 0.5, dz = random_uniform(&random) - 0.5;
             double const jitter = pattern == 2 && inner ? 0.5 : 0.0;
             double *const p = g.positions + 3 * (j * (columns + 1) + i);

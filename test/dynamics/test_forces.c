@@ -1,9 +1,9 @@
 /* Forces against their energies, Jacobians against finite differences, momenta, and positive
  * definiteness of the system in every state. */
 #include "dynamics/bend.h"
+#include "dynamics/fixture.h"
 #include "dynamics/spring.h"
 #include "dynamics/wind.h"
-#include "dynamics/fixture.h"
 
 enum { COLUMNS = 4, ROWS = 3 };
 
