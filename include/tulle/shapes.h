@@ -1,4 +1,6 @@
-/* tulle/shapes.h - generated meshes: cloth in many cuts and the obstacles of the paper's scenes. */
+/* tulle/shapes.h - generated meshes: cloth in many cuts and the obstacles of the paper's scenes.
+ * All are oriented manifolds, solids are closed. docs/shapes.md shows which field each shape uses.
+ */
 #ifndef TULLE_SHAPES_H
 #define TULLE_SHAPES_H
 
@@ -15,13 +17,15 @@ typedef enum tulle_shape {
     TULLE_SHAPE_DISC,      /* radius, resolution[0] rings, resolution[1] vertices on the rim */
     TULLE_SHAPE_TUBE, /* open cylinder about z: radius, height, resolution[0] around, resolution[1]
                          along */
-    TULLE_SHAPE_CAPE, /* annulus sector, a neck opening at one side: inner radius, radius, angle */
-    TULLE_SHAPE_NET, /* size[0] x size[1] with cells[0] x cells[1] real holes; strand width `strand`
-                      */
+    TULLE_SHAPE_CAPE, /* annulus sector about the origin, open towards -x: inner radius (the neck),
+                         radius, angle (2 pi: sewn up); resolution[0] along the hem, resolution[1]
+                         from neck to hem */
+    TULLE_SHAPE_NET,  /* size[0] x size[1] with cells[0] x cells[1] real holes; strand width
+                         `strand` */
     /* obstacles: z is up */
     TULLE_SHAPE_PLANE,       /* size[0] x size[1] at z = 0 */
-    TULLE_SHAPE_BOX,         /* size[0..2], centred */
-    TULLE_SHAPE_SPHERE,      /* radius; resolution[0]: geodesic or lat-long fineness */
+    TULLE_SHAPE_BOX,         /* size[0..2], centred; resolution[0] vertices along x and y */
+    TULLE_SHAPE_SPHERE,      /* radius, centred; geodesic: 10 resolution[0]^2 + 2 vertices */
     TULLE_SHAPE_HEMISPHERE,  /* radius, flat side on z = 0, closed */
     TULLE_SHAPE_CYLINDER,    /* radius, height along z from 0, closed */
     TULLE_SHAPE_CONE,        /* radius, height, tip up, closed */
@@ -39,18 +43,18 @@ typedef enum tulle_shape {
 typedef struct tulle_shape_def {
     uint32_t cookie;
     tulle_shape shape;
-    double size[3];             /* [m] > 0 */
-    double radius;              /* [m] > 0 */
-    double inner_radius;        /* [m] > 0 */
-    double height;              /* [m] > 0 */
-    double tip_height;          /* [m] needle: height of the conical tip */
-    double head_radius;         /* [m] nail */
-    double head_height;         /* [m] nail */
-    double angle;               /* [rad] cape: opening of the sector, 0 .. 2 pi */
-    double strand;              /* [m] net: width of the strands */
-    double wavelength;          /* [m] grounds and tile */
-    uint32_t resolution[2];     /* >= 2; 0: a default from size */
-    uint32_t cells[2];          /* net: holes along each side */
+    double size[3];         /* [m] all lengths that a shape uses: 1e-6 .. 1e6 */
+    double radius;          /* [m] */
+    double inner_radius;    /* [m] < radius; 0: a fifth of radius */
+    double height;          /* [m] */
+    double tip_height;      /* [m] needle: height of the conical tip, < height; 0: 0.4 of it */
+    double head_radius;     /* [m] nail: > radius; 0: 2.5 radii */
+    double head_height;     /* [m] nail: < height; 0: radius, at most a quarter of height */
+    double angle;           /* [rad] cape: the sector that the cloth fills, 1e-6 .. 2 pi */
+    double strand;          /* [m] net: width of the strands; 0: a fifth of a hole and its strand */
+    double wavelength;      /* [m] grounds and tile; 0: an eighth (tile: a quarter) of the size */
+    uint32_t resolution[2]; /* >= 2, around closed rings >= 3; 0: chosen from the lengths */
+    uint32_t cells[2];      /* net: holes along each side */
     uint32_t strand_resolution; /* net: triangles' columns across a strand, >= 1 */
     int is_irregular; /* cloth: jittered vertices and random diagonals, seeded; the area and the
                          outline stay */

@@ -179,7 +179,7 @@ static double random_tiny(uint64_t *random) {
     return pow(10.0, -floor(18.0 * random_uniform(random)));
 }
 
-enum { FAMILY_COUNT = 12 };
+enum { FAMILY_COUNT = 13 };
 static void make_family(int family, uint64_t *random, vec3 p[4]) {
     for (int i = 0; i < 4; i++) p[i] = random_vec3(random);
     double const tiny = random_tiny(random);
@@ -218,6 +218,9 @@ static void make_family(int family, uint64_t *random, vec3 p[4]) {
     case 10: /* lengths that differ by many orders */
         p[i] = vec3_add_scaled(p[j], random_vec3(random), tiny);
         for (int k = 0; k < 4; k++) p[k] = vec3_scale(p[k], 1e6);
+        break;
+    case 11: /* other units */
+        for (int k = 0; k < 4; k++) p[k] = vec3_scale(p[k], s > 0.0 ? 1e80 : 1e-80);
         break;
     default: /* far from the origin */
         for (int k = 0; k < 4; k++)
@@ -325,6 +328,25 @@ static void weights_are_the_gradient(void **state) {
     }
 }
 
+/* Where squares underflow or nearly overflow, results are finite and weights in range. */
+static void extremes_are_finite(void **state) {
+    (void)state;
+    uint64_t random = 19;
+    double const scales[] = {1e149, 1e-149, 1e-160, 1e-200, 1e-307};
+    for (int round = 0; round < 20000; round++) {
+        vec3 p[4];
+        make_family(round % 11, &random, p);
+        if (round % 11 == 10) continue; /* a million times larger already */
+        for (int i = 0; i < 4; i++) p[i] = vec3_scale(p[i], 0.1 * scales[round % 5]);
+        for (int kind = 0; kind < 2; kind++) {
+            closest_points const found = closest_of_pair((feature_kind)kind, p);
+            check_weights((feature_kind)kind, found.weights);
+            assert_true(isfinite(found.distance2) && isfinite(found.difference.x));
+            assert_true(isfinite(found.difference.y) && isfinite(found.difference.z));
+        }
+    }
+}
+
 static void corners_are_exact(void **state) {
     (void)state;
     vec3 const p[4] = {{0.1, 0.7, 5.3}, {0.1, 0.7, 0.3}, {2.1, 0.9, 0.2}, {1.3, 3.7, 0.1}};
@@ -340,9 +362,8 @@ static void corners_are_exact(void **state) {
 
 int main(void) {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(distances_match_rationals),
-        cmocka_unit_test(no_sample_is_closer),
-        cmocka_unit_test(weights_are_the_gradient),
+        cmocka_unit_test(distances_match_rationals), cmocka_unit_test(no_sample_is_closer),
+        cmocka_unit_test(weights_are_the_gradient),  cmocka_unit_test(extremes_are_finite),
         cmocka_unit_test(corners_are_exact),
     };
     return cmocka_run_group_tests_name("geom.distance", tests, NULL, NULL);
