@@ -10,6 +10,7 @@
 
 #include <errno.h>
 #include <fcntl.h>
+#include <limits.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -35,12 +36,12 @@ struct output_file {
 };
 
 void file_sync_directory_of(const char *path) {
-    char *const copy = strdup(path);
-    if (!copy) return;
-    char *const slash = strrchr(copy, '/');
-    if (slash) slash[slash == copy ? 1 : 0] = '\0';
-    int const folder = open(slash ? copy : ".", O_RDONLY | O_CLOEXEC | O_DIRECTORY);
-    free(copy);
+    char folder_path[PATH_MAX];
+    if (strlen(path) >= sizeof folder_path) return;
+    strcpy(folder_path, path);
+    char *const slash = strrchr(folder_path, '/');
+    if (slash) slash[slash == folder_path ? 1 : 0] = '\0';
+    int const folder = open(slash ? folder_path : ".", O_RDONLY | O_CLOEXEC | O_DIRECTORY);
     if (folder < 0) return;
     fsync(folder);
     close(folder);
@@ -83,14 +84,13 @@ static int open_temporary(output_file *output, char *temporary, size_t size) {
 
 /* Stores the target's name, of the file itself where `path` is a link. False: no memory. */
 static int store_names(output_file *output, const char *path) {
-    char *const resolved = realpath(path, NULL); /* null: does not exist yet */
-    const char *const target = resolved ? resolved : path;
+    char resolved[PATH_MAX];
+    const char *const target = realpath(path, resolved) ? resolved : path; /* or not there yet */
     size_t const length = strlen(target) + 1;
     output->names_size = 2 * length + TEMPORARY_ROOM;
     output->names = memory_allocate(&output->heap, output->names_size);
     if (output->names) memcpy(output->names, target, length);
     output->target = output->names;
-    free(resolved);
     return output->names != NULL;
 }
 
@@ -167,11 +167,23 @@ void output_unsigned(output_file *output, uint64_t value) {
     output_write(output, text, (size_t)length);
 }
 
-/* Everything to disk, then the new name. 0 or an errno. */
-static int finish(output_file *output) {
+/* Everything to disk; 0 or an errno. */
+static int sync_all(output_file *output) {
     flush(output);
     if (output->failure) return output->failure;
     if (output->temporary && fsync(output->file) != 0) return errno;
+    return 0;
+}
+
+tulle_status output_flush(output_file *output, tulle_error *error) {
+    int const code = sync_all(output);
+    return code ? file_fail(error, output->target, code, "cannot be written") : TULLE_OK;
+}
+
+/* Everything to disk, then the new name. 0 or an errno. */
+static int finish(output_file *output) {
+    int const code = sync_all(output);
+    if (code) return code;
     int const file = output->file;
     output->file = -1;
     if (close(file) != 0) return errno;

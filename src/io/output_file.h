@@ -17,6 +17,9 @@ void output_text(output_file *output, const char *text);
 void output_double(output_file *output, double value);
 void output_unsigned(output_file *output, uint64_t value);
 
+/* Writes and flushes to disk what came so far, under the temporary name. On failure `output` is to
+ * be discarded. */
+tulle_status output_flush(output_file *output, tulle_error *error);
 /* Makes the file appear and releases `output`; on failure the target is as it was. */
 tulle_status output_commit(output_file *output, tulle_error *error);
 /* Removes what was written and releases `output`; null is fine. */

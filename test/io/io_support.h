@@ -17,13 +17,17 @@
 
 static char test_folder[256];
 
-/* A path in the folder of this test program; several may be in use at once. */
+/* A path in the folder of this test program; the text stays. */
 static inline const char *test_path(const char *name) {
-    static char paths[8][512];
-    static int next;
-    char *const path = paths[next++ % 8];
-    snprintf(path, sizeof paths[0], "%s/%s", test_folder, name);
-    return path;
+    static char paths[256][512];
+    static size_t count;
+    char wanted[512];
+    snprintf(wanted, sizeof wanted, "%s/%s", test_folder, name);
+    for (size_t i = 0; i < count; i++)
+        if (strcmp(paths[i], wanted) == 0) return paths[i];
+    assert_true(count < 256);
+    memcpy(paths[count], wanted, sizeof wanted);
+    return paths[count++];
 }
 
 static inline int make_test_folder(void **state) {

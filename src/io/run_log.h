@@ -1,0 +1,23 @@
+/* io/run_log.h - a text file that grows by whole lines: report.csv and frames.csv. */
+#ifndef TULLE_IO_RUN_LOG_H
+#define TULLE_IO_RUN_LOG_H
+
+#include "io/run_directory.h"
+
+typedef struct run_log {
+    char path[RUN_PATH_SIZE];
+    int file;      /* -1: not open */
+    uint64_t size; /* [bytes] of whole lines */
+} run_log;
+
+/* A new file with one line. */
+tulle_status run_log_create(run_log *log, const char *path, const char *heading, size_t length,
+                            tulle_error *error);
+/* An existing file, cut back to `size` bytes. */
+tulle_status run_log_resume(run_log *log, const char *path, uint64_t size, tulle_error *error);
+/* On failure the file is as before. */
+tulle_status run_log_append(run_log *log, const char *line, size_t length, tulle_error *error);
+tulle_status run_log_sync(run_log *log, tulle_error *error);
+void run_log_close(run_log *log);
+
+#endif
