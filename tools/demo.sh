@@ -1,23 +1,22 @@
 #!/usr/bin/env bash
 # The demonstration: runs a take of scenes/needles.yaml, judges every frame, and tells where the result lies.
 # usage: demo.sh PROGRAM
-#   TULLE_DEMO_DIR     where the result goes (default out/demo)
-#   TULLE_DEMO_FRAMES  frames to run
+#   TULLE_DEMO_FRAMES=N  frames to run (default 120)
 set -euo pipefail
 cd "$(dirname "$0")/.."
 program=$1
-result=${TULLE_DEMO_DIR:-out/demo}
+result=out/demo
 scene=scenes/needles.yaml
-# A shorter take of the scene: a coarser sheet, the first seconds. Empty FRAMES runs all of them.
-frames=${TULLE_DEMO_FRAMES:-90}
-changes=()
+# A shorter take of the scene: a coarser sheet, the first four seconds.
+frames=${TULLE_DEMO_FRAMES:-120}
+changes=("cloth[0].mesh.resolution=[61, 61]")
 
-echo "tulle run $scene -o $result --frames $frames ${changes[*]/#/--set }"
+arguments=(run "$scene" -o "$result" --frames "$frames" --write vtp)
+for change in "${changes[@]}"; do arguments+=(--set "$change"); done
+echo "tulle ${arguments[*]}"
 rm -rf "$result"
 mkdir -p "$(dirname "$result")"
-arguments=()
-for change in ${changes[@]+"${changes[@]}"}; do arguments+=(--set "$change"); done
-"$program" run "$scene" -o "$result" --frames "$frames" --write vtp ${arguments[@]+"${arguments[@]}"}
+"$program" "${arguments[@]}"
 
 echo "tulle check $result"
 verdict=$("$program" check "$result") || { echo "$verdict" | tail -5; exit 1; }
@@ -28,12 +27,11 @@ step_time=$(awk -F, 'NR == 1 { for (i = 1; i <= NF; i++) if ($i == "total_second
 
 cat <<END
 
-The result lies in $result:
-$(cd "$result" && ls | sed 's/^/    /')
+The result lies in $result ($(find "$result" -type f | wc -l) files; \`tulle info $result\` lists the bodies).
 To look at it
-    Blender:   import the cloth's OBJ (Forward Y, Up Z), add a Mesh Cache modifier, format PC2, the cloth's .pc2 file;
-               import the obstacles' OBJ files the same way
-    ParaView:  open the .pvd files, press play
+    Blender:   import cloth.obj (Forward Y, Up Z), add a Mesh Cache modifier to it: format PC2, file cloth.pc2;
+               import the obstacles' OBJ files the same way, those with a .pc2 file with a Mesh Cache too
+    ParaView:  open the .pvd files, press Apply and Play
 Time per step: $step_time
 $(echo "$verdict" | tail -1)
 END
