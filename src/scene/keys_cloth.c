@@ -116,7 +116,7 @@ static const schema_key cloth_table[] = {
     {.name = "name",
      .type = SCHEMA_NAME,
      FIELD(cloth_keys, name),
-     .derived = "cloth, cloth1, ...",
+     .derived = "cloth0, cloth1, ...",
      .meaning = "name in messages and of files"},
     {.name = "mesh",
      .type = SCHEMA_MAP,

@@ -82,7 +82,7 @@ const schema_map motion_map = {
     .title = "Motion",
     .meaning =
         "How an obstacle moves. Displacements and turns are along the axes of the scene; those "
-        "of a copy along the axes of the copy.",
+        "of a copy on a ring or a spiral along the axes of that copy.",
     MAP_OF(motion_table, motion_keys),
     .needs_alternative = true};
 
@@ -206,8 +206,9 @@ static const schema_key copies_table[] = {
 };
 const schema_map copies_map = {
     .title = "Copies",
-    .meaning = "Places an obstacle many times. The mesh is scaled, placed by the layout, and all "
-               "copies together then turned by rotate and moved by translate.",
+    .meaning =
+        "Places an obstacle many times. Each copy is scaled and turned by the obstacle's scale "
+        "and rotate, set down by the layout, and moved by translate.",
     MAP_OF(copies_table, copies_keys),
     .needs_alternative = true};
 
@@ -215,7 +216,7 @@ static const schema_key obstacle_table[] = {
     {.name = "name",
      .type = SCHEMA_NAME,
      FIELD(obstacle_keys, name),
-     .derived = "obstacle, obstacle1, ...",
+     .derived = "obstacle0, obstacle1, ...",
      .meaning = "name in messages and of files"},
     {.name = "mesh",
      .type = SCHEMA_MAP,

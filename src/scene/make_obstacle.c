@@ -24,8 +24,9 @@ static bool copy_mesh(const tulle_mesh *mesh, tulle_mesh *copy, tulle_error *err
     return true;
 }
 
-/* Keyframes act along the axes of the scene, or of the copy where there are copies. */
-static bool move_copy(const obstacle_work *work, const pose *placement, scene_obstacle *obstacle) {
+/* Keyframes act along the axes of the scene, turned with the copy by the layout. */
+static bool move_copy(const obstacle_work *work, const pose *layout, const pose *placement,
+                      scene_obstacle *obstacle) {
     const motion_keys *motion = &work->keys->motion;
     if (!motion->head.node) return true;
     if (work->sequence) {
@@ -33,18 +34,16 @@ static bool move_copy(const obstacle_work *work, const pose *placement, scene_ob
             sequence_place(work->scene, work->sequence, work->keys->scale.value, placement);
         return obstacle->sequence != NULL;
     }
-    bool is_copy = is_copied(work->keys);
-    const pose axes = is_copy ? *placement : POSE_IDENTITY;
     double *pivot = obstacle->motion.pivot;
-    memcpy(pivot, placement->translation, 3 * sizeof(double));
+    memcpy(pivot, layout->translation, 3 * sizeof(double));
     if (schema_is_given(&motion_map, motion, "pivot")) {
-        if (is_copy)
-            pose_apply(placement, motion->pivot.value, pivot);
+        if (is_copied(work->keys))
+            pose_apply(layout, motion->pivot.value, pivot);
         else
             memcpy(pivot, motion->pivot.value, 3 * sizeof(double));
     }
     obstacle->motion.is_eased = motion->eased;
-    return make_motion(work->scene, &motion->keyframes, &axes, obstacle->delay, &obstacle->motion);
+    return make_motion(work->scene, &motion->keyframes, layout, obstacle->delay, &obstacle->motion);
 }
 
 static bool make_copy(const obstacle_work *work, size_t index, scene_obstacle *obstacle) {
@@ -63,14 +62,14 @@ static bool make_copy(const obstacle_work *work, size_t index, scene_obstacle *o
         problem_add_error(into->problems, keys->head.place, keys->head.path, &error);
         return false;
     }
-    pose outer = POSE_IDENTITY;
-    memcpy(outer.rotation, keys->rotate.quaternion, sizeof outer.rotation);
-    memcpy(outer.translation, keys->translate.value, sizeof outer.translation);
-    const pose placement = pose_compose(&outer, &work->poses[index]);
+    pose layout = work->poses[index], turn = POSE_IDENTITY;
+    for (int k = 0; k < 3; k++) layout.translation[k] += keys->translate.value[k];
+    memcpy(turn.rotation, keys->rotate.quaternion, sizeof turn.rotation);
+    const pose placement = pose_compose(&layout, &turn);
     tulle_mesh_transform(&obstacle->mesh, keys->scale.value, placement.rotation,
                          placement.translation);
     return count_mesh(into, &obstacle->mesh, keys->head.place, keys->head.path) &&
-           move_copy(work, &placement, obstacle);
+           move_copy(work, &layout, &placement, obstacle);
 }
 
 /* The mesh of the entry, from its own key or from its sequence. */

@@ -1,0 +1,118 @@
+/* scene/build_world.c - a world made from a loaded scene, through the public headers. */
+#include "scene/scene_data.h"
+
+#include "base/error.h"
+
+#include <string.h>
+
+static void set_vector(double to[3], const schema_vector *from) {
+    memcpy(to, from->value, 3 * sizeof(double));
+}
+
+static tulle_world_def make_world_def(const scene *loaded) {
+    const scene_keys *keys = &loaded->keys;
+    tulle_world_def def = tulle_world_def_default();
+    set_vector(def.gravity, &keys->gravity);
+    set_vector(def.wind.velocity, &keys->wind.velocity);
+    def.wind.gust_strength = keys->wind.gust_strength;
+    def.wind.gust_length = keys->wind.gust_length;
+    def.wind.gust_time = keys->wind.gust_time;
+    def.wind.seed = resolve_seed(loaded, keys->wind.seed);
+    def.wind.drag_coefficient = keys->wind.drag;
+    def.contact_distance = keys->contact.delta_c;
+    def.separation_distance = keys->contact.delta_s;
+    def.minimum_gap = keys->contact.xi;
+    def.friction_cloth_cloth = keys->contact.friction;
+    def.broad_phase = (tulle_broad_phase)keys->contact.method;
+    def.impact_rounds = (int)keys->contact.impact_rounds;
+    def.start_intersections = (tulle_start_intersections)keys->contact.start_intersections;
+    def.on_pinch = (tulle_on_pinch)keys->contact.on_pinch;
+    def.integrator = (tulle_integrator)keys->solver.integrator;
+    def.cg_tolerance = keys->solver.cg_tolerance;
+    def.cg_max_iterations = (int)keys->solver.cg_iterations;
+    def.solve_rounds = (int)keys->solver.rounds;
+    def.impulse_sweeps = (int)keys->solver.sweeps;
+    return def;
+}
+
+/* Gives a failure the place of the object in the scene file. */
+static tulle_status add_place(const schema_head *head, tulle_status status, tulle_error *error) {
+    if (!error || error->file[0]) return status;
+    char message[sizeof error->message];
+    memcpy(message, error->message, sizeof message);
+    return error_set_at(error, status, head->place.file, head->place.line, head->place.column,
+                        "%.200s: %.1800s", head->path, message);
+}
+
+static tulle_status add_cloth(const scene_cloth *cloth, tulle_world *world, tulle_cloth_id *id,
+                              tulle_error *error) {
+    tulle_cloth_def def = tulle_cloth_def_default();
+    def.name = cloth->name;
+    def.mesh = tulle_mesh_get_view(&cloth->mesh);
+    def.material = cloth->material;
+    def.thickness = cloth->keys->thickness;
+    def.pins = cloth->pins;
+    def.pin_count = cloth->pin_count;
+    set_vector(def.velocity, &cloth->keys->velocity);
+    tulle_status status = tulle_world_add_cloth(world, &def, id, error);
+    return status == TULLE_OK ? TULLE_OK : add_place(&cloth->keys->head, status, error);
+}
+
+static tulle_status add_obstacle(const scene_obstacle *obstacle, tulle_world *world,
+                                 tulle_obstacle_id *id, tulle_error *error) {
+    const sequence_keys *sequence = &obstacle->keys->motion.sequence;
+    tulle_obstacle_def def = tulle_obstacle_def_default();
+    def.name = obstacle->name;
+    def.mesh = tulle_mesh_get_view(&obstacle->mesh);
+    def.friction = obstacle->keys->friction;
+    def.motion = obstacle->motion;
+    def.appear_time = obstacle->appears;
+    def.disappear_time = obstacle->disappears;
+    if (obstacle->sequence) {
+        def.read_frame = sequence_read;
+        def.frame_context = obstacle->sequence;
+        def.frame_count = sequence_get_frame_count(obstacle->sequence);
+        def.frame_start_time = sequence->start + obstacle->delay;
+        def.frame_interval = sequence->interval;
+    }
+    tulle_status status = tulle_world_add_obstacle(world, &def, id, error);
+    return status == TULLE_OK ? TULLE_OK : add_place(&obstacle->keys->head, status, error);
+}
+
+static tulle_status add_objects(const scene *loaded, scene_world *built, tulle_error *error) {
+    memory heap = memory_default();
+    built->cloth_count = loaded->cloth_count;
+    built->obstacle_count = loaded->obstacle_count;
+    built->cloths = memory_allocate_zeroed(&heap, built->cloth_count, sizeof *built->cloths);
+    built->obstacles =
+        memory_allocate_zeroed(&heap, built->obstacle_count, sizeof *built->obstacles);
+    if (!built->cloths || !built->obstacles)
+        return error_set(error, TULLE_ERROR_OUT_OF_MEMORY, "out of memory while building a world");
+    tulle_status status = TULLE_OK;
+    for (size_t i = 0; status == TULLE_OK && i < loaded->cloth_count; i++)
+        status = add_cloth(&loaded->cloths[i], built->world, &built->cloths[i], error);
+    for (size_t i = 0; status == TULLE_OK && i < loaded->obstacle_count; i++)
+        status = add_obstacle(&loaded->obstacles[i], built->world, &built->obstacles[i], error);
+    return status;
+}
+
+tulle_status scene_build_world(scene *loaded, int threads, const tulle_allocator *allocator,
+                               scene_world *result, tulle_error *error) {
+    *result = (scene_world){0};
+    tulle_world_def def = make_world_def(loaded);
+    def.threads = threads;
+    if (allocator) def.allocator = *allocator;
+    tulle_status status = tulle_world_create(&def, &result->world, error);
+    if (status != TULLE_OK) return add_place(&loaded->keys.contact.head, status, error);
+    status = add_objects(loaded, result, error);
+    if (status != TULLE_OK) scene_destroy_world(result);
+    return status;
+}
+
+void scene_destroy_world(scene_world *built) {
+    memory heap = memory_default();
+    tulle_world_destroy(built->world);
+    memory_release(&heap, built->cloths, built->cloth_count * sizeof *built->cloths);
+    memory_release(&heap, built->obstacles, built->obstacle_count * sizeof *built->obstacles);
+    *built = (scene_world){0};
+}
