@@ -1,0 +1,386 @@
+/* Scenes made of objects: placement, copies, pins, motion, mesh sequences, names, hashes, and every
+ * refusal that needs the meshes, with its place. */
+#define _POSIX_C_SOURCE 200809L
+#include "scene/scene_data.h"
+#include "scene_text.h"
+
+#include "tulle/io.h"
+
+#include <math.h>
+
+#define TIME "time: {frames: 3}\n"
+#define SHEET "cloth:\n  - mesh: {shape: rectangle, size: [2, 2], resolution: [3, 3]}\n"
+
+static void assert_near(const double *found, double x, double y, double z) {
+    const double wanted[3] = {x, y, z};
+    for (int k = 0; k < 3; k++)
+        if (!(fabs(found[k] - wanted[k]) < 1e-12)) {
+            print_error("found %g %g %g, wanted %g %g %g\n", found[0], found[1], found[2], x, y, z);
+            fail();
+        }
+}
+
+static void get_bounds(tulle_mesh_view mesh, double low[3], double high[3]) {
+    for (int k = 0; k < 3; k++) low[k] = (double)INFINITY, high[k] = -(double)INFINITY;
+    for (size_t i = 0; i < 3 * mesh.vertex_count; i++) {
+        low[i % 3] = fmin(low[i % 3], mesh.positions[i]);
+        high[i % 3] = fmax(high[i % 3], mesh.positions[i]);
+    }
+}
+
+static void test_placement_and_time(void **state) {
+    (void)state;
+    scene *loaded = load_good("time: {step: 10 ms, duration: 1 s, steps_per_frame: 3}\nseed: 5\n"
+                              "cloth:\n"
+                              "  - mesh: {shape: rectangle, size: [2, 4], resolution: [3, 3]}\n"
+                              "    scale: [1, 0.5, 1]\n"
+                              "    rotate: [90 deg, 0, 90 deg]\n"
+                              "    translate: [0, 0, 7]\n"
+                              "  - {mesh: {shape: disc}, name: round}\n");
+    assert_true(scene_get_time_step(loaded) == 0.01);
+    assert_int_equal(scene_get_frame_count(loaded), 34); /* 33.3, rounded up */
+    assert_int_equal(scene_get_steps_per_frame(loaded), 3);
+    assert_int_equal(scene_get_seed(loaded), 5);
+    assert_int_equal(scene_get_cloth_count(loaded), 2);
+    assert_int_equal(scene_get_obstacle_count(loaded), 0);
+    assert_string_equal(scene_get_cloth_name(loaded, 0), "cloth0");
+    assert_string_equal(scene_get_cloth_name(loaded, 1), "round");
+    /* y of the sheet becomes z, then x becomes y. */
+    double low[3], high[3];
+    get_bounds(scene_get_cloth_mesh(loaded, 0), low, high);
+    assert_near(low, 0, -1, 6);
+    assert_near(high, 0, 1, 8);
+    scene_destroy(loaded);
+}
+
+static void test_copies(void **state) {
+    (void)state;
+    scene *loaded = load_good(
+        TIME SHEET "obstacles:\n"
+                   "  - {name: a, mesh: {shape: box}, scale: 0.1, translate: [0, 0, 1],\n"
+                   "     copies: {row: {count: 3, offset: [0, 2, 0]}}}\n"
+                   "  - {name: b, mesh: {shape: box}, copies: {grid: {count: [2, 3], spacing: [1, "
+                   "2]}}}\n"
+                   "  - {name: c, mesh: {shape: box}, copies: {ring: {count: 4, radius: 2}},\n"
+                   "     motion: {keyframes: [{time: 0}, {time: 1, translate: [1, 0, 0]}]}}\n"
+                   "  - {name: d, mesh: {shape: cone},\n"
+                   "     copies: {spiral: {count: 80, radius: 0.5, from: 10 deg, to: 80 deg}, "
+                   "stagger: 50 ms,\n"
+                   "              order: last-to-first},\n"
+                   "     motion: {keyframes: [{time: 2}, {time: 3, translate: [0, 0, -1]}]}}\n");
+    assert_int_equal(scene_get_obstacle_count(loaded), 3 + 6 + 4 + 80);
+    assert_string_equal(scene_get_obstacle_name(loaded, 2), "a.002");
+    double low[3], high[3];
+    get_bounds(scene_get_obstacle_mesh(loaded, 2), low, high);
+    assert_near((double[3]){(low[0] + high[0]) / 2, (low[1] + high[1]) / 2, (low[2] + high[2]) / 2},
+                0, 4, 1);
+    get_bounds(scene_get_obstacle_mesh(loaded, 3), low, high);
+    assert_near((double[3]){(low[0] + high[0]) / 2, (low[1] + high[1]) / 2, 0}, -0.5, -2, 0);
+    assert_false(scene_is_obstacle_moving(loaded, 0));
+    assert_true(scene_is_obstacle_moving(loaded, 9));
+    /* On a ring, a copy moves along its own axes: the second one, at +y, outwards. */
+    assert_near(loaded->obstacles[10].motion.keys[1].translation, 0, 1, 0);
+    assert_near(loaded->obstacles[10].motion.pivot, 0, 2, 0);
+    /* On a spiral, even distances, all on the sphere, motion towards its centre, last one first. */
+    const scene_obstacle *needles = loaded->obstacles + 13;
+    double shortest = (double)INFINITY, longest = 0;
+    for (int i = 0; i < 80; i++) {
+        const double *p = needles[i].motion.pivot, *t = needles[i].motion.keys[1].translation;
+        assert_true(fabs(sqrt(p[0] * p[0] + p[1] * p[1] + p[2] * p[2]) - 0.5) < 1e-12);
+        assert_near(t, -2 * p[0], -2 * p[1], -2 * p[2]);
+        assert_true(fabs(needles[i].motion.keys[0].time - (2 + 0.05 * (79 - i))) < 1e-12);
+        if (i == 0) continue;
+        const double *q = needles[i - 1].motion.pivot;
+        double distance = sqrt((p[0] - q[0]) * (p[0] - q[0]) + (p[1] - q[1]) * (p[1] - q[1]) +
+                               (p[2] - q[2]) * (p[2] - q[2]));
+        shortest = fmin(shortest, distance), longest = fmax(longest, distance);
+    }
+    assert_true(longest < 1.15 * shortest); /* even along the curve, chords a little less so */
+    assert_true(fabs(acos(needles[0].motion.pivot[2] / 0.5) - 0.17453292519943295) < 1e-6);
+    assert_true(fabs(acos(needles[79].motion.pivot[2] / 0.5) - 1.3962634015954636) < 1e-6);
+    scene_destroy(loaded);
+}
+
+static void test_pins(void **state) {
+    (void)state;
+    scene *loaded =
+        load_good(TIME SHEET "    pins:\n"
+                             "      - {nearest: [9, 9, 0]}\n"
+                             "      - {box: {min: [0.5, -2, -1], max: [2, 2, 1]}, release: 2 s}\n"
+                             "      - {line: {from: [-1, -1, 0], to: [-1, 0, 0]}, eased: true,\n"
+                             "         keyframes: [{time: 0}, {time: 1, rotate: [0, 0, 90 deg]}]}\n"
+                             "      - {vertices: [4, 4]}\n");
+    const scene_cloth *cloth = &loaded->cloths[0];
+    assert_int_equal(cloth->pin_count, 4);
+    assert_int_equal(cloth->pins[0].vertex_count, 1);
+    const double *corner = cloth->mesh.positions + 3 * cloth->pins[0].vertices[0];
+    assert_near(corner, 1, 1, 0);
+    assert_int_equal(cloth->pins[1].vertex_count, 2); /* one of the three is taken already */
+    assert_true(cloth->pins[1].release_time == 2);
+    assert_true(cloth->pins[0].release_time == (double)INFINITY);
+    assert_int_equal(cloth->pins[2].vertex_count, 2);
+    assert_int_equal(cloth->pins[2].motion.key_count, 2);
+    assert_true(cloth->pins[2].motion.is_eased);
+    assert_near(cloth->pins[2].motion.pivot, -1, -0.5, 0);
+    assert_true(fabs(cloth->pins[2].motion.keys[1].rotation[3] - sqrt(0.5)) < 1e-12);
+    assert_int_equal(cloth->pins[3].vertex_count, 1);
+    scene_destroy(loaded);
+}
+
+static const char square[] = "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nf 1 2 3\nf 1 3 4\n";
+
+static void write_frames(void) {
+    write_text_file("f_08.obj", square);
+    write_text_file("f_09.obj", "v 0 0 1\nv 1 0 1\nv 1 1 1\nv 0 1 1\nf 1 2 3\nf 1 3 4\n");
+    write_text_file("f_10.obj", "v 0 0 3\nv 1 0 3\nv 1 1 3\nv 0 1 3\nf 1 2 3\nf 1 3 4\n");
+}
+
+#define SEQUENCE(more)                                                                             \
+    TIME SHEET "obstacles:\n"                                                                      \
+               "  - translate: [5, 0, 0]\n"                                                        \
+               "    scale: 2\n"                                                                    \
+               "    motion: {sequence: {files: f_%02d.obj, first: 8, last: 10, interval: 1, "      \
+               "start: 2}}\n" more
+
+static void test_sequence_of_files(void **state) {
+    (void)state;
+    write_frames();
+    scene *loaded = load_good(SEQUENCE("    copies: {row: {count: 2, offset: [0, 1, 0]}}\n"));
+    assert_int_equal(scene_get_obstacle_count(loaded), 2);
+    assert_true(scene_is_obstacle_moving(loaded, 1));
+    scene_sequence *sequence = loaded->obstacles[1].sequence;
+    assert_int_equal(sequence_get_frame_count(sequence), 3);
+    double positions[12];
+    tulle_error error;
+    static const uint32_t order[] = {0, 1, 2, 1, 0, 2, 2, 0};
+    static const double heights[] = {0, 2, 6};
+    for (size_t i = 0; i < sizeof order / sizeof order[0]; i++) {
+        assert_int_equal(sequence_read(sequence, order[i], positions, &error), TULLE_OK);
+        assert_near(positions + 6, 7, 3, heights[order[i]]);
+    }
+    assert_near(scene_get_obstacle_mesh(loaded, 1).positions, 5, 1, 0);
+    assert_int_equal(sequence_read(sequence, 3, positions, &error), TULLE_ERROR_INVALID_ARGUMENT);
+    /* A file that vanishes or changes while the run goes on is an error, not a crash. */
+    write_text_file("f_09.obj", "v 0 0 1\nv 1 0 1\nv 1 1 1\nf 1 2 3\n");
+    assert_int_equal(sequence_read(sequence, 2, positions, &error), TULLE_OK);
+    assert_int_equal(sequence_read(sequence, 0, positions, &error), TULLE_OK);
+    assert_int_equal(sequence_read(sequence, 1, positions, &error), TULLE_ERROR_INVALID_MESH);
+    assert_non_null(strstr(error.file, "f_09.obj"));
+    scene_destroy(loaded);
+}
+
+static void write_cache(double last_height) {
+    char path[128];
+    snprintf(path, sizeof path, "%s/c.pc2", folder_path);
+    write_text_file("c.pc2", "");
+    tulle_pc2_writer *writer = NULL;
+    tulle_error error;
+    assert_int_equal(tulle_pc2_writer_open(path, 4, 0, &writer, &error), TULLE_OK);
+    for (int frame = 0; frame < 3; frame++) {
+        double z = frame == 2 ? last_height : frame;
+        const double positions[12] = {0, 0, z, 1, 0, z, 1, 1, z, 0, 1, z};
+        assert_int_equal(tulle_pc2_writer_append(writer, positions, &error), TULLE_OK);
+    }
+    assert_int_equal(tulle_pc2_writer_close(writer, &error), TULLE_OK);
+}
+
+static void test_sequence_of_cache(void **state) {
+    (void)state;
+    write_text_file("q.obj", square);
+    write_cache(4);
+    scene *loaded = load_good(TIME SHEET "obstacles:\n"
+                                         "  - mesh: {file: q.obj}\n"
+                                         "    motion: {sequence: {cache: c.pc2, first: 1, "
+                                         "interval: 1}}\n");
+    scene_sequence *sequence = loaded->obstacles[0].sequence;
+    assert_int_equal(sequence_get_frame_count(sequence), 2);
+    double positions[12];
+    tulle_error error;
+    assert_int_equal(sequence_read(sequence, 1, positions, &error), TULLE_OK);
+    assert_near(positions + 6, 1, 1, 4);
+    assert_near(scene_get_obstacle_mesh(loaded, 0).positions, 0, 0, 1);
+    scene_destroy(loaded);
+}
+
+/* A refusal with its place: line 0 for places outside the scene file. */
+typedef struct refusal {
+    const char *text;
+    tulle_status status;
+    const char *file;
+    int line, column;
+    const char *message;
+} refusal;
+
+static const refusal refusals[] = {
+    {TIME "cloth:\n  - mesh: {shape: rectangle, resolution: [1000000, 1000000]}\n",
+     TULLE_ERROR_LIMIT, "s.yaml", 3, 5, "cloth[0].mesh: "},
+    {TIME "cloth:\n  - mesh: {shape: rectangle, size: [1, 2, 3]}\n", TULLE_ERROR_PARSE, "s.yaml", 3,
+     36, "cloth[0].mesh.size: is a list of 3, must be a list of 2 for shape rectangle"},
+    {TIME "cloth:\n  - mesh: {file: none.obj}\n", TULLE_ERROR_IO, "none.obj", 0, 0,
+     "read for cloth[0].mesh, "},
+    {TIME "cloth:\n  - mesh: {file: bad.obj}\n", TULLE_ERROR_PARSE, "bad.obj", 3, -1,
+     "read for cloth[0].mesh, "},
+    {TIME "cloth:\n  - mesh: {file: book.obj}\n", TULLE_ERROR_INVALID_MESH, "book.obj", 0, 0,
+     "read for cloth[0].mesh, "},
+    {TIME "cloth:\n  - mesh: {shape: disc}\n    material: {preset: coton}\n", TULLE_ERROR_PARSE,
+     "s.yaml", 4, 24,
+     "cloth[0].material.preset: is 'coton', must be one of cotton, silk, wool, denim, net, "
+     "rubber-sheet; did you mean 'cotton'?"},
+    {TIME SHEET "    pins: [{box: {min: [5, 5, 5], max: [6, 6, 6]}}]\n",
+     TULLE_ERROR_INVALID_ARGUMENT, "s.yaml", 4, 12,
+     "cloth[0].pins[0]: pins no vertex that is not pinned already; the cloth begins within [-1, "
+     "-1, "
+     "0] and [1, 1, 0]"},
+    {TIME SHEET "    pins: [{vertices: [3, 9]}]\n", TULLE_ERROR_INVALID_ARGUMENT, "s.yaml", 4, 23,
+     "cloth[0].pins[0].vertices: names vertex 9, must be below 9, the cloth's number of vertices"},
+    {TIME SHEET "    pins: [{vertices: [3], keyframes: [{time: 1}, {time: 1}]}]\n",
+     TULLE_ERROR_INVALID_ARGUMENT, "s.yaml", 4, 58,
+     "cloth[0].pins[0].keyframes[1].time: is 1 s, must be later than the keyframe before, 1 s"},
+    {TIME SHEET "  - {mesh: {shape: disc}, name: cloth0}\n", TULLE_ERROR_INVALID_ARGUMENT, "s.yaml",
+     4, 33, "cloth[1].name: 'cloth0' is the name of an object before; names must differ"},
+    {TIME SHEET "obstacles:\n  - friction: 0.3\n", TULLE_ERROR_PARSE, "s.yaml", 5, 5,
+     "obstacles[0]: the key 'mesh' is missing: file or shape, unless motion.sequence.files gives "
+     "the mesh"},
+    {TIME SHEET "obstacles:\n  - {mesh: {shape: box}, appears: 2 s, disappears: 1 s}\n",
+     TULLE_ERROR_INVALID_ARGUMENT, "s.yaml", 5, 52,
+     "obstacles[0].disappears: must be later than appears"},
+    {TIME SHEET "obstacles:\n  - {mesh: {shape: box}, copies: {grid: {count: [4096, 4096, 4096], "
+                "spacing: [1, 1, 1]}}}\n",
+     TULLE_ERROR_LIMIT, "s.yaml", 5, 5,
+     "obstacles[0]: brings the scene to more than 4096 obstacles with all copies"},
+    {"time: {duration: 1000 s, step: 1 us}\n" SHEET, TULLE_ERROR_PARSE, "s.yaml", 1, 32,
+     "time.step: '1 us' has an unknown unit; allowed here: s, ms, min"},
+    {"time: {duration: 100000 s, step: 1e-6}\n" SHEET, TULLE_ERROR_LIMIT, "s.yaml", 1, 18,
+     "time.duration: takes 100000000000 frames, at most 10000000 are allowed; make it shorter, or "
+     "step or steps_per_frame larger"},
+    {TIME SHEET "obstacles:\n  - {motion: {sequence: {files: f_%02d.obj, interval: 1}}}\n",
+     TULLE_ERROR_PARSE, "s.yaml", 5, 15,
+     "obstacles[0].motion.sequence: the key 'last' is missing: number of the last file"},
+    {TIME SHEET "obstacles:\n  - {motion: {sequence: {files: f_%s.obj, last: 2, interval: 1}}}\n",
+     TULLE_ERROR_PARSE, "s.yaml", 5, 33,
+     "obstacles[0].motion.sequence.files: is 'f_%s.obj', must hold one number as %d or %03d, as in "
+     "body_%02d.obj"},
+    {TIME SHEET
+     "obstacles:\n  - {motion: {sequence: {files: g_%d.obj, first: 1, last: 2, interval: 1}}}\n",
+     TULLE_ERROR_INVALID_MESH, "g_2.obj", 0, 0, "has 3 vertices, must have 4"},
+    {TIME SHEET
+     "obstacles:\n  - {motion: {sequence: {files: h_%d.obj, first: 1, last: 2, interval: 1}}}\n",
+     TULLE_ERROR_INVALID_MESH, "h_2.obj", 0, 0, "its triangles differ"},
+    {TIME SHEET
+     "obstacles:\n  - {motion: {sequence: {files: f_%02d.obj, first: 9, last: 8, interval: 1}}}\n",
+     TULLE_ERROR_INVALID_ARGUMENT, "s.yaml", 5, 61, "obstacles[0].motion.sequence.last: is 8"},
+    {TIME SHEET
+     "obstacles:\n  - {motion: {sequence: {files: f_%02d.obj, first: 9, last: 11, interval: 1}}}\n",
+     TULLE_ERROR_IO, "f_11.obj", 0, 0, "read for obstacles[0].motion.sequence, "},
+    {TIME SHEET "obstacles:\n  - {mesh: {file: q.obj}, motion: {sequence: {cache: c.pc2, last: 3, "
+                "interval: 1}}}\n",
+     TULLE_ERROR_INVALID_ARGUMENT, "s.yaml", 5, 67,
+     "obstacles[0].motion.sequence.last: is 3, must be below 3, the number of frames in the cache"},
+    {TIME SHEET "obstacles:\n  - {mesh: {file: book.obj}, motion: {sequence: {cache: c.pc2, "
+                "interval: 1}}}\n",
+     TULLE_ERROR_INVALID_MESH, "c.pc2", 0, 0, "has 4 vertices, must have 5 as the obstacle's mesh"},
+    {TIME SHEET
+     "obstacles:\n  - {mesh: {shape: box}, motion: {keyframes: [{time: 2}, {time: -1}]}}\n",
+     TULLE_ERROR_INVALID_ARGUMENT, "s.yaml", 5, 65,
+     "obstacles[0].motion.keyframes[1].time: is -1 s, must be later than the keyframe before, 2 s"},
+};
+
+static bool is_as_wanted(const refusal *wanted, const scene_problems *problems) {
+    const tulle_error *error = &problems->list[0];
+    size_t length = strlen(error->file), ending = strlen(wanted->file);
+    return problems->total_count == 1 && error->status == wanted->status &&
+           error->line == wanted->line && (wanted->column < 0 || error->column == wanted->column) &&
+           length > ending && strcmp(error->file + length - ending, wanted->file) == 0 &&
+           strstr(error->message, wanted->message);
+}
+
+static void test_refusals(void **state) {
+    (void)state;
+    write_frames();
+    write_text_file("q.obj", square);
+    write_cache(4);
+    write_text_file("bad.obj", "v 0 0 0\nv 1 0 0\nv x 1 0\n");
+    /* Three triangles at one edge. */
+    write_text_file("book.obj", "v 0 0 0\nv 0 0 1\nv 1 0 0\nv 0 1 0\nv -1 0 0\nf 1 2 3\nf 1 2 4\n"
+                                "f 1 2 5\n");
+    write_text_file("g_1.obj", square);
+    write_text_file("g_2.obj", "v 0 0 1\nv 1 0 1\nv 1 1 1\nf 1 2 3\n");
+    write_text_file("h_1.obj", square);
+    write_text_file("h_2.obj", "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nf 1 2 4\nf 2 3 4\n");
+    scene_problems *problems = calloc(1, sizeof *problems);
+    assert_non_null(problems);
+    size_t wrong_count = 0;
+    for (size_t i = 0; i < sizeof refusals / sizeof refusals[0]; i++) {
+        scene *loaded = load_text(refusals[i].text, problems);
+        bool is_good = !loaded && is_as_wanted(&refusals[i], problems);
+        if (!is_good) {
+            print_error("for:\n%s\nwanted %s:%d:%d: %s\nfound %zu problems:\n", refusals[i].text,
+                        refusals[i].file, refusals[i].line, refusals[i].column, refusals[i].message,
+                        problems->total_count);
+            scene_print_problems(problems, stderr);
+        }
+        wrong_count += !is_good;
+        scene_destroy(loaded);
+    }
+    assert_int_equal(wrong_count, 0);
+    free(problems);
+}
+
+static void test_unreadable_files(void **state) {
+    (void)state;
+    scene_problems *problems = calloc(1, sizeof *problems);
+    assert_non_null(problems);
+    scene *loaded = (scene *)1;
+    assert_int_equal(scene_load("/nonexistent/s.yaml", NULL, 0, &loaded, problems), TULLE_ERROR_IO);
+    assert_null(loaded);
+    assert_string_equal(problems->list[0].file, "/nonexistent/s.yaml");
+    assert_non_null(strstr(problems->list[0].message, "No such file"));
+    assert_int_equal(scene_load("/tmp", NULL, 0, &loaded, problems), TULLE_ERROR_IO);
+    /* Endless input ends at the limit. */
+    assert_int_equal(scene_load("/dev/zero", NULL, 0, &loaded, problems), TULLE_ERROR_LIMIT);
+    free(problems);
+}
+
+static void test_hash_and_canonical_text(void **state) {
+    (void)state;
+    scene *first = load_good("time: {frames: 3, step: 1/90}\n" SHEET);
+    scene *longer = load_good("# the same, run longer\ntime: {frames: 9, step: 1/90 s}\n" SHEET);
+    scene *other = load_good(TIME SHEET "    translate: [0, 0, 1 um]\n");
+    assert_true(scene_get_hash(first) == scene_get_hash(longer));
+    assert_true(scene_get_hash(first) != scene_get_hash(other));
+    scene *again = load_good(scene_get_canonical_text(first));
+    assert_true(scene_get_hash(first) == scene_get_hash(again));
+    assert_string_equal(scene_get_canonical_text(first), scene_get_canonical_text(again));
+    assert_non_null(strstr(scene_get_canonical_text(first), "gravity: [0, 0, -9.81"));
+    scene_destroy(first);
+    scene_destroy(longer);
+    scene_destroy(other);
+    scene_destroy(again);
+}
+
+static void test_sequence_contents_count_in_the_hash(void **state) {
+    (void)state;
+    write_frames();
+    scene *first = load_good(SEQUENCE(""));
+    write_text_file("f_10.obj", "v 0 0 3\nv 1 0 3\nv 1 1 3\nv 0 1 4\nf 1 2 3\nf 1 3 4\n");
+    scene *other = load_good(SEQUENCE(""));
+    assert_true(scene_get_hash(first) != scene_get_hash(other));
+    assert_string_equal(scene_get_canonical_text(first), scene_get_canonical_text(other));
+    scene_destroy(first);
+    scene_destroy(other);
+}
+
+int main(void) {
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(test_placement_and_time),
+        cmocka_unit_test(test_copies),
+        cmocka_unit_test(test_pins),
+        cmocka_unit_test(test_sequence_of_files),
+        cmocka_unit_test(test_sequence_of_cache),
+        cmocka_unit_test(test_refusals),
+        cmocka_unit_test(test_unreadable_files),
+        cmocka_unit_test(test_hash_and_canonical_text),
+        cmocka_unit_test(test_sequence_contents_count_in_the_hash),
+    };
+    return cmocka_run_group_tests(tests, NULL, remove_folder);
+}
