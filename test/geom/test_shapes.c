@@ -3,6 +3,7 @@
 #include "geom/shapes.h"
 
 #include "base/hash.h"
+#include "tulle/check.h"
 
 #include <setjmp.h>
 #include <stdarg.h>
@@ -227,6 +228,28 @@ static void small_ones_do_not_intersect(void **state) {
             }
         }
         tulle_mesh_destroy(&mesh);
+    }
+}
+
+/* The judge, which knows nothing of shapes, over each shape as cloth. */
+static void judge_finds_no_intersection(void **state) {
+    (void)state;
+    for (int shape = 0; shape < TULLE_SHAPE_COUNT; shape++) {
+        for (int is_irregular = 0; is_irregular <= tulle_shape_is_cloth((tulle_shape)shape);
+             is_irregular++) {
+            tulle_shape_def def = tulle_shape_def_default((tulle_shape)shape);
+            def.is_irregular = is_irregular;
+            tulle_mesh mesh;
+            generate(&def, &mesh);
+            tulle_check_body const body = {tulle_mesh_get_view(&mesh), 0};
+            tulle_check_result result;
+            assert_int_equal(tulle_check_intersections(&body, 1, 1, &result, NULL), TULLE_OK);
+            if (result.pair_count > 0)
+                fail_msg("%s: %zu pairs, first %u %u", tulle_shape_name(def.shape),
+                         result.pair_count, result.pairs[0].triangle_a, result.pairs[0].triangle_b);
+            tulle_check_result_destroy(&result);
+            tulle_mesh_destroy(&mesh);
+        }
     }
 }
 
@@ -475,6 +498,7 @@ int main(void) {
         cmocka_unit_test(names_are_distinct),
         cmocka_unit_test(places_are_as_documented),
         cmocka_unit_test(small_ones_do_not_intersect),
+        cmocka_unit_test(judge_finds_no_intersection),
         cmocka_unit_test(irregular_keeps_outline_and_area),
         cmocka_unit_test(seeds_matter),
         cmocka_unit_test(too_many_vertices_are_refused_at_once),
