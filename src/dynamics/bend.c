@@ -49,9 +49,9 @@ static void add_normal_gradient(const cloth_hinge *hinge, const hinge_frame *fra
     corners[0] = vec3_sub(corners[0], vec3_add(by_edge, vec3_add(by_left, by_right)));
 }
 
-hinge_state bend_evaluate(const cloth_hinge *hinge, const double *positions,
-                          const double *velocities, bool needs_rate) {
-    hinge_state state = {0};
+void bend_evaluate(const cloth_hinge *hinge, const double *positions, const double *velocities,
+                   bool needs_rate, hinge_state *state) {
+    *state = (hinge_state){0};
     /* Weights sum to zero: offsets from the first corner keep rounding small far from the origin.
      */
     vec3 const origin = vec3_load(positions, hinge->vertices[0]);
@@ -59,17 +59,17 @@ hinge_state bend_evaluate(const cloth_hinge *hinge, const double *positions,
     for (int k = 1; k < 4; k++)
         c = vec3_add_scaled(c, vec3_sub(vec3_load(positions, hinge->vertices[k]), origin),
                             hinge->weights[k]);
-    state.deviation = c;
-    if (!needs_rate && hinge->rest_curvature == 0.0) return state;
-    hinge_frame const frame = get_frame(hinge, positions, &state.normal);
-    state.deviation = vec3_add_scaled(c, state.normal, -hinge->rest_curvature);
-    if (!needs_rate || vec3_norm2(state.normal) == 0.0) return state;
+    state->deviation = c;
+    if (!needs_rate && hinge->rest_curvature == 0.0) return;
+    hinge_frame const frame = get_frame(hinge, positions, &state->normal);
+    state->deviation = vec3_add_scaled(c, state->normal, -hinge->rest_curvature);
+    if (!needs_rate || vec3_norm2(state->normal) == 0.0) return;
     for (int k = 0; k < 4; k++)
-        state.rate_directions[k] = vec3_scale(state.normal, hinge->weights[k]);
-    add_normal_gradient(hinge, &frame, state.normal, c, 1.0, state.rate_directions);
+        state->rate_directions[k] = vec3_scale(state->normal, hinge->weights[k]);
+    add_normal_gradient(hinge, &frame, state->normal, c, 1.0, state->rate_directions);
     for (int k = 0; k < 4; k++)
-        state.rate += vec3_dot(state.rate_directions[k], vec3_load(velocities, hinge->vertices[k]));
-    return state;
+        state->rate +=
+            vec3_dot(state->rate_directions[k], vec3_load(velocities, hinge->vertices[k]));
 }
 
 void bend_get_forces(const cloth_hinge *hinge, const double *positions, const hinge_state *state,

@@ -12,9 +12,9 @@ typedef struct hinge_state {
     vec3 rate_directions[4]; /* gradient of normal . c by the four corners */
 } hinge_state;
 
-/* Evaluates a hinge; needs_rate fills rate and rate_directions. */
-hinge_state bend_evaluate(const cloth_hinge *hinge, const double *positions,
-                          const double *velocities, bool needs_rate);
+/* Evaluates a hinge; needs_rate fills rate and rate_directions, which are zero otherwise. */
+void bend_evaluate(const cloth_hinge *hinge, const double *positions, const double *velocities,
+                   bool needs_rate, hinge_state *state);
 
 /* Forces on the four corners of a hinge: elastic from moment = sum_j couplings_j d_j (row of the
  * hinge), damping from the same sum of rates with damping couplings [N]. */

@@ -52,8 +52,7 @@ typedef struct assembly {
     double *start_velocities;  /* w, 3 a vertex */
     symmetric3 *spring_blocks; /* alpha D + beta K, negated, of the first end by the first end */
     vec3 *spring_forces, *spring_sources; /* f and f - D w at the first end */
-    vec3 *hinge_deviations;
-    double *hinge_rates;
+    hinge_state *hinge_states;
     vec3 *hinge_forces; /* 4 a hinge */
     vec3 *air_velocities;
     vec3 *triangle_forces, *triangle_sources, *triangle_drags; /* per corner; D of a corner by a
@@ -90,13 +89,9 @@ static void assemble_springs(void *context, size_t begin, size_t end, size_t chu
 static void evaluate_hinges(void *context, size_t begin, size_t end, size_t chunk, int worker) {
     (void)chunk, (void)worker;
     assembly *const work = context;
-    for (size_t h = begin; h < end; h++) {
-        hinge_state const state =
-            bend_evaluate(&work->model->hinges[h], work->state->positions, work->state->velocities,
-                          work->model->has_bend_damping);
-        work->hinge_deviations[h] = state.deviation;
-        work->hinge_rates[h] = state.rate;
-    }
+    for (size_t h = begin; h < end; h++)
+        bend_evaluate(&work->model->hinges[h], work->state->positions, work->state->velocities,
+                      work->model->has_bend_damping, &work->hinge_states[h]);
 }
 
 static void assemble_hinges(void *context, size_t begin, size_t end, size_t chunk, int worker) {
@@ -107,14 +102,12 @@ static void assemble_hinges(void *context, size_t begin, size_t end, size_t chun
         vec3 moment = {0.0, 0.0, 0.0};
         double damping_moment = 0.0;
         for (size_t k = model->coupling_begin[h]; k < model->coupling_begin[h + 1]; k++) {
-            uint32_t const other = model->coupling_hinges[k];
-            moment = vec3_add_scaled(moment, work->hinge_deviations[other], model->couplings[k]);
-            damping_moment += model->damping_couplings[k] * work->hinge_rates[other];
+            const hinge_state *const other = &work->hinge_states[model->coupling_hinges[k]];
+            moment = vec3_add_scaled(moment, other->deviation, model->couplings[k]);
+            damping_moment += model->damping_couplings[k] * other->rate;
         }
-        hinge_state const state = bend_evaluate(&model->hinges[h], work->state->positions,
-                                                work->state->velocities, model->has_bend_damping);
-        bend_get_forces(&model->hinges[h], work->state->positions, &state, moment, damping_moment,
-                        work->hinge_forces + 4 * h);
+        bend_get_forces(&model->hinges[h], work->state->positions, &work->hinge_states[h], moment,
+                        damping_moment, work->hinge_forces + 4 * h);
     }
 }
 
@@ -285,17 +278,16 @@ static bool allocate_assembly(assembly *work, arena *scratch) {
     work->spring_blocks = ARENA_NEW(scratch, symmetric3, springs);
     work->spring_forces = ARENA_NEW(scratch, vec3, springs);
     work->spring_sources = ARENA_NEW(scratch, vec3, springs);
-    work->hinge_deviations = ARENA_NEW(scratch, vec3, hinges);
-    work->hinge_rates = ARENA_NEW(scratch, double, hinges);
+    work->hinge_states = ARENA_NEW(scratch, hinge_state, hinges);
     work->hinge_forces = ARENA_NEW(scratch, vec3, 4 * hinges);
     work->air_velocities = ARENA_NEW(scratch, vec3, work->has_wind ? vertices : 0);
     work->triangle_forces = ARENA_NEW(scratch, vec3, triangles);
     work->triangle_sources = ARENA_NEW(scratch, vec3, triangles);
     work->triangle_drags = ARENA_NEW(scratch, vec3, triangles);
     return work->start_velocities && work->spring_blocks && work->spring_forces &&
-           work->spring_sources && work->hinge_deviations && work->hinge_rates &&
-           work->hinge_forces && work->air_velocities && work->triangle_forces &&
-           work->triangle_sources && work->triangle_drags;
+           work->spring_sources && work->hinge_states && work->hinge_forces &&
+           work->air_velocities && work->triangle_forces && work->triangle_sources &&
+           work->triangle_drags;
 }
 
 static coefficients get_coefficients(tulle_integrator integrator, double h) {

@@ -50,10 +50,11 @@ static void measure_springs(void *context, size_t begin, size_t end, size_t chun
 static void measure_hinges(void *context, size_t begin, size_t end, size_t chunk, int worker) {
     (void)chunk, (void)worker;
     energy_task *const task = context;
-    for (size_t h = begin; h < end; h++)
-        task->deviations[h] =
-            bend_evaluate(&task->model->hinges[h], task->positions, task->velocities, false)
-                .deviation;
+    for (size_t h = begin; h < end; h++) {
+        hinge_state state;
+        bend_evaluate(&task->model->hinges[h], task->positions, task->velocities, false, &state);
+        task->deviations[h] = state.deviation;
+    }
 }
 
 /* first: bending energy of the rows of these hinges */

@@ -89,7 +89,7 @@ static void multiply_rows(void *context, size_t begin, size_t end, size_t chunk,
     size_t const last = matrix->row_count - 1;
     double const last_entry[4] = {x[3 * last], x[3 * last + 1], x[3 * last + 2], 0.0};
     for (size_t row = begin; row < end; row++) {
-        lanes4 sum0 = {0}, sum1 = {0}, sum2 = {0}, sum3 = {0};
+        lanes4 sum0 = {0}, sum1 = {0}, sum2 = {0}, sum3 = {0}, sum4 = {0};
         for (size_t k = matrix->row_begin[row]; k < matrix->row_begin[row + 1]; k++) {
             const double *const block = values + 9 * k;
             const double *const entry = x + 3 * (size_t)matrix->columns[k];
@@ -97,12 +97,18 @@ static void multiply_rows(void *context, size_t begin, size_t end, size_t chunk,
             sum1 += *(const lanes4 *)(block + 3) * entry[1];
             sum2 += *(const lanes4 *)(block + 6) * entry[2];
         }
-        for (size_t k = matrix->scalar_begin[row]; k < matrix->scalar_begin[row + 1]; k++) {
+        /* Even and odd entries in two sums, so that additions need not wait for one another. */
+        size_t const end_scalar = matrix->scalar_begin[row + 1];
+        for (size_t k = matrix->scalar_begin[row]; k < end_scalar; k++) {
             size_t const column = matrix->scalar_columns[k];
             const double *const entry = column == last ? last_entry : x + 3 * column;
             sum3 += matrix->scalar_values[k] * *(const lanes4 *)entry;
+            if (++k == end_scalar) break;
+            size_t const next_column = matrix->scalar_columns[k];
+            const double *const next = next_column == last ? last_entry : x + 3 * next_column;
+            sum4 += matrix->scalar_values[k] * *(const lanes4 *)next;
         }
-        lanes4 const sum = (sum0 + sum1) + (sum2 + sum3);
+        lanes4 const sum = (sum0 + sum1) + (sum2 + (sum3 + sum4));
         for (size_t i = 0; i < 3; i++) task->result[3 * row + i] = sum[i];
     }
 }
