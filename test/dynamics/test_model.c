@@ -1,0 +1,289 @@
+/* The model: masses, several cloths beside obstacles, refusals, memory; and that a step's bits do
+ * not depend on threads and it calls no heap. */
+#include "base/parallel.h"
+#include "dynamics/fixture.h"
+
+static void masses_add_up(void **state) {
+    (void)state;
+    for (int pattern = 0; pattern < 3; pattern++) {
+        fixture *const f = fixture_make_grid(7, 5, 0.7, 0.5, pattern, plain_material());
+        double mass = 0.0;
+        for (size_t v = 0; v < f->vertex_count; v++) mass += f->model.masses[v];
+        assert_true(fabs(mass - 0.2 * 0.35) < 1e-15);
+        assert_int_equal(f->model.spring_count, 7 * 6 + 8 * 5 + 35);
+        assert_int_equal(f->model.hinge_count, 7 * 4 + 6 * 5 + 35);
+        fixture_free(f);
+    }
+}
+
+/* A long strip pulled along: stretch stiffness times width times strain. */
+static void stretch_is_in_force_per_width(void **state) {
+    (void)state;
+    for (size_t cells = 4; cells <= 16; cells *= 2) {
+        /* Equilateral triangles: rows shifted by half a cell, here as a torn parallelogram. */
+        grid g = grid_make(6 * cells, cells, 6.0, sqrt(0.75), 0);
+        double const cell = 1.0 / (double)cells;
+        for (size_t j = 0; j <= cells; j++)
+            for (size_t i = 0; i <= 6 * cells; i++)
+                g.positions[3 * (j * (6 * cells + 1) + i)] -= 0.5 * cell * (double)j;
+        fixture *const f = fixture_make(g.positions, g.vertex_count, g.triangles, g.triangle_count,
+                                        plain_material());
+        grid_free(&g);
+        double const strain = 0.02;
+        /* Uniform strain of an isotropic sheet of Poisson ratio 1/3. */
+        for (size_t v = 0; v < f->vertex_count; v++) {
+            f->x[3 * v] *= 1.0 + strain;
+            f->x[3 * v + 2] *= 1.0 - strain / 3.0;
+        }
+        fixture_assemble(f, TULLE_INTEGRATOR_IMPLICIT_EULER, 0.01);
+        double pull = 0.0;
+        for (size_t j = 0; j <= cells; j++)
+            for (size_t i = 3 * cells + j / 2; i <= 6 * cells; i++)
+                pull -= f->system.forces[3 * (j * (6 * cells + 1) + i)];
+        /* Border springs have one triangle: the sum is off by about one cell in the width. */
+        assert_true(fabs(pull / (500.0 * strain * sqrt(0.75)) - 1.0) < 0.03);
+        fixture_free(f);
+    }
+}
+
+/* Two cloths of different materials and an obstacle in one numbering, against each cloth alone. */
+static void cloths_beside_obstacles_are_independent(void **state) {
+    (void)state;
+    tulle_material materials[2] = {plain_material(), plain_material()};
+    materials[1].area_density = 0.5;
+    materials[1].bend_stiffness = 3e-3;
+    materials[1].bend_damping = 0.01;
+    materials[1].air_damping = 2.0;
+    enum { FIRST = 20, SECOND = 30, OBSTACLE = 9, ALL = FIRST + SECOND + OBSTACLE };
+    grid parts[3] = {grid_make(4, 3, 0.4, 0.3, 0), grid_make(5, 4, 0.5, 0.4, 2),
+                     grid_make(2, 2, 1.0, 1.0, 0)};
+    double positions[3 * ALL];
+    uint32_t triangles[3 * 80], vertex_materials[FIRST + SECOND];
+    size_t vertex = 0, triangle = 0;
+    for (int p = 0; p < 3; p++) {
+        memcpy(positions + 3 * vertex, parts[p].positions,
+               3 * parts[p].vertex_count * sizeof(double));
+        for (size_t i = 0; i < 3 * parts[p].triangle_count; i++)
+            triangles[3 * triangle + i] = parts[p].triangles[i] + (uint32_t)vertex;
+        for (size_t v = 0; p < 2 && v < parts[p].vertex_count; v++)
+            vertex_materials[vertex + v] = (uint32_t)p;
+        vertex += parts[p].vertex_count;
+        triangle += parts[p].triangle_count;
+    }
+    assert_int_equal(vertex, ALL);
+    memory heap = memory_default();
+    arena scratch = arena_make(&heap);
+    topology surface;
+    assert_int_equal(topology_build(&heap, triangles, triangle, ALL, &surface), TULLE_OK);
+    cloth_model_def const def = {FIRST + SECOND, &surface, positions,
+                                 materials,      2,        vertex_materials};
+    cloth_model model;
+    linear_system system;
+    assert_int_equal(cloth_model_build(&heap, &def, &model, NULL), TULLE_OK);
+    assert_int_equal(linear_system_build(&heap, &model, &system), TULLE_OK);
+    double x[3 * (FIRST + SECOND)], v[3 * (FIRST + SECOND)];
+    uint64_t random = 4;
+    for (size_t i = 0; i < 3 * (FIRST + SECOND); i++) {
+        x[i] = positions[i] + 0.02 * random_signed(&random);
+        v[i] = random_signed(&random);
+    }
+    environment const surroundings = {.gravity = {0.0, -9.81, 0.0},
+                                      .wind = {{1.0, 2.0, 3.0}, 1.0, 0.5, 0.5, 3, 0.4}};
+    motion_state const together = {x, v, NULL, NULL, 0.01, 0.0, 0.3};
+    force_options const options = {TULLE_INTEGRATOR_IMPLICIT_EULER, 1};
+    assert_int_equal(compute_forces(&model, &together, &surroundings, options, &scratch, &system),
+                     TULLE_OK);
+    for (size_t p = 0, first = 0; p < 2; first += parts[p].vertex_count, p++) {
+        fixture *const f = fixture_make(parts[p].positions, parts[p].vertex_count,
+                                        parts[p].triangles, parts[p].triangle_count, materials[p]);
+        memcpy(f->x, x + 3 * first, 3 * f->vertex_count * sizeof(double));
+        memcpy(f->v, v + 3 * first, 3 * f->vertex_count * sizeof(double));
+        f->surroundings = surroundings;
+        f->time = 0.3;
+        fixture_assemble(f, TULLE_INTEGRATOR_IMPLICIT_EULER, 0.01);
+        size_t const bytes = 3 * f->vertex_count * sizeof(double);
+        assert_memory_equal(f->system.forces, system.forces + 3 * first, bytes);
+        assert_memory_equal(f->system.right_hand_side, system.right_hand_side + 3 * first, bytes);
+        assert_memory_equal(f->system.diagonal, system.diagonal + 9 * first, 3 * bytes);
+        fixture_free(f);
+        grid_free(&parts[p]);
+    }
+    grid_free(&parts[2]);
+    linear_system_destroy(&heap, &system);
+    cloth_model_destroy(&heap, &model);
+    topology_destroy(&heap, &surface);
+    arena_destroy(&scratch);
+    assert_int_equal(heap.bytes_held, 0);
+}
+
+/* Builds a model of a triangle with these positions and an extra vertex; returns the status. */
+static tulle_status try_build(const double *positions, size_t vertex_count, size_t byte_limit,
+                              tulle_error *error) {
+    uint32_t const triangles[] = {0, 1, 2, 2, 1, 3};
+    memory heap = memory_default(),
+           limited = memory_make((tulle_allocator){.byte_limit = byte_limit});
+    topology surface;
+    assert_int_equal(topology_build(&heap, triangles, 2, vertex_count, &surface), TULLE_OK);
+    tulle_material const material = plain_material();
+    cloth_model_def const def = {vertex_count, &surface, positions, &material, 1, NULL};
+    cloth_model model;
+    linear_system system;
+    tulle_status status = cloth_model_build(&limited, &def, &model, error);
+    if (status == TULLE_OK) {
+        status = linear_system_build(&limited, &model, &system);
+        if (status == TULLE_OK) linear_system_destroy(&limited, &system);
+        cloth_model_destroy(&limited, &model);
+    }
+    assert_int_equal(limited.bytes_held, 0);
+    topology_destroy(&heap, &surface);
+    return status;
+}
+
+static void bad_cloth_is_refused_by_name(void **state) {
+    (void)state;
+    tulle_error error;
+    double good[] = {0, 0, 0, 1, 0, 0, 0, 0, 1, 1, 0, 1, 5, 5, 5};
+    assert_int_equal(try_build(good, 4, 0, &error), TULLE_OK);
+    assert_int_equal(try_build(good, 5, 0, &error), TULLE_ERROR_INVALID_MESH);
+    assert_non_null(strstr(error.message, "vertex 4"));
+    double flat[] = {0, 0, 0, 1, 0, 0, 2, 0, 0, 1, 0, 1};
+    assert_int_equal(try_build(flat, 4, 0, &error), TULLE_ERROR_INVALID_MESH);
+    assert_non_null(strstr(error.message, "triangle 0"));
+    double infinite[] = {0, 0, 0, 1e200, 0, 0, 0, 0, 1e200, 1, 0, 1};
+    assert_int_equal(try_build(infinite, 4, 0, NULL), TULLE_ERROR_INVALID_MESH);
+}
+
+static void failing_memory_is_reported(void **state) {
+    (void)state;
+    double const good[] = {0, 0, 0, 1, 0, 0, 0, 0, 1, 1, 0, 1};
+    int failures = 0;
+    tulle_status status = TULLE_ERROR_OUT_OF_MEMORY;
+    for (size_t limit = 1; status != TULLE_OK; limit += 100, failures++) {
+        status = try_build(good, 4, limit, NULL);
+        assert_true(status == TULLE_OK || status == TULLE_ERROR_OUT_OF_MEMORY);
+    }
+    assert_true(failures > 20);
+    /* A step without scratch memory fails and says so. */
+    fixture *const f = fixture_make_grid(30, 30, 1.0, 1.0, 0, plain_material());
+    memory limited = memory_make((tulle_allocator){.byte_limit = 100000});
+    arena scratch = arena_make(&limited);
+    motion_state const now = fixture_state(f, 0.01);
+    force_options const options = {TULLE_INTEGRATOR_IMPLICIT_EULER, 1};
+    assert_int_equal(
+        compute_forces(&f->model, &now, &f->surroundings, options, &scratch, &f->system),
+        TULLE_ERROR_OUT_OF_MEMORY);
+    cloth_energies energies;
+    assert_int_equal(compute_energies(&f->model, f->x, f->v, (vec3){0}, 1, &scratch, &energies),
+                     TULLE_OK);
+    arena_destroy(&scratch);
+    fixture_free(f);
+}
+
+/* Fifteen steps in wind; returns positions and velocities. */
+static double *run_threads(int threads) {
+    tulle_material material;
+    assert_int_equal(tulle_material_preset("silk", &material), TULLE_OK);
+    fixture *const f = fixture_make_grid(40, 40, 1.0, 1.0, 2, material);
+    f->threads = threads;
+    f->tolerance = 1e-4;
+    f->surroundings = (environment){.gravity = {0.0, -9.81, 0.0},
+                                    .wind = {{3.0, 0.0, 1.0}, 2.0, 0.3, 0.3, 9, 1.2}};
+    f->is_fixed[0] = f->is_fixed[40] = 1;
+    uint64_t heap_calls = 0;
+    for (int i = 0; i < 15; i++) {
+        fixture_step(f, TULLE_INTEGRATOR_BDF2, 0.01);
+        cloth_energies energies;
+        compute_energies(&f->model, f->x, f->v, f->surroundings.gravity, threads, &f->scratch,
+                         &energies);
+        if (i == 1) heap_calls = f->heap.allocate_count;
+    }
+    assert_int_equal(f->heap.allocate_count, heap_calls);
+    size_t const n = 3 * f->vertex_count;
+    double *const end = malloc(2 * n * sizeof(double));
+    memcpy(end, f->x, n * sizeof(double));
+    memcpy(end + n, f->v, n * sizeof(double));
+    fixture_free(f);
+    return end;
+}
+
+static void bits_do_not_depend_on_threads(void **state) {
+    (void)state;
+    double *const one = run_threads(1);
+    for (int threads = 2; threads <= 5; threads += 3) {
+        double *const many = run_threads(threads);
+        assert_memory_equal(one, many, 2 * 3 * 41 * 41 * sizeof(double));
+        free(many);
+    }
+    free(one);
+}
+
+static void presets_are_complete(void **state) {
+    (void)state;
+    const char *const expected[] = {"cotton", "silk", "wool", "denim", "net", "rubber-sheet"};
+    size_t count = 0;
+    tulle_error error;
+    for (const char *name; (name = tulle_material_preset_name(count)) != NULL; count++) {
+        tulle_material material;
+        assert_string_equal(name, expected[count]);
+        assert_int_equal(tulle_material_preset(name, &material), TULLE_OK);
+        assert_int_equal(material_validate(&material, &error), TULLE_OK);
+        assert_true(strlen(tulle_material_preset_source(count)) > 20);
+    }
+    assert_int_equal(count, 6);
+    assert_null(tulle_material_preset_source(6));
+    tulle_material material = plain_material();
+    assert_int_equal(tulle_material_preset("iron", &material), TULLE_ERROR_INVALID_ARGUMENT);
+    assert_int_equal(tulle_material_preset(NULL, &material), TULLE_ERROR_INVALID_ARGUMENT);
+    double *const fields[] = {&material.area_density,   &material.stretch_stiffness,
+                              &material.bend_stiffness, &material.stretch_damping,
+                              &material.bend_damping,   &material.air_damping,
+                              &material.friction};
+    const char *const names[] = {"area_density",    "stretch_stiffness", "bend_stiffness",
+                                 "stretch_damping", "bend_damping",      "air_damping",
+                                 "friction"};
+    for (int i = 0; i < 7; i++) {
+        double const bad[] = {-1.0, NAN, INFINITY, -INFINITY, i < 2 ? 0.0 : -1e-300};
+        for (int k = 0; k < 5; k++) {
+            double const kept = *fields[i];
+            *fields[i] = bad[k];
+            assert_int_equal(material_validate(&material, &error), TULLE_ERROR_INVALID_ARGUMENT);
+            assert_non_null(strstr(error.message, names[i]));
+            *fields[i] = kept;
+        }
+    }
+    assert_int_equal(material_validate(&material, &error), TULLE_OK);
+}
+
+/* BDF2 needs history of the same step, and pinned vertices end with their mean velocity. */
+static void history_decides_the_integrator(void **state) {
+    (void)state;
+    fixture *const f = fixture_make_grid(2, 2, 1.0, 1.0, 0, plain_material());
+    fixture_step(f, TULLE_INTEGRATOR_BDF2, 0.01);
+    assert_int_equal(f->system.integrator, TULLE_INTEGRATOR_IMPLICIT_EULER);
+    fixture_step(f, TULLE_INTEGRATOR_BDF2, 0.01);
+    assert_int_equal(f->system.integrator, TULLE_INTEGRATOR_BDF2);
+    fixture_step(f, TULLE_INTEGRATOR_BDF2, 0.005);
+    assert_int_equal(f->system.integrator, TULLE_INTEGRATOR_IMPLICIT_EULER);
+    f->system.integrator = TULLE_INTEGRATOR_CRANK_NICOLSON;
+    double mean[27], end[27];
+    for (int i = 0; i < 27; i++) mean[i] = i, f->v[i] = 1.0;
+    uint8_t is_fixed[9] = {1};
+    motion_state const now = fixture_state(f, 0.01);
+    finish_velocities(&f->system, &now, is_fixed, mean, end);
+    assert_true(end[1] == 1.0 && end[3] == 5.0);
+    fixture_free(f);
+}
+
+int main(void) {
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(masses_add_up),
+        cmocka_unit_test(stretch_is_in_force_per_width),
+        cmocka_unit_test(cloths_beside_obstacles_are_independent),
+        cmocka_unit_test(bad_cloth_is_refused_by_name),
+        cmocka_unit_test(failing_memory_is_reported),
+        cmocka_unit_test(bits_do_not_depend_on_threads),
+        cmocka_unit_test(presets_are_complete),
+        cmocka_unit_test(history_decides_the_integrator),
+    };
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}
