@@ -16,17 +16,37 @@ typedef struct cone_test {
     const contact_scene *scene;
     const double *x1;
     double time;
-    vec3 outward; /* unit, from the feature's surface towards the other body */
+    vec3 outward;           /* unit, from the feature's surface towards the other body */
+    const uint32_t *others; /* vertices of the other feature ... */
+    int other_count;        /* ... 0 when it is of another surface */
 } cone_test;
 
 static vec3 point_at(const cone_test *test, uint32_t vertex) {
     return vec3_lerp(vec3_load(test->scene->x0, vertex), vec3_load(test->x1, vertex), test->time);
 }
 
+static bool are_neighbours(const topology *topo, uint32_t a, uint32_t b) {
+    const adjacency *const around = &topo->vertex_neighbours;
+    for (uint32_t i = around->begin[a]; i < around->begin[a + 1]; i++)
+        if (around->items[i] == b) return true;
+    return false;
+}
+
+/* Inside a narrow fold both features hang on one vertex, and points ever nearer to each other lie
+ * towards it. That vertex says nothing against the pair: no other pair would hold the fold open. */
+static bool joins_both_features(const cone_test *test, uint32_t vertex) {
+    for (int k = 0; k < test->other_count; k++)
+        if (vertex == test->others[k] ||
+            are_neighbours(test->scene->set->topo, vertex, test->others[k]))
+            return true;
+    return false;
+}
+
 static bool lies_behind(const cone_test *test, vec3 contact_point, uint32_t neighbour) {
     vec3 const to = vec3_sub(point_at(test, neighbour), contact_point);
     double const height = vec3_dot(test->outward, to);
-    return height <= 0.0 || height <= test->scene->settings.slope_tolerance * vec3_norm(to);
+    return height <= 0.0 || height <= test->scene->settings.slope_tolerance * vec3_norm(to) ||
+           joins_both_features(test, neighbour);
 }
 
 static bool is_in_vertex_cone(const cone_test *test, uint32_t vertex) {
@@ -74,10 +94,20 @@ static vec3 blend_side(const cone_test *test, const contact_row *row, int begin,
     return sum;
 }
 
+/* Turns the test to the row's first feature, or its second. */
+static void face_feature(cone_test *test, const contact_row *row, bool is_first) {
+    const uint32_t *const surface = test->scene->vertex_surface;
+    int const first_count = row->kind == FEATURE_VERTEX_TRIANGLE ? 1 : 2;
+    test->outward = is_first ? vec3_neg(row->normal) : row->normal;
+    test->others = is_first ? row->vertices + first_count : row->vertices;
+    test->other_count = is_first ? 4 - first_count : first_count;
+    if (surface[row->vertices[0]] != surface[row->vertices[3]]) test->other_count = 0;
+}
+
 static bool vertex_row_is_admissible(cone_test *test, const contact_row *row) {
-    test->outward = vec3_neg(row->normal);
+    face_feature(test, row, true);
     if (!is_in_vertex_cone(test, row->vertices[0])) return false;
-    test->outward = row->normal;
+    face_feature(test, row, false);
     uint32_t feature = 0;
     switch (find_rim_part(test->scene->set->topo, row, &feature)) {
     case RIM_INSIDE: return true;
@@ -90,9 +120,9 @@ static bool vertex_row_is_admissible(cone_test *test, const contact_row *row) {
 static bool edge_row_is_admissible(cone_test *test, const contact_row *row) {
     for (int k = 0; k < 4; k++)
         if (fabs(row->weights[k]) < RIM_WEIGHT) return false;
-    test->outward = vec3_neg(row->normal);
+    face_feature(test, row, true);
     if (!is_in_edge_cone(test, row->pair.first, blend_side(test, row, 0, 2))) return false;
-    test->outward = row->normal;
+    face_feature(test, row, false);
     return is_in_edge_cone(test, row->pair.second, blend_side(test, row, 2, 4));
 }
 

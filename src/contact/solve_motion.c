@@ -209,6 +209,7 @@ static void update_multipliers(motion_solve *solve) {
         double const acted = before + row->stiffness * (row->bias - speed);
         row->friction_cap = fmax(before, 0.0);
         row->impulse = vec3_add_scaled(row->impulse, row->normal, fmax(acted, 0.0) - before);
+        if (acted < 0.0) row->is_hard = false;
     }
 }
 

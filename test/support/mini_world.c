@@ -9,7 +9,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-#define MINI_MARGIN_OVER_SEPARATION 1.0
+
 
 mini_world mini_world_make(void) {
     return (mini_world){.heap = memory_default(),
@@ -17,9 +17,11 @@ mini_world mini_world_make(void) {
                         .contact_distance = 3e-3,
                         .friction = 0.5,
                         .gravity = {0.0, 0.0, -9.81},
-                        .area_density = 0.25,
-                        .stiffness = 1500.0,
-                        .damping = 5e-4,
+                        .material = {.area_density = 0.25,
+                                     .stretch_stiffness = 1500.0,
+                                     .bend_stiffness = 1e-5,
+                                     .stretch_damping = 5e-4,
+                                     .bend_damping = 2e-3},
                         .threads = 1};
 }
 
@@ -69,24 +71,16 @@ static void fill_surfaces(mini_world *world) {
     }
 }
 
-/* A third of each triangle's mass to each corner. */
-static void fill_masses(mini_world *world) {
-    for (size_t t = 0; t < world->triangle_count; t++) {
-        const uint32_t *const corner = world->triangles + 3 * t;
-        if (corner[0] >= world->cloth_vertex_count) continue;
-        vec3 const a = vec3_load(world->x0, corner[0]);
-        vec3 const u = vec3_sub(vec3_load(world->x0, corner[1]), a);
-        vec3 const v = vec3_sub(vec3_load(world->x0, corner[2]), a);
-        double const mass = world->area_density * 0.5 * vec3_norm(vec3_cross(u, v)) / 3.0;
-        for (int k = 0; k < 3; k++) world->inverse_mass[corner[k]] += mass;
-    }
+static void build_dynamics(mini_world *world) {
+    cloth_model_def const def = {.vertex_count = world->cloth_vertex_count,
+                                 .surface = &world->topo,
+                                 .rest_positions = world->rest,
+                                 .materials = &world->material,
+                                 .material_count = 1};
+    assert_int_equal(cloth_model_build(&world->heap, &def, &world->model, NULL), TULLE_OK);
+    assert_int_equal(linear_system_build(&world->heap, &world->model, &world->system), TULLE_OK);
     for (size_t i = 0; i < world->cloth_vertex_count; i++)
-        world->inverse_mass[i] = world->inverse_mass[i] > 0.0 ? 1.0 / world->inverse_mass[i] : 0.0;
-}
-
-static double edge_length(const mini_world *world, const double *positions, size_t edge) {
-    return vec3_norm(vec3_sub(vec3_load(positions, world->topo.edges[2 * edge]),
-                              vec3_load(positions, world->topo.edges[2 * edge + 1])));
+        world->inverse_mass[i] = 1.0 / world->model.masses[i];
 }
 
 void start_mini_world(mini_world *world) {
@@ -107,10 +101,7 @@ void start_mini_world(mini_world *world) {
                      TULLE_OK);
     world->set = (surface_set){&world->topo, world->surfaces, world->surface_count};
     fill_surfaces(world);
-    fill_masses(world);
-    world->rest_lengths = grow(NULL, world->topo.edge_count, sizeof(double));
-    for (size_t e = 0; e < world->topo.edge_count; e++)
-        world->rest_lengths[e] = edge_length(world, world->rest, e);
+    build_dynamics(world);
     if (!world->use_brute_force)
         assert_int_equal(broad_phase_create(&world->heap, &world->set, world->rest,
                                             BROAD_PHASE_REFIT, &world->broad),
@@ -120,12 +111,14 @@ void start_mini_world(mini_world *world) {
 void pin_mini_vertex(mini_world *world, size_t vertex) { world->inverse_mass[vertex] = 0.0; }
 
 void mini_world_destroy(mini_world *world) {
-    void *const arrays[] = {world->x0,      world->rest,        world->velocities,
-                            world->u,       world->x1,          world->inverse_mass,
-                            world->bounds,  world->triangles,   world->vertex_surface,
-                            world->targets, world->rest_lengths};
+    void *const arrays[] = {world->x0,     world->rest,      world->velocities,
+                            world->u,      world->x1,        world->inverse_mass,
+                            world->bounds, world->triangles, world->vertex_surface,
+                            world->targets};
     for (size_t i = 0; i < sizeof arrays / sizeof arrays[0]; i++) free(arrays[i]);
     if (world->broad) broad_phase_destroy(world->broad);
+    linear_system_destroy(&world->heap, &world->system);
+    cloth_model_destroy(&world->heap, &world->model);
     topology_destroy(&world->heap, &world->topo);
     ARRAY_FREE(&world->heap, &world->pairs.vertex_triangle);
     ARRAY_FREE(&world->heap, &world->pairs.edge_edge);
@@ -250,7 +243,7 @@ static tulle_status renew_pairs(pair_source *source, const double *x1) {
 static pair_source make_source(mini_world *world) {
     return (pair_source){.pairs = &world->pairs,
                          .bounds = world->bounds,
-                         .margin = 1.5 * world->contact_distance * MINI_MARGIN_OVER_SEPARATION,
+                         .margin = 1.5 * world->contact_distance,
                          .renew = renew_pairs,
                          .context = world};
 }
@@ -259,62 +252,6 @@ pair_source find_mini_pairs(mini_world *world, const double *x1) {
     pair_source source = make_source(world);
     assert_int_equal(source.renew(&source, x1), TULLE_OK);
     return source;
-}
-
-/* A u = (M + (h d + h^2) K) u with K = sum k n n^T over edges. */
-typedef struct mini_system {
-    const mini_world *world;
-    double h;
-    double *right_hand_side, *diagonal;
-} mini_system;
-
-static void apply_springs(void *context, const double *x, double *y) {
-    const mini_system *const system = context;
-    const mini_world *const world = system->world;
-    double const factor = world->stiffness * system->h * (system->h + world->damping);
-    for (size_t i = 0; i < world->cloth_vertex_count; i++) {
-        double const mass = world->inverse_mass[i] > 0.0 ? 1.0 / world->inverse_mass[i] : 1.0;
-        for (size_t k = 3 * i; k < 3 * i + 3; k++) y[k] = mass * x[k];
-    }
-    for (size_t e = 0; e < world->topo.edge_count; e++) {
-        uint32_t const a = world->topo.edges[2 * e], b = world->topo.edges[2 * e + 1];
-        if (a >= world->cloth_vertex_count) break;
-        vec3 const n = vec3_normalize(vec3_sub(vec3_load(world->x0, b), vec3_load(world->x0, a)));
-        double const speed = vec3_dot(n, vec3_sub(vec3_load(x, b), vec3_load(x, a)));
-        vec3_store(y, a, vec3_add_scaled(vec3_load(y, a), n, -factor * speed));
-        vec3_store(y, b, vec3_add_scaled(vec3_load(y, b), n, factor * speed));
-    }
-}
-
-static void add_spring(mini_system *system, size_t edge) {
-    const mini_world *const world = system->world;
-    uint32_t const a = world->topo.edges[2 * edge], b = world->topo.edges[2 * edge + 1];
-    if (a >= world->cloth_vertex_count) return;
-    vec3 const d = vec3_sub(vec3_load(world->x0, b), vec3_load(world->x0, a));
-    vec3 const n = vec3_normalize(d);
-    double const force = world->stiffness * (vec3_norm(d) - world->rest_lengths[edge]);
-    double *const rhs = system->right_hand_side;
-    vec3_store(rhs, a, vec3_add_scaled(vec3_load(rhs, a), n, system->h * force));
-    vec3_store(rhs, b, vec3_add_scaled(vec3_load(rhs, b), n, -system->h * force));
-    mat3 const block =
-        mat3_outer(n, n, world->stiffness * system->h * (system->h + world->damping));
-    for (int k = 0; k < 9; k++) {
-        system->diagonal[9 * a + (uint32_t)k] += block.m[k];
-        system->diagonal[9 * b + (uint32_t)k] += block.m[k];
-    }
-}
-
-static void fill_system(mini_system *system) {
-    const mini_world *const world = system->world;
-    for (size_t i = 0; i < world->cloth_vertex_count; i++) {
-        double const mass = world->inverse_mass[i] > 0.0 ? 1.0 / world->inverse_mass[i] : 1.0;
-        for (size_t k = 0; k < 3; k++)
-            system->right_hand_side[3 * i + k] =
-                mass * (world->velocities[3 * i + k] + system->h * world->gravity[k]);
-        mat3 const block = mat3_identity(mass);
-        memcpy(system->diagonal + 9 * i, &block, sizeof block);
-    }
-    for (size_t e = 0; e < world->topo.edge_count; e++) add_spring(system, e);
 }
 
 static void move_obstacles(mini_world *world, double h) {
@@ -375,21 +312,21 @@ static tulle_status run_stages(mini_world *world, double h, const motion_system 
 }
 
 static tulle_status run_substep(mini_world *world, double h) {
-    arena_mark const mark = arena_get_mark(&world->scratch);
-    size_t const count = world->cloth_vertex_count;
-    mini_system system = {.world = world, .h = h};
-    system.right_hand_side = ARENA_NEW(&world->scratch, double, 3 * count);
-    system.diagonal = ARENA_NEW(&world->scratch, double, 9 * count);
-    tulle_status status = TULLE_ERROR_OUT_OF_MEMORY;
-    if (system.right_hand_side && system.diagonal) {
-        move_obstacles(world, h);
-        fill_system(&system);
-        motion_system const motion = {system.right_hand_side, system.diagonal, apply_springs,
-                                      &system};
-        status = run_stages(world, h, &motion);
-    }
-    arena_release(&world->scratch, mark);
-    return status;
+    motion_state const state = {.positions = world->x0,
+                                .velocities = world->velocities,
+                                .time_step = h,
+                                .time = world->time};
+    environment const surroundings = {.gravity = vec3_load(world->gravity, 0),
+                                      .wind = {.gust_length = 1.0, .gust_time = 1.0}};
+    force_options const options = {TULLE_INTEGRATOR_IMPLICIT_EULER, world->threads};
+    tulle_status const status = compute_forces(&world->model, &state, &surroundings, options,
+                                               &world->scratch, &world->system);
+    if (status != TULLE_OK) return status;
+    linear_system_operator matrix = {&world->system, world->threads};
+    motion_system const motion = {world->system.right_hand_side, world->system.diagonal,
+                                  linear_system_apply, &matrix};
+    move_obstacles(world, h);
+    return run_stages(world, h, &motion);
 }
 
 tulle_status step_mini_world(mini_world *world, double h) {

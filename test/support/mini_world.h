@@ -1,6 +1,7 @@
-/* test/support/mini_world.h - a small world for tests of the contact stages: cloths of unit-less
- * springs and moving obstacles in the arrays that contact reads, and a step that chains the stages.
- * Everything fails the running cmocka test on an error of the library, but step_mini_world. */
+/* test/support/mini_world.h - a small world for tests of the contact stages: cloths of one
+ * material and moving obstacles in the arrays that contact reads, and a step that chains the
+ * stages. Everything fails the running cmocka test on an error of the library, but step_mini_world.
+ */
 #ifndef TULLE_TEST_SUPPORT_MINI_WORLD_H
 #define TULLE_TEST_SUPPORT_MINI_WORLD_H
 
@@ -9,8 +10,9 @@
 #include "contact/resolve_impacts.h"
 #include "contact/solve_motion.h"
 #include "detect/broad_phase.h"
+#include "dynamics/compute_forces.h"
 
-enum { MINI_MAX_SURFACES = 8 };
+enum { MINI_MAX_SURFACES = 16 };
 
 /* A mesh to add; arrays are copied. */
 typedef struct mini_mesh {
@@ -27,7 +29,7 @@ typedef struct mini_world {
     contact_settings settings;
     double contact_distance, friction; /* of all pairs */
     double gravity[3];
-    double area_density, stiffness, damping; /* [kg/m^2], [N/m], [s] */
+    tulle_material material; /* of all cloths */
     int threads;
     bool use_brute_force; /* all pairs with meeting boxes instead of the broad phase */
     /* Affine motion of an obstacle: fills its targets from its x0 for a step h at time t. */
@@ -49,7 +51,8 @@ typedef struct mini_world {
     contact_store store;
     row_list rows;
     double time;
-    double *rest_lengths;
+    cloth_model model;
+    linear_system system;
     /* Reports of the last (sub)step. */
     solve_report solve;
     impact_report impacts;
