@@ -4,6 +4,8 @@
 #include "app/commands.h"
 #include "app/options.h"
 
+#include "tulle/run.h"
+
 #include <stdbool.h>
 #include <stdio.h>
 #include <string.h>
@@ -26,6 +28,7 @@ static bool has_extension(const char *path, const char *extension) {
 
 static tulle_status print_info(const char *path, tulle_error *error) {
     if (has_extension(path, ".pc2")) return info_print_cache(path, error);
+    if (tulle_run_is_directory(path)) return info_print_run(path, error);
     return info_print_mesh(path, error);
 }
 
