@@ -74,7 +74,7 @@ static void print_default(const schema_map *map, const schema_key *key, FILE *st
     else if (key->flags & SCHEMA_REQUIRED)
         fprintf(stream, "required");
     else if (key->flags & SCHEMA_ALTERNATIVE)
-        fprintf(stream, map->needs_alternative ? "one of the keys marked so" : "none");
+        fprintf(stream, map->needs_alternative ? "one of these" : "none");
     else if (key->type == SCHEMA_MAP)
         fprintf(stream, "its defaults");
     else

@@ -157,7 +157,8 @@ const schema_map mesh_map = {
     .title = "Mesh",
     .meaning =
         "Triangles from a file or a generator. Flat cloth lies in the plane z = 0, centred at "
-        "the origin; obstacles stand on it with z up.",
+        "the origin; boxes, spheres, tori and tiles are centred there; other obstacles stand on "
+        "the plane with z up.",
     MAP_OF(mesh_table, mesh_keys),
     .needs_alternative = true,
     .selector = "shape"};
