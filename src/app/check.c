@@ -4,13 +4,14 @@
  * run directories. Output: a line a frame, a line an intersecting pair, a closing line with the
  * sums; the exit code says whether there was any intersection. */
 #define _POSIX_C_SOURCE 200809L
-#include "app/check_frame.h"
+#include "app/check_run.h"
 #include "app/commands.h"
 #include "app/options.h"
 #include "base/arena.h"
 #include "base/error.h"
 #include "base/parallel.h"
 #include "tulle/io.h"
+#include "tulle/run.h"
 
 #include <sys/stat.h>
 
@@ -81,10 +82,14 @@ static tulle_status check_files(const check_options *options, char **files, size
 
 static tulle_status check_directory(const check_options *options, const char *path,
                                     check_totals *totals, tulle_error *error) {
-    (void)options;
-    (void)totals;
-    return error_set_at(error, TULLE_ERROR_UNSUPPORTED, path, 0, 0,
-                        "directories cannot be judged by this build; name mesh files");
+    if (!tulle_run_is_directory(path))
+        return error_set_at(error, TULLE_ERROR_INVALID_ARGUMENT, path, 0, 0,
+                            "this directory holds no run.json; name a run directory or mesh files");
+    if (options->is_together || options->obstacles.count > 0)
+        return error_set_at(error, TULLE_ERROR_INVALID_ARGUMENT, path, 0, 0,
+                            "--together and --obstacle go with mesh files; a run directory brings "
+                            "its own obstacles");
+    return check_run_directory(path, (int)options->threads, &options->report, totals, error);
 }
 
 static tulle_status check_operands(const check_options *options, char **operands, size_t count,

@@ -39,9 +39,10 @@ bool coplanar_triangles_meet(int axis, const double *const a[3], const double *c
 }
 
 /* Close to the common vertex v each triangle is the cone of directions between its two edges. The
- * triangles share more than v exactly when the closed cones share a direction, and then a boundary
- * direction of one cone lies in the other. A direction lies in a counterclockwise cone when it is
- * not to the right of the first edge and not to the left of the second. */
+ * triangles share more than v exactly when the closed cones share a direction, and then, both being
+ * narrower than half a turn, the first edge of one cone lies in the other. A direction lies in a
+ * counterclockwise cone when it is not to the right of the first edge and not to the left of the
+ * second. */
 bool coplanar_triangles_meet_beyond_vertex(int axis, const double *const a[3],
                                            const double *const b[3], size_t *exact_count) {
     const double *const v = a[0];
@@ -50,14 +51,8 @@ bool coplanar_triangles_meet_beyond_vertex(int axis, const double *const a[3],
     const double *const a1 = a[is_a_clockwise ? 2 : 1], *const a2 = a[is_a_clockwise ? 1 : 2];
     const double *const b1 = b[is_b_clockwise ? 2 : 1], *const b2 = b[is_b_clockwise ? 1 : 2];
     int const a1b1 = coplanar_orient(axis, v, a1, b1, exact_count);
-    int const a1b2 = coplanar_orient(axis, v, a1, b2, exact_count);
-    int const a2b1 = coplanar_orient(axis, v, a2, b1, exact_count);
-    int const a2b2 = coplanar_orient(axis, v, a2, b2, exact_count);
-    bool const is_b1_in_a = a1b1 >= 0 && a2b1 <= 0;
-    bool const is_b2_in_a = a1b2 >= 0 && a2b2 <= 0;
-    bool const is_a1_in_b = a1b1 <= 0 && a1b2 >= 0;
-    bool const is_a2_in_b = a2b1 <= 0 && a2b2 >= 0;
-    return is_b1_in_a || is_b2_in_a || is_a1_in_b || is_a2_in_b;
+    if (a1b1 >= 0 && coplanar_orient(axis, v, a2, b1, exact_count) <= 0) return true;
+    return a1b1 <= 0 && coplanar_orient(axis, v, a1, b2, exact_count) >= 0;
 }
 
 /* A segment is a convex polygon with two corners; the line that separates it may be its own. */

@@ -1,0 +1,169 @@
+/* app/check_run.c - see check_run.h. Frames are read one after the other into slots, one for each
+ * thread, judged side by side, and printed in order. */
+#define _POSIX_C_SOURCE 200809L
+#include "app/check_run.h"
+
+#include "base/arena.h"
+#include "base/error.h"
+#include "base/parallel.h"
+#include "base/timer.h"
+#include "tulle/run.h"
+
+#include <stdio.h>
+#include <string.h>
+#include <unistd.h>
+
+enum { BAR_WIDTH = 30 };                /* characters */
+static const double BAR_INTERVAL = 0.1; /* [s] between two pictures of the bar: calm, yet alive */
+
+typedef struct run_check {
+    const char *directory;
+    tulle_run_reader *reader;
+    const tulle_run_info *info;
+    tulle_mesh_view *meshes; /* of every body, as its OBJ file holds it */
+    check_frame *slots;      /* slot_count frames being judged side by side */
+    double **positions;      /* slot_count times body_count; null for static bodies */
+    size_t slot_count;
+    int threads;
+    double last_bar; /* [s] when the bar was drawn; 0: not yet */
+} run_check;
+
+static tulle_status report_memory(const run_check *self, tulle_error *error) {
+    return error_set_at(error, TULLE_ERROR_OUT_OF_MEMORY, self->directory, 0, 0,
+                        "no memory for %zu frames; use fewer threads", self->slot_count);
+}
+
+static bool allocate_slot(run_check *self, arena *scratch, size_t slot) {
+    size_t const body_count = self->info->body_count;
+    check_frame *const frame = &self->slots[slot];
+    frame->bodies = ARENA_NEW_ZEROED(scratch, tulle_check_body, body_count);
+    frame->names = ARENA_NEW_ZEROED(scratch, const char *, body_count);
+    if (!frame->bodies || !frame->names) return false;
+    for (size_t body = 0; body < body_count; body++) {
+        if (self->info->bodies[body].is_static) continue;
+        double *const positions = ARENA_NEW(scratch, double, 3 * self->meshes[body].vertex_count);
+        if (!positions) return false;
+        self->positions[slot * body_count + body] = positions;
+    }
+    return true;
+}
+
+static tulle_status open_run(run_check *self, arena *scratch, tulle_error *error) {
+    size_t const body_count = self->info->body_count;
+    if (self->info->frame_count == 0)
+        return error_set_at(error, TULLE_ERROR_INVALID_ARGUMENT, self->directory, 0, 0,
+                            "the run holds no whole frame yet, so there is nothing to judge");
+    self->slot_count = (size_t)self->threads < self->info->frame_count ? (size_t)self->threads
+                                                                       : self->info->frame_count;
+    self->meshes = ARENA_NEW_ZEROED(scratch, tulle_mesh_view, body_count);
+    self->slots = ARENA_NEW_ZEROED(scratch, check_frame, self->slot_count);
+    self->positions = ARENA_NEW_ZEROED(scratch, double *, self->slot_count *body_count);
+    if (!self->meshes || !self->slots || !self->positions) return report_memory(self, error);
+    for (size_t body = 0; body < body_count; body++) {
+        tulle_status const status =
+            tulle_run_reader_get_mesh(self->reader, body, &self->meshes[body], error);
+        if (status != TULLE_OK) return status;
+    }
+    for (size_t slot = 0; slot < self->slot_count; slot++)
+        if (!allocate_slot(self, scratch, slot)) return report_memory(self, error);
+    return TULLE_OK;
+}
+
+/* Fills slot number `slot` with the frame. */
+static tulle_status read_frame(run_check *self, size_t slot, uint32_t number, tulle_error *error) {
+    check_frame *const frame = &self->slots[slot];
+    frame->source = self->directory;
+    frame->number = (long)number;
+    frame->body_count = 0;
+    tulle_status status =
+        tulle_run_reader_get_frame(self->reader, number, &frame->time, NULL, NULL);
+    if (status != TULLE_OK)
+        return error_set_at(error, status, self->directory, 0, 0, "frame %u cannot be read",
+                            (unsigned)number);
+    for (size_t body = 0; body < self->info->body_count; body++) {
+        const tulle_run_body_info *const info = &self->info->bodies[body];
+        if (!tulle_run_reader_is_present(self->reader, number, body)) continue;
+        tulle_mesh_view mesh = self->meshes[body];
+        double *const positions = self->positions[slot * self->info->body_count + body];
+        if (positions) {
+            status = tulle_run_reader_read_positions(self->reader, number, body, positions, error);
+            if (status != TULLE_OK) return status;
+            mesh.positions = positions;
+        }
+        frame->names[frame->body_count] = info->name;
+        frame->bodies[frame->body_count++] = (tulle_check_body){mesh, info->is_obstacle};
+    }
+    return TULLE_OK;
+}
+
+static void draw_bar(run_check *self, uint64_t done, uint64_t count, const check_totals *totals) {
+    double const now = timer_now();
+    if (!isatty(STDERR_FILENO) || (self->last_bar > 0.0 && now - self->last_bar < BAR_INTERVAL))
+        return;
+    self->last_bar = now;
+    char bar[BAR_WIDTH + 1];
+    size_t const filled = (size_t)(BAR_WIDTH * done / count);
+    memset(bar, '#', filled);
+    memset(bar + filled, '.', BAR_WIDTH - filled);
+    bar[BAR_WIDTH] = '\0';
+    fprintf(stderr, "\r[%s] %llu of %llu frames judged, %llu intersections", bar,
+            (unsigned long long)done, (unsigned long long)count,
+            (unsigned long long)totals->intersection_count);
+}
+
+/* Takes the bar away, so that other lines can be printed. */
+static void clear_bar(const run_check *self) {
+    if (self->last_bar > 0.0) fputs("\r\033[K", stderr);
+}
+
+/* Prints the judged slots in order up to the first that failed. */
+static tulle_status report_slots(run_check *self, size_t count, const check_report *report,
+                                 check_totals *totals, tulle_error *error) {
+    tulle_status status = TULLE_OK;
+    clear_bar(self);
+    for (size_t slot = 0; slot < count; slot++) {
+        check_frame *const frame = &self->slots[slot];
+        if (status == TULLE_OK && frame->status != TULLE_OK)
+            status = error_set_at(error, frame->status, self->directory, 0, 0, "frame %ld: %s",
+                                  frame->number, frame->error.message);
+        else if (status == TULLE_OK)
+            check_report_frame(report, frame, totals);
+        tulle_check_result_destroy(&frame->result);
+    }
+    return status;
+}
+
+static tulle_status judge_run(run_check *self, const check_report *report, check_totals *totals,
+                              tulle_error *error) {
+    uint32_t const frame_count = self->info->frame_count;
+    tulle_status status = TULLE_OK;
+    for (uint32_t first = 0; first < frame_count && status == TULLE_OK;) {
+        size_t count = 0;
+        while (count < self->slot_count && first + count < frame_count && status == TULLE_OK) {
+            status = read_frame(self, count, first + (uint32_t)count, error);
+            if (status == TULLE_OK) count++;
+        }
+        check_frames_judge(self->slots, count, self->threads);
+        tulle_status const judged = report_slots(self, count, report, totals, error);
+        if (judged != TULLE_OK) status = judged;
+        first += (uint32_t)count;
+        draw_bar(self, first, frame_count, totals);
+    }
+    clear_bar(self);
+    return status;
+}
+
+tulle_status check_run_directory(const char *directory, int threads, const check_report *report,
+                                 check_totals *totals, tulle_error *error) {
+    run_check self = {.directory = directory, .threads = parallel_resolve_threads(threads)};
+    tulle_status status = tulle_run_reader_open(directory, &self.reader, error);
+    if (status != TULLE_OK) return status;
+    self.info = tulle_run_reader_get_info(self.reader);
+    memory heap = memory_default();
+    arena scratch = arena_make(&heap);
+    status = open_run(&self, &scratch, error);
+    if (status == TULLE_OK) status = judge_run(&self, report, totals, error);
+    arena_destroy(&scratch);
+    tulle_run_reader_close(self.reader);
+    return status;
+}
