@@ -6,11 +6,11 @@ foreach(folder base math geom detect dynamics contact world check io)
 endforeach()
 
 # One of the parallel_*.c files runs the chunks of parallel_for.
-if(NOT TULLE_PARALLEL MATCHES "^(openmp|pthreads|none)$")
-    message(FATAL_ERROR "TULLE_PARALLEL is \"${TULLE_PARALLEL}\"; it should be openmp, pthreads or none")
+if(NOT TULLE_THREADS MATCHES "^(pthreads|openmp|none)$")
+    message(FATAL_ERROR "TULLE_THREADS is \"${TULLE_THREADS}\"; it should be pthreads, openmp or none")
 endif()
 list(FILTER library_sources EXCLUDE REGEX "/base/parallel_[a-z]+\\.c$")
-list(APPEND library_sources ${PROJECT_SOURCE_DIR}/src/base/parallel_${TULLE_PARALLEL}.c)
+list(APPEND library_sources ${PROJECT_SOURCE_DIR}/src/base/parallel_${TULLE_THREADS}.c)
 
 add_library(tulle_objects OBJECT ${library_sources})
 target_include_directories(tulle_objects PRIVATE ${PROJECT_SOURCE_DIR}/include ${PROJECT_SOURCE_DIR}/src)
@@ -19,11 +19,11 @@ target_link_libraries(tulle_objects PRIVATE tulle_flags)
 set_target_properties(tulle_objects PROPERTIES POSITION_INDEPENDENT_CODE ON C_VISIBILITY_PRESET hidden)
 
 set(tulle_private_libraries m)
-if(TULLE_PARALLEL STREQUAL "openmp")
+if(TULLE_THREADS STREQUAL "openmp")
     find_package(OpenMP REQUIRED COMPONENTS C)
     target_compile_options(tulle_objects PRIVATE ${OpenMP_C_FLAGS})
     list(PREPEND tulle_private_libraries ${OpenMP_C_LIB_NAMES})
-elseif(TULLE_PARALLEL STREQUAL "pthreads")
+elseif(TULLE_THREADS STREQUAL "pthreads")
     list(PREPEND tulle_private_libraries pthread)
 endif()
 

@@ -1,5 +1,5 @@
 /* base/parallel_backend.h - what parallel_for needs of a threading library. One of
- * parallel_openmp.c, parallel_pthreads.c and parallel_none.c is built (TULLE_PARALLEL in
+ * parallel_openmp.c, parallel_pthreads.c and parallel_none.c is built (TULLE_THREADS in
  * CMakeLists.txt); the results do not depend on which. */
 #ifndef TULLE_BASE_PARALLEL_BACKEND_H
 #define TULLE_BASE_PARALLEL_BACKEND_H
