@@ -1,0 +1,207 @@
+/* world/defs.c - default definitions and the checks of what users put into them. */
+#include "world/defs.h"
+
+#include "base/error.h"
+#include "world/world_state.h"
+
+#include <math.h>
+#include <string.h>
+
+tulle_world_def tulle_world_def_default(void) {
+    return (tulle_world_def){
+        .cookie = WORLD_DEF_COOKIE,
+        .gravity = {0.0, 0.0, -9.81},
+        .wind = {.gust_length = 0.5, .gust_time = 0.5, .seed = 1},
+        .integrator = TULLE_INTEGRATOR_IMPLICIT_EULER,
+        .broad_phase = TULLE_BROAD_PHASE_REFIT,
+        .cg_tolerance = 1e-4, /* looser falsifies sliding friction */
+        .cg_max_iterations = 5000,
+        .solve_rounds = 3,
+        .impulse_sweeps = 10,
+        .impact_rounds = 5,
+        .friction_cloth_cloth = 0.3,
+        .start_intersections = TULLE_START_REFUSE,
+        .on_pinch = TULLE_ON_PINCH_STOP,
+    };
+}
+
+tulle_cloth_def tulle_cloth_def_default(void) {
+    tulle_cloth_def def = {.cookie = CLOTH_DEF_COOKIE};
+    (void)tulle_material_preset("cotton", &def.material);
+    return def;
+}
+
+tulle_obstacle_def tulle_obstacle_def_default(void) {
+    return (tulle_obstacle_def){.cookie = OBSTACLE_DEF_COOKIE,
+                                .friction = 0.3,
+                                .frame_interval = 1.0 / 24.0,
+                                .appear_time = -(double)INFINITY,
+                                .disappear_time = (double)INFINITY};
+}
+
+/* One number of a def with its allowed range, ends included. */
+typedef struct range_check {
+    const char *name, *unit;
+    double value, low, high;
+} range_check;
+
+static tulle_status check_ranges(const range_check *checks, size_t count, const char *owner,
+                                 tulle_error *error) {
+    for (size_t i = 0; i < count; i++) {
+        range_check const *const c = &checks[i];
+        if (!(c->value >= c->low && c->value <= c->high)) {
+            return error_set(error, TULLE_ERROR_INVALID_ARGUMENT,
+                             "%s: %s is %g %s; it must lie between %g and %g", owner, c->name,
+                             c->value, c->unit, c->low, c->high);
+        }
+    }
+    return TULLE_OK;
+}
+
+#define CHECK_RANGES(checks, owner, error)                                                         \
+    check_ranges((checks), sizeof(checks) / sizeof *(checks), (owner), (error))
+
+/* Widest sensible values [SI]; beyond them doubles lose the contact distances. */
+static const double LARGEST = 1e6;
+static const double SMALLEST_POSITIVE = 1e-12;
+
+tulle_status world_def_check(const tulle_world_def *def, tulle_error *error) {
+    if (!def || def->cookie != WORLD_DEF_COOKIE) {
+        return error_set(error, TULLE_ERROR_INVALID_ARGUMENT,
+                         "the world def was not made by tulle_world_def_default");
+    }
+    double const separation = def->separation_distance;
+    range_check const checks[] = {
+        {"gravity x", "m/s^2", def->gravity[0], -LARGEST, LARGEST},
+        {"gravity y", "m/s^2", def->gravity[1], -LARGEST, LARGEST},
+        {"gravity z", "m/s^2", def->gravity[2], -LARGEST, LARGEST},
+        {"wind velocity x", "m/s", def->wind.velocity[0], -LARGEST, LARGEST},
+        {"wind velocity y", "m/s", def->wind.velocity[1], -LARGEST, LARGEST},
+        {"wind velocity z", "m/s", def->wind.velocity[2], -LARGEST, LARGEST},
+        {"wind gust strength", "m/s", def->wind.gust_strength, 0.0, LARGEST},
+        {"wind gust length", "m", def->wind.gust_length, 1e-6, LARGEST},
+        {"wind gust time", "s", def->wind.gust_time, 1e-6, LARGEST},
+        {"wind drag coefficient", "kg/m^3", def->wind.drag_coefficient, 0.0, LARGEST},
+        {"contact distance", "m", def->contact_distance, 0.0, 1.0},
+        {"separation distance", "m", separation,
+         separation == 0.0 ? 0.0 : def->contact_distance, 2.0},
+        {"minimum gap", "m", def->minimum_gap, 0.0,
+         def->contact_distance > 0.0 ? 0.5 * def->contact_distance : 0.5},
+        {"CG tolerance", "", def->cg_tolerance, 1e-12, 1e-1},
+        {"CG iteration limit", "", (double)def->cg_max_iterations, 1.0, 1e6},
+        {"solve rounds", "", (double)def->solve_rounds, 1.0, 20.0},
+        {"impulse sweeps", "", (double)def->impulse_sweeps, 1.0, 1000.0},
+        {"impact rounds", "", (double)def->impact_rounds, 0.0, 100.0},
+        {"friction between cloths", "", def->friction_cloth_cloth, 0.0, 10.0},
+        {"integrator", "", (double)def->integrator, 0.0, (double)TULLE_INTEGRATOR_BDF2},
+        {"broad phase", "", (double)def->broad_phase, 0.0, (double)TULLE_BROAD_PHASE_BVOX},
+        {"start_intersections", "", (double)def->start_intersections, 0.0, 1.0},
+        {"on_pinch", "", (double)def->on_pinch, 0.0, (double)TULLE_ON_PINCH_RELEASE},
+        {"threads", "", (double)def->threads, 0.0, 256.0},
+    };
+    return CHECK_RANGES(checks, "world", error);
+}
+
+static tulle_status check_material(const tulle_material *m, const char *owner, tulle_error *error) {
+    range_check const checks[] = {
+        {"area density", "kg/m^2", m->area_density, SMALLEST_POSITIVE, LARGEST},
+        {"stretch stiffness", "N/m", m->stretch_stiffness, SMALLEST_POSITIVE, 1e12},
+        {"bend stiffness", "N m", m->bend_stiffness, 0.0, 1e9},
+        {"stretch damping", "s", m->stretch_damping, 0.0, LARGEST},
+        {"bend damping", "s", m->bend_damping, 0.0, LARGEST},
+        {"air damping", "1/s", m->air_damping, 0.0, LARGEST},
+        {"friction", "", m->friction, 0.0, 10.0},
+    };
+    return CHECK_RANGES(checks, owner, error);
+}
+
+static tulle_status check_pin(const tulle_cloth_def *def, size_t index, const char *owner,
+                              tulle_error *error) {
+    tulle_pin const *const pin = &def->pins[index];
+    for (size_t i = 0; i < pin->vertex_count; i++) {
+        if (pin->vertices[i] >= def->mesh.vertex_count) {
+            return error_set(error, TULLE_ERROR_INVALID_ARGUMENT,
+                             "%s: pin %zu names vertex %u; the mesh has %zu vertices", owner, index,
+                             pin->vertices[i], def->mesh.vertex_count);
+        }
+    }
+    if (isnan(pin->release_time)) {
+        return error_set(error, TULLE_ERROR_INVALID_ARGUMENT,
+                         "%s: the release time of pin %zu is not a number", owner, index);
+    }
+    return motion_validate(&pin->motion, owner, error);
+}
+
+static tulle_status check_finite(const double *values, size_t count, const char *what,
+                                 const char *owner, tulle_error *error) {
+    for (size_t i = 0; values && i < count; i++) {
+        if (!isfinite(values[i])) {
+            return error_set(error, TULLE_ERROR_INVALID_ARGUMENT,
+                             "%s: the %s of vertex %zu is not finite", owner, what, i / 3);
+        }
+    }
+    return TULLE_OK;
+}
+
+tulle_status cloth_def_check(const tulle_cloth_def *def, const char *owner, tulle_error *error) {
+    if (!def || def->cookie != CLOTH_DEF_COOKIE) {
+        return error_set(error, TULLE_ERROR_INVALID_ARGUMENT,
+                         "%s: the def was not made by tulle_cloth_def_default", owner);
+    }
+    tulle_status status = tulle_mesh_validate(def->mesh, TULLE_MESH_ROLE_CLOTH, error);
+    if (status == TULLE_OK && def->rest_positions) {
+        tulle_mesh_view rest = def->mesh;
+        rest.positions = def->rest_positions;
+        status = tulle_mesh_validate(rest, TULLE_MESH_ROLE_CLOTH, error);
+    }
+    if (status != TULLE_OK) return status;
+    size_t const value_count = 3 * def->mesh.vertex_count;
+    status = check_material(&def->material, owner, error);
+    if (status == TULLE_OK) {
+        status = check_finite(def->velocities, value_count, "velocity", owner, error);
+    }
+    range_check const checks[] = {
+        {"thickness", "m", def->thickness, 0.0, 1.0},
+        {"velocity x", "m/s", def->velocity[0], -LARGEST, LARGEST},
+        {"velocity y", "m/s", def->velocity[1], -LARGEST, LARGEST},
+        {"velocity z", "m/s", def->velocity[2], -LARGEST, LARGEST},
+    };
+    if (status == TULLE_OK) status = CHECK_RANGES(checks, owner, error);
+    for (size_t i = 0; status == TULLE_OK && i < def->pin_count; i++) {
+        status = check_pin(def, i, owner, error);
+    }
+    return status;
+}
+
+tulle_status obstacle_def_check(const tulle_obstacle_def *def, const char *owner,
+                                tulle_error *error) {
+    if (!def || def->cookie != OBSTACLE_DEF_COOKIE) {
+        return error_set(error, TULLE_ERROR_INVALID_ARGUMENT,
+                         "%s: the def was not made by tulle_obstacle_def_default", owner);
+    }
+    tulle_status status = tulle_mesh_validate(def->mesh, TULLE_MESH_ROLE_OBSTACLE, error);
+    if (status != TULLE_OK) return status;
+    if (def->read_frame) {
+        range_check const checks[] = {
+            {"frame count", "", (double)def->frame_count, 1.0, 1e9},
+            {"frame start time", "s", def->frame_start_time, -LARGEST, LARGEST},
+            {"frame interval", "s", def->frame_interval, 1e-9, LARGEST},
+        };
+        status = CHECK_RANGES(checks, owner, error);
+        if (status != TULLE_OK) return status;
+        if (def->motion.key_count > 0) {
+            return error_set(error, TULLE_ERROR_INVALID_ARGUMENT,
+                             "%s: has both keyframes and a mesh sequence; give one", owner);
+        }
+    }
+    if (isnan(def->appear_time) || isnan(def->disappear_time) ||
+        def->disappear_time <= def->appear_time) {
+        return error_set(error, TULLE_ERROR_INVALID_ARGUMENT,
+                         "%s: disappears at %g s, which must come after it appears at %g s", owner,
+                         def->disappear_time, def->appear_time);
+    }
+    range_check const checks[] = {{"friction", "", def->friction, 0.0, 10.0}};
+    status = CHECK_RANGES(checks, owner, error);
+    if (status == TULLE_OK) status = motion_validate(&def->motion, owner, error);
+    return status;
+}

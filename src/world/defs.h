@@ -1,0 +1,12 @@
+/* world/defs.h - checks of user definitions; each names the owner, the value and its range. */
+#ifndef TULLE_WORLD_DEFS_H
+#define TULLE_WORLD_DEFS_H
+
+#include "tulle/world.h"
+
+tulle_status world_def_check(const tulle_world_def *def, tulle_error *error);
+tulle_status cloth_def_check(const tulle_cloth_def *def, const char *owner, tulle_error *error);
+tulle_status obstacle_def_check(const tulle_obstacle_def *def, const char *owner,
+                                tulle_error *error);
+
+#endif

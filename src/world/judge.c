@@ -1,0 +1,140 @@
+/* world/judge.c - asks the exact judge about the present surfaces, and keeps the list of pairs that
+ * are ignored until they come apart. */
+#include "base/error.h"
+#include "math/vec3.h"
+#include "tulle/check.h"
+#include "world/world_state.h"
+
+#include <stdio.h>
+#include <string.h>
+
+enum { NAMED_PAIRS = 3 }; /* intersecting pairs that a message spells out */
+
+static const world_mesh *surface_mesh(const tulle_world *world, size_t surface) {
+    size_t const cloth_count = world->cloths.count;
+    return surface < cloth_count ? &world->cloths.data[surface].mesh
+                                 : &world->obstacles.data[surface - cloth_count].mesh;
+}
+
+/* Present surfaces as bodies of the judge; `surface_of` maps a body to its surface. */
+static size_t collect_bodies(const tulle_world *world, const double *positions,
+                             tulle_check_body *bodies, uint32_t *surface_of) {
+    size_t body_count = 0;
+    for (size_t s = 0; s < world_surface_count(world); s++) {
+        surface_range const *const range = &world->surfaces[s];
+        if (!range->is_present) continue;
+        world_mesh const *const mesh = surface_mesh(world, s);
+        bodies[body_count].mesh =
+            (tulle_mesh_view){positions + 3 * (size_t)range->vertex_begin, mesh->vertex_count,
+                              mesh->triangles, mesh->triangle_count};
+        bodies[body_count].is_obstacle = range->is_obstacle;
+        surface_of[body_count++] = (uint32_t)s;
+    }
+    return body_count;
+}
+
+tulle_status world_find_intersections(tulle_world *world, const double *positions,
+                                      intersection_list *list, tulle_error *error) {
+    arena_mark const mark = arena_get_mark(&world->scratch);
+    size_t const surface_count = world_surface_count(world);
+    tulle_check_body *const bodies = ARENA_NEW(&world->scratch, tulle_check_body, surface_count);
+    uint32_t *const surface_of = ARENA_NEW(&world->scratch, uint32_t, surface_count);
+    tulle_check_result result = {0};
+    tulle_status status = TULLE_ERROR_OUT_OF_MEMORY;
+    if (bodies && surface_of) {
+        size_t const body_count = collect_bodies(world, positions, bodies, surface_of);
+        status = tulle_check_intersections(bodies, body_count, world->threads, &result, error);
+    }
+    list->count = 0;
+    if (status == TULLE_OK && !ARRAY_RESERVE(&world->heap, list, result.pair_count)) {
+        status = TULLE_ERROR_OUT_OF_MEMORY;
+    }
+    if (status == TULLE_ERROR_OUT_OF_MEMORY) {
+        error_set(error, status, "no memory left for the judge of intersections");
+    }
+    for (size_t i = 0; status == TULLE_OK && i < result.pair_count; i++) {
+        tulle_check_pair const *const pair = &result.pairs[i];
+        list->data[list->count++] =
+            (tulle_intersection){surface_of[pair->body_a], pair->triangle_a,
+                                 surface_of[pair->body_b], pair->triangle_b};
+    }
+    tulle_check_result_destroy(&result);
+    arena_release(&world->scratch, mark);
+    return status;
+}
+
+/* "triangle 7 of 'cloth 0' (vertices 1, 2, 9; first at 0.1, 0.2, 0.3)" */
+static int describe_triangle(const tulle_world *world, const double *positions, uint32_t surface,
+                             uint32_t triangle, char *text, size_t size) {
+    uint32_t const *const corners = surface_mesh(world, surface)->triangles + 3 * (size_t)triangle;
+    vec3 const first = vec3_load(positions, world->surfaces[surface].vertex_begin + corners[0]);
+    return snprintf(text, size,
+                    "triangle %u of '%s' (vertices %u, %u, %u; the first at %.9g, %.9g, %.9g)",
+                    triangle, world_surface_name(world, surface), corners[0], corners[1],
+                    corners[2], first.x, first.y, first.z);
+}
+
+tulle_status world_refuse_intersections(const tulle_world *world, const double *positions,
+                                        const char *when, tulle_error *error) {
+    char text[sizeof error->message];
+    size_t const size = sizeof text;
+    size_t const count = world->intersections.count;
+    size_t length = (size_t)snprintf(text, size, "%zu pairs of triangles intersect %s: ", count,
+                                     when);
+    for (size_t i = 0; i < count && i < NAMED_PAIRS && length < size; i++) {
+        tulle_intersection const *const pair = &world->intersections.data[i];
+        length += (size_t)describe_triangle(world, positions, pair->object_a, pair->triangle_a,
+                                            text + length, size - length);
+        if (length < size) length += (size_t)snprintf(text + length, size - length, " with ");
+        if (length >= size) break;
+        length += (size_t)describe_triangle(world, positions, pair->object_b, pair->triangle_b,
+                                            text + length, size - length);
+        if (length < size) length += (size_t)snprintf(text + length, size - length, "; ");
+    }
+    return error_set(error, TULLE_ERROR_INTERSECTING_START,
+                     "%s%smove them apart, or set start_intersections to ignore (those pairs then "
+                     "count only after they came apart)",
+                     text, count > NAMED_PAIRS ? "and more; " : "");
+}
+
+/* Whether one pair of triangles intersects, as the judge sees it. */
+static tulle_status pair_intersects(const tulle_world *world, const double *positions,
+                                    const tulle_intersection *pair, bool *intersects) {
+    uint32_t const surfaces[2] = {pair->object_a, pair->object_b};
+    uint32_t const numbers[2] = {pair->triangle_a, pair->triangle_b};
+    tulle_check_body bodies[2];
+    size_t body_count = 0;
+    uint32_t corners[6];
+    bool const is_self = surfaces[0] == surfaces[1];
+    for (int k = 0; k < 2; k++) {
+        world_mesh const *const mesh = surface_mesh(world, surfaces[k]);
+        surface_range const *const range = &world->surfaces[surfaces[k]];
+        memcpy(corners + 3 * k, mesh->triangles + 3 * (size_t)numbers[k], 3 * sizeof *corners);
+        if (k == 1 && is_self) {
+            bodies[0].mesh.triangle_count = 2;
+            break;
+        }
+        bodies[body_count++] = (tulle_check_body){
+            .mesh = {positions + 3 * (size_t)range->vertex_begin, mesh->vertex_count,
+                     corners + 3 * k, 1},
+            .is_obstacle = range->is_obstacle};
+    }
+    tulle_check_result result = {0};
+    tulle_status const status = tulle_check_intersections(bodies, body_count, 1, &result, NULL);
+    *intersects = result.pair_count > 0;
+    tulle_check_result_destroy(&result);
+    return status;
+}
+
+tulle_status world_update_ignored(tulle_world *world, const double *positions) {
+    size_t kept = 0;
+    for (size_t i = 0; i < world->ignored.count; i++) {
+        bool intersects = true;
+        tulle_status const status =
+            pair_intersects(world, positions, &world->ignored.data[i], &intersects);
+        if (status != TULLE_OK) return status;
+        if (intersects) world->ignored.data[kept++] = world->ignored.data[i];
+    }
+    world->ignored.count = kept;
+    return TULLE_OK;
+}

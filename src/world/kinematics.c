@@ -1,0 +1,135 @@
+/* world/kinematics.c - scripted motion: where obstacles and pinned vertices go, which are there.
+ *
+ * Takes the defs and a time; gives `targets`, the positions that scripted vertices reach at that
+ * time, the mask of pinned vertices and inverse masses that are zero for them. Poses are made from
+ * the defs' own positions each time, so nothing drifts. */
+#include "base/error.h"
+#include "math/vec3.h"
+#include "world/world_state.h"
+
+#include <math.h>
+#include <string.h>
+
+/* Makes sure that frame `number` is in one of the two cached slots; *slot tells which. `keep` is the
+ * slot that must not be overwritten, or -1. */
+static tulle_status load_frame(world_obstacle *obstacle, uint32_t number, int keep, int *slot,
+                               tulle_error *error) {
+    for (int i = 0; i < 2; i++) {
+        if (obstacle->frame_numbers[i] == number) {
+            *slot = i;
+            return TULLE_OK;
+        }
+    }
+    *slot = keep == 0 ? 1 : 0;
+    obstacle->frame_numbers[*slot] = TULLE_NONE;
+    double *const frame = obstacle->frames[*slot];
+    tulle_status const status = obstacle->read_frame(obstacle->frame_context, number, frame, error);
+    if (status != TULLE_OK) return status;
+    for (size_t i = 0; i < 3 * obstacle->mesh.vertex_count; i++) {
+        if (!isfinite(frame[i])) {
+            return error_set(error, TULLE_ERROR_INVALID_MESH,
+                             "%s: vertex %zu of frame %u is not finite", obstacle->name, i / 3,
+                             number);
+        }
+    }
+    obstacle->frame_numbers[*slot] = number;
+    return TULLE_OK;
+}
+
+/* Positions of a mesh sequence at `time`, linear between its frames, still outside them. */
+static tulle_status sample_sequence(world_obstacle *obstacle, double time, double *target,
+                                    tulle_error *error) {
+    double const last = (double)(obstacle->frame_count - 1);
+    double const position = (time - obstacle->frame_start_time) / obstacle->frame_interval;
+    double const clamped = fmin(fmax(position, 0.0), last);
+    uint32_t const from = (uint32_t)clamped;
+    double const fraction = clamped - (double)from;
+    int slot_from, slot_to;
+    tulle_status status = load_frame(obstacle, from, -1, &slot_from, error);
+    if (status != TULLE_OK) return status;
+    if (fraction == 0.0) {
+        memcpy(target, obstacle->frames[slot_from],
+               3 * obstacle->mesh.vertex_count * sizeof(double));
+        return TULLE_OK;
+    }
+    status = load_frame(obstacle, from + 1, slot_from, &slot_to, error);
+    if (status != TULLE_OK) return status;
+    double const *const a = obstacle->frames[slot_from], *const b = obstacle->frames[slot_to];
+    for (size_t i = 0; i < 3 * obstacle->mesh.vertex_count; i++) {
+        target[i] = a[i] + fraction * (b[i] - a[i]);
+    }
+    return TULLE_OK;
+}
+
+/* Pins of one cloth that hold at `time`: mask, masses and targets of their vertices. */
+static void apply_pins(tulle_world *world, const world_cloth *cloth, double time,
+                       double script_time) {
+    for (size_t p = 0; p < cloth->pin_count; p++) {
+        world_pin const *const pin = &cloth->pins[p];
+        if (time >= pin->release_time) continue;
+        for (size_t i = 0; i < pin->vertex_count; i++) {
+            size_t const local = pin->vertices[i], vertex = cloth->vertex_begin + local;
+            world->is_fixed[vertex] = 1;
+            world->active_inverse_masses[vertex] = 0.0;
+            motion_apply(&pin->motion, script_time, cloth->mesh.positions + 3 * local, 1,
+                         world->targets + 3 * vertex);
+        }
+    }
+}
+
+tulle_status world_script_targets(tulle_world *world, double time, double script_time,
+                                  tulle_error *error) {
+    memset(world->is_fixed, 0, world->cloth_vertex_count);
+    memcpy(world->active_inverse_masses, world->inverse_masses,
+           world->vertex_count * sizeof(double));
+    for (size_t i = 0; i < world->cloths.count; i++) {
+        apply_pins(world, &world->cloths.data[i], time, script_time);
+    }
+    for (size_t i = 0; i < world->obstacles.count; i++) {
+        world_obstacle *const obstacle = &world->obstacles.data[i];
+        double *const target = world->targets + 3 * (size_t)obstacle->vertex_begin;
+        if (obstacle->read_frame) {
+            tulle_status const status = sample_sequence(obstacle, script_time, target, error);
+            if (status != TULLE_OK) return status;
+        } else {
+            motion_apply(&obstacle->motion, script_time, obstacle->mesh.positions,
+                         obstacle->mesh.vertex_count, target);
+        }
+    }
+    return TULLE_OK;
+}
+
+/* Judges obstacles that have just appeared (all others are clean already). */
+static tulle_status judge_appearance(tulle_world *world, const world_motion_state *state,
+                                     tulle_error *error) {
+    tulle_status status =
+        world_find_intersections(world, state->positions, &world->intersections, error);
+    if (status != TULLE_OK || world->intersections.count == 0) return status;
+    if (world->def.start_intersections == TULLE_START_REFUSE) {
+        return world_refuse_intersections(world, state->positions, "when an obstacle appears",
+                                          error);
+    }
+    world->ignored.count = 0;
+    if (!ARRAY_RESERVE(&world->heap, &world->ignored, world->intersections.count)) {
+        return error_set(error, TULLE_ERROR_OUT_OF_MEMORY, "no memory left for ignored pairs");
+    }
+    memcpy(world->ignored.data, world->intersections.data,
+           world->intersections.count * sizeof *world->ignored.data);
+    world->ignored.count = world->intersections.count;
+    return TULLE_OK;
+}
+
+tulle_status world_update_presence(tulle_world *world, world_motion_state *state,
+                                   tulle_error *error) {
+    bool has_appeared = false;
+    for (size_t i = 0; i < world->obstacles.count; i++) {
+        world_obstacle const *const obstacle = &world->obstacles.data[i];
+        bool const is_due =
+            state->time >= obstacle->appear_time && state->time < obstacle->disappear_time;
+        bool const is_present = is_due && !state->is_released[i];
+        has_appeared = has_appeared || (is_present && !state->is_present[i]);
+        state->is_present[i] = is_present;
+        world->surfaces[world->cloths.count + i].is_present = is_present;
+    }
+    return has_appeared ? judge_appearance(world, state, error) : TULLE_OK;
+}

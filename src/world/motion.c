@@ -1,0 +1,148 @@
+/* world/motion.c - scripted rigid motion: keyframes to positions.
+ *
+ * Takes keyframes (time, translation, unit quaternion) and a time; gives the pose or moved points.
+ * Between keys the translation is linear and the rotation spherical-linear, both over the eased or
+ * plain fraction; outside the keys the nearest pose holds.
+ * Based on: Shoemake, Animating rotation with quaternion curves, 1985 (spherical interpolation). */
+#include "world/motion.h"
+
+#include "base/error.h"
+#include "math/vec3.h"
+
+#include <math.h>
+#include <string.h>
+
+/* A quaternion may be off unit length by this much before it is refused; copies are normalised. */
+static const double QUATERNION_TOLERANCE = 1e-6;
+
+/* Under this sine of the angle between two rotations the linear blend is exact to rounding. */
+static const double SLERP_LINEAR_SINE = 1e-8;
+
+static double quaternion_norm(const double q[4]) {
+    return sqrt(q[0] * q[0] + q[1] * q[1] + q[2] * q[2] + q[3] * q[3]);
+}
+
+static tulle_status validate_key(const tulle_motion *motion, size_t i, const char *owner,
+                                 tulle_error *error) {
+    tulle_keyframe const *const key = &motion->keys[i];
+    double const norm = quaternion_norm(key->rotation);
+    double const sum =
+        key->time + key->translation[0] + key->translation[1] + key->translation[2] + norm;
+    if (!isfinite(sum)) {
+        return error_set(error, TULLE_ERROR_INVALID_ARGUMENT,
+                         "%s: keyframe %zu holds a value that is not finite", owner, i);
+    }
+    if (fabs(norm - 1.0) > QUATERNION_TOLERANCE) {
+        return error_set(error, TULLE_ERROR_INVALID_ARGUMENT,
+                         "%s: the rotation of keyframe %zu has length %g; give a unit quaternion",
+                         owner, i, norm);
+    }
+    if (i > 0 && !(key->time > motion->keys[i - 1].time)) {
+        return error_set(error, TULLE_ERROR_INVALID_ARGUMENT,
+                         "%s: keyframe %zu at %g s must come after the one before it at %g s",
+                         owner, i, key->time, motion->keys[i - 1].time);
+    }
+    return TULLE_OK;
+}
+
+tulle_status motion_validate(const tulle_motion *motion, const char *owner, tulle_error *error) {
+    for (size_t i = 0; i < motion->key_count; i++) {
+        tulle_status const status = validate_key(motion, i, owner, error);
+        if (status != TULLE_OK) return status;
+    }
+    if (!isfinite(motion->pivot[0] + motion->pivot[1] + motion->pivot[2])) {
+        return error_set(error, TULLE_ERROR_INVALID_ARGUMENT,
+                         "%s: the pivot of its motion is not finite", owner);
+    }
+    return TULLE_OK;
+}
+
+tulle_status motion_copy(memory *heap, const tulle_motion *source, world_motion *target) {
+    memset(target, 0, sizeof *target);
+    memcpy(target->pivot, source->pivot, sizeof target->pivot);
+    target->is_eased = source->is_eased;
+    if (source->key_count == 0) return TULLE_OK;
+    target->keys = memory_allocate_zeroed(heap, source->key_count, sizeof *target->keys);
+    if (!target->keys) return TULLE_ERROR_OUT_OF_MEMORY;
+    target->key_count = source->key_count;
+    memcpy(target->keys, source->keys, source->key_count * sizeof *target->keys);
+    for (size_t i = 0; i < target->key_count; i++) {
+        double const norm = quaternion_norm(target->keys[i].rotation);
+        for (int c = 0; c < 4; c++) target->keys[i].rotation[c] /= norm;
+    }
+    return TULLE_OK;
+}
+
+void motion_destroy(memory *heap, world_motion *motion) {
+    memory_release(heap, motion->keys, motion->key_count * sizeof *motion->keys);
+    motion->keys = NULL;
+    motion->key_count = 0;
+}
+
+/* Spherical interpolation from a to b along the shorter arc. */
+static void quaternion_slerp(const double a[4], const double b[4], double s, double result[4]) {
+    double dot = a[0] * b[0] + a[1] * b[1] + a[2] * b[2] + a[3] * b[3];
+    double const sign = dot < 0.0 ? -1.0 : 1.0;
+    dot = fmin(dot * sign, 1.0);
+    double const sine = sqrt(fmax(0.0, 1.0 - dot * dot));
+    double weight_a = 1.0 - s, weight_b = s;
+    if (sine > SLERP_LINEAR_SINE) {
+        double const angle = atan2(sine, dot);
+        weight_a = sin((1.0 - s) * angle) / sine;
+        weight_b = sin(s * angle) / sine;
+    }
+    for (int c = 0; c < 4; c++) result[c] = weight_a * a[c] + sign * weight_b * b[c];
+    double const norm = quaternion_norm(result);
+    for (int c = 0; c < 4; c++) result[c] /= norm;
+}
+
+void motion_get_pose(const world_motion *motion, double time, double translation[3],
+                     double rotation[4]) {
+    static const double identity[4] = {1.0, 0.0, 0.0, 0.0};
+    memset(translation, 0, 3 * sizeof(double));
+    memcpy(rotation, identity, sizeof identity);
+    size_t const count = motion->key_count;
+    if (count == 0) return;
+
+    /* outside the keys the nearest pose holds */
+    size_t next = 0;
+    while (next < count && motion->keys[next].time <= time) next++;
+    if (next == 0 || next == count) {
+        tulle_keyframe const *const key = &motion->keys[next == 0 ? 0 : count - 1];
+        memcpy(translation, key->translation, sizeof key->translation);
+        memcpy(rotation, key->rotation, sizeof key->rotation);
+        return;
+    }
+
+    tulle_keyframe const *const from = &motion->keys[next - 1];
+    tulle_keyframe const *const to = &motion->keys[next];
+    double s = (time - from->time) / (to->time - from->time);
+    if (motion->is_eased) s = s * s * (3.0 - 2.0 * s);
+    for (int c = 0; c < 3; c++) {
+        translation[c] = from->translation[c] + s * (to->translation[c] - from->translation[c]);
+    }
+    quaternion_slerp(from->rotation, to->rotation, s, rotation);
+}
+
+void motion_apply(const world_motion *motion, double time, const double *source, size_t count,
+                  double *target) {
+    if (motion->key_count == 0) {
+        if (target != source) memcpy(target, source, 3 * count * sizeof(double));
+        return;
+    }
+    double translation[3], q[4];
+    motion_get_pose(motion, time, translation, q);
+
+    /* rotation matrix of the quaternion */
+    mat3 const r = {{1 - 2 * (q[2] * q[2] + q[3] * q[3]), 2 * (q[1] * q[2] - q[0] * q[3]),
+                     2 * (q[1] * q[3] + q[0] * q[2]), 2 * (q[1] * q[2] + q[0] * q[3]),
+                     1 - 2 * (q[1] * q[1] + q[3] * q[3]), 2 * (q[2] * q[3] - q[0] * q[1]),
+                     2 * (q[1] * q[3] - q[0] * q[2]), 2 * (q[2] * q[3] + q[0] * q[1]),
+                     1 - 2 * (q[1] * q[1] + q[2] * q[2])}};
+    vec3 const pivot = vec3_load(motion->pivot, 0);
+    vec3 const shift = vec3_add(vec3_load(translation, 0), pivot);
+    for (size_t i = 0; i < count; i++) {
+        vec3 const arm = vec3_sub(vec3_load(source, i), pivot);
+        vec3_store(target, i, vec3_add(mat3_multiply_vec3(&r, arm), shift));
+    }
+}

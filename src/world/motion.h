@@ -1,0 +1,30 @@
+/* world/motion.h - scripted rigid motion: keyframes to positions. */
+#ifndef TULLE_WORLD_MOTION_H
+#define TULLE_WORLD_MOTION_H
+
+#include "base/memory.h"
+#include "tulle/world.h"
+
+/* An owned copy of a tulle_motion. */
+typedef struct world_motion {
+    tulle_keyframe *keys;
+    size_t key_count;
+    double pivot[3]; /* [m] */
+    int is_eased;
+} world_motion;
+
+/* Checks a def's motion: finite values, times strictly increasing, unit quaternions. */
+tulle_status motion_validate(const tulle_motion *motion, const char *owner, tulle_error *error);
+/* Copies the keys, quaternions normalised. */
+tulle_status motion_copy(memory *heap, const tulle_motion *source, world_motion *target);
+void motion_destroy(memory *heap, world_motion *motion);
+
+/* Pose at `time` [s]: translation [m] and unit quaternion (w, x, y, z); identity without keys. */
+void motion_get_pose(const world_motion *motion, double time, double translation[3],
+                     double rotation[4]);
+
+/* Applies the pose at `time` to `count` points: 3 * count doubles in, the same out. */
+void motion_apply(const world_motion *motion, double time, const double *source, size_t count,
+                  double *target);
+
+#endif

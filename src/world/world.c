@@ -1,0 +1,285 @@
+/* world/world.c - making, filling and destroying a world. Everything that defs point to is copied. */
+#include "base/error.h"
+#include "base/hash.h"
+#include "base/parallel.h"
+#include "world/defs.h"
+#include "world/world_state.h"
+
+#include <stdio.h>
+#include <string.h>
+
+static tulle_status out_of_memory(tulle_error *error, const char *what) {
+    return error_set(error, TULLE_ERROR_OUT_OF_MEMORY, "no memory left for %s", what);
+}
+
+tulle_status tulle_world_create(const tulle_world_def *def, tulle_world **world,
+                                tulle_error *error) {
+    if (!world) return error_set(error, TULLE_ERROR_INVALID_ARGUMENT, "no place for the world");
+    *world = NULL;
+    tulle_status const status = world_def_check(def, error);
+    if (status != TULLE_OK) return status;
+    memory heap = memory_make(def->allocator);
+    tulle_world *const made = memory_allocate_zeroed(&heap, 1, sizeof *made);
+    if (!made) return out_of_memory(error, "the world");
+    made->heap = heap;
+    made->def = *def;
+    made->threads = parallel_resolve_threads(def->threads);
+    made->scratch = arena_make(&made->heap);
+    made->def_hash = HASH_SEED;
+    *world = made;
+    return TULLE_OK;
+}
+
+/* A copy of count * size bytes; null source or count gives null. */
+static void *copy_array(memory *heap, const void *source, size_t count, size_t size) {
+    void *const copy = memory_allocate(heap, count * size);
+    if (copy && count > 0) memcpy(copy, source, count * size);
+    return copy;
+}
+
+static tulle_status copy_mesh(memory *heap, tulle_mesh_view view, world_mesh *mesh) {
+    mesh->positions = copy_array(heap, view.positions, view.vertex_count, 3 * sizeof(double));
+    mesh->triangles = copy_array(heap, view.triangles, view.triangle_count, 3 * sizeof(uint32_t));
+    mesh->vertex_count = view.vertex_count;
+    mesh->triangle_count = view.triangle_count;
+    return mesh->positions && mesh->triangles ? TULLE_OK : TULLE_ERROR_OUT_OF_MEMORY;
+}
+
+static void destroy_mesh(memory *heap, world_mesh *mesh) {
+    memory_release(heap, mesh->positions, 3 * mesh->vertex_count * sizeof(double));
+    memory_release(heap, mesh->triangles, 3 * mesh->triangle_count * sizeof(uint32_t));
+}
+
+static void destroy_cloth(memory *heap, world_cloth *cloth) {
+    size_t const vector_bytes = 3 * cloth->mesh.vertex_count * sizeof(double);
+    memory_release(heap, cloth->rest, vector_bytes);
+    memory_release(heap, cloth->velocities, vector_bytes);
+    for (size_t i = 0; cloth->pins && i < cloth->pin_count; i++) {
+        world_pin *const pin = &cloth->pins[i];
+        memory_release(heap, pin->vertices, pin->vertex_count * sizeof *pin->vertices);
+        motion_destroy(heap, &pin->motion);
+    }
+    memory_release(heap, cloth->pins, cloth->pin_count * sizeof *cloth->pins);
+    destroy_mesh(heap, &cloth->mesh);
+}
+
+static void destroy_obstacle(memory *heap, world_obstacle *obstacle) {
+    size_t const vector_bytes = 3 * obstacle->mesh.vertex_count * sizeof(double);
+    memory_release(heap, obstacle->frames[0], vector_bytes);
+    memory_release(heap, obstacle->frames[1], vector_bytes);
+    motion_destroy(heap, &obstacle->motion);
+    destroy_mesh(heap, &obstacle->mesh);
+}
+
+void tulle_world_destroy(tulle_world *world) {
+    if (!world) return;
+    memory *const heap = &world->heap;
+    world_release_start(world);
+    for (size_t i = 0; i < world->cloths.count; i++) destroy_cloth(heap, &world->cloths.data[i]);
+    for (size_t i = 0; i < world->obstacles.count; i++) {
+        destroy_obstacle(heap, &world->obstacles.data[i]);
+    }
+    ARRAY_FREE(heap, &world->cloths);
+    ARRAY_FREE(heap, &world->obstacles);
+    memory last = world->heap;
+    memory_release(&last, world, sizeof *world);
+}
+
+static void name_object(char name[WORLD_NAME_BYTES], const char *given, const char *kind,
+                        size_t index) {
+    if (given && given[0]) snprintf(name, WORLD_NAME_BYTES, "%s", given);
+    else snprintf(name, WORLD_NAME_BYTES, "%s %zu", kind, index);
+}
+
+/* Puts the owner's name in front of an error's message. */
+static tulle_status own_error(tulle_error *error, const char *owner, tulle_status status) {
+    if (error && strncmp(error->message, owner, strlen(owner)) != 0) {
+        char message[sizeof error->message];
+        snprintf(message, sizeof message, "%s: %.*s", owner,
+                 (int)(sizeof message - WORLD_NAME_BYTES - 4), error->message);
+        memcpy(error->message, message, sizeof message);
+    }
+    return status;
+}
+
+static tulle_status copy_pins(memory *heap, const tulle_cloth_def *def, world_cloth *cloth) {
+    if (def->pin_count == 0) return TULLE_OK;
+    cloth->pins = memory_allocate_zeroed(heap, def->pin_count, sizeof *cloth->pins);
+    if (!cloth->pins) return TULLE_ERROR_OUT_OF_MEMORY;
+    cloth->pin_count = def->pin_count;
+    for (size_t i = 0; i < def->pin_count; i++) {
+        tulle_pin const *const source = &def->pins[i];
+        world_pin *const pin = &cloth->pins[i];
+        pin->vertices = copy_array(heap, source->vertices, source->vertex_count, sizeof(uint32_t));
+        if (!pin->vertices) return TULLE_ERROR_OUT_OF_MEMORY;
+        pin->vertex_count = source->vertex_count;
+        pin->release_time = source->release_time;
+        if (motion_copy(heap, &source->motion, &pin->motion) != TULLE_OK) {
+            return TULLE_ERROR_OUT_OF_MEMORY;
+        }
+    }
+    return TULLE_OK;
+}
+
+static tulle_status copy_cloth(memory *heap, const tulle_cloth_def *def, world_cloth *cloth) {
+    size_t const count = def->mesh.vertex_count;
+    cloth->material = def->material;
+    cloth->thickness = def->thickness;
+    if (copy_mesh(heap, def->mesh, &cloth->mesh) != TULLE_OK) return TULLE_ERROR_OUT_OF_MEMORY;
+    double const *const rest = def->rest_positions ? def->rest_positions : def->mesh.positions;
+    cloth->rest = copy_array(heap, rest, count, 3 * sizeof(double));
+    cloth->velocities = memory_allocate(heap, 3 * count * sizeof(double));
+    if (!cloth->rest || !cloth->velocities) return TULLE_ERROR_OUT_OF_MEMORY;
+    for (size_t i = 0; i < 3 * count; i++) {
+        cloth->velocities[i] = def->velocities ? def->velocities[i] : def->velocity[i % 3];
+    }
+    return copy_pins(heap, def, cloth);
+}
+
+static tulle_status check_not_started(const tulle_world *world, tulle_error *error) {
+    if (!world) return error_set(error, TULLE_ERROR_INVALID_ARGUMENT, "the world is null");
+    if (!world->is_started) return TULLE_OK;
+    return error_set(error, TULLE_ERROR_INVALID_ARGUMENT,
+                     "objects can be added only before the world has started");
+}
+
+tulle_status tulle_world_add_cloth(tulle_world *world, const tulle_cloth_def *def,
+                                   tulle_cloth_id *id, tulle_error *error) {
+    tulle_status status = check_not_started(world, error);
+    if (status != TULLE_OK) return status;
+    world_cloth cloth = {0};
+    name_object(cloth.name, def ? def->name : NULL, "cloth", world->cloths.count);
+    status = cloth_def_check(def, cloth.name, error);
+    if (status != TULLE_OK) return own_error(error, cloth.name, status);
+    if (!ARRAY_RESERVE(&world->heap, &world->cloths, 1) ||
+        copy_cloth(&world->heap, def, &cloth) != TULLE_OK) {
+        destroy_cloth(&world->heap, &cloth);
+        return out_of_memory(error, cloth.name);
+    }
+    if (id) *id = (tulle_cloth_id){(uint32_t)world->cloths.count, 1};
+    world->cloths.data[world->cloths.count++] = cloth;
+    return TULLE_OK;
+}
+
+static tulle_status copy_obstacle(memory *heap, const tulle_obstacle_def *def,
+                                  world_obstacle *obstacle) {
+    obstacle->friction = def->friction;
+    obstacle->read_frame = def->read_frame;
+    obstacle->frame_context = def->frame_context;
+    obstacle->frame_count = def->frame_count;
+    obstacle->frame_start_time = def->frame_start_time;
+    obstacle->frame_interval = def->frame_interval;
+    obstacle->appear_time = def->appear_time;
+    obstacle->disappear_time = def->disappear_time;
+    obstacle->frame_numbers[0] = obstacle->frame_numbers[1] = TULLE_NONE;
+    if (copy_mesh(heap, def->mesh, &obstacle->mesh) != TULLE_OK ||
+        motion_copy(heap, &def->motion, &obstacle->motion) != TULLE_OK) {
+        return TULLE_ERROR_OUT_OF_MEMORY;
+    }
+    size_t const vector_bytes = 3 * def->mesh.vertex_count * sizeof(double);
+    for (int i = 0; i < 2 && def->read_frame; i++) {
+        obstacle->frames[i] = memory_allocate(heap, vector_bytes);
+        if (!obstacle->frames[i]) return TULLE_ERROR_OUT_OF_MEMORY;
+    }
+    return TULLE_OK;
+}
+
+tulle_status tulle_world_add_obstacle(tulle_world *world, const tulle_obstacle_def *def,
+                                      tulle_obstacle_id *id, tulle_error *error) {
+    tulle_status status = check_not_started(world, error);
+    if (status != TULLE_OK) return status;
+    world_obstacle obstacle = {0};
+    name_object(obstacle.name, def ? def->name : NULL, "obstacle", world->obstacles.count);
+    status = obstacle_def_check(def, obstacle.name, error);
+    if (status != TULLE_OK) return own_error(error, obstacle.name, status);
+    if (!ARRAY_RESERVE(&world->heap, &world->obstacles, 1) ||
+        copy_obstacle(&world->heap, def, &obstacle) != TULLE_OK) {
+        destroy_obstacle(&world->heap, &obstacle);
+        return out_of_memory(error, obstacle.name);
+    }
+    if (id) *id = (tulle_obstacle_id){(uint32_t)world->obstacles.count, 1};
+    world->obstacles.data[world->obstacles.count++] = obstacle;
+    return TULLE_OK;
+}
+
+/* Index of the first vertex in the world's numbering; null positions before the start. */
+static const double *object_vectors(const double *vectors, uint32_t vertex_begin) {
+    return vectors ? vectors + 3 * (size_t)vertex_begin : NULL;
+}
+
+static const world_cloth *find_cloth(const tulle_world *world, tulle_cloth_id id,
+                                     size_t *vertex_count) {
+    bool const is_valid = world && id.generation == 1 && id.index < world->cloths.count;
+    world_cloth const *const cloth = is_valid ? &world->cloths.data[id.index] : NULL;
+    if (vertex_count) *vertex_count = cloth ? cloth->mesh.vertex_count : 0;
+    return cloth;
+}
+
+const double *tulle_cloth_get_positions(const tulle_world *world, tulle_cloth_id id,
+                                        size_t *vertex_count) {
+    world_cloth const *const cloth = find_cloth(world, id, vertex_count);
+    if (!cloth) return NULL;
+    return world->is_started ? object_vectors(world->now.positions, cloth->vertex_begin)
+                             : cloth->mesh.positions;
+}
+
+const double *tulle_cloth_get_velocities(const tulle_world *world, tulle_cloth_id id,
+                                         size_t *vertex_count) {
+    world_cloth const *const cloth = find_cloth(world, id, vertex_count);
+    if (!cloth) return NULL;
+    return world->is_started ? object_vectors(world->now.velocities, cloth->vertex_begin)
+                             : cloth->velocities;
+}
+
+static const world_obstacle *find_obstacle(const tulle_world *world, tulle_obstacle_id id) {
+    bool const is_valid = world && id.generation == 1 && id.index < world->obstacles.count;
+    return is_valid ? &world->obstacles.data[id.index] : NULL;
+}
+
+const double *tulle_obstacle_get_positions(const tulle_world *world, tulle_obstacle_id id,
+                                           size_t *vertex_count) {
+    world_obstacle const *const obstacle = find_obstacle(world, id);
+    if (vertex_count) *vertex_count = obstacle ? obstacle->mesh.vertex_count : 0;
+    if (!obstacle) return NULL;
+    return world->is_started ? object_vectors(world->now.positions, obstacle->vertex_begin)
+                             : obstacle->mesh.positions;
+}
+
+int tulle_obstacle_is_present(const tulle_world *world, tulle_obstacle_id id) {
+    world_obstacle const *const obstacle = find_obstacle(world, id);
+    if (!obstacle) return 0;
+    if (!world->is_started) return obstacle->appear_time <= 0.0;
+    return world->now.is_present[id.index];
+}
+
+double tulle_world_get_time(const tulle_world *world) { return world ? world->now.time : 0.0; }
+
+uint64_t tulle_world_get_step_count(const tulle_world *world) {
+    return world ? world->step_count : 0;
+}
+
+void tulle_world_get_distances(const tulle_world *world, double *contact, double *separation,
+                               double *minimum_gap) {
+    if (contact) *contact = world->contact_distance;
+    if (separation) *separation = world->separation_distance;
+    if (minimum_gap) *minimum_gap = world->minimum_gap;
+}
+
+const char *tulle_world_last_message(const tulle_world *world) {
+    return world ? world->message : "";
+}
+
+const tulle_intersection *tulle_world_get_intersections(const tulle_world *world, size_t *count) {
+    if (count) *count = world ? world->intersections.count : 0;
+    return world ? world->intersections.data : NULL;
+}
+
+static const char *const STAGE_NAMES[TULLE_STAGE_COUNT] = {
+    "compute_forces", "gather_contacts", "solve_motion",      "propose_paths",
+    "build_patches",  "build_trees",     "find_pairs",        "test_pairs",
+    "select_admissible", "resolve_impacts", "commit_safely",  "update_contacts",
+};
+
+const char *tulle_stage_name(int stage) {
+    return stage >= 0 && stage < TULLE_STAGE_COUNT ? STAGE_NAMES[stage] : NULL;
+}

@@ -1,0 +1,149 @@
+/* world/world_state.h - the insides of tulle_world, for the files of world/ alone.
+ *
+ * All vertices share one numbering: cloths first, in the order they were added, then obstacles.
+ * Surfaces are numbered the same way: surface i is cloth i, surface cloth_count + j is obstacle j. */
+#ifndef TULLE_WORLD_STATE_H
+#define TULLE_WORLD_STATE_H
+
+#include "base/arena.h"
+#include "contact/contact_types.h"
+#include "detect/broad_phase.h"
+#include "dynamics/cloth_model.h"
+#include "geom/topology.h"
+#include "tulle/world.h"
+#include "world/motion.h"
+
+enum { WORLD_NAME_BYTES = 64, WORLD_MESSAGE_BYTES = 1024 };
+
+/* Set by the def defaults; another value means that a def was not made by them. */
+#define WORLD_DEF_COOKIE UINT32_C(0x7411e001)
+#define CLOTH_DEF_COOKIE UINT32_C(0x7411e002)
+#define OBSTACLE_DEF_COOKIE UINT32_C(0x7411e003)
+
+typedef struct world_pin {
+    uint32_t *vertices; /* in the cloth's own numbering */
+    size_t vertex_count;
+    world_motion motion;
+    double release_time; /* [s] */
+} world_pin;
+
+/* Owned positions and triangles, in the object's own numbering. */
+typedef struct world_mesh {
+    double *positions; /* [m] */
+    uint32_t *triangles;
+    size_t vertex_count, triangle_count;
+} world_mesh;
+
+typedef struct world_cloth {
+    char name[WORLD_NAME_BYTES];
+    world_mesh mesh;    /* start positions */
+    double *rest;       /* [m] 3 * vertex_count */
+    double *velocities; /* [m/s] at the start */
+    tulle_material material;
+    double thickness; /* [m] 0: not given */
+    world_pin *pins;
+    size_t pin_count;
+    uint32_t vertex_begin; /* in the world's numbering, set by the start */
+} world_cloth;
+
+typedef struct world_obstacle {
+    char name[WORLD_NAME_BYTES];
+    world_mesh mesh; /* at motion zero */
+    double friction;
+    world_motion motion;
+    tulle_frame_reader read_frame;
+    void *frame_context;
+    uint32_t frame_count;
+    double frame_start_time, frame_interval; /* [s] */
+    double appear_time, disappear_time;      /* [s] */
+    double *frames[2];                       /* two frames of the sequence, cached */
+    uint32_t frame_numbers[2];               /* which; TULLE_NONE: none yet */
+    uint32_t vertex_begin;
+} world_obstacle;
+
+/* What a step replaces; there are two, swapped when a step succeeds. */
+typedef struct world_motion_state {
+    double *positions;         /* [m] all vertices */
+    double *velocities;        /* [m/s] all vertices */
+    double *previous_mean;     /* [m/s] displacement velocity of the last substep, cloth (BDF2) */
+    double previous_time_step; /* [s] of that substep; 0: none */
+    double time;               /* [s] */
+    double script_time;        /* [s] clock of scripted motion; lags after on_pinch: slow */
+    uint8_t *is_released;      /* per obstacle: let through by on_pinch: release */
+    uint8_t *is_present;       /* per obstacle */
+    contact_store contacts;
+} world_motion_state;
+
+typedef ARRAY(tulle_intersection) intersection_list;
+
+struct tulle_world {
+    memory heap;
+    tulle_world_def def;
+    ARRAY(world_cloth) cloths;
+    ARRAY(world_obstacle) obstacles;
+    bool is_started;
+    int threads;
+
+    /* fixed by the start */
+    size_t vertex_count, cloth_vertex_count;
+    topology topo;
+    surface_range *surfaces;
+    surface_set set;
+    double *rest;                                              /* [m] all vertices */
+    double *inverse_masses;                                    /* [1/kg] 0 for obstacles */
+    double *friction_table;                                    /* surface_count^2 */
+    double contact_distance, separation_distance, minimum_gap; /* [m] */
+    double edge_length;                                        /* [m] mean over all cloth */
+    cloth_model *model;
+    linear_system system;
+    broad_phase *broad;
+    uint64_t def_hash; /* of all defs; guards loaded states */
+
+    /* changed by steps */
+    world_motion_state now, next;
+    uint64_t step_count;
+    uint8_t *is_fixed;             /* cloth vertices: pinned in this step */
+    double *active_inverse_masses; /* [1/kg] 0 where pinned */
+    double *targets;               /* [m] where scripted vertices go in this step */
+    pair_list pairs;
+    contact_row_list rows;
+    intersection_list intersections; /* of the start, or of what last appeared */
+    intersection_list ignored;       /* those that have not come apart; sorted */
+    arena scratch;
+    char message[WORLD_MESSAGE_BYTES];
+};
+
+static inline size_t world_surface_count(const tulle_world *world) {
+    return world->cloths.count + world->obstacles.count;
+}
+
+static inline const char *world_surface_name(const tulle_world *world, size_t surface) {
+    size_t const cloth_count = world->cloths.count;
+    return surface < cloth_count ? world->cloths.data[surface].name
+                                 : world->obstacles.data[surface - cloth_count].name;
+}
+
+/* start.c: releases what the start made; fine before it. */
+void world_release_start(tulle_world *world);
+
+/* kinematics.c: at `time`, where obstacles and pins go (targets), which vertices are pinned. */
+tulle_status world_script_targets(tulle_world *world, double time, double script_time,
+                                  tulle_error *error);
+/* kinematics.c: which obstacles are there at `time`, into state->is_present and the surfaces. An
+ * obstacle that appears into cloth is an error or is ignored, as the def says. */
+tulle_status world_update_presence(tulle_world *world, world_motion_state *state,
+                                   tulle_error *error);
+
+/* judge.c: exact intersections among present surfaces; replaces `list`. */
+tulle_status world_find_intersections(tulle_world *world, const double *positions,
+                                      intersection_list *list, tulle_error *error);
+/* judge.c: fills the error with the first pairs, their vertices and coordinates. */
+tulle_status world_refuse_intersections(const tulle_world *world, const double *positions,
+                                        const char *when, tulle_error *error);
+/* judge.c: drops ignored pairs that have come apart. */
+tulle_status world_update_ignored(tulle_world *world, const double *positions);
+
+/* step.c: energies and stretch of the current state into the report. */
+void world_measure(const tulle_world *world, tulle_step_report *report);
+
+#endif
