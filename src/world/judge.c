@@ -6,6 +6,7 @@
 #include "world/world_state.h"
 
 #include <stdio.h>
+#include <stdlib.h>
 #include <string.h>
 
 enum { NAMED_PAIRS = 3 }; /* intersecting pairs that a message spells out */
@@ -54,9 +55,8 @@ tulle_status world_find_intersections(tulle_world *world, const double *position
     }
     for (size_t i = 0; status == TULLE_OK && i < result.pair_count; i++) {
         tulle_check_pair const *const pair = &result.pairs[i];
-        list->data[list->count++] =
-            (tulle_intersection){surface_of[pair->body_a], pair->triangle_a,
-                                 surface_of[pair->body_b], pair->triangle_b};
+        list->data[list->count++] = (tulle_intersection){
+            surface_of[pair->body_a], pair->triangle_a, surface_of[pair->body_b], pair->triangle_b};
     }
     tulle_check_result_destroy(&result);
     arena_release(&world->scratch, mark);
@@ -79,8 +79,8 @@ tulle_status world_refuse_intersections(const tulle_world *world, const double *
     char text[sizeof error->message];
     size_t const size = sizeof text;
     size_t const count = world->intersections.count;
-    size_t length = (size_t)snprintf(text, size, "%zu pairs of triangles intersect %s: ", count,
-                                     when);
+    size_t length =
+        (size_t)snprintf(text, size, "%zu pairs of triangles intersect %s: ", count, when);
     for (size_t i = 0; i < count && i < NAMED_PAIRS && length < size; i++) {
         tulle_intersection const *const pair = &world->intersections.data[i];
         length += (size_t)describe_triangle(world, positions, pair->object_a, pair->triangle_a,
@@ -114,10 +114,10 @@ static tulle_status pair_intersects(const tulle_world *world, const double *posi
             bodies[0].mesh.triangle_count = 2;
             break;
         }
-        bodies[body_count++] = (tulle_check_body){
-            .mesh = {positions + 3 * (size_t)range->vertex_begin, mesh->vertex_count,
-                     corners + 3 * k, 1},
-            .is_obstacle = range->is_obstacle};
+        bodies[body_count++] =
+            (tulle_check_body){.mesh = {positions + 3 * (size_t)range->vertex_begin,
+                                        mesh->vertex_count, corners + 3 * k, 1},
+                               .is_obstacle = range->is_obstacle};
     }
     tulle_check_result result = {0};
     tulle_status const status = tulle_check_intersections(bodies, body_count, 1, &result, NULL);
@@ -126,15 +126,46 @@ static tulle_status pair_intersects(const tulle_world *world, const double *posi
     return status;
 }
 
-tulle_status world_update_ignored(tulle_world *world, const double *positions) {
+static int compare_keys(const void *a, const void *b) {
+    uint64_t const x = *(const uint64_t *)a, y = *(const uint64_t *)b;
+    return (x > y) - (x < y);
+}
+
+/* The ignored pairs as sorted keys of world triangle numbers; room is there already. */
+static void refresh_ignored_keys(tulle_world *world) {
+    for (size_t i = 0; i < world->ignored.count; i++) {
+        tulle_intersection const *const pair = &world->ignored.data[i];
+        uint32_t const a = world->surfaces[pair->object_a].triangle_begin + pair->triangle_a;
+        uint32_t const b = world->surfaces[pair->object_b].triangle_begin + pair->triangle_b;
+        world->ignored_keys.data[i] = ignored_pair_key(a, b);
+    }
+    world->ignored_keys.count = world->ignored.count;
+    if (world->ignored.count > 0) {
+        qsort(world->ignored_keys.data, world->ignored_keys.count, sizeof(uint64_t), compare_keys);
+    }
+}
+
+tulle_status world_ignore_intersections(tulle_world *world, tulle_error *error) {
+    size_t const count = world->intersections.count;
+    world->ignored.count = world->ignored_keys.count = 0;
+    if (!ARRAY_RESERVE(&world->heap, &world->ignored, count) ||
+        !ARRAY_RESERVE(&world->heap, &world->ignored_keys, count)) {
+        return error_set(error, TULLE_ERROR_OUT_OF_MEMORY, "no memory left for ignored pairs");
+    }
+    memcpy(world->ignored.data, world->intersections.data, count * sizeof *world->ignored.data);
+    world->ignored.count = count;
+    refresh_ignored_keys(world);
+    return TULLE_OK;
+}
+
+void world_update_ignored(tulle_world *world, const double *positions) {
     size_t kept = 0;
     for (size_t i = 0; i < world->ignored.count; i++) {
-        bool intersects = true;
-        tulle_status const status =
-            pair_intersects(world, positions, &world->ignored.data[i], &intersects);
-        if (status != TULLE_OK) return status;
-        if (intersects) world->ignored.data[kept++] = world->ignored.data[i];
+        tulle_intersection const pair = world->ignored.data[i];
+        bool intersects = true; /* an error of the judge keeps the pair */
+        if (pair_intersects(world, positions, &pair, &intersects) != TULLE_OK) intersects = true;
+        if (intersects) world->ignored.data[kept++] = pair;
     }
     world->ignored.count = kept;
-    return TULLE_OK;
+    refresh_ignored_keys(world);
 }

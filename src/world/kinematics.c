@@ -10,8 +10,8 @@
 #include <math.h>
 #include <string.h>
 
-/* Makes sure that frame `number` is in one of the two cached slots; *slot tells which. `keep` is the
- * slot that must not be overwritten, or -1. */
+/* Makes sure that frame `number` is in one of the two cached slots; *slot tells which. `keep` is
+ * the slot that must not be overwritten, or -1. */
 static tulle_status load_frame(world_obstacle *obstacle, uint32_t number, int keep, int *slot,
                                tulle_error *error) {
     for (int i = 0; i < 2; i++) {
@@ -109,14 +109,7 @@ static tulle_status judge_appearance(tulle_world *world, const world_motion_stat
         return world_refuse_intersections(world, state->positions, "when an obstacle appears",
                                           error);
     }
-    world->ignored.count = 0;
-    if (!ARRAY_RESERVE(&world->heap, &world->ignored, world->intersections.count)) {
-        return error_set(error, TULLE_ERROR_OUT_OF_MEMORY, "no memory left for ignored pairs");
-    }
-    memcpy(world->ignored.data, world->intersections.data,
-           world->intersections.count * sizeof *world->ignored.data);
-    world->ignored.count = world->intersections.count;
-    return TULLE_OK;
+    return world_ignore_intersections(world, error);
 }
 
 tulle_status world_update_presence(tulle_world *world, world_motion_state *state,

@@ -124,6 +124,14 @@ void motion_get_pose(const world_motion *motion, double time, double translation
     quaternion_slerp(from->rotation, to->rotation, s, rotation);
 }
 
+mat3 motion_get_rotation(const double q[4]) {
+    return (mat3){{1 - 2 * (q[2] * q[2] + q[3] * q[3]), 2 * (q[1] * q[2] - q[0] * q[3]),
+                   2 * (q[1] * q[3] + q[0] * q[2]), 2 * (q[1] * q[2] + q[0] * q[3]),
+                   1 - 2 * (q[1] * q[1] + q[3] * q[3]), 2 * (q[2] * q[3] - q[0] * q[1]),
+                   2 * (q[1] * q[3] - q[0] * q[2]), 2 * (q[2] * q[3] + q[0] * q[1]),
+                   1 - 2 * (q[1] * q[1] + q[2] * q[2])}};
+}
+
 void motion_apply(const world_motion *motion, double time, const double *source, size_t count,
                   double *target) {
     if (motion->key_count == 0) {
@@ -133,12 +141,7 @@ void motion_apply(const world_motion *motion, double time, const double *source,
     double translation[3], q[4];
     motion_get_pose(motion, time, translation, q);
 
-    /* rotation matrix of the quaternion */
-    mat3 const r = {{1 - 2 * (q[2] * q[2] + q[3] * q[3]), 2 * (q[1] * q[2] - q[0] * q[3]),
-                     2 * (q[1] * q[3] + q[0] * q[2]), 2 * (q[1] * q[2] + q[0] * q[3]),
-                     1 - 2 * (q[1] * q[1] + q[3] * q[3]), 2 * (q[2] * q[3] - q[0] * q[1]),
-                     2 * (q[1] * q[3] - q[0] * q[2]), 2 * (q[2] * q[3] + q[0] * q[1]),
-                     1 - 2 * (q[1] * q[1] + q[2] * q[2])}};
+    mat3 const r = motion_get_rotation(q);
     vec3 const pivot = vec3_load(motion->pivot, 0);
     vec3 const shift = vec3_add(vec3_load(translation, 0), pivot);
     for (size_t i = 0; i < count; i++) {

@@ -3,6 +3,7 @@
 #define TULLE_WORLD_MOTION_H
 
 #include "base/memory.h"
+#include "math/vec3.h"
 #include "tulle/world.h"
 
 /* An owned copy of a tulle_motion. */
@@ -22,6 +23,9 @@ void motion_destroy(memory *heap, world_motion *motion);
 /* Pose at `time` [s]: translation [m] and unit quaternion (w, x, y, z); identity without keys. */
 void motion_get_pose(const world_motion *motion, double time, double translation[3],
                      double rotation[4]);
+
+/* The rotation matrix of a unit quaternion. */
+mat3 motion_get_rotation(const double quaternion[4]);
 
 /* Applies the pose at `time` to `count` points: 3 * count doubles in, the same out. */
 void motion_apply(const world_motion *motion, double time, const double *source, size_t count,

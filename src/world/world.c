@@ -1,4 +1,5 @@
-/* world/world.c - making, filling and destroying a world. Everything that defs point to is copied. */
+/* world/world.c - making, filling and destroying a world. Everything that defs point to is copied.
+ */
 #include "base/error.h"
 #include "base/hash.h"
 #include "base/parallel.h"
@@ -81,14 +82,17 @@ void tulle_world_destroy(tulle_world *world) {
     }
     ARRAY_FREE(heap, &world->cloths);
     ARRAY_FREE(heap, &world->obstacles);
+    ARRAY_FREE(heap, &world->intersections);
     memory last = world->heap;
     memory_release(&last, world, sizeof *world);
 }
 
 static void name_object(char name[WORLD_NAME_BYTES], const char *given, const char *kind,
                         size_t index) {
-    if (given && given[0]) snprintf(name, WORLD_NAME_BYTES, "%s", given);
-    else snprintf(name, WORLD_NAME_BYTES, "%s %zu", kind, index);
+    if (given && given[0])
+        snprintf(name, WORLD_NAME_BYTES, "%s", given);
+    else
+        snprintf(name, WORLD_NAME_BYTES, "%s %zu", kind, index);
 }
 
 /* Puts the owner's name in front of an error's message. */
@@ -275,9 +279,9 @@ const tulle_intersection *tulle_world_get_intersections(const tulle_world *world
 }
 
 static const char *const STAGE_NAMES[TULLE_STAGE_COUNT] = {
-    "compute_forces", "gather_contacts", "solve_motion",      "propose_paths",
-    "build_patches",  "build_trees",     "find_pairs",        "test_pairs",
-    "select_admissible", "resolve_impacts", "commit_safely",  "update_contacts",
+    "compute_forces",    "gather_contacts", "solve_motion",  "propose_paths",
+    "build_patches",     "build_trees",     "find_pairs",    "test_pairs",
+    "select_admissible", "resolve_impacts", "commit_safely", "update_contacts",
 };
 
 const char *tulle_stage_name(int stage) {

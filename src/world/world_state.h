@@ -1,14 +1,15 @@
 /* world/world_state.h - the insides of tulle_world, for the files of world/ alone.
  *
  * All vertices share one numbering: cloths first, in the order they were added, then obstacles.
- * Surfaces are numbered the same way: surface i is cloth i, surface cloth_count + j is obstacle j. */
+ * Surfaces are numbered the same way: surface i is cloth i, surface cloth_count + j is obstacle j.
+ */
 #ifndef TULLE_WORLD_STATE_H
 #define TULLE_WORLD_STATE_H
 
 #include "base/arena.h"
-#include "contact/contact_types.h"
+#include "contact/contact_store.h"
 #include "detect/broad_phase.h"
-#include "dynamics/cloth_model.h"
+#include "dynamics/compute_forces.h"
 #include "geom/topology.h"
 #include "tulle/world.h"
 #include "world/motion.h"
@@ -63,14 +64,15 @@ typedef struct world_obstacle {
 
 /* What a step replaces; there are two, swapped when a step succeeds. */
 typedef struct world_motion_state {
-    double *positions;         /* [m] all vertices */
-    double *velocities;        /* [m/s] all vertices */
-    double *previous_mean;     /* [m/s] displacement velocity of the last substep, cloth (BDF2) */
-    double previous_time_step; /* [s] of that substep; 0: none */
-    double time;               /* [s] */
-    double script_time;        /* [s] clock of scripted motion; lags after on_pinch: slow */
-    uint8_t *is_released;      /* per obstacle: let through by on_pinch: release */
-    uint8_t *is_present;       /* per obstacle */
+    double *positions;           /* [m] all vertices */
+    double *velocities;          /* [m/s] all vertices */
+    double *previous_mean;       /* [m/s] mean velocity u of the last step, all vertices (BDF2) */
+    double *previous_velocities; /* [m/s] at the start of the last step, all vertices (BDF2) */
+    double previous_time_step;   /* [s] of that step; 0: none, or it was shortened */
+    double time;                 /* [s] */
+    double script_time;          /* [s] clock of scripted motion; lags after on_pinch: slow */
+    uint8_t *is_released;        /* per obstacle: let through by on_pinch: release */
+    uint8_t *is_present;         /* per obstacle */
     contact_store contacts;
 } world_motion_state;
 
@@ -91,7 +93,8 @@ struct tulle_world {
     surface_set set;
     double *rest;                                              /* [m] all vertices */
     double *inverse_masses;                                    /* [1/kg] 0 for obstacles */
-    double *friction_table;                                    /* surface_count^2 */
+    uint32_t *vertex_surface;                                  /* surface of each vertex */
+    contact_law *laws;                                         /* surface_count^2 */
     double contact_distance, separation_distance, minimum_gap; /* [m] */
     double edge_length;                                        /* [m] mean over all cloth */
     cloth_model *model;
@@ -106,9 +109,10 @@ struct tulle_world {
     double *active_inverse_masses; /* [1/kg] 0 where pinned */
     double *targets;               /* [m] where scripted vertices go in this step */
     pair_list pairs;
-    contact_row_list rows;
+    row_list rows;
     intersection_list intersections; /* of the start, or of what last appeared */
-    intersection_list ignored;       /* those that have not come apart; sorted */
+    intersection_list ignored;       /* those that have not come apart */
+    ARRAY(uint64_t) ignored_keys;    /* the same as ignored_pair_key, ascending */
     arena scratch;
     char message[WORLD_MESSAGE_BYTES];
 };
@@ -140,10 +144,9 @@ tulle_status world_find_intersections(tulle_world *world, const double *position
 /* judge.c: fills the error with the first pairs, their vertices and coordinates. */
 tulle_status world_refuse_intersections(const tulle_world *world, const double *positions,
                                         const char *when, tulle_error *error);
+/* judge.c: from now on ignores the pairs in world->intersections. */
+tulle_status world_ignore_intersections(tulle_world *world, tulle_error *error);
 /* judge.c: drops ignored pairs that have come apart. */
-tulle_status world_update_ignored(tulle_world *world, const double *positions);
-
-/* step.c: energies and stretch of the current state into the report. */
-void world_measure(const tulle_world *world, tulle_step_report *report);
+void world_update_ignored(tulle_world *world, const double *positions);
 
 #endif

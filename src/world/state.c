@@ -1,0 +1,199 @@
+/* world/state.c - the state as a hash and as bytes.
+ *
+ * A saved state holds everything that decides the future and is not in the defs: positions,
+ * velocities, history of the integrator, clocks, presence of obstacles, contacts with their
+ * impulses, ignored pairs. Little-endian, doubles as they are. */
+#include "base/error.h"
+#include "base/hash.h"
+#include "world/world_state.h"
+
+#include <math.h>
+#include <string.h>
+
+static const char STATE_MAGIC[8] = {'T', 'U', 'L', 'L', 'E', 'S', 'T', '1'};
+
+typedef struct state_header {
+    char magic[8];
+    uint64_t byte_count, payload_hash, def_hash;
+    uint64_t vertex_count, obstacle_count, step_count;
+    uint64_t contact_bytes, ignored_count;
+    double time, script_time, previous_time_step;
+} state_header;
+
+/* Cursor over a block of bytes, for writing or reading in the same order. */
+typedef struct byte_cursor {
+    unsigned char *bytes;
+    size_t used;
+} byte_cursor;
+
+static void put(byte_cursor *cursor, const void *source, size_t byte_count) {
+    if (byte_count > 0) memcpy(cursor->bytes + cursor->used, source, byte_count);
+    cursor->used += byte_count;
+}
+
+static void take(byte_cursor *cursor, void *target, size_t byte_count) {
+    if (byte_count > 0) memcpy(target, cursor->bytes + cursor->used, byte_count);
+    cursor->used += byte_count;
+}
+
+uint64_t tulle_world_get_state_hash(const tulle_world *world) {
+    if (!world || !world->is_started) return HASH_SEED;
+    world_motion_state const *const now = &world->now;
+    size_t const bytes = 3 * world->vertex_count * sizeof(double);
+    uint64_t hash = HASH_SEED;
+    hash = hash_bytes(hash, now->positions, bytes);
+    hash = hash_bytes(hash, now->velocities, bytes);
+    hash = hash_bytes(hash, now->previous_mean, bytes);
+    hash = hash_bytes(hash, now->previous_velocities, bytes);
+    double const clocks[3] = {now->time, now->script_time, now->previous_time_step};
+    hash = hash_bytes(hash, clocks, sizeof clocks);
+    hash = hash_bytes(hash, &world->step_count, sizeof world->step_count);
+    hash = hash_bytes(hash, now->is_present, world->obstacles.count);
+    hash = hash_bytes(hash, now->is_released, world->obstacles.count);
+    hash = hash_bytes(hash, world->ignored.data, world->ignored.count * sizeof(tulle_intersection));
+    return contact_store_hash(&now->contacts, hash);
+}
+
+static size_t state_size(const tulle_world *world, size_t contact_bytes, size_t ignored_count) {
+    return sizeof(state_header) + 12 * world->vertex_count * sizeof(double) +
+           2 * world->obstacles.count + contact_bytes + ignored_count * sizeof(tulle_intersection);
+}
+
+tulle_status tulle_world_save_state(const tulle_world *world, void **bytes, size_t *byte_count,
+                                    tulle_error *error) {
+    if (!world || !world->is_started || !bytes || !byte_count) {
+        return error_set(error, TULLE_ERROR_INVALID_ARGUMENT,
+                         "only a world that has started has a state to save");
+    }
+    world_motion_state const *const now = &world->now;
+    size_t const contact_bytes = contact_store_get_size(&now->contacts);
+    size_t const size = state_size(world, contact_bytes, world->ignored.count);
+    memory heap = memory_make(world->def.allocator);
+    byte_cursor cursor = {memory_allocate(&heap, size), sizeof(state_header)};
+    if (!cursor.bytes) {
+        return error_set(error, TULLE_ERROR_OUT_OF_MEMORY, "no memory left to save the state");
+    }
+    size_t const vector_bytes = 3 * world->vertex_count * sizeof(double);
+    put(&cursor, now->positions, vector_bytes);
+    put(&cursor, now->velocities, vector_bytes);
+    put(&cursor, now->previous_mean, vector_bytes);
+    put(&cursor, now->previous_velocities, vector_bytes);
+    put(&cursor, now->is_present, world->obstacles.count);
+    put(&cursor, now->is_released, world->obstacles.count);
+    put(&cursor, world->ignored.data, world->ignored.count * sizeof(tulle_intersection));
+    contact_store_save(&now->contacts, cursor.bytes + cursor.used);
+
+    state_header header = {.byte_count = size,
+                           .def_hash = world->def_hash,
+                           .vertex_count = world->vertex_count,
+                           .obstacle_count = world->obstacles.count,
+                           .step_count = world->step_count,
+                           .contact_bytes = contact_bytes,
+                           .ignored_count = world->ignored.count,
+                           .time = now->time,
+                           .script_time = now->script_time,
+                           .previous_time_step = now->previous_time_step};
+    memcpy(header.magic, STATE_MAGIC, sizeof header.magic);
+    header.payload_hash = hash_bytes(HASH_SEED, cursor.bytes + sizeof header, size - sizeof header);
+    memcpy(cursor.bytes, &header, sizeof header);
+    *bytes = cursor.bytes;
+    *byte_count = size;
+    return TULLE_OK;
+}
+
+void tulle_world_free_state(const tulle_world *world, void *bytes, size_t byte_count) {
+    if (!world) return;
+    memory heap = memory_make(world->def.allocator);
+    heap.bytes_held = SIZE_MAX / 2; /* this heap did not count the block */
+    memory_release(&heap, bytes, byte_count);
+}
+
+static tulle_status check_header(const tulle_world *world, const state_header *header,
+                                 const unsigned char *bytes, size_t byte_count,
+                                 tulle_error *error) {
+    if (memcmp(header->magic, STATE_MAGIC, sizeof header->magic) != 0) {
+        return error_set(error, TULLE_ERROR_PARSE, "these bytes are not a saved state");
+    }
+    uint64_t const left = byte_count / sizeof(tulle_intersection);
+    if (header->byte_count != byte_count || header->contact_bytes > byte_count ||
+        header->ignored_count > left ||
+        hash_bytes(HASH_SEED, bytes + sizeof *header, byte_count - sizeof *header) !=
+            header->payload_hash) {
+        return error_set(error, TULLE_ERROR_PARSE, "the saved state is damaged or cut off");
+    }
+    if (header->def_hash != world->def_hash || header->vertex_count != world->vertex_count ||
+        header->obstacle_count != world->obstacles.count ||
+        state_size(world, header->contact_bytes, header->ignored_count) != byte_count) {
+        return error_set(error, TULLE_ERROR_INVALID_ARGUMENT,
+                         "the saved state belongs to another scene");
+    }
+    return TULLE_OK;
+}
+
+/* Ignored pairs as saved; indices must fit. */
+static tulle_status take_ignored(tulle_world *world, byte_cursor *cursor, size_t count,
+                                 tulle_error *error) {
+    world->intersections.count = 0;
+    if (!ARRAY_RESERVE(&world->heap, &world->intersections, count)) {
+        return error_set(error, TULLE_ERROR_OUT_OF_MEMORY, "no memory left to load the state");
+    }
+    take(cursor, world->intersections.data, count * sizeof(tulle_intersection));
+    for (size_t i = 0; i < count; i++) {
+        tulle_intersection const *const pair = &world->intersections.data[i];
+        uint32_t const objects[2] = {pair->object_a, pair->object_b};
+        uint32_t const triangles[2] = {pair->triangle_a, pair->triangle_b};
+        for (int k = 0; k < 2; k++) {
+            if (objects[k] >= world->set.surface_count ||
+                triangles[k] >= world->surfaces[objects[k]].triangle_end -
+                                    world->surfaces[objects[k]].triangle_begin) {
+                return error_set(error, TULLE_ERROR_PARSE,
+                                 "the saved state names triangles that are not there");
+            }
+        }
+    }
+    world->intersections.count = count;
+    return world_ignore_intersections(world, error);
+}
+
+tulle_status tulle_world_load_state(tulle_world *world, const void *bytes, size_t byte_count,
+                                    tulle_error *error) {
+    tulle_status status = tulle_world_start(world, error);
+    if (status != TULLE_OK) return status;
+    state_header header;
+    if (!bytes || byte_count < sizeof header) {
+        return error_set(error, TULLE_ERROR_PARSE, "the saved state is damaged or cut off");
+    }
+    memcpy(&header, bytes, sizeof header);
+    status = check_header(world, &header, bytes, byte_count, error);
+    if (status != TULLE_OK) return status;
+
+    /* into the spare state first, so that a failure changes nothing */
+    world_motion_state *const next = &world->next;
+    byte_cursor cursor = {(unsigned char *)(uintptr_t)bytes, sizeof header};
+    size_t const vector_bytes = 3 * world->vertex_count * sizeof(double);
+    take(&cursor, next->positions, vector_bytes);
+    take(&cursor, next->velocities, vector_bytes);
+    take(&cursor, next->previous_mean, vector_bytes);
+    take(&cursor, next->previous_velocities, vector_bytes);
+    take(&cursor, next->is_present, world->obstacles.count);
+    take(&cursor, next->is_released, world->obstacles.count);
+    size_t const ignored_bytes = header.ignored_count * sizeof(tulle_intersection);
+    status = contact_store_load(&next->contacts, &world->heap,
+                                cursor.bytes + cursor.used + ignored_bytes, header.contact_bytes);
+    if (status != TULLE_OK) {
+        return error_set(error, status, "the contacts of the saved state cannot be read");
+    }
+    status = take_ignored(world, &cursor, header.ignored_count, error);
+    if (status != TULLE_OK) return status;
+    next->time = header.time;
+    next->script_time = header.script_time;
+    next->previous_time_step = header.previous_time_step;
+    world_motion_state const old = world->now;
+    world->now = *next;
+    world->next = old;
+    world->step_count = header.step_count;
+    for (size_t i = 0; i < world->obstacles.count; i++) {
+        world->surfaces[world->cloths.count + i].is_present = world->now.is_present[i];
+    }
+    return TULLE_OK;
+}

@@ -1,0 +1,153 @@
+/* world/step.c - tulle_world_step: a whole step in one or more substeps, all or nothing.
+ *
+ * The step works on a copy of the state and swaps it in at the end, so a step that fails leaves the
+ * world as it was. A substep that had to shorten time is followed by another over what is left. */
+#include "world/step.h"
+
+#include "base/error.h"
+#include "base/timer.h"
+
+#include <math.h>
+#include <string.h>
+
+/* Longest time step [s]; the integrators say nothing sensible beyond it. */
+static const double TIME_STEP_MAX = 1.0;
+/* What is left of a step under this share of it is not worth a substep: rounding. */
+static const double REMAINDER_SHARE = 1e-9;
+/* Substeps of one step before it counts as pinched. */
+enum { SUBSTEPS_MAX = 48 };
+/* So many substeps in a row that each pass less than this share of the step count as pinched. */
+enum { CRAWLS_MAX = 4 };
+static const double CRAWL_SHARE = 0.01;
+
+static void copy_state(const tulle_world *world, const world_motion_state *source,
+                       world_motion_state *target) {
+    size_t const bytes = 3 * world->vertex_count * sizeof(double);
+    memcpy(target->positions, source->positions, bytes);
+    memcpy(target->velocities, source->velocities, bytes);
+    memcpy(target->previous_mean, source->previous_mean, bytes);
+    memcpy(target->previous_velocities, source->previous_velocities, bytes);
+    if (world->obstacles.count > 0) {
+        memcpy(target->is_released, source->is_released, world->obstacles.count);
+        memcpy(target->is_present, source->is_present, world->obstacles.count);
+    }
+    target->previous_time_step = source->previous_time_step;
+    target->time = source->time;
+    target->script_time = source->script_time;
+}
+
+static tulle_status copy_contacts(tulle_world *world, const contact_store *source,
+                                  contact_store *target) {
+    target->contacts.count = 0;
+    if (reserve_contacts(target, &world->heap, source->contacts.count) != TULLE_OK) {
+        return TULLE_ERROR_OUT_OF_MEMORY;
+    }
+    if (source->contacts.count > 0) {
+        memcpy(target->contacts.data, source->contacts.data,
+               source->contacts.count * sizeof *source->contacts.data);
+    }
+    target->contacts.count = source->contacts.count;
+    target->time_step = source->time_step;
+    return TULLE_OK;
+}
+
+/* Surfaces present as the state says; after a step that failed this undoes what it changed. */
+static void apply_presence(tulle_world *world, const world_motion_state *state) {
+    for (size_t i = 0; i < world->obstacles.count; i++) {
+        world->surfaces[world->cloths.count + i].is_present = state->is_present[i];
+    }
+}
+
+/* Whether the last substep shows that going on as before is hopeless. */
+static bool is_stuck(step_context *context, double time_step) {
+    bool const is_slow = context->passed < CRAWL_SHARE * time_step;
+    context->crawl_count = is_slow ? context->crawl_count + 1 : 0;
+    return context->commit.outcome == COMMIT_BLOCKED || context->crawl_count >= CRAWLS_MAX ||
+           context->report->substeps >= context->substep_limit;
+}
+
+/* Substeps until time_step [s] has passed. */
+static tulle_status run_substeps(step_context *context, double time_step) {
+    double const end_time = context->state->time + time_step;
+    double remaining = time_step;
+    context->substep_limit = SUBSTEPS_MAX;
+    while (remaining > REMAINDER_SHARE * time_step && !context->is_rest_skipped) {
+        context->time_step = remaining;
+        tulle_status status = world_advance(context);
+        if (status != TULLE_OK) return status;
+        remaining -= context->passed;
+        if (remaining <= REMAINDER_SHARE * time_step || !is_stuck(context, time_step)) continue;
+        context->substep_limit = context->report->substeps + SUBSTEPS_MAX;
+        context->crawl_count = 0;
+        status = world_handle_pinch(context);
+        if (status != TULLE_OK) return status;
+    }
+    context->state->time = end_time;
+    return TULLE_OK;
+}
+
+static tulle_status check_step(tulle_world *world, double time_step, tulle_error *error) {
+    if (!world) return error_set(error, TULLE_ERROR_INVALID_ARGUMENT, "the world is null");
+    if (!(time_step > 0.0 && time_step <= TIME_STEP_MAX)) {
+        return error_set(error, TULLE_ERROR_INVALID_ARGUMENT,
+                         "the time step is %g s; it must be over 0 and at most %g s", time_step,
+                         TIME_STEP_MAX);
+    }
+    return tulle_world_start(world, error);
+}
+
+/* The copy on which the step works. */
+static tulle_status begin_step(tulle_world *world, tulle_error *error) {
+    world->message[0] = '\0';
+    copy_state(world, &world->now, &world->next);
+    if (copy_contacts(world, &world->now.contacts, &world->next.contacts) != TULLE_OK) {
+        return error_set(error, TULLE_ERROR_OUT_OF_MEMORY, "no memory left for contacts");
+    }
+    return world_update_presence(world, &world->next, error);
+}
+
+static void end_step(tulle_world *world) {
+    world_motion_state const old = world->now;
+    world->now = world->next;
+    world->next = old;
+    world->step_count++;
+    if (world->ignored.count > 0) world_update_ignored(world, world->now.positions);
+}
+
+/* Energies and stretch of the accepted state. */
+static void measure(tulle_world *world, tulle_step_report *report) {
+    cloth_energies energies = {0};
+    if (compute_energies(world->model, world->now.positions, world->now.velocities,
+                         vec3_load(world->def.gravity, 0), world->threads, &world->scratch,
+                         &energies) == TULLE_OK) {
+        report->kinetic_energy = energies.kinetic;
+        report->gravity_energy = energies.gravity;
+        report->elastic_energy = energies.stretch + energies.bend;
+        report->max_stretch = energies.max_stretch;
+    }
+    report->ignored_pairs = world->ignored.count;
+}
+
+tulle_status tulle_world_step(tulle_world *world, double time_step, tulle_step_report *report,
+                              tulle_error *error) {
+    double const start = timer_now();
+    tulle_step_report local = {.cg_converged = 1, .smallest_gap = (double)INFINITY};
+    tulle_status status = check_step(world, time_step, error);
+    if (status != TULLE_OK) return status;
+    local.step = world->step_count;
+
+    status = begin_step(world, error);
+    step_context context = {
+        .world = world, .state = &world->next, .report = &local, .error = error};
+    if (status == TULLE_OK) status = run_substeps(&context, time_step);
+    if (status == TULLE_OK)
+        end_step(world);
+    else
+        apply_presence(world, &world->now);
+
+    local.time = world->now.time;
+    if (status == TULLE_OK) measure(world, &local);
+    local.total_seconds = timer_now() - start;
+    if (report) *report = local;
+    return status;
+}

@@ -1,0 +1,56 @@
+/* world/step.h - what one (sub)step carries from stage to stage. */
+#ifndef TULLE_WORLD_STEP_H
+#define TULLE_WORLD_STEP_H
+
+#include "contact/commit_safely.h"
+#include "contact/gather_contacts.h"
+#include "contact/resolve_impacts.h"
+#include "contact/solve_motion.h"
+#include "world/world_state.h"
+
+/* Stage numbers, in the order of tulle_stage_name. */
+typedef enum stage {
+    STAGE_COMPUTE_FORCES,
+    STAGE_GATHER_CONTACTS,
+    STAGE_SOLVE_MOTION,
+    STAGE_PROPOSE_PATHS,
+    STAGE_BUILD_PATCHES,
+    STAGE_BUILD_TREES,
+    STAGE_FIND_PAIRS,
+    STAGE_TEST_PAIRS,
+    STAGE_SELECT_ADMISSIBLE,
+    STAGE_RESOLVE_IMPACTS,
+    STAGE_COMMIT_SAFELY,
+    STAGE_UPDATE_CONTACTS
+} stage;
+
+typedef struct step_context {
+    tulle_world *world;
+    world_motion_state *state; /* moved on by each substep */
+    double time_step;          /* [s] of this substep */
+    double passed;             /* [s] of it that passed, set by the commit */
+    uint32_t substep_limit;    /* substeps after which the step counts as pinched */
+    int crawl_count;           /* substeps in a row that hardly moved */
+    bool is_rest_skipped;      /* nothing more can move in this step */
+    bool is_script_frozen;     /* scripted vertices stand still (on_pinch: slow) */
+    contact_scene scene;
+    motion_state dynamics;
+    pair_source source;
+    double *mean_velocity;   /* [m/s] u, all vertices */
+    double *predicted, *end; /* [m] all vertices */
+    double *bounds;          /* [m] what the candidate pairs were found for */
+    commit_report commit;
+    affine_map *carrier_maps; /* per surface */
+    const affine_map **carriers;
+    tulle_step_report *report;
+    tulle_error *error;
+} step_context;
+
+/* substep.c: moves context->state on by as much of time_step as is safe, through all stages. */
+tulle_status world_advance(step_context *context);
+
+/* pinch.c: what to do when `world_advance` could not move on; see tulle_on_pinch. OK means: go
+ * on.*/
+tulle_status world_handle_pinch(step_context *context);
+
+#endif

@@ -1,0 +1,320 @@
+/* world/substep.c - one pass through the twelve stages, over as much of the time step as is safe.
+ *
+ * Takes the state at the start of the substep; gives the state at its end, `passed` seconds later,
+ * proven free of intersection. Positions and velocities change in accept_paths alone.
+ * Based on: Wong, Baciu, Dynamic interaction between deformable surfaces and nonsmooth objects,
+ * 2005 (the stages and their order); docs/pipeline.md tells where we depart from it. */
+#include "base/error.h"
+#include "base/timer.h"
+#include "world/step.h"
+
+#include <string.h>
+
+/* Boxes are widened by this share of the mean edge beyond the separation distance, so that paths
+ * which the solve bends a little stay inside the candidates that were found for the predicted ones.
+ */
+static const double PAIR_MARGIN_EDGE_SHARE = 0.25;
+
+static tulle_status no_memory(step_context *context) {
+    return error_set(context->error, TULLE_ERROR_OUT_OF_MEMORY, "no memory left for step %llu",
+                     (unsigned long long)context->world->step_count);
+}
+
+/* Adds the time since *start to a stage and restarts the clock. */
+static void end_stage(step_context *context, stage number, double *start) {
+    double const now = timer_now();
+    context->report->stage_seconds[number] += now - *start;
+    *start = now;
+}
+
+/* Candidates of x0 -> x1; stages 6 and 7, called again whenever a path leaves their boxes. */
+static tulle_status renew_pairs(pair_source *source, const double *x1) {
+    step_context *const context = source->context;
+    tulle_world *const world = context->world;
+    double start = timer_now();
+    tulle_status status = build_trees(world->broad, &world->set, context->state->positions, x1,
+                                      source->margin, world->threads);
+    end_stage(context, STAGE_BUILD_TREES, &start);
+    uint64_t box_pair_count = 0;
+    if (status == TULLE_OK) {
+        status = find_pairs(world->broad, &world->set, context->state->positions, x1,
+                            source->margin, world->threads, &world->pairs, &box_pair_count);
+    }
+    end_stage(context, STAGE_FIND_PAIRS, &start);
+    if (status != TULLE_OK) return status;
+    context->report->box_pairs += world->pairs.vertex_triangle.count + world->pairs.edge_edge.count;
+    memcpy(context->bounds, x1, 3 * world->vertex_count * sizeof(double));
+    source->pairs = &world->pairs;
+    source->bounds = context->bounds;
+    source->renew_count++;
+    return TULLE_OK;
+}
+
+/* Rigid motion of each scripted obstacle over this substep, for the rescue that lets cloth ride. */
+static void find_carriers(step_context *context) {
+    tulle_world *const world = context->world;
+    double const from = context->state->script_time, to = from + context->time_step;
+    memset(context->carriers, 0, world->set.surface_count * sizeof *context->carriers);
+    for (size_t i = 0; i < world->obstacles.count; i++) {
+        world_motion const *const motion = &world->obstacles.data[i].motion;
+        if (motion->key_count == 0 || context->is_script_frozen) continue;
+        double t0[3], t1[3], q0[4], q1[4];
+        motion_get_pose(motion, from, t0, q0);
+        motion_get_pose(motion, to, t1, q1);
+        mat3 const r0 = motion_get_rotation(q0), r1 = motion_get_rotation(q1);
+        vec3 const pivot = vec3_load(motion->pivot, 0);
+        size_t const surface = world->cloths.count + i;
+        affine_map *const map = &context->carrier_maps[surface];
+        /* R1 R0^T, and the offset that takes pivot + t0 to pivot + t1 */
+        for (int row = 0; row < 3; row++) {
+            for (int column = 0; column < 3; column++) {
+                double sum = 0.0;
+                for (int k = 0; k < 3; k++) sum += r1.m[3 * row + k] * r0.m[3 * column + k];
+                map->matrix.m[3 * row + column] = sum;
+            }
+        }
+        vec3 const centre = vec3_add(pivot, vec3_load(t0, 0));
+        map->offset =
+            vec3_sub(vec3_add(pivot, vec3_load(t1, 0)), mat3_multiply_vec3(&map->matrix, centre));
+        context->carriers[surface] = map;
+    }
+}
+
+static tulle_status allocate_arrays(step_context *context) {
+    tulle_world *const world = context->world;
+    size_t const n = 3 * world->vertex_count;
+    context->mean_velocity = ARENA_NEW(&world->scratch, double, n);
+    context->predicted = ARENA_NEW(&world->scratch, double, n);
+    context->end = ARENA_NEW(&world->scratch, double, n);
+    context->bounds = ARENA_NEW(&world->scratch, double, n);
+    context->carrier_maps = ARENA_NEW(&world->scratch, affine_map, world->set.surface_count);
+    context->carriers = ARENA_NEW(&world->scratch, const affine_map *, world->set.surface_count);
+    bool const is_complete = context->mean_velocity && context->predicted && context->end &&
+                             context->bounds && context->carrier_maps && context->carriers;
+    return is_complete ? TULLE_OK : no_memory(context);
+}
+
+static contact_settings make_settings(const tulle_world *world) {
+    contact_settings settings = contact_settings_default();
+    settings.minimum_gap = world->minimum_gap;
+    settings.solve_rounds = world->def.solve_rounds;
+    if (settings.solve_rounds_landing < settings.solve_rounds) {
+        settings.solve_rounds_landing = settings.solve_rounds;
+    }
+    settings.impulse_sweeps = world->def.impulse_sweeps;
+    settings.impact_rounds = world->def.impact_rounds;
+    settings.cg_tolerance = world->def.cg_tolerance;
+    settings.cg_max_iterations = world->def.cg_max_iterations;
+    return settings;
+}
+
+/* Scripted targets and everything that the stages read. */
+static tulle_status prepare(step_context *context) {
+    tulle_world *const world = context->world;
+    world_motion_state *const state = context->state;
+    tulle_status status = allocate_arrays(context);
+    if (status != TULLE_OK) return status;
+    double const advance = context->is_script_frozen ? 0.0 : context->time_step;
+    status = world_script_targets(world, state->time, state->script_time + advance, context->error);
+    if (status != TULLE_OK) return status;
+    if (context->is_script_frozen) {
+        memcpy(world->targets, state->positions, 3 * world->vertex_count * sizeof(double));
+    }
+    find_carriers(context);
+    context->scene = (contact_scene){.set = &world->set,
+                                     .vertex_count = world->vertex_count,
+                                     .cloth_vertex_count = world->cloth_vertex_count,
+                                     .vertex_surface = world->vertex_surface,
+                                     .x0 = state->positions,
+                                     .rest = world->rest,
+                                     .targets = world->targets,
+                                     .inverse_mass = world->active_inverse_masses,
+                                     .laws = world->laws,
+                                     .carriers = context->carriers,
+                                     .ignored = world->ignored_keys.data,
+                                     .ignored_count = world->ignored_keys.count,
+                                     .time_step = context->time_step,
+                                     .settings = make_settings(world),
+                                     .heap = &world->heap,
+                                     .scratch = &world->scratch,
+                                     .threads = world->threads};
+    context->dynamics = (motion_state){.positions = state->positions,
+                                       .velocities = state->velocities,
+                                       .previous_mean = state->previous_mean,
+                                       .previous_velocities = state->previous_velocities,
+                                       .time_step = context->time_step,
+                                       .previous_time_step = state->previous_time_step,
+                                       .time = state->time};
+    context->source = (pair_source){.margin = world->separation_distance +
+                                              PAIR_MARGIN_EDGE_SHARE * world->edge_length,
+                                    .renew = renew_pairs,
+                                    .context = context};
+    return TULLE_OK;
+}
+
+/* Where the cloth would go without contact and inner forces: x0 + h v0 + h^2 g. */
+static void predict_paths(step_context *context) {
+    tulle_world *const world = context->world;
+    double const h = context->time_step;
+    vec3 const fall = vec3_scale(vec3_load(world->def.gravity, 0), h);
+    double *const u = context->mean_velocity;
+    for (size_t v = 0; v < world->cloth_vertex_count; v++) {
+        vec3_store(u, v, vec3_add(vec3_load(context->state->velocities, v), fall));
+    }
+    prescribe_motion(&context->scene, u);
+    propose_paths(&context->scene, u, context->predicted);
+}
+
+static void multiply_system(const void *system_operator, const double *x, double *product) {
+    linear_system_operator copy = *(const linear_system_operator *)system_operator;
+    linear_system_apply(&copy, x, product);
+}
+
+static tulle_status run_compute_forces(step_context *context) {
+    tulle_world *const world = context->world;
+    environment const surroundings = {vec3_load(world->def.gravity, 0), world->def.wind};
+    force_options const options = {world->def.integrator, world->threads};
+    return compute_forces(world->model, &context->dynamics, &surroundings, options, &world->scratch,
+                          &world->system);
+}
+
+static tulle_status run_solve_motion(step_context *context) {
+    tulle_world *const world = context->world;
+    linear_system_operator const system_operator = {&world->system, world->threads};
+    motion_system const system = {world->system.right_hand_side, world->system.diagonal,
+                                  multiply_system, &system_operator};
+    memcpy(context->mean_velocity, context->state->velocities,
+           3 * world->cloth_vertex_count * sizeof(double));
+    prescribe_motion(&context->scene, context->mean_velocity);
+    solve_report solved = {0};
+    tulle_status const status =
+        solve_motion(&context->scene, &system, &world->rows, context->mean_velocity, &solved);
+    tulle_step_report *const report = context->report;
+    report->solve_count += solved.solve_count;
+    report->cg_iterations += solved.cg_iterations;
+    if (solved.cg_residual > report->cg_residual) report->cg_residual = solved.cg_residual;
+    if (!solved.has_converged) report->cg_converged = 0;
+    report->stick_contacts = solved.stick_count;
+    report->slip_contacts = solved.slip_count;
+    report->hard_contacts = solved.hard_count;
+    return status;
+}
+
+static void count_contacts(step_context *context) {
+    row_list const *const list = &context->world->rows;
+    uint64_t new_count = 0;
+    for (size_t i = 0; i < list->rows.count; i++) new_count += !list->rows.data[i].is_old;
+    context->report->contacts = list->rows.count;
+    context->report->new_contacts = new_count;
+}
+
+static tulle_status run_resolve_impacts(step_context *context, impact_report *impacts) {
+    tulle_status const status =
+        resolve_impacts(&context->scene, &context->source, &context->world->rows,
+                        context->mean_velocity, context->end, impacts);
+    context->report->impact_rounds += impacts->rounds;
+    context->report->tested_pairs += impacts->tested_pairs;
+    return status;
+}
+
+static tulle_status run_commit_safely(step_context *context, bool is_clean) {
+    commit_report *const commit = &context->commit;
+    tulle_status const status = commit_safely(&context->scene, &context->source, is_clean,
+                                              context->mean_velocity, context->end, commit);
+    tulle_step_report *const report = context->report;
+    report->tested_pairs += commit->tested_pairs;
+    report->rescue_impact_zones += commit->impact_zones;
+    report->rescue_component_scalings += commit->component_scalings;
+    report->rescue_global_scalings += commit->global_scalings;
+    report->smallest_gap = commit->smallest_gap;
+    context->passed = status == TULLE_OK ? commit->fraction * context->time_step : 0.0;
+    return status;
+}
+
+/* Velocities at the end: those of vertices in contact are u itself (an inelastic end), and so are
+ * all when time was shortened. */
+static void accept_velocities(step_context *context) {
+    tulle_world *const world = context->world;
+    world_motion_state *const state = context->state;
+    uint8_t *const is_plain = world->is_fixed;
+    bool const is_whole = context->commit.outcome == COMMIT_CLEAN;
+    for (size_t v = 0; v < world->cloth_vertex_count && !is_whole; v++) is_plain[v] = 1;
+    for (size_t i = 0; i < world->rows.rows.count && is_whole; i++) {
+        contact_row const *const row = &world->rows.rows.data[i];
+        if (vec3_norm2(row->impulse) == 0.0) continue;
+        for (int k = 0; k < 4; k++) is_plain[row->vertices[k]] = 1;
+    }
+    size_t const bytes = 3 * world->vertex_count * sizeof(double);
+    double *const end = context->predicted; /* free again: takes the new velocities */
+    memcpy(end, context->mean_velocity, bytes);
+    finish_velocities(&world->system, &context->dynamics, is_plain, context->mean_velocity, end);
+    memcpy(state->previous_velocities, state->velocities, bytes);
+    memcpy(state->previous_mean, context->mean_velocity, bytes);
+    memcpy(state->velocities, end, bytes);
+    state->previous_time_step = is_whole ? context->time_step : 0.0;
+}
+
+/* The one place where the state moves on. */
+static tulle_status accept_paths(step_context *context) {
+    tulle_world *const world = context->world;
+    world_motion_state *const state = context->state;
+    tulle_status const status =
+        update_contacts(&state->contacts, &world->heap, &world->rows, context->passed);
+    if (status != TULLE_OK) return no_memory(context);
+    accept_velocities(context);
+    memcpy(state->positions, context->end, 3 * world->vertex_count * sizeof(double));
+    state->time += context->passed;
+    if (!context->is_script_frozen) state->script_time += context->passed;
+    return TULLE_OK;
+}
+
+static tulle_status run_stages(step_context *context) {
+    row_list *const rows = &context->world->rows;
+    double start = timer_now();
+
+    tulle_status status = run_compute_forces(context);
+    end_stage(context, STAGE_COMPUTE_FORCES, &start);
+    if (status != TULLE_OK) return no_memory(context);
+
+    /* stage 5 is trivial here: without patches every triangle is isolated; stages 6 and 7 */
+    predict_paths(context);
+    status = context->source.renew(&context->source, context->predicted);
+    if (status != TULLE_OK) return no_memory(context);
+
+    start = timer_now();
+    status = gather_contacts(&context->scene, &context->state->contacts, context->predicted,
+                             context->source.pairs, rows);
+    end_stage(context, STAGE_GATHER_CONTACTS, &start);
+    if (status != TULLE_OK) return no_memory(context);
+
+    status = run_solve_motion(context);
+    end_stage(context, STAGE_SOLVE_MOTION, &start);
+    if (status != TULLE_OK) return no_memory(context);
+
+    propose_paths(&context->scene, context->mean_velocity, context->end);
+    end_stage(context, STAGE_PROPOSE_PATHS, &start);
+
+    impact_report impacts = {0};
+    status = run_resolve_impacts(context, &impacts);
+    end_stage(context, STAGE_RESOLVE_IMPACTS, &start);
+    if (status != TULLE_OK) return no_memory(context);
+
+    status = run_commit_safely(context, impacts.is_clean);
+    end_stage(context, STAGE_COMMIT_SAFELY, &start);
+    if (status != TULLE_OK) return no_memory(context);
+
+    count_contacts(context);
+    if (context->commit.outcome == COMMIT_BLOCKED) return TULLE_OK;
+    status = accept_paths(context);
+    end_stage(context, STAGE_UPDATE_CONTACTS, &start);
+    return status;
+}
+
+tulle_status world_advance(step_context *context) {
+    arena_mark const mark = arena_get_mark(&context->world->scratch);
+    tulle_status status = prepare(context);
+    if (status == TULLE_OK) status = run_stages(context);
+    arena_release(&context->world->scratch, mark);
+    context->report->substeps++;
+    return status;
+}
