@@ -2,6 +2,7 @@
 #include "world/defs.h"
 
 #include "base/error.h"
+#include "tulle/mesh.h"
 #include "world/world_state.h"
 
 #include <math.h>

@@ -112,8 +112,30 @@ static tulle_status judge_appearance(tulle_world *world, const world_motion_stat
     return world_ignore_intersections(world, error);
 }
 
+/* Takes released obstacles back that are free of cloth again. */
+static tulle_status end_releases(tulle_world *world, world_motion_state *state,
+                                 tulle_error *error) {
+    for (size_t i = 0; i < world->obstacles.count; i++) {
+        if (!state->is_released[i]) continue;
+        uint32_t const surface = (uint32_t)(world->cloths.count + i);
+        world->surfaces[surface].is_present = true;
+        tulle_status const status =
+            world_find_intersections(world, state->positions, &world->intersections, error);
+        world->surfaces[surface].is_present = false;
+        if (status != TULLE_OK) return status;
+        bool is_free = true;
+        for (size_t k = 0; k < world->intersections.count; k++) {
+            if (world->intersections.data[k].object_b == surface) is_free = false;
+        }
+        if (is_free) state->is_released[i] = 0;
+    }
+    return TULLE_OK;
+}
+
 tulle_status world_update_presence(tulle_world *world, world_motion_state *state,
                                    tulle_error *error) {
+    tulle_status const status = end_releases(world, state, error);
+    if (status != TULLE_OK) return status;
     bool has_appeared = false;
     for (size_t i = 0; i < world->obstacles.count; i++) {
         world_obstacle const *const obstacle = &world->obstacles.data[i];
