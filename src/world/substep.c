@@ -165,11 +165,6 @@ static void predict_paths(step_context *context) {
     propose_paths(&context->scene, u, context->predicted);
 }
 
-static void multiply_system(const void *system_operator, const double *x, double *product) {
-    linear_system_operator copy = *(const linear_system_operator *)system_operator;
-    linear_system_apply(&copy, x, product);
-}
-
 static tulle_status run_compute_forces(step_context *context) {
     tulle_world *const world = context->world;
     environment const surroundings = {vec3_load(world->def.gravity, 0), world->def.wind};
@@ -180,9 +175,9 @@ static tulle_status run_compute_forces(step_context *context) {
 
 static tulle_status run_solve_motion(step_context *context) {
     tulle_world *const world = context->world;
-    linear_system_operator const system_operator = {&world->system, world->threads};
+    linear_system_operator system_operator = {&world->system, world->threads};
     motion_system const system = {world->system.right_hand_side, world->system.diagonal,
-                                  multiply_system, &system_operator};
+                                  linear_system_apply, &system_operator};
     memcpy(context->mean_velocity, context->state->velocities,
            3 * world->cloth_vertex_count * sizeof(double));
     prescribe_motion(&context->scene, context->mean_velocity);
