@@ -253,8 +253,9 @@ static void accept_velocities(step_context *context) {
 static tulle_status accept_paths(step_context *context) {
     tulle_world *const world = context->world;
     world_motion_state *const state = context->state;
+    /* impulses belong to the whole substep that was solved for, even if less of it passed */
     tulle_status const status =
-        update_contacts(&state->contacts, &world->heap, &world->rows, context->passed);
+        update_contacts(&state->contacts, &world->heap, &world->rows, context->time_step);
     if (status != TULLE_OK) return no_memory(context);
     accept_velocities(context);
     memcpy(state->positions, context->end, 3 * world->vertex_count * sizeof(double));
