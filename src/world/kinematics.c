@@ -112,7 +112,52 @@ static tulle_status judge_appearance(tulle_world *world, const world_motion_stat
     return world_ignore_intersections(world, error);
 }
 
-/* Takes released obstacles back that are free of cloth again. */
+/* Solid angle of the obstacle's triangles seen from a point, over 4 pi: the winding number, 1
+ * inside a closed outward surface, 0 outside. Based on: Van Oosterom, Strackee, The solid angle of
+ * a plane triangle, 1983. */
+static double winding_number(const world_obstacle *obstacle, const double *positions, vec3 point) {
+    double sum = 0.0;
+    for (size_t t = 0; t < obstacle->mesh.triangle_count; t++) {
+        vec3 corner[3];
+        double length[3];
+        for (int k = 0; k < 3; k++) {
+            corner[k] =
+                vec3_sub(vec3_load(positions, obstacle->mesh.triangles[3 * t + (size_t)k]), point);
+            length[k] = vec3_norm(corner[k]);
+        }
+        double const volume = vec3_dot(corner[0], vec3_cross(corner[1], corner[2]));
+        double const scale =
+            length[0] * length[1] * length[2] + vec3_dot(corner[0], corner[1]) * length[2] +
+            vec3_dot(corner[1], corner[2]) * length[0] + vec3_dot(corner[2], corner[0]) * length[1];
+        sum += 2.0 * atan2(volume, scale);
+    }
+    return sum / (4.0 * acos(-1.0));
+}
+
+/* Whether some cloth vertex lies inside a closed obstacle. */
+static bool holds_cloth_inside(const tulle_world *world, const world_obstacle *obstacle,
+                               const world_motion_state *state) {
+    double const *const positions = state->positions + 3 * (size_t)obstacle->vertex_begin;
+    double low[3], high[3];
+    memcpy(low, positions, sizeof low);
+    memcpy(high, positions, sizeof high);
+    for (size_t i = 0; i < 3 * obstacle->mesh.vertex_count; i++) {
+        low[i % 3] = fmin(low[i % 3], positions[i]);
+        high[i % 3] = fmax(high[i % 3], positions[i]);
+    }
+    for (size_t v = 0; v < world->cloth_vertex_count; v++) {
+        double const *const x = state->positions + 3 * v;
+        bool is_near = true;
+        for (int c = 0; c < 3; c++) is_near = is_near && x[c] >= low[c] && x[c] <= high[c];
+        if (is_near && fabs(winding_number(obstacle, positions, vec3_load(x, 0))) > 0.5) {
+            return true;
+        }
+    }
+    return false;
+}
+
+/* Takes released obstacles back that are free of cloth again: none crosses their surface or lies
+ * inside. */
 static tulle_status end_releases(tulle_world *world, world_motion_state *state,
                                  tulle_error *error) {
     for (size_t i = 0; i < world->obstacles.count; i++) {
@@ -127,7 +172,9 @@ static tulle_status end_releases(tulle_world *world, world_motion_state *state,
         for (size_t k = 0; k < world->intersections.count; k++) {
             if (world->intersections.data[k].object_b == surface) is_free = false;
         }
-        if (is_free) state->is_released[i] = 0;
+        if (is_free && !holds_cloth_inside(world, &world->obstacles.data[i], state)) {
+            state->is_released[i] = 0;
+        }
     }
     return TULLE_OK;
 }

@@ -73,6 +73,7 @@ static uint64_t drape(tulle_world_def def, int count, unsigned n, bool is_judged
     small_add_cloth(world, &sheet);
     small_add_obstacle(world, &sphere);
     double minimum_gap = 0.0;
+    double max_stretch = 1.0;
     uint64_t contacts = 0;
     for (int i = 0; i < count; i++) {
         tulle_step_report report;
@@ -82,8 +83,9 @@ static uint64_t drape(tulle_world_def def, int count, unsigned n, bool is_judged
         if (!is_judged) continue;
         assert_int_equal(small_judge(world, &sheet, 1, &sphere, 1), 0);
         assert_true(report.smallest_gap >= minimum_gap);
-        assert_true(report.max_stretch < 1.5);
+        max_stretch = report.max_stretch;
     }
+    if (is_judged) assert_true(max_stretch < 1.1);
     assert_true(contacts > 0);
     uint64_t const hash = tulle_world_get_state_hash(world);
     tulle_world_destroy(world);
@@ -336,7 +338,7 @@ static void failing_release(void *context, void *pointer, size_t byte_count) {
 
 static void failed_allocation_leaves_the_world_as_it_was(void **state) {
     (void)state;
-    tulle_mesh sheet = small_sheet(0.5, 7, 0.21), sphere = make_sphere(0.2, 8);
+    tulle_mesh sheet = small_sheet(0.3, 4, 0.2062), sphere = make_sphere(0.2, 4);
     failing_heap heap = {0, -1};
     tulle_world_def def = tulle_world_def_default();
     def.threads = 2;
@@ -353,7 +355,7 @@ static void failed_allocation_leaves_the_world_as_it_was(void **state) {
         if (status == TULLE_OK) status = tulle_world_add_cloth(world, &cloth, NULL, NULL);
         if (status == TULLE_OK) status = tulle_world_add_obstacle(world, &obstacle, NULL, NULL);
         if (status == TULLE_OK) status = tulle_world_start(world, NULL);
-        for (int i = 0; status == TULLE_OK && i < 12; i++) {
+        for (int i = 0; status == TULLE_OK && i < 3; i++) {
             uint64_t const hash = tulle_world_get_state_hash(world);
             status = tulle_world_step(world, STEP, NULL, NULL);
             if (status != TULLE_OK) assert_true(tulle_world_get_state_hash(world) == hash);
