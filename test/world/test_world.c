@@ -68,7 +68,7 @@ static void sheet_falls_freely(void **state) {
 
 /* A sheet on a sphere for `count` steps; returns the final hash. */
 static uint64_t drape(tulle_world_def def, int count, unsigned n, bool is_judged) {
-    tulle_mesh sheet = small_sheet(1.0, n, 0.32), sphere = make_sphere(0.3, 12);
+    tulle_mesh sheet = small_sheet(1.0, n, 0.32), sphere = make_sphere(0.3, 6);
     tulle_world *const world = make_world(def);
     small_add_cloth(world, &sheet);
     small_add_obstacle(world, &sphere);
@@ -96,54 +96,54 @@ static uint64_t drape(tulle_world_def def, int count, unsigned n, bool is_judged
 
 static void sheet_drapes_without_intersection(void **state) {
     (void)state;
-    drape(tulle_world_def_default(), 90, 25, true);
+    drape(tulle_world_def_default(), 70, 19, true);
 }
 
 static void result_does_not_depend_on_threads(void **state) {
     (void)state;
     tulle_world_def def = tulle_world_def_default();
     def.threads = 1;
-    uint64_t const one = drape(def, 40, 21, false);
+    uint64_t const one = drape(def, 22, 13, false);
     for (int threads = 2; threads <= 5; threads += 3) {
         def.threads = threads;
-        assert_true(drape(def, 40, 21, false) == one);
+        assert_true(drape(def, 22, 13, false) == one);
     }
 }
 
 static void both_broad_phases_give_the_same_bits(void **state) {
     (void)state;
     tulle_world_def def = tulle_world_def_default();
-    uint64_t const refit = drape(def, 40, 21, false);
+    uint64_t const refit = drape(def, 22, 13, false);
     def.broad_phase = TULLE_BROAD_PHASE_BVOX;
-    assert_true(drape(def, 40, 21, false) == refit);
+    assert_true(drape(def, 22, 13, false) == refit);
 }
 
 static void every_integrator_drapes(void **state) {
     (void)state;
     tulle_world_def def = tulle_world_def_default();
     def.integrator = TULLE_INTEGRATOR_BDF2;
-    drape(def, 60, 17, true);
+    drape(def, 45, 13, true);
     def.integrator = TULLE_INTEGRATOR_CRANK_NICOLSON;
-    drape(def, 60, 17, true);
+    drape(def, 45, 13, true);
 }
 
 static void saved_state_goes_on_with_the_same_bits(void **state) {
     (void)state;
-    tulle_mesh sheet = small_sheet(1.0, 17, 0.32), sphere = make_sphere(0.3, 10);
+    tulle_mesh sheet = small_sheet(1.0, 13, 0.32), sphere = make_sphere(0.3, 6);
     tulle_world *worlds[2];
     for (int k = 0; k < 2; k++) {
         worlds[k] = make_world(tulle_world_def_default());
         small_add_cloth(worlds[k], &sheet);
         small_add_obstacle(worlds[k], &sphere);
     }
-    for (int i = 0; i < 25; i++) step_or_fail(worlds[0], NULL);
+    for (int i = 0; i < 18; i++) step_or_fail(worlds[0], NULL);
     void *bytes = NULL;
     size_t byte_count = 0;
     tulle_error error = {0};
     assert_int_equal(tulle_world_save_state(worlds[0], &bytes, &byte_count, &error), TULLE_OK);
     assert_int_equal(tulle_world_load_state(worlds[1], bytes, byte_count, &error), TULLE_OK);
     assert_true(tulle_world_get_state_hash(worlds[0]) == tulle_world_get_state_hash(worlds[1]));
-    for (int i = 0; i < 15; i++) {
+    for (int i = 0; i < 8; i++) {
         step_or_fail(worlds[0], NULL);
         step_or_fail(worlds[1], NULL);
         assert_true(tulle_world_get_state_hash(worlds[0]) == tulle_world_get_state_hash(worlds[1]));
