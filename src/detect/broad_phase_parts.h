@@ -121,8 +121,10 @@ typedef struct leaf_search {
     worker_output *output;
     bool counts_box_pairs;
 } leaf_search;
-/* Writes all pairs of features of one leaf, or of two different ones, whose boxes meet. */
-void search_leaf(const leaf_search *search, const tree_leaf *leaf);
-void search_leaf_pair(const leaf_search *search, const tree_leaf *a, const tree_leaf *b);
+/* Writes all pairs of features of one leaf, or of two different ones, whose boxes meet; `box` is
+ * that of the whole leaf. */
+void search_leaf(const leaf_search *search, const tree_leaf *leaf, const tree_box *box);
+void search_leaf_pair(const leaf_search *search, const tree_leaf *a, const tree_box *box_a,
+                      const tree_leaf *b, const tree_box *box_b);
 
 #endif

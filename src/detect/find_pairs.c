@@ -35,8 +35,8 @@ static void descend_pair(const leaf_search *search, node_pair pair) {
     const tree_node *const a = node_at(search->broad, pair.surface[0], pair.node[0]);
     const tree_node *const b = node_at(search->broad, pair.surface[1], pair.node[1]);
     if (a->child_count == 0 && b->child_count == 0) {
-        search_leaf_pair(search, leaf_at(search->broad, pair.surface[0], a),
-                         leaf_at(search->broad, pair.surface[1], b));
+        search_leaf_pair(search, leaf_at(search->broad, pair.surface[0], a), &a->box,
+                         leaf_at(search->broad, pair.surface[1], b), &b->box);
         return;
     }
     int const opened = opens_first(a, b) ? 0 : 1;
@@ -53,7 +53,7 @@ static void descend_pair(const leaf_search *search, node_pair pair) {
 static void descend_self(const leaf_search *search, uint32_t surface, uint32_t index) {
     const tree_node *const node = node_at(search->broad, surface, index);
     if (node->child_count == 0) {
-        search_leaf(search, leaf_at(search->broad, surface, node));
+        search_leaf(search, leaf_at(search->broad, surface, node), &node->box);
         return;
     }
     for (uint32_t i = node->first; i < node->first + node->child_count; i++) {

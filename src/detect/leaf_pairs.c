@@ -1,107 +1,130 @@
 /* detect/leaf_pairs.c - feature pairs of two leaves: takes the boxes of their slots, writes each
  * vertex/triangle pair and each edge/edge pair whose boxes meet and which shares no vertex.
  *
- * Every box of one leaf that meets the box of the other is compared with all of the other's, lane
- * by lane over the arrays, so that the compiler turns it into vector compares. */
+ * First the slots of each leaf that meet the box of the other leaf are copied together: most do
+ * not. Then each of one is compared with all of the other, lane by lane over the copied arrays, so
+ * that the compiler turns it into vector compares. */
 #include "detect/broad_phase_parts.h"
 
 enum { LEAF_SLOTS = 3 * LEAF_TRIANGLES }; /* most edges, or vertices, that a leaf owns */
 
-/* A run of slots of one list. */
-typedef struct slot_run {
-    const slot_list *list;
-    size_t begin, end;
-} slot_run;
+/* Copies of some slots of one list. */
+typedef struct near_slots {
+    float sides[6][LEAF_SLOTS];
+    uint32_t corners[3][LEAF_SLOTS];
+    uint32_t features[LEAF_SLOTS];
+    size_t count;
+} near_slots;
 
-static slot_run triangles_of(const broad_phase *broad, const tree_leaf *leaf) {
-    return (slot_run){&broad->triangles, leaf->triangle_begin, leaf->triangle_end};
-}
-static slot_run vertices_of(const broad_phase *broad, const tree_leaf *leaf) {
-    return (slot_run){&broad->vertices, leaf->vertex_begin, leaf->vertex_end};
-}
-static slot_run edges_of(const broad_phase *broad, const tree_leaf *leaf) {
-    return (slot_run){&broad->edges, leaf->edge_begin, leaf->edge_end};
-}
-
-/* meets[j] is not 0 where the box of slot `slot` meets that of slot begin + j of `others`. */
-static void compare_boxes(const slot_list *list, size_t slot, const slot_list *others, size_t begin,
-                          size_t count, int32_t *meets) {
-    float const low_x = list->sides[0][slot], high_x = list->sides[3][slot];
-    float const low_y = list->sides[1][slot], high_y = list->sides[4][slot];
-    float const low_z = list->sides[2][slot], high_z = list->sides[5][slot];
-    const float *const x0 = others->sides[0] + begin, *const x1 = others->sides[3] + begin;
-    const float *const y0 = others->sides[1] + begin, *const y1 = others->sides[4] + begin;
-    const float *const z0 = others->sides[2] + begin, *const z1 = others->sides[5] + begin;
-    for (size_t j = 0; j < count; j++)
-        meets[j] = (x0[j] <= high_x) & (low_x <= x1[j]) & (y0[j] <= high_y) & (low_y <= y1[j]) &
-                   (z0[j] <= high_z) & (low_z <= z1[j]);
+/* Slots begin .. end - 1 whose boxes meet `box`. Copies every slot and keeps the place of those
+ * that do not count: no branch to guess. */
+static void gather_near(const slot_list *list, size_t begin, size_t end, const tree_box *box,
+                        near_slots *to) {
+    size_t const corner_count = list->corner_count;
+    size_t count = 0;
+    for (size_t slot = begin; slot < end; slot++) {
+        float side[6];
+        for (int k = 0; k < 6; k++) to->sides[k][count] = side[k] = list->sides[k][slot];
+        for (size_t k = 0; k < corner_count; k++)
+            to->corners[k][count] = list->corners[corner_count * slot + k];
+        to->features[count] = list->features[slot];
+        count += (side[0] <= box->high[0]) & (box->low[0] <= side[3]) & (side[1] <= box->high[1]) &
+                 (box->low[1] <= side[4]) & (side[2] <= box->high[2]) & (box->low[2] <= side[5]);
+    }
+    to->count = count;
 }
 
-static void pair_edges(const slot_run *a, const slot_run *b, bool is_same, pair_writer *writer) {
+/* meets[j] is 1 where the box of slot i of `a` meets that of slot first + j of `b`, else 0. */
+static void compare_boxes(const near_slots *a, size_t i, const near_slots *b, size_t first,
+                          int32_t *meets) {
+    float const low_x = a->sides[0][i], high_x = a->sides[3][i];
+    float const low_y = a->sides[1][i], high_y = a->sides[4][i];
+    float const low_z = a->sides[2][i], high_z = a->sides[5][i];
+    for (size_t j = first; j < b->count; j++)
+        meets[j - first] = (b->sides[0][j] <= high_x) & (low_x <= b->sides[3][j]) &
+                           (b->sides[1][j] <= high_y) & (low_y <= b->sides[4][j]) &
+                           (b->sides[2][j] <= high_z) & (low_z <= b->sides[5][j]);
+}
+
+/* Clears meets[j] where one of the corners of slot first + j of `b` is `vertex`. */
+static void exclude_vertex(uint32_t vertex, const near_slots *b, size_t corner_count, size_t first,
+                           int32_t *meets) {
+    for (size_t k = 0; k < corner_count; k++)
+        for (size_t j = first; j < b->count; j++) meets[j - first] &= b->corners[k][j] != vertex;
+}
+
+static void pair_edges(const near_slots *a, const near_slots *b, pair_writer *writer) {
     int32_t meets[LEAF_SLOTS];
-    for (size_t i = a->begin; i < a->end; i++) {
-        size_t const begin = is_same ? i + 1 : b->begin, count = b->end - begin;
-        compare_boxes(a->list, i, b->list, begin, count, meets);
-        const uint32_t *const ends = a->list->corners + 2 * i;
-        uint32_t const edge = a->list->features[i];
-        for (size_t j = 0; j < count; j++) {
-            const uint32_t *const others = b->list->corners + 2 * (begin + j);
-            bool const shares = (ends[0] == others[0]) | (ends[0] == others[1]) |
-                                (ends[1] == others[0]) | (ends[1] == others[1]);
-            if (!meets[j] | shares) continue;
-            uint32_t const other = b->list->features[begin + j];
-            pair_writer_add(writer, edge < other ? edge : other, edge < other ? other : edge);
+    for (size_t i = 0; i < a->count; i++) {
+        size_t const first = a == b ? i + 1 : 0;
+        compare_boxes(a, i, b, first, meets);
+        exclude_vertex(a->corners[0][i], b, 2, first, meets);
+        exclude_vertex(a->corners[1][i], b, 2, first, meets);
+        uint32_t const edge = a->features[i];
+        pair_writer_make_room(writer, LEAF_SLOTS);
+        for (size_t j = first; j < b->count; j++) {
+            uint32_t const other = b->features[j];
+            bool const is_first = edge < other;
+            pair_writer_add_if(writer, is_first ? edge : other, is_first ? other : edge,
+                               (size_t)meets[j - first]);
         }
     }
 }
 
-static void pair_vertices(const slot_run *vertices, const slot_run *triangles,
+static void pair_vertices(const near_slots *vertices, const near_slots *triangles,
                           pair_writer *writer) {
     int32_t meets[LEAF_SLOTS];
-    size_t const count = triangles->end - triangles->begin;
-    for (size_t i = vertices->begin; i < vertices->end; i++) {
-        compare_boxes(vertices->list, i, triangles->list, triangles->begin, count, meets);
-        uint32_t const vertex = vertices->list->features[i];
-        for (size_t j = 0; j < count; j++) {
-            const uint32_t *const corners = triangles->list->corners + 3 * (triangles->begin + j);
-            bool const shares =
-                (vertex == corners[0]) | (vertex == corners[1]) | (vertex == corners[2]);
-            if (!meets[j] | shares) continue;
-            pair_writer_add(writer, vertex, triangles->list->features[triangles->begin + j]);
-        }
+    for (size_t i = 0; i < vertices->count; i++) {
+        uint32_t const vertex = vertices->features[i];
+        compare_boxes(vertices, i, triangles, 0, meets);
+        exclude_vertex(vertex, triangles, 3, 0, meets);
+        pair_writer_make_room(writer, LEAF_SLOTS);
+        for (size_t j = 0; j < triangles->count; j++)
+            pair_writer_add_if(writer, vertex, triangles->features[j], (size_t)meets[j]);
     }
 }
 
-static uint64_t count_triangle_pairs(const slot_run *a, const slot_run *b, bool is_same) {
+static uint64_t count_pairs(const near_slots *a, const near_slots *b) {
     int32_t meets[LEAF_SLOTS];
     uint64_t total = 0;
-    for (size_t i = a->begin; i < a->end; i++) {
-        size_t const begin = is_same ? i + 1 : b->begin;
-        compare_boxes(a->list, i, b->list, begin, b->end - begin, meets);
-        for (size_t j = 0; j < b->end - begin; j++) total += meets[j] != 0;
+    for (size_t i = 0; i < a->count; i++) {
+        size_t const first = a == b ? i + 1 : 0;
+        compare_boxes(a, i, b, first, meets);
+        for (size_t j = first; j < b->count; j++) total += meets[j - first] != 0;
     }
     return total;
 }
 
-void search_leaf(const leaf_search *search, const tree_leaf *leaf) {
-    slot_run const triangles = triangles_of(search->broad, leaf);
-    slot_run const vertices = vertices_of(search->broad, leaf);
-    slot_run const edges = edges_of(search->broad, leaf);
-    pair_vertices(&vertices, &triangles, &search->output->writers[FEATURE_VERTEX_TRIANGLE]);
-    pair_edges(&edges, &edges, true, &search->output->writers[FEATURE_EDGE_EDGE]);
-    if (search->counts_box_pairs)
-        search->output->box_pair_count += count_triangle_pairs(&triangles, &triangles, true);
+/* What of one leaf is near a box. */
+typedef struct near_leaf {
+    near_slots triangles, vertices, edges;
+} near_leaf;
+
+static void gather_leaf(const broad_phase *broad, const tree_leaf *leaf, const tree_box *box,
+                        near_leaf *to) {
+    gather_near(&broad->triangles, leaf->triangle_begin, leaf->triangle_end, box, &to->triangles);
+    gather_near(&broad->vertices, leaf->vertex_begin, leaf->vertex_end, box, &to->vertices);
+    gather_near(&broad->edges, leaf->edge_begin, leaf->edge_end, box, &to->edges);
 }
 
-void search_leaf_pair(const leaf_search *search, const tree_leaf *a, const tree_leaf *b) {
-    const broad_phase *const broad = search->broad;
-    slot_run const triangles_a = triangles_of(broad, a), triangles_b = triangles_of(broad, b);
-    slot_run const vertices_a = vertices_of(broad, a), vertices_b = vertices_of(broad, b);
-    slot_run const edges_a = edges_of(broad, a), edges_b = edges_of(broad, b);
-    pair_writer *const writer = &search->output->writers[FEATURE_VERTEX_TRIANGLE];
-    pair_vertices(&vertices_a, &triangles_b, writer);
-    pair_vertices(&vertices_b, &triangles_a, writer);
-    pair_edges(&edges_a, &edges_b, false, &search->output->writers[FEATURE_EDGE_EDGE]);
+void search_leaf(const leaf_search *search, const tree_leaf *leaf, const tree_box *box) {
+    near_leaf all;
+    gather_leaf(search->broad, leaf, box, &all);
+    pair_vertices(&all.vertices, &all.triangles, &search->output->writers[FEATURE_VERTEX_TRIANGLE]);
+    pair_edges(&all.edges, &all.edges, &search->output->writers[FEATURE_EDGE_EDGE]);
     if (search->counts_box_pairs)
-        search->output->box_pair_count += count_triangle_pairs(&triangles_a, &triangles_b, false);
+        search->output->box_pair_count += count_pairs(&all.triangles, &all.triangles);
+}
+
+void search_leaf_pair(const leaf_search *search, const tree_leaf *a, const tree_box *box_a,
+                      const tree_leaf *b, const tree_box *box_b) {
+    near_leaf near_a, near_b;
+    gather_leaf(search->broad, a, box_b, &near_a);
+    gather_leaf(search->broad, b, box_a, &near_b);
+    pair_writer *const writer = &search->output->writers[FEATURE_VERTEX_TRIANGLE];
+    pair_vertices(&near_a.vertices, &near_b.triangles, writer);
+    pair_vertices(&near_b.vertices, &near_a.triangles, writer);
+    pair_edges(&near_a.edges, &near_b.edges, &search->output->writers[FEATURE_EDGE_EDGE]);
+    if (search->counts_box_pairs)
+        search->output->box_pair_count += count_pairs(&near_a.triangles, &near_b.triangles);
 }

@@ -6,7 +6,7 @@
 enum {
     DIGIT_BITS_MOST = 11, /* counters of one digit stay in the first cache level */
     DIGIT_COUNT_MOST = 6, /* 62 bits */
-    SPARE_BLOCKS = 64     /* blocks that workers leave unfinished differ from run to run */
+    SPARE_BLOCKS = 16     /* blocks that workers leave unfinished differ from run to run */
 };
 
 /* Bits that hold all numbers below count, at least 1. */
@@ -39,19 +39,21 @@ bool pair_store_is_complete(memory *heap, pair_store *store, tulle_status *statu
 
 void pair_writer_start(pair_writer *writer, pair_store *store) {
     writer->store = store;
-    writer->cursor = writer->end = NULL;
+    writer->cursor = writer->end = writer->lost;
+    writer->shift = store->shift;
+}
+
+void pair_writer_finish(pair_writer *writer) {
+    while (writer->cursor != writer->end) *writer->cursor++ = KEY_NONE;
 }
 
 void pair_writer_claim(pair_writer *writer) {
+    pair_writer_finish(writer);
     pair_store *const store = writer->store;
     size_t const block = atomic_fetch_add_explicit(&store->block_count, 1, memory_order_relaxed);
     bool const fits = (block + 1) * KEY_BLOCK <= store->keys.capacity;
     writer->cursor = fits ? store->keys.data + block * KEY_BLOCK : writer->lost;
     writer->end = writer->cursor + KEY_BLOCK;
-}
-
-void pair_writer_finish(pair_writer *writer) {
-    while (writer->cursor != writer->end) *writer->cursor++ = KEY_NONE;
 }
 
 bool pair_store_reserve_spare(memory *heap, pair_store *store) {

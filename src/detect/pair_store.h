@@ -11,7 +11,7 @@
 
 #define KEY_NONE UINT64_MAX /* fills the ends of blocks */
 
-enum { KEY_BLOCK = 256 }; /* keys */
+enum { KEY_BLOCK = 1024 }; /* keys */
 
 typedef struct pair_store {
     ARRAY(uint64_t) keys; /* count is unused; capacity a multiple of KEY_BLOCK */
@@ -23,6 +23,7 @@ typedef struct pair_store {
 typedef struct pair_writer {
     pair_store *store;
     uint64_t *cursor, *end;
+    unsigned shift;           /* of the store */
     uint64_t lost[KEY_BLOCK]; /* written to once the store is full */
 } pair_writer;
 
@@ -36,11 +37,18 @@ void pair_store_clear(pair_store *store);
 bool pair_store_is_complete(memory *heap, pair_store *store, tulle_status *status);
 
 void pair_writer_start(pair_writer *writer, pair_store *store);
+/* Ends this block and begins another. */
 void pair_writer_claim(pair_writer *writer);
 void pair_writer_finish(pair_writer *writer);
-static inline void pair_writer_add(pair_writer *writer, uint32_t first, uint32_t second) {
-    if (writer->cursor == writer->end) pair_writer_claim(writer);
-    *writer->cursor++ = (uint64_t)first << writer->store->shift | second;
+/* Makes sure that `count` <= KEY_BLOCK pairs can be written in a row. */
+static inline void pair_writer_make_room(pair_writer *writer, size_t count) {
+    if ((size_t)(writer->end - writer->cursor) < count) pair_writer_claim(writer);
+}
+/* Writes the pair when is_wanted is 1, not when it is 0; there must be room. */
+static inline void pair_writer_add_if(pair_writer *writer, uint32_t first, uint32_t second,
+                                      size_t is_wanted) {
+    *writer->cursor = (uint64_t)first << writer->shift | second;
+    writer->cursor += is_wanted;
 }
 
 /* Makes room for sorting; false when memory is short. */

@@ -227,9 +227,25 @@ static bool separates_throughout(const gap_corners *corners, vec3 w) {
     return true;
 }
 
+/* An axis separates them at both ends. A rounded difference that exceeds the rounded-up separation
+ * does so exactly. */
+static bool axis_separates_throughout(const gap_corners *corners) {
+    vec3 least = corners->start[0], most = corners->start[0];
+    for (int k = 0; k < 2 * corners->count; k++) {
+        vec3 const d = k < corners->count ? corners->start[k] : corners->end[k - corners->count];
+        least = (vec3){d.x < least.x ? d.x : least.x, d.y < least.y ? d.y : least.y,
+                       d.z < least.z ? d.z : least.z};
+        most = (vec3){d.x > most.x ? d.x : most.x, d.y > most.y ? d.y : most.y,
+                      d.z > most.z ? d.z : most.z};
+    }
+    double const s = corners->separation;
+    return least.x > s || least.y > s || least.z > s || most.x < -s || most.y < -s || most.z < -s;
+}
+
 bool pair_stays_apart(feature_kind kind, const moving_pair *pair, double separation) {
     gap_corners const corners = make_gap_corners(kind, pair, separation);
     if (!corners.is_finite) return false;
+    if (axis_separates_throughout(&corners)) return true;
     for (int end = 0; end < 2; end++) {
         vec3 points[4];
         place_points(kind, &corners, (double)end, points);

@@ -28,9 +28,9 @@ typedef struct toi_result {
     closest_points closest; /* at lower_bound */
 } toi_result;
 
-/* True when the pair certainly keeps more than `separation` [m] for all t: one fixed direction (the
- * closest one at t = 0, then at t = 1) separates the corners at both ends. Outward rounding. False
- * proves nothing. */
+/* True when the pair certainly keeps more than `separation` [m] for all t: one fixed direction (an
+ * axis, the closest one at t = 0, then at t = 1) separates the corners at both ends. Outward
+ * rounding. False proves nothing. */
 bool pair_stays_apart(feature_kind kind, const moving_pair *pair, double separation);
 
 /* True when the coplanarity cubic has no root by Bernstein signs with an error bound: the pair
