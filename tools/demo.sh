@@ -31,7 +31,7 @@ The result lies in $result ($(find "$result" -type f | wc -l) files; \`tulle inf
 To look at it
     Blender:   import cloth.obj (Forward Y, Up Z), add a Mesh Cache modifier to it: format PC2, file cloth.pc2;
                import the obstacles' OBJ files the same way, those with a .pc2 file with a Mesh Cache too
-    ParaView:  open the .pvd files, press Apply and Play
+    ParaView:  open the .pvd files (cloth.pvd, hemisphere.pvd, the needles), press Apply and Play
 Time per step: $step_time
 $(echo "$verdict" | tail -1)
 END
