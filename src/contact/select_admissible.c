@@ -10,6 +10,9 @@
 
 /* A weight below this is zero: the nearest point is on the rim. */
 #define RIM_WEIGHT 1e-9
+/* Part of a gap by which the inside of a triangle may be further than the rim and still replace
+ * it: the slope tolerance's own size. */
+#define RIM_GAP_TOLERANCE 0.02
 
 /* Neighbourhood test of one row. */
 typedef struct cone_test {
@@ -151,11 +154,13 @@ typedef struct rim_label {
 static bool is_redundant(const contact_row *rows, const rim_label *labels, size_t begin, size_t end,
                          size_t i) {
     if (labels[i].part == RIM_INSIDE) return false;
+    /* Frames of later times tilt a little, which shortens the gap by as much. */
+    double const gap = rows[i].gap + RIM_GAP_TOLERANCE * fabs(rows[i].gap);
     for (size_t j = begin; j < end; j++) {
         bool const is_same =
             labels[j].part == labels[i].part && labels[j].feature == labels[i].feature;
         if (is_same && j < i) return true;
-        if (labels[j].part == RIM_INSIDE && rows[j].gap <= rows[i].gap &&
+        if (labels[j].part == RIM_INSIDE && rows[j].gap <= gap &&
             triangles_share_vertex(&rows[i], &rows[j]))
             return true;
     }
