@@ -15,12 +15,8 @@ target_include_directories(tulle_program PRIVATE ${PROJECT_SOURCE_DIR}/src)
 target_link_libraries(tulle_program PRIVATE tulle_flags $<TARGET_NAME_IF_EXISTS:tulle_scene> tulle_static)
 set_target_properties(tulle_program PROPERTIES OUTPUT_NAME tulle)
 
-# The examples, against the shared library as their readers will. They need the world.
+# The examples, against the shared library as their readers will.
 file(GLOB example_sources CONFIGURE_DEPENDS ${PROJECT_SOURCE_DIR}/examples/*.c)
-file(GLOB world_sources CONFIGURE_DEPENDS ${PROJECT_SOURCE_DIR}/src/world/*.c)
-if(NOT world_sources)
-    set(example_sources)
-endif()
 foreach(source ${example_sources})
     get_filename_component(name ${source} NAME_WE)
     add_executable(example_${name} ${source})
