@@ -67,9 +67,14 @@ typedef struct cloth_energies {
     double kinetic, gravity, stretch, bend; /* [J]; gravity is zero at the origin */
     double max_stretch;                     /* largest edge length over rest length */
 } cloth_energies;
-/* Energies of a state. Sums run over fixed blocks: bits do not depend on `threads`. */
+typedef struct energy_options {
+    vec3 gravity; /* [m/s^2] */
+    int threads;
+} energy_options;
+/* Energies of a state. Sums run over fixed blocks: bits do not depend on `threads`. Returns
+ * TULLE_OK or TULLE_ERROR_OUT_OF_MEMORY. */
 tulle_status compute_energies(const cloth_model *model, const double *positions,
-                              const double *velocities, vec3 gravity, int threads, arena *scratch,
+                              const double *velocities, energy_options options, arena *scratch,
                               cloth_energies *energies);
 
 #endif

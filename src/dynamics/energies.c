@@ -80,7 +80,7 @@ static double sum_chunks(const double *values, size_t count) {
 }
 
 tulle_status compute_energies(const cloth_model *model, const double *positions,
-                              const double *velocities, vec3 gravity, int threads, arena *scratch,
+                              const double *velocities, energy_options options, arena *scratch,
                               cloth_energies *energies) {
     arena_mark const mark = arena_get_mark(scratch);
     size_t const most =
@@ -89,7 +89,7 @@ tulle_status compute_energies(const cloth_model *model, const double *positions,
     energy_task task = {.model = model,
                         .positions = positions,
                         .velocities = velocities,
-                        .gravity = gravity,
+                        .gravity = options.gravity,
                         .deviations = ARENA_NEW(scratch, vec3, model->hinge_count),
                         .first = ARENA_NEW(scratch, double, chunks),
                         .second = ARENA_NEW(scratch, double, chunks)};
@@ -97,6 +97,7 @@ tulle_status compute_energies(const cloth_model *model, const double *positions,
         arena_release(scratch, mark);
         return TULLE_ERROR_OUT_OF_MEMORY;
     }
+    int const threads = options.threads;
     *energies = (cloth_energies){0};
     parallel_for(model->vertex_count, ITEMS_PER_CHUNK, threads, measure_vertices, &task);
     size_t count = parallel_chunk_count(model->vertex_count, ITEMS_PER_CHUNK);

@@ -118,8 +118,8 @@ static void end_step(tulle_world *world) {
 static void measure(tulle_world *world, tulle_step_report *report) {
     cloth_energies energies = {0};
     if (compute_energies(world->model, world->now.positions, world->now.velocities,
-                         vec3_load(world->def.gravity, 0), world->threads, &world->scratch,
-                         &energies) == TULLE_OK) {
+                         (energy_options){vec3_load(world->def.gravity, 0), world->threads},
+                         &world->scratch, &energies) == TULLE_OK) {
         report->kinetic_energy = energies.kinetic;
         report->gravity_energy = energies.gravity;
         report->elastic_energy = energies.stretch + energies.bend;

@@ -74,13 +74,13 @@ static void check_gradient(fixture *f, double tolerance) {
     double *const gradient = malloc(n * sizeof(double));
     double const step = 1e-6;
     cloth_energies more, less;
-    vec3 const no_gravity = {0.0, 0.0, 0.0};
+    energy_options const options = {.threads = 1};
     for (size_t i = 0; i < n; i++) {
         double const kept = f->x[i];
         f->x[i] = kept + step;
-        compute_energies(&f->model, f->x, f->v, no_gravity, 1, &f->scratch, &more);
+        compute_energies(&f->model, f->x, f->v, options, &f->scratch, &more);
         f->x[i] = kept - step;
-        compute_energies(&f->model, f->x, f->v, no_gravity, 1, &f->scratch, &less);
+        compute_energies(&f->model, f->x, f->v, options, &f->scratch, &less);
         f->x[i] = kept;
         gradient[i] = (more.stretch + more.bend - less.stretch - less.bend) / (2.0 * step);
     }

@@ -1,6 +1,5 @@
 /* The model: masses, several cloths beside obstacles, refusals, memory; and that a step's bits do
  * not depend on threads and it calls no heap. */
-#include "base/parallel.h"
 #include "dynamics/fixture.h"
 
 static void masses_add_up(void **state) {
@@ -46,19 +45,11 @@ static void stretch_is_in_force_per_width(void **state) {
     }
 }
 
-/* Two cloths of different materials and an obstacle in one numbering, against each cloth alone. */
-static void cloths_beside_obstacles_are_independent(void **state) {
-    (void)state;
-    tulle_material materials[2] = {plain_material(), plain_material()};
-    materials[1].area_density = 0.5;
-    materials[1].bend_stiffness = 3e-3;
-    materials[1].bend_damping = 0.01;
-    materials[1].air_damping = 2.0;
-    enum { FIRST = 20, SECOND = 30, OBSTACLE = 9, ALL = FIRST + SECOND + OBSTACLE };
-    grid parts[3] = {grid_make(4, 3, 0.4, 0.3, 0), grid_make(5, 4, 0.5, 0.4, 2),
-                     grid_make(2, 2, 1.0, 1.0, 0)};
-    double positions[3 * ALL];
-    uint32_t triangles[3 * 80], vertex_materials[FIRST + SECOND];
+enum { FIRST = 20, SECOND = 30, OBSTACLE = 9, CLOTH = FIRST + SECOND, ALL = CLOTH + OBSTACLE };
+
+/* Joins three grids into one numbering; returns the number of triangles. */
+static size_t join_parts(const grid parts[3], double *positions, uint32_t *triangles,
+                         uint32_t *vertex_materials) {
     size_t vertex = 0, triangle = 0;
     for (int p = 0; p < 3; p++) {
         memcpy(positions + 3 * vertex, parts[p].positions,
@@ -71,44 +62,62 @@ static void cloths_beside_obstacles_are_independent(void **state) {
         triangle += parts[p].triangle_count;
     }
     assert_int_equal(vertex, ALL);
+    return triangle;
+}
+
+static const environment WINDY = {.gravity = {0.0, -9.81, 0.0},
+                                  .wind = {{1.0, 2.0, 3.0}, 1.0, 0.5, 0.5, 3, 0.4}};
+
+/* The part alone, in the same state, has the same system. */
+static void check_part(const grid *part, tulle_material material, const double *x, const double *v,
+                       size_t first, const linear_system *together) {
+    fixture *const f = fixture_make(part->positions, part->vertex_count, part->triangles,
+                                    part->triangle_count, material);
+    size_t const bytes = 3 * f->vertex_count * sizeof(double);
+    memcpy(f->x, x + 3 * first, bytes);
+    memcpy(f->v, v + 3 * first, bytes);
+    f->surroundings = WINDY;
+    f->time = 0.3;
+    fixture_assemble(f, TULLE_INTEGRATOR_IMPLICIT_EULER, 0.01);
+    assert_memory_equal(f->system.forces, together->forces + 3 * first, bytes);
+    assert_memory_equal(f->system.right_hand_side, together->right_hand_side + 3 * first, bytes);
+    assert_memory_equal(f->system.diagonal, together->diagonal + 9 * first, 3 * bytes);
+    fixture_free(f);
+}
+
+/* Two cloths of different materials and an obstacle in one numbering, against each cloth alone. */
+static void cloths_beside_obstacles_are_independent(void **state) {
+    (void)state;
+    tulle_material materials[2] = {plain_material(), plain_material()};
+    materials[1].area_density = 0.5;
+    materials[1].bend_stiffness = 3e-3;
+    materials[1].bend_damping = 0.01;
+    materials[1].air_damping = 2.0;
+    grid parts[3] = {grid_make(4, 3, 0.4, 0.3, 0), grid_make(5, 4, 0.5, 0.4, 2),
+                     grid_make(2, 2, 1.0, 1.0, 0)};
+    double positions[3 * ALL], x[3 * CLOTH], v[3 * CLOTH];
+    uint32_t triangles[3 * 80], vertex_materials[CLOTH];
+    size_t const triangle_count = join_parts(parts, positions, triangles, vertex_materials);
     memory heap = memory_default();
     arena scratch = arena_make(&heap);
     topology surface;
-    assert_int_equal(topology_build(&heap, triangles, triangle, ALL, &surface), TULLE_OK);
-    cloth_model_def const def = {FIRST + SECOND, &surface, positions,
-                                 materials,      2,        vertex_materials};
+    assert_int_equal(topology_build(&heap, triangles, triangle_count, ALL, &surface), TULLE_OK);
+    cloth_model_def const def = {CLOTH, &surface, positions, materials, 2, vertex_materials};
     cloth_model model;
     linear_system system;
     assert_int_equal(cloth_model_build(&heap, &def, &model, NULL), TULLE_OK);
     assert_int_equal(linear_system_build(&heap, &model, &system), TULLE_OK);
-    double x[3 * (FIRST + SECOND)], v[3 * (FIRST + SECOND)];
     uint64_t random = 4;
-    for (size_t i = 0; i < 3 * (FIRST + SECOND); i++) {
+    for (size_t i = 0; i < 3 * CLOTH; i++) {
         x[i] = positions[i] + 0.02 * random_signed(&random);
         v[i] = random_signed(&random);
     }
-    environment const surroundings = {.gravity = {0.0, -9.81, 0.0},
-                                      .wind = {{1.0, 2.0, 3.0}, 1.0, 0.5, 0.5, 3, 0.4}};
-    motion_state const together = {x, v, NULL, NULL, 0.01, 0.0, 0.3};
+    motion_state const now = {x, v, NULL, NULL, 0.01, 0.0, 0.3};
     force_options const options = {TULLE_INTEGRATOR_IMPLICIT_EULER, 1};
-    assert_int_equal(compute_forces(&model, &together, &surroundings, options, &scratch, &system),
-                     TULLE_OK);
-    for (size_t p = 0, first = 0; p < 2; first += parts[p].vertex_count, p++) {
-        fixture *const f = fixture_make(parts[p].positions, parts[p].vertex_count,
-                                        parts[p].triangles, parts[p].triangle_count, materials[p]);
-        memcpy(f->x, x + 3 * first, 3 * f->vertex_count * sizeof(double));
-        memcpy(f->v, v + 3 * first, 3 * f->vertex_count * sizeof(double));
-        f->surroundings = surroundings;
-        f->time = 0.3;
-        fixture_assemble(f, TULLE_INTEGRATOR_IMPLICIT_EULER, 0.01);
-        size_t const bytes = 3 * f->vertex_count * sizeof(double);
-        assert_memory_equal(f->system.forces, system.forces + 3 * first, bytes);
-        assert_memory_equal(f->system.right_hand_side, system.right_hand_side + 3 * first, bytes);
-        assert_memory_equal(f->system.diagonal, system.diagonal + 9 * first, 3 * bytes);
-        fixture_free(f);
-        grid_free(&parts[p]);
-    }
-    grid_free(&parts[2]);
+    assert_int_equal(compute_forces(&model, &now, &WINDY, options, &scratch, &system), TULLE_OK);
+    check_part(&parts[0], materials[0], x, v, 0, &system);
+    check_part(&parts[1], materials[1], x, v, FIRST, &system);
+    for (int p = 0; p < 3; p++) grid_free(&parts[p]);
     linear_system_destroy(&heap, &system);
     cloth_model_destroy(&heap, &model);
     topology_destroy(&heap, &surface);
@@ -173,7 +182,8 @@ static void failing_memory_is_reported(void **state) {
         compute_forces(&f->model, &now, &f->surroundings, options, &scratch, &f->system),
         TULLE_ERROR_OUT_OF_MEMORY);
     cloth_energies energies;
-    assert_int_equal(compute_energies(&f->model, f->x, f->v, (vec3){0}, 1, &scratch, &energies),
+    assert_int_equal(compute_energies(&f->model, f->x, f->v, (energy_options){.threads = 1},
+                                      &scratch, &energies),
                      TULLE_OK);
     arena_destroy(&scratch);
     fixture_free(f);
@@ -193,8 +203,8 @@ static double *run_threads(int threads) {
     for (int i = 0; i < 15; i++) {
         fixture_step(f, TULLE_INTEGRATOR_BDF2, 0.01);
         cloth_energies energies;
-        compute_energies(&f->model, f->x, f->v, f->surroundings.gravity, threads, &f->scratch,
-                         &energies);
+        compute_energies(&f->model, f->x, f->v, (energy_options){f->surroundings.gravity, threads},
+                         &f->scratch, &energies);
         if (i == 1) heap_calls = f->heap.allocate_count;
     }
     assert_int_equal(f->heap.allocate_count, heap_calls);

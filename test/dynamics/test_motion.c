@@ -42,6 +42,34 @@ static void free_fall_is_exact(void **state) {
     }
 }
 
+/* Free motion in damping air: v' = -a v, each integrator by its own closed form. */
+static void air_damping_decays_as_in_closed_form(void **state) {
+    (void)state;
+    tulle_material material = plain_material();
+    material.air_damping = 1.5;
+    double const h = 0.02, a = 1.5;
+    for (int k = 0; k < 3; k++) {
+        fixture *const f = fixture_make_grid(3, 2, 0.3, 0.2, 2, material);
+        for (size_t v = 0; v < f->vertex_count; v++) f->v[3 * v] = 1.0;
+        f->tolerance = 1e-14;
+        double speed = 1.0, previous = 1.0;
+        for (int step = 0; step < 50; step++) {
+            fixture_step(f, (tulle_integrator)k, h);
+            double const now = speed;
+            if (k == 2 && step > 0)
+                speed = (4.0 * now - previous) / (3.0 + 2.0 * a * h);
+            else if (k == 1)
+                speed = now * (1.0 - 0.5 * a * h) / (1.0 + 0.5 * a * h);
+            else
+                speed = now / (1.0 + a * h);
+            previous = now;
+        }
+        for (size_t v = 0; v < f->vertex_count; v++) assert_true(fabs(f->v[3 * v] - speed) < 1e-9);
+        assert_true(fabs(speed - exp(-1.5)) < (k == 0 ? 0.006 : 1e-3));
+        fixture_free(f);
+    }
+}
+
 /* A stretched sheet vibrating between two fixed sides, everything in tension. */
 static fixture *make_drum(void) {
     tulle_material material = plain_material();
@@ -326,9 +354,10 @@ static void bending_energy_is_that_of_a_plate(void **state) {
                     f->x[3 * v + 2] = s * bent + c * across;
                 }
                 cloth_energies energies;
-                assert_int_equal(
-                    compute_energies(&f->model, f->x, f->v, (vec3){0}, 1, &f->scratch, &energies),
-                    TULLE_OK);
+                assert_int_equal(compute_energies(&f->model, f->x, f->v,
+                                                  (energy_options){.threads = 1}, &f->scratch,
+                                                  &energies),
+                                 TULLE_OK);
                 double const exact = 0.5 * 1e-4 * curvature * curvature * side * side;
                 double const ratio = energies.bend / exact;
                 assert_true(ratio > 1.0 - 1.2 / (double)cells && ratio < most[pattern]);
@@ -339,6 +368,7 @@ static void bending_energy_is_that_of_a_plate(void **state) {
 int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(free_fall_is_exact),
+        cmocka_unit_test(air_damping_decays_as_in_closed_form),
         cmocka_unit_test(order_of_accuracy_is_as_promised),
         cmocka_unit_test(pendulum_swings_in_its_period),
         cmocka_unit_test(hanging_ribbon_is_a_catenary),
