@@ -13,6 +13,7 @@ typedef struct subcommand {
 
 /* The subcommands; ends with a null name. */
 static const subcommand subcommands[] = {
+    {"run", app_run, "simulates a scene and writes what comes of it to a directory"},
     {"check", app_check, "whether triangles intersect, in meshes and in every frame of runs"},
     {"info", app_info, "what a mesh, a point cache or a run holds"},
     {NULL, NULL, NULL},

@@ -163,7 +163,9 @@ static tulle_status create_logs(tulle_run_writer *writer, tulle_error *error) {
 static tulle_status make_files(tulle_run_writer *writer, const tulle_run_def *def,
                                tulle_error *error) {
     tulle_status status = run_directory_lock(writer->directory, &writer->lock, error);
-    if (!status) status = run_writer_write_record(writer, error);
+    if (status) return status;
+    run_directory_remove_temporaries(writer->directory);
+    status = run_writer_write_record(writer, error);
     if (!status) status = write_scene(writer, def, error);
     if (!status) status = make_vtp_folder(writer, error);
     for (size_t i = 0; i < def->body_count && !status; i++)

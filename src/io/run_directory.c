@@ -32,6 +32,26 @@ int tulle_run_is_directory(const char *path) {
 
 static bool is_dots(const char *name) { return strcmp(name, ".") == 0 || strcmp(name, "..") == 0; }
 
+/* Whether the name ends in .DIGITS-DIGITS.tmp, as those of output_open. */
+static bool is_temporary(const char *name) {
+    static const char digits[] = "0123456789";
+    size_t const length = strlen(name);
+    if (length < 8 || strcmp(name + length - 4, ".tmp") != 0) return false;
+    size_t at = length - 4;
+    size_t const second = at;
+    while (at > 0 && strchr(digits, name[at - 1])) at--;
+    if (at == second || at == 0 || name[--at] != '-') return false;
+    size_t const first = at;
+    while (at > 0 && strchr(digits, name[at - 1])) at--;
+    return at < first && at > 0 && name[at - 1] == '.';
+}
+
+/* What a writer killed before its run.json was whole leaves; nothing else is there then. */
+static bool is_first_leftover(const char *name) {
+    size_t const length = strlen(RUN_FILE_RECORD);
+    return strncmp(name, RUN_FILE_RECORD, length) == 0 && is_temporary(name);
+}
+
 tulle_status run_directory_examine(const char *directory, run_directory_kind *kind,
                                    tulle_error *error) {
     if (strlen(directory) > RUN_DIRECTORY_MAX || !*directory)
@@ -44,7 +64,8 @@ tulle_status run_directory_examine(const char *directory, run_directory_kind *ki
     if (!folder) return file_fail(error, directory, errno, "cannot be used as output directory");
     *kind = RUN_DIRECTORY_EMPTY;
     for (const struct dirent *entry = readdir(folder); entry; entry = readdir(folder))
-        if (!is_dots(entry->d_name)) *kind = RUN_DIRECTORY_OTHER;
+        if (!is_dots(entry->d_name) && !is_first_leftover(entry->d_name))
+            *kind = RUN_DIRECTORY_OTHER;
     closedir(folder);
     if (tulle_run_is_directory(directory)) *kind = RUN_DIRECTORY_RUN;
     return TULLE_OK;
@@ -58,20 +79,6 @@ tulle_status run_directory_lock(const char *directory, int *lock, tulle_error *e
     *lock = -1;
     return error_set_at(error, TULLE_ERROR_IO, directory, 0, 0,
                         "another process is writing a run here; wait for it or stop it");
-}
-
-/* Whether the name ends in .DIGITS-DIGITS.tmp, as those of output_open. */
-static bool is_temporary(const char *name) {
-    static const char digits[] = "0123456789";
-    size_t const length = strlen(name);
-    if (length < 8 || strcmp(name + length - 4, ".tmp") != 0) return false;
-    size_t at = length - 4;
-    size_t const second = at;
-    while (at > 0 && strchr(digits, name[at - 1])) at--;
-    if (at == second || at == 0 || name[--at] != '-') return false;
-    size_t const first = at;
-    while (at > 0 && strchr(digits, name[at - 1])) at--;
-    return at < first && at > 0 && name[at - 1] == '.';
 }
 
 static void remove_temporaries_in(const char *directory) {
@@ -144,17 +151,21 @@ static int clear_bodies(const char *directory, const run_record *record) {
 
 tulle_status run_directory_clear(const char *directory, const run_record *record,
                                  tulle_error *error) {
-    static const char *const names[] = {RUN_FILE_CHECKPOINT, RUN_FILE_CHECKPOINT_BEFORE,
-                                        RUN_FILE_FRAMES,     RUN_FILE_REPORT,
-                                        RUN_FILE_SCENE,      RUN_FILE_RECORD};
+    /* Without checkpoints the rest is no longer resumed, whatever of it is left. */
+    static const char *const first[] = {RUN_FILE_CHECKPOINT, RUN_FILE_CHECKPOINT_BEFORE};
+    static const char *const last[] = {RUN_FILE_FRAMES, RUN_FILE_REPORT, RUN_FILE_SCENE,
+                                       RUN_FILE_RECORD};
     run_directory_remove_temporaries(directory);
-    int code = record ? clear_bodies(directory, record) : 0;
+    int code = 0;
+    for (size_t i = 0; i < sizeof first / sizeof first[0] && !code; i++)
+        code = remove_file(directory, first[i]);
+    if (!code && record) code = clear_bodies(directory, record);
     if (record && record->writes_vtp) {
         char vtp[RUN_PATH_SIZE];
         run_join(vtp, directory, RUN_FOLDER_VTP);
         rmdir(vtp); /* stays when the user put something there */
     }
-    for (size_t i = 0; i < sizeof names / sizeof names[0] && !code; i++)
-        code = remove_file(directory, names[i]);
+    for (size_t i = 0; i < sizeof last / sizeof last[0] && !code; i++)
+        code = remove_file(directory, last[i]);
     return code ? file_fail(error, directory, code, "its former run cannot be removed") : TULLE_OK;
 }

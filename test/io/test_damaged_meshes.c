@@ -5,45 +5,12 @@
 #include "base/hash.h"
 #include "io/bytes.h"
 
+#include "io/failing_heap.h"
 #include "io/io_support.h"
 #include "tulle/io.h"
 
-#include <errno.h>
 #include <math.h>
 #include <stdbool.h>
-
-/* ---- a heap that fails and counts; sanitizers bring their own ---- */
-
-#if !defined(__SANITIZE_ADDRESS__) && !defined(__SANITIZE_THREAD__) && defined(__GLIBC__)
-#define HAS_OWN_HEAP 1
-void *__libc_malloc(size_t byte_count);
-static bool heap_is_watched;
-static size_t heap_largest;        /* [bytes] largest block asked for */
-static long heap_calls, heap_fail; /* calls so far; the call that fails, or -1 */
-
-void *malloc(size_t byte_count) {
-    if (heap_is_watched) {
-        if (byte_count > heap_largest) heap_largest = byte_count;
-        if (heap_calls++ == heap_fail) {
-            errno = ENOMEM;
-            return NULL;
-        }
-    }
-    return __libc_malloc(byte_count);
-}
-#else
-#define HAS_OWN_HEAP 0
-static bool heap_is_watched;
-static size_t heap_largest;
-static long heap_calls, heap_fail;
-#endif
-
-static void watch_heap(long fail) {
-    heap_largest = 0;
-    heap_calls = 0;
-    heap_fail = fail;
-    heap_is_watched = true;
-}
 
 /* Reads the file at `path`; checks what comes back; the status. */
 static tulle_status read_and_judge(const char *path, size_t file_size, long fail) {
@@ -51,7 +18,7 @@ static tulle_status read_and_judge(const char *path, size_t file_size, long fail
     tulle_error error = {0};
     watch_heap(fail);
     tulle_status const status = tulle_mesh_read(path, &mesh, &error);
-    heap_is_watched = false;
+    unwatch_heap();
     assert_true(heap_largest <= 100 * file_size + 65536);
     if (status) {
         assert_true(error.message[0] != '\0');
@@ -306,7 +273,7 @@ static void every_failing_allocation_while_writing(void **state) {
         assert_true(fail < 100);
         watch_heap(fail);
         status = tulle_mesh_write(path, mesh, NULL);
-        heap_is_watched = false;
+        unwatch_heap();
         assert_int_equal(count_files(test_path("out")), status ? 0 : 1);
     }
     assert_int_equal(status, TULLE_OK);

@@ -1,0 +1,80 @@
+/* app/run_session.h - a run of the program while it goes on: scene, world, output directory, and
+ * what is shown of it. */
+#ifndef TULLE_APP_RUN_SESSION_H
+#define TULLE_APP_RUN_SESSION_H
+
+#include "scene/scene.h"
+
+#include "tulle/run.h"
+
+#include <stdbool.h>
+
+typedef enum progress_kind {
+    PROGRESS_NONE,
+    PROGRESS_BAR,   /* one line of a terminal, drawn over and over */
+    PROGRESS_LINES, /* a line now and then */
+    PROGRESS_JSON   /* one JSON object a line */
+} progress_kind;
+
+/* What the steps of this session came to. */
+typedef struct run_totals {
+    uint64_t steps;
+    double seconds; /* in steps, by the wall clock */
+    uint64_t most_contacts;
+    uint64_t contacts, rescues; /* sums over the steps */
+    double smallest_gap;        /* [m] INFINITY: nothing came near */
+} run_totals;
+
+typedef struct run_progress {
+    progress_kind kind;
+    double begin, shown; /* [s] of the clock: start of the session, last time something was shown */
+    bool has_line;       /* a bar stands on the terminal's line */
+} run_progress;
+
+typedef struct run_options {
+    const char *scene_path, *directory;
+    uint32_t frame_count; /* the start not counted */
+    int threads;
+    bool resumes, replaces, writes_vtp;
+    double checkpoint_seconds; /* between checkpoints; 0: by steps */
+    uint64_t checkpoint_steps;
+} run_options;
+
+typedef struct run_session {
+    run_options options;
+    scene *scene;
+    scene_world built;
+    tulle_run_writer *writer;
+    tulle_run_body *bodies; /* cloths, then obstacles */
+    const double **positions, **velocities;
+    int *is_present;
+    size_t body_count;
+    uint64_t wanted_steps;
+    uint64_t checkpoint_step; /* of the newest checkpoint */
+    double checkpoint_time;   /* [s] of the clock */
+    run_totals totals;
+    run_progress progress;
+} run_session;
+
+/* [s] of a clock that only goes forward. */
+double run_clock(void);
+
+/* From now on SIGINT and SIGTERM ask the run to stop after its step; a second one ends the process.
+ * Closed pipes and file-size limits become errors of the writes. */
+void run_catch_signals(void);
+bool run_is_interrupted(void);
+
+/* Steps until all frames are written, an error or an interrupt; writes frames, reports and
+ * checkpoints, at the end a last checkpoint. TULLE_ERROR_INTERRUPTED when asked to stop. */
+tulle_status run_step_to_end(run_session *session, tulle_error *error);
+/* Writes the start as frame 0 and the first checkpoint. */
+tulle_status run_write_start(run_session *session, tulle_error *error);
+
+/* kind: "auto", "json" or "none". */
+void progress_begin(run_progress *progress, const char *kind);
+void progress_show_step(run_session *session, const tulle_step_report *report);
+void progress_show_checkpoint(run_session *session);
+/* Ends a bar's line. `outcome` is the name of a state of the run. */
+void progress_end(run_session *session, const char *outcome);
+
+#endif
