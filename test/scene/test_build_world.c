@@ -1,0 +1,157 @@
+/* Worlds made from scenes: the table's defaults are the world's, values arrive, failures of the
+ * world carry a place in the scene file, mesh sequences and copies move. */
+#define _POSIX_C_SOURCE 200809L
+#include "scene/scene_data.h"
+#include "scene_text.h"
+
+#include <math.h>
+
+#define TIME "time: {frames: 3, step: 10 ms}\n"
+#define SHEET "cloth:\n  - mesh: {shape: rectangle, size: [1, 1], resolution: [5, 5]}\n"
+
+static void test_defaults_are_those_of_the_world(void **state) {
+    (void)state;
+    scene *loaded =
+        load_good(TIME SHEET "obstacles:\n  - {mesh: {shape: box}, translate: [0, 0, -3]}\n");
+    tulle_world_def def = tulle_world_def_default();
+    const scene_keys *keys = &loaded->keys;
+    for (int k = 0; k < 3; k++) assert_true(keys->gravity.value[k] == def.gravity[k]);
+    assert_true(keys->wind.gust_length == def.wind.gust_length);
+    assert_true(keys->wind.gust_time == def.wind.gust_time);
+    assert_true(keys->wind.gust_strength == def.wind.gust_strength);
+    assert_true(keys->wind.drag == def.wind.drag_coefficient);
+    assert_true(keys->contact.delta_c == def.contact_distance);
+    assert_true(keys->contact.delta_s == def.separation_distance);
+    assert_true(keys->contact.xi == def.minimum_gap);
+    assert_true(keys->contact.friction == def.friction_cloth_cloth);
+    assert_int_equal(keys->contact.method, def.broad_phase);
+    assert_int_equal(keys->contact.impact_rounds, def.impact_rounds);
+    assert_int_equal(keys->contact.start_intersections, def.start_intersections);
+    assert_int_equal(keys->contact.on_pinch, def.on_pinch);
+    assert_int_equal(keys->solver.integrator, def.integrator);
+    assert_true(keys->solver.cg_tolerance == def.cg_tolerance);
+    assert_int_equal(keys->solver.cg_iterations, def.cg_max_iterations);
+    assert_int_equal(keys->solver.rounds, def.solve_rounds);
+    assert_int_equal(keys->solver.sweeps, def.impulse_sweeps);
+    const cloth_keys *cloth = keys->cloth.items;
+    const obstacle_keys *obstacle = keys->obstacles.items;
+    tulle_cloth_def cloth_def = tulle_cloth_def_default();
+    tulle_obstacle_def obstacle_def = tulle_obstacle_def_default();
+    assert_true(cloth->thickness == cloth_def.thickness);
+    assert_true(obstacle->friction == obstacle_def.friction);
+    assert_true(obstacle->appears == obstacle_def.appear_time);
+    assert_true(obstacle->disappears == obstacle_def.disappear_time);
+    scene_destroy(loaded);
+}
+
+/* Steps a world for a while. */
+static void run_steps(scene *loaded, scene_world *built, int count) {
+    tulle_error error = {0};
+    tulle_status status = scene_build_world(loaded, 1, NULL, built, &error);
+    for (int i = 0; status == TULLE_OK && i < count; i++)
+        status = tulle_world_step(built->world, scene_get_time_step(loaded), NULL, &error);
+    if (status != TULLE_OK) fail_msg("%s:%d: %s", error.file, error.line, error.message);
+}
+
+static void test_motion_arrives(void **state) {
+    (void)state;
+    write_text_file("m_1.obj", "v 0 0 -1\nv 1 0 -1\nv 1 1 -1\nf 1 2 3\n");
+    write_text_file("m_2.obj", "v 0 0 -2\nv 1 0 -2\nv 1 1 -2\nf 1 2 3\n");
+    scene *loaded = load_good(
+        TIME "contact: {delta_c: 3 mm}\n" SHEET "    velocity: [1, 0, 0]\n"
+             "    pins: [{nearest: [-0.5, -0.5, 0], keyframes: [{time: 0}, {time: 0.1, translate: "
+             "[0, 0, 0.2]}]}]\n"
+             "obstacles:\n"
+             "  - {name: fins, mesh: {shape: plane, size: [1, 1]}, translate: [0, 0, -3],\n"
+             "     copies: {row: {count: 2, offset: [2, 0, 0]}, stagger: 0.1 s},\n"
+             "     motion: {keyframes: [{time: 0}, {time: 0.1, translate: [0, 1, 0]}]}}\n"
+             "  - motion: {sequence: {files: m_%d.obj, first: 1, last: 2, interval: 0.2 s}}\n"
+             "  - {mesh: {shape: plane}, translate: [0, 0, -9], disappears: 50 ms}\n");
+    scene_world built;
+    run_steps(loaded, &built, 10);
+    assert_int_equal(built.cloth_count, 1);
+    assert_int_equal(built.obstacle_count, 4);
+    double contact, separation, gap;
+    tulle_world_get_distances(built.world, &contact, &separation, &gap);
+    assert_true(contact == 0.003);
+    size_t count;
+    const double *first = tulle_obstacle_get_positions(built.world, built.obstacles[0], &count);
+    const double *start = scene_get_obstacle_mesh(loaded, 0).positions;
+    assert_true(fabs(first[1] - start[1] - 1) < 1e-9);
+    const double *second = tulle_obstacle_get_positions(built.world, built.obstacles[1], &count);
+    start = scene_get_obstacle_mesh(loaded, 1).positions;
+    assert_true(fabs(second[1] - start[1]) < 1e-9);
+    const double *deformed = tulle_obstacle_get_positions(built.world, built.obstacles[2], &count);
+    assert_true(count == 3 && fabs(deformed[2] + 1.5) < 1e-9);
+    assert_true(tulle_obstacle_is_present(built.world, built.obstacles[0]));
+    assert_false(tulle_obstacle_is_present(built.world, built.obstacles[3]));
+    uint32_t pinned = loaded->cloths[0].pins[0].vertices[0];
+    const double *cloth = tulle_cloth_get_positions(built.world, built.cloths[0], &count);
+    assert_true(fabs(cloth[3 * pinned + 2] - 0.2) < 1e-9);
+    scene_destroy_world(&built);
+    assert_null(built.world);
+    scene_destroy(loaded);
+}
+
+static void test_failures_carry_a_place(void **state) {
+    (void)state;
+    scene_world built;
+    tulle_error error = {0};
+    scene *loaded = load_good(TIME SHEET "contact:\n  delta_c: 4 mm\n  delta_s: 1 mm\n");
+    assert_int_equal(scene_build_world(loaded, 1, NULL, &built, &error),
+                     TULLE_ERROR_INVALID_ARGUMENT);
+    assert_int_equal(error.line, 4);
+    assert_memory_equal(error.message, "contact: ", 9);
+    assert_non_null(strstr(error.file, "s.yaml"));
+    scene_destroy(loaded);
+}
+
+/* Allocation k fails, for every k until none does: an error, no leak, no crash. */
+typedef struct failing_heap {
+    size_t until_failure, held;
+} failing_heap;
+static void *failing_allocate(void *context, size_t byte_count) {
+    failing_heap *heap = context;
+    if (heap->until_failure-- == 0) {
+        heap->until_failure = 0;
+        return NULL;
+    }
+    heap->held++;
+    return malloc(byte_count);
+}
+static void failing_release(void *context, void *pointer, size_t byte_count) {
+    (void)byte_count;
+    ((failing_heap *)context)->held--;
+    free(pointer);
+}
+
+static void test_failing_allocations(void **state) {
+    (void)state;
+    scene *loaded =
+        load_good(TIME SHEET "obstacles:\n  - {mesh: {shape: box}, translate: [0, 0, -3]}\n");
+    tulle_status status = TULLE_ERROR_OUT_OF_MEMORY;
+    size_t k = 0;
+    for (; status != TULLE_OK; k++) {
+        failing_heap heap = {k, 0};
+        tulle_allocator allocator = {failing_allocate, failing_release, &heap, 0};
+        scene_world built;
+        tulle_error error = {0};
+        status = scene_build_world(loaded, 1, &allocator, &built, &error);
+        assert_true(status == TULLE_OK || status == TULLE_ERROR_OUT_OF_MEMORY);
+        if (status == TULLE_OK) scene_destroy_world(&built);
+        assert_int_equal(heap.held, 0);
+        assert_true(k < 10000);
+    }
+    assert_true(k > 3);
+    scene_destroy(loaded);
+}
+
+int main(void) {
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(test_defaults_are_those_of_the_world),
+        cmocka_unit_test(test_motion_arrives),
+        cmocka_unit_test(test_failures_carry_a_place),
+        cmocka_unit_test(test_failing_allocations),
+    };
+    return cmocka_run_group_tests(tests, NULL, remove_folder);
+}
