@@ -334,7 +334,7 @@ static void test_values_and_defaults(void **state) {
     assert_int_equal(keys->time.frames, 10);
     assert_true(keys->gravity.value[2] == -9.81 && keys->seed == 1);
     assert_true(fabs(keys->wind.velocity.value[0] - 5 / 3.6) < 1e-15);
-    assert_true(keys->wind.seed == SEED_AUTO && keys->wind.gust_length == 1);
+    assert_true(keys->wind.seed == SEED_AUTO && keys->wind.gust_length == 0.5);
     assert_true(keys->contact.delta_c == 0.004 && keys->contact.delta_s == 0);
     assert_int_equal(keys->contact.method, 1);
     assert_int_equal(keys->contact.on_pinch, 1);
