@@ -175,25 +175,9 @@ static uint64_t search_all(search_context *search, int threads) {
     return box_pair_count;
 }
 
-typedef struct sort_context {
-    broad_phase *broad;
-    pair_list *pairs;
-} sort_context;
-
-static void sort_kind(void *context, size_t begin, size_t end, size_t chunk, int worker) {
-    (void)begin, (void)end, (void)worker;
-    const sort_context *const sort = context;
-    pair_store *const store = &sort->broad->stores[chunk];
-    if (chunk == FEATURE_VERTEX_TRIANGLE)
-        sort->pairs->vertex_triangle.count =
-            pair_store_sort(store, sort->pairs->vertex_triangle.data);
-    else
-        sort->pairs->edge_edge.count = pair_store_sort(store, sort->pairs->edge_edge.data);
-}
-
 static bool reserve_results(broad_phase *broad, pair_list *pairs) {
     for (int kind = 0; kind < 2; kind++)
-        if (!pair_store_reserve_spare(broad->heap, &broad->stores[kind])) return false;
+        if (!pair_store_reserve_sorting(broad->heap, &broad->stores[kind])) return false;
     return ARRAY_RESERVE(broad->heap, &pairs->vertex_triangle,
                          broad->stores[FEATURE_VERTEX_TRIANGLE].keys.capacity) &&
            ARRAY_RESERVE(broad->heap, &pairs->edge_edge,
@@ -227,7 +211,9 @@ tulle_status find_pairs(broad_phase *broad, const surface_set *set, const double
         }
     }
     if (!reserve_results(broad, pairs)) return TULLE_ERROR_OUT_OF_MEMORY;
-    sort_context sort = {.broad = broad, .pairs = pairs};
-    parallel_for(2, 1, threads, sort_kind, &sort);
+    pairs->vertex_triangle.count = pair_store_sort(&broad->stores[FEATURE_VERTEX_TRIANGLE], threads,
+                                                   pairs->vertex_triangle.data);
+    pairs->edge_edge.count =
+        pair_store_sort(&broad->stores[FEATURE_EDGE_EDGE], threads, pairs->edge_edge.data);
     return TULLE_OK;
 }

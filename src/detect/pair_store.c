@@ -1,12 +1,21 @@
-/* detect/pair_store.c - see pair_store.h. Sorting: least significant digit radix sort. */
+/* detect/pair_store.c - see pair_store.h. Sorting: keys are spread over buckets by their highest
+ * bits, in chunks; then each bucket is sorted by a least significant digit radix sort in cache. All
+ * keys differ, so the order does not depend on who wrote which block. */
 #include "detect/pair_store.h"
+
+#include "base/parallel.h"
 
 #include <string.h>
 
 enum {
-    DIGIT_BITS_MOST = 11, /* counters of one digit stay in the first cache level */
-    DIGIT_COUNT_MOST = 6, /* 62 bits */
-    SPARE_BLOCKS = 16     /* blocks that workers leave unfinished differ from run to run */
+    SPARE_BLOCKS = 16,           /* blocks that workers leave unfinished differ from run to run */
+    SORT_CHUNK = 16 * KEY_BLOCK, /* keys, some 30 microseconds */
+    MOST_BUCKETS = 1024,         /* counters stay in the first cache level */
+    WANTED_KEYS = 256,           /* in a bucket, so that it stays there too */
+    BUCKETS_PER_TASK = 16,
+    DIGIT_BITS = 8,
+    DIGITS = 1 << DIGIT_BITS,
+    INSERTION_MOST = 24 /* keys: fewer than this are faster sorted by insertion */
 };
 
 /* Bits that hold all numbers below count, at least 1. */
@@ -24,6 +33,7 @@ void pair_store_prepare(pair_store *store, size_t first_count, size_t second_cou
 void pair_store_free(memory *heap, pair_store *store) {
     ARRAY_FREE(heap, &store->keys);
     ARRAY_FREE(heap, &store->spare);
+    ARRAY_FREE(heap, &store->counts);
 }
 
 void pair_store_clear(pair_store *store) { atomic_store(&store->block_count, 0); }
@@ -56,55 +66,120 @@ void pair_writer_claim(pair_writer *writer) {
     writer->end = writer->cursor + KEY_BLOCK;
 }
 
-bool pair_store_reserve_spare(memory *heap, pair_store *store) {
-    return ARRAY_RESERVE(heap, &store->spare, store->keys.capacity);
+static size_t count_chunks(size_t key_count) { return parallel_chunk_count(key_count, SORT_CHUNK); }
+
+bool pair_store_reserve_sorting(memory *heap, pair_store *store) {
+    size_t const capacity = store->keys.capacity;
+    return ARRAY_RESERVE(heap, &store->spare, capacity) &&
+           ARRAY_RESERVE(heap, &store->counts, (count_chunks(capacity) + 1) * MOST_BUCKETS + 1);
 }
 
-/* Counts all digits of all keys at once; returns the number of keys that are pairs. */
-static size_t count_digits(const uint64_t *keys, size_t key_count, unsigned digit_bits,
-                           unsigned digit_count,
-                           uint32_t counts[DIGIT_COUNT_MOST][1 << DIGIT_BITS_MOST]) {
-    uint64_t const mask = ((uint64_t)1 << digit_bits) - 1;
-    memset(counts, 0, digit_count * sizeof counts[0]);
-    size_t pair_count = 0;
-    for (size_t i = 0; i < key_count; i++) {
-        if (keys[i] == KEY_NONE) continue;
-        pair_count++;
-        for (unsigned d = 0; d < digit_count; d++) counts[d][keys[i] >> (d * digit_bits) & mask]++;
+typedef struct sort_context {
+    pair_store *store;
+    feature_pair *pairs;
+    unsigned bucket_shift; /* bits below those that choose the bucket */
+    size_t bucket_count;
+    uint32_t *bucket_begin; /* bucket_count + 1: places in `spare` */
+    uint32_t *chunk_counts; /* bucket_count for each chunk: keys, then places in `spare` */
+} sort_context;
+
+static void count_chunk(void *context, size_t begin, size_t end, size_t chunk, int worker) {
+    (void)worker;
+    const sort_context *const sort = context;
+    const uint64_t *const keys = sort->store->keys.data;
+    uint32_t *const counts = sort->chunk_counts + chunk * sort->bucket_count;
+    memset(counts, 0, sort->bucket_count * sizeof *counts);
+    for (size_t i = begin; i < end; i++)
+        if (keys[i] != KEY_NONE) counts[keys[i] >> sort->bucket_shift]++;
+}
+
+/* Counts become places: buckets in order, in each the chunks in order. Returns the sum. */
+static uint32_t place_chunks(sort_context *sort, size_t chunk_count) {
+    uint32_t at = 0;
+    for (size_t b = 0; b < sort->bucket_count; b++) {
+        sort->bucket_begin[b] = at;
+        for (size_t chunk = 0; chunk < chunk_count; chunk++) {
+            uint32_t *const place = &sort->chunk_counts[chunk * sort->bucket_count + b];
+            uint32_t const count = *place;
+            *place = at;
+            at += count;
+        }
     }
-    return pair_count;
+    sort->bucket_begin[sort->bucket_count] = at;
+    return at;
+}
+
+static void scatter_chunk(void *context, size_t begin, size_t end, size_t chunk, int worker) {
+    (void)worker;
+    const sort_context *const sort = context;
+    const uint64_t *const keys = sort->store->keys.data;
+    uint32_t *const places = sort->chunk_counts + chunk * sort->bucket_count;
+    for (size_t i = begin; i < end; i++)
+        if (keys[i] != KEY_NONE)
+            sort->store->spare.data[places[keys[i] >> sort->bucket_shift]++] = keys[i];
 }
 
 /* Sorts stably by one digit. */
-static void sort_digit(const uint64_t *keys, size_t key_count, unsigned digit_shift,
-                       unsigned digit_bits, uint32_t *counts, uint64_t *sorted) {
-    uint64_t const mask = ((uint64_t)1 << digit_bits) - 1;
+static void sort_digit(const uint64_t *from, uint64_t *to, size_t count, unsigned shift) {
+    uint32_t places[DIGITS] = {0};
+    for (size_t i = 0; i < count; i++) places[from[i] >> shift & (DIGITS - 1)]++;
     uint32_t begin = 0;
-    for (size_t d = 0; d <= mask; d++) {
-        uint32_t const count = counts[d];
-        counts[d] = begin;
-        begin += count;
+    for (size_t d = 0; d < DIGITS; d++) {
+        uint32_t const digit_count = places[d];
+        places[d] = begin;
+        begin += digit_count;
     }
-    for (size_t i = 0; i < key_count; i++)
-        if (keys[i] != KEY_NONE) sorted[counts[keys[i] >> digit_shift & mask]++] = keys[i];
+    for (size_t i = 0; i < count; i++) to[places[from[i] >> shift & (DIGITS - 1)]++] = from[i];
 }
 
-size_t pair_store_sort(pair_store *store, feature_pair *pairs) {
-    uint32_t counts[DIGIT_COUNT_MOST][1 << DIGIT_BITS_MOST];
-    unsigned const digit_count = (store->key_bits + DIGIT_BITS_MOST - 1) / DIGIT_BITS_MOST;
-    unsigned const digit_bits = (store->key_bits + digit_count - 1) / digit_count;
-    size_t const key_count = atomic_load(&store->block_count) * KEY_BLOCK;
-    uint64_t *from = store->keys.data, *to = store->spare.data;
-    size_t const pair_count = count_digits(from, key_count, digit_bits, digit_count, counts);
-    for (unsigned d = 0; d < digit_count; d++) {
-        sort_digit(from, d == 0 ? key_count : pair_count, d * digit_bits, digit_bits, counts[d],
-                   to);
-        uint64_t *const swapped = from;
-        from = to;
-        to = swapped;
+static void sort_by_insertion(uint64_t *keys, size_t count) {
+    for (size_t i = 1; i < count; i++) {
+        uint64_t const key = keys[i];
+        size_t at = i;
+        for (; at > 0 && keys[at - 1] > key; at--) keys[at] = keys[at - 1];
+        keys[at] = key;
     }
+}
+
+static void sort_buckets(void *context, size_t begin, size_t end, size_t chunk, int worker) {
+    (void)chunk, (void)worker;
+    const sort_context *const sort = context;
+    pair_store *const store = sort->store;
     uint64_t const mask = ((uint64_t)1 << store->shift) - 1;
-    for (size_t i = 0; i < pair_count; i++)
-        pairs[i] = (feature_pair){(uint32_t)(from[i] >> store->shift), (uint32_t)(from[i] & mask)};
+    for (size_t b = begin; b < end; b++) {
+        size_t const first = sort->bucket_begin[b], count = sort->bucket_begin[b + 1] - first;
+        uint64_t *from = store->spare.data + first, *to = store->keys.data + first;
+        if (count <= INSERTION_MOST) {
+            sort_by_insertion(from, count);
+        } else {
+            for (unsigned done = 0; done < sort->bucket_shift; done += DIGIT_BITS) {
+                sort_digit(from, to, count, done);
+                uint64_t *const swapped = from;
+                from = to;
+                to = swapped;
+            }
+        }
+        for (size_t i = 0; i < count; i++)
+            sort->pairs[first + i] =
+                (feature_pair){(uint32_t)(from[i] >> store->shift), (uint32_t)(from[i] & mask)};
+    }
+}
+
+size_t pair_store_sort(pair_store *store, int threads, feature_pair *pairs) {
+    size_t const key_count = atomic_load(&store->block_count) * KEY_BLOCK;
+    unsigned bits = 0;
+    while (bits < store->key_bits && (size_t)1 << bits < MOST_BUCKETS &&
+           key_count >> bits > WANTED_KEYS)
+        bits++;
+    sort_context sort = {.store = store,
+                         .pairs = pairs,
+                         .bucket_shift = store->key_bits - bits,
+                         .bucket_count = (size_t)1 << bits,
+                         .bucket_begin = store->counts.data,
+                         .chunk_counts = store->counts.data + MOST_BUCKETS + 1};
+    parallel_for(key_count, SORT_CHUNK, threads, count_chunk, &sort);
+    size_t const pair_count = place_chunks(&sort, count_chunks(key_count));
+    parallel_for(key_count, SORT_CHUNK, threads, scatter_chunk, &sort);
+    parallel_for(sort.bucket_count, BUCKETS_PER_TASK, threads, sort_buckets, &sort);
     return pair_count;
 }

@@ -14,8 +14,9 @@
 enum { KEY_BLOCK = 1024 }; /* keys */
 
 typedef struct pair_store {
-    ARRAY(uint64_t) keys; /* count is unused; capacity a multiple of KEY_BLOCK */
-    ARRAY(uint64_t) spare;
+    ARRAY(uint64_t) keys;       /* count is unused; capacity a multiple of KEY_BLOCK */
+    ARRAY(uint64_t) spare;      /* for sorting */
+    ARRAY(uint32_t) counts;     /* for sorting */
     _Atomic size_t block_count; /* claimed, also beyond the capacity */
     unsigned shift, key_bits;
 } pair_store;
@@ -52,8 +53,8 @@ static inline void pair_writer_add_if(pair_writer *writer, uint32_t first, uint3
 }
 
 /* Makes room for sorting; false when memory is short. */
-bool pair_store_reserve_spare(memory *heap, pair_store *store);
+bool pair_store_reserve_sorting(memory *heap, pair_store *store);
 /* Sorts by (first, second) into `pairs`, which has room for all blocks; returns their number. */
-size_t pair_store_sort(pair_store *store, feature_pair *pairs);
+size_t pair_store_sort(pair_store *store, int threads, feature_pair *pairs);
 
 #endif
