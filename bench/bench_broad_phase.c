@@ -159,8 +159,7 @@ static void run_method(memory *heap, const bench_scene *of, cloth_pose pose,
         double const start = timer_now();
         if (build_trees(broad, &of->set, of->x0, of->x1, margin, threads) != TULLE_OK) exit(4);
         double const built = timer_now();
-        if (find_pairs(broad, &of->set, of->x0, of->x1, margin, threads, &pairs, NULL) != TULLE_OK)
-            exit(4);
+        if (find_pairs(broad, &of->set, threads, &pairs, NULL) != TULLE_OK) exit(4);
         double const found = timer_now();
         pair_test_input const input = {.topo = &of->topo,
                                        .x0 = of->x0,
@@ -175,9 +174,7 @@ static void run_method(memory *heap, const bench_scene *of, cloth_pose pose,
         find[round] = found - built;
         test[round] = tested - found;
     }
-    if (find_pairs(broad, &of->set, of->x0, of->x1, margin, threads, &pairs, &box_pairs) !=
-        TULLE_OK)
-        exit(4);
+    if (find_pairs(broad, &of->set, threads, &pairs, &box_pairs) != TULLE_OK) exit(4);
     printf("%s,%s,%d,%zu,%llu,%zu,%zu,%llu,%zu", pose_names[pose],
            method == BROAD_PHASE_REFIT ? "refit" : "bvox", threads, of->triangle_count,
            (unsigned long long)box_pairs, pairs.vertex_triangle.count, pairs.edge_edge.count,

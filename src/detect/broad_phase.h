@@ -20,14 +20,15 @@ tulle_status broad_phase_create(memory *heap, const surface_set *set, const doub
 void broad_phase_destroy(broad_phase *broad);
 
 /* Stage 6. Boxes of all triangles over the paths x0 -> x1 (3 * vertex_count each), widened by
- * margin / 2 [m], and their trees. */
+ * margin / 2 [m], and their trees. TULLE_ERROR_INVALID_ARGUMENT when a position or the margin is
+ * not finite. */
 tulle_status build_trees(broad_phase *broad, const surface_set *set, const double *x0,
                          const double *x1, double margin, int threads);
-/* Stage 7. Replaces the contents of `pairs` (whose arrays live on `heap` of the broad phase).
- * box_pair_count: triangle pairs whose boxes met; may be null. Out of memory leaves the list empty
- * and returns the error. */
-tulle_status find_pairs(broad_phase *broad, const surface_set *set, const double *x0,
-                        const double *x1, double margin, int threads, pair_list *pairs,
+/* Stage 7, over the boxes of the last build_trees. Replaces the contents of `pairs` (whose arrays
+ * live on `heap` of the broad phase). box_pair_count: triangle pairs whose boxes met; may be null,
+ * which saves the counting. Out of memory leaves the list empty and returns the error;
+ * TULLE_ERROR_INVALID_ARGUMENT where the last build_trees failed. */
+tulle_status find_pairs(broad_phase *broad, const surface_set *set, int threads, pair_list *pairs,
                         uint64_t *box_pair_count);
 
 #endif

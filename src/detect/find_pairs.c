@@ -184,10 +184,8 @@ static bool reserve_results(broad_phase *broad, pair_list *pairs) {
                          broad->stores[FEATURE_EDGE_EDGE].keys.capacity);
 }
 
-tulle_status find_pairs(broad_phase *broad, const surface_set *set, const double *x0,
-                        const double *x1, double margin, int threads, pair_list *pairs,
+tulle_status find_pairs(broad_phase *broad, const surface_set *set, int threads, pair_list *pairs,
                         uint64_t *box_pair_count) {
-    (void)x0, (void)x1, (void)margin; /* the boxes of build_trees hold them */
     pairs->vertex_triangle.count = pairs->edge_edge.count = 0;
     if (!broad->is_built || set->surface_count != broad->surface_count)
         return TULLE_ERROR_INVALID_ARGUMENT;

@@ -35,10 +35,8 @@ static tulle_status renew_pairs(pair_source *source, const double *x1) {
     tulle_status status = build_trees(world->broad, &world->set, context->state->positions, x1,
                                       source->margin, world->threads);
     end_stage(context, STAGE_BUILD_TREES, &start);
-    uint64_t box_pair_count = 0;
     if (status == TULLE_OK) {
-        status = find_pairs(world->broad, &world->set, context->state->positions, x1,
-                            source->margin, world->threads, &world->pairs, &box_pair_count);
+        status = find_pairs(world->broad, &world->set, world->threads, &world->pairs, NULL);
     }
     end_stage(context, STAGE_FIND_PAIRS, &start);
     if (status != TULLE_OK) return status;

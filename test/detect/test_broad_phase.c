@@ -2,6 +2,7 @@
  * surface flags, refitting, thread counts, failing allocations, steady memory. */
 #include "base/hash.h"
 #include "detect/broad_phase.h"
+#include "support/soup_scene.h"
 
 #include <setjmp.h>
 #include <stdarg.h>
@@ -12,115 +13,13 @@
 
 #include <cmocka.h>
 
-enum { MAX_SURFACES = 6, MAX_TRIANGLES = 600, MAX_VERTICES = 3 * MAX_TRIANGLES };
-
-typedef enum soup_shape {
-    SOUP_RANDOM,      /* small triangles anywhere */
-    SOUP_OVERLAPPING, /* every triangle through the middle */
-    SOUP_NEEDLES,     /* long and thin */
-    SOUP_DUPLICATES,  /* few distinct places */
-    SOUP_SHEET,       /* a flat grid with shared vertices */
-    SOUP_POINTS,      /* boxes without extent, many equal */
-    SOUP_CLUSTER,     /* all in one spot, but one far away */
-    SOUP_SHAPE_COUNT
-} soup_shape;
-
-typedef struct scene {
-    uint32_t triangles[3 * MAX_TRIANGLES];
-    double x0[3 * MAX_VERTICES], x1[3 * MAX_VERTICES];
-    surface_range surfaces[MAX_SURFACES];
-    size_t surface_count, vertex_count, triangle_count;
-    topology topo;
-    surface_set set;
-} scene;
-
-static double signed_random(uint64_t *seed) { return 2.0 * random_uniform(seed) - 1.0; }
-
-/* Adds one surface of about `count` triangles. */
-static void add_soup(scene *to, soup_shape shape, size_t count, double motion, uint64_t *seed) {
-    surface_range *const range = &to->surfaces[to->surface_count++];
-    *range = (surface_range){.vertex_begin = (uint32_t)to->vertex_count,
-                             .triangle_begin = (uint32_t)to->triangle_count,
-                             .is_present = true};
-    uint32_t const base = range->vertex_begin;
-    size_t const side = 1 + (size_t)sqrt((double)count / 2.0);
-    size_t const vertex_count =
-        shape == SOUP_SHEET ? (side + 1) * (side + 1) : 3 + (size_t)(2.0 * (double)count);
-    for (size_t i = 0; i < vertex_count; i++) {
-        double *const x = to->x0 + 3 * to->vertex_count;
-        double const far = random_uniform(seed) < 0.02 ? 100.0 : 1.0;
-        for (size_t k = 0; k < 3; k++) {
-            x[k] = signed_random(seed);
-            if (shape == SOUP_NEEDLES && k > 0) x[k] = 0.2 * floor(5.0 * x[k]) + 1e-3 * x[k];
-            if (shape == SOUP_DUPLICATES) x[k] = floor(2.0 * x[k]);
-            if (shape == SOUP_POINTS) x[k] = floor(3.0 * x[k]) * 0.1;
-            if (shape == SOUP_CLUSTER) x[k] *= 1e-3 * far;
-            x[k] += 0.1 * (double)to->surface_count;
-        }
-        if (shape == SOUP_SHEET) {
-            x[0] = (double)(i % (side + 1)) / (double)side + 0.01 * (double)to->surface_count;
-            x[1] = (double)(i / (side + 1)) / (double)side;
-            x[2] = 0.05 * (double)to->surface_count;
-        }
-        for (size_t k = 0; k < 3; k++)
-            to->x1[3 * to->vertex_count + k] = x[k] + motion * signed_random(seed);
-        to->vertex_count++;
-    }
-    for (size_t i = 0; i < (shape == SOUP_SHEET ? 2 * side * side : count); i++) {
-        uint32_t *const corner = to->triangles + 3 * to->triangle_count++;
-        if (shape == SOUP_SHEET) {
-            uint32_t const row = (uint32_t)side + 1;
-            uint32_t const low = (uint32_t)((i / 2) % side + (i / 2) / side * row);
-            corner[0] = base + low + (i % 2 ? 1 : 0);
-            corner[1] = base + low + (i % 2 ? row + 1 : 1);
-            corner[2] = base + low + row;
-            continue;
-        }
-        do {
-            /* Neighbours in number share vertices often. */
-            for (int k = 0; k < 3; k++)
-                corner[k] = base + (uint32_t)(random_next(seed) % (shape == SOUP_OVERLAPPING
-                                                                       ? vertex_count / 4 + 3
-                                                                       : vertex_count));
-            if (shape == SOUP_RANDOM) { /* small: pull two corners to the first */
-                for (int k = 1; k < 3; k++) {
-                    corner[k] = base + (corner[0] - base + (uint32_t)k) % (uint32_t)vertex_count;
-                    for (size_t c = 0; c < 3; c++) {
-                        to->x0[3 * corner[k] + c] =
-                            to->x0[3 * corner[0] + c] + 0.05 * signed_random(seed);
-                        to->x1[3 * corner[k] + c] =
-                            to->x0[3 * corner[k] + c] + motion * signed_random(seed);
-                    }
-                }
-            }
-        } while (corner[0] == corner[1] || corner[1] == corner[2] || corner[0] == corner[2]);
-    }
-    range->vertex_end = (uint32_t)to->vertex_count;
-    range->triangle_end = (uint32_t)to->triangle_count;
-}
-
-static void finish_scene(memory *heap, scene *to) {
-    assert_true(to->triangle_count <= MAX_TRIANGLES && to->vertex_count <= MAX_VERTICES);
-    assert_int_equal(
-        topology_build(heap, to->triangles, to->triangle_count, to->vertex_count, &to->topo),
-        TULLE_OK);
-    size_t edge = 0;
-    for (size_t s = 0; s < to->surface_count; s++) {
-        surface_range *const range = &to->surfaces[s];
-        range->edge_begin = (uint32_t)edge;
-        while (edge < to->topo.edge_count && to->topo.edges[2 * edge] < range->vertex_end) edge++;
-        range->edge_end = (uint32_t)edge;
-    }
-    to->set = (surface_set){&to->topo, to->surfaces, to->surface_count};
-}
-
-static size_t surface_of(const scene *of, uint32_t vertex) {
+static size_t surface_of(const soup_scene *of, uint32_t vertex) {
     size_t s = 0;
     while (vertex >= of->surfaces[s].vertex_end) s++;
     return s;
 }
 
-static bool may_meet(const scene *of, uint32_t vertex_a, uint32_t vertex_b) {
+static bool may_meet(const soup_scene *of, uint32_t vertex_a, uint32_t vertex_b) {
     size_t const a = surface_of(of, vertex_a), b = surface_of(of, vertex_b);
     return of->surfaces[a].is_present && of->surfaces[b].is_present &&
            !(of->surfaces[a].is_obstacle && of->surfaces[b].is_obstacle);
@@ -128,7 +27,7 @@ static bool may_meet(const scene *of, uint32_t vertex_a, uint32_t vertex_b) {
 
 /* Distance between the boxes of two sets of moving vertices along the axis where it is most, in
  * exact enough arithmetic: positive when apart. */
-static double box_gap(const scene *of, const uint32_t *a, int a_count, const uint32_t *b,
+static double box_gap(const soup_scene *of, const uint32_t *a, int a_count, const uint32_t *b,
                       int b_count) {
     double gap = -1e300;
     for (size_t k = 0; k < 3; k++) {
@@ -146,8 +45,8 @@ static double box_gap(const scene *of, const uint32_t *a, int a_count, const uin
 
 /* Every pair nearer than the margin is there, none that is clearly farther, none that may not be,
  * and the list is strictly ascending. slack: [m] what rounding to float may add. */
-static void check_kind(const scene *of, feature_kind kind, const feature_pair *pairs, size_t count,
-                       double margin, double slack) {
+static void check_kind(const soup_scene *of, feature_kind kind, const feature_pair *pairs,
+                       size_t count, double margin, double slack) {
     bool const is_vt = kind == FEATURE_VERTEX_TRIANGLE;
     size_t const first_count = is_vt ? of->vertex_count : of->topo.edge_count;
     size_t const second_count = is_vt ? of->triangle_count : of->topo.edge_count;
@@ -172,7 +71,7 @@ static void check_kind(const scene *of, feature_kind kind, const feature_pair *p
     assert_int_equal(at, count);
 }
 
-static void check_lists(const scene *of, const pair_list *pairs, double margin, double slack) {
+static void check_lists(const soup_scene *of, const pair_list *pairs, double margin, double slack) {
     check_kind(of, FEATURE_VERTEX_TRIANGLE, pairs->vertex_triangle.data,
                pairs->vertex_triangle.count, margin, slack);
     check_kind(of, FEATURE_EDGE_EDGE, pairs->edge_edge.data, pairs->edge_edge.count, margin, slack);
@@ -194,31 +93,31 @@ static void assert_same_pairs(const pair_list *a, const pair_list *b) {
                             a->edge_edge.count * sizeof(feature_pair));
 }
 
-static void find_with(memory *heap, const scene *of, broad_phase_method method, double margin,
-                      int threads, pair_list *pairs, uint64_t *box_pairs) {
+static uint64_t find_with(memory *heap, const soup_scene *of, broad_phase_method method,
+                          double margin, int threads, pair_list *pairs) {
+    uint64_t box_pairs;
     broad_phase *broad;
     assert_int_equal(broad_phase_create(heap, &of->set, of->x0, method, &broad), TULLE_OK);
     assert_int_equal(build_trees(broad, &of->set, of->x0, of->x1, margin, threads), TULLE_OK);
-    assert_int_equal(find_pairs(broad, &of->set, of->x0, of->x1, margin, threads, pairs, box_pairs),
-                     TULLE_OK);
+    assert_int_equal(find_pairs(broad, &of->set, threads, pairs, &box_pairs), TULLE_OK);
     broad_phase_destroy(broad);
+    return box_pairs;
 }
 
 /* Both methods and several thread counts against brute force. */
-static void check_scene(const scene *of, double margin) {
+static void check_scene(const soup_scene *of, double margin) {
     memory heap = memory_default();
     pair_list first = {0};
-    uint64_t first_box_pairs = 0;
-    find_with(&heap, of, BROAD_PHASE_REFIT, margin, 1, &first, &first_box_pairs);
+    uint64_t const first_box_pairs = find_with(&heap, of, BROAD_PHASE_REFIT, margin, 1, &first);
     double extent = margin;
     for (size_t i = 0; i < 3 * of->vertex_count; i++)
         extent = fmax(extent, fmax(fabs(of->x0[i]), fabs(of->x1[i])));
     check_lists(of, &first, margin, 2e-6 * extent);
     for (int variant = 0; variant < 4; variant++) {
         pair_list again = {0};
-        uint64_t box_pairs = 0;
-        find_with(&heap, of, variant % 2 ? BROAD_PHASE_BVOX : BROAD_PHASE_REFIT, margin,
-                  variant < 2 ? 2 : 5, &again, &box_pairs);
+        broad_phase_method const method = variant % 2 ? BROAD_PHASE_BVOX : BROAD_PHASE_REFIT;
+        uint64_t const box_pairs =
+            find_with(&heap, of, method, margin, variant < 2 ? 2 : 5, &again);
         assert_same_pairs(&first, &again);
         assert_int_equal(box_pairs, first_box_pairs);
         free_pairs(&heap, &again);
@@ -230,15 +129,15 @@ static void check_scene(const scene *of, double margin) {
 static void matches_brute_force_on_soups(void **state) {
     (void)state;
     memory heap = memory_default();
-    scene *const soup = calloc(1, sizeof *soup);
+    soup_scene *const soup = calloc(1, sizeof *soup);
     uint64_t seed = 1;
     for (int round = 0; round < 12 * SOUP_SHAPE_COUNT; round++) {
         memset(soup, 0, sizeof *soup);
         soup_shape const shape = (soup_shape)(round % SOUP_SHAPE_COUNT);
         size_t const count = 1 + random_next(&seed) % 200;
         double const motion = round % 3 == 0 ? 0.0 : 0.1 * random_uniform(&seed);
-        add_soup(soup, shape, count, motion, &seed);
-        finish_scene(&heap, soup);
+        soup_scene_add(soup, shape, count, motion, &seed);
+        soup_scene_finish(&heap, soup);
         check_scene(soup, round % 2 ? 0.0 : 0.05);
         topology_destroy(&heap, &soup->topo);
     }
@@ -249,7 +148,7 @@ static void matches_brute_force_on_soups(void **state) {
 static void matches_brute_force_between_surfaces(void **state) {
     (void)state;
     memory heap = memory_default();
-    scene *const soup = calloc(1, sizeof *soup);
+    soup_scene *const soup = calloc(1, sizeof *soup);
     uint64_t seed = 2;
     for (int round = 0; round < 40; round++) {
         memset(soup, 0, sizeof *soup);
@@ -258,11 +157,11 @@ static void matches_brute_force_between_surfaces(void **state) {
             soup_shape const shape = (soup_shape)(random_next(&seed) % SOUP_SHAPE_COUNT);
             /* Some surfaces have no triangle at all. */
             size_t const count = shape == SOUP_SHEET ? 30 : random_next(&seed) % 60;
-            add_soup(soup, shape, count, 0.05, &seed);
+            soup_scene_add(soup, shape, count, 0.05, &seed);
             soup->surfaces[s].is_obstacle = random_next(&seed) % 2 == 0;
             soup->surfaces[s].is_present = random_next(&seed) % 5 != 0;
         }
-        finish_scene(&heap, soup);
+        soup_scene_finish(&heap, soup);
         check_scene(soup, 0.02);
         topology_destroy(&heap, &soup->topo);
     }
@@ -274,18 +173,18 @@ static void matches_brute_force_between_surfaces(void **state) {
 static void matches_brute_force_at_any_scale(void **state) {
     (void)state;
     memory heap = memory_default();
-    scene *const soup = calloc(1, sizeof *soup);
+    soup_scene *const soup = calloc(1, sizeof *soup);
     const double scales[] = {1e-300, 1e-9, 1e16, 1e200};
     for (size_t round = 0; round < 2 * (sizeof scales / sizeof scales[0]); round++) {
         memset(soup, 0, sizeof *soup);
         uint64_t seed = 3;
         double const scale = scales[round / 2], offset = round % 2 ? 1e5 : 0.0;
-        add_soup(soup, SOUP_RANDOM, 150, 0.1, &seed);
+        soup_scene_add(soup, SOUP_RANDOM, 150, 0.1, &seed);
         for (size_t i = 0; i < 3 * soup->vertex_count; i++) {
             soup->x0[i] = scale * (soup->x0[i] + offset);
             soup->x1[i] = scale * (soup->x1[i] + offset);
         }
-        finish_scene(&heap, soup);
+        soup_scene_finish(&heap, soup);
         check_scene(soup, 0.01 * scale);
         topology_destroy(&heap, &soup->topo);
     }
@@ -298,14 +197,14 @@ static void keeps_over_steps(void **state) {
     (void)state;
     for (int method = 0; method < 2; method++) {
         memory heap = memory_default(), kept_heap = memory_default();
-        scene *const soup = calloc(1, sizeof *soup);
+        soup_scene *const soup = calloc(1, sizeof *soup);
         uint64_t seed = 4;
-        add_soup(soup, SOUP_SHEET, 150, 0.02, &seed);
-        add_soup(soup, SOUP_RANDOM, 100, 0.0, &seed);
-        add_soup(soup, SOUP_NEEDLES, 50, 0.0, &seed);
+        soup_scene_add(soup, SOUP_SHEET, 150, 0.02, &seed);
+        soup_scene_add(soup, SOUP_RANDOM, 100, 0.0, &seed);
+        soup_scene_add(soup, SOUP_NEEDLES, 50, 0.0, &seed);
         soup->surfaces[1].is_obstacle = soup->surfaces[2].is_obstacle = true;
         soup->surfaces[1].is_static = true;
-        finish_scene(&heap, soup);
+        soup_scene_finish(&heap, soup);
         broad_phase *broad;
         assert_int_equal(broad_phase_create(&kept_heap, &soup->set, soup->x0,
                                             (broad_phase_method)method, &broad),
@@ -318,15 +217,13 @@ static void keeps_over_steps(void **state) {
             for (uint32_t i = 3 * soup->surfaces[0].vertex_begin;
                  i < 3 * soup->surfaces[0].vertex_end; i++) {
                 soup->x0[i] = soup->x1[i];
-                soup->x1[i] += 0.01 * signed_random(&seed);
+                soup->x1[i] += 0.01 * (2.0 * random_uniform(&seed) - 1.0);
             }
             if (step == 2) warm_count = kept_heap.allocate_count;
             int const threads = 1 + step % 3;
             assert_int_equal(build_trees(broad, &soup->set, soup->x0, soup->x1, margin, threads),
                              TULLE_OK);
-            assert_int_equal(
-                find_pairs(broad, &soup->set, soup->x0, soup->x1, margin, threads, &kept, NULL),
-                TULLE_OK);
+            assert_int_equal(find_pairs(broad, &soup->set, threads, &kept, NULL), TULLE_OK);
             check_lists(soup, &kept, margin, 1e-5);
         }
         assert_true(kept.edge_edge.count > 100 && kept.vertex_triangle.count > 100);
@@ -359,11 +256,11 @@ static void release_plainly(void *context, void *pointer, size_t byte_count) {
 static void survives_failing_allocations(void **state) {
     (void)state;
     memory plain = memory_default();
-    scene *const soup = calloc(1, sizeof *soup);
+    soup_scene *const soup = calloc(1, sizeof *soup);
     uint64_t seed = 5;
-    add_soup(soup, SOUP_SHEET, 150, 0.02, &seed);
-    add_soup(soup, SOUP_RANDOM, 60, 0.02, &seed);
-    finish_scene(&plain, soup);
+    soup_scene_add(soup, SOUP_SHEET, 150, 0.02, &seed);
+    soup_scene_add(soup, SOUP_RANDOM, 60, 0.02, &seed);
+    soup_scene_finish(&plain, soup);
     for (int method = 0; method < 2; method++) {
         bool has_failed = true;
         size_t k = 0;
@@ -379,9 +276,7 @@ static void survives_failing_allocations(void **state) {
             if (has_failed) assert_null(broad);
             for (int attempt = 0; attempt < 2 && broad; attempt++) {
                 status = build_trees(broad, &soup->set, soup->x0, soup->x1, 0.05, 2);
-                if (status == TULLE_OK)
-                    status =
-                        find_pairs(broad, &soup->set, soup->x0, soup->x1, 0.05, 2, &pairs, NULL);
+                if (status == TULLE_OK) status = find_pairs(broad, &soup->set, 2, &pairs, NULL);
                 if (status == TULLE_OK) break;
                 assert_int_equal(attempt, 0);
                 assert_int_equal(status, TULLE_ERROR_OUT_OF_MEMORY);
@@ -402,16 +297,15 @@ static void survives_failing_allocations(void **state) {
 static void refuses_what_is_not_finite(void **state) {
     (void)state;
     memory heap = memory_default();
-    scene *const soup = calloc(1, sizeof *soup);
+    soup_scene *const soup = calloc(1, sizeof *soup);
     uint64_t seed = 6;
-    add_soup(soup, SOUP_SHEET, 20, 0.02, &seed);
-    finish_scene(&heap, soup);
+    soup_scene_add(soup, SOUP_SHEET, 20, 0.02, &seed);
+    soup_scene_finish(&heap, soup);
     broad_phase *broad;
     pair_list pairs = {0};
     assert_int_equal(broad_phase_create(&heap, &soup->set, soup->x0, BROAD_PHASE_REFIT, &broad),
                      TULLE_OK);
-    assert_int_equal(find_pairs(broad, &soup->set, soup->x0, soup->x1, 0.1, 1, &pairs, NULL),
-                     TULLE_ERROR_INVALID_ARGUMENT);
+    assert_int_equal(find_pairs(broad, &soup->set, 1, &pairs, NULL), TULLE_ERROR_INVALID_ARGUMENT);
     assert_int_equal(build_trees(broad, &soup->set, soup->x0, soup->x1, (double)NAN, 1),
                      TULLE_ERROR_INVALID_ARGUMENT);
     const double bad[] = {(double)NAN, (double)INFINITY};

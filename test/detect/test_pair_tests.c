@@ -56,8 +56,7 @@ static void make_sheets(memory *heap, sheets *to) {
                      TULLE_OK);
     assert_int_equal(build_trees(broad, &to->set, to->x0, to->x1, 1e-3, 1), TULLE_OK);
     to->pairs = (pair_list){0};
-    assert_int_equal(find_pairs(broad, &to->set, to->x0, to->x1, 1e-3, 1, &to->pairs, NULL),
-                     TULLE_OK);
+    assert_int_equal(find_pairs(broad, &to->set, 1, &to->pairs, NULL), TULLE_OK);
     broad_phase_destroy(broad);
 }
 

@@ -140,7 +140,10 @@ moving_pair make_query(query_family family, feature_kind kind, uint64_t *seed) {
         }
         break;
     case QUERY_COPLANAR: flatten(&pair, seed); break;
-    case QUERY_PARALLEL: make_parallel(&pair, kind, seed); break;
+    case QUERY_PARALLEL:
+        make_parallel(&pair, kind, seed);
+        if (random_next(seed) % 2) flatten(&pair, seed); /* else they hardly ever touch */
+        break;
     case QUERY_NEEDLES:
         if (random_next(seed) % 2) aim(&pair, kind, 0.0, seed);
         stretch(&pair, seed);

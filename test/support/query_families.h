@@ -12,7 +12,7 @@ typedef enum query_family {
     QUERY_GRID,       /* coordinates 0 .. 3: touching, parallel, coincident, of no area */
     QUERY_GRID_NOISE, /* the same with some coordinates off by an ulp */
     QUERY_COPLANAR,   /* all in one plane for all t */
-    QUERY_PARALLEL,   /* directions equal at both ends */
+    QUERY_PARALLEL,   /* directions equal at both ends; half of them in one plane */
     QUERY_NEEDLES,    /* a million times longer than wide */
     QUERY_TOUCHING,   /* touching at a chosen time, but for rounding */
     QUERY_NEAR_MISS,  /* passing at a small distance */
