@@ -1,0 +1,209 @@
+/* A run without physics, written to a directory: what the tests of run directories share. */
+#ifndef TULLE_TEST_RUN_SUPPORT_H
+#define TULLE_TEST_RUN_SUPPORT_H
+
+#include "base/hash.h"
+
+#include "io/io_support.h"
+#include "tulle/run.h"
+
+#include <math.h>
+
+/* The state is a number that each step mixes, frames follow from it. */
+enum { FRAME_COUNT = 12, STEPS_PER_FRAME = 3, BODY_COUNT = 4, CLOTH_VERTICES = 30 };
+
+static double cloth_positions[3 * CLOTH_VERTICES], box_positions[12];
+static uint32_t cloth_triangles[3 * (CLOTH_VERTICES - 2)];
+static const uint32_t box_triangles[] = {0, 2, 1, 0, 1, 3, 1, 2, 3, 2, 0, 3};
+static tulle_run_body bodies[BODY_COUNT];
+
+static inline void make_bodies(void) {
+    uint64_t seed = 9;
+    for (int i = 0; i < 3 * CLOTH_VERTICES; i++) cloth_positions[i] = random_uniform(&seed);
+    for (int i = 0; i < 12; i++) box_positions[i] = random_uniform(&seed);
+    for (uint32_t i = 0; i < 3 * (CLOTH_VERTICES - 2); i++) cloth_triangles[i] = i / 3 + i % 3;
+    tulle_mesh_view const cloth = {cloth_positions, CLOTH_VERTICES, cloth_triangles,
+                                   CLOTH_VERTICES - 2};
+    tulle_mesh_view const box = {box_positions, 4, box_triangles, 4};
+    bodies[0] = (tulle_run_body){.name = "sheet", .mesh = cloth};
+    bodies[1] = (tulle_run_body){.name = "odd name/..", .mesh = cloth};
+    bodies[2] = (tulle_run_body){.name = "Sheet", .mesh = box, .is_obstacle = 1};
+    bodies[3] = (tulle_run_body){.name = "ground", .mesh = box, .is_obstacle = 1, .is_static = 1};
+}
+
+static inline tulle_run_def make_def(const char *directory, uint32_t frame_count) {
+    tulle_run_def def = tulle_run_def_default();
+    def.directory = directory;
+    def.scene_path = "scenes/test.yaml";
+    def.scene_text = "cloth: []\n";
+    def.scene_hash = UINT64_C(0x123456789abcdef0);
+    def.seed = UINT64_MAX;
+    def.time_step = 0.01;
+    def.steps_per_frame = STEPS_PER_FRAME;
+    def.frame_count = frame_count;
+    def.bodies = bodies;
+    def.body_count = BODY_COUNT;
+    return def;
+}
+
+static inline void find_positions(uint64_t state, int body, double *positions) {
+    uint64_t seed = state + (uint64_t)body;
+    size_t const count = 3 * bodies[body].mesh.vertex_count;
+    for (size_t i = 0; i < count; i++) positions[i] = random_uniform(&seed);
+}
+
+static inline tulle_status write_frame(tulle_run_writer *writer, uint64_t state, uint64_t step,
+                                       tulle_error *error) {
+    double positions[3][3 * CLOTH_VERTICES];
+    for (int i = 0; i < 3; i++) find_positions(state, i, positions[i]);
+    const double *const pointers[BODY_COUNT] = {positions[0], positions[1], positions[2], NULL};
+    int const present[BODY_COUNT] = {1, 1, step < 18, 1};
+    tulle_run_frame const frame = {.time = (double)step * 0.01,
+                                   .step = step,
+                                   .state_hash = hash_mix(state),
+                                   .positions = pointers,
+                                   .is_present = present};
+    return tulle_run_write_frame(writer, &frame, error);
+}
+
+static inline tulle_status write_checkpoint(tulle_run_writer *writer, uint64_t state, uint64_t step,
+                                            tulle_error *error) {
+    tulle_run_checkpoint const checkpoint = {.bytes = &state,
+                                             .byte_count = sizeof state,
+                                             .step = step,
+                                             .time = (double)step * 0.01,
+                                             .state_hash = hash_mix(state)};
+    return tulle_run_write_checkpoint(writer, &checkpoint, error);
+}
+
+static inline tulle_status write_report(tulle_run_writer *writer, uint64_t state, uint64_t step,
+                                        tulle_error *error) {
+    tulle_step_report const report = {.step = step,
+                                      .time = (double)(step + 1) * 0.01,
+                                      .contacts = state,
+                                      .smallest_gap = INFINITY};
+    return tulle_run_write_report(writer, &report, error);
+}
+
+/* Goes on from the writer's beginning or the checkpoint to the end; a checkpoint every 4 steps. */
+static inline tulle_status go_on(tulle_run_writer *writer, tulle_run_checkpoint *checkpoint,
+                                 uint32_t frame_count, tulle_error *error) {
+    uint64_t state = 42, step = 0;
+    tulle_status status = TULLE_OK;
+    if (checkpoint->bytes) {
+        assert_int_equal(checkpoint->byte_count, sizeof state);
+        memcpy(&state, checkpoint->bytes, sizeof state);
+        assert_true(checkpoint->state_hash == hash_mix(state));
+        step = checkpoint->step;
+        assert_int_equal(checkpoint->frame_count, tulle_run_get_frame_count(writer));
+        tulle_run_free_checkpoint(checkpoint);
+    } else {
+        status = write_frame(writer, state, step, error);
+        if (!status) status = write_checkpoint(writer, state, step, error);
+    }
+    while (!status && step < (uint64_t)frame_count * STEPS_PER_FRAME) {
+        state = hash_mix(state + 1);
+        status = write_report(writer, state, step, error);
+        step++;
+        if (!status && step % STEPS_PER_FRAME == 0)
+            status = write_frame(writer, state, step, error);
+        if (!status && step % 4 == 0) status = write_checkpoint(writer, state, step, error);
+    }
+    if (!status) status = write_checkpoint(writer, state, step, error);
+    return status;
+}
+
+static inline void run_whole(const char *directory, uint32_t frame_count) {
+    tulle_run_def const def = make_def(directory, frame_count);
+    tulle_run_writer *writer = NULL;
+    tulle_run_checkpoint none = {0};
+    tulle_error error = {0};
+    if (tulle_run_create(&def, TULLE_RUN_REFUSE, &writer, &error) ||
+        go_on(writer, &none, frame_count, &error) ||
+        tulle_run_close(writer, TULLE_RUN_FINISHED, "all is well", &error))
+        fail_msg("%s: %s", error.file, error.message);
+}
+
+static inline tulle_status resume_run(const char *directory, uint32_t frame_count,
+                                      tulle_error *error) {
+    tulle_run_def const def = make_def(directory, frame_count);
+    tulle_run_writer *writer = NULL;
+    tulle_run_checkpoint checkpoint;
+    tulle_status status = tulle_run_resume(&def, &writer, &checkpoint, error);
+    if (!status) status = go_on(writer, &checkpoint, frame_count, error);
+    if (!status) return tulle_run_close(writer, TULLE_RUN_FINISHED, "all is well", error);
+    if (writer) tulle_run_close(writer, TULLE_RUN_FAILED, NULL, NULL);
+    return status;
+}
+
+static inline void assert_same_file(const char *a, const char *b, const char *name) {
+    char path[1024];
+    size_t size_a, size_b;
+    snprintf(path, sizeof path, "%s/%s", a, name);
+    char *const bytes_a = get_file(path, &size_a);
+    snprintf(path, sizeof path, "%s/%s", b, name);
+    char *const bytes_b = get_file(path, &size_b);
+    if (size_a != size_b || memcmp(bytes_a, bytes_b, size_a) != 0)
+        fail_msg("%s differs between %s and %s", name, a, b);
+    free(bytes_a);
+    free(bytes_b);
+}
+
+static const char *const all_files[] = {"run.json",
+                                        "scene.yaml",
+                                        "frames.csv",
+                                        "report.csv",
+                                        "checkpoint.bin",
+                                        "sheet.obj",
+                                        "sheet.pc2",
+                                        "Sheet-2.obj",
+                                        "Sheet-2.pc2",
+                                        "ground.obj",
+                                        "odd_name_...obj",
+                                        "odd_name_...pc2",
+                                        "checkpoint.previous.bin"};
+enum { FILE_COUNT = sizeof all_files / sizeof all_files[0] };
+
+static inline void assert_same_run(const char *a, const char *b) {
+    assert_int_equal(count_files(a), FILE_COUNT);
+    assert_int_equal(count_files(b), FILE_COUNT);
+    /* The generation before depends on where the run was cut. */
+    for (size_t i = 0; i + 1 < FILE_COUNT; i++) assert_same_file(a, b, all_files[i]);
+}
+
+/* Every whole frame of the directory is what was written; returns their number. */
+static inline uint32_t assert_sound(const char *directory) {
+    tulle_run_reader *reader = NULL;
+    tulle_error error = {0};
+    if (tulle_run_reader_open(directory, &reader, &error))
+        fail_msg("%s: %s", error.file, error.message);
+    const tulle_run_info *const info = tulle_run_reader_get_info(reader);
+    uint64_t state = 42;
+    for (uint32_t frame = 0; frame < info->frame_count; frame++) {
+        double time;
+        uint64_t step, hash;
+        assert_int_equal(tulle_run_reader_get_frame(reader, frame, &time, &step, &hash), TULLE_OK);
+        assert_int_equal(step, frame * STEPS_PER_FRAME);
+        assert_true(time == (double)step * 0.01);
+        assert_true(hash == hash_mix(state));
+        for (int body = 0; body < BODY_COUNT; body++) {
+            double expected[3 * CLOTH_VERTICES], read[3 * CLOTH_VERTICES];
+            size_t const count = 3 * bodies[body].mesh.vertex_count;
+            find_positions(state, body, expected);
+            assert_int_equal(
+                tulle_run_reader_read_positions(reader, frame, (size_t)body, read, &error),
+                TULLE_OK);
+            for (size_t i = 0; i < count; i++)
+                assert_true(read[i] == (bodies[body].is_static ? box_positions[i]
+                                                               : (double)(float)expected[i]));
+            assert_int_equal(tulle_run_reader_is_present(reader, frame, (size_t)body),
+                             body != 2 || step < 18);
+        }
+        for (int i = 0; i < STEPS_PER_FRAME; i++) state = hash_mix(state + 1);
+    }
+    uint32_t const frame_count = info->frame_count;
+    tulle_run_reader_close(reader);
+    return frame_count;
+}
+
+#endif
