@@ -25,8 +25,9 @@ typedef struct contact_settings {
     double push_out_speed;    /* [m/s] most a row inside the contact distance asks for */
     double slope_tolerance;   /* sine of the angle by which a normal may leave a normal cone */
     double hard_speed;        /* [m/s] an old row violated by more after a solve becomes hard */
-    double hard_stiffness;    /* penalty of a hard row over its share of diag(A) */
-    double cg_tolerance;      /* preconditioned residual over that of the step's force impulse */
+    double settled_speed;  /* [m/s] root mean square violation after a solve that is no landing */
+    double hard_stiffness; /* penalty of a hard row over its share of diag(A) */
+    double cg_tolerance;   /* preconditioned residual over that of the step's force impulse */
     int cg_max_iterations;
 } contact_settings;
 

@@ -213,17 +213,21 @@ static void update_multipliers(motion_solve *solve) {
     }
 }
 
-/* Largest violation right after a solve; old rows that stay violated become hard. */
+/* Violations right after a solve: the largest goes to the report, the root of their mean square is
+ * returned. Old rows that stay violated become hard. */
 static double measure_violation(motion_solve *solve, bool may_harden) {
     double const limit = solve->scene->settings.hard_speed;
-    double largest = 0.0;
+    double largest = 0.0, sum2 = 0.0;
     for (size_t i = 0; i < solve->list->rows.count; i++) {
         contact_row *const row = &solve->list->rows.data[i];
         double const speed = vec3_dot(row->normal, get_relative_velocity(row, solve->u));
-        largest = fmax(largest, row->bias - speed);
-        if (may_harden && row->is_old && row->bias - speed > limit) row->is_hard = true;
+        double const violation = fmax(row->bias - speed, 0.0);
+        largest = fmax(largest, violation);
+        sum2 += violation * violation;
+        if (may_harden && row->is_old && violation > limit) row->is_hard = true;
     }
-    return largest;
+    solve->report->violation = largest;
+    return sqrt(sum2 / (double)solve->list->rows.count);
 }
 
 static tulle_status run_rounds(motion_solve *solve) {
@@ -233,11 +237,10 @@ static tulle_status run_rounds(motion_solve *solve) {
         prepare_round(solve);
         tulle_status const status = run_conjugate_gradients(solve);
         if (status != TULLE_OK || list->rows.count == 0) return status;
-        solve->report->violation = measure_violation(solve, round > 0);
+        double const violation = measure_violation(solve, round > 0);
         update_multipliers(solve);
         project_impulses(solve->scene, list->rows.data, list->rows.count, solve->u);
-        if (round + 1 >= settings->solve_rounds && solve->report->violation <= settings->hard_speed)
-            break;
+        if (round + 1 >= settings->solve_rounds && violation <= settings->settled_speed) break;
     }
     return TULLE_OK;
 }
