@@ -14,6 +14,8 @@
 static const double TIME_STEP_MAX = 1.0;
 /* What is left of a step under this share of it is not worth a substep: rounding. */
 static const double REMAINDER_SHARE = 1e-9;
+/* Substeps are not halved below this share of the step; a power of two. */
+static const double SHORTEST_SUBSTEP_SHARE = 1.0 / 4.0;
 /* Substeps of one step before it counts as pinched. */
 enum { SUBSTEPS_MAX = 48 };
 /* So many substeps in a row that each pass less than this share of the step count as pinched. */
@@ -70,11 +72,18 @@ static bool is_stuck(step_context *context, double time_step) {
 static tulle_status run_substeps(step_context *context, double time_step) {
     double const end_time = context->state->time + time_step;
     double remaining = time_step;
+    double wanted = time_step; /* length of the next substep, halved when one is rejected */
     context->substep_limit = SUBSTEPS_MAX;
+    context->shortest_step = SHORTEST_SUBSTEP_SHARE * time_step;
     while (remaining > REMAINDER_SHARE * time_step && !context->is_rest_skipped) {
-        context->time_step = remaining;
+        context->time_step = fmin(wanted, remaining);
         tulle_status status = world_advance(context);
         if (status != TULLE_OK) return status;
+        if (context->is_rejected) {
+            wanted = 0.5 * context->time_step;
+            continue;
+        }
+        wanted *= 2.0;
         remaining -= context->passed;
         if (remaining <= REMAINDER_SHARE * time_step || !is_stuck(context, time_step)) continue;
         context->substep_limit = context->report->substeps + SUBSTEPS_MAX;

@@ -28,6 +28,8 @@ typedef struct step_context {
     tulle_world *world;
     world_motion_state *state; /* moved on by each substep */
     double time_step;          /* [s] of this substep */
+    double shortest_step;      /* [s] a substep this long is taken whatever it stretches */
+    bool is_rejected;          /* the paths would stretch the cloth too much: try a shorter one */
     double passed;             /* [s] of it that passed, set by the commit */
     uint32_t substep_limit;    /* substeps after which the step counts as pinched */
     int crawl_count;           /* substeps in a row that hardly moved */

@@ -8,12 +8,19 @@
 #include "base/timer.h"
 #include "world/step.h"
 
+#include <math.h>
 #include <string.h>
 
 /* Boxes are widened by this share of the mean edge beyond the separation distance, so that paths
  * which the solve bends a little stay inside the candidates that were found for the predicted ones.
  */
 static const double PAIR_MARGIN_EDGE_SHARE = 0.25;
+
+/* An edge may grow by this share of its rest length in one substep. More means that the solve has
+ * not carried a hard landing into the cloth: vertices stop while their neighbours fly on. */
+static const double STRETCH_GROWTH_MAX = 0.05;
+/* Growth that only takes up slack is free up to this stretch. */
+static const double STRETCH_FREE = 1.05;
 
 static tulle_status no_memory(step_context *context) {
     return error_set(context->error, TULLE_ERROR_OUT_OF_MEMORY, "no memory left for step %llu",
@@ -262,6 +269,23 @@ static tulle_status accept_paths(step_context *context) {
     return TULLE_OK;
 }
 
+/* Largest growth of an edge's stretch beyond STRETCH_FREE along x0 -> x1. */
+static double stretch_growth(const step_context *context) {
+    tulle_world const *const world = context->world;
+    double largest = 0.0;
+    for (uint32_t e = 0; e < world->surfaces[world->cloths.count - 1].edge_end; e++) {
+        size_t const a = world->topo.edges[2 * (size_t)e], b = world->topo.edges[2 * (size_t)e + 1];
+        double length[3];
+        double const *const shapes[3] = {world->rest, context->state->positions, context->end};
+        for (int k = 0; k < 3; k++) {
+            length[k] = vec3_norm(vec3_sub(vec3_load(shapes[k], a), vec3_load(shapes[k], b)));
+        }
+        double const before = fmax(length[1] / length[0], STRETCH_FREE);
+        largest = fmax(largest, length[2] / length[0] - before);
+    }
+    return largest;
+}
+
 static tulle_status run_stages(step_context *context) {
     row_list *const rows = &context->world->rows;
     double start = timer_now();
@@ -293,6 +317,10 @@ static tulle_status run_stages(step_context *context) {
     end_stage(context, STAGE_RESOLVE_IMPACTS, &start);
     if (status != TULLE_OK) return no_memory(context);
 
+    context->is_rejected =
+        context->time_step > context->shortest_step && stretch_growth(context) > STRETCH_GROWTH_MAX;
+    if (context->is_rejected) return TULLE_OK;
+
     status = run_commit_safely(context, impacts.is_clean);
     end_stage(context, STAGE_COMMIT_SAFELY, &start);
     if (status != TULLE_OK) return no_memory(context);
@@ -306,6 +334,8 @@ static tulle_status run_stages(step_context *context) {
 
 tulle_status world_advance(step_context *context) {
     arena_mark const mark = arena_get_mark(&context->world->scratch);
+    context->is_rejected = false;
+    context->passed = 0.0;
     tulle_status status = prepare(context);
     if (status == TULLE_OK) status = run_stages(context);
     arena_release(&context->world->scratch, mark);

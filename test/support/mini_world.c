@@ -9,8 +9,6 @@
 #include <stdlib.h>
 #include <string.h>
 
-
-
 mini_world mini_world_make(void) {
     return (mini_world){.heap = memory_default(),
                         .settings = contact_settings_default(),
