@@ -4,6 +4,7 @@
 #include "io/bytes.h"
 #include "io/mesh_builder.h"
 #include "io/output_file.h"
+#include "io/unflushed.h"
 
 #include "tulle/io.h"
 
@@ -161,7 +162,8 @@ static tulle_status check_mesh(tulle_mesh_view mesh, mesh_format format, tulle_e
     return TULLE_OK;
 }
 
-tulle_status tulle_mesh_write(const char *path, tulle_mesh_view mesh, tulle_error *error) {
+static tulle_status write_mesh(const char *path, tulle_mesh_view mesh, bool is_flushed,
+                               tulle_error *error) {
     if (!path) return error_set(error, TULLE_ERROR_INVALID_ARGUMENT, "path may not be null");
     mesh_format const format = find_format(path);
     if (format == FORMAT_NONE)
@@ -172,10 +174,19 @@ tulle_status tulle_mesh_write(const char *path, tulle_mesh_view mesh, tulle_erro
     output_file *output = NULL;
     status = output_open(path, &output, error);
     if (status) return status;
+    if (!is_flushed) output_skip_flush(output);
     switch (format) {
     case FORMAT_OBJ: write_obj(output, mesh); break;
     case FORMAT_PLY: write_ply(output, mesh); break;
     default: write_stl(output, mesh); break;
     }
     return output_commit(output, error);
+}
+
+tulle_status tulle_mesh_write(const char *path, tulle_mesh_view mesh, tulle_error *error) {
+    return write_mesh(path, mesh, true, error);
+}
+
+tulle_status mesh_write_unflushed(const char *path, tulle_mesh_view mesh, tulle_error *error) {
+    return write_mesh(path, mesh, false, error);
 }

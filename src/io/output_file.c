@@ -5,6 +5,7 @@
 #include "base/memory.h"
 #include "io/file_data.h"
 #include "io/number.h"
+#include "io/unflushed.h"
 
 #include "tulle/io.h"
 
@@ -30,6 +31,7 @@ struct output_file {
     size_t names_size;
     const char *target, *temporary; /* temporary null: written directly */
     int file;
+    int is_flushed;
     int failure; /* errno of the first failed write, 0 if none */
     size_t used;
     char buffer[BUFFER_SIZE];
@@ -113,6 +115,7 @@ tulle_status output_open(const char *path, output_file **result, tulle_error *er
     output->names_size = 0;
     output->temporary = NULL;
     output->file = -1;
+    output->is_flushed = 1;
     output->failure = 0;
     output->used = 0;
     output->heap = heap;
@@ -124,6 +127,8 @@ tulle_status output_open(const char *path, output_file **result, tulle_error *er
     *result = output;
     return TULLE_OK;
 }
+
+void output_skip_flush(output_file *output) { output->is_flushed = 0; }
 
 /* Writes in sequence; devices and pipes know no offsets. */
 static int write_through(output_file *output, const char *bytes, size_t byte_count) {
@@ -171,7 +176,7 @@ void output_unsigned(output_file *output, uint64_t value) {
 static int sync_all(output_file *output) {
     flush(output);
     if (output->failure) return output->failure;
-    if (output->temporary && fsync(output->file) != 0) return errno;
+    if (output->temporary && output->is_flushed && fsync(output->file) != 0) return errno;
     return 0;
 }
 
@@ -198,7 +203,7 @@ tulle_status output_commit(output_file *output, tulle_error *error) {
         output_discard(output);
         return status;
     }
-    if (output->temporary) file_sync_directory_of(output->target);
+    if (output->temporary && output->is_flushed) file_sync_directory_of(output->target);
     destroy(output);
     return TULLE_OK;
 }
@@ -209,11 +214,22 @@ void output_discard(output_file *output) {
     destroy(output);
 }
 
-tulle_status tulle_file_write(const char *path, const void *bytes, size_t byte_count,
-                              tulle_error *error) {
+static tulle_status write_file(const char *path, const void *bytes, size_t byte_count,
+                               int is_flushed, tulle_error *error) {
     output_file *output = NULL;
     tulle_status const status = output_open(path, &output, error);
     if (status) return status;
+    if (!is_flushed) output_skip_flush(output);
     output_write(output, bytes, byte_count);
     return output_commit(output, error);
+}
+
+tulle_status tulle_file_write(const char *path, const void *bytes, size_t byte_count,
+                              tulle_error *error) {
+    return write_file(path, bytes, byte_count, 1, error);
+}
+
+tulle_status file_write_unflushed(const char *path, const void *bytes, size_t byte_count,
+                                  tulle_error *error) {
+    return write_file(path, bytes, byte_count, 0, error);
 }

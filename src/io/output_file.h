@@ -10,6 +10,9 @@ typedef struct output_file output_file;
 
 tulle_status output_open(const char *path, output_file **output, tulle_error *error);
 
+/* Leaves out flushing to disk, for files that are flushed together later. */
+void output_skip_flush(output_file *output);
+
 /* A failed write is remembered and reported by output_commit; later writes do nothing. */
 void output_write(output_file *output, const void *bytes, size_t byte_count);
 void output_text(output_file *output, const char *text);

@@ -11,6 +11,7 @@
 #include "io/file_data.h"
 #include "io/output_file.h"
 #include "io/pc2_format.h"
+#include "io/unflushed.h"
 
 #include <errno.h>
 #include <fcntl.h>
@@ -27,14 +28,16 @@ struct tulle_pc2_writer {
     uint32_t vertex_count, frame_count;
 };
 
-static tulle_status write_empty(const char *path, uint32_t vertex_count, tulle_error *error) {
+static tulle_status write_empty(const char *path, uint32_t vertex_count, int is_flushed,
+                                tulle_error *error) {
     unsigned char header[PC2_HEADER_SIZE] = "POINTCACHE2";
     bytes_store(header + 12, 4, 1);
     bytes_store(header + 16, 4, vertex_count);
     bytes_store_float(header + 20, 0.0f);
     bytes_store_float(header + 24, 1.0f);
     bytes_store(header + PC2_FRAME_COUNT_PLACE, 4, 0);
-    return tulle_file_write(path, header, sizeof header, error);
+    return is_flushed ? tulle_file_write(path, header, sizeof header, error)
+                      : file_write_unflushed(path, header, sizeof header, error);
 }
 
 /* 0 or an errno. */
@@ -101,9 +104,9 @@ static tulle_pc2_writer *make_writer(const char *path, uint32_t vertex_count) {
     return writer;
 }
 
-tulle_status tulle_pc2_writer_open(const char *path, uint32_t vertex_count,
-                                   uint32_t resume_frame_count, tulle_pc2_writer **result,
-                                   tulle_error *error) {
+static tulle_status open_writer(const char *path, uint32_t vertex_count,
+                                uint32_t resume_frame_count, int is_flushed,
+                                tulle_pc2_writer **result, tulle_error *error) {
     if (!path || !result || vertex_count < 1 || vertex_count > PC2_COUNT_LIMIT)
         return error_set(error, TULLE_ERROR_INVALID_ARGUMENT,
                          "a point cache needs a path and 1 to %u vertices, not %u", PC2_COUNT_LIMIT,
@@ -113,12 +116,27 @@ tulle_status tulle_pc2_writer_open(const char *path, uint32_t vertex_count,
     if (!writer) return file_fail(error, path, ENOMEM, "cannot be written");
     tulle_status const status = resume_frame_count > 0
                                     ? pc2_writer_truncate(writer, resume_frame_count, error)
-                                    : write_empty(path, vertex_count, error);
+                                    : write_empty(path, vertex_count, is_flushed, error);
     if (status)
         destroy(writer);
     else
         *result = writer;
     return status;
+}
+
+tulle_status tulle_pc2_writer_open(const char *path, uint32_t vertex_count,
+                                   uint32_t resume_frame_count, tulle_pc2_writer **writer,
+                                   tulle_error *error) {
+    return open_writer(path, vertex_count, resume_frame_count, 1, writer, error);
+}
+
+tulle_status pc2_writer_create_unflushed(const char *path, uint32_t vertex_count,
+                                         tulle_pc2_writer **writer, tulle_error *error) {
+    return open_writer(path, vertex_count, 0, 0, writer, error);
+}
+
+void pc2_writer_release(tulle_pc2_writer *writer) {
+    if (writer) destroy(writer);
 }
 
 /* Rounds to float, to nearest. */

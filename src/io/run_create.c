@@ -7,9 +7,11 @@
 #include "base/error.h"
 #include "io/file_data.h"
 #include "io/output_file.h"
+#include "io/pc2.h"
 #include "io/run_checkpoint.h"
 #include "io/run_report.h"
 #include "io/run_writer.h"
+#include "io/unflushed.h"
 
 #include <errno.h>
 #include <math.h>
@@ -48,7 +50,7 @@ void run_writer_destroy(tulle_run_writer *writer) {
     if (!writer) return;
     size_t const body_count = writer->record.bodies.count;
     for (size_t i = 0; i < body_count; i++) {
-        if (writer->caches) tulle_pc2_writer_close(writer->caches[i], NULL);
+        if (writer->caches) pc2_writer_release(writer->caches[i]);
         if (writer->triangles)
             memory_release(&writer->heap, writer->triangles[i],
                            writer->record.bodies.data[i].triangle_count * 3 * sizeof(uint32_t));
@@ -119,7 +121,7 @@ static tulle_status write_static_vtp(tulle_run_writer *writer, const tulle_run_d
     char name[RUN_PATH_SIZE], path[RUN_PATH_SIZE];
     run_make_vtp_name(&writer->record, body, -1, name);
     run_join(path, writer->directory, name);
-    return tulle_vtp_write(path, def->bodies[body].mesh, NULL, error);
+    return vtp_write_unflushed(path, def->bodies[body].mesh, NULL, error);
 }
 
 static tulle_status write_body(tulle_run_writer *writer, const tulle_run_def *def, size_t body,
@@ -127,12 +129,12 @@ static tulle_status write_body(tulle_run_writer *writer, const tulle_run_def *de
     const run_body_record *const record = &writer->record.bodies.data[body];
     char path[RUN_PATH_SIZE];
     run_join(path, writer->directory, run_record_text(&writer->record, record->mesh_file));
-    tulle_status status = tulle_mesh_write(path, def->bodies[body].mesh, error);
+    tulle_status status = mesh_write_unflushed(path, def->bodies[body].mesh, error);
     if (status) return status;
     if (record->is_static)
         return def->writes_vtp ? write_static_vtp(writer, def, body, error) : TULLE_OK;
     run_join(path, writer->directory, run_record_text(&writer->record, record->cache_file));
-    return tulle_pc2_writer_open(path, record->vertex_count, 0, &writer->caches[body], error);
+    return pc2_writer_create_unflushed(path, record->vertex_count, &writer->caches[body], error);
 }
 
 static tulle_status make_vtp_folder(tulle_run_writer *writer, tulle_error *error) {
@@ -165,6 +167,7 @@ static tulle_status make_files(tulle_run_writer *writer, const tulle_run_def *de
     tulle_status status = run_directory_lock(writer->directory, &writer->lock, error);
     if (status) return status;
     run_directory_remove_temporaries(writer->directory);
+    writer->has_unflushed_files = true;
     status = run_writer_write_record(writer, error);
     if (!status) status = write_scene(writer, def, error);
     if (!status) status = make_vtp_folder(writer, error);

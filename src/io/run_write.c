@@ -2,13 +2,20 @@
  *
  * A frame goes into all caches first, then its line into frames.csv: the whole lines count the
  * whole frames. A checkpoint is written after everything it counts is on the disk. */
+#define _GNU_SOURCE /* syncfs */
 #include "base/error.h"
+#include "io/file_data.h"
 #include "io/pc2.h"
 #include "io/run_checkpoint.h"
 #include "io/run_report.h"
 #include "io/run_writer.h"
+#include "io/unflushed.h"
 
+#include <errno.h>
 #include <string.h>
+#include <unistd.h>
+
+enum { SINGLE_FLUSH_MAX = 16 /* bodies whose caches are flushed one by one */ };
 
 /* ---- frames ---- */
 
@@ -36,6 +43,7 @@ static tulle_status append_to_caches(tulle_run_writer *writer, const tulle_run_f
 static tulle_status write_vtps(tulle_run_writer *writer, const tulle_run_frame *frame, long index,
                                tulle_error *error) {
     if (!writer->triangles) return TULLE_OK;
+    writer->has_unflushed_files = true;
     tulle_status status = TULLE_OK;
     for (size_t i = 0; i < writer->record.bodies.count && !status; i++) {
         const run_body_record *const body = &writer->record.bodies.data[i];
@@ -46,7 +54,7 @@ static tulle_status write_vtps(tulle_run_writer *writer, const tulle_run_frame *
         tulle_mesh_view const mesh = {frame->positions[i], body->vertex_count, writer->triangles[i],
                                       body->triangle_count};
         status =
-            tulle_vtp_write(path, mesh, frame->velocities ? frame->velocities[i] : NULL, error);
+            vtp_write_unflushed(path, mesh, frame->velocities ? frame->velocities[i] : NULL, error);
     }
     return status;
 }
@@ -95,7 +103,21 @@ uint32_t tulle_run_get_frame_count(const tulle_run_writer *writer) {
 
 /* ---- checkpoints ---- */
 
+/* Many files are flushed faster together, with all else on their file system. */
+static tulle_status sync_file_system(tulle_run_writer *writer, tulle_error *error) {
+#ifdef __linux__
+    if (syncfs(writer->lock) != 0)
+        return file_fail(error, writer->directory, errno, "cannot be flushed to disk");
+#else
+    sync();
+#endif
+    writer->has_unflushed_files = false;
+    return TULLE_OK;
+}
+
 static tulle_status sync_all(tulle_run_writer *writer, tulle_error *error) {
+    if (writer->has_unflushed_files || writer->record.bodies.count > SINGLE_FLUSH_MAX)
+        return sync_file_system(writer, error);
     tulle_status status = TULLE_OK;
     for (size_t i = 0; i < writer->record.bodies.count && !status; i++)
         if (writer->caches[i]) status = pc2_writer_sync(writer->caches[i], error);
@@ -109,8 +131,8 @@ tulle_status tulle_run_write_checkpoint(tulle_run_writer *writer,
     if (!writer || !checkpoint || !checkpoint->bytes)
         return error_set(error, TULLE_ERROR_INVALID_ARGUMENT,
                          "writer and checkpoint may not be null or empty");
-    tulle_status status = sync_all(writer, error);
-    if (!status) status = run_writer_write_collections(writer, error);
+    tulle_status status = run_writer_write_collections(writer, error);
+    if (!status) status = sync_all(writer, error);
     if (status) return status;
     checkpoint_record record = {.state = *checkpoint,
                                 .scene_hash = writer->record.scene_hash,
@@ -154,7 +176,7 @@ static tulle_status write_collections(tulle_run_writer *writer, collection *list
         char name[RUN_PATH_SIZE], path[RUN_PATH_SIZE];
         run_make_pvd_name(&writer->record, i, name);
         run_join(path, writer->directory, name);
-        status = tulle_pvd_write(path, list->files, list->times, count, error);
+        status = pvd_write_unflushed(path, list->files, list->times, count, error);
     }
     return status;
 }
@@ -185,8 +207,8 @@ tulle_status tulle_run_close(tulle_run_writer *writer, tulle_run_state state, co
     tulle_status status = TULLE_OK;
     if (!run_record_keep(&writer->record, message ? message : "", &writer->record.message))
         writer->record.message = 0;
-    status = sync_all(writer, error);
-    if (!status) status = run_writer_write_collections(writer, error);
+    status = run_writer_write_collections(writer, error);
+    if (!status) status = sync_all(writer, error);
     /* How it ended is worth recording even where the rest failed. */
     tulle_status const recorded = run_writer_write_record(writer, status ? NULL : error);
     run_writer_destroy(writer);

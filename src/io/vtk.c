@@ -6,8 +6,11 @@
 #include "base/error.h"
 #include "io/bytes.h"
 #include "io/output_file.h"
+#include "io/unflushed.h"
 
 #include "tulle/io.h"
+
+#include <stdbool.h>
 
 /* Three bytes become four letters. */
 typedef struct base64 {
@@ -105,8 +108,8 @@ static void write_polydata(output_file *output, tulle_mesh_view mesh, const doub
     output_text(output, "</Piece>\n</PolyData>\n</VTKFile>\n");
 }
 
-tulle_status tulle_vtp_write(const char *path, tulle_mesh_view mesh, const double *velocities,
-                             tulle_error *error) {
+static tulle_status write_vtp(const char *path, tulle_mesh_view mesh, const double *velocities,
+                              bool is_flushed, tulle_error *error) {
     if (!path) return error_set(error, TULLE_ERROR_INVALID_ARGUMENT, "path may not be null");
     for (size_t i = 0; i < 3 * mesh.triangle_count; i++)
         if (mesh.triangles[i] >= mesh.vertex_count)
@@ -116,8 +119,19 @@ tulle_status tulle_vtp_write(const char *path, tulle_mesh_view mesh, const doubl
     output_file *output = NULL;
     tulle_status const status = output_open(path, &output, error);
     if (status) return status;
+    if (!is_flushed) output_skip_flush(output);
     write_polydata(output, mesh, velocities);
     return output_commit(output, error);
+}
+
+tulle_status tulle_vtp_write(const char *path, tulle_mesh_view mesh, const double *velocities,
+                             tulle_error *error) {
+    return write_vtp(path, mesh, velocities, true, error);
+}
+
+tulle_status vtp_write_unflushed(const char *path, tulle_mesh_view mesh, const double *velocities,
+                                 tulle_error *error) {
+    return write_vtp(path, mesh, velocities, false, error);
 }
 
 /* Text of an attribute: the five reserved characters by their names. */
@@ -134,14 +148,15 @@ static void write_escaped(output_file *output, const char *text) {
     }
 }
 
-tulle_status tulle_pvd_write(const char *path, const char *const *files, const double *times,
-                             size_t count, tulle_error *error) {
+static tulle_status write_pvd(const char *path, const char *const *files, const double *times,
+                              size_t count, bool is_flushed, tulle_error *error) {
     if (!path || (count > 0 && (!files || !times)))
         return error_set(error, TULLE_ERROR_INVALID_ARGUMENT,
                          "path, files and times may not be null");
     output_file *output = NULL;
     tulle_status const status = output_open(path, &output, error);
     if (status) return status;
+    if (!is_flushed) output_skip_flush(output);
     output_text(output, "<?xml version=\"1.0\"?>\n<VTKFile type=\"Collection\" version=\"0.1\" "
                         "byte_order=\"LittleEndian\">\n<Collection>\n");
     for (size_t i = 0; i < count; i++) {
@@ -153,4 +168,14 @@ tulle_status tulle_pvd_write(const char *path, const char *const *files, const d
     }
     output_text(output, "</Collection>\n</VTKFile>\n");
     return output_commit(output, error);
+}
+
+tulle_status tulle_pvd_write(const char *path, const char *const *files, const double *times,
+                             size_t count, tulle_error *error) {
+    return write_pvd(path, files, times, count, true, error);
+}
+
+tulle_status pvd_write_unflushed(const char *path, const char *const *files, const double *times,
+                                 size_t count, tulle_error *error) {
+    return write_pvd(path, files, times, count, false, error);
 }

@@ -1,0 +1,19 @@
+/* io/unflushed.h - writers of whole files that are not flushed to disk one by one: a killed process
+ * leaves each whole or not at all, a power failure may lose them until the file system is flushed.
+ * For runs, which write many small files and flush them together before a checkpoint. */
+#ifndef TULLE_IO_UNFLUSHED_H
+#define TULLE_IO_UNFLUSHED_H
+
+#include "tulle/io.h"
+
+/* As tulle_mesh_write, tulle_vtp_write and tulle_pvd_write. */
+tulle_status mesh_write_unflushed(const char *path, tulle_mesh_view mesh, tulle_error *error);
+tulle_status vtp_write_unflushed(const char *path, tulle_mesh_view mesh, const double *velocities,
+                                 tulle_error *error);
+tulle_status pvd_write_unflushed(const char *path, const char *const *files, const double *times,
+                                 size_t count, tulle_error *error);
+/* As tulle_file_write. */
+tulle_status file_write_unflushed(const char *path, const void *bytes, size_t byte_count,
+                                  tulle_error *error);
+
+#endif
