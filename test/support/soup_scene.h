@@ -4,7 +4,7 @@
 
 #include "detect/surface_set.h"
 
-enum { MAX_SURFACES = 6, MAX_TRIANGLES = 600, MAX_VERTICES = 3 * MAX_TRIANGLES };
+enum { MAX_SURFACES = 6, MAX_TRIANGLES = 6000, MAX_VERTICES = 3 * MAX_TRIANGLES };
 
 typedef enum soup_shape {
     SOUP_RANDOM,      /* small triangles anywhere */
