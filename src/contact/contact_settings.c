@@ -13,6 +13,7 @@ contact_settings contact_settings_default(void) {
         .push_out_speed = 0.05,  /* [m/s] slow against any motion one sees */
         .slope_tolerance = 0.02, /* about one degree: flat stays flat in spite of rounding */
         .hard_speed = 0.03,
+        .hard_speed_new = 0.15, /* lower stretches landings on smooth things, higher on tips */
         .settled_speed = 0.005, /* 0.02 let landings stretch by a tenth more */
         .hard_stiffness = 3.0,
         .cg_tolerance = 1e-4, /* 1e-3 falsifies sliding by a tenth */

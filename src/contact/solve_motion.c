@@ -214,9 +214,9 @@ static void update_multipliers(motion_solve *solve) {
 }
 
 /* Violations right after a solve: the largest goes to the report, the root of their mean square is
- * returned. Old rows that stay violated become hard. */
+ * returned. Rows that stay violated become hard. */
 static double measure_violation(motion_solve *solve, bool may_harden) {
-    double const limit = solve->scene->settings.hard_speed;
+    const contact_settings *const settings = &solve->scene->settings;
     double largest = 0.0, sum2 = 0.0;
     for (size_t i = 0; i < solve->list->rows.count; i++) {
         contact_row *const row = &solve->list->rows.data[i];
@@ -224,7 +224,8 @@ static double measure_violation(motion_solve *solve, bool may_harden) {
         double const violation = fmax(row->bias - speed, 0.0);
         largest = fmax(largest, violation);
         sum2 += violation * violation;
-        if (may_harden && row->is_old && violation > limit) row->is_hard = true;
+        double const limit = row->is_old ? settings->hard_speed : settings->hard_speed_new;
+        if (may_harden && violation > limit) row->is_hard = true;
     }
     solve->report->violation = largest;
     return sqrt(sum2 / (double)solve->list->rows.count);

@@ -1,0 +1,99 @@
+/* Whole steps of contact on what tears cloth in weaker schemes: spike tips, and a plate that starts
+ * to move at once. Every state is judged; rescue stays away. */
+#include "support/mini_world.h"
+#include "support/test_support.h"
+
+#include <stdlib.h>
+
+#define TIME_STEP (1.0 / 90.0)
+
+static void add_spike(mini_world *world, vec3 foot, double height) {
+    double positions[12];
+    for (size_t k = 0; k < 3; k++) {
+        double const angle = 2.0943951 * (double)k + 0.1;
+        vec3_store(positions, k,
+                   vec3_add(foot, vec3_make(0.04 * cos(angle), 0.04 * sin(angle), 0.0)));
+    }
+    vec3_store(positions, 3, vec3_add(foot, vec3_make(0.0, 0.0, height)));
+    uint32_t const triangles[12] = {0, 1, 3, 1, 2, 3, 2, 0, 3, 0, 2, 1};
+    add_mini_surface(world, (mini_mesh){positions, 4, triangles, 4}, true);
+}
+
+static double find_largest_stretch(const mini_world *world) {
+    double largest = 0.0;
+    for (size_t i = 0; i < world->model.spring_count; i++) {
+        const cloth_spring *const spring = &world->model.springs[i];
+        vec3 const d = vec3_sub(vec3_load(world->x0, spring->vertices[0]),
+                                vec3_load(world->x0, spring->vertices[1]));
+        largest = fmax(largest, vec3_norm(d) / spring->rest_length);
+    }
+    return largest;
+}
+
+static void sheet_falls_on_spikes(void **state) {
+    (void)state;
+    mini_world world = mini_world_make();
+    world.contact_distance = 4e-3;
+    mini_grid sheet = make_mini_grid(21, 21, vec3_make(-0.25, -0.25, 0.24),
+                                     vec3_make(0.5, 0.0, 0.0), vec3_make(0.0, 0.5, 0.0));
+    add_mini_surface(&world, sheet.mesh, false);
+    free_mini_grid(&sheet);
+    add_spike(&world, vec3_make(-0.1, 0.013, 0.0), 0.2);
+    add_spike(&world, vec3_make(0.011, -0.03, 0.0), 0.2);
+    add_spike(&world, vec3_make(0.12, 0.05, 0.0), 0.2);
+    start_mini_world(&world);
+    double peak = 0.0;
+    for (int step = 0; step < 60; step++) {
+        assert_int_equal(step_mini_world(&world, TIME_STEP), TULLE_OK);
+        assert_int_equal(judge_mini_world(&world), 0);
+        assert_true(world.commit.smallest_gap >= world.settings.minimum_gap);
+        peak = fmax(peak, find_largest_stretch(&world));
+    }
+    double const last = find_largest_stretch(&world);
+    print_message("spikes: peak stretch %.3f, at the end %.3f, rescues %llu\n", peak, last,
+                  (unsigned long long)world.rescue_count);
+    assert_true(peak < 1.8 && last < 1.3);
+    assert_int_equal(world.rescue_count, 0);
+    mini_world_destroy(&world);
+}
+
+/* At rest for 0.2 s, then upwards at 2 m/s and a little sideways. */
+static affine_map lift_plate(const mini_world *world, size_t surface, double time, double h) {
+    (void)world, (void)surface;
+    double const speed = time < 0.2 ? 0.0 : 2.0;
+    return (affine_map){mat3_identity(1.0), vec3_make(0.1 * speed * h, 0.0, speed * h)};
+}
+
+static void plate_throws_the_sheet_up(void **state) {
+    (void)state;
+    mini_world world = mini_world_make();
+    mini_grid sheet = make_mini_grid(11, 11, vec3_make(-0.1, -0.1, 3e-3), vec3_make(0.2, 0.0, 0.0),
+                                     vec3_make(0.0, 0.2, 0.0));
+    mini_grid plate = make_mini_grid(5, 6, vec3_make(-0.2, -0.2, 0.0), vec3_make(0.4, 0.0, 0.0),
+                                     vec3_make(0.0, 0.4, 0.0));
+    add_mini_surface(&world, sheet.mesh, false);
+    add_mini_surface(&world, plate.mesh, true);
+    world.move = lift_plate;
+    start_mini_world(&world);
+    for (int step = 0; step < 45; step++) {
+        assert_int_equal(step_mini_world(&world, TIME_STEP), TULLE_OK);
+        assert_int_equal(judge_mini_world(&world), 0);
+    }
+    /* It rides on the plate: as fast, and at the contact distance. */
+    for (size_t i = 0; i < world.cloth_vertex_count; i++) {
+        assert_true(fabs(world.velocities[3 * i + 2] - 2.0) < 1e-3);
+        assert_true(fabs(world.velocities[3 * i] - 0.2) < 1e-3);
+        double const gap = world.x0[3 * i + 2] - world.x0[3 * world.cloth_vertex_count + 2];
+        assert_true(fabs(gap - world.contact_distance) < 2e-4);
+    }
+    assert_int_equal(world.rescue_count, 0);
+    mini_world_destroy(&world);
+}
+
+int main(void) {
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(sheet_falls_on_spikes),
+        cmocka_unit_test(plate_throws_the_sheet_up),
+    };
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}
