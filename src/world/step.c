@@ -83,7 +83,6 @@ static tulle_status run_substeps(step_context *context, double time_step) {
             wanted = 0.5 * context->time_step;
             continue;
         }
-        wanted *= 2.0;
         remaining -= context->passed;
         if (remaining <= REMAINDER_SHARE * time_step || !is_stuck(context, time_step)) continue;
         context->substep_limit = context->report->substeps + SUBSTEPS_MAX;

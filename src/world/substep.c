@@ -18,9 +18,9 @@ static const double PAIR_MARGIN_EDGE_SHARE = 0.25;
 
 /* An edge may grow by this share of its rest length in one substep. More means that the solve has
  * not carried a hard landing into the cloth: vertices stop while their neighbours fly on. */
-static const double STRETCH_GROWTH_MAX = 0.05;
+static const double STRETCH_GROWTH_MAX = 0.25;
 /* Growth that only takes up slack is free up to this stretch. */
-static const double STRETCH_FREE = 1.05;
+static const double STRETCH_FREE = 1.15;
 
 static tulle_status no_memory(step_context *context) {
     return error_set(context->error, TULLE_ERROR_OUT_OF_MEMORY, "no memory left for step %llu",
