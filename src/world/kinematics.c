@@ -62,8 +62,7 @@ static tulle_status sample_sequence(world_obstacle *obstacle, double time, doubl
 }
 
 /* Pins of one cloth that hold at `time`: mask, masses and targets of their vertices. */
-static void apply_pins(tulle_world *world, const world_cloth *cloth, double time,
-                       double script_time) {
+static void apply_pins(tulle_world *world, const world_cloth *cloth, double time, double end_time) {
     for (size_t p = 0; p < cloth->pin_count; p++) {
         world_pin const *const pin = &cloth->pins[p];
         if (time >= pin->release_time) continue;
@@ -71,28 +70,28 @@ static void apply_pins(tulle_world *world, const world_cloth *cloth, double time
             size_t const local = pin->vertices[i], vertex = cloth->vertex_begin + local;
             world->is_fixed[vertex] = 1;
             world->active_inverse_masses[vertex] = 0.0;
-            motion_apply(&pin->motion, script_time, cloth->mesh.positions + 3 * local, 1,
+            motion_apply(&pin->motion, end_time, cloth->mesh.positions + 3 * local, 1,
                          world->targets + 3 * vertex);
         }
     }
 }
 
-tulle_status world_script_targets(tulle_world *world, double time, double script_time,
+tulle_status world_script_targets(tulle_world *world, double time, double end_time,
                                   tulle_error *error) {
     memset(world->is_fixed, 0, world->cloth_vertex_count);
     memcpy(world->active_inverse_masses, world->inverse_masses,
            world->vertex_count * sizeof(double));
     for (size_t i = 0; i < world->cloths.count; i++) {
-        apply_pins(world, &world->cloths.data[i], time, script_time);
+        apply_pins(world, &world->cloths.data[i], time, end_time);
     }
     for (size_t i = 0; i < world->obstacles.count; i++) {
         world_obstacle *const obstacle = &world->obstacles.data[i];
         double *const target = world->targets + 3 * (size_t)obstacle->vertex_begin;
         if (obstacle->read_frame) {
-            tulle_status const status = sample_sequence(obstacle, script_time, target, error);
+            tulle_status const status = sample_sequence(obstacle, end_time, target, error);
             if (status != TULLE_OK) return status;
         } else {
-            motion_apply(&obstacle->motion, script_time, obstacle->mesh.positions,
+            motion_apply(&obstacle->motion, end_time, obstacle->mesh.positions,
                          obstacle->mesh.vertex_count, target);
         }
     }

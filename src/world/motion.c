@@ -149,3 +149,22 @@ void motion_apply(const world_motion *motion, double time, const double *source,
         vec3_store(target, i, vec3_add(mat3_multiply_vec3(&r, arm), shift));
     }
 }
+
+void motion_get_change(const world_motion *motion, double from, double to, mat3 *matrix,
+                       vec3 *offset) {
+    double t0[3], t1[3], q0[4], q1[4];
+    motion_get_pose(motion, from, t0, q0);
+    motion_get_pose(motion, to, t1, q1);
+    mat3 const r0 = motion_get_rotation(q0), r1 = motion_get_rotation(q1);
+    /* R1 R0^T, and the offset that takes pivot + t0 to pivot + t1 */
+    for (int row = 0; row < 3; row++) {
+        for (int column = 0; column < 3; column++) {
+            double sum = 0.0;
+            for (int k = 0; k < 3; k++) sum += r1.m[3 * row + k] * r0.m[3 * column + k];
+            matrix->m[3 * row + column] = sum;
+        }
+    }
+    vec3 const pivot = vec3_load(motion->pivot, 0);
+    vec3 const centre = vec3_add(pivot, vec3_load(t0, 0));
+    *offset = vec3_sub(vec3_add(pivot, vec3_load(t1, 0)), mat3_multiply_vec3(matrix, centre));
+}

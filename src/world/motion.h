@@ -27,6 +27,10 @@ void motion_get_pose(const world_motion *motion, double time, double translation
 /* The rotation matrix of a unit quaternion. */
 mat3 motion_get_rotation(const double quaternion[4]);
 
+/* The rigid change from the pose at `from` to that at `to`: x -> matrix x + offset. */
+void motion_get_change(const world_motion *motion, double from, double to, mat3 *matrix,
+                       vec3 *offset);
+
 /* Applies the pose at `time` to `count` points: 3 * count doubles in, the same out. */
 void motion_apply(const world_motion *motion, double time, const double *source, size_t count,
                   double *target);

@@ -2,8 +2,9 @@
  *
  * Cloth alone can always stand still, so only scripted vertices (obstacles, pins) that go where
  * cloth has no room can block a step. The message names the cloth and the obstacles around the pair
- * that blocked; then on_pinch decides: stop (an error), slow (scripted motion waits) or release
- * (the moving obstacles around it let the cloth through until they are free of it again). */
+ * that blocked; then on_pinch decides: stop (an error), slow (scripted motion waits until there is
+ * room) or release (the moving obstacles around it let the cloth through until they are free of it
+ * again). */
 #include "base/error.h"
 #include "world/step.h"
 

@@ -17,7 +17,7 @@ typedef struct state_header {
     uint64_t byte_count, payload_hash, def_hash;
     uint64_t vertex_count, obstacle_count, step_count;
     uint64_t contact_bytes, ignored_count;
-    double time, script_time, previous_time_step;
+    double time, previous_time_step;
 } state_header;
 
 /* Cursor over a block of bytes, for writing or reading in the same order. */
@@ -45,7 +45,7 @@ uint64_t tulle_world_get_state_hash(const tulle_world *world) {
     hash = hash_bytes(hash, now->velocities, bytes);
     hash = hash_bytes(hash, now->previous_mean, bytes);
     hash = hash_bytes(hash, now->previous_velocities, bytes);
-    double const clocks[3] = {now->time, now->script_time, now->previous_time_step};
+    double const clocks[2] = {now->time, now->previous_time_step};
     hash = hash_bytes(hash, clocks, sizeof clocks);
     hash = hash_bytes(hash, &world->step_count, sizeof world->step_count);
     hash = hash_bytes(hash, now->is_present, world->obstacles.count);
@@ -91,7 +91,6 @@ tulle_status tulle_world_save_state(const tulle_world *world, void **bytes, size
                            .contact_bytes = contact_bytes,
                            .ignored_count = world->ignored.count,
                            .time = now->time,
-                           .script_time = now->script_time,
                            .previous_time_step = now->previous_time_step};
     memcpy(header.magic, STATE_MAGIC, sizeof header.magic);
     header.payload_hash = hash_bytes(HASH_SEED, cursor.bytes + sizeof header, size - sizeof header);
@@ -186,7 +185,6 @@ tulle_status tulle_world_load_state(tulle_world *world, const void *bytes, size_
     status = take_ignored(world, &cursor, header.ignored_count, error);
     if (status != TULLE_OK) return status;
     next->time = header.time;
-    next->script_time = header.script_time;
     next->previous_time_step = header.previous_time_step;
     world_motion_state const old = world->now;
     world->now = *next;

@@ -35,7 +35,6 @@ static void copy_state(const tulle_world *world, const world_motion_state *sourc
     }
     target->previous_time_step = source->previous_time_step;
     target->time = source->time;
-    target->script_time = source->script_time;
 }
 
 static tulle_status copy_contacts(tulle_world *world, const contact_store *source,

@@ -22,6 +22,13 @@ static const double STRETCH_GROWTH_MAX = 0.25;
 /* Growth that only takes up slack is free up to this stretch. */
 static const double STRETCH_FREE = 1.15;
 
+/* A rigid map that misses a vertex's target by more than this share of the minimum gap is none. */
+static const double CARRIER_ERROR_SHARE = 1e-3;
+
+/* Contact keeps this much more than the minimum gap that the world promises: a pair that is pressed
+ * against it loses a little with every step. */
+static const double MINIMUM_GAP_RESERVE = 1.01;
+
 static tulle_status no_memory(step_context *context) {
     return error_set(context->error, TULLE_ERROR_OUT_OF_MEMORY, "no memory left for step %llu",
                      (unsigned long long)context->world->step_count);
@@ -55,33 +62,32 @@ static tulle_status renew_pairs(pair_source *source, const double *x1) {
     return TULLE_OK;
 }
 
+/* Whether the map takes the obstacle's vertices from where they are to their targets; not so after
+ * a pinch has held it back. */
+static bool map_fits(const step_context *context, const surface_range *range,
+                     const affine_map *map) {
+    tulle_world const *const world = context->world;
+    for (uint32_t v = range->vertex_begin; v < range->vertex_end; v++) {
+        vec3 const moved = vec3_add(
+            mat3_multiply_vec3(&map->matrix, vec3_load(context->state->positions, v)), map->offset);
+        vec3 const error = vec3_sub(moved, vec3_load(world->targets, v));
+        if (vec3_norm(error) > CARRIER_ERROR_SHARE * world->minimum_gap) return false;
+    }
+    return true;
+}
+
 /* Rigid motion of each scripted obstacle over this substep, for the rescue that lets cloth ride. */
 static void find_carriers(step_context *context) {
     tulle_world *const world = context->world;
-    double const from = context->state->script_time, to = from + context->time_step;
+    double const from = context->state->time, to = from + context->time_step;
     memset(context->carriers, 0, world->set.surface_count * sizeof *context->carriers);
     for (size_t i = 0; i < world->obstacles.count; i++) {
         world_motion const *const motion = &world->obstacles.data[i].motion;
         if (motion->key_count == 0 || context->is_script_frozen) continue;
-        double t0[3], t1[3], q0[4], q1[4];
-        motion_get_pose(motion, from, t0, q0);
-        motion_get_pose(motion, to, t1, q1);
-        mat3 const r0 = motion_get_rotation(q0), r1 = motion_get_rotation(q1);
-        vec3 const pivot = vec3_load(motion->pivot, 0);
         size_t const surface = world->cloths.count + i;
         affine_map *const map = &context->carrier_maps[surface];
-        /* R1 R0^T, and the offset that takes pivot + t0 to pivot + t1 */
-        for (int row = 0; row < 3; row++) {
-            for (int column = 0; column < 3; column++) {
-                double sum = 0.0;
-                for (int k = 0; k < 3; k++) sum += r1.m[3 * row + k] * r0.m[3 * column + k];
-                map->matrix.m[3 * row + column] = sum;
-            }
-        }
-        vec3 const centre = vec3_add(pivot, vec3_load(t0, 0));
-        map->offset =
-            vec3_sub(vec3_add(pivot, vec3_load(t1, 0)), mat3_multiply_vec3(&map->matrix, centre));
-        context->carriers[surface] = map;
+        motion_get_change(motion, from, to, &map->matrix, &map->offset);
+        if (map_fits(context, &world->surfaces[surface], map)) context->carriers[surface] = map;
     }
 }
 
@@ -101,7 +107,7 @@ static tulle_status allocate_arrays(step_context *context) {
 
 static contact_settings make_settings(const tulle_world *world) {
     contact_settings settings = contact_settings_default();
-    settings.minimum_gap = world->minimum_gap;
+    settings.minimum_gap = MINIMUM_GAP_RESERVE * world->minimum_gap;
     settings.solve_rounds = world->def.solve_rounds;
     if (settings.solve_rounds_landing < settings.solve_rounds) {
         settings.solve_rounds_landing = settings.solve_rounds;
@@ -120,7 +126,7 @@ static tulle_status prepare(step_context *context) {
     tulle_status status = allocate_arrays(context);
     if (status != TULLE_OK) return status;
     double const advance = context->is_script_frozen ? 0.0 : context->time_step;
-    status = world_script_targets(world, state->time, state->script_time + advance, context->error);
+    status = world_script_targets(world, state->time, state->time + advance, context->error);
     if (status != TULLE_OK) return status;
     if (context->is_script_frozen) {
         memcpy(world->targets, state->positions, 3 * world->vertex_count * sizeof(double));
@@ -265,7 +271,6 @@ static tulle_status accept_paths(step_context *context) {
     accept_velocities(context);
     memcpy(state->positions, context->end, 3 * world->vertex_count * sizeof(double));
     state->time += context->passed;
-    if (!context->is_script_frozen) state->script_time += context->passed;
     return TULLE_OK;
 }
 

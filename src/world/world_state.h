@@ -70,7 +70,6 @@ typedef struct world_motion_state {
     double *previous_velocities; /* [m/s] at the start of the last step, all vertices (BDF2) */
     double previous_time_step;   /* [s] of that step; 0: none, or it was shortened */
     double time;                 /* [s] */
-    double script_time;          /* [s] clock of scripted motion; lags after on_pinch: slow */
     uint8_t *is_released;        /* per obstacle: let through by on_pinch: release */
     uint8_t *is_present;         /* per obstacle */
     contact_store contacts;
@@ -130,8 +129,9 @@ static inline const char *world_surface_name(const tulle_world *world, size_t su
 /* start.c: releases what the start made; fine before it. */
 void world_release_start(tulle_world *world);
 
-/* kinematics.c: at `time`, where obstacles and pins go (targets), which vertices are pinned. */
-tulle_status world_script_targets(tulle_world *world, double time, double script_time,
+/* kinematics.c: where obstacles and pins are to be at `end_time` (targets), and which vertices are
+ * pinned at `time`. */
+tulle_status world_script_targets(tulle_world *world, double time, double end_time,
                                   tulle_error *error);
 /* kinematics.c: which obstacles are there at `time`, into state->is_present and the surfaces. An
  * obstacle that appears into cloth is an error or is ignored, as the def says. */

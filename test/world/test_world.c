@@ -297,6 +297,11 @@ static void pinch(tulle_on_pinch choice) {
         }
     }
     assert_true(was_pinched);
+    if (choice == TULLE_ON_PINCH_SLOW) { /* it follows its script again */
+        double const *const x =
+            tulle_obstacle_get_positions(world, (tulle_obstacle_id){1, 1}, NULL);
+        assert_near(x[2], plates[1].positions[2], 1e-12);
+    }
     if (choice == TULLE_ON_PINCH_RELEASE) {
         assert_true(tulle_obstacle_is_present(world, (tulle_obstacle_id){1, 1}));
     }
