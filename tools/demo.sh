@@ -11,7 +11,7 @@ scene=scenes/needles.yaml
 frames=${TULLE_DEMO_FRAMES:-120}
 changes=("cloth[0].mesh.resolution=[61, 61]")
 
-arguments=(run "$scene" -o "$result" --frames "$frames" --write vtp)
+arguments=(run "$scene" -o "$result" --frames "$frames")
 for change in "${changes[@]}"; do arguments+=(--set "$change"); done
 echo "tulle ${arguments[*]}"
 rm -rf "$result"
@@ -31,7 +31,7 @@ The result lies in $result ($(find "$result" -type f | wc -l) files; \`tulle inf
 To look at it
     Blender:   import cloth.obj (Forward Y, Up Z), add a Mesh Cache modifier to it: format PC2, file cloth.pc2;
                import the obstacles' OBJ files the same way, those with a .pc2 file with a Mesh Cache too
-    ParaView:  open the .pvd files (cloth.pvd, hemisphere.pvd, the needles), press Apply and Play
+    ParaView:  run it again with --write vtp, open the .pvd files, press Apply and Play
 Time per step: $step_time
 $(echo "$verdict" | tail -1)
 END
