@@ -1,5 +1,6 @@
-/* Every scene of the folder scenes/ runs and no step holds an intersection: at a small size here,
- * and whole with TULLE_TEST_LONG=1. The scenes that need given files run where those are. */
+/* Every scene of the folder scenes/ runs, no step holds an intersection, and one thread gives the
+ * same state as two: at a small size here, and whole with TULLE_TEST_LONG=1. The scenes that need
+ * given files run where those are. */
 #define _POSIX_C_SOURCE 200809L
 #include "scene/scene.h"
 
@@ -101,13 +102,33 @@ static bool load(const small_run *wanted, bool is_whole, running *run) {
     return !is_missing;
 }
 
-static void run_scene(const small_run *wanted) {
+/* Steps the world; judges every step if asked to. Returns the contacts of all steps. */
+static uint64_t step_world(const small_run *wanted, const running *run, unsigned long step_count,
+                           bool is_judged) {
+    tulle_error error = {0};
+    tulle_status status = TULLE_OK;
+    double const time_step = scene_get_time_step(run->loaded);
+    uint64_t contacts = 0;
+    for (unsigned long step = 0; status == TULLE_OK && step < step_count; step++) {
+        tulle_step_report report;
+        status = tulle_world_step(run->built.world, time_step, &report, &error);
+        if (status == TULLE_OK) contacts += report.contacts;
+        size_t const pair_count = is_judged ? judge(run) : 0;
+        if (pair_count > 0)
+            fail_msg("%s, step %lu: %zu intersections", wanted->name, step, pair_count);
+    }
+    if (status != wanted->ending) fail_msg("%s: %d, %s", wanted->name, status, error.message);
+    return contacts;
+}
+
+/* Runs a scene on `threads` threads; gives the hash of its last state. False: files are missing. */
+static bool run_scene(const small_run *wanted, int threads, bool is_judged, uint64_t *hash) {
     const char *choice = getenv("TULLE_TEST_LONG");
     bool is_whole = choice && choice[0] == '1';
     running run = {0};
-    if (!load(wanted, is_whole, &run)) return;
+    if (!load(wanted, is_whole, &run)) return false;
     tulle_error error = {0};
-    tulle_status status = scene_build_world(run.loaded, 0, NULL, &run.built, &error);
+    tulle_status status = scene_build_world(run.loaded, threads, NULL, &run.built, &error);
     if (status != TULLE_OK) fail_msg("%s: %s", wanted->name, error.message);
     run.bodies = calloc(run.built.cloth_count + run.built.obstacle_count, sizeof(tulle_check_body));
     assert_non_null(run.bodies);
@@ -115,29 +136,27 @@ static void run_scene(const small_run *wanted) {
     if (is_whole)
         step_count = (unsigned long)scene_get_frame_count(run.loaded) *
                      scene_get_steps_per_frame(run.loaded);
-    uint64_t contacts = 0;
-    for (unsigned long step = 0; status == TULLE_OK && step < step_count; step++) {
-        tulle_step_report report;
-        status =
-            tulle_world_step(run.built.world, scene_get_time_step(run.loaded), &report, &error);
-        if (status == TULLE_OK) contacts += report.contacts;
-        size_t pair_count = judge(&run);
-        if (pair_count > 0)
-            fail_msg("%s, step %lu: %zu intersections", wanted->name, step, pair_count);
-    }
-    if (status != wanted->ending) fail_msg("%s: %d, %s", wanted->name, status, error.message);
-    if (contacts == 0) fail_msg("%s: nothing touched", wanted->name);
+    if (step_world(wanted, &run, step_count, is_judged) == 0)
+        fail_msg("%s: nothing touched", wanted->name);
+    *hash = tulle_world_get_state_hash(run.built.world);
     scene_destroy_world(&run.built);
     scene_destroy(run.loaded);
     free(run.bodies);
+    return true;
 }
 
-static void test_no_step_holds_an_intersection(void **state) {
+static void test_no_step_holds_an_intersection_and_threads_do_not_matter(void **state) {
     (void)state;
-    for (size_t i = 0; i < sizeof runs / sizeof runs[0]; i++) run_scene(&runs[i]);
+    for (size_t i = 0; i < sizeof runs / sizeof runs[0]; i++) {
+        uint64_t two = 0, one = 1;
+        if (!run_scene(&runs[i], 2, true, &two) || !run_scene(&runs[i], 1, false, &one)) continue;
+        print_message("%s: %016llx\n", runs[i].name, (unsigned long long)two);
+        if (one != two) fail_msg("%s: another state with one thread", runs[i].name);
+    }
 }
 
 int main(void) {
-    const struct CMUnitTest tests[] = {cmocka_unit_test(test_no_step_holds_an_intersection)};
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(test_no_step_holds_an_intersection_and_threads_do_not_matter)};
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
