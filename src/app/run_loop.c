@@ -6,6 +6,8 @@
 #define _POSIX_C_SOURCE 200809L
 #include "app/run_session.h"
 
+#include "base/error.h"
+
 #include <math.h>
 #include <signal.h>
 
@@ -28,7 +30,32 @@ void run_catch_signals(void) {
 
 bool run_is_interrupted(void) { return interrupt_count != 0; }
 
+/* Files hold floats. A vertex at distance r along an axis is rounded by up to 2^-24 r there, so two
+ * features come nearer by at most 2 sqrt(3) 2^-24 r: that must stay under the minimum gap. */
+static tulle_status check_extent(const run_session *session, tulle_error *error) {
+    const scene_world *const built = &session->built;
+    double minimum_gap = 0.0;
+    tulle_world_get_distances(built->world, NULL, NULL, &minimum_gap);
+    double const farthest = minimum_gap * 0x1p24 / (2.0 * sqrt(3.0));
+    for (size_t i = 0; i < built->cloth_count; i++) {
+        size_t count = 0;
+        double const *const x = tulle_cloth_get_positions(built->world, built->cloths[i], &count);
+        for (size_t k = 0; k < 3 * count; k++) {
+            if (fabs(x[k]) <= farthest) continue;
+            return error_set(error, TULLE_ERROR_LIMIT,
+                             "vertex %zu of '%s' is at (%.6g, %.6g, %.6g) m; beyond %.4g m the "
+                             "floats of the files cannot keep gaps of %.3g m apart. Put ground "
+                             "under the cloth, run fewer frames, or use thicker cloth",
+                             k / 3, scene_get_cloth_name(session->scene, i), x[k - k % 3],
+                             x[k - k % 3 + 1], x[k - k % 3 + 2], farthest, minimum_gap);
+        }
+    }
+    return TULLE_OK;
+}
+
 static tulle_status write_frame(run_session *session, tulle_error *error) {
+    tulle_status const status = check_extent(session, error);
+    if (status != TULLE_OK) return status;
     const scene_world *const built = &session->built;
     for (size_t i = 0; i < built->cloth_count; i++) {
         session->positions[i] = tulle_cloth_get_positions(built->world, built->cloths[i], NULL);
