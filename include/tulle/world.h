@@ -62,7 +62,9 @@ typedef struct tulle_world_def {
     tulle_wind wind;
     double contact_distance; /* [m] delta_c; 0: derived from the meshes (thickness where given) */
     double separation_distance; /* [m] delta_s >= delta_c; 0: 1.5 delta_c */
-    double minimum_gap;         /* [m] xi; no accepted state undercuts it; 0: derived */
+    double minimum_gap; /* [m] xi; no accepted state undercuts it, but that vertices and edges
+                           of one cloth that rest nearer keep a quarter of their rest distance, and
+                           pairs that start nearer come no nearer; 0: derived */
     tulle_integrator integrator;
     tulle_broad_phase broad_phase;
     double cg_tolerance;         /* 1e-12 .. 1e-1, relative preconditioned residual */
@@ -167,16 +169,18 @@ TULLE_API const char *tulle_stage_name(int stage);
 
 /* What one step did. Counts are sums over the step's substeps and rounds. */
 typedef struct tulle_step_report {
-    uint64_t step; /* index of the step, from 0 */
-    double time;   /* [s] of the world after the step */
-    double stage_seconds[TULLE_STAGE_COUNT];
-    double total_seconds;
+    uint64_t step;                           /* index of the step, from 0 */
+    double time;                             /* [s] of the world after the step */
+    double stage_seconds[TULLE_STAGE_COUNT]; /* [s] wall clock, each without what stages inside it
+                                                took */
+    double total_seconds;                    /* [s] wall clock; at least the sum of the stages */
     uint32_t solve_count, cg_iterations;
     double cg_residual;    /* largest relative preconditioned residual of the solves */
     int cg_converged;      /* 0: a solve stopped at its limit */
-    uint64_t box_pairs;    /* feature pairs whose swept boxes met */
-    uint64_t tested_pairs; /* that reached the time of impact */
-    uint64_t contacts;     /* contact rows of the last solve */
+    uint64_t box_pairs;    /* feature pairs whose swept boxes met, over all searches of stage 7 */
+    uint64_t tested_pairs; /* that the cheapest test of stages 10 and 11 did not prove apart, over
+                              all their tests */
+    uint64_t contacts;     /* contact rows of the last substep, impacts included */
     uint64_t new_contacts, stick_contacts, slip_contacts, hard_contacts;
     uint32_t impact_rounds;
     uint64_t rescue_impact_zones;       /* rescue 3: zones projected */
@@ -185,8 +189,8 @@ typedef struct tulle_step_report {
     uint32_t substeps;                  /* 1 in a healthy step */
     uint64_t
         ignored_pairs;   /* triangle pairs that intersected at the start and have not come apart */
-    double smallest_gap; /* [m] over all candidate pairs at the end; INFINITY if there are none
-                            nearby */
+    double smallest_gap; /* [m] over the candidate pairs of the last test, at the end of the step;
+                            INFINITY if none is within the separation distance */
     double kinetic_energy, gravity_energy, elastic_energy; /* [J] */
     double max_stretch; /* largest edge length over rest length */
     int pinched;        /* 1: a pinch between obstacles was found, see tulle_world_last_message */

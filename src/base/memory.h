@@ -1,7 +1,6 @@
 /* base/memory.h - the heap of one world: the user's allocator with a byte limit, 64-byte alignment
  * and a count of calls. Not thread-safe: only the thread that owns the world allocates; workers use
- * arenas prepared before the parallel region, or memory_lock'ed growth through
- * array_reserve_shared. */
+ * arrays prepared before the parallel region. */
 #ifndef TULLE_BASE_MEMORY_H
 #define TULLE_BASE_MEMORY_H
 

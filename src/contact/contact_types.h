@@ -47,6 +47,11 @@ typedef struct affine_map {
     vec3 offset; /* [m] */
 } affine_map;
 
+/* Wall-clock time [s] of the stages that run inside others. */
+typedef struct contact_times {
+    double test_pairs, select_admissible;
+} contact_times;
+
 /* Everything about one (sub)step that contact reads. Borrowed; constant while the stages run,
  * but for what `scratch` and `heap` hand out. */
 typedef struct contact_scene {
@@ -66,7 +71,8 @@ typedef struct contact_scene {
     double time_step; /* [s] h > 0 */
     contact_settings settings;
     memory *heap;
-    arena *scratch; /* each stage releases what it took */
+    arena *scratch;       /* each stage releases what it took */
+    contact_times *times; /* grows by what stages 8 and 9 take; may be null */
     int threads;
 } contact_scene;
 

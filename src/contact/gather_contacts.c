@@ -6,6 +6,7 @@
 #include "contact/gather_contacts.h"
 
 #include "base/parallel.h"
+#include "base/timer.h"
 #include "contact/contact_rows.h"
 #include "contact/select_admissible.h"
 
@@ -76,22 +77,41 @@ static void make_rows(void *context, size_t begin, size_t end, size_t chunk, int
     }
 }
 
+/* Adds the time since *start to *total and restarts the clock. */
+static void add_time(double *total, double *start) {
+    double const now = timer_now();
+    *total += now - *start;
+    *start = now;
+}
+
+/* Stage 9: rows of the admissible ones among the events; *kept of them. */
+static tulle_status select_rows(gathering *work, size_t event_count, size_t *kept) {
+    const contact_scene *const scene = work->scene;
+    parallel_for(event_count, ROW_CHUNK, scene->threads, make_rows, work);
+    *kept = 0;
+    for (size_t i = 0; i < event_count; i++)
+        if (work->is_kept[i]) work->rows[(*kept)++] = work->rows[i];
+    return thin_rim_rows(scene, work->rows, kept);
+}
+
 static tulle_status fill_rows(gathering *work, const pair_list *pairs, row_list *list) {
     const contact_scene *const scene = work->scene;
+    contact_times unused, *const times = scene->times ? scene->times : &unused;
+    unused = (contact_times){0};
     pair_scan const scan = {may_touch, measure_touch, work};
     pair_events found;
+    double start = timer_now();
     tulle_status status = scan_pairs(scene, pairs, &scan, &found);
+    add_time(&times->test_pairs, &start);
     if (status != TULLE_OK) return status;
     work->events = found.events;
     work->is_kept = ARENA_NEW(scene->scratch, bool, found.count);
     if (!work->is_kept || !ARRAY_RESERVE(scene->heap, &list->rows, found.count))
         return TULLE_ERROR_OUT_OF_MEMORY;
     work->rows = list->rows.data;
-    parallel_for(found.count, ROW_CHUNK, scene->threads, make_rows, work);
     size_t kept = 0;
-    for (size_t i = 0; i < found.count; i++)
-        if (work->is_kept[i]) work->rows[kept++] = work->rows[i];
-    status = thin_rim_rows(scene, work->rows, &kept);
+    status = select_rows(work, found.count, &kept);
+    add_time(&times->select_admissible, &start);
     if (status == TULLE_OK) list->rows.count = kept;
     return status;
 }

@@ -6,6 +6,7 @@
 #include "contact/path_test.h"
 
 #include "base/parallel.h"
+#include "base/timer.h"
 #include "contact/pair_rules.h"
 
 #include <string.h>
@@ -65,7 +66,10 @@ tulle_status find_hits(const contact_scene *scene, const pair_list *pairs, const
                             .minimum =
                                 scene->settings.minimum_gap + find_rounding_slack(scene, x1)};
     pair_scan const scan = {may_hit, measure_hit, &test};
-    return scan_pairs(scene, pairs, &scan, hits);
+    double const start = timer_now();
+    tulle_status const status = scan_pairs(scene, pairs, &scan, hits);
+    if (scene->times) scene->times->test_pairs += timer_now() - start;
+    return status;
 }
 
 typedef struct gap_search {

@@ -147,7 +147,6 @@ static void refresh_ignored_keys(tulle_world *world) {
 
 tulle_status world_ignore_intersections(tulle_world *world, tulle_error *error) {
     size_t const count = world->intersections.count;
-    world->ignored.count = world->ignored_keys.count = 0;
     if (!ARRAY_RESERVE(&world->heap, &world->ignored, count) ||
         !ARRAY_RESERVE(&world->heap, &world->ignored_keys, count)) {
         return error_set(error, TULLE_ERROR_OUT_OF_MEMORY, "no memory left for ignored pairs");
@@ -156,6 +155,28 @@ tulle_status world_ignore_intersections(tulle_world *world, tulle_error *error) 
     world->ignored.count = count;
     refresh_ignored_keys(world);
     return TULLE_OK;
+}
+
+tulle_status world_keep_ignored(tulle_world *world, tulle_error *error) {
+    size_t const count = world->ignored.count;
+    world->ignored_start.count = 0;
+    if (count > 0 && !ARRAY_RESERVE(&world->heap, &world->ignored_start, count)) {
+        return error_set(error, TULLE_ERROR_OUT_OF_MEMORY, "no memory left for ignored pairs");
+    }
+    if (count > 0) {
+        memcpy(world->ignored_start.data, world->ignored.data, count * sizeof *world->ignored.data);
+    }
+    world->ignored_start.count = count;
+    return TULLE_OK;
+}
+
+void world_restore_ignored(tulle_world *world) {
+    size_t const count = world->ignored_start.count;
+    if (count > 0) {
+        memcpy(world->ignored.data, world->ignored_start.data, count * sizeof *world->ignored.data);
+    }
+    world->ignored.count = count;
+    refresh_ignored_keys(world);
 }
 
 void world_update_ignored(tulle_world *world, const double *positions) {

@@ -381,6 +381,7 @@ void world_release_start(tulle_world *world) {
     ARRAY_FREE(heap, &world->pairs.edge_edge);
     row_list_destroy(&world->rows, heap);
     ARRAY_FREE(heap, &world->ignored);
+    ARRAY_FREE(heap, &world->ignored_start);
     ARRAY_FREE(heap, &world->ignored_keys);
     arena_destroy(&world->scratch);
     world->broad = NULL;

@@ -52,11 +52,12 @@ static tulle_status copy_contacts(tulle_world *world, const contact_store *sourc
     return TULLE_OK;
 }
 
-/* Surfaces present as the state says; after a step that failed this undoes what it changed. */
-static void apply_presence(tulle_world *world, const world_motion_state *state) {
+/* Undoes what a step that failed changed outside its copy of the state. */
+static void undo_step(tulle_world *world) {
     for (size_t i = 0; i < world->obstacles.count; i++) {
-        world->surfaces[world->cloths.count + i].is_present = state->is_present[i];
+        world->surfaces[world->cloths.count + i].is_present = world->now.is_present[i];
     }
+    world_restore_ignored(world);
 }
 
 /* Whether the last substep shows that going on as before is hopeless. */
@@ -105,7 +106,6 @@ static tulle_status check_step(tulle_world *world, double time_step, tulle_error
 
 /* The copy on which the step works. */
 static tulle_status begin_step(tulle_world *world, tulle_error *error) {
-    world->message[0] = '\0';
     copy_state(world, &world->now, &world->next);
     if (copy_contacts(world, &world->now.contacts, &world->next.contacts) != TULLE_OK) {
         return error_set(error, TULLE_ERROR_OUT_OF_MEMORY, "no memory left for contacts");
@@ -121,18 +121,23 @@ static void end_step(tulle_world *world) {
     if (world->ignored.count > 0) world_update_ignored(world, world->now.positions);
 }
 
-/* Energies and stretch of the accepted state. */
-static void measure(tulle_world *world, tulle_step_report *report) {
+/* Energies and stretch at the end of the step. */
+static tulle_status measure(step_context *context) {
+    tulle_world *const world = context->world;
+    tulle_step_report *const report = context->report;
     cloth_energies energies = {0};
-    if (compute_energies(world->model, world->now.positions, world->now.velocities,
+    tulle_status const status =
+        compute_energies(world->model, context->state->positions, context->state->velocities,
                          (energy_options){vec3_load(world->def.gravity, 0), world->threads},
-                         &world->scratch, &energies) == TULLE_OK) {
-        report->kinetic_energy = energies.kinetic;
-        report->gravity_energy = energies.gravity;
-        report->elastic_energy = energies.stretch + energies.bend;
-        report->max_stretch = energies.max_stretch;
+                         &world->scratch, &energies);
+    if (status != TULLE_OK) {
+        return error_set(context->error, status, "no memory left for the energies");
     }
-    report->ignored_pairs = world->ignored.count;
+    report->kinetic_energy = energies.kinetic;
+    report->gravity_energy = energies.gravity;
+    report->elastic_energy = energies.stretch + energies.bend;
+    report->max_stretch = energies.max_stretch;
+    return TULLE_OK;
 }
 
 tulle_status tulle_world_step(tulle_world *world, double time_step, tulle_step_report *report,
@@ -142,18 +147,22 @@ tulle_status tulle_world_step(tulle_world *world, double time_step, tulle_step_r
     tulle_status status = check_step(world, time_step, error);
     if (status != TULLE_OK) return status;
     local.step = world->step_count;
+    world->message[0] = '\0';
+    status = world_keep_ignored(world, error);
+    if (status != TULLE_OK) return status;
 
-    status = begin_step(world, error);
     step_context context = {
         .world = world, .state = &world->next, .report = &local, .error = error};
+    status = begin_step(world, error);
     if (status == TULLE_OK) status = run_substeps(&context, time_step);
+    if (status == TULLE_OK) status = measure(&context);
     if (status == TULLE_OK)
         end_step(world);
     else
-        apply_presence(world, &world->now);
+        undo_step(world);
 
     local.time = world->now.time;
-    if (status == TULLE_OK) measure(world, &local);
+    local.ignored_pairs = world->ignored.count;
     local.total_seconds = timer_now() - start;
     if (report) *report = local;
     return status;

@@ -42,6 +42,8 @@ typedef struct step_context {
     double *predicted, *end; /* [m] all vertices */
     double *bounds;          /* [m] what the candidate pairs were found for */
     commit_report commit;
+    contact_times nested;     /* [s] since the last end of a stage */
+    double search_seconds;    /* [s] the same for stages 6 and 7 */
     affine_map *carrier_maps; /* per surface */
     const affine_map **carriers;
     tulle_step_report *report;

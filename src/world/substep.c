@@ -29,15 +29,37 @@ static const double CARRIER_ERROR_SHARE = 1e-3;
  * against it loses a little with every step. */
 static const double MINIMUM_GAP_RESERVE = 1.01;
 
-static tulle_status no_memory(step_context *context) {
-    return error_set(context->error, TULLE_ERROR_OUT_OF_MEMORY, "no memory left for step %llu",
-                     (unsigned long long)context->world->step_count);
+/* The message of a stage that failed. */
+static tulle_status fail_step(step_context *context, tulle_status status) {
+    unsigned long long const step = context->world->step_count;
+    switch (status) {
+    case TULLE_ERROR_OUT_OF_MEMORY:
+        return error_set(context->error, status, "no memory left for step %llu", step);
+    case TULLE_ERROR_LIMIT:
+        return error_set(context->error, status,
+                         "step %llu has more than 2^32 candidate pairs; use a smaller contact "
+                         "distance, a smaller time step or coarser meshes",
+                         step);
+    default:
+        return error_set(context->error, TULLE_ERROR_STEP_FAILED,
+                         "step %llu leads to positions that are not finite or too far away; use a "
+                         "smaller time step, softer materials or weaker wind",
+                         step);
+    }
 }
 
-/* Adds the time since *start to a stage and restarts the clock. */
+/* Adds the time since *start to a stage, but for that of stages inside it, and restarts the clock.
+ */
 static void end_stage(step_context *context, stage number, double *start) {
+    double *const seconds = context->report->stage_seconds;
+    contact_times *const nested = &context->nested;
     double const now = timer_now();
-    context->report->stage_seconds[number] += now - *start;
+    seconds[number] +=
+        now - *start - context->search_seconds - nested->test_pairs - nested->select_admissible;
+    seconds[STAGE_TEST_PAIRS] += nested->test_pairs;
+    seconds[STAGE_SELECT_ADMISSIBLE] += nested->select_admissible;
+    *nested = (contact_times){0};
+    context->search_seconds = 0.0;
     *start = now;
 }
 
@@ -45,14 +67,18 @@ static void end_stage(step_context *context, stage number, double *start) {
 static tulle_status renew_pairs(pair_source *source, const double *x1) {
     step_context *const context = source->context;
     tulle_world *const world = context->world;
-    double start = timer_now();
+    double *const seconds = context->report->stage_seconds;
+    double const start = timer_now();
     tulle_status status = build_trees(world->broad, &world->set, context->state->positions, x1,
                                       source->margin, world->threads);
-    end_stage(context, STAGE_BUILD_TREES, &start);
+    double const middle = timer_now();
     if (status == TULLE_OK) {
         status = find_pairs(world->broad, &world->set, world->threads, &world->pairs, NULL);
     }
-    end_stage(context, STAGE_FIND_PAIRS, &start);
+    double const end = timer_now();
+    seconds[STAGE_BUILD_TREES] += middle - start;
+    seconds[STAGE_FIND_PAIRS] += end - middle;
+    context->search_seconds += end - start;
     if (status != TULLE_OK) return status;
     context->report->box_pairs += world->pairs.vertex_triangle.count + world->pairs.edge_edge.count;
     memcpy(context->bounds, x1, 3 * world->vertex_count * sizeof(double));
@@ -102,7 +128,7 @@ static tulle_status allocate_arrays(step_context *context) {
     context->carriers = ARENA_NEW(&world->scratch, const affine_map *, world->set.surface_count);
     bool const is_complete = context->mean_velocity && context->predicted && context->end &&
                              context->bounds && context->carrier_maps && context->carriers;
-    return is_complete ? TULLE_OK : no_memory(context);
+    return is_complete ? TULLE_OK : fail_step(context, TULLE_ERROR_OUT_OF_MEMORY);
 }
 
 static contact_settings make_settings(const tulle_world *world) {
@@ -148,6 +174,7 @@ static tulle_status prepare(step_context *context) {
                                      .settings = make_settings(world),
                                      .heap = &world->heap,
                                      .scratch = &world->scratch,
+                                     .times = &context->nested,
                                      .threads = world->threads};
     context->dynamics = (motion_state){.positions = state->positions,
                                        .velocities = state->velocities,
@@ -267,7 +294,7 @@ static tulle_status accept_paths(step_context *context) {
     /* impulses belong to the whole substep that was solved for, even if less of it passed */
     tulle_status const status =
         update_contacts(&state->contacts, &world->heap, &world->rows, context->time_step);
-    if (status != TULLE_OK) return no_memory(context);
+    if (status != TULLE_OK) return fail_step(context, status);
     accept_velocities(context);
     memcpy(state->positions, context->end, 3 * world->vertex_count * sizeof(double));
     state->time += context->passed;
@@ -297,22 +324,22 @@ static tulle_status run_stages(step_context *context) {
 
     tulle_status status = run_compute_forces(context);
     end_stage(context, STAGE_COMPUTE_FORCES, &start);
-    if (status != TULLE_OK) return no_memory(context);
+    if (status != TULLE_OK) return fail_step(context, status);
 
     /* stage 5 is trivial here: without patches every triangle is isolated; stages 6 and 7 */
     predict_paths(context);
     status = context->source.renew(&context->source, context->predicted);
-    if (status != TULLE_OK) return no_memory(context);
+    end_stage(context, STAGE_PROPOSE_PATHS, &start);
+    if (status != TULLE_OK) return fail_step(context, status);
 
-    start = timer_now();
     status = gather_contacts(&context->scene, &context->state->contacts, context->predicted,
                              context->source.pairs, rows);
     end_stage(context, STAGE_GATHER_CONTACTS, &start);
-    if (status != TULLE_OK) return no_memory(context);
+    if (status != TULLE_OK) return fail_step(context, status);
 
     status = run_solve_motion(context);
     end_stage(context, STAGE_SOLVE_MOTION, &start);
-    if (status != TULLE_OK) return no_memory(context);
+    if (status != TULLE_OK) return fail_step(context, status);
 
     propose_paths(&context->scene, context->mean_velocity, context->end);
     end_stage(context, STAGE_PROPOSE_PATHS, &start);
@@ -320,7 +347,7 @@ static tulle_status run_stages(step_context *context) {
     impact_report impacts = {0};
     status = run_resolve_impacts(context, &impacts);
     end_stage(context, STAGE_RESOLVE_IMPACTS, &start);
-    if (status != TULLE_OK) return no_memory(context);
+    if (status != TULLE_OK) return fail_step(context, status);
 
     context->is_rejected =
         context->time_step > context->shortest_step && stretch_growth(context) > STRETCH_GROWTH_MAX;
@@ -328,7 +355,7 @@ static tulle_status run_stages(step_context *context) {
 
     status = run_commit_safely(context, impacts.is_clean);
     end_stage(context, STAGE_COMMIT_SAFELY, &start);
-    if (status != TULLE_OK) return no_memory(context);
+    if (status != TULLE_OK) return fail_step(context, status);
 
     count_contacts(context);
     if (context->commit.outcome == COMMIT_BLOCKED) return TULLE_OK;

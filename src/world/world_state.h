@@ -111,6 +111,7 @@ struct tulle_world {
     row_list rows;
     intersection_list intersections; /* of the start, or of what last appeared */
     intersection_list ignored;       /* those that have not come apart */
+    intersection_list ignored_start; /* the ignored ones at the start of the step */
     ARRAY(uint64_t) ignored_keys;    /* the same as ignored_pair_key, ascending */
     arena scratch;
     char message[WORLD_MESSAGE_BYTES];
@@ -144,8 +145,12 @@ tulle_status world_find_intersections(tulle_world *world, const double *position
 /* judge.c: fills the error with the first pairs, their vertices and coordinates. */
 tulle_status world_refuse_intersections(const tulle_world *world, const double *positions,
                                         const char *when, tulle_error *error);
-/* judge.c: from now on ignores the pairs in world->intersections. */
+/* judge.c: from now on ignores the pairs in world->intersections; an error leaves them as before.
+ */
 tulle_status world_ignore_intersections(tulle_world *world, tulle_error *error);
+/* judge.c: keeps the ignored pairs as they are now, for world_restore_ignored. */
+tulle_status world_keep_ignored(tulle_world *world, tulle_error *error);
+void world_restore_ignored(tulle_world *world);
 /* judge.c: drops ignored pairs that have come apart. */
 void world_update_ignored(tulle_world *world, const double *positions);
 

@@ -1,5 +1,5 @@
 /* The world as a whole, small: free fall, drape, determinism, saved states, starts that intersect,
- * obstacles that come and go, pins, pinches, failing memory. */
+ * obstacles that come and go, pins, pinches. */
 #include "support/small_world.h"
 
 #include <math.h>
@@ -325,55 +325,6 @@ static void pinch_releases(void **state) {
     pinch(TULLE_ON_PINCH_RELEASE);
 }
 
-/* An allocator whose allocation number `fail_at` fails, once. */
-typedef struct failing_heap {
-    long count, fail_at;
-} failing_heap;
-
-static void *failing_allocate(void *context, size_t byte_count) {
-    failing_heap *const heap = context;
-    return ++heap->count == heap->fail_at ? NULL : malloc(byte_count);
-}
-
-static void failing_release(void *context, void *pointer, size_t byte_count) {
-    (void)context;
-    (void)byte_count;
-    free(pointer);
-}
-
-static void failed_allocation_leaves_the_world_as_it_was(void **state) {
-    (void)state;
-    tulle_mesh sheet = small_sheet(0.3, 4, 0.2062), sphere = make_sphere(0.2, 4);
-    failing_heap heap = {0, -1};
-    tulle_world_def def = tulle_world_def_default();
-    def.threads = 2;
-    def.allocator = (tulle_allocator){failing_allocate, failing_release, &heap, 0};
-    bool is_done = false;
-    for (long k = 1; !is_done && k < 4000; k++) {
-        heap = (failing_heap){0, k};
-        tulle_world *world = NULL;
-        tulle_status status = tulle_world_create(&def, &world, NULL);
-        tulle_cloth_def cloth = tulle_cloth_def_default();
-        cloth.mesh = tulle_mesh_get_view(&sheet);
-        tulle_obstacle_def obstacle = tulle_obstacle_def_default();
-        obstacle.mesh = tulle_mesh_get_view(&sphere);
-        if (status == TULLE_OK) status = tulle_world_add_cloth(world, &cloth, NULL, NULL);
-        if (status == TULLE_OK) status = tulle_world_add_obstacle(world, &obstacle, NULL, NULL);
-        if (status == TULLE_OK) status = tulle_world_start(world, NULL);
-        for (int i = 0; status == TULLE_OK && i < 3; i++) {
-            uint64_t const hash = tulle_world_get_state_hash(world);
-            status = tulle_world_step(world, STEP, NULL, NULL);
-            if (status != TULLE_OK) assert_true(tulle_world_get_state_hash(world) == hash);
-        }
-        is_done = status == TULLE_OK;
-        if (!is_done) assert_int_equal(status, TULLE_ERROR_OUT_OF_MEMORY);
-        tulle_world_destroy(world);
-    }
-    assert_true(is_done);
-    tulle_mesh_destroy(&sheet);
-    tulle_mesh_destroy(&sphere);
-}
-
 static void bad_definitions_are_named(void **state) {
     (void)state;
     tulle_error error = {0};
@@ -429,7 +380,6 @@ int main(void) {
         cmocka_unit_test(pinch_stops),
         cmocka_unit_test(pinch_slows),
         cmocka_unit_test(pinch_releases),
-        cmocka_unit_test(failed_allocation_leaves_the_world_as_it_was),
         cmocka_unit_test(bad_definitions_are_named),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);

@@ -1,0 +1,73 @@
+/* The same bits everywhere: the hash of a small world's state after some steps, for 1, 2 and 5
+ * threads, against a constant that holds for every build (with and without optimisation, with
+ * sanitizers, on any vector width). A hash that moves means that results changed: that is what
+ * CHANGELOG.md calls "results changed". When the change is meant, put the hash that the failure
+ * prints into GOLDEN, after a run of this test in the dev preset and in the release preset printed
+ * the same one. */
+#include "support/small_world.h"
+
+#include <inttypes.h>
+#include <setjmp.h>
+#include <stdarg.h>
+#include <stdio.h>
+
+#include <cmocka.h>
+
+static const uint64_t GOLDEN = UINT64_C(0xf213f0c3c9ef7381);
+
+/* Two sheets fall on a box with its edges up and are pushed by one that moves: forces, contacts
+ * with friction, impacts, all of them without functions of the system's mathematics library, whose
+ * last bits differ between versions. */
+static uint64_t run_small_world(int threads) {
+    tulle_mesh sheets[2] = {small_sheet(0.5, 11, 0.002), small_sheet(0.4, 9, 0.012)};
+    tulle_shape_def box = tulle_shape_def_default(TULLE_SHAPE_BOX);
+    box.size[0] = box.size[1] = 0.2;
+    box.size[2] = 0.1;
+    tulle_mesh obstacles[2] = {small_shape(box, 0.0, 0.0, -0.055),
+                               small_shape(box, 0.36, 0.0, -0.055)};
+    tulle_world_def def = tulle_world_def_default();
+    def.threads = threads;
+    tulle_world *world = NULL;
+    assert_int_equal(tulle_world_create(&def, &world, NULL), TULLE_OK);
+    for (int k = 0; k < 2; k++) small_add_cloth(world, &sheets[k]);
+    small_add_obstacle(world, &obstacles[0]);
+    tulle_obstacle_def pusher = tulle_obstacle_def_default();
+    pusher.mesh = tulle_mesh_get_view(&obstacles[1]);
+    tulle_keyframe const keys[] = {{0.0, {0, 0, 0}, {1, 0, 0, 0}},
+                                   {0.3, {-0.1, 0, 0.05}, {1, 0, 0, 0}}};
+    pusher.motion = (tulle_motion){keys, 2, {0, 0, 0}, 0};
+    assert_int_equal(tulle_world_add_obstacle(world, &pusher, NULL, NULL), TULLE_OK);
+    uint64_t contacts = 0;
+    for (int i = 0; i < 24; i++) {
+        tulle_step_report report;
+        tulle_error error = {0};
+        if (tulle_world_step(world, 1.0 / 90.0, &report, &error) != TULLE_OK) {
+            fail_msg("step %d: %s", i, error.message);
+        }
+        contacts += report.contacts;
+    }
+    assert_true(contacts > 100);
+    uint64_t const hash = tulle_world_get_state_hash(world);
+    tulle_world_destroy(world);
+    for (int k = 0; k < 2; k++) {
+        tulle_mesh_destroy(&sheets[k]);
+        tulle_mesh_destroy(&obstacles[k]);
+    }
+    return hash;
+}
+
+static void hash_is_the_golden_one(void **state) {
+    (void)state;
+    int const threads[] = {1, 2, 5};
+    for (int k = 0; k < 3; k++) {
+        uint64_t const hash = run_small_world(threads[k]);
+        if (hash != GOLDEN) {
+            fail_msg("%d threads: the hash is UINT64_C(0x%016" PRIx64 ")", threads[k], hash);
+        }
+    }
+}
+
+int main(void) {
+    const struct CMUnitTest tests[] = {cmocka_unit_test(hash_is_the_golden_one)};
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}

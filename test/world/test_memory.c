@@ -1,0 +1,178 @@
+/* The world and its heap: every allocation may fail and leaves the state as it was; a step like
+ * those before it makes no heap call. */
+#include "support/small_world.h"
+
+#include <setjmp.h>
+#include <stdarg.h>
+#include <stdbool.h>
+#include <stdlib.h>
+
+#include <cmocka.h>
+
+static const double STEP = 1.0 / 90.0; /* [s] */
+
+/* An allocator whose allocation number `fail_at` fails, once. */
+typedef struct failing_heap {
+    long count, fail_at;
+} failing_heap;
+
+static void *failing_allocate(void *context, size_t byte_count) {
+    failing_heap *const heap = context;
+    return ++heap->count == heap->fail_at ? NULL : malloc(byte_count);
+}
+
+static void failing_release(void *context, void *pointer, size_t byte_count) {
+    (void)context;
+    (void)byte_count;
+    free(pointer);
+}
+
+static tulle_world_def make_def(failing_heap *heap) {
+    tulle_world_def def = tulle_world_def_default();
+    def.threads = 2;
+    def.allocator = (tulle_allocator){failing_allocate, failing_release, heap, 0};
+    return def;
+}
+
+static tulle_mesh make_sphere(double radius, unsigned resolution) {
+    tulle_shape_def def = tulle_shape_def_default(TULLE_SHAPE_SPHERE);
+    def.radius = radius;
+    def.resolution[0] = def.resolution[1] = resolution;
+    return small_shape(def, 0.0, 0.0, 0.0);
+}
+
+/* One world from the first call to the last of `step_count` steps, while allocation number
+ * heap->fail_at fails; a step that fails changes nothing. */
+static tulle_status run_world(const tulle_world_def *def, const tulle_cloth_def *cloth,
+                              const tulle_obstacle_def *obstacle, int step_count) {
+    tulle_world *world = NULL;
+    tulle_status status = tulle_world_create(def, &world, NULL);
+    if (status == TULLE_OK) status = tulle_world_add_cloth(world, cloth, NULL, NULL);
+    if (status == TULLE_OK) status = tulle_world_add_obstacle(world, obstacle, NULL, NULL);
+    if (status == TULLE_OK) status = tulle_world_start(world, NULL);
+    for (int i = 0; status == TULLE_OK && i < step_count; i++) {
+        uint64_t const hash = tulle_world_get_state_hash(world);
+        tulle_error error = {0};
+        status = tulle_world_step(world, STEP, NULL, &error);
+        if (status == TULLE_OK) continue;
+        assert_true(tulle_world_get_state_hash(world) == hash);
+        assert_int_equal(error.status, status);
+        /* the same step goes well once there is memory */
+        assert_int_equal(tulle_world_step(world, STEP, NULL, NULL), TULLE_OK);
+    }
+    tulle_world_destroy(world);
+    return status;
+}
+
+/* Fails allocation 1, 2, ... of run_world until none is left to fail. */
+static void fail_every_allocation(tulle_world_def def, failing_heap *heap,
+                                  const tulle_cloth_def *cloth, const tulle_obstacle_def *obstacle,
+                                  int step_count) {
+    bool is_done = false;
+    for (long k = 1; !is_done && k < 4000; k++) {
+        *heap = (failing_heap){0, k};
+        tulle_status const status = run_world(&def, cloth, obstacle, step_count);
+        is_done = status == TULLE_OK;
+        if (!is_done) assert_int_equal(status, TULLE_ERROR_OUT_OF_MEMORY);
+    }
+    assert_true(is_done);
+}
+
+static void failed_allocation_leaves_the_world_as_it_was(void **state) {
+    (void)state;
+    tulle_mesh sheet = small_sheet(0.3, 4, 0.2062), sphere = make_sphere(0.2, 4);
+    tulle_cloth_def cloth = tulle_cloth_def_default();
+    cloth.mesh = tulle_mesh_get_view(&sheet);
+    tulle_obstacle_def obstacle = tulle_obstacle_def_default();
+    obstacle.mesh = tulle_mesh_get_view(&sphere);
+    failing_heap heap = {0};
+    fail_every_allocation(make_def(&heap), &heap, &cloth, &obstacle, 3);
+    tulle_mesh_destroy(&sheet);
+    tulle_mesh_destroy(&sphere);
+}
+
+/* The appearance changes which obstacles are there and which pairs are ignored. */
+static void failed_allocation_undoes_an_appearance(void **state) {
+    (void)state;
+    tulle_mesh sheet = small_sheet(0.3, 4, 0.01), sphere = make_sphere(0.1, 4);
+    tulle_cloth_def cloth = tulle_cloth_def_default();
+    cloth.mesh = tulle_mesh_get_view(&sheet);
+    tulle_obstacle_def obstacle = tulle_obstacle_def_default();
+    obstacle.mesh = tulle_mesh_get_view(&sphere);
+    obstacle.appear_time = 1.5 * STEP;
+    failing_heap heap = {0};
+    tulle_world_def def = make_def(&heap);
+    def.start_intersections = TULLE_START_IGNORE;
+    fail_every_allocation(def, &heap, &cloth, &obstacle, 4);
+    tulle_mesh_destroy(&sheet);
+    tulle_mesh_destroy(&sphere);
+}
+
+static void steady_step_makes_no_heap_call(void **state) {
+    (void)state;
+    tulle_mesh sheet = small_sheet(0.3, 9, 0.01);
+    tulle_shape_def box = tulle_shape_def_default(TULLE_SHAPE_BOX);
+    box.size[0] = box.size[1] = 0.5;
+    box.size[2] = 0.1;
+    tulle_mesh table = small_shape(box, 0.0, 0.0, -0.055);
+    failing_heap heap = {0, -1};
+    tulle_world_def const def = make_def(&heap);
+    tulle_world *world = NULL;
+    assert_int_equal(tulle_world_create(&def, &world, NULL), TULLE_OK);
+    small_add_cloth(world, &sheet);
+    small_add_obstacle(world, &table);
+    for (int i = 0; i < 40; i++) {
+        assert_int_equal(tulle_world_step(world, STEP, NULL, NULL), TULLE_OK);
+    }
+    long const before = heap.count;
+    assert_true(before > 0);
+    tulle_step_report report = {0};
+    for (int i = 0; i < 20; i++) {
+        assert_int_equal(tulle_world_step(world, STEP, &report, NULL), TULLE_OK);
+    }
+    assert_true(report.contacts > 0);
+    assert_int_equal(heap.count, before);
+    tulle_world_destroy(world);
+    tulle_mesh_destroy(&sheet);
+    tulle_mesh_destroy(&table);
+}
+
+static void stage_times_add_up(void **state) {
+    (void)state;
+    tulle_mesh sheet = small_sheet(0.3, 9, 0.2062), sphere = make_sphere(0.2, 6);
+    failing_heap heap = {0, -1};
+    tulle_world_def const def = make_def(&heap);
+    tulle_world *world = NULL;
+    assert_int_equal(tulle_world_create(&def, &world, NULL), TULLE_OK);
+    small_add_cloth(world, &sheet);
+    small_add_obstacle(world, &sphere);
+    double seconds[TULLE_STAGE_COUNT] = {0};
+    for (int i = 0; i < 10; i++) {
+        tulle_step_report report;
+        assert_int_equal(tulle_world_step(world, STEP, &report, NULL), TULLE_OK);
+        double sum = 0.0;
+        for (int k = 0; k < TULLE_STAGE_COUNT; k++) {
+            assert_true(report.stage_seconds[k] > -1e-9);
+            seconds[k] += report.stage_seconds[k];
+            sum += report.stage_seconds[k];
+        }
+        assert_true(sum <= report.total_seconds + 1e-9);
+    }
+    int const build_patches = 4; /* has nothing to do yet */
+    for (int k = 0; k < TULLE_STAGE_COUNT; k++) {
+        if (k != build_patches) assert_true(seconds[k] > 0.0);
+    }
+    tulle_world_destroy(world);
+    tulle_mesh_destroy(&sheet);
+    tulle_mesh_destroy(&sphere);
+}
+
+int main(void) {
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(failed_allocation_leaves_the_world_as_it_was),
+        cmocka_unit_test(failed_allocation_undoes_an_appearance),
+        cmocka_unit_test(steady_step_makes_no_heap_call),
+        cmocka_unit_test(stage_times_add_up),
+    };
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}
