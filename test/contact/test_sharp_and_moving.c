@@ -73,6 +73,8 @@ static void plate_throws_the_sheet_up(void **state) {
                                      vec3_make(0.0, 0.4, 0.0));
     add_mini_surface(&world, sheet.mesh, false);
     add_mini_surface(&world, plate.mesh, true);
+    free_mini_grid(&sheet);
+    free_mini_grid(&plate);
     world.move = lift_plate;
     start_mini_world(&world);
     for (int step = 0; step < 45; step++) {
