@@ -215,7 +215,12 @@ TULLE_API tulle_status tulle_world_start(tulle_world *world, tulle_error *error)
 TULLE_API const tulle_intersection *tulle_world_get_intersections(const tulle_world *world,
                                                                   size_t *count);
 
-/* Moves the world by time_step [s], 0 < time_step <= 1. report and error may be null. */
+/* Moves the world by time_step [s], 0 < time_step <= 1. report and error may be null. After an
+ * error the world is as it was, but for tulle_world_last_message and tulle_world_get_intersections.
+ * Errors: those of tulle_world_start when it was not called; INVALID_ARGUMENT, OUT_OF_MEMORY;
+ * INTERSECTING_START when an obstacle appears into cloth; PINCHED; STEP_FAILED when the forces lead
+ * to numbers that are not finite; LIMIT beyond 2^32 candidate pairs; what a frame reader returns.
+ */
 TULLE_API tulle_status tulle_world_step(tulle_world *world, double time_step,
                                         tulle_step_report *report, tulle_error *error);
 

@@ -17,11 +17,6 @@ tulle_status mesh_fail_memory(const char *path, tulle_error *error) {
                         "out of memory while the mesh was read");
 }
 
-bool mesh_builder_reserve(mesh_builder *builder, size_t vertex_count, size_t triangle_count) {
-    return ARRAY_RESERVE(builder->heap, &builder->positions, 3 * vertex_count) &&
-           ARRAY_RESERVE(builder->heap, &builder->triangles, 3 * triangle_count);
-}
-
 bool mesh_builder_add_vertex(mesh_builder *builder, const double position[3]) {
     if (!ARRAY_RESERVE(builder->heap, &builder->positions, 3)) return false;
     memcpy(builder->positions.data + builder->positions.count, position, 3 * sizeof *position);

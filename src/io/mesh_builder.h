@@ -19,7 +19,6 @@ mesh_builder mesh_builder_make(memory *heap);
 void mesh_builder_destroy(mesh_builder *builder);
 
 /* False when memory is short. */
-bool mesh_builder_reserve(mesh_builder *builder, size_t vertex_count, size_t triangle_count);
 bool mesh_builder_add_vertex(mesh_builder *builder, const double position[3]);
 size_t mesh_builder_get_vertex_count(const mesh_builder *builder);
 

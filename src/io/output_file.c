@@ -37,7 +37,9 @@ struct output_file {
     char buffer[BUFFER_SIZE];
 };
 
-void file_sync_directory_of(const char *path) {
+/* Flushes the directory that holds `path`, so that a rename in it survives a power failure. Quietly
+ * does nothing where that is not supported. */
+static void sync_directory_of(const char *path) {
     char folder_path[PATH_MAX];
     if (strlen(path) >= sizeof folder_path) return;
     strcpy(folder_path, path);
@@ -203,7 +205,7 @@ tulle_status output_commit(output_file *output, tulle_error *error) {
         output_discard(output);
         return status;
     }
-    if (output->temporary && output->is_flushed) file_sync_directory_of(output->target);
+    if (output->temporary && output->is_flushed) sync_directory_of(output->target);
     destroy(output);
     return TULLE_OK;
 }

@@ -28,9 +28,6 @@ tulle_status output_commit(output_file *output, tulle_error *error);
 /* Removes what was written and releases `output`; null is fine. */
 void output_discard(output_file *output);
 
-/* Flushes the directory that holds `path`, so that a rename in it survives a power failure. Quietly
- * does nothing where that is not supported. */
-void file_sync_directory_of(const char *path);
 /* Writes all bytes at `offset` of an open file; 0 or an errno. */
 int file_write_at(int file, const void *bytes, size_t byte_count, uint64_t offset);
 

@@ -97,30 +97,34 @@ tulle_status world_refuse_intersections(const tulle_world *world, const double *
                      text, count > NAMED_PAIRS ? "and more; " : "");
 }
 
-/* Whether one pair of triangles intersects, as the judge sees it. */
+/* Whether one pair of triangles intersects, as the judge sees it. Vertices that both triangles of
+ * one surface share keep one number. */
 static tulle_status pair_intersects(const tulle_world *world, const double *positions,
                                     const tulle_intersection *pair, bool *intersects) {
     uint32_t const surfaces[2] = {pair->object_a, pair->object_b};
     uint32_t const numbers[2] = {pair->triangle_a, pair->triangle_b};
-    tulle_check_body bodies[2];
-    size_t body_count = 0;
-    uint32_t corners[6];
     bool const is_self = surfaces[0] == surfaces[1];
-    for (int k = 0; k < 2; k++) {
-        world_mesh const *const mesh = surface_mesh(world, surfaces[k]);
-        surface_range const *const range = &world->surfaces[surfaces[k]];
-        memcpy(corners + 3 * k, mesh->triangles + 3 * (size_t)numbers[k], 3 * sizeof *corners);
-        if (k == 1 && is_self) {
-            bodies[0].mesh.triangle_count = 2;
-            break;
+    double points[6][3];
+    uint32_t vertices[6], corners[6];
+    for (uint32_t k = 0; k < 6; k++) {
+        uint32_t const surface = surfaces[k / 3];
+        uint32_t const *const triangle =
+            surface_mesh(world, surface)->triangles + 3 * (size_t)numbers[k / 3];
+        vertices[k] = world->surfaces[surface].vertex_begin + triangle[k % 3];
+        memcpy(points[k], positions + 3 * (size_t)vertices[k], sizeof points[k]);
+        corners[k] = k;
+        for (uint32_t j = 0; j < k; j++) {
+            if (vertices[j] == vertices[k]) corners[k] = j;
         }
-        bodies[body_count++] =
-            (tulle_check_body){.mesh = {positions + 3 * (size_t)range->vertex_begin,
-                                        mesh->vertex_count, corners + 3 * k, 1},
-                               .is_obstacle = range->is_obstacle};
+    }
+    tulle_check_body bodies[2];
+    for (size_t k = 0; k < 2; k++) {
+        bodies[k] = (tulle_check_body){{points[0], 6, corners + 3 * k, is_self ? 2 : 1},
+                                       world->surfaces[surfaces[k]].is_obstacle};
     }
     tulle_check_result result = {0};
-    tulle_status const status = tulle_check_intersections(bodies, body_count, 1, &result, NULL);
+    tulle_status const status =
+        tulle_check_intersections(bodies, is_self ? 1 : 2, 1, &result, NULL);
     *intersects = result.pair_count > 0;
     tulle_check_result_destroy(&result);
     return status;

@@ -96,7 +96,8 @@ static void quaternion_slerp(const double a[4], const double b[4], double s, dou
     for (int c = 0; c < 4; c++) result[c] /= norm;
 }
 
-void motion_get_pose(const world_motion *motion, double time, double translation[3],
+/* Pose at `time` [s]: translation [m] and unit quaternion (w, x, y, z); identity without keys. */
+static void get_pose(const world_motion *motion, double time, double translation[3],
                      double rotation[4]) {
     static const double identity[4] = {1.0, 0.0, 0.0, 0.0};
     memset(translation, 0, 3 * sizeof(double));
@@ -124,7 +125,8 @@ void motion_get_pose(const world_motion *motion, double time, double translation
     quaternion_slerp(from->rotation, to->rotation, s, rotation);
 }
 
-mat3 motion_get_rotation(const double q[4]) {
+/* The rotation matrix of a unit quaternion. */
+static mat3 get_rotation(const double q[4]) {
     return (mat3){{1 - 2 * (q[2] * q[2] + q[3] * q[3]), 2 * (q[1] * q[2] - q[0] * q[3]),
                    2 * (q[1] * q[3] + q[0] * q[2]), 2 * (q[1] * q[2] + q[0] * q[3]),
                    1 - 2 * (q[1] * q[1] + q[3] * q[3]), 2 * (q[2] * q[3] - q[0] * q[1]),
@@ -139,9 +141,9 @@ void motion_apply(const world_motion *motion, double time, const double *source,
         return;
     }
     double translation[3], q[4];
-    motion_get_pose(motion, time, translation, q);
+    get_pose(motion, time, translation, q);
 
-    mat3 const r = motion_get_rotation(q);
+    mat3 const r = get_rotation(q);
     vec3 const pivot = vec3_load(motion->pivot, 0);
     vec3 const shift = vec3_add(vec3_load(translation, 0), pivot);
     for (size_t i = 0; i < count; i++) {
@@ -153,9 +155,9 @@ void motion_apply(const world_motion *motion, double time, const double *source,
 void motion_get_change(const world_motion *motion, double from, double to, mat3 *matrix,
                        vec3 *offset) {
     double t0[3], t1[3], q0[4], q1[4];
-    motion_get_pose(motion, from, t0, q0);
-    motion_get_pose(motion, to, t1, q1);
-    mat3 const r0 = motion_get_rotation(q0), r1 = motion_get_rotation(q1);
+    get_pose(motion, from, t0, q0);
+    get_pose(motion, to, t1, q1);
+    mat3 const r0 = get_rotation(q0), r1 = get_rotation(q1);
     /* R1 R0^T, and the offset that takes pivot + t0 to pivot + t1 */
     for (int row = 0; row < 3; row++) {
         for (int column = 0; column < 3; column++) {

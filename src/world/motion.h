@@ -20,13 +20,6 @@ tulle_status motion_validate(const tulle_motion *motion, const char *owner, tull
 tulle_status motion_copy(memory *heap, const tulle_motion *source, world_motion *target);
 void motion_destroy(memory *heap, world_motion *motion);
 
-/* Pose at `time` [s]: translation [m] and unit quaternion (w, x, y, z); identity without keys. */
-void motion_get_pose(const world_motion *motion, double time, double translation[3],
-                     double rotation[4]);
-
-/* The rotation matrix of a unit quaternion. */
-mat3 motion_get_rotation(const double quaternion[4]);
-
 /* The rigid change from the pose at `from` to that at `to`: x -> matrix x + offset. */
 void motion_get_change(const world_motion *motion, double from, double to, mat3 *matrix,
                        vec3 *offset);

@@ -1,5 +1,5 @@
-/* The world as a whole, small: free fall, drape, determinism, saved states, starts that intersect,
- * obstacles that come and go, pins, pinches. */
+/* The world as a whole, small: free fall, drape, determinism, saved states, obstacles
+ * that come and go, pins, pinches. */
 #include "support/small_world.h"
 
 #include <math.h>
@@ -167,39 +167,6 @@ static void saved_state_goes_on_with_the_same_bits(void **state) {
     tulle_mesh_destroy(&sphere);
 }
 
-static void intersecting_start_is_refused_or_ignored(void **state) {
-    (void)state;
-    tulle_mesh sheet = small_sheet(1.0, 11, 0.01), sphere = make_sphere(0.2, 10);
-    tulle_world_def def = tulle_world_def_default();
-    tulle_world *world = make_world(def);
-    small_add_cloth(world, &sheet);
-    small_add_obstacle(world, &sphere);
-    tulle_error error = {0};
-    assert_int_equal(tulle_world_start(world, &error), TULLE_ERROR_INTERSECTING_START);
-    assert_non_null(strstr(error.message, "triangle"));
-    assert_non_null(strstr(error.message, "cloth 0"));
-    assert_non_null(strstr(error.message, "obstacle 0"));
-    size_t count = 0;
-    assert_non_null(tulle_world_get_intersections(world, &count));
-    assert_true(count > 3);
-    tulle_world_destroy(world);
-
-    def.start_intersections = TULLE_START_IGNORE;
-    world = make_world(def);
-    small_add_cloth(world, &sheet);
-    small_add_obstacle(world, &sphere);
-    for (int i = 0; i < 20; i++) {
-        tulle_step_report report;
-        step_or_fail(world, &report);
-        assert_true(report.ignored_pairs <= count);
-        /* nothing new begins to intersect */
-        assert_true(small_judge(world, &sheet, 1, &sphere, 1) <= report.ignored_pairs);
-    }
-    tulle_world_destroy(world);
-    tulle_mesh_destroy(&sheet);
-    tulle_mesh_destroy(&sphere);
-}
-
 static void obstacles_come_and_go(void **state) {
     (void)state;
     tulle_mesh sheet = small_sheet(0.6, 13, 0.0);
@@ -325,6 +292,26 @@ static void pinch_releases(void **state) {
     pinch(TULLE_ON_PINCH_RELEASE);
 }
 
+static void numbers_out_of_range_fail_the_step(void **state) {
+    (void)state;
+    tulle_mesh sheet = small_sheet(0.5, 4, 0.0);
+    tulle_world *const world = make_world(tulle_world_def_default());
+    tulle_cloth_def cloth = tulle_cloth_def_default();
+    cloth.mesh = tulle_mesh_get_view(&sheet);
+    double velocities[3 * 16];
+    for (int i = 0; i < 3 * 16; i++) velocities[i] = i % 2 == 0 ? 1.7e308 : -1.7e308;
+    cloth.velocities = velocities;
+    assert_int_equal(tulle_world_add_cloth(world, &cloth, NULL, NULL), TULLE_OK);
+    tulle_error error = {0};
+    assert_int_equal(tulle_world_start(world, &error), TULLE_OK);
+    uint64_t const hash = tulle_world_get_state_hash(world);
+    assert_int_equal(tulle_world_step(world, STEP, NULL, &error), TULLE_ERROR_STEP_FAILED);
+    assert_non_null(strstr(error.message, "not finite"));
+    assert_true(tulle_world_get_state_hash(world) == hash);
+    tulle_world_destroy(world);
+    tulle_mesh_destroy(&sheet);
+}
+
 static void bad_definitions_are_named(void **state) {
     (void)state;
     tulle_error error = {0};
@@ -374,12 +361,12 @@ int main(void) {
         cmocka_unit_test(both_broad_phases_give_the_same_bits),
         cmocka_unit_test(every_integrator_drapes),
         cmocka_unit_test(saved_state_goes_on_with_the_same_bits),
-        cmocka_unit_test(intersecting_start_is_refused_or_ignored),
         cmocka_unit_test(obstacles_come_and_go),
         cmocka_unit_test(pins_hold_move_and_let_go),
         cmocka_unit_test(pinch_stops),
         cmocka_unit_test(pinch_slows),
         cmocka_unit_test(pinch_releases),
+        cmocka_unit_test(numbers_out_of_range_fail_the_step),
         cmocka_unit_test(bad_definitions_are_named),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);

@@ -1,0 +1,104 @@
+/* Starts that intersect: refused by name, or ignored until the pairs have come apart. */
+#include "support/small_world.h"
+
+#include <math.h>
+#include <setjmp.h>
+#include <stdarg.h>
+#include <string.h>
+
+#include <cmocka.h>
+
+static const double STEP = 1.0 / 90.0; /* [s] */
+
+static tulle_world *make_world(tulle_world_def def) {
+    tulle_world *world = NULL;
+    tulle_error error = {0};
+    if (tulle_world_create(&def, &world, &error) != TULLE_OK) fail_msg("%s", error.message);
+    return world;
+}
+
+static void step_or_fail(tulle_world *world, tulle_step_report *report) {
+    tulle_error error = {0};
+    tulle_status const status = tulle_world_step(world, STEP, report, &error);
+    if (status != TULLE_OK) fail_msg("step: %s: %s", tulle_status_text(status), error.message);
+}
+
+static tulle_mesh make_sphere(double radius, unsigned resolution) {
+    tulle_shape_def def = tulle_shape_def_default(TULLE_SHAPE_SPHERE);
+    def.radius = radius;
+    def.resolution[0] = def.resolution[1] = resolution;
+    return small_shape(def, 0.0, 0.0, 0.0);
+}
+
+static void intersecting_start_is_refused_or_ignored(void **state) {
+    (void)state;
+    tulle_mesh sheet = small_sheet(1.0, 11, 0.01), sphere = make_sphere(0.2, 10);
+    tulle_world_def def = tulle_world_def_default();
+    tulle_world *world = make_world(def);
+    small_add_cloth(world, &sheet);
+    small_add_obstacle(world, &sphere);
+    tulle_error error = {0};
+    assert_int_equal(tulle_world_start(world, &error), TULLE_ERROR_INTERSECTING_START);
+    assert_non_null(strstr(error.message, "triangle"));
+    assert_non_null(strstr(error.message, "cloth 0"));
+    assert_non_null(strstr(error.message, "obstacle 0"));
+    size_t count = 0;
+    assert_non_null(tulle_world_get_intersections(world, &count));
+    assert_true(count > 3);
+    tulle_world_destroy(world);
+
+    def.start_intersections = TULLE_START_IGNORE;
+    world = make_world(def);
+    small_add_cloth(world, &sheet);
+    small_add_obstacle(world, &sphere);
+    for (int i = 0; i < 20; i++) {
+        tulle_step_report report;
+        step_or_fail(world, &report);
+        assert_true(report.ignored_pairs <= count);
+        /* nothing new begins to intersect */
+        assert_true(small_judge(world, &sheet, 1, &sphere, 1) <= report.ignored_pairs);
+    }
+    tulle_world_destroy(world);
+    tulle_mesh_destroy(&sheet);
+    tulle_mesh_destroy(&sphere);
+}
+
+/* One cloth of two triangles: one pinned flat, the other upright through it. It falls out below;
+ * the pair is ignored exactly as long as it intersects. */
+static void pairs_of_one_cloth_count_once_apart(void **state) {
+    (void)state;
+    double positions[] = {-0.3, -0.3, 0.0,  0.3, -0.3, 0.0,  0.0, 0.4, 0.0,
+                          -0.1, 0.0,  -0.1, 0.1, 0.0,  -0.1, 0.0, 0.0, 0.05};
+    uint32_t triangles[] = {0, 1, 2, 3, 4, 5};
+    uint32_t const held[] = {0, 1, 2};
+    tulle_pin const pin = {held, 3, {0}, (double)INFINITY};
+    tulle_cloth_def cloth = tulle_cloth_def_default();
+    cloth.mesh = (tulle_mesh_view){positions, 6, triangles, 2};
+    cloth.pins = &pin;
+    cloth.pin_count = 1;
+    tulle_world_def def = tulle_world_def_default();
+    def.start_intersections = TULLE_START_IGNORE;
+    tulle_world *const world = make_world(def);
+    tulle_cloth_id id;
+    assert_int_equal(tulle_world_add_cloth(world, &cloth, &id, NULL), TULLE_OK);
+    tulle_mesh const view = {positions, 6, triangles, 2};
+    tulle_step_report report = {0};
+    step_or_fail(world, &report);
+    assert_int_equal(report.ignored_pairs, 1);
+    assert_int_equal(small_judge(world, &view, 1, NULL, 0), 1);
+    for (int i = 0; i < 20; i++) {
+        step_or_fail(world, &report);
+        assert_int_equal(report.ignored_pairs, small_judge(world, &view, 1, NULL, 0));
+    }
+    assert_int_equal(report.ignored_pairs, 0);
+    assert_true(tulle_cloth_get_positions(world, id, NULL)[3 * 5 + 2] < 0.0);
+    tulle_world_destroy(world);
+}
+
+int main(void) {
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(intersecting_start_is_refused_or_ignored),
+        cmocka_unit_test(pairs_of_one_cloth_count_once_apart),
+    };
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}
