@@ -1,8 +1,10 @@
 /* Stages 10 and 11 on random violent displacements: whatever the motion, the state that comes out
- * is free of intersection by the exact judge, keeps the minimum gap, and is the same for any number
- * of threads. Moving, turning and closing obstacles; lack of memory at every allocation. */
+ * is free of intersection by the exact judge, keeps the minimum gap, and nothing touched on the way
+ * there, by rational arithmetic over all pairs of features. Resting, moving and turning obstacles.
+ */
 #include "base/hash.h"
 #include "contact/pair_rules.h"
+#include "support/exact_ccd.h"
 #include "support/mini_world.h"
 #include "support/test_support.h"
 
@@ -11,6 +13,8 @@
 #include <string.h>
 
 #define TIME_STEP (1.0 / 90.0)
+
+enum { EXACT_EVERY = 8 }; /* one case of so many is tested in rational arithmetic */
 
 static double random_signed(uint64_t *state) { return 2.0 * random_uniform(state) - 1.0; }
 
@@ -94,7 +98,7 @@ static void accept_paths(mini_world *world) {
 }
 
 typedef struct violence_counts {
-    uint64_t zones, components, global, blocked, clean;
+    uint64_t zones, components, global, blocked, clean, exact_tests;
     double smallest_gap;
 } violence_counts;
 
@@ -106,6 +110,52 @@ static tulle_status run_last_stages(mini_world *world, pair_source *source) {
     if (status != TULLE_OK) return status;
     return commit_safely(&scene, source, world->impacts.is_clean, world->u, world->x1,
                          &world->commit);
+}
+
+static bool boxes_of_paths_meet(const moving_pair *paths, int first_count) {
+    for (int axis = 0; axis < 3; axis++) {
+        double low[2] = {INFINITY, INFINITY}, high[2] = {-INFINITY, -INFINITY};
+        for (int k = 0; k < 4; k++) {
+            int const side = k < first_count ? 0 : 1;
+            double start[3], end[3];
+            vec3_store(start, 0, paths->start[k]);
+            vec3_store(end, 0, paths->end[k]);
+            low[side] = fmin(low[side], fmin(start[axis], end[axis]));
+            high[side] = fmax(high[side], fmax(start[axis], end[axis]));
+        }
+        if (low[0] > high[1] || low[1] > high[0]) return false;
+    }
+    return true;
+}
+
+/* Fails when the pair may touch and does, at any time of x0 -> x1. */
+static void assert_never_touches(const mini_world *world, feature_kind kind, uint32_t first,
+                                 uint32_t second, violence_counts *counts) {
+    int const first_count = kind == FEATURE_VERTEX_TRIANGLE ? 1 : 2;
+    uint32_t v[4];
+    feature_pair_vertices(&world->topo, kind, (feature_pair){first, second}, v);
+    for (int i = 0; i < first_count; i++)
+        for (int k = first_count; k < 4; k++)
+            if (v[i] == v[k]) return;
+    if (v[0] >= world->cloth_vertex_count && v[3] >= world->cloth_vertex_count) return;
+    moving_pair paths;
+    load_points(world->x0, v, paths.start);
+    load_points(world->x1, v, paths.end);
+    if (!boxes_of_paths_meet(&paths, first_count)) return;
+    counts->exact_tests++;
+    if (exact_pair_touches(kind, &paths, 1.0))
+        fail_msg("pair %u, %u of kind %d touches on its way", first, second, (int)kind);
+}
+
+/* All pairs of features, found without any tree, in rational arithmetic. */
+static void assert_paths_are_free(const mini_world *world, violence_counts *counts) {
+    const topology *const topo = &world->topo;
+    for (uint32_t v = 0; v < topo->vertex_count; v++)
+        for (uint32_t t = 0; t < topo->triangle_count; t++)
+            assert_never_touches(world, FEATURE_VERTEX_TRIANGLE, v, t, counts);
+    for (uint32_t a = 0; a < topo->edge_count; a++)
+        for (uint32_t b = a + 1; b < topo->edge_count; b++)
+            assert_never_touches(world, FEATURE_EDGE_EDGE, a, b, counts);
 }
 
 static void run_violent_case(uint64_t seed, obstacle_motion motion, violence_counts *counts) {
@@ -124,6 +174,7 @@ static void run_violent_case(uint64_t seed, obstacle_motion motion, violence_cou
         counts->clean += world.impacts.is_clean;
         counts->smallest_gap = fmin(counts->smallest_gap, world.commit.smallest_gap);
         if (world.commit.outcome != COMMIT_BLOCKED) assert_velocities_match(&world, &world.commit);
+        if (seed % EXACT_EVERY == 0) assert_paths_are_free(&world, counts);
         accept_paths(&world);
         assert_int_equal(judge_mini_world(&world), 0);
     }
@@ -141,7 +192,7 @@ static void run_violent_cases(obstacle_motion motion, uint64_t first_seed) {
                   (unsigned long long)counts.zones, (unsigned long long)counts.components,
                   (unsigned long long)counts.global, (unsigned long long)counts.blocked,
                   counts.smallest_gap);
-    assert_true(counts.zones > 0 && counts.components > 0);
+    assert_true(counts.zones > 0 && counts.components > 0 && counts.exact_tests > 1000);
     assert_true(counts.smallest_gap >= contact_settings_default().minimum_gap);
 }
 
