@@ -1,0 +1,168 @@
+/* Obstacles that appear and obstacles that follow a mesh sequence. */
+#include "support/small_world.h"
+
+#include <math.h>
+#include <setjmp.h>
+#include <stdarg.h>
+#include <stdbool.h>
+#include <string.h>
+
+#include <cmocka.h>
+
+static const double STEP = 1.0 / 90.0; /* [s] */
+
+static tulle_world *make_world(void) {
+    tulle_world_def const def = tulle_world_def_default();
+    tulle_world *world = NULL;
+    assert_int_equal(tulle_world_create(&def, &world, NULL), TULLE_OK);
+    return world;
+}
+
+/* A wide flat box whose top is at height z. */
+static tulle_mesh make_floor(double z) {
+    tulle_shape_def box = tulle_shape_def_default(TULLE_SHAPE_BOX);
+    box.size[0] = box.size[1] = 1.0;
+    box.size[2] = 0.1;
+    return small_shape(box, 0.0, 0.0, z - 0.05);
+}
+
+static void one_that_appears_below_catches_the_cloth(void **state) {
+    (void)state;
+    tulle_mesh sheet = small_sheet(0.4, 9, 0.0), floor = make_floor(-0.2);
+    tulle_world *const world = make_world();
+    tulle_cloth_id const cloth = small_add_cloth(world, &sheet);
+    tulle_obstacle_def def = tulle_obstacle_def_default();
+    def.mesh = tulle_mesh_get_view(&floor);
+    def.appear_time = 8.5 * STEP;
+    tulle_obstacle_id id;
+    assert_int_equal(tulle_world_add_obstacle(world, &def, &id, NULL), TULLE_OK);
+    for (int i = 0; i < 45; i++) {
+        assert_int_equal(tulle_obstacle_is_present(world, id), i > 9);
+        assert_int_equal(tulle_world_step(world, STEP, NULL, NULL), TULLE_OK);
+        assert_int_equal(small_judge(world, &sheet, 1, &floor, 1), 0);
+    }
+    double const height = tulle_cloth_get_positions(world, cloth, NULL)[2];
+    assert_true(height > -0.2 && height < -0.15);
+    tulle_world_destroy(world);
+    tulle_mesh_destroy(&sheet);
+    tulle_mesh_destroy(&floor);
+}
+
+static void one_that_appears_in_the_cloth_is_refused(void **state) {
+    (void)state;
+    tulle_mesh sheet = small_sheet(0.4, 9, 0.0), box = make_floor(0.02);
+    tulle_world *const world = make_world();
+    small_add_cloth(world, &sheet);
+    tulle_obstacle_def def = tulle_obstacle_def_default();
+    def.mesh = tulle_mesh_get_view(&box);
+    for (size_t v = 0; v < box.vertex_count; v++) box.positions[3 * v] += 0.5;
+    def.appear_time = 2.5 * STEP;
+    tulle_obstacle_id id;
+    assert_int_equal(tulle_world_add_obstacle(world, &def, &id, NULL), TULLE_OK);
+    for (int i = 0; i < 3; i++) {
+        assert_int_equal(tulle_world_step(world, STEP, NULL, NULL), TULLE_OK);
+    }
+    uint64_t const hash = tulle_world_get_state_hash(world);
+    for (int i = 0; i < 2; i++) { /* the second time too: the first changed nothing */
+        tulle_error error = {0};
+        assert_int_equal(tulle_world_step(world, STEP, NULL, &error),
+                         TULLE_ERROR_INTERSECTING_START);
+        assert_non_null(strstr(error.message, "when an obstacle appears"));
+        assert_true(tulle_world_get_state_hash(world) == hash);
+        assert_false(tulle_obstacle_is_present(world, id));
+    }
+    tulle_world_destroy(world);
+    tulle_mesh_destroy(&sheet);
+    tulle_mesh_destroy(&box);
+}
+
+/* A sequence: the mesh rises by 1 cm a frame. */
+typedef struct rising_frames {
+    const tulle_mesh *mesh;
+    uint32_t bad_frame;   /* that cannot be given */
+    double bad_value;     /* put into it */
+    bool is_bad_by_value; /* else the reader fails */
+} rising_frames;
+
+static tulle_status read_rising_frame(void *context, uint32_t frame, double *positions,
+                                      tulle_error *error) {
+    rising_frames const *const frames = context;
+    for (size_t v = 0; v < frames->mesh->vertex_count; v++) {
+        for (size_t c = 0; c < 3; c++) positions[3 * v + c] = frames->mesh->positions[3 * v + c];
+        positions[3 * v + 2] += 0.01 * frame;
+    }
+    if (frame != frames->bad_frame) return TULLE_OK;
+    if (frames->is_bad_by_value) {
+        positions[4] = frames->bad_value;
+        return TULLE_OK;
+    }
+    if (error) {
+        error->status = TULLE_ERROR_IO;
+        strcpy(error->message, "frame 4 is gone");
+    }
+    return TULLE_ERROR_IO;
+}
+
+/* A sheet over a floor that rises by a sequence; steps until a step fails, 40 at most. */
+static tulle_status ride(rising_frames frames, tulle_error *error) {
+    tulle_mesh sheet = small_sheet(0.4, 9, 0.0), floor = make_floor(-0.01);
+    frames.mesh = &floor;
+    tulle_world *const world = make_world();
+    tulle_cloth_id const cloth = small_add_cloth(world, &sheet);
+    tulle_obstacle_def def = tulle_obstacle_def_default();
+    def.mesh = tulle_mesh_get_view(&floor);
+    def.read_frame = read_rising_frame;
+    def.frame_context = &frames;
+    def.frame_count = 7;
+    def.frame_interval = 2.5 * STEP;
+    tulle_obstacle_id id;
+    assert_int_equal(tulle_world_add_obstacle(world, &def, &id, NULL), TULLE_OK);
+    tulle_status status = tulle_world_start(world, error);
+    for (int i = 0; status == TULLE_OK && i < 40; i++) {
+        uint64_t const hash = tulle_world_get_state_hash(world);
+        status = tulle_world_step(world, STEP, NULL, error);
+        if (status != TULLE_OK) assert_true(tulle_world_get_state_hash(world) == hash);
+        assert_int_equal(small_judge(world, &sheet, 1, &floor, 1), 0);
+        double const frame = fmin(tulle_world_get_time(world) / def.frame_interval, 6.0);
+        double const z = tulle_obstacle_get_positions(world, id, NULL)[2];
+        assert_true(fabs(z - floor.positions[2] - 0.01 * frame) < 1e-12);
+    }
+    if (status == TULLE_OK) {
+        assert_true(tulle_cloth_get_positions(world, cloth, NULL)[2] > 0.049);
+    }
+    tulle_world_destroy(world);
+    tulle_mesh_destroy(&sheet);
+    tulle_mesh_destroy(&floor);
+    return status;
+}
+
+static void a_sequence_carries_the_cloth(void **state) {
+    (void)state;
+    tulle_error error = {0};
+    if (ride((rising_frames){.bad_frame = TULLE_NONE}, &error) != TULLE_OK) {
+        fail_msg("%s", error.message);
+    }
+}
+
+static void a_bad_frame_fails_the_step(void **state) {
+    (void)state;
+    tulle_error error = {0};
+    assert_int_equal(ride((rising_frames){.bad_frame = 4}, &error), TULLE_ERROR_IO);
+    assert_string_equal(error.message, "frame 4 is gone");
+    double const bad[] = {(double)NAN, (double)INFINITY};
+    for (int k = 0; k < 2; k++) {
+        rising_frames const frames = {.bad_frame = 4, .bad_value = bad[k], .is_bad_by_value = true};
+        assert_int_equal(ride(frames, &error), TULLE_ERROR_INVALID_MESH);
+        assert_non_null(strstr(error.message, "vertex 1 of frame 4"));
+    }
+}
+
+int main(void) {
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(one_that_appears_below_catches_the_cloth),
+        cmocka_unit_test(one_that_appears_in_the_cloth_is_refused),
+        cmocka_unit_test(a_sequence_carries_the_cloth),
+        cmocka_unit_test(a_bad_frame_fails_the_step),
+    };
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}
