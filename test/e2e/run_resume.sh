@@ -56,6 +56,7 @@ done
 # Interrupted in the middle: exit 130, a checkpoint of the last step, and on from there.
 for signal in INT TERM; do
     rm -rf interrupted
+    : >interrupted.json
     "$TULLE" run "$scene" -o interrupted --progress json >interrupted.out 2>interrupted.json &
     process=$!
     until grep -q '"step":3,' interrupted.json || ! kill -0 $process 2>/dev/null; do sleep 0.01; done
