@@ -126,10 +126,8 @@ static void lower_bounds_are_safe(void **state) {
         bool const stays = pair_stays_apart(kind, &pair, separation);
         separated += result.state == TOI_SEPARATED;
         hits += result.state == TOI_HIT;
-        if (result.state == TOI_TOUCHING_AT_START) {
-            assert_false(stays);
-            continue;
-        }
+        /* another direction may prove apart what the closest one cannot within rounding */
+        if (result.state == TOI_TOUCHING_AT_START && !stays) continue;
         assert_true(exact_pair_is_farther(kind, &pair, result.lower_bound, separation));
         for (int k = 0; k < 200; k++) {
             double const t =
