@@ -270,7 +270,7 @@ static tulle_status derive_distances(tulle_world *world, tulle_error *error) {
             error, TULLE_ERROR_INVALID_ARGUMENT,
             "the minimum gap of %g m is over half of the contact distance of %g m; the "
             "scene reaches %g m from the origin: move it nearer, use thicker cloth, or "
-            "give minimum_gap yourself",
+            "give the minimum gap (xi) yourself",
             world->minimum_gap, smallest_contact, largest_coordinate(world));
     }
     world->edge_length = mean_edge_length(world, 0, world->surfaces[cloth_count - 1].edge_end);

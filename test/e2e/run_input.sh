@@ -44,6 +44,7 @@ refuse 'time.step' "$scene" -o out --set time.step=-0.01
 refuse 'time.step' "$scene" -o out --set time.step=.nan
 refuse 'area_density' "$scene" -o out --set 'cloth[0].material={area_density: -1}'
 refuse 'size' "$scene" -o out --set 'cloth[0].mesh.size=[0, 1]'
+refuse 'give the minimum gap (xi) yourself' "$scene" -o out --set 'cloth[0].translate=[900 km, 0, 0]'
 refuse 'did you mean' "$scene" -o out --set 'cloth[0].mehs=3'
 
 # Meshes.

@@ -64,6 +64,7 @@ for signal in INT TERM; do
     wait $process
     code=$?
     [ $code = 130 ] || fault "SIG$signal: exit $code, not 130"
+    grep -vqE '^(\{"event":"[a-z]+",.*\}|tulle run: .*)$' interrupted.json && fault "a line is neither JSON nor a message"
     grep -q '"event":"end","state":"interrupted"' interrupted.json || fault "no end event after SIG$signal"
     "$TULLE" info interrupted | grep -q '^interrupted: run, interrupted$' || fault "info does not say interrupted"
     "$TULLE" run "$scene" -o interrupted --resume --progress json >interrupted.out 2>interrupted.json ||
