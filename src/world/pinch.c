@@ -81,17 +81,18 @@ static void write_message(const step_context *context, const blocked_place *plac
                           const uint8_t *is_near, const char *consequence) {
     tulle_world *const world = context->world;
     char names[WORLD_MESSAGE_BYTES / 2] = "";
-    size_t length = 0;
+    size_t length = 0, name_count = 0;
     for (size_t s = world->cloths.count; s < world_surface_count(world); s++) {
         if (!is_near[s] || length >= sizeof names) continue;
         length += (size_t)snprintf(names + length, sizeof names - length, "%s'%s'",
                                    length > 0 ? ", " : "", world_surface_name(world, s));
+        name_count++;
     }
     snprintf(world->message, sizeof world->message,
-             "'%s' is pinched near (%.6g, %.6g, %.6g) m at %.6g s, between %s; %s",
+             "'%s' is pinched near (%.6g, %.6g, %.6g) m at %.6g s, %s %s; %s",
              world_surface_name(world, place->surface), place->position.x, place->position.y,
-             place->position.z, context->state->time, names[0] ? names : "pins and other cloth",
-             consequence);
+             place->position.z, context->state->time, name_count == 1 ? "by" : "between",
+             names[0] ? names : "pins and other cloth", consequence);
 }
 
 /* on_pinch: release. False when no moving obstacle is near. */
