@@ -20,7 +20,7 @@ typedef struct blocked_place {
 
 static blocked_place find_blocked_place(const step_context *context) {
     tulle_world const *const world = context->world;
-    commit_report const *const commit = &context->commit;
+    commit_report const *const commit = &context->blocked;
     blocked_place place = {0};
     if (!commit->has_blocking) return place;
     feature_pair_vertices(&world->topo, commit->blocking_kind, commit->blocking_pair,

@@ -42,6 +42,7 @@ typedef struct step_context {
     double *predicted, *end; /* [m] all vertices */
     double *bounds;          /* [m] what the candidate pairs were found for */
     commit_report commit;
+    commit_report blocked;    /* the last commit of the step that named a blocking pair */
     contact_times nested;     /* [s] since the last end of a stage */
     double search_seconds;    /* [s] the same for stages 6 and 7 */
     affine_map *carrier_maps; /* per surface */

@@ -260,6 +260,7 @@ static tulle_status run_commit_safely(step_context *context, bool is_clean) {
     report->rescue_component_scalings += commit->component_scalings;
     report->rescue_global_scalings += commit->global_scalings;
     report->smallest_gap = commit->smallest_gap;
+    if (status == TULLE_OK && commit->has_blocking) context->blocked = *commit;
     context->passed = status == TULLE_OK ? commit->fraction * context->time_step : 0.0;
     return status;
 }
