@@ -142,7 +142,10 @@ tulle_status world_handle_pinch(step_context *context) {
             context, &place, is_near,
             "the moving ones let it through until they are free of it (on_pinch: release)");
     } else {
-        write_message(context, &place, is_near, "give it room, or set on_pinch to slow or release");
+        write_message(
+            context, &place, is_near,
+            "give it room, take shorter steps if the obstacle is fast, or set on_pinch to "
+            "slow or release");
         status = error_set(context->error, TULLE_ERROR_PINCHED, "%s", world->message);
     }
     arena_release(&world->scratch, mark);
