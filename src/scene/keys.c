@@ -149,9 +149,9 @@ static const schema_key contact_table[] = {
      .choices = pinch_names,
      .fallback = "stop",
      FIELD(contact_keys, on_pinch),
-     .meaning =
-         "what to do when obstacles close on cloth: stop the run, slow the obstacles down, or "
-         "release the cloth"},
+     .meaning = "what to do when obstacles close on cloth: stop the run, hold the obstacles until "
+                "there is room, or "
+                "release the cloth"},
 };
 const schema_map contact_map = {.title = "Contact",
                                 .meaning = "Distances and how contacts are found.",
