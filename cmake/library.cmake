@@ -1,4 +1,4 @@
-# libtulle, shared and static, from the same object files: every folder of src/ but scene/ and app/.
+# libtulle, shared and static, from the same object files: every folder of src/ but scene/, render/ and app/.
 set(library_sources)
 foreach(folder base math geom detect dynamics contact world check io)
     file(GLOB sources CONFIGURE_DEPENDS ${PROJECT_SOURCE_DIR}/src/${folder}/*.c)

@@ -1,6 +1,9 @@
-# The program: scene files (libyaml) and the command line, with the library linked in.
+# The program: scene files (libyaml), pictures (libpng, Embree) and the command line, with the library linked in.
 find_package(PkgConfig REQUIRED)
 pkg_check_modules(YAML REQUIRED IMPORTED_TARGET yaml-0.1)
+find_package(PNG REQUIRED)
+set(TULLE_EMBREE "auto" CACHE STRING "ray traced pictures with Embree 3: on, off, auto (when it is installed)")
+set_property(CACHE TULLE_EMBREE PROPERTY STRINGS auto on off)
 file(GLOB scene_sources CONFIGURE_DEPENDS ${PROJECT_SOURCE_DIR}/src/scene/*.c)
 file(GLOB app_sources CONFIGURE_DEPENDS ${PROJECT_SOURCE_DIR}/src/app/*.c)
 
@@ -10,9 +13,36 @@ if(scene_sources)
     target_link_libraries(tulle_scene PRIVATE tulle_flags PUBLIC tulle_static PkgConfig::YAML)
 endif()
 
+# Pictures. The files render/embree_*.c need Embree; without it render/without_embree.c stands in for them.
+file(GLOB render_sources CONFIGURE_DEPENDS ${PROJECT_SOURCE_DIR}/src/render/*.c)
+set(has_embree OFF)
+if(NOT TULLE_EMBREE STREQUAL "off")
+    find_path(EMBREE_INCLUDE_DIR embree3/rtcore.h)
+    find_library(EMBREE_LIBRARY embree3)
+    if(EMBREE_INCLUDE_DIR AND EMBREE_LIBRARY)
+        set(has_embree ON)
+    elseif(TULLE_EMBREE STREQUAL "on")
+        message(FATAL_ERROR "TULLE_EMBREE is on and Embree 3 is not there: install libembree-dev, or set TULLE_EMBREE=off")
+    else()
+        message(STATUS "Embree 3 is not there: built without `tulle render` (Debian's package is libembree-dev)")
+    endif()
+endif()
+if(has_embree)
+    list(FILTER render_sources EXCLUDE REGEX "/without_embree\\.c$")
+else()
+    list(FILTER render_sources EXCLUDE REGEX "/embree_[a-z_]+\\.c$")
+endif()
+add_library(tulle_render STATIC ${render_sources})
+target_include_directories(tulle_render PUBLIC ${PROJECT_SOURCE_DIR}/src)
+target_link_libraries(tulle_render PRIVATE tulle_flags PNG::PNG PUBLIC tulle_static)
+if(has_embree)
+    target_include_directories(tulle_render SYSTEM PRIVATE ${EMBREE_INCLUDE_DIR})
+    target_link_libraries(tulle_render PUBLIC ${EMBREE_LIBRARY})
+endif()
+
 add_executable(tulle_program ${app_sources})
 target_include_directories(tulle_program PRIVATE ${PROJECT_SOURCE_DIR}/src)
-target_link_libraries(tulle_program PRIVATE tulle_flags $<TARGET_NAME_IF_EXISTS:tulle_scene> tulle_static)
+target_link_libraries(tulle_program PRIVATE tulle_flags $<TARGET_NAME_IF_EXISTS:tulle_scene> tulle_render tulle_static)
 set_target_properties(tulle_program PROPERTIES OUTPUT_NAME tulle)
 
 # The examples, against the shared library as their readers will.

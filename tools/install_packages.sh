@@ -15,6 +15,8 @@ needs() {
         echo "cmake          program:cmake       needed"
         echo "pkg-config     program:pkg-config  needed"
         echo "libyaml-dev    header:yaml.h       needed"
+        echo "libpng-dev     header:png.h        needed"
+        echo "libembree-dev  header:embree3/rtcore.h optional"
         ;;
     test)
         echo "libcmocka-dev  cmocka              needed"
@@ -23,6 +25,7 @@ needs() {
         echo "libcgal-dev    cgal                optional"
         echo "clang-format   program:clang-format optional"
         echo "python3        program:python3     optional"
+        echo "ffmpeg         program:ffmpeg      optional"
         ;;
     *)
         echo "install_packages.sh: unknown role \"$1\"; the roles are build and test" >&2
