@@ -1,7 +1,11 @@
-# The program: scene files (libyaml), pictures (libpng, Embree) and the command line, with the library linked in.
+# The program: scene files (libyaml), pictures (libpng, Embree), VTP files (Expat, zlib) and the command line, with the
+# library linked in.
 find_package(PkgConfig REQUIRED)
 pkg_check_modules(YAML REQUIRED IMPORTED_TARGET yaml-0.1)
 find_package(PNG REQUIRED)
+find_package(EXPAT REQUIRED)
+find_package(ZLIB REQUIRED)
+set(tulle_app_libraries EXPAT::EXPAT ZLIB::ZLIB)
 set(TULLE_EMBREE "auto" CACHE STRING "ray traced pictures with Embree 3: on, off, auto (when it is installed)")
 set_property(CACHE TULLE_EMBREE PROPERTY STRINGS auto on off)
 file(GLOB scene_sources CONFIGURE_DEPENDS ${PROJECT_SOURCE_DIR}/src/scene/*.c)
@@ -42,7 +46,7 @@ endif()
 
 add_executable(tulle_program ${app_sources})
 target_include_directories(tulle_program PRIVATE ${PROJECT_SOURCE_DIR}/src)
-target_link_libraries(tulle_program PRIVATE tulle_flags $<TARGET_NAME_IF_EXISTS:tulle_scene> tulle_render tulle_static)
+target_link_libraries(tulle_program PRIVATE tulle_flags $<TARGET_NAME_IF_EXISTS:tulle_scene> tulle_render ${tulle_app_libraries} tulle_static)
 set_target_properties(tulle_program PROPERTIES OUTPUT_NAME tulle)
 
 # The examples, against the shared library as their readers will.

@@ -8,7 +8,8 @@ Beside the order of the folders:
   - check/ shares nothing with the code it judges: base/, math/vec3.h, geom/*predicates* and itself only;
   - scene/, render/ and app/ see the library from outside: public headers, base/, themselves, math/vec3.h for render/,
     scene/ and render/ for app/;
-  - the library needs libc, libm and threads only, so yaml.h stays in scene/, png.h and Embree in render/, omp.h in base/parallel_openmp.c;
+  - the library needs libc, libm and threads only, so yaml.h stays in scene/, png.h and Embree in render/, expat.h
+    and zlib.h in app/, omp.h in base/parallel_openmp.c;
   - the library's memory comes through base/memory.c, and the library never ends the process.
 """
 import os
@@ -20,6 +21,7 @@ LAYERS = ["base", "math", "geom", "detect", "dynamics", "contact", "world", "che
 OUTSIDE = {"scene": {"base", "scene"}, "render": {"base", "render"}, "app": {"base", "scene", "render", "app"}}
 FOREIGN_HEADERS = {"yaml.h": ("src/scene/",), "png.h": ("src/render/",), "embree3/rtcore.h": ("src/render/embree_",),
                    "omp.h": ("src/base/parallel_openmp.c",), "pthread.h": ("src/base/",),
+                   "expat.h": ("src/app/",), "zlib.h": ("src/app/",),
                    "gmp.h": (), "immintrin.h": (), "x86intrin.h": (), "arm_neon.h": ()}
 INCLUDE = re.compile(r'^\s*#\s*include\s*(["<])([^">]+)[">]')
 PRAGMA_OMP = re.compile(r"^\s*#\s*pragma\s+omp\b(?!\s+simd)")
@@ -134,6 +136,8 @@ SELF_TEST = [
     ("src/geom/b.c", '#include "../detect/a.h"\n', "should be written from src/"),
     ("src/geom/c.c", '#include "a.h"\n', "should be written from src/"),
     ("src/geom/d.c", "#include <yaml.h>\n", "belongs to src/scene/"),
+    ("src/app/c.c", "#include <expat.h>\n#include <zlib.h>\n", None),
+    ("src/io/b.c", "#include <zlib.h>\n", "belongs to src/app/"),
     ("src/geom/e.c", "#include <gmp.h>\n", "belongs to test/"),
     ("src/geom/f.c", "void *p(void) { return malloc(3); }\n", "memory comes through"),
     ("src/geom/g.c", '/* malloc(3) */ const char *t = "free(x)"; void *q = a->release(b); int x = memory_free(c);\n', None),

@@ -16,6 +16,8 @@ needs() {
         echo "pkg-config     program:pkg-config  needed"
         echo "libyaml-dev    header:yaml.h       needed"
         echo "libpng-dev     header:png.h        needed"
+        echo "libexpat1-dev  header:expat.h      needed"
+        echo "zlib1g-dev     header:zlib.h       needed"
         echo "libembree-dev  header:embree3/rtcore.h optional"
         ;;
     test)

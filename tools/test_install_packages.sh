@@ -17,7 +17,7 @@ chmod +x "$work/bare/apt-get" "$work/bare/id"
 cp -R "$work/bare/." "$work/full"
 printf '#!/bin/sh\necho sudo >>%s/calls\nexec "$@"\n' "$work" >"$work/full/sudo"
 chmod +x "$work/full/sudo"
-everything="gcc libc6-dev make cmake pkg-config libyaml-dev libpng-dev libembree-dev"
+everything="gcc libc6-dev make cmake pkg-config libyaml-dev libpng-dev libexpat1-dev zlib1g-dev libembree-dev"
 faults=0
 
 # check NAME USER PATH CODE SAID CALLS: output's first line and calls of apt-get and sudo, on one line.
