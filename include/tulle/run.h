@@ -44,10 +44,23 @@ typedef struct tulle_run_def {
     uint32_t frame_count;     /* frames wanted, the start (frame 0) not counted */
     int threads;              /* for the record */
     int writes_vtp;           /* also a VTP file a frame and moving body, and a PVD file a body */
+    int records_debug;        /* also debug.bin: tulle_run_debug of each frame */
     const tulle_run_body *bodies; /* cloths first, then obstacles, as in the world */
     size_t body_count;
 } tulle_run_def;
 TULLE_API tulle_run_def tulle_run_def_default(void);
+
+/* What explains a frame, beyond positions: velocities, contacts and patches. Bodies count as in the
+ * run, cloths first, then obstacles, which is how tulle_contact names objects. */
+typedef struct tulle_run_debug {
+    const double *const *velocities; /* [m/s] of each body, 3 * vertex_count; null for static
+                                        bodies. Stored as float */
+    const tulle_contact *contacts;   /* real numbers are stored as float */
+    size_t contact_count;
+    const uint32_t *const *patch_labels; /* of each cloth, triangle_count labels as from
+                                            tulle_cloth_get_patches; null for obstacles */
+    const uint32_t *patch_counts;        /* of each body; 0 for obstacles */
+} tulle_run_debug;
 
 /* One frame, given to the writer. */
 typedef struct tulle_run_frame {
@@ -57,8 +70,9 @@ typedef struct tulle_run_frame {
     const double *const *positions; /* [m] of each body, 3 * vertex_count; null allowed for static
                                        ones */
     const double *const
-        *velocities;       /* [m/s] of each body or null; the whole may be null; for VTP */
-    const int *is_present; /* of each body; null: all are */
+        *velocities;              /* [m/s] of each body or null; the whole may be null; for VTP */
+    const int *is_present;        /* of each body; null: all are */
+    const tulle_run_debug *debug; /* kept when the run records_debug; null: nothing is known */
 } tulle_run_frame;
 
 /* State of the world between two steps, to go on from. */
@@ -137,6 +151,8 @@ typedef struct tulle_run_info {
     size_t body_count;
     uint64_t checkpoint_step; /* of the newest whole checkpoint */
     int has_checkpoint;
+    int has_debug;             /* 1: the run records tulle_run_debug of its frames */
+    uint64_t debug_byte_count; /* [bytes] of debug.bin; 0 without */
 } tulle_run_info;
 
 typedef struct tulle_run_reader tulle_run_reader;
@@ -164,6 +180,13 @@ TULLE_API int tulle_run_reader_is_present(const tulle_run_reader *reader, uint32
 TULLE_API tulle_status tulle_run_reader_read_positions(tulle_run_reader *reader, uint32_t frame,
                                                        size_t body, double *positions,
                                                        tulle_error *error);
+/* What explains a frame; lives until the next call or until the reader is closed. *debug is null
+ * when the writer knew nothing of the frame. Errors: INVALID_ARGUMENT (no such frame, or a run
+ * without debug records), IO, PARSE (cut short or changed: names debug.bin and the byte),
+ * OUT_OF_MEMORY. */
+TULLE_API tulle_status tulle_run_reader_read_debug(tulle_run_reader *reader, uint32_t frame,
+                                                   const tulle_run_debug **debug,
+                                                   tulle_error *error);
 
 #ifdef __cplusplus
 }

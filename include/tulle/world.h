@@ -240,8 +240,62 @@ TULLE_API const double *tulle_cloth_get_velocities(const tulle_world *world, tul
                                                    size_t *vertex_count);
 TULLE_API const double *tulle_obstacle_get_positions(const tulle_world *world, tulle_obstacle_id id,
                                                      size_t *vertex_count);
+/* Null before the start too. Scripted obstacles bear the mean velocity of the last step. */
+TULLE_API const double *tulle_obstacle_get_velocities(const tulle_world *world,
+                                                      tulle_obstacle_id id, size_t *vertex_count);
 /* 1 while the obstacle is in the scene. */
 TULLE_API int tulle_obstacle_is_present(const tulle_world *world, tulle_obstacle_id id);
+
+typedef enum tulle_contact_kind {
+    TULLE_CONTACT_VERTEX_FACE, /* vertices: the vertex, then the corners of the face */
+    TULLE_CONTACT_EDGE_EDGE    /* vertices: ends of the first edge, then of the second */
+} tulle_contact_kind;
+typedef enum tulle_contact_state {
+    TULLE_CONTACT_OPEN,  /* carries no load */
+    TULLE_CONTACT_STICK, /* held by friction */
+    TULLE_CONTACT_SLIP   /* loaded, at the limit of friction */
+} tulle_contact_state;
+
+/* A contact of the last accepted step: a pair of features that the step's solve held apart. Place,
+ * normal, weights and gap are those of the closest points at the end of the step. */
+typedef struct tulle_contact {
+    uint32_t object_a, object_b; /* cloth index, or cloth count + obstacle index; of the first and
+                                    of the second feature; the same in contacts with oneself */
+    uint32_t vertices[4];        /* each within its own object */
+    tulle_contact_kind kind;
+    tulle_contact_state state;
+    int is_new;         /* 1: was no contact in the step before; `state` holds all the same */
+    int is_hard;        /* 1: held at any cost, being part of the solve's matrix */
+    double weights[4];  /* position on a minus position on b = sum of weights[i] * vertex i: those
+                           of a add up to 1, those of b to -1 */
+    double position[3]; /* [m] middle between the two closest points */
+    double normal[3];   /* unit, from b to a */
+    double gap;         /* [m] distance of the closest points */
+    double impulse[3];  /* [N s] on a, over the last substep; the opposite acts on b */
+} tulle_contact;
+
+/* Contacts of the last accepted step, those of impacts included: the rows of its last substep, as
+ * counted by tulle_step_report.contacts. A pair may be there twice, from the solve and from an
+ * impact. Valid until the next step or load, even one that fails. None before the first step and
+ * after tulle_world_load_state, until a step is made. The array is made on the first call after a
+ * step; the state hash does not depend on it. Errors: INVALID_ARGUMENT (null), OUT_OF_MEMORY. */
+TULLE_API tulle_status tulle_world_get_contacts(tulle_world *world, const tulle_contact **contacts,
+                                                size_t *count, tulle_error *error);
+
+typedef struct tulle_patch_options {
+    double time_step; /* [s] length of the coming step, 0 .. 1; 0: patches of the shape as it is */
+    double max_angle; /* [rad] alpha_max, > 0 and < pi/2; 0: pi/3 */
+} tulle_patch_options;
+/* Patches of a cloth: edge-connected triangles whose normals all stay within max_angle of one axis
+ * while every vertex moves on by time_step with its velocity of now: the (zeta, alpha, I)-surfaces
+ * of Wong & Baciu 2005, 3.1 to 3.3. They explain what a detection by patches skips, that is pairs
+ * within one patch; the step of this world tests all pairs and uses no patches.
+ * labels: one for each triangle, 1 .. *patch_count, or 0 for an isolated triangle, whose own normal
+ * turns too far. The world must have started; it does not change. Errors: INVALID_ARGUMENT (stale
+ * id, not started, options), OUT_OF_MEMORY. */
+TULLE_API tulle_status tulle_cloth_get_patches(tulle_world *world, tulle_cloth_id id,
+                                               const tulle_patch_options *options, uint32_t *labels,
+                                               size_t *patch_count, tulle_error *error);
 
 /* Hash of everything that decides the future: positions, velocities, contacts with impulses, time,
  * motion state. */
