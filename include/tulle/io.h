@@ -45,6 +45,9 @@ TULLE_API tulle_status tulle_pc2_writer_open(const char *path, uint32_t vertex_c
                                              tulle_error *error);
 TULLE_API tulle_status tulle_pc2_writer_append(tulle_pc2_writer *writer, const double *positions,
                                                tulle_error *error);
+/* Appends from now on leave flushing to disk to tulle_pc2_writer_close: faster, and a power failure
+ * may lose frames; a killed process loses none. */
+TULLE_API void tulle_pc2_writer_defer_flush(tulle_pc2_writer *writer);
 TULLE_API tulle_status tulle_pc2_writer_close(tulle_pc2_writer *writer, tulle_error *error);
 
 /* Writes one VTK XML PolyData file (.vtp, base64 binary, float64 points) with optional point data

@@ -1,20 +1,12 @@
 /* app/check_run.c - see check_run.h. Frames are read one after the other into slots, one for each
  * thread, judged side by side, and printed in order. */
-#define _POSIX_C_SOURCE 200809L
 #include "app/check_run.h"
 
+#include "app/progress_bar.h"
 #include "base/arena.h"
 #include "base/error.h"
 #include "base/parallel.h"
-#include "base/timer.h"
 #include "tulle/run.h"
-
-#include <stdio.h>
-#include <string.h>
-#include <unistd.h>
-
-enum { BAR_WIDTH = 30 };                /* characters */
-static const double BAR_INTERVAL = 0.1; /* [s] between two pictures of the bar: calm, yet alive */
 
 typedef struct run_check {
     const char *directory;
@@ -25,7 +17,7 @@ typedef struct run_check {
     double **positions;      /* slot_count times body_count; null for static bodies */
     size_t slot_count;
     int threads;
-    double last_bar; /* [s] when the bar was drawn; 0: not yet */
+    progress_bar bar;
 } run_check;
 
 static tulle_status report_memory(const run_check *self, tulle_error *error) {
@@ -96,31 +88,11 @@ static tulle_status read_frame(run_check *self, size_t slot, uint32_t number, tu
     return TULLE_OK;
 }
 
-static void draw_bar(run_check *self, uint64_t done, uint64_t count, const check_totals *totals) {
-    double const now = timer_now();
-    if (!isatty(STDERR_FILENO) || (self->last_bar > 0.0 && now - self->last_bar < BAR_INTERVAL))
-        return;
-    self->last_bar = now;
-    char bar[BAR_WIDTH + 1];
-    size_t const filled = (size_t)(BAR_WIDTH * done / count);
-    memset(bar, '#', filled);
-    memset(bar + filled, '.', BAR_WIDTH - filled);
-    bar[BAR_WIDTH] = '\0';
-    fprintf(stderr, "\r[%s] %llu of %llu frames judged, %llu intersections", bar,
-            (unsigned long long)done, (unsigned long long)count,
-            (unsigned long long)totals->intersection_count);
-}
-
-/* Takes the bar away, so that other lines can be printed. */
-static void clear_bar(const run_check *self) {
-    if (self->last_bar > 0.0) fputs("\r\033[K", stderr);
-}
-
 /* Prints the judged slots in order up to the first that failed. */
 static tulle_status report_slots(run_check *self, size_t count, const check_report *report,
                                  check_totals *totals, tulle_error *error) {
     tulle_status status = TULLE_OK;
-    clear_bar(self);
+    progress_bar_clear(&self->bar);
     for (size_t slot = 0; slot < count; slot++) {
         check_frame *const frame = &self->slots[slot];
         if (status == TULLE_OK && frame->status != TULLE_OK)
@@ -147,15 +119,19 @@ static tulle_status judge_run(run_check *self, const check_report *report, check
         tulle_status const judged = report_slots(self, count, report, totals, error);
         if (judged != TULLE_OK) status = judged;
         first += (uint32_t)count;
-        draw_bar(self, first, frame_count, totals);
+        progress_bar_show(&self->bar, first, frame_count,
+                          "%u of %u frames judged, %llu intersections", first, frame_count,
+                          (unsigned long long)totals->intersection_count);
     }
-    clear_bar(self);
+    progress_bar_clear(&self->bar);
     return status;
 }
 
 tulle_status check_run_directory(const char *directory, int threads, const check_report *report,
                                  check_totals *totals, tulle_error *error) {
-    run_check self = {.directory = directory, .threads = parallel_resolve_threads(threads)};
+    run_check self = {.directory = directory,
+                      .threads = parallel_resolve_threads(threads),
+                      .bar = progress_bar_begin()};
     tulle_status status = tulle_run_reader_open(directory, &self.reader, error);
     if (status != TULLE_OK) return status;
     self.info = tulle_run_reader_get_info(self.reader);

@@ -3,8 +3,10 @@
  * Everything that can be wrong with the input is found before the directory is made: the scene is
  * loaded, the world built and its start judged first. */
 #include "app/commands.h"
+#include "app/interrupt.h"
 #include "app/options.h"
 #include "app/run_session.h"
+#include "base/timer.h"
 
 #include <math.h>
 #include <stdio.h>
@@ -279,7 +281,7 @@ static int run_scene(run_session *session, const char *progress, tulle_error *er
     tulle_status status = prepare_world(session, error);
     session->wanted_steps =
         (uint64_t)session->options.frame_count * scene_get_steps_per_frame(session->scene);
-    if (status == TULLE_OK) run_catch_signals();
+    if (status == TULLE_OK) interrupt_catch();
     bool is_new = true;
     if (status == TULLE_OK) status = open_directory(session, &is_new, error);
     if (status != TULLE_OK) {
@@ -288,7 +290,7 @@ static int run_scene(run_session *session, const char *progress, tulle_error *er
         return status == TULLE_ERROR_DISK_FULL ? APP_EXIT_CANNOT_GO_ON : app_exit_for_input(status);
     }
     progress_begin(&session->progress, progress);
-    session->checkpoint_time = run_clock();
+    session->checkpoint_time = timer_now();
     session->totals.smallest_gap = INFINITY;
     if (is_new) status = run_write_start(session, error);
     if (status == TULLE_OK) status = run_step_to_end(session, error);

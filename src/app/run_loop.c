@@ -3,32 +3,12 @@
  *
  * Whatever ends the loop, the world is in the state after its last whole step, and a last
  * checkpoint of that state is written where the disk allows. */
-#define _POSIX_C_SOURCE 200809L
+#include "app/interrupt.h"
 #include "app/run_session.h"
-
 #include "base/error.h"
+#include "base/timer.h"
 
 #include <math.h>
-#include <signal.h>
-
-static volatile sig_atomic_t interrupt_count;
-
-static void note_interrupt(int signal_number) {
-    (void)signal_number;
-    interrupt_count = 1;
-}
-
-void run_catch_signals(void) {
-    struct sigaction action = {.sa_handler = note_interrupt};
-    sigemptyset(&action.sa_mask);
-    action.sa_flags = (int)SA_RESETHAND | SA_RESTART; /* the second one has its usual effect */
-    sigaction(SIGINT, &action, NULL);
-    sigaction(SIGTERM, &action, NULL);
-    signal(SIGPIPE, SIG_IGN);
-    signal(SIGXFSZ, SIG_IGN);
-}
-
-bool run_is_interrupted(void) { return interrupt_count != 0; }
 
 /* Files hold floats. A vertex at distance r along an axis is rounded by up to 2^-24 r there, so two
  * features come nearer by at most 2 sqrt(3) 2^-24 r: that must stay under the minimum gap. */
@@ -89,7 +69,7 @@ static tulle_status write_checkpoint(run_session *session, tulle_error *error) {
     tulle_world_free_state(world, checkpoint.bytes, checkpoint.byte_count);
     if (status != TULLE_OK) return status;
     session->checkpoint_step = checkpoint.step;
-    session->checkpoint_time = run_clock();
+    session->checkpoint_time = timer_now();
     progress_show_checkpoint(session);
     return TULLE_OK;
 }
@@ -104,7 +84,7 @@ static bool is_checkpoint_due(const run_session *session) {
     if (options->checkpoint_steps > 0)
         return tulle_world_get_step_count(session->built.world) - session->checkpoint_step >=
                options->checkpoint_steps;
-    return run_clock() - session->checkpoint_time >= options->checkpoint_seconds;
+    return timer_now() - session->checkpoint_time >= options->checkpoint_seconds;
 }
 
 static void add_to_totals(run_totals *totals, const tulle_step_report *report) {
@@ -145,7 +125,7 @@ tulle_status run_step_to_end(run_session *session, tulle_error *error) {
     tulle_status status = TULLE_OK;
     while (status == TULLE_OK &&
            tulle_world_get_step_count(session->built.world) < session->wanted_steps) {
-        if (run_is_interrupted())
+        if (interrupt_is_pending())
             status = TULLE_ERROR_INTERRUPTED;
         else
             status = make_step(session, error);

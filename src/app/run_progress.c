@@ -1,50 +1,30 @@
 /* app/run_progress.c - shows on standard error how far a run is: a bar with the time left, contacts
  * and smallest gap on a terminal; lines every ten seconds elsewhere; or JSON lines. */
-#define _POSIX_C_SOURCE 200809L
 #include "app/run_session.h"
+#include "base/timer.h"
 
 #include <math.h>
 #include <stdio.h>
 #include <string.h>
-#include <time.h>
-#include <unistd.h>
 
-enum { BAR_WIDTH = 24 /* [characters] */ };
-static const double BAR_INTERVAL = 0.1;   /* [s] as often as an eye follows */
+enum { FACTS_SIZE = 160 /* [bytes] */ };
 static const double LINE_INTERVAL = 10.0; /* [s] a log of a long run stays readable */
 static const double MILLIMETRES_PER_METRE = 1000.0;
 
-double run_clock(void) {
-    struct timespec now;
-    clock_gettime(CLOCK_MONOTONIC, &now);
-    return (double)now.tv_sec + 1e-9 * (double)now.tv_nsec;
-}
-
 void progress_begin(run_progress *progress, const char *kind) {
-    *progress = (run_progress){.begin = run_clock()};
-    progress->shown = progress->begin;
+    *progress = (run_progress){.bar = progress_bar_begin(), .shown = timer_now()};
     if (strcmp(kind, "json") == 0)
         progress->kind = PROGRESS_JSON;
     else if (strcmp(kind, "auto") == 0)
-        progress->kind = isatty(STDERR_FILENO) ? PROGRESS_BAR : PROGRESS_LINES;
+        progress->kind = progress->bar.is_terminal ? PROGRESS_BAR : PROGRESS_LINES;
 }
 
-/* [s] that the rest takes at the pace so far. */
+/* [s] that the rest takes at the pace of this session. */
 static double estimate_rest(const run_session *session, uint64_t steps_done) {
-    double const elapsed = run_clock() - session->progress.begin;
     uint64_t const left =
         session->wanted_steps > steps_done ? session->wanted_steps - steps_done : 0;
     uint64_t const done = session->totals.steps;
-    return done > 0 ? elapsed / (double)done * (double)left : 0.0;
-}
-
-static void format_duration(double seconds, char text[32]) {
-    double const capped = fmin(seconds, 3.6e8);
-    long const total = (long)(capped + 0.5);
-    if (total >= 3600)
-        snprintf(text, 32, "%ld:%02ld:%02ld", total / 3600, total / 60 % 60, total % 60);
-    else
-        snprintf(text, 32, "%ld:%02ld", total / 60, total % 60);
+    return progress_bar_estimate_rest(&session->progress.bar, done, done + left);
 }
 
 static void format_gap(double gap, char text[32]) {
@@ -55,27 +35,18 @@ static void format_gap(double gap, char text[32]) {
 }
 
 /* "frame 3/120  2 %  rest 0:41  1234 contacts  gap 0.31 mm" */
-static void print_facts(const run_session *session, const tulle_step_report *report) {
+static const char *format_facts(const run_session *session, const tulle_step_report *report,
+                                char text[FACTS_SIZE]) {
     uint64_t const done = report->step + 1;
     uint32_t const steps_per_frame = scene_get_steps_per_frame(session->scene);
-    char rest[32], gap[32];
-    format_duration(estimate_rest(session, done), rest);
+    char rest[PROGRESS_DURATION_SIZE], gap[32];
+    progress_format_duration(estimate_rest(session, done), rest);
     format_gap(report->smallest_gap, gap);
-    fprintf(stderr, "frame %llu/%u  %.0f %%  rest %s  %llu contacts  gap %s",
-            (unsigned long long)(done / steps_per_frame), session->options.frame_count,
-            100.0 * (double)done / (double)session->wanted_steps, rest,
-            (unsigned long long)report->contacts, gap);
-}
-
-static void draw_bar(const run_session *session, const tulle_step_report *report) {
-    char bar[BAR_WIDTH + 1];
-    double const share = (double)(report->step + 1) / (double)session->wanted_steps;
-    for (int i = 0; i < BAR_WIDTH; i++) bar[i] = i < (int)(share * BAR_WIDTH) ? '#' : '.';
-    bar[BAR_WIDTH] = '\0';
-    fprintf(stderr, "\r[%s] ", bar);
-    print_facts(session, report);
-    fputs("\033[K", stderr); /* clears the rest of the line */
-    fflush(stderr);
+    snprintf(text, FACTS_SIZE, "frame %llu/%u  %.0f %%  rest %s  %llu contacts  gap %s",
+             (unsigned long long)(done / steps_per_frame), session->options.frame_count,
+             100.0 * (double)done / (double)session->wanted_steps, rest,
+             (unsigned long long)report->contacts, gap);
+    return text;
 }
 
 /* A number, or null where JSON has none. */
@@ -106,18 +77,14 @@ static void print_json_step(const run_session *session, const tulle_step_report 
 
 void progress_show_step(run_session *session, const tulle_step_report *report) {
     run_progress *const progress = &session->progress;
-    double const now = run_clock();
-    bool const is_last = report->step + 1 >= session->wanted_steps;
+    char facts[FACTS_SIZE];
     if (progress->kind == PROGRESS_JSON) print_json_step(session, report);
-    if (progress->kind == PROGRESS_BAR && (is_last || now - progress->shown >= BAR_INTERVAL)) {
-        draw_bar(session, report);
-        progress->has_line = true;
-        progress->shown = now;
-    }
-    if (progress->kind == PROGRESS_LINES && now - progress->shown >= LINE_INTERVAL) {
-        print_facts(session, report);
-        fputc('\n', stderr);
-        progress->shown = now;
+    if (progress->kind == PROGRESS_BAR)
+        progress_bar_show(&progress->bar, report->step + 1, session->wanted_steps, "%s",
+                          format_facts(session, report, facts));
+    if (progress->kind == PROGRESS_LINES && timer_now() - progress->shown >= LINE_INTERVAL) {
+        fprintf(stderr, "%s\n", format_facts(session, report, facts));
+        progress->shown = timer_now();
     }
 }
 
@@ -129,8 +96,7 @@ void progress_show_checkpoint(run_session *session) {
 }
 
 void progress_end(run_session *session, const char *outcome) {
-    if (session->progress.has_line) fputc('\n', stderr);
-    session->progress.has_line = false;
+    progress_bar_end(&session->progress.bar);
     if (session->progress.kind != PROGRESS_JSON) return;
     fprintf(stderr,
             "{\"event\":\"end\",\"state\":\"%s\",\"frames\":%u,\"state_hash\":\"%016llx\"}\n",

@@ -3,6 +3,7 @@
 #ifndef TULLE_APP_RUN_SESSION_H
 #define TULLE_APP_RUN_SESSION_H
 
+#include "app/progress_bar.h"
 #include "scene/scene.h"
 
 #include "tulle/run.h"
@@ -27,8 +28,8 @@ typedef struct run_totals {
 
 typedef struct run_progress {
     progress_kind kind;
-    double begin, shown; /* [s] of the clock: start of the session, last time something was shown */
-    bool has_line;       /* a bar stands on the terminal's line */
+    progress_bar bar;
+    double shown; /* [s] of the clock: last time that a line was shown */
 } run_progress;
 
 typedef struct run_options {
@@ -55,14 +56,6 @@ typedef struct run_session {
     run_totals totals;
     run_progress progress;
 } run_session;
-
-/* [s] of a clock that only goes forward. */
-double run_clock(void);
-
-/* From now on SIGINT and SIGTERM ask the run to stop after its step; a second one ends the process.
- * Closed pipes and file-size limits become errors of the writes. */
-void run_catch_signals(void);
-bool run_is_interrupted(void);
 
 /* Steps until all frames are written, an error or an interrupt; writes frames, reports and
  * checkpoints, at the end a last checkpoint. TULLE_ERROR_INTERRUPTED when asked to stop. */

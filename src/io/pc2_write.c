@@ -26,6 +26,7 @@ struct tulle_pc2_writer {
     unsigned char *frame;
     size_t frame_size;
     uint32_t vertex_count, frame_count;
+    int defers_flush;
 };
 
 static tulle_status write_empty(const char *path, uint32_t vertex_count, int is_flushed,
@@ -192,7 +193,11 @@ static tulle_status append(tulle_pc2_writer *writer, const double *positions, in
 
 tulle_status tulle_pc2_writer_append(tulle_pc2_writer *writer, const double *positions,
                                      tulle_error *error) {
-    return append(writer, positions, 1, error);
+    return append(writer, positions, !writer || !writer->defers_flush, error);
+}
+
+void tulle_pc2_writer_defer_flush(tulle_pc2_writer *writer) {
+    if (writer) writer->defers_flush = 1;
 }
 
 tulle_status pc2_writer_append_unflushed(tulle_pc2_writer *writer, const double *positions,
