@@ -255,6 +255,13 @@ static const schema_key scene_table[] = {
      .map = &solver_map,
      FIELD(scene_keys, solver),
      .meaning = "integration"},
+    {.name = "render",
+     .type = SCHEMA_MAP,
+     .map = &picture_map,
+     .flags = SCHEMA_OPTIONAL | SCHEMA_PICTURE,
+     FIELD(scene_keys, picture),
+     .derived = "its defaults",
+     .meaning = "how pictures look"},
 };
 const schema_map scene_map = {
     .title = "Scene", .meaning = "The keys of the file itself.", MAP_OF(scene_table, scene_keys)};

@@ -75,6 +75,9 @@ typedef struct cloth_keys {
     material_keys material;
     double thickness;
     schema_list pins;
+    schema_vector color, back_color;
+    int pattern;
+    double pattern_size;
 } cloth_keys;
 
 typedef struct sequence_keys {
@@ -137,6 +140,7 @@ typedef struct obstacle_keys {
     double friction, appears, disappears;
     motion_keys motion;
     copies_keys copies;
+    schema_vector color;
 } obstacle_keys;
 
 typedef struct contact_keys {
@@ -153,6 +157,19 @@ typedef struct solver_keys {
     uint64_t cg_iterations, rounds, sweeps;
 } solver_keys;
 
+typedef struct camera_keys {
+    schema_head head;
+    schema_vector position, orbit, target;
+    double distance, field_of_view, turn;
+} camera_keys;
+
+typedef struct picture_keys {
+    schema_head head;
+    camera_keys camera;
+    int floor; /* scene_floor */
+    double exposure;
+} picture_keys;
+
 typedef struct scene_keys {
     schema_head head;
     const char *title;
@@ -163,11 +180,12 @@ typedef struct scene_keys {
     schema_list cloth, obstacles;
     contact_keys contact;
     solver_keys solver;
+    picture_keys picture;
 } scene_keys;
 
 extern const schema_map scene_map, time_map, wind_map, mesh_map, material_map, keyframe_map,
     box_map, line_map, pin_map, cloth_map, sequence_map, motion_map, row_map, grid_map, ring_map,
-    spiral_map, copies_map, obstacle_map, contact_map, solver_map;
+    spiral_map, copies_map, obstacle_map, contact_map, solver_map, camera_map, picture_map;
 
 /* An integer that stands for "derived from the scene's seed". */
 #define SEED_AUTO ((uint64_t)1 << 60)

@@ -112,6 +112,8 @@ const schema_map pin_map = {
     MAP_OF(pin_table, pin_keys),
     .needs_alternative = true};
 
+/* In the order of scene_pattern. */
+static const char *const pattern_names[] = {"plain", "weave", "check", NULL};
 static const schema_key cloth_table[] = {
     {.name = "name",
      .type = SCHEMA_NAME,
@@ -160,6 +162,28 @@ static const schema_key cloth_table[] = {
      .maximum = 10000,
      FIELD(cloth_keys, pins),
      .meaning = "vertices that are held or moved"},
+    {.name = "color",
+     COLOR,
+     FIELD(cloth_keys, color),
+     .derived = "from a palette",
+     .meaning = "color of its front in pictures: red, green, blue of sRGB"},
+    {.name = "back_color",
+     COLOR,
+     FIELD(cloth_keys, back_color),
+     .derived = "from the front's",
+     .meaning = "color of its back in pictures"},
+    {.name = "pattern",
+     .type = SCHEMA_CHOICE,
+     .choices = pattern_names,
+     .flags = SCHEMA_OPTIONAL | SCHEMA_PICTURE,
+     FIELD(cloth_keys, pattern),
+     .derived = "`check`",
+     .meaning = "pattern in pictures, along with the cloth where it lies at rest"},
+    {.name = "pattern_size",
+     POSITIVE_LENGTH(SCHEMA_OPTIONAL | SCHEMA_PICTURE),
+     FIELD(cloth_keys, pattern_size),
+     .derived = "from its extent",
+     .meaning = "length of a square of the check, or of a period of the weave"},
 };
 const schema_map cloth_map = {.title = "Cloth",
                               .meaning = "One piece of cloth, or several that share "

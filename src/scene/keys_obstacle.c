@@ -263,6 +263,11 @@ static const schema_key obstacle_table[] = {
      FIELD(obstacle_keys, copies),
      .derived = "one",
      .meaning = "places it many times"},
+    {.name = "color",
+     COLOR,
+     FIELD(obstacle_keys, color),
+     .derived = "grey",
+     .meaning = "color in pictures: red, green, blue of sRGB"},
 };
 const schema_map obstacle_map = {
     .title = "Obstacle",

@@ -23,6 +23,11 @@
 #define ANY_SEED .type = SCHEMA_INTEGER, .minimum = 0, .maximum = 9007199254740992.0
 #define AUTO_SEED ANY_SEED, .fallback = "auto", .word = "auto", .word_value = (double)SEED_AUTO
 
+/* sRGB, as color pickers give it. */
+#define COLOR                                                                                      \
+    .type = SCHEMA_VECTOR, .least_count = 3, .most_count = 3, .minimum = 0, .maximum = 1,          \
+    .flags = SCHEMA_OPTIONAL | SCHEMA_PICTURE
+
 #define SCALE(owner)                                                                               \
     {                                                                                              \
         .name = "scale", .type = SCHEMA_VECTOR, .fallback = "1", .least_count = 3,                 \

@@ -39,8 +39,7 @@ static char *read_text(const scene_work *work, size_t *length) {
     return is_failed ? NULL : text;
 }
 
-/* Text, tree, overrides, keys. False after a problem. */
-static bool read_keys(const scene_work *work, const char *const *overrides, size_t count) {
+bool read_scene_keys(const scene_work *work, const char *const *overrides, size_t count) {
     scene *loaded = work->scene;
     tree_source source = {.name = loaded->path, .has_lines = true};
     source.text = read_text(work, &source.length);
@@ -141,20 +140,21 @@ static bool check_names(const scene_work *work) {
     return true;
 }
 
-static const char *write_canonical(scene *loaded) {
-    text_buffer buffer = {.storage = &loaded->storage};
+static const char *write_canonical(scene *loaded, unsigned left_out) {
+    text_buffer buffer = {.storage = &loaded->storage, .left_out = left_out};
     schema_write(&scene_map, &loaded->keys, 0, &buffer);
     return buffer.is_failed ? NULL : buffer.data;
 }
 
-/* The canonical text, and the hash: text without the length of the run, materials, meshes. */
+/* The canonical text, and the hash: text without the length of the run and without what only
+ * pictures depend on, materials, meshes. */
 static bool finish(const scene_work *work) {
     scene *loaded = work->scene;
-    loaded->canonical_text = write_canonical(loaded);
+    loaded->canonical_text = write_canonical(loaded, 0);
     uint64_t given = loaded->keys.time.head.given;
     loaded->keys.time.head.given &= ~(UINT64_C(1) << schema_find_key(&time_map, "frames"));
     loaded->keys.time.head.given &= ~(UINT64_C(1) << schema_find_key(&time_map, "duration"));
-    const char *text = write_canonical(loaded);
+    const char *text = write_canonical(loaded, SCHEMA_PICTURE);
     loaded->keys.time.head.given = given;
     if (!loaded->canonical_text || !text) {
         problem_add_memory(work->problems, loaded->path);
@@ -173,8 +173,8 @@ static bool finish(const scene_work *work) {
 }
 
 static bool load(const scene_work *work, const char *const *overrides, size_t override_count) {
-    if (!read_keys(work, overrides, override_count)) return false;
-    bool is_good = set_frame_count(work);
+    if (!read_scene_keys(work, overrides, override_count)) return false;
+    bool is_good = set_frame_count(work) & check_picture(work);
     is_good &= make_cloths(work);
     is_good &= make_all_obstacles(work);
     return is_good && check_names(work) && finish(work);

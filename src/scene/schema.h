@@ -31,7 +31,8 @@ enum {
     SCHEMA_ALTERNATIVE = 2,   /* of all keys with this flag in a map, at most one may be given */
     SCHEMA_ABOVE_MINIMUM = 4, /* the minimum itself is out of range */
     SCHEMA_UNIFORM = 8,       /* a vector may be one number, for all its components */
-    SCHEMA_OPTIONAL = 16      /* a map or alternative without defaults: absent when not given */
+    SCHEMA_OPTIONAL = 16,     /* a map or alternative without defaults: absent when not given */
+    SCHEMA_PICTURE = 32       /* says how pictures look; a run does not depend on it */
 };
 
 typedef struct schema_vector {
@@ -117,7 +118,8 @@ typedef struct text_buffer {
     arena *storage;
     char *data;
     size_t count, capacity;
-    bool is_failed; /* memory was short; the text is incomplete */
+    bool is_failed;    /* memory was short; the text is incomplete */
+    unsigned left_out; /* keys with one of these flags are not written */
 } text_buffer;
 void text_append(text_buffer *buffer, const char *format, ...)
     __attribute__((format(printf, 2, 3)));

@@ -129,7 +129,8 @@ void schema_write(const schema_map *map, const void *target, int indent, text_bu
         bool is_given = head->given >> k & 1;
         bool is_default_map = key->type == SCHEMA_MAP && !(key->flags & SCHEMA_OPTIONAL);
         bool has_value = is_given || key->fallback || is_default_map;
-        if (!has_value || !schema_applies(map, key, target)) continue;
+        if (!has_value || !schema_applies(map, key, target) || key->flags & buffer->left_out)
+            continue;
         if (key->type == SCHEMA_MAP) {
             text_append(buffer, "%*s%s:\n", indent, "", key->name);
             schema_write(key->map, field, indent + 2, buffer);
