@@ -380,6 +380,8 @@ void world_release_start(tulle_world *world) {
     ARRAY_FREE(heap, &world->pairs.vertex_triangle);
     ARRAY_FREE(heap, &world->pairs.edge_edge);
     row_list_destroy(&world->rows, heap);
+    row_list_destroy(&world->accepted_rows, heap);
+    ARRAY_FREE(heap, &world->contacts);
     ARRAY_FREE(heap, &world->ignored);
     ARRAY_FREE(heap, &world->ignored_start);
     ARRAY_FREE(heap, &world->ignored_keys);

@@ -190,6 +190,8 @@ tulle_status tulle_world_load_state(tulle_world *world, const void *bytes, size_
     world->now = *next;
     world->next = old;
     world->step_count = header.step_count;
+    world->accepted_rows.rows.count = 0; /* a saved state has no rows */
+    world->has_contacts = false;
     for (size_t i = 0; i < world->obstacles.count; i++) {
         world->surfaces[world->cloths.count + i].is_present = world->now.is_present[i];
     }

@@ -117,6 +117,10 @@ static void end_step(tulle_world *world) {
     world_motion_state const old = world->now;
     world->now = world->next;
     world->next = old;
+    row_list const old_rows = world->accepted_rows;
+    world->accepted_rows = world->rows;
+    world->rows = old_rows;
+    world->has_contacts = false;
     world->step_count++;
     if (world->ignored.count > 0) world_update_ignored(world, world->now.positions);
 }

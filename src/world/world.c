@@ -256,6 +256,14 @@ int tulle_obstacle_is_present(const tulle_world *world, tulle_obstacle_id id) {
     return world->now.is_present[id.index];
 }
 
+const double *tulle_obstacle_get_velocities(const tulle_world *world, tulle_obstacle_id id,
+                                            size_t *vertex_count) {
+    world_obstacle const *const obstacle = find_obstacle(world, id);
+    if (vertex_count) *vertex_count = obstacle ? obstacle->mesh.vertex_count : 0;
+    if (!obstacle || !world->is_started) return NULL;
+    return object_vectors(world->now.velocities, obstacle->vertex_begin);
+}
+
 double tulle_world_get_time(const tulle_world *world) { return world ? world->now.time : 0.0; }
 
 uint64_t tulle_world_get_step_count(const tulle_world *world) {

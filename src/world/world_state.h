@@ -108,11 +108,14 @@ struct tulle_world {
     double *active_inverse_masses; /* [1/kg] 0 where pinned */
     double *targets;               /* [m] where scripted vertices go in this step */
     pair_list pairs;
-    row_list rows;
+    row_list rows;                   /* of the substep that runs, or ran last */
+    row_list accepted_rows;          /* of the last substep of the last accepted step */
     intersection_list intersections; /* of the start, or of what last appeared */
     intersection_list ignored;       /* those that have not come apart */
     intersection_list ignored_start; /* the ignored ones at the start of the step */
     ARRAY(uint64_t) ignored_keys;    /* the same as ignored_pair_key, ascending */
+    ARRAY(tulle_contact) contacts;   /* accepted_rows as the user sees them, when has_contacts */
+    bool has_contacts;
     arena scratch;
     char message[WORLD_MESSAGE_BYTES];
 };

@@ -41,8 +41,15 @@ static tulle_mesh make_sphere(double radius, unsigned resolution) {
     return small_shape(def, 0.0, 0.0, 0.0);
 }
 
+static size_t count_contacts(tulle_world *world, tulle_status *status) {
+    const tulle_contact *contacts = NULL;
+    size_t count = 0;
+    *status = tulle_world_get_contacts(world, &contacts, &count, NULL);
+    return count;
+}
+
 /* One world from the first call to the last of `step_count` steps, while allocation number
- * heap->fail_at fails; a step that fails changes nothing. */
+ * heap->fail_at fails; a step that fails changes nothing, nor the contacts of the one before. */
 static tulle_status run_world(const tulle_world_def *def, const tulle_cloth_def *cloth,
                               const tulle_obstacle_def *obstacle, int step_count) {
     tulle_world *world = NULL;
@@ -53,8 +60,13 @@ static tulle_status run_world(const tulle_world_def *def, const tulle_cloth_def 
     for (int i = 0; status == TULLE_OK && i < step_count; i++) {
         uint64_t const hash = tulle_world_get_state_hash(world);
         tulle_error error = {0};
+        size_t const contact_count = count_contacts(world, &status);
+        if (status != TULLE_OK) break;
         status = tulle_world_step(world, STEP, NULL, &error);
         if (status == TULLE_OK) continue;
+        tulle_status counted = TULLE_OK;
+        assert_int_equal(count_contacts(world, &counted), contact_count);
+        assert_int_equal(counted, TULLE_OK);
         assert_true(tulle_world_get_state_hash(world) == hash);
         assert_int_equal(error.status, status);
         /* the same step goes well once there is memory */
@@ -132,6 +144,9 @@ static void steady_step_makes_no_heap_call(void **state) {
     }
     assert_true(report.contacts > 0);
     assert_int_equal(heap.count, before);
+    tulle_status status = TULLE_OK;
+    assert_int_equal(count_contacts(world, &status), report.contacts);
+    assert_true(heap.count > before); /* only who asks pays */
     tulle_world_destroy(world);
     tulle_mesh_destroy(&sheet);
     tulle_mesh_destroy(&table);

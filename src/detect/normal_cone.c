@@ -1,0 +1,140 @@
+/* detect/normal_cone.c - see normal_cone.h.
+ *
+ * With u = b - a, v = c - a, n0 = u0 x v0, n1 = u1 x v1 and m = (u0 x v1 + u1 x v0) / 2 the normal
+ * is
+ *     n(t) = n0 (1-t)^2 + 2 m t (1-t) + n1 t^2,
+ * a combination of n0, m, n1 with coefficients that are not negative. Circular cones of a
+ * half-angle under pi/2 are convex, so one that holds n0, m and n1 holds n(t) for all t in [0, 1].
+ *
+ * Rounding: the axis is only a choice; what must be bounded from above is the largest angle between
+ * it and the exact n0, m, n1. It is measured after the axis is fixed. */
+#include "detect/normal_cone.h"
+
+#include <float.h>
+
+/* [rad] Added to every angle that was computed from unit vectors. Their rounding and that of asin,
+ * atan2 and sin come to some 1e-15 rad; 1e-9 leaves room and widens a patch of a million merges by
+ * a milliradian. */
+static const double ANGLE_SLACK = 1e-9;
+
+/* Rounding of n0, m and n1 over the product of the longest u and v: differences of coordinates 1/2
+ * ulp each, a product and a difference in the cross product, and |u_y v_z| + |u_z v_y| for all
+ * three components come to 5 sqrt(2) units of 2^-53; the sum in m adds two more. */
+static const double NORMAL_ERROR = 16.0 * 0x1p-53;
+
+/* Normals no longer than this many error bounds have no direction worth keeping. */
+static const double NORMAL_ERRORS_MIN = 4.0;
+
+/* Products of edges outside this range [m^2] may have lost digits to underflow, or overflow. */
+static const double AREA_MIN = 1e-280, AREA_MAX = 1e280;
+
+static const double HALF_PI = 1.5707963267948966;
+
+static const normal_cone no_cone = {.half_angle = -1.0};
+
+/* Bernstein coefficients of the normal as unit vectors, and how far [rad] each may point from the
+ * exact one. */
+typedef struct normal_hull {
+    vec3 directions[3];
+    double errors[3];
+} normal_hull;
+
+/* False when one of them may vanish. */
+static bool find_hull(const vec3 start[3], const vec3 end[3], normal_hull *hull) {
+    vec3 const u0 = vec3_sub(start[1], start[0]), v0 = vec3_sub(start[2], start[0]);
+    vec3 const u1 = vec3_sub(end[1], end[0]), v1 = vec3_sub(end[2], end[0]);
+    double const longest_u = sqrt(fmax(vec3_norm2(u0), vec3_norm2(u1)));
+    double const longest_v = sqrt(fmax(vec3_norm2(v0), vec3_norm2(v1)));
+    double const area = longest_u * longest_v;
+    if (!(area > AREA_MIN && area < AREA_MAX)) return false;
+    double const error = NORMAL_ERROR * area;
+    vec3 const normals[3] = {
+        vec3_cross(u0, v0),
+        vec3_scale(vec3_add(vec3_cross(u0, v1), vec3_cross(u1, v0)), 0.5),
+        vec3_cross(u1, v1),
+    };
+    for (int k = 0; k < 3; k++) {
+        double const scale = 1.0 / area; /* keeps squares of normals within range */
+        vec3 const scaled = vec3_scale(normals[k], scale);
+        double const length = vec3_norm(scaled);
+        if (!(length * area > NORMAL_ERRORS_MIN * error)) return false;
+        hull->directions[k] = vec3_scale(scaled, 1.0 / length);
+        /* asin(x) <= pi/2 x, and x is at most 1/4 */
+        hull->errors[k] = HALF_PI * error / (length * area);
+    }
+    return true;
+}
+
+/* Squared chord between two unit vectors; exact where they nearly agree, and rising with the angle.
+ */
+static double chord2(vec3 a, vec3 b) { return vec3_norm2(vec3_sub(a, b)); }
+
+/* Smallest half-angle about the axis that holds the hull; negative when it is not under pi/2. */
+static double measure_hull(const normal_hull *hull, vec3 axis) {
+    double half_angle = 0.0;
+    for (int k = 0; k < 3; k++) {
+        double const distance2 = chord2(axis, hull->directions[k]);
+        if (!(distance2 < 2.0)) return -1.0; /* at a right angle or more */
+        half_angle =
+            fmax(half_angle, 2.0 * asin(0.5 * sqrt(distance2)) + hull->errors[k] + ANGLE_SLACK);
+    }
+    return half_angle < HALF_PI - ANGLE_SLACK ? half_angle : -1.0;
+}
+
+/* The axis through the circle of the three directions. */
+static vec3 find_circle_axis(const normal_hull *hull) {
+    const vec3 *const d = hull->directions;
+    vec3 const axis = vec3_normalize(vec3_cross(vec3_sub(d[1], d[0]), vec3_sub(d[2], d[0])));
+    return vec3_dot(axis, d[0]) < 0.0 ? vec3_neg(axis) : axis;
+}
+
+normal_cone normal_cone_of_triangle(const vec3 start[3], const vec3 end[3]) {
+    normal_hull hull;
+    if (!find_hull(start, end, &hull)) return no_cone;
+    int widest = 0; /* pair {widest, widest + 1} is the widest */
+    double chords[3];
+    for (int k = 0; k < 3; k++) {
+        chords[k] = chord2(hull.directions[k], hull.directions[(k + 1) % 3]);
+        if (chords[k] > chords[widest]) widest = k;
+    }
+    vec3 const *const d = hull.directions;
+    vec3 const middle = vec3_normalize(vec3_add(d[widest], d[(widest + 1) % 3]));
+    normal_cone cone = {middle, measure_hull(&hull, middle)};
+    /* the third one inside: nothing is smaller than half of the widest pair */
+    if (chord2(middle, d[(widest + 2) % 3]) <= chord2(middle, d[widest])) {
+        return normal_cone_is_valid(cone) ? cone : no_cone;
+    }
+    vec3 const axis = find_circle_axis(&hull);
+    normal_cone const circle = {axis, measure_hull(&hull, axis)};
+    bool const is_better = normal_cone_is_valid(circle) &&
+                           (!normal_cone_is_valid(cone) || circle.half_angle < cone.half_angle);
+    if (is_better) cone = circle;
+    return normal_cone_is_valid(cone) ? cone : no_cone;
+}
+
+bool normal_cone_merge(const normal_cone *a, const normal_cone *b, double limit,
+                       normal_cone *merged) {
+    double const between =
+        atan2(vec3_norm(vec3_cross(a->axis, b->axis)), vec3_dot(a->axis, b->axis));
+    bool const keeps_a = between + ANGLE_SLACK + b->half_angle <= a->half_angle;
+    bool const takes_b = between + ANGLE_SLACK + a->half_angle <= b->half_angle;
+    if (keeps_a || takes_b) {
+        const normal_cone *const larger = keeps_a ? a : b;
+        if (larger->half_angle > limit) return false;
+        *merged = *larger;
+        return true;
+    }
+    /* a's axis is turned toward b's; at no more than the limit they are no half turn apart */
+    double const ideal = 0.5 * (between + a->half_angle + b->half_angle);
+    double const turn = fmin(fmax(ideal - a->half_angle, 0.0), between);
+    double const half_angle =
+        fmax(a->half_angle + turn, b->half_angle + (between - turn)) + 2.0 * ANGLE_SLACK;
+    if (half_angle > limit) return false;
+    vec3 axis = a->axis;
+    if (between > ANGLE_SLACK) {
+        axis = vec3_normalize(
+            vec3_add_scaled(vec3_scale(a->axis, sin(between - turn)), b->axis, sin(turn)));
+    }
+    *merged = (normal_cone){axis, half_angle};
+    return true;
+}
