@@ -32,11 +32,10 @@ static const double *get_corner(const tulle_check_body *body, uint32_t triangle,
     return body->mesh.positions + 3 * (size_t)body->mesh.triangles[3 * (size_t)triangle + corner];
 }
 
-/* A place close to where two intersecting triangles meet: the centre of what their boxes have in
- * common. */
-static void find_place(const check_frame *frame, const tulle_check_pair *pair, double place[3]) {
-    const tulle_check_body *const bodies[2] = {&frame->bodies[pair->body_a],
-                                               &frame->bodies[pair->body_b]};
+void check_find_place(const tulle_check_body *bodies_of_frame, const tulle_check_pair *pair,
+                      double place[3]) {
+    const tulle_check_body *const bodies[2] = {&bodies_of_frame[pair->body_a],
+                                               &bodies_of_frame[pair->body_b]};
     uint32_t const triangles[2] = {pair->triangle_a, pair->triangle_b};
     for (int axis = 0; axis < 3; axis++) {
         double lows[2], highs[2];
@@ -70,7 +69,7 @@ static void print_json_text(const char *text) {
 
 static void print_pair_json(const check_frame *frame, const tulle_check_pair *pair) {
     double place[3];
-    find_place(frame, pair, place);
+    check_find_place(frame->bodies, pair, place);
     fputs("{\"a\":", stdout);
     print_json_text(frame->names[pair->body_a]);
     printf(",\"triangle_a\":%" PRIu32 ",\"b\":", pair->triangle_a);
@@ -81,7 +80,7 @@ static void print_pair_json(const check_frame *frame, const tulle_check_pair *pa
 
 static void print_pair_text(const check_frame *frame, const tulle_check_pair *pair) {
     double place[3];
-    find_place(frame, pair, place);
+    check_find_place(frame->bodies, pair, place);
     printf("  %s triangle %" PRIu32 " and %s triangle %" PRIu32 " near (%.6g, %.6g, %.6g)\n",
            frame->names[pair->body_a], pair->triangle_a, frame->names[pair->body_b],
            pair->triangle_b, place[0], place[1], place[2]);
