@@ -89,7 +89,8 @@ static double get_pattern(const render_geometry *geometry, const render_part *pa
             down[axis] += change->down[i] * rest;
         }
     }
-    double const pixel = fmax(hypot(across[0], across[1]), hypot(down[0], down[1]));
+    double const pixel = sqrt(
+        fmax(across[0] * across[0] + across[1] * across[1], down[0] * down[0] + down[1] * down[1]));
     /* A pattern repeats after two squares or threads. */
     double const strength = fade(0.5 * pixel, fade_begin, fade_end);
     if (strength == 0.0) return 1.0;

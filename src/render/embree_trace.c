@@ -117,7 +117,9 @@ static double find_light_share(const picture *p, const light_path *path,
 /* How much of the floor at a point is still floor and not yet horizon. */
 static double get_floor_cover(const picture *p, const render_point *point) {
     double const radius = fmax(p->scene->geometry.radius, 1e-3);
-    double const away = hypot(point->position.x, point->position.y) / radius;
+    double const away =
+        sqrt(point->position.x * point->position.x + point->position.y * point->position.y) /
+        radius;
     double const s = (away - floor_fade_begin) / (floor_fade_end - floor_fade_begin);
     if (s <= 0.0) return 1.0;
     return s < 1.0 ? (1.0 - s) * (1.0 - s) * (1.0 + 2.0 * s) : 0.0;
