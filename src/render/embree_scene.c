@@ -34,37 +34,37 @@ static filtered_query make_query(const render_ray *ray) {
     return query;
 }
 
-static struct RTCRay make_ray(const render_ray *ray, float distance) {
+static struct RTCRay make_ray(const render_ray *ray) {
     return (struct RTCRay){.org_x = ray->origin[0],
                            .org_y = ray->origin[1],
                            .org_z = ray->origin[2],
                            .dir_x = ray->direction[0],
                            .dir_y = ray->direction[1],
                            .dir_z = ray->direction[2],
-                           .tfar = distance,
+                           .tfar = ray->length,
                            .mask = UINT32_MAX};
 }
 
-static uint32_t find_first(RTCScene scene, const render_ray *ray, float distance) {
+static uint32_t find_first(RTCScene scene, const render_ray *ray) {
     filtered_query query = make_query(ray);
-    struct RTCRayHit hit = {.ray = make_ray(ray, distance)};
+    struct RTCRayHit hit = {.ray = make_ray(ray)};
     hit.hit.geomID = RTC_INVALID_GEOMETRY_ID;
     rtcIntersect1(scene, &query.context, &hit);
     return hit.hit.geomID == RTC_INVALID_GEOMETRY_ID ? TULLE_NONE : hit.hit.primID;
 }
 
 uint32_t render_scene_find_first(const render_scene *scene, const render_ray *ray) {
-    return scene->triangles ? find_first(scene->triangles, ray, INFINITY) : TULLE_NONE;
+    return scene->triangles ? find_first(scene->triangles, ray) : TULLE_NONE;
 }
 
-uint32_t render_scene_find_mark(const render_scene *scene, const render_ray *ray, double distance) {
-    return scene->marks ? find_first(scene->marks, ray, (float)distance) : TULLE_NONE;
+uint32_t render_scene_find_mark(const render_scene *scene, const render_ray *ray) {
+    return scene->marks ? find_first(scene->marks, ray) : TULLE_NONE;
 }
 
 bool render_scene_is_blocked(const render_scene *scene, const render_ray *ray) {
     if (!scene->triangles) return false;
     filtered_query query = make_query(ray);
-    struct RTCRay shadow = make_ray(ray, INFINITY);
+    struct RTCRay shadow = make_ray(ray);
     rtcOccluded1(scene->triangles, &query.context, &shadow);
     return shadow.tfar < 0.0f;
 }

@@ -20,6 +20,7 @@ typedef struct render_scene {
 typedef struct render_ray {
     float origin[3], direction[3];
     uint32_t excluded; /* a triangle that it does not meet, or TULLE_NONE */
+    float length;      /* where it ends, in lengths of its direction */
 } render_ray;
 
 /* Errors: TULLE_ERROR_OUT_OF_MEMORY. */
@@ -30,7 +31,7 @@ void render_scene_destroy(render_scene *scene);
 /* The first triangle that the ray meets, or TULLE_NONE. */
 uint32_t render_scene_find_first(const render_scene *scene, const render_ray *ray);
 bool render_scene_is_blocked(const render_scene *scene, const render_ray *ray);
-/* The first mark before `distance`, or TULLE_NONE. */
-uint32_t render_scene_find_mark(const render_scene *scene, const render_ray *ray, double distance);
+/* The first mark that the ray meets, or TULLE_NONE. */
+uint32_t render_scene_find_mark(const render_scene *scene, const render_ray *ray);
 
 #endif

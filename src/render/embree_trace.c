@@ -57,7 +57,8 @@ typedef struct light_path {
 static void set_ray(render_ray *ray, vec3 origin, vec3 direction, uint32_t excluded) {
     *ray = (render_ray){{(float)origin.x, (float)origin.y, (float)origin.z},
                         {(float)direction.x, (float)direction.y, (float)direction.z},
-                        excluded};
+                        excluded,
+                        INFINITY};
 }
 
 static vec3 get_vector(const float *v) {
@@ -97,6 +98,28 @@ static void leave_point(const picture *p, const render_point *point, vec3 direct
     set_ray(ray, start, direction, point->triangle);
 }
 
+static bool is_blocked(const picture *p, const render_ray *ray) {
+    if (find_floor(p, get_vector(ray->origin), get_vector(ray->direction)) < (double)ray->length)
+        return true;
+    return render_scene_is_blocked(p->scene, ray);
+}
+
+/* The ray to the light from where the surface would be if it were as curved as its normals say. On
+ * a flat triangle in place of a bulge, light that only just comes over the bulge would be cut off
+ * triangle by triangle. False: there is no bulge, or something lies between. So no light comes
+ * through a surface: both parts of the way are free. */
+static bool lift_ray(const picture *p, const render_point *point, vec3 direction, render_ray *ray) {
+    vec3 const lift = render_point_get_lift(&p->scene->geometry, point);
+    if (vec3_norm2(lift) == 0.0) return false;
+    render_ray up;
+    leave_point(p, point, lift, &up);
+    up.length = 1.0f;
+    if (is_blocked(p, &up)) return false;
+    set_ray(ray, vec3_add(get_vector(up.origin), lift), direction,
+            vec3_dot(direction, point->normal) > grazing_cosine ? point->triangle : TULLE_NONE);
+    return true;
+}
+
 /* Light that comes to the point straight from the light, as a white surface sends it back. */
 static double find_light_share(const picture *p, const light_path *path,
                                const render_point *point) {
@@ -104,14 +127,18 @@ static double find_light_share(const picture *p, const light_path *path,
     sampling_get_pair(path->index, path->pixel_seed, PAIR_LIGHT + PAIRS_OF_BOUNCE * path->depth,
                       place);
     vec3 const direction = render_light_get_direction(&p->light, place);
-    if (vec3_dot(direction, point->normal) <= grazing_cosine) return 0.0;
-    double const share =
-        render_light_get_share(&p->light, direction, point->shading_normal, point->normal);
-    if (share <= 0.0) return 0.0;
+    double const cosine = vec3_dot(direction, point->shading_normal);
+    if (cosine <= grazing_cosine) return 0.0;
+    double share = cosine / vec3_dot(direction, p->light.direction);
+    double const agreement =
+        render_light_get_agreement(direction, point->shading_normal, point->normal);
     render_ray ray;
-    leave_point(p, point, direction, &ray);
-    if (!isinf(find_floor(p, get_vector(ray.origin), get_vector(ray.direction)))) return 0.0;
-    return render_scene_is_blocked(p->scene, &ray) ? 0.0 : share;
+    if (agreement >= 1.0 || !lift_ray(p, point, direction, &ray)) {
+        if (vec3_dot(direction, point->normal) <= grazing_cosine) return 0.0;
+        share *= agreement;
+        leave_point(p, point, direction, &ray);
+    }
+    return is_blocked(p, &ray) ? 0.0 : share;
 }
 
 /* How much of the floor at a point is still floor and not yet horizon. */
@@ -171,8 +198,9 @@ static bool follow(const picture *p, light_path *path, const render_footprint *f
     render_point point;
     bool const is_hit = find_point(p, &path->ray, &point);
     if (footprint) {
-        uint32_t const mark = render_scene_find_mark(p->scene, &path->ray,
-                                                     is_hit ? point.distance : (double)INFINITY);
+        render_ray ray = path->ray;
+        if (is_hit) ray.length = (float)point.distance;
+        uint32_t const mark = render_scene_find_mark(p->scene, &ray);
         if (mark != TULLE_NONE) {
             const float *const color = p->def->marks[mark].color;
             add_radiance(path, (double[3]){(double)color[0], (double)color[1], (double)color[2]},

@@ -11,16 +11,18 @@
 
 static const double pi = 3.14159265358979323846;
 
+/* A bright studio: a soft key light from one side, a dim sky, and a floor that sends about as much
+ * as the horizon, so that it runs into it without a line. */
 render_lighting render_lighting_default(void) {
-    return (render_lighting){.light_direction = {-0.55, -0.45, 0.75},
-                             .light_angle = 0.12,
-                             .light_radiance = {0.62f, 0.60f, 0.57f},
-                             .sky_color = {0.50f, 0.54f, 0.60f},
-                             .horizon_color = {0.80f, 0.80f, 0.80f},
+    return (render_lighting){.light_direction = {-0.74, -0.20, 0.64},
+                             .light_angle = 0.10,
+                             .light_radiance = {1.22f, 1.17f, 1.11f},
+                             .sky_color = {0.16f, 0.18f, 0.21f},
+                             .horizon_color = {0.670f, 0.665f, 0.660f},
                              .has_floor = true,
                              .floor_height = 0.0,
-                             .floor_color = {0.70f, 0.70f, 0.70f},
-                             .bounces = 1};
+                             .floor_color = {0.600f, 0.608f, 0.618f},
+                             .bounces = 2};
 }
 
 render_light render_light_prepare(const render_lighting *lighting) {
@@ -58,15 +60,11 @@ vec3 render_light_get_direction(const render_light *light, const double point[2]
     return vec3_add_scaled(across, light->direction, sqrt(fmax(0.0, 1.0 - x * x - y * y)));
 }
 
-double render_light_get_share(const render_light *light, vec3 direction, vec3 shading_normal,
-                              vec3 normal) {
+double render_light_get_agreement(vec3 direction, vec3 shading_normal, vec3 normal) {
     double const cosine = vec3_dot(shading_normal, direction);
     double const true_cosine = vec3_dot(normal, direction);
-    if (cosine <= 0.0 || true_cosine <= 0.0) return 0.0;
-    double const share = cosine / vec3_dot(light->direction, direction);
     double const agreement = vec3_dot(shading_normal, normal);
-    if (agreement <= 0.0) return 0.0;
+    if (cosine <= 0.0 || true_cosine <= 0.0 || agreement <= 0.0) return 0.0;
     double const ratio = true_cosine / (cosine * agreement);
-    if (ratio >= 1.0) return share;
-    return share * ratio * (1.0 + ratio * (1.0 - ratio));
+    return ratio >= 1.0 ? 1.0 : ratio * (1.0 + ratio * (1.0 - ratio));
 }

@@ -29,10 +29,8 @@ void render_light_get_ambient(const render_light *light, vec3 normal, double rad
  * middle: a surface that faces the light receives the same from every sample. */
 vec3 render_light_get_direction(const render_light *light, const double point[2]);
 
-/* What a white surface sends by light from a unit direction of the light that it receives in full:
- * the share of render_light.radiance. Falls to zero, without a step, where the surface itself turns
- * away although its shading normal does not. */
-double render_light_get_share(const render_light *light, vec3 direction, vec3 shading_normal,
-                              vec3 normal);
+/* What a shading normal's cosine is multiplied with where the surface itself turns away sooner: 1
+ * where it does not, and down to 0, without a step, where it has turned away. */
+double render_light_get_agreement(vec3 direction, vec3 shading_normal, vec3 normal);
 
 #endif

@@ -13,8 +13,8 @@
  * plane is less certain.
  *
  * Based on: Carsten Wächter and Nikolaus Binder, A fast and robust method for avoiding
- *           self-intersection, 2019 (the idea; here with a bound, and the origin triangle
- * excluded); Homan Igehy, Tracing ray differentials, 1999 (see appearance.c). */
+ *           self-intersection, 2019 (the idea; here with a bound and without the triangle left);
+ *           Johannes Hanika, Hacking the shadow terminator, 2021 (the lift). */
 #include "render/surface_point.h"
 
 static const double unit_roundoff = 0x1p-24;
@@ -83,6 +83,21 @@ void render_point_set_floor(double height, vec3 origin, vec3 direction, double d
                             .shading_normal = normal,
                             .is_front = true};
     point->position.z = height;
+}
+
+vec3 render_point_get_lift(const render_geometry *geometry, const render_point *point) {
+    vec3 lift = {0};
+    uint32_t const t = point->triangle;
+    if (t == TULLE_NONE || !geometry->parts[geometry->part_index[t]].is_smooth) return lift;
+    for (int i = 0; i < 3; i++) {
+        vec3 const vertex =
+            render_geometry_get_vertex(geometry, geometry->triangles[3 * (size_t)t + (size_t)i]);
+        vec3 normal = load_float3(geometry->corner_normals + 9 * (size_t)t + 3 * (size_t)i);
+        if (!point->is_front) normal = vec3_neg(normal);
+        double const height = vec3_dot(vec3_sub(vertex, point->position), normal);
+        if (height > 0.0) lift = vec3_add_scaled(lift, normal, point->weights[i] * height);
+    }
+    return lift;
 }
 
 double render_point_get_offset(const render_geometry *geometry, const render_point *point) {

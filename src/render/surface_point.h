@@ -33,6 +33,10 @@ void render_point_set_floor(double height, vec3 origin, vec3 direction, double d
  * the right side of the triangle and of those around it. */
 double render_point_get_offset(const render_geometry *geometry, const render_point *point);
 
+/* [m] From the point to the curved surface that the corner normals speak of, where that bulges out
+ * of the triangle; zero elsewhere, and on flat parts. */
+vec3 render_point_get_lift(const render_geometry *geometry, const render_point *point);
+
 /* Share of the light that the surface sends back. footprint: of the pixel, for wires and patterns;
  * null: patterns are their mean and wires are left out. */
 void render_point_get_color(const render_geometry *geometry, const render_point *point,
