@@ -34,6 +34,15 @@ static void print_progress(const tulle_run_reader *reader, const tulle_run_info 
         printf("  %-16s none\n", "checkpoint");
 }
 
+/* What debug records cost. */
+static void print_debug(const tulle_run_info *info) {
+    if (!info->has_debug) return;
+    double const size = (double)info->debug_byte_count;
+    printf("  %-16s debug.bin, %.4g MB", "debug records", size * 1e-6);
+    if (info->frame_count > 0) printf(", %.4g kB a frame", size * 1e-3 / info->frame_count);
+    putchar('\n');
+}
+
 /* Frames in which the body is there. */
 static uint32_t count_present(const tulle_run_reader *reader, uint32_t frame_count, size_t body) {
     uint32_t count = 0;
@@ -63,6 +72,7 @@ tulle_status info_print_run(const char *path, tulle_error *error) {
     const tulle_run_info *const info = tulle_run_reader_get_info(reader);
     print_head(path, info);
     print_progress(reader, info);
+    print_debug(info);
     for (size_t i = 0; i < info->body_count; i++) print_body(reader, info, i);
     tulle_run_reader_close(reader);
     return TULLE_OK;

@@ -23,7 +23,7 @@ static const char *const checkpoint_default = "30s";
 
 /* The words of the command line. */
 typedef struct run_words {
-    const char *directory, *progress, *write, *checkpoint;
+    const char *directory, *progress, *write, *record, *checkpoint;
     long frames, threads;
     int resumes, replaces;
     option_list overrides;
@@ -31,6 +31,7 @@ typedef struct run_words {
 
 static const char *const progress_choices[] = {"auto", "json", "none", NULL};
 static const char *const write_choices[] = {"vtp", NULL};
+static const char *const record_choices[] = {"plain", "debug", NULL};
 
 /* ---- options ---- */
 
@@ -83,6 +84,9 @@ static options_outcome read_words(int argc, char **argv, run_words *words) {
          "how progress is shown on standard error (default: auto)", 0, 0, progress_choices},
         {"write", 0, OPTION_CHOICE, &words->write, "vtp",
          "also write VTP and PVD files, which ParaView reads", 0, 0, write_choices},
+        {"record", 0, OPTION_CHOICE, &words->record, "plain|debug",
+         "debug: also keep velocities, contacts and patches of each frame (default: plain)", 0, 0,
+         record_choices},
         {"checkpoint-every", 0, OPTION_TEXT, &words->checkpoint, "STEPS|SECONDS",
          "time between checkpoints: 100 steps, or 30s (default: 30s)", 0, 0, NULL},
     };
@@ -109,6 +113,7 @@ static bool use_words(const run_words *words, const char *scene_path,
     options->resumes = words->resumes;
     options->replaces = words->replaces;
     options->writes_vtp = words->write != NULL;
+    options->records_debug = strcmp(words->record, "debug") == 0;
     if (options->resumes && options->replaces) {
         app_print_message("run",
                           "--resume keeps the run and --force replaces it; give one of them");
@@ -157,12 +162,15 @@ static tulle_status prepare_world(run_session *session, tulle_error *error) {
     if (!session->bodies || !session->positions || !session->velocities || !session->is_present)
         return fail_memory(error);
     describe_bodies(session);
+    if (session->options.records_debug && !debug_record_prepare(&session->debug, session))
+        return fail_memory(error);
     return TULLE_OK;
 }
 
 static void release_session(run_session *session) {
     scene_destroy_world(&session->built);
     scene_destroy(session->scene);
+    debug_record_release(&session->debug);
     free(session->bodies);
     free(session->positions);
     free(session->velocities);
@@ -184,6 +192,7 @@ static tulle_run_def make_run_def(const run_session *session) {
     def.frame_count = options->frame_count;
     def.threads = options->threads;
     def.writes_vtp = options->writes_vtp;
+    def.records_debug = options->records_debug;
     def.bodies = session->bodies;
     def.body_count = session->body_count;
     return def;
@@ -312,7 +321,7 @@ static int load_scene(run_session *session, const option_list *overrides) {
 }
 
 int app_run(int argc, char **argv) {
-    run_words words = {.progress = "auto", .checkpoint = checkpoint_default};
+    run_words words = {.progress = "auto", .record = "plain", .checkpoint = checkpoint_default};
     options_outcome const outcome = read_words(argc, argv, &words);
     if (outcome != OPTIONS_READ) return options_exit(outcome);
     char default_directory[DIRECTORY_SIZE];

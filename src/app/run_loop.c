@@ -34,7 +34,9 @@ static tulle_status check_extent(const run_session *session, tulle_error *error)
 }
 
 static tulle_status write_frame(run_session *session, tulle_error *error) {
-    tulle_status const status = check_extent(session, error);
+    tulle_status status = check_extent(session, error);
+    if (status == TULLE_OK && session->options.records_debug)
+        status = debug_record_fill(&session->debug, session, error);
     if (status != TULLE_OK) return status;
     const scene_world *const built = &session->built;
     for (size_t i = 0; i < built->cloth_count; i++) {
@@ -53,7 +55,9 @@ static tulle_status write_frame(run_session *session, tulle_error *error) {
                                    .state_hash = tulle_world_get_state_hash(built->world),
                                    .positions = session->positions,
                                    .velocities = session->velocities,
-                                   .is_present = session->is_present};
+                                   .is_present = session->is_present,
+                                   .debug = session->options.records_debug ? &session->debug.debug
+                                                                           : NULL};
     return tulle_run_write_frame(session->writer, &frame, error);
 }
 

@@ -36,10 +36,19 @@ typedef struct run_options {
     const char *scene_path, *directory;
     uint32_t frame_count; /* the start not counted */
     int threads;
-    bool resumes, replaces, writes_vtp;
+    bool resumes, replaces, writes_vtp, records_debug;
     double checkpoint_seconds; /* between checkpoints; 0: by steps */
     uint64_t checkpoint_steps;
 } run_options;
+
+/* Room for what explains a frame; all null unless the run records it. */
+typedef struct debug_record {
+    size_t cloth_count;
+    const double **velocities; /* of each body */
+    uint32_t **labels;         /* of each body; null for obstacles */
+    uint32_t *patch_counts;    /* of each body */
+    tulle_run_debug debug;     /* the last frame that was filled in */
+} debug_record;
 
 typedef struct run_session {
     run_options options;
@@ -50,6 +59,7 @@ typedef struct run_session {
     const double **positions, **velocities;
     int *is_present;
     size_t body_count;
+    debug_record debug;
     uint64_t wanted_steps;
     uint64_t checkpoint_step; /* of the newest checkpoint */
     double checkpoint_time;   /* [s] of the clock */
@@ -62,6 +72,13 @@ typedef struct run_session {
 tulle_status run_step_to_end(run_session *session, tulle_error *error);
 /* Writes the start as frame 0 and the first checkpoint. */
 tulle_status run_write_start(run_session *session, tulle_error *error);
+
+/* run_debug.c: room for the session's bodies; false when memory is short. */
+bool debug_record_prepare(debug_record *record, const run_session *session);
+/* Asks the world for what explains the frame it is at now. */
+tulle_status debug_record_fill(debug_record *record, const run_session *session,
+                               tulle_error *error);
+void debug_record_release(debug_record *record);
 
 /* kind: "auto", "json" or "none". */
 void progress_begin(run_progress *progress, const char *kind);

@@ -57,6 +57,7 @@ void run_writer_destroy(tulle_run_writer *writer) {
     }
     run_log_close(&writer->report_log);
     run_log_close(&writer->frames_log);
+    debug_log_close(&writer->debug);
     if (writer->lock >= 0) close(writer->lock);
     memory_release(&writer->heap, writer->caches, body_count * sizeof(void *));
     memory_release(&writer->heap, writer->triangles, body_count * sizeof(void *));
@@ -88,6 +89,7 @@ static tulle_status make_writer(const tulle_run_def *def, tulle_run_writer **res
     if (!writer) return file_fail(error, def->directory, ENOMEM, "cannot be written");
     writer->heap = memory_default();
     writer->lock = writer->report_log.file = writer->frames_log.file = -1;
+    writer->debug = debug_log_make(&writer->heap);
     strcpy(writer->directory, def->directory);
     writer->record = run_record_make(&writer->heap);
     writer->frames.heap = &writer->heap;
@@ -173,6 +175,8 @@ static tulle_status make_files(tulle_run_writer *writer, const tulle_run_def *de
     if (!status) status = make_vtp_folder(writer, error);
     for (size_t i = 0; i < def->body_count && !status; i++)
         status = write_body(writer, def, i, error);
+    if (!status && def->records_debug)
+        status = debug_log_create(&writer->debug, writer->directory, error);
     return status ? status : create_logs(writer, error);
 }
 
@@ -279,6 +283,9 @@ static tulle_status try_checkpoint(tulle_run_writer *writer, const char *name,
     if (record->report_size > measure_file(writer->directory, RUN_FILE_REPORT) ||
         record->frames_size > measure_file(writer->directory, RUN_FILE_FRAMES))
         lacking = "knows of more lines than report.csv or frames.csv hold";
+    if (!lacking && writer->record.records_debug &&
+        !debug_has_frames(&writer->heap, writer->directory, record->state.frame_count))
+        lacking = "knows of more frames than debug.bin holds whole";
     if (!lacking) return TULLE_OK;
     checkpoint_release(&writer->heap, record);
     return error_set_at(error, TULLE_ERROR_PARSE, path, 0, 0, "the checkpoint %s", lacking);
@@ -332,6 +339,8 @@ static tulle_status cut_files_back(tulle_run_writer *writer, const checkpoint_re
     if (status) return status;
     run_join(path, writer->directory, RUN_FILE_FRAMES);
     status = run_log_resume(&writer->frames_log, path, checkpoint->frames_size, error);
+    if (!status && writer->record.records_debug)
+        status = debug_log_resume(&writer->debug, writer->directory, frame_count, error);
     if (!status)
         status = run_frames_read(&writer->frames, &writer->heap, path, writer->record.bodies.count,
                                  error);

@@ -160,6 +160,7 @@ tulle_status run_directory_clear(const char *directory, const run_record *record
     for (size_t i = 0; i < sizeof first / sizeof first[0] && !code; i++)
         code = remove_file(directory, first[i]);
     if (!code && record) code = clear_bodies(directory, record);
+    if (!code && record && record->records_debug) code = remove_file(directory, RUN_FILE_DEBUG);
     if (record && record->writes_vtp) {
         char vtp[RUN_PATH_SIZE];
         run_join(vtp, directory, RUN_FOLDER_VTP);

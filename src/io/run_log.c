@@ -54,8 +54,14 @@ tulle_status run_log_append(run_log *log, const char *line, size_t length, tulle
     return TULLE_OK;
 }
 
+void run_log_cut(run_log *log, uint64_t size) {
+    if (log->file < 0 || size >= log->size) return;
+    log->size = size; /* what is appended next goes here, cut off or not */
+    if (ftruncate(log->file, (off_t)size) != 0) return;
+}
+
 tulle_status run_log_sync(run_log *log, tulle_error *error) {
-    if (fsync(log->file) == 0) return TULLE_OK;
+    if (log->file < 0 || fsync(log->file) == 0) return TULLE_OK;
     return file_fail(error, log->path, errno, "cannot be written");
 }
 

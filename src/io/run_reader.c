@@ -4,12 +4,13 @@
 #include "base/error.h"
 #include "io/file_data.h"
 #include "io/run_checkpoint.h"
-#include "io/run_directory.h"
+#include "io/run_debug.h"
 
 #include "tulle/io.h"
 
 #include <errno.h>
 #include <string.h>
+#include <sys/stat.h>
 #include <unistd.h>
 
 /* [bytes] A scene text is written by people. */
@@ -24,6 +25,8 @@ struct tulle_run_reader {
     tulle_run_info info;
     tulle_run_body_info *bodies;
     tulle_mesh *meshes; /* of each body, empty until asked for */
+    debug_file debug;   /* not open until asked for */
+    arena debug_arrays; /* of the last frame that was asked for */
 };
 
 void tulle_run_reader_close(tulle_run_reader *reader) {
@@ -34,6 +37,8 @@ void tulle_run_reader_close(tulle_run_reader *reader) {
     memory_release(&reader->heap, reader->bodies, body_count * sizeof *reader->bodies);
     memory_release(&reader->heap, reader->meshes, body_count * sizeof *reader->meshes);
     file_release(&reader->heap, &reader->scene);
+    debug_file_close(&reader->debug);
+    arena_destroy(&reader->debug_arrays);
     run_frames_destroy(&reader->frames);
     run_record_destroy(&reader->record);
     memory heap = memory_default();
@@ -55,6 +60,15 @@ static void describe_bodies(tulle_run_reader *reader) {
     }
 }
 
+/* [bytes] of debug.bin; 0 without. */
+static uint64_t measure_debug(const tulle_run_reader *reader) {
+    char path[RUN_PATH_SIZE];
+    run_join(path, reader->directory, RUN_FILE_DEBUG);
+    struct stat facts;
+    bool const is_there = reader->record.records_debug && stat(path, &facts) == 0;
+    return is_there ? (uint64_t)facts.st_size : 0;
+}
+
 static void describe_run(tulle_run_reader *reader) {
     const run_record *const record = &reader->record;
     reader->info = (tulle_run_info){.version = run_record_text(record, record->version),
@@ -69,7 +83,9 @@ static void describe_run(tulle_run_reader *reader) {
                                     .state = record->state,
                                     .message = run_record_text(record, record->message),
                                     .bodies = reader->bodies,
-                                    .body_count = record->bodies.count};
+                                    .body_count = record->bodies.count,
+                                    .has_debug = record->records_debug,
+                                    .debug_byte_count = measure_debug(reader)};
 }
 
 /* Opens the cache of a moving body and checks that it is of this body. */
@@ -153,6 +169,8 @@ tulle_status tulle_run_reader_open(const char *directory, tulle_run_reader **res
     reader->heap = memory_default();
     strcpy(reader->directory, directory);
     reader->record = run_record_make(&reader->heap);
+    reader->debug.file = -1;
+    reader->debug_arrays = arena_make(&reader->heap);
     tulle_status const status = read_directory(reader, error);
     if (status)
         tulle_run_reader_close(reader);
@@ -227,4 +245,22 @@ tulle_status tulle_run_reader_read_positions(tulle_run_reader *reader, uint32_t 
     status = tulle_pc2_read_frame(cache, frame, positions, error);
     tulle_pc2_close(cache);
     return status;
+}
+
+tulle_status tulle_run_reader_read_debug(tulle_run_reader *reader, uint32_t frame,
+                                         const tulle_run_debug **debug, tulle_error *error) {
+    if (debug) *debug = NULL;
+    if (!reader || !debug || frame >= reader->frames.lines.count)
+        return error_set(error, TULLE_ERROR_INVALID_ARGUMENT, "there is no frame %u", frame);
+    if (!reader->record.records_debug)
+        return error_set_at(error, TULLE_ERROR_INVALID_ARGUMENT, reader->directory, 0, 0,
+                            "the run has no debug records; run it again with --record debug");
+    if (reader->debug.file < 0) {
+        tulle_status const status =
+            debug_file_open(&reader->debug, &reader->heap, reader->directory, error);
+        if (status) return status;
+    }
+    arena_release(&reader->debug_arrays, (arena_mark){0});
+    return debug_file_read(&reader->debug, &reader->record, frame, &reader->debug_arrays, debug,
+                           error);
 }

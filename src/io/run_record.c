@@ -13,6 +13,7 @@
 
 static const char *const format_name = "tulle run";
 enum { FORMAT_VERSION = 1 };
+static const char *const record_names[] = {"plain", "debug"}; /* by records_debug */
 static const size_t record_size_limit = (size_t)1 << 28; /* [bytes] far above RUN_BODY_MAX bodies */
 
 const char *tulle_run_state_name(tulle_run_state state) {
@@ -130,6 +131,7 @@ tulle_status run_record_describe(run_record *record, const tulle_run_def *def, t
     record->threads = (uint32_t)def->threads;
     record->has_scene_text = def->scene_text != NULL;
     record->writes_vtp = def->writes_vtp != 0;
+    record->records_debug = def->records_debug != 0;
     record->state = TULLE_RUN_RUNNING;
     bool fits =
         run_record_keep(record, version, &record->version) &&
@@ -165,6 +167,9 @@ tulle_status run_record_compare(const run_record *old, const run_record *new, co
         if (!is_same_body(old, new, i)) difference = "its bodies were others";
     if (!difference && old->writes_vtp != new->writes_vtp)
         difference = "VTP files were asked for in only one of the two";
+    if (!difference && old->records_debug != new->records_debug)
+        difference = old->records_debug ? "it keeps debug records, which are not asked for now"
+                                        : "it has no debug records, which are asked for now";
     if (!difference) return TULLE_OK;
     return error_set_at(
         error, TULLE_ERROR_INVALID_ARGUMENT, path, 0, 0,
@@ -211,6 +216,7 @@ tulle_status run_record_write(const run_record *record, const char *path, tulle_
     json_put_unsigned(&writer, "wanted_frames", record->wanted_frame_count);
     json_put_unsigned(&writer, "threads", record->threads);
     json_put_bool(&writer, "vtp", record->writes_vtp != 0);
+    json_put_string(&writer, "record", record_names[record->records_debug != 0]);
     json_begin(&writer, "bodies", '[');
     for (size_t i = 0; i < record->bodies.count; i++)
         write_body(&writer, record, &record->bodies.data[i]);
@@ -315,6 +321,18 @@ static tulle_status read_numbers(run_record *record, const json_document *docume
     return status;
 }
 
+/* "record" is not in every run.json: plain then. */
+static tulle_status read_record_kind(run_record *record, const json_document *document,
+                                     const json_value *root, tulle_error *error) {
+    const char *name = record_names[0];
+    if (!json_find(document, root, "record")) return TULLE_OK;
+    tulle_status const status = json_take_string(document, root, "record", &name, error);
+    if (status) return status;
+    record->records_debug = strcmp(name, record_names[1]) == 0;
+    if (record->records_debug || strcmp(name, record_names[0]) == 0) return TULLE_OK;
+    return json_fail(document, root, error, "\"record\" should be \"plain\" or \"debug\"");
+}
+
 static tulle_status read_texts(run_record *record, const json_document *document,
                                const json_value *root, tulle_error *error) {
     const char *version = "", *message = "", *path = "", *seed = "";
@@ -349,6 +367,7 @@ tulle_status run_record_read(run_record *record, const char *path, tulle_error *
     if (!status) status = read_state(record, &document, root, error);
     if (!status) status = read_texts(record, &document, root, error);
     if (!status) status = read_numbers(record, &document, root, error);
+    if (!status) status = read_record_kind(record, &document, root, error);
     if (!status) status = read_bodies(record, &document, root, error);
     json_destroy(&document);
     return status;

@@ -14,6 +14,7 @@
 #define RUN_FILE_REPORT "report.csv"
 #define RUN_FILE_CHECKPOINT "checkpoint.bin"
 #define RUN_FILE_CHECKPOINT_BEFORE "checkpoint.previous.bin"
+#define RUN_FILE_DEBUG "debug.bin" /* of runs that record it */
 #define RUN_FOLDER_VTP "vtp"
 
 enum {
@@ -36,7 +37,7 @@ typedef struct run_record {
     uint64_t scene_hash, seed;
     double time_step;
     uint32_t steps_per_frame, wanted_frame_count, threads;
-    int has_scene_text, writes_vtp;
+    int has_scene_text, writes_vtp, records_debug;
     tulle_run_state state;
 } run_record;
 

@@ -3,7 +3,7 @@
 #ifndef TULLE_IO_RUN_WRITER_H
 #define TULLE_IO_RUN_WRITER_H
 
-#include "io/run_log.h"
+#include "io/run_debug.h"
 
 #include "tulle/io.h"
 
@@ -16,6 +16,7 @@ struct tulle_run_writer {
     run_record record;
     run_frames frames;
     run_log report_log, frames_log;
+    debug_log debug;
     tulle_pc2_writer **caches; /* of each body; null for static ones */
     uint32_t **triangles;      /* of each body, for VTP; null without VTP */
     bool has_unflushed_files;  /* beside the caches and logs, since the last checkpoint */

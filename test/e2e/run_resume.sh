@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
 # A run that is killed at random moments, or interrupted, and resumed ends with the same state hash and
-# the same bytes as an undisturbed one, for any number of threads. Fifty kills with TULLE_TEST_LONG=1.
+# the same bytes as an undisturbed one, for any number of threads, with and without debug records. Fifty kills with TULLE_TEST_LONG=1.
 set -uo pipefail
 work=$(mktemp -d)
 trap 'rm -rf "$work"' EXIT
@@ -13,32 +13,35 @@ faults=0
 fault() { echo "fault: $*"; faults=1; }
 
 now() { date +%s%N; }
-# same DIR: its frames are those of the undisturbed run.
+# same DIR plain|debug: its frames are those of the undisturbed run.
 same() {
     local file
     for file in sheet.obj sheet.pc2 box.obj box.pc2 ground.obj spike.obj frames.csv scene.yaml; do
         cmp -s "whole/$file" "$1/$file" || fault "$1/$file differs from that of the undisturbed run"
     done
+    if [ "$2" = debug ]; then
+        cmp -s whole/debug.bin "$1/debug.bin" || fault "$1/debug.bin differs from that of the undisturbed run"
+    fi
     [ "$(wc -l <"$1/report.csv")" = "$(wc -l <whole/report.csv)" ] || fault "$1/report.csv lacks lines"
     ls "$1" | grep -q tmp && fault "$1 holds temporary files"
     [ "$(tail -n 1 "$1.out")" = "$hash" ] || fault "$1 ends with $(tail -n 1 "$1.out"), not $hash"
 }
 
 begin=$(now)
-"$TULLE" run "$scene" -o whole --progress none --threads 1 >whole.out || fault "the whole run: exit $?"
+"$TULLE" run "$scene" -o whole --record debug --progress none --threads 1 >whole.out || fault "the whole run: exit $?"
 duration=$((($(now) - begin) / 1000))
 hash=$(tail -n 1 whole.out)
 case $hash in "state hash: "*) ;; *) fault "the last line is no state hash: $hash" ;; esac
 "$TULLE" check whole >check.out || fault "the undisturbed run: $(tail -n 1 check.out)"
-"$TULLE" run "$scene" -o threads --progress none --threads 2 >threads.out || fault "two threads: exit $?"
-same threads
+"$TULLE" run "$scene" -o threads --record debug --progress none --threads 2 >threads.out || fault "two threads: exit $?"
+same threads debug
 
 # Killed at random moments, some of them while it resumes; a checkpoint after every third step.
 done_kills=0
 while [ $done_kills -lt $kills ]; do
     rm -rf killed
     for attempt in 1 2 3; do
-        "$TULLE" run "$scene" -o killed --resume --progress none --checkpoint-every 3 >/dev/null 2>killed.err &
+        "$TULLE" run "$scene" -o killed --resume --record debug --progress none --checkpoint-every 3 >/dev/null 2>killed.err &
         process=$!
         sleep "$(awk -v random=$RANDOM -v duration="$duration" \
             'BEGIN { printf "%.6f", random / 32768 * duration / 1e6 * 0.8 }')"
@@ -49,8 +52,8 @@ while [ $done_kills -lt $kills ]; do
             "$TULLE" info killed >info.out 2>&1 || fault "a killed run cannot be read: $(cat info.out)"
         fi
     done
-    "$TULLE" run "$scene" -o killed --resume --progress none >killed.out || fault "resuming: exit $?"
-    same killed
+    "$TULLE" run "$scene" -o killed --resume --record debug --progress none >killed.out || fault "resuming: exit $?"
+    same killed debug
 done
 
 # Interrupted in the middle: exit 130, a checkpoint of the last step, and on from there.
@@ -69,9 +72,16 @@ for signal in INT TERM; do
     "$TULLE" info interrupted | grep -q '^interrupted: run, interrupted$' || fault "info does not say interrupted"
     "$TULLE" run "$scene" -o interrupted --resume --progress json >interrupted.out 2>interrupted.json ||
         fault "resuming after SIG$signal: exit $?"
-    same interrupted
+    same interrupted plain
 done
 head -n 1 interrupted.json | grep -q '^{"event":"step","step":' || fault "progress is no JSON line"
+
+# A run keeps its kind of record.
+"$TULLE" run "$scene" -o killed --resume --progress none >kind.out 2>kind.err && fault "plain after debug is taken"
+grep -q 'keeps debug records' kind.err || fault "plain after debug: $(cat kind.err)"
+"$TULLE" run "$scene" -o interrupted --resume --record debug --progress none >kind.out 2>kind.err && fault "debug after plain is taken"
+grep -q 'no debug records' kind.err || fault "debug after plain: $(cat kind.err)"
+"$TULLE" info killed | grep -q 'debug.bin, .* kB a frame' || fault "info does not say what debug records take"
 
 # A finished run may be made longer; --frames counts from the beginning.
 "$TULLE" run "$scene" -o longer --frames 10 --progress none >longer.out || fault "ten frames: exit $?"
@@ -79,6 +89,6 @@ grep -q '^frames: 11, ' longer.out || fault "ten frames give $(grep '^frames' lo
 "$TULLE" run "$scene" -o longer --resume --progress none >longer.out || fault "the longer run: exit $?"
 sed -i 's/^  frames: .*//' longer/scene.yaml
 cp whole/scene.yaml longer/scene.yaml
-same longer
+same longer plain
 echo "$done_kills kills"
 exit $faults

@@ -16,6 +16,7 @@ static double cloth_positions[3 * CLOTH_VERTICES], box_positions[12];
 static uint32_t cloth_triangles[3 * (CLOTH_VERTICES - 2)];
 static const uint32_t box_triangles[] = {0, 2, 1, 0, 1, 3, 1, 2, 3, 2, 0, 3};
 static tulle_run_body bodies[BODY_COUNT];
+static int records_debug = 1; /* of runs that are made from now on */
 
 static inline void make_bodies(void) {
     uint64_t seed = 9;
@@ -41,6 +42,7 @@ static inline tulle_run_def make_def(const char *directory, uint32_t frame_count
     def.time_step = 0.01;
     def.steps_per_frame = STEPS_PER_FRAME;
     def.frame_count = frame_count;
+    def.records_debug = records_debug;
     def.bodies = bodies;
     def.body_count = BODY_COUNT;
     return def;
@@ -52,17 +54,119 @@ static inline void find_positions(uint64_t state, int body, double *positions) {
     for (size_t i = 0; i < count; i++) positions[i] = random_uniform(&seed);
 }
 
+/* ---- what explains a frame ---- */
+
+enum { CONTACT_MAX = 20, UNKNOWN_STEP = 9 /* nothing is known of this frame */ };
+
+typedef struct debug_source {
+    double velocities[3][3 * CLOTH_VERTICES];
+    uint32_t labels[2][CLOTH_VERTICES - 2];
+    tulle_contact contacts[CONTACT_MAX];
+    const double *velocity_pointers[BODY_COUNT];
+    const uint32_t *label_pointers[BODY_COUNT];
+    uint32_t patch_counts[BODY_COUNT];
+    tulle_run_debug debug;
+} debug_source;
+
+static inline void find_contact(uint64_t *seed, tulle_contact *contact) {
+    *contact = (tulle_contact){.kind = random_next(seed) % 2 ? TULLE_CONTACT_EDGE_EDGE
+                                                             : TULLE_CONTACT_VERTEX_FACE,
+                               .state = (tulle_contact_state)(random_next(seed) % 3),
+                               .is_new = (int)(random_next(seed) % 2),
+                               .is_hard = (int)(random_next(seed) % 2),
+                               .object_a = (uint32_t)(random_next(seed) % BODY_COUNT),
+                               .object_b = (uint32_t)(random_next(seed) % BODY_COUNT),
+                               .gap = random_uniform(seed)};
+    for (int k = 0; k < 4; k++) {
+        contact->vertices[k] = (uint32_t)(random_next(seed) % 4); /* all bodies have four */
+        contact->weights[k] = random_uniform(seed) - 0.5;
+    }
+    for (int k = 0; k < 3; k++) {
+        contact->position[k] = random_uniform(seed);
+        contact->normal[k] = random_uniform(seed);
+        contact->impulse[k] = random_uniform(seed);
+    }
+}
+
+/* Labels of one, two and four bytes. */
+static inline void find_debug(uint64_t state, debug_source *source) {
+    static const uint32_t patch_counts[3] = {7, 300, 70000};
+    uint64_t seed = hash_mix(state);
+    *source = (debug_source){.debug = {.velocities = source->velocity_pointers,
+                                       .contacts = source->contacts,
+                                       .contact_count = state % CONTACT_MAX,
+                                       .patch_labels = source->label_pointers,
+                                       .patch_counts = source->patch_counts}};
+    for (int i = 0; i < 3; i++) {
+        for (int k = 0; k < 3 * CLOTH_VERTICES; k++)
+            source->velocities[i][k] = random_uniform(&seed) - 0.5;
+        source->velocity_pointers[i] = source->velocities[i];
+    }
+    for (int i = 0; i < 2; i++) {
+        source->patch_counts[i] = patch_counts[(state + (uint64_t)i) % 3];
+        for (int k = 0; k < CLOTH_VERTICES - 2; k++)
+            source->labels[i][k] = (uint32_t)(random_next(&seed) % (source->patch_counts[i] + 1));
+        source->label_pointers[i] = source->labels[i];
+    }
+    for (int k = 0; k < CONTACT_MAX; k++) find_contact(&seed, &source->contacts[k]);
+}
+
+static inline void assert_floats(const double *read, const double *written, size_t count) {
+    for (size_t i = 0; i < count; i++) assert_true(read[i] == (double)(float)written[i]);
+}
+
+static inline void assert_contact(const tulle_contact *read, const tulle_contact *written) {
+    assert_int_equal(read->kind, written->kind);
+    assert_int_equal(read->state, written->state);
+    assert_int_equal(read->is_new, written->is_new);
+    assert_int_equal(read->is_hard, written->is_hard);
+    assert_int_equal(read->object_a, written->object_a);
+    assert_int_equal(read->object_b, written->object_b);
+    assert_memory_equal(read->vertices, written->vertices, sizeof read->vertices);
+    assert_floats(read->weights, written->weights, 4);
+    assert_floats(read->position, written->position, 3);
+    assert_floats(read->normal, written->normal, 3);
+    assert_floats(&read->gap, &written->gap, 1);
+    assert_floats(read->impulse, written->impulse, 3);
+}
+
+/* The record is that of the state and step. */
+static inline void assert_debug(const tulle_run_debug *debug, uint64_t state, uint64_t step) {
+    debug_source source;
+    find_debug(state, &source);
+    assert_int_equal(debug == NULL, step == UNKNOWN_STEP);
+    if (!debug) return;
+    for (int i = 0; i < BODY_COUNT; i++) {
+        assert_int_equal(debug->velocities[i] == NULL, bodies[i].is_static);
+        assert_int_equal(debug->patch_labels[i] == NULL, bodies[i].is_obstacle);
+        assert_int_equal(debug->patch_counts[i], source.patch_counts[i]);
+        if (debug->velocities[i])
+            assert_floats(debug->velocities[i], source.velocities[i],
+                          3 * bodies[i].mesh.vertex_count);
+        if (debug->patch_labels[i])
+            assert_memory_equal(debug->patch_labels[i], source.labels[i], sizeof source.labels[i]);
+    }
+    assert_int_equal(debug->contact_count, source.debug.contact_count);
+    for (size_t i = 0; i < debug->contact_count; i++)
+        assert_contact(&debug->contacts[i], &source.contacts[i]);
+}
+
+/* ---- frames, reports, checkpoints ---- */
+
 static inline tulle_status write_frame(tulle_run_writer *writer, uint64_t state, uint64_t step,
                                        tulle_error *error) {
     double positions[3][3 * CLOTH_VERTICES];
     for (int i = 0; i < 3; i++) find_positions(state, i, positions[i]);
     const double *const pointers[BODY_COUNT] = {positions[0], positions[1], positions[2], NULL};
     int const present[BODY_COUNT] = {1, 1, step < 18, 1};
+    debug_source source;
+    find_debug(state, &source);
     tulle_run_frame const frame = {.time = (double)step * 0.01,
                                    .step = step,
                                    .state_hash = hash_mix(state),
                                    .positions = pointers,
-                                   .is_present = present};
+                                   .is_present = present,
+                                   .debug = step == UNKNOWN_STEP ? NULL : &source.debug};
     return tulle_run_write_frame(writer, &frame, error);
 }
 
@@ -149,19 +253,13 @@ static inline void assert_same_file(const char *a, const char *b, const char *na
     free(bytes_b);
 }
 
-static const char *const all_files[] = {"run.json",
-                                        "scene.yaml",
-                                        "frames.csv",
-                                        "report.csv",
-                                        "checkpoint.bin",
-                                        "sheet.obj",
-                                        "sheet.pc2",
-                                        "Sheet-2.obj",
-                                        "Sheet-2.pc2",
-                                        "ground.obj",
-                                        "odd_name_...obj",
-                                        "odd_name_...pc2",
-                                        "checkpoint.previous.bin"};
+static const char *const all_files[] = {"run.json",        "scene.yaml",
+                                        "frames.csv",      "report.csv",
+                                        "checkpoint.bin",  "sheet.obj",
+                                        "sheet.pc2",       "Sheet-2.obj",
+                                        "Sheet-2.pc2",     "ground.obj",
+                                        "odd_name_...obj", "odd_name_...pc2",
+                                        "debug.bin",       "checkpoint.previous.bin"};
 enum { FILE_COUNT = sizeof all_files / sizeof all_files[0] };
 
 static inline void assert_same_run(const char *a, const char *b) {
@@ -199,6 +297,10 @@ static inline uint32_t assert_sound(const char *directory) {
             assert_int_equal(tulle_run_reader_is_present(reader, frame, (size_t)body),
                              body != 2 || step < 18);
         }
+        const tulle_run_debug *debug = NULL;
+        if (tulle_run_reader_read_debug(reader, frame, &debug, &error))
+            fail_msg("%s: %s", error.file, error.message);
+        assert_debug(debug, state, step);
         for (int i = 0; i < STEPS_PER_FRAME; i++) state = hash_mix(state + 1);
     }
     uint32_t const frame_count = info->frame_count;

@@ -94,6 +94,10 @@ static void try_directory(const char *directory) {
             for (uint32_t frame = 0; frame < info->frame_count; frame++)
                 tulle_run_reader_read_positions(reader, frame, body, positions, &error);
         }
+        for (uint32_t frame = 0; frame < info->frame_count; frame++) {
+            const tulle_run_debug *debug;
+            tulle_run_reader_read_debug(reader, frame, &debug, &error);
+        }
         free(positions);
     } else {
         assert_true(error.message[0] != '\0');
@@ -106,8 +110,9 @@ static void damaged_files_do_no_harm(void **state) {
     const char *const directory = test_path("damaged");
     run_whole(directory, 2);
     static const char *const names[] = {"damaged/run.json", "damaged/frames.csv",
-                                        "damaged/sheet.pc2", "damaged/sheet.obj"};
-    for (int i = 0; i < 4; i++) {
+                                        "damaged/sheet.pc2", "damaged/sheet.obj",
+                                        "damaged/debug.bin"};
+    for (int i = 0; i < 5; i++) {
         size_t size;
         char *const bytes = get_file(test_path(names[i]), &size);
         for (size_t cut = 0; cut < size; cut += 5) {
@@ -189,7 +194,10 @@ static void every_failing_allocation_while_writing(void **state) {
     for (fail = 0; has_failed; fail++) {
         tulle_run_reader *reader = NULL;
         watch_heap(fail);
-        tulle_status const status = tulle_run_reader_open(directory, &reader, NULL);
+        const tulle_run_debug *debug = NULL;
+        tulle_status status = tulle_run_reader_open(directory, &reader, NULL);
+        for (uint32_t frame = 0; frame < 6 && !status; frame++)
+            status = tulle_run_reader_read_debug(reader, frame, &debug, NULL);
         has_failed = unwatch_heap();
         assert_true(status == TULLE_ERROR_OUT_OF_MEMORY || status == TULLE_OK);
         tulle_run_reader_close(reader);
