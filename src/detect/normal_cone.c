@@ -28,6 +28,9 @@ static const double NORMAL_ERRORS_MIN = 4.0;
 /* Products of edges outside this range [m^2] may have lost digits to underflow, or overflow. */
 static const double AREA_MIN = 1e-280, AREA_MAX = 1e280;
 
+/* [squared chord] Three directions that are all nearer have no circle beyond rounding. */
+static const double CIRCLE_CHORD2_MIN = 1e-18;
+
 static const double HALF_PI = 1.5707963267948966;
 
 static const normal_cone no_cone = {.half_angle = -1.0};
@@ -47,20 +50,20 @@ static bool find_hull(const vec3 start[3], const vec3 end[3], normal_hull *hull)
     double const longest_v = sqrt(fmax(vec3_norm2(v0), vec3_norm2(v1)));
     double const area = longest_u * longest_v;
     if (!(area > AREA_MIN && area < AREA_MAX)) return false;
-    double const error = NORMAL_ERROR * area;
     vec3 const normals[3] = {
         vec3_cross(u0, v0),
         vec3_scale(vec3_add(vec3_cross(u0, v1), vec3_cross(u1, v0)), 0.5),
         vec3_cross(u1, v1),
     };
+    double const scale = 1.0 / area; /* keeps squares within range */
     for (int k = 0; k < 3; k++) {
-        double const scale = 1.0 / area; /* keeps squares of normals within range */
         vec3 const scaled = vec3_scale(normals[k], scale);
         double const length = vec3_norm(scaled);
-        if (!(length * area > NORMAL_ERRORS_MIN * error)) return false;
-        hull->directions[k] = vec3_scale(scaled, 1.0 / length);
+        if (!(length > NORMAL_ERRORS_MIN * NORMAL_ERROR)) return false;
+        double const inverse = 1.0 / length;
+        hull->directions[k] = vec3_scale(scaled, inverse);
         /* asin(x) <= pi/2 x, and x is at most 1/4 */
-        hull->errors[k] = HALF_PI * error / (length * area);
+        hull->errors[k] = HALF_PI * NORMAL_ERROR * inverse;
     }
     return true;
 }
@@ -69,15 +72,16 @@ static bool find_hull(const vec3 start[3], const vec3 end[3], normal_hull *hull)
  */
 static double chord2(vec3 a, vec3 b) { return vec3_norm2(vec3_sub(a, b)); }
 
-/* Smallest half-angle about the axis that holds the hull; negative when it is not under pi/2. */
+/* A half-angle about the axis that holds the hull; negative when it is not under pi/2. */
 static double measure_hull(const normal_hull *hull, vec3 axis) {
-    double half_angle = 0.0;
+    double farthest2 = 0.0, error = 0.0;
     for (int k = 0; k < 3; k++) {
         double const distance2 = chord2(axis, hull->directions[k]);
         if (!(distance2 < 2.0)) return -1.0; /* at a right angle or more */
-        half_angle =
-            fmax(half_angle, 2.0 * asin(0.5 * sqrt(distance2)) + hull->errors[k] + ANGLE_SLACK);
+        if (distance2 > farthest2) farthest2 = distance2;
+        if (hull->errors[k] > error) error = hull->errors[k];
     }
+    double const half_angle = 2.0 * asin(0.5 * sqrt(farthest2)) + error + ANGLE_SLACK;
     return half_angle < HALF_PI - ANGLE_SLACK ? half_angle : -1.0;
 }
 
@@ -91,29 +95,30 @@ static vec3 find_circle_axis(const normal_hull *hull) {
 normal_cone normal_cone_of_triangle(const vec3 start[3], const vec3 end[3]) {
     normal_hull hull;
     if (!find_hull(start, end, &hull)) return no_cone;
-    int widest = 0; /* pair {widest, widest + 1} is the widest */
-    double chords[3];
-    for (int k = 0; k < 3; k++) {
-        chords[k] = chord2(hull.directions[k], hull.directions[(k + 1) % 3]);
-        if (chords[k] > chords[widest]) widest = k;
-    }
     vec3 const *const d = hull.directions;
-    vec3 const middle = vec3_normalize(vec3_add(d[widest], d[(widest + 1) % 3]));
-    normal_cone cone = {middle, measure_hull(&hull, middle)};
-    /* the third one inside: nothing is smaller than half of the widest pair */
-    if (chord2(middle, d[(widest + 2) % 3]) <= chord2(middle, d[widest])) {
-        return normal_cone_is_valid(cone) ? cone : no_cone;
-    }
-    vec3 const axis = find_circle_axis(&hull);
-    normal_cone const circle = {axis, measure_hull(&hull, axis)};
-    bool const is_better = normal_cone_is_valid(circle) &&
-                           (!normal_cone_is_valid(cone) || circle.half_angle < cone.half_angle);
-    if (is_better) cone = circle;
-    return normal_cone_is_valid(cone) ? cone : no_cone;
+    double const chords[3] = {chord2(d[0], d[1]), chord2(d[1], d[2]), chord2(d[2], d[0])};
+    int widest = chords[1] > chords[0] ? 1 : 0; /* pair {widest, widest + 1} */
+    if (chords[2] > chords[widest]) widest = 2;
+    vec3 axis = vec3_normalize(vec3_add(d[widest], d[(widest + 1) % 3]));
+    bool const is_third_inside = chord2(axis, d[(widest + 2) % 3]) <= chord2(axis, d[widest]);
+    if (!is_third_inside && chords[widest] > CIRCLE_CHORD2_MIN) axis = find_circle_axis(&hull);
+    double const half_angle = measure_hull(&hull, axis);
+    return half_angle >= 0.0 ? (normal_cone){axis, half_angle} : no_cone;
 }
 
 bool normal_cone_merge(const normal_cone *a, const normal_cone *b, double limit,
                        normal_cone *merged) {
+    /* settled without trigonometry: a holds b, or together they are too wide. For an angle x, its
+     * chord 2 sin(x/2) is at most x and at least x - x^3/24. */
+    double const distance2 = chord2(a->axis, b->axis);
+    double const spare = a->half_angle - b->half_angle - ANGLE_SLACK;
+    double const spare_chord = spare - spare * spare * spare / 24.0;
+    if (spare > 0.0 && distance2 <= spare_chord * spare_chord && a->half_angle <= limit) {
+        *merged = *a;
+        return true;
+    }
+    double const room = fmax(2.0 * limit - a->half_angle - b->half_angle, 0.0);
+    if (distance2 > room * room) return false;
     double const between =
         atan2(vec3_norm(vec3_cross(a->axis, b->axis)), vec3_dot(a->axis, b->axis));
     bool const keeps_a = between + ANGLE_SLACK + b->half_angle <= a->half_angle;
