@@ -1,5 +1,4 @@
-/* io/run_create.c - makes the directory of a run, or opens that of a run which was cut short and
- * cuts its files back to the newest whole checkpoint.
+/* io/run_create.c - makes the directory of a run.
  *
  * run.json is written first, so a directory that a killed process left half made is known as a run;
  * without a checkpoint such a run starts anew. */
@@ -8,7 +7,6 @@
 #include "io/file_data.h"
 #include "io/output_file.h"
 #include "io/pc2.h"
-#include "io/run_checkpoint.h"
 #include "io/run_report.h"
 #include "io/run_writer.h"
 #include "io/unflushed.h"
@@ -24,7 +22,7 @@ tulle_run_def tulle_run_def_default(void) {
     return (tulle_run_def){.cookie = RUN_DEF_COOKIE, .steps_per_frame = 1};
 }
 
-static tulle_status check_def(const tulle_run_def *def, tulle_error *error) {
+tulle_status run_writer_check_def(const tulle_run_def *def, tulle_error *error) {
     if (!def || def->cookie != RUN_DEF_COOKIE)
         return error_set(error, TULLE_ERROR_INVALID_ARGUMENT,
                          "the def should come from tulle_run_def_default");
@@ -82,8 +80,8 @@ static bool copy_triangles(tulle_run_writer *writer, const tulle_run_def *def) {
     return true;
 }
 
-static tulle_status make_writer(const tulle_run_def *def, tulle_run_writer **result,
-                                tulle_error *error) {
+tulle_status run_writer_make(const tulle_run_def *def, tulle_run_writer **result,
+                             tulle_error *error) {
     memory heap = memory_default();
     tulle_run_writer *const writer = memory_allocate_zeroed(&heap, 1, sizeof *writer);
     if (!writer) return file_fail(error, def->directory, ENOMEM, "cannot be written");
@@ -110,8 +108,8 @@ static tulle_status make_writer(const tulle_run_def *def, tulle_run_writer **res
 
 /* ---- files ---- */
 
-static tulle_status write_scene(tulle_run_writer *writer, const tulle_run_def *def,
-                                tulle_error *error) {
+tulle_status run_writer_write_scene(tulle_run_writer *writer, const tulle_run_def *def,
+                                    tulle_error *error) {
     if (!def->scene_text) return TULLE_OK;
     char path[RUN_PATH_SIZE];
     run_join(path, writer->directory, RUN_FILE_SCENE);
@@ -139,7 +137,7 @@ static tulle_status write_body(tulle_run_writer *writer, const tulle_run_def *de
     return pc2_writer_create_unflushed(path, record->vertex_count, &writer->caches[body], error);
 }
 
-static tulle_status make_vtp_folder(tulle_run_writer *writer, tulle_error *error) {
+tulle_status run_writer_make_vtp_folder(tulle_run_writer *writer, tulle_error *error) {
     if (!writer->record.writes_vtp) return TULLE_OK;
     char path[RUN_PATH_SIZE];
     run_join(path, writer->directory, RUN_FOLDER_VTP);
@@ -171,8 +169,8 @@ static tulle_status make_files(tulle_run_writer *writer, const tulle_run_def *de
     run_directory_remove_temporaries(writer->directory);
     writer->has_unflushed_files = true;
     status = run_writer_write_record(writer, error);
-    if (!status) status = write_scene(writer, def, error);
-    if (!status) status = make_vtp_folder(writer, error);
+    if (!status) status = run_writer_write_scene(writer, def, error);
+    if (!status) status = run_writer_make_vtp_folder(writer, error);
     for (size_t i = 0; i < def->body_count && !status; i++)
         status = write_body(writer, def, i, error);
     if (!status && def->records_debug)
@@ -213,11 +211,11 @@ tulle_status tulle_run_create(const tulle_run_def *def, tulle_run_existing exist
     if (!result) return error_set(error, TULLE_ERROR_INVALID_ARGUMENT, "writer may not be null");
     *result = NULL;
     run_directory_kind kind = RUN_DIRECTORY_MISSING;
-    tulle_status status = check_def(def, error);
+    tulle_status status = run_writer_check_def(def, error);
     if (!status) status = run_directory_examine(def->directory, &kind, error);
     if (!status) status = check_existing(def->directory, kind, existing, error);
     tulle_run_writer *writer = NULL;
-    if (!status) status = make_writer(def, &writer, error);
+    if (!status) status = run_writer_make(def, &writer, error);
     if (status) return status;
     if (kind == RUN_DIRECTORY_RUN) status = clear_former(def->directory, error);
     bool const is_made = !status && kind == RUN_DIRECTORY_MISSING;
@@ -233,175 +231,4 @@ tulle_status tulle_run_create(const tulle_run_def *def, tulle_run_existing exist
     else
         *result = writer;
     return status;
-}
-
-/* ---- resuming ---- */
-
-/* Frames in the shortest cache. */
-static tulle_status count_cached_frames(const tulle_run_writer *writer, uint32_t *count,
-                                        tulle_error *error) {
-    *count = UINT32_MAX;
-    for (size_t i = 0; i < writer->record.bodies.count; i++) {
-        const run_body_record *const body = &writer->record.bodies.data[i];
-        if (body->is_static) continue;
-        char path[RUN_PATH_SIZE];
-        run_join(path, writer->directory, run_record_text(&writer->record, body->cache_file));
-        tulle_pc2 *cache = NULL;
-        tulle_pc2_info info;
-        tulle_status const status = tulle_pc2_open(path, &cache, &info, error);
-        if (status) return status;
-        tulle_pc2_close(cache);
-        if (info.frame_count < *count) *count = info.frame_count;
-    }
-    return TULLE_OK;
-}
-
-/* [bytes] of a file; 0 when it is not there. */
-static uint64_t measure_file(const char *directory, const char *name) {
-    char path[RUN_PATH_SIZE];
-    run_join(path, directory, name);
-    struct stat facts;
-    return stat(path, &facts) == 0 ? (uint64_t)facts.st_size : 0;
-}
-
-/* Reads one generation and checks that the other files reach as far. */
-static tulle_status try_checkpoint(tulle_run_writer *writer, const char *name,
-                                   checkpoint_record *record, tulle_error *error) {
-    char path[RUN_PATH_SIZE];
-    run_join(path, writer->directory, name);
-    tulle_status status = checkpoint_read(&writer->heap, path, record, error);
-    uint32_t cached = 0;
-    if (status) return status;
-    status = count_cached_frames(writer, &cached, error);
-    if (status) {
-        checkpoint_release(&writer->heap, record);
-        return status;
-    }
-    const char *lacking = NULL;
-    if (record->scene_hash != writer->record.scene_hash) lacking = "is of another scene";
-    if (record->state.frame_count > cached) lacking = "knows of more frames than the caches hold";
-    if (record->report_size > measure_file(writer->directory, RUN_FILE_REPORT) ||
-        record->frames_size > measure_file(writer->directory, RUN_FILE_FRAMES))
-        lacking = "knows of more lines than report.csv or frames.csv hold";
-    if (!lacking && writer->record.records_debug &&
-        !debug_has_frames(&writer->heap, writer->directory, record->state.frame_count))
-        lacking = "knows of more frames than debug.bin holds whole";
-    if (!lacking) return TULLE_OK;
-    checkpoint_release(&writer->heap, record);
-    return error_set_at(error, TULLE_ERROR_PARSE, path, 0, 0, "the checkpoint %s", lacking);
-}
-
-/* The generation before takes the place of a newest one that cannot be used, so that the next
- * checkpoint does not replace the only sound one. */
-static tulle_status drop_newest(const tulle_run_writer *writer, tulle_error *error) {
-    char newest[RUN_PATH_SIZE], before[RUN_PATH_SIZE];
-    run_join(newest, writer->directory, RUN_FILE_CHECKPOINT);
-    run_join(before, writer->directory, RUN_FILE_CHECKPOINT_BEFORE);
-    return rename(before, newest) == 0 ? TULLE_OK
-                                       : file_fail(error, before, errno, "cannot be renamed");
-}
-
-/* The newest usable checkpoint; *is_found false when the run never made one. */
-static tulle_status find_checkpoint(tulle_run_writer *writer, checkpoint_record *record,
-                                    bool *is_found, tulle_error *error) {
-    *is_found = true;
-    tulle_error newest = {0};
-    if (!try_checkpoint(writer, RUN_FILE_CHECKPOINT, record, &newest)) return TULLE_OK;
-    if (newest.status == TULLE_ERROR_OUT_OF_MEMORY) {
-        if (error) *error = newest;
-        return newest.status;
-    }
-    if (!try_checkpoint(writer, RUN_FILE_CHECKPOINT_BEFORE, record, NULL))
-        return drop_newest(writer, error);
-    *is_found = measure_file(writer->directory, RUN_FILE_CHECKPOINT) > 0 ||
-                measure_file(writer->directory, RUN_FILE_CHECKPOINT_BEFORE) > 0;
-    if (!*is_found) return TULLE_OK;
-    return error_set_at(error, TULLE_ERROR_PARSE, newest.file, 0, 0,
-                        "neither checkpoint of the run can be used (%s); replace the run",
-                        newest.message);
-}
-
-static tulle_status cut_files_back(tulle_run_writer *writer, const checkpoint_record *checkpoint,
-                                   tulle_error *error) {
-    char path[RUN_PATH_SIZE];
-    uint32_t const frame_count = checkpoint->state.frame_count;
-    tulle_status status = TULLE_OK;
-    for (size_t i = 0; i < writer->record.bodies.count && !status; i++) {
-        const run_body_record *const body = &writer->record.bodies.data[i];
-        if (body->is_static) continue;
-        run_join(path, writer->directory, run_record_text(&writer->record, body->cache_file));
-        status =
-            tulle_pc2_writer_open(path, body->vertex_count, frame_count, &writer->caches[i], error);
-    }
-    if (status) return status;
-    run_join(path, writer->directory, RUN_FILE_REPORT);
-    status = run_log_resume(&writer->report_log, path, checkpoint->report_size, error);
-    if (status) return status;
-    run_join(path, writer->directory, RUN_FILE_FRAMES);
-    status = run_log_resume(&writer->frames_log, path, checkpoint->frames_size, error);
-    if (!status && writer->record.records_debug)
-        status = debug_log_resume(&writer->debug, writer->directory, frame_count, error);
-    if (!status)
-        status = run_frames_read(&writer->frames, &writer->heap, path, writer->record.bodies.count,
-                                 error);
-    if (!status && writer->frames.lines.count != frame_count)
-        status = error_set_at(error, TULLE_ERROR_PARSE, path, 0, 0,
-                              "holds %zu frames, but the checkpoint knows of %u; replace the run",
-                              writer->frames.lines.count, frame_count);
-    return status;
-}
-
-/* The run in writer->directory becomes the writer's, cut back to its checkpoint. */
-static tulle_status take_over(tulle_run_writer *writer, const tulle_run_def *def,
-                              checkpoint_record *checkpoint, bool *is_found, tulle_error *error) {
-    char path[RUN_PATH_SIZE];
-    run_join(path, writer->directory, RUN_FILE_RECORD);
-    tulle_status status = run_directory_lock(writer->directory, &writer->lock, error);
-    if (status) return status;
-    run_record old = run_record_make(&writer->heap);
-    status = run_record_read(&old, path, error);
-    if (!status) status = run_record_compare(&old, &writer->record, writer->directory, error);
-    run_record_destroy(&old);
-    if (!status) status = find_checkpoint(writer, checkpoint, is_found, error);
-    if (status || !*is_found) return status; /* the caller releases the checkpoint */
-    run_directory_remove_temporaries(writer->directory);
-    status = cut_files_back(writer, checkpoint, error);
-    if (!status) status = write_scene(writer, def, error);
-    if (!status) status = make_vtp_folder(writer, error);
-    return status ? status : run_writer_write_record(writer, error);
-}
-
-tulle_status tulle_run_resume(const tulle_run_def *def, tulle_run_writer **result,
-                              tulle_run_checkpoint *checkpoint, tulle_error *error) {
-    if (!result || !checkpoint)
-        return error_set(error, TULLE_ERROR_INVALID_ARGUMENT,
-                         "writer and checkpoint may not be null");
-    *result = NULL;
-    *checkpoint = (tulle_run_checkpoint){0};
-    run_directory_kind kind = RUN_DIRECTORY_MISSING;
-    tulle_status status = check_def(def, error);
-    if (!status) status = run_directory_examine(def->directory, &kind, error);
-    if (status) return status;
-    if (kind != RUN_DIRECTORY_RUN) return tulle_run_create(def, TULLE_RUN_REFUSE, result, error);
-    tulle_run_writer *writer = NULL;
-    status = make_writer(def, &writer, error);
-    if (status) return status;
-    checkpoint_record record = {0};
-    bool is_found = false;
-    status = take_over(writer, def, &record, &is_found, error);
-    if (!status && is_found) {
-        *checkpoint = record.state;
-        *result = writer;
-        return TULLE_OK;
-    }
-    checkpoint_release(&writer->heap, &record);
-    run_writer_destroy(writer);
-    return status ? status : tulle_run_create(def, TULLE_RUN_REPLACE, result, error);
-}
-
-void tulle_run_free_checkpoint(tulle_run_checkpoint *checkpoint) {
-    if (!checkpoint) return;
-    memory heap = memory_default();
-    memory_release(&heap, checkpoint->bytes, checkpoint->byte_count);
-    *checkpoint = (tulle_run_checkpoint){0};
 }
