@@ -28,6 +28,7 @@ needs() {
         echo "clang-format   program:clang-format optional"
         echo "python3        program:python3     optional"
         echo "ffmpeg         program:ffmpeg      optional"
+        echo "gnuplot-nox    program:gnuplot     optional"
         ;;
     *)
         echo "install_packages.sh: unknown role \"$1\"; the roles are build and test" >&2

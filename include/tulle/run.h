@@ -188,6 +188,14 @@ TULLE_API tulle_status tulle_run_reader_read_debug(tulle_run_reader *reader, uin
                                                    const tulle_run_debug **debug,
                                                    tulle_error *error);
 
+/* Step reports of the run, one a step, as report.csv holds them; a last line that was cut short is
+ * left out. Numbers that are empty in the file are NAN, an empty smallest_gap is INFINITY. They
+ * live until the reader is closed. Errors: TULLE_ERROR_IO, TULLE_ERROR_PARSE with line and column,
+ * TULLE_ERROR_OUT_OF_MEMORY. */
+TULLE_API tulle_status tulle_run_reader_get_reports(tulle_run_reader *reader,
+                                                    const tulle_step_report **reports,
+                                                    size_t *count, tulle_error *error);
+
 #ifdef __cplusplus
 }
 #endif

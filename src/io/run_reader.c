@@ -5,6 +5,7 @@
 #include "io/file_data.h"
 #include "io/run_checkpoint.h"
 #include "io/run_debug.h"
+#include "io/run_report.h"
 
 #include "tulle/io.h"
 
@@ -24,9 +25,10 @@ struct tulle_run_reader {
     file_data scene;
     tulle_run_info info;
     tulle_run_body_info *bodies;
-    tulle_mesh *meshes; /* of each body, empty until asked for */
-    debug_file debug;   /* not open until asked for */
-    arena debug_arrays; /* of the last frame that was asked for */
+    tulle_mesh *meshes;      /* of each body, empty until asked for */
+    run_report_rows reports; /* empty until asked for */
+    debug_file debug;        /* not open until asked for */
+    arena debug_arrays;      /* of the last frame that was asked for */
 };
 
 void tulle_run_reader_close(tulle_run_reader *reader) {
@@ -39,6 +41,7 @@ void tulle_run_reader_close(tulle_run_reader *reader) {
     file_release(&reader->heap, &reader->scene);
     debug_file_close(&reader->debug);
     arena_destroy(&reader->debug_arrays);
+    ARRAY_FREE(&reader->heap, &reader->reports);
     run_frames_destroy(&reader->frames);
     run_record_destroy(&reader->record);
     memory heap = memory_default();
@@ -263,4 +266,21 @@ tulle_status tulle_run_reader_read_debug(tulle_run_reader *reader, uint32_t fram
     arena_release(&reader->debug_arrays, (arena_mark){0});
     return debug_file_read(&reader->debug, &reader->record, frame, &reader->debug_arrays, debug,
                            error);
+}
+
+tulle_status tulle_run_reader_get_reports(tulle_run_reader *reader,
+                                          const tulle_step_report **reports, size_t *count,
+                                          tulle_error *error) {
+    if (!reader || !reports || !count)
+        return error_set(error, TULLE_ERROR_INVALID_ARGUMENT, "an argument is null");
+    tulle_status status = TULLE_OK;
+    if (reader->reports.count == 0) {
+        char path[RUN_PATH_SIZE];
+        run_join(path, reader->directory, RUN_FILE_REPORT);
+        status = run_report_read(&reader->heap, path, &reader->reports, error);
+        if (status) reader->reports.count = 0;
+    }
+    *reports = reader->reports.data;
+    *count = reader->reports.count;
+    return status;
 }

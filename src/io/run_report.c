@@ -1,12 +1,17 @@
 /* io/run_report.c - see run_report.h. The table names each column and where its value is in a
  * tulle_step_report; docs/formats.md says what they mean. */
+#define _POSIX_C_SOURCE 200809L
 #include "io/run_report.h"
 
+#include "base/error.h"
+#include "io/file_data.h"
 #include "io/number.h"
+#include "io/text_cursor.h"
 
 #include <math.h>
 #include <stdio.h>
 #include <string.h>
+#include <unistd.h>
 
 typedef enum column_kind { COLUMN_DOUBLE, COLUMN_U64, COLUMN_U32, COLUMN_INT } column_kind;
 
@@ -112,4 +117,80 @@ size_t run_report_format(const tulle_step_report *report, char text[RUN_REPORT_L
     }
     memcpy(text + length, "\n", 2);
     return length + 1;
+}
+
+/* ---- reading ---- */
+
+static bool parse_field(const column *described, text_word word, char *field) {
+    if (described->kind == COLUMN_DOUBLE) {
+        double real = described->offset == FIELD(smallest_gap) ? INFINITY : NAN;
+        if (word.length > 0 && number_parse_double(word.text, word.length, &real) != NUMBER_READ)
+            return false;
+        memcpy(field, &real, sizeof real);
+        return true;
+    }
+    int64_t whole = 0;
+    if (number_parse_integer(word.text, word.length, &whole) != NUMBER_READ || whole < 0)
+        return false;
+    if (described->kind == COLUMN_U64) {
+        memcpy(field, &(uint64_t){(uint64_t)whole}, sizeof(uint64_t));
+        return true;
+    }
+    if (whole > (described->kind == COLUMN_INT ? INT32_MAX : (int64_t)UINT32_MAX)) return false;
+    memcpy(field, &(uint32_t){(uint32_t)whole}, sizeof(uint32_t)); /* int: the same bits */
+    return true;
+}
+
+static tulle_status parse_line(text_cursor *text, const char *line_end, tulle_step_report *report,
+                               tulle_error *error) {
+    *report = (tulle_step_report){0};
+    const char *at = text->at;
+    for (size_t i = 0; i < COLUMN_COUNT; i++) {
+        const char *const comma = memchr(at, ',', (size_t)(line_end - at));
+        bool const is_last = i + 1 == COLUMN_COUNT;
+        if (is_last != !comma)
+            return text_fail(text, at, error, "the line should have %d columns", COLUMN_COUNT);
+        text_word const word = {at, (size_t)((comma ? comma : line_end) - at)};
+        if (!parse_field(&columns[i], word, (char *)report + columns[i].offset))
+            return text_fail(text, at, error, "column %s should hold a %s", columns[i].name,
+                             columns[i].kind == COLUMN_DOUBLE ? "number" : "whole number");
+        if (comma) at = comma + 1;
+    }
+    return TULLE_OK;
+}
+
+static tulle_status parse_lines(memory *heap, text_cursor *text, run_report_rows *rows,
+                                tulle_error *error) {
+    char heading[RUN_REPORT_LINE_SIZE];
+    size_t const length = run_report_format_heading(heading);
+    if (!memchr(text->at, '\n', (size_t)(text->end - text->at))) return TULLE_OK;
+    if ((size_t)(text->end - text->at) < length || memcmp(text->at, heading, length) != 0)
+        return text_fail(text, NULL, error,
+                         "the heading is not the one that this version writes: "
+                         "\"step,time,total_seconds,...\"");
+    text_next_line(text);
+    while (text->at < text->end) {
+        const char *const line_end = memchr(text->at, '\n', (size_t)(text->end - text->at));
+        if (!line_end) break; /* killed while it was written */
+        if (!ARRAY_RESERVE(heap, rows, 1))
+            return error_set_at(error, TULLE_ERROR_OUT_OF_MEMORY, text->path, 0, 0,
+                                "out of memory while it was read");
+        tulle_status const status = parse_line(text, line_end, &rows->data[rows->count], error);
+        if (status) return status;
+        rows->count++;
+        text_next_line(text);
+    }
+    return TULLE_OK;
+}
+
+tulle_status run_report_read(memory *heap, const char *path, run_report_rows *rows,
+                             tulle_error *error) {
+    if (access(path, F_OK) != 0) return TULLE_OK;
+    file_data data;
+    tulle_status status = file_load(heap, path, 0, &data, error);
+    if (status) return status;
+    text_cursor text = text_cursor_make(path, data.bytes, data.byte_count);
+    status = parse_lines(heap, &text, rows, error);
+    file_release(heap, &data);
+    return status;
 }

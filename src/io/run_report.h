@@ -1,8 +1,8 @@
-/* io/run_report.h - report.csv: the columns of a step report as text. */
+/* io/run_report.h - report.csv: the columns of a step report as text, and back. */
 #ifndef TULLE_IO_RUN_REPORT_H
 #define TULLE_IO_RUN_REPORT_H
 
-#include <stddef.h>
+#include "base/memory.h"
 
 #include "tulle/world.h"
 
@@ -15,5 +15,12 @@ size_t run_report_format(const tulle_step_report *report, char text[RUN_REPORT_L
 size_t run_report_get_column_count(void);
 /* Name of a column; null past the last. */
 const char *run_report_get_column_name(size_t column);
+
+typedef ARRAY(tulle_step_report) run_report_rows;
+
+/* Adds the whole lines of a report.csv; a missing or empty file has none. Errors: TULLE_ERROR_IO,
+ * TULLE_ERROR_PARSE with line and column, TULLE_ERROR_OUT_OF_MEMORY. */
+tulle_status run_report_read(memory *heap, const char *path, run_report_rows *rows,
+                             tulle_error *error);
 
 #endif

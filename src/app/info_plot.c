@@ -1,0 +1,158 @@
+/* app/info_plot.c - see info_plot.h. gnuplot is started without a shell, reads its commands from a
+ * temporary file and draws to its standard output, which is a temporary file beside the target: no
+ * name that a user gave is ever part of a command. */
+#define _POSIX_C_SOURCE 200809L
+#include "app/info_plot.h"
+
+#include "app/commands.h"
+
+#include "tulle/run.h"
+
+#include <errno.h>
+#include <fcntl.h>
+#include <spawn.h>
+#include <string.h>
+#include <sys/stat.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+extern char **environ;
+
+enum { PATH_SIZE = 4096 };
+
+static const struct {
+    const char *extension, *terminal;
+} formats[] = {
+    {".svg", "svg size 1000,1400 enhanced font 'Helvetica,11' background rgb 'white'"},
+    {".png", "pngcairo size 1000,1400 enhanced font 'Sans,10' background rgb 'white'"},
+    {".pdf", "pdfcairo size 7in,9.8in enhanced font 'Sans,9'"},
+};
+
+static const char *find_terminal(const char *path) {
+    size_t const length = strlen(path);
+    for (size_t i = 0; i < sizeof formats / sizeof formats[0]; i++)
+        if (length > 4 && strcmp(path + length - 4, formats[i].extension) == 0)
+            return formats[i].terminal;
+    return NULL;
+}
+
+/* Starts gnuplot with these files; 0 or an errno. */
+static int start_gnuplot(int input, int output, int messages, pid_t *process) {
+    char name[] = "gnuplot", defaults[] = "-d"; /* -d: no settings of the user's */
+    char *const arguments[] = {name, defaults, NULL};
+    posix_spawn_file_actions_t actions;
+    int code = posix_spawn_file_actions_init(&actions);
+    if (code) return code;
+    code = posix_spawn_file_actions_adddup2(&actions, input, STDIN_FILENO);
+    if (!code) code = posix_spawn_file_actions_adddup2(&actions, output, STDOUT_FILENO);
+    if (!code) code = posix_spawn_file_actions_adddup2(&actions, messages, STDERR_FILENO);
+    if (!code) code = posix_spawnp(process, name, &actions, NULL, arguments, environ);
+    posix_spawn_file_actions_destroy(&actions);
+    return code;
+}
+
+/* The line of gnuplot's messages that says what is wrong: the last that holds letters. */
+static void find_reason(FILE *messages, char reason[256]) {
+    char line[256];
+    strcpy(reason, "it said nothing");
+    rewind(messages);
+    while (fgets(line, sizeof line, messages)) {
+        line[strcspn(line, "\n")] = '\0';
+        if (line[strspn(line, " \t^")] != '\0') memcpy(reason, line, sizeof line);
+    }
+}
+
+/* Runs gnuplot to its end. Prints what went wrong; returns an exit code. */
+static int run_gnuplot(FILE *script, int output, FILE *messages) {
+    pid_t process = 0;
+    rewind(script);
+    int const code = start_gnuplot(fileno(script), output, fileno(messages), &process);
+    if (code == ENOENT) {
+        app_print_message("info", "--plot needs the program gnuplot, which is not on the PATH; "
+                                  "install it (Debian's package is gnuplot-nox)");
+        return APP_EXIT_CANNOT_GO_ON;
+    }
+    if (code) {
+        app_print_message("info", "gnuplot cannot be started: %s", strerror(code));
+        return APP_EXIT_CANNOT_GO_ON;
+    }
+    int state = 0;
+    while (waitpid(process, &state, 0) < 0)
+        if (errno != EINTR) return APP_EXIT_CANNOT_GO_ON;
+    struct stat drawn;
+    bool const has_drawn = fstat(output, &drawn) == 0 && drawn.st_size > 0;
+    if (WIFEXITED(state) && WEXITSTATUS(state) == 0 && has_drawn) return APP_EXIT_FINE;
+    if (WIFEXITED(state) && WEXITSTATUS(state) == 127) { /* a spawn that could not find it */
+        app_print_message("info",
+                          "--plot needs the program gnuplot (Debian's package is gnuplot-nox)");
+        return APP_EXIT_CANNOT_GO_ON;
+    }
+    char reason[256];
+    find_reason(messages, reason);
+    app_print_message("info", "gnuplot failed: %s", reason);
+    return APP_EXIT_CANNOT_GO_ON;
+}
+
+/* Draws to a temporary file beside `path` and moves it there. */
+static int draw(const plot_content *content, const char *path, const char *terminal) {
+    char temporary[PATH_SIZE];
+    int const length = snprintf(temporary, sizeof temporary, "%s.%ld.tmp", path, (long)getpid());
+    if (length >= PATH_SIZE) {
+        app_print_message("info", "the name of the plot is longer than %d bytes", PATH_SIZE);
+        return APP_EXIT_BAD_INPUT;
+    }
+    int const output = open(temporary, O_CREAT | O_EXCL | O_RDWR | O_CLOEXEC, 0666);
+    if (output < 0) {
+        app_print_message("info", "%s: cannot be written: %s", path, strerror(errno));
+        return APP_EXIT_CANNOT_GO_ON;
+    }
+    FILE *const script = tmpfile(), *const messages = tmpfile();
+    int code = APP_EXIT_CANNOT_GO_ON;
+    if (script && messages) {
+        plot_write_script(script, content, terminal);
+        if (fflush(script) == 0 && !ferror(script))
+            code = run_gnuplot(script, output, messages);
+        else
+            app_print_message("info", "a temporary file cannot be written: %s", strerror(errno));
+    } else {
+        app_print_message("info", "no temporary file can be made: %s", strerror(errno));
+    }
+    if (script) fclose(script);
+    if (messages) fclose(messages);
+    bool const is_whole = fsync(output) == 0;
+    bool const is_closed = close(output) == 0;
+    if (code == APP_EXIT_FINE && (!is_whole || !is_closed || rename(temporary, path) != 0)) {
+        app_print_message("info", "%s: cannot be written: %s", path, strerror(errno));
+        code = APP_EXIT_CANNOT_GO_ON;
+    }
+    if (code != APP_EXIT_FINE) unlink(temporary);
+    return code;
+}
+
+int info_plot_run(const char *directory, const char *path) {
+    const char *const terminal = find_terminal(path);
+    if (!terminal) {
+        app_print_message("info", "%s: a plot is an .svg, .png or .pdf file", path);
+        return APP_EXIT_BAD_INPUT;
+    }
+    tulle_run_reader *reader = NULL;
+    tulle_error error = {0};
+    plot_content content = {.name = directory};
+    tulle_status status = tulle_run_reader_open(directory, &reader, &error);
+    if (!status)
+        status =
+            tulle_run_reader_get_reports(reader, &content.reports, &content.report_count, &error);
+    int code = APP_EXIT_FINE;
+    if (status) {
+        app_print_error("info", &error);
+        code = app_exit_for_input(status);
+    } else if (content.report_count == 0) {
+        app_print_message(
+            "info", "%s: report.csv has no whole line yet, so there is nothing to plot", directory);
+        code = APP_EXIT_BAD_INPUT;
+    } else {
+        code = draw(&content, path, terminal);
+    }
+    tulle_run_reader_close(reader);
+    return code;
+}
