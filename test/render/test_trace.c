@@ -2,6 +2,8 @@
  * a triangle covers, the same bits for any number of threads, defs that cannot be drawn. */
 #include "render/render_fixture.h"
 
+#include "io/failing_heap.h"
+
 /* A white surface in uniform light sends that light, whatever its shape: no path has another
  * weight than 1 nor another end than the sky, so there is no noise at all and the bound is the
  * rounding of the mean to float. */
@@ -291,6 +293,31 @@ static void empty_scenes_show_the_sky(void **state) {
         expect_uniform(&def, (double)0.3f);
 }
 
+/* Each call of the heap fails once, in our part and in Embree's; then the picture is made. */
+static void short_memory_is_said(void **state) {
+    (void)state;
+    if (!HAS_OWN_HEAP) skip();
+    small_mesh const box = make_box(vec3_make(-1, -1, -1), vec3_make(1, 1, 1));
+    render_surface const surface = make_surface(small_mesh_view(&box), 1.0f);
+    render_frame_def def = make_frame(&surface, 1);
+    def.threads = 1;
+    static float radiance[3 * 48 * 27];
+    render_context *context;
+    tulle_error error;
+    assert_int_equal(render_context_create(&context, &error), TULLE_OK);
+    assert_int_equal(render_trace(context, &def, radiance, &error), TULLE_OK);
+    bool is_done = false;
+    for (long call = 0; !is_done; call++) {
+        assert_true(call < 1000);
+        watch_heap(call);
+        tulle_status const status = render_trace(context, &def, radiance, &error);
+        is_done = !unwatch_heap();
+        if (is_done) assert_int_equal(status, TULLE_OK);
+        if (status != TULLE_OK) assert_int_equal(status, TULLE_ERROR_OUT_OF_MEMORY);
+    }
+    render_context_destroy(context);
+}
+
 int main(void) {
     if (skip_without_ray_tracer()) return SKIPPED;
     const struct CMUnitTest tests[] = {
@@ -301,6 +328,7 @@ int main(void) {
         cmocka_unit_test(marks_are_seen_where_they_are),
         cmocka_unit_test(what_cannot_be_drawn_is_refused),
         cmocka_unit_test(empty_scenes_show_the_sky),
+        cmocka_unit_test(short_memory_is_said),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
