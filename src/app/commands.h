@@ -18,6 +18,7 @@ typedef enum app_exit {
 int app_run(int argc, char **argv);
 int app_check(int argc, char **argv);
 int app_info(int argc, char **argv);
+int app_render(int argc, char **argv);
 int app_convert(int argc, char **argv);
 
 /* Exit code for a status of the library, met while reading input. */

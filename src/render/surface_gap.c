@@ -215,18 +215,18 @@ static bool find_all(arena *scratch, gap_search *search, size_t surface_count, i
     return true;
 }
 
-tulle_status render_find_gaps(memory *heap, const render_gap_surface *surfaces,
-                              size_t surface_count, double farthest, int threads,
-                              double *const *gaps, tulle_error *error) {
+tulle_status render_find_gaps(memory *heap, const render_gap_def *def, double *const *gaps,
+                              tulle_error *error) {
     size_t triangle_count = 0;
-    for (size_t i = 0; i < surface_count; i++) triangle_count += surfaces[i].mesh.triangle_count;
+    for (size_t i = 0; i < def->surface_count; i++)
+        triangle_count += def->surfaces[i].mesh.triangle_count;
     if (triangle_count > TRIANGLE_MAX)
         return error_set(error, TULLE_ERROR_LIMIT, "%zu triangles; gaps are measured among 2^30",
                          triangle_count);
     arena scratch = arena_make(heap);
-    gap_search search = {.surfaces = surfaces, .farthest = farthest};
-    bool const is_good =
-        find_all(&scratch, &search, surface_count, parallel_resolve_threads(threads), gaps);
+    gap_search search = {.surfaces = def->surfaces, .farthest = def->farthest};
+    bool const is_good = find_all(&scratch, &search, def->surface_count,
+                                  parallel_resolve_threads(def->threads), gaps);
     arena_destroy(&scratch);
     return is_good ? TULLE_OK
                    : error_set(error, TULLE_ERROR_OUT_OF_MEMORY,

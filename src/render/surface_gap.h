@@ -11,16 +11,21 @@ typedef struct render_gap_surface {
     size_t piece_count;
 } render_gap_surface;
 
+typedef struct render_gap_def {
+    const render_gap_surface *surfaces;
+    size_t surface_count;
+    double farthest; /* [m] beyond, nothing is looked for */
+    int threads;     /* 0: one per processor; the result does not depend on it */
+} render_gap_def;
+
 /* gaps[i] [m] of surface i, 1 a vertex, where it is a cloth (null otherwise): the distance to the
  * nearest place of another surface or of the cloth itself, at most `farthest`. A place of the
  * vertex's own piece counts only where it is nearer than half of its distance at rest, so that a
  * fold counts and the sheet around the vertex does not; of each triangle the nearest place is
- * taken. Gaps of edges in the middle of triangles are not looked for. threads: 0 one per
- * processor; the result does not depend on it. Errors: TULLE_ERROR_OUT_OF_MEMORY,
- * TULLE_ERROR_LIMIT (over 2^30 triangles). */
-tulle_status render_find_gaps(memory *heap, const render_gap_surface *surfaces,
-                              size_t surface_count, double farthest, int threads,
-                              double *const *gaps, tulle_error *error);
+ * taken. Gaps of edges in the middle of triangles are not looked for. Errors:
+ * TULLE_ERROR_OUT_OF_MEMORY, TULLE_ERROR_LIMIT (over 2^30 triangles). */
+tulle_status render_find_gaps(memory *heap, const render_gap_def *def, double *const *gaps,
+                              tulle_error *error);
 
 /* Weights of the corners of the triangle's point that is nearest to p; gives the distance. Corners:
  * 3 * 3 coordinates. */

@@ -57,8 +57,8 @@ typedef struct scene_work {
     scene_problems *problems;
 } scene_work;
 
-/* Reads the file named by the scene's path into its keys: text, tree, overrides, keys. False after a
- * problem. */
+/* Reads the file named by the scene's path into its keys: text, tree, overrides, keys. False after
+ * a problem. */
 bool read_scene_keys(const scene_work *work, const char *const *overrides, size_t count);
 /* Keys of the picture that do not go together. False after a problem. */
 bool check_picture(const scene_work *work);
