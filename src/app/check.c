@@ -6,11 +6,11 @@
 #define _POSIX_C_SOURCE 200809L
 #include "app/check_run.h"
 #include "app/commands.h"
+#include "app/mesh_file.h"
 #include "app/options.h"
 #include "base/arena.h"
 #include "base/error.h"
 #include "base/parallel.h"
-#include "tulle/io.h"
 #include "tulle/run.h"
 
 #include <sys/stat.h>
@@ -30,7 +30,7 @@ static bool is_directory(const char *path) {
 }
 
 static tulle_status read_mesh(const char *path, tulle_mesh *mesh, tulle_error *error) {
-    tulle_status const status = tulle_mesh_read(path, mesh, error);
+    tulle_status const status = mesh_file_read(path, mesh, NULL, error);
     if (status != TULLE_OK || mesh->triangle_count > 0) return status;
     tulle_mesh_destroy(mesh);
     return error_set_at(error, TULLE_ERROR_INVALID_MESH, path, 0, 0,
@@ -141,7 +141,7 @@ int app_check(int argc, char **argv) {
         .name = "check",
         .operands = "FILE|DIR ...",
         .summary = "Judges with exact arithmetic whether triangles intersect: in mesh files (OBJ, "
-                   "PLY, STL)\n"
+                   "PLY, STL, VTP)\n"
                    "and in every frame of run directories, cloth with cloth, with itself and with\n"
                    "obstacles. Exit code 0: nowhere, 1: somewhere, 2: input that cannot be judged.",
         .options = specs,

@@ -13,12 +13,6 @@
 
 enum { BODY_LIST_SIZE = 1024 /* [bytes] of the bodies' names in a message */ };
 
-tulle_status convert_read_mesh(const char *path, tulle_mesh *mesh, vtp_passed_over *passed_over,
-                               tulle_error *error) {
-    return convert_get_format(path) == CONVERT_VTP ? vtp_read(path, mesh, passed_over, error)
-                                                   : tulle_mesh_read(path, mesh, error);
-}
-
 static tulle_status refuse(const convert_source *source, tulle_error *error, const char *text) {
     return error_set_at(error, TULLE_ERROR_INVALID_ARGUMENT, source->path, 0, 0, "%s", text);
 }
@@ -62,7 +56,7 @@ static tulle_status open_mesh(convert_source *source, tulle_error *error) {
     source->frames = frame_range_make(1);
     tulle_status status = make_inputs(source, 1, error);
     if (status == TULLE_OK)
-        status = convert_read_mesh(source->path, &source->mesh, &source->passed_over, error);
+        status = mesh_file_read(source->path, &source->mesh, &source->passed_over, error);
     if (status == TULLE_OK) add_input(source, source->path);
     return status;
 }
@@ -81,7 +75,7 @@ static tulle_status open_cache(convert_source *source, const char *mesh_path, tu
         return status == TULLE_OK ? convert_source_read(source, 0, source->mesh.positions, error)
                                   : status;
     }
-    status = convert_read_mesh(mesh_path, &source->mesh, NULL, error);
+    status = mesh_file_read(mesh_path, &source->mesh, NULL, error);
     if (status != TULLE_OK) return status;
     add_input(source, mesh_path);
     if (source->mesh.vertex_count == info->vertex_count) return TULLE_OK;
@@ -175,7 +169,7 @@ static tulle_status open_files(convert_source *source, tulle_error *error) {
             add_input(source, path);
     if (!numbered_files_get_path(&source->files, source->frames.first, path))
         return refuse(source, error, "the path is too long");
-    return convert_read_mesh(path, &source->mesh, &source->passed_over, error);
+    return mesh_file_read(path, &source->mesh, &source->passed_over, error);
 }
 
 static tulle_status check_options(const source_options *options, const convert_source *source,
@@ -231,7 +225,7 @@ static tulle_status read_file(convert_source *source, uint32_t frame, double *po
                             "there is no file of number %u; --frames names those to be read",
                             frame);
     tulle_mesh mesh = {0};
-    tulle_status status = convert_read_mesh(path, &mesh, NULL, error);
+    tulle_status status = mesh_file_read(path, &mesh, NULL, error);
     if (status != TULLE_OK) return status;
     const tulle_mesh *const first = &source->mesh;
     if (mesh.vertex_count == first->vertex_count && mesh.triangle_count == first->triangle_count &&

@@ -5,8 +5,8 @@
 #define TULLE_APP_CONVERT_SOURCE_H
 
 #include "app/frame_range.h"
+#include "app/mesh_file.h"
 #include "app/numbered_files.h"
-#include "app/vtp_read.h"
 
 #include "tulle/io.h"
 #include "tulle/run.h"
@@ -44,10 +44,6 @@ typedef struct source_options {
     const char *mesh_path; /* --mesh, or null */
     const char *body;      /* --body, or null */
 } source_options;
-
-/* Reads a mesh file of any format by its name: .obj, .ply, .stl, .vtp. passed_over may be null. */
-tulle_status convert_read_mesh(const char *path, tulle_mesh *mesh, vtp_passed_over *passed_over,
-                               tulle_error *error);
 
 /* Opens what the options name; release with convert_source_close, also after a failure. */
 tulle_status convert_source_open(const source_options *options, convert_source *source,

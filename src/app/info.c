@@ -24,9 +24,10 @@ static const option_spec options[] = {
 static const command_spec command = {
     .name = "info",
     .operands = "FILE|DIR ...",
-    .summary = "Prints what a mesh (.obj, .ply, .stl), a point cache (.pc2) or the directory of a\n"
-               "run holds: sizes, topology, quality of the triangles, and whether it can be used\n"
-               "as cloth or as an obstacle; frames, bodies and the end of a run.",
+    .summary =
+        "Prints what a mesh (.obj, .ply, .stl, .vtp), a point cache (.pc2) or the directory of\n"
+        "a run holds: sizes, topology, quality of the triangles, and whether it can be used\n"
+        "as cloth or as an obstacle; frames, bodies and the end of a run.",
     .options = options,
     .option_count = sizeof options / sizeof options[0],
     .operand_minimum = 1,

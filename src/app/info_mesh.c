@@ -1,6 +1,8 @@
 /* app/info_mesh.c - what `tulle info` prints of a mesh file and of a point cache. */
 #include "app/info.h"
 
+#include "app/mesh_file.h"
+
 #include "tulle/io.h"
 #include "tulle/mesh.h"
 
@@ -44,7 +46,7 @@ static void print_use(tulle_mesh_view mesh, tulle_mesh_role role, const char *la
 
 tulle_status info_print_mesh(const char *path, tulle_error *error) {
     tulle_mesh mesh = {0};
-    tulle_status status = tulle_mesh_read(path, &mesh, error);
+    tulle_status status = mesh_file_read(path, &mesh, NULL, error);
     if (status != TULLE_OK) return status;
     tulle_mesh_view const view = tulle_mesh_get_view(&mesh);
     tulle_mesh_info info;

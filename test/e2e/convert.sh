@@ -86,6 +86,12 @@ for a in obj ply vtp; do
     said '6 vertices, 0 triangles'
 done
 
+# What convert reads, info and check read.
+"$TULLE" info a.vtp >out || fault "info of a VTP file: exit $?"
+said '^  vertices  *6 (0 used by no triangle)$'
+"$TULLE" check a.vtp >out || fault "check of a VTP file: exit $?"
+said '^a.vtp: 0 intersections$'
+
 # ---- axes and units ----
 convert strip.obj up.obj --up y
 said '^  axes        y up, from z up: (x, y, z) became (x, z, -y)$'
