@@ -24,8 +24,9 @@ enum { TILE_SIDE = 16 };
 static const double filter_radius = 0.9;
 /* Cosines below this are as good as none: the ray would run in the surface. */
 static const double grazing_cosine = 1e-6;
-/* [radii of the scene] where the floor begins to fade into the horizon, and is gone. */
-static const double floor_fade_begin = 2.0, floor_fade_end = 12.0;
+/* [distances from camera to target] from the target, where the floor begins to fade into the
+ * horizon, and is gone. The camera decides, so things that move in a film do not move the fade. */
+static const double floor_fade_begin = 1.0, floor_fade_end = 4.0;
 
 struct render_context {
     RTCDevice device;
@@ -40,6 +41,8 @@ typedef struct picture {
     const render_scene *scene;
     render_light light;
     float floor_height;       /* relative to the center, rounded as the vertices are */
+    vec3 target;              /* of the camera, relative to the center */
+    double target_distance;   /* [m] from the camera */
     vec3 origin;              /* of the camera, relative to the center, rounded */
     vec3 corner, right, down; /* direction to the top left corner, and per pixel */
     size_t tile_columns;
@@ -143,10 +146,8 @@ static double find_light_share(const picture *p, const light_path *path,
 
 /* How much of the floor at a point is still floor and not yet horizon. */
 static double get_floor_cover(const picture *p, const render_point *point) {
-    double const radius = fmax(p->scene->geometry.radius, 1e-3);
-    double const away =
-        sqrt(point->position.x * point->position.x + point->position.y * point->position.y) /
-        radius;
+    vec3 const v = vec3_sub(point->position, p->target);
+    double const away = sqrt(v.x * v.x + v.y * v.y) / p->target_distance;
     double const s = (away - floor_fade_begin) / (floor_fade_end - floor_fade_begin);
     if (s <= 0.0) return 1.0;
     return s < 1.0 ? (1.0 - s) * (1.0 - s) * (1.0 + 2.0 * s) : 0.0;
@@ -261,7 +262,8 @@ static picture make_picture(const render_frame_def *def, const render_scene *sce
                             float *radiance) {
     const render_camera *const camera = &def->camera;
     vec3 const center = scene->geometry.center, position = vec3_load(camera->position, 0);
-    vec3 const forward = vec3_normalize(vec3_sub(vec3_load(camera->target, 0), position));
+    vec3 const target = vec3_load(camera->target, 0);
+    vec3 const forward = vec3_normalize(vec3_sub(target, position));
     vec3 const right = vec3_normalize(vec3_cross(forward, vec3_load(camera->up, 0)));
     vec3 const down = vec3_cross(forward, right);
     double const pixel = 2.0 * tan(0.5 * camera->field_of_view) / def->height;
@@ -271,6 +273,8 @@ static picture make_picture(const render_frame_def *def, const render_scene *sce
                  .scene = scene,
                  .light = render_light_prepare(&def->lighting),
                  .floor_height = (float)(def->lighting.floor_height - center.z),
+                 .target = vec3_sub(target, center),
+                 .target_distance = vec3_norm(vec3_sub(target, position)),
                  .origin = get_vector(rounded.origin),
                  .right = vec3_scale(right, pixel),
                  .down = vec3_scale(down, pixel),

@@ -2,7 +2,9 @@
  * light, and the call that makes a picture of it.
  *
  * The picture is a function of the input alone: the same bits for any number of threads, run after
- * run on one machine. Lengths in metres, angles in radians, colors linear RGB in 0 .. 1. */
+ * run on one machine. On another machine single samples may differ (sine and cosine of its C
+ * library, divisions of its processor in the ray tracer). Lengths in metres, angles in radians,
+ * colors linear RGB in 0 .. 1. */
 #ifndef TULLE_RENDER_RENDER_H
 #define TULLE_RENDER_RENDER_H
 
@@ -25,7 +27,7 @@ typedef struct render_surface {
     float front_color[3];         /* of the side from which a triangle turns counter-clockwise */
     float back_color[3];          /* of the other side */
     render_pattern pattern;
-    double pattern_size; /* [m] of a square or of a thread's period */
+    double pattern_size; /* [m] of a square, or from one thread to the next */
     double crease_angle; /* [rad] edges whose triangles turn by more are sharp; 0: all, INFINITY:
                             none but open ones */
     bool has_wire;       /* its edges are drawn as thin lines */
@@ -47,8 +49,10 @@ typedef struct render_lighting {
     double light_angle;        /* [rad] radius of the light as seen from the scene: softness */
     float light_radiance[3];   /* irradiance of a surface that faces the light, over pi */
     float sky_color[3], horizon_color[3]; /* radiance of what surrounds the scene */
-    bool has_floor;                       /* an endless floor that fades into the horizon */
-    double floor_height;                  /* [m] z of it */
+    /* An endless floor. It fades into the horizon from as far beyond the camera's target as the
+     * camera is from it. A surface that lies in it hides it. */
+    bool has_floor;
+    double floor_height; /* [m] z of it */
     float floor_color[3];
     uint32_t bounces; /* diffuse bounces that are followed; beyond them the sky is taken as seen */
 } render_lighting;
