@@ -24,6 +24,11 @@ static void print_summary(const picture_run *run, const picture_target *target,
         printf("frames: %u, from %u to %u", totals->frame_count, run->frames.first, last);
     if (totals->frame_count > 1 && run->frames.step > 1) printf(", every %u", run->frames.step);
     printf("; %ux%u pixels, %u samples each\n", options->width, options->height, options->samples);
+    size_t hidden_count = 0;
+    for (size_t i = 0; i < run->body_count; i++)
+        if (run->bodies[i].is_hidden)
+            printf("%s%s", hidden_count++ == 0 ? "hidden: " : ", ", run->bodies[i].name);
+    if (hidden_count > 0) putchar('\n');
     if (target->kind == PICTURE_FILM)
         printf("speed: %.6g frames a second, %s", target->frame_rate,
                target->speed > 0.9995 && target->speed < 1.0005 ? "real time\n" : "");

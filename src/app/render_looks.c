@@ -128,7 +128,8 @@ void picture_dress_bodies(picture_run *run) {
 /* Whether the body is a level rectangle along x and y that stays and lies under all cloth. */
 static bool is_ground(const picture_run *run, const picture_body *body,
                       const picture_bounds *cloths) {
-    if (!body->is_obstacle || body->is_moving || body->is_ever_absent) return false;
+    if (!body->is_obstacle || body->is_hidden || body->is_moving || body->is_ever_absent)
+        return false;
     picture_bounds box = picture_bounds_empty();
     picture_bounds_add(&box, body->rest.positions, body->rest.vertex_count);
     double const extent = (box.high[0] - box.low[0]) * (box.high[1] - box.low[1]);

@@ -133,6 +133,8 @@ options_outcome picture_options_read(int argc, char **argv, picture_options *opt
         {"color", 0, OPTION_CHOICE, &words.color, "WHAT",
          "material, patches, contacts, gap (to the nearest surface), velocity or strain", 0, 0,
          color_names},
+        {"hide", 0, OPTION_LIST, &options->hidden, "NAME",
+         "leave out a body, or all copies of an obstacle; may be repeated", 0, 0, NULL},
         {"fps", 0, OPTION_TEXT, &words.rate, "RATE",
          "frames of a film a second (default: as many as run in real time)", 0, 0, NULL},
         {"threads", 't', OPTION_INTEGER, &words.threads, "N",

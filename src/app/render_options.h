@@ -34,6 +34,7 @@ typedef struct picture_options {
     int threads;                /* 0: one per processor */
     int subdivision_levels;     /* 0: none */
     bool has_wire;
+    option_list hidden; /* names of bodies to leave out */
     picture_color color;
     scene_camera camera; /* goes before the scene's */
 } picture_options;

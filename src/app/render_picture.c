@@ -107,7 +107,7 @@ static void gather_surfaces(picture_maker *maker) {
     maker->surface_count = 0;
     for (size_t i = 0; i < run->body_count; i++) {
         picture_body *const body = &run->bodies[i];
-        if (!body->is_present || i == run->floor_body) continue;
+        if (!body->is_present || body->is_hidden || i == run->floor_body) continue;
         body->surface.mesh = body->drawn;
         maker->surfaces[maker->surface_count++] = body->surface;
     }

@@ -129,6 +129,35 @@ static tulle_status prepare_body(picture_run *run, size_t index, tulle_error *er
     return lay_out_body(run, body, error);
 }
 
+/* Whether `name` is the body's, or that of the obstacle whose copy it is: NAME.000, NAME.001 ... */
+static bool is_named(const picture_body *body, const char *name) {
+    size_t const length = strlen(name);
+    if (strncmp(body->name, name, length) != 0) return false;
+    const char *const rest = body->name + length;
+    return !*rest ||
+           (rest[0] == '.' && rest[1] && strspn(rest + 1, "0123456789") == strlen(rest + 1));
+}
+
+/* What the scene and the options leave out. */
+static tulle_status hide_bodies(picture_run *run, tulle_error *error) {
+    for (size_t i = 0; i < run->body_count; i++)
+        run->bodies[i].is_hidden = run->bodies[i].look.is_hidden;
+    const option_list *const names = &run->options->hidden;
+    for (size_t k = 0; k < names->count; k++) {
+        size_t count = 0;
+        for (size_t i = 0; i < run->body_count; i++) {
+            if (!is_named(&run->bodies[i], names->items[k])) continue;
+            run->bodies[i].is_hidden = true;
+            count++;
+        }
+        if (count == 0)
+            return error_set_at(error, TULLE_ERROR_INVALID_ARGUMENT, run->options->directory, 0, 0,
+                                "--hide: no body is called \"%.60s\"; `tulle info` lists them",
+                                names->items[k]);
+    }
+    return TULLE_OK;
+}
+
 static void measure_edges(picture_run *run) {
     double sum = 0.0;
     size_t count = 0;
@@ -176,7 +205,7 @@ static tulle_status survey(picture_run *run, tulle_error *error) {
         if (status != TULLE_OK) return status;
         for (size_t i = 0; i < run->body_count; i++) {
             picture_body *const body = &run->bodies[i];
-            if (body->is_present)
+            if (body->is_present && !body->is_hidden)
                 picture_view_add(&views[i], body->mesh.positions, body->mesh.vertex_count);
             body->is_ever_absent |= !body->is_present;
         }
@@ -207,6 +236,7 @@ tulle_status picture_run_open(picture_run *run, const picture_options *options,
     if (!run->bodies) return fail_memory(error);
     for (; run->body_count < run->info->body_count && status == TULLE_OK; run->body_count++)
         status = prepare_body(run, run->body_count, error);
+    if (status == TULLE_OK) status = hide_bodies(run, error);
     if (status != TULLE_OK) return status;
     measure_edges(run);
     picture_dress_bodies(run);

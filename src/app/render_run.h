@@ -17,6 +17,7 @@ typedef struct picture_body {
     const char *name;
     bool is_obstacle, is_moving;
     bool is_present;                /* in the frame */
+    bool is_hidden;                 /* left out of the pictures */
     bool is_ever_absent;            /* from one of the frames that were looked at */
     tulle_mesh_view rest;           /* as its OBJ file holds it */
     tulle_mesh_view mesh;           /* in the frame, as simulated */

@@ -62,26 +62,30 @@ static void place(const unfolding *self, uint32_t vertex, double x, double y) {
 }
 
 /* Places the vertex at corner `corner` of its triangle, whose other two vertices are placed: on the
- * left of the edge from the next corner to the one after it. */
+ * left of the edge from the next corner to the one after it, by its true lengths from the middle of
+ * that edge, so that errors of edges that could not be laid out by theirs do not grow. */
 static void place_corner(const unfolding *self, uint32_t corner) {
     if (!self->coordinates) return;
-    uint32_t const *const corners = self->mesh.triangles + 3 * (corner / 3);
+    uint32_t const *const corners = self->mesh.triangles + 3 * (size_t)(corner / 3);
     uint32_t const top = corners[corner % 3];
     uint32_t const from = corners[(corner + 1) % 3], to = corners[(corner + 2) % 3];
     vec3 const origin = vec3_load(self->mesh.positions, from);
     vec3 const edge = vec3_sub(vec3_load(self->mesh.positions, to), origin);
     vec3 const side = vec3_sub(vec3_load(self->mesh.positions, top), origin);
-    double const length2 = vec3_norm2(edge);
-    if (!(length2 > 0.0)) {
-        place(self, top, self->coordinates[2 * from], self->coordinates[2 * from + 1]);
-        return;
-    }
-    double const along = vec3_dot(side, edge) / length2;
-    double const across = vec3_norm(vec3_cross(edge, side)) / length2;
+    double const length = vec3_norm(edge);
     double const *const a = self->coordinates + 2 * (size_t)from;
     double const *const b = self->coordinates + 2 * (size_t)to;
-    double const x = b[0] - a[0], y = b[1] - a[1];
-    place(self, top, a[0] + along * x - across * y, a[1] + along * y + across * x);
+    double const flat_x = b[0] - a[0], flat_y = b[1] - a[1];
+    double const flat_length = sqrt(flat_x * flat_x + flat_y * flat_y);
+    double const middle_x = 0.5 * (a[0] + b[0]), middle_y = 0.5 * (a[1] + b[1]);
+    if (!(length > 0.0) || !(flat_length > 0.0)) {
+        place(self, top, middle_x, middle_y);
+        return;
+    }
+    double const along = vec3_dot(side, edge) / length - 0.5 * length;
+    double const across = vec3_norm(vec3_cross(edge, side)) / length;
+    double const x = flat_x / flat_length, y = flat_y / flat_length;
+    place(self, top, middle_x + along * x - across * y, middle_y + along * y + across * x);
 }
 
 /* Lays out the piece of a triangle and gives it its number; gives how many triangles it has, which

@@ -141,6 +141,7 @@ typedef struct obstacle_keys {
     motion_keys motion;
     copies_keys copies;
     schema_vector color;
+    bool hidden;
 } obstacle_keys;
 
 typedef struct contact_keys {

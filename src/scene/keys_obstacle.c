@@ -268,6 +268,12 @@ static const schema_key obstacle_table[] = {
      FIELD(obstacle_keys, color),
      .derived = "grey",
      .meaning = "color in pictures: red, green, blue of sRGB"},
+    {.name = "hidden",
+     .type = SCHEMA_BOOL,
+     .flags = SCHEMA_OPTIONAL | SCHEMA_PICTURE,
+     FIELD(obstacle_keys, hidden),
+     .derived = "`false`",
+     .meaning = "is left out of pictures, so that what it encloses is seen"},
 };
 const schema_map obstacle_map = {
     .title = "Obstacle",

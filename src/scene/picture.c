@@ -42,7 +42,7 @@ static scene_look describe_cloth(const cloth_keys *keys) {
 }
 
 static scene_look describe_obstacle(const obstacle_keys *keys) {
-    scene_look look = {0};
+    scene_look look = {.is_hidden = keys->hidden};
     look.has_color = copy_vector(&obstacle_map, keys, "color", &keys->color, look.color);
     return look;
 }

@@ -22,7 +22,7 @@ typedef enum scene_pattern {
 
 /* How a body looks; values count where has_ says so. */
 typedef struct scene_look {
-    bool has_color, has_back_color, has_pattern;
+    bool has_color, has_back_color, has_pattern, is_hidden;
     double color[3], back_color[3]; /* sRGB, 0 .. 1 */
     scene_pattern pattern;
     double pattern_size; /* [m] 0: not given */

@@ -39,6 +39,8 @@ cmp -s turned.png small.png && fail "--camera changes nothing"
 expect 0 'frame: 24' small.run "${quick[@]}" --wire -o wire.png
 cmp -s wire.png small.png && fail "--wire changes nothing"
 
+expect 0 '^hidden: box$' small.run "${quick[@]}" --hide box -o hidden.png
+cmp -s hidden.png small.png && fail "--hide changes nothing"
 # Keys of the scene, and no scene.
 cp -r small.run keyed.run
 printf 'render: {camera: {orbit: [120 deg, 30 deg], distance: 2}}\n' >>keyed.run/scene.yaml
@@ -154,6 +156,7 @@ expect 2 'in its target' small.run --camera 'position=1,2,3,target=1,2,3'
 expect 2 --camera small.run --camera 'position=nan,0,0'
 expect 2 --subdivide small.run --subdivide 99
 expect 2 --color small.run --color red
+expect 2 'no body is called "bo"' small.run --hide bo
 expect 2 --fps small.run --fps 0 -o no.mp4
 expect 2 'RUN'
 [ "$(list_files)" = "$before" ] || fail "bad input leaves something behind: $(diff <(echo "$before") <(list_files))"

@@ -81,6 +81,27 @@ static void test_flat_cloth(void **state) {
     }
 }
 
+static void test_fine_irregular_cloth(void **state) {
+    (void)state;
+    /* Rounding does not grow from triangle to triangle. */
+    tulle_mesh mesh = make_grid(150, 150);
+    uint64_t seed = 5;
+    for (size_t i = 0; i < mesh.vertex_count; i++)
+        for (size_t k = 0; k < 2; k++)
+            mesh.positions[3 * i + k] += 0.002 * (random_uniform(&seed) - 0.5);
+    static const double turn[4] = {0.5, 0.1, 0.7, 0.5};
+    tulle_mesh_transform(&mesh, no_scale, turn, no_move);
+    double *const coordinates = calloc(2 * mesh.vertex_count, sizeof *coordinates);
+    assert_non_null(coordinates);
+    memory heap = memory_default();
+    assert_int_equal(
+        render_make_rest_coordinates(&heap, tulle_mesh_get_view(&mesh), coordinates, NULL),
+        TULLE_OK);
+    assert_true(find_distortion(&mesh, coordinates) < 1e-11);
+    free(coordinates);
+    tulle_mesh_destroy(&mesh);
+}
+
 static void test_rolled_cloth(void **state) {
     (void)state;
     /* Three quarters of a cylinder, a prism of flat strips: developable, so isometric all over. */
@@ -96,6 +117,26 @@ static void test_rolled_cloth(void **state) {
         render_make_rest_coordinates(&heap, tulle_mesh_get_view(&mesh), coordinates, NULL),
         TULLE_OK);
     assert_true(find_distortion(&mesh, coordinates) < 1e-12);
+    tulle_mesh_destroy(&mesh);
+}
+
+static void test_bent_cloth(void **state) {
+    (void)state;
+    /* Waves that no plane can take without stretch, fine enough that errors could pile up: all
+     * stays within the extent that the lengths allow. */
+    tulle_mesh mesh = make_grid(120, 120);
+    for (size_t i = 0; i < mesh.vertex_count; i++) {
+        double *const x = mesh.positions + 3 * i;
+        x[2] = 0.05 * sin(30.0 * x[0]) * cos(25.0 * x[1]);
+    }
+    double *const coordinates = calloc(2 * mesh.vertex_count, sizeof *coordinates);
+    assert_non_null(coordinates);
+    memory heap = memory_default();
+    assert_int_equal(
+        render_make_rest_coordinates(&heap, tulle_mesh_get_view(&mesh), coordinates, NULL),
+        TULLE_OK);
+    for (size_t i = 0; i < 2 * mesh.vertex_count; i++) assert_true(fabs(coordinates[i]) < 5.0);
+    free(coordinates);
     tulle_mesh_destroy(&mesh);
 }
 
@@ -299,7 +340,9 @@ static void test_flat_sheet_over_ground(void **state) {
 int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_flat_cloth),
+        cmocka_unit_test(test_fine_irregular_cloth),
         cmocka_unit_test(test_rolled_cloth),
+        cmocka_unit_test(test_bent_cloth),
         cmocka_unit_test(test_pieces),
         cmocka_unit_test(test_stretches),
         cmocka_unit_test(test_vertex_strains),

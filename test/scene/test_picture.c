@@ -48,12 +48,13 @@ static void test_values(void **state) {
     assert_non_null(problems);
     scene_picture picture;
     /* The mesh file is not there: pictures do not need it. */
-    assert_int_equal(read_text(TIME SHEET COLORS
-                               "  - mesh: {file: missing.obj}\n" GROUND
-                               "    copies: {row: {count: 3, offset: [1, 0, 0]}}\n"
-                               "    color: [0, 0, 1]\n  - mesh: {shape: box}\n" CAMERA,
-                               &picture, problems),
-                     TULLE_OK);
+    assert_int_equal(
+        read_text(TIME SHEET COLORS
+                  "  - mesh: {file: missing.obj}\n" GROUND
+                  "    copies: {row: {count: 3, offset: [1, 0, 0]}}\n"
+                  "    color: [0, 0, 1]\n  - mesh: {shape: box}\n    hidden: true\n" CAMERA,
+                  &picture, problems),
+        TULLE_OK);
     assert_true(picture.camera.has_orbit && picture.camera.has_distance && picture.camera.has_turn);
     assert_false(picture.camera.has_position || picture.camera.has_target ||
                  picture.camera.has_field_of_view);
@@ -73,6 +74,7 @@ static void test_values(void **state) {
     for (size_t i = 2; i < 5; i++)
         assert_true(picture.looks[i].has_color && picture.looks[i].color[2] == 1.0);
     assert_false(picture.looks[5].has_color);
+    assert_true(picture.looks[5].is_hidden && !picture.looks[4].is_hidden);
     scene_picture_destroy(&picture);
     assert_null(picture.looks);
 
