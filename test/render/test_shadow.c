@@ -138,6 +138,14 @@ static void contact_shadows_are_as_thin_as_the_gap(void **state) {
     compare_shadow(&def, &above);
 }
 
+static void expect_darkness(const render_frame_def *def, const char *what) {
+    float *const radiance = trace(def);
+    for (size_t i = 0; i < 3 * (size_t)def->width * def->height; i++)
+        if (radiance[i] != 0.0f)
+            fail_msg("%s: light of %g at pixel %zu", what, (double)radiance[i], i / 3);
+    free(radiance);
+}
+
 /* A box of cloth, closed, in bright light: no light comes in, with sharp edges and with edges
  * rounded by normals. */
 static void closed_boxes_are_dark_inside(void **state) {
@@ -160,12 +168,47 @@ static void closed_boxes_are_dark_inside(void **state) {
         def.lighting.light_angle = 0.3;
         def.lighting.bounces = 2;
         set_gray(def.lighting.light_radiance, 1.0f);
-        float *const radiance = trace(&def);
-        for (size_t i = 0; i < 3 * (size_t)def.width * def.height; i++)
-            if (radiance[i] != 0.0f)
-                fail_msg("trial %d: light of %g at pixel %zu", trial, (double)radiance[i], i / 3);
-        free(radiance);
+        expect_darkness(&def, "in a box");
     }
+}
+
+/* Coarse bodies with smooth normals bulge, for the light, beyond their triangles. A lid just above
+ * a ball is nearer than that bulge and must still keep the light out; and light must not come
+ * through a triangle from behind where its bulge begins, as in a tube that is bent. */
+static void bulges_let_no_light_in(void **state) {
+    (void)state;
+    tulle_mesh ball = make_sphere(2, 1.0), ring;
+    small_mesh const room = make_box(vec3_make(-1.3, -1.3, -1.3), vec3_make(1.3, 1.3, 1.001));
+    tulle_shape_def torus = tulle_shape_def_default(TULLE_SHAPE_TORUS);
+    torus.radius = 1.0;
+    torus.inner_radius = 0.4;
+    torus.resolution[0] = 10;
+    torus.resolution[1] = 7;
+    assert_int_equal(tulle_shape_generate(&torus, &ring, NULL), TULLE_OK);
+    render_surface surfaces[2] = {make_surface(tulle_mesh_get_view(&ball), 1.0f),
+                                  make_surface(small_mesh_view(&room), 1.0f)};
+    render_surface tube = make_surface(tulle_mesh_get_view(&ring), 1.0f);
+    surfaces[0].crease_angle = tube.crease_angle = (double)INFINITY;
+    for (int trial = 0; trial < 8; trial++) {
+        double const turn = 0.8 * trial;
+        render_frame_def def = make_frame(surfaces, 2);
+        def.samples = 64;
+        def.lighting.light_angle = 0.2;
+        def.lighting.bounces = 1;
+        set_gray(def.lighting.light_radiance, 1.0f);
+        def.lighting.light_direction[0] = cos(turn);
+        def.lighting.light_direction[1] = sin(turn);
+        def.lighting.light_direction[2] = 0.2;
+        def.camera = (render_camera){
+            {-1.2 * cos(turn), -1.2 * sin(turn), 0.98}, {0.0, 0.0, 0.9}, {0.0, 0.0, 1.0}, 1.2};
+        expect_darkness(&def, "under a lid");
+        def.surfaces = &tube;
+        def.surface_count = 1;
+        def.camera = (render_camera){{1.0, -0.2, 0.05}, {0.6, 0.8, -0.1}, {0.0, 0.0, 1.0}, 1.6};
+        expect_darkness(&def, "in a tube");
+    }
+    tulle_mesh_destroy(&ball);
+    tulle_mesh_destroy(&ring);
 }
 
 enum { SHEET_SIDE = 61 }; /* vertices along a side of a wavy sheet */
@@ -242,14 +285,47 @@ static void lit_flat_cloth_has_no_spots(void **state) {
     tulle_mesh_destroy(&lower);
 }
 
+/* A flat sheet, tilted, so that no coordinate is free of rounding, twice in one place, so that the
+ * number of the triangle that a ray leaves does not save it, and lit from almost the whole
+ * hemisphere. The light is centred on the normal, so every sample is the whole light, within the
+ * rounding of the vertices over the size of a triangle, 4e-7 / 0.1. */
+static void tilted_cloth_has_no_spots(void **state) {
+    (void)state;
+    for (int trial = 0; trial < 4; trial++) {
+        double const slope[2] = {0.3 + 0.1 * trial, -0.7 + 0.4 * trial};
+        tulle_mesh sheet = make_wavy_sheet(0.0, 0.0, 0.0);
+        for (size_t v = 0; v < sheet.vertex_count; v++) {
+            double *const p = sheet.positions + 3 * v;
+            p[2] = slope[0] * p[0] + slope[1] * p[1];
+        }
+        vec3 const normal = vec3_normalize(vec3_make(-slope[0], -slope[1], 1.0));
+        render_surface const surface = make_surface(tulle_mesh_get_view(&sheet), 0.5f);
+        render_surface const surfaces[2] = {surface, surface};
+        render_frame_def def = make_frame(surfaces, 2);
+        vec3_store(def.camera.position, 0, vec3_scale(normal, 6.0));
+        vec3_store(def.lighting.light_direction, 0, normal);
+        def.lighting.light_angle = 1.5;
+        def.samples = 256;
+        set_gray(def.lighting.light_radiance, 0.8f);
+        float *const radiance = trace(&def);
+        for (size_t i = 0; i < 3 * (size_t)def.width * def.height; i++)
+            if (fabs((double)radiance[i] - 0.5 * (double)0.8f) > 1e-4)
+                fail_msg("trial %d: pixel %zu is %.9g", trial, i / 3, (double)radiance[i]);
+        free(radiance);
+        tulle_mesh_destroy(&sheet);
+    }
+}
+
 int main(void) {
     if (skip_without_ray_tracer()) return SKIPPED;
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(shadows_lie_where_geometry_says),
         cmocka_unit_test(contact_shadows_are_as_thin_as_the_gap),
         cmocka_unit_test(closed_boxes_are_dark_inside),
+        cmocka_unit_test(bulges_let_no_light_in),
         cmocka_unit_test(sheets_at_contact_do_not_show_through),
         cmocka_unit_test(lit_flat_cloth_has_no_spots),
+        cmocka_unit_test(tilted_cloth_has_no_spots),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
