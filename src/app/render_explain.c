@@ -19,7 +19,7 @@ static const double STRAIN_SHARE = 0.995; /* of the vertices that the scale of s
 static const double MARK_SIZE = 0.25;     /* radius of a contact's ball, of the mean edge */
 static const double OPEN_SIZE = 0.6;      /* of the others, of those that carry no load */
 static const double PER_CENT = 100.0;
-static const float PALE_FRONT[3] = {0.62f, 0.62f, 0.60f}, PALE_BACK[3] = {0.50f, 0.52f, 0.55f};
+static const float PALE_FRONT[3] = {0.40f, 0.40f, 0.39f}, PALE_BACK[3] = {0.32f, 0.33f, 0.35f};
 
 static tulle_status fail_memory(tulle_error *error) {
     return error_set(error, TULLE_ERROR_OUT_OF_MEMORY, "out of memory for the colors");
