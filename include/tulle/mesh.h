@@ -81,7 +81,7 @@ typedef struct tulle_subdivision_def {
 } tulle_subdivision_def;
 
 #define TULLE_SUBDIVISION_LEVELS_MAX 6
-/* Most triangles of a result: some 2.5 GB of operator. */
+/* Most triangles of a result; making its operator takes some 2.5 GB. */
 #define TULLE_SUBDIVISION_TRIANGLES_MAX (1 << 24)
 
 TULLE_API tulle_subdivision_def tulle_subdivision_def_default(void);

@@ -38,6 +38,7 @@ void picture_bounds_add(picture_bounds *bounds, const double *positions, size_t 
 }
 
 void picture_bounds_join(picture_bounds *bounds, const picture_bounds *other) {
+    if (picture_bounds_is_empty(other)) return;
     picture_bounds_add(bounds, other->low, 1);
     picture_bounds_add(bounds, other->high, 1);
 }
@@ -93,8 +94,8 @@ void picture_view_add(picture_view *view, const double *positions, size_t vertex
 }
 
 void picture_view_join(picture_view *view, const picture_view *other) {
-    if (!picture_bounds_is_empty(&other->bounds))
-        picture_view_add(view, other->points, PICTURE_VIEW_POINTS);
+    if (picture_bounds_is_empty(&other->bounds)) return;
+    picture_view_add(view, other->points, PICTURE_VIEW_POINTS);
     picture_bounds_join(&view->bounds, &other->bounds);
 }
 

@@ -13,6 +13,7 @@ typedef struct picture_bounds {
 picture_bounds picture_bounds_empty(void);
 bool picture_bounds_is_empty(const picture_bounds *bounds);
 void picture_bounds_add(picture_bounds *bounds, const double *positions, size_t vertex_count);
+/* Empty ones add nothing. */
 void picture_bounds_join(picture_bounds *bounds, const picture_bounds *other);
 /* Length of its diagonal; 0 of an empty box. */
 double picture_bounds_get_diagonal(const picture_bounds *bounds);
@@ -27,6 +28,7 @@ typedef struct picture_view {
 
 picture_view picture_view_empty(void);
 void picture_view_add(picture_view *view, const double *positions, size_t vertex_count);
+/* Empty ones add nothing. */
 void picture_view_join(picture_view *view, const picture_view *other);
 
 /* Adds an obstacle to the view of the cloths if it is near them: all of it where it is not much

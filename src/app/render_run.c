@@ -213,6 +213,9 @@ static tulle_status survey(picture_run *run, tulle_error *error) {
     double low = (double)INFINITY;
     run->view = picture_view_empty();
     for (size_t i = 0; i < run->cloth_count; i++) picture_view_join(&run->view, &views[i]);
+    bool const has_cloth = !picture_bounds_is_empty(&run->view.bounds);
+    for (size_t i = run->cloth_count; i < run->body_count && !has_cloth; i++)
+        picture_view_join(&run->view, &views[i]); /* all cloths are hidden */
     picture_bounds const cloths = run->view.bounds;
     for (size_t i = run->cloth_count; i < run->body_count; i++)
         picture_view_add_obstacle(&run->view, &cloths, &views[i]);

@@ -51,8 +51,8 @@ typedef struct picture_run {
 
 /* Opens the run with its looks and prepares its bodies; the view and the floor follow from all
  * chosen frames. Errors: those of the reader; TULLE_ERROR_INVALID_ARGUMENT (no frames, no such
- * frame); TULLE_ERROR_PARSE (the scene file in the run, whose problems are then printed and the
- * message is empty). picture_run_close also after a failure. */
+ * frame); those of the scene file in the run, whose problems are printed before. picture_run_close
+ * also after a failure. */
 tulle_status picture_run_open(picture_run *run, const picture_options *options, tulle_error *error);
 void picture_run_close(picture_run *run);
 

@@ -33,6 +33,11 @@ static const double CIRCLE_CHORD2_MIN = 1e-18;
 
 static const double HALF_PI = 1.5707963267948966;
 
+/* [rad] Widest merged cone, pi/2 - 1e-6. Its axis lies between axes that may be as far apart as
+ * twice that: it is their sum, of length 2e-6 at least, so roundings of 1e-16 turn it by some
+ * 1e-10, less than ANGLE_SLACK. */
+static const double MERGED_ANGLE_MAX = 1.5707953267948966;
+
 static const normal_cone no_cone = {.half_angle = -1.0};
 
 /* Bernstein coefficients of the normal as unit vectors, and how far [rad] each may point from the
@@ -72,8 +77,10 @@ static bool find_hull(const vec3 start[3], const vec3 end[3], normal_hull *hull)
  */
 static double chord2(vec3 a, vec3 b) { return vec3_norm2(vec3_sub(a, b)); }
 
-/* A half-angle about the axis that holds the hull; negative when it is not under pi/2. */
+/* A half-angle about the axis that holds the hull; negative when it is not under pi/2. An axis of
+ * no length, between opposite directions, holds nothing. */
 static double measure_hull(const normal_hull *hull, vec3 axis) {
+    if (vec3_norm2(axis) == 0.0) return -1.0;
     double farthest2 = 0.0, error = 0.0;
     for (int k = 0; k < 3; k++) {
         double const distance2 = chord2(axis, hull->directions[k]);
@@ -108,6 +115,7 @@ normal_cone normal_cone_of_triangle(const vec3 start[3], const vec3 end[3]) {
 
 bool normal_cone_merge(const normal_cone *a, const normal_cone *b, double limit,
                        normal_cone *merged) {
+    limit = fmin(limit, MERGED_ANGLE_MAX);
     /* settled without trigonometry: a holds b, or together they are too wide. For an angle x, its
      * chord 2 sin(x/2) is at most x and at least x - x^3/24. */
     double const distance2 = chord2(a->axis, b->axis);

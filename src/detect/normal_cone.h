@@ -31,7 +31,8 @@ static inline bool normal_cone_is_valid(normal_cone cone) { return cone.half_ang
 normal_cone normal_cone_of_triangle(const vec3 start[3], const vec3 end[3]);
 
 /* The smallest cone that holds two valid ones, if its half-angle is at most `limit` < pi/2 [rad];
- * else false, and *merged is left alone. It may be the same object as a or b. */
+ * else false, and *merged is left alone. It may be the same object as a or b. Limits over
+ * pi/2 - 1e-6 count as that. */
 bool normal_cone_merge(const normal_cone *a, const normal_cone *b, double limit,
                        normal_cone *merged);
 

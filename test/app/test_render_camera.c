@@ -244,6 +244,24 @@ static void test_positions_and_turns(void **state) {
     assert_int_equal(picture_make_camera(&asked, &view, 1.0, 0.0, &camera, NULL), TULLE_OK);
 }
 
+/* A body that is hidden or never there has an empty view, which adds nothing to others. */
+static void test_empty_views_add_nothing(void **state) {
+    (void)state;
+    static const double corners[6] = {-1.0, -2.0, -3.0, 4.0, 5.0, 6.0};
+    picture_view const empty = picture_view_empty();
+    picture_view view = empty;
+    picture_view_join(&view, &empty);
+    assert_true(picture_bounds_is_empty(&view.bounds));
+    picture_bounds_join(&view.bounds, &empty.bounds);
+    assert_true(picture_bounds_is_empty(&view.bounds));
+    assert_true(picture_bounds_get_diagonal(&view.bounds) == 0.0);
+    picture_view_add(&view, corners, 2);
+    picture_view const before = view;
+    picture_view_join(&view, &empty);
+    picture_bounds_join(&view.bounds, &empty.bounds);
+    assert_memory_equal(&view, &before, sizeof view);
+}
+
 static void test_kinds(void **state) {
     (void)state;
     static const struct {
@@ -280,6 +298,7 @@ int main(void) {
         cmocka_unit_test(test_default_camera_fills_the_picture),
         cmocka_unit_test(test_large_ground_does_not_count),
         cmocka_unit_test(test_positions_and_turns),
+        cmocka_unit_test(test_empty_views_add_nothing),
         cmocka_unit_test(test_kinds),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);

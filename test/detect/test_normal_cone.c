@@ -115,7 +115,9 @@ static void turning_over_has_no_cone(void **state) {
     vec3 const tiny[3] = {{0, 0, 0}, {1e-200, 0, 0}, {0, 1e-200, 0}};
     assert_true(normal_cone_is_valid(normal_cone_of_triangle(start, start)));
     assert_true(normal_cone_is_valid(normal_cone_of_triangle(start, upright)));
-    const vec3 *const others[] = {flipped, line, broken, endless, huge, tiny};
+    /* Its plane stays; the middle coefficient points up, the last one straight down. */
+    vec3 const mirrored[3] = {{0, 0, 0}, {3, 0, 0}, {0, -1, 0}};
+    const vec3 *const others[] = {flipped, mirrored, line, broken, endless, huge, tiny};
     for (size_t i = 0; i < sizeof others / sizeof others[0]; i++) {
         assert_false(normal_cone_is_valid(normal_cone_of_triangle(start, others[i])));
         assert_false(normal_cone_is_valid(normal_cone_of_triangle(others[i], start)));
@@ -162,6 +164,24 @@ static void merged_cones_hold_both(void **state) {
     assert_true(merged_count > 10000);
 }
 
+/* Near a half turn between the axes the axis of the merged cone is a difference of near opposites.
+ */
+static void cones_near_a_right_angle_hold_both(void **state) {
+    (void)state;
+    uint64_t seed = 9;
+    size_t merged_count = 0;
+    for (int round = 0; round < 20000; round++) {
+        double const spread = pow(10.0, -8.0 + 7.0 * random_uniform(&seed));
+        normal_cone a = {vec3_normalize(random_vector(&seed, 1.0)), 0.0}, b = a, merged = a;
+        b.axis = vec3_normalize(vec3_add(vec3_neg(a.axis), random_vector(&seed, spread)));
+        if (!normal_cone_merge(&a, &b, 90.0 * DEGREE - 1e-12, &merged)) continue;
+        merged_count++;
+        assert_true(angle_between(wide(merged.axis), wide(a.axis)) <= merged.half_angle);
+        assert_true(angle_between(wide(merged.axis), wide(b.axis)) <= merged.half_angle);
+    }
+    assert_true(merged_count > 10000);
+}
+
 int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(cones_hold_all_normals),
@@ -169,6 +189,7 @@ int main(void) {
         cmocka_unit_test(stretch_and_noise_hardly_widen_a_cone),
         cmocka_unit_test(turning_over_has_no_cone),
         cmocka_unit_test(merged_cones_hold_both),
+        cmocka_unit_test(cones_near_a_right_angle_hold_both),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

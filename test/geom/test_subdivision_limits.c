@@ -264,7 +264,7 @@ static void expect_eigenvector(const fan *f, const double *ring, double factor,
 }
 
 /* Closed fans: cos(2 pi j i / n) has 3/8 + cos(2 pi j / n) / 4; and Loop's weights give the even
- * part 5/8 - n w = (3/8 + cos(2 pi / n) / 4)^2, which bounds the curvature. */
+ * part 5/8 - n w = (3/8 + cos(2 pi / n) / 4)^2, that of a paraboloid. */
 static void closed_fans_have_loops_eigenvalues(void **state) {
     (void)state;
     tulle_subdivision_def def = tulle_subdivision_def_default();
