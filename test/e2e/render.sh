@@ -42,7 +42,7 @@ cmp -s wire.png small.png && fail "--wire changes nothing"
 expect 0 '^hidden: box$' small.run "${quick[@]}" --hide box -o hidden.png
 cmp -s hidden.png small.png && fail "--hide changes nothing"
 expect 0 '^hidden: sheet$' small.run "${quick[@]}" --hide sheet -o hidden.png
-expect 0 '^hidden: sheet, box' small.run "${quick[@]}" --hide sheet --hide box --hide ground --hide spike -o hidden.png
+expect 0 '^hidden: sheet, ground, box, spike$' small.run "${quick[@]}" --hide sheet --hide box --hide ground --hide spike -o hidden.png
 # Keys of the scene, and no scene.
 cp -r small.run keyed.run
 printf 'render: {camera: {orbit: [120 deg, 30 deg], distance: 2}}\n' >>keyed.run/scene.yaml
@@ -65,11 +65,15 @@ done
 expect 0 '^picture' plain.run "${quick[@]}" --size 160x90 --color strain -o plain.png
 
 # ---- subdivision ----
-# The last frame's sheet lies on a sharp box: smoothed, it goes through, and both streams say so.
-expect 0 '^subdivided: frame 24: the subdivided surface intersects' small.run "${quick[@]}" --subdivide 1 -o smooth.png
-grep -q '^tulle render: frame 24: the subdivided surface intersects' err || fail "no warning: $(cat err)"
-expect 0 '^subdivided: .*does not intersect' small.run "${quick[@]}" --subdivide 1 --frame 8 -o smooth8.png
+# While the sheet hangs over the spike the smoothed one goes through; both streams say so.
+expect 0 '^subdivided: the subdivided surface intersects in [0-9]* of 25 frames' small.run --size 8x8 --samples 1 --subdivide 1 --frames all -o 'step_%d.png'
+bad=$(sed -n 's/^subdivided: .*; frame \([0-9]*\): .*/\1/p' out)
+expect 0 "^subdivided: frame $bad: the subdivided surface intersects" small.run "${quick[@]}" --subdivide 1 --frame "$bad" -o smooth.png
+grep -q "^tulle render: frame $bad: the subdivided surface intersects" err || fail "no warning: $(cat err)"
+expect 0 '^subdivided: .*does not intersect' small.run "${quick[@]}" --subdivide 1 --frame 0 -o smooth.png
 [ -s err ] && fail "a warning without reason: $(cat err)"
+rm step_*
+expect 0 '^subdivided: ' small.run "${quick[@]}" --subdivide 1 -o smooth.png
 cmp -s smooth.png small.png && fail "--subdivide changes nothing"
 expect 0 '^subdivided: ' small.run "${quick[@]}" --subdivide 2 --color gap -o smooth_gap.png
 
