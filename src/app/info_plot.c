@@ -101,10 +101,13 @@ static int draw(const plot_content *content, const char *path, const char *termi
         app_print_message("info", "the name of the plot is longer than %d bytes", PATH_SIZE);
         return APP_EXIT_BAD_INPUT;
     }
-    int const output = open(temporary, O_CREAT | O_EXCL | O_RDWR | O_CLOEXEC, 0666);
+    struct stat facts;
+    bool const is_taken = stat(path, &facts) == 0 && !S_ISREG(facts.st_mode);
+    int const output = is_taken ? -1 : open(temporary, O_CREAT | O_EXCL | O_RDWR | O_CLOEXEC, 0666);
     if (output < 0) {
-        app_print_message("info", "%s: cannot be written: %s", path, strerror(errno));
-        return APP_EXIT_CANNOT_GO_ON;
+        app_print_message("info", "%s: cannot be written: %s", path,
+                          is_taken ? "is there and no file" : strerror(errno));
+        return !is_taken && errno == ENOSPC ? APP_EXIT_CANNOT_GO_ON : APP_EXIT_BAD_INPUT;
     }
     FILE *const script = tmpfile(), *const messages = tmpfile();
     int code = APP_EXIT_CANNOT_GO_ON;

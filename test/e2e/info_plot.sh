@@ -69,9 +69,9 @@ expect 0 '' --plot "$name" -o "$name.svg"
 [ -s "$name.svg" ] || fail "no plot of a run with a strange name"
 [ ! -e taken ] || fail "a name was taken as a command"
 
-expect 3 'cannot be written' --plot run -o missing/plot.svg
+expect 2 'cannot be written: No such file' --plot run -o missing/plot.svg
 mkdir folder.svg
-expect 3 'cannot be written' --plot run -o folder.svg
+expect 2 'is there and no file' --plot run -o folder.svg
 ls | grep -q 'tmp$' && fail "a temporary file is left"
 # gnuplot's own message comes through.
 printf '#!/bin/sh\necho "line 0: all is lost" >&2\nexit 1\n' >bare/gnuplot
