@@ -277,5 +277,8 @@ if [ "$(id -u)" = 0 ] && mount -t tmpfs -o size=32k tmpfs disk 2>/dev/null; then
     [ -z "$(ls disk)" ] || fault "a full disk holds $(ls disk)"
     expect 3 'whole and there: disk/x_0.ply to' run disk/x_%d.ply
     [ "$(ls disk | grep -c tmp)" = 0 ] || fault "a full disk holds $(ls disk)"
+elif [ $faults = 0 ]; then
+    echo "skipped: a small disk cannot be mounted here, so none is full; all else is as expected"
+    exit 77
 fi
 exit $faults
