@@ -4,9 +4,9 @@
  * Area density and bending rigidity lie in the ranges that fabric-testing textbooks print for such
  * cloth (KES-F bending rigidity, 1 gf cm^2/cm = 9.81e-5 N m). The model is isotropic, its shear
  * modulus 3/8 of the stretch stiffness. Woven cloth is ten times stiffer and more along its yarns
- * than the stretch stiffness here, and two to four times softer in shear: shear lets it drape, so
- * the values stay near it (with those of the yarns a draped cloth stands like paper). Friction is
- * typical of such cloth on a smooth hard surface; damping is chosen, not measured. */
+ * than the stretch stiffness here, and about half as stiff in shear as the model: shear lets it
+ * drape, so the values stay near it (with those of the yarns a draped cloth stands like paper).
+ * Friction is typical of such cloth on a smooth hard surface; damping is chosen, not measured. */
 #include "base/error.h"
 #include "dynamics/cloth_model.h"
 
@@ -15,8 +15,9 @@
 #define FABRIC_SOURCE                                                                              \
     "area density and bending rigidity: middle of the ranges in textbooks on fabric hand "         \
     "(Kawabata, The Standardization and Analysis of Hand Evaluation, 1980; Hu, Structure and "     \
-    "Mechanics of Woven Fabrics, 2004); stretch stiffness chosen near two to four times the "      \
-    "shear that they print, for drape; friction typical; damping chosen"
+    "Mechanics of Woven Fabrics, 2004); stretch stiffness chosen for drape: 3/8 of it, the "       \
+    "model's shear modulus, lies somewhat above what they print; friction typical; damping "       \
+    "chosen"
 #define NET_SOURCE                                                                                 \
     "area density: commercial polyester tulle and mosquito netting, 20 to 50 g/m^2; stretch and "  \
     "bending estimated from cotton by area density; friction typical; damping chosen"
