@@ -1,0 +1,48 @@
+#!/usr/bin/env bash
+# Makes the pictures of README.md and docs/: runs each scene that is missing below out/pictures, then renders one frame of it.
+# usage: pictures.sh PROGRAM [SCENE ...]      all scenes of the table below without names
+# A run that was cut short goes on. Scenes whose meshes are not there are passed over, and said so.
+set -euo pipefail
+cd "$(dirname "$0")/.."
+program=$1
+shift
+
+# scene, frame, options of tulle render
+table() {
+    cat <<'END'
+needles      54
+sphere       60
+spikes       90
+layers       120
+ribbon       210
+net          60
+pinch        100
+pinch_zero   90
+body         90
+table        45
+spot         90
+END
+}
+
+size_limit=300000 # [bytes] of a picture in the repository
+mkdir -p out/pictures docs/pictures
+
+make_picture() { # SCENE FRAME OPTION...
+    local scene=$1 frame=$2 run=out/pictures/$1 target=docs/pictures/$1.png code=0
+    shift 2
+    "$program" run "scenes/$scene.yaml" -o "$run" --record debug --resume || code=$?
+    case $code in
+    0) ;;
+    2) echo "$scene: passed over, see above"; return ;;
+    3) echo "$scene: the run stopped before its end; its frames are used" ;;
+    *) exit "$code" ;;
+    esac
+    "$program" render "$run" --frame "$frame" --size 640x360 --samples 256 -o "$target" "$@"
+    [ "$(stat -c %s "$target")" -le $size_limit ] || { echo "$target is larger than $size_limit bytes" >&2; exit 1; }
+}
+
+while read -r scene frame options; do
+    [ $# = 0 ] || [[ " $* " == *" $scene "* ]] || continue
+    # shellcheck disable=SC2086
+    make_picture "$scene" "$frame" $options </dev/null
+done < <(table)
