@@ -11,7 +11,7 @@ CTEST := ctest --output-on-failure -j $(JOBS)
 CHECK_PACKAGES := TULLE_NO_INSTALL=1 sh tools/install_packages.sh
 INSTALL_PACKAGES := sh tools/install_packages.sh
 
-.PHONY: all demo test test-long test-asan test-tsan coverage install format check-format layers sizes clean help
+.PHONY: all demo pictures test test-long test-asan test-tsan coverage install format check-format layers sizes clean help
 .NOTPARALLEL:
 
 # The program at build/release/tulle, libtulle.so and libtulle.a beside it.
@@ -33,6 +33,12 @@ demo:
 	@$(INSTALL_PACKAGES) build
 	@$(MAKE) --no-print-directory build-program
 	@bash tools/demo.sh $(BUILD)/tulle
+
+# The pictures of README.md: runs the scenes of scenes/ into out/pictures (an hour), renders docs/pictures.
+pictures:
+	@$(INSTALL_PACKAGES) build
+	@$(MAKE) --no-print-directory build-program
+	@bash tools/pictures.sh $(BUILD)/tulle
 
 # Everything quick.
 test:
@@ -89,6 +95,7 @@ clean:
 help:
 	@echo "make              release build: $(BUILD)/tulle, libtulle.so and libtulle.a beside it"
 	@echo "make demo         cloth falls on needles, every frame is judged (installs missing packages)"
+	@echo "make pictures     runs all scenes and makes the pictures of README.md (an hour)"
 	@echo "make test         all quick tests (installs missing packages)"
 	@echo "make test-long    all tests, the whole scenes too"
 	@echo "make test-asan    the quick tests under the address and undefined-behaviour sanitizers"

@@ -10,15 +10,15 @@ shift
 # scene, frame, options of tulle render
 table() {
     cat <<'END'
-needles      54
-sphere       60
+needles      54   --size 640x360
+sphere       58
 spikes       90
-layers       120
+layers       60
 ribbon       210
 net          60
-pinch        100
-pinch_zero   90
-body         90
+pinch        40
+pinch_zero   105
+body         75
 table        45
 spot         90
 END
@@ -37,7 +37,7 @@ make_picture() { # SCENE FRAME OPTION...
     3) echo "$scene: the run stopped before its end; its frames are used" ;;
     *) exit "$code" ;;
     esac
-    "$program" render "$run" --frame "$frame" --size 640x360 --samples 256 -o "$target" "$@"
+    "$program" render "$run" --frame "$frame" --size 480x270 --samples 256 -o "$target" "$@"
     [ "$(stat -c %s "$target")" -le $size_limit ] || { echo "$target is larger than $size_limit bytes" >&2; exit 1; }
 }
 
