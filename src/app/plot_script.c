@@ -163,9 +163,12 @@ static void write_curve(FILE *script, int column, const char *title, const char 
             title);
 }
 
+/* The first panel is twice as high as the others, for the key of its twelve stages and four marks:
+ * gnuplot leaves out the entries of a key that is higher than its panel. */
 static void begin_panel(FILE *script, int index, const char *label) {
-    double const height = 0.92 / PANEL_COUNT;
-    double const top = 0.955 - index * height;
+    double const share = 0.92 / (PANEL_COUNT + 1);
+    double const height = index == 0 ? 2.0 * share : share;
+    double const top = 0.955 - (index == 0 ? 0 : index + 1) * share;
     fprintf(script,
             "set tmargin at screen %.4f; set bmargin at screen %.4f\n"
             "set label 1 '%s' at screen 0.022, graph 0.5 center rotate\n",
