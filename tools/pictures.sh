@@ -7,10 +7,10 @@ cd "$(dirname "$0")/.."
 program=$1
 shift
 
-# scene, frame, options of tulle render
+# scene, frame
 table() {
     cat <<'END'
-needles      54   --size 640x360
+needles      54
 sphere       58
 spikes       90
 layers       60
@@ -27,9 +27,8 @@ END
 size_limit=300000 # [bytes] of a picture in the repository
 mkdir -p out/pictures docs/pictures
 
-make_picture() { # SCENE FRAME OPTION...
-    local scene=$1 frame=$2 run=out/pictures/$1 target=docs/pictures/$1.png code=0
-    shift 2
+make_picture() { # SCENE FRAME
+    local scene=$1 run=out/pictures/$1 code=0
     "$program" run "scenes/$scene.yaml" -o "$run" --record debug --resume || code=$?
     case $code in
     0) ;;
@@ -37,12 +36,18 @@ make_picture() { # SCENE FRAME OPTION...
     3) echo "$scene: the run stopped before its end; its frames are used" ;;
     *) exit "$code" ;;
     esac
-    "$program" render "$run" --frame "$frame" --size 480x270 --samples 256 -o "$target" "$@"
+    render_frame "$run" "$2" 480x270 "$scene"
+    [ "$scene" = needles ] && render_frame "$run" 14 720x405 hero
+    return 0
+}
+
+render_frame() { # RUN FRAME SIZE NAME
+    local target=docs/pictures/$4.png
+    "$program" render "$1" --frame "$2" --size "$3" --samples 256 -o "$target"
     [ "$(stat -c %s "$target")" -le $size_limit ] || { echo "$target is larger than $size_limit bytes" >&2; exit 1; }
 }
 
-while read -r scene frame options; do
+while read -r scene frame; do
     [ $# = 0 ] || [[ " $* " == *" $scene "* ]] || continue
-    # shellcheck disable=SC2086
-    make_picture "$scene" "$frame" $options </dev/null
+    make_picture "$scene" "$frame" </dev/null
 done < <(table)

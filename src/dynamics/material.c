@@ -20,7 +20,7 @@
     "chosen"
 #define NET_SOURCE                                                                                 \
     "area density: commercial polyester tulle and mosquito netting, 20 to 50 g/m^2; stretch and "  \
-    "bending estimated from cotton by area density; friction typical; damping chosen"
+    "bending estimated, between cotton and silk of that weight; friction typical; damping chosen"
 #define RUBBER_SOURCE                                                                              \
     "natural rubber sheet of 1 mm computed from bulk values (950 kg/m^3, Young's modulus 1.5 "     \
     "MPa, Poisson ratio 0.5; Treloar, The Physics of Rubber Elasticity, 1975); friction typical; " \
