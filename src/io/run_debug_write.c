@@ -4,6 +4,9 @@
 #include "io/bytes.h"
 #include "io/run_debug_format.h"
 
+#include <float.h>
+#include <math.h>
+
 debug_log debug_log_make(memory *heap) { return (debug_log){.heap = heap, .log = {.file = -1}}; }
 
 void debug_log_close(debug_log *writer) {
@@ -79,8 +82,11 @@ static tulle_status check_debug(const run_record *record, const tulle_run_debug 
 
 /* ---- bytes ---- */
 
+/* Rounded to float; what float cannot hold becomes the largest float. */
 static unsigned char *put_floats(unsigned char *at, const double *values, size_t count) {
-    for (size_t i = 0; i < count; i++) bytes_store_float(at + 4 * i, (float)values[i]);
+    double const most = (double)FLT_MAX;
+    for (size_t i = 0; i < count; i++)
+        bytes_store_float(at + 4 * i, (float)fmin(fmax(values[i], -most), most));
     return at + 4 * count;
 }
 
