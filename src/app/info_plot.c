@@ -70,7 +70,7 @@ static int run_gnuplot(FILE *script, int output, FILE *messages) {
     if (code == ENOENT) {
         app_print_message("info", "--plot needs the program gnuplot, which is not on the PATH; "
                                   "install it (Debian's package is gnuplot-nox)");
-        return APP_EXIT_CANNOT_GO_ON;
+        return APP_EXIT_BAD_INPUT;
     }
     if (code) {
         app_print_message("info", "gnuplot cannot be started: %s", strerror(code));
@@ -85,7 +85,7 @@ static int run_gnuplot(FILE *script, int output, FILE *messages) {
     if (WIFEXITED(state) && WEXITSTATUS(state) == 127) { /* a spawn that could not find it */
         app_print_message("info",
                           "--plot needs the program gnuplot (Debian's package is gnuplot-nox)");
-        return APP_EXIT_CANNOT_GO_ON;
+        return APP_EXIT_BAD_INPUT;
     }
     char reason[256];
     find_reason(messages, reason);

@@ -26,7 +26,7 @@ expect 2 'directory of a run' --plot "$work" -o plot.svg
 expect 2 'goes with --plot' run -o plot.svg
 mkdir bare
 search=$work/bare
-expect 3 'gnuplot.*gnuplot-nox' --plot run -o plot.svg
+expect 2 'gnuplot.*gnuplot-nox' --plot run -o plot.svg
 search=$PATH
 ls | grep -q plot.svg && fail "something half-written is left"
 
