@@ -5,12 +5,14 @@
 #include "app/info_plot.h"
 
 #include "app/commands.h"
+#include "app/interrupt.h"
 
 #include "tulle/run.h"
 
 #include <errno.h>
 #include <fcntl.h>
 #include <spawn.h>
+#include <stdbool.h>
 #include <string.h>
 #include <sys/stat.h>
 #include <sys/wait.h>
@@ -20,20 +22,37 @@ extern char **environ;
 
 enum { PATH_SIZE = 4096 };
 
-static const struct {
+typedef struct plot_format {
     const char *extension, *terminal;
-} formats[] = {
-    {".svg", "svg size 1000,1400 enhanced font 'Helvetica,11' background rgb 'white'"},
-    {".png", "pngcairo size 1000,1400 enhanced font 'Sans,10' background rgb 'white'"},
-    {".pdf", "pdfcairo size 7in,9.8in enhanced font 'Sans,9'"},
-};
+    const char *ending; /* stands near the end of every whole file */
+} plot_format;
 
-static const char *find_terminal(const char *path) {
+static const plot_format formats[] = {
+    {".svg", "svg size 1000,1400 enhanced font 'Helvetica,11' background rgb 'white'", "</svg>"},
+    {".png", "pngcairo size 1000,1400 enhanced font 'Sans,10' background rgb 'white'", "IEND"},
+    {".pdf", "pdfcairo size 7in,9.8in enhanced font 'Sans,9'", "%%EOF"},
+};
+/* [bytes] of a file's end that hold its ending. */
+enum { ENDING_SIZE = 64 };
+
+static const plot_format *find_format(const char *path) {
     size_t const length = strlen(path);
     for (size_t i = 0; i < sizeof formats / sizeof formats[0]; i++)
-        if (length > 4 && strcmp(path + length - 4, formats[i].extension) == 0)
-            return formats[i].terminal;
+        if (length > 4 && strcmp(path + length - 4, formats[i].extension) == 0) return &formats[i];
     return NULL;
+}
+
+/* Whether a file ends as its format does. gnuplot ends well although its disk was full. */
+static bool is_whole(int file, const plot_format *format) {
+    struct stat facts;
+    char end[ENDING_SIZE + 1] = {0};
+    if (fstat(file, &facts) != 0) return false;
+    off_t const from = facts.st_size > ENDING_SIZE ? facts.st_size - ENDING_SIZE : 0;
+    ssize_t const count = pread(file, end, ENDING_SIZE, from);
+    size_t const length = strlen(format->ending);
+    for (ssize_t i = 0; i + (ssize_t)length <= count; i++)
+        if (memcmp(end + i, format->ending, length) == 0) return true;
+    return false;
 }
 
 /* Starts gnuplot with these files; 0 or an errno. */
@@ -79,9 +98,8 @@ static int run_gnuplot(FILE *script, int output, FILE *messages) {
     int state = 0;
     while (waitpid(process, &state, 0) < 0)
         if (errno != EINTR) return APP_EXIT_CANNOT_GO_ON;
-    struct stat drawn;
-    bool const has_drawn = fstat(output, &drawn) == 0 && drawn.st_size > 0;
-    if (WIFEXITED(state) && WEXITSTATUS(state) == 0 && has_drawn) return APP_EXIT_FINE;
+    if (interrupt_is_pending()) return APP_EXIT_INTERRUPTED;
+    if (WIFEXITED(state) && WEXITSTATUS(state) == 0) return APP_EXIT_FINE;
     if (WIFEXITED(state) && WEXITSTATUS(state) == 127) { /* a spawn that could not find it */
         app_print_message("info",
                           "--plot needs the program gnuplot (Debian's package is gnuplot-nox)");
@@ -94,7 +112,7 @@ static int run_gnuplot(FILE *script, int output, FILE *messages) {
 }
 
 /* Draws to a temporary file beside `path` and moves it there. */
-static int draw(const plot_content *content, const char *path, const char *terminal) {
+static int draw(const plot_content *content, const char *path, const plot_format *format) {
     char temporary[PATH_SIZE];
     int const length = snprintf(temporary, sizeof temporary, "%s.%ld.tmp", path, (long)getpid());
     if (length >= PATH_SIZE) {
@@ -112,7 +130,7 @@ static int draw(const plot_content *content, const char *path, const char *termi
     FILE *const script = tmpfile(), *const messages = tmpfile();
     int code = APP_EXIT_CANNOT_GO_ON;
     if (script && messages) {
-        plot_write_script(script, content, terminal);
+        plot_write_script(script, content, format->terminal);
         if (fflush(script) == 0 && !ferror(script))
             code = run_gnuplot(script, output, messages);
         else
@@ -122,9 +140,14 @@ static int draw(const plot_content *content, const char *path, const char *termi
     }
     if (script) fclose(script);
     if (messages) fclose(messages);
-    bool const is_whole = fsync(output) == 0;
+    if (code == APP_EXIT_FINE && !is_whole(output, format)) {
+        app_print_message(
+            "info", "%s: gnuplot did not write it to its end; is there room on the disk?", path);
+        code = APP_EXIT_CANNOT_GO_ON;
+    }
+    bool const is_flushed = fsync(output) == 0;
     bool const is_closed = close(output) == 0;
-    if (code == APP_EXIT_FINE && (!is_whole || !is_closed || rename(temporary, path) != 0)) {
+    if (code == APP_EXIT_FINE && (!is_flushed || !is_closed || rename(temporary, path) != 0)) {
         app_print_message("info", "%s: cannot be written: %s", path, strerror(errno));
         code = APP_EXIT_CANNOT_GO_ON;
     }
@@ -133,8 +156,8 @@ static int draw(const plot_content *content, const char *path, const char *termi
 }
 
 int info_plot_run(const char *directory, const char *path) {
-    const char *const terminal = find_terminal(path);
-    if (!terminal) {
+    const plot_format *const format = find_format(path);
+    if (!format) {
         app_print_message("info", "%s: a plot is an .svg, .png or .pdf file", path);
         return APP_EXIT_BAD_INPUT;
     }
@@ -154,7 +177,8 @@ int info_plot_run(const char *directory, const char *path) {
             "info", "%s: report.csv has no whole line yet, so there is nothing to plot", directory);
         code = APP_EXIT_BAD_INPUT;
     } else {
-        code = draw(&content, path, terminal);
+        interrupt_catch();
+        code = draw(&content, path, format);
     }
     tulle_run_reader_close(reader);
     return code;

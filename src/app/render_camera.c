@@ -187,8 +187,10 @@ static tulle_status set_camera(const camera_key *key, const double *values, int 
     return TULLE_OK;
 }
 
-/* Reads "key=value" and the values that follow it, up to the next "="; *at goes on behind them. */
-static tulle_status read_camera_key(char **at, scene_camera *camera, tulle_error *error) {
+/* Reads "key=value" and the values that follow it, up to the next "="; *at goes on behind them. Bit
+ * k of *is_given stands for key k. */
+static tulle_status read_camera_key(char **at, unsigned *is_given, scene_camera *camera,
+                                    tulle_error *error) {
     char *const equals = strchr(*at, '=');
     char *const comma = strchr(*at, ',');
     if (!equals || (comma && comma < equals))
@@ -199,9 +201,12 @@ static tulle_status read_camera_key(char **at, scene_camera *camera, tulle_error
     for (int i = 0; i < CAMERA_KEY_COUNT; i++)
         if (strcmp(camera_keys[i].name, *at) == 0) key = &camera_keys[i];
     if (!key) return fail(error, *at, "should be one of position, target, orbit, fov, turn");
+    if (*is_given & 1u << (key - camera_keys)) return fail(error, *at, "is given twice");
+    *is_given |= 1u << (key - camera_keys);
     char *value = equals + 1;
     char wrong[160];
-    snprintf(wrong, sizeof wrong, "should be written as %s", key->example);
+    snprintf(wrong, sizeof wrong, "should be written as %s; lengths are at most %g m", key->example,
+             LENGTH_MAX);
     double values[3] = {0.0, 0.0, 0.0};
     int count = 0;
     *at = value + strlen(value); /* nothing follows, unless found below */
@@ -229,8 +234,9 @@ tulle_status picture_read_camera(const char *text, scene_camera *camera, tulle_e
     memcpy(copy, text, length + 1);
     scene_camera read = *camera;
     read.has_position = read.has_orbit = false;
+    unsigned is_given = 0;
     for (char *at = copy; *at;) {
-        tulle_status const status = read_camera_key(&at, &read, error);
+        tulle_status const status = read_camera_key(&at, &is_given, &read, error);
         if (status != TULLE_OK) return status;
     }
     if (text[length - 1] == ',') return fail(error, text, "ends in a comma");

@@ -80,6 +80,7 @@ static void test_camera_texts_refused(void **state) {
                                           "fov=nan",
                                           "zoom=2",
                                           "position=1,2,3,orbit=0,0",
+                                          "orbit=1deg,2deg,orbit=3deg,4deg",
                                           "position=1,2,3,",
                                           "orbit=0,0,,",
                                           "=1",

@@ -79,6 +79,10 @@ chmod +x bare/gnuplot
 search=$work/bare:$PATH
 expect 3 'gnuplot failed: line 0: all is lost' --plot run -o failed.svg
 [ ! -e failed.svg ] || fail "a failed plot is left"
+# A gnuplot that ends well and drew half a picture, as on a full disk.
+printf '#!/bin/sh\necho "<svg><path"\n' >bare/gnuplot
+expect 3 'failed.svg: gnuplot did not write it to its end' --plot run -o failed.svg
+ls | grep -qE 'failed|tmp$' && fail "half a plot is left"
 
 [ $faults = 0 ] && echo "plots: all as expected"
 exit $faults
