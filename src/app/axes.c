@@ -1,6 +1,8 @@
 /* app/axes.c - see axes.h. */
 #include "app/axes.h"
 
+#include "base/integer.h"
+
 #include <stdio.h>
 #include <string.h>
 
@@ -9,7 +11,7 @@ const char *const axes_unit_choices[] = {"m", "cm", "mm", "in", "ft", NULL};
 
 typedef struct length_unit {
     const char *symbol, *name;
-    long size; /* [0.1 mm], in which all of them are whole numbers */
+    uint32_t size; /* [0.1 mm], in which all of them are whole numbers */
 } length_unit;
 
 static const length_unit units[] = {
@@ -23,18 +25,9 @@ static const length_unit *find_unit(const char *symbol) {
     return &units[i];
 }
 
-static long find_common_factor(long a, long b) {
-    while (b != 0) {
-        long const rest = a % b;
-        a = b;
-        b = rest;
-    }
-    return a;
-}
-
 axes_change axes_change_make(axes_frame from, axes_frame to) {
-    long const size_from = find_unit(from.unit)->size, size_to = find_unit(to.unit)->size;
-    long const factor = find_common_factor(size_from, size_to);
+    uint32_t const size_from = find_unit(from.unit)->size, size_to = find_unit(to.unit)->size;
+    uint32_t const factor = integer_find_common_factor(size_from, size_to);
     return (axes_change){.from = from,
                          .to = to,
                          .multiplier = (double)(size_from / factor),

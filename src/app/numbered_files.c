@@ -3,6 +3,7 @@
 #include "app/numbered_files.h"
 
 #include "base/error.h"
+#include "base/integer.h"
 
 #include <dirent.h>
 #include <errno.h>
@@ -117,21 +118,12 @@ static int compare_files(const void *a, const void *b) {
     return strcmp(left->name, right->name);
 }
 
-static uint32_t find_common_factor(uint32_t a, uint32_t b) {
-    while (b != 0) {
-        uint32_t const rest = a % b;
-        a = b;
-        b = rest;
-    }
-    return a;
-}
-
 /* The range and its first gap. */
 static void describe_numbers(numbered_files *found) {
     const numbered_file *const files = found->files;
     uint32_t step = 0;
     for (size_t i = 1; i < found->count; i++)
-        step = find_common_factor(files[i].number - files[i - 1].number, step);
+        step = integer_find_common_factor(files[i].number - files[i - 1].number, step);
     if (step == 0) step = 1;
     found->range = (frame_range){files[0].number, files[found->count - 1].number, step};
     for (size_t i = 1; i < found->count && !found->has_gaps; i++) {

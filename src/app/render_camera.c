@@ -205,8 +205,10 @@ static tulle_status read_camera_key(char **at, unsigned *is_given, scene_camera 
     *is_given |= 1u << (key - camera_keys);
     char *value = equals + 1;
     char wrong[160];
-    snprintf(wrong, sizeof wrong, "should be written as %s; lengths are at most %g m", key->example,
-             LENGTH_MAX);
+    int const length = snprintf(wrong, sizeof wrong, "should be written as %s", key->example);
+    if (key->units[0] == UNIT_LENGTH || key->units[2] == UNIT_LENGTH)
+        snprintf(wrong + length, sizeof wrong - (size_t)length, "; lengths are at most %g m",
+                 LENGTH_MAX);
     double values[3] = {0.0, 0.0, 0.0};
     int count = 0;
     *at = value + strlen(value); /* nothing follows, unless found below */
