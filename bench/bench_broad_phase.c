@@ -130,7 +130,8 @@ static void make_scene(memory *heap, bench_scene *to, cloth_pose pose) {
             at++;
         to->surfaces[s].edge_end = at;
     }
-    to->set = (surface_set){&to->topo, to->surfaces, to->surface_count};
+    to->set = (surface_set){
+        .topo = &to->topo, .surfaces = to->surfaces, .surface_count = to->surface_count};
 }
 
 static int compare_times(const void *a, const void *b) {

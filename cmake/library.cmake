@@ -27,8 +27,9 @@ elseif(TULLE_THREADS STREQUAL "pthreads")
     list(PREPEND tulle_private_libraries pthread)
 endif()
 
-add_library(tulle_static STATIC $<TARGET_OBJECTS:tulle_objects>)
-add_library(tulle_shared SHARED $<TARGET_OBJECTS:tulle_objects>)
+include(cmake/kernels.cmake)
+add_library(tulle_static STATIC $<TARGET_OBJECTS:tulle_objects> ${tulle_kernel_objects})
+add_library(tulle_shared SHARED $<TARGET_OBJECTS:tulle_objects> ${tulle_kernel_objects})
 foreach(library tulle_static tulle_shared)
     set_target_properties(${library} PROPERTIES OUTPUT_NAME tulle LINKER_LANGUAGE C)
     target_include_directories(${library} PUBLIC $<BUILD_INTERFACE:${PROJECT_SOURCE_DIR}/include>

@@ -3,6 +3,7 @@
 #define TULLE_TULLE_H
 #include "tulle/base.h"
 #include "tulle/check.h"
+#include "tulle/detect.h"
 #include "tulle/io.h"
 #include "tulle/mesh.h"
 #include "tulle/run.h"

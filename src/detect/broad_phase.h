@@ -8,9 +8,24 @@
 #ifndef TULLE_DETECT_BROAD_PHASE_H
 #define TULLE_DETECT_BROAD_PHASE_H
 
+#include "detect/pair_batch.h"
 #include "detect/surface_set.h"
 
-typedef enum broad_phase_method { BROAD_PHASE_REFIT, BROAD_PHASE_BVOX } broad_phase_method;
+typedef enum broad_phase_method {
+    BROAD_PHASE_REFIT, /* static trees, refitted; skips what lies within one patch when given labels
+                        */
+    BROAD_PHASE_BVOX,  /* backward-voxel trees, built anew; takes no labels */
+    BROAD_PHASE_PAPER  /* one backward-voxel tree a patch and one of the isolated triangles of each
+                          surface, under a root; takes labels */
+} broad_phase_method;
+
+/* Patches whose inner pairs may be left out, for the next searches. labels: one a triangle of the
+ * topology, 0: none, else 1 .. label_count; null: no patches. Borrowed until the next call. Pairs
+ * within a patch are left out where that is cheap (whole nodes), not everywhere. */
+typedef struct patch_labels {
+    const uint32_t *labels;
+    uint32_t label_count;
+} patch_labels;
 
 typedef struct broad_phase broad_phase; /* trees, kept between steps */
 
@@ -24,6 +39,19 @@ void broad_phase_destroy(broad_phase *broad);
  * not finite. */
 tulle_status build_trees(broad_phase *broad, const surface_set *set, const double *x0,
                          const double *x1, double margin, int threads);
+/* Call before build_trees; zeroed: no patches. */
+void broad_phase_set_patches(broad_phase *broad, patch_labels patches);
+
+typedef struct search_counts {
+    uint64_t leaf_pair_count, candidate_count;
+} search_counts;
+/* Stage 7, streaming: every candidate goes to `consume` once, in batches, from `threads` workers in
+ * one parallel loop. Out of memory may come before the first batch only. */
+tulle_status search_pairs(broad_phase *broad, const surface_set *set, int threads,
+                          pair_consumer consume, void *context, search_counts *counts);
+/* The tables of the last build_trees. */
+const pair_tables *broad_phase_get_tables(const broad_phase *broad);
+
 /* Stage 7, over the boxes of the last build_trees. Replaces the contents of `pairs` (whose arrays
  * live on `heap` of the broad phase). box_pair_count: triangle pairs whose boxes met; may be null,
  * which saves the counting. Out of memory leaves the list empty and returns the error;

@@ -24,6 +24,11 @@ typedef struct normal_cone {
 
 static inline bool normal_cone_is_valid(normal_cone cone) { return cone.half_angle >= 0.0; }
 
+typedef enum cone_rule {
+    CONE_BERNSTEIN, /* smallest cone of the Bernstein coefficients */
+    CONE_PAPER      /* axis and bound of Wong & Baciu 2005, 3.1; wider */
+} cone_rule;
+
 /* The cone of (b - a) x (c - a) while the corners a, b, c move from `start` to `end` along straight
  * lines, with velocities that do not change. Not valid when the normal might vanish or turn by a
  * half-angle of pi/2 or more, and when coordinates are so large or small that products overflow or

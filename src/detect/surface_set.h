@@ -14,8 +14,9 @@ typedef struct surface_range {
     uint32_t vertex_begin, vertex_end;
     uint32_t edge_begin, edge_end;
     uint32_t triangle_begin, triangle_end;
-    bool is_obstacle; /* obstacles meet neither themselves nor one another */
-    bool is_present;  /* absent surfaces meet nothing */
+    bool is_obstacle;  /* obstacles meet neither themselves nor one another */
+    bool is_present;   /* absent surfaces meet nothing */
+    bool ignores_self; /* its features do not meet one another; obstacles' never do */
     bool is_static; /* x0 == x1 == the positions of the last call: its tree need not be refitted */
 } surface_range;
 
@@ -23,6 +24,8 @@ typedef struct surface_set {
     const topology *topo; /* of all surfaces together */
     const surface_range *surfaces;
     size_t surface_count;
+    const unsigned char *collides; /* surface_count^2, row-major, symmetric: which surfaces meet,
+                                      besides what the ranges exclude; null: all */
 } surface_set;
 
 /* Vertex `first` and triangle `second`, or edges first < second (of one surface; across surfaces

@@ -96,7 +96,9 @@ static tulle_status build_topology(tulle_world *world, size_t triangle_count, tu
         }
         range->edge_end = (uint32_t)edge;
     }
-    world->set = (surface_set){&world->topo, world->surfaces, world_surface_count(world)};
+    world->set = (surface_set){.topo = &world->topo,
+                               .surfaces = world->surfaces,
+                               .surface_count = world_surface_count(world)};
     return TULLE_OK;
 }
 

@@ -46,11 +46,10 @@ static void make_sheets(memory *heap, sheets *to) {
                      TULLE_OK);
     uint32_t const edges = (uint32_t)to->topo.edge_count;
     to->surfaces[0] = (surface_range){
-        0, VERTEX_COUNT / 2, 0, edges / 2, 0, TRIANGLE_COUNT / 2, false, true, false};
-    to->surfaces[1] =
-        (surface_range){VERTEX_COUNT / 2, VERTEX_COUNT, edges / 2, edges, TRIANGLE_COUNT / 2,
-                        TRIANGLE_COUNT,   false,        true,      false};
-    to->set = (surface_set){&to->topo, to->surfaces, 2};
+        0, VERTEX_COUNT / 2, 0, edges / 2, 0, TRIANGLE_COUNT / 2, .is_present = true};
+    to->surfaces[1] = (surface_range){VERTEX_COUNT / 2,   VERTEX_COUNT,   edges / 2,         edges,
+                                      TRIANGLE_COUNT / 2, TRIANGLE_COUNT, .is_present = true};
+    to->set = (surface_set){.topo = &to->topo, .surfaces = to->surfaces, .surface_count = 2};
     broad_phase *broad;
     assert_int_equal(broad_phase_create(heap, &to->set, to->x0, BROAD_PHASE_REFIT, &broad),
                      TULLE_OK);

@@ -97,7 +97,8 @@ void start_mini_world(mini_world *world) {
     assert_int_equal(topology_build(&world->heap, world->triangles, world->triangle_count,
                                     world->vertex_count, &world->topo),
                      TULLE_OK);
-    world->set = (surface_set){&world->topo, world->surfaces, world->surface_count};
+    world->set = (surface_set){
+        .topo = &world->topo, .surfaces = world->surfaces, .surface_count = world->surface_count};
     fill_surfaces(world);
     build_dynamics(world);
     if (!world->use_brute_force)

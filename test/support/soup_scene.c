@@ -101,5 +101,6 @@ void soup_scene_finish(memory *heap, soup_scene *to) {
         while (edge < to->topo.edge_count && to->topo.edges[2 * edge] < range->vertex_end) edge++;
         range->edge_end = (uint32_t)edge;
     }
-    to->set = (surface_set){&to->topo, to->surfaces, to->surface_count};
+    to->set = (surface_set){
+        .topo = &to->topo, .surfaces = to->surfaces, .surface_count = to->surface_count};
 }

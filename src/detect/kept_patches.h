@@ -1,0 +1,65 @@
+/* detect/kept_patches.h - stage 5: patches that are proven not to touch themselves over a step,
+ * kept from step to step.
+ *
+ * A patch is an edge-connected set of triangles, a topological disc, whose normals stay within one
+ * cone about its axis zeta for the whole step; it is *certified* when in addition the projection of
+ * its boundary along zeta stays simple for the whole step. Then no two of its features touch, see
+ * certificate.h for the theorem. A certificate with a reach r > 0 holds for all motions whose
+ * vertices differ from the given ones by at most r at any time, so all pairs within a patch keep
+ * more than 2 r.
+ *
+ * Patches never span surfaces. Labels are 1 .. label_count, PATCH_ISOLATED (0) for triangles
+ * outside patches; a label may be unused. */
+#ifndef TULLE_DETECT_KEPT_PATCHES_H
+#define TULLE_DETECT_KEPT_PATCHES_H
+
+#include "detect/normal_cone.h"
+#include "detect/patches.h"
+#include "detect/surface_set.h"
+
+typedef struct patch_rules {
+    cone_rule cone;
+    double max_angle;     /* [rad] > 0, < pi/2 */
+    bool has_certificate; /* false: every patch is used, by its cone alone */
+    bool grows_anew;      /* true: nothing is kept */
+    double reach;         /* [m] >= 0 */
+} patch_rules;
+
+typedef struct patch_counts {
+    uint64_t patch_count, triangle_count; /* in use after the call, and the triangles in them */
+    uint64_t star_count, contour_count;   /* certified by which test */
+    uint64_t kept_count;                  /* held again */
+    uint64_t split_count, dissolved_count;
+    uint64_t grown_triangle_count; /* triangles that growth looked at in this call */
+} patch_counts;
+
+typedef struct kept_patches kept_patches;
+
+tulle_status kept_patches_create(memory *heap, const surface_set *set, kept_patches **result);
+void kept_patches_destroy(kept_patches *patches);
+
+/* Stage 5 for the paths x0 -> x1 [m]: checks kept patches again, splits or dissolves what fails,
+ * and from time to time, by counts alone, grows anew where much is isolated. The first call grows.
+ * Surfaces that cannot meet themselves, and absent ones, get no patches. Out of memory
+ * leaves no patches at all, which is safe. */
+tulle_status update_patches(kept_patches *patches, const surface_set *set, const double *x0,
+                            const double *x1, const patch_rules *rules, int threads,
+                            patch_counts *counts);
+
+/* Whether all patches in use are certified for the paths x0 -> x1 too; changes nothing. With
+ * has_certificate false only the cones are checked. */
+bool patches_hold(const kept_patches *patches, const surface_set *set, const double *x0,
+                  const double *x1, const patch_rules *rules, int threads);
+
+/* triangle_count of the topology. */
+const uint32_t *kept_patches_get_labels(const kept_patches *patches);
+uint32_t kept_patches_get_label_count(const kept_patches *patches);
+
+/* All that the next call depends on, as plain bytes, for checkpoints: size 0 when there is nothing.
+ * Loading bytes that do not fit the topology leaves no patches and returns
+ * TULLE_ERROR_INVALID_ARGUMENT. */
+size_t kept_patches_get_saved_size(const kept_patches *patches);
+void kept_patches_save(const kept_patches *patches, void *bytes);
+tulle_status kept_patches_load(kept_patches *patches, const void *bytes, size_t size);
+
+#endif
