@@ -7,10 +7,15 @@
  * half-angle under pi/2 are convex, so one that holds n0, m and n1 holds n(t) for all t in [0, 1].
  *
  * Rounding: the axis is only a choice; what must be bounded from above is the largest angle between
- * it and the exact n0, m, n1. It is measured after the axis is fixed. */
+ * it and the exact n0, m, n1. It is measured after the axis is fixed.
+ *
+ * The paper's cone has the axis zeta = n0 / |n0| + n1 / |n1| and the half-angle
+ * acos(min zeta . n(t) / (|zeta| |n_max|)): zeta . n(t) = |zeta| |n(t)| cos(angle) is at most
+ * |zeta| |n_max| cos(angle). Here the minimum, of a quadratic, is rounded down, and |n_max|^2, of a
+ * quartic, is bounded from above by Bernstein coefficients. */
 #include "detect/normal_cone.h"
 
-#include <float.h>
+#include <string.h>
 
 /* [rad] Added to every angle that was computed from unit vectors. Their rounding and that of asin,
  * atan2 and sin come to some 1e-15 rad; 1e-9 leaves room and widens a patch of a million merges by
@@ -40,33 +45,39 @@ static const double MERGED_ANGLE_MAX = 1.5707953267948966;
 
 static const normal_cone no_cone = {.half_angle = -1.0};
 
-/* Bernstein coefficients of the normal as unit vectors, and how far [rad] each may point from the
- * exact one. */
-typedef struct normal_hull {
-    vec3 directions[3];
-    double errors[3];
-} normal_hull;
+/* Relative bound on the rounding of the short sums that follow; each loses less than 2^-50. */
+static const double SUM_ERROR = 0x1p-48;
 
-/* False when one of them may vanish. */
-static bool find_hull(const vec3 start[3], const vec3 end[3], normal_hull *hull) {
+/* Bernstein coefficients n0, m, n1 of the normal over the product of the longest u and v, each
+ * within NORMAL_ERROR of the exact one over the same number. False where products may have lost
+ * digits. */
+static bool find_normals(const vec3 start[3], const vec3 end[3], vec3 normals[3]) {
     vec3 const u0 = vec3_sub(start[1], start[0]), v0 = vec3_sub(start[2], start[0]);
     vec3 const u1 = vec3_sub(end[1], end[0]), v1 = vec3_sub(end[2], end[0]);
     double const longest_u = sqrt(fmax(vec3_norm2(u0), vec3_norm2(u1)));
     double const longest_v = sqrt(fmax(vec3_norm2(v0), vec3_norm2(v1)));
     double const area = longest_u * longest_v;
     if (!(area > AREA_MIN && area < AREA_MAX)) return false;
-    vec3 const normals[3] = {
-        vec3_cross(u0, v0),
-        vec3_scale(vec3_add(vec3_cross(u0, v1), vec3_cross(u1, v0)), 0.5),
-        vec3_cross(u1, v1),
-    };
     double const scale = 1.0 / area; /* keeps squares within range */
+    normals[0] = vec3_scale(vec3_cross(u0, v0), scale);
+    normals[1] = vec3_scale(vec3_add(vec3_cross(u0, v1), vec3_cross(u1, v0)), 0.5 * scale);
+    normals[2] = vec3_scale(vec3_cross(u1, v1), scale);
+    return true;
+}
+
+/* The coefficients as unit vectors, and how far [rad] each may point from the exact one. */
+typedef struct normal_hull {
+    vec3 directions[3];
+    double errors[3];
+} normal_hull;
+
+/* False when one of them may vanish. */
+static bool find_hull(const vec3 normals[3], normal_hull *hull) {
     for (int k = 0; k < 3; k++) {
-        vec3 const scaled = vec3_scale(normals[k], scale);
-        double const length = vec3_norm(scaled);
+        double const length = vec3_norm(normals[k]);
         if (!(length > NORMAL_ERRORS_MIN * NORMAL_ERROR)) return false;
         double const inverse = 1.0 / length;
-        hull->directions[k] = vec3_scale(scaled, inverse);
+        hull->directions[k] = vec3_scale(normals[k], inverse);
         /* asin(x) <= pi/2 x, and x is at most 1/4 */
         hull->errors[k] = HALF_PI * NORMAL_ERROR * inverse;
     }
@@ -99,9 +110,9 @@ static vec3 find_circle_axis(const normal_hull *hull) {
     return vec3_dot(axis, d[0]) < 0.0 ? vec3_neg(axis) : axis;
 }
 
-normal_cone normal_cone_of_triangle(const vec3 start[3], const vec3 end[3]) {
+static normal_cone find_bernstein_cone(const vec3 normals[3]) {
     normal_hull hull;
-    if (!find_hull(start, end, &hull)) return no_cone;
+    if (!find_hull(normals, &hull)) return no_cone;
     vec3 const *const d = hull.directions;
     double const chords[3] = {chord2(d[0], d[1]), chord2(d[1], d[2]), chord2(d[2], d[0])};
     int widest = chords[1] > chords[0] ? 1 : 0; /* pair {widest, widest + 1} */
@@ -111,6 +122,81 @@ normal_cone normal_cone_of_triangle(const vec3 start[3], const vec3 end[3]) {
     if (!is_third_inside && chords[widest] > CIRCLE_CHORD2_MIN) axis = find_circle_axis(&hull);
     double const half_angle = measure_hull(&hull, axis);
     return half_angle >= 0.0 ? (normal_cone){axis, half_angle} : no_cone;
+}
+
+/* An upper bound on a quartic over [0, 1] from its Bernstein coefficients, above the true maximum
+ * by no more than some 1e-9 of it where it does not wiggle. The largest coefficient bounds each
+ * part; values at the ends of parts bound the maximum from below. */
+static double bound_quartic(const double coefficients[5]) {
+    enum { HALVINGS = 40 };
+    double part[5], rest[HALVINGS][5];
+    double reached = fmax(coefficients[0], coefficients[4]), bound = 0.0;
+    int waiting = 0, halvings = 0;
+    memcpy(part, coefficients, sizeof part);
+    for (;;) {
+        double largest = part[0];
+        for (int i = 1; i < 5; i++) largest = fmax(largest, part[i]);
+        if (largest > reached * (1.0 + 1e-9) && halvings < HALVINGS) {
+            double *const right = rest[waiting++]; /* de Casteljau: part becomes the left half */
+            halvings++;
+            memcpy(right, part, sizeof part);
+            for (int level = 1; level < 5; level++) {
+                for (int i = 0; i + level < 5; i++) right[i] = 0.5 * (right[i] + right[i + 1]);
+                part[level] = right[0];
+            }
+            reached = fmax(reached, part[4]);
+            continue;
+        }
+        bound = fmax(bound, largest);
+        if (waiting == 0) return bound;
+        memcpy(part, rest[--waiting], sizeof part);
+    }
+}
+
+/* An upper bound on |n(t)|^2. */
+static double bound_longest2(const vec3 n[3]) {
+    const double quartic[5] = {vec3_norm2(n[0]), vec3_dot(n[0], n[1]),
+                               (vec3_dot(n[0], n[2]) + 2.0 * vec3_norm2(n[1])) / 3.0,
+                               vec3_dot(n[1], n[2]), vec3_norm2(n[2])};
+    double largest = 0.0;
+    for (int k = 0; k < 3; k++) largest = fmax(largest, vec3_norm2(n[k]));
+    double const length = sqrt(bound_quartic(quartic) + SUM_ERROR * largest) + NORMAL_ERROR;
+    return length * length;
+}
+
+/* The minimum over [0, 1] of a quadratic with the Bernstein coefficients a, b, c. */
+static double find_least(double a, double b, double c) {
+    if (b >= a || b >= c) return fmin(a, c);
+    return a - (a - b) * (a - b) / ((a - b) + (c - b));
+}
+
+static normal_cone find_paper_cone(const vec3 normals[3]) {
+    double const lengths[2] = {vec3_norm(normals[0]), vec3_norm(normals[2])};
+    double const shortest = fmin(lengths[0], lengths[1]);
+    if (!(shortest > NORMAL_ERRORS_MIN * NORMAL_ERROR)) return no_cone;
+    vec3 const axis = vec3_normalize(vec3_add(vec3_scale(normals[0], 1.0 / lengths[0]),
+                                              vec3_scale(normals[2], 1.0 / lengths[1])));
+    double along[3], largest = 0.0;
+    for (int k = 0; k < 3; k++) {
+        along[k] = vec3_dot(axis, normals[k]);
+        largest = fmax(largest, vec3_norm(normals[k]));
+    }
+    double const least =
+        find_least(along[0], along[1], along[2]) - NORMAL_ERROR - SUM_ERROR * largest;
+    if (!(least > 0.0)) return no_cone;
+    double const cosine = least / sqrt(bound_longest2(normals)) * (1.0 - SUM_ERROR);
+    double const half_angle = acos(fmin(cosine, 1.0)) + ANGLE_SLACK;
+    return half_angle < HALF_PI - ANGLE_SLACK ? (normal_cone){axis, half_angle} : no_cone;
+}
+
+normal_cone normal_cone_of_triangle_by(cone_rule rule, const vec3 start[3], const vec3 end[3]) {
+    vec3 normals[3];
+    if (!find_normals(start, end, normals)) return no_cone;
+    return rule == CONE_PAPER ? find_paper_cone(normals) : find_bernstein_cone(normals);
+}
+
+normal_cone normal_cone_of_triangle(const vec3 start[3], const vec3 end[3]) {
+    return normal_cone_of_triangle_by(CONE_BERNSTEIN, start, end);
 }
 
 bool normal_cone_merge(const normal_cone *a, const normal_cone *b, double limit,

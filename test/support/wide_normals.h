@@ -39,12 +39,16 @@ static inline wide3 find_edge(const vec3 start[3], const vec3 end[3], int corner
                    (1.0L - t) * (b0.z - a0.z) + t * (b1.z - a1.z)};
 }
 
+static inline wide3 find_normal(const vec3 start[3], const vec3 end[3], long double t) {
+    return wide_cross(find_edge(start, end, 1, t), find_edge(start, end, 2, t));
+}
+
 /* Largest angle between the axis and n(t) at `count` + 1 times. */
 static inline double sample_angle(vec3 axis, const vec3 start[3], const vec3 end[3], int count) {
     double largest = 0.0;
     for (int i = 0; i <= count; i++) {
         long double const t = (long double)i / (long double)count;
-        wide3 const n = wide_cross(find_edge(start, end, 1, t), find_edge(start, end, 2, t));
+        wide3 const n = find_normal(start, end, t);
         largest = fmax(largest, angle_between(wide(axis), n));
     }
     return largest;
