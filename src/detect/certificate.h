@@ -16,15 +16,18 @@
 
 #include <stdbool.h>
 
-/* zeta . n(t) > 0, and >= cos(max_angle) |n(t)|, for one moving triangle and all displacements of
- * its corners up to reach [m]. axis: unit up to rounding. */
+/* For one moving triangle: zeta . n(t) > 0 for all displacements of its corners up to reach [m],
+ * and zeta . n(t) >= cos(max_angle) |n(t)| on the given paths; the latter is left out from pi/2 on.
+ * zeta is the exact direction that planar_map_make finds for the axis, which may have any length.
+ */
 bool triangle_faces_axis(const vec3 start[3], const vec3 end[3], vec3 axis, double max_angle,
                          double reach);
 
 typedef enum contour_proof { CONTOUR_UNPROVEN, CONTOUR_STAR, CONTOUR_SWEPT } contour_proof;
 
-/* The boundary of a disc: vertex indices in order, counterclockwise about the axis. scratch needs
- * contour_scratch_size(vertex_count) bytes. max_tests bounds the number of edge pairs looked at. */
+/* The boundary of a disc: vertex indices in order, each once, counterclockwise about the axis.
+ * scratch needs contour_scratch_size(vertex_count) bytes, aligned for doubles. max_tests bounds the
+ * number of pairs of boxes and edges looked at. */
 typedef struct contour {
     const uint32_t *vertices;
     size_t vertex_count;
