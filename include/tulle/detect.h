@@ -150,13 +150,17 @@ TULLE_API tulle_status tulle_detector_find_events(tulle_detector *detector, cons
                                                   const double *end, tulle_detect_result *result,
                                                   tulle_error *error);
 
+/* Takes events as they come, `context` with each call; not 0 asks to stop. */
+typedef struct tulle_detect_receiver {
+    int (*receive)(void *context, const tulle_detect_event *events, size_t count);
+    void *context;
+} tulle_detect_receiver;
 /* The same events in the same order, in batches of at most 1024, without keeping them:
- * result->events is null. A callback that does not return 0 ends the call with
+ * result->events is null. A receiver that does not return 0 ends the call with
  * TULLE_ERROR_INTERRUPTED. */
-typedef int (*tulle_detect_callback)(void *context, const tulle_detect_event *events, size_t count);
 TULLE_API tulle_status tulle_detector_stream_events(tulle_detector *detector, const double *start,
                                                     const double *end,
-                                                    tulle_detect_callback callback, void *context,
+                                                    tulle_detect_receiver receiver,
                                                     tulle_detect_result *result,
                                                     tulle_error *error);
 

@@ -215,12 +215,12 @@ tulle_status tulle_detector_find_events(tulle_detector *detector, const double *
 }
 
 tulle_status tulle_detector_stream_events(tulle_detector *detector, const double *start,
-                                          const double *end, tulle_detect_callback callback,
-                                          void *context, tulle_detect_result *result,
-                                          tulle_error *error) {
+                                          const double *end, tulle_detect_receiver receiver,
+                                          tulle_detect_result *result, tulle_error *error) {
     double const call_start = timer_now();
     detector_pass pass = {.start = start, .end = end};
-    if (!callback) return error_set(error, TULLE_ERROR_INVALID_ARGUMENT, "the callback is null");
+    if (!receiver.receive)
+        return error_set(error, TULLE_ERROR_INVALID_ARGUMENT, "the receiver has no function");
     tulle_status status = check_call(detector, &pass, result, error);
     if (status == TULLE_OK) status = detector_run_pass(detector, &pass, error);
     if (status != TULLE_OK) return status;
@@ -232,8 +232,8 @@ tulle_status tulle_detector_stream_events(tulle_detector *detector, const double
         size_t const rest = pass.event_count - begin;
         size_t const count = rest < STREAM_BATCH ? rest : STREAM_BATCH;
         detector_fill_events(detector, &pass, begin, begin + count, detector->events.data);
-        if (callback(context, detector->events.data, count) != 0)
-            return error_set(error, TULLE_ERROR_INTERRUPTED, "the callback asked to stop");
+        if (receiver.receive(receiver.context, detector->events.data, count) != 0)
+            return error_set(error, TULLE_ERROR_INTERRUPTED, "the receiver asked to stop");
     }
     pass.statistics.event_seconds += timer_now() - events_start;
     *result = make_result(&pass, call_start);

@@ -197,9 +197,9 @@ static void unusable_positions_leave_all_as_it_was(void **state) {
                      TULLE_ERROR_INVALID_ARGUMENT);
     assert_int_equal(tulle_detector_find_events(NULL, start, end, &result, &error),
                      TULLE_ERROR_INVALID_ARGUMENT);
-    assert_int_equal(
-        tulle_detector_stream_events(detector, start, end, NULL, NULL, &result, &error),
-        TULLE_ERROR_INVALID_ARGUMENT);
+    assert_int_equal(tulle_detector_stream_events(detector, start, end, (tulle_detect_receiver){0},
+                                                  &result, &error),
+                     TULLE_ERROR_INVALID_ARGUMENT);
     result = find(detector, start, end);
     assert_int_equal(result.event_count, before.event_count);
     tulle_detector_destroy(detector);
