@@ -1,6 +1,7 @@
 /* app/check_report.c - the verdicts of `tulle check` as text or as JSON lines, and the judging of
  * frames side by side. See check_frame.h. */
 #include "app/check_frame.h"
+#include "app/json_text.h"
 #include "base/parallel.h"
 
 #include <inttypes.h>
@@ -53,27 +54,13 @@ void check_find_place(const tulle_check_body *bodies_of_frame, const tulle_check
     }
 }
 
-static void print_json_text(const char *text) {
-    putchar('"');
-    for (const char *c = text; *c; c++) {
-        unsigned char const byte = (unsigned char)*c;
-        if (byte == '"' || byte == '\\')
-            printf("\\%c", byte);
-        else if (byte < 0x20)
-            printf("\\u%04x", byte);
-        else
-            putchar(byte);
-    }
-    putchar('"');
-}
-
 static void print_pair_json(const check_frame *frame, const tulle_check_pair *pair) {
     double place[3];
     check_find_place(frame->bodies, pair, place);
     fputs("{\"a\":", stdout);
-    print_json_text(frame->names[pair->body_a]);
+    json_print_text(frame->names[pair->body_a]);
     printf(",\"triangle_a\":%" PRIu32 ",\"b\":", pair->triangle_a);
-    print_json_text(frame->names[pair->body_b]);
+    json_print_text(frame->names[pair->body_b]);
     printf(",\"triangle_b\":%" PRIu32 ",\"near\":[%.9g,%.9g,%.9g]}", pair->triangle_b, place[0],
            place[1], place[2]);
 }
@@ -95,7 +82,7 @@ static size_t get_listed_count(const check_report *report, const check_frame *fr
 
 static void print_frame_json(const check_report *report, const check_frame *frame) {
     fputs("{\"source\":", stdout);
-    print_json_text(frame->source);
+    json_print_text(frame->source);
     if (frame->number != CHECK_FRAME_OF_FILE)
         printf(",\"frame\":%ld,\"time\":%.9g", frame->number, frame->time);
     printf(",\"intersections\":%zu,\"pairs\":[", frame->result.pair_count);

@@ -17,6 +17,7 @@ typedef enum app_exit {
 
 int app_run(int argc, char **argv);
 int app_check(int argc, char **argv);
+int app_detect(int argc, char **argv);
 int app_info(int argc, char **argv);
 int app_render(int argc, char **argv);
 int app_convert(int argc, char **argv);
