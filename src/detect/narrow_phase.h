@@ -22,14 +22,16 @@ typedef struct raw_event {
 typedef struct narrow_phase_input {
     const surface_set *set;
     const double *separations;      /* [m] surface_count^2, row-major, symmetric; >= 0 */
-    const uint32_t *vertex_surface; /* of each vertex record's vertex; null with one surface */
-    bool
-        only_earliest; /* pairs that cannot come earlier than the earliest so far may be left out */
-    int threads;
+    const uint32_t *vertex_surface; /* surface of each vertex record; null: all are of surface 0 */
+    bool only_earliest;             /* only the events of the smallest time; the counts may then
+                                       depend on the threads */
+    int threads;                    /* workers are 0 .. threads - 1 */
 } narrow_phase_input;
 
 typedef struct narrow_phase_counts {
-    uint64_t candidate_count, filtered_count, tested_count;
+    uint64_t candidate_count;              /* pairs given */
+    uint64_t filtered_count;               /* of these shown apart by the filters */
+    uint64_t tested_count;                 /* the others: through conservative advancement */
     double filter_seconds, impact_seconds; /* summed over workers */
 } narrow_phase_counts;
 
