@@ -5,6 +5,14 @@
  * follow each other closely start fast and helpers do not take the processor from others that need
  * it. The thread sanitizer follows every step of this.
  *
+ * The caller takes chunks like its helpers, and when none is left it waits only for helpers that
+ * are inside a chunk: a loop has a gate that helpers enter while it is open, and one that the
+ * processor lets run only after the caller has closed the gate finds the loop gone. So on a
+ * machine that is busy with other things a loop costs at most what the caller alone would take,
+ * and the rest of one chunk. There are no mutexes and no condition variables, in which a thread
+ * that wakes up, and is not let run, holds up the one that woke it; posting a semaphore never
+ * waits.
+ *
  * Where no more threads can be had, the calling thread does their share. A child of fork() has no
  * helpers and makes new ones. */
 #define _GNU_SOURCE /* sched_getaffinity */
@@ -13,13 +21,16 @@
 
 #include <pthread.h>
 #include <sched.h>
+#include <semaphore.h>
 #include <stdatomic.h>
 #include <stdint.h>
 #include <unistd.h>
 
 enum {
     MAX_HELPERS = 255,
-    LIMIT_BITS = 16,  /* of a ticket: how many helpers take part */
+    LIMIT_BITS = 16, /* of a ticket: how many helpers take part */
+    GATE_BITS = 17,  /* of a gate, below the number of its loop: helpers inside, and whether open */
+    GATE_OPEN = 1 << 16,
     SPIN_COUNT = 500, /* looks before sleeping, 5 to 25 microseconds */
     STOP_LIMIT = (1 << LIMIT_BITS) - 1
 };
@@ -28,17 +39,20 @@ typedef struct helper_team helper_team;
 typedef struct helper {
     pthread_t thread;
     helper_team *team;
-    int worker; /* 1 .. MAX_HELPERS */
+    int worker;           /* 1 .. MAX_HELPERS */
+    atomic_int is_asleep; /* who sets it back to 0 posts `wake`, unless it is the helper itself */
+    sem_t wake;
 } helper;
 
 struct helper_team {
-    pthread_mutex_t mutex;
-    pthread_cond_t has_ticket, is_done;
+    sem_t is_done; /* posted by the last helper to leave a closed gate */
     /* Number of the loop and, in the low bits, of the helpers that take part in it. */
     _Atomic uint64_t ticket;
-    const parallel_loop *loop; /* of the ticket; read by the helpers that take part */
+    /* Number of the loop, GATE_OPEN while helpers may enter, and in the low bits how many are
+     * inside. The next two belong to those inside and to the caller. */
+    _Atomic uint64_t gate;
+    const parallel_loop *loop;
     atomic_size_t next_chunk;
-    atomic_int pending;    /* helpers that still work on the loop */
     atomic_int spin_count; /* 0 where there are more threads than processors */
     int processor_count;
     pid_t process;
@@ -56,64 +70,90 @@ static void look_again(void) {
 #endif
 }
 
-/* Each worker begins with the chunk of its own number, so every thread runs something. */
 static void take_chunks(helper_team *team, const parallel_loop *loop, int worker) {
-    size_t chunk = (size_t)worker;
-    while (chunk < loop->chunk_count) {
+    for (;;) {
+        size_t const chunk = atomic_fetch_add(&team->next_chunk, 1);
+        if (chunk >= loop->chunk_count) return;
         parallel_run_chunk(loop, chunk, worker);
-        chunk = atomic_fetch_add(&team->next_chunk, 1);
     }
+}
+
+/* Called by a helper: false when loop `number` is over, or another one has begun. */
+static bool enter_gate(helper_team *team, uint64_t number) {
+    uint64_t gate = atomic_load(&team->gate);
+    do {
+        if (gate >> GATE_BITS != number || (gate & GATE_OPEN) == 0) return false;
+    } while (!atomic_compare_exchange_weak(&team->gate, &gate, gate + 1));
+    return true;
+}
+
+static void await_post(sem_t *semaphore) {
+    while (sem_wait(semaphore) != 0) continue; /* a signal interrupts it */
+}
+
+static void leave_gate(helper_team *team) {
+    uint64_t const gate = atomic_fetch_sub(&team->gate, 1);
+    if ((gate & (2 * GATE_OPEN - 1)) == 1) sem_post(&team->is_done);
+}
+
+/* Called by the caller when no chunk is left: no more helpers enter, then those inside leave. */
+static void close_gate(helper_team *team) {
+    uint64_t const gate = atomic_fetch_sub(&team->gate, GATE_OPEN);
+    if ((gate & (GATE_OPEN - 1)) == 0) return;
+    int const spin_count = atomic_load(&team->spin_count);
+    for (int i = 0; i < spin_count; i++) {
+        if (sem_trywait(&team->is_done) == 0) return;
+        look_again();
+    }
+    await_post(&team->is_done);
 }
 
 /* The first ticket that is not `seen`. */
-static uint64_t await_ticket(helper_team *team, uint64_t seen) {
-    int const spin_count = atomic_load(&team->spin_count);
-    for (int i = 0; i < spin_count; i++) {
+static uint64_t await_ticket(helper *self, uint64_t seen) {
+    helper_team *const team = self->team;
+    for (;;) {
+        int const spin_count = atomic_load(&team->spin_count);
+        for (int i = 0; i < spin_count; i++) {
+            uint64_t const ticket = atomic_load(&team->ticket);
+            if (ticket != seen) return ticket;
+            look_again();
+        }
+        atomic_store(&self->is_asleep, 1);
         uint64_t const ticket = atomic_load(&team->ticket);
-        if (ticket != seen) return ticket;
-        look_again();
+        if (ticket != seen && atomic_exchange(&self->is_asleep, 0)) return ticket;
+        await_post(&self->wake);
     }
-    pthread_mutex_lock(&team->mutex);
-    while (atomic_load(&team->ticket) == seen) pthread_cond_wait(&team->has_ticket, &team->mutex);
-    uint64_t const ticket = atomic_load(&team->ticket);
-    pthread_mutex_unlock(&team->mutex);
-    return ticket;
 }
 
-static void publish_ticket(helper_team *team, uint64_t limit) {
-    pthread_mutex_lock(&team->mutex);
-    uint64_t const number = (atomic_load(&team->ticket) >> LIMIT_BITS) + 1;
-    atomic_store(&team->ticket, number << LIMIT_BITS | limit);
-    pthread_cond_broadcast(&team->has_ticket);
-    pthread_mutex_unlock(&team->mutex);
+/* Calls the first `count` helpers to a loop, or to end. What they find in the team is ready. */
+static void publish_ticket(helper_team *team, uint64_t ticket, int count) {
+    atomic_store(&team->ticket, ticket);
+    for (int i = 0; i < count; i++) {
+        helper *const called = &team->helpers[i];
+        if (atomic_exchange(&called->is_asleep, 0)) sem_post(&called->wake);
+    }
+}
+
+/* Makes the loop the one that helpers may enter; nobody is inside the gate. */
+static void open_gate(helper_team *team, const parallel_loop *loop, uint64_t number) {
+    team->loop = loop;
+    atomic_store(&team->next_chunk, 0);
+    atomic_store(&team->gate, number << GATE_BITS | GATE_OPEN);
 }
 
 static void *run_helper(void *argument) {
-    const helper *const self = argument;
+    helper *const self = argument;
     helper_team *const team = self->team;
     uint64_t seen = 0;
     for (;;) {
-        seen = await_ticket(team, seen);
+        seen = await_ticket(self, seen);
         uint64_t const limit = seen & STOP_LIMIT;
         if (limit == STOP_LIMIT) return NULL;
         if ((uint64_t)self->worker > limit) continue;
+        if (!enter_gate(team, seen >> LIMIT_BITS)) continue;
         take_chunks(team, team->loop, self->worker);
-        if (atomic_fetch_sub(&team->pending, 1) != 1) continue;
-        pthread_mutex_lock(&team->mutex);
-        pthread_cond_signal(&team->is_done);
-        pthread_mutex_unlock(&team->mutex);
+        leave_gate(team);
     }
-}
-
-static void await_helpers(helper_team *team) {
-    int const spin_count = atomic_load(&team->spin_count);
-    for (int i = 0; i < spin_count; i++) {
-        if (atomic_load(&team->pending) == 0) return;
-        look_again();
-    }
-    pthread_mutex_lock(&team->mutex);
-    while (atomic_load(&team->pending) != 0) pthread_cond_wait(&team->is_done, &team->mutex);
-    pthread_mutex_unlock(&team->mutex);
 }
 
 static void release_team(helper_team *team) {
@@ -126,11 +166,12 @@ static void release_team(helper_team *team) {
 static void destroy_team(void *argument) {
     helper_team *const team = argument;
     if (team->process == getpid()) {
-        publish_ticket(team, STOP_LIMIT);
-        for (int i = 0; i < team->helper_count; i++) pthread_join(team->helpers[i].thread, NULL);
-        pthread_cond_destroy(&team->has_ticket);
-        pthread_cond_destroy(&team->is_done);
-        pthread_mutex_destroy(&team->mutex);
+        publish_ticket(team, atomic_load(&team->ticket) | STOP_LIMIT, team->helper_count);
+        for (int i = 0; i < team->helper_count; i++) {
+            pthread_join(team->helpers[i].thread, NULL);
+            sem_destroy(&team->helpers[i].wake);
+        }
+        sem_destroy(&team->is_done);
     }
     release_team(team);
 }
@@ -149,9 +190,7 @@ static helper_team *get_team(void) {
     if (team) {
         team->process = getpid();
         team->processor_count = parallel_backend_processor_count();
-        pthread_mutex_init(&team->mutex, NULL);
-        pthread_cond_init(&team->has_ticket, NULL);
-        pthread_cond_init(&team->is_done, NULL);
+        sem_init(&team->is_done, 0, 0);
     }
     if (pthread_setspecific(team_key, team) == 0 || !team) return team;
     release_team(team);
@@ -163,6 +202,7 @@ static int start_helpers(helper_team *team, int wanted) {
     while (team->helper_count < wanted && team->helper_count < MAX_HELPERS) {
         helper *const next = &team->helpers[team->helper_count];
         *next = (helper){.team = team, .worker = team->helper_count + 1};
+        sem_init(&next->wake, 0, 0);
         if (pthread_create(&next->thread, NULL, run_helper, next) != 0) break;
         team->helper_count++;
     }
@@ -184,13 +224,10 @@ void parallel_backend_run(const parallel_loop *loop, int threads) {
         return;
     }
     int const helper_count = start_helpers(team, threads - 1);
-    team->loop = loop;
+    uint64_t const number = (atomic_load(&team->ticket) >> LIMIT_BITS) + 1;
     atomic_store(&team->spin_count, threads <= team->processor_count ? SPIN_COUNT : 0);
-    atomic_store(&team->next_chunk, (size_t)threads);
-    atomic_store(&team->pending, helper_count);
-    publish_ticket(team, (uint64_t)helper_count);
-    for (int worker = helper_count + 1; worker < threads; worker++)
-        parallel_run_chunk(loop, (size_t)worker, 0);
+    open_gate(team, loop, number);
+    publish_ticket(team, number << LIMIT_BITS | (uint64_t)helper_count, helper_count);
     take_chunks(team, loop, 0);
-    await_helpers(team);
+    close_gate(team);
 }

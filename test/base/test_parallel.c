@@ -1,11 +1,14 @@
 /* parallel_for under many loops and many callers: every chunk runs once, on a worker
- * of its range, and the results do not depend on the number of threads. */
-#define _DEFAULT_SOURCE /* usleep */
+ * of its range, and the results do not depend on the number of threads. Threads that come late or
+ * not at all hold nobody up. */
+#define _GNU_SOURCE /* usleep, SIGUSR1 */
 #include "base/parallel.h"
 
 #include <pthread.h>
 #include <setjmp.h>
+#include <signal.h>
 #include <stdarg.h>
+#include <stdatomic.h>
 #include <stddef.h>
 #include <stdint.h>
 #include <string.h>
@@ -78,6 +81,124 @@ static void callers_do_not_disturb_each_other(void **state) {
     for (int i = 0; i < 4; i++) assert_int_equal(faults[i], 0);
 }
 
+/* Chunks that write `value` into their item, some of them slow on one worker. */
+typedef struct written_items {
+    int value, slow_worker;
+    int items[64];
+    int worker_of[64];
+} written_items;
+
+static void write_item(void *context, size_t begin, size_t end, size_t chunk, int worker) {
+    written_items *const w = context;
+    (void)end;
+    if (worker == w->slow_worker && chunk % 16 == 5) usleep(50);
+    w->items[begin] = w->value;
+    w->worker_of[begin] = worker;
+}
+
+/* What helpers of one loop wrote is whole when it returns, also when a helper of the loop before
+ * comes late, or is slow, and the number of threads changes from loop to loop. */
+static void tiny_loops_in_a_row_are_whole(void **state) {
+    (void)state;
+    written_items w = {0};
+    for (int i = 1; i <= 20000; i++) {
+        size_t const count = 2 + (size_t)i % 63;
+        int const threads = 2 + i % 5;
+        w.value = i;
+        w.slow_worker = i % 50 == 0 ? i % 3 : -1;
+        parallel_for(count, 1, threads, write_item, &w);
+        for (size_t k = 0; k < count; k++) {
+            assert_int_equal(w.items[k], i);
+            assert_in_range(w.worker_of[k], 0, threads - 1);
+        }
+    }
+}
+
+/* The same while other threads keep every processor busy. */
+static atomic_int is_idle_over;
+
+static void *keep_busy(void *argument) {
+    while (!atomic_load(&is_idle_over)) continue;
+    return argument;
+}
+
+static void loops_on_a_busy_machine_are_whole(void **state) {
+    pthread_t busy[4];
+    atomic_store(&is_idle_over, 0);
+    for (int i = 0; i < 4; i++)
+        assert_int_equal(pthread_create(&busy[i], NULL, keep_busy, NULL), 0);
+    written_items w = {.slow_worker = -1};
+    for (int i = 1; i <= 300; i++) {
+        w.value = i;
+        parallel_for(64, 1, 2 + i % 3, write_item, &w);
+        for (size_t k = 0; k < 64; k++) assert_int_equal(w.items[k], i);
+    }
+    atomic_store(&is_idle_over, 1);
+    for (int i = 0; i < 4; i++) pthread_join(busy[i], NULL);
+    (void)state;
+}
+
+#ifdef TULLE_HAS_OWN_THREADS
+enum { HELPER_RUNS, HELPER_IS_CALLED, HELPER_IS_STOPPED };
+static atomic_int helper_state;
+
+/* Runs on the helper: keeps it from coming to any loop. */
+static void stop_helper(int signal) {
+    (void)signal;
+    atomic_store(&helper_state, HELPER_IS_STOPPED);
+    while (atomic_load(&helper_state) == HELPER_IS_STOPPED) usleep(200);
+}
+
+typedef struct helper_watch {
+    pthread_t thread;
+    atomic_int is_known;
+} helper_watch;
+
+static void watch_helper(void *context, size_t begin, size_t end, size_t chunk, int worker) {
+    helper_watch *const watch = context;
+    (void)begin, (void)end, (void)chunk;
+    usleep(100);
+    if (worker != 1) return;
+    watch->thread = pthread_self();
+    atomic_store(&watch->is_known, 1);
+}
+
+static int is_helper_at_work(helper_watch *watch) {
+    atomic_store(&watch->is_known, 0);
+    for (int i = 0; i < 1000 && !atomic_load(&watch->is_known); i++)
+        parallel_for(20, 1, 2, watch_helper, watch);
+    return atomic_load(&watch->is_known);
+}
+
+/* A helper that gets no processor at all: the caller does the loops alone and does not wait. Then
+ * the helper, late for all of them, takes part again. */
+static void a_stopped_helper_holds_nobody_up(void **state) {
+    (void)state;
+    helper_watch watch;
+    assert_true(is_helper_at_work(&watch));
+    struct sigaction action = {.sa_handler = stop_helper}, former;
+    assert_int_equal(sigaction(SIGUSR1, &action, &former), 0);
+    usleep(20000); /* it sleeps by now */
+    atomic_store(&helper_state, HELPER_IS_CALLED);
+    assert_int_equal(pthread_kill(watch.thread, SIGUSR1), 0);
+    while (atomic_load(&helper_state) != HELPER_IS_STOPPED) usleep(200);
+    alarm(60);
+    written_items w = {.slow_worker = -1};
+    for (int i = 1; i <= 2000; i++) {
+        w.value = i;
+        parallel_for(64, 1, 2, write_item, &w);
+        for (size_t k = 0; k < 64; k++) {
+            assert_int_equal(w.items[k], i);
+            assert_int_equal(w.worker_of[k], 0);
+        }
+    }
+    alarm(0);
+    atomic_store(&helper_state, HELPER_RUNS);
+    assert_true(is_helper_at_work(&watch));
+    assert_int_equal(sigaction(SIGUSR1, &former, NULL), 0);
+}
+#endif
+
 static void threads_are_resolved(void **state) {
     (void)state;
     assert_true(parallel_resolve_threads(0) >= 1);
@@ -91,6 +212,11 @@ int main(void) {
         cmocka_unit_test(every_chunk_runs_once),
         cmocka_unit_test(loops_may_be_far_apart),
         cmocka_unit_test(callers_do_not_disturb_each_other),
+        cmocka_unit_test(tiny_loops_in_a_row_are_whole),
+        cmocka_unit_test(loops_on_a_busy_machine_are_whole),
+#ifdef TULLE_HAS_OWN_THREADS
+        cmocka_unit_test(a_stopped_helper_holds_nobody_up),
+#endif
         cmocka_unit_test(threads_are_resolved),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
