@@ -45,12 +45,13 @@ static bool reserve_parts(broad_phase *broad) {
      * triangles. */
     broad->fit_task_capacity = broad->surface_count + (broad->vertex_count + triangles) / 64;
     broad->vertex_boxes = allocate(heap, broad->vertex_count, sizeof *broad->vertex_boxes);
+    broad->records = allocate(heap, broad->vertex_count, sizeof *broad->records);
     broad->trees = allocate(heap, broad->surface_count, sizeof *broad->trees);
     broad->leaves = allocate(heap, triangles, sizeof *broad->leaves);
     broad->fit_tasks = allocate(heap, broad->fit_task_capacity, sizeof *broad->fit_tasks);
     for (int k = 0; k < 2; k++)
         if (!ARRAY_RESERVE(heap, &broad->node_pairs[k], NODE_PAIRS)) return false;
-    bool is_complete = (broad->vertex_boxes || broad->vertex_count == 0) &&
+    bool is_complete = ((broad->vertex_boxes && broad->records) || broad->vertex_count == 0) &&
                        (broad->trees || broad->surface_count == 0) &&
                        (broad->leaves || triangles == 0) &&
                        (broad->fit_tasks || broad->fit_task_capacity == 0);
@@ -70,6 +71,7 @@ void broad_phase_destroy(broad_phase *broad) {
         ARRAY_FREE(heap, &broad->trees[s].nodes);
     memory_release(heap, broad->trees, broad->surface_count * sizeof *broad->trees);
     memory_release(heap, broad->vertex_boxes, broad->vertex_count * sizeof *broad->vertex_boxes);
+    memory_release(heap, broad->records, broad->vertex_count * sizeof *broad->records);
     memory_release(heap, broad->leaves, broad->triangle_count * sizeof *broad->leaves);
     memory_release(heap, broad->fit_tasks, broad->fit_task_capacity * sizeof *broad->fit_tasks);
     for (int k = 0; k < 2; k++) {
@@ -79,10 +81,25 @@ void broad_phase_destroy(broad_phase *broad) {
         pair_store_free(heap, &broad->stores[k]);
     }
     ARRAY_FREE(heap, &broad->outputs);
+    ARRAY_FREE(heap, &broad->writers);
     free_slots(heap, &broad->triangles);
     free_slots(heap, &broad->vertices);
     free_slots(heap, &broad->edges);
     memory_release(heap, broad, sizeof *broad);
+}
+
+void broad_phase_set_patches(broad_phase *broad, patch_labels patches) { broad->patches = patches; }
+
+const pair_tables *broad_phase_get_tables(const broad_phase *broad) { return &broad->tables; }
+
+static void set_tables(broad_phase *broad) {
+    broad->tables = (pair_tables){.vertex_features = broad->vertices.features,
+                                  .edge_features = broad->edges.features,
+                                  .triangle_features = broad->triangles.features,
+                                  .vertex_corners = broad->vertices.corners,
+                                  .edge_corners = broad->edges.corners,
+                                  .triangle_corners = broad->triangles.corners,
+                                  .records = broad->records};
 }
 
 static tulle_status shape_trees(broad_phase *broad, const surface_set *set, const double *rest) {
@@ -98,6 +115,7 @@ static tulle_status shape_trees(broad_phase *broad, const surface_set *set, cons
 tulle_status broad_phase_create(memory *heap, const surface_set *set, const double *rest,
                                 broad_phase_method method, broad_phase **result) {
     *result = NULL;
+    if (method == BROAD_PHASE_PAPER) return TULLE_ERROR_UNSUPPORTED;
     broad_phase *const broad = memory_allocate_zeroed(heap, 1, sizeof *broad);
     if (!broad) return TULLE_ERROR_OUT_OF_MEMORY;
     broad->heap = heap;
@@ -116,6 +134,7 @@ tulle_status broad_phase_create(memory *heap, const surface_set *set, const doub
         broad_phase_destroy(broad);
         return status;
     }
+    set_tables(broad);
     *result = broad;
     return TULLE_OK;
 }
@@ -144,6 +163,7 @@ tulle_status build_trees(broad_phase *broad, const surface_set *set, const doubl
         }
     }
     fit_trees(broad, set, threads);
+    label_trees(broad, set);
     broad->is_built = true;
     return TULLE_OK;
 }

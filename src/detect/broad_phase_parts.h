@@ -25,6 +25,7 @@ typedef struct tree_node {
     tree_box box;
     uint32_t first;       /* child, or the leaf itself */
     uint32_t child_count; /* 0 for a leaf */
+    uint32_t label;       /* patch that holds all triangles below; 0: none */
 } tree_node;
 
 /* Ranges of slots, see slot_list. */
@@ -58,10 +59,14 @@ typedef struct node_pair {
     uint32_t surface[2], node[2];
 } node_pair;
 
-/* What one worker finds. */
+/* What one worker finds: batches that are handed on when they are full. */
 typedef struct worker_output {
-    pair_writer writers[2]; /* by feature_kind */
-    uint64_t box_pair_count;
+    pair_batch batches[2]; /* by feature_kind */
+    pair_consumer consume;
+    void *context;
+    const pair_tables *tables;
+    int worker;
+    uint64_t candidate_count, leaf_pair_count, box_pair_count;
 } worker_output;
 
 struct broad_phase {
@@ -72,6 +77,9 @@ struct broad_phase {
     double margin;           /* [m] of the fitted boxes; negative before the first */
     bool is_built;
     tree_box *vertex_boxes;
+    vertex_record *records;
+    pair_tables tables;
+    patch_labels patches;
     surface_tree *trees;
     tree_leaf *leaves;
     slot_list triangles, vertices, edges;
@@ -81,6 +89,7 @@ struct broad_phase {
     ARRAY(node_pair) node_pairs[2];
     pair_store stores[2];         /* by feature_kind */
     ARRAY(worker_output) outputs; /* one a worker */
+    ARRAY(pair_writer) writers;   /* two a worker, for the sorted list */
 };
 
 static inline bool boxes_meet(const tree_box *a, const tree_box *b) {
@@ -110,6 +119,8 @@ void assign_slots(broad_phase *broad, const surface_set *set, uint32_t surface);
  * finite. */
 bool fit_vertex_boxes(broad_phase *broad, const surface_set *set, const double *x0,
                       const double *x1, int threads);
+/* Labels of the nodes of fixed trees, from those of the triangles. */
+void label_trees(broad_phase *broad, const surface_set *set);
 /* Boxes of their slots, leaves and nodes. */
 void fit_trees(broad_phase *broad, const surface_set *set, int threads);
 /* Union of the vertex boxes of a triangle. */
@@ -124,6 +135,8 @@ typedef struct leaf_search {
 /* Writes all pairs of features of one leaf, or of two different ones, whose boxes meet; `box` is
  * that of the whole leaf. */
 void search_leaf(const leaf_search *search, const tree_leaf *leaf, const tree_box *box);
+/* Hands on what is left in the batches. */
+void finish_batches(worker_output *output);
 void search_leaf_pair(const leaf_search *search, const tree_leaf *a, const tree_box *box_a,
                       const tree_leaf *b, const tree_box *box_b);
 

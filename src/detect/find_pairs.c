@@ -30,10 +30,16 @@ static bool opens_first(const tree_node *a, const tree_node *b) {
     return extent_a >= extent_b;
 }
 
+/* Labels differ between surfaces. */
+static bool is_within_patch(const tree_node *a, const tree_node *b) {
+    return a->label != 0 && a->label == b->label;
+}
+
 /* Recursion is as deep as both trees together. */
 static void descend_pair(const leaf_search *search, node_pair pair) {
     const tree_node *const a = node_at(search->broad, pair.surface[0], pair.node[0]);
     const tree_node *const b = node_at(search->broad, pair.surface[1], pair.node[1]);
+    if (is_within_patch(a, b)) return;
     if (a->child_count == 0 && b->child_count == 0) {
         search_leaf_pair(search, leaf_at(search->broad, pair.surface[0], a), &a->box,
                          leaf_at(search->broad, pair.surface[1], b), &b->box);
@@ -52,6 +58,7 @@ static void descend_pair(const leaf_search *search, node_pair pair) {
 
 static void descend_self(const leaf_search *search, uint32_t surface, uint32_t index) {
     const tree_node *const node = node_at(search->broad, surface, index);
+    if (node->label != 0) return;
     if (node->child_count == 0) {
         search_leaf(search, leaf_at(search->broad, surface, node), &node->box);
         return;
@@ -71,13 +78,20 @@ static bool is_self(const node_pair *pair) {
 
 static bool append_pair(broad_phase *broad, int list, uint32_t surface_a, uint32_t node_a,
                         uint32_t surface_b, uint32_t node_b) {
-    if (!boxes_meet(&node_at(broad, surface_a, node_a)->box,
-                    &node_at(broad, surface_b, node_b)->box))
-        return true;
+    const tree_node *const a = node_at(broad, surface_a, node_a);
+    const tree_node *const b = node_at(broad, surface_b, node_b);
+    if (!boxes_meet(&a->box, &b->box) || is_within_patch(a, b)) return true;
     if (!ARRAY_RESERVE(broad->heap, &broad->node_pairs[list], 1)) return false;
     broad->node_pairs[list].data[broad->node_pairs[list].count++] =
         (node_pair){{surface_a, surface_b}, {node_a, node_b}};
     return true;
+}
+
+static bool may_meet(const surface_set *set, uint32_t a, uint32_t b) {
+    const surface_range *const first = &set->surfaces[a], *const second = &set->surfaces[b];
+    if (a == b && (first->is_obstacle || first->ignores_self)) return false;
+    if (first->is_obstacle && second->is_obstacle) return false;
+    return !set->collides || set->collides[a * set->surface_count + b];
 }
 
 /* Roots of the surfaces that may meet. */
@@ -87,7 +101,7 @@ static bool append_roots(broad_phase *broad, const surface_set *set) {
         uint32_t const root = (uint32_t)broad->trees[a].nodes.count - 1;
         for (uint32_t b = a; b < set->surface_count; b++) {
             if (!set->surfaces[b].is_present || broad->trees[b].nodes.count == 0) continue;
-            if (set->surfaces[a].is_obstacle && set->surfaces[b].is_obstacle) continue;
+            if (!may_meet(set, a, b)) continue;
             uint32_t const other = (uint32_t)broad->trees[b].nodes.count - 1;
             if (!append_pair(broad, 0, a, root, b, other)) return false;
         }
@@ -155,24 +169,79 @@ static void search_task(void *context, size_t begin, size_t end, size_t chunk, i
     }
 }
 
+static void start_worker(worker_output *output, const pair_tables *tables, pair_consumer consume,
+                         void *context, int worker) {
+    output->consume = consume;
+    output->context = context;
+    output->tables = tables;
+    output->worker = worker;
+    output->candidate_count = output->leaf_pair_count = output->box_pair_count = 0;
+    for (int kind = 0; kind < 2; kind++) {
+        output->batches[kind].kind = (feature_kind)kind;
+        output->batches[kind].count = 0;
+    }
+}
+
+static tulle_status search_all(broad_phase *broad, const surface_set *set, int threads,
+                               pair_consumer consume, void *consumer_context,
+                               uint64_t *box_pair_count, search_counts *counts) {
+    *counts = (search_counts){0};
+    if (!broad->is_built || set->surface_count != broad->surface_count)
+        return TULLE_ERROR_INVALID_ARGUMENT;
+    broad->outputs.count = 0;
+    if (!ARRAY_RESERVE(broad->heap, &broad->outputs, (size_t)threads))
+        return TULLE_ERROR_OUT_OF_MEMORY;
+    search_context search = {.broad = broad, .counts_box_pairs = box_pair_count != NULL};
+    search.list = split_tasks(broad, set);
+    if (search.list < 0) return TULLE_ERROR_OUT_OF_MEMORY;
+    for (int w = 0; w < threads; w++)
+        start_worker(&broad->outputs.data[w], &broad->tables, consume, consumer_context, w);
+    parallel_for(broad->node_pairs[search.list].count, 1, threads, search_task, &search);
+    if (box_pair_count) *box_pair_count = 0;
+    for (int w = 0; w < threads; w++) {
+        worker_output *const output = &broad->outputs.data[w];
+        finish_batches(output);
+        counts->leaf_pair_count += output->leaf_pair_count;
+        counts->candidate_count += output->candidate_count;
+        if (box_pair_count) *box_pair_count += output->box_pair_count;
+    }
+    return TULLE_OK;
+}
+
+tulle_status search_pairs(broad_phase *broad, const surface_set *set, int threads,
+                          pair_consumer consume, void *context, search_counts *counts) {
+    search_counts unused;
+    return search_all(broad, set, threads < 1 ? 1 : threads, consume, context, NULL,
+                      counts ? counts : &unused);
+}
+
+/* ---- the sorted list ---- */
+
+static void store_batch(void *context, const pair_tables *tables, const pair_batch *batch,
+                        int worker) {
+    pair_writer *const writers = context;
+    pair_writer *const writer = &writers[2 * worker + (int)batch->kind];
+    for (size_t begin = 0; begin < batch->count; begin += KEY_BLOCK) {
+        size_t const left = batch->count - begin, count = left < KEY_BLOCK ? left : KEY_BLOCK;
+        pair_writer_make_room(writer, count);
+        for (size_t i = begin; i < begin + count; i++) {
+            feature_pair const pair = pair_batch_get(tables, batch, i);
+            pair_writer_add_if(writer, pair.first, pair.second, 1);
+        }
+    }
+}
+
 /* One search; what does not fit into the stores is only counted. */
-static uint64_t search_all(search_context *search, int threads) {
-    broad_phase *const broad = search->broad;
+static tulle_status store_all(broad_phase *broad, const surface_set *set, int threads,
+                              uint64_t *box_pair_count) {
+    search_counts counts;
+    pair_writer *const writers = broad->writers.data;
     for (int kind = 0; kind < 2; kind++) pair_store_clear(&broad->stores[kind]);
-    for (int w = 0; w < threads; w++) {
-        worker_output *const output = &broad->outputs.data[w];
-        output->box_pair_count = 0;
-        for (int kind = 0; kind < 2; kind++)
-            pair_writer_start(&output->writers[kind], &broad->stores[kind]);
-    }
-    parallel_for(broad->node_pairs[search->list].count, 1, threads, search_task, search);
-    uint64_t box_pair_count = 0;
-    for (int w = 0; w < threads; w++) {
-        worker_output *const output = &broad->outputs.data[w];
-        box_pair_count += output->box_pair_count;
-        for (int kind = 0; kind < 2; kind++) pair_writer_finish(&output->writers[kind]);
-    }
-    return box_pair_count;
+    for (int w = 0; w < 2 * threads; w++) pair_writer_start(&writers[w], &broad->stores[w % 2]);
+    tulle_status const status =
+        search_all(broad, set, threads, store_batch, writers, box_pair_count, &counts);
+    for (int w = 0; w < 2 * threads; w++) pair_writer_finish(&writers[w]);
+    return status;
 }
 
 static bool reserve_results(broad_phase *broad, pair_list *pairs) {
@@ -187,22 +256,16 @@ static bool reserve_results(broad_phase *broad, pair_list *pairs) {
 tulle_status find_pairs(broad_phase *broad, const surface_set *set, int threads, pair_list *pairs,
                         uint64_t *box_pair_count) {
     pairs->vertex_triangle.count = pairs->edge_edge.count = 0;
-    if (!broad->is_built || set->surface_count != broad->surface_count)
-        return TULLE_ERROR_INVALID_ARGUMENT;
     if (threads < 1) threads = 1;
-    broad->outputs.count = 0;
-    if (!ARRAY_RESERVE(broad->heap, &broad->outputs, (size_t)threads))
+    broad->writers.count = 0;
+    if (!ARRAY_RESERVE(broad->heap, &broad->writers, 2 * (size_t)threads))
         return TULLE_ERROR_OUT_OF_MEMORY;
-    search_context search = {.broad = broad, .counts_box_pairs = box_pair_count != NULL};
-    search.list = split_tasks(broad, set);
-    if (search.list < 0) return TULLE_ERROR_OUT_OF_MEMORY;
     bool is_complete = false;
     while (!is_complete) {
-        uint64_t const count = search_all(&search, threads);
-        if (box_pair_count) *box_pair_count = count;
+        tulle_status status = store_all(broad, set, threads, box_pair_count);
+        if (status != TULLE_OK) return status;
         is_complete = true;
         for (int kind = 0; kind < 2; kind++) {
-            tulle_status status;
             if (!pair_store_is_complete(broad->heap, &broad->stores[kind], &status))
                 is_complete = false;
             if (status != TULLE_OK) return status;

@@ -12,7 +12,7 @@ enum { LEAF_SLOTS = 3 * LEAF_TRIANGLES }; /* most edges, or vertices, that a lea
 typedef struct near_slots {
     float sides[6][LEAF_SLOTS];
     uint32_t corners[3][LEAF_SLOTS];
-    uint32_t features[LEAF_SLOTS];
+    uint32_t slots[LEAF_SLOTS];
     size_t count;
 } near_slots;
 
@@ -27,7 +27,7 @@ static void gather_near(const slot_list *list, size_t begin, size_t end, const t
         for (int k = 0; k < 6; k++) to->sides[k][count] = side[k] = list->sides[k][slot];
         for (size_t k = 0; k < corner_count; k++)
             to->corners[k][count] = list->corners[corner_count * slot + k];
-        to->features[count] = list->features[slot];
+        to->slots[count] = (uint32_t)slot;
         count += (side[0] <= box->high[0]) & (box->low[0] <= side[3]) & (side[1] <= box->high[1]) &
                  (box->low[1] <= side[4]) & (side[2] <= box->high[2]) & (box->low[2] <= side[5]);
     }
@@ -53,34 +53,57 @@ static void exclude_vertex(uint32_t vertex, const near_slots *b, size_t corner_c
         for (size_t j = first; j < b->count; j++) meets[j - first] &= b->corners[k][j] != vertex;
 }
 
-static void pair_edges(const near_slots *a, const near_slots *b, pair_writer *writer) {
+/* Hands a batch on. */
+static void flush_batch(worker_output *output, feature_kind kind) {
+    pair_batch *const batch = &output->batches[kind];
+    output->candidate_count += batch->count;
+    output->consume(output->context, output->tables, batch, output->worker);
+    batch->count = 0;
+}
+
+void finish_batches(worker_output *output) {
+    for (int kind = 0; kind < 2; kind++)
+        if (output->batches[kind].count > 0) flush_batch(output, (feature_kind)kind);
+}
+
+/* Room for the pairs of one slot. */
+static pair_batch *make_room(worker_output *output, feature_kind kind) {
+    pair_batch *const batch = &output->batches[kind];
+    if (batch->count + LEAF_SLOTS > PAIR_BATCH_SIZE) flush_batch(output, kind);
+    return batch;
+}
+
+/* Adds the pairs of `slot` with those of the other leaf that it meets. */
+static void add_pairs(pair_batch *batch, uint32_t slot, const near_slots *others, size_t first,
+                      const int32_t *meets) {
+    size_t count = batch->count;
+    for (size_t j = first; j < others->count; j++) {
+        batch->first[count] = slot;
+        batch->second[count] = others->slots[j];
+        count += (size_t)meets[j - first];
+    }
+    batch->count = count;
+}
+
+static void pair_edges(const near_slots *a, const near_slots *b, worker_output *output) {
     int32_t meets[LEAF_SLOTS];
     for (size_t i = 0; i < a->count; i++) {
         size_t const first = a == b ? i + 1 : 0;
         compare_boxes(a, i, b, first, meets);
         exclude_vertex(a->corners[0][i], b, 2, first, meets);
         exclude_vertex(a->corners[1][i], b, 2, first, meets);
-        uint32_t const edge = a->features[i];
-        pair_writer_make_room(writer, LEAF_SLOTS);
-        for (size_t j = first; j < b->count; j++) {
-            uint32_t const other = b->features[j];
-            bool const is_first = edge < other;
-            pair_writer_add_if(writer, is_first ? edge : other, is_first ? other : edge,
-                               (size_t)meets[j - first]);
-        }
+        add_pairs(make_room(output, FEATURE_EDGE_EDGE), a->slots[i], b, first, meets);
     }
 }
 
 static void pair_vertices(const near_slots *vertices, const near_slots *triangles,
-                          pair_writer *writer) {
+                          worker_output *output) {
     int32_t meets[LEAF_SLOTS];
     for (size_t i = 0; i < vertices->count; i++) {
-        uint32_t const vertex = vertices->features[i];
         compare_boxes(vertices, i, triangles, 0, meets);
-        exclude_vertex(vertex, triangles, 3, 0, meets);
-        pair_writer_make_room(writer, LEAF_SLOTS);
-        for (size_t j = 0; j < triangles->count; j++)
-            pair_writer_add_if(writer, vertex, triangles->features[j], (size_t)meets[j]);
+        exclude_vertex(vertices->corners[0][i], triangles, 3, 0, meets);
+        add_pairs(make_room(output, FEATURE_VERTEX_TRIANGLE), vertices->slots[i], triangles, 0,
+                  meets);
     }
 }
 
@@ -110,8 +133,9 @@ static void gather_leaf(const broad_phase *broad, const tree_leaf *leaf, const t
 void search_leaf(const leaf_search *search, const tree_leaf *leaf, const tree_box *box) {
     near_leaf all;
     gather_leaf(search->broad, leaf, box, &all);
-    pair_vertices(&all.vertices, &all.triangles, &search->output->writers[FEATURE_VERTEX_TRIANGLE]);
-    pair_edges(&all.edges, &all.edges, &search->output->writers[FEATURE_EDGE_EDGE]);
+    search->output->leaf_pair_count++;
+    pair_vertices(&all.vertices, &all.triangles, search->output);
+    pair_edges(&all.edges, &all.edges, search->output);
     if (search->counts_box_pairs)
         search->output->box_pair_count += count_pairs(&all.triangles, &all.triangles);
 }
@@ -121,10 +145,10 @@ void search_leaf_pair(const leaf_search *search, const tree_leaf *a, const tree_
     near_leaf near_a, near_b;
     gather_leaf(search->broad, a, box_b, &near_a);
     gather_leaf(search->broad, b, box_a, &near_b);
-    pair_writer *const writer = &search->output->writers[FEATURE_VERTEX_TRIANGLE];
-    pair_vertices(&near_a.vertices, &near_b.triangles, writer);
-    pair_vertices(&near_b.vertices, &near_a.triangles, writer);
-    pair_edges(&near_a.edges, &near_b.edges, &search->output->writers[FEATURE_EDGE_EDGE]);
+    search->output->leaf_pair_count++;
+    pair_vertices(&near_a.vertices, &near_b.triangles, search->output);
+    pair_vertices(&near_b.vertices, &near_a.triangles, search->output);
+    pair_edges(&near_a.edges, &near_b.edges, search->output);
     if (search->counts_box_pairs)
         search->output->box_pair_count += count_pairs(&near_a.triangles, &near_b.triangles);
 }

@@ -71,12 +71,16 @@ static void fit_vertex_task(void *context, size_t begin, size_t end, size_t chun
     double doubt = 0.0; /* becomes NaN with the first value that is not finite */
     for (size_t i = task->begin; i < task->end; i++) {
         tree_box *const box = &broad->vertex_boxes[i];
+        vertex_record *const record = &broad->records[i];
         for (size_t k = 0; k < 3; k++) {
-            double const a = (fit->x0[3 * i + k] - broad->origin[k]) * broad->scale;
-            double const b = (fit->x1[3 * i + k] - broad->origin[k]) * broad->scale;
+            record->start[k] = fit->x0[3 * i + k];
+            record->end[k] = fit->x1[3 * i + k];
+            double const a = (record->start[k] - broad->origin[k]) * broad->scale;
+            double const b = (record->end[k] - broad->origin[k]) * broad->scale;
             doubt += (a - a) + (b - b);
             fit_interval(a, b, half, &box->low[k], &box->high[k]);
         }
+        record->start[3] = record->end[3] = 0.0;
         box->low[3] = box->high[3] = 0.0F;
     }
     task->is_finite = doubt == 0.0;
@@ -196,6 +200,34 @@ static void fit_inner_nodes(surface_tree *tree) {
         node->box = tree->nodes.data[node->first].box;
         for (uint32_t c = 1; c < node->child_count; c++)
             box_include(&node->box, &tree->nodes.data[node->first + c].box);
+    }
+}
+
+static uint32_t find_leaf_label(const broad_phase *broad, const tree_leaf *leaf) {
+    const uint32_t *const labels = broad->patches.labels;
+    uint32_t const label = labels[broad->triangles.features[leaf->triangle_begin]];
+    for (uint32_t slot = leaf->triangle_begin + 1; slot < leaf->triangle_end; slot++)
+        if (labels[broad->triangles.features[slot]] != label) return 0;
+    return label;
+}
+
+void label_trees(broad_phase *broad, const surface_set *set) {
+    for (size_t s = 0; s < set->surface_count; s++) {
+        surface_tree *const tree = &broad->trees[s];
+        for (size_t i = 0; i < tree->nodes.count; i++) {
+            tree_node *const node = &tree->nodes.data[i];
+            node->label = 0;
+            if (!broad->patches.labels) continue;
+            if (node->child_count == 0) {
+                node->label = find_leaf_label(broad, &broad->leaves[tree->leaf_begin + i]);
+                continue;
+            }
+            uint32_t const label = tree->nodes.data[node->first].label;
+            bool is_common = true;
+            for (uint32_t c = 1; c < node->child_count; c++)
+                is_common = is_common && tree->nodes.data[node->first + c].label == label;
+            node->label = is_common ? label : 0;
+        }
     }
 }
 
