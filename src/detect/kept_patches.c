@@ -1,0 +1,342 @@
+/* detect/kept_patches.c - see kept_patches.h. When patches are checked, repaired, grown and given
+ * up; how is in patch_growth.c and kept_patches_check.c.
+ *
+ * What fails is repaired as long as credit lasts, which grows with the calls, and dissolved after
+ * that; much isolated makes growth again, more rarely each time that it brings little. Patches that
+ * cover little, small ones in particular, cost more than they save: then all are let go, and tried
+ * again after a number of calls that doubles. All of this counts calls and triangles, never time,
+ * so runs can be repeated. */
+#include "detect/kept_patches_parts.h"
+
+#include <string.h>
+
+enum {
+    KEPT_MINIMUM = 32,          /* [triangles] smaller patches hold hardly a leaf of a tree */
+    RIM_WIDTH = 3,              /* [triangles a boundary edge] whose pairs lie partly outside */
+    CREDIT_SHARE = 64,          /* of all triangles may be looked at by growth, one in that many a
+                                   call */
+    REPAIR_SHARE = 4,           /* a repair costs that part of a growth */
+    ISOLATED_SHARE = 8,         /* growth waits until one in that many triangles is isolated */
+    GAIN_SHARE = 4,             /* it paid when one in that many of those found a patch */
+    REGROW_WAIT_MIN = 8,        /* [calls] */
+    REGROW_WAIT_MAX = 1024,     /* [calls] */
+    RETRY_WAIT_MIN = 32,        /* [calls] */
+    RETRY_WAIT_MAX = 4096,      /* [calls] */
+    USEFUL_PERCENT = 15,        /* of triangles inside patches, without their rims; fewer: off */
+    COMPACT_TRIANGLE_MIN = 1024 /* dead ones that are not worth a new layout */
+};
+
+/* ---- creation ---- */
+
+static void find_neighbours(kept_patches *patches, const uint32_t *edge_counts) {
+    const topology *const topo = patches->topo;
+    for (size_t i = 0; i < 3 * topo->triangle_count; i++) {
+        uint32_t const edge = topo->triangle_edges[i], own = (uint32_t)(i / 3);
+        const uint32_t *const both = topo->edge_triangles + 2 * (size_t)edge;
+        uint32_t const other = both[0] == own ? both[1] : both[0];
+        patches->neighbours[i] = NEIGHBOUR_BARRED;
+        if (edge_counts[edge] > 2) continue;
+        patches->neighbours[i] = other;
+        if (other == NEIGHBOUR_NONE) continue;
+        /* the other one must run along the edge the other way */
+        uint32_t const from = topo->triangles[i];
+        for (size_t k = 0; k < 3; k++) {
+            if (topo->triangle_edges[3 * (size_t)other + k] == edge &&
+                topo->triangles[3 * (size_t)other + k] == from)
+                patches->neighbours[i] = NEIGHBOUR_BARRED;
+        }
+    }
+}
+
+static tulle_status prepare_topology(kept_patches *patches, const surface_set *set) {
+    const topology *const topo = set->topo;
+    uint32_t *const edge_counts =
+        memory_allocate_zeroed(patches->heap, topo->edge_count, sizeof(uint32_t));
+    if (!edge_counts) return TULLE_ERROR_OUT_OF_MEMORY;
+    for (size_t i = 0; i < 3 * topo->triangle_count; i++) edge_counts[topo->triangle_edges[i]]++;
+    find_neighbours(patches, edge_counts);
+    memory_release(patches->heap, edge_counts, topo->edge_count * sizeof(uint32_t));
+    for (uint32_t s = 0; s < set->surface_count; s++) {
+        for (size_t i = set->surfaces[s].triangle_begin; i < set->surfaces[s].triangle_end; i++)
+            patches->triangle_surface[i] = s;
+    }
+    return TULLE_OK;
+}
+
+tulle_status kept_patches_create(memory *heap, const surface_set *set, kept_patches **result) {
+    kept_patches *const patches = memory_allocate_zeroed(heap, 1, sizeof *patches);
+    if (!patches) return TULLE_ERROR_OUT_OF_MEMORY;
+    size_t const count = set->topo->triangle_count;
+    patches->heap = heap;
+    patches->topo = set->topo;
+    patches->neighbours = memory_allocate_zeroed(heap, 3 * count, sizeof(uint32_t));
+    patches->triangle_surface = memory_allocate_zeroed(heap, count, sizeof(uint32_t));
+    patches->labels = memory_allocate_zeroed(heap, count, sizeof(uint32_t));
+    bool const has_arrays = patches->neighbours && patches->triangle_surface && patches->labels;
+    if (!has_arrays || prepare_topology(patches, set) != TULLE_OK) {
+        kept_patches_destroy(patches);
+        return TULLE_ERROR_OUT_OF_MEMORY;
+    }
+    *result = patches;
+    return TULLE_OK;
+}
+
+void kept_patches_destroy(kept_patches *patches) {
+    if (!patches) return;
+    memory *const heap = patches->heap;
+    size_t const triangle_bytes = patches->topo->triangle_count * sizeof(uint32_t);
+    size_t const vertex_bytes = patches->topo->vertex_count * sizeof(uint32_t);
+    memory_release(heap, patches->neighbours, 3 * triangle_bytes);
+    memory_release(heap, patches->triangle_surface, triangle_bytes);
+    memory_release(heap, patches->labels, triangle_bytes);
+    ARRAY_FREE(heap, &patches->patches);
+    ARRAY_FREE(heap, &patches->triangles);
+    ARRAY_FREE(heap, &patches->corners);
+    ARRAY_FREE(heap, &patches->vertices);
+    ARRAY_FREE(heap, &patches->points);
+    ARRAY_FREE(heap, &patches->loops);
+    ARRAY_FREE(heap, &patches->tasks);
+    ARRAY_FREE(heap, &patches->contour_scratch);
+    growth_scratch *const growth = &patches->growth;
+    memory_release(heap, growth->cones, patches->topo->triangle_count * sizeof(normal_cone));
+    memory_release(heap, growth->queue, triangle_bytes);
+    memory_release(heap, growth->local, vertex_bytes);
+    memory_release(heap, growth->stamps, vertex_bytes);
+    memory_release(heap, growth->next, vertex_bytes);
+    memory_release(heap, patches, sizeof *patches);
+}
+
+void drop_patches(kept_patches *patches) {
+    patches->patches.count = patches->triangles.count = patches->corners.count = 0;
+    patches->vertices.count = patches->points.count = patches->loops.count = 0;
+    patches->tasks.count = 0;
+    patches->has_tasks = false;
+    patches->schedule.dead_triangle_count = 0;
+    if (patches->topo->triangle_count > 0)
+        memset(patches->labels, 0, patches->topo->triangle_count * sizeof *patches->labels);
+}
+
+const uint32_t *kept_patches_get_labels(const kept_patches *patches) { return patches->labels; }
+uint32_t kept_patches_get_label_count(const kept_patches *patches) {
+    return (uint32_t)patches->patches.count;
+}
+
+/* ---- what they cover ---- */
+
+typedef struct cover {
+    uint64_t meeting; /* triangles of surfaces that may have patches */
+    uint64_t covered; /* in patches */
+    uint64_t useful;  /* in patches and not near their boundaries */
+} cover;
+
+static cover measure_cover(const kept_patches *patches, const surface_set *set) {
+    cover sum = {0, 0, 0};
+    for (uint32_t s = 0; s < set->surface_count; s++) {
+        const surface_range *const range = &set->surfaces[s];
+        if (surface_has_patches(set, s)) sum.meeting += range->triangle_end - range->triangle_begin;
+    }
+    for (size_t i = 0; i < patches->patches.count; i++) {
+        const kept_patch *const patch = &patches->patches.data[i];
+        uint64_t const rim = RIM_WIDTH * (uint64_t)patch->loop_count;
+        sum.covered += patch->triangle_count;
+        if (patch->triangle_count > rim) sum.useful += patch->triangle_count - rim;
+    }
+    return sum;
+}
+
+static void count_patches(const kept_patches *patches, patch_counts *counts) {
+    for (size_t i = 0; i < patches->patches.count; i++) {
+        const kept_patch *const patch = &patches->patches.data[i];
+        if (patch->triangle_count == 0) continue;
+        counts->patch_count++;
+        counts->triangle_count += patch->triangle_count;
+        counts->star_count += patch->verdict == PATCH_HOLDS_BY_STAR;
+        counts->contour_count += patch->verdict == PATCH_HOLDS_BY_SWEEP;
+    }
+}
+
+/* Lays all patches out anew, in the order of their labels, without gaps. */
+static tulle_status compact_patches(kept_patches *patches) {
+    if (patches->schedule.dead_triangle_count == 0) return TULLE_OK;
+    tulle_status status = reserve_growth(patches);
+    if (status != TULLE_OK) return status;
+    size_t kept = 0, at = 0;
+    for (size_t i = 0; i < patches->patches.count; i++) {
+        kept_patch const patch = patches->patches.data[i];
+        if (patch.triangle_count == 0) continue;
+        memcpy(patches->growth.queue + at, patches->triangles.data + patch.triangle_begin,
+               patch.triangle_count * sizeof(uint32_t));
+        at += patch.triangle_count;
+        patches->patches.data[kept++] = patch;
+    }
+    drop_patches(patches);
+    at = 0;
+    for (size_t i = 0; i < kept && status == TULLE_OK; i++) {
+        kept_patch const patch = patches->patches.data[i];
+        status = append_patch(patches, patches->growth.queue + at, patch.triangle_count, patch.axis,
+                              patch.loop_count > 0);
+        if (status == TULLE_OK) patches->patches.data[i].verdict = patch.verdict;
+        at += patch.triangle_count;
+    }
+    return status;
+}
+
+/* ---- the schedule ---- */
+
+static void spend_credit(patch_schedule *schedule, uint64_t triangles) {
+    schedule->credit -= triangles < schedule->credit ? triangles : schedule->credit;
+}
+
+static tulle_status mend_patches(kept_patches *patches, const growth_input *input,
+                                 patch_counts *counts) {
+    patch_schedule *const schedule = &patches->schedule;
+    for (uint32_t i = 0; i < patches->patches.count; i++) {
+        kept_patch const old = patches->patches.data[i];
+        if (old.triangle_count == 0) continue;
+        if (verdict_holds((patch_verdict)old.verdict)) {
+            counts->kept_count++;
+            continue;
+        }
+        uint64_t const cost = old.triangle_count / REPAIR_SHARE;
+        if (old.verdict != PATCH_LEFT && schedule->credit >= cost) {
+            spend_credit(schedule, cost);
+            tulle_status const status = repair_patch(patches, input, i, counts);
+            if (status != TULLE_OK) return status;
+        } else {
+            dissolve_patch(patches, i);
+        }
+        if (patches->patches.data[i].triangle_count > 0) {
+            counts->split_count++;
+        } else {
+            counts->dissolved_count++;
+        }
+    }
+    return TULLE_OK;
+}
+
+static tulle_status grow_isolated(kept_patches *patches, const growth_input *input,
+                                  patch_counts *counts, bool *has_grown) {
+    patch_schedule *const schedule = &patches->schedule;
+    cover const before = measure_cover(patches, input->set);
+    uint64_t const isolated = before.meeting > before.covered ? before.meeting - before.covered : 0;
+    if (isolated * ISOLATED_SHARE < before.meeting || isolated < input->minimum ||
+        schedule->call_count < schedule->regrow_at || schedule->credit < isolated)
+        return TULLE_OK;
+    *has_grown = true;
+    uint64_t const looked_at = counts->grown_triangle_count;
+    tulle_status const status = grow_kept_patches(patches, input, counts);
+    if (status != TULLE_OK) return status;
+    spend_credit(schedule, counts->grown_triangle_count - looked_at);
+    uint64_t const gain = measure_cover(patches, input->set).covered - before.covered;
+    bool const paid = gain * GAIN_SHARE >= isolated;
+    uint64_t const longer = 2 * schedule->regrow_wait;
+    schedule->regrow_wait = paid                       ? REGROW_WAIT_MIN
+                            : longer > REGROW_WAIT_MAX ? REGROW_WAIT_MAX
+                                                       : longer;
+    schedule->regrow_at = schedule->call_count + schedule->regrow_wait;
+    return TULLE_OK;
+}
+
+static tulle_status grow_first(kept_patches *patches, const growth_input *input,
+                               patch_counts *counts) {
+    patch_schedule *const schedule = &patches->schedule;
+    drop_patches(patches);
+    schedule->has_grown = 1;
+    schedule->is_off = 0;
+    schedule->regrow_wait = REGROW_WAIT_MIN;
+    schedule->regrow_at = schedule->call_count + REGROW_WAIT_MIN;
+    return grow_kept_patches(patches, input, counts);
+}
+
+/* After growth: lets all patches go where they cover little. */
+static void switch_off(kept_patches *patches, const surface_set *set) {
+    patch_schedule *const schedule = &patches->schedule;
+    cover const now = measure_cover(patches, set);
+    if (now.useful * 100 >= now.meeting * USEFUL_PERCENT) {
+        if (schedule->retry_wait > RETRY_WAIT_MIN && now.useful * 2 >= now.meeting)
+            schedule->retry_wait = RETRY_WAIT_MIN;
+        return;
+    }
+    drop_patches(patches);
+    schedule->is_off = 1;
+    schedule->retry_at = schedule->call_count + schedule->retry_wait;
+    schedule->retry_wait =
+        schedule->retry_wait < RETRY_WAIT_MAX / 2 ? 2 * schedule->retry_wait : RETRY_WAIT_MAX;
+}
+
+static bool rules_are_alike(const patch_rules *a, const patch_rules *b) {
+    return a->cone == b->cone && a->max_angle == b->max_angle &&
+           a->has_certificate == b->has_certificate && a->grows_anew == b->grows_anew;
+}
+
+static void reset_schedule(kept_patches *patches) {
+    patches->schedule = (patch_schedule){.retry_wait = RETRY_WAIT_MIN};
+}
+
+static tulle_status keep_patches(kept_patches *patches, const growth_input *input,
+                                 patch_counts *counts) {
+    patch_schedule *const schedule = &patches->schedule;
+    uint64_t const triangle_count = patches->topo->triangle_count;
+    schedule->call_count++;
+    schedule->credit += triangle_count / CREDIT_SHARE + 1;
+    if (schedule->credit > triangle_count || !schedule->has_grown)
+        schedule->credit = triangle_count;
+    if (schedule->is_off && schedule->call_count < schedule->retry_at) return TULLE_OK;
+    tulle_status status = TULLE_OK;
+    bool has_grown = !schedule->has_grown || schedule->is_off;
+    if (has_grown) {
+        status = grow_first(patches, input, counts);
+    } else {
+        status = prepare_checks(patches, input->threads);
+        if (status != TULLE_OK) return status;
+        check_patches(patches, input->set, input->x0, input->x1, input->rules, input->threads);
+        status = mend_patches(patches, input, counts);
+        if (status == TULLE_OK) status = grow_isolated(patches, input, counts, &has_grown);
+    }
+    if (status != TULLE_OK) return status;
+    if (input->rules->has_certificate && has_grown) switch_off(patches, input->set);
+    uint64_t const dead = schedule->dead_triangle_count;
+    if (dead > COMPACT_TRIANGLE_MIN && dead > measure_cover(patches, input->set).covered)
+        status = compact_patches(patches);
+    return status;
+}
+
+tulle_status update_patches(kept_patches *patches, const surface_set *set, const double *x0,
+                            const double *x1, const patch_rules *rules, int threads,
+                            patch_counts *counts) {
+    *counts = (patch_counts){0};
+    if (!rules_are_alike(&patches->rules, rules)) {
+        drop_patches(patches);
+        reset_schedule(patches);
+    }
+    patches->rules = *rules;
+    bool const keeps_small = !rules->has_certificate || rules->grows_anew;
+    growth_input const input = {set, x0, x1, rules, threads, keeps_small ? 1 : KEPT_MINIMUM};
+    tulle_status status = rules->grows_anew ? grow_first(patches, &input, counts)
+                                            : keep_patches(patches, &input, counts);
+    if (status == TULLE_OK) status = prepare_checks(patches, threads);
+    if (status != TULLE_OK) {
+        drop_patches(patches);
+        reset_schedule(patches);
+        *counts = (patch_counts){0};
+        return status;
+    }
+    count_patches(patches, counts);
+    return TULLE_OK;
+}
+
+bool patches_hold(const kept_patches *patches, const surface_set *set, const double *x0,
+                  const double *x1, const patch_rules *rules, int threads) {
+    /* Checks write to scratch and verdicts, which say nothing until the next check. */
+    kept_patches *const scratch = (kept_patches *)(uintptr_t)patches;
+    if (patches->patches.count == 0) return true;
+    if (!patches->has_tasks) return false;
+    int const worker_count = threads < patches->worker_count ? threads : patches->worker_count;
+    check_patches(scratch, set, x0, x1, rules, worker_count);
+    for (size_t i = 0; i < patches->patches.count; i++) {
+        const kept_patch *const patch = &patches->patches.data[i];
+        if (patch->triangle_count > 0 && !verdict_holds((patch_verdict)patch->verdict))
+            return false;
+    }
+    return true;
+}

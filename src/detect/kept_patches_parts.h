@@ -1,0 +1,131 @@
+/* detect/kept_patches_parts.h - what the files of kept patches share.
+ *
+ * A patch keeps its triangles in the order in which they joined, so every first part of that list
+ * is a disc too. It numbers its vertices in the order in which they came, so that the corners of
+ * its triangles and its boundary are small numbers and its projected vertices one dense array. */
+#ifndef TULLE_DETECT_KEPT_PATCHES_PARTS_H
+#define TULLE_DETECT_KEPT_PATCHES_PARTS_H
+
+#include "detect/certificate.h"
+#include "detect/kept_patches.h"
+#include "detect/planar_path.h"
+
+/* Instead of a neighbour: no triangle is there, or one that no disc may be continued to, because
+ * the edge has more than two triangles or both run along it the same way. */
+#define NEIGHBOUR_NONE UINT32_MAX
+#define NEIGHBOUR_BARRED (UINT32_MAX - 1)
+
+typedef enum patch_verdict {
+    PATCH_HOLDS_BY_STAR,
+    PATCH_HOLDS_BY_SWEEP,
+    PATCH_HOLDS_BY_CONE, /* without certificate */
+    PATCH_TURNED,        /* a triangle may turn away from the axis */
+    PATCH_CROSSED,       /* its boundary may touch itself */
+    PATCH_LEFT           /* its surface is absent, or does not meet itself any more */
+} patch_verdict;
+
+static inline bool verdict_holds(patch_verdict verdict) { return verdict <= PATCH_HOLDS_BY_CONE; }
+
+typedef struct kept_patch {
+    vec3 axis;
+    uint32_t triangle_begin, triangle_count; /* in `triangles`; count 0: the label is unused */
+    uint32_t vertex_begin, vertex_count;     /* in `vertices` */
+    uint32_t loop_begin, loop_count;         /* in `loops`; count 0 where no contour is needed */
+    uint32_t surface;
+    uint32_t verdict; /* patch_verdict of the last check */
+} kept_patch;
+
+/* A share of a check: of one large patch, or some small ones. */
+typedef enum check_kind { CHECK_PROJECTION, CHECK_CONTOUR, CHECK_TURNS, CHECK_WHOLE } check_kind;
+typedef struct check_task {
+    uint32_t kind;       /* check_kind */
+    uint32_t patch;      /* the first; the only one but with CHECK_WHOLE */
+    uint32_t begin, end; /* vertices, triangles or patches */
+    uint32_t verdict;    /* result */
+    double size;         /* result of CHECK_PROJECTION */
+} check_task;
+
+/* What decides when patches are grown; counts only, so that runs can be repeated. */
+typedef struct patch_schedule {
+    uint64_t call_count;
+    uint64_t regrow_at, regrow_wait; /* [calls] */
+    uint64_t retry_at, retry_wait;   /* [calls] while switched off */
+    uint64_t credit;                 /* triangles that repairs and growth may look at */
+    uint64_t dead_triangle_count;    /* in `triangles`, of labels not used any more */
+    uint32_t is_off, has_grown;
+} patch_schedule;
+
+/* Scratch of growth; one entry a triangle or a vertex. */
+typedef struct growth_scratch {
+    normal_cone *cones;      /* of triangles without patch; not valid: not to be used */
+    uint32_t *queue;         /* triangles in the order in which they joined */
+    uint32_t *local;         /* vertex: its number in the patch; where stamp is the present one */
+    uint32_t *stamps, stamp; /* stamps: of each vertex */
+    uint32_t *next;          /* by local number: the next vertex of the boundary */
+} growth_scratch;
+
+struct kept_patches {
+    memory *heap;
+    const topology *topo;
+    uint32_t *neighbours; /* 3 * triangle_count */
+    uint32_t *triangle_surface;
+    uint32_t *labels;
+    ARRAY(kept_patch) patches; /* label k: element k - 1 */
+    ARRAY(uint32_t) triangles;
+    ARRAY(uint32_t) corners; /* 3 * triangles: local numbers of vertices */
+    ARRAY(uint32_t) vertices;
+    ARRAY(planar_path) points; /* of vertices, of the last check */
+    ARRAY(uint32_t) loops;     /* local numbers of vertices, counterclockwise */
+    patch_rules rules;         /* of the last update */
+    patch_schedule schedule;
+    growth_scratch growth;
+    /* Of checks. */
+    ARRAY(check_task) tasks;
+    bool has_tasks; /* tasks fit the patches */
+    ARRAY(unsigned char) contour_scratch;
+    size_t scratch_stride; /* [bytes] a worker */
+    int worker_count;
+};
+
+/* A whole patch checked at once, by one thread. scratch: for a contour of the patch. */
+patch_verdict check_patch(kept_patches *patches, kept_patch *patch, const double *x0,
+                          const double *x1, const patch_rules *rules, void *scratch);
+/* [bytes] scratch of check_patch for a boundary of that many vertices. */
+size_t check_scratch_size(size_t loop_count);
+/* Projects local vertices begin .. end - 1 of a patch, and returns their size. */
+double project_patch(kept_patches *patches, const kept_patch *patch, const double *x0,
+                     const double *x1, size_t begin, size_t end);
+
+/* Leaves no patches. */
+void drop_patches(kept_patches *patches);
+
+/* Prepares tasks and scratch after patches have changed. */
+tulle_status prepare_checks(kept_patches *patches, int threads);
+/* Checks all patches and fills their verdicts. */
+void check_patches(kept_patches *patches, const surface_set *set, const double *x0,
+                   const double *x1, const patch_rules *rules, int threads);
+bool surface_has_patches(const surface_set *set, uint32_t surface);
+
+/* One growth over all triangles without a label. */
+typedef struct growth_input {
+    const surface_set *set;
+    const double *x0, *x1;
+    const patch_rules *rules;
+    int threads;
+    size_t minimum; /* triangles of the smallest patch that is kept */
+} growth_input;
+tulle_status grow_kept_patches(kept_patches *patches, const growth_input *input,
+                               patch_counts *counts);
+/* Makes what is left of patch `index`, which has failed, a patch again, or dissolves it. */
+tulle_status repair_patch(kept_patches *patches, const growth_input *input, uint32_t index,
+                          patch_counts *counts);
+/* Its triangles become isolated. */
+void dissolve_patch(kept_patches *patches, uint32_t index);
+/* Allocates scratch of growth, when there is none. */
+tulle_status reserve_growth(kept_patches *patches);
+/* Appends a patch of triangles that are a disc in this order (any order without certificate);
+ * INVALID_ARGUMENT where they are none. */
+tulle_status append_patch(kept_patches *patches, const uint32_t *triangles, size_t count, vec3 axis,
+                          bool is_disc);
+
+#endif

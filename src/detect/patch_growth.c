@@ -1,0 +1,424 @@
+/* detect/patch_growth.c - grows patches, as discs where they shall be certified, and cuts those
+ * that fail; see kept_patches_parts.h.
+ *
+ * Growth is breadth-first over shared edges from the first triangle that has no patch. A triangle
+ * joins while one cone of at most max_angle holds all, and a disc stays a disc: either it shares
+ * one edge and its third corner is new, or it shares two edges, which then meet at a vertex of the
+ * boundary, and the third edge is not in the patch. The first glues a disc to a disc along an edge,
+ * the second along two edges in a row; so the patch stays a disc, each vertex is on its boundary at
+ * most once, and every first part of the list of triangles is a disc too.
+ *
+ * A patch that is not certified is cut: if triangles may turn away from the axis it is grown again
+ * about the same axis without them; if its boundary may cross itself, its first half, which is the
+ * nearer surroundings of its first triangle, is tried. What is left over may grow patches of its
+ * own. */
+#include "detect/kept_patches_parts.h"
+
+#include "base/parallel.h"
+
+enum {
+    CONE_CHUNK = 512, /* triangles; some 40 microseconds */
+    LOOKED_AT_MAX = 8 /* triangles that one growth looks at, over all triangles */
+};
+
+/* While a patch is grown again: may join. */
+#define LABEL_PASSED UINT32_MAX
+
+static const normal_cone no_cone = {{0.0, 0.0, 0.0}, -1.0};
+
+tulle_status reserve_growth(kept_patches *patches) {
+    growth_scratch *const growth = &patches->growth;
+    if (growth->next) return TULLE_OK;
+    size_t const triangle_count = patches->topo->triangle_count;
+    size_t const vertex_count = patches->topo->vertex_count;
+    memory *const heap = patches->heap;
+    if (!growth->cones)
+        growth->cones = memory_allocate_zeroed(heap, triangle_count, sizeof(normal_cone));
+    if (!growth->queue)
+        growth->queue = memory_allocate_zeroed(heap, triangle_count, sizeof(uint32_t));
+    if (!growth->local)
+        growth->local = memory_allocate_zeroed(heap, vertex_count, sizeof(uint32_t));
+    if (!growth->stamps)
+        growth->stamps = memory_allocate_zeroed(heap, vertex_count, sizeof(uint32_t));
+    if (!growth->cones || !growth->queue || !growth->local || !growth->stamps)
+        return TULLE_ERROR_OUT_OF_MEMORY;
+    growth->next = memory_allocate_zeroed(heap, vertex_count, sizeof(uint32_t));
+    return growth->next ? TULLE_OK : TULLE_ERROR_OUT_OF_MEMORY;
+}
+
+/* ---- what may join ---- */
+
+typedef struct join {
+    int shared_count;
+    size_t edge; /* the last shared one */
+    bool is_barred;
+} join;
+
+static join find_join(const kept_patches *patches, uint32_t triangle, uint32_t label) {
+    join result = {0, 0, false};
+    for (size_t k = 0; k < 3; k++) {
+        uint32_t const other = patches->neighbours[3 * (size_t)triangle + k];
+        if (other == NEIGHBOUR_BARRED) result.is_barred = true;
+        if (other >= NEIGHBOUR_BARRED || patches->labels[other] != label) continue;
+        result.shared_count++;
+        result.edge = k;
+    }
+    return result;
+}
+
+static bool is_in_patch(const growth_scratch *growth, uint32_t vertex) {
+    return growth->stamps[vertex] == growth->stamp;
+}
+
+/* Whether patch `label` with this triangle is a disc still. */
+static bool keeps_disc(const kept_patches *patches, uint32_t triangle, uint32_t label) {
+    join const with = find_join(patches, triangle, label);
+    if (with.shared_count == 2) return !with.is_barred;
+    if (with.shared_count != 1) return false;
+    uint32_t const opposite = patches->topo->triangles[3 * (size_t)triangle + (with.edge + 2) % 3];
+    return !is_in_patch(&patches->growth, opposite);
+}
+
+static void start_patch(kept_patches *patches) {
+    growth_scratch *const growth = &patches->growth;
+    if (growth->stamp == UINT32_MAX) {
+        for (size_t i = 0; i < patches->topo->vertex_count; i++) growth->stamps[i] = 0;
+        growth->stamp = 0;
+    }
+    growth->stamp++;
+}
+
+static void take_in(kept_patches *patches, uint32_t triangle, uint32_t label) {
+    patches->labels[triangle] = label;
+    for (size_t k = 0; k < 3; k++)
+        patches->growth.stamps[patches->topo->triangles[3 * (size_t)triangle + k]] =
+            patches->growth.stamp;
+}
+
+static bool is_free(const kept_patches *patches, uint32_t triangle) {
+    return patches->labels[triangle] == PATCH_ISOLATED &&
+           normal_cone_is_valid(patches->growth.cones[triangle]);
+}
+
+/* Fills the queue, and returns how many joined. */
+static size_t spread_by_cone(kept_patches *patches, const patch_rules *rules, uint32_t seed,
+                             uint32_t label, normal_cone *cone) {
+    growth_scratch *const growth = &patches->growth;
+    size_t joined = 0;
+    *cone = growth->cones[seed];
+    start_patch(patches);
+    take_in(patches, seed, label);
+    growth->queue[joined++] = seed;
+    for (size_t next = 0; next < joined; next++) {
+        for (size_t k = 0; k < 3; k++) {
+            uint32_t const other = patches->neighbours[3 * (size_t)growth->queue[next] + k];
+            if (other >= NEIGHBOUR_BARRED || !is_free(patches, other)) continue;
+            if (rules->has_certificate && !keeps_disc(patches, other, label)) continue;
+            if (!normal_cone_merge(cone, &growth->cones[other], rules->max_angle, cone)) continue;
+            take_in(patches, other, label);
+            growth->queue[joined++] = other;
+        }
+    }
+    return joined;
+}
+
+/* The same among triangles with LABEL_PASSED. */
+static size_t spread_among_passed(kept_patches *patches, uint32_t seed, uint32_t label) {
+    growth_scratch *const growth = &patches->growth;
+    size_t joined = 0;
+    start_patch(patches);
+    take_in(patches, seed, label);
+    growth->queue[joined++] = seed;
+    for (size_t next = 0; next < joined; next++) {
+        for (size_t k = 0; k < 3; k++) {
+            uint32_t const other = patches->neighbours[3 * (size_t)growth->queue[next] + k];
+            if (other >= NEIGHBOUR_BARRED || patches->labels[other] != LABEL_PASSED ||
+                !keeps_disc(patches, other, label))
+                continue;
+            take_in(patches, other, label);
+            growth->queue[joined++] = other;
+        }
+    }
+    return joined;
+}
+
+/* ---- one patch in arrays ---- */
+
+/* Numbers the vertices of the first `count` triangles of `list` and writes list, corners, vertices
+ * and room for points behind all patches. */
+static tulle_status stage_patch(kept_patches *patches, const uint32_t *list, size_t count,
+                                kept_patch *patch) {
+    memory *const heap = patches->heap;
+    if (!ARRAY_RESERVE(heap, &patches->triangles, count) ||
+        !ARRAY_RESERVE(heap, &patches->corners, 3 * count))
+        return TULLE_ERROR_OUT_OF_MEMORY;
+    growth_scratch *const growth = &patches->growth;
+    uint32_t *const corners = patches->corners.data + patches->corners.count;
+    uint32_t vertex_count = 0;
+    start_patch(patches);
+    for (size_t i = 0; i < count; i++) {
+        for (size_t k = 0; k < 3; k++) {
+            uint32_t const vertex = patches->topo->triangles[3 * (size_t)list[i] + k];
+            if (!is_in_patch(growth, vertex)) {
+                growth->stamps[vertex] = growth->stamp;
+                growth->local[vertex] = vertex_count++;
+            }
+            corners[3 * i + k] = growth->local[vertex];
+        }
+    }
+    if (!ARRAY_RESERVE(heap, &patches->vertices, vertex_count) ||
+        !array_reserve(heap, (void **)&patches->points.data, &patches->points.capacity,
+                       patches->vertices.count, patches->vertices.count + vertex_count,
+                       sizeof *patches->points.data))
+        return TULLE_ERROR_OUT_OF_MEMORY;
+    uint32_t *const vertices = patches->vertices.data + patches->vertices.count;
+    for (size_t i = 0; i < count; i++) {
+        patches->triangles.data[patches->triangles.count + i] = list[i];
+        for (size_t k = 0; k < 3; k++)
+            vertices[corners[3 * i + k]] = patches->topo->triangles[3 * (size_t)list[i] + k];
+    }
+    patch->triangle_begin = (uint32_t)patches->triangles.count;
+    patch->triangle_count = (uint32_t)count;
+    patch->vertex_begin = (uint32_t)patches->vertices.count;
+    patch->vertex_count = vertex_count;
+    patch->surface = patches->triangle_surface[list[0]];
+    return TULLE_OK;
+}
+
+/* Writes the boundary of a staged patch, whose triangles bear its label, behind all loops.
+ * *is_one is false when it is not one loop through each of its vertices once. */
+static tulle_status stage_loop(kept_patches *patches, kept_patch *patch, uint32_t label,
+                               bool *is_one) {
+    uint32_t *const next = patches->growth.next;
+    const uint32_t *const corners = patches->corners.data + 3 * (size_t)patch->triangle_begin;
+    uint32_t edge_count = 0, first = TULLE_NONE;
+    for (size_t i = 0; i < patch->triangle_count; i++) {
+        uint32_t const triangle = patches->triangles.data[patch->triangle_begin + i];
+        for (size_t k = 0; k < 3; k++) {
+            uint32_t const other = patches->neighbours[3 * (size_t)triangle + k];
+            if (other < NEIGHBOUR_BARRED && patches->labels[other] == label) continue;
+            next[corners[3 * i + k]] = corners[3 * i + (k + 1) % 3];
+            if (corners[3 * i + k] < first) first = corners[3 * i + k];
+            edge_count++;
+        }
+    }
+    if (!ARRAY_RESERVE(patches->heap, &patches->loops, edge_count))
+        return TULLE_ERROR_OUT_OF_MEMORY;
+    uint32_t *const loop = patches->loops.data + patches->loops.count;
+    uint32_t count = 0;
+    if (first != TULLE_NONE) {
+        uint32_t at = first;
+        do {
+            loop[count++] = at;
+            at = next[at];
+        } while (at != first && count < edge_count);
+        *is_one = at == first && count == edge_count;
+    } else {
+        *is_one = false;
+    }
+    patch->loop_begin = (uint32_t)patches->loops.count;
+    patch->loop_count = count;
+    return TULLE_OK;
+}
+
+static void commit_patch(kept_patches *patches, const kept_patch *patch, uint32_t label) {
+    patches->triangles.count += patch->triangle_count;
+    patches->corners.count += 3 * (size_t)patch->triangle_count;
+    patches->vertices.count += patch->vertex_count;
+    patches->points.count = patches->vertices.count;
+    patches->loops.count += patch->loop_count;
+    patches->patches.data[label - 1] = *patch;
+    patches->has_tasks = false;
+}
+
+static tulle_status reserve_scratch(kept_patches *patches, size_t byte_count) {
+    patches->contour_scratch.count = 0;
+    return ARRAY_RESERVE(patches->heap, &patches->contour_scratch, byte_count)
+               ? TULLE_OK
+               : TULLE_ERROR_OUT_OF_MEMORY;
+}
+
+/* ---- certified, or cut ---- */
+
+static void relabel(kept_patches *patches, const uint32_t *list, size_t begin, size_t end,
+                    uint32_t label) {
+    for (size_t i = begin; i < end; i++) patches->labels[list[i]] = label;
+}
+
+/* Triangles that may not be tried again in this growth. */
+static void give_up(kept_patches *patches, const uint32_t *list, size_t count) {
+    for (size_t i = 0; i < count; i++) {
+        patches->labels[list[i]] = PATCH_ISOLATED;
+        patches->growth.cones[list[i]] = no_cone;
+    }
+}
+
+/* Grows the staged patch again without the triangles that may turn. Returns how many joined. */
+static size_t leave_out_turned(kept_patches *patches, const kept_patch *patch, double reach,
+                               uint32_t label) {
+    const planar_path *const points = patches->points.data + patch->vertex_begin;
+    const uint32_t *const corners = patches->corners.data + 3 * (size_t)patch->triangle_begin;
+    const uint32_t *const list = patches->triangles.data + patch->triangle_begin;
+    uint32_t seed = TULLE_NONE;
+    for (size_t i = 0; i < patch->triangle_count; i++) {
+        const uint32_t *const corner = corners + 3 * i;
+        bool const passes = reach > 0.0 && find_turn_sign(&points[corner[0]], &points[corner[1]],
+                                                          &points[corner[2]], reach) == 1;
+        patches->labels[list[i]] = passes ? LABEL_PASSED : PATCH_ISOLATED;
+        if (!passes) patches->growth.cones[list[i]] = no_cone;
+        if (passes && seed == TULLE_NONE) seed = list[i];
+    }
+    size_t const joined = seed == TULLE_NONE ? 0 : spread_among_passed(patches, seed, label);
+    for (size_t i = 0; i < patch->triangle_count; i++) {
+        if (patches->labels[list[i]] == LABEL_PASSED) patches->labels[list[i]] = PATCH_ISOLATED;
+    }
+    return joined;
+}
+
+/* Makes the first `count` triangles of the queue, which bear the label, the patch of that label, or
+ * gives them up. *left: triangles of the patch; 0 without one. */
+static tulle_status settle_patch(kept_patches *patches, const growth_input *input, size_t count,
+                                 kept_patch *patch, uint32_t label) {
+    uint32_t *const list = patches->growth.queue;
+    const patch_rules *const rules = input->rules;
+    bool was_regrown = false;
+    patch->loop_begin = (uint32_t)patches->loops.count, patch->loop_count = 0;
+    while (count >= input->minimum && count > 0) {
+        tulle_status status = stage_patch(patches, list, count, patch);
+        if (status != TULLE_OK) return status;
+        bool is_one = true;
+        if (rules->has_certificate) status = stage_loop(patches, patch, label, &is_one);
+        if (status == TULLE_OK)
+            status = reserve_scratch(patches, check_scratch_size(patch->loop_count));
+        if (status != TULLE_OK) return status;
+        patch->verdict = is_one ? check_patch(patches, patch, input->x0, input->x1, rules,
+                                              patches->contour_scratch.data)
+                                : PATCH_CROSSED;
+        if (verdict_holds(patch->verdict)) {
+            commit_patch(patches, patch, label);
+            return TULLE_OK;
+        }
+        if (patch->verdict == PATCH_TURNED) {
+            if (was_regrown || !rules->has_certificate) break;
+            was_regrown = true;
+            double const size =
+                project_patch(patches, patch, input->x0, input->x1, 0, patch->vertex_count);
+            count = leave_out_turned(patches, patch, find_planar_reach(rules->reach, size), label);
+        } else {
+            if (count / 2 < input->minimum) break;
+            relabel(patches, list, count / 2, count, PATCH_ISOLATED);
+            count /= 2;
+        }
+    }
+    give_up(patches, list, count);
+    patch->triangle_count = 0;
+    patches->patches.data[label - 1] = *patch;
+    return TULLE_OK;
+}
+
+/* ---- growth of all ---- */
+
+typedef struct cone_run {
+    kept_patches *patches;
+    const growth_input *input;
+} cone_run;
+
+static void find_cones(void *context, size_t begin, size_t end, size_t chunk, int worker) {
+    (void)chunk, (void)worker;
+    const cone_run *const run = context;
+    kept_patches *const patches = run->patches;
+    for (size_t i = begin; i < end; i++) {
+        normal_cone *const cone = &patches->growth.cones[i];
+        *cone = no_cone;
+        if (patches->labels[i] != PATCH_ISOLATED ||
+            !surface_has_patches(run->input->set, patches->triangle_surface[i]))
+            continue;
+        const uint32_t *const corners = patches->topo->triangles + 3 * i;
+        vec3 start[3], finish[3];
+        for (int k = 0; k < 3; k++) {
+            start[k] = vec3_load(run->input->x0, corners[k]);
+            finish[k] = vec3_load(run->input->x1, corners[k]);
+        }
+        *cone = normal_cone_of_triangle_by(run->input->rules->cone, start, finish);
+        if (cone->half_angle > run->input->rules->max_angle) *cone = no_cone;
+    }
+}
+
+tulle_status grow_kept_patches(kept_patches *patches, const growth_input *input,
+                               patch_counts *counts) {
+    tulle_status status = reserve_growth(patches);
+    if (status != TULLE_OK) return status;
+    size_t const triangle_count = patches->topo->triangle_count;
+    cone_run run = {patches, input};
+    parallel_for(triangle_count, CONE_CHUNK, input->threads, find_cones, &run);
+    uint64_t looked_at = 0;
+    for (uint32_t seed = 0; seed < triangle_count;) {
+        if (!is_free(patches, seed) || looked_at > LOOKED_AT_MAX * (uint64_t)triangle_count) {
+            seed++;
+            continue;
+        }
+        if (!ARRAY_RESERVE(patches->heap, &patches->patches, 1)) return TULLE_ERROR_OUT_OF_MEMORY;
+        uint32_t const label = (uint32_t)(patches->patches.count + 1);
+        normal_cone cone;
+        size_t const joined = spread_by_cone(patches, input->rules, seed, label, &cone);
+        looked_at += joined;
+        kept_patch patch = {.axis = cone.axis};
+        status = settle_patch(patches, input, joined, &patch, label);
+        if (status != TULLE_OK) return status;
+        if (patch.triangle_count > 0) patches->patches.count++;
+    }
+    counts->grown_triangle_count += looked_at;
+    return TULLE_OK;
+}
+
+void dissolve_patch(kept_patches *patches, uint32_t index) {
+    kept_patch *const patch = &patches->patches.data[index];
+    relabel(patches, patches->triangles.data + patch->triangle_begin, 0, patch->triangle_count,
+            PATCH_ISOLATED);
+    patches->schedule.dead_triangle_count += patch->triangle_count;
+    patch->triangle_count = 0;
+    patches->has_tasks = false;
+}
+
+tulle_status repair_patch(kept_patches *patches, const growth_input *input, uint32_t index,
+                          patch_counts *counts) {
+    tulle_status const status = reserve_growth(patches);
+    if (status != TULLE_OK) return status;
+    kept_patch const old = patches->patches.data[index];
+    uint32_t *const queue = patches->growth.queue;
+    for (size_t i = 0; i < old.triangle_count; i++)
+        queue[i] = patches->triangles.data[old.triangle_begin + i];
+    dissolve_patch(patches, index);
+    relabel(patches, queue, 0, old.triangle_count, index + 1);
+    counts->grown_triangle_count += old.triangle_count;
+    kept_patch patch = {.axis = old.axis};
+    return settle_patch(patches, input, old.triangle_count, &patch, index + 1);
+}
+
+tulle_status append_patch(kept_patches *patches, const uint32_t *triangles, size_t count, vec3 axis,
+                          bool is_disc) {
+    tulle_status status = reserve_growth(patches);
+    if (status == TULLE_OK && !ARRAY_RESERVE(patches->heap, &patches->patches, 1))
+        status = TULLE_ERROR_OUT_OF_MEMORY;
+    if (status != TULLE_OK) return status;
+    uint32_t const label = (uint32_t)(patches->patches.count + 1);
+    kept_patch patch = {.axis = axis, .loop_begin = (uint32_t)patches->loops.count};
+    start_patch(patches);
+    bool is_good = true;
+    for (size_t i = 0; i < count && is_good; i++) {
+        is_good = patches->labels[triangles[i]] == PATCH_ISOLATED &&
+                  (!is_disc || i == 0 || keeps_disc(patches, triangles[i], label));
+        if (is_good) take_in(patches, triangles[i], label);
+    }
+    if (!is_good) return TULLE_ERROR_INVALID_ARGUMENT;
+    if (count > 0) status = stage_patch(patches, triangles, count, &patch);
+    if (status == TULLE_OK && is_disc && count > 0) {
+        bool is_one = false;
+        status = stage_loop(patches, &patch, label, &is_one);
+        if (status == TULLE_OK && !is_one) status = TULLE_ERROR_INVALID_ARGUMENT;
+    }
+    if (status != TULLE_OK) return status;
+    patches->patches.count++;
+    commit_patch(patches, &patch, label);
+    return TULLE_OK;
+}
