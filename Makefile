@@ -11,7 +11,7 @@ CTEST := ctest --output-on-failure -j $(JOBS)
 CHECK_PACKAGES := TULLE_NO_INSTALL=1 sh tools/install_packages.sh
 INSTALL_PACKAGES := sh tools/install_packages.sh
 
-.PHONY: all demo pictures test test-long test-asan test-tsan coverage install format check-format layers sizes clean help
+.PHONY: all demo pictures test test-long test-asan test-tsan coverage bench-detect install format check-format layers sizes clean help
 .NOTPARALLEL:
 
 # The program at build/release/tulle, libtulle.so and libtulle.a beside it.
@@ -74,6 +74,13 @@ coverage:
 	@if command -v gcovr >/dev/null; then gcovr --root . --filter src/ build/coverage; \
 	else echo "gcovr is missing: apt-get install gcovr"; fi
 
+# The tables of docs/detect_benchmarks.md: makes the inputs once (half an hour), then measures.
+bench-detect:
+	@$(INSTALL_PACKAGES) build test
+	@$(MAKE) --no-print-directory build-tests
+	@sh bench/make_inputs.sh $(BUILD)/tulle build/bench_inputs
+	@$(BUILD)/bench/bench_detect --paper --csv build/bench_detect.csv
+
 install: all
 	@cmake --install $(BUILD) --prefix $(PREFIX)
 
@@ -100,6 +107,7 @@ help:
 	@echo "make test-long    all tests, the whole scenes too"
 	@echo "make test-asan    the quick tests under the address and undefined-behaviour sanitizers"
 	@echo "make test-tsan    the quick tests under the thread sanitizer"
+	@echo "make bench-detect tables of the detector's speed (makes its inputs once: half an hour)"
 	@echo "make coverage     lines that the quick tests run"
 	@echo "make install      to PREFIX (default /usr/local)"
 	@echo "make format       lay out the code; check-format, layers, sizes: check the rules of the house"
