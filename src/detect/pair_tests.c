@@ -58,7 +58,7 @@ static void filter_chunk(void *context, size_t begin, size_t end, size_t chunk, 
         feature_pair const pair = candidate_at(test->input->pairs, i, &kind);
         moving_pair const paths = load_paths(test->input, kind, pair);
         double const separation = find_separation(test->input, kind, pair, &paths);
-        if (separation == 0.0 && pair_cannot_cross(&paths)) continue;
+        if (separation == 0.0 && pair_cannot_cross(kind, &paths)) continue;
         if (pair_stays_apart(kind, &paths, separation)) continue;
         test->survivors[begin + count++] = (uint32_t)i;
     }

@@ -18,32 +18,7 @@
  * minimum separation). Departure: the directional step above, and bounds with rounding. */
 #include "detect/time_of_impact.h"
 
-#include <float.h>
-
-/* Half a unit in the last place of 1: the relative error of one rounding. */
-#define ROUNDING 0x1.0p-53
-/* A dot product of rounded differences takes 1 + 1 + 2 roundings a term; two more for the bound. */
-#define DOT_ERROR (8.0 * ROUNDING)
-/* Covers the length of a normalised direction and the product with it. */
-#define SEPARATION_FACTOR (1.0 + 16.0 * ROUNDING)
-/* Covers the quotient that gives a closing time. */
-#define CLOSING_ERROR (8.0 * ROUNDING)
-/* Underflow of scaled products; scaled differences are about 1, so this is far below rounding. */
-#define UNDERFLOW_ERROR DBL_MIN
-/* Squares above this lose nothing to underflow. */
-#define LEAST_NORM2 1e-280
-
-/* Part of the way to the first closing that one step takes; what is left keeps the next direction
- * well defined. */
-#define ADVANCE_FACTOR 0.9
-/* Advancement stops as a hit within this part of the separation above it ... */
-#define HIT_PART_OF_SEPARATION 0.05
-/* ... or of the initial excess over the separation, whichever is larger ... */
-#define HIT_PART_OF_START 1e-3
-/* ... but never before nine tenths of the initial excess are used up, so that motion goes on. */
-#define HIT_PART_OF_START_MOST 0.1
-/* Rounds of advancement; sliding edges take some tens. */
-enum { MAX_ADVANCES = 200 };
+#include "detect/impact_bounds.h"
 
 /* The corner differences a_i - b_j, scaled, at both ends of the step. */
 typedef struct gap_corners {
@@ -72,7 +47,7 @@ static void scale_corners(gap_corners *corners, double separation) {
             corners->is_finite && all_finite(corners->start[k]) && all_finite(corners->end[k]);
     }
     corners->scale = 1.0;
-    if (corners->is_finite && (most > 0x1.0p64 || (most < 0x1.0p-64 && most > 0.0))) {
+    if (corners->is_finite && (most > MOST_UNSCALED || (most < LEAST_UNSCALED && most > 0.0))) {
         int exponent;
         frexp(most, &exponent);
         if (exponent < -1000) exponent = -1000;
@@ -186,7 +161,8 @@ static toi_result make_result(toi_state state, double lower_bound, closest_point
 
 /* The excess over the separation at which advancement stops. */
 static double find_hit_tolerance(double excess, double separation) {
-    double const least = fmax(HIT_PART_OF_SEPARATION * separation, HIT_PART_OF_START * excess);
+    double const part = separation > 0.0 ? HIT_PART_OF_START : HIT_PART_OF_START_TOUCHING;
+    double const least = fmax(HIT_PART_OF_SEPARATION * separation, part * excess);
     return fmin(least, HIT_PART_OF_START_MOST * excess);
 }
 

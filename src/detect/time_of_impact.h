@@ -35,7 +35,7 @@ bool pair_stays_apart(feature_kind kind, const moving_pair *pair, double separat
 
 /* True when the coplanarity cubic has no root by Bernstein signs with an error bound: the pair
  * cannot cross (proves nothing about a separation > 0). */
-bool pair_cannot_cross(const moving_pair *pair);
+bool pair_cannot_cross(feature_kind kind, const moving_pair *pair);
 
 /* Conservative advancement from t = 0. separation >= 0 [m]. */
 toi_result time_of_impact(feature_kind kind, const moving_pair *pair, double separation);

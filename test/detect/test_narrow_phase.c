@@ -166,7 +166,7 @@ static void check_events(const sheets *of, const narrow_phase_input *input,
             }
             bool const same = v[0] / (VERTEX_COUNT / 2) == v[2] / (VERTEX_COUNT / 2);
             double const separation = input->separations[input->vertex_surface && !same];
-            if ((separation == 0.0 && pair_cannot_cross(&paths)) ||
+            if ((separation == 0.0 && pair_cannot_cross((feature_kind)kind, &paths)) ||
                 pair_stays_apart((feature_kind)kind, &paths, separation)) {
                 filtered_count++;
                 continue;

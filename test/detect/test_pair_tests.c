@@ -110,7 +110,7 @@ static void check_events(const sheets *of, const pair_test_input *input, const e
             } else if (result.state != TOI_SEPARATED) {
                 /* Only the filters, which prove more, may take it out. */
                 assert_true(pair_stays_apart((feature_kind)kind, &paths, separation) ||
-                            (separation == 0.0 && pair_cannot_cross(&paths)));
+                            (separation == 0.0 && pair_cannot_cross((feature_kind)kind, &paths)));
             }
         }
     }

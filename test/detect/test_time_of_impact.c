@@ -64,7 +64,7 @@ typedef struct query_counts {
 static void check_touching(feature_kind kind, const moving_pair *pair, query_counts *counts) {
     bool const touches = exact_pair_touches(kind, pair, 1.0);
     toi_result const result = time_of_impact(kind, pair, 0.0);
-    bool const is_filtered = pair_cannot_cross(pair) || pair_stays_apart(kind, pair, 0.0);
+    bool const is_filtered = pair_cannot_cross(kind, pair) || pair_stays_apart(kind, pair, 0.0);
     if (touches) {
         assert_int_not_equal(result.state, TOI_SEPARATED);
         assert_false(is_filtered);
@@ -218,7 +218,7 @@ static void values_that_are_not_finite_are_never_separated(void **state) {
         point->y = bad[i / 16 % 3];
         assert_int_equal(time_of_impact(kind, &pair, 1e-4).state, TOI_TOUCHING_AT_START);
         assert_false(pair_stays_apart(kind, &pair, 1e-4));
-        assert_false(pair_cannot_cross(&pair));
+        assert_false(pair_cannot_cross(kind, &pair));
     }
     moving_pair pair = make_query(QUERY_UNIFORM, FEATURE_EDGE_EDGE, &seed);
     pair.start[0].x = bad[3];
