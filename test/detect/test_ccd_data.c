@@ -1,7 +1,8 @@
 /* Published queries with their symbolic truth: the unit tests and spikes of the CCD data set of
  * Wang, Ferguson, Schneider, Jiang, Attene, Panozzo, A Large-Scale Benchmark and an Inclusion-Based
  * Algorithm for Continuous Collision Detection, 2021, and one frame of its cloth scene. The exact
- * oracle agrees with each truth; no true collision is called separated; bounds are safe.
+ * oracle agrees with each truth; no true collision is called separated; bounds are safe; under 5 %
+ * of the cloth's queries are false alarms.
  * Reads TULLE_DATA_DIR; exit code 77 without it. */
 #include "detect/time_of_impact.h"
 #include "support/exact_ccd.h"
@@ -142,6 +143,7 @@ static void cloth_frame_is_decided(void **state) {
     static const char *const names[2][2] = {
         {"cloth-funnel/queries/227vf.csv", "cloth-funnel/mma_bool/227vf_mma_bool.json"},
         {"cloth-funnel/queries/227ee.csv", "cloth-funnel/mma_bool/227ee_mma_bool.json"}};
+    int passed = 0, false_alarms = 0;
     for (int kind = 0; kind < 2; kind++) {
         FILE *const queries = open_data(names[kind][0]), *const truths = open_data(names[kind][1]);
         data_counts counts = {0};
@@ -157,7 +159,12 @@ static void cloth_frame_is_decided(void **state) {
         fclose(queries);
         fclose(truths);
         print_counts(names[kind][0], &counts);
+        passed += counts.total - counts.filtered;
+        false_alarms += counts.false_alarms;
     }
+    print_message("false alarms: %d of %d that pass the filters, %.2f %%\n", false_alarms, passed,
+                  100.0 * false_alarms / passed);
+    assert_true(false_alarms < 0.05 * passed);
 }
 
 int main(void) {
