@@ -4,7 +4,7 @@
  * as doubles get. */
 #define _XOPEN_SOURCE 700
 #include "app/detect_passes.h"
-#include "app/detect_report.h"
+#include "base/hash.h"
 #include "io/failing_heap.h"
 #include "io/io_support.h"
 
@@ -212,6 +212,62 @@ static void every_flipped_bit(void **state) {
     }
 }
 
+/* Overwrites, removes or repeats a stretch of the file, or puts a word into it that is hard on
+ * readers. */
+static void damage(sample *of, uint64_t *seed) {
+    static const char *const words[] = {"-1",
+                                        "1e308",
+                                        "-1e308",
+                                        "4e-324",
+                                        "nan",
+                                        "4294967295",
+                                        "0",
+                                        "2147483648",
+                                        "\n",
+                                        "\r",
+                                        " ",
+                                        "\\\n",
+                                        "\x7f\xef\xff\xff",
+                                        "\xff\xff\x7f\x7f",
+                                        "\x7f\x7f\xff\xff"};
+    size_t const at = (size_t)(random_uniform(seed) * (double)of->size);
+    size_t length = 1 + (size_t)(random_uniform(seed) * 24.0);
+    if (length > of->size - at) length = of->size - at;
+    const char *const word = words[(size_t)(random_uniform(seed) * 15.0)];
+    switch ((int)(random_uniform(seed) * 4.0)) {
+    case 0:
+        for (size_t i = 0; i < length; i++) of->bytes[at + i] = (char)random_next(seed);
+        break;
+    case 1:
+        memmove(of->bytes + at, of->bytes + at + length, of->size - at - length);
+        of->size -= length;
+        break;
+    case 2:
+        if (of->size + length > SAMPLE_MAX) break;
+        memmove(of->bytes + at + length, of->bytes + at, of->size - at);
+        of->size += length;
+        break;
+    default:
+        for (size_t i = 0; word[i] && at + i < of->size; i++) of->bytes[at + i] = word[i];
+    }
+}
+
+/* Several kinds of damage at once; as many rounds as TULLE_TEST_LONG asks for. */
+static void random_damage(void **state) {
+    (void)state;
+    int const rounds = getenv("TULLE_TEST_LONG") ? 300000 : 4000;
+    uint64_t seed = 11;
+    for (int round = 0; round < rounds; round++) {
+        const sample_pair *const whole = &samples[round % SAMPLE_COUNT];
+        sample damaged[2] = {whole->states[0], whole->states[1]};
+        for (int end = 0; end < 2; end++)
+            for (double more = 0.0; more < 0.6 && damaged[end].size > 1;
+                 more = random_uniform(&seed))
+                damage(&damaged[end], &seed);
+        try_damaged(whole, damaged, 1 + (int)(random_uniform(&seed) * 3.0));
+    }
+}
+
 static void every_failing_allocation(void **state) {
     (void)state;
     if (!HAS_OWN_HEAP) skip();
@@ -239,9 +295,8 @@ static void every_failing_allocation(void **state) {
 
 int main(void) {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(whole_files_are_searched),
-        cmocka_unit_test(every_truncation),
-        cmocka_unit_test(every_flipped_bit),
+        cmocka_unit_test(whole_files_are_searched), cmocka_unit_test(every_truncation),
+        cmocka_unit_test(every_flipped_bit),        cmocka_unit_test(random_damage),
         cmocka_unit_test(every_failing_allocation),
     };
     return cmocka_run_group_tests(tests, make_samples, remove_test_folder);

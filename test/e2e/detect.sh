@@ -136,6 +136,13 @@ without_times out | cmp -s - expected || fault "a mixture of files gives other e
 for state in 0 1; do "$TULLE" convert sheets_$state.obj sheets_$state.vtp >/dev/null || fault "convert to VTP"; done
 detect sheets_0.vtp sheets_1.vtp --json --list
 without_times out | cmp -s - expected || fault "VTP gives other events"
+detect fine_0.obj fine_1.obj --json --list
+without_times out | cmp -s - expected && fault "rounding coordinates to float changes no time"
+without_times out >expected
+for order in ascii binary_little_endian binary_big_endian; do
+    detect fine_0_double_$order.ply fine_1_double_$order.ply --json --list
+    without_times out | cmp -s - expected || fault "$order loses bits of doubles"
+done
 cp drop_0.obj $'a "quoted" \\ \x01 \xc3\xa4 \xff name.obj'
 detect $'a "quoted" \\ \x01 \xc3\xa4 \xff name.obj' drop_1.obj --json
 values start='"a \"quoted\" \\ \u0001 \u00e4 \ufffd name.obj"'

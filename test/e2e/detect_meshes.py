@@ -1,6 +1,7 @@
 #!/usr/bin/env python3
 """Writes the meshes of detect.sh into the current folder: small ones with known events as OBJ, and two states of two waving
-sheets that go through each other, in every variety of PLY."""
+sheets that go through each other, in every variety of PLY: sheets_* have coordinates that floats hold, fine_* such that only
+doubles hold."""
 import math
 import struct
 
@@ -59,8 +60,8 @@ def as_float(value):
     return struct.unpack("<f", struct.pack("<f", value))[0]
 
 
-def make_sheets(time):
-    """Two sheets, the upper one waving down through the lower one; coordinates that floats hold."""
+def make_sheets(time, narrow):
+    """Two sheets, the upper one waving down through the lower one; narrow rounds a coordinate."""
     points, triangles = [], []
     for sheet in range(2):
         first = len(points)
@@ -68,7 +69,7 @@ def make_sheets(time):
             for column in range(SIDE):
                 x, y = row / SIDE + 0.013 * sheet, column / SIDE + 0.007 * sheet
                 height = 0.02 * math.sin(7 * x + 3 * time) * math.cos(6 * y)
-                points.append(tuple(map(as_float, (x, y, height + sheet * (0.05 - 0.06 * time)))))
+                points.append(tuple(map(narrow, (x, y, height + sheet * (0.05 - 0.06 * time)))))
         for row in range(SIDE - 1):
             for column in range(SIDE - 1):
                 a = first + row * SIDE + column
@@ -81,7 +82,11 @@ def main():
         write_obj(f"{name}_0.obj", start, triangles)
         write_obj(f"{name}_1.obj", end, triangles)
     for state in (0, 1):
-        points, triangles = make_sheets(state)
+        points, triangles = make_sheets(state, float)
+        write_obj(f"fine_{state}.obj", points, triangles)
+        for order in ORDERS:
+            write_ply(f"fine_{state}_double_{order}.ply", points, triangles, "double", order)
+        points, triangles = make_sheets(state, as_float)
         write_obj(f"sheets_{state}.obj", points, triangles)
         for kind in TYPES:
             for order in ORDERS:
