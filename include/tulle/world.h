@@ -8,6 +8,7 @@
 #define TULLE_WORLD_H
 
 #include "tulle/base.h"
+#include "tulle/detect.h"
 
 #ifdef __cplusplus
 extern "C" {
@@ -29,10 +30,18 @@ typedef enum tulle_integrator {
     TULLE_INTEGRATOR_BDF2
 } tulle_integrator;
 
-typedef enum tulle_broad_phase {
-    TULLE_BROAD_PHASE_REFIT, /* one static tree a surface, refitted each step */
-    TULLE_BROAD_PHASE_BVOX   /* BVOX-AABB tree of the paper, built anew each step */
-} tulle_broad_phase;
+/* How a world finds the pairs of features that come near each other. With a certificate every
+ * choice leads to the same states, bit for bit; they differ in time. */
+typedef struct tulle_world_detection {
+    tulle_detect_method method;
+    tulle_detect_cone cone; /* of methods with patches */
+    double max_angle;       /* [rad] alpha_max, > 0 and < pi/2: widest cone of a patch */
+    int has_certificate;    /* 1: only patches that are proven not to touch themselves are skipped.
+                               0: every patch is, the paper's own rule: the promise then holds only
+                               for pairs that do not lie within one patch */
+    int grows_patches_anew; /* 1: patches are grown for every search; 0: kept from step to step and
+                               checked again. TULLE_DETECT_PAPER always grows */
+} tulle_world_detection;
 
 typedef enum tulle_start_intersections {
     TULLE_START_REFUSE,
@@ -66,7 +75,7 @@ typedef struct tulle_world_def {
                            of one cloth that rest nearer keep a quarter of their rest distance, and
                            pairs that start nearer come no nearer; 0: derived */
     tulle_integrator integrator;
-    tulle_broad_phase broad_phase;
+    tulle_world_detection detection;
     double cg_tolerance;         /* 1e-12 .. 1e-1, relative preconditioned residual */
     int cg_max_iterations;       /* 1 .. 1e6 */
     int solve_rounds;            /* solves of motion and impulses a step, 1 .. 20 */
@@ -194,6 +203,12 @@ typedef struct tulle_step_report {
     double kinetic_energy, gravity_energy, elastic_energy; /* [J] */
     double max_stretch; /* largest edge length over rest length */
     int pinched;        /* 1: a pinch between obstacles was found, see tulle_world_last_message */
+    uint32_t pair_searches;     /* runs of stages 6 and 7: 1 in a quiet step */
+    uint64_t patches;           /* in use at the end of the step; 0 for methods without */
+    uint64_t patch_triangles;   /* triangles in them */
+    uint64_t patches_certified; /* of them proven not to touch themselves: all, or none without the
+                                   certificate */
+    uint64_t patches_dissolved; /* that lost their proof in this step */
 } tulle_step_report;
 
 /* Makes an empty world. Errors: INVALID_ARGUMENT (with a message for `error`), OUT_OF_MEMORY. */
@@ -229,6 +244,8 @@ TULLE_API uint64_t tulle_world_get_step_count(const tulle_world *world);
 /* Distances in force (after derivation) [m]. */
 TULLE_API void tulle_world_get_distances(const tulle_world *world, double *contact,
                                          double *separation, double *minimum_gap);
+/* As the def said. */
+TULLE_API tulle_world_detection tulle_world_get_detection(const tulle_world *world);
 /* The last message about a pinch or a rescue, static until the next step; empty string if none. */
 TULLE_API const char *tulle_world_last_message(const tulle_world *world);
 
@@ -285,11 +302,14 @@ TULLE_API tulle_status tulle_world_get_contacts(tulle_world *world, const tulle_
 typedef struct tulle_patch_options {
     double time_step; /* [s] length of the coming step, 0 .. 1; 0: patches of the shape as it is */
     double max_angle; /* [rad] alpha_max, > 0 and < pi/2; 0: pi/3 */
+    int is_in_use;    /* 1: the patches that the last step used, whatever the other options: none
+                         before the first step and for methods without patches */
 } tulle_patch_options;
 /* Patches of a cloth: edge-connected triangles whose normals all stay within max_angle of one axis
  * while every vertex moves on by time_step with its velocity of now: the (zeta, alpha, I)-surfaces
  * of Wong & Baciu 2005, 3.1 to 3.3. They explain what a detection by patches skips, that is pairs
- * within one patch; the step of this world tests all pairs and uses no patches.
+ * within one patch. They are found by their cones alone; a step uses those of them for which it
+ * finds a certificate (is_in_use).
  * labels: one for each triangle, 1 .. *patch_count, or 0 for an isolated triangle, whose own normal
  * turns too far. The world must have started; it does not change. Errors: INVALID_ARGUMENT (stale
  * id, not started, options), OUT_OF_MEMORY. */

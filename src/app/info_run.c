@@ -6,6 +6,8 @@
 #include <stdio.h>
 #include <string.h>
 
+static const double DEGREES_PER_RADIAN = 57.295779513082323;
+
 static void print_head(const char *path, const tulle_run_info *info) {
     printf("%s: run, %s%s%s\n", path, tulle_run_state_name(info->state),
            info->message[0] ? ": " : "", info->message);
@@ -15,6 +17,21 @@ static void print_head(const char *path, const tulle_run_info *info) {
     printf("  %-16s tulle %s\n", "written by", info->version);
     printf("  %-16s %.6g s, %u a frame, %.6g frames a second\n", "step", info->time_step,
            info->steps_per_frame, 1.0 / (info->time_step * info->steps_per_frame));
+}
+
+/* How pairs were found. */
+static void print_detection(const tulle_world_detection *detection) {
+    static const char *const methods[] = {"patches", "refit", "bvox", "paper"};
+    if (!detection) return;
+    printf("  %-16s %s", "detection", methods[detection->method]);
+    if (detection->method == TULLE_DETECT_PATCHES || detection->method == TULLE_DETECT_PAPER)
+        printf(", %s cones, %.4g degrees, %s",
+               detection->cone == TULLE_CONE_PAPER ? "paper's" : "Bernstein",
+               detection->max_angle * DEGREES_PER_RADIAN,
+               detection->has_certificate
+                   ? "with certificates"
+                   : "without certificates: pairs within a patch were not tested");
+    putchar('\n');
 }
 
 static void print_progress(const tulle_run_reader *reader, const tulle_run_info *info) {
@@ -72,6 +89,7 @@ tulle_status info_print_run(const char *path, tulle_error *error) {
     const tulle_run_info *const info = tulle_run_reader_get_info(reader);
     print_head(path, info);
     print_progress(reader, info);
+    print_detection(info->detection);
     print_debug(info);
     for (size_t i = 0; i < info->body_count; i++) print_body(reader, info, i);
     tulle_run_reader_close(reader);

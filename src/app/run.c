@@ -179,7 +179,8 @@ static void release_session(run_session *session) {
 
 /* ---- the output directory ---- */
 
-static tulle_run_def make_run_def(const run_session *session) {
+static tulle_run_def make_run_def(const run_session *session,
+                                  const tulle_world_detection *detection) {
     const run_options *const options = &session->options;
     tulle_run_def def = tulle_run_def_default();
     def.directory = options->directory;
@@ -193,6 +194,7 @@ static tulle_run_def make_run_def(const run_session *session) {
     def.threads = options->threads;
     def.writes_vtp = options->writes_vtp;
     def.records_debug = options->records_debug;
+    def.detection = detection;
     def.bodies = session->bodies;
     def.body_count = session->body_count;
     return def;
@@ -220,7 +222,8 @@ static tulle_status load_checkpoint(run_session *session, const tulle_run_checkp
 
 /* Makes or takes over the directory; *is_new: nothing is written to it yet. */
 static tulle_status open_directory(run_session *session, bool *is_new, tulle_error *error) {
-    tulle_run_def const def = make_run_def(session);
+    tulle_world_detection const detection = tulle_world_get_detection(session->built.world);
+    tulle_run_def const def = make_run_def(session, &detection);
     *is_new = true;
     if (!session->options.resumes)
         return tulle_run_create(&def,
@@ -237,6 +240,13 @@ static tulle_status open_directory(run_session *session, bool *is_new, tulle_err
 }
 
 /* ---- the end ---- */
+
+/* Whether pairs were left untested without a proof. */
+static bool skips_unproven(tulle_world_detection detection) {
+    bool const has_patches =
+        detection.method == TULLE_DETECT_PATCHES || detection.method == TULLE_DETECT_PAPER;
+    return has_patches && !detection.has_certificate;
+}
 
 static void print_summary(const run_session *session) {
     const run_totals *const totals = &session->totals;
@@ -255,6 +265,9 @@ static void print_summary(const run_session *session) {
         if (isfinite(totals->smallest_gap))
             printf("smallest gap: %.4g mm\n", 1000.0 * totals->smallest_gap);
     }
+    if (skips_unproven(tulle_world_get_detection(world)))
+        printf("certificate: off; patches were skipped by their cones alone, so cloth may have "
+               "passed through itself within one: tulle check judges the frames\n");
     printf("state hash: %016llx\n", (unsigned long long)tulle_world_get_state_hash(world));
 }
 

@@ -1,5 +1,6 @@
 /* app/run_debug.c - what `tulle run --record debug` keeps of a frame: velocities of all that moves,
- * contacts of the last step, patches of each cloth along its way over the next one. */
+ * contacts of the last step, patches of each cloth: those that the last step used, or, for methods
+ * without patches, those along its way over the next one. */
 #include "app/run_session.h"
 
 #include <stdlib.h>
@@ -25,7 +26,10 @@ bool debug_record_prepare(debug_record *record, const run_session *session) {
 tulle_status debug_record_fill(debug_record *record, const run_session *session,
                                tulle_error *error) {
     const scene_world *const built = &session->built;
-    tulle_patch_options const options = {.time_step = scene_get_time_step(session->scene)};
+    tulle_detect_method const method = tulle_world_get_detection(built->world).method;
+    tulle_patch_options const options = {.time_step = scene_get_time_step(session->scene),
+                                         .is_in_use = method == TULLE_DETECT_PATCHES ||
+                                                      method == TULLE_DETECT_PAPER};
     for (size_t i = 0; i < built->cloth_count; i++) {
         size_t patch_count = 0;
         record->velocities[i] = tulle_cloth_get_velocities(built->world, built->cloths[i], NULL);

@@ -31,7 +31,8 @@ bool paths_stay_in_bounds(const contact_scene *scene, const pair_source *source,
 }
 
 tulle_status ensure_pairs_cover(const contact_scene *scene, pair_source *source, const double *x1) {
-    if (paths_stay_in_bounds(scene, source, x1)) return TULLE_OK;
+    if (paths_stay_in_bounds(scene, source, x1))
+        return source->adapt ? source->adapt(source, x1) : TULLE_OK;
     source->renew_count++;
     return source->renew(source, x1);
 }

@@ -4,7 +4,10 @@
  * margin / 2. They are complete for other paths x0 -> x1 as long as every vertex stays in the box
  * of its own path x0 -> bounds widened by (margin - xi) / 2. Stages 10 and 11 check this before
  * every test and call `renew` when a vertex has left, so no test ever runs on an incomplete list.
- */
+ *
+ * A source may leave out pairs that are proven to keep their gap along the very paths that are
+ * tested, not only those that the pairs were found for: before every test it is asked to `adapt`
+ * its pairs to them. */
 #ifndef TULLE_CONTACT_CONTACT_PATHS_H
 #define TULLE_CONTACT_CONTACT_PATHS_H
 
@@ -17,8 +20,11 @@ typedef struct pair_source {
                              separation_distance for stage 2 */
     /* Finds the candidates of x0 -> x1 with `margin` and sets pairs and bounds (a copy of x1). */
     tulle_status (*renew)(struct pair_source *source, const double *x1);
-    void *context;        /* of renew */
-    uint64_t renew_count; /* calls so far */
+    /* Takes in again what was left out and is not proven to keep its gap along x0 -> x1, within the
+     * same bounds; called when x1 stays in them. Null: nothing is left out. */
+    tulle_status (*adapt)(struct pair_source *source, const double *x1);
+    void *context;        /* of renew and adapt */
+    uint64_t renew_count; /* renewals so far */
 } pair_source;
 
 /* Stage 4. x1 = x0 + h u, or the target where the inverse mass is 0. */
@@ -27,10 +33,10 @@ void propose_paths(const contact_scene *scene, const double *u, double *x1);
 /* Fills u of vertices with inverse mass 0 from their targets: (target - x0) / h. */
 void prescribe_motion(const contact_scene *scene, double *u);
 
-/* True when the source's pairs are complete for x0 -> x1. */
+/* True when the source's pairs are complete for x0 -> x1, but for what it leaves out. */
 bool paths_stay_in_bounds(const contact_scene *scene, const pair_source *source, const double *x1);
 
-/* Renews the pairs if paths_stay_in_bounds is false. */
+/* Renews the pairs if paths_stay_in_bounds is false, else adapts them. */
 tulle_status ensure_pairs_cover(const contact_scene *scene, pair_source *source, const double *x1);
 
 #endif

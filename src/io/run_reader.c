@@ -87,6 +87,7 @@ static void describe_run(tulle_run_reader *reader) {
                                     .message = run_record_text(record, record->message),
                                     .bodies = reader->bodies,
                                     .body_count = record->bodies.count,
+                                    .detection = record->has_detection ? &record->detection : NULL,
                                     .has_debug = record->records_debug,
                                     .debug_byte_count = measure_debug(reader)};
 }

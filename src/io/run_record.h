@@ -3,6 +3,8 @@
 #define TULLE_IO_RUN_RECORD_H
 
 #include "base/memory.h"
+#include "io/json_read.h"
+#include "io/json_write.h"
 #include "io/text_cursor.h"
 
 #include "tulle/run.h"
@@ -39,6 +41,8 @@ typedef struct run_record {
     uint32_t steps_per_frame, wanted_frame_count, threads;
     int has_scene_text, writes_vtp, records_debug;
     tulle_run_state state;
+    bool has_detection;
+    tulle_world_detection detection; /* when has_detection */
 } run_record;
 
 run_record run_record_make(memory *heap);
@@ -54,6 +58,11 @@ tulle_status run_record_compare(const run_record *old, const run_record *new, co
                                 tulle_error *error);
 tulle_status run_record_write(const run_record *record, const char *path, tulle_error *error);
 tulle_status run_record_read(run_record *record, const char *path, tulle_error *error);
+
+/* run_detection.c: the member "detection" of run.json, when it is known. */
+void run_detection_write(json_writer *writer, const run_record *record);
+tulle_status run_detection_read(run_record *record, const json_document *document,
+                                const json_value *root, tulle_error *error);
 
 /* ---- frames.csv ---- */
 

@@ -63,8 +63,16 @@ static const column columns[] = {
     {"elastic_energy", COLUMN_DOUBLE, FIELD(elastic_energy)},
     {"max_stretch", COLUMN_DOUBLE, FIELD(max_stretch)},
     {"pinched", COLUMN_INT, FIELD(pinched)},
+    {"pair_searches", COLUMN_U32, FIELD(pair_searches)},
+    {"patches", COLUMN_U64, FIELD(patches)},
+    {"patch_triangles", COLUMN_U64, FIELD(patch_triangles)},
+    {"patches_certified", COLUMN_U64, FIELD(patches_certified)},
+    {"patches_dissolved", COLUMN_U64, FIELD(patches_dissolved)},
 };
-enum { COLUMN_COUNT = sizeof columns / sizeof columns[0] };
+enum {
+    COLUMN_COUNT = sizeof columns / sizeof columns[0],
+    COLUMN_COUNT_FIRST = 38 /* of the first reports; columns are only added behind */
+};
 _Static_assert(COLUMN_COUNT *(NUMBER_TEXT_SIZE + 1) < RUN_REPORT_LINE_SIZE, "a line must fit");
 
 size_t run_report_get_column_count(void) { return COLUMN_COUNT; }
@@ -141,15 +149,15 @@ static bool parse_field(const column *described, text_word word, char *field) {
     return true;
 }
 
-static tulle_status parse_line(text_cursor *text, const char *line_end, tulle_step_report *report,
-                               tulle_error *error) {
+static tulle_status parse_line(text_cursor *text, size_t column_count, const char *line_end,
+                               tulle_step_report *report, tulle_error *error) {
     *report = (tulle_step_report){0};
     const char *at = text->at;
-    for (size_t i = 0; i < COLUMN_COUNT; i++) {
+    for (size_t i = 0; i < column_count; i++) {
         const char *const comma = memchr(at, ',', (size_t)(line_end - at));
-        bool const is_last = i + 1 == COLUMN_COUNT;
+        bool const is_last = i + 1 == column_count;
         if (is_last != !comma)
-            return text_fail(text, at, error, "the line should have %d columns", COLUMN_COUNT);
+            return text_fail(text, at, error, "the line should have %zu columns", column_count);
         text_word const word = {at, (size_t)((comma ? comma : line_end) - at)};
         if (!parse_field(&columns[i], word, (char *)report + columns[i].offset))
             return text_fail(text, at, error, "column %s should hold a %s", columns[i].name,
@@ -159,12 +167,24 @@ static tulle_status parse_line(text_cursor *text, const char *line_end, tulle_st
     return TULLE_OK;
 }
 
+/* Columns that a heading without its end of line names; 0: it is not one of this program. */
+static size_t count_columns(const char *heading, size_t length) {
+    char whole[RUN_REPORT_LINE_SIZE];
+    size_t const whole_length = run_report_format_heading(whole) - 1;
+    bool const is_begin = length <= whole_length && memcmp(heading, whole, length) == 0 &&
+                          (length == whole_length || whole[length] == ',');
+    if (!is_begin) return 0;
+    size_t count = 1;
+    for (size_t i = 0; i < length; i++) count += heading[i] == ',';
+    return count >= COLUMN_COUNT_FIRST ? count : 0;
+}
+
 static tulle_status parse_lines(memory *heap, text_cursor *text, run_report_rows *rows,
                                 tulle_error *error) {
-    char heading[RUN_REPORT_LINE_SIZE];
-    size_t const length = run_report_format_heading(heading);
-    if (!memchr(text->at, '\n', (size_t)(text->end - text->at))) return TULLE_OK;
-    if ((size_t)(text->end - text->at) < length || memcmp(text->at, heading, length) != 0)
+    const char *const heading_end = memchr(text->at, '\n', (size_t)(text->end - text->at));
+    if (!heading_end) return TULLE_OK;
+    size_t const column_count = count_columns(text->at, (size_t)(heading_end - text->at));
+    if (column_count == 0)
         return text_fail(text, NULL, error,
                          "the heading is not the one that this version writes: "
                          "\"step,time,total_seconds,...\"");
@@ -175,7 +195,8 @@ static tulle_status parse_lines(memory *heap, text_cursor *text, run_report_rows
         if (!ARRAY_RESERVE(heap, rows, 1))
             return error_set_at(error, TULLE_ERROR_OUT_OF_MEMORY, text->path, 0, 0,
                                 "out of memory while it was read");
-        tulle_status const status = parse_line(text, line_end, &rows->data[rows->count], error);
+        tulle_status const status =
+            parse_line(text, column_count, line_end, &rows->data[rows->count], error);
         if (status) return status;
         rows->count++;
         text_next_line(text);

@@ -23,7 +23,11 @@ static tulle_world_def make_world_def(const scene *loaded) {
     def.separation_distance = keys->contact.delta_s;
     def.minimum_gap = keys->contact.xi;
     def.friction_cloth_cloth = keys->contact.friction;
-    def.broad_phase = (tulle_broad_phase)keys->contact.method;
+    def.detection = (tulle_world_detection){.method = (tulle_detect_method)keys->contact.method,
+                                            .cone = (tulle_detect_cone)keys->contact.cone,
+                                            .max_angle = keys->contact.alpha_max,
+                                            .has_certificate = keys->contact.certificate,
+                                            .grows_patches_anew = keys->contact.patches};
     def.impact_rounds = (int)keys->contact.impact_rounds;
     def.start_intersections = (tulle_start_intersections)keys->contact.start_intersections;
     def.on_pinch = (tulle_on_pinch)keys->contact.on_pinch;

@@ -94,9 +94,12 @@ const schema_map wind_map = {
                "machine.",
     MAP_OF(wind_table, wind_keys)};
 
-/* In the order of tulle_broad_phase, tulle_start_intersections, tulle_on_pinch, tulle_integrator.
- */
-static const char *const method_names[] = {"refit", "bvox", NULL};
+/* In the order of tulle_detect_method, tulle_detect_cone, false and true, the same for growing
+ * anew, tulle_start_intersections, tulle_on_pinch, tulle_integrator. */
+static const char *const method_names[] = {"patches", "refit", "bvox", "paper", NULL};
+static const char *const cone_names[] = {"bernstein", "paper", NULL};
+static const char *const certificate_names[] = {"off", "on", NULL};
+static const char *const patches_names[] = {"keep", "grow", NULL};
 static const char *const start_names[] = {"refuse", "ignore", NULL};
 static const char *const pinch_names[] = {"stop", "slow", "release", NULL};
 static const char *const integrator_names[] = {"implicit-euler", "crank-nicolson", "bdf2", NULL};
@@ -129,7 +132,41 @@ static const schema_key contact_table[] = {
      .choices = method_names,
      .fallback = "refit",
      FIELD(contact_keys, method),
-     .meaning = "tree that finds pairs"},
+     .meaning =
+         "how pairs are found: patches: trees that are refitted and skip what lies within one "
+         "certified patch; refit: the same without patches; bvox: voxel trees built anew; "
+         "paper: a voxel tree for each patch. The result is the same, the time is not"},
+    {.name = "cone",
+     .type = SCHEMA_CHOICE,
+     .choices = cone_names,
+     .fallback = "bernstein",
+     FIELD(contact_keys, cone),
+     .meaning = "bound on a moving normal, for patches: bernstein, or the paper's, which is wider"},
+    {.name = "alpha_max",
+     .type = SCHEMA_NUMBER,
+     .unit = UNIT_ANGLE,
+     .fallback = "45 deg",
+     .minimum = 0,
+     .maximum = 1.57,
+     .flags = SCHEMA_ABOVE_MINIMUM,
+     FIELD(contact_keys, alpha_max),
+     .meaning = "widest cone of a patch, half its opening"},
+    {.name = "certificate",
+     .type = SCHEMA_CHOICE,
+     .choices = certificate_names,
+     .fallback = "on",
+     FIELD(contact_keys, certificate),
+     .meaning =
+         "on: only patches that are proven not to touch themselves are skipped; off: all are, "
+         "as in the paper, and cloth may pass through itself within one"},
+    {.name = "patches",
+     .type = SCHEMA_CHOICE,
+     .choices = patches_names,
+     .fallback = "keep",
+     FIELD(contact_keys, patches),
+     .meaning =
+         "keep: patches live on and are checked again; grow: anew for every search, as paper "
+         "always does"},
     {.name = "impact_rounds",
      .type = SCHEMA_INTEGER,
      .fallback = "5",

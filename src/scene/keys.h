@@ -147,7 +147,9 @@ typedef struct obstacle_keys {
 typedef struct contact_keys {
     schema_head head;
     double delta_c, delta_s, xi, friction;
-    int method, start_intersections, on_pinch;
+    int method, cone, certificate, patches; /* see build_world.c */
+    double alpha_max;
+    int start_intersections, on_pinch;
     uint64_t impact_rounds;
 } contact_keys;
 

@@ -8,13 +8,22 @@
 #include <math.h>
 #include <string.h>
 
+/* [rad] 45 degrees. Steeper triangles, seen along the axis, are hardly wider than the reach of the
+ * certificate, so larger cones leave more triangles out than they take in. */
+static const double PATCH_ANGLE_DEFAULT = 0.78539816339744831;
+/* [rad] Cones under a right angle by a millionth are the widest that can be computed with. */
+static const double PATCH_ANGLE_MAX = 1.5707963267948966 - 1e-6;
+
 tulle_world_def tulle_world_def_default(void) {
     return (tulle_world_def){
         .cookie = WORLD_DEF_COOKIE,
         .gravity = {0.0, 0.0, -9.81},
         .wind = {.gust_length = 0.5, .gust_time = 0.5, .seed = 1},
         .integrator = TULLE_INTEGRATOR_IMPLICIT_EULER,
-        .broad_phase = TULLE_BROAD_PHASE_REFIT,
+        .detection = {.method = TULLE_DETECT_REFIT,
+                      .cone = TULLE_CONE_BERNSTEIN,
+                      .max_angle = PATCH_ANGLE_DEFAULT,
+                      .has_certificate = 1},
         .cg_tolerance = 1e-4, /* looser falsifies sliding friction */
         .cg_max_iterations = 5000,
         .solve_rounds = 3,
@@ -95,7 +104,9 @@ tulle_status world_def_check(const tulle_world_def *def, tulle_error *error) {
         {"impact rounds", "", (double)def->impact_rounds, 0.0, 100.0},
         {"friction between cloths", "", def->friction_cloth_cloth, 0.0, 10.0},
         {"integrator", "", (double)def->integrator, 0.0, (double)TULLE_INTEGRATOR_BDF2},
-        {"broad phase", "", (double)def->broad_phase, 0.0, (double)TULLE_BROAD_PHASE_BVOX},
+        {"detection method", "", (double)def->detection.method, 0.0, (double)TULLE_DETECT_PAPER},
+        {"cone of patches", "", (double)def->detection.cone, 0.0, (double)TULLE_CONE_PAPER},
+        {"angle of patches", "rad", def->detection.max_angle, SMALLEST_POSITIVE, PATCH_ANGLE_MAX},
         {"start_intersections", "", (double)def->start_intersections, 0.0, 1.0},
         {"on_pinch", "", (double)def->on_pinch, 0.0, (double)TULLE_ON_PINCH_RELEASE},
         {"threads", "", (double)def->threads, 0.0, 256.0},

@@ -119,13 +119,37 @@ static tulle_status find_patches(tulle_world *world, size_t index,
     return status;
 }
 
+/* Labels of the patches in use, counted through the cloth's own in the order of their first
+ * triangles. */
+static tulle_status name_patches_in_use(tulle_world *world, size_t index, uint32_t *labels,
+                                        size_t *patch_count) {
+    surface_range const *const range = &world->surfaces[index];
+    size_t const count = range->triangle_end - range->triangle_begin;
+    *patch_count = 0;
+    if (!world->patches) {
+        memset(labels, 0, count * sizeof *labels);
+        return TULLE_OK;
+    }
+    const uint32_t *const used = kept_patches_get_labels(world->patches) + range->triangle_begin;
+    uint32_t const label_count = kept_patches_get_label_count(world->patches);
+    uint32_t *const names = ARENA_NEW_ZEROED(&world->scratch, uint32_t, (size_t)label_count + 1);
+    if (!names) return TULLE_ERROR_OUT_OF_MEMORY;
+    for (size_t t = 0; t < count; t++) {
+        uint32_t const label = used[t];
+        if (label != PATCH_ISOLATED && names[label] == 0) names[label] = (uint32_t)++ * patch_count;
+        labels[t] = names[label];
+    }
+    return TULLE_OK;
+}
+
 tulle_status tulle_cloth_get_patches(tulle_world *world, tulle_cloth_id id,
                                      const tulle_patch_options *options, uint32_t *labels,
                                      size_t *patch_count, tulle_error *error) {
     tulle_status status = check_patch_call(world, id, options, labels && patch_count, error);
     if (status != TULLE_OK) return status;
     arena_mark const mark = arena_get_mark(&world->scratch);
-    status = find_patches(world, id.index, options, labels, patch_count);
+    status = options->is_in_use ? name_patches_in_use(world, id.index, labels, patch_count)
+                                : find_patches(world, id.index, options, labels, patch_count);
     arena_release(&world->scratch, mark);
     if (status != TULLE_OK) return error_set(error, status, "no memory left for patches");
     return TULLE_OK;

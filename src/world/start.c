@@ -2,7 +2,7 @@
  * distances, trees, and the judgement of the first state. Runs once, before the first step. */
 #include "base/error.h"
 #include "base/hash.h"
-#include "world/world_state.h"
+#include "world/detection.h"
 
 #include "contact/gather_contacts.h"
 
@@ -332,14 +332,9 @@ static tulle_status start_stages(tulle_world *world, tulle_error *error) {
     status = build_model(world, error);
     if (status == TULLE_OK) status = derive_distances(world, error);
     if (status != TULLE_OK) return status;
-    broad_phase_method const method =
-        world->def.broad_phase == TULLE_BROAD_PHASE_BVOX ? BROAD_PHASE_BVOX : BROAD_PHASE_REFIT;
     status = judge_start(world, error);
     if (status != TULLE_OK) return status;
-    if (broad_phase_create(&world->heap, &world->set, world->rest, method, &world->broad) !=
-        TULLE_OK) {
-        return no_memory(error);
-    }
+    if (world_start_detection(world) != TULLE_OK) return no_memory(error);
     world->def_hash = hash_defs(world);
     return TULLE_OK;
 }
@@ -362,7 +357,7 @@ tulle_status tulle_world_start(tulle_world *world, tulle_error *error) {
 void world_release_start(tulle_world *world) {
     memory *const heap = &world->heap;
     size_t const n = world->vertex_count, surface_count = world_surface_count(world);
-    if (world->broad) broad_phase_destroy(world->broad);
+    world_release_detection(world);
     linear_system_destroy(heap, &world->system);
     if (world->model) {
         cloth_model_destroy(heap, world->model);
@@ -379,8 +374,6 @@ void world_release_start(tulle_world *world) {
     memory_release(heap, world->is_fixed, n);
     memory_release(heap, world->vertex_surface, n * sizeof(uint32_t));
     memory_release(heap, world->laws, surface_count * surface_count * sizeof(contact_law));
-    ARRAY_FREE(heap, &world->pairs.vertex_triangle);
-    ARRAY_FREE(heap, &world->pairs.edge_edge);
     row_list_destroy(&world->rows, heap);
     row_list_destroy(&world->accepted_rows, heap);
     ARRAY_FREE(heap, &world->contacts);
@@ -388,7 +381,6 @@ void world_release_start(tulle_world *world) {
     ARRAY_FREE(heap, &world->ignored_start);
     ARRAY_FREE(heap, &world->ignored_keys);
     arena_destroy(&world->scratch);
-    world->broad = NULL;
     world->model = NULL;
     world->surfaces = NULL;
     world->rest = world->targets = world->inverse_masses = world->active_inverse_masses = NULL;

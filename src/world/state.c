@@ -2,21 +2,22 @@
  *
  * A saved state holds everything that decides the future and is not in the defs: positions,
  * velocities, history of the integrator, clocks, presence of obstacles, contacts with their
- * impulses, ignored pairs. Little-endian, doubles as they are. */
+ * impulses, ignored pairs; and the patches, which decide how fast the future is and what reports
+ * say of it, but no position. Little-endian, doubles as they are. */
 #include "base/error.h"
 #include "base/hash.h"
-#include "world/world_state.h"
+#include "world/detection.h"
 
 #include <math.h>
 #include <string.h>
 
-static const char STATE_MAGIC[8] = {'T', 'U', 'L', 'L', 'E', 'S', 'T', '1'};
+static const char STATE_MAGIC[8] = {'T', 'U', 'L', 'L', 'E', 'S', 'T', '2'}; /* 2: version */
 
 typedef struct state_header {
     char magic[8];
     uint64_t byte_count, payload_hash, def_hash;
     uint64_t vertex_count, obstacle_count, step_count;
-    uint64_t contact_bytes, ignored_count;
+    uint64_t contact_bytes, patch_bytes, ignored_count;
     double time, previous_time_step;
 } state_header;
 
@@ -54,9 +55,39 @@ uint64_t tulle_world_get_state_hash(const tulle_world *world) {
     return contact_store_hash(&now->contacts, hash);
 }
 
-static size_t state_size(const tulle_world *world, size_t contact_bytes, size_t ignored_count) {
+/* The variable parts of a state. */
+typedef struct part_sizes {
+    size_t contact_bytes, patch_bytes, ignored_count;
+} part_sizes;
+
+static size_t state_size(const tulle_world *world, part_sizes parts) {
     return sizeof(state_header) + 12 * world->vertex_count * sizeof(double) +
-           2 * world->obstacles.count + contact_bytes + ignored_count * sizeof(tulle_intersection);
+           2 * world->obstacles.count + parts.contact_bytes + parts.patch_bytes +
+           parts.ignored_count * sizeof(tulle_intersection);
+}
+
+static part_sizes measure_parts(const tulle_world *world) {
+    return (part_sizes){.contact_bytes = contact_store_get_size(&world->now.contacts),
+                        .patch_bytes =
+                            world->patches ? kept_patches_get_saved_size(world->patches) : 0,
+                        .ignored_count = world->ignored.count};
+}
+
+/* All but the header. */
+static void put_parts(const tulle_world *world, part_sizes parts, byte_cursor *cursor) {
+    world_motion_state const *const now = &world->now;
+    size_t const vector_bytes = 3 * world->vertex_count * sizeof(double);
+    put(cursor, now->positions, vector_bytes);
+    put(cursor, now->velocities, vector_bytes);
+    put(cursor, now->previous_mean, vector_bytes);
+    put(cursor, now->previous_velocities, vector_bytes);
+    put(cursor, now->is_present, world->obstacles.count);
+    put(cursor, now->is_released, world->obstacles.count);
+    put(cursor, world->ignored.data, parts.ignored_count * sizeof(tulle_intersection));
+    contact_store_save(&now->contacts, cursor->bytes + cursor->used);
+    cursor->used += parts.contact_bytes;
+    if (parts.patch_bytes > 0) kept_patches_save(world->patches, cursor->bytes + cursor->used);
+    cursor->used += parts.patch_bytes;
 }
 
 tulle_status tulle_world_save_state(const tulle_world *world, void **bytes, size_t *byte_count,
@@ -66,30 +97,22 @@ tulle_status tulle_world_save_state(const tulle_world *world, void **bytes, size
                          "only a world that has started has a state to save");
     }
     world_motion_state const *const now = &world->now;
-    size_t const contact_bytes = contact_store_get_size(&now->contacts);
-    size_t const size = state_size(world, contact_bytes, world->ignored.count);
+    part_sizes const parts = measure_parts(world);
+    size_t const size = state_size(world, parts);
     memory heap = memory_make(world->def.allocator);
     byte_cursor cursor = {memory_allocate(&heap, size), sizeof(state_header)};
     if (!cursor.bytes) {
         return error_set(error, TULLE_ERROR_OUT_OF_MEMORY, "no memory left to save the state");
     }
-    size_t const vector_bytes = 3 * world->vertex_count * sizeof(double);
-    put(&cursor, now->positions, vector_bytes);
-    put(&cursor, now->velocities, vector_bytes);
-    put(&cursor, now->previous_mean, vector_bytes);
-    put(&cursor, now->previous_velocities, vector_bytes);
-    put(&cursor, now->is_present, world->obstacles.count);
-    put(&cursor, now->is_released, world->obstacles.count);
-    put(&cursor, world->ignored.data, world->ignored.count * sizeof(tulle_intersection));
-    contact_store_save(&now->contacts, cursor.bytes + cursor.used);
-
+    put_parts(world, parts, &cursor);
     state_header header = {.byte_count = size,
                            .def_hash = world->def_hash,
                            .vertex_count = world->vertex_count,
                            .obstacle_count = world->obstacles.count,
                            .step_count = world->step_count,
-                           .contact_bytes = contact_bytes,
-                           .ignored_count = world->ignored.count,
+                           .contact_bytes = parts.contact_bytes,
+                           .patch_bytes = parts.patch_bytes,
+                           .ignored_count = parts.ignored_count,
                            .time = now->time,
                            .previous_time_step = now->previous_time_step};
     memcpy(header.magic, STATE_MAGIC, sizeof header.magic);
@@ -111,18 +134,20 @@ static tulle_status check_header(const tulle_world *world, const state_header *h
                                  const unsigned char *bytes, size_t byte_count,
                                  tulle_error *error) {
     if (memcmp(header->magic, STATE_MAGIC, sizeof header->magic) != 0) {
-        return error_set(error, TULLE_ERROR_PARSE, "these bytes are not a saved state");
+        return error_set(error, TULLE_ERROR_PARSE,
+                         "these bytes are not a saved state, or one of another version");
     }
     uint64_t const left = byte_count / sizeof(tulle_intersection);
     if (header->byte_count != byte_count || header->contact_bytes > byte_count ||
-        header->ignored_count > left ||
+        header->patch_bytes > byte_count || header->ignored_count > left ||
         hash_bytes(HASH_SEED, bytes + sizeof *header, byte_count - sizeof *header) !=
             header->payload_hash) {
         return error_set(error, TULLE_ERROR_PARSE, "the saved state is damaged or cut off");
     }
     if (header->def_hash != world->def_hash || header->vertex_count != world->vertex_count ||
         header->obstacle_count != world->obstacles.count ||
-        state_size(world, header->contact_bytes, header->ignored_count) != byte_count) {
+        state_size(world, (part_sizes){header->contact_bytes, header->patch_bytes,
+                                       header->ignored_count}) != byte_count) {
         return error_set(error, TULLE_ERROR_INVALID_ARGUMENT,
                          "the saved state belongs to another scene");
     }
@@ -154,6 +179,19 @@ static tulle_status take_ignored(tulle_world *world, byte_cursor *cursor, size_t
     return world_ignore_intersections(world, error);
 }
 
+/* Patches as saved; an error leaves them as before. Without them the next step grows its own. */
+static tulle_status take_patches(tulle_world *world, const unsigned char *bytes, size_t byte_count,
+                                 tulle_error *error) {
+    if (!world->patches) return TULLE_OK;
+    tulle_status status = world_keep_patches(world);
+    if (status == TULLE_OK) {
+        status = kept_patches_load(world->patches, bytes, byte_count);
+        if (status != TULLE_OK) world_restore_patches(world);
+    }
+    if (status == TULLE_OK) return status;
+    return error_set(error, status, "the patches of the saved state cannot be read");
+}
+
 tulle_status tulle_world_load_state(tulle_world *world, const void *bytes, size_t byte_count,
                                     tulle_error *error) {
     tulle_status status = tulle_world_start(world, error);
@@ -182,8 +220,14 @@ tulle_status tulle_world_load_state(tulle_world *world, const void *bytes, size_
     if (status != TULLE_OK) {
         return error_set(error, status, "the contacts of the saved state cannot be read");
     }
-    status = take_ignored(world, &cursor, header.ignored_count, error);
+    status = take_patches(world, cursor.bytes + cursor.used + ignored_bytes + header.contact_bytes,
+                          header.patch_bytes, error);
     if (status != TULLE_OK) return status;
+    status = take_ignored(world, &cursor, header.ignored_count, error);
+    if (status != TULLE_OK) {
+        world_restore_patches(world);
+        return status;
+    }
     next->time = header.time;
     next->previous_time_step = header.previous_time_step;
     world_motion_state const old = world->now;

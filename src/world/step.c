@@ -2,7 +2,7 @@
  *
  * The step works on a copy of the state and swaps it in at the end, so a step that fails leaves the
  * world as it was. A substep that had to shorten time is followed by another over what is left. */
-#include "world/step.h"
+#include "world/detection.h"
 
 #include "base/error.h"
 #include "base/timer.h"
@@ -52,12 +52,20 @@ static tulle_status copy_contacts(tulle_world *world, const contact_store *sourc
     return TULLE_OK;
 }
 
+/* Keeps what undo_step puts back. */
+static tulle_status keep_start(tulle_world *world, tulle_error *error) {
+    tulle_status const status = world_keep_ignored(world, error);
+    if (status != TULLE_OK || world_keep_patches(world) == TULLE_OK) return status;
+    return error_set(error, TULLE_ERROR_OUT_OF_MEMORY, "no memory left for patches");
+}
+
 /* Undoes what a step that failed changed outside its copy of the state. */
 static void undo_step(tulle_world *world) {
     for (size_t i = 0; i < world->obstacles.count; i++) {
         world->surfaces[world->cloths.count + i].is_present = world->now.is_present[i];
     }
     world_restore_ignored(world);
+    world_restore_patches(world);
 }
 
 /* Whether the last substep shows that going on as before is hopeless. */
@@ -152,7 +160,7 @@ tulle_status tulle_world_step(tulle_world *world, double time_step, tulle_step_r
     if (status != TULLE_OK) return status;
     local.step = world->step_count;
     world->message[0] = '\0';
-    status = world_keep_ignored(world, error);
+    status = keep_start(world, error);
     if (status != TULLE_OK) return status;
 
     step_context context = {

@@ -40,11 +40,12 @@ typedef struct step_context {
     pair_source source;
     double *mean_velocity;   /* [m/s] u, all vertices */
     double *predicted, *end; /* [m] all vertices */
-    double *bounds;          /* [m] what the candidate pairs were found for */
+    double *bounds;          /* [m] ends of the paths that the candidate pairs were found for */
+    double *certified_end;   /* [m] ends of the paths that the patches are certified for */
     commit_report commit;
     commit_report blocked;    /* the last commit of the step that named a blocking pair */
     contact_times nested;     /* [s] since the last end of a stage */
-    double search_seconds;    /* [s] the same for stages 6 and 7 */
+    double search_seconds;    /* [s] the same for stages 5 to 7 */
     affine_map *carrier_maps; /* per surface */
     const affine_map **carriers;
     tulle_step_report *report;

@@ -6,15 +6,10 @@
  * 2005 (the stages and their order); docs/pipeline.md tells where we depart from it. */
 #include "base/error.h"
 #include "base/timer.h"
-#include "world/step.h"
+#include "world/detection.h"
 
 #include <math.h>
 #include <string.h>
-
-/* Boxes are widened by this share of the mean edge beyond the separation distance, so that paths
- * which the solve bends a little stay inside the candidates that were found for the predicted ones.
- */
-static const double PAIR_MARGIN_EDGE_SHARE = 0.25;
 
 /* An edge may grow by this share of its rest length in one substep. More means that the solve has
  * not carried a hard landing into the cloth: vertices stop while their neighbours fly on. */
@@ -63,31 +58,6 @@ static void end_stage(step_context *context, stage number, double *start) {
     *start = now;
 }
 
-/* Candidates of x0 -> x1; stages 6 and 7, called again whenever a path leaves their boxes. */
-static tulle_status renew_pairs(pair_source *source, const double *x1) {
-    step_context *const context = source->context;
-    tulle_world *const world = context->world;
-    double *const seconds = context->report->stage_seconds;
-    double const start = timer_now();
-    tulle_status status = build_trees(world->broad, &world->set, context->state->positions, x1,
-                                      source->margin, world->threads);
-    double const middle = timer_now();
-    if (status == TULLE_OK) {
-        status = find_pairs(world->broad, &world->set, world->threads, &world->pairs, NULL);
-    }
-    double const end = timer_now();
-    seconds[STAGE_BUILD_TREES] += middle - start;
-    seconds[STAGE_FIND_PAIRS] += end - middle;
-    context->search_seconds += end - start;
-    if (status != TULLE_OK) return status;
-    context->report->box_pairs += world->pairs.vertex_triangle.count + world->pairs.edge_edge.count;
-    memcpy(context->bounds, x1, 3 * world->vertex_count * sizeof(double));
-    source->pairs = &world->pairs;
-    source->bounds = context->bounds;
-    source->renew_count++;
-    return TULLE_OK;
-}
-
 /* Whether the map takes the obstacle's vertices from where they are to their targets; not so after
  * a pinch has held it back. */
 static bool map_fits(const step_context *context, const surface_range *range,
@@ -124,10 +94,12 @@ static tulle_status allocate_arrays(step_context *context) {
     context->predicted = ARENA_NEW(&world->scratch, double, n);
     context->end = ARENA_NEW(&world->scratch, double, n);
     context->bounds = ARENA_NEW(&world->scratch, double, n);
+    context->certified_end = ARENA_NEW(&world->scratch, double, n);
     context->carrier_maps = ARENA_NEW(&world->scratch, affine_map, world->set.surface_count);
     context->carriers = ARENA_NEW(&world->scratch, const affine_map *, world->set.surface_count);
     bool const is_complete = context->mean_velocity && context->predicted && context->end &&
-                             context->bounds && context->carrier_maps && context->carriers;
+                             context->bounds && context->certified_end && context->carrier_maps &&
+                             context->carriers;
     return is_complete ? TULLE_OK : fail_step(context, TULLE_ERROR_OUT_OF_MEMORY);
 }
 
@@ -183,10 +155,7 @@ static tulle_status prepare(step_context *context) {
                                        .time_step = context->time_step,
                                        .previous_time_step = state->previous_time_step,
                                        .time = state->time};
-    context->source = (pair_source){.margin = world->separation_distance +
-                                              PAIR_MARGIN_EDGE_SHARE * world->edge_length,
-                                    .renew = renew_pairs,
-                                    .context = context};
+    context->source = world_make_pair_source(context);
     return TULLE_OK;
 }
 
@@ -327,7 +296,7 @@ static tulle_status run_stages(step_context *context) {
     end_stage(context, STAGE_COMPUTE_FORCES, &start);
     if (status != TULLE_OK) return fail_step(context, status);
 
-    /* stage 5 is trivial here: without patches every triangle is isolated; stages 6 and 7 */
+    /* stages 5, 6 and 7 for the predicted paths; stages 10 and 11 come back to them */
     predict_paths(context);
     status = context->source.renew(&context->source, context->predicted);
     end_stage(context, STAGE_PROPOSE_PATHS, &start);

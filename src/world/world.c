@@ -277,6 +277,10 @@ void tulle_world_get_distances(const tulle_world *world, double *contact, double
     if (minimum_gap) *minimum_gap = world->minimum_gap;
 }
 
+tulle_world_detection tulle_world_get_detection(const tulle_world *world) {
+    return world ? world->def.detection : tulle_world_def_default().detection;
+}
+
 const char *tulle_world_last_message(const tulle_world *world) {
     return world ? world->message : "";
 }

@@ -9,6 +9,7 @@
 #include "base/arena.h"
 #include "contact/contact_store.h"
 #include "detect/broad_phase.h"
+#include "detect/kept_patches.h"
 #include "dynamics/compute_forces.h"
 #include "geom/topology.h"
 #include "tulle/world.h"
@@ -99,6 +100,8 @@ struct tulle_world {
     cloth_model *model;
     linear_system system;
     broad_phase *broad;
+    kept_patches *patches; /* null for methods without */
+    patch_rules patch_rules;
     uint64_t def_hash; /* of all defs; guards loaded states */
 
     /* changed by steps */
@@ -108,13 +111,14 @@ struct tulle_world {
     double *active_inverse_masses; /* [1/kg] 0 where pinned */
     double *targets;               /* [m] where scripted vertices go in this step */
     pair_list pairs;
-    row_list rows;                   /* of the substep that runs, or ran last */
-    row_list accepted_rows;          /* of the last substep of the last accepted step */
-    intersection_list intersections; /* of the start, or of what last appeared */
-    intersection_list ignored;       /* those that have not come apart */
-    intersection_list ignored_start; /* the ignored ones at the start of the step */
-    ARRAY(uint64_t) ignored_keys;    /* the same as ignored_pair_key, ascending */
-    ARRAY(tulle_contact) contacts;   /* accepted_rows as the user sees them, when has_contacts */
+    ARRAY(unsigned char) kept_patch_bytes; /* the patches at the start of the step */
+    row_list rows;                         /* of the substep that runs, or ran last */
+    row_list accepted_rows;                /* of the last substep of the last accepted step */
+    intersection_list intersections;       /* of the start, or of what last appeared */
+    intersection_list ignored;             /* those that have not come apart */
+    intersection_list ignored_start;       /* the ignored ones at the start of the step */
+    ARRAY(uint64_t) ignored_keys;          /* the same as ignored_pair_key, ascending */
+    ARRAY(tulle_contact) contacts; /* accepted_rows as the user sees them, when has_contacts */
     bool has_contacts;
     arena scratch;
     char message[WORLD_MESSAGE_BYTES];

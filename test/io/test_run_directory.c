@@ -201,6 +201,67 @@ static void report_lines_fit_their_heading(void **state) {
     }
 }
 
+/* run.json says how pairs were found; what it does not know or does not say is told apart. */
+static void detection_comes_back(void **state) {
+    (void)state;
+    tulle_world_detection const given = {TULLE_DETECT_PAPER, TULLE_CONE_PAPER, 0.75, 0, 1};
+    for (int k = 0; k < 2; k++) {
+        tulle_run_def def = make_def(test_path(k ? "detection" : "no-detection"), 1);
+        def.detection = k ? &given : NULL;
+        tulle_run_writer *writer = NULL;
+        assert_int_equal(tulle_run_create(&def, TULLE_RUN_REFUSE, &writer, NULL), TULLE_OK);
+        assert_int_equal(tulle_run_close(writer, TULLE_RUN_FINISHED, NULL, NULL), TULLE_OK);
+        tulle_run_reader *reader = NULL;
+        assert_int_equal(tulle_run_reader_open(def.directory, &reader, NULL), TULLE_OK);
+        const tulle_world_detection *const found = tulle_run_reader_get_info(reader)->detection;
+        assert_int_equal(found != NULL, k);
+        if (found) {
+            assert_int_equal(found->method, given.method);
+            assert_int_equal(found->cone, given.cone);
+            assert_true(found->max_angle == given.max_angle);
+            assert_int_equal(found->has_certificate, 0);
+            assert_int_equal(found->grows_patches_anew, 1);
+        }
+        tulle_run_reader_close(reader);
+    }
+}
+
+/* Writes a report of two lines with the first columns only, and reads it. */
+static tulle_status read_short_report(size_t column_count, run_report_rows *rows, memory *heap) {
+    char text[2][RUN_REPORT_LINE_SIZE];
+    tulle_step_report const report = {.step = 7, .pinched = 1, .patches = 3, .smallest_gap = 0.5};
+    run_report_format_heading(text[0]);
+    run_report_format(&report, text[1]);
+    const char *const path = test_path("short.csv");
+    FILE *const file = fopen(path, "w");
+    assert_non_null(file);
+    for (int line = 0; line < 3; line++) {
+        const char *end = text[line > 0];
+        for (size_t i = 0; i < column_count; i++) end += strcspn(end + (i > 0), ",\n") + (i > 0);
+        fprintf(file, "%.*s\n", (int)(end - text[line > 0]), text[line > 0]);
+    }
+    fclose(file);
+    return run_report_read(heap, path, rows, NULL);
+}
+
+static void reports_of_older_runs_are_read(void **state) {
+    (void)state;
+    memory heap = memory_default();
+    size_t const count = run_report_get_column_count();
+    for (size_t columns = 36; columns <= count; columns++) {
+        run_report_rows rows = {0};
+        tulle_status const status = read_short_report(columns, &rows, &heap);
+        assert_int_equal(status, columns < 38 ? TULLE_ERROR_PARSE : TULLE_OK);
+        assert_int_equal(rows.count, columns < 38 ? 0 : 2);
+        for (size_t i = 0; i < rows.count; i++) {
+            assert_int_equal(rows.data[i].step, 7);
+            assert_int_equal(rows.data[i].pinched, 1);
+            assert_int_equal(rows.data[i].patches, columns > 39 ? 3 : 0);
+        }
+        ARRAY_FREE(&heap, &rows);
+    }
+}
+
 int main(void) {
     make_bodies();
     const struct CMUnitTest tests[] = {
@@ -212,6 +273,8 @@ int main(void) {
         cmocka_unit_test(only_the_same_scene_is_resumed),
         cmocka_unit_test(paraview_files),
         cmocka_unit_test(report_lines_fit_their_heading),
+        cmocka_unit_test(detection_comes_back),
+        cmocka_unit_test(reports_of_older_runs_are_read),
     };
     return cmocka_run_group_tests(tests, make_test_folder, remove_test_folder);
 }

@@ -24,7 +24,11 @@ static void test_defaults_are_those_of_the_world(void **state) {
     assert_true(keys->contact.delta_s == def.separation_distance);
     assert_true(keys->contact.xi == def.minimum_gap);
     assert_true(keys->contact.friction == def.friction_cloth_cloth);
-    assert_int_equal(keys->contact.method, def.broad_phase);
+    assert_int_equal(keys->contact.method, def.detection.method);
+    assert_int_equal(keys->contact.cone, def.detection.cone);
+    assert_true(keys->contact.alpha_max == def.detection.max_angle);
+    assert_int_equal(keys->contact.certificate, def.detection.has_certificate);
+    assert_int_equal(keys->contact.patches, def.detection.grows_patches_anew);
     assert_int_equal(keys->contact.impact_rounds, def.impact_rounds);
     assert_int_equal(keys->contact.start_intersections, def.start_intersections);
     assert_int_equal(keys->contact.on_pinch, def.on_pinch);

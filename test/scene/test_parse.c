@@ -145,11 +145,11 @@ static const refusal refusals[] = {
      "wind.drag: is a map, must be a number in kg/m^3, as in '2 kg/m^3'"},
     {"title: [a]\n", false, 4, 8, "title: is a list, must be text"},
     {"contact: {method: bvix}\n", false, 4, 19,
-     "contact.method: is 'bvix', must be one of refit, bvox; did you mean 'bvox'?"},
+     "contact.method: is 'bvix', must be one of patches, refit, bvox, paper; did you mean 'bvox'?"},
     {"contact: {method: octopus}\n", false, 4, 19,
-     "contact.method: is 'octopus', must be one of refit, bvox"},
+     "contact.method: is 'octopus', must be one of patches, refit, bvox, paper"},
     {"contact: {method: [bvox]}\n", false, 4, 19,
-     "contact.method: is a list, must be one of refit, bvox"},
+     "contact.method: is a list, must be one of patches, refit, bvox, paper"},
     {"obstacles:\n  - {mesh: {shape: box}, name: a b}\n", false, 5, 32,
      "obstacles[0].name: is 'a b', must be a name of 1 to 64 letters, digits, '-', '_' and '.', "
      "not beginning with '.'"},
@@ -336,7 +336,10 @@ static void test_values_and_defaults(void **state) {
     assert_true(fabs(keys->wind.velocity.value[0] - 5 / 3.6) < 1e-15);
     assert_true(keys->wind.seed == SEED_AUTO && keys->wind.gust_length == 0.5);
     assert_true(keys->contact.delta_c == 0.004 && keys->contact.delta_s == 0);
-    assert_int_equal(keys->contact.method, 1);
+    assert_int_equal(keys->contact.method, 2);
+    assert_true(keys->contact.alpha_max == 0.78539816339744831);
+    assert_int_equal(keys->contact.certificate, 1);
+    assert_int_equal(keys->contact.patches, 0);
     assert_int_equal(keys->contact.on_pinch, 1);
     const cloth_keys *cloth = keys->cloth.items;
     assert_string_equal(cloth->material.preset, "cotton");

@@ -137,7 +137,7 @@ static void asking_changes_nothing(void **state) {
     (void)state;
     table_world asked = make_world(), quiet = make_world();
     uint32_t *const labels = malloc(asked.sheet.triangle_count * sizeof *labels);
-    tulle_patch_options const options = {STEP, 0.0};
+    tulle_patch_options const options = {.time_step = STEP};
     assert_int_equal(tulle_world_start(asked.world, NULL), TULLE_OK);
     for (int i = 0; i < 30; i++) {
         size_t count = 0;
@@ -194,7 +194,7 @@ static void bad_calls_are_refused(void **state) {
     (void)state;
     table_world made = make_world();
     uint32_t *const labels = malloc(made.sheet.triangle_count * sizeof *labels);
-    tulle_patch_options options = {STEP, 60.0 * DEGREE};
+    tulle_patch_options options = {.time_step = STEP, .max_angle = 60.0 * DEGREE};
     tulle_error error = {0};
     size_t count = 0;
     tulle_status const bad = TULLE_ERROR_INVALID_ARGUMENT;
@@ -242,7 +242,7 @@ static void patches_follow_velocities(void **state) {
     cloth.velocities = velocities;
     assert_int_equal(tulle_world_add_cloth(made.world, &cloth, &made.cloth, NULL), TULLE_OK);
     assert_int_equal(tulle_world_start(made.world, NULL), TULLE_OK);
-    tulle_patch_options options = {0.0, 30.0 * DEGREE};
+    tulle_patch_options options = {.max_angle = 30.0 * DEGREE};
     size_t count = 0;
     assert_int_equal(
         tulle_cloth_get_patches(made.world, made.cloth, &options, labels, &count, NULL), TULLE_OK);

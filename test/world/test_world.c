@@ -114,7 +114,7 @@ static void both_broad_phases_give_the_same_bits(void **state) {
     (void)state;
     tulle_world_def def = tulle_world_def_default();
     uint64_t const refit = drape(def, 22, 13, false);
-    def.broad_phase = TULLE_BROAD_PHASE_BVOX;
+    def.detection.method = TULLE_DETECT_BVOX;
     assert_true(drape(def, 22, 13, false) == refit);
 }
 

@@ -1,0 +1,65 @@
+/* io/run_detection.c - how a run found its pairs, as run.json says it: {"method": "patches",
+ * "cone": "bernstein", "alpha_max": 1.047, "certificate": true, "patches": "keep"}. */
+#include "io/run_record.h"
+
+#include <string.h>
+
+/* By tulle_detect_method, tulle_detect_cone and grows_patches_anew. */
+static const char *const method_names[] = {"patches", "refit", "bvox", "paper", NULL};
+static const char *const cone_names[] = {"bernstein", "paper", NULL};
+static const char *const patches_names[] = {"keep", "grow", NULL};
+
+/* The name, or null: nothing is said of a value that has none. */
+static const char *get_name(const char *const *names, unsigned index) {
+    for (unsigned i = 0; names[i]; i++)
+        if (i == index) return names[i];
+    return NULL;
+}
+
+void run_detection_write(json_writer *writer, const run_record *record) {
+    tulle_world_detection const *const detection = &record->detection;
+    if (!record->has_detection) return;
+    json_begin(writer, "detection", '{');
+    json_put_string(writer, "method", get_name(method_names, (unsigned)detection->method));
+    json_put_string(writer, "cone", get_name(cone_names, (unsigned)detection->cone));
+    json_put_double(writer, "alpha_max", detection->max_angle);
+    json_put_bool(writer, "certificate", detection->has_certificate != 0);
+    json_put_string(writer, "patches", patches_names[detection->grows_patches_anew != 0]);
+    json_end(writer, '}');
+}
+
+static tulle_status take_choice(const json_document *document, const json_value *object,
+                                const char *key, const char *const *names, int *choice,
+                                tulle_error *error) {
+    const char *name = "";
+    tulle_status const status = json_take_string(document, object, key, &name, error);
+    if (status) return status;
+    for (*choice = 0; names[*choice]; (*choice)++)
+        if (strcmp(name, names[*choice]) == 0) return TULLE_OK;
+    return json_fail(document, object, error, "\"%s\" is not known: \"%.40s\"", key, name);
+}
+
+tulle_status run_detection_read(run_record *record, const json_document *document,
+                                const json_value *root, tulle_error *error) {
+    const json_value *object = NULL;
+    tulle_world_detection detection = {0};
+    int method = 0, cone = 0;
+    if (!json_find(document, root, "detection")) return TULLE_OK;
+    tulle_status status =
+        json_take_member(document, root, "detection", JSON_OBJECT, &object, error);
+    if (!status) status = take_choice(document, object, "method", method_names, &method, error);
+    if (!status) status = take_choice(document, object, "cone", cone_names, &cone, error);
+    if (!status)
+        status = json_take_double(document, object, "alpha_max", &detection.max_angle, error);
+    if (!status)
+        status = json_take_bool(document, object, "certificate", &detection.has_certificate, error);
+    if (!status)
+        status = take_choice(document, object, "patches", patches_names,
+                             &detection.grows_patches_anew, error);
+    if (status) return status;
+    detection.method = (tulle_detect_method)method;
+    detection.cone = (tulle_detect_cone)cone;
+    record->detection = detection;
+    record->has_detection = true;
+    return TULLE_OK;
+}
