@@ -99,6 +99,7 @@ void kept_patches_destroy(kept_patches *patches) {
     ARRAY_FREE(heap, &patches->contour_scratch);
     growth_scratch *const growth = &patches->growth;
     memory_release(heap, growth->cones, patches->topo->triangle_count * sizeof(normal_cone));
+    memory_release(heap, growth->limits, patches->topo->triangle_count * sizeof(double));
     memory_release(heap, growth->queue, triangle_bytes);
     memory_release(heap, growth->local, vertex_bytes);
     memory_release(heap, growth->stamps, vertex_bytes);

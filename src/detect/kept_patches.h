@@ -1,12 +1,13 @@
 /* detect/kept_patches.h - stage 5: patches that are proven not to touch themselves over a step,
  * kept from step to step.
  *
- * A patch is an edge-connected set of triangles, a topological disc, whose normals stay within one
- * cone about its axis zeta for the whole step; it is *certified* when in addition the projection of
- * its boundary along zeta stays simple for the whole step. Then no two of its features touch, see
- * certificate.h for the theorem. A certificate with a reach r > 0 holds for all motions whose
- * vertices differ from the given ones by at most r at any time, so all pairs within a patch keep
- * more than 2 r.
+ * A patch is an edge-connected set of triangles whose normals lie within one cone of at most
+ * max_angle about its axis zeta for the whole of the step on which it grew. With has_certificate it
+ * is a topological disc, and *certified* for each step on which it is used: all its normals stay
+ * within a right angle of the axis, and the projection of its boundary along it stays simple. Then
+ * no two of its features touch, see certificate.h for the theorem. A certificate with a reach r > 0
+ * holds for all motions whose vertices differ from the given ones by at most r at any time, so all
+ * pairs within a patch that share no vertex keep more than 2 r.
  *
  * Patches never span surfaces. Labels are 1 .. label_count, PATCH_ISOLATED (0) for triangles
  * outside patches; a label may be unused. */
@@ -20,8 +21,10 @@
 typedef struct patch_rules {
     cone_rule cone;
     double max_angle;     /* [rad] > 0, < pi/2 */
-    bool has_certificate; /* false: every patch is used, by its cone alone */
-    bool grows_anew;      /* true: nothing is kept */
+    bool has_certificate; /* false: every patch is used, by its cone alone, checked at each step; it
+                             need not be a disc */
+    bool grows_anew;      /* true: nothing is kept. Then, and without certificate, patches of any
+                             size are used, and they are never switched off */
     double reach;         /* [m] >= 0 */
 } patch_rules;
 
@@ -35,6 +38,7 @@ typedef struct patch_counts {
 
 typedef struct kept_patches kept_patches;
 
+/* The topology of the set is kept by its address; it must not change or move. */
 tulle_status kept_patches_create(memory *heap, const surface_set *set, kept_patches **result);
 void kept_patches_destroy(kept_patches *patches);
 
@@ -46,8 +50,8 @@ tulle_status update_patches(kept_patches *patches, const surface_set *set, const
                             const double *x1, const patch_rules *rules, int threads,
                             patch_counts *counts);
 
-/* Whether all patches in use are certified for the paths x0 -> x1 too; changes nothing. With
- * has_certificate false only the cones are checked. */
+/* Whether all patches in use are certified for the paths x0 -> x1 too; nothing that later calls
+ * depend on changes. With has_certificate false only the cones are checked. */
 bool patches_hold(const kept_patches *patches, const surface_set *set, const double *x0,
                   const double *x1, const patch_rules *rules, int threads);
 

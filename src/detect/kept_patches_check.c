@@ -6,6 +6,7 @@
 #include "detect/kept_patches_parts.h"
 
 #include "base/parallel.h"
+#include "detect/patch_kernel.h"
 #include "detect/planar_contour.h"
 
 enum {
@@ -34,26 +35,16 @@ static planar_map find_map(const kept_patches *patches, const kept_patch *patch,
 double project_patch(kept_patches *patches, const kept_patch *patch, const double *x0,
                      const double *x1, size_t begin, size_t end) {
     planar_map const map = find_map(patches, patch, x0);
-    const uint32_t *const vertices = patches->vertices.data + patch->vertex_begin;
-    planar_path *const points = patches->points.data + patch->vertex_begin;
-    double size = 0.0;
-    for (size_t i = begin; i < end; i++) {
-        points[i] =
-            project_path(&map, vec3_load(x0, vertices[i]), vec3_load(x1, vertices[i]), &size);
-    }
-    return size;
+    return TULLE_PICK_KERNEL(project_paths)(
+        &map, patches->vertices.data + patch->vertex_begin + begin, end - begin, x0, x1,
+        patches->points.data + patch->vertex_begin + begin);
 }
 
 static bool all_turn_left(const kept_patches *patches, const kept_patch *patch, size_t begin,
                           size_t end, double reach) {
-    const planar_path *const points = patches->points.data + patch->vertex_begin;
-    const uint32_t *const corners = patches->corners.data + 3 * (size_t)patch->triangle_begin;
-    for (size_t i = begin; i < end; i++) {
-        const uint32_t *const corner = corners + 3 * i;
-        if (find_turn_sign(&points[corner[0]], &points[corner[1]], &points[corner[2]], reach) != 1)
-            return false;
-    }
-    return true;
+    return TULLE_PICK_KERNEL(patch_turns_left)(
+        patches->points.data + patch->vertex_begin,
+        patches->corners.data + 3 * ((size_t)patch->triangle_begin + begin), end - begin, reach);
 }
 
 static bool all_in_cone(const kept_patches *patches, const kept_patch *patch, const double *x0,

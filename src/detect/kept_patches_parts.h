@@ -2,7 +2,9 @@
  *
  * A patch keeps its triangles in the order in which they joined, so every first part of that list
  * is a disc too. It numbers its vertices in the order in which they came, so that the corners of
- * its triangles and its boundary are small numbers and its projected vertices one dense array. */
+ * its triangles and its boundary are small numbers and its projected vertices one dense array.
+ * Large patches have their vertices and corners in the order of the mesh instead, for the sake of
+ * the cache; which corners belong to which triangle does not matter after growth. */
 #ifndef TULLE_DETECT_KEPT_PATCHES_PARTS_H
 #define TULLE_DETECT_KEPT_PATCHES_PARTS_H
 
@@ -58,6 +60,7 @@ typedef struct patch_schedule {
 /* Scratch of growth; one entry a triangle or a vertex. */
 typedef struct growth_scratch {
     normal_cone *cones;      /* of triangles without patch; not valid: not to be used */
+    double *limits;          /* [rad] of triangles: half-angle of the widest patch that they join */
     uint32_t *queue;         /* triangles in the order in which they joined */
     uint32_t *local;         /* vertex: its number in the patch; where stamp is the present one */
     uint32_t *stamps, stamp; /* stamps: of each vertex */

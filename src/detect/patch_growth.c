@@ -17,12 +17,16 @@
 #include "base/parallel.h"
 
 enum {
-    CONE_CHUNK = 512, /* triangles; some 40 microseconds */
-    LOOKED_AT_MAX = 8 /* triangles that one growth looks at, over all triangles */
+    CONE_CHUNK = 512,  /* triangles; some 40 microseconds */
+    SORTED_SHARE = 16, /* patches of more than one in that many triangles are large */
+    LOOKED_AT_MAX = 3  /* triangles that one growth looks at, over all triangles */
 };
 
 /* While a patch is grown again: may join. */
 #define LABEL_PASSED UINT32_MAX
+
+/* [rad] For the rounding of the limit, and of coordinates far from the origin. */
+static const double LIMIT_SLACK = 1e-7;
 
 static const normal_cone no_cone = {{0.0, 0.0, 0.0}, -1.0};
 
@@ -34,13 +38,15 @@ tulle_status reserve_growth(kept_patches *patches) {
     memory *const heap = patches->heap;
     if (!growth->cones)
         growth->cones = memory_allocate_zeroed(heap, triangle_count, sizeof(normal_cone));
+    if (!growth->limits)
+        growth->limits = memory_allocate_zeroed(heap, triangle_count, sizeof(double));
     if (!growth->queue)
         growth->queue = memory_allocate_zeroed(heap, triangle_count, sizeof(uint32_t));
     if (!growth->local)
         growth->local = memory_allocate_zeroed(heap, vertex_count, sizeof(uint32_t));
     if (!growth->stamps)
         growth->stamps = memory_allocate_zeroed(heap, vertex_count, sizeof(uint32_t));
-    if (!growth->cones || !growth->queue || !growth->local || !growth->stamps)
+    if (!growth->cones || !growth->limits || !growth->queue || !growth->local || !growth->stamps)
         return TULLE_ERROR_OUT_OF_MEMORY;
     growth->next = memory_allocate_zeroed(heap, vertex_count, sizeof(uint32_t));
     return growth->next ? TULLE_OK : TULLE_ERROR_OUT_OF_MEMORY;
@@ -100,12 +106,14 @@ static bool is_free(const kept_patches *patches, uint32_t triangle) {
            normal_cone_is_valid(patches->growth.cones[triangle]);
 }
 
-/* Fills the queue, and returns how many joined. */
+/* Fills the queue, and returns how many joined. The cone stays within the limit of every triangle,
+ * so all of them face its axis. */
 static size_t spread_by_cone(kept_patches *patches, const patch_rules *rules, uint32_t seed,
                              uint32_t label, normal_cone *cone) {
     growth_scratch *const growth = &patches->growth;
     size_t joined = 0;
     *cone = growth->cones[seed];
+    double limit = growth->limits[seed];
     start_patch(patches);
     take_in(patches, seed, label);
     growth->queue[joined++] = seed;
@@ -114,7 +122,9 @@ static size_t spread_by_cone(kept_patches *patches, const patch_rules *rules, ui
             uint32_t const other = patches->neighbours[3 * (size_t)growth->queue[next] + k];
             if (other >= NEIGHBOUR_BARRED || !is_free(patches, other)) continue;
             if (rules->has_certificate && !keeps_disc(patches, other, label)) continue;
-            if (!normal_cone_merge(cone, &growth->cones[other], rules->max_angle, cone)) continue;
+            double const narrower = fmin(limit, growth->limits[other]);
+            if (!normal_cone_merge(cone, &growth->cones[other], narrower, cone)) continue;
+            limit = narrower;
             take_in(patches, other, label);
             growth->queue[joined++] = other;
         }
@@ -221,7 +231,31 @@ static tulle_status stage_loop(kept_patches *patches, kept_patch *patch, uint32_
     return TULLE_OK;
 }
 
+/* Puts vertices and corners of a staged patch in the order of the mesh: numbers near one another
+ * are mostly near in memory there, while growth goes round in rings. */
+static void sort_staged(kept_patches *patches, const kept_patch *patch, uint32_t label) {
+    growth_scratch *const growth = &patches->growth;
+    const topology *const topo = patches->topo;
+    uint32_t *const vertices = patches->vertices.data + patch->vertex_begin;
+    uint32_t *const loop = patches->loops.data + patch->loop_begin;
+    for (uint32_t i = 0; i < patch->loop_count; i++) loop[i] = vertices[loop[i]];
+    uint32_t count = 0;
+    for (uint32_t v = 0; v < topo->vertex_count; v++) {
+        if (!is_in_patch(growth, v)) continue;
+        growth->local[v] = count;
+        vertices[count++] = v;
+    }
+    for (uint32_t i = 0; i < patch->loop_count; i++) loop[i] = growth->local[loop[i]];
+    uint32_t *corner = patches->corners.data + 3 * (size_t)patch->triangle_begin;
+    for (size_t i = 0; i < topo->triangle_count; i++) {
+        if (patches->labels[i] != label) continue;
+        for (size_t k = 0; k < 3; k++) *corner++ = growth->local[topo->triangles[3 * i + k]];
+    }
+}
+
 static void commit_patch(kept_patches *patches, const kept_patch *patch, uint32_t label) {
+    if (patch->triangle_count > patches->topo->triangle_count / SORTED_SHARE)
+        sort_staged(patches, patch, label);
     patches->triangles.count += patch->triangle_count;
     patches->corners.count += 3 * (size_t)patch->triangle_count;
     patches->vertices.count += patch->vertex_count;
@@ -323,6 +357,30 @@ typedef struct cone_run {
     const growth_input *input;
 } cone_run;
 
+/* How far the axis may lean from the normals of a triangle that shall face it with a reach r: the
+ * bound of find_turn holds when |n| cos(lean) > r p + DISC_TRIANGLE r^2, with p the perimeter in
+ * space, which is no less than in the plane, and 9% for bound_length. Not under max_angle without
+ * reach; negative where r is too much for it. */
+static double find_limit(const vec3 start[3], const vec3 end[3], const patch_rules *rules) {
+    double const reach = rules->reach;
+    if (!(reach > 0.0) || !rules->has_certificate) return rules->max_angle;
+    vec3 const u0 = vec3_sub(start[1], start[0]), v0 = vec3_sub(start[2], start[0]);
+    vec3 const u1 = vec3_sub(end[1], end[0]), v1 = vec3_sub(end[2], end[0]);
+    double const p0 = vec3_norm(u0) + vec3_norm(v0) + vec3_norm(vec3_sub(v0, u0));
+    double const p1 = vec3_norm(u1) + vec3_norm(v1) + vec3_norm(vec3_sub(v1, u1));
+    vec3 const middle = vec3_add(vec3_cross(u0, v1), vec3_cross(u1, v0));
+    double const normal[3] = {vec3_norm(vec3_cross(u0, v0)), 0.5 * vec3_norm(middle),
+                              vec3_norm(vec3_cross(u1, v1))};
+    double const perimeter[3] = {p0, 0.5 * (p0 + p1), p1};
+    double cosine = cos(rules->max_angle);
+    for (int k = 0; k < 3; k++) {
+        double const needed = 1.09 * reach * perimeter[k] + DISC_TRIANGLE * reach * reach;
+        if (!(needed < normal[k])) return -1.0;
+        cosine = fmax(cosine, needed / normal[k]);
+    }
+    return fmin(acos(cosine) - LIMIT_SLACK, rules->max_angle);
+}
+
 static void find_cones(void *context, size_t begin, size_t end, size_t chunk, int worker) {
     (void)chunk, (void)worker;
     const cone_run *const run = context;
@@ -340,7 +398,9 @@ static void find_cones(void *context, size_t begin, size_t end, size_t chunk, in
             finish[k] = vec3_load(run->input->x1, corners[k]);
         }
         *cone = normal_cone_of_triangle_by(run->input->rules->cone, start, finish);
-        if (cone->half_angle > run->input->rules->max_angle) *cone = no_cone;
+        double const limit = find_limit(start, finish, run->input->rules);
+        patches->growth.limits[i] = limit;
+        if (cone->half_angle > limit) *cone = no_cone;
     }
 }
 

@@ -69,12 +69,13 @@ static inline double find_planar_reach(double reach, double size) {
     return reach * (1.0 + 1e-12) + PLANAR_ROUNDING * least;
 }
 
-/* sqrt(x^2 + y^2) or up to 8.3% more, without a root: a chord of the unit circle from 0 to 45
- * degrees lies inside it. 0.41421357 > tan(22.5 degrees). */
+/* sqrt(x^2 + y^2) or up to 8.3% more, without a root: from 0 to 45 degrees the unit circle lies
+ * inside its chord, larger + tan(22.5 degrees) smaller; here by the sum and difference of both,
+ * with (1 + tan) / 2 and (1 - tan) / 2 rounded up. */
+static const double LENGTH_OF_SUM = 0.70710679, LENGTH_OF_DIFFERENCE = 0.29289323;
 static inline double bound_length(double x, double y) {
     double const a = fabs(x), b = fabs(y);
-    double const larger = a > b ? a : b, smaller = a > b ? b : a;
-    return larger + 0.41421357 * smaller;
+    return (a + b) * LENGTH_OF_SUM + fabs(a - b) * LENGTH_OF_DIFFERENCE;
 }
 
 /* Bernstein coefficients of cross(b - a, c - a)(t), and what they must exceed. Displacements d of

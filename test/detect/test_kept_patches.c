@@ -2,6 +2,7 @@
  * threads, from step to step and from saved bytes. */
 #include "detect/kept_patches.h"
 
+#include "math/kernel_target.h"
 #include "support/patch_scene.h"
 #include "support/test_support.h"
 #include "support/wide_normals.h"
@@ -155,6 +156,19 @@ static void patches_are_kept_from_step_to_step(void **state) {
     long_run const others[3] = {run_long(2, 0, false), run_long(5, 0, false),
                                 run_long(2, 7, false)};
     for (int k = 0; k < 3; k++) assert_memory_equal(&others[k], &first, sizeof first);
+}
+
+/* All variants of the kernels give the same bits: the same patches over the long run. */
+static void vector_widths_agree(void **state) {
+    (void)state;
+    kernel_target const own = kernel_target_get();
+    long_run const first = run_long(2, 0, false);
+    for (int target = 0; target < KERNEL_TARGET_COUNT; target++) {
+        if (!kernel_target_force((kernel_target)target)) continue;
+        long_run const other = run_long(2, 0, false);
+        assert_memory_equal(&other, &first, sizeof first);
+    }
+    assert_true(kernel_target_force(own));
 }
 
 /* Without a certificate: the paper's rule, cones only. A helix of 1.6 turns is one patch then, and
@@ -322,6 +336,7 @@ int main(void) {
         cmocka_unit_test(patches_of_all_shapes_are_apart),
         cmocka_unit_test(a_waving_sheet_is_one_patch),
         cmocka_unit_test(patches_are_kept_from_step_to_step),
+        cmocka_unit_test(vector_widths_agree),
         cmocka_unit_test(cones_alone_do_not_see_the_helix),
         cmocka_unit_test(what_fails_is_noticed),
         cmocka_unit_test(they_switch_themselves_off),
