@@ -218,7 +218,7 @@ static tulle_status mend_patches(kept_patches *patches, const growth_input *inpu
 static tulle_status grow_isolated(kept_patches *patches, const growth_input *input,
                                   patch_counts *counts, bool *has_grown) {
     patch_schedule *const schedule = &patches->schedule;
-    cover const before = measure_cover(patches, input->set);
+    cover const before = measure_cover(patches, input->step->set);
     uint64_t const isolated = before.meeting > before.covered ? before.meeting - before.covered : 0;
     if (isolated * ISOLATED_SHARE < before.meeting || isolated < input->minimum ||
         schedule->call_count < schedule->regrow_at || schedule->credit < isolated)
@@ -228,7 +228,7 @@ static tulle_status grow_isolated(kept_patches *patches, const growth_input *inp
     tulle_status const status = grow_kept_patches(patches, input, counts);
     if (status != TULLE_OK) return status;
     spend_credit(schedule, counts->grown_triangle_count - looked_at);
-    uint64_t const gain = measure_cover(patches, input->set).covered - before.covered;
+    uint64_t const gain = measure_cover(patches, input->step->set).covered - before.covered;
     bool const paid = gain * GAIN_SHARE >= isolated;
     uint64_t const longer = 2 * schedule->regrow_wait;
     schedule->regrow_wait = paid                       ? REGROW_WAIT_MIN
@@ -288,22 +288,21 @@ static tulle_status keep_patches(kept_patches *patches, const growth_input *inpu
     if (has_grown) {
         status = grow_first(patches, input, counts);
     } else {
-        status = prepare_checks(patches, input->threads);
+        status = prepare_checks(patches, input->step->threads);
         if (status != TULLE_OK) return status;
-        check_patches(patches, input->set, input->x0, input->x1, input->rules, input->threads);
+        check_patches(patches, input->step, input->rules);
         status = mend_patches(patches, input, counts);
         if (status == TULLE_OK) status = grow_isolated(patches, input, counts, &has_grown);
     }
     if (status != TULLE_OK) return status;
-    if (input->rules->has_certificate && has_grown) switch_off(patches, input->set);
+    if (input->rules->has_certificate && has_grown) switch_off(patches, input->step->set);
     uint64_t const dead = schedule->dead_triangle_count;
-    if (dead > COMPACT_TRIANGLE_MIN && dead > measure_cover(patches, input->set).covered)
+    if (dead > COMPACT_TRIANGLE_MIN && dead > measure_cover(patches, input->step->set).covered)
         status = compact_patches(patches);
     return status;
 }
 
-tulle_status update_patches(kept_patches *patches, const surface_set *set, const double *x0,
-                            const double *x1, const patch_rules *rules, int threads,
+tulle_status update_patches(kept_patches *patches, const patch_step *step, const patch_rules *rules,
                             patch_counts *counts) {
     *counts = (patch_counts){0};
     if (!rules_are_alike(&patches->rules, rules)) {
@@ -312,10 +311,10 @@ tulle_status update_patches(kept_patches *patches, const surface_set *set, const
     }
     patches->rules = *rules;
     bool const keeps_small = !rules->has_certificate || rules->grows_anew;
-    growth_input const input = {set, x0, x1, rules, threads, keeps_small ? 1 : KEPT_MINIMUM};
+    growth_input const input = {step, rules, keeps_small ? 1 : KEPT_MINIMUM};
     tulle_status status = rules->grows_anew ? grow_first(patches, &input, counts)
                                             : keep_patches(patches, &input, counts);
-    if (status == TULLE_OK) status = prepare_checks(patches, threads);
+    if (status == TULLE_OK) status = prepare_checks(patches, step->threads);
     if (status != TULLE_OK) {
         drop_patches(patches);
         reset_schedule(patches);
@@ -326,14 +325,14 @@ tulle_status update_patches(kept_patches *patches, const surface_set *set, const
     return TULLE_OK;
 }
 
-bool patches_hold(const kept_patches *patches, const surface_set *set, const double *x0,
-                  const double *x1, const patch_rules *rules, int threads) {
+bool patches_hold(const kept_patches *patches, const patch_step *step, const patch_rules *rules) {
     /* Checks write to scratch and verdicts, which say nothing until the next check. */
     kept_patches *const scratch = (kept_patches *)(uintptr_t)patches;
     if (patches->patches.count == 0) return true;
     if (!patches->has_tasks) return false;
-    int const worker_count = threads < patches->worker_count ? threads : patches->worker_count;
-    check_patches(scratch, set, x0, x1, rules, worker_count);
+    patch_step narrowed = *step;
+    if (narrowed.threads > patches->worker_count) narrowed.threads = patches->worker_count;
+    check_patches(scratch, &narrowed, rules);
     for (size_t i = 0; i < patches->patches.count; i++) {
         const kept_patch *const patch = &patches->patches.data[i];
         if (patch->triangle_count > 0 && !verdict_holds((patch_verdict)patch->verdict))

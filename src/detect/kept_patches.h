@@ -36,24 +36,29 @@ typedef struct patch_counts {
     uint64_t grown_triangle_count; /* triangles that growth looked at in this call */
 } patch_counts;
 
+/* What moves how: the paths x0 -> x1 [m] of all vertices of the set. */
+typedef struct patch_step {
+    const surface_set *set;
+    const double *x0, *x1;
+    int threads;
+} patch_step;
+
 typedef struct kept_patches kept_patches;
 
 /* The topology of the set is kept by its address; it must not change or move. */
 tulle_status kept_patches_create(memory *heap, const surface_set *set, kept_patches **result);
 void kept_patches_destroy(kept_patches *patches);
 
-/* Stage 5 for the paths x0 -> x1 [m]: checks kept patches again, splits or dissolves what fails,
- * and from time to time, by counts alone, grows anew where much is isolated. The first call grows.
- * Surfaces that cannot meet themselves, and absent ones, get no patches. Out of memory
- * leaves no patches at all, which is safe. */
-tulle_status update_patches(kept_patches *patches, const surface_set *set, const double *x0,
-                            const double *x1, const patch_rules *rules, int threads,
+/* Stage 5 for a step: checks kept patches again, splits or dissolves what fails, and from time to
+ * time, by counts alone, grows anew where much is isolated. The first call grows. Surfaces that
+ * cannot meet themselves, and absent ones, get no patches. Out of memory leaves no patches at all,
+ * which is safe. */
+tulle_status update_patches(kept_patches *patches, const patch_step *step, const patch_rules *rules,
                             patch_counts *counts);
 
-/* Whether all patches in use are certified for the paths x0 -> x1 too; nothing that later calls
- * depend on changes. With has_certificate false only the cones are checked. */
-bool patches_hold(const kept_patches *patches, const surface_set *set, const double *x0,
-                  const double *x1, const patch_rules *rules, int threads);
+/* Whether all patches in use are certified for this step too; nothing that later calls depend on
+ * changes. With has_certificate false only the cones are checked. */
+bool patches_hold(const kept_patches *patches, const patch_step *step, const patch_rules *rules);
 
 /* triangle_count of the topology. */
 const uint32_t *kept_patches_get_labels(const kept_patches *patches);

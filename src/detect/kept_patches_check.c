@@ -32,11 +32,11 @@ static planar_map find_map(const kept_patches *patches, const kept_patch *patch,
     return planar_map_make(patch->axis, vec3_load(x0, patches->vertices.data[patch->vertex_begin]));
 }
 
-double project_patch(kept_patches *patches, const kept_patch *patch, const double *x0,
-                     const double *x1, size_t begin, size_t end) {
-    planar_map const map = find_map(patches, patch, x0);
+double project_patch(kept_patches *patches, const kept_patch *patch, const patch_step *step,
+                     size_t begin, size_t end) {
+    planar_map const map = find_map(patches, patch, step->x0);
     return TULLE_PICK_KERNEL(project_paths)(
-        &map, patches->vertices.data + patch->vertex_begin + begin, end - begin, x0, x1,
+        &map, patches->vertices.data + patch->vertex_begin + begin, end - begin, step->x0, step->x1,
         patches->points.data + patch->vertex_begin + begin);
 }
 
@@ -47,15 +47,15 @@ static bool all_turn_left(const kept_patches *patches, const kept_patch *patch, 
         patches->corners.data + 3 * ((size_t)patch->triangle_begin + begin), end - begin, reach);
 }
 
-static bool all_in_cone(const kept_patches *patches, const kept_patch *patch, const double *x0,
-                        const double *x1, double max_angle, size_t begin, size_t end) {
+static bool all_in_cone(const kept_patches *patches, const kept_patch *patch,
+                        const patch_step *step, double max_angle, size_t begin, size_t end) {
     const uint32_t *const triangles = patches->triangles.data + patch->triangle_begin;
     for (size_t i = begin; i < end; i++) {
         const uint32_t *const corners = patches->topo->triangles + 3 * (size_t)triangles[i];
         vec3 start[3], finish[3];
         for (int k = 0; k < 3; k++) {
-            start[k] = vec3_load(x0, corners[k]);
-            finish[k] = vec3_load(x1, corners[k]);
+            start[k] = vec3_load(step->x0, corners[k]);
+            finish[k] = vec3_load(step->x1, corners[k]);
         }
         if (!triangle_faces_axis(start, finish, patch->axis, max_angle, 0.0)) return false;
     }
@@ -77,14 +77,14 @@ static patch_verdict check_contour(const kept_patches *patches, const kept_patch
                                     : PATCH_CROSSED;
 }
 
-patch_verdict check_patch(kept_patches *patches, kept_patch *patch, const double *x0,
-                          const double *x1, const patch_rules *rules, void *scratch) {
+patch_verdict check_patch(kept_patches *patches, const kept_patch *patch, const patch_step *step,
+                          const patch_rules *rules, void *scratch) {
     if (!rules->has_certificate) {
         bool const holds =
-            all_in_cone(patches, patch, x0, x1, rules->max_angle, 0, patch->triangle_count);
+            all_in_cone(patches, patch, step, rules->max_angle, 0, patch->triangle_count);
         return holds ? PATCH_HOLDS_BY_CONE : PATCH_TURNED;
     }
-    double const size = project_patch(patches, patch, x0, x1, 0, patch->vertex_count);
+    double const size = project_patch(patches, patch, step, 0, patch->vertex_count);
     double const reach = find_planar_reach(rules->reach, size);
     if (!(reach > 0.0) || !all_turn_left(patches, patch, 0, patch->triangle_count, reach))
         return PATCH_TURNED;
@@ -161,8 +161,7 @@ tulle_status prepare_checks(kept_patches *patches, int threads) {
 
 typedef struct check_run {
     kept_patches *patches;
-    const surface_set *set;
-    const double *x0, *x1;
+    const patch_step *step;
     const patch_rules *rules;
     size_t task_begin;
 } check_run;
@@ -172,12 +171,12 @@ static uint32_t run_part(const check_run *run, check_task *task, void *scratch) 
     kept_patch *const patch = &patches->patches.data[task->patch];
     if (!run->rules->has_certificate) {
         if (task->kind != CHECK_TURNS) return PATCH_HOLDS_BY_CONE;
-        bool const holds = all_in_cone(patches, patch, run->x0, run->x1, run->rules->max_angle,
-                                       task->begin, task->end);
+        bool const holds =
+            all_in_cone(patches, patch, run->step, run->rules->max_angle, task->begin, task->end);
         return holds ? PATCH_HOLDS_BY_CONE : PATCH_TURNED;
     }
     if (task->kind == CHECK_PROJECTION) {
-        task->size = project_patch(patches, patch, run->x0, run->x1, task->begin, task->end);
+        task->size = project_patch(patches, patch, run->step, task->begin, task->end);
         return PATCH_HOLDS_BY_STAR;
     }
     double const reach = task->size; /* found from the sizes by then */
@@ -191,10 +190,9 @@ static void run_group(const check_run *run, const check_task *task, void *scratc
     for (uint32_t i = task->begin; i < task->end; i++) {
         kept_patch *const patch = &run->patches->patches.data[i];
         if (patch->triangle_count == 0 || patch->triangle_count > LARGE_PATCH) continue;
-        patch->verdict =
-            surface_has_patches(run->set, patch->surface)
-                ? check_patch(run->patches, patch, run->x0, run->x1, run->rules, scratch)
-                : PATCH_LEFT;
+        patch->verdict = surface_has_patches(run->step->set, patch->surface)
+                             ? check_patch(run->patches, patch, run->step, run->rules, scratch)
+                             : PATCH_LEFT;
     }
 }
 
@@ -236,20 +234,19 @@ static void gather_verdicts(const check_run *run, size_t projection_count) {
         if (tasks[i].kind == CHECK_WHOLE) continue;
         kept_patch *const patch = &all[tasks[i].patch];
         if (tasks[i].verdict > patch->verdict) patch->verdict = tasks[i].verdict;
-        if (!surface_has_patches(run->set, patch->surface)) patch->verdict = PATCH_LEFT;
+        if (!surface_has_patches(run->step->set, patch->surface)) patch->verdict = PATCH_LEFT;
     }
 }
 
-void check_patches(kept_patches *patches, const surface_set *set, const double *x0,
-                   const double *x1, const patch_rules *rules, int threads) {
-    check_run run = {patches, set, x0, x1, rules, 0};
+void check_patches(kept_patches *patches, const patch_step *step, const patch_rules *rules) {
+    check_run run = {patches, step, rules, 0};
     size_t projection_count = 0;
     while (projection_count < patches->tasks.count &&
            patches->tasks.data[projection_count].kind == CHECK_PROJECTION)
         projection_count++;
-    parallel_for(projection_count, 1, threads, run_tasks, &run);
+    parallel_for(projection_count, 1, step->threads, run_tasks, &run);
     spread_sizes(&run, projection_count);
     run.task_begin = projection_count;
-    parallel_for(patches->tasks.count - projection_count, 1, threads, run_tasks, &run);
+    parallel_for(patches->tasks.count - projection_count, 1, step->threads, run_tasks, &run);
     gather_verdicts(&run, projection_count);
 }

@@ -91,13 +91,13 @@ struct kept_patches {
 };
 
 /* A whole patch checked at once, by one thread. scratch: for a contour of the patch. */
-patch_verdict check_patch(kept_patches *patches, kept_patch *patch, const double *x0,
-                          const double *x1, const patch_rules *rules, void *scratch);
+patch_verdict check_patch(kept_patches *patches, const kept_patch *patch, const patch_step *step,
+                          const patch_rules *rules, void *scratch);
 /* [bytes] scratch of check_patch for a boundary of that many vertices. */
 size_t check_scratch_size(size_t loop_count);
 /* Projects local vertices begin .. end - 1 of a patch, and returns their size. */
-double project_patch(kept_patches *patches, const kept_patch *patch, const double *x0,
-                     const double *x1, size_t begin, size_t end);
+double project_patch(kept_patches *patches, const kept_patch *patch, const patch_step *step,
+                     size_t begin, size_t end);
 
 /* Leaves no patches. */
 void drop_patches(kept_patches *patches);
@@ -105,16 +105,13 @@ void drop_patches(kept_patches *patches);
 /* Prepares tasks and scratch after patches have changed. */
 tulle_status prepare_checks(kept_patches *patches, int threads);
 /* Checks all patches and fills their verdicts. */
-void check_patches(kept_patches *patches, const surface_set *set, const double *x0,
-                   const double *x1, const patch_rules *rules, int threads);
+void check_patches(kept_patches *patches, const patch_step *step, const patch_rules *rules);
 bool surface_has_patches(const surface_set *set, uint32_t surface);
 
 /* One growth over all triangles without a label. */
 typedef struct growth_input {
-    const surface_set *set;
-    const double *x0, *x1;
+    const patch_step *step;
     const patch_rules *rules;
-    int threads;
     size_t minimum; /* triangles of the smallest patch that is kept */
 } growth_input;
 tulle_status grow_kept_patches(kept_patches *patches, const growth_input *input,

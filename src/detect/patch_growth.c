@@ -325,9 +325,9 @@ static tulle_status settle_patch(kept_patches *patches, const growth_input *inpu
         if (status == TULLE_OK)
             status = reserve_scratch(patches, check_scratch_size(patch->loop_count));
         if (status != TULLE_OK) return status;
-        patch->verdict = is_one ? check_patch(patches, patch, input->x0, input->x1, rules,
-                                              patches->contour_scratch.data)
-                                : PATCH_CROSSED;
+        patch->verdict =
+            is_one ? check_patch(patches, patch, input->step, rules, patches->contour_scratch.data)
+                   : PATCH_CROSSED;
         if (verdict_holds(patch->verdict)) {
             commit_patch(patches, patch, label);
             return TULLE_OK;
@@ -335,8 +335,7 @@ static tulle_status settle_patch(kept_patches *patches, const growth_input *inpu
         if (patch->verdict == PATCH_TURNED) {
             if (was_regrown || !rules->has_certificate) break;
             was_regrown = true;
-            double const size =
-                project_patch(patches, patch, input->x0, input->x1, 0, patch->vertex_count);
+            double const size = project_patch(patches, patch, input->step, 0, patch->vertex_count);
             count = leave_out_turned(patches, patch, find_planar_reach(rules->reach, size), label);
         } else {
             if (count / 2 < input->minimum) break;
@@ -389,13 +388,13 @@ static void find_cones(void *context, size_t begin, size_t end, size_t chunk, in
         normal_cone *const cone = &patches->growth.cones[i];
         *cone = no_cone;
         if (patches->labels[i] != PATCH_ISOLATED ||
-            !surface_has_patches(run->input->set, patches->triangle_surface[i]))
+            !surface_has_patches(run->input->step->set, patches->triangle_surface[i]))
             continue;
         const uint32_t *const corners = patches->topo->triangles + 3 * i;
         vec3 start[3], finish[3];
         for (int k = 0; k < 3; k++) {
-            start[k] = vec3_load(run->input->x0, corners[k]);
-            finish[k] = vec3_load(run->input->x1, corners[k]);
+            start[k] = vec3_load(run->input->step->x0, corners[k]);
+            finish[k] = vec3_load(run->input->step->x1, corners[k]);
         }
         *cone = normal_cone_of_triangle_by(run->input->rules->cone, start, finish);
         double const limit = find_limit(start, finish, run->input->rules);
@@ -410,7 +409,7 @@ tulle_status grow_kept_patches(kept_patches *patches, const growth_input *input,
     if (status != TULLE_OK) return status;
     size_t const triangle_count = patches->topo->triangle_count;
     cone_run run = {patches, input};
-    parallel_for(triangle_count, CONE_CHUNK, input->threads, find_cones, &run);
+    parallel_for(triangle_count, CONE_CHUNK, input->step->threads, find_cones, &run);
     uint64_t looked_at = 0;
     for (uint32_t seed = 0; seed < triangle_count;) {
         if (!is_free(patches, seed) || looked_at > LOOKED_AT_MAX * (uint64_t)triangle_count) {

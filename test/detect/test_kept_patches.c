@@ -23,9 +23,10 @@ static kept_patches *create(patch_scene *scene) {
 static patch_counts update(kept_patches *patches, const patch_scene *scene,
                            const patch_rules *rules, int threads) {
     patch_counts counts;
-    assert_int_equal(
-        update_patches(patches, &scene->set, scene->x0, scene->x1, rules, threads, &counts),
-        TULLE_OK);
+    assert_int_equal(update_patches(patches,
+                                    &(patch_step){&scene->set, scene->x0, scene->x1, threads},
+                                    rules, &counts),
+                     TULLE_OK);
     return counts;
 }
 
@@ -54,7 +55,8 @@ static void patches_of_all_shapes_are_apart(void **state) {
         assert_int_equal(counts.star_count + counts.contour_count, counts.patch_count);
         assert_patches_are_discs(&scene, labels);
         pair_count += assert_patches_are_apart(&scene, labels, 2.0 * reach, &seed);
-        assert_true(patches_hold(patches, &scene.set, scene.x0, scene.x1, &rules, 2));
+        assert_true(
+            patches_hold(patches, &(patch_step){&scene.set, scene.x0, scene.x1, 2}, &rules));
         patch_count += counts.patch_count, star_count += counts.star_count;
         swept_count += counts.contour_count;
         kept_patches_destroy(patches);
@@ -184,7 +186,7 @@ static void cones_alone_do_not_see_the_helix(void **state) {
     patch_counts counts = update(patches, &scene, &rules, 1);
     assert_int_equal(counts.patch_count, 1);
     assert_int_equal(counts.triangle_count, scene.triangle_count);
-    assert_true(patches_hold(patches, &scene.set, scene.x0, scene.x1, &rules, 1));
+    assert_true(patches_hold(patches, &(patch_step){&scene.set, scene.x0, scene.x1, 1}, &rules));
     rules.grows_anew = false;
     for (int step = 0; step < 3; step++) counts = update(patches, &scene, &rules, 1);
     assert_int_equal(counts.kept_count, 1);
@@ -213,14 +215,16 @@ static void what_fails_is_noticed(void **state) {
         double *const x = scene.x1 + 3 * vertex, old = x[0];
         if (old > 0.9) continue;                     /* it would only stretch the sheet */
         x[0] += round % 4 == 3 ? (double)NAN : 0.05; /* four edge lengths */
-        assert_false(patches_hold(patches, &scene.set, scene.x0, scene.x1, &rules, 2));
+        assert_false(
+            patches_hold(patches, &(patch_step){&scene.set, scene.x0, scene.x1, 2}, &rules));
         x[0] = old;
-        assert_true(patches_hold(patches, &scene.set, scene.x0, scene.x1, &rules, 2));
+        assert_true(
+            patches_hold(patches, &(patch_step){&scene.set, scene.x0, scene.x1, 2}, &rules));
     }
     assert_memory_equal(labels, kept_patches_get_labels(patches),
                         scene.triangle_count * sizeof *labels);
     scene.range.ignores_self = true;
-    assert_false(patches_hold(patches, &scene.set, scene.x0, scene.x1, &rules, 2));
+    assert_false(patches_hold(patches, &(patch_step){&scene.set, scene.x0, scene.x1, 2}, &rules));
     assert_int_equal(update(patches, &scene, &rules, 2).patch_count, 0);
     assert_int_equal(count_labelled(&scene, kept_patches_get_labels(patches)), 0);
     free(labels);
@@ -313,8 +317,8 @@ static void want_of_memory_leaves_no_patches(void **state) {
         kept_patches *patches = NULL;
         if (kept_patches_create(&heap, &scene.set, &patches) == TULLE_OK) {
             patch_counts counts;
-            tulle_status const status =
-                update_patches(patches, &scene.set, scene.x0, scene.x1, &rules, 2, &counts);
+            tulle_status const status = update_patches(
+                patches, &(patch_step){&scene.set, scene.x0, scene.x1, 2}, &rules, &counts);
             is_through = status == TULLE_OK;
             if (!is_through) {
                 assert_int_equal(status, TULLE_ERROR_OUT_OF_MEMORY);

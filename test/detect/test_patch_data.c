@@ -34,14 +34,16 @@ static void check_surface(const char *start_name, const char *end_name, double d
     assert_int_equal(kept_patches_create(&scene.heap, &scene.set, &patches), TULLE_OK);
     patch_rules rules = {CONE_BERNSTEIN, degrees * DEGREE, false, true, 0.0};
     patch_counts counts;
-    assert_int_equal(update_patches(patches, &scene.set, scene.x0, scene.x1, &rules, 2, &counts),
-                     TULLE_OK);
+    assert_int_equal(
+        update_patches(patches, &(patch_step){&scene.set, scene.x0, scene.x1, 2}, &rules, &counts),
+        TULLE_OK);
     assert_int_equal(counts.patch_count, 1);
     assert_int_equal(counts.triangle_count, scene.triangle_count);
     for (int kept = 0; kept < 2; kept++) {
         rules.has_certificate = true, rules.grows_anew = !kept;
-        assert_int_equal(
-            update_patches(patches, &scene.set, scene.x0, scene.x1, &rules, 2, &counts), TULLE_OK);
+        assert_int_equal(update_patches(patches, &(patch_step){&scene.set, scene.x0, scene.x1, 2},
+                                        &rules, &counts),
+                         TULLE_OK);
         assert_true(counts.patch_count > 1);
         const uint32_t *const labels = kept_patches_get_labels(patches);
         assert_patches_are_discs(&scene, labels);
