@@ -93,9 +93,9 @@ static tulle_status build_patches(step_context *context, const double *x1) {
     tulle_world *const world = context->world;
     if (!world->patches) return TULLE_OK;
     patch_counts counts = {0};
+    patch_step const paths = {&world->set, context->state->positions, x1, world->threads};
     tulle_status const status =
-        update_patches(world->patches, &world->set, context->state->positions, x1,
-                       &world->patch_rules, world->threads, &counts);
+        update_patches(world->patches, &paths, &world->patch_rules, &counts);
     tulle_step_report *const report = context->report;
     report->patches = counts.patch_count;
     report->patch_triangles = counts.triangle_count;
@@ -167,9 +167,9 @@ static bool patches_cover(const step_context *context, const double *x1) {
     patch_rules rules = world->patch_rules;
     rules.reach *= HOLD_REACH_SHARE;
     rules.max_angle = fmax(rules.max_angle, HOLD_ANGLE);
+    patch_step const paths = {&world->set, context->state->positions, x1, world->threads};
     return ends_within(context, x1, world->patch_rules.reach - rules.reach) ||
-           patches_hold(world->patches, &world->set, context->state->positions, x1, &rules,
-                        world->threads);
+           patches_hold(world->patches, &paths, &rules);
 }
 
 /* The boxes stay those of the paths that the pairs were found for: what is tested outside patches
