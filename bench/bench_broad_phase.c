@@ -153,7 +153,7 @@ static void run_method(memory *heap, const bench_scene *of, cloth_pose pose,
     pair_list pairs = {0};
     event_list events = {0};
     pair_test_counts counts;
-    uint64_t box_pairs;
+    search_counts found_counts;
     arena scratch = arena_make(heap);
     if (broad_phase_create(heap, &of->set, of->rest, method, &broad) != TULLE_OK) exit(4);
     for (int round = -2; round < rounds; round++) {
@@ -175,11 +175,11 @@ static void run_method(memory *heap, const bench_scene *of, cloth_pose pose,
         find[round] = found - built;
         test[round] = tested - found;
     }
-    if (find_pairs(broad, &of->set, threads, &pairs, &box_pairs) != TULLE_OK) exit(4);
+    if (find_pairs(broad, &of->set, threads, &pairs, &found_counts) != TULLE_OK) exit(4);
     printf("%s,%s,%d,%zu,%llu,%zu,%zu,%llu,%zu", pose_names[pose],
            method == BROAD_PHASE_REFIT ? "refit" : "bvox", threads, of->triangle_count,
-           (unsigned long long)box_pairs, pairs.vertex_triangle.count, pairs.edge_edge.count,
-           (unsigned long long)counts.tested_count, events.events.count);
+           (unsigned long long)found_counts.leaf_pair_count, pairs.vertex_triangle.count,
+           pairs.edge_edge.count, (unsigned long long)counts.tested_count, events.events.count);
     print_times(build, rounds);
     print_times(find, rounds);
     print_times(test, rounds);
@@ -195,7 +195,7 @@ int main(int argument_count, char **arguments) {
     int rounds = argument_count > 1 ? atoi(arguments[1]) : 21;
     rounds = rounds < 1 ? 1 : rounds > MOST_ROUNDS ? MOST_ROUNDS : rounds;
     memory heap = memory_default();
-    printf("scene,method,threads,triangles,box_pairs,vertex_triangle,edge_edge,tested,events,"
+    printf("scene,method,threads,triangles,leaf_pairs,vertex_triangle,edge_edge,tested,events,"
            "build_min,build_median,find_min,find_median,test_min,test_median\n");
     for (int pose = 0; pose < 3; pose++) {
         bench_scene scene;

@@ -11,55 +11,75 @@
 
 /* Room for the node pairs among which stage 7 shares out its work; more only where they all meet.
  */
-enum { NODE_PAIRS = 8192 };
+enum { SEARCH_TASKS = 4096 };
 
 static void *allocate(memory *heap, size_t count, size_t size) {
     return count == 0 ? NULL : memory_allocate_zeroed(heap, count, size);
 }
 
 static bool reserve_slots(memory *heap, slot_list *list, size_t count, uint32_t corner_count) {
-    list->count = count;
+    list->count = count + SLOT_SPARE;
     list->corner_count = corner_count;
-    if (count == 0) return true;
-    list->features = allocate(heap, count, sizeof *list->features);
-    list->corners = allocate(heap, corner_count * count, sizeof *list->corners);
-    bool is_complete = list->features && list->corners;
-    for (int k = 0; k < 6; k++) {
-        list->sides[k] = allocate(heap, count, sizeof *list->sides[k]);
-        is_complete = is_complete && list->sides[k];
-    }
-    return is_complete;
+    list->features = allocate(heap, list->count, sizeof *list->features);
+    list->corners = allocate(heap, corner_count * list->count, sizeof *list->corners);
+    return list->features && list->corners;
 }
 
 static void free_slots(memory *heap, slot_list *list) {
     memory_release(heap, list->features, list->count * sizeof *list->features);
     memory_release(heap, list->corners, list->corner_count * list->count * sizeof *list->corners);
-    for (int k = 0; k < 6; k++)
-        memory_release(heap, list->sides[k], list->count * sizeof *list->sides[k]);
 }
 
-static bool reserve_parts(broad_phase *broad) {
+/* Leaves are numbered through the surfaces; a voxel tree may need one for each triangle. */
+static void place_leaves(broad_phase *broad, const surface_set *set) {
+    for (size_t s = 0; s < set->surface_count; s++) {
+        const surface_range *const range = &set->surfaces[s];
+        size_t const count = range->triangle_end - range->triangle_begin;
+        broad->trees[s].leaf_begin = (uint32_t)broad->leaf_capacity;
+        uint32_t group;
+        bool const is_refit = broad->method == BROAD_PHASE_REFIT;
+        broad->leaf_capacity += is_refit ? choose_leaf_count(count, &group) : count;
+    }
+    size_t const slots = broad->triangle_count + broad->vertex_count + broad->edge_count;
+    broad->block_capacity = 6 * slots + LEAF_HEADER * broad->leaf_capacity + BLOCK_SPARE;
+}
+
+/* What trees of the method need besides. */
+static bool reserve_method_parts(broad_phase *broad) {
     memory *const heap = broad->heap;
-    size_t const triangles = broad->triangle_count;
-    /* A task takes many vertices or leaves of one surface, and there are fewer leaves than
+    if (broad->method == BROAD_PHASE_REFIT) {
+        broad->record_vertices =
+            allocate(heap, broad->vertex_count, sizeof *broad->record_vertices);
+        return broad->record_vertices || broad->vertex_count == 0;
+    }
+    for (int k = 0; k < 2; k++) {
+        broad->voxel_keys[k] = allocate(heap, broad->triangle_count, sizeof *broad->voxel_keys[k]);
+        if (!broad->voxel_keys[k] && broad->triangle_count > 0) return false;
+    }
+    return true;
+}
+
+static bool reserve_parts(broad_phase *broad, const surface_set *set) {
+    memory *const heap = broad->heap;
+    broad->trees = allocate(heap, broad->surface_count, sizeof *broad->trees);
+    if (!broad->trees && broad->surface_count > 0) return false;
+    place_leaves(broad, set);
+    /* A task takes many vertices or lowest nodes of one surface, and there are fewer nodes than
      * triangles. */
-    broad->fit_task_capacity = broad->surface_count + (broad->vertex_count + triangles) / 64;
+    broad->fit_task_capacity =
+        2 * broad->surface_count + (broad->vertex_count + broad->triangle_count) / 32;
     broad->vertex_boxes = allocate(heap, broad->vertex_count, sizeof *broad->vertex_boxes);
     broad->records = allocate(heap, broad->vertex_count, sizeof *broad->records);
-    broad->trees = allocate(heap, broad->surface_count, sizeof *broad->trees);
-    broad->leaves = allocate(heap, triangles, sizeof *broad->leaves);
+    broad->leaves = allocate(heap, broad->leaf_capacity, sizeof *broad->leaves);
+    broad->blocks = allocate(heap, broad->block_capacity, sizeof *broad->blocks);
     broad->fit_tasks = allocate(heap, broad->fit_task_capacity, sizeof *broad->fit_tasks);
     for (int k = 0; k < 2; k++)
-        if (!ARRAY_RESERVE(heap, &broad->node_pairs[k], NODE_PAIRS)) return false;
-    bool is_complete = ((broad->vertex_boxes && broad->records) || broad->vertex_count == 0) &&
-                       (broad->trees || broad->surface_count == 0) &&
-                       (broad->leaves || triangles == 0) &&
-                       (broad->fit_tasks || broad->fit_task_capacity == 0);
-    for (int k = 0; k < 2 && broad->method == BROAD_PHASE_BVOX; k++) {
-        broad->voxel_keys[k] = allocate(heap, triangles, sizeof *broad->voxel_keys[k]);
-        is_complete = is_complete && (broad->voxel_keys[k] || triangles == 0);
-    }
-    return is_complete && reserve_slots(heap, &broad->triangles, triangles, 3) &&
+        if (!ARRAY_RESERVE(heap, &broad->search_tasks[k], SEARCH_TASKS)) return false;
+    return (broad->vertex_boxes || broad->vertex_count == 0) &&
+           (broad->records || broad->vertex_count == 0) &&
+           (broad->leaves || broad->leaf_capacity == 0) && broad->blocks &&
+           (broad->fit_tasks || broad->fit_task_capacity == 0) && reserve_method_parts(broad) &&
+           reserve_slots(heap, &broad->triangles, broad->triangle_count, 3) &&
            reserve_slots(heap, &broad->vertices, broad->vertex_count, 1) &&
            reserve_slots(heap, &broad->edges, broad->edge_count, 2);
 }
@@ -72,34 +92,25 @@ void broad_phase_destroy(broad_phase *broad) {
     memory_release(heap, broad->trees, broad->surface_count * sizeof *broad->trees);
     memory_release(heap, broad->vertex_boxes, broad->vertex_count * sizeof *broad->vertex_boxes);
     memory_release(heap, broad->records, broad->vertex_count * sizeof *broad->records);
-    memory_release(heap, broad->leaves, broad->triangle_count * sizeof *broad->leaves);
+    memory_release(heap, broad->record_vertices,
+                   broad->vertex_count * sizeof *broad->record_vertices);
+    memory_release(heap, broad->leaves, broad->leaf_capacity * sizeof *broad->leaves);
+    memory_release(heap, broad->blocks, broad->block_capacity * sizeof *broad->blocks);
     memory_release(heap, broad->fit_tasks, broad->fit_task_capacity * sizeof *broad->fit_tasks);
     for (int k = 0; k < 2; k++) {
         memory_release(heap, broad->voxel_keys[k],
                        broad->triangle_count * sizeof *broad->voxel_keys[k]);
-        ARRAY_FREE(heap, &broad->node_pairs[k]);
+        ARRAY_FREE(heap, &broad->search_tasks[k]);
         pair_store_free(heap, &broad->stores[k]);
     }
+    ARRAY_FREE(heap, &broad->voxel_groups);
     ARRAY_FREE(heap, &broad->outputs);
+    ARRAY_FREE(heap, &broad->lists);
     ARRAY_FREE(heap, &broad->writers);
     free_slots(heap, &broad->triangles);
     free_slots(heap, &broad->vertices);
     free_slots(heap, &broad->edges);
     memory_release(heap, broad, sizeof *broad);
-}
-
-void broad_phase_set_patches(broad_phase *broad, patch_labels patches) { broad->patches = patches; }
-
-const pair_tables *broad_phase_get_tables(const broad_phase *broad) { return &broad->tables; }
-
-static void set_tables(broad_phase *broad) {
-    broad->tables = (pair_tables){.vertex_features = broad->vertices.features,
-                                  .edge_features = broad->edges.features,
-                                  .triangle_features = broad->triangles.features,
-                                  .vertex_corners = broad->vertices.corners,
-                                  .edge_corners = broad->edges.corners,
-                                  .triangle_corners = broad->triangles.corners,
-                                  .records = broad->records};
 }
 
 static tulle_status shape_trees(broad_phase *broad, const surface_set *set, const double *rest) {
@@ -115,7 +126,6 @@ static tulle_status shape_trees(broad_phase *broad, const surface_set *set, cons
 tulle_status broad_phase_create(memory *heap, const surface_set *set, const double *rest,
                                 broad_phase_method method, broad_phase **result) {
     *result = NULL;
-    if (method == BROAD_PHASE_PAPER) return TULLE_ERROR_UNSUPPORTED;
     broad_phase *const broad = memory_allocate_zeroed(heap, 1, sizeof *broad);
     if (!broad) return TULLE_ERROR_OUT_OF_MEMORY;
     broad->heap = heap;
@@ -129,12 +139,18 @@ tulle_status broad_phase_create(memory *heap, const surface_set *set, const doub
                        broad->triangle_count);
     pair_store_prepare(&broad->stores[FEATURE_EDGE_EDGE], broad->edge_count, broad->edge_count);
     tulle_status const status =
-        reserve_parts(broad) ? shape_trees(broad, set, rest) : TULLE_ERROR_OUT_OF_MEMORY;
+        reserve_parts(broad, set) ? shape_trees(broad, set, rest) : TULLE_ERROR_OUT_OF_MEMORY;
     if (status != TULLE_OK) {
         broad_phase_destroy(broad);
         return status;
     }
-    set_tables(broad);
+    broad->tables = (pair_tables){.vertex_features = broad->vertices.features,
+                                  .edge_features = broad->edges.features,
+                                  .triangle_features = broad->triangles.features,
+                                  .vertex_corners = broad->vertices.corners,
+                                  .edge_corners = broad->edges.corners,
+                                  .triangle_corners = broad->triangles.corners,
+                                  .records = broad->records};
     *result = broad;
     return TULLE_OK;
 }
@@ -154,7 +170,7 @@ tulle_status build_trees(broad_phase *broad, const surface_set *set, const doubl
         broad->margin = -1.0;
         return TULLE_ERROR_INVALID_ARGUMENT;
     }
-    for (uint32_t s = 0; broad->method == BROAD_PHASE_BVOX && s < set->surface_count; s++) {
+    for (uint32_t s = 0; broad->method != BROAD_PHASE_REFIT && s < set->surface_count; s++) {
         if (!set->surfaces[s].is_present || broad->trees[s].is_fitted) continue;
         tulle_status const status = shape_voxel_tree(broad, set, s);
         if (status != TULLE_OK) {
@@ -163,7 +179,10 @@ tulle_status build_trees(broad_phase *broad, const surface_set *set, const doubl
         }
     }
     fit_trees(broad, set, threads);
-    label_trees(broad, set);
     broad->is_built = true;
     return TULLE_OK;
 }
+
+void broad_phase_set_patches(broad_phase *broad, patch_labels patches) { broad->patches = patches; }
+
+const pair_tables *broad_phase_get_tables(const broad_phase *broad) { return &broad->tables; }

@@ -3,8 +3,8 @@
  *
  * Candidates are all pairs (vertex, triangle) with the vertex not a corner of it, and (edge, edge)
  * without a shared vertex, whose boxes over the whole step, each widened by half the margin and
- * outward against rounding, meet; among surfaces that may collide. Both methods give the same list.
- */
+ * outward against rounding, meet; among surfaces that may collide. All methods give the same list,
+ * but for pairs within patches. */
 #ifndef TULLE_DETECT_BROAD_PHASE_H
 #define TULLE_DETECT_BROAD_PHASE_H
 
@@ -39,24 +39,26 @@ void broad_phase_destroy(broad_phase *broad);
  * not finite. */
 tulle_status build_trees(broad_phase *broad, const surface_set *set, const double *x0,
                          const double *x1, double margin, int threads);
-/* Call before build_trees; zeroed: no patches. */
+/* Call before build_trees, which reads them; zeroed: no patches. */
 void broad_phase_set_patches(broad_phase *broad, patch_labels patches);
 
 typedef struct search_counts {
     uint64_t leaf_pair_count, candidate_count;
 } search_counts;
 /* Stage 7, streaming: every candidate goes to `consume` once, in batches, from `threads` workers in
- * one parallel loop. Out of memory may come before the first batch only. */
+ * one parallel loop; what remains in their batches at the end comes from the calling thread. counts
+ * may be null. Out of memory comes before the first batch only; TULLE_ERROR_INVALID_ARGUMENT where
+ * the last build_trees failed. */
 tulle_status search_pairs(broad_phase *broad, const surface_set *set, int threads,
                           pair_consumer consume, void *context, search_counts *counts);
 /* The tables of the last build_trees. */
 const pair_tables *broad_phase_get_tables(const broad_phase *broad);
 
-/* Stage 7, over the boxes of the last build_trees. Replaces the contents of `pairs` (whose arrays
- * live on `heap` of the broad phase). box_pair_count: triangle pairs whose boxes met; may be null,
- * which saves the counting. Out of memory leaves the list empty and returns the error;
- * TULLE_ERROR_INVALID_ARGUMENT where the last build_trees failed. */
+/* Stage 7 as a list, over the boxes of the last build_trees. Replaces the contents of `pairs`
+ * (whose arrays live on `heap` of the broad phase). counts may be null. Out of memory leaves the
+ * list empty and returns the error; TULLE_ERROR_INVALID_ARGUMENT where the last build_trees failed.
+ */
 tulle_status find_pairs(broad_phase *broad, const surface_set *set, int threads, pair_list *pairs,
-                        uint64_t *box_pair_count);
+                        search_counts *counts);
 
 #endif

@@ -94,32 +94,29 @@ static void split_triangles(const shaper *shape, size_t count, size_t leaf_count
     split_triangles(shape, count, leaf_count, leaf_middle, leaf_end);
 }
 
-/* Number of leaves under one node of the lowest level, and below it (1 << levels) such nodes: the
- * fewest leaves of the form 4 .. 7 times a power of two, so that leaves are nearly full. */
-static uint32_t choose_leaf_count(size_t triangle_count, uint32_t *group) {
+uint32_t choose_leaf_count(size_t triangle_count, uint32_t *group) {
     uint32_t const needed = (uint32_t)((triangle_count + LEAF_TRIANGLES - 1) / LEAF_TRIANGLES);
     unsigned levels = 0;
-    while (needed >> levels >= 2 * NODE_CHILDREN) levels++;
+    while (needed > (uint32_t)NODE_LANES << levels) levels++;
     *group = (needed + (1U << levels) - 1) >> levels;
     return *group << levels;
 }
 
-/* Levels from the leaves to the root. The lowest nodes take `group` leaves, the others
- * NODE_CHILDREN, the root what is left. */
+/* Levels up to the root. The lowest nodes take `group` leaves, the others NODE_LANES, the root what
+ * is left. */
 static bool build_nodes(broad_phase *broad, surface_tree *tree, uint32_t group) {
-    size_t level_begin = 0, level_count = tree->leaf_count;
-    if (!ARRAY_RESERVE(broad->heap, &tree->nodes, 2 * level_count)) return false;
-    for (uint32_t l = 0; l < tree->leaf_count; l++)
-        tree->nodes.data[tree->nodes.count++] = (tree_node){.first = l};
-    size_t children = group;
-    while (level_count > 1) {
-        for (size_t i = 0; i < level_count; i += children)
-            tree->nodes.data[tree->nodes.count++] = (tree_node){
-                .first = (uint32_t)(level_begin + i), .child_count = (uint32_t)children};
-        level_begin += level_count;
-        level_count /= children;
-        children = level_count < NODE_CHILDREN ? level_count : NODE_CHILDREN;
-    }
+    uint32_t first = tree->leaf_begin, count = tree->leaf_count, children = group;
+    if (!ARRAY_RESERVE(broad->heap, &tree->nodes, count / group * 8 / 7 + 2)) return false;
+    do {
+        tree->level_begin[tree->level_count++] = (uint32_t)tree->nodes.count;
+        for (uint32_t i = 0; i < count; i += children)
+            tree->nodes.data[tree->nodes.count++] =
+                (tree_node){.first = first + i, .child_count = children};
+        first = tree->level_begin[tree->level_count - 1];
+        count /= children;
+        children = count < NODE_LANES ? count : NODE_LANES;
+    } while (count > 1);
+    tree->level_begin[tree->level_count] = (uint32_t)tree->nodes.count;
     return true;
 }
 
@@ -128,9 +125,8 @@ tulle_status shape_refit_tree(broad_phase *broad, const surface_set *set, uint32
     const surface_range *const range = &set->surfaces[surface];
     surface_tree *const tree = &broad->trees[surface];
     size_t const count = range->triangle_end - range->triangle_begin;
-    tree->leaf_begin = range->triangle_begin;
     tree->leaf_count = 0;
-    if (count == 0) return TULLE_OK;
+    if (count == 0) return assign_even_slots(broad, set, surface);
     uint32_t group;
     tree->leaf_count = choose_leaf_count(count, &group);
     shaper const shape = {.order = broad->triangles.features + range->triangle_begin,
@@ -144,6 +140,5 @@ tulle_status shape_refit_tree(broad_phase *broad, const surface_set *set, uint32
         leaf->triangle_end = range->triangle_begin + (uint32_t)(count * (l + 1) / tree->leaf_count);
     }
     if (!build_nodes(broad, tree, group)) return TULLE_ERROR_OUT_OF_MEMORY;
-    assign_slots(broad, set, surface);
-    return TULLE_OK;
+    return assign_even_slots(broad, set, surface);
 }

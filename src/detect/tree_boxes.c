@@ -1,8 +1,10 @@
-/* detect/tree_boxes.c - boxes of moving vertices, edges, triangles, leaves and nodes.
+/* detect/tree_boxes.c - boxes of moving vertices, features, leaves and nodes, and labels of nodes.
  *
- * The box of a vertex holds its path widened by margin / 2; boxes of edges, triangles and nodes are
- * unions of those, so every method sees the same feature boxes bit for bit. Work is cut into tasks
- * of fixed size; each writes its own boxes only. */
+ * The box of a vertex holds its path widened by margin / 2; all other boxes are unions of those, so
+ * every method sees the same feature boxes bit for bit. Two parallel loops: the first makes the
+ * boxes of vertices, the second those of leaves and of the nodes above them; the few nodes above
+ * those are done at the end. Work is cut into tasks of fixed size; each writes its own boxes only.
+ */
 #include "base/parallel.h"
 #include "detect/broad_phase_parts.h"
 
@@ -10,18 +12,8 @@
 
 enum {
     VERTICES_PER_TASK = 2048, /* some 20 microseconds */
-    LEAVES_PER_TASK = 128     /* some 20 microseconds */
+    NODES_PER_TASK = 32       /* some 200 leaves, some 20 microseconds */
 };
-
-/* Rounding of (x - origin) * scale - margin / 2, relative to the magnitude of its parts: four
- * roundings of 2^-53 and some room. */
-#define FRAME_ROUNDING 1e-15
-/* Twice the rounding of a conversion to float, so that it ends outside; and where floats are
- * denormal. */
-#define FLOAT_ROUNDING 0x1.0p-23
-#define FLOAT_UNDERFLOW 0x1.0p-140
-/* Box coordinates beyond this are moved to it, in order, so comparisons stay conservative. */
-#define MOST_COORDINATE 3e38
 
 bool choose_box_frame(broad_phase *broad, const double *rest) {
     double low[3] = {0.0, 0.0, 0.0}, high[3] = {0.0, 0.0, 0.0}, extent = 0.0;
@@ -43,49 +35,6 @@ bool choose_box_frame(broad_phase *broad, const double *rest) {
     return true;
 }
 
-static double clamp_coordinate(double x) {
-    return x > MOST_COORDINATE ? MOST_COORDINATE : x < -MOST_COORDINATE ? -MOST_COORDINATE : x;
-}
-
-/* One axis of a vertex's box; half: half the margin in box coordinates. */
-static void fit_interval(double a, double b, double half, float *low, float *high) {
-    double const least = (a < b ? a : b) - half, most = (a < b ? b : a) + half;
-    double const larger = fabs(a) > fabs(b) ? fabs(a) : fabs(b);
-    double const rounding = FRAME_ROUNDING * (larger + half) + FLOAT_UNDERFLOW;
-    *low = (float)clamp_coordinate(least - (FLOAT_ROUNDING * fabs(least) + rounding));
-    *high = (float)clamp_coordinate(most + (FLOAT_ROUNDING * fabs(most) + rounding));
-}
-
-typedef struct fit_context {
-    broad_phase *broad;
-    const surface_set *set;
-    const double *x0, *x1;
-} fit_context;
-
-static void fit_vertex_task(void *context, size_t begin, size_t end, size_t chunk, int worker) {
-    (void)begin, (void)end, (void)worker;
-    const fit_context *const fit = context;
-    broad_phase *const broad = fit->broad;
-    fit_task *const task = &broad->fit_tasks[chunk];
-    double const half = 0.5 * broad->margin * broad->scale;
-    double doubt = 0.0; /* becomes NaN with the first value that is not finite */
-    for (size_t i = task->begin; i < task->end; i++) {
-        tree_box *const box = &broad->vertex_boxes[i];
-        vertex_record *const record = &broad->records[i];
-        for (size_t k = 0; k < 3; k++) {
-            record->start[k] = fit->x0[3 * i + k];
-            record->end[k] = fit->x1[3 * i + k];
-            double const a = (record->start[k] - broad->origin[k]) * broad->scale;
-            double const b = (record->end[k] - broad->origin[k]) * broad->scale;
-            doubt += (a - a) + (b - b);
-            fit_interval(a, b, half, &box->low[k], &box->high[k]);
-        }
-        record->start[3] = record->end[3] = 0.0;
-        box->low[3] = box->high[3] = 0.0F;
-    }
-    task->is_finite = doubt == 0.0;
-}
-
 /* Cuts begin .. end - 1 into tasks. */
 static size_t append_tasks(broad_phase *broad, size_t count, uint32_t surface, uint32_t begin,
                            uint32_t end, uint32_t size) {
@@ -93,6 +42,18 @@ static size_t append_tasks(broad_phase *broad, size_t count, uint32_t surface, u
         broad->fit_tasks[count++] =
             (fit_task){.surface = surface, .begin = at, .end = end - at > size ? at + size : end};
     return count;
+}
+
+typedef struct vertex_context {
+    broad_phase *broad;
+    vertex_fit fit;
+} vertex_context;
+
+static void fit_vertex_task(void *context, size_t begin, size_t end, size_t chunk, int worker) {
+    (void)begin, (void)end, (void)worker;
+    const vertex_context *const vertices = context;
+    fit_task *const task = &vertices->broad->fit_tasks[chunk];
+    task->is_finite = TULLE_PICK_KERNEL(fit_vertices)(&vertices->fit, task->begin, task->end);
 }
 
 bool fit_vertex_boxes(broad_phase *broad, const surface_set *set, const double *x0,
@@ -104,144 +65,121 @@ bool fit_vertex_boxes(broad_phase *broad, const surface_set *set, const double *
             task_count = append_tasks(broad, task_count, s, range->vertex_begin, range->vertex_end,
                                       VERTICES_PER_TASK);
     }
-    fit_context context = {.broad = broad, .set = set, .x0 = x0, .x1 = x1};
+    vertex_context context = {.broad = broad,
+                              .fit = {.vertices = broad->record_vertices,
+                                      .x0 = x0,
+                                      .x1 = x1,
+                                      .records = broad->records,
+                                      .boxes = broad->vertex_boxes}};
+    for (int k = 0; k < 3; k++) {
+        context.fit.origin[k] = broad->origin[k];
+        context.fit.scale[k] = broad->scale;
+        context.fit.half[k] = 0.5 * broad->margin * broad->scale;
+    }
     parallel_for(task_count, 1, threads, fit_vertex_task, &context);
     bool is_finite = true;
     for (size_t i = 0; i < task_count; i++) is_finite = is_finite && broad->fit_tasks[i].is_finite;
     return is_finite;
 }
 
-tree_box find_triangle_box(const broad_phase *broad, const topology *topo, uint32_t triangle) {
-    const uint32_t *const corners = topo->triangles + 3 * (size_t)triangle;
-    tree_box box = broad->vertex_boxes[corners[0]];
-    box_include(&box, &broad->vertex_boxes[corners[1]]);
-    box_include(&box, &broad->vertex_boxes[corners[2]]);
-    return box;
-}
-
-static void assign_slot(slot_list *list, uint32_t slot, uint32_t feature, const uint32_t *corners) {
-    list->features[slot] = feature;
-    for (uint32_t k = 0; k < list->corner_count; k++)
-        list->corners[list->corner_count * (size_t)slot + k] = corners[k];
-}
-
-/* A triangle brings the vertices and edges of which it is the lowest triangle. */
-static void assign_triangle(broad_phase *broad, const topology *topo, uint32_t triangle,
-                            tree_leaf *leaf) {
-    const uint32_t *const corners = topo->triangles + 3 * (size_t)triangle;
-    assign_slot(&broad->triangles, leaf->triangle_end++, triangle, corners);
+/* Puts the box of a child into its lane, and around `box`. */
+static void take_child(tree_node *node, uint32_t lane, const float child[6]) {
+    for (int k = 0; k < 6; k++) node->sides[k][lane] = child[k];
     for (int k = 0; k < 3; k++) {
-        uint32_t const vertex = corners[k];
-        const adjacency *const triangles = &topo->vertex_triangles;
-        if (triangles->items[triangles->begin[vertex]] == triangle)
-            assign_slot(&broad->vertices, leaf->vertex_end++, vertex, &vertex);
-        uint32_t const edge = topo->triangle_edges[3 * (size_t)triangle + (size_t)k];
-        if (topo->edge_triangles[2 * (size_t)edge] == triangle)
-            assign_slot(&broad->edges, leaf->edge_end++, edge, topo->edges + 2 * (size_t)edge);
+        if (child[k] < node->box[k]) node->box[k] = child[k];
+        if (child[3 + k] > node->box[3 + k]) node->box[3 + k] = child[3 + k];
     }
 }
 
-void assign_slots(broad_phase *broad, const surface_set *set, uint32_t surface) {
-    const surface_range *const range = &set->surfaces[surface];
-    const surface_tree *const tree = &broad->trees[surface];
-    tree_leaf at = {.triangle_end = range->triangle_begin,
-                    .vertex_end = range->vertex_begin,
-                    .edge_end = range->edge_begin};
-    for (uint32_t l = 0; l < tree->leaf_count; l++) {
-        tree_leaf *const leaf = &broad->leaves[tree->leaf_begin + l];
-        uint32_t const begin = leaf->triangle_begin, end = leaf->triangle_end;
-        at.triangle_begin = at.triangle_end;
-        at.vertex_begin = at.vertex_end;
-        at.edge_begin = at.edge_end;
-        for (uint32_t slot = begin; slot < end; slot++)
-            assign_triangle(broad, set->topo, broad->triangles.features[slot], &at);
-        *leaf = at;
+/* is_lowest: the children are leaves. */
+static void fit_node(const broad_phase *broad, surface_tree *tree, uint32_t index, bool is_lowest) {
+    tree_node *const node = &tree->nodes.data[index];
+    for (int k = 0; k < 3; k++) {
+        node->box[k] = INFINITY;
+        node->box[3 + k] = -INFINITY;
     }
-}
-
-/* Boxes of slots begin .. end - 1, which `box` is widened to hold. */
-static void fit_slots(const broad_phase *broad, slot_list *list, uint32_t begin, uint32_t end,
-                      tree_box *box) {
-    uint32_t const corner_count = list->corner_count;
-    for (size_t slot = begin; slot < end; slot++) {
-        const uint32_t *const corners = list->corners + corner_count * slot;
-        tree_box slot_box = broad->vertex_boxes[corners[0]];
-        for (uint32_t k = 1; k < corner_count; k++)
-            box_include(&slot_box, &broad->vertex_boxes[corners[k]]);
+    for (uint32_t c = 0; c < node->child_count; c++) {
+        uint32_t const child = node->first + c;
+        take_child(node, c,
+                   is_lowest ? broad->blocks + broad->leaves[child].block
+                             : tree->nodes.data[child].box);
+    }
+    /* a side below all others and one above them: such a lane meets nothing */
+    for (uint32_t c = node->child_count; c < NODE_LANES; c++)
         for (int k = 0; k < 3; k++) {
-            list->sides[k][slot] = slot_box.low[k];
-            list->sides[3 + k][slot] = slot_box.high[k];
+            node->sides[k][c] = INFINITY;
+            node->sides[3 + k][c] = -INFINITY;
         }
-        box_include(box, &slot_box);
-    }
 }
 
-/* Leaf nodes come first in a tree, in the order of its leaves. */
-static void fit_leaf_task(void *context, size_t begin, size_t end, size_t chunk, int worker) {
-    (void)begin, (void)end, (void)worker;
-    const fit_context *const fit = context;
-    broad_phase *const broad = fit->broad;
-    const fit_task *const task = &broad->fit_tasks[chunk];
-    surface_tree *const tree = &broad->trees[task->surface];
-    for (uint32_t l = task->begin; l < task->end; l++) {
-        const tree_leaf *const leaf = &broad->leaves[tree->leaf_begin + l];
-        uint32_t const corner = broad->triangles.corners[3 * (size_t)leaf->triangle_begin];
-        tree_box box = broad->vertex_boxes[corner];
-        fit_slots(broad, &broad->triangles, leaf->triangle_begin, leaf->triangle_end, &box);
-        fit_slots(broad, &broad->vertices, leaf->vertex_begin, leaf->vertex_end, &box);
-        fit_slots(broad, &broad->edges, leaf->edge_begin, leaf->edge_end, &box);
-        tree->nodes.data[l].box = box;
-    }
-}
-
-static void fit_inner_nodes(surface_tree *tree) {
-    for (size_t i = tree->leaf_count; i < tree->nodes.count; i++) {
-        tree_node *const node = &tree->nodes.data[i];
-        node->box = tree->nodes.data[node->first].box;
-        for (uint32_t c = 1; c < node->child_count; c++)
-            box_include(&node->box, &tree->nodes.data[node->first + c].box);
-    }
-}
-
+/* The label that all triangles of a leaf bear, or 0. */
 static uint32_t find_leaf_label(const broad_phase *broad, const tree_leaf *leaf) {
     const uint32_t *const labels = broad->patches.labels;
-    uint32_t const label = labels[broad->triangles.features[leaf->triangle_begin]];
+    const uint32_t *const triangles = broad->triangles.features;
+    uint32_t const label = labels[triangles[leaf->triangle_begin]];
     for (uint32_t slot = leaf->triangle_begin + 1; slot < leaf->triangle_end; slot++)
-        if (labels[broad->triangles.features[slot]] != label) return 0;
+        if (labels[triangles[slot]] != label) return 0;
     return label;
 }
 
-void label_trees(broad_phase *broad, const surface_set *set) {
-    for (size_t s = 0; s < set->surface_count; s++) {
-        surface_tree *const tree = &broad->trees[s];
-        for (size_t i = 0; i < tree->nodes.count; i++) {
-            tree_node *const node = &tree->nodes.data[i];
-            node->label = 0;
-            if (!broad->patches.labels) continue;
-            if (node->child_count == 0) {
-                node->label = find_leaf_label(broad, &broad->leaves[tree->leaf_begin + i]);
-                continue;
-            }
-            uint32_t const label = tree->nodes.data[node->first].label;
-            bool is_common = true;
-            for (uint32_t c = 1; c < node->child_count; c++)
-                is_common = is_common && tree->nodes.data[node->first + c].label == label;
-            node->label = is_common ? label : 0;
-        }
+/* The label that all children of a node bear, or 0. */
+static uint32_t find_node_label(const tree_node *node) {
+    for (uint32_t c = 1; c < node->child_count; c++)
+        if (node->labels[c] != node->labels[0]) return 0;
+    return node->labels[0];
+}
+
+static void label_node(const broad_phase *broad, surface_tree *tree, uint32_t index,
+                       bool is_lowest) {
+    tree_node *const node = &tree->nodes.data[index];
+    for (uint32_t c = 0; c < node->child_count; c++)
+        node->labels[c] = is_lowest ? find_leaf_label(broad, &broad->leaves[node->first + c])
+                                    : find_node_label(&tree->nodes.data[node->first + c]);
+}
+
+static void fit_nodes(const broad_phase *broad, surface_tree *tree, uint32_t begin, uint32_t end,
+                      bool is_lowest) {
+    for (uint32_t i = begin; i < end; i++) {
+        if (!tree->is_fitted) fit_node(broad, tree, i, is_lowest);
+        if (broad->has_labels) label_node(broad, tree, i, is_lowest);
     }
 }
 
+static void fit_leaf_task(void *context, size_t begin, size_t end, size_t chunk, int worker) {
+    (void)begin, (void)end, (void)worker;
+    const broad_phase *const broad = context;
+    const fit_task *const task = &broad->fit_tasks[chunk];
+    surface_tree *const tree = &broad->trees[task->surface];
+    leaf_fit const fit = {.leaves = broad->leaves,
+                          .triangle_corners = broad->triangles.corners,
+                          .vertex_corners = broad->vertices.corners,
+                          .edge_corners = broad->edges.corners,
+                          .vertex_boxes = broad->vertex_boxes,
+                          .blocks = broad->blocks};
+    const tree_node *const last = &tree->nodes.data[task->end - 1];
+    uint32_t const leaf_begin = tree->nodes.data[task->begin].first;
+    uint32_t const leaf_end = last->first + last->child_count;
+    if (!tree->is_fitted) TULLE_PICK_KERNEL(fit_leaves)(&fit, leaf_begin, leaf_end);
+    fit_nodes(broad, tree, task->begin, task->end, true);
+}
+
 void fit_trees(broad_phase *broad, const surface_set *set, int threads) {
+    broad->has_labels = broad->patches.labels && broad->method != BROAD_PHASE_BVOX;
     size_t task_count = 0;
-    for (uint32_t s = 0; s < set->surface_count; s++)
-        if (set->surfaces[s].is_present && !broad->trees[s].is_fitted)
+    for (uint32_t s = 0; s < set->surface_count; s++) {
+        const surface_tree *const tree = &broad->trees[s];
+        bool const has_work =
+            set->surfaces[s].is_present && (!tree->is_fitted || broad->has_labels);
+        if (has_work && tree->level_count > 0)
             task_count =
-                append_tasks(broad, task_count, s, 0, broad->trees[s].leaf_count, LEAVES_PER_TASK);
-    fit_context context = {.broad = broad, .set = set};
-    parallel_for(task_count, 1, threads, fit_leaf_task, &context);
-    for (uint32_t s = 0; s < set->surface_count; s++)
-        if (set->surfaces[s].is_present && !broad->trees[s].is_fitted) {
-            fit_inner_nodes(&broad->trees[s]);
-            broad->trees[s].is_fitted = true;
-        }
+                append_tasks(broad, task_count, s, 0, tree->level_begin[1], NODES_PER_TASK);
+    }
+    parallel_for(task_count, 1, threads, fit_leaf_task, broad);
+    for (uint32_t s = 0; s < set->surface_count; s++) {
+        surface_tree *const tree = &broad->trees[s];
+        if (!set->surfaces[s].is_present) continue;
+        if (tree->level_count > 1)
+            fit_nodes(broad, tree, tree->level_begin[1], (uint32_t)tree->nodes.count, false);
+        tree->is_fitted = true;
+    }
 }

@@ -1,0 +1,260 @@
+/* detect/search_pairs.c - stage 7: takes fitted trees, gives all feature pairs whose boxes meet, in
+ * batches to a consumer.
+ *
+ * Starts from the pairs of surfaces that may meet, opens their nodes level by level until there are
+ * enough pairs of nodes for all workers, and descends from each of those: EXPANDED_PAIRS pairs of
+ * the lowest level that has some are opened at a time, so lists stay short and in cache. Of two
+ * trees of unequal height the nodes of the higher one are opened alone at first. */
+#include "base/parallel.h"
+#include "detect/broad_phase_parts.h"
+
+enum {
+    WANTED_TASKS = 384, /* pairs of nodes, enough to share out evenly */
+    SPLIT_ROUNDS = 12   /* levels at most, should most of them end early */
+};
+
+static bool surfaces_may_meet(const surface_set *set, uint32_t a, uint32_t b) {
+    if (set->surfaces[a].is_obstacle && set->surfaces[b].is_obstacle) return false;
+    if (a == b && set->surfaces[a].ignores_self) return false;
+    return !set->collides || set->collides[a * set->surface_count + b];
+}
+
+/* Level of the root; level 0 are leaves. */
+static uint32_t root_level(const surface_tree *tree) { return tree->level_count; }
+
+static bool boxes_meet(const float a[6], const float b[6]) {
+    return a[0] <= b[3] && a[1] <= b[4] && a[2] <= b[5] && b[0] <= a[3] && b[1] <= a[4] &&
+           b[2] <= a[5];
+}
+
+/* Roots of the surfaces that may meet. */
+static bool append_roots(broad_phase *broad, const surface_set *set) {
+    for (uint32_t a = 0; a < set->surface_count; a++)
+        for (uint32_t b = a; b < set->surface_count; b++) {
+            const surface_tree *const tree_a = &broad->trees[a], *const tree_b = &broad->trees[b];
+            if (!set->surfaces[a].is_present || tree_a->nodes.count == 0) break;
+            if (!set->surfaces[b].is_present || tree_b->nodes.count == 0) continue;
+            if (!surfaces_may_meet(set, a, b)) continue;
+            uint32_t const root_a = (uint32_t)tree_a->nodes.count - 1;
+            uint32_t const root_b = (uint32_t)tree_b->nodes.count - 1;
+            if (!boxes_meet(tree_a->nodes.data[root_a].box, tree_b->nodes.data[root_b].box))
+                continue;
+            if (!ARRAY_RESERVE(broad->heap, &broad->search_tasks[0], 1)) return false;
+            broad->search_tasks[0].data[broad->search_tasks[0].count++] =
+                (search_task){.surface = {a, b},
+                              .node = {root_a, root_b},
+                              .level = {root_level(tree_a), root_level(tree_b)}};
+        }
+    return true;
+}
+
+/* Two trees whose pairs of nodes are opened. */
+typedef struct tree_pair {
+    const broad_phase *broad;
+    const tree_node *trees[2];
+    bool is_one_tree;
+} tree_pair;
+
+static tree_pair make_tree_pair(const broad_phase *broad, const uint32_t surface[2]) {
+    return (tree_pair){
+        .broad = broad,
+        .trees = {broad->trees[surface[0]].nodes.data, broad->trees[surface[1]].nodes.data},
+        .is_one_tree = surface[0] == surface[1]};
+}
+
+/* Side k of lane l of a node. */
+static bool lane_meets(const tree_node *node, uint32_t lane, const float box[6]) {
+    float child[6];
+    for (int k = 0; k < 6; k++) child[k] = node->sides[k][lane];
+    return boxes_meet(child, box);
+}
+
+/* Opens one side only: the children of one node that meet the other node. */
+static void open_one_side(const tree_pair *pair, int side, const node_pairs *from, size_t begin,
+                          node_pairs *to) {
+    for (size_t i = begin; i < from->count; i++) {
+        const uint32_t nodes[2] = {from->first[i], from->second[i]};
+        const tree_node *const opened = &pair->trees[side][nodes[side]];
+        const float *const box = pair->trees[1 - side][nodes[1 - side]].box;
+        for (uint32_t c = 0; c < opened->child_count; c++) {
+            if (!lane_meets(opened, c, box)) continue;
+            to->first[to->count] = side == 0 ? opened->first + c : nodes[0];
+            to->second[to->count++] = side == 1 ? opened->first + c : nodes[1];
+        }
+    }
+}
+
+/* Opens the last pairs of a list, whose nodes are of the given levels, into an empty list, and
+ * takes them off. */
+static void open_pairs(const tree_pair *pair, const uint32_t level[2], node_pairs *from,
+                       node_pairs *to) {
+    size_t const begin = from->count > EXPANDED_PAIRS ? from->count - EXPANDED_PAIRS : 0;
+    to->count = 0;
+    if (level[0] != level[1]) {
+        open_one_side(pair, level[0] > level[1] ? 0 : 1, from, begin, to);
+    } else {
+        node_search const search = {.trees = {pair->trees[0], pair->trees[1]},
+                                    .label_mask = pair->broad->has_labels ? UINT32_MAX : 0};
+        TULLE_PICK_KERNEL(open_node_pairs)
+        (&search, from->first + begin, from->second + begin, from->count - begin, to);
+    }
+    from->count = begin;
+}
+
+/* Levels of the pairs that come of opening. */
+static void lower_levels(uint32_t level[2]) {
+    uint32_t const a = level[0], b = level[1];
+    if (a >= b) level[0]--;
+    if (b >= a) level[1]--;
+}
+
+/* Replaces a task by tasks of children, in the other list. */
+static bool split_task(broad_phase *broad, const search_task *task, int to) {
+    node_pairs *const from = &broad->lists.data[0], *const found = &broad->lists.data[1];
+    tree_pair const pair = make_tree_pair(broad, task->surface);
+    from->first[0] = task->node[0];
+    from->second[0] = task->node[1];
+    from->count = 1;
+    search_task child = *task;
+    open_pairs(&pair, task->level, from, found);
+    lower_levels(child.level);
+    if (!ARRAY_RESERVE(broad->heap, &broad->search_tasks[to], found->count)) return false;
+    for (size_t i = 0; i < found->count; i++) {
+        child.node[0] = found->first[i];
+        child.node[1] = found->second[i];
+        broad->search_tasks[to].data[broad->search_tasks[to].count++] = child;
+    }
+    return true;
+}
+
+/* Splits all tasks, level by level, until there are enough; those of lowest nodes stay. Returns the
+ * list that holds them, or -1 when memory is short. */
+static int split_tasks(broad_phase *broad, const surface_set *set) {
+    int list = 0;
+    broad->search_tasks[0].count = 0;
+    if (!append_roots(broad, set)) return -1;
+    for (int round = 0; round < SPLIT_ROUNDS; round++) {
+        size_t const count = broad->search_tasks[list].count;
+        if (count == 0 || count >= WANTED_TASKS) break;
+        broad->search_tasks[1 - list].count = 0;
+        for (size_t i = 0; i < count; i++) {
+            search_task const task = broad->search_tasks[list].data[i];
+            if (task.level[0] > 1 || task.level[1] > 1) {
+                if (!split_task(broad, &task, 1 - list)) return -1;
+                continue;
+            }
+            if (!ARRAY_RESERVE(broad->heap, &broad->search_tasks[1 - list], 1)) return -1;
+            broad->search_tasks[1 - list].data[broad->search_tasks[1 - list].count++] = task;
+        }
+        list = 1 - list;
+    }
+    return list;
+}
+
+typedef struct search_context {
+    broad_phase *broad;
+    int list;
+    pair_consumer consume;
+    void *context;
+} search_context;
+
+/* Hands a batch to the consumer and empties it. */
+static void send_batch(const search_context *search, int worker, int kind) {
+    worker_output *const output = &search->broad->outputs.data[worker];
+    pair_batch *const batch = &output->batches[kind];
+    output->counts.candidate_count += batch->count;
+    if (batch->count > 0) search->consume(search->context, &search->broad->tables, batch, worker);
+    batch->count = 0;
+}
+
+/* All feature pairs of a list of leaf pairs. */
+static void search_leaves(const search_context *search, const tree_pair *pair,
+                          const node_pairs *leaves, int worker) {
+    broad_phase *const broad = search->broad;
+    worker_output *const output = &broad->outputs.data[worker];
+    leaf_tables const tables = {.leaves = broad->leaves,
+                                .blocks = broad->blocks,
+                                .edge_corners = broad->edges.corners,
+                                .triangle_corners = broad->triangles.corners,
+                                .vertex_corners = broad->vertices.corners,
+                                .is_one_tree = pair->is_one_tree};
+    output->counts.leaf_pair_count += leaves->count;
+    for (size_t done = 0; done < leaves->count;) {
+        done = TULLE_PICK_KERNEL(pair_leaves)(&tables, leaves, done, output->batches);
+        if (done == leaves->count) break;
+        for (int kind = 0; kind < 2; kind++)
+            if (output->batches[kind].count > PAIR_BATCH_SIZE - LEAF_PAIR_ROOM)
+                send_batch(search, worker, kind);
+    }
+}
+
+static void run_task(const search_context *search, const search_task *task, int worker) {
+    broad_phase *const broad = search->broad;
+    tree_pair const pair = make_tree_pair(broad, task->surface);
+    node_pairs *const lists = broad->lists.data + (size_t)worker * broad->list_count;
+    uint32_t levels[MOST_LEVELS + 1][2] = {{task->level[0], task->level[1]}};
+    lists[0].first[0] = task->node[0];
+    lists[0].second[0] = task->node[1];
+    lists[0].count = 1;
+    for (size_t depth = 0;;) {
+        if (lists[depth].count == 0) {
+            if (depth-- == 0) break;
+            continue;
+        }
+        open_pairs(&pair, levels[depth], &lists[depth], &lists[depth + 1]);
+        levels[depth + 1][0] = levels[depth][0];
+        levels[depth + 1][1] = levels[depth][1];
+        lower_levels(levels[depth + 1]);
+        if (levels[depth + 1][0] == 0)
+            search_leaves(search, &pair, &lists[depth + 1], worker);
+        else
+            depth++;
+    }
+}
+
+static void run_tasks(void *context, size_t begin, size_t end, size_t chunk, int worker) {
+    (void)chunk;
+    const search_context *const search = context;
+    for (size_t i = begin; i < end; i++)
+        run_task(search, &search->broad->search_tasks[search->list].data[i], worker);
+}
+
+/* Lists and outputs of the workers. */
+static bool reserve_workers(broad_phase *broad, int threads) {
+    size_t most_levels = 0;
+    for (size_t s = 0; s < broad->surface_count; s++)
+        if (broad->trees[s].level_count > most_levels) most_levels = broad->trees[s].level_count;
+    /* a list for each level and the leaves; voxel trees come to have some levels more or fewer */
+    broad->list_count = most_levels + 4;
+    broad->outputs.count = broad->lists.count = 0;
+    return ARRAY_RESERVE(broad->heap, &broad->outputs, (size_t)threads) &&
+           ARRAY_RESERVE(broad->heap, &broad->lists, (size_t)threads * broad->list_count);
+}
+
+tulle_status search_pairs(broad_phase *broad, const surface_set *set, int threads,
+                          pair_consumer consume, void *context, search_counts *counts) {
+    if (!broad->is_built || set->surface_count != broad->surface_count)
+        return TULLE_ERROR_INVALID_ARGUMENT;
+    if (threads < 1) threads = 1;
+    if (!reserve_workers(broad, threads)) return TULLE_ERROR_OUT_OF_MEMORY;
+    search_context search = {.broad = broad, .consume = consume, .context = context};
+    search.list = split_tasks(broad, set);
+    if (search.list < 0) return TULLE_ERROR_OUT_OF_MEMORY;
+    for (int w = 0; w < threads; w++) {
+        worker_output *const output = &broad->outputs.data[w];
+        output->counts = (search_counts){0};
+        for (int kind = 0; kind < 2; kind++) {
+            output->batches[kind].kind = (feature_kind)kind;
+            output->batches[kind].count = 0;
+        }
+    }
+    parallel_for(broad->search_tasks[search.list].count, 1, threads, run_tasks, &search);
+    search_counts total = {0};
+    for (int w = 0; w < threads; w++) {
+        for (int kind = 0; kind < 2; kind++) send_batch(&search, w, kind);
+        total.leaf_pair_count += broad->outputs.data[w].counts.leaf_pair_count;
+        total.candidate_count += broad->outputs.data[w].counts.candidate_count;
+    }
+    if (counts) *counts = total;
+    return TULLE_OK;
+}

@@ -1,0 +1,329 @@
+/* The streaming search against the sorted list: the same pairs for every number of threads and
+ * every kernel target; with labels of patches only pairs within one patch may be missing; surfaces
+ * that do not meet give nothing. */
+#include "base/hash.h"
+#include "detect/broad_phase.h"
+#include "math/kernel_target.h"
+#include "support/soup_scene.h"
+
+#include <setjmp.h>
+#include <stdarg.h>
+#include <stddef.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include <cmocka.h>
+
+enum { MAX_THREADS = 8, MAX_PAIRS = 600000 };
+
+/* Pairs of one worker: kind << 62 | first << 31 | second. */
+typedef struct key_list {
+    uint64_t *keys;
+    size_t count;
+} key_list;
+
+static uint64_t make_key(feature_kind kind, feature_pair pair) {
+    return (uint64_t)kind << 62 | (uint64_t)pair.first << 31 | pair.second;
+}
+
+/* A pair_consumer; context: a key_list for each worker. */
+static void collect_keys(void *context, const pair_tables *tables, const pair_batch *batch,
+                         int worker) {
+    key_list *const list = (key_list *)context + worker;
+    if (batch->count == 0 || batch->count > PAIR_BATCH_SIZE) abort();
+    for (size_t i = 0; i < batch->count; i++) {
+        if (list->count == MAX_PAIRS) abort();
+        list->keys[list->count++] = make_key(batch->kind, pair_batch_get(tables, batch, i));
+    }
+}
+
+static int compare_keys(const void *a, const void *b) {
+    uint64_t const x = *(const uint64_t *)a, y = *(const uint64_t *)b;
+    return (x > y) - (x < y);
+}
+
+/* All pairs of a search, sorted. */
+static key_list search_keys(broad_phase *broad, const surface_set *set, int threads) {
+    key_list lists[MAX_THREADS] = {{0}};
+    for (int w = 0; w < threads; w++) {
+        lists[w].keys = malloc(MAX_PAIRS * sizeof *lists[w].keys);
+        assert_non_null(lists[w].keys);
+    }
+    search_counts counts;
+    assert_int_equal(search_pairs(broad, set, threads, collect_keys, lists, &counts), TULLE_OK);
+    key_list all = lists[0];
+    for (int w = 1; w < threads; w++) {
+        assert_true(all.count + lists[w].count <= MAX_PAIRS);
+        memcpy(all.keys + all.count, lists[w].keys, lists[w].count * sizeof *all.keys);
+        all.count += lists[w].count;
+        free(lists[w].keys);
+    }
+    assert_int_equal(all.count, counts.candidate_count);
+    qsort(all.keys, all.count, sizeof *all.keys, compare_keys);
+    for (size_t i = 1; i < all.count; i++) assert_true(all.keys[i - 1] < all.keys[i]);
+    return all;
+}
+
+static key_list list_keys(memory *heap, broad_phase *broad, const surface_set *set, int threads) {
+    pair_list pairs = {0};
+    assert_int_equal(find_pairs(broad, set, threads, &pairs, NULL), TULLE_OK);
+    key_list all = {.keys = malloc(MAX_PAIRS * sizeof *all.keys)};
+    assert_non_null(all.keys);
+    assert_true(pairs.vertex_triangle.count + pairs.edge_edge.count <= MAX_PAIRS);
+    for (size_t i = 0; i < pairs.vertex_triangle.count; i++)
+        all.keys[all.count++] = make_key(FEATURE_VERTEX_TRIANGLE, pairs.vertex_triangle.data[i]);
+    for (size_t i = 0; i < pairs.edge_edge.count; i++)
+        all.keys[all.count++] = make_key(FEATURE_EDGE_EDGE, pairs.edge_edge.data[i]);
+    ARRAY_FREE(heap, &pairs.vertex_triangle);
+    ARRAY_FREE(heap, &pairs.edge_edge);
+    qsort(all.keys, all.count, sizeof *all.keys, compare_keys);
+    return all;
+}
+
+static void assert_same_keys(const key_list *a, const key_list *b) {
+    assert_int_equal(a->count, b->count);
+    if (a->count) assert_memory_equal(a->keys, b->keys, a->count * sizeof *a->keys);
+}
+
+static size_t surface_of(const soup_scene *of, uint32_t vertex) {
+    size_t s = 0;
+    while (vertex >= of->surfaces[s].vertex_end) s++;
+    return s;
+}
+
+/* Surfaces of random shapes, all meeting all, themselves too. */
+static soup_scene *make_scene(memory *heap, uint64_t *seed, size_t most_count) {
+    soup_scene *const soup = calloc(1, sizeof *soup);
+    assert_non_null(soup);
+    size_t const surface_count = 1 + random_next(seed) % 3;
+    for (size_t s = 0; s < surface_count; s++) {
+        soup_shape const shape = (soup_shape)(random_next(seed) % SOUP_SHAPE_COUNT);
+        soup_scene_add(soup, shape, 1 + random_next(seed) % most_count, 0.05, seed);
+    }
+    soup_scene_finish(heap, soup);
+    return soup;
+}
+
+static void free_scene(memory *heap, soup_scene *soup) {
+    topology_destroy(heap, &soup->topo);
+    free(soup);
+}
+
+static broad_phase *make_trees(memory *heap, const soup_scene *of, broad_phase_method method) {
+    broad_phase *broad;
+    assert_int_equal(broad_phase_create(heap, &of->set, of->x0, method, &broad), TULLE_OK);
+    assert_int_equal(build_trees(broad, &of->set, of->x0, of->x1, 0.02, 2), TULLE_OK);
+    return broad;
+}
+
+static void streams_what_the_list_holds(void **state) {
+    (void)state;
+    memory heap = memory_default();
+    uint64_t seed = 11;
+    kernel_target const widest = kernel_target_get();
+    for (int round = 0; round < 20; round++) {
+        soup_scene *const soup = make_scene(&heap, &seed, 150);
+        for (int method = 0; method < 2; method++) {
+            broad_phase *const broad = make_trees(&heap, soup, (broad_phase_method)method);
+            key_list const list = list_keys(&heap, broad, &soup->set, 1);
+            for (int target = 0; target < KERNEL_TARGET_COUNT; target++) {
+                if (!kernel_target_force((kernel_target)target)) continue;
+                for (int threads = 1; threads <= MAX_THREADS; threads++) {
+                    assert_int_equal(
+                        build_trees(broad, &soup->set, soup->x0, soup->x1, 0.02, threads),
+                        TULLE_OK);
+                    key_list const stream = search_keys(broad, &soup->set, threads);
+                    assert_same_keys(&list, &stream);
+                    free(stream.keys);
+                }
+            }
+            kernel_target_force(widest);
+            free(list.keys);
+            broad_phase_destroy(broad);
+        }
+        free_scene(&heap, soup);
+    }
+    assert_int_equal(heap.bytes_held, 0);
+}
+
+/* The tables lead to the positions, to the bit. */
+static void check_tables(const soup_scene *of, const pair_tables *tables) {
+    assert_int_equal((uintptr_t)tables->records % 64, 0);
+    for (uint32_t slot = 0; slot < of->topo.triangle_count; slot++)
+        for (uint32_t k = 0; k < 3; k++) {
+            size_t const vertex = of->topo.triangles[3 * tables->triangle_features[slot] + k];
+            const vertex_record *const record =
+                &tables->records[tables->triangle_corners[3 * slot + k]];
+            assert_memory_equal(record->start, of->x0 + 3 * vertex, 3 * sizeof(double));
+            assert_memory_equal(record->end, of->x1 + 3 * vertex, 3 * sizeof(double));
+            assert_true(record->start[3] == 0.0 && record->end[3] == 0.0);
+        }
+    for (uint32_t slot = 0; slot < of->topo.edge_count; slot++)
+        for (uint32_t k = 0; k < 2; k++) {
+            size_t const vertex = of->topo.edges[2 * tables->edge_features[slot] + k];
+            assert_memory_equal(tables->records[tables->edge_corners[2 * slot + k]].start,
+                                of->x0 + 3 * vertex, 3 * sizeof(double));
+        }
+}
+
+static void tables_lead_to_positions(void **state) {
+    (void)state;
+    memory heap = memory_default();
+    uint64_t seed = 12;
+    for (int round = 0; round < 10; round++) {
+        soup_scene *const soup = make_scene(&heap, &seed, 100);
+        broad_phase *const broad = make_trees(&heap, soup, (broad_phase_method)(round % 2));
+        check_tables(soup, broad_phase_get_tables(broad));
+        broad_phase_destroy(broad);
+        free_scene(&heap, soup);
+    }
+}
+
+/* Whether a triangle around each of two features bears the same label, not 0. */
+static bool within_patch(const soup_scene *of, const uint32_t *labels, const uint32_t v[4],
+                         int first_count) {
+    const adjacency *const around = &of->topo.vertex_triangles;
+    for (uint32_t i = around->begin[v[0]]; i < around->begin[v[0] + 1]; i++)
+        for (uint32_t j = around->begin[v[first_count]]; j < around->begin[v[first_count] + 1]; j++)
+            if (labels[around->items[i]] != 0 &&
+                labels[around->items[i]] == labels[around->items[j]])
+                return true;
+    return false;
+}
+
+/* Missing pairs, all of which must lie within one patch. */
+static size_t count_missing(const soup_scene *of, const uint32_t *labels, const key_list *all,
+                            const key_list *kept) {
+    size_t at = 0, missing = 0;
+    for (size_t i = 0; i < all->count; i++) {
+        if (at < kept->count && kept->keys[at] == all->keys[i]) {
+            at++;
+            continue;
+        }
+        feature_kind const kind = (feature_kind)(all->keys[i] >> 62);
+        feature_pair const pair = {(uint32_t)(all->keys[i] >> 31 & 0x7fffffff),
+                                   (uint32_t)(all->keys[i] & 0x7fffffff)};
+        uint32_t v[4];
+        feature_pair_vertices(&of->topo, kind, pair, v);
+        assert_true(within_patch(of, labels, v, kind == FEATURE_VERTEX_TRIANGLE ? 1 : 2));
+        missing++;
+    }
+    assert_int_equal(at, kept->count);
+    return missing;
+}
+
+/* Labels in long runs of triangles, so that whole nodes bear one. */
+static void fill_labels(uint32_t *labels, size_t count, size_t longest_run, uint64_t *seed) {
+    for (size_t i = 0; i < count;) {
+        uint32_t const label = (uint32_t)(random_next(seed) % 4);
+        size_t const end = i + 1 + random_next(seed) % longest_run;
+        for (; i < count && i < end; i++) labels[i] = label;
+    }
+}
+
+static void leaves_out_only_pairs_within_a_patch(void **state) {
+    (void)state;
+    memory heap = memory_default();
+    uint64_t seed = 13;
+    size_t missing = 0;
+    uint32_t *const labels = calloc(MAX_TRIANGLES, sizeof *labels);
+    for (int round = 0; round < 60; round++) {
+        soup_scene *const soup = make_scene(&heap, &seed, 120);
+        broad_phase *const broad = make_trees(&heap, soup, BROAD_PHASE_REFIT);
+        key_list const all = search_keys(broad, &soup->set, 2);
+        fill_labels(labels, soup->triangle_count, round % 2 ? 1000 : 60, &seed);
+        broad_phase_set_patches(broad, (patch_labels){.labels = labels, .label_count = 3});
+        assert_int_equal(build_trees(broad, &soup->set, soup->x0, soup->x1, 0.02, 2), TULLE_OK);
+        key_list const kept = search_keys(broad, &soup->set, 2);
+        missing += count_missing(soup, labels, &all, &kept);
+        /* No patches again: nothing missing. */
+        broad_phase_set_patches(broad, (patch_labels){0});
+        assert_int_equal(build_trees(broad, &soup->set, soup->x0, soup->x1, 0.02, 2), TULLE_OK);
+        key_list const again = search_keys(broad, &soup->set, 2);
+        assert_same_keys(&all, &again);
+        free(all.keys);
+        free(kept.keys);
+        free(again.keys);
+        broad_phase_destroy(broad);
+        free_scene(&heap, soup);
+    }
+    free(labels);
+    assert_true(missing > 1000);
+    assert_int_equal(heap.bytes_held, 0);
+}
+
+/* One patch over all: nothing is left of a single surface. */
+static void a_patch_over_everything_leaves_nothing(void **state) {
+    (void)state;
+    memory heap = memory_default();
+    soup_scene *const soup = calloc(1, sizeof *soup);
+    uint64_t seed = 14;
+    soup_scene_add(soup, SOUP_SHEET, 2000, 0.05, &seed);
+    soup_scene_finish(&heap, soup);
+    uint32_t *const labels = malloc(MAX_TRIANGLES * sizeof *labels);
+    for (size_t i = 0; i < MAX_TRIANGLES; i++) labels[i] = 7;
+    broad_phase *const broad = make_trees(&heap, soup, BROAD_PHASE_REFIT);
+    broad_phase_set_patches(broad, (patch_labels){.labels = labels, .label_count = 9});
+    assert_int_equal(build_trees(broad, &soup->set, soup->x0, soup->x1, 0.02, 2), TULLE_OK);
+    key_list const none = search_keys(broad, &soup->set, 2);
+    assert_int_equal(none.count, 0);
+    free(none.keys);
+    free(labels);
+    broad_phase_destroy(broad);
+    free_scene(&heap, soup);
+}
+
+/* What of `all` is between surfaces that may meet. */
+static key_list keep_meeting(const soup_scene *of, const key_list *all) {
+    key_list kept = {.keys = malloc((all->count + 1) * sizeof *kept.keys)};
+    for (size_t i = 0; i < all->count; i++) {
+        feature_kind const kind = (feature_kind)(all->keys[i] >> 62);
+        feature_pair const pair = {(uint32_t)(all->keys[i] >> 31 & 0x7fffffff),
+                                   (uint32_t)(all->keys[i] & 0x7fffffff)};
+        uint32_t v[4];
+        feature_pair_vertices(&of->topo, kind, pair, v);
+        size_t const a = surface_of(of, v[0]), b = surface_of(of, v[3]);
+        if (a == b && of->surfaces[a].ignores_self) continue;
+        if (of->set.collides && !of->set.collides[a * of->set.surface_count + b]) continue;
+        kept.keys[kept.count++] = all->keys[i];
+    }
+    return kept;
+}
+
+static void honours_which_surfaces_meet(void **state) {
+    (void)state;
+    memory heap = memory_default();
+    uint64_t seed = 15;
+    for (int round = 0; round < 40; round++) {
+        soup_scene *const soup = make_scene(&heap, &seed, 80);
+        broad_phase *const broad = make_trees(&heap, soup, (broad_phase_method)(round % 2));
+        key_list const all = search_keys(broad, &soup->set, 1);
+        unsigned char collides[MAX_SURFACES * MAX_SURFACES];
+        size_t const count = soup->surface_count;
+        for (size_t a = 0; a < count; a++) {
+            soup->surfaces[a].ignores_self = random_next(&seed) % 3 == 0;
+            for (size_t b = a; b < count; b++)
+                collides[a * count + b] = collides[b * count + a] = random_next(&seed) % 3 != 0;
+        }
+        if (round % 3 != 0) soup->set.collides = collides;
+        key_list const kept = keep_meeting(soup, &all), found = search_keys(broad, &soup->set, 2);
+        assert_same_keys(&kept, &found);
+        free(all.keys);
+        free(kept.keys);
+        free(found.keys);
+        broad_phase_destroy(broad);
+        free_scene(&heap, soup);
+    }
+    assert_int_equal(heap.bytes_held, 0);
+}
+
+int main(void) {
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(streams_what_the_list_holds),
+        cmocka_unit_test(tables_lead_to_positions),
+        cmocka_unit_test(leaves_out_only_pairs_within_a_patch),
+        cmocka_unit_test(a_patch_over_everything_leaves_nothing),
+        cmocka_unit_test(honours_which_surfaces_meet),
+    };
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}
