@@ -170,7 +170,7 @@ void tulle_detector_destroy(tulle_detector *detector) {
     memory_release(heap, detector->separations, count * count * sizeof *detector->separations);
     memory_release(heap, detector->collides, count * count);
     memory_release(heap, detector->vertex_surface,
-                   detector->topo.vertex_count * sizeof *detector->vertex_surface);
+                   detector->def.vertex_count * sizeof *detector->vertex_surface);
     memory_release(heap, detector->static_positions,
                    3 * detector->static_vertex_count * sizeof(double));
     memory last = detector->heap;

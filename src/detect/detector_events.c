@@ -6,6 +6,8 @@
 #include "base/parallel.h"
 #include "detect/detector_parts.h"
 
+#include <string.h>
+
 enum { EVENTS_PER_CHUNK = 512 }; /* some 100 microseconds */
 
 /* [extent of the pair] Features nearer than this touch: rounding, some 1e-15, would turn the
@@ -118,6 +120,7 @@ static tulle_detect_state get_state(uint8_t state) {
 
 static void fill_event(const tulle_detector *detector, const detector_pass *pass,
                        const raw_event *raw, tulle_detect_event *event) {
+    memset(event, 0, sizeof *event); /* padding too: equal events have equal bytes */
     feature_kind const kind = (feature_kind)raw->kind;
     feature_pair const features = {(uint32_t)(raw->key >> 32), (uint32_t)raw->key};
     bool const has_face = kind == FEATURE_VERTEX_TRIANGLE;

@@ -1,98 +1,162 @@
-/* detect/detector_pass.c - one pass: patches, trees, candidates, times of impact, raw events. */
+/* detect/detector_pass.c - one pass, stages 5 to 8: patches, trees, candidates, times of impact.
+ *
+ * Candidates go from the trees to the tests in batches and are never stored. Where the events turn
+ * out to be more than there is room for, room is made and the search is repeated; patches and trees
+ * are not. */
 #include "base/error.h"
+#include "base/parallel.h"
 #include "base/timer.h"
 #include "detect/detector_parts.h"
-#include "detect/pair_tests.h"
+
+static bool has_patches(tulle_detect_method method) {
+    return method == TULLE_DETECT_PATCHES || method == TULLE_DETECT_PAPER;
+}
 
 static broad_phase_method get_broad_method(tulle_detect_method method) {
+    if (method == TULLE_DETECT_PAPER) return BROAD_PHASE_PAPER;
     return method == TULLE_DETECT_BVOX ? BROAD_PHASE_BVOX : BROAD_PHASE_REFIT;
 }
 
 static tulle_status explain(tulle_status status, tulle_error *error) {
     if (status == TULLE_ERROR_LIMIT)
         return error_set(error, status, "there are more than 2^32 candidate pairs");
+    if (status == TULLE_ERROR_UNSUPPORTED)
+        return error_set(error, status, "this build lacks the trees of the method");
     if (status == TULLE_ERROR_INVALID_ARGUMENT)
         return error_set(error, status,
                          "positions or separations are too far beyond the extent of the rest shape "
                          "for doubles; make a detector with a rest shape of their size");
-    return error_set(error, status, "no memory left for the search");
+    return error_set(error, TULLE_ERROR_OUT_OF_MEMORY, "no memory left for the search");
+}
+
+static tulle_status make_stages(tulle_detector *detector, const double *rest) {
+    memory *const heap = &detector->heap;
+    tulle_detect_method const method = detector->def.method;
+    tulle_status status = TULLE_OK;
+    if (!detector->narrow) status = narrow_phase_create(heap, &detector->narrow);
+    if (status == TULLE_OK && has_patches(method) && !detector->patches)
+        status = kept_patches_create(heap, &detector->set, &detector->patches);
+    if (status == TULLE_OK)
+        status = broad_phase_create(heap, &detector->set, rest, get_broad_method(method),
+                                    &detector->broad);
+    return status;
 }
 
 tulle_status detector_shape_trees(tulle_detector *detector, const double *rest,
                                   tulle_error *error) {
-    tulle_status const status =
-        broad_phase_create(&detector->heap, &detector->set, rest,
-                           get_broad_method(detector->def.method), &detector->broad);
+    if (detector->def.method == TULLE_DETECT_PAPER) return explain(TULLE_ERROR_UNSUPPORTED, error);
+    tulle_status const status = make_stages(detector, rest);
     return status == TULLE_OK ? status : explain(status, error);
 }
 
 void detector_destroy_stages(tulle_detector *detector) {
     broad_phase_destroy(detector->broad);
-    ARRAY_FREE(&detector->heap, &detector->raw);
+    kept_patches_destroy(detector->patches);
+    narrow_phase_destroy(detector->narrow);
 }
 
-static double get_separation(void *context, feature_kind kind, feature_pair pair,
-                             const vec3 start[4]) {
-    (void)start;
-    const tulle_detector *const detector = context;
-    uint32_t vertices[4];
-    feature_pair_vertices(&detector->topo, kind, pair, vertices);
-    size_t const first = detector->vertex_surface ? detector->vertex_surface[vertices[0]] : 0;
-    size_t const second = detector->vertex_surface ? detector->vertex_surface[vertices[3]] : 0;
-    return detector->separations[first * detector->set.surface_count + second];
+/* Stage 5. Labels of patches whose inner pairs need no search. */
+static tulle_status find_patches(tulle_detector *detector, detector_pass *pass) {
+    detector->labels = NULL;
+    if (!detector->patches) return TULLE_OK;
+    const tulle_detect_def *const def = &detector->def;
+    patch_rules const rules = {
+        .cone = def->cone == TULLE_CONE_PAPER ? CONE_PAPER : CONE_BERNSTEIN,
+        .max_angle = def->max_angle,
+        .has_certificate = def->has_certificate != 0,
+        .grows_anew = def->grows_patches_anew != 0 || def->method == TULLE_DETECT_PAPER,
+        .reach = detector->reach,
+    };
+    patch_counts counts;
+    tulle_status const status = update_patches(detector->patches, &detector->set, pass->start,
+                                               pass->end, &rules, detector->threads, &counts);
+    if (status != TULLE_OK) return status;
+    detector->labels = kept_patches_get_labels(detector->patches);
+    tulle_detect_statistics *const statistics = &pass->statistics;
+    statistics->patch_count = counts.patch_count;
+    statistics->uncertified_count = counts.dissolved_count;
+    statistics->patch_triangles = counts.triangle_count;
+    statistics->certified_by_star = counts.star_count;
+    statistics->certified_by_contour = counts.contour_count;
+    statistics->checked_again = counts.kept_count;
+    statistics->uses_patches = counts.patch_count > 0;
+    return TULLE_OK;
 }
 
+typedef struct flush_context {
+    narrow_phase *narrow;
+    const pair_tables *tables;
+} flush_context;
+
+static void flush_worker(void *context, size_t begin, size_t end, size_t chunk, int worker) {
+    (void)begin, (void)end, (void)worker;
+    const flush_context *const flush = context;
+    narrow_phase_flush(flush->narrow, flush->tables, (int)chunk);
+}
+
+/* Stages 7 and 8 in one loop, again where the events found no room. */
 static tulle_status search(tulle_detector *detector, detector_pass *pass) {
-    memory *const heap = &detector->heap;
-    pair_list pairs = {0};
-    event_list events = {0};
-    arena scratch = arena_make(heap);
-    pair_test_counts counts = {0};
-    tulle_status status =
-        find_pairs(detector->broad, &detector->set, detector->threads, &pairs, NULL);
-    pair_test_input const input = {.topo = &detector->topo,
-                                   .x0 = pass->start,
-                                   .x1 = pass->end,
-                                   .pairs = &pairs,
-                                   .pair_separation = get_separation,
-                                   .separation_context = detector,
-                                   .threads = detector->threads};
-    if (status == TULLE_OK) status = test_pairs(&input, heap, &scratch, &events, &counts);
-    detector->raw.count = 0;
-    if (status == TULLE_OK && !ARRAY_RESERVE(heap, &detector->raw, events.events.count))
-        status = TULLE_ERROR_OUT_OF_MEMORY;
-    for (size_t i = 0; status == TULLE_OK && i < events.events.count; i++) {
-        const impact_event *const event = &events.events.data[i];
-        detector->raw.data[detector->raw.count++] =
-            (raw_event){.key = (uint64_t)event->pair.first << 32 | event->pair.second,
-                        .time = event->result.lower_bound,
-                        .kind = (uint8_t)event->kind,
-                        .state = (uint8_t)event->result.state};
-    }
-    pass->events = detector->raw.data;
-    pass->event_count = detector->raw.count;
-    pass->statistics.box_pairs = counts.candidate_count;
-    pass->statistics.filtered_pairs = pass->statistics.tested_pairs = counts.tested_count;
-    ARRAY_FREE(heap, &pairs.vertex_triangle);
-    ARRAY_FREE(heap, &pairs.edge_edge);
-    ARRAY_FREE(heap, &events.events);
-    arena_destroy(&scratch);
+    narrow_phase_input const input = {.set = &detector->set,
+                                      .separations = detector->separations,
+                                      .vertex_surface = detector->vertex_surface,
+                                      .only_earliest = pass->only_earliest,
+                                      .threads = detector->threads};
+    flush_context flush = {detector->narrow, broad_phase_get_tables(detector->broad)};
+    tulle_status status;
+    do {
+        search_counts counts;
+        status = narrow_phase_start(detector->narrow, &input);
+        if (status == TULLE_OK)
+            status = search_pairs(detector->broad, &detector->set, detector->threads, consume_pairs,
+                                  detector->narrow, &counts);
+        if (status != TULLE_OK) return status;
+        parallel_for((size_t)detector->threads, 1, detector->threads, flush_worker, &flush);
+        pass->statistics.leaf_pairs = counts.leaf_pair_count;
+    } while (!narrow_phase_finish(detector->narrow, &status) && status == TULLE_OK);
     return status;
 }
 
+static void count_work(const tulle_detector *detector, detector_pass *pass) {
+    narrow_phase_counts const counts = narrow_phase_get_counts(detector->narrow);
+    tulle_detect_statistics *const statistics = &pass->statistics;
+    statistics->box_pairs = counts.candidate_count;
+    statistics->filtered_pairs = counts.candidate_count - counts.filtered_count;
+    statistics->tested_pairs = counts.tested_count;
+    statistics->filter_seconds = counts.filter_seconds / detector->threads;
+    statistics->impact_seconds = counts.impact_seconds / detector->threads;
+    double const rest =
+        statistics->search_seconds - statistics->filter_seconds - statistics->impact_seconds;
+    statistics->traversal_seconds = rest > 0.0 ? rest : 0.0;
+}
+
+static tulle_status run_stages(tulle_detector *detector, detector_pass *pass) {
+    tulle_detect_statistics *const statistics = &pass->statistics;
+    double const began = timer_now();
+    tulle_status status = find_patches(detector, pass);
+    double const patched = timer_now();
+    statistics->patch_seconds = patched - began;
+    if (status != TULLE_OK) return status;
+    patch_labels patches = {0};
+    if (statistics->uses_patches)
+        patches = (patch_labels){detector->labels, kept_patches_get_label_count(detector->patches)};
+    broad_phase_set_patches(detector->broad, patches);
+    status = build_trees(detector->broad, &detector->set, pass->start, pass->end, detector->margin,
+                         detector->threads);
+    double const built = timer_now();
+    statistics->tree_seconds = built - patched;
+    if (status == TULLE_OK) status = search(detector, pass);
+    if (status != TULLE_OK) return status;
+    statistics->search_seconds = timer_now() - built;
+    count_work(detector, pass);
+    pass->events = narrow_phase_get_events(detector->narrow, &pass->event_count);
+    return TULLE_OK;
+}
+
 tulle_status detector_run_pass(tulle_detector *detector, detector_pass *pass, tulle_error *error) {
-    if (detector->def.method == TULLE_DETECT_PAPER)
-        return error_set(error, TULLE_ERROR_UNSUPPORTED, "the paper's trees are not built in");
-    double const start = timer_now();
     if (!detector->broad) {
         tulle_status const status = detector_shape_trees(detector, pass->start, error);
         if (status != TULLE_OK) return status;
     }
-    tulle_status status = build_trees(detector->broad, &detector->set, pass->start, pass->end,
-                                      detector->margin, detector->threads);
-    double const built = timer_now();
-    pass->statistics.tree_seconds = built - start;
-    if (status == TULLE_OK) status = search(detector, pass);
-    pass->statistics.search_seconds = timer_now() - built;
+    tulle_status const status = run_stages(detector, pass);
     return status == TULLE_OK ? status : explain(status, error);
 }

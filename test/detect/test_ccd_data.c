@@ -6,8 +6,8 @@
  * Reads TULLE_DATA_DIR; exit code 77 without it. */
 #include "detect/time_of_impact.h"
 #include "support/exact_ccd.h"
+#include "support/query_file.h"
 
-#include <gmp.h>
 #include <setjmp.h>
 #include <stdarg.h>
 #include <stddef.h>
@@ -16,60 +16,6 @@
 #include <string.h>
 
 #include <cmocka.h>
-
-static const char *data_path;
-
-static FILE *open_data(const char *name) {
-    char path[2048];
-    snprintf(path, sizeof path, "%s/%s", data_path, name);
-    FILE *const file = fopen(path, "r");
-    if (!file) print_error("cannot open %s\n", path);
-    assert_non_null(file);
-    return file;
-}
-
-/* Three rationals, each a double exactly, and what follows them, as a truth value or -1. */
-static bool read_row(FILE *file, vec3 *point, int *truth) {
-    char line[1024];
-    if (!fgets(line, sizeof line, file) || line[0] == '\n') return false;
-    double x[3];
-    char *cursor = line;
-    mpq_t value, back;
-    mpq_inits(value, back, NULL);
-    for (int k = 0; k < 3; k++) {
-        for (int part = 0; part < 2; part++) {
-            cursor += strspn(cursor, " ,");
-            size_t const length = strcspn(cursor, " ,\n");
-            char digits[512];
-            assert_true(length > 0 && length < sizeof digits);
-            memcpy(digits, cursor, length);
-            digits[length] = '\0';
-            cursor += length;
-            mpz_ptr const to = part == 0 ? mpq_numref(value) : mpq_denref(value);
-            assert_int_equal(mpz_set_str(to, digits, 10), 0);
-        }
-        mpq_canonicalize(value);
-        x[k] = mpq_get_d(value);
-        mpq_set_d(back, x[k]);
-        assert_true(mpq_equal(value, back));
-    }
-    mpq_clears(value, back, NULL);
-    cursor += strspn(cursor, " ,");
-    *truth = *cursor == '0' || *cursor == '1' ? *cursor - '0' : -1;
-    *point = vec3_make(x[0], x[1], x[2]);
-    return true;
-}
-
-static bool read_query(FILE *file, moving_pair *pair, int *truth) {
-    for (int i = 0; i < 8; i++) {
-        vec3 *const point = i < 4 ? &pair->start[i] : &pair->end[i - 4];
-        if (!read_row(file, point, truth)) {
-            assert_int_equal(i, 0);
-            return false;
-        }
-    }
-    return true;
-}
 
 typedef struct data_counts {
     int total, collisions, filtered, false_alarms, unresolved;
@@ -128,16 +74,6 @@ static void published_queries_are_decided(void **state) {
     assert_int_equal(total, 824);
 }
 
-/* The next value of a JSON array of booleans; -1 at its end. */
-static int read_boolean(FILE *file) {
-    for (int c = fgetc(file); c != EOF; c = fgetc(file)) {
-        if (c != 't' && c != 'f') continue;
-        while (fgetc(file) != 'e') {}
-        return c == 't';
-    }
-    return -1;
-}
-
 static void cloth_frame_is_decided(void **state) {
     (void)state;
     static const char *const names[2][2] = {
@@ -168,16 +104,10 @@ static void cloth_frame_is_decided(void **state) {
 }
 
 int main(void) {
-    data_path = getenv("TULLE_DATA_DIR");
-    char path[2048];
-    snprintf(path, sizeof path, "%s/ccd-queries/unit-tests/vertex-face/data_0_0.csv",
-             data_path ? data_path : "");
-    FILE *const probe = data_path ? fopen(path, "r") : NULL;
-    if (!probe) {
+    if (!find_data_path("ccd-queries/unit-tests/vertex-face/data_0_0.csv")) {
         printf("skipped: TULLE_DATA_DIR names no folder with ccd-queries\n");
         return 77;
     }
-    fclose(probe);
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(published_queries_are_decided),
         cmocka_unit_test(cloth_frame_is_decided),
