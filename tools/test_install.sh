@@ -59,6 +59,11 @@ cmake --build "$work/build" >"$work/cmake.log" || { cat "$work/cmake.log"; exit 
 expect "$work/build/shared" "find_package, shared"
 expect "$work/build/static" "find_package, static"
 
+# shellcheck disable=SC2046
+cc -Wall -Werror "$source/examples/detect_two_frames.c" -o "$work/detect_two_frames" $(pkg-config --cflags --libs tulle) -lm
+LD_LIBRARY_PATH=$library "$work/detect_two_frames" | grep -q '^[1-9][0-9]* events$' || { echo "detect_two_frames found no events"; exit 1; }
+echo "install: the detector's example works"
+
 if command -v c++ >/dev/null; then
     cp "$work/consumer.c" "$work/consumer.cpp"
     # shellcheck disable=SC2046

@@ -5,6 +5,7 @@
  * triangle of which it is no corner, and every pair of edges that share no vertex, is proven to
  * stay more than its separation apart over the whole motion, or is reported as an event. Nothing
  * is missed, whatever the motion; a few events may be near misses (see tulle_detect_state).
+ * Vertices without triangles meet nothing. How to use it: docs/detect.md, the library.
  *
  *     tulle_detect_def def = tulle_detect_def_default();
  *     def.triangles = triangles; def.triangle_count = m; def.vertex_count = n;
@@ -49,7 +50,8 @@ typedef struct tulle_detect_surface {
     uint32_t triangle_begin, triangle_end;
     double thickness; /* [m] >= 0; two surfaces keep half the sum of theirs */
     int is_obstacle;  /* obstacles meet neither themselves nor one another */
-    int is_static;    /* its vertices never move: its tree is fitted once, at the first call */
+    int is_static;    /* its vertices stay where the first call has them (checked): its tree is
+                         fitted once */
     int ignores_self; /* does not meet itself; obstacles never do */
 } tulle_detect_surface;
 
@@ -61,12 +63,13 @@ typedef struct tulle_detect_def {
     const double *rest; /* [m] 3 * vertex_count from which trees are shaped; null: the start of
                            the first call */
     const tulle_detect_surface *surfaces; /* copied; null: all triangles are one surface */
-    size_t surface_count;                 /* 0 with null */
+    size_t surface_count;                 /* 0 with null; at most 4096 */
     const unsigned char *collides; /* surface_count^2, row-major, symmetric: whether two surfaces,
                                       or one and itself, may meet; null: as the surfaces say. What
                                       the surfaces exclude stays excluded */
     double thickness;              /* [m] >= 0 of the one surface when `surfaces` is null */
-    double minimum_separation;     /* [m] >= 0, added to half the sum of the thicknesses */
+    double minimum_separation;     /* [m] >= 0, added to half the sum of the thicknesses; all at
+                                      most 1e150 */
     tulle_detect_method method;
     tulle_detect_cone cone; /* of methods with patches */
     double max_angle;       /* [rad] alpha_max, > 0 and < pi/2: widest cone of a patch */
@@ -130,7 +133,8 @@ typedef struct tulle_detect_statistics {
 typedef struct tulle_detect_result {
     const tulle_detect_event *events; /* sorted by (kind, first feature, second feature), where a
                                          feature is a vertex, a face or an edge in the order of its
-                                         two vertices; owned by the detector, until its next call */
+                                         two vertices; owned by the detector, until its next call,
+                                         also one that fails. Equal events have equal bytes */
     size_t event_count;
     double earliest_time; /* smallest time of an event; 1 without events */
     tulle_detect_statistics statistics;
@@ -139,13 +143,15 @@ typedef struct tulle_detect_result {
 typedef struct tulle_detector tulle_detector;
 
 /* Errors: INVALID_ARGUMENT, INVALID_MESH (an index out of range, a corner repeated, a triangle
- * whose vertices lie outside its surface), OUT_OF_MEMORY, LIMIT. */
+ * whose vertices lie outside its surface), OUT_OF_MEMORY, LIMIT. Triangles may be of no area, be
+ * there twice, and share an edge in any number. */
 TULLE_API tulle_status tulle_detector_create(const tulle_detect_def *def, tulle_detector **detector,
                                              tulle_error *error);
 TULLE_API void tulle_detector_destroy(tulle_detector *detector);
 
 /* All events. start, end: [m] 3 * vertex_count. A call that fails leaves `result` untouched and the
- * detector usable. INVALID_ARGUMENT names the vertex that is not finite. */
+ * detector usable. INVALID_ARGUMENT names the vertex that is not finite, or moves though it is
+ * static. */
 TULLE_API tulle_status tulle_detector_find_events(tulle_detector *detector, const double *start,
                                                   const double *end, tulle_detect_result *result,
                                                   tulle_error *error);
@@ -170,8 +176,9 @@ TULLE_API tulle_status tulle_detector_find_earliest(tulle_detector *detector, co
                                                     const double *end, tulle_detect_result *result,
                                                     tulle_error *error);
 
-/* Labels of the patches in use after the last call, triangle_count: 1 .. patch_count, 0 for
- * isolated triangles. */
+/* Labels of the patches in use after the last call, one a triangle: a number above 0 for each
+ * patch, not every number used; 0 for isolated triangles. Valid until the next call. Null before
+ * the first call, where the last one ran out of memory, and for methods without patches. */
 TULLE_API const uint32_t *tulle_detector_get_patches(const tulle_detector *detector);
 
 #ifdef __cplusplus
