@@ -256,6 +256,33 @@ static void normals_point_to_where_the_first_comes_from(void **state) {
     tulle_detector_destroy(detector);
 }
 
+/* Trees shaped from another state find the same; one too small for doubles is refused. */
+static void rest_may_be_another_state(void **state) {
+    (void)state;
+    tulle_detect_def def = make_def();
+    for (int round = 0; round < 4; round++) {
+        static const double sizes[] = {0.0, 1e-3, 1e6, 1e-300};
+        double rest[18], large_start[18], large_end[18];
+        for (int i = 0; i < 18; i++) {
+            rest[i] = sizes[round] * (i % 5);
+            large_start[i] = 1e200 * start[i];
+            large_end[i] = 1e200 * end[i];
+        }
+        def.rest = rest;
+        tulle_detector *const detector = make_detector(&def);
+        assert_int_equal(find(detector, start, end).event_count, 1);
+        tulle_error error;
+        tulle_detect_result result = {0};
+        tulle_status const status =
+            tulle_detector_find_events(detector, large_start, large_end, &result, &error);
+        assert_int_equal(status, round == 3 ? TULLE_ERROR_INVALID_ARGUMENT : TULLE_OK);
+        assert_int_equal(result.event_count, round == 3 ? 0 : 1);
+        if (round == 3) assert_non_null(strstr(error.message, "rest shape"));
+        assert_int_equal(find(detector, start, end).event_count, 1);
+        tulle_detector_destroy(detector);
+    }
+}
+
 static void nothing_comes_of_no_triangles(void **state) {
     (void)state;
     tulle_detect_def def = tulle_detect_def_default();
@@ -275,6 +302,7 @@ int main(void) {
         cmocka_unit_test(unusable_positions_leave_all_as_it_was),
         cmocka_unit_test(an_event_tells_where_and_when),
         cmocka_unit_test(normals_point_to_where_the_first_comes_from),
+        cmocka_unit_test(rest_may_be_another_state),
         cmocka_unit_test(nothing_comes_of_no_triangles),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
