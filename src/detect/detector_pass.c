@@ -68,8 +68,8 @@ static tulle_status find_patches(tulle_detector *detector, detector_pass *pass) 
         .reach = detector->reach,
     };
     patch_counts counts;
-    tulle_status const status = update_patches(detector->patches, &detector->set, pass->start,
-                                               pass->end, &rules, detector->threads, &counts);
+    patch_step const step = {&detector->set, pass->start, pass->end, detector->threads};
+    tulle_status const status = update_patches(detector->patches, &step, &rules, &counts);
     if (status != TULLE_OK) return status;
     detector->labels = kept_patches_get_labels(detector->patches);
     tulle_detect_statistics *const statistics = &pass->statistics;
