@@ -130,7 +130,7 @@ static const schema_key contact_table[] = {
     {.name = "method",
      .type = SCHEMA_CHOICE,
      .choices = method_names,
-     .fallback = "refit",
+     .fallback = "patches",
      FIELD(contact_keys, method),
      .meaning =
          "how pairs are found: patches: trees that are refitted and skip what lies within one "

@@ -20,7 +20,7 @@ tulle_world_def tulle_world_def_default(void) {
         .gravity = {0.0, 0.0, -9.81},
         .wind = {.gust_length = 0.5, .gust_time = 0.5, .seed = 1},
         .integrator = TULLE_INTEGRATOR_IMPLICIT_EULER,
-        .detection = {.method = TULLE_DETECT_REFIT,
+        .detection = {.method = TULLE_DETECT_PATCHES,
                       .cone = TULLE_CONE_BERNSTEIN,
                       .max_angle = PATCH_ANGLE_DEFAULT,
                       .has_certificate = 1},

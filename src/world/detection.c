@@ -34,7 +34,7 @@ static bool uses_patches(const tulle_world *world) {
 
 static broad_phase_method choose_trees(tulle_detect_method method) {
     if (method == TULLE_DETECT_BVOX) return BROAD_PHASE_BVOX;
-    return BROAD_PHASE_REFIT;
+    return method == TULLE_DETECT_PAPER ? BROAD_PHASE_PAPER : BROAD_PHASE_REFIT;
 }
 
 static patch_rules make_rules(const tulle_world *world) {

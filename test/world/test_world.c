@@ -110,14 +110,6 @@ static void result_does_not_depend_on_threads(void **state) {
     }
 }
 
-static void both_broad_phases_give_the_same_bits(void **state) {
-    (void)state;
-    tulle_world_def def = tulle_world_def_default();
-    uint64_t const refit = drape(def, 22, 13, false);
-    def.detection.method = TULLE_DETECT_BVOX;
-    assert_true(drape(def, 22, 13, false) == refit);
-}
-
 static void every_integrator_drapes(void **state) {
     (void)state;
     tulle_world_def def = tulle_world_def_default();
@@ -389,7 +381,6 @@ int main(void) {
         cmocka_unit_test(sheet_falls_freely),
         cmocka_unit_test(sheet_drapes_without_intersection),
         cmocka_unit_test(result_does_not_depend_on_threads),
-        cmocka_unit_test(both_broad_phases_give_the_same_bits),
         cmocka_unit_test(every_integrator_drapes),
         cmocka_unit_test(saved_state_goes_on_with_the_same_bits),
         cmocka_unit_test(obstacles_come_and_go),
