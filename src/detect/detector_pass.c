@@ -20,8 +20,6 @@ static broad_phase_method get_broad_method(tulle_detect_method method) {
 static tulle_status explain(tulle_status status, tulle_error *error) {
     if (status == TULLE_ERROR_LIMIT)
         return error_set(error, status, "there are more than 2^32 candidate pairs");
-    if (status == TULLE_ERROR_UNSUPPORTED)
-        return error_set(error, status, "this build lacks the trees of the method");
     if (status == TULLE_ERROR_INVALID_ARGUMENT)
         return error_set(error, status,
                          "positions or separations are too far beyond the extent of the rest shape "
@@ -44,7 +42,6 @@ static tulle_status make_stages(tulle_detector *detector, const double *rest) {
 
 tulle_status detector_shape_trees(tulle_detector *detector, const double *rest,
                                   tulle_error *error) {
-    if (detector->def.method == TULLE_DETECT_PAPER) return explain(TULLE_ERROR_UNSUPPORTED, error);
     tulle_status const status = make_stages(detector, rest);
     return status == TULLE_OK ? status : explain(status, error);
 }
@@ -143,7 +140,7 @@ static tulle_status run_stages(tulle_detector *detector, detector_pass *pass) {
     status = build_trees(detector->broad, &detector->set, pass->start, pass->end, detector->margin,
                          detector->threads);
     double const built = timer_now();
-    statistics->tree_seconds = built - patched;
+    statistics->tree_seconds += built - patched;
     if (status == TULLE_OK) status = search(detector, pass);
     if (status != TULLE_OK) return status;
     statistics->search_seconds = timer_now() - built;
@@ -153,10 +150,11 @@ static tulle_status run_stages(tulle_detector *detector, detector_pass *pass) {
 }
 
 tulle_status detector_run_pass(tulle_detector *detector, detector_pass *pass, tulle_error *error) {
-    if (!detector->broad) {
-        tulle_status const status = detector_shape_trees(detector, pass->start, error);
-        if (status != TULLE_OK) return status;
-    }
-    tulle_status const status = run_stages(detector, pass);
+    double const began = timer_now();
+    tulle_status status = TULLE_OK;
+    if (!detector->broad) status = detector_shape_trees(detector, pass->start, error);
+    if (status != TULLE_OK) return status;
+    pass->statistics.tree_seconds = timer_now() - began;
+    status = run_stages(detector, pass);
     return status == TULLE_OK ? status : explain(status, error);
 }

@@ -82,10 +82,9 @@ static void check_variant(const variant *with, double max_angle,
     assert_int_equal(tulle_detector_create(&def, &detector, &error), TULLE_OK);
     for (int call = 0; call < 2; call++) {
         tulle_detect_result result;
-        tulle_status const status =
-            tulle_detector_find_events(detector, scene.start, scene.end, &result, &error);
-        if (status == TULLE_ERROR_UNSUPPORTED) break;
-        assert_int_equal(status, TULLE_OK);
+        assert_int_equal(
+            tulle_detector_find_events(detector, scene.start, scene.end, &result, &error),
+            TULLE_OK);
         check_result(with, &result, reference);
     }
     tulle_detector_destroy(detector);
@@ -116,7 +115,7 @@ static double random_angle(uint64_t *seed) {
 
 static void every_method_finds_all_of_one_surface(void **state) {
     (void)state;
-    int const rounds = is_long() ? 2000 : 24;
+    int const rounds = is_long() ? 2000 : 16;
     for (int family = 0; family < DETECT_FAMILY_COUNT; family++) {
         uint64_t truth_count = 0;
         for (int round = 0; round < rounds; round++) {
@@ -139,7 +138,7 @@ static void every_method_finds_all_of_larger_sheets(void **state) {
     static const struct {
         detect_family family;
         unsigned size;
-    } sheets[] = {{DETECT_WAVE, 16}, {DETECT_CURL, 9}, {DETECT_RAMP, 6}, {DETECT_RING, 12}};
+    } sheets[] = {{DETECT_WAVE, 16}, {DETECT_CURL, 8}, {DETECT_RAMP, 4}, {DETECT_RING, 12}};
     int const rounds = is_long() ? 60 : 1;
     for (int round = 0; round < 4 * rounds; round++) {
         uint64_t seed = hash_mix((uint64_t)(round + 31337));
@@ -220,13 +219,18 @@ static void every_method_heeds_surfaces(void **state) {
     assert_true(truth_count > 0);
 }
 
+/* Else the tests above would say nothing about patches. */
 static void patches_were_at_work(void **state) {
     (void)state;
-    for (size_t i = 0; i < VARIANT_COUNT; i++)
+    for (size_t i = 0; i < VARIANT_COUNT; i++) {
+        double const share = (double)patch_triangles[i] / (double)all_triangles;
         print_message("%-28s %.1f%% of the triangles in patches\n", variants[i].name,
-                      100.0 * (double)patch_triangles[i] / (double)all_triangles);
+                      100.0 * share);
+        if (variants[i].grows_anew) assert_true(share > 0.3);
+    }
     print_message("without certificate %llu events were lost\n",
                   (unsigned long long)uncertified_misses);
+    assert_true(uncertified_misses > 1000);
 }
 
 int main(void) {
