@@ -7,7 +7,7 @@
 #include <stdint.h>
 #include <string.h>
 
-#ifdef __AVX512F__
+#ifdef __AVX2__
 #include <immintrin.h>
 #endif
 
@@ -72,28 +72,76 @@ SIMD_INLINE double8 double8_load_spread(const double *from, lane_mask which, dou
                                           (__m512d)double8_load(from));
 }
 #else
+#ifdef __AVX2__
+/* By halves: the compiler would take vectors this wide apart into single numbers. */
+typedef union double8_halves {
+    double8 all;
+    __m256d half[2];
+} double8_halves;
+
+#define BY_HALVES(operation, a, b)                                                                 \
+    double8_halves x = {(a)}, y = {(b)};                                                           \
+    x.half[0] = operation(x.half[0], y.half[0]);                                                   \
+    x.half[1] = operation(x.half[1], y.half[1])
+#define COMPARE_GREATER(a, b) _mm256_cmp_pd(a, b, _CMP_GT_OQ)
+#define COMPARE_EQUAL(a, b) _mm256_cmp_pd(a, b, _CMP_EQ_OQ)
+
+SIMD_INLINE bool8 double8_greater(double8 a, double8 b) {
+    BY_HALVES(COMPARE_GREATER, a, b);
+    return (bool8)x.all;
+}
+SIMD_INLINE bool8 double8_equal(double8 a, double8 b) {
+    BY_HALVES(COMPARE_EQUAL, a, b);
+    return (bool8)x.all;
+}
+SIMD_INLINE double8 double8_min(double8 a, double8 b) {
+    BY_HALVES(_mm256_min_pd, a, b);
+    return x.all;
+}
+SIMD_INLINE double8 double8_max(double8 a, double8 b) {
+    BY_HALVES(_mm256_max_pd, a, b);
+    return x.all;
+}
+SIMD_INLINE double8 double8_sqrt(double8 a) {
+    double8_halves x = {a};
+    x.half[0] = _mm256_sqrt_pd(x.half[0]);
+    x.half[1] = _mm256_sqrt_pd(x.half[1]);
+    return x.all;
+}
+SIMD_INLINE double8 double8_select(bool8 which, double8 a, double8 b) {
+    double8_halves x = {a}, y = {b}, z = {(double8)which};
+    x.half[0] = _mm256_blendv_pd(y.half[0], x.half[0], z.half[0]);
+    x.half[1] = _mm256_blendv_pd(y.half[1], x.half[1], z.half[1]);
+    return x.all;
+}
+SIMD_INLINE lane_mask bool8_bits(bool8 a) {
+    double8_halves x = {(double8)a};
+    return (lane_mask)_mm256_movemask_pd(x.half[0]) | (lane_mask)_mm256_movemask_pd(x.half[1]) << 4;
+}
+#else
 SIMD_INLINE bool8 double8_greater(double8 a, double8 b) { return (bool8)(a > b); }
 SIMD_INLINE bool8 double8_equal(double8 a, double8 b) { return (bool8)(a == b); }
-SIMD_INLINE bool8 bool8_and(bool8 a, bool8 b) { return a & b; }
-SIMD_INLINE bool8 bool8_or(bool8 a, bool8 b) { return a | b; }
-SIMD_INLINE bool8 bool8_not(bool8 a) { return ~a; }
 SIMD_INLINE double8 double8_select(bool8 which, double8 a, double8 b) {
     return (double8)((which & (int64x8)a) | (~which & (int64x8)b));
+}
+SIMD_INLINE double8 double8_min(double8 a, double8 b) { return double8_select(a < b, a, b); }
+SIMD_INLINE double8 double8_max(double8 a, double8 b) { return double8_select(a > b, a, b); }
+SIMD_INLINE double8 double8_sqrt(double8 a) {
+    for (int k = 0; k < DOUBLE_LANES; k++) a[k] = sqrt(a[k]);
+    return a;
 }
 SIMD_INLINE lane_mask bool8_bits(bool8 a) {
     lane_mask bits = 0;
     for (int k = 0; k < DOUBLE_LANES; k++) bits |= (lane_mask)(a[k] & 1) << k;
     return bits;
 }
+#endif
+SIMD_INLINE bool8 bool8_and(bool8 a, bool8 b) { return a & b; }
+SIMD_INLINE bool8 bool8_or(bool8 a, bool8 b) { return a | b; }
+SIMD_INLINE bool8 bool8_not(bool8 a) { return ~a; }
 SIMD_INLINE bool8 bool8_from_bits(lane_mask bits) {
     bool8 a;
     for (int k = 0; k < DOUBLE_LANES; k++) a[k] = -(int64_t)(bits >> k & 1);
-    return a;
-}
-SIMD_INLINE double8 double8_min(double8 a, double8 b) { return double8_select(a < b, a, b); }
-SIMD_INLINE double8 double8_max(double8 a, double8 b) { return double8_select(a > b, a, b); }
-SIMD_INLINE double8 double8_sqrt(double8 a) {
-    for (int k = 0; k < DOUBLE_LANES; k++) a[k] = sqrt(a[k]);
     return a;
 }
 SIMD_INLINE void double8_store_packed(double *to, lane_mask which, double8 a) {
