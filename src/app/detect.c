@@ -21,7 +21,7 @@ static const double LEAST_PLAIN_DEGREES = 2.0;
 static const char *const switch_names[] = {"on", "off", NULL};
 static const char *const patches_names[] = {"keep", "grow", NULL};
 
-/* What the command line says, before it is made numbers. */
+/* What the command line says, before it is made numbers; null: the default of the library. */
 typedef struct detect_words {
     const char *method, *cone, *alpha_max, *thickness, *minimum_separation, *certificate, *patches;
     long threads, repeat;
@@ -162,15 +162,17 @@ static tulle_status make_passes(const detect_words *words, detect_passes *passes
                               .repeat_count = (uint32_t)words->repeat,
                               .is_earliest = words->is_earliest != 0};
     tulle_detect_def *const def = &passes->def;
-    def->method = (tulle_detect_method)find_name(detect_method_names, words->method);
-    def->cone = (tulle_detect_cone)find_name(detect_cone_names, words->cone);
-    def->has_certificate = strcmp(words->certificate, "on") == 0;
-    def->grows_patches_anew = strcmp(words->patches, "grow") == 0;
+    if (words->method)
+        def->method = (tulle_detect_method)find_name(detect_method_names, words->method);
+    if (words->cone) def->cone = (tulle_detect_cone)find_name(detect_cone_names, words->cone);
+    if (words->certificate) def->has_certificate = strcmp(words->certificate, "on") == 0;
+    if (words->patches) def->grows_patches_anew = strcmp(words->patches, "grow") == 0;
     def->threads = (int)words->threads;
-    tulle_status status = read_angle(words->alpha_max, &def->max_angle, error);
-    if (status == TULLE_OK)
+    tulle_status status = TULLE_OK;
+    if (words->alpha_max) status = read_angle(words->alpha_max, &def->max_angle, error);
+    if (status == TULLE_OK && words->thickness)
         status = read_length("thickness", words->thickness, &def->thickness, error);
-    if (status == TULLE_OK)
+    if (status == TULLE_OK && words->minimum_separation)
         status = read_length("minimum-separation", words->minimum_separation,
                              &def->minimum_separation, error);
     return status;
@@ -199,13 +201,7 @@ static int detect(const detect_words *words, detect_report *report, detect_passe
 }
 
 int app_detect(int argc, char **argv) {
-    detect_words words = {.method = "patches",
-                          .cone = "bernstein",
-                          .alpha_max = "60deg",
-                          .thickness = "0",
-                          .minimum_separation = "0",
-                          .certificate = "on",
-                          .patches = "keep"};
+    detect_words words = {0};
     options_outcome const outcome = read_words(argc, argv, &words);
     if (outcome != OPTIONS_READ) return options_exit(outcome);
     detect_report report = {

@@ -61,6 +61,10 @@ for method in $methods; do
     [ "$(listed out | wc -l)" = 1 ] || { fault "$method: not one event in the strange mesh:"; cat out; }
     said '^vertex_face 3 0 0\.(5|49[0-9]*) hit$'
 done
+detect drop_0.obj drop_1.obj --json
+# What --help, the manual and docs/detect.md say of the defaults.
+values settings.method='"patches"' settings.cone='"bernstein"' settings.alpha_max_degrees=60 settings.certificate=true \
+    settings.patches='"keep"' settings.thickness=0 settings.minimum_separation=0 settings.repeat=0 settings.earliest=false
 detect crossing_0.obj crossing_1.obj
 said '^  start crosses +itself in 1 pairs of triangles$'
 said '^  earliest time +none$'
