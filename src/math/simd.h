@@ -9,7 +9,7 @@
 #include <stddef.h>
 #include <stdint.h>
 
-#ifdef __AVX2__
+#ifdef __SSE2__
 #include <immintrin.h>
 #endif
 
@@ -131,6 +131,23 @@ typedef struct box_lanes8 {
 static inline box_lanes8 box_lanes8_load(const float *sides, size_t stride) {
     return (box_lanes8){sides, stride};
 }
+#ifdef __SSE2__
+/* Bit l: lane l of four meets the box. */
+static inline uint32_t quad_meet(const float *sides, size_t n, const float *box, size_t stride) {
+    __m128 meets = _mm_cmple_ps(_mm_loadu_ps(sides), _mm_set1_ps(box[3 * stride]));
+    for (size_t k = 1; k < 3; k++)
+        meets = _mm_and_ps(
+            meets, _mm_cmple_ps(_mm_loadu_ps(sides + k * n), _mm_set1_ps(box[(3 + k) * stride])));
+    for (size_t k = 0; k < 3; k++)
+        meets = _mm_and_ps(
+            meets, _mm_cmpge_ps(_mm_loadu_ps(sides + (3 + k) * n), _mm_set1_ps(box[k * stride])));
+    return (uint32_t)_mm_movemask_ps(meets);
+}
+static inline uint32_t box_lanes8_meet(const box_lanes8 *lanes, const float *box, size_t stride) {
+    return quad_meet(lanes->sides, lanes->stride, box, stride) |
+           quad_meet(lanes->sides + 4, lanes->stride, box, stride) << 4;
+}
+#else
 static inline uint32_t box_lanes8_meet(const box_lanes8 *lanes, const float *box, size_t stride) {
     const float *const a = lanes->sides;
     size_t const n = lanes->stride;
@@ -143,6 +160,7 @@ static inline uint32_t box_lanes8_meet(const box_lanes8 *lanes, const float *box
     }
     return mask;
 }
+#endif
 static inline void lanes8_compress(uint32_t mask, uint32_t base, uint32_t *to) {
     for (uint32_t l = 0; l < 8; l++) {
         *to = base + l;
@@ -178,6 +196,14 @@ static inline uint32_t lanes16_equal(const uint32_t *values, uint32_t value) {
 }
 
 #endif
+
+/* Writes a value to 8 or 16 places. */
+static inline void lanes8_fill(uint32_t value, uint32_t *to) {
+    for (size_t l = 0; l < 8; l++) to[l] = value;
+}
+static inline void lanes16_fill(uint32_t value, uint32_t *to) {
+    for (size_t l = 0; l < 16; l++) to[l] = value;
+}
 
 /* The number of bits of a mask. */
 static inline uint32_t count_lanes(uint32_t mask) { return (uint32_t)__builtin_popcount(mask); }

@@ -93,18 +93,12 @@ static uint32_t find_sharing_triangles(uint32_t vertex, const uint32_t *corners)
     return gather_third(bits | bits >> 1 | bits >> 2);
 }
 
-static void append_pairs(pair_batch *batch, uint32_t slot, uint32_t mask, uint32_t base) {
-    lanes16_compress(mask, base, batch->second + batch->count);
-    uint32_t *const first = batch->first + batch->count;
-    for (size_t l = 0; l < 16; l++) first[l] = slot;
-    batch->count += count_lanes(mask);
-}
-
 /* Compares marked edges of `a` with sixteen of `b` from `chunk` on. */
 static inline void pair_edge_lanes(const leaf_view *a, const leaf_view *b, uint32_t chunk,
                                    const uint32_t *corners, pair_batch *batch) {
     box_lanes16 const lanes = box_lanes16_load(b->edges + chunk, b->edge_count);
     uint32_t const base = b->edge_begin + chunk, near_b = b->near_edges >> chunk & 0xffffU;
+    uint32_t *first = batch->first + batch->count, *second = batch->second + batch->count;
     for (uint32_t near_a = a->near_edges; near_a; near_a &= near_a - 1) {
         uint32_t const edge = first_lane(near_a), slot = a->edge_begin + edge;
         uint32_t mask = near_b & box_lanes16_meet(&lanes, a->edges + edge, a->edge_count);
@@ -112,8 +106,13 @@ static inline void pair_edge_lanes(const leaf_view *a, const leaf_view *b, uint3
             mask &= ~find_sharing_edges(corners + 2 * (size_t)slot, corners + 2 * (size_t)base);
             if (a == b) mask &= (uint32_t)(~UINT64_C(1) << edge >> chunk);
         }
-        append_pairs(batch, slot, mask, base);
+        lanes16_compress(mask, base, second);
+        lanes16_fill(slot, first);
+        uint32_t const count = count_lanes(mask);
+        first += count;
+        second += count;
     }
+    batch->count = (size_t)(first - batch->first);
 }
 
 /* corners: of edges, where the leaves may share vertices; else null. */
@@ -131,17 +130,20 @@ static inline void pair_vertices(const leaf_tables *tables, const leaf_view *a, 
                                  const uint32_t *corners, pair_batch *batch) {
     box_lanes8 const lanes = box_lanes8_load(b->faces, b->width);
     const float *const rows = a->faces + a->triangle_count;
+    uint32_t *first = batch->first + batch->count, *second = batch->second + batch->count;
     for (uint32_t near_a = b->near_triangles ? a->near_vertices : 0; near_a; near_a &= near_a - 1) {
         uint32_t const vertex = first_lane(near_a), slot = a->vertex_begin + vertex;
         uint32_t mask = b->near_triangles & box_lanes8_meet(&lanes, rows + vertex, a->width);
         if (corners)
             mask &= ~find_sharing_triangles(tables->vertex_corners[slot],
                                             corners + 3 * (size_t)b->triangle_begin);
-        lanes8_compress(mask, b->triangle_begin, batch->second + batch->count);
-        uint32_t *const first = batch->first + batch->count;
-        for (size_t l = 0; l < 8; l++) first[l] = slot;
-        batch->count += count_lanes(mask);
+        lanes8_compress(mask, b->triangle_begin, second);
+        lanes8_fill(slot, first);
+        uint32_t const count = count_lanes(mask);
+        first += count;
+        second += count;
     }
+    batch->count = (size_t)(first - batch->first);
 }
 
 static inline void pair_views(const leaf_tables *tables, const leaf_view *a, const leaf_view *b,
