@@ -346,6 +346,23 @@ static void spoil_mesh(open_surface *of, uint64_t *seed) {
     }
 }
 
+/* The whole end turned about one of its vertices, mostly by near half a turn: triangles shrink on
+ * the way, and some turn over and back. */
+static void turn_end(open_surface *of, uint64_t *seed) {
+    vec3 const centre = vec3_load(of->x1, (size_t)random_below(seed, (int)of->vertex_count));
+    vec3 const axis =
+        random_below(seed, 2) ? vec3_make(0.0, 0.0, 1.0) : vec3_normalize(random_in_box(seed, 1.0));
+    double const near_half = random_between(seed, 0.42, 0.5);
+    double const angle = TURN * (random_below(seed, 3) ? near_half : random_uniform(seed));
+    for (size_t i = 0; i < of->vertex_count; i++) {
+        vec3 const from = vec3_sub(vec3_load(of->x1, i), centre);
+        vec3 const along = vec3_scale(axis, vec3_dot(axis, from));
+        vec3 const off = vec3_sub(from, along), across = vec3_cross(axis, from);
+        vec3 const turned = vec3_add_scaled(vec3_scale(off, cos(angle)), across, sin(angle));
+        vec3_store(of->x1, i, vec3_add(centre, vec3_add(along, turned)));
+    }
+}
+
 static void move_all(open_surface *of, uint64_t *seed) {
     double const size = pow(10.0, random_between(seed, -6.0, 6.0));
     double const far = random_below(seed, 2) ? pow(10.0, random_between(seed, 0.0, 7.0)) : 0.0;
@@ -401,6 +418,7 @@ void make_open_surface(memory *heap, surface_family family, surface_wishes wishe
     }
     if (!wishes.is_plain) {
         for (int faults = random_below(seed, 8) - 5; faults > 0; faults--) spoil_mesh(to, seed);
+        if (random_below(seed, 4) == 0) turn_end(to, seed);
         move_all(to, seed);
     }
     to->edge = measure_edge(to);
