@@ -128,10 +128,11 @@ typedef struct cover {
     uint64_t meeting; /* triangles of surfaces that may have patches */
     uint64_t covered; /* in patches */
     uint64_t useful;  /* in patches and not near their boundaries */
+    uint64_t rims;    /* edges on boundaries */
 } cover;
 
 static cover measure_cover(const kept_patches *patches, const surface_set *set) {
-    cover sum = {0, 0, 0};
+    cover sum = {0, 0, 0, 0};
     for (uint32_t s = 0; s < set->surface_count; s++) {
         const surface_range *const range = &set->surfaces[s];
         if (surface_has_patches(set, s)) sum.meeting += range->triangle_end - range->triangle_begin;
@@ -139,7 +140,9 @@ static cover measure_cover(const kept_patches *patches, const surface_set *set) 
     for (size_t i = 0; i < patches->patches.count; i++) {
         const kept_patch *const patch = &patches->patches.data[i];
         uint64_t const rim = RIM_WIDTH * (uint64_t)patch->loop_count;
+        if (patch->triangle_count == 0) continue;
         sum.covered += patch->triangle_count;
+        sum.rims += patch->loop_count;
         if (patch->triangle_count > rim) sum.useful += patch->triangle_count - rim;
     }
     return sum;
@@ -249,11 +252,13 @@ static tulle_status grow_first(kept_patches *patches, const growth_input *input,
     return grow_kept_patches(patches, input, counts);
 }
 
-/* After growth: lets all patches go where they cover little. */
+/* After growth: lets all patches go where they cost more than they save. To check an edge of a
+ * boundary again takes about 100 ns, as much as a triangle inside a patch saves the search; to
+ * check a triangle takes an eighth. */
 static void switch_off(kept_patches *patches, const surface_set *set) {
     patch_schedule *const schedule = &patches->schedule;
     cover const now = measure_cover(patches, set);
-    if (now.useful * 100 >= now.meeting * USEFUL_PERCENT) {
+    if (now.useful * 100 >= now.meeting * USEFUL_PERCENT + now.rims * 100) {
         if (schedule->retry_wait > RETRY_WAIT_MIN && now.useful * 2 >= now.meeting)
             schedule->retry_wait = RETRY_WAIT_MIN;
         return;
