@@ -114,7 +114,7 @@ static kept_patches *reload(kept_patches *patches, patch_scene *scene) {
 static long_run run_long(int threads, int reload_every, bool is_checked) {
     uint64_t seed = 23, check_seed = 1;
     patch_scene scene;
-    patch_scene_make(&scene, PATCH_SHEET, 16, &seed);
+    patch_scene_make(&scene, PATCH_SHEET, 20, &seed);
     kept_patches *patches = create(&scene);
     patch_rules const rules = make_rules(60.0, false, 0.0);
     long_run total = {0};
@@ -126,7 +126,7 @@ static long_run run_long(int threads, int reload_every, bool is_checked) {
     for (int step = 0; step < 120; step++) {
         double const violence = step < 60 ? step / 60.0 : (120 - step) / 120.0;
         memcpy(scene.x0, base, bytes); /* x1 stays near the sheet */
-        patch_scene_move(&scene, 0.02 + 0.1 * violence, 0.06 * violence * violence, &seed);
+        patch_scene_move(&scene, 0.02 + 0.1 * violence, 0.03 * violence * violence, &seed);
         memcpy(scene.x0, before, bytes);
         patch_counts const counts = update(patches, &scene, &rules, threads);
         const uint32_t *const labels = kept_patches_get_labels(patches);
