@@ -128,6 +128,23 @@ static void shorten_to_steps(detect_input *input, uint32_t steps) {
     }
 }
 
+/* Turns all by 40 degrees about (1, 2, 3). */
+static void turn_askew(detect_input *input) {
+    double const axis[3] = {1.0 / sqrt(14.0), 2.0 / sqrt(14.0), 3.0 / sqrt(14.0)};
+    double const angle = 0.6981317, cosine = cos(angle), sine = sin(angle);
+    double *const arrays[] = {input->rest, input->states[0], input->states[1], input->states[2]};
+    for (size_t i = 0; i < 4 * input->vertex_count; i++) {
+        double *const x = arrays[i / input->vertex_count] + 3 * (i % input->vertex_count);
+        double const from[3] = {x[0], x[1], x[2]};
+        double const along = axis[0] * x[0] + axis[1] * x[1] + axis[2] * x[2];
+        for (int k = 0; k < 3; k++) {
+            int const next = (k + 1) % 3, last = (k + 2) % 3;
+            x[k] = cosine * from[k] + (1.0 - cosine) * along * axis[k] +
+                   sine * (axis[next] * from[last] - axis[last] * from[next]);
+        }
+    }
+}
+
 static double get_distance(const double *a, const double *b) {
     return sqrt((a[0] - b[0]) * (a[0] - b[0]) + (a[1] - b[1]) * (a[1] - b[1]) +
                 (a[2] - b[2]) * (a[2] - b[2]));
@@ -183,6 +200,7 @@ void input_load(const char *runs, const input_source *source, detect_input *inpu
     input->triangles = allocate(3 * input->triangle_count, sizeof *input->triangles);
     fill_bodies(reader, source, bodies, input);
     shorten_to_steps(input, tulle_run_reader_get_info(reader)->steps_per_frame);
+    if (source->is_turned) turn_askew(input);
     measure_motion(input);
     scale_motion(input, source->motion);
     for (size_t i = 0; i < input->surface_count; i++)

@@ -13,6 +13,7 @@ typedef struct input_source {
     const char *run;   /* directory within that of all runs */
     uint32_t frame;    /* of the run, at the end of the measured step; >= 2 */
     int levels;        /* of subdivision of cloth */
+    int is_turned;     /* 1: askew to the axes, so that boxes fit no part of it well */
     int has_obstacles; /* 1: with the obstacles of the run */
     double motion;     /* [edge lengths] the mean motion of the measured step is scaled to this;
                           0: as simulated */

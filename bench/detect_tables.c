@@ -10,10 +10,15 @@ static double const MS = 1e3;                      /* of a second */
 
 /* The frames are those where candidates and motion are as the kind wants them. */
 const input_source kinds[KIND_COUNT] = {
-    {.name = "crumple", .run = "crumple", .frame = 120, .levels = 1, .motion = 0.07},
-    {.name = "bundle", .run = "bundle", .frame = 170, .levels = 2, .motion = 0.28},
-    {.name = "violent", .run = "violent", .frame = 110, .levels = 2, .motion = 1.4},
-    {.name = "wave", .run = "wave", .frame = 130, .levels = 2, .motion = 0.12}};
+    {.name = "crumple",
+     .run = "crumple",
+     .frame = 200,
+     .levels = 2,
+     .is_turned = 1,
+     .motion = 0.07},
+    {.name = "bundle", .run = "bundle", .frame = 170, .levels = 2, .is_turned = 1, .motion = 0.28},
+    {.name = "violent", .run = "violent", .frame = 60, .levels = 2, .is_turned = 1, .motion = 1.4},
+    {.name = "wave", .run = "wave", .frame = 150, .levels = 2, .is_turned = 1, .motion = 0.12}};
 
 static const input_source recorded[] = {
     {.name = "sphere", .run = "sphere", .frame = 45, .has_obstacles = 1},

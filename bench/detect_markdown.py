@@ -1,0 +1,157 @@
+#!/usr/bin/env python3
+"""Prints the tables of docs/detect_benchmarks.md from the CSV of bench_detect.
+
+Usage: bench/detect_markdown.py build/bench_detect.csv [--fill docs/detect_benchmarks.md]
+"""
+import contextlib
+import csv
+import io
+import re
+import sys
+
+# Totals of the design experiment, two threads, in ms: quoted, of another machine (two cores of a
+# Zen 4 class server). What it took on a crumple, a twisted rod, a violent crumple, smooth cloth.
+EXPERIMENT = {"crumple": "11.6", "bundle": "26.5", "violent": "63.1", "wave": "2.1 to 2.5"}
+STAGES = ["patches", "trees", "traversal", "filters", "impact", "search", "events", "total"]
+
+
+def number(row, key):
+    return float(row[key])
+
+
+def millions(value):
+    return f"{int(float(value)):,}"
+
+
+def print_table(head, rows):
+    print("| " + " | ".join(head) + " |")
+    print("|" + "---|" * len(head))
+    for row in rows:
+        print("| " + " | ".join(row) + " |")
+    print()
+
+
+def share(row):
+    return 100.0 * number(row, "patch_triangles") / number(row, "triangles")
+
+
+def print_kinds(rows):
+    inputs = []
+    for row in rows:
+        if row["input"] not in inputs:
+            inputs.append(row["input"])
+    for name in inputs:
+        of_input = [row for row in rows if row["input"] == name]
+        first = of_input[0]
+        print(f"`{name}`: {millions(first['vertices'])} vertices, {millions(first['triangles'])} "
+              f"triangles, motion {first['motion_edges']} edges; the experiment took "
+              f"{EXPERIMENT.get(name, '-')} ms.\n")
+        out = []
+        for row in of_input:
+            refit = next(r for r in of_input if r["run"] == "refit" and r["threads"] == row["threads"])
+            ratio = number(row, "total_median_ms") / number(refit, "total_median_ms")
+            out.append([row["run"], row["threads"], millions(row["box_pairs"]),
+                        millions(row["filtered_pairs"]), millions(row["tested_pairs"]),
+                        row["events"], f"{share(row):.0f} %"]
+                       + [f"{number(row, s + '_median_ms'):.2f}" for s in STAGES]
+                       + [f"{number(row, 'total_min_ms'):.2f}", f"{number(row, 'total_p90_ms'):.2f}",
+                          f"{ratio:.2f}"])
+        print_table(["method", "threads", "box pairs", "filtered", "tested", "events", "in patches"]
+                    + STAGES + ["least", "9th decile", "/ refit"], out)
+
+
+def print_angles(rows):
+    names = []
+    for row in rows:
+        if row["input"] not in names:
+            names.append(row["input"])
+    for name in names:
+        of_input = [row for row in rows if row["input"] == name]
+        refit = next(r for r in of_input if r["run"] == "refit")
+        bvox = next(r for r in of_input if r["run"] == "bvox")
+        print(f"`{name}`: {millions(refit['triangles'])} triangles, motion {refit['motion_edges']} "
+              f"edges, {refit['threads']} threads\n")
+        out = []
+        for row in of_input:
+            pairs = max(number(refit, "box_pairs"), 1.0)
+            total = number(row, "total_median_ms")
+            out.append([row["run"], f"{share(row):.1f} %", row["patches"], millions(row["box_pairs"]),
+                        f"{100.0 * (1.0 - number(row, 'box_pairs') / pairs):.1f} %",
+                        "yes" if row["uses_patches"] == "1" else "no",
+                        f"{number(row, 'patches_median_ms'):.2f}", f"{total:.2f}",
+                        f"{total / number(refit, 'total_median_ms'):.2f}",
+                        f"{total / number(bvox, 'total_median_ms'):.2f}"])
+        print_table(["run", "triangles in patches", "patches", "box pairs", "culled", "in use",
+                     "patches [ms]", "total [ms]", "/ refit", "/ bvox"], out)
+
+
+def print_growth(rows):
+    for table, what in (("growth", "motion of 0.1 edges at every size"),
+                        ("growth-same-motion", "motion as simulated, the same in metres")):
+        chosen = [row for row in rows if row["table"] == table]
+        if not chosen:
+            continue
+        base = {}
+        out = []
+        for row in sorted(chosen, key=lambda r: (r["run"], number(r, "triangles"))):
+            each = 1e6 * number(row, "total_median_ms") / number(row, "triangles")
+            if number(row, "triangles") == 20000:
+                base[row["run"]] = each
+            growth = f"{each / base[row['run']]:.2f}" if row["run"] in base else "-"
+            out.append([row["run"], millions(row["triangles"]), row["motion_edges"],
+                        millions(row["box_pairs"]), f"{number(row, 'total_median_ms'):.2f}",
+                        f"{each:.1f}", growth,
+                        f"{number(row, 'bytes_held') / number(row, 'triangles'):.0f}",
+                        f"{number(row, 'first_ms'):.0f}"])
+        print(what.capitalize() + ":\n")
+        print_table(["method", "triangles", "motion [edges]", "box pairs", "total [ms]",
+                     "ns a triangle", "/ 20k", "bytes a triangle", "first pass [ms]"], out)
+
+
+def print_busy(rows):
+    out = []
+    for row in rows:
+        if row["table"] != "busy":
+            continue
+        idle = next(r for r in rows if r["table"] == "busy-idle" and r["input"] == row["input"]
+                    and r["run"] == row["run"])
+        before, after = number(idle, "total_median_ms"), number(row, "total_median_ms")
+        out.append([row["input"], row["run"], f"{before:.2f}", f"{after:.2f}",
+                    f"{number(row, 'total_p90_ms'):.2f}", f"{after / before:.2f}"])
+    print_table(["input", "method", "idle [ms]", "busy [ms]", "busy, 9th decile", "busy / idle"], out)
+
+
+def fill(path, texts):
+    """Puts each table between its marks; tables that the CSV lacks stay."""
+    with open(path, encoding="utf-8") as file:
+        page = file.read()
+    for name, text in texts.items():
+        marks = f"<!-- begin {name} -->", f"<!-- end {name} -->"
+        pattern = re.escape(marks[0]) + ".*?" + re.escape(marks[1])
+        page = re.sub(pattern, lambda _: f"{marks[0]}\n{text}\n{marks[1]}", page, flags=re.DOTALL)
+    with open(path, "w", encoding="utf-8") as file:
+        file.write(page)
+
+
+def main():
+    if len(sys.argv) < 2:
+        sys.exit(__doc__)
+    with open(sys.argv[1], newline="", encoding="utf-8") as file:
+        rows = list(csv.DictReader(file))
+    printers = {"kinds": print_kinds, "angles": print_angles, "growth": print_growth,
+                "busy": print_busy}
+    texts = {}
+    for name, printer in printers.items():
+        chosen = [row for row in rows if row["table"].startswith(name)]
+        if chosen:
+            with contextlib.redirect_stdout(io.StringIO()) as text:
+                printer(chosen)
+            texts[name] = text.getvalue().strip()
+    if len(sys.argv) == 4 and sys.argv[2] == "--fill":
+        fill(sys.argv[3], texts)
+    else:
+        print("\n\n".join(texts.values()))
+
+
+if __name__ == "__main__":
+    main()
