@@ -2,6 +2,7 @@
  * several lengths: one pair at a time and eight at a time, for each vector width, in processor time
  * of the same run. Prints CSV: counts after each part, then the least time of the rounds in
  * nanoseconds for each pair that the part is given. Usage: bench_narrow_phase [rounds] */
+#define _POSIX_C_SOURCE 200809L /* clock_gettime */
 #include "base/hash.h"
 #include "detect/impact_pool.h"
 #include "detect/narrow_phase.h"
