@@ -16,7 +16,7 @@ const input_source kinds[KIND_COUNT] = {
      .levels = 2,
      .is_turned = 1,
      .motion = 0.07},
-    {.name = "bundle", .run = "bundle", .frame = 170, .levels = 2, .is_turned = 1, .motion = 0.28},
+    {.name = "bundle", .run = "bundle", .frame = 210, .levels = 2, .is_turned = 1, .motion = 0.28},
     {.name = "violent", .run = "violent", .frame = 60, .levels = 2, .is_turned = 1, .motion = 1.4},
     {.name = "wave", .run = "wave", .frame = 150, .levels = 2, .is_turned = 1, .motion = 0.12}};
 

@@ -20,7 +20,7 @@ run() {
     fi
 }
 
-for kind in crumple:162 bundle:172 violent:72 wave:152 drape:102; do
+for kind in crumple:142 bundle:212 violent:72 wave:152 drape:102; do
     run "${kind%:*}" "scenes/bench/${kind%:*}.yaml" "${kind#*:}"
 done
 for scene in sphere:47 needles:47 ribbon:152 net:62; do
