@@ -40,9 +40,15 @@ static void find_thin_differences(const vec3x8 d[4], lane_mask lanes, vec3x8 *di
     }
 }
 
+/* Dot products of a triangle's edges u, v and the vector from its first corner to the vertex. */
+typedef struct triangle_products {
+    double8 uu, uv, vv, a_u, a_v, determinant;
+} triangle_products;
+
 /* The foot a + f0 u + f1 v on a sound triangle by regions: find_foot_by_region. One division. */
-SIMD_INLINE void find_foot_lanes(double8 uu, double8 uv, double8 vv, double8 a_u, double8 a_v,
-                                 double8 determinant, double8 foot[2]) {
+SIMD_INLINE void find_foot_lanes(const triangle_products *p, double8 foot[2]) {
+    double8 const uu = p->uu, uv = p->uv, vv = p->vv, a_u = p->a_u, a_v = p->a_v;
+    double8 const determinant = p->determinant;
     double8 const zero = double8_fill(0.0), one = double8_fill(1.0);
     double8 const b_u = a_u - uu, b_v = a_v - uv, c_u = a_u - uv, c_v = a_v - vv;
     double8 const t_area = uu * a_v - uv * a_u, s_area = vv * a_u - uv * a_v;
@@ -81,7 +87,8 @@ SIMD_INLINE closest_lanes find_closest_vertex_triangle(const vec3x8 d[4]) {
     bool8 const is_sound = bool8_and(double8_greater(determinant, SOUND_RATIO * longer2 * longer2),
                                      double8_greater(determinant, double8_fill(DETERMINANT_MIN)));
     double8 foot[2];
-    find_foot_lanes(uu, uv, vv, a_u, a_v, determinant, foot);
+    triangle_products const products = {uu, uv, vv, a_u, a_v, determinant};
+    find_foot_lanes(&products, foot);
     vec3x8 difference = vec3x8_add_scaled(vec3x8_add_scaled(d[0], u, -foot[0]), v, -foot[1]);
     difference = vec3x8_select(at_least(foot[1], one), d[2], difference);
     difference = vec3x8_select(at_least(foot[0], one), d[1], difference);
