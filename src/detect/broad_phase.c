@@ -114,7 +114,7 @@ void broad_phase_destroy(broad_phase *broad) {
 }
 
 static tulle_status shape_trees(broad_phase *broad, const surface_set *set, const double *rest) {
-    if (!choose_box_frame(broad, rest)) return TULLE_ERROR_INVALID_ARGUMENT;
+    if (!choose_box_frame(broad, set->topo, rest)) return TULLE_ERROR_INVALID_ARGUMENT;
     if (broad->method != BROAD_PHASE_REFIT) return TULLE_OK;
     for (uint32_t s = 0; s < set->surface_count; s++) {
         tulle_status const status = shape_refit_tree(broad, set, s, rest);

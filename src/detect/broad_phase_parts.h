@@ -116,8 +116,9 @@ void assign_slots(broad_phase *broad, const surface_set *set, uint32_t surface);
 tulle_status assign_even_slots(broad_phase *broad, const surface_set *set, uint32_t surface);
 
 /* tree_boxes.c */
-/* The frame of the boxes; false when a rest position is not finite. */
-bool choose_box_frame(broad_phase *broad, const double *rest);
+/* The frame of the boxes, from the vertices of triangles; false when a rest position is not finite.
+ */
+bool choose_box_frame(broad_phase *broad, const topology *topo, const double *rest);
 /* Boxes and records of the vertices of surfaces that are present and not fitted; false when a
  * position is not finite. */
 bool fit_vertex_boxes(broad_phase *broad, const surface_set *set, const double *x0,

@@ -14,16 +14,25 @@ enum {
     VERTICES_PER_TASK = 2048, /* some 20 microseconds */
     NODES_PER_TASK = 32       /* some 200 leaves, some 20 microseconds */
 };
+/* Half a margin in box coordinates counts as no more: it reaches beyond all boxes, which are cut at
+ * 3e38. */
+#define FRAME_REACH 1e39
 
-bool choose_box_frame(broad_phase *broad, const double *rest) {
+bool choose_box_frame(broad_phase *broad, const topology *topo, const double *rest) {
     double low[3] = {0.0, 0.0, 0.0}, high[3] = {0.0, 0.0, 0.0}, extent = 0.0;
-    for (size_t i = 0; i < broad->vertex_count; i++)
+    bool is_first = true;
+    for (size_t i = 0; i < broad->vertex_count; i++) {
+        bool const has_triangle =
+            topo->vertex_triangles.begin[i] < topo->vertex_triangles.begin[i + 1];
         for (int k = 0; k < 3; k++) {
             double const x = rest[3 * i + (size_t)k];
             if (!isfinite(x)) return false;
-            if (i == 0 || x < low[k]) low[k] = x;
-            if (i == 0 || x > high[k]) high[k] = x;
+            if (!has_triangle) continue; /* may lie far away, and meets nothing */
+            if (is_first || x < low[k]) low[k] = x;
+            if (is_first || x > high[k]) high[k] = x;
         }
+        is_first = is_first && !has_triangle;
+    }
     for (int k = 0; k < 3; k++) {
         broad->origin[k] = 0.5 * low[k] + 0.5 * high[k];
         extent = fmax(extent, 0.5 * high[k] - 0.5 * low[k]);
@@ -74,7 +83,7 @@ bool fit_vertex_boxes(broad_phase *broad, const surface_set *set, const double *
     for (int k = 0; k < 3; k++) {
         context.fit.origin[k] = broad->origin[k];
         context.fit.scale[k] = broad->scale;
-        context.fit.half[k] = 0.5 * broad->margin * broad->scale;
+        context.fit.half[k] = fmin(0.5 * broad->margin * broad->scale, FRAME_REACH);
     }
     parallel_for(task_count, 1, threads, fit_vertex_task, &context);
     bool is_finite = true;

@@ -59,8 +59,8 @@ bool TULLE_KERNEL(fit_vertices)(const vertex_fit *fit, size_t begin, size_t end)
         lanes4 const start = load_point(fit->x0, vertex), stop = load_point(fit->x1, vertex);
         memcpy(fit->records[i].start, &start, sizeof start);
         memcpy(fit->records[i].end, &stop, sizeof stop);
-        lanes4 const a = (start - origin) * scale, b = (stop - origin) * scale;
-        doubt += (a - a) + (b - b);
+        doubt += (start - start) + (stop - stop);
+        lanes4 const a = clamp((start - origin) * scale), b = clamp((stop - origin) * scale);
         lanes4 const least = choose(a < b, a, b) - half, most = choose(a < b, b, a) + half;
         lanes4 const size_a = absolute(a), size_b = absolute(b);
         lanes4 const larger = choose(size_a > size_b, size_a, size_b);
