@@ -31,7 +31,9 @@ typedef enum tulle_integrator {
 } tulle_integrator;
 
 /* How a world finds the pairs of features that come near each other. With a certificate every
- * choice leads to the same states, bit for bit; they differ in time. */
+ * choice keeps the promise of the step and leads to the same states, bit for bit, unless two
+ * features of one patch come together by over 14 contact distances within a step (350 with the
+ * distances derived by default; docs/pipeline.md, stage 5); they differ in time. */
 typedef struct tulle_world_detection {
     tulle_detect_method method;
     tulle_detect_cone cone; /* of methods with patches */

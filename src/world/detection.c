@@ -19,12 +19,16 @@ static const double PAIR_MARGIN_EDGE_SHARE = 0.25;
  * of a distance tells a candidate from one that was left out. */
 static const double REACH_RESERVE = 1.0 + 1e-6;
 
-/* [rad] 89 degrees. A certificate holds at any angle under a right one; a patch whose normals have
- * turned by more than alpha_max since it was grown need not go. */
+/* A test of paths calls a pair a hit up to a twentieth of its separation above it, see
+ * detect/time_of_impact.c: what is left out keeps more than that. */
+static const double HIT_RESERVE = 1.06;
+
+/* [rad] 89 degrees, for other paths than those the patches were found for. Read only where patches
+ * are used by their cones alone: with a certificate no angle is asked of a kept patch. */
 static const double HOLD_ANGLE = 1.5533430342749535;
 
-/* Stages 10 and 11 take patches that are certified for their paths with this share of the reach:
- * far more than the minimum gap, so that no inner pair could be a hit. */
+/* Stages 10 and 11 take patches that are certified for their paths with this share of the reach, or
+ * more where the minimum gap asks for it. */
 static const double HOLD_REACH_SHARE = 0.25;
 
 static bool uses_patches(const tulle_world *world) {
@@ -37,6 +41,20 @@ static broad_phase_method choose_trees(tulle_detect_method method) {
     return method == TULLE_DETECT_PAPER ? BROAD_PHASE_PAPER : BROAD_PHASE_REFIT;
 }
 
+/* [m] Inner pairs of patches stay beyond all that stage 2 makes rows of. */
+static double find_reach(const tulle_world *world) {
+    double const hit = HIT_RESERVE * world->contact_distance;
+    return 0.5 * REACH_RESERVE * fmax(world->separation_distance, hit);
+}
+
+/* [m] Inner pairs stay beyond all that stages 10 and 11 call a hit. The minimum gap is at most half
+ * of the contact distance, so this is less than the reach. */
+static double find_hold_reach(const tulle_world *world) {
+    double const reach = world->patch_rules.reach;
+    double const hit = 0.5 * REACH_RESERVE * HIT_RESERVE * world->minimum_gap;
+    return fmin(fmax(HOLD_REACH_SHARE * reach, hit), reach);
+}
+
 static patch_rules make_rules(const tulle_world *world) {
     tulle_world_detection const *const detection = &world->def.detection;
     return (patch_rules){.cone = detection->cone == TULLE_CONE_PAPER ? CONE_PAPER : CONE_BERNSTEIN,
@@ -44,7 +62,7 @@ static patch_rules make_rules(const tulle_world *world) {
                          .has_certificate = detection->has_certificate != 0,
                          .grows_anew = detection->grows_patches_anew ||
                                        detection->method == TULLE_DETECT_PAPER,
-                         .reach = 0.5 * REACH_RESERVE * world->separation_distance};
+                         .reach = find_reach(world)};
 }
 
 tulle_status world_start_detection(tulle_world *world) {
@@ -165,7 +183,7 @@ static bool ends_within(const step_context *context, const double *x1, double di
 static bool patches_cover(const step_context *context, const double *x1) {
     tulle_world const *const world = context->world;
     patch_rules rules = world->patch_rules;
-    rules.reach *= HOLD_REACH_SHARE;
+    rules.reach = find_hold_reach(world);
     rules.max_angle = fmax(rules.max_angle, HOLD_ANGLE);
     patch_step const paths = {&world->set, context->state->positions, x1, world->threads};
     return ends_within(context, x1, world->patch_rules.reach - rules.reach) ||

@@ -2,11 +2,14 @@
  * tests, and what of them lives from step to step.
  *
  * Pairs within a patch are left out of the candidates. A patch is certified for the paths that the
- * candidates are found for, with half the largest separation distance as its reach: two of its
- * features that share no vertex stay farther apart than any contact reaches. So stage 2 makes the
- * same rows with patches as without. Other paths need the candidates renewed when a patch is not
- * certified for them too; stages 10 and 11 ask for each, see contact/contact_paths.h. Hence states
- * do not depend on patches (unless the certificate is off), only the time that it takes does. */
+ * candidates are found for: two of its features that share no vertex stay farther apart than the
+ * largest separation distance, and than 1.06 of the largest contact distance, so farther than stage
+ * 2 makes rows for. Other paths need the candidates renewed when a patch is not certified for them
+ * too, beyond 1.06 of the minimum gap; stages 10 and 11 ask for each, see contact/contact_paths.h.
+ * With the certificate the promise of the step therefore does not depend on patches. States do not
+ * either, bit for bit, but for near misses that a test calls hits: those of two features of one
+ * patch that come together by over 14 contact distances (350 by default) within a step, see
+ * docs/pipeline.md, stage 5. Without the certificate both depend on them. */
 #ifndef TULLE_WORLD_DETECTION_H
 #define TULLE_WORLD_DETECTION_H
 
