@@ -124,8 +124,8 @@ typedef struct tulle_detect_statistics {
     uint64_t patch_triangles;   /* triangles in patches in use */
     uint64_t certified_by_star, certified_by_contour; /* patches */
     uint64_t checked_again; /* patches kept from the last call and found to hold */
-    int uses_patches;       /* 0: the method has none, or they were switched off for this call
-                               because they did not pay */
+    int uses_patches;       /* 0: the method has none, no patch is proven, or they were switched
+                               off for this call because they did not pay */
     double patch_seconds, tree_seconds, search_seconds, event_seconds, total_seconds;
     double traversal_seconds, filter_seconds, impact_seconds; /* parts of search_seconds */
 } tulle_detect_statistics;

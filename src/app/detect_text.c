@@ -78,7 +78,7 @@ static void print_patches(const detect_passes *passes) {
     if (!detect_has_patches(passes)) return;
     puts("patches");
     if (!statistics->uses_patches) {
-        puts("  switched off for this call: they would not pay");
+        puts("  none in use: none is proven, or they would not pay");
         return;
     }
     printf("  %-18s %14" PRIu64 "  with %.4g %% of the triangles\n",
