@@ -12,12 +12,12 @@ static double const MS = 1e3;                      /* of a second */
 const input_source kinds[KIND_COUNT] = {
     {.name = "crumple",
      .run = "crumple",
-     .frame = 200,
+     .frame = 140,
      .levels = 2,
      .is_turned = 1,
      .motion = 0.07},
     {.name = "bundle", .run = "bundle", .frame = 210, .levels = 2, .is_turned = 1, .motion = 0.28},
-    {.name = "violent", .run = "violent", .frame = 60, .levels = 2, .is_turned = 1, .motion = 1.4},
+    {.name = "violent", .run = "violent", .frame = 70, .levels = 2, .is_turned = 1, .motion = 1.4},
     {.name = "wave", .run = "wave", .frame = 150, .levels = 2, .is_turned = 1, .motion = 0.12}};
 
 static const input_source recorded[] = {
