@@ -24,8 +24,9 @@ struct tulle_detector {
     double *static_positions; /* [m] 3 a vertex of static surfaces, in order */
     size_t static_vertex_count;
     bool has_static_positions;
-    broad_phase *broad;    /* null until there are positions to shape it from */
-    kept_patches *patches; /* null for methods without */
+    broad_phase *broad;     /* null until there are positions to shape it from */
+    kept_patches *patches;  /* null for methods without */
+    bool keeps_all_patches; /* see patch_rules; set by tests */
     narrow_phase *narrow;
     ARRAY(tulle_detect_event) events;
     const uint32_t *labels; /* of the last call; null: none */

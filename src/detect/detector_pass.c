@@ -63,6 +63,7 @@ static tulle_status find_patches(tulle_detector *detector, detector_pass *pass) 
         .has_certificate = def->has_certificate != 0,
         .grows_anew = def->grows_patches_anew != 0 || def->method == TULLE_DETECT_PAPER,
         .reach = detector->reach,
+        .keeps_all = detector->keeps_all_patches,
     };
     patch_counts counts;
     patch_step const step = {&detector->set, pass->start, pass->end, detector->threads};

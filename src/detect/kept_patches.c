@@ -272,7 +272,8 @@ static void switch_off(kept_patches *patches, const surface_set *set) {
 
 static bool rules_are_alike(const patch_rules *a, const patch_rules *b) {
     return a->cone == b->cone && a->max_angle == b->max_angle &&
-           a->has_certificate == b->has_certificate && a->grows_anew == b->grows_anew;
+           a->has_certificate == b->has_certificate && a->grows_anew == b->grows_anew &&
+           a->keeps_all == b->keeps_all;
 }
 
 static void reset_schedule(kept_patches *patches) {
@@ -300,7 +301,8 @@ static tulle_status keep_patches(kept_patches *patches, const growth_input *inpu
         if (status == TULLE_OK) status = grow_isolated(patches, input, counts, &has_grown);
     }
     if (status != TULLE_OK) return status;
-    if (input->rules->has_certificate && has_grown) switch_off(patches, input->step->set);
+    if (input->rules->has_certificate && !input->rules->keeps_all && has_grown)
+        switch_off(patches, input->step->set);
     uint64_t const dead = schedule->dead_triangle_count;
     if (dead > COMPACT_TRIANGLE_MIN && dead > measure_cover(patches, input->step->set).covered)
         status = compact_patches(patches);
@@ -315,7 +317,7 @@ tulle_status update_patches(kept_patches *patches, const patch_step *step, const
         reset_schedule(patches);
     }
     patches->rules = *rules;
-    bool const keeps_small = !rules->has_certificate || rules->grows_anew;
+    bool const keeps_small = !rules->has_certificate || rules->grows_anew || rules->keeps_all;
     growth_input const input = {step, rules, keeps_small ? 1 : KEPT_MINIMUM};
     tulle_status status = rules->grows_anew ? grow_first(patches, &input, counts)
                                             : keep_patches(patches, &input, counts);

@@ -26,6 +26,8 @@ typedef struct patch_rules {
     bool grows_anew;      /* true: nothing is kept. Then, and without certificate, patches of any
                              size are used, and they are never switched off */
     double reach;         /* [m] >= 0 */
+    bool keeps_all;       /* true: patches of any size are kept and never switched off, however
+                             little they save; for tests on small meshes */
 } patch_rules;
 
 typedef struct patch_counts {

@@ -15,7 +15,7 @@ typedef struct saved_header {
     uint64_t magic, triangle_count, vertex_count;
     uint64_t patch_count, kept_triangle_count;
     double max_angle, reach;
-    uint32_t cone, has_certificate, grows_anew, unused;
+    uint32_t cone, has_certificate, grows_anew, keeps_all;
     patch_schedule schedule;
 } saved_header;
 
@@ -49,6 +49,7 @@ void kept_patches_save(const kept_patches *patches, void *bytes) {
                                  .cone = patches->rules.cone,
                                  .has_certificate = patches->rules.has_certificate,
                                  .grows_anew = patches->rules.grows_anew,
+                                 .keeps_all = patches->rules.keeps_all,
                                  .schedule = patches->schedule};
     unsigned char *at = bytes;
     memcpy(at, &header, sizeof header);
@@ -86,9 +87,10 @@ static bool header_fits(const kept_patches *patches, const saved_header *header,
         return false;
     return header->max_angle > 0.0 && header->max_angle < 1.5707963267948966 &&
            header->reach >= 0.0 && header->cone <= CONE_PAPER && header->has_certificate <= 1 &&
-           header->grows_anew <= 1 && schedule->call_count > 0 && schedule->is_off <= 1 &&
-           schedule->has_grown <= 1 && schedule->credit <= triangle_count &&
-           schedule->regrow_wait <= UINT32_MAX && schedule->retry_wait <= UINT32_MAX;
+           header->grows_anew <= 1 && header->keeps_all <= 1 && schedule->call_count > 0 &&
+           schedule->is_off <= 1 && schedule->has_grown <= 1 &&
+           schedule->credit <= triangle_count && schedule->regrow_wait <= UINT32_MAX &&
+           schedule->retry_wait <= UINT32_MAX;
 }
 
 /* One patch from its record; its triangles are copied for their alignment. */
@@ -140,9 +142,12 @@ tulle_status kept_patches_load(kept_patches *patches, const void *bytes, size_t 
         drop_patches(patches);
         return status;
     }
-    patches->rules =
-        (patch_rules){(cone_rule)header.cone, header.max_angle, header.has_certificate == 1,
-                      header.grows_anew == 1, header.reach};
+    patches->rules = (patch_rules){.cone = (cone_rule)header.cone,
+                                   .max_angle = header.max_angle,
+                                   .has_certificate = header.has_certificate == 1,
+                                   .grows_anew = header.grows_anew == 1,
+                                   .reach = header.reach,
+                                   .keeps_all = header.keeps_all == 1};
     patches->schedule = header.schedule;
     return TULLE_OK;
 }

@@ -62,7 +62,8 @@ static patch_rules make_rules(const tulle_world *world) {
                          .has_certificate = detection->has_certificate != 0,
                          .grows_anew = detection->grows_patches_anew ||
                                        detection->method == TULLE_DETECT_PAPER,
-                         .reach = find_reach(world)};
+                         .reach = find_reach(world),
+                         .keeps_all = world->patch_rules.keeps_all};
 }
 
 tulle_status world_start_detection(tulle_world *world) {

@@ -100,9 +100,9 @@ struct tulle_world {
     cloth_model *model;
     linear_system system;
     broad_phase *broad;
-    kept_patches *patches; /* null for methods without */
-    patch_rules patch_rules;
-    uint64_t def_hash; /* of all defs; guards loaded states */
+    kept_patches *patches;   /* null for methods without */
+    patch_rules patch_rules; /* set by the start, but for keeps_all */
+    uint64_t def_hash;       /* of all defs; guards loaded states */
 
     /* changed by steps */
     world_motion_state now, next;

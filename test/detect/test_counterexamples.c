@@ -106,15 +106,18 @@ typedef struct search_sums {
     double nearest; /* [mean edges] */
 } search_sums;
 
+static const patch_rule right_rules[] = {RULE_CONTOURS, RULE_KEPT, RULE_KEPT_ANEW, RULE_HELD};
+enum { RIGHT_RULE_COUNT = sizeof right_rules / sizeof right_rules[0] };
+
+/* Rules take turns, and each one goes through all families, drives and wishes. */
 static search_plan make_plan(uint64_t restart, int steps) {
-    static const patch_rule rules[] = {RULE_CONTOURS, RULE_KEPT, RULE_KEPT_ANEW, RULE_HELD};
-    uint64_t const round = restart / FAMILY_COUNT;
-    return (search_plan){.family = (surface_family)(restart % FAMILY_COUNT),
-                         .rule = rules[round % 4],
-                         .drive = round / 4 % 3 == 2 ? DRIVE_TO_ACCEPTANCE : DRIVE_TO_CONTACT,
+    uint64_t const turn = restart / RIGHT_RULE_COUNT, round = turn / FAMILY_COUNT;
+    return (search_plan){.family = (surface_family)(turn % FAMILY_COUNT),
+                         .rule = right_rules[restart % RIGHT_RULE_COUNT],
+                         .drive = round % 3 == 2 ? DRIVE_TO_ACCEPTANCE : DRIVE_TO_CONTACT,
                          .seed = restart,
                          .steps = steps,
-                         .wishes = {.is_plain = round / 12 % 3 == 0}};
+                         .wishes = {.is_plain = round / 3 % 3 == 0}};
 }
 
 static void add_outcome(search_sums *sums, const search_outcome *outcome) {
@@ -138,6 +141,16 @@ static void print_sums(const char *name, const search_sums *of) {
                   (unsigned long long)of->found_count);
 }
 
+/* Each rule that had as many restarts as there are families had patches to be wrong about. */
+static void check_rules(const search_sums sums[RIGHT_RULE_COUNT]) {
+    for (int i = 0; i < RIGHT_RULE_COUNT; i++) {
+        print_sums(rule_names[right_rules[i]], &sums[i]);
+        if (sums[i].restart_count < FAMILY_COUNT) continue;
+        assert_true(sums[i].patched_count * 10 > sums[i].triangle_count);
+        assert_true(sums[i].pair_count > 0);
+    }
+}
+
 static void no_certified_patch_touches_itself(void **state) {
     (void)state;
     bool const is_long = getenv("TULLE_TEST_LONG") != NULL;
@@ -146,16 +159,21 @@ static void no_certified_patch_touches_itself(void **state) {
     uint64_t const first = (uint64_t)read_number("TULLE_SEARCH_FIRST", is_long ? 1000000.0 : 0.0);
     memory heap = memory_default();
     static open_surface surface;
-    search_sums sums[2][FAMILY_COUNT] = {0};
+    search_sums sums[2][FAMILY_COUNT] = {0}, rule_sums[RIGHT_RULE_COUNT] = {0};
     for (int i = 0; i < 2 * FAMILY_COUNT; i++)
         sums[i / FAMILY_COUNT][i % FAMILY_COUNT].nearest = 1e9;
+    for (int i = 0; i < RIGHT_RULE_COUNT; i++) rule_sums[i].nearest = 1e9;
     double const began = timer_now();
     uint64_t restart = first, found_count = 0;
-    for (; (timer_now() - began) < seconds && (double)(restart - first) < count; restart++) {
+    for (; (double)(restart - first) < count; restart++) {
+        /* every rule gets its turn with every family, however slow the machine */
+        if (restart - first >= RIGHT_RULE_COUNT * FAMILY_COUNT && timer_now() - began >= seconds)
+            break;
         search_plan const plan = make_plan(restart, is_long ? 500 : 40);
         search_outcome const outcome = search_patches(&heap, &plan, &surface);
         if (outcome.is_found && found_count++ < 20) report_violation(&plan, &outcome, &surface);
         add_outcome(&sums[plan.drive][plan.family], &outcome);
+        add_outcome(&rule_sums[restart % RIGHT_RULE_COUNT], &outcome);
         topology_destroy(&heap, &surface.topo);
         if (is_long && restart % 100 == 99)
             print_message("%.0f s: restart %llu, %llu counterexamples\n", (timer_now() - began),
@@ -170,6 +188,7 @@ static void no_certified_patch_touches_itself(void **state) {
     print_message("restarts %llu to %llu in %.0f s\n", (unsigned long long)first,
                   (unsigned long long)restart - 1, (timer_now() - began));
     assert_int_equal(found_count, 0);
+    check_rules(rule_sums);
 }
 
 int main(void) {

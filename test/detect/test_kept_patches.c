@@ -11,7 +11,7 @@
 #include <string.h>
 
 static patch_rules make_rules(double degrees, bool grows_anew, double reach) {
-    return (patch_rules){CONE_BERNSTEIN, degrees * DEGREE, true, grows_anew, reach};
+    return (patch_rules){CONE_BERNSTEIN, degrees * DEGREE, true, grows_anew, reach, false};
 }
 
 static kept_patches *create(patch_scene *scene) {
@@ -250,6 +250,10 @@ static void they_switch_themselves_off(void **state) {
         assert_int_equal(counts.patch_count, 0);
     }
     assert_true(growths >= 3 && growths <= 6);
+    patch_rules keeping = rules;
+    keeping.keeps_all = true;
+    for (int step = 0; step < 10; step++)
+        assert_true(update(patches, &scene, &keeping, 1).triangle_count > scene.triangle_count / 4);
     kept_patches_destroy(patches);
     patch_scene_destroy(&scene);
 }

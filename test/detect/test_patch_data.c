@@ -32,7 +32,7 @@ static void check_surface(const char *start_name, const char *end_name, double d
                         start.triangle_count);
     kept_patches *patches = NULL;
     assert_int_equal(kept_patches_create(&scene.heap, &scene.set, &patches), TULLE_OK);
-    patch_rules rules = {CONE_BERNSTEIN, degrees * DEGREE, false, true, 0.0};
+    patch_rules rules = {CONE_BERNSTEIN, degrees * DEGREE, false, true, 0.0, false};
     patch_counts counts;
     assert_int_equal(
         update_patches(patches, &(patch_step){&scene.set, scene.x0, scene.x1, 2}, &rules, &counts),

@@ -26,7 +26,8 @@ void rule_begin(rule_state *state, memory *heap, const open_surface *of, patch_r
                      .max_angle = rule == RULE_CONE ? fmax(angle, 60.0) * DEGREE : angle * DEGREE,
                      .has_certificate = true,
                      .grows_anew = rule != RULE_KEPT,
-                     .reach = reach},
+                     .reach = reach,
+                     .keeps_all = true}, /* the surfaces are small */
         .seed = random_next(seed)};
     if (rule >= RULE_KEPT)
         assert_int_equal(kept_patches_create(heap, &of->set, &state->kept), TULLE_OK);

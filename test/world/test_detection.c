@@ -3,6 +3,7 @@
  * about to touch themselves dissolve in time; saved states and failed steps carry patches along.
  * Without the certificate the promise does not hold, and this shows it. */
 #include "support/small_world.h"
+#include "world/world_state.h"
 
 #include <math.h>
 #include <setjmp.h>
@@ -34,6 +35,11 @@ static const choice choices[] = {
     {"paper", {TULLE_DETECT_PAPER, TULLE_CONE_PAPER, ANGLE, 1, 1}},
 };
 enum { CHOICE_COUNT = sizeof choices / sizeof choices[0], REFIT = 0, PATCHES = 2 };
+
+static bool uses_patches(const choice *of) {
+    return of->detection.method == TULLE_DETECT_PATCHES ||
+           of->detection.method == TULLE_DETECT_PAPER;
+}
 
 /* A cloth and an obstacle below it. */
 typedef struct stage_set {
@@ -108,6 +114,7 @@ static stage_set make_storm(uint64_t seed, double speed) {
     return set;
 }
 
+/* Its patches are kept, however small. */
 static tulle_world *make_world(const stage_set *set, tulle_world_def def) {
     tulle_world *world = NULL;
     tulle_error error = {0};
@@ -115,6 +122,7 @@ static tulle_world *make_world(const stage_set *set, tulle_world_def def) {
         assert_int_equal(error.status, TULLE_ERROR_OUT_OF_MEMORY);
         return NULL;
     }
+    world->patch_rules.keeps_all = true;
     tulle_cloth_def cloth = tulle_cloth_def_default();
     cloth.mesh = tulle_mesh_get_view(&set->cloth);
     cloth.velocities = set->velocities;
@@ -187,6 +195,7 @@ static void compare_choices(const char *scene, const stage_set *set, int count) 
     for (int k = 1; k < CHOICE_COUNT; k++) {
         outcome const found = run(set, &choices[k], k % 3 + 1, count, false);
         print_outcome(scene, &choices[k], &found, count);
+        if (uses_patches(&choices[k])) assert_true(found.patch_share > 0.1);
         if (found.hash != expected.hash) fail_msg("%s differs from refit", choices[k].name);
     }
 }
@@ -268,6 +277,7 @@ static void saved_state_carries_patches(void **state) {
         tulle_step_report reports[2];
         for (int k = 0; k < 2; k++)
             assert_int_equal(tulle_world_step(worlds[k], STEP, &reports[k], NULL), TULLE_OK);
+        assert_true(reports[0].patch_triangles > 0);
         assert_same_report(&reports[0], &reports[1]);
         assert_same_world(worlds[0], worlds[1]);
     }
@@ -338,6 +348,7 @@ static void failed_step_leaves_the_patches(void **state) {
     stage_set set = make_storm(3, 8.0);
     tulle_step_report expected[COUNT], found[COUNT];
     assert_false(run_failing(&set, -1, expected, COUNT));
+    for (int i = 0; i < COUNT; i++) assert_true(expected[i].patch_triangles > 0);
     long k = 1;
     memcpy(found, expected, sizeof found);
     for (; run_failing(&set, k, found, COUNT); k++) {
@@ -376,9 +387,7 @@ static void patches_in_use_can_be_asked_for(void **state) {
             assert_int_equal(in_patches, report.patch_triangles);
             assert_int_equal(tulle_world_step(world, STEP, &report, NULL), TULLE_OK);
         }
-        bool const has_patches = choices[k].detection.method == TULLE_DETECT_PATCHES ||
-                                 choices[k].detection.method == TULLE_DETECT_PAPER;
-        assert_int_equal(in_patches > 0, has_patches);
+        assert_int_equal(in_patches > 0, uses_patches(&choices[k]));
         tulle_world_destroy(world);
     }
     free(labels);
