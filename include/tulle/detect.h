@@ -72,7 +72,9 @@ typedef struct tulle_detect_def {
                                       most 1e150 */
     tulle_detect_method method;
     tulle_detect_cone cone; /* of methods with patches */
-    double max_angle;       /* [rad] alpha_max, > 0 and < pi/2: widest cone of a patch */
+    double max_angle; /* [rad] alpha_max, > 0 and < pi/2: widest cone in which a patch grows. A kept
+                         one may widen up to a half-space while it is certified; with
+                         has_certificate 0 it may not */
     int has_certificate;    /* 1: only patches that are proven not to touch themselves are skipped.
                                0: every patch is, the paper's own rule, which misses collisions */
     int grows_patches_anew; /* 1: patches are grown at every call; 0: kept and checked again.
@@ -116,11 +118,14 @@ typedef struct tulle_detect_event {
 typedef struct tulle_detect_statistics {
     uint64_t box_pairs;         /* vertex/face and edge/edge pairs whose boxes over the motion meet,
                                    after patches; without those that share a vertex */
-    uint64_t filtered_pairs;    /* of these not shown apart by the first filters */
-    uint64_t tested_pairs;      /* of these given to the time of impact */
+    uint64_t filtered_pairs;    /* of these not shown apart by the first filters: coplanarity
+                                   (where the separation is 0), axes, the direction at the start */
+    uint64_t tested_pairs;      /* of these not shown apart by the direction at the end either:
+                                   given to the time of impact */
     uint64_t leaf_pairs;        /* pairs of leaves visited */
     uint64_t patch_count;       /* patches in use: certified, or all with has_certificate 0 */
-    uint64_t uncertified_count; /* patches dissolved for want of a certificate in this call */
+    uint64_t uncertified_count; /* kept patches that held no more and were dissolved whole in
+                                   this call; not those that were cut or grown again */
     uint64_t patch_triangles;   /* triangles in patches in use */
     uint64_t certified_by_star, certified_by_contour; /* patches */
     uint64_t checked_again; /* patches kept from the last call and found to hold */

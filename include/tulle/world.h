@@ -37,10 +37,10 @@ typedef enum tulle_integrator {
 typedef struct tulle_world_detection {
     tulle_detect_method method;
     tulle_detect_cone cone; /* of methods with patches */
-    double max_angle;       /* [rad] alpha_max, > 0 and < pi/2: widest cone of a patch */
-    int has_certificate;    /* 1: only patches that are proven not to touch themselves are skipped.
-                               0: every patch is, the paper's own rule: the promise then holds only
-                               for pairs that do not lie within one patch */
+    double max_angle;    /* [rad] alpha_max, > 0 and < pi/2: widest cone in which a patch grows */
+    int has_certificate; /* 1: only patches that are proven not to touch themselves are skipped.
+                            0: every patch is, the paper's own rule: the promise then holds only
+                            for pairs that do not lie within one patch */
     int grows_patches_anew; /* 1: patches are grown for every search; 0: kept from step to step and
                                checked again. TULLE_DETECT_PAPER always grows */
 } tulle_world_detection;
@@ -210,7 +210,8 @@ typedef struct tulle_step_report {
     uint64_t patch_triangles;   /* triangles in them */
     uint64_t patches_certified; /* of them proven not to touch themselves: all, or none without the
                                    certificate */
-    uint64_t patches_dissolved; /* that lost their proof in this step */
+    uint64_t patches_dissolved; /* kept ones that held no more and were dissolved whole in this
+                                   step; not those that were cut or grown again */
 } tulle_step_report;
 
 /* Makes an empty world. Errors: INVALID_ARGUMENT (with a message for `error`), OUT_OF_MEMORY. */

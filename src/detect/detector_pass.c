@@ -18,8 +18,6 @@ static broad_phase_method get_broad_method(tulle_detect_method method) {
 }
 
 static tulle_status explain(tulle_status status, tulle_error *error) {
-    if (status == TULLE_ERROR_LIMIT)
-        return error_set(error, status, "there are more than 2^32 candidate pairs");
     if (status == TULLE_ERROR_INVALID_ARGUMENT)
         return error_set(error, status,
                          "positions or separations are too far beyond the extent of the rest shape "
@@ -118,7 +116,7 @@ static void count_work(const tulle_detector *detector, detector_pass *pass) {
     narrow_phase_counts const counts = narrow_phase_get_counts(detector->narrow);
     tulle_detect_statistics *const statistics = &pass->statistics;
     statistics->box_pairs = counts.candidate_count;
-    statistics->filtered_pairs = counts.candidate_count - counts.filtered_count;
+    statistics->filtered_pairs = counts.pooled_count;
     statistics->tested_pairs = counts.tested_count;
     statistics->filter_seconds = counts.filter_seconds / detector->threads;
     statistics->impact_seconds = counts.impact_seconds / detector->threads;

@@ -179,6 +179,7 @@ static void test_odd_pair(narrow_phase *narrow, const pair_tables *tables, const
     load_pair(tables, pairs->kind, result.first, result.second, &pair, records);
     double const separation = find_separation(&narrow->input, pairs->kind, records);
     if (pair_stays_apart(pairs->kind, &pair, separation)) return;
+    own->counts.pooled_count++;
     own->counts.tested_count++;
     toi_result const found = time_of_impact(pairs->kind, &pair, separation);
     if (found.state == TOI_SEPARATED) return;
@@ -208,6 +209,7 @@ static void begin_pairs(narrow_phase *narrow, const pair_tables *tables, slot_pa
         part.count = pairs.count < room ? pairs.count : room;
         size_t const before = pool->count;
         size_t const odd_count = TULLE_PICK_KERNEL(begin_impacts)(tables, &part, pool, own->odd);
+        own->counts.pooled_count += pool->count - before;
         own->counts.tested_count += pool->count - before;
         for (size_t i = 0; i < odd_count; i++)
             test_odd_pair(narrow, tables, &part, own->odd[i], own);
@@ -260,6 +262,7 @@ narrow_phase_counts narrow_phase_get_counts(const narrow_phase *narrow) {
     for (int w = 0; w < narrow->input.threads; w++) {
         const narrow_phase_counts *const counts = &narrow->workers[w].counts;
         sum.candidate_count += counts->candidate_count;
+        sum.pooled_count += counts->pooled_count;
         sum.tested_count += counts->tested_count - narrow->workers[w].pools[0].filtered_count -
                             narrow->workers[w].pools[1].filtered_count;
         sum.filter_seconds += counts->filter_seconds;

@@ -179,7 +179,8 @@ static tulle_status take_ignored(tulle_world *world, byte_cursor *cursor, size_t
     return world_ignore_intersections(world, error);
 }
 
-/* Patches as saved; an error leaves them as before. Without them the next step grows its own. */
+/* Patches as saved; an error leaves them as before, or none where memory is too short for that: the
+ * next step then grows its own. */
 static tulle_status take_patches(tulle_world *world, const unsigned char *bytes, size_t byte_count,
                                  tulle_error *error) {
     if (!world->patches) return TULLE_OK;
@@ -189,6 +190,8 @@ static tulle_status take_patches(tulle_world *world, const unsigned char *bytes,
         if (status != TULLE_OK) world_restore_patches(world);
     }
     if (status == TULLE_OK) return status;
+    if (status == TULLE_ERROR_OUT_OF_MEMORY)
+        return error_set(error, status, "no memory left to load the patches of the saved state");
     return error_set(error, status, "the patches of the saved state cannot be read");
 }
 
