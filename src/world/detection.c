@@ -47,9 +47,9 @@ static double find_reach(const tulle_world *world) {
     return 0.5 * REACH_RESERVE * fmax(world->separation_distance, hit);
 }
 
-/* [m] Inner pairs stay beyond all that stages 10 and 11 call a hit. The minimum gap is at most half
- * of the contact distance, so this is less than the reach. */
-static double find_hold_reach(const tulle_world *world) {
+/* Inner pairs stay beyond all that stages 10 and 11 call a hit. The minimum gap is at most half of
+ * the contact distance, so this is less than the reach. */
+double world_find_hold_reach(const tulle_world *world) {
     double const reach = world->patch_rules.reach;
     double const hit = 0.5 * REACH_RESERVE * HIT_RESERVE * world->minimum_gap;
     return fmin(fmax(HOLD_REACH_SHARE * reach, hit), reach);
@@ -184,7 +184,7 @@ static bool ends_within(const step_context *context, const double *x1, double di
 static bool patches_cover(const step_context *context, const double *x1) {
     tulle_world const *const world = context->world;
     patch_rules rules = world->patch_rules;
-    rules.reach = find_hold_reach(world);
+    rules.reach = world_find_hold_reach(world);
     rules.max_angle = fmax(rules.max_angle, HOLD_ANGLE);
     patch_step const paths = {&world->set, context->state->positions, x1, world->threads};
     return ends_within(context, x1, world->patch_rules.reach - rules.reach) ||
