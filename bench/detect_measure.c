@@ -2,6 +2,8 @@
 #define _POSIX_C_SOURCE 200809L /* clock_gettime */
 #include "detect_measure.h"
 
+#include "detect/detector_parts.h"
+
 #include "base/timer.h"
 
 #include <stdio.h>
@@ -64,7 +66,10 @@ static void create(const detect_input *input, measured_run *run, bench_detector 
     def.allocator = (tulle_allocator){
         .allocate = count_allocate, .release = count_release, .context = &bench->bytes_held};
     run->status = tulle_detector_create(&def, &bench->detector, &error);
-    if (run->status == TULLE_OK) return;
+    if (run->status == TULLE_OK) {
+        bench->detector->keeps_all_patches = run->keeps_all != 0;
+        return;
+    }
     fprintf(stderr, "bench_detect: %s: %s: %s\n", input->name, run->name, error.message);
     bench->detector = NULL;
 }

@@ -30,6 +30,7 @@ typedef struct spread {
 typedef struct measured_run {
     const char *name;
     tulle_detect_def def;
+    int keeps_all; /* patches are kept however little they save */
     /* what comes out */
     tulle_status status;            /* UNSUPPORTED: the method is not there */
     tulle_detect_statistics counts; /* of the last pass */

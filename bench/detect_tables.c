@@ -195,8 +195,10 @@ static void print_angle_table(const bench_options *options, const detect_input *
     for (int i = 0; i < ANGLE_COUNT; i++) {
         runs[count] = make_run(TULLE_DETECT_PATCHES, options->threads[0]);
         runs[count].name = angle_names[i];
+        runs[count].keeps_all = 1;
         runs[count++].def.max_angle = angles[i] * DEGREE;
     }
+    runs[count++] = make_run(TULLE_DETECT_PATCHES, options->threads[0]);
     if (options->has_paper) runs[count++] = make_run(TULLE_DETECT_PAPER, options->threads[0]);
     measure_runs(input, runs, count, options->rounds);
     printf("%-11s %9s %7s %9s %8s %6s %9s %9s %9s %8s %8s\n", "run", "triangles", "patches",
@@ -209,10 +211,10 @@ static void print_angle_table(const bench_options *options, const detect_input *
 }
 
 void print_angles(const bench_options *options) {
-    printf(
-        "\n== What patches bring, by alpha_max in degrees: %d threads, times in ms, medians of %d "
-        "passes\n",
-        options->threads[0], options->rounds);
+    printf("\n== What patches bring, by alpha_max in degrees, kept whatever they save, and as they "
+           "are, "
+           "switched off where they do not pay: %d threads, times in ms, medians of %d passes\n",
+           options->threads[0], options->rounds);
     for (size_t i = 0; i < sizeof recorded / sizeof *recorded; i++) {
         detect_input input;
         if (!load(options, &recorded[i], &input)) continue;
