@@ -21,9 +21,9 @@ typedef struct bench_detector {
 } bench_detector;
 
 static void *count_allocate(void *context, size_t byte_count) {
-    void *const memory = malloc(byte_count);
-    if (memory) *(size_t *)context += byte_count;
-    return memory;
+    void *const block = malloc(byte_count);
+    if (block) *(size_t *)context += byte_count;
+    return block;
 }
 
 static void count_release(void *context, void *pointer, size_t byte_count) {
