@@ -48,7 +48,7 @@ static options_outcome read_words(int argc, char **argv, detect_words *words) {
          .kind = OPTION_TEXT,
          .value = &words->alpha_max,
          .argument = "ANGLE",
-         .help = "widest cone of a patch, above 0, below 90deg (default: 60deg)"},
+         .help = "widest cone in which a patch grows, above 0, below 90deg (default: 60deg)"},
         {.name = "thickness",
          .kind = OPTION_TEXT,
          .value = &words->thickness,

@@ -150,7 +150,7 @@ static const schema_key contact_table[] = {
      .maximum = 1.57,
      .flags = SCHEMA_ABOVE_MINIMUM,
      FIELD(contact_keys, alpha_max),
-     .meaning = "widest cone of a patch, half its opening"},
+     .meaning = "widest cone in which a patch grows, half its opening"},
     {.name = "certificate",
      .type = SCHEMA_CHOICE,
      .choices = certificate_names,
