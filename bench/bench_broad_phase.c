@@ -1,10 +1,9 @@
-/* Times stages 6 to 8 on made-up motions of a 99 x 99 cloth over a sphere of 5,472 triangles: flat
+/* Times stages 6 and 7 on made-up motions of a 99 x 99 cloth over a sphere of 5,472 triangles: flat
  * in the air, draped in folds, and three sheets piled up. Prints counts beside minimum and median
  * times [ms] as CSV. Usage: bench_broad_phase [rounds] */
 #include "base/hash.h"
 #include "base/timer.h"
 #include "detect/broad_phase.h"
-#include "detect/pair_tests.h"
 
 #include <stdio.h>
 #include <stdlib.h>
@@ -147,14 +146,11 @@ static void print_times(double *times, int count) {
 
 static void run_method(memory *heap, const bench_scene *of, cloth_pose pose,
                        broad_phase_method method, int threads, int rounds) {
-    double build[MOST_ROUNDS], find[MOST_ROUNDS], test[MOST_ROUNDS];
-    double const margin = 0.5 * edge, separation = 0.01 * edge;
+    double build[MOST_ROUNDS], find[MOST_ROUNDS];
+    double const margin = 0.5 * edge;
     broad_phase *broad;
     pair_list pairs = {0};
-    event_list events = {0};
-    pair_test_counts counts;
     search_counts found_counts;
-    arena scratch = arena_make(heap);
     if (broad_phase_create(heap, &of->set, of->rest, method, &broad) != TULLE_OK) exit(4);
     for (int round = -2; round < rounds; round++) {
         double const start = timer_now();
@@ -162,32 +158,20 @@ static void run_method(memory *heap, const bench_scene *of, cloth_pose pose,
         double const built = timer_now();
         if (find_pairs(broad, &of->set, threads, &pairs, NULL) != TULLE_OK) exit(4);
         double const found = timer_now();
-        pair_test_input const input = {.topo = &of->topo,
-                                       .x0 = of->x0,
-                                       .x1 = of->x1,
-                                       .pairs = &pairs,
-                                       .separation = separation,
-                                       .threads = threads};
-        if (test_pairs(&input, heap, &scratch, &events, &counts) != TULLE_OK) exit(4);
-        double const tested = timer_now();
         if (round < 0) continue;
         build[round] = built - start;
         find[round] = found - built;
-        test[round] = tested - found;
     }
     if (find_pairs(broad, &of->set, threads, &pairs, &found_counts) != TULLE_OK) exit(4);
-    printf("%s,%s,%d,%zu,%llu,%zu,%zu,%llu,%zu", pose_names[pose],
+    printf("%s,%s,%d,%zu,%llu,%zu,%zu", pose_names[pose],
            method == BROAD_PHASE_REFIT ? "refit" : "bvox", threads, of->triangle_count,
            (unsigned long long)found_counts.leaf_pair_count, pairs.vertex_triangle.count,
-           pairs.edge_edge.count, (unsigned long long)counts.tested_count, events.events.count);
+           pairs.edge_edge.count);
     print_times(build, rounds);
     print_times(find, rounds);
-    print_times(test, rounds);
     printf("\n");
     ARRAY_FREE(heap, &pairs.vertex_triangle);
     ARRAY_FREE(heap, &pairs.edge_edge);
-    ARRAY_FREE(heap, &events.events);
-    arena_destroy(&scratch);
     broad_phase_destroy(broad);
 }
 
@@ -195,8 +179,8 @@ int main(int argument_count, char **arguments) {
     int rounds = argument_count > 1 ? atoi(arguments[1]) : 21;
     rounds = rounds < 1 ? 1 : rounds > MOST_ROUNDS ? MOST_ROUNDS : rounds;
     memory heap = memory_default();
-    printf("scene,method,threads,triangles,leaf_pairs,vertex_triangle,edge_edge,tested,events,"
-           "build_min,build_median,find_min,find_median,test_min,test_median\n");
+    printf("scene,method,threads,triangles,leaf_pairs,vertex_triangle,edge_edge,"
+           "build_min,build_median,find_min,find_median\n");
     for (int pose = 0; pose < 3; pose++) {
         bench_scene scene;
         make_scene(&heap, &scene, (cloth_pose)pose);

@@ -50,14 +50,6 @@ static tulle_detect_surface get_surface(const tulle_detect_def *def, size_t s) {
                                   .thickness = def->thickness};
 }
 
-static bool may_meet(const tulle_detector *detector, size_t a, size_t b) {
-    const surface_range *const first = &detector->surfaces[a], *const second =
-                                                                   &detector->surfaces[b];
-    if (first->is_obstacle && second->is_obstacle) return false;
-    if (a == b && first->ignores_self) return false;
-    return !detector->collides || detector->collides[a * detector->set.surface_count + b];
-}
-
 /* Separations of all pairs of surfaces, and what trees and patches must know of them, rounded
  * upward. */
 static void find_separations(tulle_detector *detector, const tulle_detect_def *def) {
@@ -68,7 +60,7 @@ static void find_separations(tulle_detector *detector, const tulle_detect_def *d
             double const separation = 0.5 * sum + def->minimum_separation;
             double const above = separation > 0.0 ? nextafter(separation, (double)INFINITY) : 0.0;
             detector->separations[a * count + b] = separation;
-            if (!may_meet(detector, a, b)) continue;
+            if (!surfaces_may_meet(&detector->set, a, b)) continue;
             detector->margin = fmax(detector->margin, above);
             if (a == b) detector->reach = fmax(detector->reach, 0.5 * above);
         }

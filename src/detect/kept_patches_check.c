@@ -18,10 +18,7 @@ enum {
 };
 
 bool surface_has_patches(const surface_set *set, uint32_t surface) {
-    const surface_range *const range = &set->surfaces[surface];
-    bool const meets_itself =
-        !set->collides || set->collides[surface * set->surface_count + surface];
-    return range->is_present && !range->is_obstacle && !range->ignores_self && meets_itself;
+    return set->surfaces[surface].is_present && surfaces_may_meet(set, surface, surface);
 }
 
 size_t check_scratch_size(size_t loop_count) {

@@ -13,12 +13,6 @@ enum {
     SPLIT_ROUNDS = 12   /* levels at most, should most of them end early */
 };
 
-static bool surfaces_may_meet(const surface_set *set, uint32_t a, uint32_t b) {
-    if (set->surfaces[a].is_obstacle && set->surfaces[b].is_obstacle) return false;
-    if (a == b && set->surfaces[a].ignores_self) return false;
-    return !set->collides || set->collides[a * set->surface_count + b];
-}
-
 /* Level of the root; level 0 are leaves. */
 static uint32_t root_level(const surface_tree *tree) { return tree->level_count; }
 

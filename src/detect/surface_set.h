@@ -28,6 +28,13 @@ typedef struct surface_set {
                                       besides what the ranges exclude; null: all */
 } surface_set;
 
+/* Whether features of two surfaces, or of one surface twice, are paired where both are present. */
+static inline bool surfaces_may_meet(const surface_set *set, size_t a, size_t b) {
+    if (set->surfaces[a].is_obstacle && set->surfaces[b].is_obstacle) return false;
+    if (a == b && set->surfaces[a].ignores_self) return false;
+    return !set->collides || set->collides[a * set->surface_count + b];
+}
+
 /* Vertex `first` and triangle `second`, or edges first < second (of one surface; across surfaces
  * the surface of lower index comes first, which is the same since ranges ascend). */
 typedef struct feature_pair {
