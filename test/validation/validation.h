@@ -1,0 +1,109 @@
+/* validation.h - experiments that hold the physics of contact against closed forms.
+ *
+ * An experiment builds worlds through the public API, runs them and reports rows: measured,
+ * expected, and where the expected comes from. `tulle_validate` runs experiments and prints the
+ * table; it fails where a row is off. One file holds the experiments of one group in an array that
+ * ends with an empty entry; experiments.c lists the arrays.
+ *
+ * All that an experiment makes belongs to its run and is released after it. What cannot go on (a
+ * step that fails, no memory) leaves the experiment and counts as a row that is off. */
+#ifndef TULLE_TEST_VALIDATION_H
+#define TULLE_TEST_VALIDATION_H
+
+#include "tulle/tulle.h"
+
+#include <stdbool.h>
+
+#define VALIDATION_DEGREE 0.017453292519943295 /* [rad] */
+#define VALIDATION_GRAVITY 9.81                /* [m/s^2] of the default world */
+#define VALIDATION_STEP (1.0 / 90.0)           /* [s] step of all experiments that name no other */
+
+/* What is run: the same for all experiments. */
+typedef struct validation_options {
+    bool is_quick; /* small sizes and short runs */
+    int threads;
+    const char *response, *motion_space, *integrator; /* names, never null */
+} validation_options;
+
+typedef struct validation_run validation_run;
+
+typedef struct experiment {
+    const char *name;  /* group.what, unique; null ends an array */
+    const char *shows; /* one sentence for the list */
+    void (*run)(validation_run *run);
+    bool is_long; /* left out of quick runs */
+} experiment;
+
+/* The arrays of all groups, in the order of the table; ends with null. */
+extern const experiment *const validation_groups[];
+
+/* What a row must be. */
+typedef enum expectation_kind {
+    EXPECT_AT_MOST,
+    EXPECT_AT_LEAST,
+    EXPECT_WITHIN, /* value times (1 +- tolerance) */
+    EXPECT_EQUALS, /* exactly, for counts */
+    EXPECT_NOTHING /* a figure to be told, never off */
+} expectation_kind;
+typedef struct expectation {
+    expectation_kind kind;
+    double value, tolerance;
+} expectation;
+static inline expectation at_most(double value) {
+    return (expectation){EXPECT_AT_MOST, value, 0.0};
+}
+static inline expectation at_least(double value) {
+    return (expectation){EXPECT_AT_LEAST, value, 0.0};
+}
+static inline expectation within(double value, double relative_tolerance) {
+    return (expectation){EXPECT_WITHIN, value, relative_tolerance};
+}
+static inline expectation equals(double value) { return (expectation){EXPECT_EQUALS, value, 0.0}; }
+static inline expectation nothing(void) { return (expectation){EXPECT_NOTHING, 0.0, 0.0}; }
+
+/* Reports a row. `reference` says where the expected value comes from; may be empty. */
+void validate_row(validation_run *run, const char *what, double measured, const char *unit,
+                  expectation expected, const char *reference);
+/* A row that this build or these options cannot measure: shown, counts as neither. */
+void validate_skip(validation_run *run, const char *what, const char *why);
+/* Leaves the experiment; the row is off. */
+_Noreturn void validate_give_up(validation_run *run, const char *format, ...)
+    __attribute__((format(printf, 2, 3)));
+
+const validation_options *validate_options(const validation_run *run);
+/* The world of every experiment: default values with the integrator and the response of the
+ * options. Change other fields only. */
+tulle_world_def validate_world_def(const validation_run *run);
+
+/* Made for the run: the world, and meshes that may be moved before they are added. */
+tulle_world *validate_make_world(validation_run *run, const tulle_world_def *def);
+tulle_mesh *validate_make_shape(validation_run *run, const tulle_shape_def *def);
+/* A mesh to be filled in. */
+tulle_mesh *validate_make_mesh(validation_run *run, size_t vertex_count, size_t triangle_count);
+tulle_cloth_id validate_add_cloth(validation_run *run, tulle_world *world,
+                                  const tulle_cloth_def *def);
+tulle_obstacle_id validate_add_obstacle(validation_run *run, tulle_world *world,
+                                        const tulle_obstacle_def *def);
+/* Memory that is released with the run. */
+void *validate_allocate(validation_run *run, size_t byte_count);
+
+/* One step; the run counts contacts, rescues and the smallest gap, and judges every 90th state. */
+tulle_step_report validate_step(validation_run *run, tulle_world *world, double time_step);
+/* Steps of VALIDATION_STEP until `seconds` have passed. */
+void validate_simulate(validation_run *run, tulle_world *world, double seconds);
+
+/* Means over the vertices of a cloth, which all count the same. */
+void validate_mean_position(const tulle_world *world, tulle_cloth_id id, double mean[3]);
+void validate_mean_velocity(const tulle_world *world, tulle_cloth_id id, double mean[3]);
+
+/* A plot of the experiment, drawn into the documentation. The name becomes a file's. */
+typedef struct validation_plot {
+    const char *name, *title, *x_label, *y_label;
+    bool is_y_logarithmic;
+} validation_plot;
+void validate_start_plot(validation_run *run, const validation_plot *plot);
+/* A point of the plot started last. Series appear in the order of their first points; a name that
+ * begins with '*' is drawn by points, others by lines. */
+void validate_plot_point(validation_run *run, const char *series, double x, double y);
+
+#endif
