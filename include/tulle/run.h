@@ -46,7 +46,10 @@ typedef struct tulle_run_def {
     int writes_vtp;           /* also a VTP file a frame and moving body, and a PVD file a body */
     int records_debug;        /* also debug.bin: tulle_run_debug of each frame */
     const tulle_world_detection *detection; /* for the record; null: not said */
-    const tulle_run_body *bodies;           /* cloths first, then obstacles, as in the world */
+    int has_response;                       /* 1: response and motion_space are for the record */
+    tulle_response response;
+    tulle_motion_space motion_space;
+    const tulle_run_body *bodies; /* cloths first, then obstacles, as in the world */
     size_t body_count;
 } tulle_run_def;
 TULLE_API tulle_run_def tulle_run_def_default(void);
@@ -153,8 +156,11 @@ typedef struct tulle_run_info {
     uint64_t checkpoint_step; /* of the newest whole checkpoint */
     int has_checkpoint;
     const tulle_world_detection *detection; /* null: not recorded */
-    int has_debug;                          /* 1: the run records tulle_run_debug of its frames */
-    uint64_t debug_byte_count;              /* [bytes] of debug.bin; 0 without */
+    int has_response;                       /* 0: not recorded */
+    tulle_response response;
+    tulle_motion_space motion_space; /* of TULLE_RESPONSE_PAPER */
+    int has_debug;                   /* 1: the run records tulle_run_debug of its frames */
+    uint64_t debug_byte_count;       /* [bytes] of debug.bin; 0 without */
 } tulle_run_info;
 
 typedef struct tulle_run_reader tulle_run_reader;

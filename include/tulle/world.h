@@ -45,6 +45,19 @@ typedef struct tulle_world_detection {
                                checked again. TULLE_DETECT_PAPER always grows */
 } tulle_world_detection;
 
+/* How a world answers contact (stages 3 and 10). The safe commit guards both alike. */
+typedef enum tulle_response {
+    TULLE_RESPONSE_COUPLED, /* impulses with friction act inside the implicit solve */
+    TULLE_RESPONSE_PAPER    /* Wong & Baciu 2005, 4 and 5.2: forces projected before the solve,
+                               velocities after it, vertex by vertex */
+} tulle_response;
+/* What a vertex in contact may do, for TULLE_RESPONSE_PAPER. */
+typedef enum tulle_motion_space {
+    TULLE_MOTION_SPACE_CONE,      /* the paper's: the widest circular cone inside the half-spaces of
+                                     its contacts, which are fixed in space */
+    TULLE_MOTION_SPACE_POLYHEDRAL /* their whole intersection, which moves with the other side */
+} tulle_motion_space;
+
 typedef enum tulle_start_intersections {
     TULLE_START_REFUSE,
     TULLE_START_IGNORE
@@ -78,12 +91,14 @@ typedef struct tulle_world_def {
                            pairs that start nearer come no nearer; 0: derived */
     tulle_integrator integrator;
     tulle_world_detection detection;
-    double cg_tolerance;         /* 1e-12 .. 1e-1, relative preconditioned residual */
-    int cg_max_iterations;       /* 1 .. 1e6 */
-    int solve_rounds;            /* solves of motion and impulses a step, 1 .. 20 */
-    int impulse_sweeps;          /* projected Gauss-Seidel sweeps a round, 1 .. 1000 */
-    int impact_rounds;           /* rounds of stage 10 before the rescue, 0 .. 100 */
-    double friction_cloth_cloth; /* Coulomb coefficient between cloths, 0 .. 10 */
+    tulle_response response;
+    tulle_motion_space motion_space; /* of TULLE_RESPONSE_PAPER */
+    double cg_tolerance;             /* 1e-12 .. 1e-1, relative preconditioned residual */
+    int cg_max_iterations;           /* 1 .. 1e6 */
+    int solve_rounds;                /* solves of motion and impulses a step, 1 .. 20 */
+    int impulse_sweeps;              /* projected Gauss-Seidel sweeps a round, 1 .. 1000 */
+    int impact_rounds;               /* rounds of stage 10 before the rescue, 0 .. 100 */
+    double friction_cloth_cloth;     /* Coulomb coefficient between cloths, 0 .. 10 */
     tulle_start_intersections start_intersections;
     tulle_on_pinch on_pinch;
     int threads; /* 1 .. 256; 0: one per processor. Results do not depend on it */
@@ -249,6 +264,9 @@ TULLE_API void tulle_world_get_distances(const tulle_world *world, double *conta
                                          double *separation, double *minimum_gap);
 /* As the def said. */
 TULLE_API tulle_world_detection tulle_world_get_detection(const tulle_world *world);
+/* The same of the response; motion_space may be null. */
+TULLE_API tulle_response tulle_world_get_response(const tulle_world *world,
+                                                  tulle_motion_space *motion_space);
 /* The last message about a pinch or a rescue, static until the next step; empty string if none. */
 TULLE_API const char *tulle_world_last_message(const tulle_world *world);
 

@@ -34,6 +34,15 @@ static void print_detection(const tulle_world_detection *detection) {
     putchar('\n');
 }
 
+static void print_response(const tulle_run_info *info) {
+    static const char *const spaces[] = {"cones", "polyhedra"};
+    if (!info->has_response) return;
+    if (info->response == TULLE_RESPONSE_PAPER)
+        printf("  %-16s paper's, motion spaces are %s\n", "response", spaces[info->motion_space]);
+    else
+        printf("  %-16s coupled\n", "response");
+}
+
 static void print_progress(const tulle_run_reader *reader, const tulle_run_info *info) {
     printf("  %-16s %u of %u, the start counted\n", "frames", info->frame_count,
            info->wanted_frame_count + 1);
@@ -90,6 +99,7 @@ tulle_status info_print_run(const char *path, tulle_error *error) {
     print_head(path, info);
     print_progress(reader, info);
     print_detection(info->detection);
+    print_response(info);
     print_debug(info);
     for (size_t i = 0; i < info->body_count; i++) print_body(reader, info, i);
     tulle_run_reader_close(reader);

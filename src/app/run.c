@@ -195,6 +195,8 @@ static tulle_run_def make_run_def(const run_session *session,
     def.writes_vtp = options->writes_vtp;
     def.records_debug = options->records_debug;
     def.detection = detection;
+    def.has_response = 1;
+    def.response = tulle_world_get_response(session->built.world, &def.motion_space);
     def.bodies = session->bodies;
     def.body_count = session->body_count;
     return def;

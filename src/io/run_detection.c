@@ -1,5 +1,6 @@
-/* io/run_detection.c - how a run found its pairs, as run.json says it: {"method": "patches",
- * "cone": "bernstein", "alpha_max": 1.047, "certificate": true, "patches": "keep"}. */
+/* io/run_detection.c - how a run found its pairs and answered contact, as run.json says it:
+ * {"method": "patches", "cone": "bernstein", "alpha_max": 1.047, "certificate": true, "patches":
+ * "keep"}; "response": "paper", "motion_space": "cone" (this only with paper). */
 #include "io/run_record.h"
 
 #include <string.h>
@@ -8,6 +9,9 @@
 static const char *const method_names[] = {"patches", "refit", "bvox", "paper", NULL};
 static const char *const cone_names[] = {"bernstein", "paper", NULL};
 static const char *const patches_names[] = {"keep", "grow", NULL};
+/* By tulle_response and tulle_motion_space. */
+static const char *const response_names[] = {"coupled", "paper", NULL};
+static const char *const space_names[] = {"cone", "polyhedral", NULL};
 
 /* The name, or null: nothing is said of a value that has none. */
 static const char *get_name(const char *const *names, unsigned index) {
@@ -61,5 +65,26 @@ tulle_status run_detection_read(run_record *record, const json_document *documen
     detection.cone = (tulle_detect_cone)cone;
     record->detection = detection;
     record->has_detection = true;
+    return TULLE_OK;
+}
+
+void run_response_write(json_writer *writer, const run_record *record) {
+    if (!record->has_response) return;
+    json_put_string(writer, "response", get_name(response_names, (unsigned)record->response));
+    if (record->response != TULLE_RESPONSE_PAPER) return;
+    json_put_string(writer, "motion_space", get_name(space_names, (unsigned)record->motion_space));
+}
+
+tulle_status run_response_read(run_record *record, const json_document *document,
+                               const json_value *root, tulle_error *error) {
+    int response = 0, space = TULLE_MOTION_SPACE_POLYHEDRAL;
+    if (!json_find(document, root, "response")) return TULLE_OK;
+    tulle_status status = take_choice(document, root, "response", response_names, &response, error);
+    if (!status && response == TULLE_RESPONSE_PAPER)
+        status = take_choice(document, root, "motion_space", space_names, &space, error);
+    if (status) return status;
+    record->response = (tulle_response)response;
+    record->motion_space = (tulle_motion_space)space;
+    record->has_response = true;
     return TULLE_OK;
 }

@@ -88,6 +88,9 @@ static void describe_run(tulle_run_reader *reader) {
                                     .bodies = reader->bodies,
                                     .body_count = record->bodies.count,
                                     .detection = record->has_detection ? &record->detection : NULL,
+                                    .has_response = record->has_response,
+                                    .response = record->response,
+                                    .motion_space = record->motion_space,
                                     .has_debug = record->records_debug,
                                     .debug_byte_count = measure_debug(reader)};
 }

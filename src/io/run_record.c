@@ -133,6 +133,9 @@ tulle_status run_record_describe(run_record *record, const tulle_run_def *def, t
     record->state = TULLE_RUN_RUNNING;
     record->has_detection = def->detection != NULL;
     if (def->detection) record->detection = *def->detection;
+    record->has_response = def->has_response != 0;
+    record->response = def->response;
+    record->motion_space = def->motion_space;
     bool fits =
         run_record_keep(record, version, &record->version) &&
         run_record_keep(record, def->scene_path ? def->scene_path : "", &record->scene_path);
@@ -218,6 +221,7 @@ tulle_status run_record_write(const run_record *record, const char *path, tulle_
     json_put_bool(&writer, "vtp", record->writes_vtp != 0);
     json_put_string(&writer, "record", record_names[record->records_debug != 0]);
     run_detection_write(&writer, record);
+    run_response_write(&writer, record);
     json_begin(&writer, "bodies", '[');
     for (size_t i = 0; i < record->bodies.count; i++)
         write_body(&writer, record, &record->bodies.data[i]);
@@ -370,6 +374,7 @@ tulle_status run_record_read(run_record *record, const char *path, tulle_error *
     if (!status) status = read_numbers(record, &document, root, error);
     if (!status) status = read_record_kind(record, &document, root, error);
     if (!status) status = run_detection_read(record, &document, root, error);
+    if (!status) status = run_response_read(record, &document, root, error);
     if (!status) status = read_bodies(record, &document, root, error);
     json_destroy(&document);
     return status;

@@ -43,6 +43,9 @@ typedef struct run_record {
     tulle_run_state state;
     bool has_detection;
     tulle_world_detection detection; /* when has_detection */
+    bool has_response;
+    tulle_response response;
+    tulle_motion_space motion_space;
 } run_record;
 
 run_record run_record_make(memory *heap);
@@ -63,6 +66,10 @@ tulle_status run_record_read(run_record *record, const char *path, tulle_error *
 void run_detection_write(json_writer *writer, const run_record *record);
 tulle_status run_detection_read(run_record *record, const json_document *document,
                                 const json_value *root, tulle_error *error);
+/* The same for "response" and "motion_space". */
+void run_response_write(json_writer *writer, const run_record *record);
+tulle_status run_response_read(run_record *record, const json_document *document,
+                               const json_value *root, tulle_error *error);
 
 /* ---- frames.csv ---- */
 

@@ -28,6 +28,8 @@ static tulle_world_def make_world_def(const scene *loaded) {
                                             .max_angle = keys->contact.alpha_max,
                                             .has_certificate = keys->contact.certificate,
                                             .grows_patches_anew = keys->contact.patches};
+    def.response = (tulle_response)keys->contact.response;
+    def.motion_space = (tulle_motion_space)keys->contact.motion_space;
     def.impact_rounds = (int)keys->contact.impact_rounds;
     def.start_intersections = (tulle_start_intersections)keys->contact.start_intersections;
     def.on_pinch = (tulle_on_pinch)keys->contact.on_pinch;

@@ -95,11 +95,14 @@ const schema_map wind_map = {
     MAP_OF(wind_table, wind_keys)};
 
 /* In the order of tulle_detect_method, tulle_detect_cone, false and true, the same for growing
- * anew, tulle_start_intersections, tulle_on_pinch, tulle_integrator. */
+ * anew, tulle_response, tulle_motion_space, tulle_start_intersections, tulle_on_pinch,
+ * tulle_integrator. */
 static const char *const method_names[] = {"patches", "refit", "bvox", "paper", NULL};
 static const char *const cone_names[] = {"bernstein", "paper", NULL};
 static const char *const certificate_names[] = {"off", "on", NULL};
 static const char *const patches_names[] = {"keep", "grow", NULL};
+static const char *const response_names[] = {"coupled", "paper", NULL};
+static const char *const space_names[] = {"cone", "polyhedral", NULL};
 static const char *const start_names[] = {"refuse", "ignore", NULL};
 static const char *const pinch_names[] = {"stop", "slow", "release", NULL};
 static const char *const integrator_names[] = {"implicit-euler", "crank-nicolson", "bdf2", NULL};
@@ -127,6 +130,22 @@ static const schema_key contact_table[] = {
      .maximum = 10,
      FIELD(contact_keys, friction),
      .meaning = "Coulomb coefficient between cloths"},
+    {.name = "response",
+     .type = SCHEMA_CHOICE,
+     .choices = response_names,
+     .fallback = "coupled",
+     FIELD(contact_keys, response),
+     .meaning =
+         "how contact acts: coupled: impulses inside the solve; paper: forces and velocities "
+         "are projected vertex by vertex, for comparison"},
+    {.name = "motion_space",
+     .type = SCHEMA_CHOICE,
+     .choices = space_names,
+     .fallback = "polyhedral",
+     FIELD(contact_keys, motion_space),
+     .meaning = "for response paper, where a vertex in contact may move: cone: the widest circular "
+                "cone inside the half-spaces of its contacts, as in the paper; polyhedral: all of "
+                "their intersection"},
     {.name = "method",
      .type = SCHEMA_CHOICE,
      .choices = method_names,

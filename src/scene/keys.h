@@ -147,6 +147,7 @@ typedef struct obstacle_keys {
 typedef struct contact_keys {
     schema_head head;
     double delta_c, delta_s, xi, friction;
+    int response, motion_space;
     int method, cone, certificate, patches; /* see build_world.c */
     double alpha_max;
     int start_intersections, on_pinch;

@@ -24,6 +24,8 @@ tulle_world_def tulle_world_def_default(void) {
                       .cone = TULLE_CONE_BERNSTEIN,
                       .max_angle = PATCH_ANGLE_DEFAULT,
                       .has_certificate = 1},
+        .response = TULLE_RESPONSE_COUPLED,
+        .motion_space = TULLE_MOTION_SPACE_POLYHEDRAL,
         .cg_tolerance = 1e-4, /* looser falsifies sliding friction */
         .cg_max_iterations = 5000,
         .solve_rounds = 3,
@@ -107,6 +109,8 @@ tulle_status world_def_check(const tulle_world_def *def, tulle_error *error) {
         {"detection method", "", (double)def->detection.method, 0.0, (double)TULLE_DETECT_PAPER},
         {"cone of patches", "", (double)def->detection.cone, 0.0, (double)TULLE_CONE_PAPER},
         {"angle of patches", "rad", def->detection.max_angle, SMALLEST_POSITIVE, PATCH_ANGLE_MAX},
+        {"response", "", (double)def->response, 0.0, (double)TULLE_RESPONSE_PAPER},
+        {"motion space", "", (double)def->motion_space, 0.0, (double)TULLE_MOTION_SPACE_POLYHEDRAL},
         {"start_intersections", "", (double)def->start_intersections, 0.0, 1.0},
         {"on_pinch", "", (double)def->on_pinch, 0.0, (double)TULLE_ON_PINCH_RELEASE},
         {"threads", "", (double)def->threads, 0.0, 256.0},

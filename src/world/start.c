@@ -293,6 +293,8 @@ static uint64_t hash_defs(const tulle_world *world) {
                       world->set.surface_count * world->set.surface_count * sizeof(contact_law));
     hash = hash_bytes(hash, world->def.gravity, sizeof world->def.gravity);
     hash = hash_bytes(hash, &world->minimum_gap, sizeof world->minimum_gap);
+    int const choices[2] = {(int)world->def.response, (int)world->def.motion_space};
+    hash = hash_bytes(hash, choices, sizeof choices);
     for (size_t i = 0; i < world->obstacles.count; i++) {
         world_obstacle const *const o = &world->obstacles.data[i];
         hash = hash_bytes(hash, o->motion.keys, o->motion.key_count * sizeof *o->motion.keys);

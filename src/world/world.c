@@ -281,6 +281,13 @@ tulle_world_detection tulle_world_get_detection(const tulle_world *world) {
     return world ? world->def.detection : tulle_world_def_default().detection;
 }
 
+tulle_response tulle_world_get_response(const tulle_world *world,
+                                        tulle_motion_space *motion_space) {
+    tulle_world_def const def = world ? world->def : tulle_world_def_default();
+    if (motion_space) *motion_space = def.motion_space;
+    return def.response;
+}
+
 const char *tulle_world_last_message(const tulle_world *world) {
     return world ? world->message : "";
 }

@@ -208,6 +208,9 @@ static void detection_comes_back(void **state) {
     for (int k = 0; k < 2; k++) {
         tulle_run_def def = make_def(test_path(k ? "detection" : "no-detection"), 1);
         def.detection = k ? &given : NULL;
+        def.has_response = k;
+        def.response = TULLE_RESPONSE_PAPER;
+        def.motion_space = TULLE_MOTION_SPACE_CONE;
         tulle_run_writer *writer = NULL;
         assert_int_equal(tulle_run_create(&def, TULLE_RUN_REFUSE, &writer, NULL), TULLE_OK);
         assert_int_equal(tulle_run_close(writer, TULLE_RUN_FINISHED, NULL, NULL), TULLE_OK);
@@ -215,6 +218,12 @@ static void detection_comes_back(void **state) {
         assert_int_equal(tulle_run_reader_open(def.directory, &reader, NULL), TULLE_OK);
         const tulle_world_detection *const found = tulle_run_reader_get_info(reader)->detection;
         assert_int_equal(found != NULL, k);
+        const tulle_run_info *const info = tulle_run_reader_get_info(reader);
+        assert_int_equal(info->has_response, k);
+        if (k) {
+            assert_int_equal(info->response, TULLE_RESPONSE_PAPER);
+            assert_int_equal(info->motion_space, TULLE_MOTION_SPACE_CONE);
+        }
         if (found) {
             assert_int_equal(found->method, given.method);
             assert_int_equal(found->cone, given.cone);

@@ -29,6 +29,8 @@ static void test_defaults_are_those_of_the_world(void **state) {
     assert_true(keys->contact.alpha_max == def.detection.max_angle);
     assert_int_equal(keys->contact.certificate, def.detection.has_certificate);
     assert_int_equal(keys->contact.patches, def.detection.grows_patches_anew);
+    assert_int_equal(keys->contact.response, def.response);
+    assert_int_equal(keys->contact.motion_space, def.motion_space);
     assert_int_equal(keys->contact.impact_rounds, def.impact_rounds);
     assert_int_equal(keys->contact.start_intersections, def.start_intersections);
     assert_int_equal(keys->contact.on_pinch, def.on_pinch);

@@ -317,7 +317,8 @@ static void test_values_and_defaults(void **state) {
         &work,
         "title: \"a 'b'\"\n"
         "wind: {velocity: [5 km/h, 0, -1], drag: 1.2}\n"
-        "contact: {delta_c: 4 mm, method: bvox, on_pinch: slow}\n"
+        "contact: {delta_c: 4 mm, method: bvox, on_pinch: slow, response: paper,\n"
+        "  motion_space: cone}\n"
         "obstacles:\n"
         "  - mesh: {shape: box, size: [1, 2, 30 mm]}\n"
         "    scale: 2\n"
@@ -341,6 +342,7 @@ static void test_values_and_defaults(void **state) {
     assert_int_equal(keys->contact.certificate, 1);
     assert_int_equal(keys->contact.patches, 0);
     assert_int_equal(keys->contact.on_pinch, 1);
+    assert_true(keys->contact.response == 1 && keys->contact.motion_space == 0);
     const cloth_keys *cloth = keys->cloth.items;
     assert_string_equal(cloth->material.preset, "cotton");
     assert_null(cloth->name);
