@@ -317,8 +317,8 @@ static void test_values_and_defaults(void **state) {
         &work,
         "title: \"a 'b'\"\n"
         "wind: {velocity: [5 km/h, 0, -1], drag: 1.2}\n"
-        "contact: {delta_c: 4 mm, method: bvox, on_pinch: slow, response: paper,\n"
-        "  motion_space: cone}\n"
+        "contact: {delta_c: 4 mm, method: bvox, on_pinch: slow, response: paper, "
+        "motion_space: cone}\n"
         "obstacles:\n"
         "  - mesh: {shape: box, size: [1, 2, 30 mm]}\n"
         "    scale: 2\n"
