@@ -9,6 +9,7 @@
 #define TULLE_DETECT_BROAD_PHASE_H
 
 #include "detect/pair_batch.h"
+#include "detect/patch_labels.h"
 #include "detect/surface_set.h"
 
 typedef enum broad_phase_method {
@@ -18,14 +19,6 @@ typedef enum broad_phase_method {
     BROAD_PHASE_PAPER  /* one backward-voxel tree a patch and one of the isolated triangles of each
                           surface, under a root; takes labels */
 } broad_phase_method;
-
-/* Patches whose inner pairs may be left out, for the next searches. labels: one a triangle of the
- * topology, 0: none, else 1 .. label_count; null: no patches. Borrowed until the next call. Pairs
- * within a patch are left out where that is cheap (whole nodes), not everywhere. */
-typedef struct patch_labels {
-    const uint32_t *labels;
-    uint32_t label_count;
-} patch_labels;
 
 typedef struct broad_phase broad_phase; /* trees, kept between steps */
 
@@ -39,7 +32,9 @@ void broad_phase_destroy(broad_phase *broad);
  * not finite. */
 tulle_status build_trees(broad_phase *broad, const surface_set *set, const double *x0,
                          const double *x1, double margin, int threads);
-/* Call before build_trees, which reads them; zeroed: no patches. */
+/* Patches whose inner pairs may be left out in the next searches. Pairs within a patch are left out
+ * where that is cheap (whole nodes), not everywhere. Call before build_trees, which reads them;
+ * zeroed: no patches. Borrowed until the next call. */
 void broad_phase_set_patches(broad_phase *broad, patch_labels patches);
 
 typedef struct search_counts {

@@ -75,6 +75,8 @@ struct broad_phase {
     bool is_built;
     patch_labels patches;
     bool has_labels;           /* nodes bear labels of patches */
+    bool is_labelled;          /* no node needs a new label */
+    patch_labels node_patches; /* from which nodes have their labels */
     uint32_t *record_vertices; /* vertex of each record; null: records are in vertex order */
     vertex_record *records;
     vertex_box *vertex_boxes; /* of each record */

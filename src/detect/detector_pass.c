@@ -134,7 +134,7 @@ static tulle_status run_stages(tulle_detector *detector, detector_pass *pass) {
     if (status != TULLE_OK) return status;
     patch_labels patches = {0};
     if (statistics->uses_patches)
-        patches = (patch_labels){detector->labels, kept_patches_get_label_count(detector->patches)};
+        patches = kept_patches_get_labelling(detector->patches);
     broad_phase_set_patches(detector->broad, patches);
     status = build_trees(detector->broad, &detector->set, pass->start, pass->end, detector->margin,
                          detector->threads);

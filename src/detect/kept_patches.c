@@ -72,6 +72,7 @@ tulle_status kept_patches_create(memory *heap, const surface_set *set, kept_patc
     patches->neighbours = memory_allocate_zeroed(heap, 3 * count, sizeof(uint32_t));
     patches->triangle_surface = memory_allocate_zeroed(heap, count, sizeof(uint32_t));
     patches->labels = memory_allocate_zeroed(heap, count, sizeof(uint32_t));
+    patches->version = 1;
     bool const has_arrays = patches->neighbours && patches->triangle_surface && patches->labels;
     if (!has_arrays || prepare_topology(patches, set) != TULLE_OK) {
         kept_patches_destroy(patches);
@@ -108,6 +109,7 @@ void kept_patches_destroy(kept_patches *patches) {
 }
 
 void drop_patches(kept_patches *patches) {
+    patches->version++;
     patches->patches.count = patches->triangles.count = patches->corners.count = 0;
     patches->vertices.count = patches->points.count = patches->loops.count = 0;
     patches->tasks.count = 0;
@@ -120,6 +122,11 @@ void drop_patches(kept_patches *patches) {
 const uint32_t *kept_patches_get_labels(const kept_patches *patches) { return patches->labels; }
 uint32_t kept_patches_get_label_count(const kept_patches *patches) {
     return (uint32_t)patches->patches.count;
+}
+patch_labels kept_patches_get_labelling(const kept_patches *patches) {
+    return (patch_labels){.labels = patches->labels,
+                          .label_count = kept_patches_get_label_count(patches),
+                          .version = patches->version};
 }
 
 /* ---- what they cover ---- */

@@ -15,6 +15,7 @@
 #define TULLE_DETECT_KEPT_PATCHES_H
 
 #include "detect/normal_cone.h"
+#include "detect/patch_labels.h"
 #include "detect/patches.h"
 #include "detect/surface_set.h"
 
@@ -65,6 +66,8 @@ bool patches_hold(const kept_patches *patches, const patch_step *step, const pat
 /* triangle_count of the topology. */
 const uint32_t *kept_patches_get_labels(const kept_patches *patches);
 uint32_t kept_patches_get_label_count(const kept_patches *patches);
+/* Both, with a version. */
+patch_labels kept_patches_get_labelling(const kept_patches *patches);
 
 /* All that the next call depends on, as plain bytes, for checkpoints: size 0 when there is nothing.
  * Loading bytes that do not fit the topology leaves no patches and returns

@@ -73,6 +73,7 @@ struct kept_patches {
     uint32_t *neighbours; /* 3 * triangle_count */
     uint32_t *triangle_surface;
     uint32_t *labels;
+    uint64_t version;          /* of the labels; not 0 */
     ARRAY(kept_patch) patches; /* label k: element k - 1 */
     ARRAY(uint32_t) triangles;
     ARRAY(uint32_t) corners; /* 3 * triangles: local numbers of vertices */

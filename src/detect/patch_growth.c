@@ -407,6 +407,7 @@ tulle_status grow_kept_patches(kept_patches *patches, const growth_input *input,
                                patch_counts *counts) {
     tulle_status status = reserve_growth(patches);
     if (status != TULLE_OK) return status;
+    patches->version++;
     size_t const triangle_count = patches->topo->triangle_count;
     cone_run run = {patches, input};
     parallel_for(triangle_count, CONE_CHUNK, input->step->threads, find_cones, &run);
@@ -432,6 +433,7 @@ tulle_status grow_kept_patches(kept_patches *patches, const growth_input *input,
 
 void dissolve_patch(kept_patches *patches, uint32_t index) {
     kept_patch *const patch = &patches->patches.data[index];
+    patches->version++;
     relabel(patches, patches->triangles.data + patch->triangle_begin, 0, patch->triangle_count,
             PATCH_ISOLATED);
     patches->schedule.dead_triangle_count += patch->triangle_count;
@@ -461,6 +463,7 @@ tulle_status append_patch(kept_patches *patches, const uint32_t *triangles, size
         status = TULLE_ERROR_OUT_OF_MEMORY;
     if (status != TULLE_OK) return status;
     uint32_t const label = (uint32_t)(patches->patches.count + 1);
+    patches->version++;
     kept_patch patch = {.axis = axis, .loop_begin = (uint32_t)patches->loops.count};
     start_patch(patches);
     bool is_good = true;

@@ -150,7 +150,7 @@ static void fit_nodes(const broad_phase *broad, surface_tree *tree, uint32_t beg
                       bool is_lowest) {
     for (uint32_t i = begin; i < end; i++) {
         if (!tree->is_fitted) fit_node(broad, tree, i, is_lowest);
-        if (broad->has_labels) label_node(broad, tree, i, is_lowest);
+        if (!broad->is_labelled) label_node(broad, tree, i, is_lowest);
     }
 }
 
@@ -172,13 +172,27 @@ static void fit_leaf_task(void *context, size_t begin, size_t end, size_t chunk,
     fit_nodes(broad, tree, task->begin, task->end, true);
 }
 
+/* Whether nodes bear labels, and have those of the patches already. */
+static void prepare_labels(broad_phase *broad, const surface_set *set) {
+    const patch_labels *const patches = &broad->patches, *const known = &broad->node_patches;
+    broad->has_labels = patches->labels && broad->method != BROAD_PHASE_BVOX;
+    broad->is_labelled = !broad->has_labels;
+    if (!broad->has_labels) return;
+    broad->is_labelled = broad->method == BROAD_PHASE_REFIT && patches->version != 0 &&
+                         patches->labels == known->labels && patches->version == known->version;
+    broad->node_patches = *patches;
+    /* nodes of absent surfaces get none */
+    for (uint32_t s = 0; s < set->surface_count; s++)
+        if (!set->surfaces[s].is_present) broad->node_patches.version = 0;
+}
+
 void fit_trees(broad_phase *broad, const surface_set *set, int threads) {
-    broad->has_labels = broad->patches.labels && broad->method != BROAD_PHASE_BVOX;
+    prepare_labels(broad, set);
     size_t task_count = 0;
     for (uint32_t s = 0; s < set->surface_count; s++) {
         const surface_tree *const tree = &broad->trees[s];
         bool const has_work =
-            set->surfaces[s].is_present && (!tree->is_fitted || broad->has_labels);
+            set->surfaces[s].is_present && (!tree->is_fitted || !broad->is_labelled);
         if (has_work && tree->level_count > 0)
             task_count =
                 append_tasks(broad, task_count, s, 0, tree->level_begin[1], NODES_PER_TASK);

@@ -121,9 +121,7 @@ static tulle_status build_patches(step_context *context, const double *x1) {
     report->patches_certified = counts.star_count + counts.contour_count;
     report->patches_dissolved += counts.dissolved_count;
     memcpy(context->certified_end, x1, 3 * world->vertex_count * sizeof(double));
-    broad_phase_set_patches(world->broad,
-                            (patch_labels){kept_patches_get_labels(world->patches),
-                                           kept_patches_get_label_count(world->patches)});
+    broad_phase_set_patches(world->broad, kept_patches_get_labelling(world->patches));
     return status;
 }
 

@@ -86,6 +86,7 @@ static void a_waving_sheet_is_one_patch(void **state) {
  * same when saved and loaded half-way. */
 typedef struct long_run {
     uint64_t kept, split, dissolved, grown, most_triangles;
+    uint64_t same_versions; /* steps whose labels bear the version of the step before */
     uint64_t labels_hash;
 } long_run;
 
@@ -123,6 +124,8 @@ static long_run run_long(int threads, int reload_every, bool is_checked) {
     assert_true(base && before);
     memcpy(base, scene.x0, bytes);
     memcpy(before, scene.x0, bytes);
+    patch_labels last = {0};
+    uint64_t last_hash = 0;
     for (int step = 0; step < 120; step++) {
         double const violence = step < 60 ? step / 60.0 : (120 - step) / 120.0;
         memcpy(scene.x0, base, bytes); /* x1 stays near the sheet */
@@ -135,6 +138,12 @@ static long_run run_long(int threads, int reload_every, bool is_checked) {
         if (counts.triangle_count > total.most_triangles)
             total.most_triangles = counts.triangle_count;
         total.labels_hash = hash_labels(total.labels_hash, &scene, labels);
+        patch_labels const now = kept_patches_get_labelling(patches);
+        uint64_t const hash = hash_labels(0, &scene, labels);
+        bool const is_same = now.labels == last.labels && now.version == last.version;
+        if (is_same) assert_true(hash == last_hash);
+        total.same_versions += is_same;
+        last = now, last_hash = hash;
         if (is_checked && step % 40 == 30) {
             assert_patches_are_discs(&scene, labels);
             assert_patches_are_apart(&scene, labels, 0.0, &check_seed);
@@ -155,8 +164,9 @@ static void patches_are_kept_from_step_to_step(void **state) {
     assert_true(first.kept > 20);
     assert_true(first.split > 0 && first.dissolved > 0);
     assert_true(first.most_triangles > 400);
-    long_run const others[3] = {run_long(2, 0, false), run_long(5, 0, false),
-                                run_long(2, 7, false)};
+    assert_true(first.same_versions > 20);
+    long_run others[3] = {run_long(2, 0, false), run_long(5, 0, false), run_long(2, 7, false)};
+    others[2].same_versions = first.same_versions; /* loading makes a new version */
     for (int k = 0; k < 3; k++) assert_memory_equal(&others[k], &first, sizeof first);
 }
 

@@ -30,12 +30,26 @@ typedef float floats4 __attribute__((vector_size(16)));
 static inline lanes4 choose(bits4 mask, lanes4 yes, lanes4 no) {
     return (lanes4)((mask & (bits4)yes) | (~mask & (bits4)no));
 }
+/* a < b ? a : b and a > b ? a : b. */
+static inline lanes4 lesser(lanes4 a, lanes4 b) {
+#ifdef __AVX2__
+    return (lanes4)_mm256_min_pd((__m256d)a, (__m256d)b);
+#else
+    return choose(a < b, a, b);
+#endif
+}
+static inline lanes4 greater(lanes4 a, lanes4 b) {
+#ifdef __AVX2__
+    return (lanes4)_mm256_max_pd((__m256d)a, (__m256d)b);
+#else
+    return choose(a > b, a, b);
+#endif
+}
 static inline lanes4 absolute(lanes4 a) { return (lanes4)((bits4)a & INT64_MAX); }
 static inline lanes4 spread(double x) { return (lanes4){x, x, x, x}; }
 static inline lanes4 clamp(lanes4 x) {
     lanes4 const most = spread(MOST_COORDINATE);
-    x = choose(x > most, most, x);
-    return choose(x < -most, -most, x);
+    return greater(-most, lesser(most, x));
 }
 static inline lanes4 load_point(const double *x, size_t vertex) {
     return (lanes4){x[3 * vertex], x[3 * vertex + 1], x[3 * vertex + 2], 0.0};
@@ -61,15 +75,15 @@ bool TULLE_KERNEL(fit_vertices)(const vertex_fit *fit, size_t begin, size_t end)
         memcpy(fit->records[i].end, &stop, sizeof stop);
         doubt += (start - start) + (stop - stop);
         lanes4 const a = clamp((start - origin) * scale), b = clamp((stop - origin) * scale);
-        lanes4 const least = choose(a < b, a, b) - half, most = choose(a < b, b, a) + half;
-        lanes4 const size_a = absolute(a), size_b = absolute(b);
-        lanes4 const larger = choose(size_a > size_b, size_a, size_b);
+        lanes4 const least = lesser(a, b) - half, most = greater(b, a) + half;
+        lanes4 const larger = greater(absolute(a), absolute(b));
         lanes4 const rounding = FRAME_ROUNDING * (larger + half) + FLOAT_UNDERFLOW;
         lanes4 const low = clamp(least - (FLOAT_ROUNDING * absolute(least) + rounding));
         lanes4 const high = clamp(most + (FLOAT_ROUNDING * absolute(most) + rounding));
-        floats4 const box[2] = {__builtin_convertvector(low, floats4),
-                                __builtin_convertvector(-high, floats4)};
-        memcpy(fit->boxes[i].sides, box, sizeof box);
+        floats4 const lows = __builtin_convertvector(low, floats4);
+        floats4 const highs = __builtin_convertvector(-high, floats4);
+        memcpy(fit->boxes[i].sides, &lows, sizeof lows);
+        memcpy(fit->boxes[i].sides + 4, &highs, sizeof highs);
     }
     return doubt[0] + doubt[1] + doubt[2] == 0.0;
 }
@@ -164,14 +178,16 @@ static inline void fit_features(const leaf_fit *fit, const uint32_t *corners, si
         fit_lanes(fit, corners + corner_count * at, corner_count, end - at, wide + (at - begin));
 }
 
-/* Copies rows, one after another, so that what is written beyond one is overwritten by the next. */
+/* Copies rows of at most 32, one after another, so that what is written beyond one is overwritten
+ * by the next. */
 static inline void close_rows(const float *wide, float *rows, size_t width) {
-    for (size_t k = 0; k < 6; k++)
-        for (size_t l = 0; l < width; l += 8)
-            memcpy(rows + k * width + l, wide + k * WIDE_ROW + l, 8 * sizeof *rows);
+    for (size_t k = 0; k < 6; k++) {
+        memcpy(rows + k * width, wide + k * WIDE_ROW, 16 * sizeof *rows);
+        if (width > 16) memcpy(rows + k * width + 16, wide + k * WIDE_ROW + 16, 16 * sizeof *rows);
+    }
 }
 
-/* Writes up to 7 floats beyond the block. */
+/* Writes up to 15 floats beyond the block. */
 static void fit_block(const leaf_fit *fit, const tree_leaf *leaf, float *block) {
     float wide[6 * WIDE_ROW];
     size_t const triangles = leaf->triangle_end - leaf->triangle_begin;
@@ -191,7 +207,7 @@ void TULLE_KERNEL(fit_leaves)(const leaf_fit *fit, size_t begin, size_t end) {
     if (begin == end) return;
     for (size_t l = begin; l + 1 < end; l++)
         fit_block(fit, &fit->leaves[l], fit->blocks + fit->leaves[l].block);
-    float last[LONGEST + 8];
+    float last[LONGEST + 16];
     const tree_leaf *const leaf = &fit->leaves[end - 1];
     fit_block(fit, leaf, last);
     size_t const count = (leaf->triangle_end - leaf->triangle_begin) +
