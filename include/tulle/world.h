@@ -98,7 +98,9 @@ typedef struct tulle_world_def {
     int solve_rounds;                /* solves of motion and impulses a step, 1 .. 20 */
     int impulse_sweeps;              /* projected Gauss-Seidel sweeps a round, 1 .. 1000 */
     int impact_rounds;               /* rounds of stage 10 before the rescue, 0 .. 100 */
-    double friction_cloth_cloth;     /* Coulomb coefficient between cloths, 0 .. 10 */
+    double friction_cloth_cloth; /* Coulomb coefficient between cloths, 0 .. 10: what holds them */
+    double dynamic_friction_cloth_cloth; /* what slows cloths that slide on one another, 0 ..
+                                            friction_cloth_cloth; negative: the same */
     tulle_start_intersections start_intersections;
     tulle_on_pinch on_pinch;
     int threads; /* 1 .. 256; 0: one per processor. Results do not depend on it */
@@ -114,8 +116,13 @@ typedef struct tulle_material {
     double stretch_damping;   /* [s] damping coefficient per stiffness, >= 0 */
     double bend_damping;      /* [s] >= 0 */
     double air_damping;       /* [1/s] viscous damping per mass, >= 0 */
-    double friction; /* Coulomb coefficient of this cloth against obstacles, combined as the
-                        geometric mean, 0 .. 10 */
+    double friction;         /* Coulomb coefficient of this cloth against obstacles, combined as the
+                                geometric mean, 0 .. 10: what holds a contact that does not slide */
+    double dynamic_friction; /* of contacts that slide, 0 .. friction; negative: the same */
+    double restitution;      /* part of the speed of an impact with which it rebounds, 0 .. 1; the
+                                geometric mean of both sides' counts, between cloths too */
+    double friction_across;  /* factor on both coefficients across the cloth's grain (see
+                                tulle_cloth_def), 0 .. 10; 1: isotropic */
 } tulle_material;
 /* Presets cotton, silk, wool, denim, net, rubber-sheet; TULLE_ERROR_INVALID_ARGUMENT for other
  * names. */
@@ -153,6 +160,8 @@ typedef struct tulle_cloth_def {
     tulle_mesh_view mesh;         /* start positions */
     const double *rest_positions; /* [m] 3 * vertex_count, null: the start is the rest shape */
     tulle_material material;
+    double grain[3];  /* direction in the rest shape, of any length: friction_across is at right
+                         angles to it */
     double thickness; /* [m] 0: the world's contact distance decides */
     const tulle_pin *pins;
     size_t pin_count;
@@ -170,8 +179,9 @@ typedef struct tulle_obstacle_def {
     uint32_t cookie;
     const char *name;
     tulle_mesh_view mesh; /* at motion zero, or frame 0 of the sequence */
-    double friction;      /* 0 .. 10 */
-    tulle_motion motion;  /* rigid keyframes; key_count 0: static */
+    double friction;      /* 0 .. 10, see tulle_material for these three */
+    double dynamic_friction, restitution;
+    tulle_motion motion; /* rigid keyframes; key_count 0: static */
     tulle_frame_reader
         read_frame; /* null: no sequence; else vertices follow the frames, linearly in between */
     void *frame_context;

@@ -36,6 +36,9 @@ bool make_contact_row(const contact_scene *scene, const double *x1, const pair_e
     pair_distances const distances = find_pair_distances(scene, event->kind, row->vertices);
     row->gap = vec3_dot(row->normal, blend_points(start, row->weights));
     row->bias = find_bias(scene, row->gap, distances.contact);
-    row->friction = find_contact_law(scene, row->vertices, event->kind)->friction;
+    const contact_law *const law = find_contact_law(scene, row->vertices, event->kind);
+    row->static_friction = law->static_friction;
+    row->dynamic_friction = law->dynamic_friction;
+    row->restitution = law->restitution;
     return true;
 }

@@ -38,7 +38,9 @@ contact_settings contact_settings_default(void);
 typedef struct contact_law {
     double contact_distance;    /* [m] delta_c: where a contact carries load */
     double separation_distance; /* [m] delta_s >= delta_c: where it ends */
-    double friction;            /* Coulomb coefficient */
+    double static_friction;     /* Coulomb coefficient of what does not slide */
+    double dynamic_friction;    /* <= static_friction, of what slides */
+    double restitution;         /* 0 .. 1, part of the speed of an impact that comes back */
 } contact_law;
 
 /* x -> matrix x + offset takes every vertex of a surface from its x0 to its target. */
@@ -90,11 +92,12 @@ typedef struct contact_row {
     feature_kind kind;
     feature_pair pair;
     uint32_t vertices[4];
-    double weights[4]; /* signed, see closest_points */
-    vec3 normal;       /* unit, from the second feature to the first */
-    double gap;        /* [m] n . sum w x0 */
-    double bias;       /* [m/s] */
-    double friction;
+    double weights[4];                        /* signed, see closest_points */
+    vec3 normal;                              /* unit, from the second feature to the first */
+    double gap;                               /* [m] n . sum w x0 */
+    double bias;                              /* [m/s] */
+    double static_friction, dynamic_friction; /* as in contact_law */
+    double restitution;
     vec3 impulse;        /* [N s] total over the step, acts w_i impulse on vertex i */
     double inverse_mass; /* [1/kg] sum w_i^2 / m_i, > 0 */
     double stiffness;    /* [kg] penalty of a hard row in the solve */

@@ -23,7 +23,8 @@ static vec3 find_impulse(contact_row *row, vec3 velocity) {
         return vec3_make(0.0, 0.0, 0.0);
     }
     vec3 tangential = vec3_add_scaled(trial, row->normal, -normal);
-    double const cap = row->friction * (row->friction_cap >= 0.0 ? row->friction_cap : normal);
+    double const cap =
+        row->static_friction * (row->friction_cap >= 0.0 ? row->friction_cap : normal);
     double const size = vec3_norm(tangential);
     row->state = size > cap ? ROW_SLIDES : ROW_STICKS;
     if (size > cap) tangential = vec3_scale(tangential, cap / size);

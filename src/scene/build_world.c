@@ -23,6 +23,7 @@ static tulle_world_def make_world_def(const scene *loaded) {
     def.separation_distance = keys->contact.delta_s;
     def.minimum_gap = keys->contact.xi;
     def.friction_cloth_cloth = keys->contact.friction;
+    def.dynamic_friction_cloth_cloth = keys->contact.dynamic_friction;
     def.detection = (tulle_world_detection){.method = (tulle_detect_method)keys->contact.method,
                                             .cone = (tulle_detect_cone)keys->contact.cone,
                                             .max_angle = keys->contact.alpha_max,
@@ -57,6 +58,7 @@ static tulle_status add_cloth(const scene_cloth *cloth, tulle_world *world, tull
     def.mesh = tulle_mesh_get_view(&cloth->mesh);
     def.material = cloth->material;
     def.thickness = cloth->keys->thickness;
+    set_vector(def.grain, &cloth->keys->grain);
     def.pins = cloth->pins;
     def.pin_count = cloth->pin_count;
     set_vector(def.velocity, &cloth->keys->velocity);
@@ -71,6 +73,8 @@ static tulle_status add_obstacle(const scene_obstacle *obstacle, tulle_world *wo
     def.name = obstacle->name;
     def.mesh = tulle_mesh_get_view(&obstacle->mesh);
     def.friction = obstacle->keys->friction;
+    def.dynamic_friction = obstacle->keys->dynamic_friction;
+    def.restitution = obstacle->keys->restitution;
     def.motion = obstacle->motion;
     def.appear_time = obstacle->appears;
     def.disappear_time = obstacle->disappears;

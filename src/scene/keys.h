@@ -34,6 +34,7 @@ typedef struct material_keys {
     schema_head head;
     const char *preset;
     double area_density, stretch, bend, stretch_damping, bend_damping, air_damping, friction;
+    double dynamic_friction, restitution, friction_across;
 } material_keys;
 
 typedef struct keyframe_keys {
@@ -73,6 +74,7 @@ typedef struct cloth_keys {
     schema_vector scale, translate, velocity;
     schema_rotation rotate;
     material_keys material;
+    schema_vector grain;
     double thickness;
     schema_list pins;
     schema_vector color, back_color;
@@ -137,7 +139,7 @@ typedef struct obstacle_keys {
     mesh_keys mesh;
     schema_vector scale, translate;
     schema_rotation rotate;
-    double friction, appears, disappears;
+    double friction, dynamic_friction, restitution, appears, disappears;
     motion_keys motion;
     copies_keys copies;
     schema_vector color;
@@ -146,7 +148,7 @@ typedef struct obstacle_keys {
 
 typedef struct contact_keys {
     schema_head head;
-    double delta_c, delta_s, xi, friction;
+    double delta_c, delta_s, xi, friction, dynamic_friction;
     int response, motion_space;
     int method, cone, certificate, patches; /* see build_world.c */
     double alpha_max;

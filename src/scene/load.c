@@ -165,7 +165,8 @@ static bool finish(const scene_work *work) {
         const tulle_material *m = &loaded->cloths[i].material;
         const double values[] = {m->area_density,    m->stretch_stiffness, m->bend_stiffness,
                                  m->stretch_damping, m->bend_damping,      m->air_damping,
-                                 m->friction};
+                                 m->friction,        m->dynamic_friction,  m->restitution,
+                                 m->friction_across};
         hash = hash_bytes(hash, values, sizeof values);
     }
     loaded->hash = hash;

@@ -37,6 +37,9 @@ static bool make_material(const scene_work *work, const material_keys *keys,
         {"bend_damping", &keys->bend_damping, &material->bend_damping},
         {"air_damping", &keys->air_damping, &material->air_damping},
         {"friction", &keys->friction, &material->friction},
+        {"dynamic_friction", &keys->dynamic_friction, &material->dynamic_friction},
+        {"restitution", &keys->restitution, &material->restitution},
+        {"friction_across", &keys->friction_across, &material->friction_across},
     };
     for (size_t i = 0; i < sizeof values / sizeof values[0]; i++)
         if (schema_is_given(&material_map, keys, values[i].name)) *values[i].to = *values[i].from;

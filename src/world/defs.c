@@ -32,13 +32,14 @@ tulle_world_def tulle_world_def_default(void) {
         .impulse_sweeps = 10,
         .impact_rounds = 5,
         .friction_cloth_cloth = 0.3,
+        .dynamic_friction_cloth_cloth = -1.0,
         .start_intersections = TULLE_START_REFUSE,
         .on_pinch = TULLE_ON_PINCH_STOP,
     };
 }
 
 tulle_cloth_def tulle_cloth_def_default(void) {
-    tulle_cloth_def def = {.cookie = CLOTH_DEF_COOKIE};
+    tulle_cloth_def def = {.cookie = CLOTH_DEF_COOKIE, .grain = {1.0, 0.0, 0.0}};
     (void)tulle_material_preset("cotton", &def.material);
     return def;
 }
@@ -46,6 +47,7 @@ tulle_cloth_def tulle_cloth_def_default(void) {
 tulle_obstacle_def tulle_obstacle_def_default(void) {
     return (tulle_obstacle_def){.cookie = OBSTACLE_DEF_COOKIE,
                                 .friction = 0.3,
+                                .dynamic_friction = -1.0,
                                 .frame_interval = 1.0 / 24.0,
                                 .appear_time = -(double)INFINITY,
                                 .disappear_time = (double)INFINITY};
@@ -76,6 +78,8 @@ static tulle_status check_ranges(const range_check *checks, size_t count, const 
 /* Widest sensible values [SI]; beyond them doubles lose the contact distances. */
 static const double LARGEST = 1e6;
 static const double SMALLEST_POSITIVE = 1e-12;
+/* Any negative dynamic friction says that it is the same as the static. */
+static const double LEAST_DYNAMIC = -10.0;
 
 tulle_status world_def_check(const tulle_world_def *def, tulle_error *error) {
     if (!def || def->cookie != WORLD_DEF_COOKIE) {
@@ -105,6 +109,8 @@ tulle_status world_def_check(const tulle_world_def *def, tulle_error *error) {
         {"impulse sweeps", "", (double)def->impulse_sweeps, 1.0, 1000.0},
         {"impact rounds", "", (double)def->impact_rounds, 0.0, 100.0},
         {"friction between cloths", "", def->friction_cloth_cloth, 0.0, 10.0},
+        {"dynamic friction between cloths", "", def->dynamic_friction_cloth_cloth, LEAST_DYNAMIC,
+         def->friction_cloth_cloth},
         {"integrator", "", (double)def->integrator, 0.0, (double)TULLE_INTEGRATOR_BDF2},
         {"detection method", "", (double)def->detection.method, 0.0, (double)TULLE_DETECT_PAPER},
         {"cone of patches", "", (double)def->detection.cone, 0.0, (double)TULLE_CONE_PAPER},
@@ -127,6 +133,9 @@ static tulle_status check_material(const tulle_material *m, const char *owner, t
         {"bend damping", "s", m->bend_damping, 0.0, LARGEST},
         {"air damping", "1/s", m->air_damping, 0.0, LARGEST},
         {"friction", "", m->friction, 0.0, 10.0},
+        {"dynamic friction", "", m->dynamic_friction, LEAST_DYNAMIC, m->friction},
+        {"restitution", "", m->restitution, 0.0, 1.0},
+        {"friction across", "", m->friction_across, 0.0, 10.0},
     };
     return CHECK_RANGES(checks, owner, error);
 }
@@ -181,6 +190,9 @@ tulle_status cloth_def_check(const tulle_cloth_def *def, const char *owner, tull
         {"velocity x", "m/s", def->velocity[0], -LARGEST, LARGEST},
         {"velocity y", "m/s", def->velocity[1], -LARGEST, LARGEST},
         {"velocity z", "m/s", def->velocity[2], -LARGEST, LARGEST},
+        {"grain x", "", def->grain[0], -LARGEST, LARGEST},
+        {"grain y", "", def->grain[1], -LARGEST, LARGEST},
+        {"grain z", "", def->grain[2], -LARGEST, LARGEST},
     };
     if (status == TULLE_OK) status = CHECK_RANGES(checks, owner, error);
     for (size_t i = 0; status == TULLE_OK && i < def->pin_count; i++) {
@@ -216,7 +228,11 @@ tulle_status obstacle_def_check(const tulle_obstacle_def *def, const char *owner
                          "%s: disappears at %g s, which must come after it appears at %g s", owner,
                          def->disappear_time, def->appear_time);
     }
-    range_check const checks[] = {{"friction", "", def->friction, 0.0, 10.0}};
+    range_check const checks[] = {
+        {"friction", "", def->friction, 0.0, 10.0},
+        {"dynamic friction", "", def->dynamic_friction, LEAST_DYNAMIC, def->friction},
+        {"restitution", "", def->restitution, 0.0, 1.0},
+    };
     status = CHECK_RANGES(checks, owner, error);
     if (status == TULLE_OK) status = motion_validate(&def->motion, owner, error);
     return status;

@@ -215,10 +215,35 @@ static double cloth_contact_distance(const tulle_world *world, size_t cloth) {
                 CONTACT_EDGE_SHARE * mean_edge_length(world, range->edge_begin, range->edge_end));
 }
 
-static double surface_friction(const tulle_world *world, size_t surface) {
+/* What a surface brings to a contact; dynamic friction is not negative. */
+typedef struct surface_roughness {
+    double friction, dynamic_friction, restitution;
+} surface_roughness;
+
+static surface_roughness get_roughness(const tulle_world *world, size_t surface) {
     size_t const cloth_count = world->cloths.count;
-    return surface < cloth_count ? world->cloths.data[surface].material.friction
-                                 : world->obstacles.data[surface - cloth_count].friction;
+    surface_roughness roughness;
+    if (surface < cloth_count) {
+        tulle_material const *const m = &world->cloths.data[surface].material;
+        roughness = (surface_roughness){m->friction, m->dynamic_friction, m->restitution};
+    } else {
+        world_obstacle const *const o = &world->obstacles.data[surface - cloth_count];
+        roughness = (surface_roughness){o->friction, o->dynamic_friction, o->restitution};
+    }
+    if (roughness.dynamic_friction < 0.0) roughness.dynamic_friction = roughness.friction;
+    return roughness;
+}
+
+/* Coefficients of a pair: geometric means, but that friction between cloths is the world's. */
+static void set_coefficients(const tulle_world *world, size_t a, size_t b, contact_law *law) {
+    surface_roughness const first = get_roughness(world, a), second = get_roughness(world, b);
+    law->restitution = sqrt(first.restitution * second.restitution);
+    law->static_friction = sqrt(first.friction * second.friction);
+    law->dynamic_friction = sqrt(first.dynamic_friction * second.dynamic_friction);
+    if (a >= world->cloths.count || b >= world->cloths.count) return;
+    double const dynamic = world->def.dynamic_friction_cloth_cloth;
+    law->static_friction = world->def.friction_cloth_cloth;
+    law->dynamic_friction = dynamic < 0.0 ? law->static_friction : dynamic;
 }
 
 static contact_law make_law(const tulle_world *world, size_t a, size_t b) {
@@ -228,11 +253,10 @@ static contact_law make_law(const tulle_world *world, size_t a, size_t b) {
     if (has_cloth_a && has_cloth_b) {
         law.contact_distance =
             0.5 * (cloth_contact_distance(world, a) + cloth_contact_distance(world, b));
-        law.friction = world->def.friction_cloth_cloth;
     } else if (has_cloth_a || has_cloth_b) {
         law.contact_distance = cloth_contact_distance(world, has_cloth_a ? a : b);
-        law.friction = sqrt(surface_friction(world, a) * surface_friction(world, b));
     }
+    if (has_cloth_a || has_cloth_b) set_coefficients(world, a, b, &law);
     law.separation_distance =
         fmax(world->def.separation_distance, SEPARATION_FACTOR * law.contact_distance);
     if (world->def.separation_distance > 0.0) {

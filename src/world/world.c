@@ -129,6 +129,7 @@ static tulle_status copy_cloth(memory *heap, const tulle_cloth_def *def, world_c
     size_t const count = def->mesh.vertex_count;
     cloth->material = def->material;
     cloth->thickness = def->thickness;
+    memcpy(cloth->grain, def->grain, sizeof cloth->grain);
     if (copy_mesh(heap, def->mesh, &cloth->mesh) != TULLE_OK) return TULLE_ERROR_OUT_OF_MEMORY;
     double const *const rest = def->rest_positions ? def->rest_positions : def->mesh.positions;
     cloth->rest = copy_array(heap, rest, count, 3 * sizeof(double));
@@ -168,6 +169,8 @@ tulle_status tulle_world_add_cloth(tulle_world *world, const tulle_cloth_def *de
 static tulle_status copy_obstacle(memory *heap, const tulle_obstacle_def *def,
                                   world_obstacle *obstacle) {
     obstacle->friction = def->friction;
+    obstacle->dynamic_friction = def->dynamic_friction;
+    obstacle->restitution = def->restitution;
     obstacle->read_frame = def->read_frame;
     obstacle->frame_context = def->frame_context;
     obstacle->frame_count = def->frame_count;

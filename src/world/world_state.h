@@ -42,6 +42,7 @@ typedef struct world_cloth {
     double *rest;       /* [m] 3 * vertex_count */
     double *velocities; /* [m/s] at the start */
     tulle_material material;
+    double grain[3];
     double thickness; /* [m] 0: not given */
     world_pin *pins;
     size_t pin_count;
@@ -50,8 +51,8 @@ typedef struct world_cloth {
 
 typedef struct world_obstacle {
     char name[WORLD_NAME_BYTES];
-    world_mesh mesh; /* at motion zero */
-    double friction;
+    world_mesh mesh;                                /* at motion zero */
+    double friction, dynamic_friction, restitution; /* as the def said */
     world_motion motion;
     tulle_frame_reader read_frame;
     void *frame_context;

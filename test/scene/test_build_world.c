@@ -24,6 +24,7 @@ static void test_defaults_are_those_of_the_world(void **state) {
     assert_true(keys->contact.delta_s == def.separation_distance);
     assert_true(keys->contact.xi == def.minimum_gap);
     assert_true(keys->contact.friction == def.friction_cloth_cloth);
+    assert_true(keys->contact.dynamic_friction == def.dynamic_friction_cloth_cloth);
     assert_int_equal(keys->contact.method, def.detection.method);
     assert_int_equal(keys->contact.cone, def.detection.cone);
     assert_true(keys->contact.alpha_max == def.detection.max_angle);
@@ -44,7 +45,10 @@ static void test_defaults_are_those_of_the_world(void **state) {
     tulle_cloth_def cloth_def = tulle_cloth_def_default();
     tulle_obstacle_def obstacle_def = tulle_obstacle_def_default();
     assert_true(cloth->thickness == cloth_def.thickness);
+    for (int k = 0; k < 3; k++) assert_true(cloth->grain.value[k] == cloth_def.grain[k]);
     assert_true(obstacle->friction == obstacle_def.friction);
+    assert_true(obstacle->dynamic_friction == obstacle_def.dynamic_friction);
+    assert_true(obstacle->restitution == obstacle_def.restitution);
     assert_true(obstacle->appears == obstacle_def.appear_time);
     assert_true(obstacle->disappears == obstacle_def.disappear_time);
     scene_destroy(loaded);

@@ -14,6 +14,7 @@ mini_world mini_world_make(void) {
                         .settings = contact_settings_default(),
                         .contact_distance = 3e-3,
                         .friction = 0.5,
+                        .dynamic_friction = -1.0,
                         .gravity = {0.0, 0.0, -9.81},
                         .material = {.area_density = 0.25,
                                      .stretch_stiffness = 1500.0,
@@ -62,10 +63,13 @@ static void fill_surfaces(mini_world *world) {
         for (uint32_t i = range->vertex_begin; i < range->vertex_end; i++)
             world->vertex_surface[i] = (uint32_t)s;
         for (size_t other = 0; other < world->surface_count; other++)
-            world->laws[s * world->surface_count + other] =
-                (contact_law){.contact_distance = world->contact_distance,
-                              .separation_distance = 1.5 * world->contact_distance,
-                              .friction = world->friction};
+            world->laws[s * world->surface_count + other] = (contact_law){
+                .contact_distance = world->contact_distance,
+                .separation_distance = 1.5 * world->contact_distance,
+                .static_friction = world->friction,
+                .dynamic_friction =
+                    world->dynamic_friction < 0.0 ? world->friction : world->dynamic_friction,
+                .restitution = world->restitution};
     }
 }
 

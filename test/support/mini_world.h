@@ -27,7 +27,8 @@ typedef struct mini_world {
     arena scratch;
     /* Settings, before the first step. */
     contact_settings settings;
-    double contact_distance, friction; /* of all pairs */
+    double contact_distance, friction, dynamic_friction, restitution; /* of all pairs; negative
+                                                                         dynamic: as friction */
     double gravity[3];
     tulle_material material; /* of all cloths */
     int threads;
