@@ -10,8 +10,10 @@ contact_settings contact_settings_default(void) {
         .impact_rounds = 5,
         .zone_rounds = 2,
         .component_rounds = 12,
-        .push_out_speed = 0.05,  /* [m/s] slow against any motion one sees */
-        .slope_tolerance = 0.02, /* about one degree: flat stays flat in spite of rounding */
+        .push_out_speed = 0.05,     /* [m/s] slow against any motion one sees */
+        .slope_tolerance = 0.02,    /* about one degree: flat stays flat in spite of rounding */
+        .old_slope_tolerance = 0.3, /* 17 degrees: with 0.02 a third of the rows of three sheets at
+                                       rest came and went in every step; 0.1 does as well */
         .hard_speed = 0.03,
         .hard_speed_new = 0.15, /* lower stretches landings on smooth things, higher on tips */
         .settled_speed = 0.005, /* 0.02 let landings stretch by a tenth more */

@@ -23,9 +23,11 @@ typedef struct contact_settings {
     int zone_rounds;          /* rescue: rounds of impact zones */
     int component_rounds;     /* rescue: rounds of component scaling */
     double push_out_speed;    /* [m/s] most a row inside the contact distance asks for */
-    double slope_tolerance;   /* sine of the angle by which a normal may leave a normal cone */
-    double hard_speed;        /* [m/s] an old row violated by more after a solve becomes hard */
-    double hard_speed_new;    /* [m/s] the same for a row that is new in this step */
+    double slope_tolerance;   /* sine of the angle by which a new row's normal may leave a normal
+                                 cone ... */
+    double old_slope_tolerance; /* ... and that of a row that the step before had */
+    double hard_speed;          /* [m/s] an old row violated by more after a solve becomes hard */
+    double hard_speed_new;      /* [m/s] the same for a row that is new in this step */
     double settled_speed;  /* [m/s] root mean square violation after a solve that is no landing */
     double hard_stiffness; /* penalty of a hard row over its share of diag(A) */
     double cg_tolerance;   /* preconditioned residual over that of the step's force impulse */

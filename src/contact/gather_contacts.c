@@ -70,10 +70,11 @@ static void make_rows(void *context, size_t begin, size_t end, size_t chunk, int
     gathering *const work = context;
     for (size_t i = begin; i < end; i++) {
         contact_row *const row = &work->rows[i];
+        work->is_kept[i] = make_contact_row(work->scene, work->predicted, &work->events[i], row);
+        if (!work->is_kept[i]) continue;
+        restore_impulse(work, row);
         work->is_kept[i] =
-            make_contact_row(work->scene, work->predicted, &work->events[i], row) &&
             row_is_admissible(work->scene, work->predicted, row, work->events[i].time);
-        if (work->is_kept[i]) restore_impulse(work, row);
     }
 }
 

@@ -19,6 +19,7 @@ typedef struct cone_test {
     const contact_scene *scene;
     const double *x1;
     double time;
+    double slope_tolerance; /* sine */
     vec3 outward;           /* unit, from the feature's surface towards the other body */
     const uint32_t *others; /* vertices of the other feature ... */
     int other_count;        /* ... 0 when it is of another surface */
@@ -48,7 +49,7 @@ static bool joins_both_features(const cone_test *test, uint32_t vertex) {
 static bool lies_behind(const cone_test *test, vec3 contact_point, uint32_t neighbour) {
     vec3 const to = vec3_sub(point_at(test, neighbour), contact_point);
     double const height = vec3_dot(test->outward, to);
-    return height <= 0.0 || height <= test->scene->settings.slope_tolerance * vec3_norm(to) ||
+    return height <= 0.0 || height <= test->slope_tolerance * vec3_norm(to) ||
            joins_both_features(test, neighbour);
 }
 
@@ -131,7 +132,11 @@ static bool edge_row_is_admissible(cone_test *test, const contact_row *row) {
 
 bool row_is_admissible(const contact_scene *scene, const double *x1, const contact_row *row,
                        double time) {
-    cone_test test = {.scene = scene, .x1 = x1, .time = time};
+    cone_test test = {.scene = scene,
+                      .x1 = x1,
+                      .time = time,
+                      .slope_tolerance = row->is_old ? scene->settings.old_slope_tolerance
+                                                     : scene->settings.slope_tolerance};
     return row->kind == FEATURE_VERTEX_TRIANGLE ? vertex_row_is_admissible(&test, row)
                                                 : edge_row_is_admissible(&test, row);
 }

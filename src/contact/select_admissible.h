@@ -7,7 +7,8 @@
 
 /* True when the row's normal lies in the normal cone of both features, at time `time` along
  * x0 -> x1: no neighbour of the feature lies nearer to the other body, by more than the slope
- * tolerance. Edge/edge rows whose nearest point is an end are left to the vertex's own rows. */
+ * tolerance, which is wider for rows that the step before had. Edge/edge rows whose nearest point
+ * is an end are left to the vertex's own rows. */
 bool row_is_admissible(const contact_scene *scene, const double *x1, const contact_row *row,
                        double time);
 
