@@ -3,8 +3,18 @@
 #include "validation/validation.h"
 
 extern const experiment incline_experiments[];
+extern const experiment capstan_experiments[];
+extern const experiment layers_experiments[];
+extern const experiment tablecloth_experiments[];
+extern const experiment pinched_experiments[];
+extern const experiment carried_experiments[];
 
 const experiment *const validation_groups[] = {
-    incline_experiments,
+    incline_experiments,    /* Coulomb's law on a slope */
+    capstan_experiments,    /* a ribbon around a cylinder */
+    layers_experiments,     /* sheets on sheets */
+    tablecloth_experiments, /* a cloth pulled from under another */
+    pinched_experiments,    /* a sheet held at one point */
+    carried_experiments,    /* on moving obstacles */
     NULL,
 };

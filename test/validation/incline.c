@@ -3,7 +3,7 @@
  * The patch lies at the contact distance over a level plane and gravity is tilted, so that the
  * start has no motion of its own. Below the critical angle atan(mu) it stays; above it the mean
  * acceleration is g (sin - mu cos). */
-#include "validation/validation.h"
+#include "validation/stage.h"
 
 #include <math.h>
 #include <stdio.h>
@@ -24,31 +24,18 @@ static incline make_slope(validation_run *run, double degrees) {
     def.contact_distance = CONTACT_DISTANCE;
     incline made = {.world = validate_make_world(run, &def)};
 
-    tulle_shape_def shape = tulle_shape_def_default(TULLE_SHAPE_RECTANGLE);
-    shape.size[0] = shape.size[1] = PATCH_SIDE;
-    shape.resolution[0] = shape.resolution[1] = validate_options(run)->is_quick ? 9 : 16;
-    tulle_mesh *const patch = validate_make_shape(run, &shape);
-    for (size_t v = 0; v < patch->vertex_count; v++) patch->positions[3 * v + 2] = CONTACT_DISTANCE;
-    tulle_cloth_def cloth = tulle_cloth_def_default();
-    cloth.mesh = tulle_mesh_get_view(patch);
+    uint32_t const count = validate_options(run)->is_quick ? 9 : 16;
+    tulle_mesh *const patch =
+        stage_make_sheet(run, (stage_sheet){.size = {PATCH_SIDE, PATCH_SIDE},
+                                            .counts = {count, count},
+                                            .middle = {0.0, 0.0, CONTACT_DISTANCE}});
+    tulle_cloth_def cloth = stage_cloth_def(patch);
     cloth.material.friction = FRICTION;
-    cloth.material.air_damping = 0.0; /* the closed form knows no air */
     made.patch = validate_add_cloth(run, made.world, &cloth);
 
-    tulle_shape_def ground = tulle_shape_def_default(TULLE_SHAPE_PLANE);
-    ground.size[0] = 8.0;
-    ground.size[1] = 2.0;
-    ground.resolution[0] = 17;
-    ground.resolution[1] = 5;
-    tulle_mesh *const plane = validate_make_shape(run, &ground);
-    for (size_t v = 0; v < plane->vertex_count; v++) { /* lines of the meshes do not meet */
-        plane->positions[3 * v] += 3.013;
-        plane->positions[3 * v + 1] += 0.017;
-    }
-    tulle_obstacle_def obstacle = tulle_obstacle_def_default();
-    obstacle.mesh = tulle_mesh_get_view(plane);
-    obstacle.friction = FRICTION;
-    validate_add_obstacle(run, made.world, &obstacle);
+    tulle_mesh *const plane = stage_make_sheet(
+        run, (stage_sheet){.size = {8.0, 2.0}, .counts = {17, 5}, .middle = {3.013, 0.017, 0.0}});
+    stage_add_obstacle(run, made.world, plane, FRICTION);
     return made;
 }
 

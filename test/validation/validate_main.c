@@ -15,7 +15,7 @@ static const char usage[] =
     "  --only NAME[,...]    these experiments, or those whose names begin so\n"
     "  --quick              small sizes, short runs\n"
     "  --response NAME      coupled (default) or paper\n"
-    "  --motion-space NAME  cone or polyhedral, of the response paper\n"
+    "  --motion-space NAME  cone (default) or polyhedral, of the response paper\n"
     "  --integrator NAME    implicit-euler (default), crank-nicolson or bdf2\n"
     "  --threads N          default 1\n"
     "  --csv FILE           the rows\n"
@@ -38,11 +38,17 @@ static const char *take_value(char ***argument) {
     return **argument;
 }
 
+/* A motion space belongs to the response paper only. */
+static void complete_options(validation_options *options) {
+    bool const is_paper = strcmp(options->response, "paper") == 0;
+    if (!options->motion_space) options->motion_space = is_paper ? "cone" : "-";
+    if (!is_paper && strcmp(options->motion_space, "-") != 0)
+        refuse("only the response paper has a motion space, not ", options->response);
+}
+
 static command_line read_command_line(char **argument) {
-    command_line line = {.options = {.threads = 1,
-                                     .response = "coupled",
-                                     .motion_space = "-",
-                                     .integrator = "implicit-euler"}};
+    command_line line = {
+        .options = {.threads = 1, .response = "coupled", .integrator = "implicit-euler"}};
     while (*++argument) {
         const char *const name = *argument;
         if (strcmp(name, "--list") == 0) {
@@ -67,26 +73,29 @@ static command_line read_command_line(char **argument) {
             refuse("unknown option ", name);
         }
     }
+    complete_options(&line.options);
     return line;
 }
 
-static void choose_integrator(const validation_options *options, tulle_world_def *def) {
-    static const char *const names[] = {"implicit-euler", "crank-nicolson", "bdf2"};
-    static const tulle_integrator values[] = {
-        TULLE_INTEGRATOR_IMPLICIT_EULER, TULLE_INTEGRATOR_CRANK_NICOLSON, TULLE_INTEGRATOR_BDF2};
-    for (size_t i = 0; i < sizeof names / sizeof names[0]; i++) {
-        if (strcmp(options->integrator, names[i]) == 0) {
-            def->integrator = values[i];
-            return;
-        }
-    }
-    refuse("unknown integrator ", options->integrator);
+/* Place of `name` among `names`, which null ends. */
+static int choose(const char *const *names, const char *name, const char *what) {
+    for (int i = 0; names[i]; i++)
+        if (strcmp(name, names[i]) == 0) return i;
+    refuse(what, name);
 }
 
-static void choose_response(const validation_options *options, tulle_world_def *def) {
-    (void)def;
-    if (strcmp(options->response, "coupled") != 0)
-        refuse("this build does not know the response ", options->response);
+/* The fields of the def that the options name. */
+static void apply_options(const validation_options *options, tulle_world_def *def) {
+    static const char *const integrators[] = {"implicit-euler", "crank-nicolson", "bdf2", NULL};
+    static const char *const responses[] = {"coupled", "paper", NULL};
+    static const char *const motion_spaces[] = {"cone", "polyhedral", NULL};
+    def->integrator =
+        (tulle_integrator)choose(integrators, options->integrator, "unknown integrator ");
+    def->response = (tulle_response)choose(responses, options->response, "unknown response ");
+    if (def->response == TULLE_RESPONSE_PAPER)
+        def->motion_space = (tulle_motion_space)choose(motion_spaces, options->motion_space,
+                                                       "unknown motion space ");
+    def->threads = options->threads;
 }
 
 /* Whether `name` or its beginning is among the comma-separated `list`. */
@@ -173,9 +182,7 @@ int main(int count, char **arguments) {
                            .table = &table,
                            .totals = &totals,
                            .plot_directory = line.plots};
-    choose_integrator(&line.options, &run.def);
-    choose_response(&line.options, &run.def);
-    run.def.threads = line.options.threads;
+    apply_options(&line.options, &run.def);
     size_t run_count = 0;
     for (const experiment *const *group = validation_groups; *group; group++) {
         for (const experiment *entry = *group; entry->name; entry++) {
