@@ -1,5 +1,6 @@
 /* Times passes of the detector on inputs that bench/make_inputs.sh makes of scenes.
- * Usage: bench_detect [options] [kinds] [angles] [growth] [busy]      (no table named: all)
+ * Usage: bench_detect [options] [kinds] [angles] [growth] [busy] [alarms]
+ * (no table named: all)
  *   --runs DIR      recorded runs (default: build/bench_inputs)
  *   --input NAME    this input only
  *   --frame N       this frame of it, with the motion as simulated
@@ -23,7 +24,8 @@ typedef struct bench_table {
 static const bench_table tables[] = {{"kinds", print_kinds},
                                      {"angles", print_angles},
                                      {"growth", print_growth},
-                                     {"busy", print_busy}};
+                                     {"busy", print_busy},
+                                     {"alarms", print_alarms}};
 enum { TABLE_COUNT = sizeof tables / sizeof *tables };
 
 static void fail(const char *what, const char *word) {

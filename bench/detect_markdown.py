@@ -121,6 +121,18 @@ def print_busy(rows):
     print_table(["input", "method", "idle [ms]", "busy [ms]", "busy, 9th decile", "busy / idle"], out)
 
 
+def print_alarms(rows):
+    out = []
+    for row in rows:
+        tested = max(number(row, "tested_pairs"), 1.0)
+        keys = ("box_pairs", "coplanar_pairs", "filtered_pairs", "tested_pairs", "events", "touching",
+                "missed", "false_alarms")
+        out.append([row["input"], row["run"], row["motions"]] + [millions(row[key]) for key in keys]
+                   + [f"{100.0 * number(row, 'false_alarms') / tested:.2f} %"])
+    print_table(["input", "times the step", "motions", "box pairs", "coplanar", "filtered", "tested",
+                 "events", "truly touch", "missed", "false alarms", "of tested"], out)
+
+
 def fill(path, texts):
     """Puts each table between its marks; tables that the CSV lacks stay."""
     with open(path, encoding="utf-8") as file:
@@ -139,7 +151,7 @@ def main():
     with open(sys.argv[1], newline="", encoding="utf-8") as file:
         rows = list(csv.DictReader(file))
     printers = {"kinds": print_kinds, "angles": print_angles, "growth": print_growth,
-                "busy": print_busy}
+                "busy": print_busy, "alarms": print_alarms}
     texts = {}
     for name, printer in printers.items():
         chosen = [row for row in rows if row["table"].startswith(name)]

@@ -30,6 +30,8 @@ void print_angles(const bench_options *options);
 void print_growth(const bench_options *options);
 /* A pass beside a foreign busy loop on one of two processors. */
 void print_busy(const bench_options *options);
+/* Reported pairs that do not touch, by rational arithmetic. */
+void print_alarms(const bench_options *options);
 
 /* A def of a method with the defaults of the library; threads 0 is not allowed. */
 measured_run make_run(tulle_detect_method method, int threads);

@@ -119,7 +119,7 @@ static vec3 find_closest_direction(feature_kind kind, const moving_pair *pair, d
     return closest.difference;
 }
 
-static bool is_surely_apart(feature_kind kind, const moving_pair *pair, double distance) {
+bool is_pair_surely_apart(feature_kind kind, const moving_pair *pair, double distance) {
     double unused;
     for (int part = 0; part < 4; part++) {
         double const from = 0.25 * part, to = from + 0.25;
@@ -172,7 +172,7 @@ static void judge_pair(const patch_features *patch, feature_kind kind, const pat
         verdict->nearest_time = t;
         verdict->nearest = found;
     }
-    if (!may_be_near || is_surely_apart(kind, &pair, 2.0 * patch->reach)) return;
+    if (!may_be_near || is_pair_surely_apart(kind, &pair, 2.0 * patch->reach)) return;
     if (!is_violation(patch, kind, &pair)) return;
     if (verdict->violation_count++ == 0) verdict->violation = found;
 }

@@ -29,4 +29,8 @@ patch_verdict judge_patches(const open_surface *of, const uint32_t *labels, uint
 
 void load_moving_pair(const open_surface *of, const uint32_t vertices[4], moving_pair *pair);
 
+/* Whether separating directions in long double prove that the pair keeps more than `distance` [m].
+ * Needs no rationals; false proves nothing. */
+bool is_pair_surely_apart(feature_kind kind, const moving_pair *pair, double distance);
+
 #endif
