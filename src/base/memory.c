@@ -5,7 +5,12 @@
 #include <stdlib.h>
 #include <string.h>
 
-enum { BLOCK_ALIGNMENT = 64 }; /* [bytes] a cache line, and the widest vector */
+enum {
+    BLOCK_ALIGNMENT = 64,     /* [bytes] a cache line, and the widest vector */
+    FEWEST_ELEMENTS = 16,     /* of an array that grows, */
+    FEWEST_BYTES_MOST = 4096, /* [bytes] unless they take more than this */
+    TRIM_SHARE = 16           /* of the elements may be room that is not worth a copy */
+};
 
 static void *default_allocate(void *context, size_t byte_count) {
     (void)context;
@@ -66,7 +71,8 @@ bool array_reserve(memory *heap, void **data, size_t *capacity, size_t count, si
     if (needed <= *capacity && *data) return true;
     size_t wanted = *capacity + *capacity / 2;
     if (wanted < needed) wanted = needed;
-    if (wanted < 16) wanted = 16;
+    if (wanted < FEWEST_ELEMENTS && element_size <= FEWEST_BYTES_MOST / FEWEST_ELEMENTS)
+        wanted = FEWEST_ELEMENTS;
     if (wanted > SIZE_MAX / 2 / element_size) return false;
     void *const grown = memory_allocate(heap, wanted * element_size);
     if (!grown) return false;
@@ -75,4 +81,17 @@ bool array_reserve(memory *heap, void **data, size_t *capacity, size_t count, si
     *data = grown;
     *capacity = wanted;
     return true;
+}
+
+void array_trim(memory *heap, void **data, size_t *capacity, size_t count, size_t element_size) {
+    if (*capacity - count <= count / TRIM_SHARE) return;
+    void *trimmed = NULL;
+    if (count > 0) {
+        trimmed = memory_allocate(heap, count * element_size);
+        if (!trimmed) return;
+        memcpy(trimmed, *data, count * element_size);
+    }
+    memory_release(heap, *data, *capacity * element_size);
+    *data = trimmed;
+    *capacity = count;
 }

@@ -32,6 +32,9 @@ void memory_release(memory *heap, void *pointer, size_t byte_count);
  */
 bool array_reserve(memory *heap, void **data, size_t *capacity, size_t count, size_t needed,
                    size_t element_size);
+/* Moves an array to a place of its size where much room is left beyond its `count` elements, and
+ * memory for that is there. */
+void array_trim(memory *heap, void **data, size_t *capacity, size_t count, size_t element_size);
 
 /* A typed growable array; zeroed is empty. */
 #define ARRAY(type)                                                                                \
@@ -43,6 +46,9 @@ bool array_reserve(memory *heap, void **data, size_t *capacity, size_t count, si
 #define ARRAY_RESERVE(heap, array, extra)                                                          \
     array_reserve((heap), (void **)&(array)->data, &(array)->capacity, (array)->count,             \
                   (array)->count + (extra), sizeof *(array)->data)
+#define ARRAY_TRIM(heap, array)                                                                    \
+    array_trim((heap), (void **)&(array)->data, &(array)->capacity, (array)->count,                \
+               sizeof *(array)->data)
 #define ARRAY_FREE(heap, array)                                                                    \
     (memory_release((heap), (array)->data, (array)->capacity * sizeof *(array)->data),             \
      (array)->data = NULL, (array)->count = (array)->capacity = 0)

@@ -11,7 +11,7 @@
 
 /* Room for the node pairs among which stage 7 shares out its work; more only where they all meet.
  */
-enum { SEARCH_TASKS = 4096 };
+enum { SEARCH_TASKS = 4096, TRIANGLES_PER_TASK = 16 };
 
 static void *allocate(memory *heap, size_t count, size_t size) {
     return count == 0 ? NULL : memory_allocate_zeroed(heap, count, size);
@@ -73,8 +73,11 @@ static bool reserve_parts(broad_phase *broad, const surface_set *set) {
     broad->leaves = allocate(heap, broad->leaf_capacity, sizeof *broad->leaves);
     broad->blocks = allocate(heap, broad->block_capacity, sizeof *broad->blocks);
     broad->fit_tasks = allocate(heap, broad->fit_task_capacity, sizeof *broad->fit_tasks);
+    size_t const task_count = broad->triangle_count / TRIANGLES_PER_TASK;
     for (int k = 0; k < 2; k++)
-        if (!ARRAY_RESERVE(heap, &broad->search_tasks[k], SEARCH_TASKS)) return false;
+        if (!ARRAY_RESERVE(heap, &broad->search_tasks[k],
+                           task_count < SEARCH_TASKS ? task_count : SEARCH_TASKS))
+            return false;
     return (broad->vertex_boxes || broad->vertex_count == 0) &&
            (broad->records || broad->vertex_count == 0) &&
            (broad->leaves || broad->leaf_capacity == 0) && broad->blocks &&

@@ -112,8 +112,8 @@ static tulle_status make_parts(tulle_detector *detector, const tulle_detect_def 
     detector->set.surface_count = surface_count;
     if (!reserve_parts(detector, def, surface_count))
         return out_of_memory(error, "the surfaces of the detector");
-    tulle_status const status = topology_build(&detector->heap, def->triangles, def->triangle_count,
-                                               def->vertex_count, &detector->topo);
+    tulle_status const status = topology_build_small(
+        &detector->heap, def->triangles, def->triangle_count, def->vertex_count, &detector->topo);
     if (status == TULLE_ERROR_LIMIT)
         return error_set(error, status, "%zu triangles are too many: their edges cannot be counted",
                          def->triangle_count);

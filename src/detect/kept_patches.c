@@ -99,8 +99,7 @@ void kept_patches_destroy(kept_patches *patches) {
     ARRAY_FREE(heap, &patches->tasks);
     ARRAY_FREE(heap, &patches->contour_scratch);
     growth_scratch *const growth = &patches->growth;
-    memory_release(heap, growth->cones, patches->topo->triangle_count * sizeof(normal_cone));
-    memory_release(heap, growth->limits, patches->topo->triangle_count * sizeof(double));
+    release_cones(patches);
     memory_release(heap, growth->queue, triangle_bytes);
     memory_release(heap, growth->local, vertex_bytes);
     memory_release(heap, growth->stamps, vertex_bytes);
@@ -248,6 +247,17 @@ static tulle_status grow_isolated(kept_patches *patches, const growth_input *inp
     return TULLE_OK;
 }
 
+/* Gives back what only growth and its slack took, once patches are what they are to be kept. */
+static void shrink_patches(kept_patches *patches) {
+    memory *const heap = patches->heap;
+    ARRAY_TRIM(heap, &patches->patches);
+    ARRAY_TRIM(heap, &patches->triangles);
+    ARRAY_TRIM(heap, &patches->corners);
+    ARRAY_TRIM(heap, &patches->vertices);
+    ARRAY_TRIM(heap, &patches->points);
+    ARRAY_TRIM(heap, &patches->loops);
+}
+
 static tulle_status grow_first(kept_patches *patches, const growth_input *input,
                                patch_counts *counts) {
     patch_schedule *const schedule = &patches->schedule;
@@ -311,8 +321,10 @@ static tulle_status keep_patches(kept_patches *patches, const growth_input *inpu
     if (input->rules->has_certificate && !input->rules->keeps_all && has_grown)
         switch_off(patches, input->step->set);
     uint64_t const dead = schedule->dead_triangle_count;
-    if (dead > COMPACT_TRIANGLE_MIN && dead > measure_cover(patches, input->step->set).covered)
-        status = compact_patches(patches);
+    bool const compacts =
+        dead > COMPACT_TRIANGLE_MIN && dead > measure_cover(patches, input->step->set).covered;
+    if (compacts) status = compact_patches(patches);
+    if (has_grown || compacts) shrink_patches(patches);
     return status;
 }
 
@@ -328,6 +340,7 @@ tulle_status update_patches(kept_patches *patches, const patch_step *step, const
     growth_input const input = {step, rules, keeps_small ? 1 : KEPT_MINIMUM};
     tulle_status status = rules->grows_anew ? grow_first(patches, &input, counts)
                                             : keep_patches(patches, &input, counts);
+    if (!rules->grows_anew) release_cones(patches);
     if (status == TULLE_OK) status = prepare_checks(patches, step->threads);
     if (status != TULLE_OK) {
         drop_patches(patches);

@@ -59,10 +59,11 @@ typedef struct patch_schedule {
 
 /* Scratch of growth; one entry a triangle or a vertex. */
 typedef struct growth_scratch {
-    normal_cone *cones;      /* of triangles without patch; not valid: not to be used */
-    double *limits;          /* [rad] of triangles: half-angle of the widest patch that they join */
-    uint32_t *queue;         /* triangles in the order in which they joined */
-    uint32_t *local;         /* vertex: its number in the patch; where stamp is the present one */
+    normal_cone *cones; /* of triangles without patch; not valid: not to be used. Null, as limits,
+                           but while all is grown */
+    double *limits;     /* [rad] of triangles: half-angle of the widest patch that they join */
+    uint32_t *queue;    /* triangles in the order in which they joined */
+    uint32_t *local;    /* vertex: its number in the patch; where stamp is the present one */
     uint32_t *stamps, stamp; /* stamps: of each vertex */
     uint32_t *next;          /* by local number: the next vertex of the boundary */
 } growth_scratch;
@@ -122,8 +123,10 @@ tulle_status repair_patch(kept_patches *patches, const growth_input *input, uint
                           patch_counts *counts);
 /* Its triangles become isolated. */
 void dissolve_patch(kept_patches *patches, uint32_t index);
-/* Allocates scratch of growth, when there is none. */
+/* Allocates scratch of growth but for cones and limits, when there is none. */
 tulle_status reserve_growth(kept_patches *patches);
+/* Frees cones and limits. */
+void release_cones(kept_patches *patches);
 /* Appends a patch of triangles that are a disc in this order (any order without certificate);
  * INVALID_ARGUMENT where they are none. */
 tulle_status append_patch(kept_patches *patches, const uint32_t *triangles, size_t count, vec3 axis,

@@ -6,7 +6,7 @@
 #include <string.h>
 
 enum {
-    BLOCKS_PER_WORKER = 16, /* room that every pass starts with */
+    BLOCKS_PER_WORKER = 8, /* room that every pass starts with */
     DIGIT_BITS = 11,
     DIGITS = 1 << DIGIT_BITS,
     INSERTION_MOST = 24, /* events: fewer than this are faster sorted by insertion */
@@ -80,7 +80,7 @@ static bool sort_digit(const raw_event *from, raw_event *to, size_t count, unsig
     return true;
 }
 
-/* Sorts events of one kind in `events`, with as much space. */
+/* Sorts events of one kind in `events`, with as much room in `space`. */
 static void sort_by_key(raw_event *events, raw_event *space, size_t count) {
     if (count <= INSERTION_MOST) {
         sort_by_insertion(events, count);
@@ -109,7 +109,7 @@ static size_t gather_kind(const event_store *store, size_t filled, feature_kind 
 
 bool event_store_sort(memory *heap, event_store *store, bool only_earliest) {
     size_t const filled = atomic_load(&store->block_count) * EVENT_BLOCK;
-    if (!ARRAY_RESERVE(heap, &store->sorted, 2 * store->events.capacity)) return false;
+    if (!ARRAY_RESERVE(heap, &store->sorted, store->events.capacity)) return false;
     double latest = 1.0;
     for (size_t i = 0; only_earliest && i < filled; i++) {
         const raw_event *const event = &store->events.data[i];
@@ -118,8 +118,9 @@ bool event_store_sort(memory *heap, event_store *store, bool only_earliest) {
     raw_event *const sorted = store->sorted.data;
     size_t const first = gather_kind(store, filled, FEATURE_VERTEX_TRIANGLE, latest, sorted);
     size_t const second = gather_kind(store, filled, FEATURE_EDGE_EDGE, latest, sorted + first);
-    sort_by_key(sorted, sorted + filled, first);
-    sort_by_key(sorted + first, sorted + filled, second);
+    /* what was gathered from the blocks need not stay there */
+    sort_by_key(sorted, store->events.data, first);
+    sort_by_key(sorted + first, store->events.data, second);
     store->sorted.count = first + second;
     return true;
 }

@@ -11,8 +11,8 @@
 enum { EVENT_BLOCK = 64 };
 
 typedef struct event_store {
-    ARRAY(raw_event) events;    /* blocks as claimed; count is unused */
-    ARRAY(raw_event) sorted;    /* the result; also space for sorting */
+    ARRAY(raw_event) events;    /* blocks as claimed, then space for sorting; count is unused */
+    ARRAY(raw_event) sorted;    /* the result */
     _Atomic size_t block_count; /* claimed, also beyond the capacity */
 } event_store;
 

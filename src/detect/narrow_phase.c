@@ -12,6 +12,8 @@
 
 #include <string.h>
 
+enum { FILTER_PART = 512 }; /* pairs of a batch that are filtered at a time */
+
 /* No event is later: everything is wanted. */
 static const double NO_LIMIT = 2.0;
 
@@ -19,8 +21,8 @@ typedef struct narrow_worker {
     narrow_phase_counts counts;
     impact_pool pools[2]; /* of each feature_kind */
     impact_result results[IMPACT_POOL_SIZE];
-    uint32_t first[PAIR_BATCH_SIZE + 8], second[PAIR_BATCH_SIZE + 8]; /* pairs being filtered */
-    double separations[PAIR_BATCH_SIZE + 8];
+    uint32_t first[FILTER_PART + 8], second[FILTER_PART + 8]; /* pairs being filtered */
+    double separations[FILTER_PART + 8];
     uint32_t odd[IMPACT_POOL_SIZE];
     event_writer writer;
 } narrow_worker;
@@ -188,14 +190,17 @@ static void test_odd_pair(narrow_phase *narrow, const pair_tables *tables, const
     add_event(narrow, tables, pairs->kind, &result, own);
 }
 
-/* The pairs of the batch with their separations, in the worker's arrays. */
-static slot_pairs take_batch(const narrow_phase *narrow, const pair_tables *tables,
-                             const pair_batch *batch, narrow_worker *own) {
-    slot_pairs const pairs = {batch->kind, batch->count, batch->first, batch->second,
+/* Pairs of the batch from `begin` on with their separations, FILTER_PART at most; these are in the
+ * worker's array. */
+static slot_pairs take_part(const narrow_phase *narrow, const pair_tables *tables,
+                            const pair_batch *batch, size_t begin, narrow_worker *own) {
+    size_t const left = batch->count - begin;
+    slot_pairs const pairs = {batch->kind, left < FILTER_PART ? left : FILTER_PART,
+                              batch->first + begin, batch->second + begin,
                               narrow->has_separation ? own->separations : NULL};
-    for (size_t i = 0; narrow->has_separation && i < batch->count; i++)
+    for (size_t i = 0; narrow->has_separation && i < pairs.count; i++)
         own->separations[i] =
-            find_slot_separation(narrow, tables, batch->kind, batch->first[i], batch->second[i]);
+            find_slot_separation(narrow, tables, batch->kind, pairs.first[i], pairs.second[i]);
     return pairs;
 }
 
@@ -226,13 +231,15 @@ void consume_pairs(void *context, const pair_tables *tables, const pair_batch *b
     narrow_phase *const narrow = context;
     narrow_worker *const own = &narrow->workers[worker];
     double const began = timer_now(), impact_began = own->counts.impact_seconds;
-    slot_pairs const pairs = take_batch(narrow, tables, batch, own);
-    slot_pairs kept = {pairs.kind, 0, own->first, own->second, pairs.separations};
-    kept.count = TULLE_PICK_KERNEL(filter_coplanarity)(tables, &pairs, own->first, own->second,
-                                                       own->separations);
-    for (size_t i = 0; i < kept.count; i++)
-        order_slots(tables, batch->kind, &own->first[i], &own->second[i]);
-    begin_pairs(narrow, tables, kept, own);
+    for (size_t begin = 0; begin < batch->count; begin += FILTER_PART) {
+        slot_pairs const pairs = take_part(narrow, tables, batch, begin, own);
+        slot_pairs kept = {pairs.kind, 0, own->first, own->second, pairs.separations};
+        kept.count = TULLE_PICK_KERNEL(filter_coplanarity)(tables, &pairs, own->first, own->second,
+                                                           own->separations);
+        for (size_t i = 0; i < kept.count; i++)
+            order_slots(tables, batch->kind, &own->first[i], &own->second[i]);
+        begin_pairs(narrow, tables, kept, own);
+    }
     own->counts.candidate_count += batch->count;
     own->counts.filter_seconds += timer_now() - began - (own->counts.impact_seconds - impact_began);
 }

@@ -36,20 +36,34 @@ tulle_status reserve_growth(kept_patches *patches) {
     size_t const triangle_count = patches->topo->triangle_count;
     size_t const vertex_count = patches->topo->vertex_count;
     memory *const heap = patches->heap;
-    if (!growth->cones)
-        growth->cones = memory_allocate_zeroed(heap, triangle_count, sizeof(normal_cone));
-    if (!growth->limits)
-        growth->limits = memory_allocate_zeroed(heap, triangle_count, sizeof(double));
     if (!growth->queue)
         growth->queue = memory_allocate_zeroed(heap, triangle_count, sizeof(uint32_t));
     if (!growth->local)
         growth->local = memory_allocate_zeroed(heap, vertex_count, sizeof(uint32_t));
     if (!growth->stamps)
         growth->stamps = memory_allocate_zeroed(heap, vertex_count, sizeof(uint32_t));
-    if (!growth->cones || !growth->limits || !growth->queue || !growth->local || !growth->stamps)
-        return TULLE_ERROR_OUT_OF_MEMORY;
+    if (!growth->queue || !growth->local || !growth->stamps) return TULLE_ERROR_OUT_OF_MEMORY;
     growth->next = memory_allocate_zeroed(heap, vertex_count, sizeof(uint32_t));
     return growth->next ? TULLE_OK : TULLE_ERROR_OUT_OF_MEMORY;
+}
+
+static tulle_status reserve_cones(kept_patches *patches) {
+    growth_scratch *const growth = &patches->growth;
+    size_t const count = patches->topo->triangle_count;
+    if (!growth->cones)
+        growth->cones = memory_allocate(patches->heap, count * sizeof *growth->cones);
+    if (!growth->limits)
+        growth->limits = memory_allocate(patches->heap, count * sizeof *growth->limits);
+    return growth->cones && growth->limits ? TULLE_OK : TULLE_ERROR_OUT_OF_MEMORY;
+}
+
+void release_cones(kept_patches *patches) {
+    growth_scratch *const growth = &patches->growth;
+    size_t const count = patches->topo->triangle_count;
+    memory_release(patches->heap, growth->cones, count * sizeof *growth->cones);
+    memory_release(patches->heap, growth->limits, count * sizeof *growth->limits);
+    growth->cones = NULL;
+    growth->limits = NULL;
 }
 
 /* ---- what may join ---- */
@@ -279,12 +293,14 @@ static void relabel(kept_patches *patches, const uint32_t *list, size_t begin, s
     for (size_t i = begin; i < end; i++) patches->labels[list[i]] = label;
 }
 
-/* Triangles that may not be tried again in this growth. */
+/* A triangle that may not be tried again, if this is a growth of all. */
+static void isolate(kept_patches *patches, uint32_t triangle) {
+    patches->labels[triangle] = PATCH_ISOLATED;
+    if (patches->growth.cones) patches->growth.cones[triangle] = no_cone;
+}
+
 static void give_up(kept_patches *patches, const uint32_t *list, size_t count) {
-    for (size_t i = 0; i < count; i++) {
-        patches->labels[list[i]] = PATCH_ISOLATED;
-        patches->growth.cones[list[i]] = no_cone;
-    }
+    for (size_t i = 0; i < count; i++) isolate(patches, list[i]);
 }
 
 /* Grows the staged patch again without the triangles that may turn. Returns how many joined. */
@@ -298,8 +314,10 @@ static size_t leave_out_turned(kept_patches *patches, const kept_patch *patch, d
         const uint32_t *const corner = corners + 3 * i;
         bool const passes = reach > 0.0 && find_turn_sign(&points[corner[0]], &points[corner[1]],
                                                           &points[corner[2]], reach) == 1;
-        patches->labels[list[i]] = passes ? LABEL_PASSED : PATCH_ISOLATED;
-        if (!passes) patches->growth.cones[list[i]] = no_cone;
+        if (passes)
+            patches->labels[list[i]] = LABEL_PASSED;
+        else
+            isolate(patches, list[i]);
         if (passes && seed == TULLE_NONE) seed = list[i];
     }
     size_t const joined = seed == TULLE_NONE ? 0 : spread_among_passed(patches, seed, label);
@@ -406,6 +424,7 @@ static void find_cones(void *context, size_t begin, size_t end, size_t chunk, in
 tulle_status grow_kept_patches(kept_patches *patches, const growth_input *input,
                                patch_counts *counts) {
     tulle_status status = reserve_growth(patches);
+    if (status == TULLE_OK) status = reserve_cones(patches);
     if (status != TULLE_OK) return status;
     patches->version++;
     size_t const triangle_count = patches->topo->triangle_count;

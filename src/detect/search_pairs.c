@@ -219,7 +219,7 @@ static bool reserve_workers(broad_phase *broad, int threads) {
     for (size_t s = 0; s < broad->surface_count; s++)
         if (broad->trees[s].level_count > most_levels) most_levels = broad->trees[s].level_count;
     /* a list for each level and the leaves; voxel trees come to have some levels more or fewer */
-    broad->list_count = most_levels + 4;
+    broad->list_count = most_levels + (broad->method == BROAD_PHASE_REFIT ? 1 : 4);
     broad->outputs.count = broad->lists.count = 0;
     return ARRAY_RESERVE(broad->heap, &broad->outputs, (size_t)threads) &&
            ARRAY_RESERVE(broad->heap, &broad->lists, (size_t)threads * broad->list_count);

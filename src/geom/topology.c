@@ -57,8 +57,10 @@ static size_t number_edges(topology *topo, const uint32_t *sorted) {
 
 /* Ends, triangles and opposite corners of each edge; triangle order makes the triangles ascend. */
 static void fill_edges(topology *topo) {
-    for (size_t e = 0; e < 2 * topo->edge_count; e++)
-        topo->edge_triangles[e] = topo->edge_opposites[e] = TULLE_NONE;
+    for (size_t e = 0; e < 2 * topo->edge_count; e++) {
+        topo->edge_triangles[e] = TULLE_NONE;
+        if (topo->edge_opposites) topo->edge_opposites[e] = TULLE_NONE;
+    }
     for (uint32_t h = 0; h < 3 * topo->triangle_count; h++) {
         size_t const e = topo->triangle_edges[h];
         size_t slot = 2 * e;
@@ -67,7 +69,7 @@ static void fill_edges(topology *topo) {
         topo->edges[2 * e + 1] = get_end(topo->triangles, h, true);
         if (topo->edge_triangles[slot] != TULLE_NONE) continue;
         topo->edge_triangles[slot] = h / 3;
-        topo->edge_opposites[slot] = topo->triangles[opposite_corner(h)];
+        if (topo->edge_opposites) topo->edge_opposites[slot] = topo->triangles[opposite_corner(h)];
     }
 }
 
@@ -128,30 +130,35 @@ static bool find_edges(memory *heap, topology *topo) {
     return has_memory;
 }
 
-/* Everything that hangs on the numbered edges. */
-static bool fill_topology(memory *heap, topology *topo) {
+/* Everything that hangs on the numbered edges; is_small: see topology_build_small. */
+static bool fill_topology(memory *heap, topology *topo, bool is_small) {
     size_t const edge_count = topo->edge_count, vertex_count = topo->vertex_count;
     topo->edges = new_indices(heap, 2 * edge_count);
     topo->edge_triangles = new_indices(heap, 2 * edge_count);
-    topo->edge_opposites = new_indices(heap, 2 * edge_count);
-    if (!topo->edges || !topo->edge_triangles || !topo->edge_opposites) return false;
-    if (!create_adjacency(heap, vertex_count, 3 * topo->triangle_count, &topo->vertex_triangles) ||
-        !create_adjacency(heap, vertex_count, 2 * edge_count, &topo->vertex_edges) ||
-        !create_adjacency(heap, vertex_count, 2 * edge_count, &topo->vertex_neighbours))
+    if (!topo->edges || !topo->edge_triangles ||
+        !create_adjacency(heap, vertex_count, 3 * topo->triangle_count, &topo->vertex_triangles))
         return false;
+    if (!is_small) {
+        topo->edge_opposites = new_indices(heap, 2 * edge_count);
+        if (!topo->edge_opposites ||
+            !create_adjacency(heap, vertex_count, 2 * edge_count, &topo->vertex_edges) ||
+            !create_adjacency(heap, vertex_count, 2 * edge_count, &topo->vertex_neighbours))
+            return false;
+    }
     fill_edges(topo);
     fill_adjacency(topo->triangles, 3 * topo->triangle_count, 3, &topo->vertex_triangles);
+    if (is_small) return true;
     fill_adjacency(topo->edges, 2 * edge_count, 2, &topo->vertex_edges);
     fill_neighbours(topo);
     return true;
 }
 
-tulle_status topology_build(memory *heap, const uint32_t *triangles, size_t triangle_count,
-                            size_t vertex_count, topology *result) {
-    topology topo = {.vertex_count = vertex_count, .triangle_count = triangle_count};
+static tulle_status build(memory *heap, const uint32_t *triangles, topology topo, bool is_small,
+                          topology *result) {
+    size_t const triangle_count = topo.triangle_count;
     *result = (topology){0};
     /* Half-edges and edges are numbered with 32 bits. */
-    if (triangle_count > (TULLE_NONE - 1) / 3 || vertex_count > TULLE_NONE - 1)
+    if (triangle_count > (TULLE_NONE - 1) / 3 || topo.vertex_count > TULLE_NONE - 1)
         return TULLE_ERROR_LIMIT;
     topo.triangles = new_indices(heap, 3 * triangle_count);
     topo.triangle_edges = new_indices(heap, 3 * triangle_count);
@@ -159,7 +166,7 @@ tulle_status topology_build(memory *heap, const uint32_t *triangles, size_t tria
     if (has_memory) {
         if (triangle_count > 0)
             memcpy(topo.triangles, triangles, 3 * triangle_count * sizeof *triangles);
-        has_memory = find_edges(heap, &topo) && fill_topology(heap, &topo);
+        has_memory = find_edges(heap, &topo) && fill_topology(heap, &topo, is_small);
     }
     if (!has_memory) {
         topology_destroy(heap, &topo);
@@ -167,6 +174,18 @@ tulle_status topology_build(memory *heap, const uint32_t *triangles, size_t tria
     }
     *result = topo;
     return TULLE_OK;
+}
+
+tulle_status topology_build(memory *heap, const uint32_t *triangles, size_t triangle_count,
+                            size_t vertex_count, topology *result) {
+    topology const empty = {.vertex_count = vertex_count, .triangle_count = triangle_count};
+    return build(heap, triangles, empty, false, result);
+}
+
+tulle_status topology_build_small(memory *heap, const uint32_t *triangles, size_t triangle_count,
+                                  size_t vertex_count, topology *result) {
+    topology const empty = {.vertex_count = vertex_count, .triangle_count = triangle_count};
+    return build(heap, triangles, empty, true, result);
 }
 
 void topology_destroy(memory *heap, topology *topo) {

@@ -28,6 +28,10 @@ typedef struct topology {
 /* Builds all of it. Indices must be < vertex_count and the corners of each triangle distinct. */
 tulle_status topology_build(memory *heap, const uint32_t *triangles, size_t triangle_count,
                             size_t vertex_count, topology *result);
+/* Without edge_opposites, vertex_edges and vertex_neighbours, which are null: 40 bytes a triangle
+ * less. */
+tulle_status topology_build_small(memory *heap, const uint32_t *triangles, size_t triangle_count,
+                                  size_t vertex_count, topology *result);
 void topology_destroy(memory *heap, topology *topo);
 
 #endif
