@@ -65,8 +65,8 @@ typedef struct tulle_error {
 /* Memory of a world comes through these. `allocate` returns null on failure; memory needs alignment
  * of 64 bytes at most, which the library arranges itself. `release` receives the size that was
  * asked for. Both may be called from the thread that called the library, and from its workers, but
- * never concurrently for one world. Both null: malloc and free. The judge takes
- * memory of its own by malloc, also when a world asks it. */
+ * never concurrently for one world. Both null: malloc and free; one of them alone is refused with
+ * INVALID_ARGUMENT. The judge takes memory of its own by malloc, also when a world asks it. */
 typedef struct tulle_allocator {
     void *(*allocate)(void *context, size_t byte_count);
     void (*release)(void *context, void *pointer, size_t byte_count);

@@ -80,7 +80,7 @@ typedef struct tulle_detect_def {
     int grows_patches_anew; /* 1: patches are grown at every call; 0: kept and checked again.
                                TULLE_DETECT_PAPER always grows */
     int threads;            /* 0: one per processor .. 256 */
-    tulle_allocator allocator; /* zeroed: malloc without a limit */
+    tulle_allocator allocator; /* zeroed: malloc without a limit; see tulle/base.h */
 } tulle_detect_def;
 /* patches, Bernstein cones, 60 degrees, certificate, kept, one thread per processor. */
 TULLE_API tulle_detect_def tulle_detect_def_default(void);
@@ -168,7 +168,8 @@ typedef struct tulle_detect_receiver {
 } tulle_detect_receiver;
 /* The same events in the same order, in batches of at most 1024, without keeping them:
  * result->events is null. A receiver that does not return 0 ends the call with
- * TULLE_ERROR_INTERRUPTED. */
+ * TULLE_ERROR_INTERRUPTED. A receiver must not call the same detector: finding and streaming from
+ * it are refused with INVALID_ARGUMENT and leave the stream as it is; destroying is undefined. */
 TULLE_API tulle_status tulle_detector_stream_events(tulle_detector *detector, const double *start,
                                                     const double *end,
                                                     tulle_detect_receiver receiver,
@@ -183,7 +184,8 @@ TULLE_API tulle_status tulle_detector_find_earliest(tulle_detector *detector, co
 
 /* Labels of the patches in use after the last call, one a triangle: a number above 0 for each
  * patch, not every number used; 0 for isolated triangles. Valid until the next call. Null before
- * the first call, where the last one ran out of memory, and for methods without patches. */
+ * the first call, where the last one failed (but for a receiver that stopped it), and for methods
+ * without patches. */
 TULLE_API const uint32_t *tulle_detector_get_patches(const tulle_detector *detector);
 
 #ifdef __cplusplus

@@ -24,7 +24,7 @@ static void default_release(void *context, void *pointer, size_t byte_count) {
 }
 
 memory memory_make(tulle_allocator allocator) {
-    if (!allocator.allocate || !allocator.release) {
+    if (!allocator.allocate) {
         allocator.allocate = default_allocate;
         allocator.release = default_release;
     }

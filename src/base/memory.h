@@ -14,7 +14,12 @@ typedef struct memory {
     uint64_t allocate_count; /* heap calls so far; a steady step makes none */
 } memory;
 
-/* A memory over the given allocator; both functions null selects malloc and free. */
+/* Whether an allocator has both functions, or none. */
+static inline bool allocator_is_whole(const tulle_allocator *allocator) {
+    return !allocator->allocate == !allocator->release;
+}
+/* A memory over the given allocator, which is whole; both functions null selects malloc and free.
+ */
 memory memory_make(tulle_allocator allocator);
 /* A memory over malloc without a limit. */
 memory memory_default(void);

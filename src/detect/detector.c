@@ -174,6 +174,11 @@ static tulle_status check_call(tulle_detector *detector, const detector_pass *pa
     if (!detector || !result)
         return error_set(error, TULLE_ERROR_INVALID_ARGUMENT, "the %s is null",
                          detector ? "result" : "detector");
+    if (detector->is_streaming)
+        return error_set(error, TULLE_ERROR_INVALID_ARGUMENT,
+                         "the detector was called from a receiver of its own events; call it after "
+                         "the stream has ended");
+    detector->labels = NULL;
     return detector_check_positions(detector, pass->start, pass->end, error);
 }
 
@@ -186,6 +191,14 @@ static tulle_detect_result make_result(const detector_pass *pass, double call_st
     return result;
 }
 
+/* Makes room for events of a pass that is done; without it the call has failed. */
+static bool reserve_events(tulle_detector *detector, size_t count) {
+    detector->events.count = 0;
+    if (ARRAY_RESERVE(&detector->heap, &detector->events, count)) return true;
+    detector->labels = NULL;
+    return false;
+}
+
 tulle_status tulle_detector_find_events(tulle_detector *detector, const double *start,
                                         const double *end, tulle_detect_result *result,
                                         tulle_error *error) {
@@ -195,9 +208,7 @@ tulle_status tulle_detector_find_events(tulle_detector *detector, const double *
     if (status == TULLE_OK) status = detector_run_pass(detector, &pass, error);
     if (status != TULLE_OK) return status;
     double const events_start = timer_now();
-    detector->events.count = 0;
-    if (!ARRAY_RESERVE(&detector->heap, &detector->events, pass.event_count))
-        return out_of_memory(error, "the events");
+    if (!reserve_events(detector, pass.event_count)) return out_of_memory(error, "the events");
     detector->events.count = pass.event_count;
     detector_fill_events(detector, &pass, 0, pass.event_count, detector->events.data);
     pass.statistics.event_seconds += timer_now() - events_start;
@@ -216,15 +227,16 @@ tulle_status tulle_detector_stream_events(tulle_detector *detector, const double
     tulle_status status = check_call(detector, &pass, result, error);
     if (status == TULLE_OK) status = detector_run_pass(detector, &pass, error);
     if (status != TULLE_OK) return status;
-    detector->events.count = 0;
-    if (!ARRAY_RESERVE(&detector->heap, &detector->events, STREAM_BATCH))
-        return out_of_memory(error, "a batch of events");
+    if (!reserve_events(detector, STREAM_BATCH)) return out_of_memory(error, "a batch of events");
     double const events_start = timer_now();
     for (size_t begin = 0; begin < pass.event_count; begin += STREAM_BATCH) {
         size_t const rest = pass.event_count - begin;
         size_t const count = rest < STREAM_BATCH ? rest : STREAM_BATCH;
         detector_fill_events(detector, &pass, begin, begin + count, detector->events.data);
-        if (receiver.receive(receiver.context, detector->events.data, count) != 0)
+        detector->is_streaming = true;
+        int const stops = receiver.receive(receiver.context, detector->events.data, count);
+        detector->is_streaming = false;
+        if (stops != 0)
             return error_set(error, TULLE_ERROR_INTERRUPTED, "the receiver asked to stop");
     }
     pass.statistics.event_seconds += timer_now() - events_start;
@@ -240,9 +252,7 @@ tulle_status tulle_detector_find_earliest(tulle_detector *detector, const double
     tulle_status status = check_call(detector, &pass, result, error);
     if (status == TULLE_OK) status = detector_run_pass(detector, &pass, error);
     if (status != TULLE_OK) return status;
-    detector->events.count = 0;
-    if (!ARRAY_RESERVE(&detector->heap, &detector->events, 1))
-        return out_of_memory(error, "an event");
+    if (!reserve_events(detector, 1)) return out_of_memory(error, "an event");
     size_t earliest = 0;
     for (size_t i = 1; i < pass.event_count; i++)
         if (pass.events[i].time < pass.events[earliest].time) earliest = i;

@@ -49,6 +49,8 @@ static tulle_status check_settings(const tulle_detect_def *def, tulle_error *err
     if (def->threads < 0 || def->threads > MOST_THREADS)
         return INVALID("%d threads; it must be 0 (one per processor) to %d", def->threads,
                        (int)MOST_THREADS);
+    if (!allocator_is_whole(&def->allocator))
+        return INVALID("the allocator has only one of its functions; give both or neither");
     return TULLE_OK;
 }
 

@@ -30,6 +30,7 @@ struct tulle_detector {
     narrow_phase *narrow;
     ARRAY(tulle_detect_event) events;
     const uint32_t *labels; /* of the last call; null: none */
+    bool is_streaming;      /* a receiver has the word */
 };
 
 /* What one pass over the candidates gives. */

@@ -41,7 +41,11 @@ static tulle_status make_stages(tulle_detector *detector, const double *rest) {
 tulle_status detector_shape_trees(tulle_detector *detector, const double *rest,
                                   tulle_error *error) {
     tulle_status const status = make_stages(detector, rest);
-    return status == TULLE_OK ? status : explain(status, error);
+    if (status != TULLE_OK) return explain(status, error);
+    /* only voxel trees look at what meets where again */
+    if (get_broad_method(detector->def.method) == BROAD_PHASE_REFIT)
+        topology_keep_corners(&detector->heap, &detector->topo);
+    return TULLE_OK;
 }
 
 void detector_destroy_stages(tulle_detector *detector) {
@@ -133,8 +137,7 @@ static tulle_status run_stages(tulle_detector *detector, detector_pass *pass) {
     statistics->patch_seconds = patched - began;
     if (status != TULLE_OK) return status;
     patch_labels patches = {0};
-    if (statistics->uses_patches)
-        patches = kept_patches_get_labelling(detector->patches);
+    if (statistics->uses_patches) patches = kept_patches_get_labelling(detector->patches);
     broad_phase_set_patches(detector->broad, patches);
     status = build_trees(detector->broad, &detector->set, pass->start, pass->end, detector->margin,
                          detector->threads);
@@ -155,5 +158,7 @@ tulle_status detector_run_pass(tulle_detector *detector, detector_pass *pass, tu
     if (status != TULLE_OK) return status;
     pass->statistics.tree_seconds = timer_now() - began;
     status = run_stages(detector, pass);
-    return status == TULLE_OK ? status : explain(status, error);
+    if (status == TULLE_OK) return status;
+    detector->labels = NULL;
+    return explain(status, error);
 }

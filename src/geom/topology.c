@@ -110,6 +110,7 @@ static bool create_adjacency(memory *heap, size_t count, size_t item_count, adja
 static void destroy_adjacency(memory *heap, adjacency *lists) {
     if (lists->begin) release_indices(heap, lists->begin, lists->count + 1);
     if (lists->items) release_indices(heap, lists->items, lists->item_count);
+    *lists = (adjacency){0};
 }
 
 /* Sorts and numbers the half-edges with scratch memory of its own. */
@@ -188,14 +189,19 @@ tulle_status topology_build_small(memory *heap, const uint32_t *triangles, size_
     return build(heap, triangles, empty, true, result);
 }
 
-void topology_destroy(memory *heap, topology *topo) {
-    if (topo->triangles) release_indices(heap, topo->triangles, 3 * topo->triangle_count);
+void topology_keep_corners(memory *heap, topology *topo) {
     if (topo->triangle_edges) release_indices(heap, topo->triangle_edges, 3 * topo->triangle_count);
-    if (topo->edges) release_indices(heap, topo->edges, 2 * topo->edge_count);
     if (topo->edge_triangles) release_indices(heap, topo->edge_triangles, 2 * topo->edge_count);
     if (topo->edge_opposites) release_indices(heap, topo->edge_opposites, 2 * topo->edge_count);
+    topo->triangle_edges = topo->edge_triangles = topo->edge_opposites = NULL;
     destroy_adjacency(heap, &topo->vertex_triangles);
     destroy_adjacency(heap, &topo->vertex_edges);
     destroy_adjacency(heap, &topo->vertex_neighbours);
+}
+
+void topology_destroy(memory *heap, topology *topo) {
+    topology_keep_corners(heap, topo);
+    if (topo->triangles) release_indices(heap, topo->triangles, 3 * topo->triangle_count);
+    if (topo->edges) release_indices(heap, topo->edges, 2 * topo->edge_count);
     *topo = (topology){0};
 }

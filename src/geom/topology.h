@@ -32,6 +32,8 @@ tulle_status topology_build(memory *heap, const uint32_t *triangles, size_t tria
  * less. */
 tulle_status topology_build_small(memory *heap, const uint32_t *triangles, size_t triangle_count,
                                   size_t vertex_count, topology *result);
+/* Frees all but triangles and edges; the rest is null from then on. */
+void topology_keep_corners(memory *heap, topology *topo);
 void topology_destroy(memory *heap, topology *topo);
 
 #endif

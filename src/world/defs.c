@@ -86,6 +86,9 @@ tulle_status world_def_check(const tulle_world_def *def, tulle_error *error) {
         return error_set(error, TULLE_ERROR_INVALID_ARGUMENT,
                          "the world def was not made by tulle_world_def_default");
     }
+    if (!allocator_is_whole(&def->allocator))
+        return error_set(error, TULLE_ERROR_INVALID_ARGUMENT,
+                         "the allocator has only one of its functions; give both or neither");
     double const separation = def->separation_distance;
     range_check const checks[] = {
         {"gravity x", "m/s^2", def->gravity[0], -LARGEST, LARGEST},

@@ -222,6 +222,47 @@ static void streams_give_the_list(void **state) {
         }
 }
 
+/* A receiver that calls its own detector. */
+static int call_back(void *context, const tulle_detect_event *events, size_t count) {
+    tulle_detector *const detector = context;
+    tulle_error error;
+    tulle_detect_result result = {0}, untouched = {0};
+    tulle_detect_receiver const receiver = {call_back, context};
+    tulle_detect_event const first = events[0];
+    assert_true(count > 0);
+    assert_int_equal(tulle_detector_find_events(detector, scene.start, scene.end, &result, &error),
+                     TULLE_ERROR_INVALID_ARGUMENT);
+    assert_int_equal(
+        tulle_detector_find_earliest(detector, scene.start, scene.end, &result, &error),
+        TULLE_ERROR_INVALID_ARGUMENT);
+    assert_int_equal(
+        tulle_detector_stream_events(detector, scene.start, scene.end, receiver, &result, &error),
+        TULLE_ERROR_INVALID_ARGUMENT);
+    assert_non_null(strstr(error.message, "receiver"));
+    assert_memory_equal(&result, &untouched, sizeof result);
+    assert_memory_equal(&first, events, sizeof first);
+    assert_non_null(tulle_detector_get_patches(detector));
+    return 0;
+}
+
+static void receivers_may_not_call_back(void **state) {
+    (void)state;
+    make_mixed_scene(5);
+    tulle_detect_def const def = detect_scene_get_def(&scene);
+    tulle_detector *const detector = make_detector(&def), *const other = make_detector(&def);
+    tulle_error error;
+    tulle_detect_result result;
+    tulle_detect_receiver const receiver = {call_back, detector};
+    assert_int_equal(
+        tulle_detector_stream_events(detector, scene.start, scene.end, receiver, &result, &error),
+        TULLE_OK);
+    assert_true(result.event_count > 0);
+    tulle_detect_result const again = find(detector), expected = find(other);
+    assert_int_equal(again.event_count, expected.event_count);
+    tulle_detector_destroy(detector);
+    tulle_detector_destroy(other);
+}
+
 static void check_earliest(tulle_detector *detector, const tulle_detect_result *all) {
     tulle_error error;
     tulle_detect_result one;
@@ -296,6 +337,7 @@ static bool survives_failure(failing_heap *heap, tulle_detect_method method, uin
         while ((status = tulle_detector_find_events(detector, scene.start, end, &result, &error))) {
             assert_int_equal(status, TULLE_ERROR_OUT_OF_MEMORY);
             assert_memory_equal(&result, &untouched, sizeof result);
+            assert_null(tulle_detector_get_patches(detector));
             assert_false(has_failed);
             has_failed = true;
         }
@@ -326,6 +368,23 @@ static void failing_allocations_leave_it_sound(void **state) {
             if (!survives_failure(&heap, methods[method], expected)) break;
         }
         print_message("method %d: each of %zu allocations failed once\n", method, heap.call_count);
+    }
+}
+
+static void half_an_allocator_is_refused(void **state) {
+    (void)state;
+    make_mixed_scene(3);
+    failing_heap heap = {0};
+    tulle_detect_def def = detect_scene_get_def(&scene);
+    tulle_detector *detector;
+    tulle_error error;
+    for (int k = 0; k < 2; k++) {
+        def.allocator =
+            (tulle_allocator){k == 0 ? allocate : NULL, k == 1 ? release : NULL, &heap, 0};
+        assert_int_equal(tulle_detector_create(&def, &detector, &error),
+                         TULLE_ERROR_INVALID_ARGUMENT);
+        assert_non_null(strstr(error.message, "allocator"));
+        assert_null(detector);
     }
 }
 
@@ -376,6 +435,8 @@ int main(void) {
         cmocka_unit_test(streams_give_the_list),
         cmocka_unit_test(earliest_is_the_first_of_the_list),
         cmocka_unit_test(failing_allocations_leave_it_sound),
+        cmocka_unit_test(receivers_may_not_call_back),
+        cmocka_unit_test(half_an_allocator_is_refused),
         cmocka_unit_test(a_byte_limit_holds),
         cmocka_unit_test(steady_calls_make_no_heap_call),
     };

@@ -179,16 +179,32 @@ static void tables_lead_to_positions(void **state) {
     }
 }
 
-/* Whether a triangle around each of two features bears the same label, not 0. */
-static bool within_patch(const soup_scene *of, const uint32_t *labels, const uint32_t v[4],
-                         int first_count) {
-    const adjacency *const around = &of->topo.vertex_triangles;
-    for (uint32_t i = around->begin[v[0]]; i < around->begin[v[0] + 1]; i++)
-        for (uint32_t j = around->begin[v[first_count]]; j < around->begin[v[first_count] + 1]; j++)
-            if (labels[around->items[i]] != 0 &&
-                labels[around->items[i]] == labels[around->items[j]])
-                return true;
-    return false;
+static bool triangle_has(const soup_scene *of, size_t triangle, uint32_t vertex) {
+    const uint32_t *const corners = of->topo.triangles + 3 * triangle;
+    return corners[0] == vertex || corners[1] == vertex || corners[2] == vertex;
+}
+
+/* The labels below 32 of all triangles that have these vertices, one bit each, without that of
+ * label 0. */
+static uint32_t find_labels(const soup_scene *of, const uint32_t *labels, const uint32_t *vertices,
+                            int count) {
+    uint32_t found = 0;
+    for (size_t t = 0; t < of->topo.triangle_count; t++) {
+        bool has_all = true;
+        for (int k = 0; k < count; k++) has_all = has_all && triangle_has(of, t, vertices[k]);
+        if (has_all && labels[t] != 0) found |= 1U << labels[t];
+    }
+    return found;
+}
+
+/* Whether both features belong to triangles of one patch: the triangle of a pair itself, and any
+ * around its vertex; any triangle at each edge. */
+static bool within_patch(const soup_scene *of, const uint32_t *labels, feature_kind kind,
+                         feature_pair pair, const uint32_t v[4]) {
+    if (kind == FEATURE_EDGE_EDGE)
+        return (find_labels(of, labels, v, 2) & find_labels(of, labels, v + 2, 2)) != 0;
+    return labels[pair.second] != 0 &&
+           (find_labels(of, labels, v, 1) & 1U << labels[pair.second]) != 0;
 }
 
 /* Missing pairs, all of which must lie within one patch. */
@@ -205,7 +221,7 @@ static size_t count_missing(const soup_scene *of, const uint32_t *labels, const 
                                    (uint32_t)(all->keys[i] & 0x7fffffff)};
         uint32_t v[4];
         feature_pair_vertices(&of->topo, kind, pair, v);
-        assert_true(within_patch(of, labels, v, kind == FEATURE_VERTEX_TRIANGLE ? 1 : 2));
+        assert_true(within_patch(of, labels, kind, pair, v));
         missing++;
     }
     assert_int_equal(at, kept->count);

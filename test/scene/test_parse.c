@@ -129,6 +129,8 @@ static const refusal refusals[] = {
      "seed: is '1.5', must be a whole number from 0 to 9007199254740992"},
     {"seed: 9007199254740993\n", false, 4, 7,
      "seed: is '9007199254740993', must be a whole number from 0 to 9007199254740992"},
+    {"contact: {alpha_max: 1e-13 rad}\n", false, 4, 22,
+     "contact.alpha_max: is '1e-13 rad', must be at least 1e-12 rad and at most 1.57 rad"},
     {"gravity: 5\n", false, 4, 10,
      "gravity: is '5', must be a list of 3, each a number in m/s^2, cm/s^2, as in '2 m/s^2'"},
     {"gravity: [0, 1]\n", false, 4, 10,

@@ -34,6 +34,19 @@ static tulle_world_def make_def(failing_heap *heap) {
     return def;
 }
 
+static void half_an_allocator_is_refused(void **state) {
+    (void)state;
+    failing_heap heap = {0};
+    for (int k = 0; k < 2; k++) {
+        tulle_world_def def = make_def(&heap);
+        tulle_world *world = NULL;
+        if (k == 0) def.allocator.allocate = NULL;
+        if (k == 1) def.allocator.release = NULL;
+        assert_int_equal(tulle_world_create(&def, &world, NULL), TULLE_ERROR_INVALID_ARGUMENT);
+        assert_null(world);
+    }
+}
+
 static tulle_mesh make_sphere(double radius, unsigned resolution) {
     tulle_shape_def def = tulle_shape_def_default(TULLE_SHAPE_SPHERE);
     def.radius = radius;
@@ -185,6 +198,7 @@ int main(void) {
         cmocka_unit_test(failed_allocation_undoes_an_appearance),
         cmocka_unit_test(steady_step_makes_no_heap_call),
         cmocka_unit_test(stage_times_add_up),
+        cmocka_unit_test(half_an_allocator_is_refused),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

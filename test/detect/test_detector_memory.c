@@ -1,0 +1,102 @@
+/* How much memory a detector holds beyond the mesh, at its end and at most, by an allocator that
+ * counts: on a cloth folded over itself, of three sizes. */
+#include "support/test_support.h"
+#include "tulle/detect.h"
+
+#include <math.h>
+#include <stdlib.h>
+
+enum {
+    MOST_SIDE = 200, /* squares of two triangles */
+    MOST_VERTICES = (MOST_SIDE + 1) * (MOST_SIDE + 1),
+    CALLS = 6,
+    BYTES_A_TRIANGLE = 400
+};
+
+static uint32_t triangles[6 * MOST_SIDE * MOST_SIDE];
+static double start[3 * MOST_VERTICES], end[3 * MOST_VERTICES];
+
+typedef struct counting_heap {
+    size_t held, most;
+} counting_heap;
+
+static void *allocate(void *context, size_t byte_count) {
+    counting_heap *const heap = context;
+    heap->held += byte_count;
+    if (heap->held > heap->most) heap->most = heap->held;
+    return malloc(byte_count);
+}
+
+static void release(void *context, void *pointer, size_t byte_count) {
+    ((counting_heap *)context)->held -= byte_count;
+    free(pointer);
+}
+
+static void make_triangles(uint32_t side) {
+    uint32_t *at = triangles;
+    for (uint32_t row = 0; row < side; row++)
+        for (uint32_t column = 0; column < side; column++) {
+            uint32_t const a = row * (side + 1) + column, b = a + side + 1;
+            const uint32_t corners[6] = {a, a + 1, b, b, a + 1, b + 1};
+            for (int k = 0; k < 6; k++) *at++ = corners[k];
+        }
+}
+
+/* A square of 1 m, folded once along the middle, 2 cm apart, with waves that move on with time. */
+static void place(uint32_t side, double time, double *positions) {
+    double const bend = 0.01, half = 0.5 * (1.0 - 3.141592653589793 * bend);
+    for (uint32_t i = 0; i < (side + 1) * (side + 1); i++) {
+        double const u = (double)(i % (side + 1)) / side, v = (double)(i / (side + 1)) / side;
+        double const wave = 0.004 * sin(15.0 * u + 9.0 * v + time);
+        double const angle = fmin(fmax((u - half) / bend, 0.0), 3.141592653589793);
+        double const straight = u < half ? u : u < 1.0 - half ? half : 1.0 - u;
+        positions[3 * i] = straight + bend * sin(angle);
+        positions[3 * i + 1] = v;
+        positions[3 * i + 2] = bend * (1.0 - cos(angle)) + wave;
+    }
+}
+
+static void check_size(uint32_t side, tulle_detect_method method) {
+    counting_heap heap = {0};
+    tulle_detect_def def = tulle_detect_def_default();
+    def.triangles = triangles;
+    def.triangle_count = 2 * (size_t)side * side;
+    def.vertex_count = (size_t)(side + 1) * (side + 1);
+    def.method = method;
+    def.threads = 2;
+    def.allocator = (tulle_allocator){allocate, release, &heap, 0};
+    make_triangles(side);
+    tulle_detector *detector;
+    tulle_detect_result result;
+    assert_int_equal(tulle_detector_create(&def, &detector, NULL), TULLE_OK);
+    for (int call = 0; call < CALLS; call++) {
+        place(side, 0.02 * call, start);
+        place(side, 0.02 * (call + 1), end);
+        assert_int_equal(tulle_detector_find_events(detector, start, end, &result, NULL), TULLE_OK);
+    }
+    double const each = 1.0 / (double)def.triangle_count;
+    print_message("%zu triangles, %s: %.0f bytes a triangle, %.0f at most; %.0f%% in patches\n",
+                  def.triangle_count, method == TULLE_DETECT_REFIT ? "refit" : "patches",
+                  (double)heap.held * each, (double)heap.most * each,
+                  100.0 * (double)result.statistics.patch_triangles * each);
+    assert_true(heap.most < BYTES_A_TRIANGLE * def.triangle_count);
+    assert_true(heap.held > 100 * def.triangle_count);
+    if (method == TULLE_DETECT_PATCHES)
+        assert_true(2 * result.statistics.patch_triangles > def.triangle_count);
+    tulle_detector_destroy(detector);
+    assert_int_equal(heap.held, 0);
+}
+
+static void holds_few_bytes_a_triangle(void **state) {
+    (void)state;
+    static const uint32_t sides[] = {50, 100, MOST_SIDE};
+    for (int i = 0; i < 3; i++) {
+        check_size(sides[i], TULLE_DETECT_PATCHES);
+        check_size(sides[i], TULLE_DETECT_REFIT);
+    }
+}
+
+int main(void) {
+    const struct CMUnitTest tests[] = {cmocka_unit_test(holds_few_bytes_a_triangle)};
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}
