@@ -12,6 +12,7 @@
 
 #include "base/arena.h"
 #include "detect/surface_set.h"
+#include "tulle/world.h"
 
 /* Numbers that shape the response. contact_settings_default fills all but minimum_gap. */
 typedef struct contact_settings {
@@ -56,6 +57,16 @@ typedef struct contact_times {
     double test_pairs, select_admissible;
 } contact_times;
 
+/* How a vertex took part in contact by the paper's response, kept from step to step. */
+typedef enum particle_state { PARTICLE_FREE, PARTICLE_SLIDES, PARTICLE_STICKS } particle_state;
+
+/* The paper's response (respond_by_paper.h). */
+typedef struct paper_rules {
+    tulle_motion_space motion_space;
+    const uint8_t *before; /* particle_state of each cloth vertex at the start of the step */
+    uint8_t *after;        /* the same at its end, filled by the response */
+} paper_rules;
+
 /* Everything about one (sub)step that contact reads. Borrowed; constant while the stages run,
  * but for what `scratch` and `heap` hand out. */
 typedef struct contact_scene {
@@ -72,7 +83,8 @@ typedef struct contact_scene {
     const uint64_t *ignored;           /* triangle pairs that may intersect, ascending, see
                                           ignored_pair_key; null: none */
     size_t ignored_count;
-    double time_step; /* [s] h > 0 */
+    double time_step;         /* [s] h > 0 */
+    const paper_rules *paper; /* null: the coupled response */
     contact_settings settings;
     memory *heap;
     arena *scratch;       /* each stage releases what it took */

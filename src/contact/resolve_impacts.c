@@ -2,13 +2,15 @@
  *
  * Each hit becomes a row with the frame of its time of impact, added after those that are there: a
  * pair may own several rows, since the impulse of a row acts along the weights it was made with.
- * Then impulses are projected over all rows, and only pairs with a vertex that moved differently
- * are tested again. Before the paths are called clean every pair is tested on them once. */
+ * Then impulses are projected over all rows (or velocities, by the paper's response), and only
+ * pairs with a vertex that moved differently are tested again. Before the paths are called clean
+ * every pair is tested on them once. */
 #include "contact/resolve_impacts.h"
 
 #include "contact/contact_rows.h"
 #include "contact/path_test.h"
 #include "contact/project_impulses.h"
+#include "contact/respond_by_paper.h"
 
 #include <string.h>
 
@@ -61,6 +63,14 @@ static tulle_status test_paths(impact_work *work, pair_events *hits) {
     return status;
 }
 
+/* New velocities, after rows from first_new on were added. */
+static tulle_status respond(impact_work *work, size_t first_new) {
+    if (work->scene->paper)
+        return respond_to_impacts_by_paper(work->scene, work->list, first_new, work->u);
+    project_impulses(work->scene, work->list->rows.data, work->list->rows.count, work->u);
+    return TULLE_OK;
+}
+
 static tulle_status run_rounds(impact_work *work) {
     const contact_scene *const scene = work->scene;
     for (int round = 0;; round++) {
@@ -68,12 +78,14 @@ static tulle_status run_rounds(impact_work *work) {
         pair_events hits = {0};
         tulle_status status = test_paths(work, &hits);
         work->report->is_clean = status == TULLE_OK && hits.count == 0;
+        size_t const row_count = work->list->rows.count;
         bool const is_last = hits.count == 0 || round >= scene->settings.impact_rounds;
         if (status == TULLE_OK && !is_last) status = append_rows(work, &hits);
         arena_release(scene->scratch, mark);
         if (status != TULLE_OK || is_last) return status;
         work->report->rounds++;
-        project_impulses(scene, work->list->rows.data, work->list->rows.count, work->u);
+        status = respond(work, row_count);
+        if (status != TULLE_OK) return status;
         renew_paths(work);
         work->is_partial = true;
     }

@@ -13,6 +13,7 @@ typedef struct motion_system {
     const double *diagonal;        /* [kg] 9 * cloth_vertex_count, 3x3 blocks of A's diagonal */
     linear_operator apply; /* A x over the cloth vertices; for example linear_system_apply */
     void *apply_context;
+    const double *forces; /* [N] f(x0, v0), 3 * cloth_vertex_count */
 } motion_system;
 
 /* What the solve did, for tulle_step_report. */

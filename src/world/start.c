@@ -112,7 +112,8 @@ static bool allocate_state(tulle_world *world, world_motion_state *state) {
     state->previous_velocities = memory_allocate_zeroed(heap, n, sizeof(double));
     state->is_released = memory_allocate_zeroed(heap, obstacle_count, 1);
     state->is_present = memory_allocate_zeroed(heap, obstacle_count, 1);
-    return state->positions && state->velocities && state->previous_mean &&
+    state->particles = memory_allocate_zeroed(heap, world_particle_count(world), 1);
+    return state->positions && state->velocities && state->previous_mean && state->particles &&
            state->previous_velocities && state->is_released && state->is_present;
 }
 
@@ -125,6 +126,7 @@ static void release_state(tulle_world *world, world_motion_state *state) {
     memory_release(heap, state->previous_velocities, vector_bytes);
     memory_release(heap, state->is_released, world->obstacles.count);
     memory_release(heap, state->is_present, world->obstacles.count);
+    memory_release(heap, state->particles, world_particle_count(world));
     contact_store_destroy(&state->contacts, heap);
     memset(state, 0, sizeof *state);
 }

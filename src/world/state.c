@@ -51,6 +51,7 @@ uint64_t tulle_world_get_state_hash(const tulle_world *world) {
     hash = hash_bytes(hash, &world->step_count, sizeof world->step_count);
     hash = hash_bytes(hash, now->is_present, world->obstacles.count);
     hash = hash_bytes(hash, now->is_released, world->obstacles.count);
+    hash = hash_bytes(hash, now->particles, world_particle_count(world));
     hash = hash_bytes(hash, world->ignored.data, world->ignored.count * sizeof(tulle_intersection));
     return contact_store_hash(&now->contacts, hash);
 }
@@ -62,8 +63,8 @@ typedef struct part_sizes {
 
 static size_t state_size(const tulle_world *world, part_sizes parts) {
     return sizeof(state_header) + 12 * world->vertex_count * sizeof(double) +
-           2 * world->obstacles.count + parts.contact_bytes + parts.patch_bytes +
-           parts.ignored_count * sizeof(tulle_intersection);
+           2 * world->obstacles.count + world_particle_count(world) + parts.contact_bytes +
+           parts.patch_bytes + parts.ignored_count * sizeof(tulle_intersection);
 }
 
 static part_sizes measure_parts(const tulle_world *world) {
@@ -83,6 +84,7 @@ static void put_parts(const tulle_world *world, part_sizes parts, byte_cursor *c
     put(cursor, now->previous_velocities, vector_bytes);
     put(cursor, now->is_present, world->obstacles.count);
     put(cursor, now->is_released, world->obstacles.count);
+    put(cursor, now->particles, world_particle_count(world));
     put(cursor, world->ignored.data, parts.ignored_count * sizeof(tulle_intersection));
     contact_store_save(&now->contacts, cursor->bytes + cursor->used);
     cursor->used += parts.contact_bytes;
@@ -217,6 +219,7 @@ tulle_status tulle_world_load_state(tulle_world *world, const void *bytes, size_
     take(&cursor, next->previous_velocities, vector_bytes);
     take(&cursor, next->is_present, world->obstacles.count);
     take(&cursor, next->is_released, world->obstacles.count);
+    take(&cursor, next->particles, world_particle_count(world));
     size_t const ignored_bytes = header.ignored_count * sizeof(tulle_intersection);
     status = contact_store_load(&next->contacts, &world->heap,
                                 cursor.bytes + cursor.used + ignored_bytes, header.contact_bytes);

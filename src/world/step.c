@@ -33,6 +33,8 @@ static void copy_state(const tulle_world *world, const world_motion_state *sourc
         memcpy(target->is_released, source->is_released, world->obstacles.count);
         memcpy(target->is_present, source->is_present, world->obstacles.count);
     }
+    if (world_particle_count(world) > 0)
+        memcpy(target->particles, source->particles, world_particle_count(world));
     target->previous_time_step = source->previous_time_step;
     target->time = source->time;
 }

@@ -5,6 +5,7 @@
 #include "contact/commit_safely.h"
 #include "contact/gather_contacts.h"
 #include "contact/resolve_impacts.h"
+#include "contact/respond_by_paper.h"
 #include "contact/solve_motion.h"
 #include "world/world_state.h"
 
@@ -36,6 +37,7 @@ typedef struct step_context {
     bool is_rest_skipped;      /* nothing more can move in this step */
     bool is_script_frozen;     /* scripted vertices stand still (on_pinch: slow) */
     contact_scene scene;
+    paper_rules paper; /* of the scene, by the paper's response */
     motion_state dynamics;
     pair_source source;
     double *mean_velocity;   /* [m/s] u, all vertices */

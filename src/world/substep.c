@@ -96,10 +96,13 @@ static tulle_status allocate_arrays(step_context *context) {
     context->bounds = ARENA_NEW(&world->scratch, double, n);
     context->certified_end = ARENA_NEW(&world->scratch, double, n);
     context->carrier_maps = ARENA_NEW(&world->scratch, affine_map, world->set.surface_count);
+    context->paper =
+        (paper_rules){world->def.motion_space, context->state->particles,
+                      ARENA_NEW_ZEROED(&world->scratch, uint8_t, world_particle_count(world))};
     context->carriers = ARENA_NEW(&world->scratch, const affine_map *, world->set.surface_count);
     bool const is_complete = context->mean_velocity && context->predicted && context->end &&
                              context->bounds && context->certified_end && context->carrier_maps &&
-                             context->carriers;
+                             context->carriers && context->paper.after;
     return is_complete ? TULLE_OK : fail_step(context, TULLE_ERROR_OUT_OF_MEMORY);
 }
 
@@ -130,24 +133,26 @@ static tulle_status prepare(step_context *context) {
         memcpy(world->targets, state->positions, 3 * world->vertex_count * sizeof(double));
     }
     find_carriers(context);
-    context->scene = (contact_scene){.set = &world->set,
-                                     .vertex_count = world->vertex_count,
-                                     .cloth_vertex_count = world->cloth_vertex_count,
-                                     .vertex_surface = world->vertex_surface,
-                                     .x0 = state->positions,
-                                     .rest = world->rest,
-                                     .targets = world->targets,
-                                     .inverse_mass = world->active_inverse_masses,
-                                     .laws = world->laws,
-                                     .carriers = context->carriers,
-                                     .ignored = world->ignored_keys.data,
-                                     .ignored_count = world->ignored_keys.count,
-                                     .time_step = context->time_step,
-                                     .settings = make_settings(world),
-                                     .heap = &world->heap,
-                                     .scratch = &world->scratch,
-                                     .times = &context->nested,
-                                     .threads = world->threads};
+    context->scene = (contact_scene){
+        .set = &world->set,
+        .vertex_count = world->vertex_count,
+        .cloth_vertex_count = world->cloth_vertex_count,
+        .vertex_surface = world->vertex_surface,
+        .x0 = state->positions,
+        .rest = world->rest,
+        .targets = world->targets,
+        .inverse_mass = world->active_inverse_masses,
+        .laws = world->laws,
+        .carriers = context->carriers,
+        .ignored = world->ignored_keys.data,
+        .ignored_count = world->ignored_keys.count,
+        .time_step = context->time_step,
+        .paper = world->def.response == TULLE_RESPONSE_PAPER ? &context->paper : NULL,
+        .settings = make_settings(world),
+        .heap = &world->heap,
+        .scratch = &world->scratch,
+        .times = &context->nested,
+        .threads = world->threads};
     context->dynamics = (motion_state){.positions = state->positions,
                                        .velocities = state->velocities,
                                        .previous_mean = state->previous_mean,
@@ -184,13 +189,16 @@ static tulle_status run_solve_motion(step_context *context) {
     tulle_world *const world = context->world;
     linear_system_operator system_operator = {&world->system, world->threads};
     motion_system const system = {world->system.right_hand_side, world->system.diagonal,
-                                  linear_system_apply, &system_operator};
+                                  linear_system_apply, &system_operator, world->system.forces};
     memcpy(context->mean_velocity, context->state->velocities,
            3 * world->cloth_vertex_count * sizeof(double));
     prescribe_motion(&context->scene, context->mean_velocity);
     solve_report solved = {0};
     tulle_status const status =
-        solve_motion(&context->scene, &system, &world->rows, context->mean_velocity, &solved);
+        context->scene.paper
+            ? respond_by_paper(&context->scene, &system, &world->rows, context->mean_velocity,
+                               &solved)
+            : solve_motion(&context->scene, &system, &world->rows, context->mean_velocity, &solved);
     tulle_step_report *const report = context->report;
     report->solve_count += solved.solve_count;
     report->cg_iterations += solved.cg_iterations;
@@ -266,6 +274,8 @@ static tulle_status accept_paths(step_context *context) {
         update_contacts(&state->contacts, &world->heap, &world->rows, context->time_step);
     if (status != TULLE_OK) return fail_step(context, status);
     accept_velocities(context);
+    if (context->scene.paper)
+        memcpy(state->particles, context->paper.after, world->cloth_vertex_count);
     memcpy(state->positions, context->end, 3 * world->vertex_count * sizeof(double));
     state->time += context->passed;
     return TULLE_OK;

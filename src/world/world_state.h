@@ -74,6 +74,7 @@ typedef struct world_motion_state {
     double time;                 /* [s] */
     uint8_t *is_released;        /* per obstacle: let through by on_pinch: release */
     uint8_t *is_present;         /* per obstacle */
+    uint8_t *particles;          /* particle_state of world_particle_count vertices */
     contact_store contacts;
 } world_motion_state;
 
@@ -127,6 +128,11 @@ struct tulle_world {
 
 static inline size_t world_surface_count(const tulle_world *world) {
     return world->cloths.count + world->obstacles.count;
+}
+
+/* Cloth vertices whose particle_state is kept: none but by the paper's response. */
+static inline size_t world_particle_count(const tulle_world *world) {
+    return world->def.response == TULLE_RESPONSE_PAPER ? world->cloth_vertex_count : 0;
 }
 
 static inline const char *world_surface_name(const tulle_world *world, size_t surface) {

@@ -95,6 +95,10 @@ void start_mini_world(mini_world *world) {
         memset(*arrays[i], 0, size);
     }
     memcpy(world->rest, world->x0, size);
+    for (int i = 0; i < 2; i++) {
+        world->particles[i] = grow(NULL, world->vertex_count, 1);
+        memset(world->particles[i], 0, world->vertex_count);
+    }
     world->inverse_mass = grow(NULL, world->vertex_count, sizeof(double));
     memset(world->inverse_mass, 0, world->vertex_count * sizeof(double));
     world->vertex_surface = grow(NULL, world->vertex_count, sizeof(uint32_t));
@@ -114,10 +118,10 @@ void start_mini_world(mini_world *world) {
 void pin_mini_vertex(mini_world *world, size_t vertex) { world->inverse_mass[vertex] = 0.0; }
 
 void mini_world_destroy(mini_world *world) {
-    void *const arrays[] = {world->x0,     world->rest,      world->velocities,
-                            world->u,      world->x1,        world->inverse_mass,
-                            world->bounds, world->triangles, world->vertex_surface,
-                            world->targets};
+    void *const arrays[] = {world->x0,      world->rest,         world->velocities,
+                            world->u,       world->x1,           world->inverse_mass,
+                            world->bounds,  world->triangles,    world->vertex_surface,
+                            world->targets, world->particles[0], world->particles[1]};
     for (size_t i = 0; i < sizeof arrays / sizeof arrays[0]; i++) free(arrays[i]);
     if (world->broad) broad_phase_destroy(world->broad);
     linear_system_destroy(&world->heap, &world->system);
@@ -132,6 +136,7 @@ void mini_world_destroy(mini_world *world) {
 }
 
 contact_scene get_mini_scene(mini_world *world, double h) {
+    world->paper = (paper_rules){world->motion_space, world->particles[0], world->particles[1]};
     return (contact_scene){.set = &world->set,
                            .vertex_count = world->vertex_count,
                            .cloth_vertex_count = world->cloth_vertex_count,
@@ -146,6 +151,7 @@ contact_scene get_mini_scene(mini_world *world, double h) {
                            .ignored_count = world->ignored_count,
                            .time_step = h,
                            .settings = world->settings,
+                           .paper = world->uses_paper ? &world->paper : NULL,
                            .heap = &world->heap,
                            .scratch = &world->scratch,
                            .threads = world->threads};
@@ -299,7 +305,9 @@ static tulle_status run_stages(mini_world *world, double h, const motion_system 
     memcpy(world->u, world->velocities, 3 * world->vertex_count * sizeof(double));
     prescribe_motion(&scene, world->u);
     if (status == TULLE_OK)
-        status = solve_motion(&scene, system, &world->rows, world->u, &world->solve);
+        status = world->uses_paper
+                     ? respond_by_paper(&scene, system, &world->rows, world->u, &world->solve)
+                     : solve_motion(&scene, system, &world->rows, world->u, &world->solve);
     count_time(world, 2, &start);
     propose_paths(&scene, world->u, world->x1);
     if (status == TULLE_OK)
@@ -326,7 +334,7 @@ static tulle_status run_substep(mini_world *world, double h) {
     if (status != TULLE_OK) return status;
     linear_system_operator matrix = {&world->system, world->threads};
     motion_system const motion = {world->system.right_hand_side, world->system.diagonal,
-                                  linear_system_apply, &matrix};
+                                  linear_system_apply, &matrix, world->system.forces};
     move_obstacles(world, h);
     return run_stages(world, h, &motion);
 }
@@ -346,6 +354,7 @@ tulle_status step_mini_world(mini_world *world, double h) {
         double *const swapped = world->x0;
         world->x0 = world->x1;
         world->x1 = swapped;
+        memcpy(world->particles[0], world->particles[1], world->cloth_vertex_count);
         memcpy(world->velocities, world->u, 3 * world->vertex_count * sizeof(double));
         world->time += remaining * world->commit.fraction;
         remaining -= remaining * world->commit.fraction;

@@ -8,6 +8,7 @@
 #include "contact/commit_safely.h"
 #include "contact/gather_contacts.h"
 #include "contact/resolve_impacts.h"
+#include "contact/respond_by_paper.h"
 #include "contact/solve_motion.h"
 #include "detect/broad_phase.h"
 #include "dynamics/compute_forces.h"
@@ -32,6 +33,8 @@ typedef struct mini_world {
     double gravity[3];
     tulle_material material; /* of all cloths */
     int threads;
+    bool uses_paper; /* response of the paper, with this motion space */
+    tulle_motion_space motion_space;
     bool use_brute_force; /* all pairs with meeting boxes instead of the broad phase */
     /* Affine motion of an obstacle: fills its targets from its x0 for a step h at time t. */
     affine_map (*move)(const struct mini_world *world, size_t surface, double time, double h);
@@ -51,6 +54,8 @@ typedef struct mini_world {
     pair_list pairs;
     contact_store store;
     row_list rows;
+    uint8_t *particles[2]; /* particle_state of each cloth vertex: before and after a step */
+    paper_rules paper;
     double time;
     cloth_model model;
     linear_system system;
