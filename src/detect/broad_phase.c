@@ -1,7 +1,8 @@
 /* detect/broad_phase.c - stage 6 and the life of the broad phase, see broad_phase.h.
  *
- * Everything but the lists of pairs and the nodes of voxel trees is reserved at creation. A surface
- * is fitted again unless it is static and was fitted with the same margin in the last call. */
+ * Everything but the lists of pairs, boxes of features and the nodes of voxel trees is reserved at
+ * creation. A surface is fitted again unless it is static and was fitted with the same margin in
+ * the last call. */
 #include "detect/broad_phase_parts.h"
 
 #include "base/parallel.h"
@@ -71,7 +72,6 @@ static bool reserve_parts(broad_phase *broad, const surface_set *set) {
     broad->vertex_boxes = allocate(heap, broad->vertex_count, sizeof *broad->vertex_boxes);
     broad->records = allocate(heap, broad->vertex_count, sizeof *broad->records);
     broad->leaves = allocate(heap, broad->leaf_capacity, sizeof *broad->leaves);
-    broad->blocks = allocate(heap, broad->block_capacity, sizeof *broad->blocks);
     broad->fit_tasks = allocate(heap, broad->fit_task_capacity, sizeof *broad->fit_tasks);
     size_t const task_count = broad->triangle_count / TRIANGLES_PER_TASK;
     for (int k = 0; k < 2; k++)
@@ -80,7 +80,7 @@ static bool reserve_parts(broad_phase *broad, const surface_set *set) {
             return false;
     return (broad->vertex_boxes || broad->vertex_count == 0) &&
            (broad->records || broad->vertex_count == 0) &&
-           (broad->leaves || broad->leaf_capacity == 0) && broad->blocks &&
+           (broad->leaves || broad->leaf_capacity == 0) &&
            (broad->fit_tasks || broad->fit_task_capacity == 0) && reserve_method_parts(broad) &&
            reserve_slots(heap, &broad->triangles, broad->triangle_count, 3) &&
            reserve_slots(heap, &broad->vertices, broad->vertex_count, 1) &&
@@ -108,6 +108,7 @@ void broad_phase_destroy(broad_phase *broad) {
     }
     ARRAY_FREE(heap, &broad->voxel_groups);
     ARRAY_FREE(heap, &broad->outputs);
+    ARRAY_FREE(heap, &broad->kept_blocks);
     ARRAY_FREE(heap, &broad->lists);
     ARRAY_FREE(heap, &broad->writers);
     free_slots(heap, &broad->triangles);
@@ -181,7 +182,10 @@ tulle_status build_trees(broad_phase *broad, const surface_set *set, const doubl
             return status;
         }
     }
-    fit_trees(broad, set, threads);
+    if (!fit_trees(broad, set, threads)) {
+        broad->margin = -1.0;
+        return TULLE_ERROR_OUT_OF_MEMORY;
+    }
     broad->is_built = true;
     return TULLE_OK;
 }

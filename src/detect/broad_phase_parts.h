@@ -31,6 +31,7 @@ typedef struct surface_tree {
     uint32_t level_count;            /* of nodes */
     uint32_t leaf_begin, leaf_count; /* in the leaves of the broad phase */
     bool is_fitted;                  /* boxes are those of the last build_trees */
+    bool has_blocks;                 /* so are the blocks of its leaves */
 } surface_tree;
 
 /* Voxels of a voxel tree; coordinates are those of boxes, doubled. */
@@ -64,6 +65,7 @@ typedef struct search_task {
 typedef struct worker_output {
     pair_batch batches[2]; /* by feature_kind */
     search_counts counts;
+    leaf_cache cache;
 } worker_output;
 
 struct broad_phase {
@@ -83,8 +85,9 @@ struct broad_phase {
     surface_tree *trees;
     tree_leaf *leaves;
     size_t leaf_capacity;
-    float *blocks; /* boxes of the features of leaves, see tree_kernels.h */
+    float *blocks; /* of all leaves, see tree_kernels.h; null until they are first needed */
     size_t block_capacity;
+    bool has_all_blocks; /* since the last build_trees */
     slot_list triangles, vertices, edges;
     pair_tables tables;
     uint64_t *voxel_keys[2];         /* one a triangle; voxel trees only */
@@ -94,6 +97,8 @@ struct broad_phase {
     ARRAY(search_task) search_tasks[2];
     pair_store stores[2];         /* by feature_kind */
     ARRAY(worker_output) outputs; /* one a worker */
+    ARRAY(float) kept_blocks;     /* of their caches */
+    size_t block_stride;          /* [floats] of their places; 0: not yet known */
     ARRAY(node_pairs) lists;      /* list_count a worker: pairs of each level still to be opened */
     size_t list_count;
     ARRAY(pair_writer) writers; /* of find_pairs: two a worker */
@@ -125,7 +130,10 @@ bool choose_box_frame(broad_phase *broad, const topology *topo, const double *re
  * position is not finite. */
 bool fit_vertex_boxes(broad_phase *broad, const surface_set *set, const double *x0,
                       const double *x1, int threads);
-/* Boxes of leaves and nodes, and labels of nodes. */
-void fit_trees(broad_phase *broad, const surface_set *set, int threads);
+/* Boxes and labels of nodes, and blocks of all leaves, unless patches leave out most of them; false
+ * when memory is short. */
+bool fit_trees(broad_phase *broad, const surface_set *set, int threads);
+/* What boxes of leaves are fitted from. */
+leaf_fit make_leaf_fit(const broad_phase *broad);
 
 #endif

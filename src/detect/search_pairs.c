@@ -166,15 +166,11 @@ static void search_leaves(const search_context *search, const tree_pair *pair,
                           const node_pairs *leaves, int worker) {
     broad_phase *const broad = search->broad;
     worker_output *const output = &broad->outputs.data[worker];
-    leaf_tables const tables = {.leaves = broad->leaves,
-                                .blocks = broad->blocks,
-                                .edge_corners = broad->edges.corners,
-                                .triangle_corners = broad->triangles.corners,
-                                .vertex_corners = broad->vertices.corners,
-                                .is_one_tree = pair->is_one_tree};
+    leaf_tables const tables = {.fit = make_leaf_fit(broad), .is_one_tree = pair->is_one_tree};
     output->counts.leaf_pair_count += leaves->count;
     for (size_t done = 0; done < leaves->count;) {
-        done = TULLE_PICK_KERNEL(pair_leaves)(&tables, leaves, done, output->batches);
+        done =
+            TULLE_PICK_KERNEL(pair_leaves)(&tables, &output->cache, leaves, done, output->batches);
         if (done == leaves->count) break;
         for (int kind = 0; kind < 2; kind++)
             if (output->batches[kind].count > PAIR_BATCH_SIZE - LEAF_PAIR_ROOM)
@@ -213,6 +209,39 @@ static void run_tasks(void *context, size_t begin, size_t end, size_t chunk, int
         run_task(search, &search->broad->search_tasks[search->list].data[i], worker);
 }
 
+/* [floats] Room for the block of any leaf, an odd number of cache lines, so that blocks are spread
+ * over all parts of a cache. */
+static size_t find_block_stride(const broad_phase *broad) {
+    size_t most = 0;
+    for (size_t s = 0; s < broad->surface_count; s++) {
+        const surface_tree *const tree = &broad->trees[s];
+        for (size_t l = 0; l < tree->leaf_count; l++) {
+            const tree_leaf *const leaf = &broad->leaves[tree->leaf_begin + l];
+            size_t const slots = (leaf->triangle_end - leaf->triangle_begin) +
+                                 (leaf->vertex_end - leaf->vertex_begin) +
+                                 (leaf->edge_end - leaf->edge_begin);
+            most = slots > most ? slots : most;
+        }
+    }
+    return ((LEAF_HEADER + 6 * most + BLOCK_SPARE + 15) / 16 | 1) * 16;
+}
+
+static bool reserve_caches(broad_phase *broad, int threads) {
+    if (broad->has_all_blocks) return true;
+    if (broad->block_stride == 0 || broad->method != BROAD_PHASE_REFIT)
+        broad->block_stride = find_block_stride(broad);
+    size_t const stride = broad->block_stride, size = (KEPT_BLOCKS + 1) * stride;
+    broad->kept_blocks.count = 0;
+    if (!ARRAY_RESERVE(broad->heap, &broad->kept_blocks, (size_t)threads * size)) return false;
+    for (int w = 0; w < threads; w++) {
+        leaf_cache *const cache = &broad->outputs.data[w].cache;
+        cache->blocks = broad->kept_blocks.data + (size_t)w * size;
+        cache->stride = stride;
+        for (size_t i = 0; i < KEPT_BLOCKS; i++) cache->leaves[i] = UINT32_MAX;
+    }
+    return true;
+}
+
 /* Lists and outputs of the workers. */
 static bool reserve_workers(broad_phase *broad, int threads) {
     size_t most_levels = 0;
@@ -230,7 +259,8 @@ tulle_status search_pairs(broad_phase *broad, const surface_set *set, int thread
     if (!broad->is_built || set->surface_count != broad->surface_count)
         return TULLE_ERROR_INVALID_ARGUMENT;
     if (threads < 1) threads = 1;
-    if (!reserve_workers(broad, threads)) return TULLE_ERROR_OUT_OF_MEMORY;
+    if (!reserve_workers(broad, threads) || !reserve_caches(broad, threads))
+        return TULLE_ERROR_OUT_OF_MEMORY;
     search_context search = {.broad = broad, .consume = consume, .context = context};
     search.list = split_tasks(broad, set);
     if (search.list < 0) return TULLE_ERROR_OUT_OF_MEMORY;

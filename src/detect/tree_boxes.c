@@ -100,19 +100,15 @@ static void take_child(tree_node *node, uint32_t lane, const float child[6]) {
     }
 }
 
-/* is_lowest: the children are leaves. */
-static void fit_node(const broad_phase *broad, surface_tree *tree, uint32_t index, bool is_lowest) {
+/* A node whose children are nodes. */
+static void fit_node(surface_tree *tree, uint32_t index) {
     tree_node *const node = &tree->nodes.data[index];
     for (int k = 0; k < 3; k++) {
         node->box[k] = INFINITY;
         node->box[3 + k] = -INFINITY;
     }
-    for (uint32_t c = 0; c < node->child_count; c++) {
-        uint32_t const child = node->first + c;
-        take_child(node, c,
-                   is_lowest ? broad->blocks + broad->leaves[child].block
-                             : tree->nodes.data[child].box);
-    }
+    for (uint32_t c = 0; c < node->child_count; c++)
+        take_child(node, c, tree->nodes.data[node->first + c].box);
     /* a side below all others and one above them: such a lane meets nothing */
     for (uint32_t c = node->child_count; c < NODE_LANES; c++)
         for (int k = 0; k < 3; k++) {
@@ -146,30 +142,42 @@ static void label_node(const broad_phase *broad, surface_tree *tree, uint32_t in
                                     : find_node_label(&tree->nodes.data[node->first + c]);
 }
 
-static void fit_nodes(const broad_phase *broad, surface_tree *tree, uint32_t begin, uint32_t end,
-                      bool is_lowest) {
-    for (uint32_t i = begin; i < end; i++) {
-        if (!tree->is_fitted) fit_node(broad, tree, i, is_lowest);
-        if (!broad->is_labelled) label_node(broad, tree, i, is_lowest);
-    }
+leaf_fit make_leaf_fit(const broad_phase *broad) {
+    return (leaf_fit){.leaves = broad->leaves,
+                      .triangle_corners = broad->triangles.corners,
+                      .vertex_corners = broad->vertices.corners,
+                      .edge_corners = broad->edges.corners,
+                      .vertex_boxes = broad->vertex_boxes,
+                      .blocks = broad->has_all_blocks ? broad->blocks : NULL};
 }
 
-static void fit_leaf_task(void *context, size_t begin, size_t end, size_t chunk, int worker) {
+static bool needs_blocks(const broad_phase *broad, const surface_tree *tree) {
+    return broad->has_all_blocks && !(tree->is_fitted && tree->has_blocks);
+}
+
+static void fit_lowest_task(void *context, size_t begin, size_t end, size_t chunk, int worker) {
     (void)begin, (void)end, (void)worker;
     const broad_phase *const broad = context;
     const fit_task *const task = &broad->fit_tasks[chunk];
     surface_tree *const tree = &broad->trees[task->surface];
-    leaf_fit const fit = {.leaves = broad->leaves,
-                          .triangle_corners = broad->triangles.corners,
-                          .vertex_corners = broad->vertices.corners,
-                          .edge_corners = broad->edges.corners,
-                          .vertex_boxes = broad->vertex_boxes,
-                          .blocks = broad->blocks};
+    leaf_fit const fit = make_leaf_fit(broad);
+    if (!tree->is_fitted)
+        TULLE_PICK_KERNEL(fit_lowest_nodes)(&fit, tree->nodes.data, task->begin, task->end);
+    const tree_node *const first = &tree->nodes.data[task->begin];
     const tree_node *const last = &tree->nodes.data[task->end - 1];
-    uint32_t const leaf_begin = tree->nodes.data[task->begin].first;
-    uint32_t const leaf_end = last->first + last->child_count;
-    if (!tree->is_fitted) TULLE_PICK_KERNEL(fit_leaves)(&fit, leaf_begin, leaf_end);
-    fit_nodes(broad, tree, task->begin, task->end, true);
+    if (needs_blocks(broad, tree))
+        TULLE_PICK_KERNEL(fit_leaves)(&fit, first->first, last->first + last->child_count);
+    for (uint32_t i = task->begin; !broad->is_labelled && i < task->end; i++)
+        label_node(broad, tree, i, true);
+}
+
+/* All nodes but the lowest. */
+static void fit_upper_nodes(const broad_phase *broad, surface_tree *tree) {
+    if (tree->level_count < 2) return;
+    for (uint32_t i = tree->level_begin[1]; i < tree->nodes.count; i++) {
+        if (!tree->is_fitted) fit_node(tree, i);
+        if (!broad->is_labelled) label_node(broad, tree, i, false);
+    }
 }
 
 /* Whether nodes bear labels, and have those of the patches already. */
@@ -186,23 +194,35 @@ static void prepare_labels(broad_phase *broad, const surface_set *set) {
         if (!set->surfaces[s].is_present) broad->node_patches.version = 0;
 }
 
-void fit_trees(broad_phase *broad, const surface_set *set, int threads) {
+/* Blocks of all leaves, where no patches leave out pairs of leaves. */
+static bool prepare_blocks(broad_phase *broad) {
+    broad->has_all_blocks = !broad->has_labels;
+    if (!broad->has_all_blocks || broad->blocks) return true;
+    broad->blocks =
+        memory_allocate_zeroed(broad->heap, broad->block_capacity, sizeof *broad->blocks);
+    return broad->blocks != NULL;
+}
+
+bool fit_trees(broad_phase *broad, const surface_set *set, int threads) {
     prepare_labels(broad, set);
+    if (!prepare_blocks(broad)) return false;
     size_t task_count = 0;
     for (uint32_t s = 0; s < set->surface_count; s++) {
         const surface_tree *const tree = &broad->trees[s];
         bool const has_work =
-            set->surfaces[s].is_present && (!tree->is_fitted || !broad->is_labelled);
+            set->surfaces[s].is_present &&
+            (!tree->is_fitted || !broad->is_labelled || needs_blocks(broad, tree));
         if (has_work && tree->level_count > 0)
             task_count =
                 append_tasks(broad, task_count, s, 0, tree->level_begin[1], NODES_PER_TASK);
     }
-    parallel_for(task_count, 1, threads, fit_leaf_task, broad);
+    parallel_for(task_count, 1, threads, fit_lowest_task, broad);
     for (uint32_t s = 0; s < set->surface_count; s++) {
         surface_tree *const tree = &broad->trees[s];
         if (!set->surfaces[s].is_present) continue;
-        if (tree->level_count > 1)
-            fit_nodes(broad, tree, tree->level_begin[1], (uint32_t)tree->nodes.count, false);
+        fit_upper_nodes(broad, tree);
+        tree->has_blocks = broad->has_all_blocks || (tree->is_fitted && tree->has_blocks);
         tree->is_fitted = true;
     }
+    return true;
 }

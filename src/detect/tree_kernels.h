@@ -1,9 +1,11 @@
 /* detect/tree_kernels.h - the trees as their kernels see them, and those kernels (kernels/...).
  *
- * A leaf's boxes lie together, one block a leaf: its own box (LEAF_HEADER floats of which 6 are
- * used), then six rows with the low x, y, z, high x, y, z of its triangles and then its vertices,
- * then six rows of its edges. Rows are as long as the leaf needs; what is loaded beyond them is
- * masked. */
+ * The boxes of a leaf's features are fitted from those of vertices: of all leaves beforehand, or,
+ * where most are not needed, when a pair of leaves needs them; then each worker keeps them for the
+ * leaves it met last. They lie together, one block a leaf: its own box (LEAF_HEADER floats of which
+ * 6 are used), then six rows with the low x, y, z, high x, y, z of its triangles and then its
+ * vertices, then six rows of its edges. Rows are as long as the leaf needs; what is loaded beyond
+ * them is masked. */
 #ifndef TULLE_DETECT_TREE_KERNELS_H
 #define TULLE_DETECT_TREE_KERNELS_H
 
@@ -18,7 +20,8 @@ enum {
     NODE_LANES = 8, /* most children of a node */
     LEAF_PAIR_ROOM =
         LEAF_SLOTS * LEAF_SLOTS + 16, /* feature pairs of two leaves, and spare lanes */
-    BLOCK_SPARE = 16,                 /* floats that may be read beyond the last block */
+    BLOCK_SPARE = 16,                 /* floats that may be read and written beyond a block */
+    KEPT_BLOCKS = 256,                /* of a worker: with the vertices around, what caches hold */
     EXPANDED_PAIRS = 16,              /* node pairs that are opened at a time */
     PAIR_ROOM = EXPANDED_PAIRS * NODE_LANES * NODE_LANES + NODE_LANES
 };
@@ -29,7 +32,7 @@ enum {
 /* Ranges of slots. Leaves are numbered through all trees. */
 typedef struct tree_leaf {
     uint32_t triangle_begin, triangle_end, vertex_begin, vertex_end, edge_begin, edge_end;
-    uint64_t block; /* [floats] where its boxes begin */
+    uint64_t block; /* [floats] where its boxes begin, among those of all leaves */
     /* Leaves of higher number with which it shares a vertex, then zeros; or LEAF_ANY first. */
     uint32_t neighbours[LEAF_NEIGHBOURS];
 } tree_leaf;
@@ -60,8 +63,17 @@ typedef struct leaf_fit {
     const tree_leaf *leaves;
     const uint32_t *triangle_corners, *vertex_corners, *edge_corners; /* records */
     const vertex_box *vertex_boxes;
-    float *blocks;
+    float *blocks; /* of all leaves; null: workers keep their own */
 } leaf_fit;
+
+/* Blocks of one worker. Each leaf has its place among KEPT_BLOCKS, and its block is there if
+ * leaves[place] names it; one more place is for a leaf whose own is taken by the other of a pair.
+ */
+typedef struct leaf_cache {
+    float *blocks;
+    size_t stride;                /* [floats] of each of KEPT_BLOCKS + 1 places */
+    uint32_t leaves[KEPT_BLOCKS]; /* UINT32_MAX: none */
+} leaf_cache;
 
 /* Pairs of nodes of two trees at equal height; equal nodes of one tree: the node with itself. */
 typedef struct node_pairs {
@@ -75,16 +87,19 @@ typedef struct node_search {
 } node_search;
 
 typedef struct leaf_tables {
-    const tree_leaf *leaves;
-    const float *blocks;
-    const uint32_t *edge_corners, *triangle_corners, *vertex_corners;
+    leaf_fit fit;
     bool is_one_tree; /* leaves of a pair may be equal, or share vertices */
 } leaf_tables;
 
 /* Records begin .. end - 1; false when a position is not finite. */
 TULLE_DECLARE_KERNEL(bool, fit_vertices, (const vertex_fit *fit, size_t begin, size_t end))
-/* Blocks of leaves begin .. end - 1. */
+/* Blocks of leaves begin .. end - 1, among those of all. */
 TULLE_DECLARE_KERNEL(void, fit_leaves, (const leaf_fit *fit, size_t begin, size_t end))
+/* Boxes of nodes begin .. end - 1 whose children are leaves. */
+TULLE_DECLARE_KERNEL(void, fit_lowest_nodes,
+                     (const leaf_fit *fit, tree_node *nodes, size_t begin, size_t end))
+/* The block of a leaf; writes up to BLOCK_SPARE floats beyond it. */
+TULLE_DECLARE_KERNEL(void, fit_block, (const leaf_fit *fit, const tree_leaf *leaf, float *block))
 /* Appends to `to` all pairs of children of `count` <= EXPANDED_PAIRS pairs that meet and are not
  * within one patch. */
 TULLE_DECLARE_KERNEL(void, open_node_pairs,
@@ -93,7 +108,7 @@ TULLE_DECLARE_KERNEL(void, open_node_pairs,
 /* Feature pairs of leaf pairs begin .. ; ends early, when a batch may get too full for the next
  * pair. Returns how far it came. batches: by feature_kind. */
 TULLE_DECLARE_KERNEL(size_t, pair_leaves,
-                     (const leaf_tables *tables, const node_pairs *pairs, size_t begin,
-                      pair_batch *batches))
+                     (const leaf_tables *tables, leaf_cache *cache, const node_pairs *pairs,
+                      size_t begin, pair_batch *batches))
 
 #endif

@@ -26,7 +26,9 @@ static void find_with(memory *heap, const soup_scene *of, broad_phase_method met
     broad_phase *broad;
     search_counts counts;
     assert_int_equal(broad_phase_create(heap, &of->set, of->x0, method, &broad), TULLE_OK);
-    if (label_count > 0) broad_phase_set_patches(broad, (patch_labels){.labels = labels, .label_count = label_count});
+    if (label_count > 0)
+        broad_phase_set_patches(broad,
+                                (patch_labels){.labels = labels, .label_count = label_count});
     assert_int_equal(build_trees(broad, &of->set, of->x0, of->x1, 0.02, threads), TULLE_OK);
     assert_int_equal(find_pairs(broad, &of->set, threads, pairs, &counts), TULLE_OK);
     assert_int_equal(counts.candidate_count, pairs->vertex_triangle.count + pairs->edge_edge.count);
@@ -231,7 +233,8 @@ static void survives_failing_allocations_over_steps(void **state) {
         for (uint32_t step = 0; broad && step < 6; step++) {
             uint32_t const patch = 1 + step * step * 30; /* triangles of a patch */
             for (uint32_t i = 0; i < MAX_TRIANGLES; i++) labels[i] = 1 + i / patch;
-            broad_phase_set_patches(broad, (patch_labels){.labels = labels, .label_count = MAX_TRIANGLES});
+            broad_phase_set_patches(broad,
+                                    (patch_labels){.labels = labels, .label_count = MAX_TRIANGLES});
             tulle_status status = build_trees(broad, &soup->set, soup->x0, soup->x1, 0.02, 1);
             if (status == TULLE_OK) status = find_pairs(broad, &soup->set, 1, &pairs, NULL);
             if (status == TULLE_OK) continue;

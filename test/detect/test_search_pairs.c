@@ -268,6 +268,42 @@ static void leaves_out_only_pairs_within_a_patch(void **state) {
     assert_int_equal(heap.bytes_held, 0);
 }
 
+/* More leaves than a worker keeps blocks of, one surface static. Labels that leave out nothing make
+ * blocks be fitted when they are needed. */
+static void blocks_fitted_when_needed_are_the_same(void **state) {
+    (void)state;
+    memory heap = memory_default();
+    uint64_t seed = 15;
+    soup_scene *const soup = calloc(1, sizeof *soup);
+    uint32_t *const labels = calloc(MAX_TRIANGLES, sizeof *labels);
+    assert_true(soup && labels);
+    soup_scene_add(soup, SOUP_SHEET, 2700, 0.02, &seed);
+    soup_scene_add(soup, SOUP_SHEET, 2700, 0.0, &seed);
+    soup_scene_finish(&heap, soup);
+    soup->surfaces[1].is_static = true;
+    broad_phase *const broad = make_trees(&heap, soup, BROAD_PHASE_REFIT);
+    key_list const all = search_keys(broad, &soup->set, 2);
+    assert_true(all.count > 1000);
+    kernel_target const widest = kernel_target_get();
+    for (int round = 0; round < 4 * KERNEL_TARGET_COUNT; round++) {
+        if (!kernel_target_force((kernel_target)(round / 4))) continue;
+        patch_labels const none = {.labels = round % 2 == 0 ? labels : NULL, .label_count = 1};
+        broad_phase_set_patches(broad, none);
+        int const threads = 1 + round % 4 / 2;
+        assert_int_equal(build_trees(broad, &soup->set, soup->x0, soup->x1, 0.02, threads),
+                         TULLE_OK);
+        key_list const again = search_keys(broad, &soup->set, threads);
+        assert_same_keys(&all, &again);
+        free(again.keys);
+    }
+    kernel_target_force(widest);
+    free(all.keys);
+    free(labels);
+    broad_phase_destroy(broad);
+    free_scene(&heap, soup);
+    assert_int_equal(heap.bytes_held, 0);
+}
+
 /* One patch over all: nothing is left of a single surface. */
 static void a_patch_over_everything_leaves_nothing(void **state) {
     (void)state;
@@ -338,6 +374,7 @@ int main(void) {
         cmocka_unit_test(streams_what_the_list_holds),
         cmocka_unit_test(tables_lead_to_positions),
         cmocka_unit_test(leaves_out_only_pairs_within_a_patch),
+        cmocka_unit_test(blocks_fitted_when_needed_are_the_same),
         cmocka_unit_test(a_patch_over_everything_leaves_nothing),
         cmocka_unit_test(honours_which_surfaces_meet),
     };

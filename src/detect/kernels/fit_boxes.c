@@ -1,10 +1,12 @@
-/* detect/kernels/fit_boxes.c - boxes of moving vertices, and of the features of leaves.
+/* detect/kernels/fit_boxes.c - boxes of moving vertices, of nodes above leaves, and of the features
+ * of a leaf.
  *
  * The box of a vertex holds its path widened by half the margin, rounded outward to floats. All
  * other boxes are unions of those, without rounding. Eight features are united at a time and turned
  * into rows. */
 #include "detect/tree_kernels.h"
 
+#include <math.h>
 #include <string.h>
 
 #ifdef __AVX2__
@@ -187,8 +189,7 @@ static inline void close_rows(const float *wide, float *rows, size_t width) {
     }
 }
 
-/* Writes up to 15 floats beyond the block. */
-static void fit_block(const leaf_fit *fit, const tree_leaf *leaf, float *block) {
+void TULLE_KERNEL(fit_block)(const leaf_fit *fit, const tree_leaf *leaf, float *block) {
     float wide[6 * WIDE_ROW];
     size_t const triangles = leaf->triangle_end - leaf->triangle_begin;
     size_t const width = triangles + leaf->vertex_end - leaf->vertex_begin;
@@ -206,12 +207,42 @@ void TULLE_KERNEL(fit_leaves)(const leaf_fit *fit, size_t begin, size_t end) {
     enum { LONGEST = LEAF_HEADER + 6 * (LEAF_TRIANGLES + 2 * LEAF_SLOTS) };
     if (begin == end) return;
     for (size_t l = begin; l + 1 < end; l++)
-        fit_block(fit, &fit->leaves[l], fit->blocks + fit->leaves[l].block);
-    float last[LONGEST + 16];
+        TULLE_KERNEL(fit_block)(fit, &fit->leaves[l], fit->blocks + fit->leaves[l].block);
+    float last[LONGEST + BLOCK_SPARE];
     const tree_leaf *const leaf = &fit->leaves[end - 1];
-    fit_block(fit, leaf, last);
+    TULLE_KERNEL(fit_block)(fit, leaf, last);
     size_t const count = (leaf->triangle_end - leaf->triangle_begin) +
                          (leaf->vertex_end - leaf->vertex_begin) +
                          (leaf->edge_end - leaf->edge_begin);
     memcpy(fit->blocks + leaf->block, last, (LEAF_HEADER + 6 * count) * sizeof *last);
+}
+
+/* Around all triangles, so around all features. */
+static inline box_vector unite_leaf(const leaf_fit *fit, const tree_leaf *leaf) {
+    const uint32_t *corner = fit->triangle_corners + 3 * (size_t)leaf->triangle_begin;
+    const uint32_t *const end = fit->triangle_corners + 3 * (size_t)leaf->triangle_end;
+    box_vector a = load_box(&fit->vertex_boxes[corner[0]]), b = a, c = a;
+    for (; corner < end; corner += 3) {
+        a = unite(a, load_box(&fit->vertex_boxes[corner[0]]));
+        b = unite(b, load_box(&fit->vertex_boxes[corner[1]]));
+        c = unite(c, load_box(&fit->vertex_boxes[corner[2]]));
+    }
+    return unite(unite(a, b), c);
+}
+
+void TULLE_KERNEL(fit_lowest_nodes)(const leaf_fit *fit, tree_node *nodes, size_t begin,
+                                    size_t end) {
+    vertex_box nothing;
+    for (size_t k = 0; k < 8; k++) nothing.sides[k] = INFINITY;
+    for (size_t i = begin; i < end; i++) {
+        tree_node *const node = &nodes[i];
+        box_vector boxes[NODE_LANES];
+        for (size_t c = 0; c < node->child_count; c++)
+            boxes[c] = unite_leaf(fit, &fit->leaves[node->first + c]);
+        for (size_t c = node->child_count; c < NODE_LANES; c++) boxes[c] = load_box(&nothing);
+        write_rows(boxes, node->sides[0], NODE_LANES);
+        box_vector all = boxes[0];
+        for (size_t c = 1; c < NODE_LANES; c++) all = unite(all, boxes[c]);
+        write_box(all, node->box);
+    }
 }

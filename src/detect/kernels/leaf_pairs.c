@@ -7,6 +7,8 @@
 #include "detect/tree_kernels.h"
 #include "math/simd.h"
 
+enum { SHIFT = 37 }; /* of the places of each KEPT_BLOCKS leaves against those before */
+
 /* Bits 0, 2, 4, ... of twice sixteen, and 0, 3, 6, ... of three times eight. */
 #define EVEN_BITS 0x55555555U
 #define THIRD_BITS 0x00249249U
@@ -21,10 +23,9 @@ typedef struct leaf_view {
     uint32_t near_triangles, near_vertices, near_edges; /* bits */
 } leaf_view;
 
-static leaf_view view_leaf(const leaf_tables *tables, const tree_leaf *leaf) {
+static inline leaf_view view_leaf(const tree_leaf *leaf, const float *block) {
     uint32_t const triangle_count = leaf->triangle_end - leaf->triangle_begin;
     uint32_t const width = triangle_count + leaf->vertex_end - leaf->vertex_begin;
-    const float *const block = tables->blocks + leaf->block;
     return (leaf_view){.box = block,
                        .faces = block + LEAF_HEADER,
                        .edges = block + LEAF_HEADER + 6 * (size_t)width,
@@ -135,7 +136,7 @@ static inline void pair_vertices(const leaf_tables *tables, const leaf_view *a, 
         uint32_t const vertex = first_lane(near_a), slot = a->vertex_begin + vertex;
         uint32_t mask = b->near_triangles & box_lanes8_meet(&lanes, rows + vertex, a->width);
         if (corners)
-            mask &= ~find_sharing_triangles(tables->vertex_corners[slot],
+            mask &= ~find_sharing_triangles(tables->fit.vertex_corners[slot],
                                             corners + 3 * (size_t)b->triangle_begin);
         lanes8_compress(mask, b->triangle_begin, second);
         lanes8_fill(slot, first);
@@ -148,39 +149,66 @@ static inline void pair_vertices(const leaf_tables *tables, const leaf_view *a, 
 
 static inline void pair_views(const leaf_tables *tables, const leaf_view *a, const leaf_view *b,
                               bool may_share, pair_batch *batches) {
-    const uint32_t *const triangles = may_share ? tables->triangle_corners : NULL;
+    const uint32_t *const triangles = may_share ? tables->fit.triangle_corners : NULL;
     pair_batch *const faces = &batches[FEATURE_VERTEX_TRIANGLE];
     pair_vertices(tables, a, b, triangles, faces);
     if (a != b) pair_vertices(tables, b, a, triangles, faces);
-    pair_edges(a, b, may_share ? tables->edge_corners : NULL, &batches[FEATURE_EDGE_EDGE]);
+    pair_edges(a, b, may_share ? tables->fit.edge_corners : NULL, &batches[FEATURE_EDGE_EDGE]);
 }
 
 static inline bool may_share_vertex(const tree_leaf *leaf, uint32_t other) {
     return lanes8_equal(leaf->neighbours, other) != 0 || leaf->neighbours[0] == LEAF_ANY;
 }
 
-size_t TULLE_KERNEL(pair_leaves)(const leaf_tables *tables, const node_pairs *pairs, size_t begin,
-                                 pair_batch *batches) {
+/* Leaves side by side have places side by side, those of equal trees one after another have not the
+ * same. */
+static inline uint32_t find_place(uint32_t leaf) {
+    return (leaf + leaf / KEPT_BLOCKS * SHIFT) % KEPT_BLOCKS;
+}
+
+/* The block of a leaf, fitted unless it is there. taken: a place that stays as it is, or
+ * KEPT_BLOCKS. */
+static inline const float *find_block(const leaf_fit *fit, leaf_cache *cache, uint32_t leaf,
+                                      uint32_t taken) {
+    if (fit->blocks) return fit->blocks + fit->leaves[leaf].block;
+    uint32_t place = find_place(leaf);
+    if (cache->leaves[place] == leaf) return cache->blocks + place * cache->stride;
+    if (place == taken)
+        place = KEPT_BLOCKS;
+    else
+        cache->leaves[place] = leaf;
+    float *const block = cache->blocks + place * cache->stride;
+    TULLE_KERNEL(fit_block)(fit, &fit->leaves[leaf], block);
+    return block;
+}
+
+static inline void pair_two(const leaf_tables *tables, leaf_cache *cache, uint32_t first,
+                            uint32_t second, pair_batch *batches) {
+    const tree_leaf *const leaf = &tables->fit.leaves[first];
+    leaf_view a = view_leaf(leaf, find_block(&tables->fit, cache, first, KEPT_BLOCKS));
+    if (tables->is_one_tree && first == second) {
+        mark_near(&a, a.box);
+        pair_views(tables, &a, &a, true, batches);
+        return;
+    }
+    leaf_view b = view_leaf(&tables->fit.leaves[second],
+                            find_block(&tables->fit, cache, second, find_place(first)));
+    mark_near(&a, b.box);
+    mark_near(&b, a.box);
+    if (tables->is_one_tree && may_share_vertex(leaf, second))
+        pair_views(tables, &a, &b, true, batches);
+    else
+        pair_views(tables, &a, &b, false, batches);
+}
+
+size_t TULLE_KERNEL(pair_leaves)(const leaf_tables *tables, leaf_cache *cache,
+                                 const node_pairs *pairs, size_t begin, pair_batch *batches) {
     size_t i = begin;
     for (; i < pairs->count; i++) {
         size_t const vertices = batches[FEATURE_VERTEX_TRIANGLE].count;
         size_t const edges = batches[FEATURE_EDGE_EDGE].count;
         if ((vertices > edges ? vertices : edges) > PAIR_BATCH_SIZE - LEAF_PAIR_ROOM) break;
-        const tree_leaf *const first = &tables->leaves[pairs->first[i]];
-        const tree_leaf *const second = &tables->leaves[pairs->second[i]];
-        leaf_view a = view_leaf(tables, first);
-        if (tables->is_one_tree && first == second) {
-            mark_near(&a, a.box);
-            pair_views(tables, &a, &a, true, batches);
-            continue;
-        }
-        leaf_view b = view_leaf(tables, second);
-        mark_near(&a, b.box);
-        mark_near(&b, a.box);
-        if (tables->is_one_tree && may_share_vertex(first, pairs->second[i]))
-            pair_views(tables, &a, &b, true, batches);
-        else
-            pair_views(tables, &a, &b, false, batches);
+        pair_two(tables, cache, pairs->first[i], pairs->second[i], batches);
     }
     return i;
 }
