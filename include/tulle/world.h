@@ -211,12 +211,13 @@ typedef struct tulle_step_report {
                                                 took */
     double total_seconds;                    /* [s] wall clock; at least the sum of the stages */
     uint32_t solve_count, cg_iterations;
-    double cg_residual;    /* largest relative preconditioned residual of the solves */
-    int cg_converged;      /* 0: a solve stopped at its limit */
-    uint64_t box_pairs;    /* feature pairs whose swept boxes met, over all searches of stage 7 */
-    uint64_t tested_pairs; /* that the cheapest test of stages 10 and 11 did not prove apart, over
-                              all their tests */
-    uint64_t contacts;     /* contact rows of the last substep, impacts included */
+    double cg_residual;     /* largest relative preconditioned residual of the solves */
+    int cg_converged;       /* 0: a solve stopped at its limit */
+    uint64_t box_pairs;     /* feature pairs whose swept boxes met, over all searches of stage 7 */
+    uint64_t tested_pairs;  /* that the cheapest test of stages 10 and 11 did not prove apart, over
+                               all their tests */
+    uint64_t turning_pairs; /* of these proven apart by a plane that turns with the pair */
+    uint64_t contacts;      /* contact rows of the last substep, impacts included */
     uint64_t new_contacts, stick_contacts, slip_contacts, hard_contacts;
     uint32_t impact_rounds;
     uint64_t rescue_impact_zones;       /* rescue 3: zones projected */

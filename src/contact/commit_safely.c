@@ -40,6 +40,7 @@ static tulle_status test_all(commit_work *work, pair_events *hits) {
     if (status != TULLE_OK) return status;
     status = find_hits(work->scene, work->source->pairs, work->x1, NULL, hits);
     work->report->tested_pairs += hits->measured_count;
+    work->report->turning_pairs += hits->turning_count;
     work->is_clean = status == TULLE_OK && hits->count == 0;
     return status;
 }

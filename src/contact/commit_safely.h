@@ -13,8 +13,9 @@ typedef enum commit_outcome {
 
 typedef struct commit_report {
     commit_outcome outcome;
-    double fraction;       /* of the time step that passed: 1, less, or 0 when blocked */
-    uint64_t tested_pairs; /* pairs that reached the time of impact */
+    double fraction;        /* of the time step that passed: 1, less, or 0 when blocked */
+    uint64_t tested_pairs;  /* pairs that the cheapest test did not prove apart */
+    uint64_t turning_pairs; /* of these proven apart by a plane that turns */
     uint64_t impact_zones, component_scalings, global_scalings;
     double smallest_gap; /* [m] over all candidates at x1, INFINITY if none is nearer than the
                             largest separation distance */

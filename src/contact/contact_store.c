@@ -2,7 +2,8 @@
  *
  * The store is an array sorted by (kind, first, second), looked up by bisection. A pair may own
  * several rows (one gathered, some from impacts); their impulses act on nearly the same points, so
- * their sum is what the pair carries. */
+ * their sum is what the pair carries. State and age are the largest of them, the normal is that of
+ * the oldest row. */
 #include "contact/contact_store.h"
 
 #include "base/hash.h"
@@ -51,6 +52,11 @@ static size_t merge_equal_keys(stored_contact *items, size_t count) {
         if (kept > 0 && compare_keys(&items[kept - 1], &items[i]) == 0) {
             for (int k = 0; k < 3; k++) items[kept - 1].impulse[k] += items[i].impulse[k];
             items[kept - 1].is_hard |= items[i].is_hard;
+            if (items[i].state > items[kept - 1].state) items[kept - 1].state = items[i].state;
+            if (items[i].age > items[kept - 1].age) {
+                items[kept - 1].age = items[i].age;
+                memcpy(items[kept - 1].normal, items[i].normal, sizeof items[i].normal);
+            }
         } else {
             items[kept++] = items[i];
         }
@@ -75,7 +81,10 @@ tulle_status update_contacts(contact_store *store, memory *heap, const row_list 
                                        .first = row->pair.first,
                                        .second = row->pair.second,
                                        .is_hard = row->is_hard,
-                                       .impulse = {row->impulse.x, row->impulse.y, row->impulse.z}};
+                                       .state = (uint32_t)row->state,
+                                       .age = row->age == UINT32_MAX ? row->age : row->age + 1,
+                                       .impulse = {row->impulse.x, row->impulse.y, row->impulse.z},
+                                       .normal = {row->normal.x, row->normal.y, row->normal.z}};
     }
     if (!is_sorted(contacts, list->rows.count)) sort_contacts(contacts, list->rows.count);
     store->contacts.count = merge_equal_keys(contacts, list->rows.count);
@@ -130,9 +139,10 @@ void contact_store_save(const contact_store *store, void *bytes) {
 }
 
 static bool is_valid_contact(const stored_contact *contact) {
+    for (int k = 0; k < 3; k++)
+        if (!isfinite(contact->impulse[k]) || !isfinite(contact->normal[k])) return false;
     return contact->kind <= FEATURE_EDGE_EDGE && contact->is_hard <= 1 &&
-           isfinite(contact->impulse[0]) && isfinite(contact->impulse[1]) &&
-           isfinite(contact->impulse[2]);
+           contact->state <= ROW_SLIDES;
 }
 
 /* Checks a block without relying on its alignment. */

@@ -117,7 +117,9 @@ typedef struct contact_row {
     double stiffness;    /* [kg] penalty of a hard row in the solve */
     double friction_cap; /* [N s] normal impulse that bounds friction of a hard row; < 0: its own */
     bool is_hard;        /* in the matrix of the solve */
-    bool is_old;         /* was there in the step before */
+    bool is_old;         /* goes on with a contact of the step before */
+    row_state old_state; /* that contact's; ROW_OPEN for a new row */
+    uint32_t age;        /* steps before this one in which that contact was there */
     row_state state;     /* after the last sweep */
 } contact_row;
 
@@ -133,7 +135,10 @@ typedef struct row_list {
 typedef struct stored_contact {
     uint32_t kind, first, second; /* key; sorted by it */
     uint32_t is_hard;             /* 0 or 1 */
+    uint32_t state;               /* row_state */
+    uint32_t age;                 /* steps since the contact began, on whatever features */
     double impulse[3];            /* [N s] of a step of length contact_store.time_step */
+    double normal[3];             /* unit, from the second feature to the first: the side */
 } stored_contact;
 
 /* Contacts at the end of the last step. Zeroed is empty. */

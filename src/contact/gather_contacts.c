@@ -7,12 +7,16 @@
 
 #include "base/parallel.h"
 #include "base/timer.h"
+#include "contact/carry_over.h"
 #include "contact/contact_rows.h"
 #include "contact/select_admissible.h"
 
 #include <string.h>
 
 enum { ROW_CHUNK = 64 /* events; some 40 microseconds */ };
+
+/* What becomes of a row: reserved ones are kept only when a contact is carried over to them. */
+typedef enum row_choice { ROW_DROPPED, ROW_RESERVED, ROW_KEPT } row_choice;
 
 typedef struct gathering {
     const contact_scene *scene;
@@ -21,7 +25,7 @@ typedef struct gathering {
     double largest_contact, largest_separation; /* [m] with rounding slack */
     const pair_event *events;
     contact_row *rows; /* one an event */
-    bool *is_kept;
+    uint8_t *choices;  /* row_choice of each */
 } gathering;
 
 static bool may_touch(const void *context, feature_kind kind, feature_pair pair) {
@@ -36,7 +40,8 @@ static bool may_touch(const void *context, feature_kind kind, feature_pair pair)
 
 /* Time 0 for a pair that is near now, else when the path first comes within the contact distance.
  */
-static bool measure_touch(const void *context, feature_kind kind, feature_pair pair, double *time) {
+static scan_verdict measure_touch(const void *context, feature_kind kind, feature_pair pair,
+                                  double *time) {
     const gathering *const work = context;
     const contact_scene *const scene = work->scene;
     uint32_t vertices[4];
@@ -48,21 +53,27 @@ static bool measure_touch(const void *context, feature_kind kind, feature_pair p
     pair_distances const distances = find_pair_distances(scene, kind, vertices);
     *time = 0.0;
     if (distance2 >= distances.separation * distances.separation) {
-        if (pair_stays_apart(kind, &paths, distances.contact)) return false;
+        if (pair_stays_apart(kind, &paths, distances.contact)) return SCAN_DROP;
         toi_result const result = time_of_impact(kind, &paths, distances.contact);
-        if (result.state == TOI_SEPARATED) return false;
+        if (result.state == TOI_SEPARATED) return SCAN_DROP;
         *time = result.lower_bound;
     }
-    return !pair_is_ignored(scene, kind, pair);
+    return pair_is_ignored(scene, kind, pair) ? SCAN_DROP : SCAN_EVENT;
 }
 
-static void restore_impulse(const gathering *work, contact_row *row) {
+/* Contacts of the step before are held to a wider tolerance; so are new rows that one of them may
+ * be carried over to. */
+static row_choice choose_row(const gathering *work, contact_row *row, double time) {
+    const contact_scene *const scene = work->scene;
+    const contact_settings *const settings = &scene->settings;
     const stored_contact *const kept = find_contact(work->store, row->kind, row->pair);
-    if (!kept) return;
-    double const scale = work->scene->time_step / work->store->time_step;
-    row->impulse = vec3_scale(vec3_load(kept->impulse, 0), scale);
-    row->is_old = true;
-    row->is_hard = kept->is_hard != 0;
+    if (kept) restore_contact(row, kept, scene->time_step / work->store->time_step);
+    if (!kept && row_is_admissible(scene, work->predicted, row, time, settings->slope_tolerance))
+        return ROW_KEPT;
+    if (!row_is_admissible(scene, work->predicted, row, time, settings->old_slope_tolerance))
+        return ROW_DROPPED;
+    if (kept) return ROW_KEPT;
+    return work->store->contacts.count > 0 && !row_is_on_rim(row) ? ROW_RESERVED : ROW_DROPPED;
 }
 
 static void make_rows(void *context, size_t begin, size_t end, size_t chunk, int worker) {
@@ -70,11 +81,9 @@ static void make_rows(void *context, size_t begin, size_t end, size_t chunk, int
     gathering *const work = context;
     for (size_t i = begin; i < end; i++) {
         contact_row *const row = &work->rows[i];
-        work->is_kept[i] = make_contact_row(work->scene, work->predicted, &work->events[i], row);
-        if (!work->is_kept[i]) continue;
-        restore_impulse(work, row);
-        work->is_kept[i] =
-            row_is_admissible(work->scene, work->predicted, row, work->events[i].time);
+        work->choices[i] = ROW_DROPPED;
+        if (make_contact_row(work->scene, work->predicted, &work->events[i], row))
+            work->choices[i] = choose_row(work, row, work->events[i].time);
     }
 }
 
@@ -89,10 +98,18 @@ static void add_time(double *total, double *start) {
 static tulle_status select_rows(gathering *work, size_t event_count, size_t *kept) {
     const contact_scene *const scene = work->scene;
     parallel_for(event_count, ROW_CHUNK, scene->threads, make_rows, work);
-    *kept = 0;
-    for (size_t i = 0; i < event_count; i++)
-        if (work->is_kept[i]) work->rows[(*kept)++] = work->rows[i];
-    return thin_rim_rows(scene, work->rows, kept);
+    size_t reserve_count = 0;
+    for (size_t i = 0; i < event_count; i++) reserve_count += work->choices[i] == ROW_RESERVED;
+    contact_row *const reserve = ARENA_NEW(scene->scratch, contact_row, reserve_count);
+    if (!reserve) return TULLE_ERROR_OUT_OF_MEMORY;
+    *kept = reserve_count = 0;
+    for (size_t i = 0; i < event_count; i++) {
+        if (work->choices[i] == ROW_RESERVED) reserve[reserve_count++] = work->rows[i];
+        if (work->choices[i] == ROW_KEPT) work->rows[(*kept)++] = work->rows[i];
+    }
+    tulle_status const status = thin_rim_rows(scene, work->rows, kept);
+    if (status != TULLE_OK) return status;
+    return carry_over_contacts(scene, work->store, work->rows, kept, reserve, reserve_count);
 }
 
 static tulle_status fill_rows(gathering *work, const pair_list *pairs, row_list *list) {
@@ -106,8 +123,8 @@ static tulle_status fill_rows(gathering *work, const pair_list *pairs, row_list 
     add_time(&times->test_pairs, &start);
     if (status != TULLE_OK) return status;
     work->events = found.events;
-    work->is_kept = ARENA_NEW(scene->scratch, bool, found.count);
-    if (!work->is_kept || !ARRAY_RESERVE(scene->heap, &list->rows, found.count))
+    work->choices = ARENA_NEW(scene->scratch, uint8_t, found.count);
+    if (!work->choices || !ARRAY_RESERVE(scene->heap, &list->rows, found.count))
         return TULLE_ERROR_OUT_OF_MEMORY;
     work->rows = list->rows.data;
     size_t kept = 0;

@@ -11,8 +11,9 @@ enum {
     FILTER_CHUNK = 2048, /* pairs; some 40 microseconds */
     MEASURE_CHUNK = 64   /* pairs; some 20 to 50 microseconds */
 };
-/* Time of a pair that did not pass. */
-#define NOT_PASSED (-1.0)
+/* Times of pairs that are dropped. */
+#define DROPPED (-1.0)
+#define DROPPED_TURNING (-2.0)
 
 typedef struct scan_work {
     const pair_list *pairs;
@@ -48,8 +49,10 @@ static void measure_chunk(void *context, size_t begin, size_t end, size_t chunk,
     for (size_t i = begin; i < end; i++) {
         pair_event *const event = &work->events[i];
         event->pair = get_pair(work->pairs, work->survivors[i], &event->kind);
-        if (!work->scan->measure(work->scan->context, event->kind, event->pair, &event->time))
-            event->time = NOT_PASSED;
+        scan_verdict const verdict =
+            work->scan->measure(work->scan->context, event->kind, event->pair, &event->time);
+        if (verdict != SCAN_EVENT)
+            event->time = verdict == SCAN_DROP_TURNING ? DROPPED_TURNING : DROPPED;
     }
 }
 
@@ -63,11 +66,13 @@ static size_t compact_survivors(scan_work *work, size_t pair_count) {
     return count;
 }
 
-static size_t compact_events(pair_event *events, size_t count) {
+static void compact_events(pair_events *result) {
     size_t kept = 0;
-    for (size_t i = 0; i < count; i++)
-        if (events[i].time >= 0.0) events[kept++] = events[i];
-    return kept;
+    for (size_t i = 0; i < result->count; i++) {
+        result->turning_count += result->events[i].time == DROPPED_TURNING;
+        if (result->events[i].time >= 0.0) result->events[kept++] = result->events[i];
+    }
+    result->count = kept;
 }
 
 tulle_status scan_pairs(const contact_scene *scene, const pair_list *pairs, const pair_scan *scan,
@@ -87,6 +92,7 @@ tulle_status scan_pairs(const contact_scene *scene, const pair_list *pairs, cons
     parallel_for(survivor_count, MEASURE_CHUNK, scene->threads, measure_chunk, &work);
     result->events = work.events;
     result->measured_count = survivor_count;
-    result->count = compact_events(work.events, survivor_count);
+    result->count = survivor_count;
+    compact_events(result);
     return TULLE_OK;
 }

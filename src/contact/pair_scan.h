@@ -14,9 +14,14 @@ typedef struct pair_event {
 
 /* Cheap test: false drops the pair. Runs on several threads. */
 typedef bool (*pair_filter)(const void *context, feature_kind kind, feature_pair pair);
-/* Full test: false drops the pair, else *time is set. Runs on several threads. */
-typedef bool (*pair_measure)(const void *context, feature_kind kind, feature_pair pair,
-                             double *time);
+typedef enum scan_verdict {
+    SCAN_DROP,
+    SCAN_DROP_TURNING, /* dropped, and counted: proven apart by a plane that turns with the pair */
+    SCAN_EVENT
+} scan_verdict;
+/* Full test: what becomes of the pair; *time is set for an event. Runs on several threads. */
+typedef scan_verdict (*pair_measure)(const void *context, feature_kind kind, feature_pair pair,
+                                     double *time);
 
 typedef struct pair_scan {
     pair_filter filter;
@@ -27,7 +32,8 @@ typedef struct pair_scan {
 typedef struct pair_events {
     pair_event *events; /* in scratch; in the order of the list, vertex/triangle first */
     size_t count;
-    uint64_t measured_count;
+    uint64_t measured_count; /* pairs that passed the filter */
+    uint64_t turning_count;  /* of these SCAN_DROP_TURNING */
 } pair_events;
 
 /* The events stay in the scene's scratch arena until the caller releases its mark. */

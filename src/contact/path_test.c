@@ -1,8 +1,9 @@
 /* contact/path_test.c - see path_test.h.
  *
  * The test is a chain from cheap to dear: no vertex moved relative to the others; the direction
- * between the middles separates; the closest direction separates; conservative advancement with
- * the pair's own gap. Each link is a proof, so a pair that leaves the chain is safe. */
+ * between the middles separates; the closest direction separates; a plane that turns from the
+ * closest direction at the start to that at the end separates; conservative advancement with the
+ * pair's own gap. Each link is a proof, so a pair that leaves the chain is safe. */
 #include "contact/path_test.h"
 
 #include "base/parallel.h"
@@ -43,19 +44,21 @@ static bool is_at_rest(const moving_pair *paths) {
     return memcmp(paths->start, paths->end, sizeof paths->start) == 0;
 }
 
-static bool measure_hit(const void *context, feature_kind kind, feature_pair pair, double *time) {
+static scan_verdict measure_hit(const void *context, feature_kind kind, feature_pair pair,
+                                double *time) {
     const path_test *const test = context;
     uint32_t vertices[4];
     feature_pair_vertices(test->scene->set->topo, kind, pair, vertices);
     moving_pair const paths = load_paths(test, vertices);
-    if (is_at_rest(&paths)) return false;
-    if (pair_stays_apart(kind, &paths, test->scene->settings.minimum_gap)) return false;
+    if (is_at_rest(&paths)) return SCAN_DROP;
+    apart_proof const proof = prove_apart(kind, &paths, test->scene->settings.minimum_gap);
+    if (proof != APART_UNPROVEN) return proof == APART_BY_TURNING ? SCAN_DROP_TURNING : SCAN_DROP;
     double const start = sqrt(closest_of_pair(kind, paths.start).distance2);
     double const minimum = find_pair_distances(test->scene, kind, vertices).minimum;
     toi_result const result = time_of_impact(kind, &paths, find_minimum_gap(minimum, start));
-    if (result.state == TOI_SEPARATED) return false;
+    if (result.state == TOI_SEPARATED) return SCAN_DROP;
     *time = result.lower_bound;
-    return !pair_is_ignored(test->scene, kind, pair);
+    return pair_is_ignored(test->scene, kind, pair) ? SCAN_DROP : SCAN_EVENT;
 }
 
 tulle_status find_hits(const contact_scene *scene, const pair_list *pairs, const double *x1,

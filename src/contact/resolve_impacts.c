@@ -57,9 +57,11 @@ static tulle_status test_paths(impact_work *work, pair_events *hits) {
     status = find_hits(work->scene, work->source->pairs, work->x1,
                        is_partial ? work->has_changed : NULL, hits);
     work->report->tested_pairs += hits->measured_count;
+    work->report->turning_pairs += hits->turning_count;
     if (status != TULLE_OK || !is_partial || hits->count > 0) return status;
     status = find_hits(work->scene, work->source->pairs, work->x1, NULL, hits);
     work->report->tested_pairs += hits->measured_count;
+    work->report->turning_pairs += hits->turning_count;
     return status;
 }
 

@@ -5,10 +5,11 @@
 #include "contact/contact_paths.h"
 
 typedef struct impact_report {
-    uint32_t rounds;       /* rounds that found something */
-    uint64_t tested_pairs; /* pairs that reached the time of impact */
-    uint64_t impact_count; /* rows added */
-    bool is_clean;         /* the last test of x0 -> x1 found nothing */
+    uint32_t rounds;        /* rounds that found something */
+    uint64_t tested_pairs;  /* pairs that the cheapest test did not prove apart */
+    uint64_t turning_pairs; /* of these proven apart by a plane that turns */
+    uint64_t impact_count;  /* rows added */
+    bool is_clean;          /* the last test of x0 -> x1 found nothing */
 } impact_report;
 
 /* Tests all candidates along x0 -> x1 with the pairs' minimum gaps, adds a row for each hit and

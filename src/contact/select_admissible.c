@@ -121,9 +121,14 @@ static bool vertex_row_is_admissible(cone_test *test, const contact_row *row) {
     return true;
 }
 
-static bool edge_row_is_admissible(cone_test *test, const contact_row *row) {
+bool row_is_on_rim(const contact_row *row) {
     for (int k = 0; k < 4; k++)
-        if (fabs(row->weights[k]) < RIM_WEIGHT) return false;
+        if (fabs(row->weights[k]) < RIM_WEIGHT) return true;
+    return false;
+}
+
+static bool edge_row_is_admissible(cone_test *test, const contact_row *row) {
+    if (row_is_on_rim(row)) return false;
     face_feature(test, row, true);
     if (!is_in_edge_cone(test, row->pair.first, blend_side(test, row, 0, 2))) return false;
     face_feature(test, row, false);
@@ -131,12 +136,8 @@ static bool edge_row_is_admissible(cone_test *test, const contact_row *row) {
 }
 
 bool row_is_admissible(const contact_scene *scene, const double *x1, const contact_row *row,
-                       double time) {
-    cone_test test = {.scene = scene,
-                      .x1 = x1,
-                      .time = time,
-                      .slope_tolerance = row->is_old ? scene->settings.old_slope_tolerance
-                                                     : scene->settings.slope_tolerance};
+                       double time, double slope_tolerance) {
+    cone_test test = {.scene = scene, .x1 = x1, .time = time, .slope_tolerance = slope_tolerance};
     return row->kind == FEATURE_VERTEX_TRIANGLE ? vertex_row_is_admissible(&test, row)
                                                 : edge_row_is_admissible(&test, row);
 }

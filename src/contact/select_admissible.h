@@ -7,10 +7,14 @@
 
 /* True when the row's normal lies in the normal cone of both features, at time `time` along
  * x0 -> x1: no neighbour of the feature lies nearer to the other body, by more than the slope
- * tolerance, which is wider for rows that the step before had. Edge/edge rows whose nearest point
+ * tolerance (a sine). Edge/edge rows whose nearest point
  * is an end are left to the vertex's own rows. */
 bool row_is_admissible(const contact_scene *scene, const double *x1, const contact_row *row,
-                       double time);
+                       double time, double slope_tolerance);
+
+/* True when the nearest point is on the rim of a feature: an edge or corner of the triangle, or an
+ * end of an edge. */
+bool row_is_on_rim(const contact_row *row);
 
 /* Thins rows sorted by (kind, pair): a vertex/triangle row whose nearest point is on the
  * triangle's rim goes when the vertex is nearer to the inside of a neighbouring triangle, or when

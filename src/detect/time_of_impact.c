@@ -11,6 +11,10 @@
  * than that of additive CCD, 0.9 (distance - separation) / (largest relative corner speed), since
  * no gap closes faster than a corner moves.
  *
+ * A direction that turns, n(t) = n0 + t (n1 - n0), proves as much: n(t) . (a_i - b_j)(t) is
+ * quadratic and no less than its smallest Bernstein coefficient, n0 . d0, (n0 . d1 + n1 . d0) / 2
+ * or n1 . d1, and |n(t)| is no more than the larger of |n0| and |n1|.
+ *
  * Corner differences are formed first, so a common translation or motion costs no accuracy, and
  * scaled by a power of two to about 1, so nothing overflows.
  *
@@ -218,15 +222,33 @@ static bool axis_separates_throughout(const gap_corners *corners) {
     return least.x > s || least.y > s || least.z > s || most.x < -s || most.y < -s || most.z < -s;
 }
 
-bool pair_stays_apart(feature_kind kind, const moving_pair *pair, double separation) {
+/* The middle coefficient is the mean of two bounds, whose sum has the sign of the exact one; the
+ * others are gaps along n0 at the start and along n1 at the end. |n(t)| <= 1 up to rounding. */
+static bool turning_direction_separates(const gap_corners *corners, vec3 n0, vec3 n1) {
+    double const s = corners->separation;
+    for (int k = 0; k < corners->count; k++) {
+        vec3 const start = corners->start[k], end = corners->end[k];
+        if (!(bound_gap(n0, start, s) > 0.0) || !(bound_gap(n1, end, s) > 0.0)) return false;
+        if (!(bound_gap(n0, end, s) + bound_gap(n1, start, s) > 0.0)) return false;
+    }
+    return true;
+}
+
+apart_proof prove_apart(feature_kind kind, const moving_pair *pair, double separation) {
     gap_corners const corners = make_gap_corners(kind, pair, separation);
-    if (!corners.is_finite) return false;
-    if (axis_separates_throughout(&corners)) return true;
+    if (!corners.is_finite) return APART_UNPROVEN;
+    if (axis_separates_throughout(&corners)) return APART_BY_DIRECTION;
+    vec3 directions[2];
     for (int end = 0; end < 2; end++) {
         vec3 points[4];
         place_points(kind, &corners, (double)end, points);
-        closest_points const closest = closest_of_pair(kind, points);
-        if (separates_throughout(&corners, make_direction(closest.difference))) return true;
+        directions[end] = make_direction(closest_of_pair(kind, points).difference);
+        if (separates_throughout(&corners, directions[end])) return APART_BY_DIRECTION;
     }
-    return false;
+    return turning_direction_separates(&corners, directions[0], directions[1]) ? APART_BY_TURNING
+                                                                               : APART_UNPROVEN;
+}
+
+bool pair_stays_apart(feature_kind kind, const moving_pair *pair, double separation) {
+    return prove_apart(kind, pair, separation) == APART_BY_DIRECTION;
 }

@@ -33,6 +33,18 @@ typedef struct toi_result {
  * rounding. False proves nothing. */
 bool pair_stays_apart(feature_kind kind, const moving_pair *pair, double separation);
 
+/* What proves that a pair keeps its separation. */
+typedef enum apart_proof {
+    APART_UNPROVEN,
+    APART_BY_DIRECTION, /* as pair_stays_apart */
+    APART_BY_TURNING    /* a direction that turns from the closest one at t = 0 to that at t = 1 */
+} apart_proof;
+
+/* pair_stays_apart, then the plane that turns with the pair: with n(t) = n0 + t (n1 - n0) the gaps
+ * n(t) . (a_i - b_j)(t) are quadratic, and their Bernstein coefficients exceed `separation`. Edges
+ * may so rotate about each other. Outward rounding. */
+apart_proof prove_apart(feature_kind kind, const moving_pair *pair, double separation);
+
 /* True when the coplanarity cubic has no root by Bernstein signs with an error bound: the pair
  * cannot cross (proves nothing about a separation > 0). */
 bool pair_cannot_cross(feature_kind kind, const moving_pair *pair);

@@ -68,6 +68,7 @@ static const column columns[] = {
     {"patch_triangles", COLUMN_U64, FIELD(patch_triangles)},
     {"patches_certified", COLUMN_U64, FIELD(patches_certified)},
     {"patches_dissolved", COLUMN_U64, FIELD(patches_dissolved)},
+    {"turning_pairs", COLUMN_U64, FIELD(turning_pairs)},
 };
 enum {
     COLUMN_COUNT = sizeof columns / sizeof columns[0],

@@ -11,7 +11,7 @@
 #include <math.h>
 #include <string.h>
 
-static const char STATE_MAGIC[8] = {'T', 'U', 'L', 'L', 'E', 'S', 'T', '2'}; /* 2: version */
+static const char STATE_MAGIC[8] = {'T', 'U', 'L', 'L', 'E', 'S', 'T', '3'}; /* 3: version */
 
 typedef struct state_header {
     char magic[8];
@@ -135,9 +135,16 @@ void tulle_world_free_state(const tulle_world *world, void *bytes, size_t byte_c
 static tulle_status check_header(const tulle_world *world, const state_header *header,
                                  const unsigned char *bytes, size_t byte_count,
                                  tulle_error *error) {
+    if (memcmp(header->magic, STATE_MAGIC, sizeof header->magic - 1) != 0) {
+        return error_set(error, TULLE_ERROR_PARSE, "these bytes are not a saved state");
+    }
     if (memcmp(header->magic, STATE_MAGIC, sizeof header->magic) != 0) {
         return error_set(error, TULLE_ERROR_PARSE,
-                         "these bytes are not a saved state, or one of another version");
+                         "the saved state is of another version of Tulle (format %c, this one "
+                         "reads %c): start the run anew",
+                         header->magic[7] >= ' ' && header->magic[7] <= '~' ? header->magic[7]
+                                                                            : '?',
+                         STATE_MAGIC[7]);
     }
     uint64_t const left = byte_count / sizeof(tulle_intersection);
     if (header->byte_count != byte_count || header->contact_bytes > byte_count ||

@@ -224,6 +224,7 @@ static tulle_status run_resolve_impacts(step_context *context, impact_report *im
                         context->mean_velocity, context->end, impacts);
     context->report->impact_rounds += impacts->rounds;
     context->report->tested_pairs += impacts->tested_pairs;
+    context->report->turning_pairs += impacts->turning_pairs;
     return status;
 }
 
@@ -233,6 +234,7 @@ static tulle_status run_commit_safely(step_context *context, bool is_clean) {
                                               context->mean_velocity, context->end, commit);
     tulle_step_report *const report = context->report;
     report->tested_pairs += commit->tested_pairs;
+    report->turning_pairs += commit->turning_pairs;
     report->rescue_impact_zones += commit->impact_zones;
     report->rescue_component_scalings += commit->component_scalings;
     report->rescue_global_scalings += commit->global_scalings;

@@ -152,6 +152,10 @@ static void saved_state_goes_on_with_the_same_bits(void **state) {
         assert_int_not_equal(tulle_world_load_state(worlds[1], bytes, i, NULL), TULLE_OK);
         free(damaged);
     }
+    ((unsigned char *)bytes)[7] = '2'; /* the format of the first contact stores */
+    assert_int_equal(tulle_world_load_state(worlds[1], bytes, byte_count, &error),
+                     TULLE_ERROR_PARSE);
+    assert_non_null(strstr(error.message, "another version"));
     assert_true(tulle_world_get_state_hash(worlds[1]) == hash);
     tulle_world_free_state(worlds[0], bytes, byte_count);
     for (int k = 0; k < 2; k++) tulle_world_destroy(worlds[k]);

@@ -1,0 +1,154 @@
+/* Contacts that change their features: impulses go on with the vertex or edge that slides, each at
+ * most once, and never to the other side. */
+#include "base/hash.h"
+#include "support/mini_world.h"
+#include "support/test_support.h"
+
+#include <string.h>
+
+#define TIME_STEP (1.0 / 90.0)
+#define HEIGHT 3e-3
+
+/* A sheet of 8 x 9 vertices, turned, at the contact distance over a plane of cells of 3 cm. */
+static void make_sheet_over_plane(mini_world *world, uint64_t *random) {
+    *world = mini_world_make();
+    double const angle = 6.28 * random_uniform(random);
+    vec3 const across = {0.15 * cos(angle), 0.15 * sin(angle), 0.0};
+    vec3 const along = {-0.15 * sin(angle), 0.15 * cos(angle), 0.0};
+    mini_grid sheet = make_mini_grid(8, 9, vec3_make(0.0, 0.0, HEIGHT), across, along);
+    mini_grid plane = make_mini_grid(21, 21, vec3_make(-0.3, -0.31, 0.0), vec3_make(0.6, 0.01, 0.0),
+                                     vec3_make(0.013, 0.6, 0.0));
+    add_mini_surface(world, sheet.mesh, false);
+    add_mini_surface(world, plane.mesh, true);
+    start_mini_world(world);
+    free_mini_grid(&sheet);
+    free_mini_grid(&plane);
+}
+
+static void gather(mini_world *world) {
+    contact_scene const scene = get_mini_scene(world, TIME_STEP);
+    memcpy(world->x1, world->x0, 3 * world->vertex_count * sizeof(double));
+    pair_source const source = find_mini_pairs(world, world->x1);
+    assert_int_equal(gather_contacts(&scene, &world->store, world->x1, source.pairs, &world->rows),
+                     TULLE_OK);
+}
+
+/* Rows with impulses that tell them apart, stored. */
+static void store_marked_rows(mini_world *world) {
+    for (size_t r = 0; r < world->rows.rows.count; r++)
+        world->rows.rows.data[r].impulse = vec3_make(0.0, (double)(r + 1), 0.0);
+    assert_int_equal(update_contacts(&world->store, &world->heap, &world->rows, TIME_STEP),
+                     TULLE_OK);
+}
+
+static void shift_sheet(mini_world *world, double dx, double dy, double dz) {
+    for (size_t i = 0; i < world->cloth_vertex_count; i++) {
+        world->x0[3 * i] += dx;
+        world->x0[3 * i + 1] += dy;
+        world->x0[3 * i + 2] += dz;
+    }
+}
+
+/* Index of the stored row whose mark the row bears, or SIZE_MAX; every mark only once. */
+static size_t read_mark(const contact_row *row, bool *is_taken, size_t count) {
+    double const mark = fabs(row->impulse.y);
+    assert_true(row->impulse.x == 0.0 && row->impulse.z == 0.0);
+    assert_int_equal(mark > 0.0, row->is_old);
+    if (!row->is_old) return SIZE_MAX;
+    size_t const index = (size_t)(mark + 0.5) - 1;
+    assert_true(index < count && mark == (double)(index + 1));
+    assert_false(is_taken[index]);
+    is_taken[index] = true;
+    return index;
+}
+
+enum { MAX_ROWS = 4096 };
+
+/* The sheet slides by up to a third of a cell: every row of a vertex of the sheet goes on with
+ * that vertex's contact, other rows with one that has a vertex in common, and nothing is doubled.
+ */
+static void impulses_slide_with_the_sheet(void **state) {
+    (void)state;
+    static bool is_taken[MAX_ROWS];
+    static contact_row before[MAX_ROWS];
+    uint64_t random = 11;
+    size_t changed = 0, edge_rows = 0, carried_edge_rows = 0;
+    for (int i = 0; i < 40; i++) {
+        mini_world world;
+        make_sheet_over_plane(&world, &random);
+        gather(&world);
+        size_t const count = world.rows.rows.count;
+        assert_true(count < MAX_ROWS);
+        store_marked_rows(&world);
+        memcpy(before, world.rows.rows.data, count * sizeof *before);
+        memset(is_taken, 0, sizeof is_taken);
+        shift_sheet(&world, 0.01 * random_uniform(&random), 0.01 * random_uniform(&random), 0.0);
+        gather(&world);
+        for (size_t r = 0; r < world.rows.rows.count; r++) {
+            const contact_row *const row = &world.rows.rows.data[r];
+            size_t const index = read_mark(row, is_taken, count);
+            bool const is_sheet_vertex =
+                row->kind == FEATURE_VERTEX_TRIANGLE && row->vertices[0] < world.cloth_vertex_count;
+            if (is_sheet_vertex) {
+                assert_true(index < count && before[index].kind == row->kind);
+                assert_int_equal(before[index].pair.first, row->pair.first);
+                changed += before[index].pair.second != row->pair.second;
+            }
+            edge_rows += row->kind == FEATURE_EDGE_EDGE;
+            carried_edge_rows += row->kind == FEATURE_EDGE_EDGE && index < count;
+        }
+        mini_world_destroy(&world);
+    }
+    print_message("%zu vertex rows changed their triangle; %zu of %zu edge rows carried over\n",
+                  changed, carried_edge_rows, edge_rows);
+    assert_true(changed > 1000 && 2 * carried_edge_rows > edge_rows);
+}
+
+/* Sheets on the other side of the plane have rows of the other direction: nothing is carried. */
+static void impulses_do_not_change_sides(void **state) {
+    (void)state;
+    uint64_t random = 17;
+    mini_world world;
+    make_sheet_over_plane(&world, &random);
+    gather(&world);
+    store_marked_rows(&world);
+    shift_sheet(&world, 0.015, 0.01, -2.0 * HEIGHT);
+    gather(&world);
+    assert_true(world.rows.rows.count > world.cloth_vertex_count);
+    size_t old_count = 0;
+    for (size_t r = 0; r < world.rows.rows.count; r++) {
+        const contact_row *const row = &world.rows.rows.data[r];
+        const stored_contact *const own = find_contact(&world.store, row->kind, row->pair);
+        assert_int_equal(row->is_old, own != NULL);
+        old_count += row->is_old;
+    }
+    assert_true(old_count < world.rows.rows.count);
+    mini_world_destroy(&world);
+}
+
+/* A store of another scene, whose features do not exist here, is read without harm. */
+static void unknown_contacts_are_left_alone(void **state) {
+    (void)state;
+    uint64_t random = 19;
+    mini_world world;
+    make_sheet_over_plane(&world, &random);
+    gather(&world);
+    for (size_t r = 0; r < world.rows.rows.count; r++) {
+        contact_row *const row = &world.rows.rows.data[r];
+        row->impulse = vec3_make(1.0, 0.0, 0.0);
+        row->pair = (feature_pair){1000000 + (uint32_t)r, 2000000};
+    }
+    assert_int_equal(update_contacts(&world.store, &world.heap, &world.rows, TIME_STEP), TULLE_OK);
+    gather(&world);
+    for (size_t r = 0; r < world.rows.rows.count; r++) assert_false(world.rows.rows.data[r].is_old);
+    mini_world_destroy(&world);
+}
+
+int main(void) {
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(impulses_slide_with_the_sheet),
+        cmocka_unit_test(impulses_do_not_change_sides),
+        cmocka_unit_test(unknown_contacts_are_left_alone),
+    };
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}
