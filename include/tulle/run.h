@@ -49,7 +49,8 @@ typedef struct tulle_run_def {
     int has_response;                       /* 1: response and motion_space are for the record */
     tulle_response response;
     tulle_motion_space motion_space;
-    const tulle_run_body *bodies; /* cloths first, then obstacles, as in the world */
+    const tulle_untangle_report *untangle; /* for the record; null: not said */
+    const tulle_run_body *bodies;          /* cloths first, then obstacles, as in the world */
     size_t body_count;
 } tulle_run_def;
 TULLE_API tulle_run_def tulle_run_def_default(void);

@@ -60,7 +60,9 @@ typedef enum tulle_motion_space {
 
 typedef enum tulle_start_intersections {
     TULLE_START_REFUSE,
-    TULLE_START_IGNORE
+    TULLE_START_IGNORE,  /* such pairs count once they came apart */
+    TULLE_START_UNTANGLE /* cloth is moved before the first step until nothing intersects. Obstacles
+                            that appear into cloth later are refused */
 } tulle_start_intersections;
 typedef enum tulle_on_pinch {
     TULLE_ON_PINCH_STOP,
@@ -102,6 +104,8 @@ typedef struct tulle_world_def {
     double dynamic_friction_cloth_cloth; /* what slows cloths that slide on one another, 0 ..
                                             friction_cloth_cloth; negative: the same */
     tulle_start_intersections start_intersections;
+    int untangle_limit; /* rounds of untangling, 1 .. 1e6; a start that is not clean by then is
+                           refused */
     tulle_on_pinch on_pinch;
     int threads; /* 1 .. 256; 0: one per processor. Results do not depend on it */
     tulle_allocator allocator;
@@ -258,6 +262,16 @@ TULLE_API tulle_status tulle_world_add_obstacle(tulle_world *world, const tulle_
 TULLE_API tulle_status tulle_world_start(tulle_world *world, tulle_error *error);
 TULLE_API const tulle_intersection *tulle_world_get_intersections(const tulle_world *world,
                                                                   size_t *count);
+
+/* What untangling did at the start; zeros when it had nothing to do. */
+typedef struct tulle_untangle_report {
+    uint64_t intersections; /* pairs of triangles that intersected */
+    uint32_t rounds;
+    uint64_t moved_vertices;
+    double largest_displacement; /* [m] of a vertex */
+    double seconds;              /* [s] wall clock */
+} tulle_untangle_report;
+TULLE_API tulle_untangle_report tulle_world_get_untangle_report(const tulle_world *world);
 
 /* Moves the world by time_step [s], 0 < time_step <= 1. report and error may be null. After an
  * error the world is as it was, but for tulle_world_last_message and tulle_world_get_intersections.

@@ -129,12 +129,21 @@ static bool use_words(const run_words *words, const char *scene_path,
 
 /* ---- what a session holds ---- */
 
+/* The cloth as it starts: untangled. The positions are good until the first step. */
+static tulle_mesh_view get_start_mesh(const run_session *session, size_t cloth) {
+    tulle_mesh_view mesh = scene_get_cloth_mesh(session->scene, cloth);
+    if (tulle_world_get_untangle_report(session->built.world).intersections > 0)
+        mesh.positions =
+            tulle_cloth_get_positions(session->built.world, session->built.cloths[cloth], NULL);
+    return mesh;
+}
+
 static void describe_bodies(run_session *session) {
     const scene *const loaded = session->scene;
     size_t const cloth_count = session->built.cloth_count;
     for (size_t i = 0; i < cloth_count; i++)
         session->bodies[i] = (tulle_run_body){.name = scene_get_cloth_name(loaded, i),
-                                              .mesh = scene_get_cloth_mesh(loaded, i)};
+                                              .mesh = get_start_mesh(session, i)};
     for (size_t i = 0; i < session->built.obstacle_count; i++)
         session->bodies[cloth_count + i] =
             (tulle_run_body){.name = scene_get_obstacle_name(loaded, i),
@@ -180,7 +189,8 @@ static void release_session(run_session *session) {
 /* ---- the output directory ---- */
 
 static tulle_run_def make_run_def(const run_session *session,
-                                  const tulle_world_detection *detection) {
+                                  const tulle_world_detection *detection,
+                                  const tulle_untangle_report *untangle) {
     const run_options *const options = &session->options;
     tulle_run_def def = tulle_run_def_default();
     def.directory = options->directory;
@@ -197,6 +207,7 @@ static tulle_run_def make_run_def(const run_session *session,
     def.detection = detection;
     def.has_response = 1;
     def.response = tulle_world_get_response(session->built.world, &def.motion_space);
+    def.untangle = untangle;
     def.bodies = session->bodies;
     def.body_count = session->body_count;
     return def;
@@ -225,7 +236,8 @@ static tulle_status load_checkpoint(run_session *session, const tulle_run_checkp
 /* Makes or takes over the directory; *is_new: nothing is written to it yet. */
 static tulle_status open_directory(run_session *session, bool *is_new, tulle_error *error) {
     tulle_world_detection const detection = tulle_world_get_detection(session->built.world);
-    tulle_run_def const def = make_run_def(session, &detection);
+    tulle_untangle_report const untangle = tulle_world_get_untangle_report(session->built.world);
+    tulle_run_def const def = make_run_def(session, &detection, &untangle);
     *is_new = true;
     if (!session->options.resumes)
         return tulle_run_create(&def,
@@ -254,6 +266,12 @@ static void print_summary(const run_session *session) {
     const run_totals *const totals = &session->totals;
     tulle_world *const world = session->built.world;
     printf("result: %s\n", session->options.directory);
+    tulle_untangle_report const untangle = tulle_world_get_untangle_report(world);
+    if (untangle.intersections > 0)
+        printf("untangled: %llu pairs of triangles that intersected at the start, in %u rounds; "
+               "vertices moved by %.4g mm at most\n",
+               (unsigned long long)untangle.intersections, untangle.rounds,
+               1000.0 * untangle.largest_displacement);
     printf("frames: %u, the start counted, to %.6g s in %llu steps\n",
            tulle_run_get_frame_count(session->writer), tulle_world_get_time(world),
            (unsigned long long)tulle_world_get_step_count(world));

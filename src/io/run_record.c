@@ -136,6 +136,8 @@ tulle_status run_record_describe(run_record *record, const tulle_run_def *def, t
     record->has_response = def->has_response != 0;
     record->response = def->response;
     record->motion_space = def->motion_space;
+    record->has_untangle = def->untangle != NULL;
+    if (def->untangle) record->untangle = *def->untangle;
     bool fits =
         run_record_keep(record, version, &record->version) &&
         run_record_keep(record, def->scene_path ? def->scene_path : "", &record->scene_path);
@@ -196,6 +198,18 @@ static void write_body(json_writer *writer, const run_record *record, const run_
     json_end(writer, '}');
 }
 
+/* What untangling the start came to, when it did something. */
+static void write_untangle(json_writer *writer, const run_record *record) {
+    tulle_untangle_report const *const untangle = &record->untangle;
+    if (!record->has_untangle || untangle->intersections == 0) return;
+    json_begin(writer, "untangle", '{');
+    json_put_unsigned(writer, "intersections", untangle->intersections);
+    json_put_unsigned(writer, "rounds", untangle->rounds);
+    json_put_unsigned(writer, "moved_vertices", untangle->moved_vertices);
+    json_put_double(writer, "largest_displacement", untangle->largest_displacement);
+    json_end(writer, '}');
+}
+
 tulle_status run_record_write(const run_record *record, const char *path, tulle_error *error) {
     output_file *output = NULL;
     tulle_status const status = output_open(path, &output, error);
@@ -222,6 +236,7 @@ tulle_status run_record_write(const run_record *record, const char *path, tulle_
     json_put_string(&writer, "record", record_names[record->records_debug != 0]);
     run_detection_write(&writer, record);
     run_response_write(&writer, record);
+    write_untangle(&writer, record);
     json_begin(&writer, "bodies", '[');
     for (size_t i = 0; i < record->bodies.count; i++)
         write_body(&writer, record, &record->bodies.data[i]);

@@ -46,6 +46,8 @@ typedef struct run_record {
     bool has_response;
     tulle_response response;
     tulle_motion_space motion_space;
+    bool has_untangle;
+    tulle_untangle_report untangle; /* when has_untangle; written, not read back */
 } run_record;
 
 run_record run_record_make(memory *heap);

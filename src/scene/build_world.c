@@ -33,6 +33,7 @@ static tulle_world_def make_world_def(const scene *loaded) {
     def.motion_space = (tulle_motion_space)keys->contact.motion_space;
     def.impact_rounds = (int)keys->contact.impact_rounds;
     def.start_intersections = (tulle_start_intersections)keys->contact.start_intersections;
+    def.untangle_limit = (int)keys->contact.untangle_limit;
     def.on_pinch = (tulle_on_pinch)keys->contact.on_pinch;
     def.integrator = (tulle_integrator)keys->solver.integrator;
     def.cg_tolerance = keys->solver.cg_tolerance;

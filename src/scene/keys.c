@@ -103,7 +103,7 @@ static const char *const certificate_names[] = {"off", "on", NULL};
 static const char *const patches_names[] = {"keep", "grow", NULL};
 static const char *const response_names[] = {"coupled", "paper", NULL};
 static const char *const space_names[] = {"cone", "polyhedral", NULL};
-static const char *const start_names[] = {"refuse", "ignore", NULL};
+static const char *const start_names[] = {"refuse", "ignore", "untangle", NULL};
 static const char *const pinch_names[] = {"stop", "slow", "release", NULL};
 static const char *const integrator_names[] = {"implicit-euler", "crank-nicolson", "bdf2", NULL};
 
@@ -206,8 +206,15 @@ static const schema_key contact_table[] = {
      .choices = start_names,
      .fallback = "refuse",
      FIELD(contact_keys, start_intersections),
-     .meaning = "what to do with cloth that intersects at the start; ignored pairs count once they "
-                "came apart"},
+     .meaning = "what to do with cloth that intersects at the start: refuse the run; ignore those "
+                "pairs until they came apart; untangle: move the cloth until nothing intersects"},
+    {.name = "untangle_limit",
+     .type = SCHEMA_INTEGER,
+     .fallback = "600",
+     .minimum = 1,
+     .maximum = 1000000,
+     FIELD(contact_keys, untangle_limit),
+     .meaning = "rounds of untangling after which a start that still intersects is refused"},
     {.name = "on_pinch",
      .type = SCHEMA_CHOICE,
      .choices = pinch_names,

@@ -153,7 +153,7 @@ typedef struct contact_keys {
     int method, cone, certificate, patches; /* see build_world.c */
     double alpha_max;
     int start_intersections, on_pinch;
-    uint64_t impact_rounds;
+    uint64_t untangle_limit, impact_rounds;
 } contact_keys;
 
 typedef struct solver_keys {

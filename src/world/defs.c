@@ -34,6 +34,7 @@ tulle_world_def tulle_world_def_default(void) {
         .friction_cloth_cloth = 0.3,
         .dynamic_friction_cloth_cloth = -1.0,
         .start_intersections = TULLE_START_REFUSE,
+        .untangle_limit = 600,
         .on_pinch = TULLE_ON_PINCH_STOP,
     };
 }
@@ -120,7 +121,9 @@ tulle_status world_def_check(const tulle_world_def *def, tulle_error *error) {
         {"angle of patches", "rad", def->detection.max_angle, SMALLEST_POSITIVE, PATCH_ANGLE_MAX},
         {"response", "", (double)def->response, 0.0, (double)TULLE_RESPONSE_PAPER},
         {"motion space", "", (double)def->motion_space, 0.0, (double)TULLE_MOTION_SPACE_POLYHEDRAL},
-        {"start_intersections", "", (double)def->start_intersections, 0.0, 1.0},
+        {"start_intersections", "", (double)def->start_intersections, 0.0,
+         (double)TULLE_START_UNTANGLE},
+        {"untangle limit", "rounds", (double)def->untangle_limit, 1.0, 1e6},
         {"on_pinch", "", (double)def->on_pinch, 0.0, (double)TULLE_ON_PINCH_RELEASE},
         {"threads", "", (double)def->threads, 0.0, 256.0},
     };

@@ -92,8 +92,8 @@ tulle_status world_refuse_intersections(const tulle_world *world, const double *
         if (length < size) length += (size_t)snprintf(text + length, size - length, "; ");
     }
     return error_set(error, TULLE_ERROR_INTERSECTING_START,
-                     "%s%smove them apart, or set start_intersections to ignore (those pairs then "
-                     "count only after they came apart)",
+                     "%s%smove them apart, or set start_intersections to untangle, or to ignore "
+                     "(those pairs then count only after they came apart)",
                      text, count > NAMED_PAIRS ? "and more; " : "");
 }
 

@@ -104,7 +104,7 @@ static tulle_status judge_appearance(tulle_world *world, const world_motion_stat
     tulle_status status =
         world_find_intersections(world, state->positions, &world->intersections, error);
     if (status != TULLE_OK || world->intersections.count == 0) return status;
-    if (world->def.start_intersections == TULLE_START_REFUSE) {
+    if (world->def.start_intersections != TULLE_START_IGNORE) {
         return world_refuse_intersections(world, state->positions, "when an obstacle appears",
                                           error);
     }

@@ -3,6 +3,7 @@
 #include "base/error.h"
 #include "base/hash.h"
 #include "world/detection.h"
+#include "world/untangle.h"
 
 #include "contact/gather_contacts.h"
 
@@ -347,6 +348,7 @@ static tulle_status judge_start(tulle_world *world, tulle_error *error) {
     if (world->def.start_intersections == TULLE_START_REFUSE) {
         return world_refuse_intersections(world, world->now.positions, "at the start", error);
     }
+    if (world->def.start_intersections == TULLE_START_UNTANGLE) return world_untangle(world, error);
     return world_ignore_intersections(world, error);
 }
 

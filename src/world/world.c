@@ -300,6 +300,10 @@ const tulle_intersection *tulle_world_get_intersections(const tulle_world *world
     return world ? world->intersections.data : NULL;
 }
 
+tulle_untangle_report tulle_world_get_untangle_report(const tulle_world *world) {
+    return world ? world->untangle_report : (tulle_untangle_report){0};
+}
+
 static const char *const STAGE_NAMES[TULLE_STAGE_COUNT] = {
     "compute_forces",    "gather_contacts", "solve_motion",  "propose_paths",
     "build_patches",     "build_trees",     "find_pairs",    "test_pairs",

@@ -122,6 +122,7 @@ struct tulle_world {
     ARRAY(uint64_t) ignored_keys;          /* the same as ignored_pair_key, ascending */
     ARRAY(tulle_contact) contacts; /* accepted_rows as the user sees them, when has_contacts */
     bool has_contacts;
+    tulle_untangle_report untangle_report; /* of the start */
     arena scratch;
     char message[WORLD_MESSAGE_BYTES];
 };

@@ -1,0 +1,71 @@
+/* world/untangle_parts.h - what the files of untangling share: contours of intersection on the
+ * present positions, the sides that they cut off, and the displacements of a round. All arrays lie
+ * in the world's scratch arena. */
+#ifndef TULLE_WORLD_UNTANGLE_PARTS_H
+#define TULLE_WORLD_UNTANGLE_PARTS_H
+
+#include "contact/pair_rules.h"
+#include "world/world_state.h"
+
+/* Neither end of a crossing edge is known to be on the wrong side. */
+#define CROSSING_UNDECIDED 2
+
+/* An edge that passes through a triangle, both in the world's numbering. */
+typedef struct surface_crossing {
+    uint32_t edge, triangle;
+    double along;      /* 0 .. 1 from the edge's first end to its second */
+    double weights[3]; /* of the triangle's corners at the crossing */
+    vec3 pull;         /* sum of unit directions from here along the contour */
+    uint32_t contour;
+    uint32_t wrong_end; /* 0, 1, or CROSSING_UNDECIDED */
+} surface_crossing;
+
+/* Crossings sorted by contour: connected lines of intersection. */
+typedef struct contour_set {
+    surface_crossing *crossings;
+    size_t count;
+    tulle_intersection *loose; /* pairs that touch without a crossing */
+    size_t loose_count;
+} contour_set;
+
+typedef struct untangling {
+    tulle_world *world;
+    const topology *topo;
+    double *positions; /* [m] all vertices, being cleaned */
+    double *best;      /* [m] those with fewest pairs so far */
+    size_t best_count; /* of pairs */
+    int stalled;       /* rounds since */
+    broad_phase *broad;
+    pair_list pairs;  /* near ones */
+    double *mobility; /* per vertex: 1, or 0 for pins and obstacles */
+    double *lengths;  /* [m] of each edge at the start */
+    double *areas;    /* [m^2] of each vertex at the start */
+    double mean_edge; /* [m] of cloth */
+    bool *is_closed;  /* per obstacle: every edge has two triangles */
+
+    /* of a round */
+    contour_set contours;
+    bool *is_inside; /* per cloth vertex: inside a closed obstacle that it crosses */
+    bool *is_astray; /* per vertex: on the wrong side of a contour, or at one */
+    double *shift;   /* [m] per vertex, sums, then the displacement */
+    double *votes;   /* per vertex: how many sums */
+    int level;       /* of escalation, 0: none */
+    bool has_gap;    /* no pair is nearer than its minimum gap */
+
+    /* marks of floods, by vertex or edge */
+    uint32_t *region, *cut, *queue;
+    double *cut_along;
+} untangling;
+
+/* untangle_search.c: pairs of triangles in which an edge of one passes through the other. */
+tulle_status find_crossing_pairs(untangling *work, intersection_list *list);
+/* untangle_contours.c */
+bool triangles_cross(const untangling *work, uint32_t first, uint32_t second);
+/* untangle_contours.c: crossings of the pairs, joined to contours. */
+tulle_status find_contours(untangling *work, const intersection_list *pairs);
+/* untangle_sides.c: wrong ends of crossings, and what is astray. */
+tulle_status find_sides(untangling *work);
+/* untangle_motion.c: one displacement of all free vertices. */
+tulle_status move_apart(untangling *work);
+
+#endif

@@ -1,0 +1,188 @@
+/* world/untangle_sides.c - which side of a contour is the wrong one.
+ *
+ * A contour cuts edges on the surfaces that it runs over. Where the cuts part a surface, flooding
+ * from the ends of cut edges gives regions; the largest is right, what hangs on its other end went
+ * through. Area inside a closed obstacle counts nothing, so cloth comes out of obstacles even if
+ * most of it is inside. Where the cuts do not part the surface the crossing stays undecided.
+ *
+ * Based on: Baraff, Witkin, Kass, Untangling cloth, 2003, section 4. Departures: the region outside
+ * counts, not the smaller one, where an obstacle has an inside; contours that end at borders part a
+ * surface too. */
+#include "world/untangle_parts.h"
+
+#include <string.h>
+
+/* Over this the winding number says inside. Surfaces that face inward (rooms) have no inside. */
+static const double INSIDE_WINDING = 0.5;
+/* Area inside an obstacle still counts this share, to decide among regions that are all inside. */
+static const double INSIDE_SHARE = 1e-6;
+
+/* Regions of one contour. */
+typedef struct flood {
+    uint32_t mark;  /* of cut edges */
+    uint32_t begin; /* number of the first region */
+    double *weights;
+    uint32_t count;
+} flood;
+
+/* Solid angle of the obstacle's triangles seen from a point, over 4 pi. Based on: Van Oosterom,
+ * Strackee, The solid angle of a plane triangle, 1983. */
+static double find_winding(const untangling *work, const surface_range *range, vec3 point) {
+    double sum = 0.0;
+    for (uint32_t t = range->triangle_begin; t < range->triangle_end; t++) {
+        vec3 corner[3];
+        double length[3];
+        for (size_t k = 0; k < 3; k++) {
+            uint32_t const vertex = work->topo->triangles[3 * (size_t)t + k];
+            corner[k] = vec3_sub(vec3_load(work->positions, vertex), point);
+            length[k] = vec3_norm(corner[k]);
+        }
+        double const volume = vec3_dot(corner[0], vec3_cross(corner[1], corner[2]));
+        double const scale =
+            length[0] * length[1] * length[2] + vec3_dot(corner[0], corner[1]) * length[2] +
+            vec3_dot(corner[1], corner[2]) * length[0] + vec3_dot(corner[2], corner[0]) * length[1];
+        sum += 2.0 * atan2(volume, scale);
+    }
+    return sum / (4.0 * acos(-1.0));
+}
+
+/* Visits all that hangs on `seed` without a cut edge, numbers it and returns its weight: area,
+ * where a vertex at a cut counts as far as it reaches. */
+static double flood_region(untangling *work, uint32_t seed, uint32_t mark, uint32_t number) {
+    adjacency const *const around = &work->topo->vertex_edges;
+    size_t head = 0, tail = 0;
+    double weight = 0.0;
+    work->region[seed] = number;
+    work->queue[tail++] = seed;
+    while (head < tail) {
+        uint32_t const vertex = work->queue[head++];
+        double reach = 0.0;
+        uint32_t const begin = around->begin[vertex], end = around->begin[vertex + 1];
+        for (uint32_t i = begin; i < end; i++) {
+            uint32_t const edge = around->items[i];
+            uint32_t const *const ends = work->topo->edges + 2 * (size_t)edge;
+            bool const is_second = ends[1] == vertex;
+            if (work->cut[edge] == mark) {
+                reach += 2.0 * (is_second ? 1.0 - work->cut_along[edge] : work->cut_along[edge]);
+                continue;
+            }
+            reach += 1.0;
+            uint32_t const next = is_second ? ends[0] : ends[1];
+            if (work->region[next] == number) continue;
+            work->region[next] = number;
+            work->queue[tail++] = next;
+        }
+        double const share = work->is_inside[vertex] ? INSIDE_SHARE : 1.0;
+        weight += share * work->areas[vertex] * reach / (double)(end - begin);
+    }
+    return weight;
+}
+
+static void mark_cuts(untangling *work, size_t begin, size_t end, uint32_t mark) {
+    for (size_t i = begin; i < end; i++) {
+        surface_crossing const *const crossing = &work->contours.crossings[i];
+        work->cut[crossing->edge] = mark;
+        work->cut_along[crossing->edge] = crossing->along;
+    }
+}
+
+/* Vertices of cloth that hang together without a cut edge, all inside the obstacle or all outside:
+ * one winding number tells. */
+static void mark_inside(untangling *work, uint32_t surface, uint32_t mark, uint32_t *number) {
+    surface_range const *const range = &work->world->surfaces[surface];
+    contour_set const *const contours = &work->contours;
+    for (size_t i = 0; i < contours->count; i++) {
+        surface_crossing const *const crossing = &contours->crossings[i];
+        if (crossing->triangle < range->triangle_begin || crossing->triangle >= range->triangle_end)
+            continue;
+        work->cut[crossing->edge] = mark;
+        work->cut_along[crossing->edge] = crossing->along;
+    }
+    uint32_t const first = *number;
+    for (size_t i = 0; i < contours->count; i++) {
+        uint32_t const edge = contours->crossings[i].edge;
+        if (work->cut[edge] != mark) continue;
+        for (size_t k = 0; k < 2; k++) {
+            uint32_t const seed = work->topo->edges[2 * (size_t)edge + k];
+            if (work->region[seed] >= first) continue;
+            vec3 const point = vec3_load(work->positions, seed);
+            (void)flood_region(work, seed, mark, *number);
+            if (find_winding(work, range, point) > INSIDE_WINDING) {
+                for (size_t v = 0; v < work->world->cloth_vertex_count; v++)
+                    if (work->region[v] == *number) work->is_inside[v] = true;
+            }
+            (*number)++;
+        }
+    }
+}
+
+/* Regions of one contour, and the wrong ends of its crossings. */
+static void decide_contour(untangling *work, size_t begin, size_t end, flood *regions) {
+    mark_cuts(work, begin, end, regions->mark);
+    regions->count = 0;
+    for (size_t i = begin; i < end; i++) {
+        for (size_t k = 0; k < 2; k++) {
+            uint32_t const seed =
+                work->topo->edges[2 * (size_t)work->contours.crossings[i].edge + k];
+            if (work->region[seed] >= regions->begin) continue;
+            uint32_t const number = regions->begin + regions->count;
+            regions->weights[regions->count++] = flood_region(work, seed, regions->mark, number);
+        }
+    }
+    for (size_t i = begin; i < end; i++) {
+        surface_crossing *const crossing = &work->contours.crossings[i];
+        uint32_t const *const ends = work->topo->edges + 2 * (size_t)crossing->edge;
+        uint32_t const a = work->region[ends[0]], b = work->region[ends[1]];
+        if (a == b) continue;
+        double const weight_a = regions->weights[a - regions->begin];
+        double const weight_b = regions->weights[b - regions->begin];
+        crossing->wrong_end = weight_a < weight_b || (weight_a == weight_b && a > b) ? 0 : 1;
+    }
+}
+
+/* What hangs on the wrong ends, and all corners at the contour. */
+static void mark_astray(untangling *work, size_t begin, size_t end, const flood *regions) {
+    for (size_t i = begin; i < end; i++) {
+        surface_crossing const *const crossing = &work->contours.crossings[i];
+        uint32_t const *const ends = work->topo->edges + 2 * (size_t)crossing->edge;
+        for (size_t k = 0; k < 3; k++)
+            work->is_astray[work->topo->triangles[3 * (size_t)crossing->triangle + k]] = true;
+        work->is_astray[ends[0]] = work->is_astray[ends[1]] = true;
+        if (crossing->wrong_end == CROSSING_UNDECIDED) continue;
+        uint32_t const region = work->region[ends[crossing->wrong_end]];
+        double *const weight = &regions->weights[region - regions->begin];
+        if (*weight < 0.0) continue;
+        *weight = -1.0; /* marked */
+        for (size_t v = 0; v < work->world->vertex_count; v++)
+            if (work->region[v] == region) work->is_astray[v] = true;
+    }
+}
+
+tulle_status find_sides(untangling *work) {
+    tulle_world *const world = work->world;
+    contour_set const *const contours = &work->contours;
+    size_t const n = world->vertex_count;
+    memset(work->is_inside, 0, n * sizeof(bool));
+    memset(work->is_astray, 0, n * sizeof(bool));
+    memset(work->region, 0, n * sizeof *work->region);
+    memset(work->cut, 0, work->topo->edge_count * sizeof *work->cut);
+    uint32_t mark = 1, number = 1;
+    for (uint32_t i = 0; i < world->obstacles.count; i++) {
+        if (work->is_closed[i])
+            mark_inside(work, (uint32_t)world->cloths.count + i, mark++, &number);
+    }
+    flood regions = {.weights = ARENA_NEW(&world->scratch, double, 2 * contours->count)};
+    if (!regions.weights) return TULLE_ERROR_OUT_OF_MEMORY;
+    for (size_t begin = 0, end; begin < contours->count; begin = end) {
+        end = begin + 1;
+        while (end < contours->count &&
+               contours->crossings[end].contour == contours->crossings[begin].contour)
+            end++;
+        regions.mark = mark++;
+        regions.begin = number;
+        decide_contour(work, begin, end, &regions);
+        mark_astray(work, begin, end, &regions);
+        number += regions.count;
+    }
+    return TULLE_OK;
+}
