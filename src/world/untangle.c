@@ -18,6 +18,8 @@
 
 /* Rounds without fewer pairs before the next level of escalation. */
 enum { STALLED_ROUNDS = 16, LEVEL_MAX = 6 };
+/* A stalled state with so many times the fewest pairs goes back to that with the fewest. */
+enum { WORSE_FACTOR = 3 };
 /* A clean state waits so many rounds for its gaps to open. */
 enum { GAP_ROUNDS = 60 };
 
@@ -43,9 +45,13 @@ static bool allocate_work(untangling *work) {
     work->queue = ARENA_NEW(scratch, uint32_t, n);
     work->cut = ARENA_NEW(scratch, uint32_t, edge_count);
     work->cut_along = ARENA_NEW(scratch, double, edge_count);
-    return work->positions && work->best && work->mobility && work->lengths && work->areas &&
-           work->is_closed && work->is_inside && work->is_astray && work->shift && work->votes &&
-           work->region && work->queue && work->cut && work->cut_along;
+    work->sets = ARENA_NEW(scratch, uint32_t, n);
+    work->grown = ARENA_NEW(scratch, uint32_t, n);
+    work->set_areas = ARENA_NEW(scratch, double, n);
+    return work->sets && work->grown && work->set_areas && work->positions && work->best &&
+           work->mobility && work->lengths && work->areas && work->is_closed && work->is_inside &&
+           work->is_astray && work->shift && work->votes && work->region && work->queue &&
+           work->cut && work->cut_along;
 }
 
 /* Whether each edge of the obstacle has two triangles. */
@@ -76,17 +82,23 @@ static void measure_start(untangling *work) {
         work->is_closed[i] = is_closed(work, &world->surfaces[world->cloths.count + i]);
 }
 
-/* Keeps the state with the fewest pairs; counts rounds without a better one and escalates. */
-static void follow_progress(untangling *work, size_t pair_count) {
+/* Keeps the state with the fewest pairs; counts rounds without a better one and escalates. True
+ * when it went back to that state. */
+static bool follow_progress(untangling *work, size_t pair_count) {
+    size_t const bytes = 3 * work->world->vertex_count * sizeof(double);
     if (pair_count < work->best_count) {
         work->best_count = pair_count;
         work->stalled = 0;
         if (work->level > 0) work->level--;
-        memcpy(work->best, work->positions, 3 * work->world->vertex_count * sizeof(double));
-    } else if (++work->stalled >= STALLED_ROUNDS) {
-        work->stalled = 0;
-        if (work->level < LEVEL_MAX) work->level++;
+        memcpy(work->best, work->positions, bytes);
+        return false;
     }
+    if (++work->stalled < STALLED_ROUNDS) return false;
+    work->stalled = 0;
+    if (work->level < LEVEL_MAX) work->level++;
+    if (pair_count <= WORSE_FACTOR * work->best_count) return false;
+    memcpy(work->positions, work->best, bytes);
+    return true;
 }
 
 /* One round: judge, contours, sides, motion. */
@@ -96,7 +108,7 @@ static tulle_status run_round(untangling *work, tulle_error *error) {
     if (status == TULLE_OK && world->intersections.count == 0)
         status = world_find_intersections(world, work->positions, &world->intersections, error);
     if (status != TULLE_OK) return status == TULLE_ERROR_OUT_OF_MEMORY ? no_memory(error) : status;
-    follow_progress(work, world->intersections.count);
+    if (follow_progress(work, world->intersections.count)) return TULLE_OK;
     arena_mark const mark = arena_get_mark(&world->scratch);
     status = find_contours(work, &world->intersections);
     if (status == TULLE_OK) status = find_sides(work);

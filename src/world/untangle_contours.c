@@ -155,6 +155,27 @@ static void join_sightings(untangling *work, const sighting *found, size_t found
     }
 }
 
+/* The contour of a pair with one crossing ends at the corner that both triangles share. */
+static void pull_to_shared(untangling *work, const intersection_list *pairs, const uint32_t *first,
+                           const uint32_t *counts) {
+    surface_range const *const surfaces = work->world->surfaces;
+    for (size_t i = 0; i < pairs->count; i++) {
+        if (counts[i] != 1) continue;
+        tulle_intersection const *const pair = &pairs->data[i];
+        uint32_t const a = surfaces[pair->object_a].triangle_begin + pair->triangle_a;
+        uint32_t const b = surfaces[pair->object_b].triangle_begin + pair->triangle_b;
+        for (size_t k = 0; k < 9; k++) {
+            uint32_t const corner = work->topo->triangles[3 * (size_t)a + k / 3];
+            if (corner != work->topo->triangles[3 * (size_t)b + k % 3]) continue;
+            surface_crossing *const crossing = &work->contours.crossings[first[i]];
+            crossing->pull =
+                vec3_add(crossing->pull, vec3_normalize(vec3_sub(vec3_load(work->positions, corner),
+                                                                 crossing_point(work, crossing))));
+            break;
+        }
+    }
+}
+
 tulle_status find_contours(untangling *work, const intersection_list *pairs) {
     arena *const scratch = &work->world->scratch;
     size_t const most = CROSSINGS_OF_PAIR * pairs->count;
@@ -164,7 +185,8 @@ tulle_status find_contours(untangling *work, const intersection_list *pairs) {
     sighting *const found = ARENA_NEW(scratch, sighting, most);
     uint32_t *const pair_sets = ARENA_NEW(scratch, uint32_t, pairs->count);
     uint32_t *const first = ARENA_NEW(scratch, uint32_t, pairs->count);
-    if (!contours->crossings || !contours->loose || !found || !pair_sets || !first)
+    uint32_t *const counts = ARENA_NEW_ZEROED(scratch, uint32_t, pairs->count);
+    if (!contours->crossings || !contours->loose || !found || !pair_sets || !first || !counts)
         return TULLE_ERROR_OUT_OF_MEMORY;
     union_find_reset(pair_sets, pairs->count);
     for (size_t i = 0; i < pairs->count; i++) first[i] = TULLE_NONE;
@@ -172,6 +194,8 @@ tulle_status find_contours(untangling *work, const intersection_list *pairs) {
     if (found_count == 0) return TULLE_OK;
     qsort(found, found_count, sizeof *found, compare_sightings);
     join_sightings(work, found, found_count, pair_sets, first);
+    for (size_t i = 0; i < found_count; i++) counts[found[i].pair]++;
+    pull_to_shared(work, pairs, first, counts);
     for (size_t i = 0; i < contours->count; i++)
         contours->crossings[i].contour = union_find_root(pair_sets, contours->crossings[i].contour);
     qsort(contours->crossings, contours->count, sizeof *contours->crossings, compare_contours);

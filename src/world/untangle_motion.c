@@ -53,7 +53,8 @@ static void vote_together(untangling *work, const uint32_t *vertices, const doub
     }
 }
 
-static vec3 triangle_normal(const untangling *work, const uint32_t corners[3]) {
+vec3 find_triangle_normal(const untangling *work, uint32_t triangle) {
+    uint32_t const *const corners = work->topo->triangles + 3 * (size_t)triangle;
     vec3 const a = vec3_load(work->positions, corners[0]);
     return vec3_normalize(vec3_cross(vec3_sub(vec3_load(work->positions, corners[1]), a),
                                      vec3_sub(vec3_load(work->positions, corners[2]), a)));
@@ -72,7 +73,7 @@ static void push_through(untangling *work, const surface_crossing *crossing) {
     uint32_t const *const ends = work->topo->edges + 2 * (size_t)crossing->edge;
     uint32_t const *const corners = work->topo->triangles + 3 * (size_t)crossing->triangle;
     uint32_t const wrong = ends[crossing->wrong_end], right = ends[1 - crossing->wrong_end];
-    vec3 normal = triangle_normal(work, corners);
+    vec3 normal = find_triangle_normal(work, crossing->triangle);
     vec3 const origin = vec3_load(work->positions, corners[0]);
     if (vec3_dot(normal, vec3_sub(vec3_load(work->positions, right), origin)) < 0.0)
         normal = vec3_neg(normal);
@@ -90,7 +91,7 @@ static void push_through(untangling *work, const surface_crossing *crossing) {
 static void shorten_contour(untangling *work, const surface_crossing *crossing) {
     uint32_t const *const ends = work->topo->edges + 2 * (size_t)crossing->edge;
     uint32_t const *const corners = work->topo->triangles + 3 * (size_t)crossing->triangle;
-    vec3 const normal = triangle_normal(work, corners);
+    vec3 const normal = find_triangle_normal(work, crossing->triangle);
     vec3 const edge = vec3_normalize(
         vec3_sub(vec3_load(work->positions, ends[1]), vec3_load(work->positions, ends[0])));
     double slant = vec3_dot(normal, edge);
@@ -111,7 +112,7 @@ static void part_loose(untangling *work, const tulle_intersection *pair) {
     uint32_t const second = surfaces[pair->object_b].triangle_begin + pair->triangle_b;
     uint32_t const *const a = work->topo->triangles + 3 * (size_t)first;
     uint32_t const *const b = work->topo->triangles + 3 * (size_t)second;
-    vec3 const normal = triangle_normal(work, b);
+    vec3 const normal = find_triangle_normal(work, second);
     vec3 middle = {0.0, 0.0, 0.0};
     for (int k = 0; k < 3; k++)
         middle = vec3_add(

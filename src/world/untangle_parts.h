@@ -55,16 +55,23 @@ typedef struct untangling {
     /* marks of floods, by vertex or edge */
     uint32_t *region, *cut, *queue;
     double *cut_along;
+    uint32_t *sets, *grown; /* rows of vertices along an open contour */
+    double *set_areas;      /* [m^2] */
 } untangling;
 
 /* untangle_search.c: pairs of triangles in which an edge of one passes through the other. */
 tulle_status find_crossing_pairs(untangling *work, intersection_list *list);
+vec3 find_triangle_normal(const untangling *work, uint32_t triangle);
 /* untangle_contours.c */
 bool triangles_cross(const untangling *work, uint32_t first, uint32_t second);
 /* untangle_contours.c: crossings of the pairs, joined to contours. */
 tulle_status find_contours(untangling *work, const intersection_list *pairs);
 /* untangle_sides.c: wrong ends of crossings, and what is astray. */
 tulle_status find_sides(untangling *work);
+/* untangle_open_sides.c: wrong ends where a contour, whose edges bear `mark` in `cut`, parts
+ * nothing.
+ */
+void decide_open_contour(untangling *work, size_t begin, size_t end, uint32_t mark);
 /* untangle_motion.c: one displacement of all free vertices. */
 tulle_status move_apart(untangling *work);
 

@@ -17,6 +17,13 @@ static const double INSIDE_WINDING = 0.5;
 /* Area inside an obstacle still counts this share, to decide among regions that are all inside. */
 static const double INSIDE_SHARE = 1e-6;
 
+/* Least mean cosine between the surfaces' directions across a contour for one to lie along the
+ * other. */
+static const double ALONG_COSINE = 0.3;
+
+/* Shorter contours that part nothing are only shortened. */
+enum { OPEN_CROSSINGS_MIN = 3 };
+
 /* Regions of one contour. */
 typedef struct flood {
     uint32_t mark;  /* of cut edges */
@@ -116,8 +123,8 @@ static void mark_inside(untangling *work, uint32_t surface, uint32_t mark, uint3
     }
 }
 
-/* Regions of one contour, and the wrong ends of its crossings. */
-static void decide_contour(untangling *work, size_t begin, size_t end, flood *regions) {
+/* Numbers the regions that hang on the contour's crossings. */
+static void flood_contour(untangling *work, size_t begin, size_t end, flood *regions) {
     mark_cuts(work, begin, end, regions->mark);
     regions->count = 0;
     for (size_t i = begin; i < end; i++) {
@@ -129,15 +136,85 @@ static void decide_contour(untangling *work, size_t begin, size_t end, flood *re
             regions->weights[regions->count++] = flood_region(work, seed, regions->mark, number);
         }
     }
+}
+
+static vec3 leave_out(vec3 a, vec3 unit) {
+    return vec3_normalize(vec3_add_scaled(a, unit, -vec3_dot(a, unit)));
+}
+
+/* How much the second end of the crossing's edge and the corners of the triangle that are in
+ * `region` lie on the same side of the contour: cosines between their directions across it. */
+static double compare_sides(const untangling *work, const surface_crossing *crossing,
+                            uint32_t region) {
+    uint32_t const *const ends = work->topo->edges + 2 * (size_t)crossing->edge;
+    uint32_t const *const corners = work->topo->triangles + 3 * (size_t)crossing->triangle;
+    uint32_t const owner = work->topo->edge_triangles[2 * (size_t)crossing->edge];
+    vec3 const tangent = vec3_normalize(vec3_cross(find_triangle_normal(work, owner),
+                                                   find_triangle_normal(work, crossing->triangle)));
+    vec3 const a = vec3_load(work->positions, ends[0]), b = vec3_load(work->positions, ends[1]);
+    vec3 const point = vec3_lerp(a, b, crossing->along);
+    vec3 const way = leave_out(vec3_sub(b, a), tangent);
+    double sum = 0.0;
+    for (size_t k = 0; k < 3; k++) {
+        vec3 const there = vec3_sub(vec3_load(work->positions, corners[k]), point);
+        double const cosine = vec3_dot(way, leave_out(there, tangent));
+        sum += work->region[corners[k]] == region ? cosine : -cosine;
+    }
+    return sum / 3.0;
+}
+
+/* Two surfaces that are parted in two each, and lie along one another at the contour: what is
+ * above and what is below is one decision for both. Adds to each region the weight of the one that
+ * lies along it. */
+static void join_sides(untangling *work, size_t begin, size_t end, flood *regions) {
+    if (regions->count != 4) return;
+    uint32_t pair[2][2];
+    int pair_count = 0;
+    for (size_t i = begin; i < end && pair_count < 2; i++) {
+        uint32_t const *const ends =
+            work->topo->edges + 2 * (size_t)work->contours.crossings[i].edge;
+        uint32_t const a = work->region[ends[0]], b = work->region[ends[1]];
+        if (a == b) return;
+        if (pair_count == 1 && (a == pair[0][0] || a == pair[0][1])) continue;
+        pair[pair_count][0] = a;
+        pair[pair_count++][1] = b;
+    }
+    if (pair_count < 2) return;
+    double sum = 0.0;
+    for (size_t i = begin; i < end; i++) {
+        surface_crossing const *const crossing = &work->contours.crossings[i];
+        uint32_t const second = work->region[work->topo->edges[2 * (size_t)crossing->edge + 1]];
+        bool const is_first = second == pair[0][0] || second == pair[0][1];
+        uint32_t const *const own = pair[is_first ? 0 : 1], *const other = pair[is_first ? 1 : 0];
+        double const cosine = compare_sides(work, crossing, other[0]);
+        sum += second == own[0] ? cosine : -cosine;
+    }
+    double const cosine = sum / (double)(end - begin);
+    if (fabs(cosine) < ALONG_COSINE) return;
+    for (uint32_t k = 0; k < 2; k++) {
+        double *const one = &regions->weights[pair[0][k] - regions->begin];
+        double *const two = &regions->weights[pair[1][cosine > 0.0 ? k : 1 - k] - regions->begin];
+        *one = *two = *one + *two;
+    }
+}
+
+/* Regions of one contour, and the wrong ends of its crossings. */
+static void decide_contour(untangling *work, size_t begin, size_t end, flood *regions) {
+    flood_contour(work, begin, end, regions);
+    join_sides(work, begin, end, regions);
+    bool is_open = true;
     for (size_t i = begin; i < end; i++) {
         surface_crossing *const crossing = &work->contours.crossings[i];
         uint32_t const *const ends = work->topo->edges + 2 * (size_t)crossing->edge;
         uint32_t const a = work->region[ends[0]], b = work->region[ends[1]];
         if (a == b) continue;
+        is_open = false;
         double const weight_a = regions->weights[a - regions->begin];
         double const weight_b = regions->weights[b - regions->begin];
         crossing->wrong_end = weight_a < weight_b || (weight_a == weight_b && a > b) ? 0 : 1;
     }
+    if (is_open && end - begin >= OPEN_CROSSINGS_MIN)
+        decide_open_contour(work, begin, end, regions->mark);
 }
 
 /* What hangs on the wrong ends, and all corners at the contour. */
@@ -165,6 +242,7 @@ tulle_status find_sides(untangling *work) {
     memset(work->is_inside, 0, n * sizeof(bool));
     memset(work->is_astray, 0, n * sizeof(bool));
     memset(work->region, 0, n * sizeof *work->region);
+    memset(work->grown, 0, n * sizeof *work->grown);
     memset(work->cut, 0, work->topo->edge_count * sizeof *work->cut);
     uint32_t mark = 1, number = 1;
     for (uint32_t i = 0; i < world->obstacles.count; i++) {
