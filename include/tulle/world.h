@@ -269,7 +269,9 @@ typedef struct tulle_untangle_report {
     uint32_t rounds;
     uint64_t moved_vertices;
     double largest_displacement; /* [m] of a vertex */
-    double seconds;              /* [s] wall clock */
+    int keeps_minimum_gap; /* 0: some pair that does not intersect is nearer, as in a start that
+                              touches */
+    double seconds;        /* [s] wall clock */
 } tulle_untangle_report;
 TULLE_API tulle_untangle_report tulle_world_get_untangle_report(const tulle_world *world);
 

@@ -210,7 +210,7 @@ static const schema_key contact_table[] = {
                 "pairs until they came apart; untangle: move the cloth until nothing intersects"},
     {.name = "untangle_limit",
      .type = SCHEMA_INTEGER,
-     .fallback = "600",
+     .fallback = "2000",
      .minimum = 1,
      .maximum = 1000000,
      FIELD(contact_keys, untangle_limit),

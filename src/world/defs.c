@@ -34,7 +34,7 @@ tulle_world_def tulle_world_def_default(void) {
         .friction_cloth_cloth = 0.3,
         .dynamic_friction_cloth_cloth = -1.0,
         .start_intersections = TULLE_START_REFUSE,
-        .untangle_limit = 600,
+        .untangle_limit = 2000,
         .on_pinch = TULLE_ON_PINCH_STOP,
     };
 }

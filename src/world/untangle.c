@@ -17,7 +17,7 @@
 #include <string.h>
 
 /* Rounds without fewer pairs before the next level of escalation. */
-enum { STALLED_ROUNDS = 16, LEVEL_MAX = 6 };
+enum { STALLED_ROUNDS = 40, LEVEL_MAX = 3 };
 /* A stalled state with so many times the fewest pairs goes back to that with the fewest. */
 enum { WORSE_FACTOR = 3 };
 /* A clean state waits so many rounds for its gaps to open. */
@@ -82,22 +82,40 @@ static void measure_start(untangling *work) {
         work->is_closed[i] = is_closed(work, &world->surfaces[world->cloths.count + i]);
 }
 
-/* Keeps the state with the fewest pairs; counts rounds without a better one and escalates. True
- * when it went back to that state. */
+/* Begins anew where escalation has not helped: from the start, with another reach of displacements.
+ */
+static void begin_attempt(untangling *work) {
+    tulle_world const *const world = work->world;
+    work->attempt++;
+    work->level = 0;
+    work->recent_count = SIZE_MAX;
+    memcpy(work->positions, world->now.positions, 3 * world->vertex_count * sizeof(double));
+}
+
+/* Keeps the state with the fewest pairs; counts rounds without progress and escalates. True when
+ * the positions are others than those with pair_count pairs. */
 static bool follow_progress(untangling *work, size_t pair_count) {
     size_t const bytes = 3 * work->world->vertex_count * sizeof(double);
     if (pair_count < work->best_count) {
         work->best_count = pair_count;
+        memcpy(work->best, work->positions, bytes);
+    }
+    if (pair_count < work->recent_count) {
+        work->recent_count = pair_count;
         work->stalled = 0;
         if (work->level > 0) work->level--;
-        memcpy(work->best, work->positions, bytes);
         return false;
     }
     if (++work->stalled < STALLED_ROUNDS) return false;
     work->stalled = 0;
-    if (work->level < LEVEL_MAX) work->level++;
+    if (work->level >= LEVEL_MAX) {
+        begin_attempt(work);
+        return true;
+    }
+    work->level++;
     if (pair_count <= WORSE_FACTOR * work->best_count) return false;
     memcpy(work->positions, work->best, bytes);
+    work->recent_count = work->best_count;
     return true;
 }
 
@@ -114,7 +132,11 @@ static tulle_status run_round(untangling *work, tulle_error *error) {
     if (status == TULLE_OK) status = find_sides(work);
     if (status == TULLE_OK) status = move_apart(work);
     arena_release(&world->scratch, mark);
-    return status == TULLE_ERROR_OUT_OF_MEMORY ? no_memory(error) : status;
+    if (status == TULLE_OK) return status;
+    return status == TULLE_ERROR_OUT_OF_MEMORY
+               ? no_memory(error)
+               : error_set(error, status, "the start cannot be untangled: %s",
+                           tulle_status_text(status));
 }
 
 /* Rounds until the state is clean and its gaps are open, or have had their time. */
@@ -128,6 +150,7 @@ static tulle_status run_rounds(untangling *work, tulle_error *error) {
         world->untangle_report.rounds = round + 1;
         if (world->intersections.count > 0) continue;
         if (work->has_gap) {
+            world->untangle_report.keeps_minimum_gap = 1;
             memcpy(work->best, work->positions, 3 * world->vertex_count * sizeof(double));
             return TULLE_OK;
         }
@@ -164,7 +187,8 @@ tulle_status world_untangle(tulle_world *world, tulle_error *error) {
     untangling work = {.world = world,
                        .topo = &world->topo,
                        .mean_edge = world->edge_length,
-                       .best_count = SIZE_MAX};
+                       .best_count = SIZE_MAX,
+                       .recent_count = SIZE_MAX};
     arena_mark const mark = arena_get_mark(&world->scratch);
     tulle_status status = TULLE_OK;
     if (!allocate_work(&work) || broad_phase_create(&world->heap, &world->set, world->rest,

@@ -23,17 +23,20 @@
 /* Pairs are pushed apart to this share of their contact distance. */
 static const double GAP_SHARE = 0.6;
 /* [of the mean edge] Farthest that one vote asks for. */
-static const double VOTE_MAX = 0.5;
+static const double VOTE_MAX = 1.0;
 /* [of the mean edge] Step of a crossing that shortens its contour. */
-static const double SHORTEN_STEP = 0.3;
+static const double SHORTEN_STEP = 0.5;
 /* Smallest cosine between an edge and the normal of the triangle that it crosses. */
 static const double CROSSING_SLANT = 0.2;
 /* Edges keep between these shares of their length at the start. */
 static const double SHORTEST_SHARE = 0.7, LONGEST_SHARE = 1.05;
 /* Weight of a vertex's own votes over that of one neighbour. */
 static const double VOTE_WEIGHT = 20.0;
-/* [edges] Reach of displacements at level 0; doubles with each level. */
-static const double REACH = 3.0;
+/* [edges] Reach of displacements at level 0 of each attempt, over and over; doubles with each
+ * level.
+ */
+static const double REACHES[] = {5.0, 3.0, 8.0, 2.0};
+enum { REACH_COUNT = 4 };
 enum { SPREAD_SWEEPS = 12, LENGTH_SWEEPS = 4, REACH_LEVEL_MAX = 3 };
 
 static void add_vote(untangling *work, uint32_t vertex, vec3 shift) {
@@ -182,7 +185,7 @@ static void spread_votes(untangling *work) {
     adjacency const *const around = &work->topo->vertex_neighbours;
     double *const asked = work->shift + 3 * world->vertex_count; /* second half */
     int const level = work->level < REACH_LEVEL_MAX ? work->level : REACH_LEVEL_MAX;
-    double const reach = REACH * (double)(1 << level);
+    double const reach = REACHES[work->attempt % REACH_COUNT] * (double)(1 << level);
     double const screen = 1.0 + 1.5 / (reach * reach);
     for (size_t v = 0; v < world->cloth_vertex_count; v++) {
         if (work->votes[v] > 0.0)

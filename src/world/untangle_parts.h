@@ -31,10 +31,12 @@ typedef struct contour_set {
 typedef struct untangling {
     tulle_world *world;
     const topology *topo;
-    double *positions; /* [m] all vertices, being cleaned */
-    double *best;      /* [m] those with fewest pairs so far */
-    size_t best_count; /* of pairs */
-    int stalled;       /* rounds since */
+    double *positions;   /* [m] all vertices, being cleaned */
+    double *best;        /* [m] those with fewest pairs so far */
+    size_t best_count;   /* of pairs */
+    size_t recent_count; /* fewest pairs of this attempt */
+    int stalled;         /* rounds since */
+    int attempt;         /* from 0 */
     broad_phase *broad;
     pair_list pairs;  /* near ones */
     double *mobility; /* per vertex: 1, or 0 for pins and obstacles */
