@@ -187,8 +187,9 @@ static void make_pair_of_cloths(tangled_start *start, uint64_t *random, double s
         place(&start->cloths[1], draw(random, -0.1, 0.1), draw(random, 0.0, PI), move);
         return;
     }
-    wrinkle(start, 0, random, 0.15);
-    wrinkle(start, 1, random, 0.2);
+    /* a wrinkled sheet may cross itself too often, however it lies */
+    wrinkle(start, 0, random, 0.15 * fmin(strength, 1.0));
+    wrinkle(start, 1, random, 0.2 * fmin(strength, 1.0));
     double const turn = draw(random, 0.0, PI);
     if (start->family == TANGLED_CORNERS) {
         /* upright on a corner, the lowest part below the other */
