@@ -91,10 +91,12 @@ tulle_status world_refuse_intersections(const tulle_world *world, const double *
                                             text + length, size - length);
         if (length < size) length += (size_t)snprintf(text + length, size - length, "; ");
     }
+    bool const is_untangled = world->def.start_intersections == TULLE_START_UNTANGLE;
     return error_set(error, TULLE_ERROR_INTERSECTING_START,
-                     "%s%smove them apart, or set start_intersections to untangle, or to ignore "
-                     "(those pairs then count only after they came apart)",
-                     text, count > NAMED_PAIRS ? "and more; " : "");
+                     "%s%smove them apart, or set start_intersections to %signore (those pairs "
+                     "then count only after they came apart)",
+                     text, count > NAMED_PAIRS ? "and more; " : "",
+                     is_untangled ? "" : "untangle, or to ");
 }
 
 /* Whether one pair of triangles intersects, as the judge sees it. Vertices that both triangles of
