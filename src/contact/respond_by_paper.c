@@ -1,9 +1,8 @@
 /* contact/respond_by_paper.c - see respond_by_paper.h.
  *
- * Before the solve, every vertex with an old contact: F is the force that the solve would apply,
- * h F = b - A v0. Inside the motion space Z nothing changes. Else, with F_T = F . Z and
- * F_N = F - F_T:
- *      sticks, |F_T| <= mu_s |F_N|:       stays (the solve holds it still)
+ * Before the solve, every vertex with an old contact: F is the sum of the forces at the start of
+ * the step. Inside the motion space Z nothing changes. Else, with F_T = F . Z and F_N = F - F_T:
+ *      sticks, |F_T| <= mu_s |F_N|:       force 0
  *      sticks otherwise:                  starts with F_T - mu_d |F_N| F_T / |F_T|
  *      slides, v in Z, |F_T| > mu_d |F_N|:  F_T - mu_d |F_N| F_T / |F_T|
  *      slides otherwise, v_T = v . Z:     sticks when |F_T| <= mu_d |F_N| and friction stops v_T
@@ -17,8 +16,9 @@
  *
  * Based on: Wong, Baciu, Dynamic interaction between deformable surfaces and nonsmooth objects,
  * 2005, sections 4, 5 and 5.2. Departures: with polyhedral spaces forces and velocities are those
- * relative to what is touched, and F is measured by the velocity v0 + h F / m that it leads to; a
- * vertex that sticks is held by the solve only where nothing that it touches has mass. */
+ * relative to what is touched, and F is measured by the velocity v0 + h F / m that it leads to. A
+ * sliding vertex with v in Z and |F_T| <= mu_d |F_N|, which the paper leaves open, is treated as if
+ * v were not in Z. A vertex in contact has the law of the row that it presses most. */
 #include "contact/respond_by_paper.h"
 
 #include "base/parallel.h"
@@ -156,13 +156,14 @@ static void analyse_chunk(void *context, size_t begin, size_t end, size_t chunk,
     for (size_t i = begin; i < end; i++) analyse_vertex(context, (uint32_t)i);
 }
 
-/* h F = b - A v0, and the velocities v0 + h F / m that planes are carried along with. */
+/* h F, or the part of h that the integrator counts at once, and the velocities v0 + h F / m that
+ * planes are carried along with. */
 static void find_forces(paper_work *work) {
     const contact_scene *const scene = work->scene;
     const motion_system *const system = work->system;
     memcpy(work->seen, work->u, 3 * scene->vertex_count * sizeof(double));
     for (size_t i = 0; i < scene->cloth_vertex_count; i++) {
-        vec3 const force = vec3_scale(vec3_load(system->forces, i), scene->time_step);
+        vec3 const force = vec3_scale(vec3_load(system->forces, i), system->force_time);
         vec3_store(work->force, i, force);
         if (!(scene->inverse_mass[i] > 0.0)) continue;
         vec3_store(work->seen, i,

@@ -14,6 +14,7 @@ typedef struct motion_system {
     linear_operator apply; /* A x over the cloth vertices; for example linear_system_apply */
     void *apply_context;
     const double *forces; /* [N] f(x0, v0), 3 * cloth_vertex_count */
+    double force_time;    /* [s] right_hand_side holds force_time f */
 } motion_system;
 
 /* What the solve did, for tulle_step_report. */

@@ -349,6 +349,7 @@ tulle_status compute_forces(const cloth_model *model, const motion_state *state,
                      .system = system,
                      .has_wind = surroundings->wind.drag_coefficient > 0.0,
                      .is_bdf2 = system->integrator == TULLE_INTEGRATOR_BDF2};
+    system->force_time = work.factor.gamma;
     arena_mark const mark = arena_get_mark(scratch);
     if (!allocate_assembly(&work, scratch)) {
         arena_release(scratch, mark);

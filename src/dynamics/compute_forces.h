@@ -31,6 +31,7 @@ typedef struct linear_system {
     double *right_hand_side; /* b [kg m/s], 3 * vertex_count */
     double *diagonal;        /* diagonal blocks of A, 9 * vertex_count */
     double *forces;          /* f(x0, v0) [N], 3 * vertex_count, all forces with damping and wind */
+    double force_time;       /* [s] b holds force_time times the forces: h for implicit Euler */
     tulle_integrator integrator; /* used: BDF2 falls back to implicit Euler without history */
     size_t vertex_count;
 } linear_system;

@@ -189,7 +189,8 @@ static tulle_status run_solve_motion(step_context *context) {
     tulle_world *const world = context->world;
     linear_system_operator system_operator = {&world->system, world->threads};
     motion_system const system = {world->system.right_hand_side, world->system.diagonal,
-                                  linear_system_apply, &system_operator, world->system.forces};
+                                  linear_system_apply,           &system_operator,
+                                  world->system.forces,          world->system.force_time};
     memcpy(context->mean_velocity, context->state->velocities,
            3 * world->cloth_vertex_count * sizeof(double));
     prescribe_motion(&context->scene, context->mean_velocity);

@@ -334,7 +334,8 @@ static tulle_status run_substep(mini_world *world, double h) {
     if (status != TULLE_OK) return status;
     linear_system_operator matrix = {&world->system, world->threads};
     motion_system const motion = {world->system.right_hand_side, world->system.diagonal,
-                                  linear_system_apply, &matrix, world->system.forces};
+                                  linear_system_apply,           &matrix,
+                                  world->system.forces,          world->system.force_time};
     move_obstacles(world, h);
     return run_stages(world, h, &motion);
 }

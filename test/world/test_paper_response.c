@@ -65,7 +65,7 @@ static void every_state_is_clean(void **state) {
         print_message("space %d: %llu contacts, %llu stick, peak stretch %.3g\n", space,
                       (unsigned long long)sum.contacts, (unsigned long long)sum.stick_contacts,
                       sum.max_stretch);
-        assert_true(sum.contacts > 1000);
+        assert_true(sum.contacts > 300); /* or nothing was tested */
         tulle_world_destroy(world);
     }
     destroy_scene(&of);
