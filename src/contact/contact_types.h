@@ -31,7 +31,8 @@ typedef struct contact_settings {
     double hard_speed_new;      /* [m/s] the same for a row that is new in this step */
     double settled_speed;  /* [m/s] root mean square violation after a solve that is no landing */
     double hard_stiffness; /* penalty of a hard row over its share of diag(A) */
-    double cg_tolerance;   /* preconditioned residual over that of the step's force impulse */
+    double push_out_softness; /* compliance of a row times its share of diag(A) */
+    double cg_tolerance;      /* preconditioned residual over that of the step's force impulse */
     int cg_max_iterations;
 } contact_settings;
 
@@ -115,6 +116,7 @@ typedef struct contact_row {
     vec3 impulse;        /* [N s] total over the step, acts w_i impulse on vertex i */
     double inverse_mass; /* [1/kg] sum w_i^2 / m_i, > 0 */
     double stiffness;    /* [kg] penalty of a hard row in the solve */
+    double compliance;   /* [1/kg] the normal impulse times this is taken off a push-out's speed */
     double friction_cap; /* [N s] normal impulse that bounds friction of a hard row; < 0: its own */
     bool is_hard;        /* in the matrix of the solve */
     bool is_old;         /* goes on with a contact of the step before */

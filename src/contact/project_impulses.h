@@ -18,4 +18,12 @@ static inline vec3 get_relative_velocity(const contact_row *row, const double *u
     return velocity;
 }
 
+/* Normal speed that a row asks for [m/s]. Where it starts inside the contact distance it asks the
+ * less to be pushed out the more it carries, so that the impulses of rows that cannot all have
+ * their way, as where cloth is pinched, come to an end. */
+static inline double get_wanted_speed(const contact_row *row) {
+    if (!(row->bias > 0.0)) return row->bias;
+    return fmax(row->bias - row->compliance * vec3_dot(row->normal, row->impulse), 0.0);
+}
+
 #endif

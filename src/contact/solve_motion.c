@@ -80,7 +80,7 @@ static void add_impulse(const motion_solve *solve, const contact_row *row, vec3 
 /* Wanted speed of a hard row less what its obstacle vertices contribute: the operator knows cloth
  * vertices only. */
 static double find_wanted_speed(const motion_solve *solve, const contact_row *row) {
-    double speed = row->bias;
+    double speed = get_wanted_speed(row);
     for (int k = 0; k < 4; k++)
         if (row->vertices[k] >= solve->scene->cloth_vertex_count)
             speed -= row->weights[k] * vec3_dot(row->normal, vec3_load(solve->u, row->vertices[k]));
@@ -118,6 +118,17 @@ static double find_diagonal_mass(const motion_solve *solve, const contact_row *r
     return mobility > 0.0 ? 1.0 / mobility : 0.0;
 }
 
+/* Penalties and compliances: A is the same in all rounds. */
+static void weigh_rows(motion_solve *solve) {
+    const contact_settings *const settings = &solve->scene->settings;
+    for (size_t i = 0; i < solve->list->rows.count; i++) {
+        contact_row *const row = &solve->list->rows.data[i];
+        double const mass = find_diagonal_mass(solve, row);
+        row->stiffness = settings->hard_stiffness * mass;
+        row->compliance = mass > 0.0 ? settings->push_out_softness / mass : 0.0;
+    }
+}
+
 /* Right-hand side, diagonal and hard rows of a round. A hard row takes part while it carries load
  * or is violated; otherwise it would pull. */
 static void prepare_round(motion_solve *solve) {
@@ -131,8 +142,8 @@ static void prepare_round(motion_solve *solve) {
         row->friction_cap = -1.0;
         if (!row->is_hard) continue;
         double const speed = vec3_dot(row->normal, get_relative_velocity(row, solve->u));
-        if (!(vec3_dot(row->normal, row->impulse) > 0.0) && speed >= row->bias) continue;
-        row->stiffness = solve->scene->settings.hard_stiffness * find_diagonal_mass(solve, row);
+        if (!(vec3_dot(row->normal, row->impulse) > 0.0) && speed >= get_wanted_speed(row))
+            continue;
         add_hard_row(solve, row);
     }
 }
@@ -206,7 +217,7 @@ static void update_multipliers(motion_solve *solve) {
         contact_row *const row = solve->hard_rows[i];
         double const speed = vec3_dot(row->normal, get_relative_velocity(row, solve->u));
         double const before = vec3_dot(row->normal, row->impulse);
-        double const acted = before + row->stiffness * (row->bias - speed);
+        double const acted = before + row->stiffness * (get_wanted_speed(row) - speed);
         row->friction_cap = fmax(before, 0.0);
         row->impulse = vec3_add_scaled(row->impulse, row->normal, fmax(acted, 0.0) - before);
         if (acted < 0.0) row->is_hard = false;
@@ -221,7 +232,7 @@ static double measure_violation(motion_solve *solve, bool may_harden) {
     for (size_t i = 0; i < solve->list->rows.count; i++) {
         contact_row *const row = &solve->list->rows.data[i];
         double const speed = vec3_dot(row->normal, get_relative_velocity(row, solve->u));
-        double const violation = fmax(row->bias - speed, 0.0);
+        double const violation = fmax(get_wanted_speed(row) - speed, 0.0);
         largest = fmax(largest, violation);
         sum2 += violation * violation;
         double const limit = row->is_old ? settings->hard_speed : settings->hard_speed_new;
@@ -234,6 +245,7 @@ static double measure_violation(motion_solve *solve, bool may_harden) {
 static tulle_status run_rounds(motion_solve *solve) {
     const contact_settings *const settings = &solve->scene->settings;
     row_list *const list = solve->list;
+    weigh_rows(solve);
     for (int round = 0; round < settings->solve_rounds_landing; round++) {
         prepare_round(solve);
         tulle_status const status = run_conjugate_gradients(solve);

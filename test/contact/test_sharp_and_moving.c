@@ -105,10 +105,52 @@ static void plate_throws_the_sheet_up(void **state) {
     mini_world_destroy(&world);
 }
 
+static double sum_normal_impulses(const mini_world *world) {
+    double sum = 0.0;
+    for (size_t i = 0; i < world->rows.rows.count; i++)
+        sum += vec3_dot(world->rows.rows.data[i].impulse, world->rows.rows.data[i].normal);
+    return sum;
+}
+
+/* Two plates leave a sheet four fifths of its contact distance on either side. Both push; neither
+ * can have its way, and what they push with must come to an end. */
+static void push_out_between_plates_is_bounded(void **state) {
+    (void)state;
+    mini_world world = mini_world_make();
+    double const gap = 0.8 * world.contact_distance;
+    mini_grid sheet = make_mini_grid(7, 7, vec3_make(-0.1, -0.1, 0.0), vec3_make(0.2, 0.0, 0.0),
+                                     vec3_make(0.0, 0.2, 0.0));
+    mini_grid below = make_mini_grid(5, 6, vec3_make(-0.2, -0.2, -gap), vec3_make(0.4, 0.0, 0.0),
+                                     vec3_make(0.0, 0.4, 0.0));
+    mini_grid above = make_mini_grid(6, 5, vec3_make(-0.2, -0.2, gap), vec3_make(0.4, 0.0, 0.0),
+                                     vec3_make(0.0, 0.4, 0.0));
+    add_mini_surface(&world, sheet.mesh, false);
+    add_mini_surface(&world, below.mesh, true);
+    add_mini_surface(&world, above.mesh, true);
+    free_mini_grid(&sheet);
+    free_mini_grid(&below);
+    free_mini_grid(&above);
+    start_mini_world(&world);
+    double largest[3] = {0.0};
+    for (int step = 0; step < 900; step++) {
+        assert_int_equal(step_mini_world(&world, TIME_STEP), TULLE_OK);
+        largest[step / 300] = fmax(largest[step / 300], sum_normal_impulses(&world));
+    }
+    double fastest = 0.0;
+    for (size_t i = 0; i < world.cloth_vertex_count; i++)
+        fastest = fmax(fastest, vec3_norm(vec3_load(world.velocities, i)));
+    print_message("between plates: normal impulses up to %.3g, %.3g, %.3g N s, fastest %.3g m/s\n",
+                  largest[0], largest[1], largest[2], fastest);
+    assert_true(largest[0] > 0.0 && largest[2] < 1.2 * largest[1]);
+    assert_true(fastest < 1e-6);
+    mini_world_destroy(&world);
+}
+
 int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(sheet_falls_on_spikes),
         cmocka_unit_test(plate_throws_the_sheet_up),
+        cmocka_unit_test(push_out_between_plates_is_bounded),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
