@@ -22,8 +22,7 @@ static void add_cylinder(validation_run *run, tulle_world *world, double side, b
     shape.resolution[0] = 48;
     shape.resolution[1] = 3;
     tulle_mesh *const mesh = validate_make_shape(run, &shape);
-    double const start = RADIUS + 1.5 * CONTACT_DISTANCE,
-                 end = RADIUS + 0.6 * CONTACT_DISTANCE;
+    double const start = RADIUS + 1.5 * CONTACT_DISTANCE, end = RADIUS + 0.6 * CONTACT_DISTANCE;
     for (size_t v = 0; v < mesh->vertex_count; v++) {
         double *const x = mesh->positions + 3 * v;
         double const along = x[2] - 0.5 * shape.height;
