@@ -43,14 +43,13 @@ void validation_end_plot(validation_run *run) {
     fprintf(script, "set output '%s.png'\nset title \"%s\" noenhanced\n", plot->name, plot->title);
     fprintf(script, "set xlabel \"%s\" noenhanced\nset ylabel \"%s\" noenhanced\n", plot->x_label,
             plot->y_label);
-    fprintf(script,
-            "set grid lt 1 lc rgb '#dddddd'\nset offsets 0, 0, graph 0.03, graph 0.03\nset key "
-            "outside right noenhanced\n%s",
+    fprintf(script, "set grid lt 1 lc rgb '#dddddd'\nset offsets 0, 0, graph 0.03, graph 0.03\n");
+    fprintf(script, "set key outside right noenhanced\nset datafile missing NaN\n%s",
             plot->is_y_logarithmic ? "set logscale y\nset format y '10^{%T}'\n" : "");
     for (size_t i = 0; i < run->series_count; i++) {
         const char *const name = run->plot_series[i];
         bool const has_points = name[0] == '*';
-        fprintf(script, "%s '%s.tsv' using ($1==%zu?$2:1/0):3 with %s title \"%s\"",
+        fprintf(script, "%s '%s.tsv' using ($1==%zu?$2:NaN):3 with %s title \"%s\"",
                 i == 0 ? "plot" : ", \\\n    ", plot->name, i,
                 has_points ? "points pt 7 ps 1" : "lines lw 2", name + has_points);
     }
