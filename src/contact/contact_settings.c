@@ -15,11 +15,11 @@ contact_settings contact_settings_default(void) {
         .old_slope_tolerance = 0.3, /* 17 degrees: with 0.02 a third of the rows of three sheets at
                                        rest came and went in every step; 0.1 does as well */
         .hard_speed = 0.03,
-        .hard_speed_new = 0.15,    /* lower stretches landings on smooth things, higher on tips */
-        .settled_speed = 0.005,    /* 0.02 let landings stretch by a tenth more */
-        .hard_stiffness = 10.0,    /* 3 lets fine cloth on tips tear away, with rescues */
-        .push_out_softness = 0.03, /* none lets the impulses of a pinch grow until it bursts */
-        .cg_tolerance = 1e-4,      /* 1e-3 falsifies sliding by a tenth */
+        .hard_speed_new = 0.15,   /* lower stretches landings on smooth things, higher on tips */
+        .settled_speed = 0.005,   /* 0.02 let landings stretch by a tenth more */
+        .hard_stiffness = 10.0,   /* 3 lets fine cloth on tips tear away, with rescues */
+        .push_out_softness = 0.1, /* none lets the impulses of a pinch grow until it bursts */
+        .cg_tolerance = 1e-4,     /* 1e-3 falsifies sliding by a tenth */
         .cg_max_iterations = 2000,
     };
 }
