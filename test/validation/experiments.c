@@ -8,6 +8,12 @@ extern const experiment layers_experiments[];
 extern const experiment tablecloth_experiments[];
 extern const experiment pinched_experiments[];
 extern const experiment carried_experiments[];
+extern const experiment impact_experiments[];
+extern const experiment settling_experiments[];
+extern const experiment turning_experiments[];
+extern const experiment between_experiments[];
+extern const experiment tips_experiments[];
+extern const experiment scenes_experiments[];
 
 const experiment *const validation_groups[] = {
     incline_experiments,    /* Coulomb's law on a slope */
@@ -16,5 +22,11 @@ const experiment *const validation_groups[] = {
     tablecloth_experiments, /* a cloth pulled from under another */
     pinched_experiments,    /* a sheet held at one point */
     carried_experiments,    /* on moving obstacles */
+    impact_experiments,     /* restitution, momentum and energy of impacts */
+    settling_experiments,   /* energy */
+    turning_experiments,    /* edges that turn in contact */
+    between_experiments,    /* a sheet between two layers */
+    tips_experiments,       /* cloth on sharp tips */
+    scenes_experiments,     /* the scenes of the repository */
     NULL,
 };

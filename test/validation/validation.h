@@ -92,6 +92,9 @@ tulle_step_report validate_step(validation_run *run, tulle_world *world, double 
 /* Steps of VALIDATION_STEP until `seconds` have passed. */
 void validate_simulate(validation_run *run, tulle_world *world, double seconds);
 
+/* Judges the state of now: pairs of triangles that cross. They count for the run too. */
+size_t validate_judge(validation_run *run, const tulle_world *world);
+
 /* Means over the vertices of a cloth, which all count the same. */
 void validate_mean_position(const tulle_world *world, tulle_cloth_id id, double mean[3]);
 void validate_mean_velocity(const tulle_world *world, tulle_cloth_id id, double mean[3]);

@@ -153,7 +153,7 @@ tulle_obstacle_id validate_add_obstacle(validation_run *run, tulle_world *world,
 }
 
 /* Counts the pairs of triangles that cross, by the exact judge. */
-static void judge_world(validation_run *run, const validation_world *entry) {
+static size_t judge_world(validation_run *run, const validation_world *entry) {
     tulle_check_body bodies[2 * VALIDATION_BODIES];
     size_t count = 0;
     for (size_t i = 0; i < entry->cloth_count; i++) {
@@ -172,8 +172,14 @@ static void judge_world(validation_run *run, const validation_world *entry) {
     if (tulle_check_intersections(bodies, count, 1, &result, &error) != TULLE_OK)
         validate_give_up(run, "judge: %s", error.message);
     run->totals->judged++;
-    run->totals->crossing += result.pair_count;
+    size_t const crossing = result.pair_count;
+    run->totals->crossing += crossing;
     tulle_check_result_destroy(&result);
+    return crossing;
+}
+
+size_t validate_judge(validation_run *run, const tulle_world *world) {
+    return judge_world(run, find_world(run, world));
 }
 
 tulle_step_report validate_step(validation_run *run, tulle_world *world, double time_step) {
