@@ -256,6 +256,23 @@ TULLE_API tulle_status tulle_world_add_cloth(tulle_world *world, const tulle_clo
 TULLE_API tulle_status tulle_world_add_obstacle(tulle_world *world, const tulle_obstacle_def *def,
                                                 tulle_obstacle_id *id, tulle_error *error);
 
+/* What friction and impact of two objects are, instead of what their materials say. */
+typedef struct tulle_contact_law {
+    double static_friction;  /* 0 .. 10 */
+    double dynamic_friction; /* 0 .. static_friction; negative: the same */
+    double restitution;      /* 0 .. 1 */
+} tulle_contact_law;
+/* Only before the start; a later call for the same pair replaces an earlier one. Errors:
+ * INVALID_ARGUMENT (stale ids, the same cloth twice, values, started), OUT_OF_MEMORY. */
+TULLE_API tulle_status tulle_world_set_cloth_cloth_law(tulle_world *world, tulle_cloth_id a,
+                                                       tulle_cloth_id b,
+                                                       const tulle_contact_law *law,
+                                                       tulle_error *error);
+TULLE_API tulle_status tulle_world_set_cloth_obstacle_law(tulle_world *world, tulle_cloth_id cloth,
+                                                          tulle_obstacle_id obstacle,
+                                                          const tulle_contact_law *law,
+                                                          tulle_error *error);
+
 /* Prepares the first step: derives distances, builds trees, judges the start. Called by the first
  * step if the caller did not. TULLE_ERROR_INTERSECTING_START names the first pairs in the message;
  * tulle_world_get_intersections gives all of them. */

@@ -5,6 +5,8 @@
  * push-out speed: bias = min((delta_c - g0) / h, push_out_speed). */
 #include "contact/contact_rows.h"
 
+#include "contact/row_friction.h"
+
 static double find_bias(const contact_scene *scene, double gap, double contact_distance) {
     double const bias = (contact_distance - gap) / scene->time_step;
     return bias < scene->settings.push_out_speed ? bias : scene->settings.push_out_speed;
@@ -36,9 +38,6 @@ bool make_contact_row(const contact_scene *scene, const double *x1, const pair_e
     pair_distances const distances = find_pair_distances(scene, event->kind, row->vertices);
     row->gap = vec3_dot(row->normal, blend_points(start, row->weights));
     row->bias = find_bias(scene, row->gap, distances.contact);
-    const contact_law *const law = find_contact_law(scene, row->vertices, event->kind);
-    row->static_friction = law->static_friction;
-    row->dynamic_friction = law->dynamic_friction;
-    row->restitution = law->restitution;
+    set_row_friction(scene, row);
     return true;
 }

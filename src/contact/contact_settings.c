@@ -14,6 +14,7 @@ contact_settings contact_settings_default(void) {
         .slope_tolerance = 0.02,    /* about one degree: flat stays flat in spite of rounding */
         .old_slope_tolerance = 0.3, /* 17 degrees: with 0.02 a third of the rows of three sheets at
                                        rest came and went in every step; 0.1 does as well */
+        .slip_speed = 1e-3,         /* far over what held cloth moves, far below what one sees */
         .hard_speed = 0.03,
         .hard_speed_new = 0.15,   /* lower stretches landings on smooth things, higher on tips */
         .settled_speed = 0.005,   /* 0.02 let landings stretch by a tenth more */

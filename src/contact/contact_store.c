@@ -77,13 +77,15 @@ tulle_status update_contacts(contact_store *store, memory *heap, const row_list 
     stored_contact *const contacts = store->contacts.data;
     for (size_t i = 0; i < list->rows.count; i++) {
         const contact_row *const row = &list->rows.data[i];
+        /* a contact that rebounds carries nothing into the next step */
+        vec3 const impulse = vec3_scale(row->impulse, row->rebound > 0.0 ? 0.0 : 1.0);
         contacts[i] = (stored_contact){.kind = (uint32_t)row->kind,
                                        .first = row->pair.first,
                                        .second = row->pair.second,
                                        .is_hard = row->is_hard,
                                        .state = (uint32_t)row->state,
                                        .age = row->age == UINT32_MAX ? row->age : row->age + 1,
-                                       .impulse = {row->impulse.x, row->impulse.y, row->impulse.z},
+                                       .impulse = {impulse.x, impulse.y, impulse.z},
                                        .normal = {row->normal.x, row->normal.y, row->normal.z}};
     }
     if (!is_sorted(contacts, list->rows.count)) sort_contacts(contacts, list->rows.count);

@@ -23,6 +23,7 @@ typedef struct contact_settings {
     int impact_rounds;        /* rounds of stage 10 */
     int zone_rounds;          /* rescue: rounds of impact zones */
     int component_rounds;     /* rescue: rounds of component scaling */
+    double slip_speed;        /* [m/s] a contact that starts slower is at rest: static friction */
     double push_out_speed;    /* [m/s] most a row inside the contact distance asks for */
     double slope_tolerance;   /* sine of the angle by which a new row's normal may leave a normal
                                  cone ... */
@@ -46,6 +47,12 @@ typedef struct contact_law {
     double dynamic_friction;    /* <= static_friction, of what slides */
     double restitution;         /* 0 .. 1, part of the speed of an impact that comes back */
 } contact_law;
+
+/* Where friction of a surface depends on the direction. */
+typedef struct surface_grain {
+    vec3 direction; /* in the rest shape, of any length */
+    double across;  /* factor on friction at right angles to it; 1: no grain */
+} surface_grain;
 
 /* x -> matrix x + offset takes every vertex of a surface from its x0 to its target. */
 typedef struct affine_map {
@@ -73,12 +80,15 @@ typedef struct paper_rules {
 typedef struct contact_scene {
     const surface_set *set;
     size_t vertex_count, cloth_vertex_count;
-    const uint32_t *vertex_surface;    /* vertex_count: index into set->surfaces */
-    const double *x0;                  /* [m] 3 * vertex_count, start of the step */
-    const double *rest;                /* [m] 3 * vertex_count; only those of cloths are read */
-    const double *targets;             /* [m] 3 * vertex_count; only read where inverse_mass is 0 */
-    const double *inverse_mass;        /* [1/kg] vertex_count; 0: obstacles and pinned vertices */
-    const contact_law *laws;           /* surface_count^2, row-major, symmetric */
+    const uint32_t *vertex_surface; /* vertex_count: index into set->surfaces */
+    const double *x0;               /* [m] 3 * vertex_count, start of the step */
+    const double *v0;           /* [m/s] 3 * vertex_count, velocities at the start; null: at rest */
+    const double *rest;         /* [m] 3 * vertex_count; only those of cloths are read */
+    const double *targets;      /* [m] 3 * vertex_count; only read where inverse_mass is 0 */
+    const double *inverse_mass; /* [1/kg] vertex_count; 0: obstacles and pinned vertices */
+    const contact_law *laws;    /* surface_count^2, row-major, symmetric */
+    const surface_grain *grains;       /* surface_count; null: none has one */
+    vec3 gravity;                      /* [m/s^2] */
     const affine_map *const *carriers; /* surface_count entries, each may be null; null: none. Lets
                                           the rescue carry cloth along with a moving obstacle */
     const uint64_t *ignored;           /* triangle pairs that may intersect, ascending, see
@@ -107,18 +117,24 @@ typedef struct contact_row {
     feature_kind kind;
     feature_pair pair;
     uint32_t vertices[4];
-    double weights[4];                        /* signed, see closest_points */
-    vec3 normal;                              /* unit, from the second feature to the first */
-    double gap;                               /* [m] n . sum w x0 */
-    double bias;                              /* [m/s] */
-    double static_friction, dynamic_friction; /* as in contact_law */
-    double restitution;
+    double weights[4]; /* signed, see closest_points */
+    vec3 normal;       /* unit, from the second feature to the first */
+    double gap;        /* [m] n . sum w x0 */
+    double bias;       /* [m/s] */
+    double static_friction, dynamic_friction, restitution; /* as in contact_law */
+    double approach; /* [m/s] n . sum w v0: negative where the sides come nearer at the start */
+    double fall;     /* [m/s] what gravity adds to it in this step */
+    double friction; /* coefficient in this step, one of the two */
+    vec3 grain;      /* unit tangent; factors on friction along and across it, 1: isotropic */
+    double friction_along, friction_across;
     vec3 impulse;        /* [N s] total over the step, acts w_i impulse on vertex i */
     double inverse_mass; /* [1/kg] sum w_i^2 / m_i, > 0 */
     double stiffness;    /* [kg] penalty of a hard row in the solve */
     double compliance;   /* [1/kg] the normal impulse times this is taken off a push-out's speed */
     double friction_cap; /* [N s] normal impulse that bounds friction of a hard row; < 0: its own */
     bool is_hard;        /* in the matrix of the solve */
+    double rebound;      /* [m/s] speed at which an impact parts at the end of the step; 0: none */
+    bool is_sliding;     /* slips at the start of the step */
     bool is_old;         /* goes on with a contact of the step before */
     row_state old_state; /* that contact's; ROW_OPEN for a new row */
     uint32_t age;        /* steps before this one in which that contact was there */

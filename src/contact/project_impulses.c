@@ -2,11 +2,13 @@
  *
  * One row: with W = sum w_i^2 / m_i the impulse that stops the row's relative velocity v at the
  * wanted normal speed is  p - (v - bias n) / W.  Its normal part is clamped to >= 0, its tangential
- * part to friction times the normal part; the difference to p acts on the four vertices.
+ * part to what friction can give under it; the difference to p acts on the four vertices.
  *
  * Based on: Moreau, Unilateral contact and dry friction in finite freedom dynamics, 1988; Jean, The
  * non-smooth contact dynamics method, 1999. */
 #include "contact/project_impulses.h"
+
+#include "contact/row_friction.h"
 
 /* [m/s] Sweeps end when no row changed its relative velocity by more: far below what a drift of a
  * nanometre in a minute needs. */
@@ -22,12 +24,11 @@ static vec3 find_impulse(contact_row *row, vec3 velocity) {
         row->state = ROW_OPEN;
         return vec3_make(0.0, 0.0, 0.0);
     }
-    vec3 tangential = vec3_add_scaled(trial, row->normal, -normal);
-    double const cap =
-        row->static_friction * (row->friction_cap >= 0.0 ? row->friction_cap : normal);
-    double const size = vec3_norm(tangential);
-    row->state = size > cap ? ROW_SLIDES : ROW_STICKS;
-    if (size > cap) tangential = vec3_scale(tangential, cap / size);
+    bool is_held;
+    double const bound = row->friction_cap >= 0.0 ? row->friction_cap : normal;
+    vec3 const tangential =
+        limit_friction(row, bound, vec3_add_scaled(trial, row->normal, -normal), &is_held);
+    row->state = is_held ? ROW_STICKS : ROW_SLIDES;
     return vec3_add_scaled(tangential, row->normal, normal);
 }
 

@@ -148,7 +148,85 @@ static void prepare_round(motion_solve *solve) {
     }
 }
 
+/* Sum of residuals and mass of a cloth; false when it is an obstacle or has held vertices. */
+static bool sum_residuals(const contact_scene *scene, const surface_range *range,
+                          const double *residual, vec3 *sum, double *mass) {
+    *sum = vec3_make(0.0, 0.0, 0.0);
+    *mass = 0.0;
+    if (range->is_obstacle) return false;
+    for (uint32_t v = range->vertex_begin; v < range->vertex_end; v++) {
+        *sum = vec3_add(*sum, vec3_load(residual, v));
+        *mass += 1.0 / scene->inverse_mass[v];
+    }
+    return isfinite(*mass);
+}
+
+/* Mean residual over mass, as a velocity, of each cloth without held vertices, or of all of them
+ * together; zero elsewhere. */
+static void find_translations(const motion_solve *solve, bool is_common, const double *residual,
+                              double *shift) {
+    const surface_set *const set = solve->scene->set;
+    vec3 sum, total = {0.0, 0.0, 0.0};
+    double mass, total_mass = 0.0;
+    for (size_t s = 0; s < set->surface_count; s++) {
+        if (!sum_residuals(solve->scene, &set->surfaces[s], residual, &sum, &mass)) continue;
+        total = vec3_add(total, sum);
+        total_mass += mass;
+    }
+    memset(shift, 0, 3 * solve->scene->cloth_vertex_count * sizeof(double));
+    for (size_t s = 0; s < set->surface_count; s++) {
+        const surface_range *const range = &set->surfaces[s];
+        if (!sum_residuals(solve->scene, range, residual, &sum, &mass)) continue;
+        vec3 const velocity =
+            is_common ? vec3_scale(total, 1.0 / total_mass) : vec3_scale(sum, 1.0 / mass);
+        for (uint32_t v = range->vertex_begin; v < range->vertex_end; v++)
+            vec3_store(shift, v, velocity);
+    }
+}
+
+static double dot(const double *a, const double *b, size_t size) {
+    double sum = 0.0;
+    for (size_t i = 0; i < size; i++) sum += a[i] * b[i];
+    return sum;
+}
+
+/* Moves u down along one direction of rigid translations, as far as is best. */
+static void descend_translations(motion_solve *solve, bool is_common, double *work[3]) {
+    size_t const size = 3 * solve->scene->cloth_vertex_count;
+    double *const residual = work[0], *const shift = work[1], *const image = work[2];
+    apply_with_hard_rows(solve, solve->u, residual);
+    for (size_t i = 0; i < size; i++) residual[i] = solve->right_hand_side[i] - residual[i];
+    find_translations(solve, is_common, residual, shift);
+    double const down = dot(shift, residual, size);
+    if (!(down > 0.0)) return;
+    apply_with_hard_rows(solve, shift, image);
+    double const curvature = dot(shift, image, size);
+    if (!(curvature > 0.0)) return;
+    for (size_t i = 0; i < size; i++) solve->u[i] += down / curvature * shift[i];
+}
+
+/* Improves u along the rigid translations of free cloths. The residual hardly sees a small force on
+ * all of a cloth, such as what pulls it along when it just begins to slip: its preconditioner
+ * divides by the stiffness. Without this such forces are lost in the tolerance, and linear momentum
+ * is kept to the tolerance only. Hard rows couple cloths; all together they still move freely. */
+static tulle_status translate_cloths(motion_solve *solve) {
+    arena *const scratch = solve->scene->scratch;
+    size_t const size = 3 * solve->scene->cloth_vertex_count;
+    arena_mark const mark = arena_get_mark(scratch);
+    double *work[3];
+    bool has_memory = true;
+    for (int i = 0; i < 3; i++) {
+        work[i] = ARENA_NEW(scratch, double, size);
+        has_memory &= work[i] != NULL;
+    }
+    if (has_memory) descend_translations(solve, false, work);
+    if (has_memory && solve->hard_count > 0) descend_translations(solve, true, work);
+    arena_release(scratch, mark);
+    return has_memory ? TULLE_OK : TULLE_ERROR_OUT_OF_MEMORY;
+}
+
 static tulle_status run_conjugate_gradients(motion_solve *solve) {
+
     const contact_settings *const settings = &solve->scene->settings;
     conjugate_gradients_problem const problem = {
         .vertex_count = solve->scene->cloth_vertex_count,
@@ -170,7 +248,7 @@ static tulle_status run_conjugate_gradients(motion_solve *solve) {
     solve->report->cg_iterations += (uint32_t)result.iterations;
     solve->report->cg_residual = fmax(solve->report->cg_residual, result.residual);
     if (result.end != CONJUGATE_GRADIENTS_CONVERGED) solve->report->has_converged = false;
-    return TULLE_OK;
+    return translate_cloths(solve); /* what the tolerance left over is no momentum */
 }
 
 /* Norm of `vector` as conjugate gradients measure it: a solve of no iterations. */

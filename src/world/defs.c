@@ -243,3 +243,13 @@ tulle_status obstacle_def_check(const tulle_obstacle_def *def, const char *owner
     if (status == TULLE_OK) status = motion_validate(&def->motion, owner, error);
     return status;
 }
+
+tulle_status contact_law_check(const tulle_contact_law *law, const char *owner,
+                               tulle_error *error) {
+    range_check const checks[] = {
+        {"static friction", "", law->static_friction, 0.0, 10.0},
+        {"dynamic friction", "", law->dynamic_friction, LEAST_DYNAMIC, law->static_friction},
+        {"restitution", "", law->restitution, 0.0, 1.0},
+    };
+    return CHECK_RANGES(checks, owner, error);
+}

@@ -9,4 +9,6 @@ tulle_status cloth_def_check(const tulle_cloth_def *def, const char *owner, tull
 tulle_status obstacle_def_check(const tulle_obstacle_def *def, const char *owner,
                                 tulle_error *error);
 
+tulle_status contact_law_check(const tulle_contact_law *law, const char *owner, tulle_error *error);
+
 #endif

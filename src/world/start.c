@@ -237,8 +237,17 @@ static surface_roughness get_roughness(const tulle_world *world, size_t surface)
     return roughness;
 }
 
-/* Coefficients of a pair: geometric means, but that friction between cloths is the world's. */
+/* Coefficients of a pair: what was set for it; else geometric means, but that friction between
+ * cloths is the world's. */
 static void set_coefficients(const tulle_world *world, size_t a, size_t b, contact_law *law) {
+    tulle_contact_law const *const given = world_find_pair_law(world, a, b);
+    if (given) {
+        bool const has_dynamic = given->dynamic_friction >= 0.0;
+        law->static_friction = given->static_friction;
+        law->dynamic_friction = has_dynamic ? given->dynamic_friction : given->static_friction;
+        law->restitution = given->restitution;
+        return;
+    }
     surface_roughness const first = get_roughness(world, a), second = get_roughness(world, b);
     law->restitution = sqrt(first.restitution * second.restitution);
     law->static_friction = sqrt(first.friction * second.friction);
@@ -306,6 +315,24 @@ static tulle_status derive_distances(tulle_world *world, tulle_error *error) {
     return TULLE_OK;
 }
 
+/* Grain of the cloths, if one of them has friction that depends on the direction. */
+static tulle_status set_grains(tulle_world *world, tulle_error *error) {
+    bool has_grain = false;
+    for (size_t i = 0; i < world->cloths.count; i++)
+        has_grain |= world->cloths.data[i].material.friction_across != 1.0;
+    if (!has_grain) return TULLE_OK;
+    size_t const count = world_surface_count(world);
+    world->grains = memory_allocate_zeroed(&world->heap, count, sizeof *world->grains);
+    if (!world->grains) return no_memory(error);
+    for (size_t s = 0; s < count; s++) {
+        world->grains[s].across = 1.0;
+        if (s >= world->cloths.count) continue;
+        world->grains[s].across = world->cloths.data[s].material.friction_across;
+        world->grains[s].direction = vec3_load(world->cloths.data[s].grain, 0);
+    }
+    return TULLE_OK;
+}
+
 /* Hash of what a saved state must fit: meshes, rest shapes, masses, time scripts. */
 static uint64_t hash_defs(const tulle_world *world) {
     uint64_t hash = HASH_SEED;
@@ -318,6 +345,8 @@ static uint64_t hash_defs(const tulle_world *world) {
     hash = hash_bytes(hash, world->inverse_masses, world->vertex_count * sizeof(double));
     hash = hash_bytes(hash, world->laws,
                       world->set.surface_count * world->set.surface_count * sizeof(contact_law));
+    if (world->grains)
+        hash = hash_bytes(hash, world->grains, world->set.surface_count * sizeof *world->grains);
     hash = hash_bytes(hash, world->def.gravity, sizeof world->def.gravity);
     hash = hash_bytes(hash, &world->minimum_gap, sizeof world->minimum_gap);
     int const choices[2] = {(int)world->def.response, (int)world->def.motion_space};
@@ -361,6 +390,7 @@ static tulle_status start_stages(tulle_world *world, tulle_error *error) {
     fill_arrays(world);
     status = build_model(world, error);
     if (status == TULLE_OK) status = derive_distances(world, error);
+    if (status == TULLE_OK) status = set_grains(world, error);
     if (status != TULLE_OK) return status;
     status = judge_start(world, error);
     if (status != TULLE_OK) return status;
@@ -404,6 +434,7 @@ void world_release_start(tulle_world *world) {
     memory_release(heap, world->is_fixed, n);
     memory_release(heap, world->vertex_surface, n * sizeof(uint32_t));
     memory_release(heap, world->laws, surface_count * surface_count * sizeof(contact_law));
+    if (world->grains) memory_release(heap, world->grains, surface_count * sizeof *world->grains);
     row_list_destroy(&world->rows, heap);
     row_list_destroy(&world->accepted_rows, heap);
     ARRAY_FREE(heap, &world->contacts);
@@ -417,6 +448,7 @@ void world_release_start(tulle_world *world) {
     world->is_fixed = NULL;
     world->vertex_surface = NULL;
     world->laws = NULL;
+    world->grains = NULL;
     world->vertex_count = world->cloth_vertex_count = 0;
     world->contact_distance = world->separation_distance = 0.0;
     world->is_started = false;

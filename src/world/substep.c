@@ -6,6 +6,7 @@
  * 2005 (the stages and their order); docs/pipeline.md tells where we depart from it. */
 #include "base/error.h"
 #include "base/timer.h"
+#include "contact/end_velocities.h"
 #include "world/detection.h"
 
 #include <math.h>
@@ -139,10 +140,13 @@ static tulle_status prepare(step_context *context) {
         .cloth_vertex_count = world->cloth_vertex_count,
         .vertex_surface = world->vertex_surface,
         .x0 = state->positions,
+        .v0 = state->velocities,
         .rest = world->rest,
         .targets = world->targets,
         .inverse_mass = world->active_inverse_masses,
         .laws = world->laws,
+        .grains = world->grains,
+        .gravity = vec3_load(world->def.gravity, 0),
         .carriers = context->carriers,
         .ignored = world->ignored_keys.data,
         .ignored_count = world->ignored_keys.count,
@@ -245,12 +249,10 @@ static tulle_status run_commit_safely(step_context *context, bool is_clean) {
     return status;
 }
 
-/* Velocities at the end: those of vertices in contact are u itself (an inelastic end), and so are
- * all when time was shortened. */
-static void accept_velocities(step_context *context) {
-    tulle_world *const world = context->world;
-    world_motion_state *const state = context->state;
-    uint8_t *const is_plain = world->is_fixed;
+/* Which vertices end with u itself (an inelastic end): those in contact, or all when time was
+ * shortened. */
+static void mark_plain_ends(const step_context *context, uint8_t *is_plain) {
+    tulle_world const *const world = context->world;
     bool const is_whole = context->commit.outcome == COMMIT_CLEAN;
     for (size_t v = 0; v < world->cloth_vertex_count && !is_whole; v++) is_plain[v] = 1;
     for (size_t i = 0; i < world->rows.rows.count && is_whole; i++) {
@@ -258,25 +260,42 @@ static void accept_velocities(step_context *context) {
         if (vec3_norm2(row->impulse) == 0.0) continue;
         for (int k = 0; k < 4; k++) is_plain[row->vertices[k]] = 1;
     }
+}
+
+/* Velocities at the end. */
+static tulle_status accept_velocities(step_context *context) {
+    tulle_world *const world = context->world;
+    world_motion_state *const state = context->state;
+    bool const is_whole = context->commit.outcome == COMMIT_CLEAN;
     size_t const bytes = 3 * world->vertex_count * sizeof(double);
     double *const end = context->predicted; /* free again: takes the new velocities */
+    end_velocities ends = {0};
+    mark_plain_ends(context, world->is_fixed);
     memcpy(end, context->mean_velocity, bytes);
-    finish_velocities(&world->system, &context->dynamics, is_plain, context->mean_velocity, end);
+    finish_velocities(&world->system, &context->dynamics, world->is_fixed, context->mean_velocity,
+                      end);
+    if (is_whole && !context->scene.paper) { /* the paper's law of impact is in u already */
+        tulle_status const status =
+            find_end_velocities(&context->scene, &world->rows, context->mean_velocity, end, &ends);
+        if (status != TULLE_OK) return status;
+    }
     memcpy(state->previous_velocities, state->velocities, bytes);
     memcpy(state->previous_mean, context->mean_velocity, bytes);
     memcpy(state->velocities, end, bytes);
-    state->previous_time_step = is_whole ? context->time_step : 0.0;
+    /* velocities that jump are no history */
+    state->previous_time_step = is_whole && ends.rebound_count == 0 ? context->time_step : 0.0;
+    return TULLE_OK;
 }
 
 /* The one place where the state moves on. */
 static tulle_status accept_paths(step_context *context) {
     tulle_world *const world = context->world;
     world_motion_state *const state = context->state;
+    tulle_status status = accept_velocities(context);
     /* impulses belong to the whole substep that was solved for, even if less of it passed */
-    tulle_status const status =
-        update_contacts(&state->contacts, &world->heap, &world->rows, context->time_step);
+    if (status == TULLE_OK)
+        status = update_contacts(&state->contacts, &world->heap, &world->rows, context->time_step);
     if (status != TULLE_OK) return fail_step(context, status);
-    accept_velocities(context);
     if (context->scene.paper)
         memcpy(state->particles, context->paper.after, world->cloth_vertex_count);
     memcpy(state->positions, context->end, 3 * world->vertex_count * sizeof(double));

@@ -82,6 +82,7 @@ void tulle_world_destroy(tulle_world *world) {
     }
     ARRAY_FREE(heap, &world->cloths);
     ARRAY_FREE(heap, &world->obstacles);
+    ARRAY_FREE(heap, &world->pair_laws);
     ARRAY_FREE(heap, &world->intersections);
     memory last = world->heap;
     memory_release(&last, world, sizeof *world);

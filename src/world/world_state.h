@@ -78,6 +78,13 @@ typedef struct world_motion_state {
     contact_store contacts;
 } world_motion_state;
 
+/* The law of two objects that does not follow from their materials. */
+typedef struct world_pair_law {
+    size_t cloth, other; /* index of a cloth with a greater index, or of an obstacle */
+    bool is_obstacle;
+    tulle_contact_law law;
+} world_pair_law;
+
 typedef ARRAY(tulle_intersection) intersection_list;
 
 struct tulle_world {
@@ -85,6 +92,7 @@ struct tulle_world {
     tulle_world_def def;
     ARRAY(world_cloth) cloths;
     ARRAY(world_obstacle) obstacles;
+    ARRAY(world_pair_law) pair_laws;
     bool is_started;
     int threads;
 
@@ -97,6 +105,7 @@ struct tulle_world {
     double *inverse_masses;                                    /* [1/kg] 0 for obstacles */
     uint32_t *vertex_surface;                                  /* surface of each vertex */
     contact_law *laws;                                         /* surface_count^2 */
+    surface_grain *grains;                                     /* surface_count; null: none */
     double contact_distance, separation_distance, minimum_gap; /* [m] */
     double edge_length;                                        /* [m] mean over all cloth */
     cloth_model *model;
@@ -141,6 +150,9 @@ static inline const char *world_surface_name(const tulle_world *world, size_t su
     return surface < cloth_count ? world->cloths.data[surface].name
                                  : world->obstacles.data[surface - cloth_count].name;
 }
+
+/* pair_laws.c: the law set for two surfaces, or null. */
+const tulle_contact_law *world_find_pair_law(const tulle_world *world, size_t a, size_t b);
 
 /* start.c: releases what the start made; fine before it. */
 void world_release_start(tulle_world *world);

@@ -23,7 +23,8 @@ static vec3 random_vector(uint64_t *state) {
 
 static void set_row(row_world *world, contact_row *row, const uint32_t vertices[4],
                     const double weights[4], vec3 normal) {
-    *row = (contact_row){.normal = normal, .friction_cap = -1.0};
+    *row = (contact_row){
+        .normal = normal, .friction_cap = -1.0, .friction_along = 1.0, .friction_across = 1.0};
     memcpy(row->vertices, vertices, sizeof row->vertices);
     memcpy(row->weights, weights, sizeof row->weights);
     for (int k = 0; k < 4; k++)
@@ -52,12 +53,12 @@ static void one_vertex_meets_a_plane(void **state) {
         vec3_store(world.u, 0, v);
         contact_row row;
         set_row(&world, &row, (uint32_t[4]){0, 1, 2, 3}, (double[4]){1.0, -0.5, -0.25, -0.25}, n);
-        row.static_friction = 2.0 * random_uniform(&random);
+        row.friction = 2.0 * random_uniform(&random);
         project_impulses(&world.scene, &row, 1, world.u);
         double const approach = fmax(-vec3_dot(v, n), 0.0);
         vec3 const tangential = vec3_add_scaled(v, n, -vec3_dot(v, n));
         double const slip = vec3_norm(tangential);
-        double const kept = fmax(0.0, 1.0 - row.static_friction * approach / slip);
+        double const kept = fmax(0.0, 1.0 - row.friction * approach / slip);
         vec3 expected = vec3_add_scaled(v, n, approach);
         expected = vec3_add_scaled(expected, tangential, kept - 1.0);
         vec3 const difference = vec3_sub(vec3_load(world.u, 0), expected);
@@ -106,7 +107,7 @@ static void make_random_rows(row_world *world, uint64_t *random, double friction
         for (int k = 0; k < 4; k++)
             sum = vec3_add_scaled(sum, vec3_load(world->x0, vertices[k]), weights[k]);
         set_row(world, &world->rows[r], vertices, weights, vec3_normalize(sum));
-        world->rows[r].static_friction = friction;
+        world->rows[r].friction = friction;
         world->rows[r].bias = 0.1 * random_signed(random);
     }
 }
@@ -146,10 +147,10 @@ static void assert_coulomb(const row_world *world, const contact_row *row) {
     vec3 const slip = vec3_add_scaled(velocity, row->normal, -vec3_dot(velocity, row->normal));
     assert_true(normal >= -1e-15 && speed > -1e-6);
     assert_true(normal < 1e-6 || speed < 1e-6);
-    assert_true(vec3_norm(tangential) <= row->static_friction * normal * (1.0 + 1e-9) + 1e-15);
+    assert_true(vec3_norm(tangential) <= row->friction * normal * (1.0 + 1e-9) + 1e-15);
     /* Friction opposes slip, and is whole while there is slip. */
     double const power = vec3_dot(tangential, slip);
-    assert_true(fabs(power + row->static_friction * normal * vec3_norm(slip)) < 1e-5);
+    assert_true(fabs(power + row->friction * normal * vec3_norm(slip)) < 1e-5);
 }
 
 static void fixed_point_is_coulomb(void **state) {

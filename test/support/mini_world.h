@@ -31,7 +31,8 @@ typedef struct mini_world {
     double contact_distance, friction, dynamic_friction, restitution; /* of all pairs; negative
                                                                          dynamic: as friction */
     double gravity[3];
-    tulle_material material; /* of all cloths */
+    const surface_grain *grains; /* one a surface, borrowed; null: none */
+    tulle_material material;     /* of all cloths */
     int threads;
     bool uses_paper; /* response of the paper, with this motion space */
     tulle_motion_space motion_space;

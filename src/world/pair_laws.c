@@ -1,0 +1,73 @@
+/* world/pair_laws.c - laws of contact that are set for pairs of objects before the start. */
+#include "base/error.h"
+#include "world/defs.h"
+#include "world/world_state.h"
+
+static world_pair_law *find_entry(const tulle_world *world, const world_pair_law *wanted) {
+    for (size_t i = 0; i < world->pair_laws.count; i++) {
+        world_pair_law *const entry = &world->pair_laws.data[i];
+        if (entry->cloth == wanted->cloth && entry->other == wanted->other &&
+            entry->is_obstacle == wanted->is_obstacle)
+            return entry;
+    }
+    return NULL;
+}
+
+const tulle_contact_law *world_find_pair_law(const tulle_world *world, size_t a, size_t b) {
+    size_t const cloth_count = world->cloths.count, low = a < b ? a : b, high = a < b ? b : a;
+    world_pair_law const wanted = {.cloth = low,
+                                   .other = high < cloth_count ? high : high - cloth_count,
+                                   .is_obstacle = high >= cloth_count};
+    world_pair_law const *const entry = find_entry(world, &wanted);
+    return entry ? &entry->law : NULL;
+}
+
+static tulle_status refuse(tulle_error *error, const char *why) {
+    return error_set(error, TULLE_ERROR_INVALID_ARGUMENT, "law of a pair: %s", why);
+}
+
+static tulle_status set_law(tulle_world *world, world_pair_law entry, const tulle_contact_law *law,
+                            tulle_error *error) {
+    if (world->is_started) return refuse(error, "the world has started; set it before");
+    if (!law) return refuse(error, "the law is null");
+    tulle_status const status = contact_law_check(law, "law of a pair", error);
+    if (status != TULLE_OK) return status;
+    entry.law = *law;
+    world_pair_law *const earlier = find_entry(world, &entry);
+    if (earlier) {
+        *earlier = entry;
+        return TULLE_OK;
+    }
+    if (!ARRAY_RESERVE(&world->heap, &world->pair_laws, 1))
+        return error_set(error, TULLE_ERROR_OUT_OF_MEMORY, "no memory left for the law of a pair");
+    world->pair_laws.data[world->pair_laws.count++] = entry;
+    return TULLE_OK;
+}
+
+static bool has_cloth(const tulle_world *world, tulle_cloth_id id) {
+    return id.generation == 1 && id.index < world->cloths.count;
+}
+
+tulle_status tulle_world_set_cloth_cloth_law(tulle_world *world, tulle_cloth_id a, tulle_cloth_id b,
+                                             const tulle_contact_law *law, tulle_error *error) {
+    if (!world) return refuse(error, "the world is null");
+    if (!has_cloth(world, a) || !has_cloth(world, b))
+        return refuse(error, "the world has no such cloth");
+    if (a.index == b.index) return refuse(error, "the same cloth is named twice");
+    bool const is_ordered = a.index < b.index;
+    world_pair_law const entry = {.cloth = is_ordered ? a.index : b.index,
+                                  .other = is_ordered ? b.index : a.index};
+    return set_law(world, entry, law, error);
+}
+
+tulle_status tulle_world_set_cloth_obstacle_law(tulle_world *world, tulle_cloth_id cloth,
+                                                tulle_obstacle_id obstacle,
+                                                const tulle_contact_law *law, tulle_error *error) {
+    if (!world) return refuse(error, "the world is null");
+    if (!has_cloth(world, cloth)) return refuse(error, "the world has no such cloth");
+    if (obstacle.generation != 1 || obstacle.index >= world->obstacles.count)
+        return refuse(error, "the world has no such obstacle");
+    world_pair_law const entry = {
+        .cloth = cloth.index, .other = obstacle.index, .is_obstacle = true};
+    return set_law(world, entry, law, error);
+}
