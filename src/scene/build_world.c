@@ -90,6 +90,31 @@ static tulle_status add_obstacle(const scene_obstacle *obstacle, tulle_world *wo
     return status == TULLE_OK ? TULLE_OK : add_place(&obstacle->keys->head, status, error);
 }
 
+static tulle_status set_law(const scene *loaded, const scene_world *built, size_t first,
+                            size_t second, const tulle_contact_law *law, tulle_error *error) {
+    tulle_cloth_id const cloth = built->cloths[first];
+    size_t const cloth_count = loaded->cloth_count;
+    if (second < cloth_count)
+        return tulle_world_set_cloth_cloth_law(built->world, cloth, built->cloths[second], law,
+                                               error);
+    return tulle_world_set_cloth_obstacle_law(built->world, cloth,
+                                              built->obstacles[second - cloth_count], law, error);
+}
+
+static tulle_status set_laws(const scene *loaded, const scene_world *built, tulle_error *error) {
+    for (size_t p = 0; p < loaded->pair_count; p++) {
+        const scene_pair *pair = &loaded->pairs[p];
+        tulle_contact_law const law = {pair->keys->friction, pair->keys->dynamic_friction,
+                                       pair->keys->restitution};
+        for (size_t a = pair->first_begin; a < pair->first_end; a++)
+            for (size_t b = pair->second_begin; b < pair->second_end; b++) {
+                tulle_status status = set_law(loaded, built, a, b, &law, error);
+                if (status != TULLE_OK) return add_place(&pair->keys->head, status, error);
+            }
+    }
+    return TULLE_OK;
+}
+
 static tulle_status add_objects(const scene *loaded, scene_world *built, tulle_error *error) {
     memory heap = memory_default();
     built->cloth_count = loaded->cloth_count;
@@ -104,7 +129,7 @@ static tulle_status add_objects(const scene *loaded, scene_world *built, tulle_e
         status = add_cloth(&loaded->cloths[i], built->world, &built->cloths[i], error);
     for (size_t i = 0; status == TULLE_OK && i < loaded->obstacle_count; i++)
         status = add_obstacle(&loaded->obstacles[i], built->world, &built->obstacles[i], error);
-    return status;
+    return status == TULLE_OK ? set_laws(loaded, built, error) : status;
 }
 
 tulle_status scene_build_world(scene *loaded, int threads, const tulle_allocator *allocator,

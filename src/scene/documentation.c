@@ -51,6 +51,7 @@ static void print_type(const schema_key *key, FILE *stream) {
     case SCHEMA_PATH: fprintf(stream, "path"); break;
     case SCHEMA_CHOICE: fprintf(stream, "one of the words"); break;
     case SCHEMA_ROTATION: fprintf(stream, "turn"); break;
+    case SCHEMA_NAMES: fprintf(stream, "list of %zu names", key->most_count); break;
     case SCHEMA_INDICES: fprintf(stream, "list of whole numbers and ranges"); break;
     case SCHEMA_MAP: fprintf(stream, "map, see %s", key->map->title); break;
     case SCHEMA_LIST: fprintf(stream, "list of maps, see %s", key->map->title); break;

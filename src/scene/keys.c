@@ -110,6 +110,44 @@ static const char *const integrator_names[] = {"implicit-euler", "crank-nicolson
 #define DISTANCE                                                                                   \
     .type = SCHEMA_NUMBER, .unit = UNIT_LENGTH, .fallback = "auto", .word = "auto", .minimum = 0,  \
     .maximum = 1, .flags = SCHEMA_ABOVE_MINIMUM
+static const schema_key pair_table[] = {
+    {.name = "between",
+     .type = SCHEMA_NAMES,
+     .least_count = 2,
+     .most_count = 2,
+     .flags = SCHEMA_REQUIRED,
+     FIELD(pair_keys, between),
+     .meaning = "a cloth, and another cloth or an obstacle; the name of an obstacle stands for all "
+                "its copies"},
+    {.name = "friction",
+     .type = SCHEMA_NUMBER,
+     .minimum = 0,
+     .maximum = 10,
+     .flags = SCHEMA_REQUIRED,
+     FIELD(pair_keys, friction),
+     .meaning = "Coulomb coefficient: what holds them"},
+    {.name = "dynamic_friction",
+     .type = SCHEMA_NUMBER,
+     .fallback = "same",
+     .word = "same",
+     .word_value = -1,
+     .minimum = 0,
+     .maximum = 10,
+     FIELD(pair_keys, dynamic_friction),
+     .meaning = "where they slide on one another, at most friction"},
+    {.name = "restitution",
+     .type = SCHEMA_NUMBER,
+     .fallback = "0",
+     .minimum = 0,
+     .maximum = 1,
+     FIELD(pair_keys, restitution),
+     .meaning = "part of the speed of an impact with which they part"},
+};
+const schema_map pair_map = {
+    .title = "Pair",
+    .meaning = "Friction and impact of two objects, instead of what their materials say.",
+    MAP_OF(pair_table, pair_keys)};
+
 static const schema_key contact_table[] = {
     {.name = "delta_c",
      DISTANCE,
@@ -223,6 +261,14 @@ static const schema_key contact_table[] = {
      .meaning = "what to do when obstacles close on cloth: stop the run, hold the obstacles until "
                 "there is room, or "
                 "release the cloth"},
+    {.name = "pairs",
+     .type = SCHEMA_LIST,
+     .map = &pair_map,
+     .fallback = "[]",
+     .minimum = 0,
+     .maximum = 4096,
+     FIELD(contact_keys, pairs),
+     .meaning = "laws of certain pairs"},
 };
 const schema_map contact_map = {.title = "Contact",
                                 .meaning = "Distances and how contacts are found.",

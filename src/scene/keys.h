@@ -146,6 +146,12 @@ typedef struct obstacle_keys {
     bool hidden;
 } obstacle_keys;
 
+typedef struct pair_keys {
+    schema_head head;
+    schema_names between;
+    double friction, dynamic_friction, restitution;
+} pair_keys;
+
 typedef struct contact_keys {
     schema_head head;
     double delta_c, delta_s, xi, friction, dynamic_friction;
@@ -154,6 +160,7 @@ typedef struct contact_keys {
     double alpha_max;
     int start_intersections, on_pinch;
     uint64_t untangle_limit, impact_rounds;
+    schema_list pairs;
 } contact_keys;
 
 typedef struct solver_keys {
@@ -191,7 +198,8 @@ typedef struct scene_keys {
 
 extern const schema_map scene_map, time_map, wind_map, mesh_map, material_map, keyframe_map,
     box_map, line_map, pin_map, cloth_map, sequence_map, motion_map, row_map, grid_map, ring_map,
-    spiral_map, copies_map, obstacle_map, contact_map, solver_map, camera_map, picture_map;
+    spiral_map, copies_map, obstacle_map, pair_map, contact_map, solver_map, camera_map,
+    picture_map;
 
 /* An integer that stands for "derived from the scene's seed". */
 #define SEED_AUTO ((uint64_t)1 << 60)

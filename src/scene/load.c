@@ -178,7 +178,7 @@ static bool load(const scene_work *work, const char *const *overrides, size_t ov
     bool is_good = set_frame_count(work) & check_picture(work);
     is_good &= make_cloths(work);
     is_good &= make_all_obstacles(work);
-    return is_good && check_names(work) && finish(work);
+    return is_good && check_names(work) && make_pairs(work) && finish(work);
 }
 
 tulle_status scene_load(const char *path, const char *const *overrides, size_t override_count,

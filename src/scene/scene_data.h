@@ -35,6 +35,13 @@ typedef struct scene_obstacle {
     double appears, disappears, delay;
 } scene_obstacle;
 
+/* A law for every object of one range against every one of another; cloths and obstacles counted
+ * together, cloths first. The first range begins with a cloth. */
+typedef struct scene_pair {
+    const pair_keys *keys;
+    size_t first_begin, first_end, second_begin, second_end;
+} scene_pair;
+
 struct scene {
     memory heap;
     arena storage; /* everything but the meshes and open files */
@@ -45,6 +52,8 @@ struct scene {
     size_t cloth_count;
     scene_obstacle *obstacles;
     size_t obstacle_count;
+    scene_pair *pairs;
+    size_t pair_count;
     size_t vertex_count;   /* of all objects so far */
     uint64_t content_hash; /* of meshes and sequences so far */
     const char *canonical_text;
@@ -91,6 +100,9 @@ bool make_obstacles(const scene_work *work, const obstacle_keys *keys, size_t in
                     scene_obstacle *obstacles);
 /* Where each of `count` copies stands in the obstacle's frame. */
 void place_copies(const copies_keys *keys, size_t count, pose *poses);
+
+/* Names of contact.pairs resolved, after all objects are made. False after a problem. */
+bool make_pairs(const scene_work *work);
 
 /* A mesh sequence. `mesh` is the obstacle's, or empty to take the first file's; every frame is read
  * once to check it, and adds to the scene's hash. Null after a problem. */

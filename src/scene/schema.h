@@ -20,6 +20,7 @@ typedef enum schema_type {
     SCHEMA_CHOICE,   /* int: index into choices */
     SCHEMA_VECTOR,   /* schema_vector: list of least_count .. most_count numbers */
     SCHEMA_INTEGERS, /* schema_integers: the same of integers */
+    SCHEMA_NAMES,    /* schema_names: least_count .. most_count names, at most 3 */
     SCHEMA_INDICES,  /* schema_indices: list of any length of integers or "first-last" ranges */
     SCHEMA_ROTATION, /* schema_rotation: [x, y, z] angles or {axis: [...], angle: ...} */
     SCHEMA_MAP,      /* the struct of `map`, in place */
@@ -43,6 +44,11 @@ typedef struct schema_integers {
     uint64_t value[3];
     size_t count;
 } schema_integers;
+typedef struct schema_names {
+    const char *value[3];
+    scene_place places[3];
+    size_t count;
+} schema_names;
 typedef struct schema_indices {
     uint32_t *value;
     size_t count;

@@ -190,7 +190,8 @@ static bool refuse_list(const value_work *work) {
     if (key->type == SCHEMA_VECTOR)
         describe_number(key, number, sizeof number);
     else
-        snprintf(number, sizeof number, "a whole number");
+        snprintf(number, sizeof number, "a %s",
+                 key->type == SCHEMA_NAMES ? "name" : "whole number");
     if (key->least_count == key->most_count)
         snprintf(wanted, sizeof wanted, "a list of %zu, each %s%s", key->most_count, number,
                  key->flags & SCHEMA_UNIFORM ? ", or one for all" : "");
@@ -227,6 +228,25 @@ static bool read_integers(const value_work *work) {
     for (const scene_node *item = node->first; item; item = item->next)
         if (!read_integer(work, item, &integers.value[integers.count++])) return false;
     *(schema_integers *)work->field = integers;
+    return true;
+}
+
+static bool read_names(const value_work *work) {
+    static const char wanted[] = "the name of a cloth or obstacle";
+    schema_names names = {0};
+    char found[80];
+    const scene_node *node = work->node;
+    if (node->kind != NODE_LIST || node->count < work->key->least_count ||
+        node->count > work->key->most_count)
+        return refuse_list(work);
+    for (const scene_node *item = node->first; item; item = item->next) {
+        describe(item, found, sizeof found);
+        if (item->kind != NODE_SCALAR || !is_name(item->text))
+            return refuse_at(work, item, found, wanted);
+        names.places[names.count] = item->place;
+        names.value[names.count++] = item->text;
+    }
+    *(schema_names *)work->field = names;
     return true;
 }
 
@@ -367,6 +387,7 @@ bool schema_read_value(const value_work *work) {
     case SCHEMA_CHOICE: return read_choice(work);
     case SCHEMA_VECTOR: return read_vector(work);
     case SCHEMA_INTEGERS: return read_integers(work);
+    case SCHEMA_NAMES: return read_names(work);
     case SCHEMA_INDICES: return read_indices(work);
     case SCHEMA_ROTATION: return read_rotation(work);
     case SCHEMA_MAP:

@@ -65,6 +65,12 @@ static void write_components(const schema_key *key, const void *field, text_buff
         for (size_t i = 0; i < integers->count; i++)
             text_append(buffer, "%s%llu", i > 0 ? ", " : "",
                         (unsigned long long)integers->value[i]);
+    } else if (key->type == SCHEMA_NAMES) {
+        const schema_names *names = field;
+        for (size_t i = 0; i < names->count; i++) {
+            text_append(buffer, "%s", i > 0 ? ", " : "");
+            write_text(names->value[i], buffer);
+        }
     } else {
         const schema_indices *indices = field;
         for (size_t i = 0; i < indices->count; i++) {
@@ -105,6 +111,7 @@ static void write_value(const schema_key *key, const void *field, text_buffer *b
     case SCHEMA_CHOICE: text_append(buffer, "%s", key->choices[*(const int *)field]); break;
     case SCHEMA_VECTOR:
     case SCHEMA_INTEGERS:
+    case SCHEMA_NAMES:
     case SCHEMA_INDICES: write_components(key, field, buffer); break;
     case SCHEMA_ROTATION: write_rotation(field, buffer); break;
     case SCHEMA_MAP:

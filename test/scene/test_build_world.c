@@ -156,11 +156,38 @@ static void test_failing_allocations(void **state) {
     scene_destroy(loaded);
 }
 
+/* A law for a cloth and all copies of an obstacle reaches the world: it can be set only once it is
+ * known, and the run depends on it. */
+static void test_laws_of_pairs_arrive(void **state) {
+    (void)state;
+    const char *const laws[] = {"friction: 0.3", "friction: 0.3, restitution: 1"};
+    double speed[2];
+    for (int i = 0; i < 2; i++) {
+        char text[600];
+        snprintf(text, sizeof text,
+                 TIME "gravity: [0, 0, 0]\n" SHEET
+                      "    name: sheet\n    velocity: [0, 0, -1]\n    translate: [0, 0, 0.52]\n"
+                      "obstacles:\n  - {mesh: {shape: box, size: [1, 1, 1]}, name: block, copies: "
+                      "{row: {count: 2, offset: [1.1, 0, 0]}}}\n"
+                      "contact: {pairs: [{between: [sheet, block], %s}]}\n",
+                 laws[i]);
+        scene *loaded = load_good(text);
+        scene_world built;
+        run_steps(loaded, &built, 4);
+        size_t count;
+        speed[i] = tulle_cloth_get_velocities(built.world, built.cloths[0], &count)[2];
+        scene_destroy_world(&built);
+        scene_destroy(loaded);
+    }
+    assert_true(fabs(speed[0]) < 1e-6 && speed[1] > 0.5);
+}
+
 int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_defaults_are_those_of_the_world),
         cmocka_unit_test(test_motion_arrives),
         cmocka_unit_test(test_failures_carry_a_place),
+        cmocka_unit_test(test_laws_of_pairs_arrive),
         cmocka_unit_test(test_failing_allocations),
     };
     return cmocka_run_group_tests(tests, NULL, remove_folder);

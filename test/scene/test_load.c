@@ -238,6 +238,30 @@ static const refusal refusals[] = {
      "cloth[0].pins[0].keyframes[1].time: is 1 s, must be later than the keyframe before, 1 s"},
     {TIME SHEET "  - {mesh: {shape: disc}, name: cloth0}\n", TULLE_ERROR_INVALID_ARGUMENT, "s.yaml",
      4, 33, "cloth[1].name: 'cloth0' is the name of an object before; names must differ"},
+    {TIME SHEET "contact:\n  pairs: [{between: [cloth0, flor], friction: 0.3}]\nobstacles:\n  - "
+                "{mesh: {shape: box}, name: floor}\n",
+     TULLE_ERROR_INVALID_ARGUMENT, "s.yaml", 5, 30,
+     "contact.pairs[0].between: 'flor' is the name of no cloth or obstacle; did you mean 'floor'?"},
+    {TIME SHEET "contact:\n  pairs: [{between: [cloth0, cloth0], friction: 0.3}]\n",
+     TULLE_ERROR_INVALID_ARGUMENT, "s.yaml", 5, 30,
+     "contact.pairs[0].between: names 'cloth0' twice; friction of a cloth on itself is "
+     "contact.friction"},
+    {TIME SHEET "contact:\n  pairs: [{between: [a, b], friction: 0.3}]\nobstacles:\n  - {mesh: "
+                "{shape: box}, name: a}\n  - {mesh: {shape: box}, name: b}\n",
+     TULLE_ERROR_INVALID_ARGUMENT, "s.yaml", 5, 22,
+     "contact.pairs[0].between: 'a' and 'b' are both obstacles, which do not touch; one must be a "
+     "cloth"},
+    {TIME SHEET "contact:\n  pairs:\n    - {between: [cloth0, a], friction: 0.3}\n    - {between: "
+                "[a, cloth0], friction: 0.4}\nobstacles:\n  - {mesh: {shape: box}, name: a}\n",
+     TULLE_ERROR_INVALID_ARGUMENT, "s.yaml", 7, 17,
+     "contact.pairs[1].between: a law of 'a' and 'cloth0' is given before, in line 6; keep one"},
+    {TIME SHEET
+     "contact:\n  pairs: [{between: [cloth0, a], friction: 0.3, dynamic_friction: 0.4}]\n"
+     "obstacles:\n  - {mesh: {shape: box}, name: a}\n",
+     TULLE_ERROR_INVALID_ARGUMENT, "s.yaml", 5, 67,
+     "contact.pairs[0].dynamic_friction: is 0.4, must be at most friction, 0.3"},
+    {TIME SHEET "contact:\n  pairs: [{between: [cloth0], friction: 0.3}]\n", TULLE_ERROR_PARSE,
+     "s.yaml", 5, 21, "contact.pairs[0].between: is a list of 1, must be a list of 2, each a name"},
     {TIME SHEET "obstacles:\n  - friction: 0.3\n", TULLE_ERROR_PARSE, "s.yaml", 5, 5,
      "obstacles[0]: the key 'mesh' is missing: file or shape, unless motion.sequence.files gives "
      "the mesh"},
