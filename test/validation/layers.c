@@ -117,6 +117,16 @@ static void slips_on_lowest(validation_run *run) {
     slide_stack(run, &made, &(stack_slide){"0.8 on the ground, 0.3 between", 1, 0.3, true});
 }
 
+/* Only the third interface from below slips: three sheets stay, two go as one. */
+static void slips_in_the_middle(validation_run *run) {
+    stack const made = make_stack(run, 0.8, 0.8, 3);
+    tulle_contact_law const law = {.static_friction = 0.3, .dynamic_friction = -1.0};
+    tulle_error error = {0};
+    if (tulle_world_set_cloth_cloth_law(made.world, made.sheets[2], made.sheets[3], &law, &error))
+        validate_give_up(run, "law: %s", error.message);
+    slide_stack(run, &made, &(stack_slide){"0.3 between sheets 3 and 4, else 0.8", 3, 0.3, false});
+}
+
 static void sticks(validation_run *run) {
     stack const made = make_stack(run, 0.7, 0.7, 0);
     double const seconds = validate_options(run)->is_quick ? 1.0 : 5.0;
@@ -177,6 +187,7 @@ const experiment layers_experiments[] = {
     {"layers.stack_sticks", "five sheets stay on a slope", sticks, false},
     {"layers.stack_on_ground", "five sheets slip as one on the ground", slips_on_ground, false},
     {"layers.stack_on_lowest", "four sheets slip on the lowest", slips_on_lowest, false},
+    {"layers.stack_in_middle", "two sheets slip on three that stay", slips_in_the_middle, false},
     {"layers.fall_together", "two layers fall as fast as one", fall_together, false},
     {0},
 };
