@@ -278,7 +278,8 @@ static tulle_status find_reference(motion_solve *solve) {
     size_t const size = 3 * solve->scene->cloth_vertex_count;
     double *const impulse = ARENA_NEW(solve->scene->scratch, double, size);
     if (!impulse) return TULLE_ERROR_OUT_OF_MEMORY;
-    solve->system->apply(solve->system->apply_context, solve->u, impulse);
+    solve->system->apply(solve->system->apply_context,
+                         solve->system->start ? solve->system->start : solve->u, impulse);
     for (size_t i = 0; i < size; i++) impulse[i] = solve->system->right_hand_side[i] - impulse[i];
     double of_momentum = 0.0;
     tulle_status status = measure_norm(solve, impulse, &solve->reference);

@@ -11,6 +11,9 @@
  * of the last step. The rows of BDF2 follow from x1 - 4/3 x0 + 1/3 x' = 2/3 h v1, the same for v,
  * and v1 = 3/2 u - 1/2 u', divided by 3/2 so that M has the factor one.
  *
+ * With a guess of u, springs are linearised about x0 + h guess instead, a step of Newton's method
+ * for the same equations.
+ *
  * Where K and D are not the exact derivatives, so that A is symmetric positive definite in every
  * state: a spring under compression has no stiffness across itself; drag keeps its part along the
  * normal; the rest-curvature term of bending is taken as constant; bending damping uses the
@@ -53,6 +56,7 @@ typedef struct assembly {
     coefficients factor;
     linear_system *system;
     double *start_velocities;  /* w, 3 a vertex */
+    double *guessed_positions; /* x0 + h guess, 3 a vertex; null without a guess */
     symmetric3 *spring_blocks; /* alpha D + beta K, negated, of the first end by the first end */
     vec3 *spring_forces, *spring_sources; /* f and f - D w at the first end */
     hinge_state *hinge_states;
@@ -63,14 +67,35 @@ typedef struct assembly {
     bool has_wind, is_bdf2;
 } assembly;
 
+/* What a spring does about the guess. The elastic force is the one that the linear system takes as
+ * its start: the force at the guess, drawn back along its derivative to x0. Crank-Nicolson takes
+ * half of the true force at x0. */
+static void linearise_at_guess(const assembly *work, const cloth_spring *spring,
+                               spring_response *response) {
+    vec3 const at_start = response->elastic_force;
+    *response = spring_evaluate(spring, work->guessed_positions, work->state->velocities);
+    vec3 const n = response->direction;
+    vec3 const drift = vec3_scale(vec3_sub(vec3_load(work->state->guess, spring->vertices[1]),
+                                           vec3_load(work->state->guess, spring->vertices[0])),
+                                  work->state->time_step);
+    double const across = fmax(response->across, 0.0);
+    double const along = (response->axial - across) * vec3_dot(n, drift);
+    vec3 force = vec3_add_scaled(response->elastic_force, n, -along);
+    force = vec3_add_scaled(force, drift, -across);
+    bool const is_half = work->system->integrator == TULLE_INTEGRATOR_CRANK_NICOLSON;
+    response->elastic_force = is_half ? vec3_lerp(at_start, force, 0.5) : force;
+}
+
 static void assemble_springs(void *context, size_t begin, size_t end, size_t chunk, int worker) {
     (void)chunk, (void)worker;
     assembly *const work = context;
     coefficients const factor = work->factor;
     for (size_t s = begin; s < end; s++) {
         const cloth_spring *const spring = &work->model->springs[s];
-        spring_response const response =
+        spring_response response =
             spring_evaluate(spring, work->state->positions, work->state->velocities);
+        work->spring_forces[s] = vec3_add(response.elastic_force, response.damping_force);
+        if (work->guessed_positions) linearise_at_guess(work, spring, &response);
         double const across = factor.beta * fmax(response.across, 0.0);
         double const axial = factor.beta * response.axial;
         bool const has_length = vec3_norm2(response.direction) > 0.0;
@@ -84,7 +109,6 @@ static void assemble_springs(void *context, size_t begin, size_t end, size_t chu
             vec3_dot(n, vec3_sub(vec3_load(work->start_velocities, spring->vertices[1]),
                                  vec3_load(work->start_velocities, spring->vertices[0])));
         vec3 const force = vec3_add(response.elastic_force, response.damping_force);
-        work->spring_forces[s] = force;
         work->spring_sources[s] = vec3_add_scaled(force, n, -spring->damping * rate);
     }
 }
@@ -296,6 +320,9 @@ static void fill_start_velocities(void *context, size_t begin, size_t end, size_
     for (size_t i = 3 * begin; i < 3 * end; i++)
         work->start_velocities[i] = work->state->velocities[i] +
                                     (work->is_bdf2 ? 0.5 * work->state->previous_mean[i] : 0.0);
+    for (size_t i = 3 * begin; work->guessed_positions && i < 3 * end; i++)
+        work->guessed_positions[i] =
+            work->state->positions[i] + work->state->time_step * work->state->guess[i];
 }
 
 static bool allocate_assembly(assembly *work, arena *scratch) {
@@ -304,6 +331,10 @@ static bool allocate_assembly(assembly *work, arena *scratch) {
     size_t const hinges = model->has_bending ? model->hinge_count : 0;
     size_t const triangles = work->has_wind ? model->triangle_count : 0;
     work->start_velocities = ARENA_NEW(scratch, double, 3 * vertices);
+    if (work->state->guess) {
+        work->guessed_positions = ARENA_NEW(scratch, double, 3 * vertices);
+        if (!work->guessed_positions) return false;
+    }
     work->spring_blocks = ARENA_NEW(scratch, symmetric3, springs);
     work->spring_forces = ARENA_NEW(scratch, vec3, springs);
     work->spring_sources = ARENA_NEW(scratch, vec3, springs);

@@ -19,6 +19,7 @@ typedef struct motion_state {
     double time_step;                  /* h [s] > 0 */
     double previous_time_step;         /* [s]; 0: none */
     double time;                       /* [s] at the start of the step; gusts depend on it */
+    const double *guess; /* [m/s] springs are linearised about x0 + h guess; null: about x0 */
 } motion_state;
 
 typedef struct environment {
@@ -50,6 +51,16 @@ typedef struct force_options {
 tulle_status compute_forces(const cloth_model *model, const motion_state *state,
                             const environment *surroundings, force_options options, arena *scratch,
                             linear_system *system);
+
+/* By how much the springs' energy at x0 + h u exceeds what the linear system reckons with, and the
+ * energy that a step of implicit Euler always takes. More excess than that may feed the cloth. */
+typedef struct linear_excess {
+    double springs; /* [J] may be negative */
+    double inertia; /* [J] half of (u - v0) M (u - v0) */
+} linear_excess;
+tulle_status measure_linear_excess(const cloth_model *model, const motion_state *state,
+                                   const double *mean, int threads, arena *scratch,
+                                   linear_excess *excess);
 
 /* A as a linear_operator for conjugate_gradients_solve; context is a linear_system_operator. */
 typedef struct linear_system_operator {

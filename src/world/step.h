@@ -41,6 +41,7 @@ typedef struct step_context {
     motion_state dynamics;
     pair_source source;
     double *mean_velocity;   /* [m/s] u, all vertices */
+    double *guess;           /* [m/s] u about which springs are linearised */
     double *predicted, *end; /* [m] all vertices */
     double *bounds;          /* [m] ends of the paths that the candidate pairs were found for */
     double *certified_end;   /* [m] ends of the paths that the patches are certified for */

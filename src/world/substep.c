@@ -18,6 +18,11 @@ static const double STRETCH_GROWTH_MAX = 0.25;
 /* Growth that only takes up slack is free up to this stretch. */
 static const double STRETCH_FREE = 1.15;
 
+/* Springs are linearised anew while their energy beyond what the system reckons with is more than
+ * this share of what the step takes anyway; so often at most. */
+static const double EXCESS_SHARE = 0.5;
+enum { LINEARISATIONS_MAX = 4 };
+
 /* A rigid map that misses a vertex's target by more than this share of the minimum gap is none. */
 static const double CARRIER_ERROR_SHARE = 1e-3;
 
@@ -92,6 +97,7 @@ static tulle_status allocate_arrays(step_context *context) {
     tulle_world *const world = context->world;
     size_t const n = 3 * world->vertex_count;
     context->mean_velocity = ARENA_NEW(&world->scratch, double, n);
+    context->guess = ARENA_NEW(&world->scratch, double, n);
     context->predicted = ARENA_NEW(&world->scratch, double, n);
     context->end = ARENA_NEW(&world->scratch, double, n);
     context->bounds = ARENA_NEW(&world->scratch, double, n);
@@ -101,9 +107,9 @@ static tulle_status allocate_arrays(step_context *context) {
         (paper_rules){world->def.motion_space, context->state->particles,
                       ARENA_NEW_ZEROED(&world->scratch, uint8_t, world_particle_count(world))};
     context->carriers = ARENA_NEW(&world->scratch, const affine_map *, world->set.surface_count);
-    bool const is_complete = context->mean_velocity && context->predicted && context->end &&
-                             context->bounds && context->certified_end && context->carrier_maps &&
-                             context->carriers && context->paper.after;
+    bool const is_complete = context->mean_velocity && context->guess && context->predicted &&
+                             context->end && context->bounds && context->certified_end &&
+                             context->carrier_maps && context->carriers && context->paper.after;
     return is_complete ? TULLE_OK : fail_step(context, TULLE_ERROR_OUT_OF_MEMORY);
 }
 
@@ -189,15 +195,23 @@ static tulle_status run_compute_forces(step_context *context) {
                           &world->system);
 }
 
-static tulle_status run_solve_motion(step_context *context) {
+/* With springs linearised about u of now, again; `is_first`: about x0, from the velocities at the
+ * start. */
+static tulle_status run_solve_motion(step_context *context, bool is_first) {
     tulle_world *const world = context->world;
     linear_system_operator system_operator = {&world->system, world->threads};
-    motion_system const system = {world->system.right_hand_side, world->system.diagonal,
-                                  linear_system_apply,           &system_operator,
-                                  world->system.forces,          world->system.force_time};
-    memcpy(context->mean_velocity, context->state->velocities,
-           3 * world->cloth_vertex_count * sizeof(double));
-    prescribe_motion(&context->scene, context->mean_velocity);
+    motion_system const system = {.right_hand_side = world->system.right_hand_side,
+                                  .diagonal = world->system.diagonal,
+                                  .apply = linear_system_apply,
+                                  .apply_context = &system_operator,
+                                  .forces = world->system.forces,
+                                  .force_time = world->system.force_time,
+                                  .start = is_first ? NULL : context->state->velocities};
+    if (is_first) {
+        memcpy(context->mean_velocity, context->state->velocities,
+               3 * world->cloth_vertex_count * sizeof(double));
+        prescribe_motion(&context->scene, context->mean_velocity);
+    }
     solve_report solved = {0};
     tulle_status const status =
         context->scene.paper
@@ -212,6 +226,25 @@ static tulle_status run_solve_motion(step_context *context) {
     report->stick_contacts = solved.stick_count;
     report->slip_contacts = solved.slip_count;
     report->hard_contacts = solved.hard_count;
+    return status;
+}
+
+/* Solves, and again with springs linearised about the last solution, until the solution does not
+ * stretch the cloth by more energy than the linear system knows of. */
+static tulle_status solve_with_true_springs(step_context *context) {
+    tulle_world *const world = context->world;
+    size_t const size = 3 * world->cloth_vertex_count;
+    tulle_status status = run_solve_motion(context, true);
+    for (int i = 1; i < LINEARISATIONS_MAX && status == TULLE_OK && !context->scene.paper; i++) {
+        linear_excess excess;
+        status = measure_linear_excess(world->model, &context->dynamics, context->mean_velocity,
+                                       world->threads, &world->scratch, &excess);
+        if (status != TULLE_OK || !(excess.springs > EXCESS_SHARE * excess.inertia)) break;
+        memcpy(context->guess, context->mean_velocity, size * sizeof(double));
+        context->dynamics.guess = context->guess;
+        status = run_compute_forces(context);
+        if (status == TULLE_OK) status = run_solve_motion(context, false);
+    }
     return status;
 }
 
@@ -339,7 +372,7 @@ static tulle_status run_stages(step_context *context) {
     end_stage(context, STAGE_GATHER_CONTACTS, &start);
     if (status != TULLE_OK) return fail_step(context, status);
 
-    status = run_solve_motion(context);
+    status = solve_with_true_springs(context);
     end_stage(context, STAGE_SOLVE_MOTION, &start);
     if (status != TULLE_OK) return fail_step(context, status);
 
