@@ -32,6 +32,7 @@ typedef struct contact_settings {
     double hard_speed_new;      /* [m/s] the same for a row that is new in this step */
     double settled_speed;  /* [m/s] root mean square violation after a solve that is no landing */
     double hard_stiffness; /* penalty of a hard row over its share of diag(A) */
+    double hard_friction;  /* step of a hard row's friction over its penalty */
     double push_out_softness; /* compliance of a row times its share of diag(A) */
     double cg_tolerance;      /* preconditioned residual over that of the step's force impulse */
     int cg_max_iterations;

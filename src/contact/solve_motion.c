@@ -13,6 +13,7 @@
 #include "contact/solve_motion.h"
 
 #include "contact/project_impulses.h"
+#include "contact/row_friction.h"
 
 #include <string.h>
 
@@ -289,6 +290,21 @@ static tulle_status find_reference(motion_solve *solve) {
     return status;
 }
 
+/* Friction answers the slip that the solve left, with the share of the row's diagonal mass that
+ * `share` of its stiffness is, as far as its cap allows. The true masses alone hold too little
+ * where one tip carries much: the last projection would stop a vertex that the cloth around it
+ * drags on, and so stretch the cloth. */
+static void hold_by_friction(contact_row *row, double share, const double *u) {
+    vec3 const n = row->normal, velocity = get_relative_velocity(row, u);
+    vec3 const slip = vec3_add_scaled(velocity, n, -vec3_dot(n, velocity));
+    double const normal = vec3_dot(n, row->impulse);
+    vec3 const before = vec3_add_scaled(row->impulse, n, -normal);
+    bool is_inside;
+    vec3 const wanted = vec3_add_scaled(before, slip, -share * row->stiffness);
+    vec3 const tangential = limit_friction(row, row->friction_cap, wanted, &is_inside);
+    row->impulse = vec3_add_scaled(tangential, n, normal);
+}
+
 /* Multipliers of the hard rows in the matrix: the force that acted is p + k (bias - speed). Their
  * friction stays bounded by the multiplier that was known before. */
 static void update_multipliers(motion_solve *solve) {
@@ -298,6 +314,7 @@ static void update_multipliers(motion_solve *solve) {
         double const before = vec3_dot(row->normal, row->impulse);
         double const acted = before + row->stiffness * (get_wanted_speed(row) - speed);
         row->friction_cap = fmax(before, 0.0);
+        hold_by_friction(row, solve->scene->settings.hard_friction, solve->u);
         row->impulse = vec3_add_scaled(row->impulse, row->normal, fmax(acted, 0.0) - before);
         if (acted < 0.0) row->is_hard = false;
     }

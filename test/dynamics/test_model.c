@@ -112,7 +112,8 @@ static void cloths_beside_obstacles_are_independent(void **state) {
         x[i] = positions[i] + 0.02 * random_signed(&random);
         v[i] = random_signed(&random);
     }
-    motion_state const now = {x, v, NULL, NULL, 0.01, 0.0, 0.3};
+    motion_state const now = {
+        .positions = x, .velocities = v, .time_step = 0.01, .time = 0.3};
     force_options const options = {TULLE_INTEGRATOR_IMPLICIT_EULER, 1};
     assert_int_equal(compute_forces(&model, &now, &WINDY, options, &scratch, &system), TULLE_OK);
     check_part(&parts[0], materials[0], x, v, 0, &system);

@@ -336,9 +336,12 @@ static tulle_status run_substep(mini_world *world, double h) {
                                                &world->scratch, &world->system);
     if (status != TULLE_OK) return status;
     linear_system_operator matrix = {&world->system, world->threads};
-    motion_system const motion = {world->system.right_hand_side, world->system.diagonal,
-                                  linear_system_apply,           &matrix,
-                                  world->system.forces,          world->system.force_time};
+    motion_system const motion = {.right_hand_side = world->system.right_hand_side,
+                                  .diagonal = world->system.diagonal,
+                                  .apply = linear_system_apply,
+                                  .apply_context = &matrix,
+                                  .forces = world->system.forces,
+                                  .force_time = world->system.force_time};
     move_obstacles(world, h);
     return run_stages(world, h, &motion);
 }

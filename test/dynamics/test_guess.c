@@ -1,0 +1,92 @@
+/* Springs linearised about a guess: at the guess itself the linear system must be the true equation
+ * of implicit Euler, and excess energy must vanish. */
+#include "dynamics/fixture.h"
+
+#include <math.h>
+
+/* A crumpled grid with velocities, and a random guess. */
+static fixture *make_case(double guess[3 * 30]) {
+    tulle_material material;
+    assert_int_equal(tulle_material_preset("cotton", &material), TULLE_OK);
+    material.bend_damping = 0.0; /* its true force turns with the normal */
+    grid sheet = grid_make(5, 4, 0.1, 0.08, 1);
+    assert_int_equal(sheet.vertex_count, 30);
+    fixture *const f = fixture_make(sheet.positions, sheet.vertex_count, sheet.triangles,
+                                    sheet.triangle_count, material);
+    grid_free(&sheet);
+    f->surroundings.gravity = vec3_make(0.1, -9.81, 0.2);
+    uint64_t random = 7;
+    for (size_t i = 0; i < 3 * f->vertex_count; i++) {
+        f->x[i] += 0.005 * random_signed(&random);
+        f->v[i] = random_signed(&random);
+        guess[i] = random_signed(&random);
+    }
+    return f;
+}
+
+static void system_is_exact_at_the_guess(void **state) {
+    (void)state;
+    double const h = 0.01;
+    double u[3 * 30], residual[3 * 30];
+    fixture *const f = make_case(u);
+    motion_state now = fixture_state(f, h);
+    now.guess = u;
+    force_options const options = {TULLE_INTEGRATOR_IMPLICIT_EULER, 1};
+    assert_int_equal(
+        compute_forces(&f->model, &now, &f->surroundings, options, &f->scratch, &f->system),
+        TULLE_OK);
+    linear_system_operator matrix = {&f->system, 1};
+    linear_system_apply(&matrix, u, residual);
+    for (size_t i = 0; i < 90; i++) residual[i] -= f->system.right_hand_side[i];
+
+    double x1[3 * 30], largest = 0.0, worst = 0.0;
+    for (size_t i = 0; i < 90; i++) x1[i] = f->x[i] + h * u[i];
+    motion_state const end = {.positions = x1, .velocities = u, .time_step = h};
+    assert_int_equal(
+        compute_forces(&f->model, &end, &f->surroundings, options, &f->scratch, &f->system),
+        TULLE_OK);
+    for (size_t i = 0; i < 90; i++) {
+        double const truth = f->model.masses[i / 3] * (u[i] - f->v[i]) - h * f->system.forces[i];
+        largest = fmax(largest, fabs(truth));
+        worst = fmax(worst, fabs(residual[i] - truth));
+    }
+    assert_true(largest > 1e-3);
+    assert_true(worst < 1e-12 * largest);
+    fixture_free(f);
+}
+
+static void excess_is_energy_beyond_the_model(void **state) {
+    (void)state;
+    double u[3 * 30];
+    fixture *const f = make_case(u);
+    motion_state now = fixture_state(f, 0.01);
+    linear_excess excess;
+    now.guess = u;
+    assert_int_equal(measure_linear_excess(&f->model, &now, u, 1, &f->scratch, &excess), TULLE_OK);
+    assert_true(fabs(excess.springs) < 1e-12);
+    double inertia = 0.0;
+    for (size_t i = 0; i < 90; i++)
+        inertia += 0.5 * f->model.masses[i / 3] * (u[i] - f->v[i]) * (u[i] - f->v[i]);
+    assert_true(fabs(excess.inertia - inertia) < 1e-12 * inertia);
+    /* One vertex leaves the plane of a flat sheet: to the linear system that costs nothing. */
+    memcpy(f->x, f->rest, 90 * sizeof(double));
+    memset(u, 0, 90 * sizeof(double));
+    u[3 * 8 + 1] = 1.0;
+    now.guess = NULL;
+    assert_int_equal(measure_linear_excess(&f->model, &now, u, 1, &f->scratch, &excess), TULLE_OK);
+    double x1[3 * 30];
+    for (size_t i = 0; i < 90; i++) x1[i] = f->x[i] + 0.01 * u[i];
+    cloth_energies energies;
+    assert_int_equal(compute_energies(&f->model, x1, u, (energy_options){{0.0, 0.0, 0.0}, 1},
+                                      &f->scratch, &energies),
+                     TULLE_OK);
+    assert_true(energies.stretch > 0.0);
+    assert_true(fabs(excess.springs - energies.stretch) < 1e-9 * energies.stretch);
+    fixture_free(f);
+}
+
+int main(void) {
+    const struct CMUnitTest tests[] = {cmocka_unit_test(system_is_exact_at_the_guess),
+                                       cmocka_unit_test(excess_is_energy_beyond_the_model)};
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}
