@@ -15,7 +15,7 @@ typedef struct motion_system {
     void *apply_context;
     const double *forces; /* [N] f(x0, v0), 3 * cloth_vertex_count */
     double force_time;    /* [s] right_hand_side holds force_time f */
-    const double *start; /* [m/s] cloth velocities at the start of the step; null: u */
+    const double *start;  /* [m/s] cloth velocities at the start of the step; null: u */
 } motion_system;
 
 /* What the solve did, for tulle_step_report. */
