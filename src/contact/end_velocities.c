@@ -31,11 +31,15 @@ static bool carries_load(const contact_row *row) {
     return vec3_dot(row->normal, row->impulse) > 0.0;
 }
 
+bool row_is_impact(const contact_scene *scene, const contact_row *row) {
+    double const resting = fmax(RESTING_FALLS * fabs(row->fall), scene->settings.slip_speed);
+    return row->approach < -resting;
+}
+
 /* Speed [m/s] at which the row must part at the end; 0: it does not rebound. */
 static double find_rebound(const contact_scene *scene, const contact_row *row) {
     if (!(row->restitution > 0.0) || !carries_load(row)) return 0.0;
-    double const resting = fmax(RESTING_FALLS * fabs(row->fall), scene->settings.slip_speed);
-    if (!(row->approach < -resting)) return 0.0;
+    if (!row_is_impact(scene, row)) return 0.0;
     double const end = row->approach + row->fall;
     double part = end < 0.0 ? row->bias / end : 0.0;
     part = part < 0.0 ? 0.0 : part > 1.0 ? 1.0 : part;
@@ -79,16 +83,16 @@ static vec3 get_free_velocity(const contact_scene *scene, const contact_row *row
     return sum;
 }
 
-/* Work [J] of all but contact in the step, h f . u = u . (M (u - v0) - J^T p), and of obstacles and
- * pins, which give the impulses `rows` along their own motion. For the potential of springs it is
- * no more than what they lose: implicit Euler takes forces at the end. */
+/* Work [J] of all but contact in the step, h f . u = u . (M (v1 - v0) - J^T p), and of obstacles
+ * and pins, which give the impulses `rows` along their own motion. For the potential of springs it
+ * is no more than what they lose: implicit Euler takes forces at the end. */
 static double find_work(const contact_scene *scene, const row_list *list, const contact_row *rows,
-                        size_t count, const double *u) {
+                        size_t count, const double *u, const double *v1) {
     double work = 0.0;
     for (size_t v = 0; v < scene->cloth_vertex_count; v++) {
         if (!(scene->inverse_mass[v] > 0.0)) continue;
-        vec3 const mean = vec3_load(u, v), change = vec3_sub(mean, vec3_load(scene->v0, v));
-        work += vec3_dot(mean, change) / scene->inverse_mass[v];
+        vec3 const change = vec3_sub(vec3_load(v1, v), vec3_load(scene->v0, v));
+        work += vec3_dot(vec3_load(u, v), change) / scene->inverse_mass[v];
     }
     for (size_t i = 0; i < list->rows.count; i++) {
         const contact_row *const row = &list->rows.data[i];
@@ -150,7 +154,7 @@ static tulle_status find_ends(const contact_scene *scene, const row_list *list, 
         ends->approach = fmax(ends->approach, rows[i].bias - speed);
     }
     double const allowed =
-        find_energy(scene, scene->v0, scene->v0) + find_work(scene, list, rows, count, u);
+        find_energy(scene, scene->v0, scene->v0) + find_work(scene, list, rows, count, u, before);
     if (ends->rebound_count > 0) limit_energy(scene, allowed, before, v1);
     return TULLE_OK;
 }

@@ -12,6 +12,9 @@ typedef struct end_velocities {
     double approach;        /* out: [m/s] by how much a row misses its end velocity, the largest */
 } end_velocities;
 
+/* Whether the row's sides come nearer at the start faster than those of a contact at rest may. */
+bool row_is_impact(const contact_scene *scene, const contact_row *row);
+
 /* Changes v1 [m/s], 3 * vertex_count, the velocities at the end of the step as far as contact does
  * not know of them, so that rows that carry load (of stages 3 and 10) end as the laws of impact
  * and friction say. Marks the rows that rebound. v1 keeps its bits where no row rebounds and

@@ -2,14 +2,16 @@
  *
  *     A = M - alpha D - beta K,    b = M a + gamma (f0 - D w)
  *
- *                      alpha   beta      gamma   a                                w
- *     implicit Euler   h       h^2       h       v0                               v0
- *     Crank-Nicolson   h/2     h^2/4     h/2     v0                               v0
- *     BDF2             2h/3    4h^2/9    4h/9    u'/3 + 8/9 v0 - 2/9 v'           v0 + u'/2
+ *                      c          alpha   beta       gamma   a                          w
+ *     implicit Euler   1          h       h^2        h       v0                         v0
+ *     Crank-Nicolson   1/2 .. 1   c h     c^2 h^2    c h     v0                         v0
+ *     BDF2             2/3 .. 1   c h     c^2 h^2    c^2 h   below                      below
  *
  * f0, K = df/dx and D = df/dv at (x0, v0); u' and v' are the mean velocity and the start velocity
- * of the last step. The rows of BDF2 follow from x1 - 4/3 x0 + 1/3 x' = 2/3 h v1, the same for v,
- * and v1 = 3/2 u - 1/2 u', divided by 3/2 so that M has the factor one.
+ * of the last step. c goes with the damping from the integrator itself to implicit Euler.
+ * Crank-Nicolson: u = c v1 + (1 - c) v0, the same mean of forces. BDF2: with d = 1 - c,
+ * x1 - x0 - d (x0 - x') = c h v1, the same for v, and v1 = (u - d u') / c, times c so that M has
+ * the factor one: a = d u' + c (2 - c) v0 - c d v', w = v0 + d/c u'.
  *
  * With a guess of u, springs are linearised about x0 + h guess instead, a step of Newton's method
  * for the same equations.
@@ -45,7 +47,7 @@ static const double HINGES_AT_A_VERTEX = 16.0;
 static const double SAME_STEP = 1e-9;
 
 typedef struct coefficients {
-    double alpha, beta, gamma;
+    double alpha, beta, gamma, share; /* share: c of the table */
 } coefficients;
 
 /* All of the stage: inputs, and slots of springs, hinges and triangles. */
@@ -69,7 +71,7 @@ typedef struct assembly {
 
 /* What a spring does about the guess. The elastic force is the one that the linear system takes as
  * its start: the force at the guess, drawn back along its derivative to x0. Crank-Nicolson takes
- * half of the true force at x0. */
+ * 1 - c of the true force at x0. */
 static void linearise_at_guess(const assembly *work, const cloth_spring *spring,
                                spring_response *response) {
     vec3 const at_start = response->elastic_force;
@@ -82,8 +84,8 @@ static void linearise_at_guess(const assembly *work, const cloth_spring *spring,
     double const along = (response->axial - across) * vec3_dot(n, drift);
     vec3 force = vec3_add_scaled(response->elastic_force, n, -along);
     force = vec3_add_scaled(force, drift, -across);
-    bool const is_half = work->system->integrator == TULLE_INTEGRATOR_CRANK_NICOLSON;
-    response->elastic_force = is_half ? vec3_lerp(at_start, force, 0.5) : force;
+    bool const is_mean = work->system->integrator == TULLE_INTEGRATOR_CRANK_NICOLSON;
+    response->elastic_force = is_mean ? vec3_lerp(at_start, force, work->factor.share) : force;
 }
 
 static void assemble_springs(void *context, size_t begin, size_t end, size_t chunk, int worker) {
@@ -277,10 +279,11 @@ static vec3 get_start(const assembly *work, uint32_t vertex) {
     const motion_state *const state = work->state;
     vec3 const v0 = vec3_load(state->velocities, vertex);
     if (!work->is_bdf2) return v0;
+    double const c = work->factor.share;
     vec3 const mean = vec3_load(state->previous_mean, vertex);
     vec3 const previous = vec3_load(state->previous_velocities, vertex);
-    return vec3_add_scaled(vec3_add_scaled(vec3_scale(mean, 1.0 / 3.0), v0, 8.0 / 9.0), previous,
-                           -2.0 / 9.0);
+    vec3 const start = vec3_add_scaled(vec3_scale(mean, 1.0 - c), v0, c * (2.0 - c));
+    return vec3_add_scaled(start, previous, -c * (1.0 - c));
 }
 
 static void gather_rows(void *context, size_t begin, size_t end, size_t chunk, int worker) {
@@ -317,9 +320,10 @@ static void fill_start_velocities(void *context, size_t begin, size_t end, size_
                                   int worker) {
     (void)chunk, (void)worker;
     assembly *const work = context;
+    double const c = work->factor.share, part = work->is_bdf2 ? (1.0 - c) / c : 0.0;
     for (size_t i = 3 * begin; i < 3 * end; i++)
         work->start_velocities[i] = work->state->velocities[i] +
-                                    (work->is_bdf2 ? 0.5 * work->state->previous_mean[i] : 0.0);
+                                    (work->is_bdf2 ? part * work->state->previous_mean[i] : 0.0);
     for (size_t i = 3 * begin; work->guessed_positions && i < 3 * end; i++)
         work->guessed_positions[i] =
             work->state->positions[i] + work->state->time_step * work->state->guess[i];
@@ -350,18 +354,19 @@ static bool allocate_assembly(assembly *work, arena *scratch) {
            work->triangle_drags;
 }
 
-static coefficients get_coefficients(tulle_integrator integrator, double h) {
-    switch (integrator) {
-    case TULLE_INTEGRATOR_CRANK_NICOLSON: return (coefficients){0.5 * h, 0.25 * h * h, 0.5 * h};
-    case TULLE_INTEGRATOR_BDF2:
-        return (coefficients){2.0 / 3.0 * h, 4.0 / 9.0 * h * h, 4.0 / 9.0 * h};
-    case TULLE_INTEGRATOR_IMPLICIT_EULER:
-    default: return (coefficients){h, h * h, h};
-    }
+/* c of the table: from its value at full order (damping 0) to 1 (damping 1). */
+static coefficients get_coefficients(tulle_integrator integrator, double h, double damping) {
+    double share = 1.0;
+    if (integrator == TULLE_INTEGRATOR_CRANK_NICOLSON) share = 0.5 + 0.5 * damping;
+    if (integrator == TULLE_INTEGRATOR_BDF2) share = (2.0 + damping) / 3.0;
+    double const gamma = integrator == TULLE_INTEGRATOR_BDF2 ? share * share * h : share * h;
+    return (coefficients){share * h, share * share * h * h, gamma, share};
 }
 
 /* BDF2 needs one earlier step of the same length. */
-static tulle_integrator choose_integrator(tulle_integrator wanted, const motion_state *state) {
+static tulle_integrator choose_integrator(tulle_integrator wanted, double damping,
+                                          const motion_state *state) {
+    if (damping >= 1.0) return TULLE_INTEGRATOR_IMPLICIT_EULER;
     bool const has_history =
         state->previous_mean && state->previous_velocities &&
         fabs(state->previous_time_step - state->time_step) <= SAME_STEP * state->time_step;
@@ -372,15 +377,17 @@ static tulle_integrator choose_integrator(tulle_integrator wanted, const motion_
 tulle_status compute_forces(const cloth_model *model, const motion_state *state,
                             const environment *surroundings, force_options options, arena *scratch,
                             linear_system *system) {
-    system->integrator = choose_integrator(options.integrator, state);
+    system->integrator = choose_integrator(options.integrator, options.damping, state);
     assembly work = {.model = model,
                      .state = state,
                      .surroundings = surroundings,
-                     .factor = get_coefficients(system->integrator, state->time_step),
+                     .factor =
+                         get_coefficients(system->integrator, state->time_step, options.damping),
                      .system = system,
                      .has_wind = surroundings->wind.drag_coefficient > 0.0,
                      .is_bdf2 = system->integrator == TULLE_INTEGRATOR_BDF2};
     system->force_time = work.factor.gamma;
+    system->share = work.factor.share;
     arena_mark const mark = arena_get_mark(scratch);
     if (!allocate_assembly(&work, scratch)) {
         arena_release(scratch, mark);

@@ -34,6 +34,7 @@ typedef struct linear_system {
     double *forces;          /* f(x0, v0) [N], 3 * vertex_count, all forces with damping and wind */
     double force_time;       /* [s] b holds force_time times the forces: h for implicit Euler */
     tulle_integrator integrator; /* used: BDF2 falls back to implicit Euler without history */
+    double share; /* c of the integrator: v1 = (u - (1 - c) v0) / c, with the last u in BDF2 */
     size_t vertex_count;
 } linear_system;
 
@@ -47,6 +48,7 @@ void linear_system_destroy(memory *heap, linear_system *system);
 typedef struct force_options {
     tulle_integrator integrator;
     int threads;
+    double damping; /* 0 .. 1: from the integrator itself to implicit Euler */
 } force_options;
 tulle_status compute_forces(const cloth_model *model, const motion_state *state,
                             const environment *surroundings, force_options options, arena *scratch,
@@ -70,7 +72,8 @@ typedef struct linear_system_operator {
 void linear_system_apply(void *context, const double *x, double *y);
 
 /* Velocities at the end of the step from the mean velocity u (u may equal v1 in storage):
- * implicit Euler v1 = u, Crank-Nicolson v1 = 2 u - v0, BDF2 v1 = 3/2 u - 1/2 previous u.
+ * implicit Euler v1 = u, Crank-Nicolson v1 = 2 u - v0, BDF2 v1 = 3/2 u - 1/2 previous u, or what
+ * their damping makes of it.
  * Vertices with is_fixed (may be null) get v1 = u. `integrator` is the one in linear_system. */
 void finish_velocities(const linear_system *system, const motion_state *state,
                        const uint8_t *is_fixed, const double *mean, double *velocities);

@@ -41,9 +41,9 @@ void finish_velocities(const linear_system *system, const motion_state *state,
         if (is_fixed && is_fixed[i / 3])
             velocities[i] = u;
         else if (system->integrator == TULLE_INTEGRATOR_CRANK_NICOLSON)
-            velocities[i] = 2.0 * u - state->velocities[i];
+            velocities[i] = state->velocities[i] + (u - state->velocities[i]) / system->share;
         else if (system->integrator == TULLE_INTEGRATOR_BDF2)
-            velocities[i] = 1.5 * u - 0.5 * state->previous_mean[i];
+            velocities[i] = (u - (1.0 - system->share) * state->previous_mean[i]) / system->share;
         else
             velocities[i] = u;
     }

@@ -31,6 +31,7 @@ typedef struct step_context {
     double time_step;          /* [s] of this substep */
     double shortest_step;      /* [s] a substep this long is taken whatever it stretches */
     bool is_rejected;          /* the paths would stretch the cloth too much: try a shorter one */
+    double damping;            /* of the integrator, see force_options */
     double passed;             /* [s] of it that passed, set by the commit */
     uint32_t substep_limit;    /* substeps after which the step counts as pinched */
     int crawl_count;           /* substeps in a row that hardly moved */
@@ -61,5 +62,8 @@ tulle_status world_advance(step_context *context);
 /* pinch.c: what to do when `world_advance` could not move on; see tulle_on_pinch. OK means: go
  * on.*/
 tulle_status world_handle_pinch(step_context *context);
+
+/* choose_damping.c: the damping of the integrator in this step, see force_options. */
+double world_choose_damping(const step_context *context);
 
 #endif

@@ -190,7 +190,7 @@ static void predict_paths(step_context *context) {
 static tulle_status run_compute_forces(step_context *context) {
     tulle_world *const world = context->world;
     environment const surroundings = {vec3_load(world->def.gravity, 0), world->def.wind};
-    force_options const options = {world->def.integrator, world->threads};
+    force_options const options = {world->def.integrator, world->threads, context->damping};
     return compute_forces(world->model, &context->dynamics, &surroundings, options, &world->scratch,
                           &world->system);
 }
@@ -282,41 +282,55 @@ static tulle_status run_commit_safely(step_context *context, bool is_clean) {
     return status;
 }
 
-/* Which vertices end with u itself (an inelastic end): those in contact, or all when time was
- * shortened. */
-static void mark_plain_ends(const step_context *context, uint8_t *is_plain) {
+/* Impulses of rows are as b counts them while the motion is solved, and those that act in the whole
+ * step before and after: the same for implicit Euler. */
+static void scale_impulses(row_list *list, double factor) {
+    for (size_t i = 0; i < list->rows.count; i++)
+        list->rows.data[i].impulse = vec3_scale(list->rows.data[i].impulse, factor);
+}
+
+/* Which vertices end with u itself: all when time was shortened, else those that are held; by the
+ * paper's response also those in contact. */
+static void mark_plain_ends(const step_context *context, bool is_whole, uint8_t *is_plain) {
     tulle_world const *const world = context->world;
-    bool const is_whole = context->commit.outcome == COMMIT_CLEAN;
-    for (size_t v = 0; v < world->cloth_vertex_count && !is_whole; v++) is_plain[v] = 1;
-    for (size_t i = 0; i < world->rows.rows.count && is_whole; i++) {
+    for (size_t v = 0; v < world->cloth_vertex_count; v++)
+        is_plain[v] = !is_whole || !(world->active_inverse_masses[v] > 0.0);
+    if (!context->scene.paper) return;
+    for (size_t i = 0; i < world->rows.rows.count; i++) {
         contact_row const *const row = &world->rows.rows.data[i];
         if (vec3_norm2(row->impulse) == 0.0) continue;
-        for (int k = 0; k < 4; k++) is_plain[row->vertices[k]] = 1;
+        for (int k = 0; k < 4; k++)
+            if (row->vertices[k] < world->cloth_vertex_count) is_plain[row->vertices[k]] = 1;
     }
 }
 
-/* Velocities at the end. */
+/* Velocities at the end: those of the integrator, and contacts that carry load end as the laws of
+ * impact say. */
 static tulle_status accept_velocities(step_context *context) {
     tulle_world *const world = context->world;
     world_motion_state *const state = context->state;
+    linear_system const *const system = &world->system;
     bool const is_whole = context->commit.outcome == COMMIT_CLEAN;
     size_t const bytes = 3 * world->vertex_count * sizeof(double);
     double *const end = context->predicted; /* free again: takes the new velocities */
-    end_velocities ends = {0};
-    mark_plain_ends(context, world->is_fixed);
+    bool const is_euler = system->integrator == TULLE_INTEGRATOR_IMPLICIT_EULER;
+    end_velocities ends = {.is_inelastic = !is_euler};
+    mark_plain_ends(context, is_whole, world->is_fixed);
+    scale_impulses(&world->rows, 1.0 / system->share); /* to what they gave to end velocities */
     memcpy(end, context->mean_velocity, bytes);
-    finish_velocities(&world->system, &context->dynamics, world->is_fixed, context->mean_velocity,
-                      end);
+    finish_velocities(system, &context->dynamics, world->is_fixed, context->mean_velocity, end);
     if (is_whole && !context->scene.paper) { /* the paper's law of impact is in u already */
         tulle_status const status =
             find_end_velocities(&context->scene, &world->rows, context->mean_velocity, end, &ends);
         if (status != TULLE_OK) return status;
     }
+    scale_impulses(&world->rows, system->share * context->time_step / system->force_time);
     memcpy(state->previous_velocities, state->velocities, bytes);
     memcpy(state->previous_mean, context->mean_velocity, bytes);
     memcpy(state->velocities, end, bytes);
     /* velocities that jump are no history */
-    state->previous_time_step = is_whole && ends.rebound_count == 0 ? context->time_step : 0.0;
+    bool const is_smooth = is_whole && ends.rebound_count == 0 && context->damping < 1.0;
+    state->previous_time_step = is_smooth ? context->time_step : 0.0;
     return TULLE_OK;
 }
 
@@ -357,13 +371,9 @@ static tulle_status run_stages(step_context *context) {
     row_list *const rows = &context->world->rows;
     double start = timer_now();
 
-    tulle_status status = run_compute_forces(context);
-    end_stage(context, STAGE_COMPUTE_FORCES, &start);
-    if (status != TULLE_OK) return fail_step(context, status);
-
     /* stages 5, 6 and 7 for the predicted paths; stages 10 and 11 come back to them */
     predict_paths(context);
-    status = context->source.renew(&context->source, context->predicted);
+    tulle_status status = context->source.renew(&context->source, context->predicted);
     end_stage(context, STAGE_PROPOSE_PATHS, &start);
     if (status != TULLE_OK) return fail_step(context, status);
 
@@ -372,6 +382,12 @@ static tulle_status run_stages(step_context *context) {
     end_stage(context, STAGE_GATHER_CONTACTS, &start);
     if (status != TULLE_OK) return fail_step(context, status);
 
+    context->damping = world_choose_damping(context);
+    status = run_compute_forces(context);
+    end_stage(context, STAGE_COMPUTE_FORCES, &start);
+    if (status != TULLE_OK) return fail_step(context, status);
+
+    scale_impulses(rows, context->world->system.force_time / context->time_step);
     status = solve_with_true_springs(context);
     end_stage(context, STAGE_SOLVE_MOTION, &start);
     if (status != TULLE_OK) return fail_step(context, status);

@@ -112,9 +112,8 @@ static void cloths_beside_obstacles_are_independent(void **state) {
         x[i] = positions[i] + 0.02 * random_signed(&random);
         v[i] = random_signed(&random);
     }
-    motion_state const now = {
-        .positions = x, .velocities = v, .time_step = 0.01, .time = 0.3};
-    force_options const options = {TULLE_INTEGRATOR_IMPLICIT_EULER, 1};
+    motion_state const now = {.positions = x, .velocities = v, .time_step = 0.01, .time = 0.3};
+    force_options const options = {TULLE_INTEGRATOR_IMPLICIT_EULER, 1, 0.0};
     assert_int_equal(compute_forces(&model, &now, &WINDY, options, &scratch, &system), TULLE_OK);
     check_part(&parts[0], materials[0], x, v, 0, &system);
     check_part(&parts[1], materials[1], x, v, FIRST, &system);
@@ -178,7 +177,7 @@ static void failing_memory_is_reported(void **state) {
     memory limited = memory_make((tulle_allocator){.byte_limit = 100000});
     arena scratch = arena_make(&limited);
     motion_state const now = fixture_state(f, 0.01);
-    force_options const options = {TULLE_INTEGRATOR_IMPLICIT_EULER, 1};
+    force_options const options = {TULLE_INTEGRATOR_IMPLICIT_EULER, 1, 0.0};
     assert_int_equal(
         compute_forces(&f->model, &now, &f->surroundings, options, &scratch, &f->system),
         TULLE_ERROR_OUT_OF_MEMORY);

@@ -331,7 +331,7 @@ static tulle_status run_substep(mini_world *world, double h) {
                                 .time = world->time};
     environment const surroundings = {.gravity = vec3_load(world->gravity, 0),
                                       .wind = {.gust_length = 1.0, .gust_time = 1.0}};
-    force_options const options = {TULLE_INTEGRATOR_IMPLICIT_EULER, world->threads};
+    force_options const options = {TULLE_INTEGRATOR_IMPLICIT_EULER, world->threads, 0.0};
     tulle_status const status = compute_forces(&world->model, &state, &surroundings, options,
                                                &world->scratch, &world->system);
     if (status != TULLE_OK) return status;
