@@ -234,12 +234,16 @@ static tulle_status run_solve_motion(step_context *context, bool is_first) {
 static tulle_status solve_with_true_springs(step_context *context) {
     tulle_world *const world = context->world;
     size_t const size = 3 * world->cloth_vertex_count;
+    /* of the energy that implicit Euler takes, Crank-Nicolson takes the part of its damping */
+    double const c = world->system.share;
+    bool const is_mean = world->system.integrator == TULLE_INTEGRATOR_CRANK_NICOLSON;
+    double const kept = is_mean ? (2.0 * c - 1.0) / (c * c) : 1.0;
     tulle_status status = run_solve_motion(context, true);
     for (int i = 1; i < LINEARISATIONS_MAX && status == TULLE_OK && !context->scene.paper; i++) {
         linear_excess excess;
         status = measure_linear_excess(world->model, &context->dynamics, context->mean_velocity,
                                        world->threads, &world->scratch, &excess);
-        if (status != TULLE_OK || !(excess.springs > EXCESS_SHARE * excess.inertia)) break;
+        if (status != TULLE_OK || !(excess.springs > EXCESS_SHARE * kept * excess.inertia)) break;
         memcpy(context->guess, context->mean_velocity, size * sizeof(double));
         context->dynamics.guess = context->guess;
         status = run_compute_forces(context);

@@ -31,7 +31,7 @@ static void system_is_exact_at_the_guess(void **state) {
     fixture *const f = make_case(u);
     motion_state now = fixture_state(f, h);
     now.guess = u;
-    force_options const options = {TULLE_INTEGRATOR_IMPLICIT_EULER, 1};
+    force_options const options = {TULLE_INTEGRATOR_IMPLICIT_EULER, 1, 0.0};
     assert_int_equal(
         compute_forces(&f->model, &now, &f->surroundings, options, &f->scratch, &f->system),
         TULLE_OK);

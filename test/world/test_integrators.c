@@ -116,8 +116,9 @@ static void check_rest(const char *scene, int integrator, const fall *made) {
                   made->rise / (made->first_energy - made->energy));
     assert_true(made->contacts > 1000);
     assert_true(made->rescues == 0);
-    assert_true(made->energy < made->first_energy);
-    assert_true(made->kinetic < 1e-3 * made->peak_kinetic);
+    /* landings in which the last impulses stretch the cloth show as some per cent */
+    assert_true(made->rise < 0.03 * (made->first_energy - made->energy));
+    assert_true(made->kinetic < 5e-4 * made->peak_kinetic);
     assert_true(made->max_stretch < 1.5);
 }
 
