@@ -275,6 +275,7 @@ static void history_decides_the_integrator(void **state) {
     fixture_step(f, TULLE_INTEGRATOR_BDF2, 0.005);
     assert_int_equal(f->system.integrator, TULLE_INTEGRATOR_IMPLICIT_EULER);
     f->system.integrator = TULLE_INTEGRATOR_CRANK_NICOLSON;
+    f->system.share = 0.5;
     double mean[27], end[27];
     for (int i = 0; i < 27; i++) mean[i] = i, f->v[i] = 1.0;
     uint8_t is_fixed[9] = {1};
