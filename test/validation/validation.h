@@ -48,18 +48,27 @@ typedef enum expectation_kind {
 typedef struct expectation {
     expectation_kind kind;
     double value, tolerance;
+    bool is_open; /* known not to hold: see not_yet */
 } expectation;
 static inline expectation at_most(double value) {
-    return (expectation){EXPECT_AT_MOST, value, 0.0};
+    return (expectation){.kind = EXPECT_AT_MOST, .value = value};
 }
 static inline expectation at_least(double value) {
-    return (expectation){EXPECT_AT_LEAST, value, 0.0};
+    return (expectation){.kind = EXPECT_AT_LEAST, .value = value};
 }
 static inline expectation within(double value, double relative_tolerance) {
-    return (expectation){EXPECT_WITHIN, value, relative_tolerance};
+    return (expectation){.kind = EXPECT_WITHIN, .value = value, .tolerance = relative_tolerance};
 }
-static inline expectation equals(double value) { return (expectation){EXPECT_EQUALS, value, 0.0}; }
-static inline expectation nothing(void) { return (expectation){EXPECT_NOTHING, 0.0, 0.0}; }
+static inline expectation equals(double value) {
+    return (expectation){.kind = EXPECT_EQUALS, .value = value};
+}
+static inline expectation nothing(void) { return (expectation){.kind = EXPECT_NOTHING}; }
+/* What must hold and does not yet: off as any other in full runs, which fail; "open" in quick ones,
+ * which go on to guard the rest. To be taken away with the defect. */
+static inline expectation not_yet(expectation expected) {
+    expected.is_open = true;
+    return expected;
+}
 
 /* Reports a row. `reference` says where the expected value comes from; may be empty. */
 void validate_row(validation_run *run, const char *what, double measured, const char *unit,

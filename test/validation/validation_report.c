@@ -3,7 +3,7 @@
 
 #include <string.h>
 
-static const char *const verdict_names[] = {"ok", "OFF", "skipped", "-"};
+static const char *const verdict_names[] = {"ok", "OFF", "skipped", "-", "open"};
 
 void validation_expectation_text(expectation expected, char text[48]) {
     switch (expected.kind) {

@@ -53,6 +53,8 @@ void validate_row(validation_run *run, const char *what, double measured, const 
     row.measured = measured;
     row.expected = expected;
     row.verdict = judge_row(measured, expected);
+    if (row.verdict == VERDICT_OFF && expected.is_open && validate_options(run)->is_quick)
+        row.verdict = VERDICT_OPEN;
     validation_add_row(run->table, &row);
 }
 
