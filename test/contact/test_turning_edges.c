@@ -8,7 +8,7 @@
 
 #define TIME_STEP (1.0 / 90.0)
 #define TURN_ANGLE 1.3962634015954636 /* 80 degrees */
-#define PRESS_DEPTH 0.02             /* [m] */
+#define PRESS_DEPTH 0.02              /* [m] */
 enum { PRESS_STEPS = 30, TURN_BEGIN = 50, TURN_STEPS = 120, END = TURN_BEGIN + TURN_STEPS + 90 };
 
 static double clamp_part(double part) { return part < 0.0 ? 0.0 : part > 1.0 ? 1.0 : part; }
