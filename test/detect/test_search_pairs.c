@@ -3,6 +3,7 @@
  * that do not meet give nothing. */
 #include "base/hash.h"
 #include "detect/broad_phase.h"
+#include "detect/tree_kernels.h"
 #include "math/kernel_target.h"
 #include "support/soup_scene.h"
 
@@ -369,12 +370,57 @@ static void honours_which_surfaces_meet(void **state) {
     assert_int_equal(heap.bytes_held, 0);
 }
 
+/* Leaves of a single triangle that owns no vertex and no edge have the shortest blocks. Whatever
+ * run of them one worker fits, what lies before and after is another's. */
+static void fitting_a_run_of_leaves_leaves_the_others_alone(void **state) {
+    (void)state;
+    enum { LEAVES = 6, BLOCK = LEAF_HEADER + 6, GUARD = 32 };
+    kernel_target const widest = kernel_target_get();
+    uint32_t const corners[3] = {0, 1, 2};
+    vertex_box boxes[3];
+    for (int i = 0; i < 3; i++)
+        for (int k = 0; k < 8; k++) boxes[i].sides[k] = (float)(k < 4 ? i : -i);
+    uint32_t all_corners[3 * LEAVES];
+    tree_leaf leaves[LEAVES];
+    memset(leaves, 0, sizeof leaves);
+    for (uint32_t l = 0; l < LEAVES; l++) {
+        memcpy(all_corners + 3 * l, corners, sizeof corners);
+        leaves[l].triangle_begin = l;
+        leaves[l].triangle_end = l + 1;
+        leaves[l].block = (uint64_t)BLOCK * l;
+    }
+    for (int target = 0; target < KERNEL_TARGET_COUNT; target++) {
+        if (!kernel_target_force((kernel_target)target)) continue;
+        for (size_t begin = 0; begin < LEAVES; begin++)
+            for (size_t end = begin + 1; end <= LEAVES; end++) {
+                float blocks[LEAVES * BLOCK + GUARD];
+                for (size_t i = 0; i < LEAVES * BLOCK + GUARD; i++) blocks[i] = 77.0F;
+                leaf_fit const fit = {.leaves = leaves,
+                                      .triangle_corners = all_corners,
+                                      .vertex_corners = all_corners,
+                                      .edge_corners = all_corners,
+                                      .vertex_boxes = boxes,
+                                      .blocks = blocks};
+                TULLE_PICK_KERNEL(fit_leaves)(&fit, begin, end);
+                for (size_t i = 0; i < LEAVES * BLOCK + GUARD; i++) {
+                    bool const is_inside = i >= begin * BLOCK && i < end * BLOCK;
+                    if (!is_inside) assert_true(blocks[i] == 77.0F);
+                }
+                for (size_t l = begin; l < end; l++)
+                    for (size_t k = 0; k < 6; k++)
+                        assert_true(blocks[l * BLOCK + LEAF_HEADER + k] == (k < 3 ? 0.0F : 2.0F));
+            }
+    }
+    kernel_target_force(widest);
+}
+
 int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(streams_what_the_list_holds),
         cmocka_unit_test(tables_lead_to_positions),
         cmocka_unit_test(leaves_out_only_pairs_within_a_patch),
         cmocka_unit_test(blocks_fitted_when_needed_are_the_same),
+        cmocka_unit_test(fitting_a_run_of_leaves_leaves_the_others_alone),
         cmocka_unit_test(a_patch_over_everything_leaves_nothing),
         cmocka_unit_test(honours_which_surfaces_meet),
     };

@@ -202,19 +202,27 @@ void TULLE_KERNEL(fit_block)(const leaf_fit *fit, const tree_leaf *leaf, float *
     close_rows(wide, block + LEAF_HEADER + 6 * width, leaf->edge_end - leaf->edge_begin);
 }
 
-/* The last block is made apart: what follows it may be in use by another worker. */
-void TULLE_KERNEL(fit_leaves)(const leaf_fit *fit, size_t begin, size_t end) {
+/* A block that nothing is written beyond. */
+static void fit_block_alone(const leaf_fit *fit, const tree_leaf *leaf) {
     enum { LONGEST = LEAF_HEADER + 6 * (LEAF_TRIANGLES + 2 * LEAF_SLOTS) };
-    if (begin == end) return;
-    for (size_t l = begin; l + 1 < end; l++)
-        TULLE_KERNEL(fit_block)(fit, &fit->leaves[l], fit->blocks + fit->leaves[l].block);
-    float last[LONGEST + BLOCK_SPARE];
-    const tree_leaf *const leaf = &fit->leaves[end - 1];
-    TULLE_KERNEL(fit_block)(fit, leaf, last);
+    float block[LONGEST + BLOCK_SPARE];
+    TULLE_KERNEL(fit_block)(fit, leaf, block);
     size_t const count = (leaf->triangle_end - leaf->triangle_begin) +
                          (leaf->vertex_end - leaf->vertex_begin) +
                          (leaf->edge_end - leaf->edge_begin);
-    memcpy(fit->blocks + leaf->block, last, (LEAF_HEADER + 6 * count) * sizeof *last);
+    memcpy(fit->blocks + leaf->block, block, (LEAF_HEADER + 6 * count) * sizeof *block);
+}
+
+/* The last two blocks are made alone: what follows them may be in use by another worker, and one
+ * block, of a single triangle that owns none of its corners and edges, is shorter than
+ * BLOCK_SPARE. */
+void TULLE_KERNEL(fit_leaves)(const leaf_fit *fit, size_t begin, size_t end) {
+    _Static_assert(2 * (LEAF_HEADER + 6) >= BLOCK_SPARE, "two blocks take what one is in excess");
+    for (size_t l = begin; l < end; l++)
+        if (l + 2 < end)
+            TULLE_KERNEL(fit_block)(fit, &fit->leaves[l], fit->blocks + fit->leaves[l].block);
+        else
+            fit_block_alone(fit, &fit->leaves[l]);
 }
 
 /* Around all triangles, so around all features. */
