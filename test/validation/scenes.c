@@ -150,7 +150,9 @@ static void report_scene(validation_run *run, const char *name, const scene_reco
     validate_row(run, what, fmin(record->gap_share, 1e3), "", at_least(1.0),
                  "at most 1000 is told");
     snprintf(what, sizeof what, "%s: stages 9 to 12 over the solve, time", name);
-    validate_row(run, what, record->contact_seconds / record->solve_seconds, "", at_most(1.0), "");
+    /* times of short runs on a busy machine are told, not judged */
+    expectation const most = validate_options(run)->is_quick ? nothing() : at_most(1.0);
+    validate_row(run, what, record->contact_seconds / record->solve_seconds, "", most, "");
     snprintf(what, sizeof what, "%s: largest stretch of an edge", name);
     validate_row(run, what, record->largest_stretch, "", nothing(), "");
 }
