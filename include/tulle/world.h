@@ -164,8 +164,8 @@ typedef struct tulle_cloth_def {
     tulle_mesh_view mesh;         /* start positions */
     const double *rest_positions; /* [m] 3 * vertex_count, null: the start is the rest shape */
     tulle_material material;
-    double grain[3];  /* direction in the rest shape, of any length: friction_across is at right
-                         angles to it */
+    double grain[3];  /* direction in the rest shape, of any length >= 1e-100 where friction_across
+                         is  not 1: that is at right angles to it */
     double thickness; /* [m] 0: the world's contact distance decides */
     const tulle_pin *pins;
     size_t pin_count;

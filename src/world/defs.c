@@ -54,6 +54,9 @@ tulle_obstacle_def tulle_obstacle_def_default(void) {
                                 .disappear_time = (double)INFINITY};
 }
 
+/* A grain shorter than this has no direction: its square would underflow. */
+static const double SMALLEST_GRAIN = 1e-100;
+
 /* One number of a def with its allowed range, ends included. */
 typedef struct range_check {
     const char *name, *unit;
@@ -146,6 +149,19 @@ static tulle_status check_material(const tulle_material *m, const char *owner, t
     return CHECK_RANGES(checks, owner, error);
 }
 
+/* A grain matters where friction depends on it. */
+static tulle_status check_grain(const tulle_cloth_def *def, const char *owner, tulle_error *error) {
+    double const *const g = def->grain;
+    bool const is_isotropic =
+        !(def->material.friction_across < 1.0) && !(def->material.friction_across > 1.0);
+    if (is_isotropic || sqrt(g[0] * g[0] + g[1] * g[1] + g[2] * g[2]) >= SMALLEST_GRAIN)
+        return TULLE_OK;
+    return error_set(error, TULLE_ERROR_INVALID_ARGUMENT,
+                     "%s: the grain is [%g, %g, %g], no direction; friction across it is %g, so "
+                     "give one in the surface of the rest shape",
+                     owner, g[0], g[1], g[2], def->material.friction_across);
+}
+
 static tulle_status check_pin(const tulle_cloth_def *def, size_t index, const char *owner,
                               tulle_error *error) {
     tulle_pin const *const pin = &def->pins[index];
@@ -201,6 +217,7 @@ tulle_status cloth_def_check(const tulle_cloth_def *def, const char *owner, tull
         {"grain z", "", def->grain[2], -LARGEST, LARGEST},
     };
     if (status == TULLE_OK) status = CHECK_RANGES(checks, owner, error);
+    if (status == TULLE_OK) status = check_grain(def, owner, error);
     for (size_t i = 0; status == TULLE_OK && i < def->pin_count; i++) {
         status = check_pin(def, i, owner, error);
     }

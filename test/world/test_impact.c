@@ -6,6 +6,7 @@
 #include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
+#include <string.h>
 
 #define STEP (1.0 / 90.0)
 
@@ -261,10 +262,35 @@ static void sheets_collide_in_free_flight(void **state) {
     for (size_t i = 0; i < sizeof cases / sizeof cases[0]; i++) collide(&cases[i]);
 }
 
+static void a_grain_without_direction_is_refused(void **state) {
+    (void)state;
+    tulle_error error = {0};
+    tulle_world_def const world_def = tulle_world_def_default();
+    tulle_world *world;
+    double positions[9] = {0.0, 0.0, 0.0, 0.1, 0.0, 0.0, 0.0, 0.1, 0.0};
+    uint32_t triangle[3] = {0, 1, 2};
+    assert_int_equal(tulle_world_create(&world_def, &world, &error), TULLE_OK);
+    tulle_cloth_def def = tulle_cloth_def_default();
+    tulle_cloth_id id;
+    def.mesh = (tulle_mesh_view){positions, 3, triangle, 1};
+    double const lengths[3] = {0.0, 1e-200, 1e-9};
+    for (int i = 0; i < 3; i++) {
+        def.grain[0] = lengths[i];
+        def.material.friction_across = 0.5;
+        int const is_refused = tulle_world_add_cloth(world, &def, &id, &error) != TULLE_OK;
+        assert_int_equal(is_refused, i < 2);
+        if (is_refused) assert_non_null(strstr(error.message, "grain"));
+        def.material.friction_across = 1.0;
+        assert_int_equal(tulle_world_add_cloth(world, &def, &id, &error), TULLE_OK);
+    }
+    tulle_world_destroy(world);
+}
+
 int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(a_flat_sheet_rebounds_as_the_law_says),
         cmocka_unit_test(a_pair_has_its_own_law),
+        cmocka_unit_test(a_grain_without_direction_is_refused),
         cmocka_unit_test(sheets_collide_in_free_flight),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
