@@ -227,7 +227,6 @@ static tulle_status translate_cloths(motion_solve *solve) {
 }
 
 static tulle_status run_conjugate_gradients(motion_solve *solve) {
-
     const contact_settings *const settings = &solve->scene->settings;
     conjugate_gradients_problem const problem = {
         .vertex_count = solve->scene->cloth_vertex_count,

@@ -138,29 +138,6 @@ static void sheet_between_two_layers(void **state) {
     assert_true(fabs(speeds[TULLE_MOTION_SPACE_POLYHEDRAL] / 0.5 - 1.0) < 1e-3);
 }
 
-static void add_spike(mini_world *world, vec3 foot, double height) {
-    double positions[12];
-    for (size_t k = 0; k < 3; k++) {
-        double const angle = 2.0943951 * (double)k + 0.1;
-        vec3_store(positions, k,
-                   vec3_add(foot, vec3_make(0.04 * cos(angle), 0.04 * sin(angle), 0.0)));
-    }
-    vec3_store(positions, 3, vec3_add(foot, vec3_make(0.0, 0.0, height)));
-    uint32_t const triangles[12] = {0, 1, 3, 1, 2, 3, 2, 0, 3, 0, 2, 1};
-    add_mini_surface(world, (mini_mesh){positions, 4, triangles, 4}, true);
-}
-
-static double find_largest_stretch(const mini_world *world) {
-    double largest = 0.0;
-    for (size_t i = 0; i < world->model.spring_count; i++) {
-        const cloth_spring *const spring = &world->model.springs[i];
-        vec3 const d = vec3_sub(vec3_load(world->x0, spring->vertices[0]),
-                                vec3_load(world->x0, spring->vertices[1]));
-        largest = fmax(largest, vec3_norm(d) / spring->rest_length);
-    }
-    return largest;
-}
-
 /* Peak stretch of a sheet that falls on three spikes. */
 static double run_spikes(tulle_motion_space space, double stiffness, double time_step, int steps) {
     mini_world world = make_world(space);
@@ -169,18 +146,18 @@ static double run_spikes(tulle_motion_space space, double stiffness, double time
                                      vec3_make(0.5, 0.0, 0.0), vec3_make(0.0, 0.5, 0.0));
     add_mini_surface(&world, sheet.mesh, false);
     free_mini_grid(&sheet);
-    add_spike(&world, vec3_make(-0.1, 0.013, 0.0), 0.2);
-    add_spike(&world, vec3_make(0.011, -0.03, 0.0), 0.2);
-    add_spike(&world, vec3_make(0.12, 0.05, 0.0), 0.2);
+    add_mini_spike(&world, vec3_make(-0.1, 0.013, 0.0), 0.2);
+    add_mini_spike(&world, vec3_make(0.011, -0.03, 0.0), 0.2);
+    add_mini_spike(&world, vec3_make(0.12, 0.05, 0.0), 0.2);
     start_mini_world(&world);
     double peak = 0.0;
     for (int step = 0; step < steps; step++) {
         take_steps(&world, 1, time_step);
-        peak = fmax(peak, find_largest_stretch(&world));
+        peak = fmax(peak, find_mini_stretch(&world));
     }
     print_message(
         "%s, %g N/m, %.3g s: peak stretch on spikes %.4g, at the end %.4g, rescues %llu\n",
-        space_names[space], stiffness, time_step, peak, find_largest_stretch(&world),
+        space_names[space], stiffness, time_step, peak, find_mini_stretch(&world),
         (unsigned long long)world.rescue_count);
     mini_world_destroy(&world);
     return peak;

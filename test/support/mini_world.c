@@ -422,3 +422,26 @@ void free_mini_grid(mini_grid *grid) {
     free(grid->positions);
     free(grid->triangles);
 }
+
+void add_mini_spike(mini_world *world, vec3 foot, double height) {
+    double positions[12];
+    for (size_t k = 0; k < 3; k++) {
+        double const angle = 2.0943951 * (double)k + 0.1;
+        vec3_store(positions, k,
+                   vec3_add(foot, vec3_make(0.04 * cos(angle), 0.04 * sin(angle), 0.0)));
+    }
+    vec3_store(positions, 3, vec3_add(foot, vec3_make(0.0, 0.0, height)));
+    uint32_t const triangles[12] = {0, 1, 3, 1, 2, 3, 2, 0, 3, 0, 2, 1};
+    add_mini_surface(world, (mini_mesh){positions, 4, triangles, 4}, true);
+}
+
+double find_mini_stretch(const mini_world *world) {
+    double largest = 0.0;
+    for (size_t i = 0; i < world->model.spring_count; i++) {
+        const cloth_spring *const spring = &world->model.springs[i];
+        vec3 const d = vec3_sub(vec3_load(world->x0, spring->vertices[0]),
+                                vec3_load(world->x0, spring->vertices[1]));
+        largest = fmax(largest, vec3_norm(d) / spring->rest_length);
+    }
+    return largest;
+}

@@ -97,4 +97,9 @@ typedef struct mini_grid {
 mini_grid make_mini_grid(uint32_t columns, uint32_t rows, vec3 origin, vec3 across, vec3 along);
 void free_mini_grid(mini_grid *grid);
 
+/* A spike of three sides on a triangle of 4 cm around `foot`, tip upwards. [m] */
+void add_mini_spike(mini_world *world, vec3 foot, double height);
+/* Largest length of an edge over its rest length. */
+double find_mini_stretch(const mini_world *world);
+
 #endif
