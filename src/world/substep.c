@@ -195,6 +195,16 @@ static tulle_status run_compute_forces(step_context *context) {
                           &world->system);
 }
 
+/* A without bending: what reaches farther than an edge would fill the factor, and A's diagonal
+ * without that would be too stiff. */
+static cholesky_matrix get_edge_matrix(const tulle_world *world) {
+    const linear_system *const system = &world->system;
+    return (cholesky_matrix){
+        .blocks = system->matrix.values,
+        .shifts = {world->model->bend_block_damping, world->model->bend_blocks},
+        .shift_factors = {system->bend_damping_factor, system->bend_factor}};
+}
+
 /* With springs linearised about u of now, again; `is_first`: about x0, from the velocities at the
  * start. */
 static tulle_status run_solve_motion(step_context *context, bool is_first) {
@@ -206,7 +216,9 @@ static tulle_status run_solve_motion(step_context *context, bool is_first) {
                                   .apply_context = &system_operator,
                                   .forces = world->system.forces,
                                   .force_time = world->system.force_time,
-                                  .start = is_first ? NULL : context->state->velocities};
+                                  .start = is_first ? NULL : context->state->velocities,
+                                  .factor = world->factor,
+                                  .edge_matrix = get_edge_matrix(world)};
     if (is_first) {
         memcpy(context->mean_velocity, context->state->velocities,
                3 * world->cloth_vertex_count * sizeof(double));
