@@ -66,6 +66,7 @@ static size_t copy_loaded_rows(const row_list *list, bool is_inelastic, contact_
         contact_row *const row = &rows[count++];
         *row = list->rows.data[i];
         row->friction_cap = -1.0;
+        row->return_velocity = vec3_make(0.0, 0.0, 0.0);
         if (row->rebound > 0.0 || is_inelastic) {
             row->bias = row->rebound; /* 0 where it does not rebound */
             row->compliance = 0.0;

@@ -372,7 +372,8 @@ static tulle_status find_reference(motion_solve *solve) {
  * where one tip carries much: the last projection would stop a vertex that the cloth around it
  * drags on, and so stretch the cloth. */
 static void hold_by_friction(contact_row *row, double share, const double *u) {
-    vec3 const n = row->normal, velocity = get_relative_velocity(row, u);
+    vec3 const n = row->normal,
+               velocity = vec3_sub(get_relative_velocity(row, u), row->return_velocity);
     vec3 const slip = vec3_add_scaled(velocity, n, -vec3_dot(n, velocity));
     double const normal = vec3_dot(n, row->impulse);
     vec3 const before = vec3_add_scaled(row->impulse, n, -normal);

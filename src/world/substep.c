@@ -7,6 +7,7 @@
 #include "base/error.h"
 #include "base/timer.h"
 #include "contact/end_velocities.h"
+#include "contact/stick_anchors.h"
 #include "world/detection.h"
 
 #include <math.h>
@@ -355,6 +356,7 @@ static tulle_status accept_paths(step_context *context) {
     tulle_world *const world = context->world;
     world_motion_state *const state = context->state;
     tulle_status status = accept_velocities(context);
+    if (status == TULLE_OK) move_anchors(&context->scene, context->end, &world->rows);
     /* impulses belong to the whole substep that was solved for, even if less of it passed */
     if (status == TULLE_OK)
         status = update_contacts(&state->contacts, &world->heap, &world->rows, context->time_step);
