@@ -65,6 +65,11 @@ tulle_status measure_linear_excess(const cloth_model *model, const motion_state 
                                    const double *mean, int threads, arena *scratch,
                                    linear_excess *excess);
 
+/* Work [J] of the wind on the cloth in a step with the mean velocity u, as the system reckons. */
+tulle_status measure_wind_work(const cloth_model *model, const motion_state *state,
+                               const tulle_wind *wind, const double *mean, int threads,
+                               arena *scratch, double *work);
+
 /* A as a linear_operator for conjugate_gradients_solve; context is a linear_system_operator. */
 typedef struct linear_system_operator {
     const linear_system *system;
