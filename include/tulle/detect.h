@@ -116,8 +116,8 @@ typedef struct tulle_detect_event {
 /* What the passes did; times in seconds of wall clock, those within the joint search as a share of
  * it. */
 typedef struct tulle_detect_statistics {
-    uint64_t box_pairs;         /* vertex/face and edge/edge pairs whose boxes over the motion meet,
-                                   after patches; without those that share a vertex */
+    uint64_t box_pairs;         /* vertex/face and edge/edge pairs that boxes over the motion do not
+                                   show apart, after patches; without those that share a vertex */
     uint64_t filtered_pairs;    /* of these not shown apart by the first filters: coplanarity
                                    (where the separation is 0), axes, the direction at the start */
     uint64_t tested_pairs;      /* of these not shown apart by the direction at the end either:

@@ -41,8 +41,6 @@ static void place_leaves(broad_phase *broad, const surface_set *set) {
         bool const is_refit = broad->method == BROAD_PHASE_REFIT;
         broad->leaf_capacity += is_refit ? choose_leaf_count(count, &group) : count;
     }
-    size_t const slots = broad->triangle_count + broad->vertex_count + broad->edge_count;
-    broad->block_capacity = 6 * slots + LEAF_HEADER * broad->leaf_capacity + BLOCK_SPARE;
 }
 
 /* What trees of the method need besides. */
@@ -97,6 +95,7 @@ void broad_phase_destroy(broad_phase *broad) {
     memory_release(heap, broad->records, broad->vertex_count * sizeof *broad->records);
     memory_release(heap, broad->record_vertices,
                    broad->vertex_count * sizeof *broad->record_vertices);
+    memory_release(heap, broad->slabs, broad->leaf_capacity * sizeof *broad->slabs);
     memory_release(heap, broad->leaves, broad->leaf_capacity * sizeof *broad->leaves);
     memory_release(heap, broad->blocks, broad->block_capacity * sizeof *broad->blocks);
     memory_release(heap, broad->fit_tasks, broad->fit_task_capacity * sizeof *broad->fit_tasks);
@@ -106,6 +105,8 @@ void broad_phase_destroy(broad_phase *broad) {
         ARRAY_FREE(heap, &broad->search_tasks[k]);
         pair_store_free(heap, &broad->stores[k]);
     }
+    ARRAY_FREE(heap, &broad->leaf_corners);
+    ARRAY_FREE(heap, &broad->masks);
     ARRAY_FREE(heap, &broad->voxel_groups);
     ARRAY_FREE(heap, &broad->outputs);
     ARRAY_FREE(heap, &broad->kept_blocks);
@@ -124,6 +125,8 @@ static tulle_status shape_trees(broad_phase *broad, const surface_set *set, cons
         tulle_status const status = shape_refit_tree(broad, set, s, rest);
         if (status != TULLE_OK) return status;
     }
+    ARRAY_TRIM(broad->heap, &broad->leaf_corners);
+    ARRAY_TRIM(broad->heap, &broad->masks);
     return TULLE_OK;
 }
 
@@ -188,6 +191,13 @@ tulle_status build_trees(broad_phase *broad, const surface_set *set, const doubl
     }
     broad->is_built = true;
     return TULLE_OK;
+}
+
+tulle_status broad_phase_follow_paths(broad_phase *broad) {
+    if (broad->method != BROAD_PHASE_REFIT || broad->slabs) return TULLE_OK;
+    broad->slabs = allocate(broad->heap, broad->leaf_capacity, sizeof *broad->slabs);
+    for (size_t s = 0; s < broad->surface_count; s++) broad->trees[s].is_fitted = false;
+    return broad->slabs || broad->leaf_capacity == 0 ? TULLE_OK : TULLE_ERROR_OUT_OF_MEMORY;
 }
 
 void broad_phase_set_patches(broad_phase *broad, patch_labels patches) { broad->patches = patches; }

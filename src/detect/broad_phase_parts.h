@@ -83,11 +83,15 @@ struct broad_phase {
     vertex_record *records;
     vertex_box *vertex_boxes; /* of each record */
     surface_tree *trees;
+    leaf_slabs *slabs; /* of each leaf; null unless straight paths are followed */
     tree_leaf *leaves;
     size_t leaf_capacity;
+    ARRAY(uint32_t) leaf_corners; /* of refitted trees: records around each leaf, each once */
     float *blocks; /* of all leaves, see tree_kernels.h; null until they are first needed */
     size_t block_capacity;
-    bool has_all_blocks; /* since the last build_trees */
+    uint32_t group_count;  /* of all leaves of refitted trees */
+    ARRAY(uint16_t) masks; /* of refitted trees, see leaf_tables */
+    bool has_all_blocks;   /* since the last build_trees */
     slot_list triangles, vertices, edges;
     pair_tables tables;
     uint64_t *voxel_keys[2];         /* one a triangle; voxel trees only */
@@ -122,6 +126,9 @@ void assign_slots(broad_phase *broad, const surface_set *set, uint32_t surface);
  * their neighbours, and records are numbered in leaf order. */
 tulle_status assign_even_slots(broad_phase *broad, const surface_set *set, uint32_t surface);
 
+/* leaf_masks.c: which features of a leaf and itself, and its neighbours, share no vertex. */
+tulle_status mask_leaves(broad_phase *broad, const surface_tree *tree);
+
 /* tree_boxes.c */
 /* The frame of the boxes, from the vertices of triangles; false when a rest position is not finite.
  */
@@ -133,6 +140,8 @@ bool fit_vertex_boxes(broad_phase *broad, const surface_set *set, const double *
 /* Boxes and labels of nodes, and blocks of all leaves, unless patches leave out most of them; false
  * when memory is short. */
 bool fit_trees(broad_phase *broad, const surface_set *set, int threads);
+/* Slabs of all leaves where they are fitted, as blocks are; else null. */
+leaf_slabs *find_slabs(const broad_phase *broad);
 /* What boxes of leaves are fitted from. */
 leaf_fit make_leaf_fit(const broad_phase *broad);
 

@@ -10,7 +10,9 @@
 
 enum {
     WANTED_TASKS = 384, /* pairs of nodes, enough to share out evenly */
-    SPLIT_ROUNDS = 12   /* levels at most, should most of them end early */
+    SPLIT_ROUNDS = 12,  /* levels at most, should most of them end early */
+    FEWEST_BLOCKS = 32, /* that a worker keeps */
+    LEAVES_A_PLACE = 6  /* of all leaves */
 };
 
 /* Level of the root; level 0 are leaves. */
@@ -162,11 +164,13 @@ static void send_batch(const search_context *search, int worker, int kind) {
 }
 
 /* All feature pairs of a list of leaf pairs. */
-static void search_leaves(const search_context *search, const tree_pair *pair,
-                          const node_pairs *leaves, int worker) {
+static void search_leaves(const search_context *search, const tree_pair *pair, node_pairs *leaves,
+                          int worker) {
     broad_phase *const broad = search->broad;
     worker_output *const output = &broad->outputs.data[worker];
-    leaf_tables const tables = {.fit = make_leaf_fit(broad), .is_one_tree = pair->is_one_tree};
+    leaf_tables const tables = {
+        .fit = make_leaf_fit(broad), .masks = broad->masks.data, .is_one_tree = pair->is_one_tree};
+    if (find_slabs(broad)) TULLE_PICK_KERNEL(drop_apart_leaves)(find_slabs(broad), leaves);
     output->counts.leaf_pair_count += leaves->count;
     for (size_t done = 0; done < leaves->count;) {
         done =
@@ -209,35 +213,42 @@ static void run_tasks(void *context, size_t begin, size_t end, size_t chunk, int
         run_task(search, &search->broad->search_tasks[search->list].data[i], worker);
 }
 
-/* [floats] Room for the block of any leaf, an odd number of cache lines, so that blocks are spread
+/* [floats] Room for the block of any leaf: an odd number of cache lines, so that blocks are spread
  * over all parts of a cache. */
 static size_t find_block_stride(const broad_phase *broad) {
-    size_t most = 0;
+    uint32_t most = 0;
     for (size_t s = 0; s < broad->surface_count; s++) {
         const surface_tree *const tree = &broad->trees[s];
         for (size_t l = 0; l < tree->leaf_count; l++) {
-            const tree_leaf *const leaf = &broad->leaves[tree->leaf_begin + l];
-            size_t const slots = (leaf->triangle_end - leaf->triangle_begin) +
-                                 (leaf->vertex_end - leaf->vertex_begin) +
-                                 (leaf->edge_end - leaf->edge_begin);
-            most = slots > most ? slots : most;
+            uint32_t const count = count_groups(&broad->leaves[tree->leaf_begin + l]);
+            most = count > most ? count : most;
         }
     }
-    return ((LEAF_HEADER + 6 * most + BLOCK_SPARE + 15) / 16 | 1) * 16;
+    return LEAF_HEADER + GROUP_FLOATS * (size_t)most;
+}
+
+/* Places of a cache: fewer where there are few leaves. */
+static uint32_t find_place_count(const broad_phase *broad) {
+    size_t const leaves = broad->triangle_count / LEAF_TRIANGLES;
+    uint32_t count = KEPT_BLOCKS;
+    while (count > FEWEST_BLOCKS && count > leaves / LEAVES_A_PLACE) count /= 2;
+    return count;
 }
 
 static bool reserve_caches(broad_phase *broad, int threads) {
     if (broad->has_all_blocks) return true;
     if (broad->block_stride == 0 || broad->method != BROAD_PHASE_REFIT)
         broad->block_stride = find_block_stride(broad);
-    size_t const stride = broad->block_stride, size = (KEPT_BLOCKS + 1) * stride;
+    uint32_t const place_count = find_place_count(broad);
+    size_t const stride = broad->block_stride, size = (place_count + 1) * stride;
     broad->kept_blocks.count = 0;
     if (!ARRAY_RESERVE(broad->heap, &broad->kept_blocks, (size_t)threads * size)) return false;
     for (int w = 0; w < threads; w++) {
         leaf_cache *const cache = &broad->outputs.data[w].cache;
         cache->blocks = broad->kept_blocks.data + (size_t)w * size;
         cache->stride = stride;
-        for (size_t i = 0; i < KEPT_BLOCKS; i++) cache->leaves[i] = UINT32_MAX;
+        cache->place_count = place_count;
+        for (size_t i = 0; i < place_count; i++) cache->leaves[i] = UINT32_MAX;
     }
     return true;
 }

@@ -80,8 +80,9 @@ bool fit_vertex_boxes(broad_phase *broad, const surface_set *set, const double *
                                       .x1 = x1,
                                       .records = broad->records,
                                       .boxes = broad->vertex_boxes}};
-    for (int k = 0; k < 3; k++) {
-        context.fit.origin[k] = broad->origin[k];
+    for (int k = 0; k < 8; k++) {
+        if (k % 4 == 3) continue;
+        context.fit.origin[k] = broad->origin[k % 4];
         context.fit.scale[k] = broad->scale;
         context.fit.half[k] = fmin(0.5 * broad->margin * broad->scale, FRAME_REACH);
     }
@@ -147,12 +148,18 @@ leaf_fit make_leaf_fit(const broad_phase *broad) {
                       .triangle_corners = broad->triangles.corners,
                       .vertex_corners = broad->vertices.corners,
                       .edge_corners = broad->edges.corners,
+                      .leaf_corners = broad->leaf_corners.data,
                       .vertex_boxes = broad->vertex_boxes,
-                      .blocks = broad->has_all_blocks ? broad->blocks : NULL};
+                      .blocks = broad->has_all_blocks ? broad->blocks : NULL,
+                      .is_straight = broad->slabs != NULL};
 }
 
 static bool needs_blocks(const broad_phase *broad, const surface_tree *tree) {
     return broad->has_all_blocks && !(tree->is_fitted && tree->has_blocks);
+}
+
+leaf_slabs *find_slabs(const broad_phase *broad) {
+    return broad->has_all_blocks ? broad->slabs : NULL;
 }
 
 static void fit_lowest_task(void *context, size_t begin, size_t end, size_t chunk, int worker) {
@@ -161,8 +168,9 @@ static void fit_lowest_task(void *context, size_t begin, size_t end, size_t chun
     const fit_task *const task = &broad->fit_tasks[chunk];
     surface_tree *const tree = &broad->trees[task->surface];
     leaf_fit const fit = make_leaf_fit(broad);
-    if (!tree->is_fitted)
-        TULLE_PICK_KERNEL(fit_lowest_nodes)(&fit, tree->nodes.data, task->begin, task->end);
+    if (!tree->is_fitted || (broad->slabs && needs_blocks(broad, tree)))
+        TULLE_PICK_KERNEL(fit_lowest_nodes)
+    (&fit, tree->nodes.data, find_slabs(broad), task->begin, task->end);
     const tree_node *const first = &tree->nodes.data[task->begin];
     const tree_node *const last = &tree->nodes.data[task->end - 1];
     if (needs_blocks(broad, tree))
@@ -194,13 +202,15 @@ static void prepare_labels(broad_phase *broad, const surface_set *set) {
         if (!set->surfaces[s].is_present) broad->node_patches.version = 0;
 }
 
-/* Blocks of all leaves, where no patches leave out pairs of leaves. */
+/* Blocks of all leaves of refitted trees, where no patches leave out pairs of leaves. */
 static bool prepare_blocks(broad_phase *broad) {
-    broad->has_all_blocks = !broad->has_labels;
+    broad->has_all_blocks = !broad->has_labels && broad->method == BROAD_PHASE_REFIT;
     if (!broad->has_all_blocks || broad->blocks) return true;
+    broad->block_capacity =
+        LEAF_HEADER * broad->leaf_capacity + GROUP_FLOATS * (size_t)broad->group_count;
     broad->blocks =
         memory_allocate_zeroed(broad->heap, broad->block_capacity, sizeof *broad->blocks);
-    return broad->blocks != NULL;
+    return broad->blocks || broad->block_capacity == 0;
 }
 
 bool fit_trees(broad_phase *broad, const surface_set *set, int threads) {

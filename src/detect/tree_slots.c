@@ -28,12 +28,6 @@ static void assign_triangle(broad_phase *broad, const topology *topo, uint32_t t
     }
 }
 
-/* Where the block of a leaf begins: blocks lie in the order of slots. first_leaf: of the tree. */
-static uint64_t find_block(const tree_leaf *leaf, size_t leaf_number) {
-    uint64_t const slots = (uint64_t)leaf->triangle_begin + leaf->vertex_begin + leaf->edge_begin;
-    return 6 * slots + LEAF_HEADER * (uint64_t)leaf_number;
-}
-
 void assign_slots(broad_phase *broad, const surface_set *set, uint32_t surface) {
     const surface_range *const range = &set->surfaces[surface];
     const surface_tree *const tree = &broad->trees[surface];
@@ -49,7 +43,6 @@ void assign_slots(broad_phase *broad, const surface_set *set, uint32_t surface) 
         at.edge_begin = at.edge_end;
         for (uint32_t slot = begin; slot < end; slot++)
             assign_triangle(broad, set->topo, broad->triangles.features[slot], &at);
-        at.block = find_block(&at, l);
         *leaf = at;
     }
 }
@@ -120,7 +113,6 @@ static void open_ranges(dealer *deal) {
         leaf->edge_begin = leaf->edge_end = edge;
         vertex += vertex_count;
         edge += edge_count;
-        leaf->block = find_block(leaf, deal->leaf_begin + l);
     }
 }
 
@@ -188,6 +180,29 @@ static void find_neighbours(dealer *deal) {
                     around->begin[v + 1] - around->begin[v]);
 }
 
+/* Lists the records of the corners of each leaf, each once; false when memory is short. */
+static bool list_corners(const dealer *deal) {
+    broad_phase *const broad = deal->broad;
+    for (uint32_t l = 0; l < deal->leaf_count; l++) {
+        tree_leaf *const leaf = &deal->leaves[l];
+        if (!ARRAY_RESERVE(broad->heap, &broad->leaf_corners, LEAF_SLOTS)) return false;
+        const uint32_t *const corners = broad->triangles.corners + 3 * (size_t)leaf->triangle_begin;
+        uint32_t *const own = broad->leaf_corners.data + broad->leaf_corners.count;
+        uint32_t count = 0;
+        for (uint32_t i = 0; i < 3 * (leaf->triangle_end - leaf->triangle_begin); i++) {
+            uint32_t at = 0;
+            while (at < count && own[at] != corners[i]) at++;
+            if (at == count) own[count++] = corners[i];
+        }
+        leaf->group_begin = broad->group_count;
+        broad->group_count += count_groups(leaf);
+        leaf->corner_begin = (uint32_t)broad->leaf_corners.count;
+        broad->leaf_corners.count += count;
+        leaf->corner_end = (uint32_t)broad->leaf_corners.count;
+    }
+    return true;
+}
+
 static uint32_t *allocate_unset(memory *heap, size_t count) {
     uint32_t *const items = memory_allocate(heap, (count + 1) * sizeof *items);
     for (size_t i = 0; items && i < count; i++) items[i] = TULLE_NONE;
@@ -211,13 +226,13 @@ tulle_status assign_even_slots(broad_phase *broad, const surface_set *set, uint3
                    .vertex_leaf = allocate_unset(heap, vertices),
                    .edge_leaf = allocate_unset(heap, edges),
                    .vertex_slot = allocate_unset(heap, vertices)};
-    bool const has_room =
-        deal.triangle_leaf && deal.vertex_leaf && deal.edge_leaf && deal.vertex_slot;
+    bool has_room = deal.triangle_leaf && deal.vertex_leaf && deal.edge_leaf && deal.vertex_slot;
     if (has_room) {
         deal_features(&deal);
         open_ranges(&deal);
         fill_slots(&deal);
         find_neighbours(&deal);
+        has_room = list_corners(&deal) && mask_leaves(broad, tree) == TULLE_OK;
     }
     memory_release(heap, deal.triangle_leaf, (triangles + 1) * sizeof(uint32_t));
     memory_release(heap, deal.vertex_leaf, (vertices + 1) * sizeof(uint32_t));

@@ -39,9 +39,9 @@ static tree_box find_triangle_box(const broad_phase *broad, const topology *topo
     for (int k = 0; k < 3; k++) {
         box.low[k] = box.high[k] = (float)INFINITY;
         for (int c = 0; c < 3; c++) {
-            const float *const sides = broad->vertex_boxes[corners[c]].sides;
-            if (sides[k] < box.low[k]) box.low[k] = sides[k];
-            if (sides[4 + k] < box.high[k]) box.high[k] = sides[4 + k];
+            const vertex_box *const around = &broad->vertex_boxes[corners[c]];
+            box.low[k] = fminf(box.low[k], fminf(around->start[k], around->end[k]));
+            box.high[k] = fminf(box.high[k], fminf(around->start[4 + k], around->end[4 + k]));
         }
         box.high[k] = -box.high[k];
     }

@@ -4,9 +4,11 @@
 #include "base/hash.h"
 #include "detect/broad_phase.h"
 #include "detect/tree_kernels.h"
+#include "geom/distance.h"
 #include "math/kernel_target.h"
 #include "support/soup_scene.h"
 
+#include <math.h>
 #include <setjmp.h>
 #include <stdarg.h>
 #include <stddef.h>
@@ -370,16 +372,16 @@ static void honours_which_surfaces_meet(void **state) {
     assert_int_equal(heap.bytes_held, 0);
 }
 
-/* Leaves of a single triangle that owns no vertex and no edge have the shortest blocks. Whatever
- * run of them one worker fits, what lies before and after is another's. */
+/* Whatever run of leaves one worker fits, what lies before and after is another's; lanes without a
+ * feature meet nothing. */
 static void fitting_a_run_of_leaves_leaves_the_others_alone(void **state) {
     (void)state;
-    enum { LEAVES = 6, BLOCK = LEAF_HEADER + 6, GUARD = 32 };
+    enum { LEAVES = 6, BLOCK = LEAF_HEADER + 2 * GROUP_FLOATS, GUARD = 32 };
     kernel_target const widest = kernel_target_get();
     uint32_t const corners[3] = {0, 1, 2};
     vertex_box boxes[3];
     for (int i = 0; i < 3; i++)
-        for (int k = 0; k < 8; k++) boxes[i].sides[k] = (float)(k < 4 ? i : -i);
+        for (int k = 0; k < 8; k++) boxes[i].start[k] = boxes[i].end[k] = (float)(k < 4 ? i : -i);
     uint32_t all_corners[3 * LEAVES];
     tree_leaf leaves[LEAVES];
     memset(leaves, 0, sizeof leaves);
@@ -387,7 +389,7 @@ static void fitting_a_run_of_leaves_leaves_the_others_alone(void **state) {
         memcpy(all_corners + 3 * l, corners, sizeof corners);
         leaves[l].triangle_begin = l;
         leaves[l].triangle_end = l + 1;
-        leaves[l].block = (uint64_t)BLOCK * l;
+        leaves[l].group_begin = 2 * l;
     }
     for (int target = 0; target < KERNEL_TARGET_COUNT; target++) {
         if (!kernel_target_force((kernel_target)target)) continue;
@@ -407,11 +409,104 @@ static void fitting_a_run_of_leaves_leaves_the_others_alone(void **state) {
                     if (!is_inside) assert_true(blocks[i] == 77.0F);
                 }
                 for (size_t l = begin; l < end; l++)
-                    for (size_t k = 0; k < 6; k++)
-                        assert_true(blocks[l * BLOCK + LEAF_HEADER + k] == (k < 3 ? 0.0F : 2.0F));
+                    for (size_t i = 0; i < 2 * GROUP_FLOATS; i++) {
+                        float const side = blocks[l * BLOCK + LEAF_HEADER + i];
+                        bool const is_low = i % GROUP_FLOATS < 3 * GROUP_LANES;
+                        if (i < GROUP_FLOATS && i % GROUP_LANES == 0)
+                            assert_true(side == (is_low ? 0.0F : 2.0F));
+                        else
+                            assert_true(side == (is_low ? INFINITY : -INFINITY));
+                    }
             }
     }
     kernel_target_force(widest);
+}
+
+/* Turns and shears all paths alike, and adds what they had before. */
+static void move_together(soup_scene *soup, double size) {
+    for (size_t v = 0; v < soup->vertex_count; v++) {
+        double *const x0 = soup->x0 + 3 * v, *const x1 = soup->x1 + 3 * v;
+        x1[0] += size * (0.3 - 0.5 * x0[1] + 0.2 * x0[2]);
+        x1[1] += size * (0.5 * x0[0] - 0.4);
+        x1[2] += size * (0.1 * x0[0] + 0.2 * x0[1]);
+    }
+}
+
+/* The least distance of a pair at some times. */
+static double sample_distance(const soup_scene *of, uint64_t key) {
+    enum { TIMES = 33 };
+    feature_kind const kind = (feature_kind)(key >> 62);
+    feature_pair const pair = {(uint32_t)(key >> 31 & 0x7fffffff), (uint32_t)(key & 0x7fffffff)};
+    uint32_t v[4];
+    feature_pair_vertices(&of->topo, kind, pair, v);
+    double least = INFINITY;
+    for (int i = 0; i < TIMES; i++) {
+        double const t = (double)i / (TIMES - 1);
+        vec3 points[4];
+        for (int k = 0; k < 4; k++)
+            points[k] = vec3_add(vec3_scale(vec3_load(of->x0, v[k]), 1.0 - t),
+                                 vec3_scale(vec3_load(of->x1, v[k]), t));
+        closest_points const closest = kind == FEATURE_VERTEX_TRIANGLE
+                                           ? closest_vertex_triangle(points)
+                                           : closest_edge_edge(points);
+        least = fmin(least, vec3_norm(closest.difference));
+    }
+    return least;
+}
+
+/* Every pair of the list is in the stream, which may have others, or is farther apart than the
+ * margin. Returns how many are not in it. */
+static size_t count_left_out(const soup_scene *of, const key_list *list, const key_list *stream,
+                             double margin) {
+    size_t at = 0, missing = 0;
+    for (size_t i = 0; i < list->count; i++) {
+        while (at < stream->count && stream->keys[at] < list->keys[i]) at++;
+        if (at < stream->count && stream->keys[at] == list->keys[i]) continue;
+        missing++;
+        assert_true(sample_distance(of, list->keys[i]) > margin * (1.0 - 1e-9));
+    }
+    return missing;
+}
+
+static void following_paths_leaves_out_only_what_stays_apart(void **state) {
+    (void)state;
+    memory heap = memory_default();
+    uint64_t seed = 16;
+    kernel_target const widest = kernel_target_get();
+    size_t missing = 0, all = 0;
+    for (int round = 0; round < 40; round++) {
+        soup_scene *const soup = make_scene(&heap, &seed, 120);
+        double const margin = round % 2 ? 0.02 : 0.0;
+        move_together(soup, 0.6 * (round % 5));
+        broad_phase *const broad = make_trees(&heap, soup, BROAD_PHASE_REFIT);
+        assert_int_equal(build_trees(broad, &soup->set, soup->x0, soup->x1, margin, 1), TULLE_OK);
+        key_list const list = search_keys(broad, &soup->set, 1);
+        assert_int_equal(broad_phase_follow_paths(broad), TULLE_OK);
+        key_list first = {0};
+        for (int target = 0; target < KERNEL_TARGET_COUNT; target++) {
+            if (!kernel_target_force((kernel_target)target)) continue;
+            int const threads = 1 + round % 3;
+            assert_int_equal(build_trees(broad, &soup->set, soup->x0, soup->x1, margin, threads),
+                             TULLE_OK);
+            key_list const stream = search_keys(broad, &soup->set, threads);
+            if (!first.keys) {
+                first = stream;
+                missing += count_left_out(soup, &list, &stream, margin);
+                all += list.count;
+                continue;
+            }
+            assert_same_keys(&first, &stream);
+            free(stream.keys);
+        }
+        kernel_target_force(widest);
+        free(list.keys);
+        free(first.keys);
+        broad_phase_destroy(broad);
+        free_scene(&heap, soup);
+    }
+    print_message("%zu of %zu pairs left out\n", missing, all);
+    assert_true(missing > all / 100 && missing < all);
+    assert_int_equal(heap.bytes_held, 0);
 }
 
 int main(void) {
@@ -421,6 +516,7 @@ int main(void) {
         cmocka_unit_test(leaves_out_only_pairs_within_a_patch),
         cmocka_unit_test(blocks_fitted_when_needed_are_the_same),
         cmocka_unit_test(fitting_a_run_of_leaves_leaves_the_others_alone),
+        cmocka_unit_test(following_paths_leaves_out_only_what_stays_apart),
         cmocka_unit_test(a_patch_over_everything_leaves_nothing),
         cmocka_unit_test(honours_which_surfaces_meet),
     };

@@ -2,7 +2,6 @@
 #include "geom/topology.h"
 
 #include "base/hash.h"
-#include "support/failing_heap.h"
 
 #include <setjmp.h>
 #include <stdarg.h>
@@ -131,6 +130,18 @@ static void nothing_is_fine(void **state) {
     assert_int_equal(topology_build(&heap, NULL, (size_t)1 << 40, 3, &topo), TULLE_ERROR_LIMIT);
 }
 
+/* Fails the allocation with number *context. */
+static void *allocate_until(void *context, size_t byte_count) {
+    int *const left = context;
+    return (*left)-- > 0 ? malloc(byte_count) : NULL;
+}
+
+static void release_plain(void *context, void *pointer, size_t byte_count) {
+    (void)context;
+    (void)byte_count;
+    free(pointer);
+}
+
 static void every_allocation_may_fail(void **state) {
     (void)state;
     uint64_t random = 5;
@@ -139,7 +150,7 @@ static void every_allocation_may_fail(void **state) {
     for (int k = 0;; k++) {
         assert_true(k < 100);
         int left = k;
-        memory heap = failing_heap_make(&left);
+        memory heap = memory_make((tulle_allocator){allocate_until, release_plain, &left, 0});
         topology topo;
         tulle_status const status = topology_build(&heap, triangles, 20, 12, &topo);
         if (status == TULLE_OK) {

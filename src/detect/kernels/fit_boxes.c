@@ -1,256 +1,177 @@
-/* detect/kernels/fit_boxes.c - boxes of moving vertices, of nodes above leaves, and of the features
- * of a leaf.
+/* detect/kernels/fit_boxes.c - boxes of nodes above leaves and of the features of a leaf, and slabs
+ * of leaves.
  *
- * The box of a vertex holds its path widened by half the margin, rounded outward to floats. All
- * other boxes are unions of those, without rounding. Eight features are united at a time and turned
- * into rows. */
+ * All are unions of the boxes of vertices, without rounding. Eight features are united at a time
+ * and turned into rows.
+ *
+ * Slabs bound a leaf along the axes and the four diagonals of a cube, at each end of the step. Two
+ * leaves that a direction keeps apart at both ends stay apart in between, since all moves on
+ * straight lines. Along a diagonal, which is longer than an axis by sqrt(3), boxes widened by half
+ * the margin on each axis are widened by three halves of it: more than enough. */
+#include "detect/kernels/box_vectors.h"
 #include "detect/tree_kernels.h"
 
 #include <math.h>
-#include <string.h>
 
-#ifdef __AVX2__
-#include <immintrin.h>
-#endif
+/* ---- blocks ---- */
 
-/* Rounding of (x - origin) * scale - half, relative to the magnitude of its parts: four roundings
- * of 2^-53 and some room. */
-#define FRAME_ROUNDING 1e-15
-/* Twice the rounding of a conversion to float, so that it ends outside; and where floats are
- * denormal. */
-#define FLOAT_ROUNDING 0x1.0p-23
-#define FLOAT_UNDERFLOW 0x1.0p-140
-/* Box coordinates beyond this are moved to it, in order, so comparisons stay conservative. */
-#define MOST_COORDINATE 3e38
+/* Sums and differences of sides are off by less than this part of the largest coordinate of a leaf,
+ * and by the smallest float; where coordinates are larger than the limit, sums may overflow. */
+#define SLAB_ROUNDING 0x1.0p-19F
+#define SLAB_UNDERFLOW 0x1.0p-120F
+#define SLAB_LIMIT 1e37F
 
-enum { PREFETCH = 16 }; /* vertices ahead */
-
-typedef double lanes4 __attribute__((vector_size(32)));
-typedef int64_t bits4 __attribute__((vector_size(32)));
-typedef float floats4 __attribute__((vector_size(16)));
-
-static inline lanes4 choose(bits4 mask, lanes4 yes, lanes4 no) {
-    return (lanes4)((mask & (bits4)yes) | (~mask & (bits4)no));
-}
-/* a < b ? a : b and a > b ? a : b. */
-static inline lanes4 lesser(lanes4 a, lanes4 b) {
-#ifdef __AVX2__
-    return (lanes4)_mm256_min_pd((__m256d)a, (__m256d)b);
-#else
-    return choose(a < b, a, b);
-#endif
-}
-static inline lanes4 greater(lanes4 a, lanes4 b) {
-#ifdef __AVX2__
-    return (lanes4)_mm256_max_pd((__m256d)a, (__m256d)b);
-#else
-    return choose(a > b, a, b);
-#endif
-}
-static inline lanes4 absolute(lanes4 a) { return (lanes4)((bits4)a & INT64_MAX); }
-static inline lanes4 spread(double x) { return (lanes4){x, x, x, x}; }
-static inline lanes4 clamp(lanes4 x) {
-    lanes4 const most = spread(MOST_COORDINATE);
-    return greater(-most, lesser(most, x));
-}
-static inline lanes4 load_point(const double *x, size_t vertex) {
-    return (lanes4){x[3 * vertex], x[3 * vertex + 1], x[3 * vertex + 2], 0.0};
-}
-static inline lanes4 load4(const double *x) {
-    lanes4 lanes;
-    memcpy(&lanes, x, sizeof lanes);
-    return lanes;
+/* The largest coordinate of boxes united in `all`. */
+static inline float find_largest(box_vector all) {
+    all = box_vector_most(all, -all);
+    all = box_vector_most(all, BOX_SHUFFLE(all, all, 4, 5, 6, 7, 0, 1, 2, 3));
+    all = box_vector_most(all, BOX_SHUFFLE(all, all, 1, 0, 3, 2, 5, 4, 7, 6));
+    return all[0] > all[2] ? all[0] : all[2];
 }
 
-bool TULLE_KERNEL(fit_vertices)(const vertex_fit *fit, size_t begin, size_t end) {
-    lanes4 const origin = load4(fit->origin), scale = load4(fit->scale), half = load4(fit->half);
-    lanes4 doubt = spread(0.0); /* becomes NaN with the first value that is not finite */
-    for (size_t i = begin; i < end; i++) {
-        size_t const vertex = fit->vertices ? fit->vertices[i] : i;
-        if (fit->vertices) {
-            size_t const ahead = fit->vertices[i + PREFETCH < end ? i + PREFETCH : i];
-            __builtin_prefetch(fit->x0 + 3 * ahead);
-            __builtin_prefetch(fit->x1 + 3 * ahead);
-        }
-        lanes4 const start = load_point(fit->x0, vertex), stop = load_point(fit->x1, vertex);
-        memcpy(fit->records[i].start, &start, sizeof start);
-        memcpy(fit->records[i].end, &stop, sizeof stop);
-        doubt += (start - start) + (stop - stop);
-        lanes4 const a = clamp((start - origin) * scale), b = clamp((stop - origin) * scale);
-        lanes4 const least = lesser(a, b) - half, most = greater(b, a) + half;
-        lanes4 const larger = greater(absolute(a), absolute(b));
-        lanes4 const rounding = FRAME_ROUNDING * (larger + half) + FLOAT_UNDERFLOW;
-        lanes4 const low = clamp(least - (FLOAT_ROUNDING * absolute(least) + rounding));
-        lanes4 const high = clamp(most + (FLOAT_ROUNDING * absolute(most) + rounding));
-        floats4 const lows = __builtin_convertvector(low, floats4);
-        floats4 const highs = __builtin_convertvector(-high, floats4);
-        memcpy(fit->boxes[i].sides, &lows, sizeof lows);
-        memcpy(fit->boxes[i].sides + 4, &highs, sizeof highs);
-    }
-    return doubt[0] + doubt[1] + doubt[2] == 0.0;
+/* Moved outward by the rounding of sums. */
+static inline box_vector round_sums(box_vector sums, float largest) {
+    if (!(largest < SLAB_LIMIT)) return box_vector_fill(-INFINITY);
+    return sums - (largest * SLAB_ROUNDING + SLAB_UNDERFLOW);
 }
 
-#ifdef __AVX2__
-
-typedef __m256 box_vector;
-
-static inline box_vector load_box(const vertex_box *box) { return _mm256_loadu_ps(box->sides); }
-static inline box_vector unite(box_vector a, box_vector b) { return _mm256_min_ps(a, b); }
-
-/* Writes lane l of rows 0 .. 5 (low x, y, z, high x, y, z) from boxes[l]. */
-static inline void write_rows(const box_vector boxes[8], float *rows, size_t width) {
-    __m256 pairs[8], fours[8];
-    for (int i = 0; i < 4; i++) {
-        pairs[2 * i] = _mm256_unpacklo_ps(boxes[2 * i], boxes[2 * i + 1]);
-        pairs[2 * i + 1] = _mm256_unpackhi_ps(boxes[2 * i], boxes[2 * i + 1]);
-    }
-    /* fours[4 h + k]: side k in the lower half, 4 + k in the upper, of boxes 4 h .. 4 h + 3 */
-    for (int h = 0; h < 2; h++) {
-        const __m256 *const p = pairs + 4 * h;
-        fours[4 * h] = _mm256_shuffle_ps(p[0], p[2], 0x44);
-        fours[4 * h + 1] = _mm256_shuffle_ps(p[0], p[2], 0xee);
-        fours[4 * h + 2] = _mm256_shuffle_ps(p[1], p[3], 0x44);
-    }
-    __m256 const sign = _mm256_set1_ps(-0.0F);
-    for (size_t k = 0; k < 3; k++) {
-        __m256 const low = _mm256_permute2f128_ps(fours[k], fours[4 + k], 0x20);
-        _mm256_storeu_ps(rows + k * width, low);
-        pairs[k] = _mm256_xor_ps(_mm256_permute2f128_ps(fours[k], fours[4 + k], 0x31), sign);
-    }
-    for (size_t k = 0; k < 3; k++) _mm256_storeu_ps(rows + (3 + k) * width, pairs[k]);
+static inline box_vector load_box(const leaf_fit *fit, uint32_t record) {
+    const vertex_box *const box = &fit->vertex_boxes[record];
+    box_vector const start = box_vector_load(box->start);
+    return fit->is_straight ? start : box_vector_least(start, box_vector_load(box->end));
 }
 
-static inline void write_box(box_vector box, float *to) {
-    float sides[8];
-    _mm256_storeu_ps(sides, box);
-    for (int k = 0; k < 3; k++) {
-        to[k] = sides[k];
-        to[3 + k] = -sides[4 + k];
-    }
-}
-
-#else
-
-typedef vertex_box box_vector;
-
-static inline box_vector load_box(const vertex_box *box) { return *box; }
-static inline box_vector unite(box_vector a, box_vector b) {
-    for (int k = 0; k < 8; k++)
-        if (b.sides[k] < a.sides[k]) a.sides[k] = b.sides[k];
-    return a;
-}
-static inline void write_rows(const box_vector boxes[8], float *rows, size_t width) {
-    for (size_t k = 0; k < 3; k++)
-        for (size_t l = 0; l < 8; l++) rows[k * width + l] = boxes[l].sides[k];
-    for (size_t k = 0; k < 3; k++)
-        for (size_t l = 0; l < 8; l++) rows[(3 + k) * width + l] = -boxes[l].sides[4 + k];
-}
-static inline void write_box(box_vector box, float *to) {
-    for (int k = 0; k < 3; k++) {
-        to[k] = box.sides[k];
-        to[3 + k] = -box.sides[4 + k];
-    }
-}
-
-#endif
-
-/* Rows long enough for the triangles and vertices, or the edges, of any leaf. */
-enum { WIDE_ROW = LEAF_TRIANGLES + LEAF_SLOTS + 8 };
-
-/* Unions of the corners of `count` >= 1 features in eight lanes of wide rows, the last repeated. */
-static inline box_vector fit_lanes(const leaf_fit *fit, const uint32_t *corners,
-                                   size_t corner_count, size_t count, float *wide) {
+/* Fits at most eight features in lanes of rows; lanes beyond meet nothing. */
+static inline void fit_lanes(const leaf_fit *fit, const uint32_t *corners, size_t corner_count,
+                             size_t count, float *rows) {
     box_vector boxes[8];
     for (size_t l = 0; l < 8; l++) {
-        const uint32_t *const corner = corners + corner_count * (l < count ? l : count - 1);
-        boxes[l] = load_box(&fit->vertex_boxes[corner[0]]);
-        for (size_t k = 1; k < corner_count; k++)
-            boxes[l] = unite(boxes[l], load_box(&fit->vertex_boxes[corner[k]]));
+        boxes[l] = box_vector_fill(INFINITY);
+        if (l >= count) continue;
+        for (size_t k = 0; k < corner_count; k++)
+            boxes[l] = box_vector_least(boxes[l], load_box(fit, corners[corner_count * l + k]));
     }
-    write_rows(boxes, wide, WIDE_ROW);
-    box_vector all = boxes[0];
-    for (size_t l = 1; l < 8; l++) all = unite(all, boxes[l]);
-    return all;
+    box_vectors_write_rows(boxes, rows, GROUP_LANES);
 }
 
-/* Features begin .. end - 1. */
-static inline void fit_features(const leaf_fit *fit, const uint32_t *corners, size_t corner_count,
-                                uint32_t begin, uint32_t end, float *wide) {
-    for (uint32_t at = begin; at < end; at += 8)
-        fit_lanes(fit, corners + corner_count * at, corner_count, end - at, wide + (at - begin));
+/* Eight lanes of the features begin .. end - 1, from the one at `offset` on. */
+static inline void fit_slots(const leaf_fit *fit, const uint32_t *corners, size_t corner_count,
+                             const uint32_t slots[2], uint32_t offset, float *rows) {
+    uint32_t const count = slots[1] - slots[0];
+    uint32_t const begin = offset < count ? offset : count;
+    fit_lanes(fit, corners + corner_count * (size_t)(slots[0] + begin), corner_count,
+              count - begin < 8 ? count - begin : 8, rows);
 }
 
-/* Copies rows of at most 32, one after another, so that what is written beyond one is overwritten
- * by the next. */
-static inline void close_rows(const float *wide, float *rows, size_t width) {
-    for (size_t k = 0; k < 6; k++) {
-        memcpy(rows + k * width, wide + k * WIDE_ROW, 16 * sizeof *rows);
-        if (width > 16) memcpy(rows + k * width + 16, wide + k * WIDE_ROW + 16, 16 * sizeof *rows);
+typedef struct corner_list {
+    const uint32_t *begin, *end;
+} corner_list;
+
+/* Records around a leaf, in trees that are built anew some of them several times. */
+static inline corner_list list_corners(const leaf_fit *fit, const tree_leaf *leaf) {
+    if (fit->leaf_corners)
+        return (corner_list){fit->leaf_corners + leaf->corner_begin,
+                             fit->leaf_corners + leaf->corner_end};
+    return (corner_list){fit->triangle_corners + 3 * (size_t)leaf->triangle_begin,
+                         fit->triangle_corners + 3 * (size_t)leaf->triangle_end};
+}
+
+static inline void fit_header(const leaf_fit *fit, const tree_leaf *leaf, float *block) {
+    box_vector start = box_vector_fill(INFINITY), end = start, drift = start;
+    corner_list const corners = list_corners(fit, leaf);
+    for (const uint32_t *corner = corners.begin; corner < corners.end; corner++) {
+        box_vector const first = box_vector_load(fit->vertex_boxes[*corner].start);
+        box_vector const last = box_vector_load(fit->vertex_boxes[*corner].end);
+        start = box_vector_least(start, first);
+        end = box_vector_least(end, last);
+        drift = box_vector_least(drift, last - first);
     }
+    box_vector const all = box_vector_least(start, end);
+    box_vector_store(block, fit->is_straight ? start : all);
+    box_vector_store(block + 8, fit->is_straight ? round_sums(drift, find_largest(all))
+                                                 : box_vector_fill(0.0F));
 }
 
 void TULLE_KERNEL(fit_block)(const leaf_fit *fit, const tree_leaf *leaf, float *block) {
-    float wide[6 * WIDE_ROW];
-    size_t const triangles = leaf->triangle_end - leaf->triangle_begin;
-    size_t const width = triangles + leaf->vertex_end - leaf->vertex_begin;
-    const uint32_t *const corners = fit->triangle_corners + 3 * (size_t)leaf->triangle_begin;
-    write_box(fit_lanes(fit, corners, 3, triangles, wide), block);
-    fit_features(fit, fit->vertex_corners, 1, leaf->vertex_begin, leaf->vertex_end,
-                 wide + triangles);
-    close_rows(wide, block + LEAF_HEADER, width);
-    fit_features(fit, fit->edge_corners, 2, leaf->edge_begin, leaf->edge_end, wide);
-    close_rows(wide, block + LEAF_HEADER + 6 * width, leaf->edge_end - leaf->edge_begin);
-}
-
-/* A block that nothing is written beyond. */
-static void fit_block_alone(const leaf_fit *fit, const tree_leaf *leaf) {
-    enum { LONGEST = LEAF_HEADER + 6 * (LEAF_TRIANGLES + 2 * LEAF_SLOTS) };
-    float block[LONGEST + BLOCK_SPARE];
-    TULLE_KERNEL(fit_block)(fit, leaf, block);
-    size_t const count = (leaf->triangle_end - leaf->triangle_begin) +
-                         (leaf->vertex_end - leaf->vertex_begin) +
-                         (leaf->edge_end - leaf->edge_begin);
-    memcpy(fit->blocks + leaf->block, block, (LEAF_HEADER + 6 * count) * sizeof *block);
-}
-
-/* The last two blocks are made alone: what follows them may be in use by another worker, and one
- * block, of a single triangle that owns none of its corners and edges, is shorter than
- * BLOCK_SPARE. */
-void TULLE_KERNEL(fit_leaves)(const leaf_fit *fit, size_t begin, size_t end) {
-    _Static_assert(2 * (LEAF_HEADER + 6) >= BLOCK_SPARE, "two blocks take what one is in excess");
-    for (size_t l = begin; l < end; l++)
-        if (l + 2 < end)
-            TULLE_KERNEL(fit_block)(fit, &fit->leaves[l], fit->blocks + fit->leaves[l].block);
-        else
-            fit_block_alone(fit, &fit->leaves[l]);
-}
-
-/* Around all triangles, so around all features. */
-static inline box_vector unite_leaf(const leaf_fit *fit, const tree_leaf *leaf) {
-    const uint32_t *corner = fit->triangle_corners + 3 * (size_t)leaf->triangle_begin;
-    const uint32_t *const end = fit->triangle_corners + 3 * (size_t)leaf->triangle_end;
-    box_vector a = load_box(&fit->vertex_boxes[corner[0]]), b = a, c = a;
-    for (; corner < end; corner += 3) {
-        a = unite(a, load_box(&fit->vertex_boxes[corner[0]]));
-        b = unite(b, load_box(&fit->vertex_boxes[corner[1]]));
-        c = unite(c, load_box(&fit->vertex_boxes[corner[2]]));
+    const uint32_t triangles[2] = {leaf->triangle_begin, leaf->triangle_end};
+    const uint32_t vertices[2] = {leaf->vertex_begin, leaf->vertex_end};
+    const uint32_t edges[2] = {leaf->edge_begin, leaf->edge_end};
+    float *group = block + LEAF_HEADER;
+    fit_header(fit, leaf, block);
+    fit_slots(fit, fit->triangle_corners, 3, triangles, 0, group);
+    fit_slots(fit, fit->vertex_corners, 1, vertices, 0, group + LEAF_TRIANGLES);
+    group += GROUP_FLOATS;
+    for (uint32_t at = 0; at == 0 || at < edges[1] - edges[0]; at += GROUP_LANES) {
+        fit_slots(fit, fit->edge_corners, 2, edges, at, group);
+        fit_slots(fit, fit->edge_corners, 2, edges, at + 8, group + 8);
+        group += GROUP_FLOATS;
     }
-    return unite(unite(a, b), c);
+    if (vertices[1] - vertices[0] <= FACE_VERTICES) return;
+    fit_slots(fit, fit->vertex_corners, 1, vertices, FACE_VERTICES, group);
+    fit_slots(fit, fit->vertex_corners, 1, vertices, FACE_VERTICES + 8, group + 8);
 }
 
-void TULLE_KERNEL(fit_lowest_nodes)(const leaf_fit *fit, tree_node *nodes, size_t begin,
-                                    size_t end) {
-    vertex_box nothing;
-    for (size_t k = 0; k < 8; k++) nothing.sides[k] = INFINITY;
+void TULLE_KERNEL(fit_leaves)(const leaf_fit *fit, size_t begin, size_t end) {
+    for (size_t l = begin; l < end; l++) TULLE_KERNEL(fit_block)
+    (fit, &fit->leaves[l], fit->blocks + find_block_begin(&fit->leaves[l], l));
+}
+
+/* ---- nodes ---- */
+
+/* Around all triangles of a leaf, so around all features. slabs: lower ends along the diagonals
+ * (1 1 1), (1 1 -1), (1 -1 1), (-1 1 1), then minus their upper ends. */
+typedef struct leaf_extent {
+    box_vector start, end;
+    box_vector slabs[2]; /* at the start and the end */
+} leaf_extent;
+
+static inline box_vector find_diagonals(box_vector box) {
+    return BOX_SHUFFLE(box, box, 0, 0, 0, 4, 4, 4, 4, 0) +
+           BOX_SHUFFLE(box, box, 1, 1, 5, 1, 5, 5, 1, 5) +
+           BOX_SHUFFLE(box, box, 2, 6, 2, 2, 6, 2, 6, 6);
+}
+
+static inline leaf_extent find_extent(const leaf_fit *fit, const tree_leaf *leaf, bool has_slabs) {
+    box_vector const nothing = box_vector_fill(INFINITY);
+    leaf_extent extent = {nothing, nothing, {nothing, nothing}};
+    corner_list const corners = list_corners(fit, leaf);
+    for (const uint32_t *corner = corners.begin; corner < corners.end; corner++) {
+        box_vector const start = box_vector_load(fit->vertex_boxes[*corner].start);
+        box_vector const end = box_vector_load(fit->vertex_boxes[*corner].end);
+        extent.start = box_vector_least(extent.start, start);
+        extent.end = box_vector_least(extent.end, end);
+        if (!has_slabs) continue;
+        extent.slabs[0] = box_vector_least(extent.slabs[0], find_diagonals(start));
+        extent.slabs[1] = box_vector_least(extent.slabs[1], find_diagonals(end));
+    }
+    float const largest = find_largest(box_vector_least(extent.start, extent.end));
+    for (int k = 0; k < 2; k++) extent.slabs[k] = round_sums(extent.slabs[k], largest);
+    return extent;
+}
+
+static inline void write_slabs(const leaf_extent *extent, leaf_slabs *to) {
+    for (int end = 0; end < 2; end++) {
+        box_vector const box = end ? extent->end : extent->start, slabs = extent->slabs[end];
+        box_vector_store(to->low[end], BOX_SHUFFLE(box, slabs, 0, 1, 2, 3, 8, 9, 10, 11));
+        box_vector_store(to->high[end], BOX_SHUFFLE(box, slabs, 4, 5, 6, 7, 12, 13, 14, 15));
+    }
+}
+
+void TULLE_KERNEL(fit_lowest_nodes)(const leaf_fit *fit, tree_node *nodes, leaf_slabs *slabs,
+                                    size_t begin, size_t end) {
+    box_vector const nothing = box_vector_fill(INFINITY);
     for (size_t i = begin; i < end; i++) {
         tree_node *const node = &nodes[i];
-        box_vector boxes[NODE_LANES];
-        for (size_t c = 0; c < node->child_count; c++)
-            boxes[c] = unite_leaf(fit, &fit->leaves[node->first + c]);
-        for (size_t c = node->child_count; c < NODE_LANES; c++) boxes[c] = load_box(&nothing);
-        write_rows(boxes, node->sides[0], NODE_LANES);
-        box_vector all = boxes[0];
-        for (size_t c = 1; c < NODE_LANES; c++) all = unite(all, boxes[c]);
-        write_box(all, node->box);
+        box_vector boxes[NODE_LANES], all = nothing;
+        for (size_t c = node->child_count; c < NODE_LANES; c++) boxes[c] = nothing;
+        for (size_t c = 0; c < node->child_count; c++) {
+            size_t const leaf = node->first + c;
+            leaf_extent const extent = find_extent(fit, &fit->leaves[leaf], slabs != NULL);
+            boxes[c] = box_vector_least(extent.start, extent.end);
+            all = box_vector_least(all, boxes[c]);
+            if (slabs) write_slabs(&extent, &slabs[leaf]);
+        }
+        box_vectors_write_rows(boxes, node->sides[0], NODE_LANES);
+        box_vector_write(all, node->box);
     }
 }

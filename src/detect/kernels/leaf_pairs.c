@@ -4,6 +4,7 @@
  *
  * First the features of each leaf that meet the box of the other are marked: most do not. Then each
  * marked one of one leaf is compared with all of the other, one a lane. */
+#include "detect/kernels/box_vectors.h"
 #include "detect/tree_kernels.h"
 #include "math/simd.h"
 
@@ -13,46 +14,66 @@ enum { SHIFT = 37 }; /* of the places of each KEPT_BLOCKS leaves against those b
 #define EVEN_BITS 0x55555555U
 #define THIRD_BITS 0x00249249U
 
+typedef float row_vector __attribute__((vector_size(64)));
+
 /* A leaf of a pair: where its boxes lie, and which of its features meet the box of the other. */
 typedef struct leaf_view {
-    const float *box;
-    const float *faces; /* rows of `width`: triangles, then vertices */
-    const float *edges; /* rows of edge_count */
-    uint32_t triangle_count, width, edge_count;
+    const float *faces;    /* group of triangles, then vertices */
+    const float *edges;    /* one or two groups */
+    const float *vertices; /* group of the other vertices */
+    uint32_t edge_count, vertex_count;
     uint32_t triangle_begin, vertex_begin, edge_begin;
     uint32_t near_triangles, near_vertices, near_edges; /* bits */
 } leaf_view;
 
-static inline leaf_view view_leaf(const tree_leaf *leaf, const float *block) {
-    uint32_t const triangle_count = leaf->triangle_end - leaf->triangle_begin;
-    uint32_t const width = triangle_count + leaf->vertex_end - leaf->vertex_begin;
-    return (leaf_view){.box = block,
-                       .faces = block + LEAF_HEADER,
-                       .edges = block + LEAF_HEADER + 6 * (size_t)width,
-                       .triangle_count = triangle_count,
-                       .width = width,
+/* groups: of its block */
+static inline leaf_view view_leaf(const tree_leaf *leaf, const float *groups) {
+    return (leaf_view){.faces = groups,
+                       .edges = groups + GROUP_FLOATS,
+                       .vertices = groups + GROUP_FLOATS * (size_t)(1 + count_edge_groups(leaf)),
                        .edge_count = leaf->edge_end - leaf->edge_begin,
+                       .vertex_count = leaf->vertex_end - leaf->vertex_begin,
                        .triangle_begin = leaf->triangle_begin,
                        .vertex_begin = leaf->vertex_begin,
                        .edge_begin = leaf->edge_begin};
 }
 
-/* Bits of the `count` lanes of rows that meet a box. */
-static inline uint32_t find_near(const float *rows, uint32_t count, const float box[6]) {
-    box_lanes16 const lanes = box_lanes16_load(rows, count);
-    uint32_t near = box_lanes16_meet(&lanes, box, 1);
-    if (count > 16) {
-        box_lanes16 const others = box_lanes16_load(rows + 16, count);
-        near |= box_lanes16_meet(&others, box, 1) << 16;
-    }
-    return near & (uint32_t)((UINT64_C(1) << count) - 1);
+/* Lanes of a group that meet a box. */
+static inline uint32_t find_near(const float *group, const float box[6]) {
+    box_lanes16 const lanes = box_lanes16_load(group, GROUP_LANES);
+    return box_lanes16_meet(&lanes, box, 1);
 }
 
 static inline void mark_near(leaf_view *leaf, const float box[6]) {
-    uint32_t const near = find_near(leaf->faces, leaf->width, box);
-    leaf->near_triangles = near & ((1U << leaf->triangle_count) - 1);
-    leaf->near_vertices = near >> leaf->triangle_count;
-    leaf->near_edges = find_near(leaf->edges, leaf->edge_count, box);
+    uint32_t const near = find_near(leaf->faces, box);
+    leaf->near_triangles = near & 0xffU;
+    leaf->near_vertices = near >> LEAF_TRIANGLES;
+    leaf->near_edges = find_near(leaf->edges, box);
+    if (leaf->edge_count > GROUP_LANES)
+        leaf->near_edges |= find_near(leaf->edges + GROUP_FLOATS, box) << GROUP_LANES;
+    if (leaf->vertex_count > FACE_VERTICES)
+        leaf->near_vertices |= find_near(leaf->vertices, box) << FACE_VERTICES;
+}
+
+/* Low x, y, z, high x, y, z. */
+static inline void write_sides(box_vector box, float sides[8]) {
+    box_vector_store(sides, BOX_SHUFFLE(box, -box, 0, 1, 2, 12, 13, 14, 3, 7));
+}
+
+/* Copies the groups of a leaf with all boxes wider; by: minus as much at the low sides. */
+static inline void widen_groups(const float *from, size_t group_count, const float by[6],
+                                float *copy) {
+    row_vector widening[6];
+    for (int k = 0; k < 6; k++)
+        for (int l = 0; l < GROUP_LANES; l++) widening[k][l] = by[k];
+    for (const float *const end = from + GROUP_FLOATS * group_count; from < end;
+         from += GROUP_FLOATS, copy += GROUP_FLOATS)
+        for (int k = 0; k < 6; k++) {
+            row_vector row;
+            memcpy(&row, from + GROUP_LANES * k, sizeof row);
+            row += widening[k];
+            memcpy(copy + GROUP_LANES * k, &row, sizeof row);
+        }
 }
 
 /* The even bits, side by side. */
@@ -94,18 +115,38 @@ static uint32_t find_sharing_triangles(uint32_t vertex, const uint32_t *corners)
     return gather_third(bits | bits >> 1 | bits >> 2);
 }
 
-/* Compares marked edges of `a` with sixteen of `b` from `chunk` on. */
-static inline void pair_edge_lanes(const leaf_view *a, const leaf_view *b, uint32_t chunk,
-                                   const uint32_t *corners, pair_batch *batch) {
-    box_lanes16 const lanes = box_lanes16_load(b->edges + chunk, b->edge_count);
-    uint32_t const base = b->edge_begin + chunk, near_b = b->near_edges >> chunk & 0xffffU;
+/* How pairs that share a vertex are left out. */
+typedef enum sharing {
+    SHARING_NONE, /* the leaves share none */
+    SHARING_MASKED,
+    SHARING_COMPARED
+} sharing;
+
+typedef struct view_pair {
+    const leaf_tables *tables;
+    sharing sharing;
+    const uint16_t *masks; /* of SHARING_MASKED: next ones */
+    uint32_t mask_groups;
+} view_pair;
+
+/* Compares marked edges of `a` with one group of `b`. */
+static inline void pair_edge_lanes(const view_pair *pair, const leaf_view *a, const leaf_view *b,
+                                   uint32_t group, pair_batch *batch) {
+    box_lanes16 const lanes = box_lanes16_load(b->edges + GROUP_FLOATS * group, GROUP_LANES);
+    uint32_t const base = b->edge_begin + GROUP_LANES * group;
+    uint32_t const near_b = b->near_edges >> GROUP_LANES * group & 0xffffU;
+    const uint32_t *const corners = pair->tables->fit.edge_corners;
     uint32_t *first = batch->first + batch->count, *second = batch->second + batch->count;
-    for (uint32_t near_a = a->near_edges; near_a; near_a &= near_a - 1) {
+    for (uint32_t near_a = near_b ? a->near_edges : 0; near_a; near_a &= near_a - 1) {
         uint32_t const edge = first_lane(near_a), slot = a->edge_begin + edge;
-        uint32_t mask = near_b & box_lanes16_meet(&lanes, a->edges + edge, a->edge_count);
-        if (corners) {
+        const float *const box =
+            a->edges + GROUP_FLOATS * (edge / GROUP_LANES) + edge % GROUP_LANES;
+        uint32_t mask = near_b & box_lanes16_meet(&lanes, box, GROUP_LANES);
+        if (pair->sharing == SHARING_MASKED) mask &= pair->masks[pair->mask_groups * edge + group];
+        if (pair->sharing == SHARING_COMPARED) {
             mask &= ~find_sharing_edges(corners + 2 * (size_t)slot, corners + 2 * (size_t)base);
-            if (a == b) mask &= (uint32_t)(~UINT64_C(1) << edge >> chunk);
+            if (a->edge_begin == b->edge_begin)
+                mask &= (uint32_t)(~UINT64_C(1) << edge >> GROUP_LANES * group);
         }
         lanes16_compress(mask, base, second);
         lanes16_fill(slot, first);
@@ -116,28 +157,30 @@ static inline void pair_edge_lanes(const leaf_view *a, const leaf_view *b, uint3
     batch->count = (size_t)(first - batch->first);
 }
 
-/* corners: of edges, where the leaves may share vertices; else null. */
-static inline void pair_edges(const leaf_view *a, const leaf_view *b, const uint32_t *corners,
+static inline void pair_edges(const view_pair *pair, const leaf_view *a, const leaf_view *b,
                               pair_batch *batch) {
-    bool const swaps = count_lanes(b->near_edges) < count_lanes(a->near_edges);
+    bool const swaps =
+        pair->sharing != SHARING_MASKED && count_lanes(b->near_edges) < count_lanes(a->near_edges);
     const leaf_view *const few = swaps ? b : a, *const many = swaps ? a : b;
-    pair_edge_lanes(few, many, 0, corners, batch);
-    if (many->near_edges >> 16) pair_edge_lanes(few, many, 16, corners, batch);
+    pair_edge_lanes(pair, few, many, 0, batch);
+    if (many->near_edges >> GROUP_LANES) pair_edge_lanes(pair, few, many, 1, batch);
 }
 
-/* Compares marked vertices of `a` with marked triangles of `b`. corners: of triangles, where the
- * leaves may share vertices; else null. */
-static inline void pair_vertices(const leaf_tables *tables, const leaf_view *a, const leaf_view *b,
-                                 const uint32_t *corners, pair_batch *batch) {
-    box_lanes8 const lanes = box_lanes8_load(b->faces, b->width);
-    const float *const rows = a->faces + a->triangle_count;
+/* Compares marked vertices of `a` with marked triangles of `b`. */
+static inline void pair_vertices(const view_pair *pair, const leaf_view *a, const leaf_view *b,
+                                 const uint16_t *masks, pair_batch *batch) {
+    const leaf_fit *const fit = &pair->tables->fit;
+    box_lanes8 const lanes = box_lanes8_load(b->faces, GROUP_LANES);
     uint32_t *first = batch->first + batch->count, *second = batch->second + batch->count;
     for (uint32_t near_a = b->near_triangles ? a->near_vertices : 0; near_a; near_a &= near_a - 1) {
         uint32_t const vertex = first_lane(near_a), slot = a->vertex_begin + vertex;
-        uint32_t mask = b->near_triangles & box_lanes8_meet(&lanes, rows + vertex, a->width);
-        if (corners)
-            mask &= ~find_sharing_triangles(tables->fit.vertex_corners[slot],
-                                            corners + 3 * (size_t)b->triangle_begin);
+        const float *const box = vertex < FACE_VERTICES ? a->faces + LEAF_TRIANGLES + vertex
+                                                        : a->vertices + vertex - FACE_VERTICES;
+        uint32_t mask = b->near_triangles & box_lanes8_meet(&lanes, box, GROUP_LANES);
+        if (pair->sharing == SHARING_MASKED) mask &= masks[vertex];
+        if (pair->sharing == SHARING_COMPARED)
+            mask &= ~find_sharing_triangles(fit->vertex_corners[slot],
+                                            fit->triangle_corners + 3 * (size_t)b->triangle_begin);
         lanes8_compress(mask, b->triangle_begin, second);
         lanes8_fill(slot, first);
         uint32_t const count = count_lanes(mask);
@@ -147,34 +190,33 @@ static inline void pair_vertices(const leaf_tables *tables, const leaf_view *a, 
     batch->count = (size_t)(first - batch->first);
 }
 
-static inline void pair_views(const leaf_tables *tables, const leaf_view *a, const leaf_view *b,
-                              bool may_share, pair_batch *batches) {
-    const uint32_t *const triangles = may_share ? tables->fit.triangle_corners : NULL;
+static inline __attribute__((always_inline)) void pair_views(view_pair pair, const leaf_view *a,
+                                                             const leaf_view *b, bool is_same,
+                                                             pair_batch *batches) {
+    bool const is_masked = pair.sharing == SHARING_MASKED;
+    const uint16_t *const of_a = is_masked ? pair.masks + pair.mask_groups * a->edge_count : NULL;
+    const uint16_t *const of_b = is_masked ? of_a + a->vertex_count : NULL;
     pair_batch *const faces = &batches[FEATURE_VERTEX_TRIANGLE];
-    pair_vertices(tables, a, b, triangles, faces);
-    if (a != b) pair_vertices(tables, b, a, triangles, faces);
-    pair_edges(a, b, may_share ? tables->fit.edge_corners : NULL, &batches[FEATURE_EDGE_EDGE]);
-}
-
-static inline bool may_share_vertex(const tree_leaf *leaf, uint32_t other) {
-    return lanes8_equal(leaf->neighbours, other) != 0 || leaf->neighbours[0] == LEAF_ANY;
+    pair_vertices(&pair, a, b, of_a, faces);
+    if (!is_same) pair_vertices(&pair, b, a, of_b, faces);
+    pair_edges(&pair, a, b, &batches[FEATURE_EDGE_EDGE]);
 }
 
 /* Leaves side by side have places side by side, those of equal trees one after another have not the
  * same. */
-static inline uint32_t find_place(uint32_t leaf) {
-    return (leaf + leaf / KEPT_BLOCKS * SHIFT) % KEPT_BLOCKS;
+static inline uint32_t find_place(const leaf_cache *cache, uint32_t leaf) {
+    return (leaf + leaf / KEPT_BLOCKS * SHIFT) & (cache->place_count - 1);
 }
 
 /* The block of a leaf, fitted unless it is there. taken: a place that stays as it is, or
- * KEPT_BLOCKS. */
+ * UINT32_MAX. */
 static inline const float *find_block(const leaf_fit *fit, leaf_cache *cache, uint32_t leaf,
                                       uint32_t taken) {
-    if (fit->blocks) return fit->blocks + fit->leaves[leaf].block;
-    uint32_t place = find_place(leaf);
+    if (fit->blocks) return fit->blocks + find_block_begin(&fit->leaves[leaf], leaf);
+    uint32_t place = find_place(cache, leaf);
     if (cache->leaves[place] == leaf) return cache->blocks + place * cache->stride;
     if (place == taken)
-        place = KEPT_BLOCKS;
+        place = cache->place_count;
     else
         cache->leaves[place] = leaf;
     float *const block = cache->blocks + place * cache->stride;
@@ -182,23 +224,77 @@ static inline const float *find_block(const leaf_fit *fit, leaf_cache *cache, ui
     return block;
 }
 
+/* How pairs of two leaves of one tree that share a vertex are left out; masks: where. */
+static inline sharing find_sharing(const leaf_tables *tables, const tree_leaf *leaf, uint32_t first,
+                                   uint32_t second, const uint16_t **masks) {
+    if (!tables->masks || leaf->neighbours[0] == LEAF_ANY) return SHARING_COMPARED;
+    uint32_t const found = lanes8_equal(leaf->neighbours, second);
+    if (first != second && !found) return SHARING_NONE;
+    uint32_t const index = first == second ? 0 : 1 + first_lane(found);
+    *masks = tables->masks + leaf->mask_begin + (size_t)index * leaf->mask_stride;
+    return SHARING_MASKED;
+}
+
+/* Two leaves and their blocks. */
+typedef struct leaf_pair {
+    const tree_leaf *leaves[2];
+    const float *blocks[2];
+} leaf_pair;
+
+/* What of the drifts of both leaves widens the first, as a box that is added: low, -high; <= 0. */
+static inline box_vector find_widening(const float *const blocks[2]) {
+    box_vector const a = box_vector_load(blocks[0] + 8), b = box_vector_load(blocks[1] + 8);
+    return box_vector_least(a + BOX_SHUFFLE(b, b, 4, 5, 6, 7, 0, 1, 2, 3), box_vector_fill(0.0F));
+}
+
+static inline __attribute__((always_inline)) void
+compare_leaves(const leaf_pair *pair, view_pair how, bool is_same, pair_batch *batches) {
+    float copy[MOST_GROUPS * GROUP_FLOATS] __attribute__((aligned(64))), by[8], box[8];
+    const float *groups = pair->blocks[0] + LEAF_HEADER;
+    box_vector widening = box_vector_fill(0.0F);
+    if (how.tables->fit.is_straight) {
+        widening = find_widening(pair->blocks);
+        write_sides(widening, by);
+        widen_groups(groups, count_groups(pair->leaves[0]), by, copy);
+        groups = copy;
+    }
+    leaf_view a = view_leaf(pair->leaves[0], groups);
+    leaf_view b = view_leaf(pair->leaves[1], pair->blocks[1] + LEAF_HEADER);
+    write_sides(box_vector_load(pair->blocks[1]), box);
+    mark_near(&a, box);
+    write_sides(box_vector_load(pair->blocks[0]) + widening, box);
+    mark_near(&b, box);
+    pair_views(how, &a, &b, is_same, batches);
+}
+
 static inline void pair_two(const leaf_tables *tables, leaf_cache *cache, uint32_t first,
                             uint32_t second, pair_batch *batches) {
     const tree_leaf *const leaf = &tables->fit.leaves[first];
-    leaf_view a = view_leaf(leaf, find_block(&tables->fit, cache, first, KEPT_BLOCKS));
+    leaf_pair pair = {{leaf, &tables->fit.leaves[second]}, {NULL, NULL}};
+    view_pair how = {.tables = tables, .mask_groups = leaf->mask_groups};
+    pair.blocks[0] = find_block(&tables->fit, cache, first, UINT32_MAX);
     if (tables->is_one_tree && first == second) {
-        mark_near(&a, a.box);
-        pair_views(tables, &a, &a, true, batches);
+        pair.blocks[1] = pair.blocks[0];
+        how.sharing = find_sharing(tables, leaf, first, second, &how.masks);
+        compare_leaves(&pair, how, true, batches);
         return;
     }
-    leaf_view b = view_leaf(&tables->fit.leaves[second],
-                            find_block(&tables->fit, cache, second, find_place(first)));
-    mark_near(&a, b.box);
-    mark_near(&b, a.box);
-    if (tables->is_one_tree && may_share_vertex(leaf, second))
-        pair_views(tables, &a, &b, true, batches);
+    pair.blocks[1] = find_block(&tables->fit, cache, second, find_place(cache, first));
+    if (tables->is_one_tree) how.sharing = find_sharing(tables, leaf, first, second, &how.masks);
+    if (how.sharing == SHARING_NONE)
+        compare_leaves(&pair, (view_pair){.tables = tables, .sharing = SHARING_NONE}, false,
+                       batches);
     else
-        pair_views(tables, &a, &b, false, batches);
+        compare_leaves(&pair, how, false, batches);
+}
+
+/* Calls for the block of the second leaf of a pair that comes soon. */
+static inline void call_block(const leaf_tables *tables, const node_pairs *pairs, size_t index) {
+    if (!tables->fit.blocks || index >= pairs->count) return;
+    uint32_t const leaf = pairs->second[index];
+    const float *const block =
+        tables->fit.blocks + find_block_begin(&tables->fit.leaves[leaf], leaf);
+    for (size_t line = 0; line < 13; line++) __builtin_prefetch(block + 16 * line);
 }
 
 size_t TULLE_KERNEL(pair_leaves)(const leaf_tables *tables, leaf_cache *cache,
@@ -208,6 +304,7 @@ size_t TULLE_KERNEL(pair_leaves)(const leaf_tables *tables, leaf_cache *cache,
         size_t const vertices = batches[FEATURE_VERTEX_TRIANGLE].count;
         size_t const edges = batches[FEATURE_EDGE_EDGE].count;
         if ((vertices > edges ? vertices : edges) > PAIR_BATCH_SIZE - LEAF_PAIR_ROOM) break;
+        call_block(tables, pairs, i + 1);
         pair_two(tables, cache, pairs->first[i], pairs->second[i], batches);
     }
     return i;

@@ -2,7 +2,9 @@
  * of their children whose boxes meet.
  *
  * Of the first node, each child that meets the second node's box is compared with all children of
- * the second at once. A node with itself gives each child with itself and with those after it. */
+ * the second at once. A node with itself gives each child with itself and with those after it.
+ * Pairs of leaves are then looked at once more, along more directions and at each end alone. */
+#include "detect/kernels/box_vectors.h"
 #include "detect/tree_kernels.h"
 #include "math/simd.h"
 
@@ -34,4 +36,26 @@ void TULLE_KERNEL(open_node_pairs)(const node_search *search, const uint32_t *fi
         found = open_pair(&search->trees[0][first[i]], &search->trees[1][second[i]],
                           is_one_tree && first[i] == second[i], search->label_mask, to, found);
     to->count = found;
+}
+
+/* Whether a direction keeps two leaves apart at both ends. */
+static inline uint32_t are_apart(const leaf_slabs *a, const leaf_slabs *b) {
+    box_vector gaps[2][2];
+    for (int end = 0; end < 2; end++) {
+        gaps[0][end] = box_vector_load(a->low[end]) + box_vector_load(b->high[end]);
+        gaps[1][end] = box_vector_load(a->high[end]) + box_vector_load(b->low[end]);
+    }
+    return box_vector_positive(box_vector_most(box_vector_least(gaps[0][0], gaps[0][1]),
+                                               box_vector_least(gaps[1][0], gaps[1][1]))) != 0;
+}
+
+void TULLE_KERNEL(drop_apart_leaves)(const leaf_slabs *slabs, node_pairs *pairs) {
+    size_t kept = 0;
+    for (size_t i = 0; i < pairs->count; i++) {
+        uint32_t const first = pairs->first[i], second = pairs->second[i];
+        pairs->first[kept] = first;
+        pairs->second[kept] = second;
+        kept += !are_apart(&slabs[first], &slabs[second]);
+    }
+    pairs->count = kept;
 }
