@@ -28,7 +28,7 @@ static const double STRAIN = 3e-3;           /* at the start */
 static const double FRICTION = 0.3;
 static const double STEP = 1.0 / 360.0; /* [s] */
 static const double SETTLING = 0.4;     /* [s] before the pull */
-enum { TAIL_COLUMNS = 10, ROWS = 3, FACETS = 200 };
+enum { TAIL_COLUMNS = 10, ROWS = 3, FACETS = 200, ONSET_STEPS = 10 };
 
 typedef struct capstan {
     tulle_world *world;
@@ -153,12 +153,15 @@ typedef struct capstan_ratios {
     double at_onset, while_slipping;
 } capstan_ratios;
 
-/* Pulls. The onset is when no contact sticks any more; slipping is measured over the last fifth. */
+/* Pulls. The onset is the first of ONSET_STEPS in a row in which no contact sticks; slipping is
+ * measured over the last fifth. */
 static capstan_ratios pull(validation_run *run, const capstan *made, double seconds, double ratio,
                            const char *series) {
     capstan_ratios ratios = {0};
     long const settling = lround(SETTLING / STEP), steps = lround(seconds / STEP);
     long const last = steps / 5;
+    double first_free = 0.0; /* ratio in the first of the steps without sticking */
+    int free_steps = 0;
     for (long i = -settling; i < steps; i++) {
         tulle_step_report const report = validate_step(run, made->world, STEP);
         /* two columns at each end of a tail are near the pin or the wrap */
@@ -168,8 +171,9 @@ static capstan_ratios pull(validation_run *run, const capstan *made, double seco
         if (i % 4 == 0)
             validate_plot_point(run, series, tulle_world_get_time(made->world),
                                 pulled / held / ratio);
-        if (i > 0 && report.stick_contacts == 0 && !(ratios.at_onset > 0.0))
-            ratios.at_onset = pulled / held;
+        free_steps = i > 0 && report.stick_contacts == 0 ? free_steps + 1 : 0;
+        if (free_steps == 1) first_free = pulled / held;
+        if (free_steps >= ONSET_STEPS && !(ratios.at_onset > 0.0)) ratios.at_onset = first_free;
         if (i >= steps - last) ratios.while_slipping += pulled / held / (double)last;
     }
     return ratios;

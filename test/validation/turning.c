@@ -1,8 +1,12 @@
 /* turning.c - edges that turn while they touch. A narrow ribbon is drawn taut over the ridge of a
  * roof, which turns from square across it to ten degrees along it, without friction.
  *
- * Statics without friction know no history: a ribbon that was turned into a place must lie as one
- * that was drawn tight there. */
+ * Statics without friction know no history as long as there is one equilibrium: then a ribbon that
+ * was turned into a place must lie as one that was drawn tight there. A strip that is folded along
+ * a ridge at the angle a to it goes down from there with a slope of sin(slope) = sin(a) sin(fold),
+ * so with a slope of up to a. Steeper arms twist it, and it has several equilibria: drawn down by
+ * 0.06 m (16 degrees) it lies at 10 degrees in one of two places, 1.65 mm apart, from wherever it
+ * was turned (12, 30, 60, 90 degrees in the one; 5, 8, 11, 15, 20 degrees in the other). */
 #include "validation/stage.h"
 
 #include <math.h>
@@ -11,7 +15,7 @@
 static const double LENGTH = 0.4, WIDTH = 0.008; /* [m] of the ribbon, along x */
 static const double RIDGE_LENGTH = 0.3;          /* [m] */
 static const double CONTACT_DISTANCE = 2e-3;     /* [m] */
-static const double TIGHTEN = 0.06;              /* [m] by which the ribbon's ends go down */
+static const double TIGHTEN = 0.025;             /* [m] by which the ribbon's ends go down */
 static const double FIRST_ANGLE = 90.0, LAST_ANGLE = 10.0;     /* [degrees] between the edges */
 static const double TURN_FROM = 1.0, TURN_TO = 4.0, END = 6.0; /* [s] */
 enum { ALONG = 41, ACROSS = 2, KEYS = 17 };
@@ -143,7 +147,7 @@ static void turns(validation_run *run) {
     validate_row(run, "load at the end over that of a ribbon laid there",
                  record.end_load / reference.end_load, "", within(1.0, 0.01), "no history");
     validate_row(run, "farthest vertex from where a ribbon laid there is", apart, "m",
-                 not_yet(at_most(1e-3)), "no history; half a contact distance");
+                 at_most(1e-3), "no history; half a contact distance");
     validate_row(run, "rescues", (double)record.rescues, "", equals(0.0), "");
 }
 
