@@ -18,6 +18,7 @@
 #include "contact/carry_over.h"
 
 #include "contact/contact_store.h"
+#include "contact/stick_anchors.h"
 
 #include <string.h>
 
@@ -34,16 +35,18 @@ typedef struct heir_search {
 } heir_search;
 
 /* What a contact gives on to whatever features it has now. */
-static void inherit_contact(contact_row *row, const stored_contact *contact, double scale,
-                            double side) {
+static void inherit_contact(const contact_scene *scene, contact_row *row,
+                            const stored_contact *contact, double scale, double side) {
     row->impulse = vec3_scale(vec3_load(contact->impulse, 0), side * scale);
     row->is_old = true;
     row->old_state = (row_state)contact->state;
     row->age = contact->age;
+    take_anchor(scene, row, vec3_scale(vec3_load(contact->anchor, 0), side));
 }
 
-void restore_contact(contact_row *row, const stored_contact *contact, double scale) {
-    inherit_contact(row, contact, scale, 1.0);
+void restore_contact(const contact_scene *scene, contact_row *row, const stored_contact *contact,
+                     double scale) {
+    inherit_contact(scene, row, contact, scale, 1.0);
     row->is_hard = contact->is_hard != 0;
 }
 
@@ -172,7 +175,7 @@ static void hand_over(const heir_search *search, const contact_store *store,
             continue;
         double side;
         contact_row *const heir = find_heir(search, contact, &side);
-        if (heir) inherit_contact(heir, contact, scale, side);
+        if (heir) inherit_contact(search->scene, heir, contact, scale, side);
     }
 }
 

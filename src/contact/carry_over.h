@@ -5,7 +5,8 @@
 #include "contact/contact_types.h"
 
 /* The row of a contact of the step before takes its impulse (times `scale`), hardness and state. */
-void restore_contact(contact_row *row, const stored_contact *contact, double scale);
+void restore_contact(const contact_scene *scene, contact_row *row, const stored_contact *contact,
+                     double scale);
 
 /* Hands each contact of the store that has no row any more to at most one row that has no contact:
  * among `rows`, or among `reserve`, rows that are only kept when a contact is handed to them. Each

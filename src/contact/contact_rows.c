@@ -7,6 +7,12 @@
 
 #include "contact/row_friction.h"
 
+#include <math.h>
+
+/* A row acts on what can move if this much of one side's weight lies on it. With less, as where an
+ * edge lies under a held one, the impulse that moves the row would throw the free vertex away. */
+static const double LEAST_FREE_WEIGHT = 0.01;
+
 static double find_bias(const contact_scene *scene, double gap, double contact_distance) {
     double const bias = (contact_distance - gap) / scene->time_step;
     return bias < scene->settings.push_out_speed ? bias : scene->settings.push_out_speed;
@@ -29,12 +35,15 @@ bool make_contact_row(const contact_scene *scene, const double *x1, const pair_e
     }
     closest_points const closest = closest_of_pair(event->kind, points);
     row->normal = vec3_normalize(closest.difference);
+    double lightest = 0.0; /* 1 / kg */
     for (int k = 0; k < 4; k++) {
+        double const inverse_mass = scene->inverse_mass[row->vertices[k]];
         row->weights[k] = closest.weights[k];
-        row->inverse_mass +=
-            closest.weights[k] * closest.weights[k] * scene->inverse_mass[row->vertices[k]];
+        row->inverse_mass += closest.weights[k] * closest.weights[k] * inverse_mass;
+        lightest = fmax(lightest, inverse_mass);
     }
-    if (!(row->inverse_mass > 0.0) || !(vec3_norm2(row->normal) > 0.5)) return false;
+    double const least = LEAST_FREE_WEIGHT * LEAST_FREE_WEIGHT * lightest;
+    if (!(row->inverse_mass > least) || !(vec3_norm2(row->normal) > 0.5)) return false;
     pair_distances const distances = find_pair_distances(scene, event->kind, row->vertices);
     row->gap = vec3_dot(row->normal, blend_points(start, row->weights));
     row->bias = find_bias(scene, row->gap, distances.contact);

@@ -20,6 +20,7 @@ contact_settings contact_settings_default(void) {
         .settled_speed = 0.005,   /* 0.02 let landings stretch by a tenth more */
         .hard_stiffness = 10.0,   /* 3 lets fine cloth on tips tear away, with rescues */
         .push_out_softness = 0.1, /* none lets the impulses of a pinch grow until it bursts */
+        .anchor_share = 0.3,      /* 0.05 to 1 do as well; more takes offsets for pulls */
         .hard_friction = 2e-3,    /* 1e-2 leaves cloth on needles trembling, 0 lets landings on tips
                                      gain energy */
         .cg_tolerance = 1e-4,     /* 1e-3 falsifies sliding by a tenth */

@@ -56,6 +56,7 @@ static size_t merge_equal_keys(stored_contact *items, size_t count) {
             if (items[i].age > items[kept - 1].age) {
                 items[kept - 1].age = items[i].age;
                 memcpy(items[kept - 1].normal, items[i].normal, sizeof items[i].normal);
+                memcpy(items[kept - 1].anchor, items[i].anchor, sizeof items[i].anchor);
             }
         } else {
             items[kept++] = items[i];
@@ -86,7 +87,8 @@ tulle_status update_contacts(contact_store *store, memory *heap, const row_list 
                                        .state = (uint32_t)row->state,
                                        .age = row->age == UINT32_MAX ? row->age : row->age + 1,
                                        .impulse = {impulse.x, impulse.y, impulse.z},
-                                       .normal = {row->normal.x, row->normal.y, row->normal.z}};
+                                       .normal = {row->normal.x, row->normal.y, row->normal.z},
+                                       .anchor = {row->anchor.x, row->anchor.y, row->anchor.z}};
     }
     if (!is_sorted(contacts, list->rows.count)) sort_contacts(contacts, list->rows.count);
     store->contacts.count = merge_equal_keys(contacts, list->rows.count);
@@ -142,7 +144,9 @@ void contact_store_save(const contact_store *store, void *bytes) {
 
 static bool is_valid_contact(const stored_contact *contact) {
     for (int k = 0; k < 3; k++)
-        if (!isfinite(contact->impulse[k]) || !isfinite(contact->normal[k])) return false;
+        if (!isfinite(contact->impulse[k]) || !isfinite(contact->normal[k]) ||
+            !isfinite(contact->anchor[k]))
+            return false;
     return contact->kind <= FEATURE_EDGE_EDGE && contact->is_hard <= 1 &&
            contact->state <= ROW_SLIDES;
 }

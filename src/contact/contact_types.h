@@ -32,6 +32,7 @@ typedef struct contact_settings {
     double hard_speed_new;      /* [m/s] the same for a row that is new in this step */
     double settled_speed;  /* [m/s] root mean square violation after a solve that is no landing */
     double hard_stiffness; /* penalty of a hard row over its share of diag(A) */
+    double anchor_share;   /* of the offset of a contact that sticks, undone in a step */
     double hard_friction;  /* step of a hard row's friction over its penalty */
     double push_out_softness; /* compliance of a row times its share of diag(A) */
     double cg_tolerance;      /* preconditioned residual over that of the step's force impulse */
@@ -128,10 +129,12 @@ typedef struct contact_row {
     double friction; /* coefficient in this step, one of the two */
     vec3 grain;      /* unit tangent; factors on friction along and across it, 1: isotropic */
     double friction_along, friction_across;
-    vec3 impulse;        /* [N s] total over the step, acts w_i impulse on vertex i */
-    double inverse_mass; /* [1/kg] sum w_i^2 / m_i, > 0 */
-    double stiffness;    /* [kg] penalty of a hard row in the solve */
-    double compliance;   /* [1/kg] the normal impulse times this is taken off a push-out's speed */
+    vec3 anchor;          /* [m] tangential way since the contact sticks */
+    vec3 return_velocity; /* [m/s] tangential, that friction aims at: undoes the anchor */
+    vec3 impulse;         /* [N s] total over the step, acts w_i impulse on vertex i */
+    double inverse_mass;  /* [1/kg] sum w_i^2 / m_i, > 0 */
+    double stiffness;     /* [kg] penalty of a hard row in the solve */
+    double compliance;    /* [1/kg] the normal impulse times this is taken off a push-out's speed */
     double friction_cap; /* [N s] normal impulse that bounds friction of a hard row; < 0: its own */
     bool is_hard;        /* in the matrix of the solve */
     double rebound;      /* [m/s] speed at which an impact parts at the end of the step; 0: none */
@@ -158,6 +161,7 @@ typedef struct stored_contact {
     uint32_t age;                 /* steps since the contact began, on whatever features */
     double impulse[3];            /* [N s] of a step of length contact_store.time_step */
     double normal[3];             /* unit, from the second feature to the first: the side */
+    double anchor[3]; /* [m] tangential way of the sides past each other, while it sticks */
 } stored_contact;
 
 /* Contacts at the end of the last step. Zeroed is empty. */

@@ -66,6 +66,7 @@ static size_t copy_loaded_rows(const row_list *list, bool is_inelastic, contact_
         contact_row *const row = &rows[count++];
         *row = list->rows.data[i];
         row->friction_cap = -1.0;
+        row->return_velocity = vec3_make(0.0, 0.0, 0.0);
         if (row->rebound > 0.0 || is_inelastic) {
             row->bias = row->rebound; /* 0 where it does not rebound */
             row->compliance = 0.0;
@@ -83,21 +84,9 @@ static vec3 get_free_velocity(const contact_scene *scene, const contact_row *row
     return sum;
 }
 
-/* Work [J] of all but contact in the step, h f . u = u . (M (v1 - v0) - J^T p), and of obstacles
- * and pins, which give the impulses `rows` along their own motion. For the potential of springs it
- * is no more than what they lose: implicit Euler takes forces at the end. */
-static double find_work(const contact_scene *scene, const row_list *list, const contact_row *rows,
-                        size_t count, const double *u, const double *v1) {
+double find_obstacle_work(const contact_scene *scene, const contact_row *rows, size_t count,
+                          const double *u) {
     double work = 0.0;
-    for (size_t v = 0; v < scene->cloth_vertex_count; v++) {
-        if (!(scene->inverse_mass[v] > 0.0)) continue;
-        vec3 const change = vec3_sub(vec3_load(v1, v), vec3_load(scene->v0, v));
-        work += vec3_dot(vec3_load(u, v), change) / scene->inverse_mass[v];
-    }
-    for (size_t i = 0; i < list->rows.count; i++) {
-        const contact_row *const row = &list->rows.data[i];
-        work -= vec3_dot(row->impulse, get_free_velocity(scene, row, u));
-    }
     for (size_t i = 0; i < count; i++) {
         vec3 const held =
             vec3_sub(get_relative_velocity(&rows[i], u), get_free_velocity(scene, &rows[i], u));
@@ -153,8 +142,7 @@ static tulle_status find_ends(const contact_scene *scene, const row_list *list, 
         double const speed = vec3_dot(rows[i].normal, get_relative_velocity(&rows[i], v1));
         ends->approach = fmax(ends->approach, rows[i].bias - speed);
     }
-    double const allowed =
-        find_energy(scene, scene->v0, scene->v0) + find_work(scene, list, rows, count, u, before);
+    double const allowed = ends->kinetic_limit + find_obstacle_work(scene, rows, count, u);
     if (ends->rebound_count > 0) limit_energy(scene, allowed, before, v1);
     return TULLE_OK;
 }

@@ -8,9 +8,16 @@
 typedef struct end_velocities {
     bool is_inelastic;      /* in: contacts that carry load and do not rebound may not approach at
                                the end; else they may do so as fast as they may in the mean */
+    double kinetic_limit;   /* in: [J] a rebound may lead to no more kinetic energy than this and
+                               the work of obstacles */
     uint64_t rebound_count; /* out: rows that rebound */
     double approach;        /* out: [m/s] by how much a row misses its end velocity, the largest */
 } end_velocities;
+
+/* Work [J] on cloth that can move of the obstacles and pins that rows hold it by, along their own
+ * motion: their impulses times u of what is held. */
+double find_obstacle_work(const contact_scene *scene, const contact_row *rows, size_t count,
+                          const double *u);
 
 /* Whether the row's sides come nearer at the start faster than those of a contact at rest may. */
 bool row_is_impact(const contact_scene *scene, const contact_row *row);

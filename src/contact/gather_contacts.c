@@ -67,7 +67,7 @@ static row_choice choose_row(const gathering *work, contact_row *row, double tim
     const contact_scene *const scene = work->scene;
     const contact_settings *const settings = &scene->settings;
     const stored_contact *const kept = find_contact(work->store, row->kind, row->pair);
-    if (kept) restore_contact(row, kept, scene->time_step / work->store->time_step);
+    if (kept) restore_contact(scene, row, kept, scene->time_step / work->store->time_step);
     if (!kept && row_is_admissible(scene, work->predicted, row, time, settings->slope_tolerance))
         return ROW_KEPT;
     if (!row_is_admissible(scene, work->predicted, row, time, settings->old_slope_tolerance))

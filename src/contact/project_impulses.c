@@ -17,7 +17,8 @@
 /* The nearest total impulse by the rule above; sets the row's state. */
 static vec3 find_impulse(contact_row *row, vec3 velocity) {
     double const inverse = 1.0 / row->inverse_mass;
-    vec3 const missing = vec3_add_scaled(velocity, row->normal, -get_wanted_speed(row));
+    vec3 const missing = vec3_add_scaled(vec3_sub(velocity, row->return_velocity), row->normal,
+                                         -get_wanted_speed(row));
     vec3 const trial = vec3_add_scaled(row->impulse, missing, -inverse);
     double const normal = vec3_dot(trial, row->normal);
     if (!(normal > 0.0)) {

@@ -4,6 +4,7 @@
 
 #include "contact/contact_types.h"
 #include "math/conjugate_gradients.h"
+#include "math/sparse_cholesky.h"
 
 /* The implicit step without contact: A u = b over the cloth vertices. A is the plain matrix; rows
  * of vertices with inverse mass 0 are masked in the solve, their columns act with the prescribed
@@ -13,9 +14,11 @@ typedef struct motion_system {
     const double *diagonal;        /* [kg] 9 * cloth_vertex_count, 3x3 blocks of A's diagonal */
     linear_operator apply; /* A x over the cloth vertices; for example linear_system_apply */
     void *apply_context;
-    const double *forces; /* [N] f(x0, v0), 3 * cloth_vertex_count */
-    double force_time;    /* [s] right_hand_side holds force_time f */
-    const double *start;  /* [m/s] cloth velocities at the start of the step; null: u */
+    const double *forces;        /* [N] f(x0, v0), 3 * cloth_vertex_count */
+    double force_time;           /* [s] right_hand_side holds force_time f */
+    const double *start;         /* [m/s] cloth velocities at the start of the step; null: u */
+    sparse_cholesky *factor;     /* for a preconditioner, or null */
+    cholesky_matrix edge_matrix; /* the part of A that is factored, without fixed and terms */
 } motion_system;
 
 /* What the solve did, for tulle_step_report. */

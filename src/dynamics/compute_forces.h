@@ -35,6 +35,7 @@ typedef struct linear_system {
     double force_time;       /* [s] b holds force_time times the forces: h for implicit Euler */
     tulle_integrator integrator; /* used: BDF2 falls back to implicit Euler without history */
     double share; /* c of the integrator: v1 = (u - (1 - c) v0) / c, with the last u in BDF2 */
+    double bend_damping_factor, bend_factor; /* of the model's bending matrix in A */
     size_t vertex_count;
 } linear_system;
 
@@ -63,6 +64,11 @@ typedef struct linear_excess {
 tulle_status measure_linear_excess(const cloth_model *model, const motion_state *state,
                                    const double *mean, int threads, arena *scratch,
                                    linear_excess *excess);
+
+/* Work [J] of the wind on the cloth in a step with the mean velocity u, as the system reckons. */
+tulle_status measure_wind_work(const cloth_model *model, const motion_state *state,
+                               const tulle_wind *wind, const double *mean, int threads,
+                               arena *scratch, double *work);
 
 /* A as a linear_operator for conjugate_gradients_solve; context is a linear_system_operator. */
 typedef struct linear_system_operator {

@@ -23,6 +23,10 @@ typedef struct conjugate_gradients_problem {
                                       first residual where that is zero */
     int max_iterations;
     int threads;
+    linear_operator precondition; /* z = Q r in place of P^-1 r, for a positive definite Q that maps
+                                     to zero at fixed vertices; rounding may make it unsymmetric.
+                                     Null: P alone. Residuals are measured by P all the same */
+    void *precondition_context;
 } conjugate_gradients_problem;
 
 typedef enum conjugate_gradients_end {

@@ -7,7 +7,7 @@
 #include "world/motion.h"
 
 #include "base/error.h"
-#include "math/vec3.h"
+#include "math/quaternion.h"
 
 #include <math.h>
 #include <string.h>
@@ -18,14 +18,10 @@ static const double QUATERNION_TOLERANCE = 1e-6;
 /* Under this sine of the angle between two rotations the linear blend is exact to rounding. */
 static const double SLERP_LINEAR_SINE = 1e-8;
 
-static double quaternion_norm(const double q[4]) {
-    return sqrt(q[0] * q[0] + q[1] * q[1] + q[2] * q[2] + q[3] * q[3]);
-}
-
 static tulle_status validate_key(const tulle_motion *motion, size_t i, const char *owner,
                                  tulle_error *error) {
     tulle_keyframe const *const key = &motion->keys[i];
-    double const norm = quaternion_norm(key->rotation);
+    double const norm = quaternion_norm(quaternion_load(key->rotation));
     double const sum =
         key->time + key->translation[0] + key->translation[1] + key->translation[2] + norm;
     if (!isfinite(sum)) {
@@ -67,7 +63,7 @@ tulle_status motion_copy(memory *heap, const tulle_motion *source, world_motion 
     target->key_count = source->key_count;
     memcpy(target->keys, source->keys, source->key_count * sizeof *target->keys);
     for (size_t i = 0; i < target->key_count; i++) {
-        double const norm = quaternion_norm(target->keys[i].rotation);
+        double const norm = quaternion_norm(quaternion_load(target->keys[i].rotation));
         for (int c = 0; c < 4; c++) target->keys[i].rotation[c] /= norm;
     }
     return TULLE_OK;
@@ -92,7 +88,7 @@ static void quaternion_slerp(const double a[4], const double b[4], double s, dou
         weight_b = sin(s * angle) / sine;
     }
     for (int c = 0; c < 4; c++) result[c] = weight_a * a[c] + sign * weight_b * b[c];
-    double const norm = quaternion_norm(result);
+    double const norm = quaternion_norm(quaternion_load(result));
     for (int c = 0; c < 4; c++) result[c] /= norm;
 }
 
@@ -125,15 +121,6 @@ static void get_pose(const world_motion *motion, double time, double translation
     quaternion_slerp(from->rotation, to->rotation, s, rotation);
 }
 
-/* The rotation matrix of a unit quaternion. */
-static mat3 get_rotation(const double q[4]) {
-    return (mat3){{1 - 2 * (q[2] * q[2] + q[3] * q[3]), 2 * (q[1] * q[2] - q[0] * q[3]),
-                   2 * (q[1] * q[3] + q[0] * q[2]), 2 * (q[1] * q[2] + q[0] * q[3]),
-                   1 - 2 * (q[1] * q[1] + q[3] * q[3]), 2 * (q[2] * q[3] - q[0] * q[1]),
-                   2 * (q[1] * q[3] - q[0] * q[2]), 2 * (q[2] * q[3] + q[0] * q[1]),
-                   1 - 2 * (q[1] * q[1] + q[2] * q[2])}};
-}
-
 void motion_apply(const world_motion *motion, double time, const double *source, size_t count,
                   double *target) {
     if (motion->key_count == 0) {
@@ -143,7 +130,7 @@ void motion_apply(const world_motion *motion, double time, const double *source,
     double translation[3], q[4];
     get_pose(motion, time, translation, q);
 
-    mat3 const r = get_rotation(q);
+    mat3 const r = quaternion_to_matrix(quaternion_load(q));
     vec3 const pivot = vec3_load(motion->pivot, 0);
     vec3 const shift = vec3_add(vec3_load(translation, 0), pivot);
     for (size_t i = 0; i < count; i++) {
@@ -157,7 +144,8 @@ void motion_get_change(const world_motion *motion, double from, double to, mat3 
     double t0[3], t1[3], q0[4], q1[4];
     get_pose(motion, from, t0, q0);
     get_pose(motion, to, t1, q1);
-    mat3 const r0 = get_rotation(q0), r1 = get_rotation(q1);
+    mat3 const r0 = quaternion_to_matrix(quaternion_load(q0)),
+               r1 = quaternion_to_matrix(quaternion_load(q1));
     /* R1 R0^T, and the offset that takes pivot + t0 to pivot + t1 */
     for (int row = 0; row < 3; row++) {
         for (int column = 0; column < 3; column++) {

@@ -167,6 +167,9 @@ static void fill_arrays(tulle_world *world) {
     }
 }
 
+/* Cloth of fewer vertices is solved as fast without a factor. */
+enum { FACTORED_VERTICES = 400 };
+
 /* Forces and masses of all cloth together. */
 static tulle_status build_model(tulle_world *world, tulle_error *error) {
     arena_mark const mark = arena_get_mark(&world->scratch);
@@ -191,6 +194,12 @@ static tulle_status build_model(tulle_world *world, tulle_error *error) {
     }
     if (linear_system_build(&world->heap, world->model, &world->system) != TULLE_OK) {
         return no_memory(error);
+    }
+    if (world->cloth_vertex_count >= FACTORED_VERTICES) {
+        block_pattern const pattern = {world->model->block_begin, world->model->block_columns};
+        world->factor =
+            sparse_cholesky_build(&world->heap, world->cloth_vertex_count, pattern, world->rest);
+        if (!world->factor) return no_memory(error);
     }
     for (size_t v = 0; v < world->cloth_vertex_count; v++) {
         world->inverse_masses[v] = 1.0 / world->model->masses[v];
@@ -419,6 +428,8 @@ void world_release_start(tulle_world *world) {
     size_t const n = world->vertex_count, surface_count = world_surface_count(world);
     world_release_detection(world);
     linear_system_destroy(heap, &world->system);
+    sparse_cholesky_destroy(heap, world->factor);
+    world->factor = NULL;
     if (world->model) {
         cloth_model_destroy(heap, world->model);
         memory_release(heap, world->model, sizeof *world->model);

@@ -11,7 +11,7 @@
 #include <math.h>
 #include <string.h>
 
-static const char STATE_MAGIC[8] = {'T', 'U', 'L', 'L', 'E', 'S', 'T', '3'}; /* 3: version */
+static const char STATE_MAGIC[8] = {'T', 'U', 'L', 'L', 'E', 'S', 'T', '4'}; /* 4: version */
 
 typedef struct state_header {
     char magic[8];

@@ -59,6 +59,27 @@ typedef struct step_context {
 /* substep.c: moves context->state on by as much of time_step as is safe, through all stages. */
 tulle_status world_advance(step_context *context);
 
+/* Adds the time since *start to a stage, but for that of stages inside it, and restarts the clock.
+ */
+void world_end_stage(step_context *context, stage number, double *start);
+
+/* solve_step.c: stage 1, about x0 or the guess. */
+tulle_status world_compute_forces(step_context *context);
+
+/* solve_step.c: stages 3, 4 and 10, after stage 1; as often as the balance of energy wants it. */
+tulle_status world_solve_step(step_context *context, impact_report *impacts, double *start);
+
+/* energy_balance.c: the kinetic energy of vertices that can move with which the substep may end at
+ * context->end, without the work of what rows hold them by. */
+typedef struct kinetic_limit {
+    double start;  /* [J] kinetic energy at the start */
+    double energy; /* [J] */
+} kinetic_limit;
+tulle_status world_find_kinetic_limit(const step_context *context, kinetic_limit *limit);
+
+/* Whether the substep, ending with u at context->end, has more energy than it may. */
+tulle_status world_check_balance(const step_context *context, bool *is_fed);
+
 /* pinch.c: what to do when `world_advance` could not move on; see tulle_on_pinch. OK means: go
  * on.*/
 tulle_status world_handle_pinch(step_context *context);

@@ -7,6 +7,7 @@
 #include "base/error.h"
 #include "base/timer.h"
 #include "contact/end_velocities.h"
+#include "contact/stick_anchors.h"
 #include "world/detection.h"
 
 #include <math.h>
@@ -17,11 +18,6 @@
 static const double STRETCH_GROWTH_MAX = 0.25;
 /* Growth that only takes up slack is free up to this stretch. */
 static const double STRETCH_FREE = 1.15;
-
-/* Springs are linearised anew while their energy beyond what the system reckons with is more than
- * this share of what the step takes anyway; so often at most. */
-static const double EXCESS_SHARE = 0.5;
-enum { LINEARISATIONS_MAX = 4 };
 
 /* A rigid map that misses a vertex's target by more than this share of the minimum gap is none. */
 static const double CARRIER_ERROR_SHARE = 1e-3;
@@ -49,9 +45,7 @@ static tulle_status fail_step(step_context *context, tulle_status status) {
     }
 }
 
-/* Adds the time since *start to a stage, but for that of stages inside it, and restarts the clock.
- */
-static void end_stage(step_context *context, stage number, double *start) {
+void world_end_stage(step_context *context, stage number, double *start) {
     double *const seconds = context->report->stage_seconds;
     contact_times *const nested = &context->nested;
     double const now = timer_now();
@@ -187,87 +181,12 @@ static void predict_paths(step_context *context) {
     propose_paths(&context->scene, u, context->predicted);
 }
 
-static tulle_status run_compute_forces(step_context *context) {
-    tulle_world *const world = context->world;
-    environment const surroundings = {vec3_load(world->def.gravity, 0), world->def.wind};
-    force_options const options = {world->def.integrator, world->threads, context->damping};
-    return compute_forces(world->model, &context->dynamics, &surroundings, options, &world->scratch,
-                          &world->system);
-}
-
-/* With springs linearised about u of now, again; `is_first`: about x0, from the velocities at the
- * start. */
-static tulle_status run_solve_motion(step_context *context, bool is_first) {
-    tulle_world *const world = context->world;
-    linear_system_operator system_operator = {&world->system, world->threads};
-    motion_system const system = {.right_hand_side = world->system.right_hand_side,
-                                  .diagonal = world->system.diagonal,
-                                  .apply = linear_system_apply,
-                                  .apply_context = &system_operator,
-                                  .forces = world->system.forces,
-                                  .force_time = world->system.force_time,
-                                  .start = is_first ? NULL : context->state->velocities};
-    if (is_first) {
-        memcpy(context->mean_velocity, context->state->velocities,
-               3 * world->cloth_vertex_count * sizeof(double));
-        prescribe_motion(&context->scene, context->mean_velocity);
-    }
-    solve_report solved = {0};
-    tulle_status const status =
-        context->scene.paper
-            ? respond_by_paper(&context->scene, &system, &world->rows, context->mean_velocity,
-                               &solved)
-            : solve_motion(&context->scene, &system, &world->rows, context->mean_velocity, &solved);
-    tulle_step_report *const report = context->report;
-    report->solve_count += solved.solve_count;
-    report->cg_iterations += solved.cg_iterations;
-    if (solved.cg_residual > report->cg_residual) report->cg_residual = solved.cg_residual;
-    if (!solved.has_converged) report->cg_converged = 0;
-    report->stick_contacts = solved.stick_count;
-    report->slip_contacts = solved.slip_count;
-    report->hard_contacts = solved.hard_count;
-    return status;
-}
-
-/* Solves, and again with springs linearised about the last solution, until the solution does not
- * stretch the cloth by more energy than the linear system knows of. */
-static tulle_status solve_with_true_springs(step_context *context) {
-    tulle_world *const world = context->world;
-    size_t const size = 3 * world->cloth_vertex_count;
-    /* of the energy that implicit Euler takes, Crank-Nicolson takes the part of its damping */
-    double const c = world->system.share;
-    bool const is_mean = world->system.integrator == TULLE_INTEGRATOR_CRANK_NICOLSON;
-    double const kept = is_mean ? (2.0 * c - 1.0) / (c * c) : 1.0;
-    tulle_status status = run_solve_motion(context, true);
-    for (int i = 1; i < LINEARISATIONS_MAX && status == TULLE_OK && !context->scene.paper; i++) {
-        linear_excess excess;
-        status = measure_linear_excess(world->model, &context->dynamics, context->mean_velocity,
-                                       world->threads, &world->scratch, &excess);
-        if (status != TULLE_OK || !(excess.springs > EXCESS_SHARE * kept * excess.inertia)) break;
-        memcpy(context->guess, context->mean_velocity, size * sizeof(double));
-        context->dynamics.guess = context->guess;
-        status = run_compute_forces(context);
-        if (status == TULLE_OK) status = run_solve_motion(context, false);
-    }
-    return status;
-}
-
 static void count_contacts(step_context *context) {
     row_list const *const list = &context->world->rows;
     uint64_t new_count = 0;
     for (size_t i = 0; i < list->rows.count; i++) new_count += !list->rows.data[i].is_old;
     context->report->contacts = list->rows.count;
     context->report->new_contacts = new_count;
-}
-
-static tulle_status run_resolve_impacts(step_context *context, impact_report *impacts) {
-    tulle_status const status =
-        resolve_impacts(&context->scene, &context->source, &context->world->rows,
-                        context->mean_velocity, context->end, impacts);
-    context->report->impact_rounds += impacts->rounds;
-    context->report->tested_pairs += impacts->tested_pairs;
-    context->report->turning_pairs += impacts->turning_pairs;
-    return status;
 }
 
 static tulle_status run_commit_safely(step_context *context, bool is_clean) {
@@ -308,6 +227,25 @@ static void mark_plain_ends(const step_context *context, bool is_whole, uint8_t 
     }
 }
 
+static bool may_rebound(const tulle_world *world) {
+    bool has_restitution = false;
+    for (size_t i = 0; i < world->rows.rows.count; i++)
+        has_restitution |= world->rows.rows.data[i].restitution > 0.0;
+    return has_restitution;
+}
+
+/* The laws of impact, as far as energy allows. */
+static tulle_status end_contacts(step_context *context, double *end, end_velocities *ends) {
+    tulle_world *const world = context->world;
+    if (may_rebound(world)) {
+        kinetic_limit limit;
+        tulle_status const status = world_find_kinetic_limit(context, &limit);
+        if (status != TULLE_OK) return status;
+        ends->kinetic_limit = limit.energy;
+    }
+    return find_end_velocities(&context->scene, &world->rows, context->mean_velocity, end, ends);
+}
+
 /* Velocities at the end: those of the integrator, and contacts that carry load end as the laws of
  * impact say. */
 static tulle_status accept_velocities(step_context *context) {
@@ -324,8 +262,7 @@ static tulle_status accept_velocities(step_context *context) {
     memcpy(end, context->mean_velocity, bytes);
     finish_velocities(system, &context->dynamics, world->is_fixed, context->mean_velocity, end);
     if (is_whole && !context->scene.paper) { /* the paper's law of impact is in u already */
-        tulle_status const status =
-            find_end_velocities(&context->scene, &world->rows, context->mean_velocity, end, &ends);
+        tulle_status const status = end_contacts(context, end, &ends);
         if (status != TULLE_OK) return status;
     }
     scale_impulses(&world->rows, system->share * context->time_step / system->force_time);
@@ -343,6 +280,7 @@ static tulle_status accept_paths(step_context *context) {
     tulle_world *const world = context->world;
     world_motion_state *const state = context->state;
     tulle_status status = accept_velocities(context);
+    if (status == TULLE_OK) move_anchors(&context->scene, context->end, &world->rows);
     /* impulses belong to the whole substep that was solved for, even if less of it passed */
     if (status == TULLE_OK)
         status = update_contacts(&state->contacts, &world->heap, &world->rows, context->time_step);
@@ -378,30 +316,22 @@ static tulle_status run_stages(step_context *context) {
     /* stages 5, 6 and 7 for the predicted paths; stages 10 and 11 come back to them */
     predict_paths(context);
     tulle_status status = context->source.renew(&context->source, context->predicted);
-    end_stage(context, STAGE_PROPOSE_PATHS, &start);
+    world_end_stage(context, STAGE_PROPOSE_PATHS, &start);
     if (status != TULLE_OK) return fail_step(context, status);
 
     status = gather_contacts(&context->scene, &context->state->contacts, context->predicted,
                              context->source.pairs, rows);
-    end_stage(context, STAGE_GATHER_CONTACTS, &start);
+    world_end_stage(context, STAGE_GATHER_CONTACTS, &start);
     if (status != TULLE_OK) return fail_step(context, status);
 
     context->damping = world_choose_damping(context);
-    status = run_compute_forces(context);
-    end_stage(context, STAGE_COMPUTE_FORCES, &start);
+    status = world_compute_forces(context);
+    world_end_stage(context, STAGE_COMPUTE_FORCES, &start);
     if (status != TULLE_OK) return fail_step(context, status);
 
     scale_impulses(rows, context->world->system.force_time / context->time_step);
-    status = solve_with_true_springs(context);
-    end_stage(context, STAGE_SOLVE_MOTION, &start);
-    if (status != TULLE_OK) return fail_step(context, status);
-
-    propose_paths(&context->scene, context->mean_velocity, context->end);
-    end_stage(context, STAGE_PROPOSE_PATHS, &start);
-
     impact_report impacts = {0};
-    status = run_resolve_impacts(context, &impacts);
-    end_stage(context, STAGE_RESOLVE_IMPACTS, &start);
+    status = world_solve_step(context, &impacts, &start);
     if (status != TULLE_OK) return fail_step(context, status);
 
     context->is_rejected =
@@ -409,13 +339,13 @@ static tulle_status run_stages(step_context *context) {
     if (context->is_rejected) return TULLE_OK;
 
     status = run_commit_safely(context, impacts.is_clean);
-    end_stage(context, STAGE_COMMIT_SAFELY, &start);
+    world_end_stage(context, STAGE_COMMIT_SAFELY, &start);
     if (status != TULLE_OK) return fail_step(context, status);
 
     count_contacts(context);
     if (context->commit.outcome == COMMIT_BLOCKED) return TULLE_OK;
     status = accept_paths(context);
-    end_stage(context, STAGE_UPDATE_CONTACTS, &start);
+    world_end_stage(context, STAGE_UPDATE_CONTACTS, &start);
     return status;
 }
 

@@ -12,6 +12,7 @@
 #include "detect/kept_patches.h"
 #include "dynamics/compute_forces.h"
 #include "geom/topology.h"
+#include "math/sparse_cholesky.h"
 #include "tulle/world.h"
 #include "world/motion.h"
 
@@ -110,6 +111,7 @@ struct tulle_world {
     double edge_length;                                        /* [m] mean over all cloth */
     cloth_model *model;
     linear_system system;
+    sparse_cholesky *factor; /* preconditioner of the solve; null for small cloth */
     broad_phase *broad;
     kept_patches *patches;   /* null for methods without */
     patch_rules patch_rules; /* set by the start, but for keeps_all */

@@ -7,31 +7,6 @@
 #include <string.h>
 
 #define TIME_STEP (1.0 / 90.0)
-#define HEIGHT 3e-3
-
-/* A sheet of 8 x 9 vertices, turned, at the contact distance over a plane of cells of 3 cm. */
-static void make_sheet_over_plane(mini_world *world, uint64_t *random) {
-    *world = mini_world_make();
-    double const angle = 6.28 * random_uniform(random);
-    vec3 const across = {0.15 * cos(angle), 0.15 * sin(angle), 0.0};
-    vec3 const along = {-0.15 * sin(angle), 0.15 * cos(angle), 0.0};
-    mini_grid sheet = make_mini_grid(8, 9, vec3_make(0.0, 0.0, HEIGHT), across, along);
-    mini_grid plane = make_mini_grid(21, 21, vec3_make(-0.3, -0.31, 0.0), vec3_make(0.6, 0.01, 0.0),
-                                     vec3_make(0.013, 0.6, 0.0));
-    add_mini_surface(world, sheet.mesh, false);
-    add_mini_surface(world, plane.mesh, true);
-    start_mini_world(world);
-    free_mini_grid(&sheet);
-    free_mini_grid(&plane);
-}
-
-static void gather(mini_world *world) {
-    contact_scene const scene = get_mini_scene(world, TIME_STEP);
-    memcpy(world->x1, world->x0, 3 * world->vertex_count * sizeof(double));
-    pair_source const source = find_mini_pairs(world, world->x1);
-    assert_int_equal(gather_contacts(&scene, &world->store, world->x1, source.pairs, &world->rows),
-                     TULLE_OK);
-}
 
 /* Rows with impulses that tell them apart, stored. */
 static void store_marked_rows(mini_world *world) {
@@ -75,15 +50,15 @@ static void impulses_slide_with_the_sheet(void **state) {
     size_t changed = 0, edge_rows = 0, carried_edge_rows = 0;
     for (int i = 0; i < 40; i++) {
         mini_world world;
-        make_sheet_over_plane(&world, &random);
-        gather(&world);
+        make_coarse_sheet_over_plane(&world, &random);
+        gather_at_rest(&world, TIME_STEP);
         size_t const count = world.rows.rows.count;
         assert_true(count < MAX_ROWS);
         store_marked_rows(&world);
         memcpy(before, world.rows.rows.data, count * sizeof *before);
         memset(is_taken, 0, sizeof is_taken);
         shift_sheet(&world, 0.01 * random_uniform(&random), 0.01 * random_uniform(&random), 0.0);
-        gather(&world);
+        gather_at_rest(&world, TIME_STEP);
         for (size_t r = 0; r < world.rows.rows.count; r++) {
             const contact_row *const row = &world.rows.rows.data[r];
             size_t const index = read_mark(row, is_taken, count);
@@ -109,11 +84,11 @@ static void impulses_do_not_change_sides(void **state) {
     (void)state;
     uint64_t random = 17;
     mini_world world;
-    make_sheet_over_plane(&world, &random);
-    gather(&world);
+    make_coarse_sheet_over_plane(&world, &random);
+    gather_at_rest(&world, TIME_STEP);
     store_marked_rows(&world);
-    shift_sheet(&world, 0.015, 0.01, -2.0 * HEIGHT);
-    gather(&world);
+    shift_sheet(&world, 0.015, 0.01, -2.0 * HEIGHT_OVER_PLANE);
+    gather_at_rest(&world, TIME_STEP);
     assert_true(world.rows.rows.count > world.cloth_vertex_count);
     size_t old_count = 0;
     for (size_t r = 0; r < world.rows.rows.count; r++) {
@@ -131,15 +106,15 @@ static void unknown_contacts_are_left_alone(void **state) {
     (void)state;
     uint64_t random = 19;
     mini_world world;
-    make_sheet_over_plane(&world, &random);
-    gather(&world);
+    make_coarse_sheet_over_plane(&world, &random);
+    gather_at_rest(&world, TIME_STEP);
     for (size_t r = 0; r < world.rows.rows.count; r++) {
         contact_row *const row = &world.rows.rows.data[r];
         row->impulse = vec3_make(1.0, 0.0, 0.0);
         row->pair = (feature_pair){1000000 + (uint32_t)r, 2000000};
     }
     assert_int_equal(update_contacts(&world.store, &world.heap, &world.rows, TIME_STEP), TULLE_OK);
-    gather(&world);
+    gather_at_rest(&world, TIME_STEP);
     for (size_t r = 0; r < world.rows.rows.count; r++) assert_false(world.rows.rows.data[r].is_old);
     mini_world_destroy(&world);
 }

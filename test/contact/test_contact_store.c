@@ -91,13 +91,14 @@ static void refuses_damaged_blocks(void **state) {
     assert_int_equal(size, 16 + 2 * sizeof(stored_contact));
     stored_contact contacts[2];
     char bytes[16 + 2 * sizeof(stored_contact)];
-    for (int damage = 0; damage < 4; damage++) {
+    for (int damage = 0; damage < 5; damage++) {
         contact_store_save(&store, bytes);
         memcpy(contacts, bytes + 16, sizeof contacts);
         if (damage == 0) contacts[1].second = 2;
         if (damage == 1) contacts[0].impulse[1] = NAN;
         if (damage == 2) contacts[0].kind = 2;
         if (damage == 3) contacts[1].is_hard = 7;
+        if (damage == 4) contacts[1].anchor[2] = INFINITY;
         memcpy(bytes + 16, contacts, sizeof contacts);
         assert_int_equal(contact_store_load(&store, &heap, bytes, size),
                          TULLE_ERROR_INVALID_ARGUMENT);

@@ -90,7 +90,7 @@ static void impacts_follow_the_laws(void **state) {
         double const k = 0.25 * (i % 5), friction = i % 3 == 0 ? 0.0 : 0.4;
         end_world world;
         make_world(&world, &random, k, friction);
-        end_velocities ends = {0};
+        end_velocities ends = {.kinetic_limit = get_energy(&world, world.v0)};
         assert_int_equal(find_end_velocities(&world.scene, &world.list, world.u, world.v1, &ends),
                          TULLE_OK);
         rebounds += ends.rebound_count;
@@ -143,7 +143,7 @@ static void two_bodies_part_as_known(void **state) {
         memcpy(world.u, world.v0, sizeof world.u);
         project_impulses(&world.scene, world.rows, 1, world.u);
         memcpy(world.v1, world.u, sizeof world.u);
-        end_velocities ends = {0};
+        end_velocities ends = {.kinetic_limit = 10.0};
         assert_int_equal(find_end_velocities(&world.scene, &world.list, world.u, world.v1, &ends),
                          TULLE_OK);
         assert_int_equal(ends.rebound_count, 1);
@@ -174,10 +174,64 @@ static void inelastic_ends_do_not_approach(void **state) {
     }
 }
 
+/* A limit between the energies of the inelastic and of the elastic end is met, and momentum kept;
+ * one under both leaves the inelastic end. */
+static void limit_of_energy_is_met(void **state) {
+    (void)state;
+    uint64_t random = 23;
+    int between = 0;
+    for (int i = 0; i < 50; i++) {
+        end_world free_world, world;
+        uint64_t const seed = random;
+        make_world(&free_world, &random, 0.8, 0.2);
+        end_velocities ends = {.kinetic_limit = (double)INFINITY};
+        assert_int_equal(find_end_velocities(&free_world.scene, &free_world.list, free_world.u,
+                                             free_world.v1, &ends),
+                         TULLE_OK);
+        double const low = get_energy(&free_world, free_world.u);
+        double const high = get_energy(&free_world, free_world.v1);
+        random = seed;
+        make_world(&world, &random, 0.8, 0.2);
+        ends.kinetic_limit = low + (0.1 * (i % 12) - 0.1) * (high - low);
+        assert_int_equal(find_end_velocities(&world.scene, &world.list, world.u, world.v1, &ends),
+                         TULLE_OK);
+        double const end = get_energy(&world, world.v1);
+        between += ends.kinetic_limit > low && ends.kinetic_limit < high;
+        double const expected = high > low ? fmin(fmax(ends.kinetic_limit, low), high) : high;
+        assert_true(fabs(end - expected) < 1e-12 * high);
+        vec3 const change =
+            vec3_sub(get_momentum(&world, world.v1), get_momentum(&world, world.v0));
+        assert_true(vec3_norm(change) < 1e-13);
+        arena_destroy(&world.scratch);
+        arena_destroy(&free_world.scratch);
+    }
+    assert_true(between > 30);
+}
+
+/* What rows give to the free side is the work of the held side plus what both lose. */
+static void work_of_what_is_held(void **state) {
+    (void)state;
+    uint64_t random = 31;
+    end_world world;
+    make_world(&world, &random, 0.0, 0.4);
+    assert_true(find_obstacle_work(&world.scene, world.rows, ROW_COUNT, world.v0) == 0.0);
+    for (size_t v = 2; v < VERTEX_COUNT; v += 4) world.inverse_mass[v] = 0.0;
+    double expected = 0.0;
+    for (size_t r = 0; r < ROW_COUNT; r++)
+        expected -= world.rows[r].weights[2] *
+                    vec3_dot(world.rows[r].impulse, vec3_load(world.v0, world.rows[r].vertices[2]));
+    double const work = find_obstacle_work(&world.scene, world.rows, ROW_COUNT, world.v0);
+    assert_true(fabs(expected) > 1e-3);
+    assert_true(fabs(work - expected) < 1e-14);
+    arena_destroy(&world.scratch);
+}
+
 int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(impacts_follow_the_laws),
         cmocka_unit_test(two_bodies_part_as_known),
+        cmocka_unit_test(limit_of_energy_is_met),
+        cmocka_unit_test(work_of_what_is_held),
         cmocka_unit_test(inelastic_ends_do_not_approach),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);

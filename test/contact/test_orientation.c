@@ -8,29 +8,13 @@
 #include <string.h>
 
 #define TIME_STEP (1.0 / 90.0)
-#define HEIGHT 3e-3
 
 /* A turned sheet over a plane, both rough by 0.1 mm, with its rows stored. */
 static void make_stored_sheet(mini_world *world, uint64_t *random) {
-    *world = mini_world_make();
-    double const angle = 6.28 * random_uniform(random);
-    vec3 const across = {0.15 * cos(angle), 0.15 * sin(angle), 0.0};
-    vec3 const along = {-0.15 * sin(angle), 0.15 * cos(angle), 0.0};
-    mini_grid sheet = make_mini_grid(8, 9, vec3_make(0.0, 0.0, HEIGHT), across, along);
-    mini_grid plane = make_mini_grid(21, 21, vec3_make(-0.3, -0.31, 0.0), vec3_make(0.6, 0.01, 0.0),
-                                     vec3_make(0.013, 0.6, 0.0));
-    add_mini_surface(world, sheet.mesh, false);
-    add_mini_surface(world, plane.mesh, true);
-    start_mini_world(world);
-    free_mini_grid(&sheet);
-    free_mini_grid(&plane);
+    make_coarse_sheet_over_plane(world, random);
     for (size_t i = 0; i < world->vertex_count; i++)
         world->x0[3 * i + 2] += 1e-4 * (random_uniform(random) - 0.5);
-    memcpy(world->x1, world->x0, 3 * world->vertex_count * sizeof(double));
-    contact_scene const scene = get_mini_scene(world, TIME_STEP);
-    pair_source const source = find_mini_pairs(world, world->x1);
-    assert_int_equal(gather_contacts(&scene, &world->store, world->x1, source.pairs, &world->rows),
-                     TULLE_OK);
+    gather_at_rest(world, TIME_STEP);
     assert_int_equal(update_contacts(&world->store, &world->heap, &world->rows, TIME_STEP),
                      TULLE_OK);
 }

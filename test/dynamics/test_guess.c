@@ -85,8 +85,39 @@ static void excess_is_energy_beyond_the_model(void **state) {
     fixture_free(f);
 }
 
+/* u . (b - A u) of the system with wind less that of the system without. */
+static void wind_works_as_the_system_reckons(void **state) {
+    (void)state;
+    double u[3 * 30], product[3 * 30], force_work[2] = {0.0, 0.0}, work;
+    fixture *const f = make_case(u);
+    motion_state const now = fixture_state(f, 0.01);
+    force_options const options = {TULLE_INTEGRATOR_IMPLICIT_EULER, 1, 0.0};
+    linear_system_operator matrix = {&f->system, 1};
+    for (int k = 0; k < 2; k++) {
+        assert_int_equal(
+            measure_wind_work(&f->model, &now, &f->surroundings.wind, u, 1, &f->scratch, &work),
+            TULLE_OK);
+        if (k == 0) assert_true(work == 0.0);
+        assert_int_equal(
+            compute_forces(&f->model, &now, &f->surroundings, options, &f->scratch, &f->system),
+            TULLE_OK);
+        linear_system_apply(&matrix, u, product);
+        for (size_t i = 0; i < 90; i++)
+            force_work[k] += u[i] * (f->system.right_hand_side[i] - product[i]);
+        f->surroundings.wind = (tulle_wind){.velocity = {3.0, -1.0, 2.0},
+                                            .drag_coefficient = 0.6,
+                                            .gust_strength = 1.0,
+                                            .gust_length = 0.1,
+                                            .gust_time = 1.0};
+    }
+    assert_true(fabs(work) > 1e-6);
+    assert_true(fabs(force_work[1] - force_work[0] - work) < 1e-11 * fabs(force_work[0]));
+    fixture_free(f);
+}
+
 int main(void) {
     const struct CMUnitTest tests[] = {cmocka_unit_test(system_is_exact_at_the_guess),
-                                       cmocka_unit_test(excess_is_energy_beyond_the_model)};
+                                       cmocka_unit_test(excess_is_energy_beyond_the_model),
+                                       cmocka_unit_test(wind_works_as_the_system_reckons)};
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

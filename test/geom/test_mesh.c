@@ -4,6 +4,7 @@
 
 #include "base/hash.h"
 #include "math/vec3.h"
+#include "support/failing_heap.h"
 
 #include <setjmp.h>
 #include <stdarg.h>
@@ -341,17 +342,6 @@ static void random_soups_are_judged_like_brute_force(void **state) {
     assert_true(accepted_count > 20);
 }
 
-static void *allocate_until(void *context, size_t byte_count) {
-    int *const left = context;
-    return (*left)-- > 0 ? malloc(byte_count) : NULL;
-}
-
-static void release_plain(void *context, void *pointer, size_t byte_count) {
-    (void)context;
-    (void)byte_count;
-    free(pointer);
-}
-
 static void every_allocation_may_fail(void **state) {
     (void)state;
     sample s;
@@ -361,7 +351,7 @@ static void every_allocation_may_fail(void **state) {
         for (int k = 0;; k++) {
             assert_true(k < 100);
             int left = k;
-            memory heap = memory_make((tulle_allocator){allocate_until, release_plain, &left, 0});
+            memory heap = failing_heap_make(&left);
             tulle_error error = {0};
             tulle_status const status =
                 what == 0 ? mesh_validate(&heap, s.view, TULLE_MESH_ROLE_CLOTH, &error)

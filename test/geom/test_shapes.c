@@ -3,6 +3,7 @@
 #include "geom/shapes.h"
 
 #include "base/hash.h"
+#include "support/failing_heap.h"
 #include "tulle/check.h"
 
 #include <setjmp.h>
@@ -464,17 +465,6 @@ static void random_parameters_give_manifolds_or_errors(void **state) {
     assert_true(made_count > 2000);
 }
 
-static void *allocate_until(void *context, size_t byte_count) {
-    int *const left = context;
-    return (*left)-- > 0 ? malloc(byte_count) : NULL;
-}
-
-static void release_plain(void *context, void *pointer, size_t byte_count) {
-    (void)context;
-    (void)byte_count;
-    free(pointer);
-}
-
 static void jitter_survives_failing_allocations(void **state) {
     (void)state;
     tulle_shape_def const def = tulle_shape_def_default(TULLE_SHAPE_RECTANGLE);
@@ -483,7 +473,7 @@ static void jitter_survives_failing_allocations(void **state) {
     for (int k = 0;; k++) {
         assert_true(k < 100);
         int left = k;
-        memory heap = memory_make((tulle_allocator){allocate_until, release_plain, &left, 0});
+        memory heap = failing_heap_make(&left);
         tulle_status const status = shape_jitter(&heap, &def, &mesh, NULL);
         assert_int_equal(heap.bytes_held, 0);
         if (status == TULLE_OK) break;

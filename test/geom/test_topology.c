@@ -2,6 +2,7 @@
 #include "geom/topology.h"
 
 #include "base/hash.h"
+#include "support/failing_heap.h"
 
 #include <setjmp.h>
 #include <stdarg.h>
@@ -130,18 +131,6 @@ static void nothing_is_fine(void **state) {
     assert_int_equal(topology_build(&heap, NULL, (size_t)1 << 40, 3, &topo), TULLE_ERROR_LIMIT);
 }
 
-/* Fails the allocation with number *context. */
-static void *allocate_until(void *context, size_t byte_count) {
-    int *const left = context;
-    return (*left)-- > 0 ? malloc(byte_count) : NULL;
-}
-
-static void release_plain(void *context, void *pointer, size_t byte_count) {
-    (void)context;
-    (void)byte_count;
-    free(pointer);
-}
-
 static void every_allocation_may_fail(void **state) {
     (void)state;
     uint64_t random = 5;
@@ -150,7 +139,7 @@ static void every_allocation_may_fail(void **state) {
     for (int k = 0;; k++) {
         assert_true(k < 100);
         int left = k;
-        memory heap = memory_make((tulle_allocator){allocate_until, release_plain, &left, 0});
+        memory heap = failing_heap_make(&left);
         topology topo;
         tulle_status const status = topology_build(&heap, triangles, 20, 12, &topo);
         if (status == TULLE_OK) {

@@ -136,9 +136,16 @@ static conjugate_gradients_result solve(solve_input in, double *x) {
     double *const diagonal = malloc(9 * in.matrix->row_count * sizeof(double));
     block_matrix_get_diagonal(in.matrix, diagonal);
     operator_context context = {in.matrix, in.threads};
-    conjugate_gradients_problem const problem = {
-        in.matrix->row_count, apply,        &context,          in.b,      diagonal, in.is_fixed,
-        in.tolerance,         in.reference, in.max_iterations, in.threads};
+    conjugate_gradients_problem const problem = {.vertex_count = in.matrix->row_count,
+                                                 .apply = apply,
+                                                 .apply_context = &context,
+                                                 .right_hand_side = in.b,
+                                                 .diagonal = diagonal,
+                                                 .is_fixed = in.is_fixed,
+                                                 .tolerance = in.tolerance,
+                                                 .reference = in.reference,
+                                                 .max_iterations = in.max_iterations,
+                                                 .threads = in.threads};
     conjugate_gradients_result result;
     assert_int_equal(conjugate_gradients_solve(&problem, x, &scratch, &result), TULLE_OK);
     uint64_t const heap_calls = heap.allocate_count;
@@ -305,8 +312,14 @@ static void failing_memory_is_reported(void **state) {
     double b[ENTRIES] = {1.0}, x[ENTRIES] = {0.5}, diagonal[9 * VERTICES];
     block_matrix_get_diagonal(&r.matrix, diagonal);
     operator_context context = {&r.matrix, 1};
-    conjugate_gradients_problem const problem = {VERTICES, apply, &context, b, diagonal,
-                                                 NULL,     1e-6,  0.0,      9, 1};
+    conjugate_gradients_problem const problem = {.vertex_count = VERTICES,
+                                                 .apply = apply,
+                                                 .apply_context = &context,
+                                                 .right_hand_side = b,
+                                                 .diagonal = diagonal,
+                                                 .tolerance = 1e-6,
+                                                 .max_iterations = 9,
+                                                 .threads = 1};
     conjugate_gradients_result result;
     assert_int_equal(conjugate_gradients_solve(&problem, x, &scratch, &result),
                      TULLE_ERROR_OUT_OF_MEMORY);

@@ -320,6 +320,7 @@ static tulle_status run_stages(mini_world *world, double h, const motion_system 
     if (status == TULLE_OK)
         status = commit_safely(&scene, &source, world->impacts.is_clean, world->u, world->x1,
                                &world->commit);
+    if (status == TULLE_OK) move_anchors(&scene, world->x1, &world->rows);
     count_time(world, 4, &start);
     return status;
 }
@@ -444,4 +445,27 @@ double find_mini_stretch(const mini_world *world) {
         largest = fmax(largest, vec3_norm(d) / spring->rest_length);
     }
     return largest;
+}
+
+void make_coarse_sheet_over_plane(mini_world *world, uint64_t *random) {
+    *world = mini_world_make();
+    double const angle = 6.28 * random_uniform(random);
+    vec3 const across = {0.15 * cos(angle), 0.15 * sin(angle), 0.0};
+    vec3 const along = {-0.15 * sin(angle), 0.15 * cos(angle), 0.0};
+    mini_grid sheet = make_mini_grid(8, 9, vec3_make(0.0, 0.0, HEIGHT_OVER_PLANE), across, along);
+    mini_grid plane = make_mini_grid(21, 21, vec3_make(-0.3, -0.31, 0.0), vec3_make(0.6, 0.01, 0.0),
+                                     vec3_make(0.013, 0.6, 0.0));
+    add_mini_surface(world, sheet.mesh, false);
+    add_mini_surface(world, plane.mesh, true);
+    start_mini_world(world);
+    free_mini_grid(&sheet);
+    free_mini_grid(&plane);
+}
+
+void gather_at_rest(mini_world *world, double h) {
+    contact_scene const scene = get_mini_scene(world, h);
+    memcpy(world->x1, world->x0, 3 * world->vertex_count * sizeof(double));
+    pair_source const source = find_mini_pairs(world, world->x1);
+    assert_int_equal(gather_contacts(&scene, &world->store, world->x1, source.pairs, &world->rows),
+                     TULLE_OK);
 }

@@ -1,0 +1,56 @@
+/* math/front_kernel.h - the dense loops of sparse_cholesky: one front of single precision numbers
+ * factored, and solved with. */
+#ifndef TULLE_MATH_FRONT_KERNEL_H
+#define TULLE_MATH_FRONT_KERNEL_H
+
+#include "math/kernel_target.h"
+
+#include <stddef.h>
+#include <stdint.h>
+
+/* Rows are padded to this many, for every vector width. */
+enum { FRONT_ROWS = 16 };
+
+static inline size_t front_round_up(size_t rows) {
+    return (rows + FRONT_ROWS - 1) / FRONT_ROWS * FRONT_ROWS;
+}
+
+/* A front: `own` columns of `own` and then `others` rows, both multiples of three. Columns are
+ * `stride` apart, a multiple of FRONT_ROWS and at least own + front_round_up(others); rows after
+ * own + others are zero. Only entries on and below the diagonal count. */
+typedef struct front_panel {
+    float *columns;
+    size_t own, others, stride;
+} front_panel;
+
+static inline size_t front_stride(size_t own, size_t others) {
+    size_t const stride = front_round_up(own + front_round_up(others));
+    /* A distance of many equal low bits would put columns into the same few lines of a cache. */
+    return stride % 128 == 0 ? stride + FRONT_ROWS : stride;
+}
+
+/* Factors the columns in place, L L^T; the diagonal then holds the inverses of L's. A pivot under
+ * its `floors` entry (own) becomes that. Subtracts the product of the other rows with themselves
+ * from `update` (columns front_round_up(others) apart, as many rows). Returns the number of pivots
+ * that were raised. */
+TULLE_DECLARE_KERNEL(uint32_t, factor_front,
+                     (const front_panel *front, const float *floors, float *update))
+
+/* Solves with L: x has `stride` entries; its first `own` become the solution and their product with
+ * the other rows is subtracted from the others. */
+TULLE_DECLARE_KERNEL(void, solve_front_down, (const front_panel *front, float *x))
+
+/* Solves with L^T: the entries after `own` are known (zero after own + others). */
+TULLE_DECLARE_KERNEL(void, solve_front_up, (const front_panel *front, float *x))
+
+/* to += from, over `rows` by `columns` numbers; where `is_lower` only those on and below the
+ * diagonal. */
+typedef struct front_patch {
+    const float *from;
+    float *to;
+    size_t from_stride, to_stride, rows, columns;
+    bool is_lower;
+} front_patch;
+TULLE_DECLARE_KERNEL(void, add_front_patch, (const front_patch *patch))
+
+#endif

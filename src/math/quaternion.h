@@ -1,0 +1,54 @@
+/* math/quaternion.h - unit quaternions as rotations, by value. Layout equals double[4]: w, x, y, z.
+ */
+#ifndef TULLE_MATH_QUATERNION_H
+#define TULLE_MATH_QUATERNION_H
+
+#include "math/vec3.h"
+
+typedef struct quaternion {
+    double w, x, y, z;
+} quaternion;
+
+static inline quaternion quaternion_identity(void) { return (quaternion){1.0, 0.0, 0.0, 0.0}; }
+static inline quaternion quaternion_load(const double *q) {
+    return (quaternion){q[0], q[1], q[2], q[3]};
+}
+static inline double quaternion_norm(quaternion q) {
+    return sqrt(q.w * q.w + q.x * q.x + q.y * q.y + q.z * q.z);
+}
+/* q / |q|, or the identity where |q| is zero. */
+static inline quaternion quaternion_normalize(quaternion q) {
+    double const norm = quaternion_norm(q);
+    if (!(norm > 0.0)) return quaternion_identity();
+    return (quaternion){q.w / norm, q.x / norm, q.y / norm, q.z / norm};
+}
+/* a b: first b, then a. */
+static inline quaternion quaternion_multiply(quaternion a, quaternion b) {
+    return (quaternion){a.w * b.w - a.x * b.x - a.y * b.y - a.z * b.z,
+                        a.w * b.x + a.x * b.w + a.y * b.z - a.z * b.y,
+                        a.w * b.y - a.x * b.z + a.y * b.w + a.z * b.x,
+                        a.w * b.z + a.x * b.y - a.y * b.x + a.z * b.w};
+}
+/* The inverse of a unit quaternion. */
+static inline quaternion quaternion_conjugate(quaternion q) {
+    return (quaternion){q.w, -q.x, -q.y, -q.z};
+}
+/* The rotation matrix of a unit quaternion. */
+static inline mat3 quaternion_to_matrix(quaternion q) {
+    return (mat3){{1.0 - 2.0 * (q.y * q.y + q.z * q.z), 2.0 * (q.x * q.y - q.w * q.z),
+                   2.0 * (q.x * q.z + q.w * q.y), 2.0 * (q.x * q.y + q.w * q.z),
+                   1.0 - 2.0 * (q.x * q.x + q.z * q.z), 2.0 * (q.y * q.z - q.w * q.x),
+                   2.0 * (q.x * q.z - q.w * q.y), 2.0 * (q.y * q.z + q.w * q.x),
+                   1.0 - 2.0 * (q.x * q.x + q.y * q.y)}};
+}
+/* R a */
+static inline vec3 quaternion_rotate(quaternion q, vec3 a) {
+    mat3 const matrix = quaternion_to_matrix(q);
+    return mat3_multiply_vec3(&matrix, a);
+}
+/* R^T a */
+static inline vec3 quaternion_rotate_back(quaternion q, vec3 a) {
+    return quaternion_rotate(quaternion_conjugate(q), a);
+}
+
+#endif

@@ -1,0 +1,92 @@
+/* world/energy_balance.c - the energy that a substep may end with.
+ *
+ * Kinetic energy and the true potentials of springs, bending and gravity may not be more than at
+ * the start and by what was put in from outside: the work of wind, of pins and of obstacles on
+ * their own way. Takes the substep as solved; gives what is left for the kinetic energy. */
+#include "contact/end_velocities.h"
+#include "world/step.h"
+
+/* A gain under this share of the kinetic energy that gravity gives in a step, and of that at the
+ * start, is not worth another solve. */
+static const double GRAVITY_SHARE = 1e-6, KINETIC_SHARE = 1e-12;
+
+static tulle_status measure(const step_context *context, const double *positions,
+                            const double *velocities, cloth_energies *energies) {
+    tulle_world *const world = context->world;
+    energy_options const options = {vec3_load(world->def.gravity, 0), world->threads};
+    return compute_energies(world->model, positions, velocities, options, &world->scratch,
+                            energies);
+}
+
+static double get_potential(const cloth_energies *energies) {
+    return energies->gravity + energies->stretch + energies->bend;
+}
+
+/* Work [J] of what holds cloth vertices, but for what their contacts ask: u . (A u - b). */
+static tulle_status measure_pins(const step_context *context, double *work) {
+    tulle_world *const world = context->world;
+    const double *const u = context->mean_velocity;
+    bool moves = false;
+    *work = 0.0;
+    for (size_t v = 0; v < world->cloth_vertex_count; v++)
+        moves |= world->is_fixed[v] && vec3_norm2(vec3_load(u, v)) > 0.0;
+    if (!moves) return TULLE_OK;
+    arena_mark const mark = arena_get_mark(&world->scratch);
+    double *const product = ARENA_NEW(&world->scratch, double, 3 * world->cloth_vertex_count);
+    if (!product) return TULLE_ERROR_OUT_OF_MEMORY;
+    linear_system_operator matrix = {&world->system, world->threads};
+    linear_system_apply(&matrix, u, product);
+    for (size_t v = 0; v < world->cloth_vertex_count; v++) {
+        if (!world->is_fixed[v]) continue;
+        vec3 const pull =
+            vec3_sub(vec3_load(product, v), vec3_load(world->system.right_hand_side, v));
+        *work += vec3_dot(pull, vec3_load(u, v));
+    }
+    arena_release(&world->scratch, mark);
+    return TULLE_OK;
+}
+
+/* Kinetic energy [J] of the vertices that are held or of those that are not, with velocities u. */
+static double measure_kinetic(const step_context *context, bool is_held) {
+    tulle_world const *const world = context->world;
+    double sum = 0.0;
+    for (size_t v = 0; v < world->cloth_vertex_count; v++)
+        if ((world->is_fixed[v] != 0) == is_held)
+            sum += 0.5 * world->model->masses[v] * vec3_norm2(vec3_load(context->mean_velocity, v));
+    return sum;
+}
+
+tulle_status world_find_kinetic_limit(const step_context *context, kinetic_limit *limit) {
+    tulle_world *const world = context->world;
+    world_motion_state const *const state = context->state;
+    double wind, pins;
+    cloth_energies start, end;
+    tulle_status status = measure(context, state->positions, state->velocities, &start);
+    if (status == TULLE_OK) status = measure(context, context->end, state->velocities, &end);
+    if (status == TULLE_OK)
+        status = measure_wind_work(world->model, &context->dynamics, &world->def.wind,
+                                   context->mean_velocity, world->threads, &world->scratch, &wind);
+    if (status == TULLE_OK) status = measure_pins(context, &pins);
+    if (status != TULLE_OK) return status;
+    limit->start = start.kinetic;
+    limit->energy = start.kinetic + get_potential(&start) - get_potential(&end) + wind + pins -
+                    measure_kinetic(context, true);
+    return TULLE_OK;
+}
+
+tulle_status world_check_balance(const step_context *context, bool *is_fed) {
+    tulle_world *const world = context->world;
+    vec3 const fall = vec3_scale(vec3_load(world->def.gravity, 0), context->time_step);
+    const double *const u = context->mean_velocity;
+    kinetic_limit limit;
+    tulle_status const status = world_find_kinetic_limit(context, &limit);
+    if (status != TULLE_OK) return status;
+    double mass = 0.0;
+    for (size_t v = 0; v < world->cloth_vertex_count; v++) mass += world->model->masses[v];
+    double const outside =
+        find_obstacle_work(&context->scene, world->rows.rows.data, world->rows.rows.count, u);
+    double const slack =
+        GRAVITY_SHARE * 0.5 * mass * vec3_norm2(fall) + KINETIC_SHARE * limit.start;
+    *is_fed = measure_kinetic(context, false) > limit.energy + outside + slack;
+    return TULLE_OK;
+}

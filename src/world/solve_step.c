@@ -1,0 +1,153 @@
+/* world/solve_step.c - stages 3, 4 and 10 of a substep, again until they feed the cloth nothing.
+ *
+ * Solves for the motion with contact, proposes paths and resolves impacts on them. The springs are
+ * linear in the solve, and the impulses of the last sweeps act on the masses alone: both may leave
+ * springs with energy that came from nowhere, as where a tip stops a vertex and the cloth around it
+ * flies on. Takes the rows and the system of the start; gives u, the paths x0 -> x1, and impulses.
+ *
+ * Based on: Newton's method for the equations of implicit Euler. */
+#include "base/timer.h"
+#include "contact/contact_paths.h"
+#include "world/step.h"
+
+#include <string.h>
+
+/* Springs are linearised anew while their energy beyond what the system reckons with is more than
+ * this share of what the step takes anyway; so often at most. */
+static const double EXCESS_SHARE = 0.5;
+enum { LINEARISATIONS_MAX = 3 };
+
+/* A step that ends with more energy than it may is solved anew, with impulses that settle better:
+ * twice the rounds of a landing's, then twice as many each time; so often at most. */
+enum { BALANCES_MAX = 3, BALANCE_ROUNDS = 6 };
+
+tulle_status world_compute_forces(step_context *context) {
+    tulle_world *const world = context->world;
+    environment const surroundings = {vec3_load(world->def.gravity, 0), world->def.wind};
+    force_options const options = {world->def.integrator, world->threads, context->damping};
+    return compute_forces(world->model, &context->dynamics, &surroundings, options, &world->scratch,
+                          &world->system);
+}
+
+/* A without bending: what reaches farther than an edge would fill the factor, and A's diagonal
+ * without that would be too stiff. */
+static cholesky_matrix get_edge_matrix(const tulle_world *world) {
+    const linear_system *const system = &world->system;
+    return (cholesky_matrix){
+        .blocks = system->matrix.values,
+        .shifts = {world->model->bend_block_damping, world->model->bend_blocks},
+        .shift_factors = {system->bend_damping_factor, system->bend_factor}};
+}
+
+/* With springs linearised about u of now, again; `is_first`: about x0, from the velocities at the
+ * start. */
+static tulle_status run_solve_motion(step_context *context, bool is_first) {
+    tulle_world *const world = context->world;
+    linear_system_operator system_operator = {&world->system, world->threads};
+    motion_system const system = {.right_hand_side = world->system.right_hand_side,
+                                  .diagonal = world->system.diagonal,
+                                  .apply = linear_system_apply,
+                                  .apply_context = &system_operator,
+                                  .forces = world->system.forces,
+                                  .force_time = world->system.force_time,
+                                  .start = is_first ? NULL : context->state->velocities,
+                                  .factor = world->factor,
+                                  .edge_matrix = get_edge_matrix(world)};
+    if (is_first) {
+        memcpy(context->mean_velocity, context->state->velocities,
+               3 * world->cloth_vertex_count * sizeof(double));
+        prescribe_motion(&context->scene, context->mean_velocity);
+    }
+    solve_report solved = {0};
+    tulle_status const status =
+        context->scene.paper
+            ? respond_by_paper(&context->scene, &system, &world->rows, context->mean_velocity,
+                               &solved)
+            : solve_motion(&context->scene, &system, &world->rows, context->mean_velocity, &solved);
+    tulle_step_report *const report = context->report;
+    report->solve_count += solved.solve_count;
+    report->cg_iterations += solved.cg_iterations;
+    if (solved.cg_residual > report->cg_residual) report->cg_residual = solved.cg_residual;
+    if (!solved.has_converged) report->cg_converged = 0;
+    report->stick_contacts = solved.stick_count;
+    report->slip_contacts = solved.slip_count;
+    report->hard_contacts = solved.hard_count;
+    return status;
+}
+
+/* Springs linearised about u of now. */
+static tulle_status linearise_anew(step_context *context) {
+    memcpy(context->guess, context->mean_velocity,
+           3 * context->world->cloth_vertex_count * sizeof(double));
+    context->dynamics.guess = context->guess;
+    return world_compute_forces(context);
+}
+
+/* Whether the solution stretches the cloth by more energy than the linear system knows of. */
+static tulle_status check_springs(const step_context *context, bool *is_false) {
+    tulle_world *const world = context->world;
+    /* of the energy that implicit Euler takes, Crank-Nicolson takes the part of its damping */
+    double const c = world->system.share;
+    bool const is_mean = world->system.integrator == TULLE_INTEGRATOR_CRANK_NICOLSON;
+    double const kept = is_mean ? (2.0 * c - 1.0) / (c * c) : 1.0;
+    linear_excess excess;
+    tulle_status const status =
+        measure_linear_excess(world->model, &context->dynamics, context->mean_velocity,
+                              world->threads, &world->scratch, &excess);
+    *is_false = status == TULLE_OK && excess.springs > EXCESS_SHARE * kept * excess.inertia;
+    return status;
+}
+
+/* Solves until the springs' energy is what the system takes it for. */
+static tulle_status solve_with_true_springs(step_context *context, bool is_first) {
+    tulle_status status = run_solve_motion(context, is_first);
+    for (int i = 0; i < LINEARISATIONS_MAX && status == TULLE_OK && !context->scene.paper; i++) {
+        bool is_false;
+        status = check_springs(context, &is_false);
+        if (status != TULLE_OK || !is_false) break;
+        status = linearise_anew(context);
+        if (status == TULLE_OK) status = run_solve_motion(context, false);
+    }
+    return status;
+}
+
+static tulle_status run_resolve_impacts(step_context *context, impact_report *impacts) {
+    tulle_status const status =
+        resolve_impacts(&context->scene, &context->source, &context->world->rows,
+                        context->mean_velocity, context->end, impacts);
+    context->report->impact_rounds += impacts->rounds;
+    context->report->tested_pairs += impacts->tested_pairs;
+    context->report->turning_pairs += impacts->turning_pairs;
+    return status;
+}
+
+/* Other integrators have steps without friction of their own: energy goes up and down about its
+ * value. Their steps with an impact are those of implicit Euler. */
+static bool keeps_balance(const step_context *context) {
+    tulle_world const *const world = context->world;
+    return !context->scene.paper && world->rows.rows.count > 0 &&
+           world->system.integrator == TULLE_INTEGRATOR_IMPLICIT_EULER;
+}
+
+tulle_status world_solve_step(step_context *context, impact_report *impacts, double *start) {
+    contact_settings *const settings = &context->scene.settings;
+    tulle_status status = solve_with_true_springs(context, true);
+    for (int i = 0; status == TULLE_OK; i++) {
+        world_end_stage(context, STAGE_SOLVE_MOTION, start);
+        propose_paths(&context->scene, context->mean_velocity, context->end);
+        world_end_stage(context, STAGE_PROPOSE_PATHS, start);
+        status = run_resolve_impacts(context, impacts);
+        world_end_stage(context, STAGE_RESOLVE_IMPACTS, start);
+        if (status != TULLE_OK || i == BALANCES_MAX || !keeps_balance(context)) break;
+        bool is_fed;
+        status = world_check_balance(context, &is_fed);
+        if (status != TULLE_OK || !is_fed) break;
+        settings->solve_rounds = BALANCE_ROUNDS << i;
+        if (settings->solve_rounds_landing < settings->solve_rounds)
+            settings->solve_rounds_landing = settings->solve_rounds;
+        status = linearise_anew(context);
+        world_end_stage(context, STAGE_COMPUTE_FORCES, start);
+        if (status == TULLE_OK) status = solve_with_true_springs(context, false);
+    }
+    return status;
+}

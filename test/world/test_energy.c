@@ -1,0 +1,100 @@
+/* Energy of cloth that lands, through the public interface: it falls from step to step, but for the
+ * work of what moves; and the balance costs nothing where it holds. */
+#include "support/small_world.h"
+#include "support/test_support.h"
+
+#include <math.h>
+
+#define STEP (1.0 / 90.0)
+enum { ROW = 3, PINS = 2 };
+
+static void add_needles(tulle_world *world) {
+    tulle_shape_def shape = tulle_shape_def_default(TULLE_SHAPE_NEEDLE);
+    shape.radius = 0.006;
+    shape.height = 0.2;
+    shape.tip_height = 0.06;
+    for (int i = 0; i < ROW * ROW; i++) {
+        tulle_mesh needle = small_shape(shape, 0.25 * (i % ROW - 1), 0.25 * (i / ROW - 1), 0.0);
+        small_add_obstacle(world, &needle);
+        tulle_mesh_destroy(&needle);
+    }
+    tulle_mesh floor = small_sheet(4.0, 2, 0.0);
+    small_add_obstacle(world, &floor);
+    tulle_mesh_destroy(&floor);
+}
+
+static tulle_step_report take_step(tulle_world *world) {
+    tulle_step_report report = {0};
+    tulle_error error = {0};
+    if (tulle_world_step(world, STEP, &report, &error) != TULLE_OK) fail_msg("%s", error.message);
+    return report;
+}
+
+/* Hard landings on tips, at sizes at which one gained a tenth of its energy in a step without the
+ * balance. */
+static void landings_gain_nothing(void **state) {
+    (void)state;
+    unsigned const counts[] = {17, 21, 29};
+    for (int k = 0; k < 3; k++) {
+        tulle_world_def def = tulle_world_def_default();
+        tulle_world *world;
+        def.threads = 1;
+        assert_int_equal(tulle_world_create(&def, &world, NULL), TULLE_OK);
+        tulle_mesh sheet = small_sheet(1.0, counts[k], 0.3);
+        small_add_cloth(world, &sheet);
+        add_needles(world);
+        double first = 0.0, last = 0.0, rise = 0.0;
+        for (int i = 0; i < 70; i++) {
+            tulle_step_report const report = take_step(world);
+            double const energy =
+                report.kinetic_energy + report.gravity_energy + report.elastic_energy;
+            if (i == 0) first = last = energy;
+            rise = fmax(rise, energy - last);
+            last = energy;
+        }
+        assert_true(first - last > 0.2);
+        assert_true(rise < 1e-6 * (first - last));
+        tulle_mesh_destroy(&sheet);
+        tulle_world_destroy(world);
+    }
+}
+
+/* Pins that pull a sheet up from the floor work on it: steps that know of it need no more solves
+ * than others. */
+static void lifting_needs_no_more_solves(void **state) {
+    (void)state;
+    tulle_world_def def = tulle_world_def_default();
+    tulle_world *world;
+    def.threads = 1;
+    assert_int_equal(tulle_world_create(&def, &world, NULL), TULLE_OK);
+    tulle_mesh sheet = small_sheet(0.5, 11, 0.006), floor = small_sheet(2.0, 2, 0.0);
+    uint32_t const corners[PINS] = {0, 10};
+    tulle_keyframe const keys[] = {{0.0, {0, 0, 0}, {1, 0, 0, 0}},
+                                   {1.0, {0, 0, 0.5}, {1, 0, 0, 0}}};
+    tulle_cloth_def cloth = tulle_cloth_def_default();
+    tulle_pin pin = {.vertices = corners, .vertex_count = PINS, .release_time = (double)INFINITY};
+    pin.motion = (tulle_motion){keys, 2, {0, 0, 0}, 0};
+    cloth.mesh = tulle_mesh_get_view(&sheet);
+    cloth.pins = &pin;
+    cloth.pin_count = 1;
+    assert_int_equal(tulle_world_add_cloth(world, &cloth, NULL, NULL), TULLE_OK);
+    small_add_obstacle(world, &floor);
+    uint64_t solves = 0, contacts = 0;
+    for (int i = 0; i < 80; i++) {
+        tulle_step_report const report = take_step(world);
+        solves += report.solve_count;
+        contacts += report.stick_contacts + report.slip_contacts;
+    }
+    print_message("%llu solves\n", (unsigned long long)solves);
+    assert_true(contacts > 800);
+    assert_true(solves < 80 * 4);
+    tulle_mesh_destroy(&sheet);
+    tulle_mesh_destroy(&floor);
+    tulle_world_destroy(world);
+}
+
+int main(void) {
+    const struct CMUnitTest tests[] = {cmocka_unit_test(landings_gain_nothing),
+                                       cmocka_unit_test(lifting_needs_no_more_solves)};
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}
