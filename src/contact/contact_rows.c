@@ -2,10 +2,12 @@
  *
  * The gap of a row is linear in the displacements: gap(1) = g0 + h n . sum w u. A row asks that it
  * ends no lower than the contact distance delta_c, or, where it starts lower, that it grows at the
- * push-out speed: bias = min((delta_c - g0) / h, push_out_speed). */
+ * push-out speed: bias = min((delta_c - g0) / h, push_out_speed). Where a body turns, what its
+ * predicted turn adds to the linear displacement counts as a part of g0. */
 #include "contact/contact_rows.h"
 
 #include "contact/row_friction.h"
+#include "contact/row_motion.h"
 
 #include <math.h>
 
@@ -37,16 +39,16 @@ bool make_contact_row(const contact_scene *scene, const double *x1, const pair_e
     row->normal = vec3_normalize(closest.difference);
     double lightest = 0.0; /* 1 / kg */
     for (int k = 0; k < 4; k++) {
-        double const inverse_mass = scene->inverse_mass[row->vertices[k]];
         row->weights[k] = closest.weights[k];
-        row->inverse_mass += closest.weights[k] * closest.weights[k] * inverse_mass;
-        lightest = fmax(lightest, inverse_mass);
+        lightest = fmax(lightest, scene->inverse_mass[row->vertices[k]]);
     }
-    double const least = LEAST_FREE_WEIGHT * LEAST_FREE_WEIGHT * lightest;
+    set_row_bodies(scene, row);
+    set_row_mobility(scene, row);
+    double const least = row->has_body ? 0.0 : LEAST_FREE_WEIGHT * LEAST_FREE_WEIGHT * lightest;
     if (!(row->inverse_mass > least) || !(vec3_norm2(row->normal) > 0.5)) return false;
     pair_distances const distances = find_pair_distances(scene, event->kind, row->vertices);
     row->gap = vec3_dot(row->normal, blend_points(start, row->weights));
-    row->bias = find_bias(scene, row->gap, distances.contact);
+    row->bias = find_bias(scene, row->gap + find_row_curvature(scene, row), distances.contact);
     set_row_friction(scene, row);
     return true;
 }

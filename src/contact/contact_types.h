@@ -12,6 +12,7 @@
 
 #include "base/arena.h"
 #include "detect/surface_set.h"
+#include "dynamics/rigid_body.h"
 #include "tulle/world.h"
 
 /* Numbers that shape the response. contact_settings_default fills all but minimum_gap. */
@@ -77,6 +78,24 @@ typedef struct paper_rules {
     uint8_t *after;        /* the same at its end, filled by the response */
 } paper_rules;
 
+/* A rigid body in one (sub)step. It has two slots among the vertices, right after those of cloths:
+ * body b owns cloth_vertex_count + 2 b, where u is the velocity V of its centre, and the entry
+ * after it, where u is its angular velocity w, for the inertia at x0. Positions of the slots are
+ * the centre, and the orientation as modified Rodrigues parameters. Its own vertices go where its
+ * motion places them; their u is read nowhere. */
+typedef struct contact_body {
+    const rigid_body *body;
+    const double *points;              /* [m] of its vertices, in the body's coordinates */
+    uint32_t vertex_begin, vertex_end; /* its surface's vertices */
+    bool is_free;                      /* else scripted or absent: its slots are no unknowns */
+    rigid_state start;                 /* at x0 */
+    mat3 inertia, inverse_inertia;     /* about the centre, in the world's axes at x0 */
+    vec3 momentum, spin; /* [N s], [N m s] right-hand sides: at the start, with gravity's share */
+    mat3 curvature;      /* times an arm: what the predicted turn moves beyond h w x arm [m] */
+    vec3
+        lift; /* [m/s] its mean velocity less V: half of what gravity adds while nothing holds it */
+} contact_body;
+
 /* Everything about one (sub)step that contact reads. Borrowed; constant while the stages run,
  * but for what `scratch` and `heap` hand out. */
 typedef struct contact_scene {
@@ -89,7 +108,11 @@ typedef struct contact_scene {
     const double *targets;      /* [m] 3 * vertex_count; only read where inverse_mass is 0 */
     const double *inverse_mass; /* [1/kg] vertex_count; 0: obstacles and pinned vertices */
     const contact_law *laws;    /* surface_count^2, row-major, symmetric */
-    const surface_grain *grains;       /* surface_count; null: none has one */
+    const surface_grain *grains; /* surface_count; null: none has one */
+    contact_body *bodies;        /* body_count; propose_paths sets their lift */
+    size_t body_count;
+    const uint32_t *surface_bodies;    /* surface_count: body of each surface, or TULLE_NONE; may be
+                                          null where body_count is 0 */
     vec3 gravity;                      /* [m/s^2] */
     const affine_map *const *carriers; /* surface_count entries, each may be null; null: none. Lets
                                           the rescue carry cloth along with a moving obstacle */
@@ -112,6 +135,22 @@ static inline uint64_t ignored_pair_key(uint32_t a, uint32_t b) {
     return a < b ? (uint64_t)a << 32 | b : (uint64_t)b << 32 | a;
 }
 
+/* Unknowns of the solve come first in u: cloth vertices and the slots of bodies. */
+static inline size_t get_solved_count(const contact_scene *scene) {
+    return scene->cloth_vertex_count + 2 * scene->body_count;
+}
+
+static inline uint32_t get_body_slot(const contact_scene *scene, size_t body) {
+    return (uint32_t)(scene->cloth_vertex_count + 2 * body);
+}
+
+/* The free body that a vertex belongs to, or TULLE_NONE. */
+static inline uint32_t find_body(const contact_scene *scene, uint32_t vertex) {
+    if (scene->body_count == 0 || vertex < get_solved_count(scene)) return TULLE_NONE;
+    uint32_t const body = scene->surface_bodies[scene->vertex_surface[vertex]];
+    return body != TULLE_NONE && scene->bodies[body].is_free ? body : TULLE_NONE;
+}
+
 typedef enum row_state { ROW_OPEN, ROW_STICKS, ROW_SLIDES } row_state;
 
 /* One contact: the half-space  n . sum_i w_i u_i >= bias  with friction and its total impulse. */
@@ -129,12 +168,17 @@ typedef struct contact_row {
     double friction; /* coefficient in this step, one of the two */
     vec3 grain;      /* unit tangent; factors on friction along and across it, 1: isotropic */
     double friction_along, friction_across;
-    vec3 anchor;          /* [m] tangential way since the contact sticks */
-    vec3 return_velocity; /* [m/s] tangential, that friction aims at: undoes the anchor */
-    vec3 impulse;         /* [N s] total over the step, acts w_i impulse on vertex i */
-    double inverse_mass;  /* [1/kg] sum w_i^2 / m_i, > 0 */
-    double stiffness;     /* [kg] penalty of a hard row in the solve */
-    double compliance;    /* [1/kg] the normal impulse times this is taken off a push-out's speed */
+    vec3 anchor;              /* [m] tangential way since the contact sticks */
+    vec3 return_velocity;     /* [m/s] tangential, that friction aims at: undoes the anchor */
+    vec3 impulse;             /* [N s] total over the step, acts w_i impulse on vertex i */
+    bool has_body;            /* a side lies on a free body; else the next three are not set */
+    uint32_t slots[2];        /* of each side's body, or TULLE_NONE */
+    vec3 arms[2];             /* [m] sum w_i r_i of each side's body */
+    vec3 slip_answer;         /* [1/kg] tangential velocity for a unit of normal impulse */
+    double slip_inverse_mass; /* [1/kg] largest answer to a tangential impulse */
+    double inverse_mass;      /* [1/kg] sum w_i^2 / m_i and what bodies add along the normal, > 0 */
+    double stiffness;         /* [kg] penalty of a hard row in the solve */
+    double compliance;   /* [1/kg] the normal impulse times this is taken off a push-out's speed */
     double friction_cap; /* [N s] normal impulse that bounds friction of a hard row; < 0: its own */
     bool is_hard;        /* in the matrix of the solve */
     double rebound;      /* [m/s] speed at which an impact parts at the end of the step; 0: none */

@@ -75,15 +75,6 @@ static size_t copy_loaded_rows(const row_list *list, bool is_inelastic, contact_
     return count;
 }
 
-/* Splits sum w_i u_i: the part of vertices that can move. */
-static vec3 get_free_velocity(const contact_scene *scene, const contact_row *row, const double *u) {
-    vec3 sum = {0.0, 0.0, 0.0};
-    for (int k = 0; k < 4; k++)
-        if (scene->inverse_mass[row->vertices[k]] > 0.0)
-            sum = vec3_add_scaled(sum, vec3_load(u, row->vertices[k]), row->weights[k]);
-    return sum;
-}
-
 double find_obstacle_work(const contact_scene *scene, const contact_row *rows, size_t count,
                           const double *u) {
     double work = 0.0;

@@ -3,6 +3,7 @@
  * One row: with W = sum w_i^2 / m_i the impulse that stops the row's relative velocity v at the
  * wanted normal speed is  p - (v - bias n) / W.  Its normal part is clamped to >= 0, its tangential
  * part to what friction can give under it; the difference to p acts on the four vertices.
+ * Where a side lies on a body see row_motion.h.
  *
  * Based on: Moreau, Unilateral contact and dry friction in finite freedom dynamics, 1988; Jean, The
  * non-smooth contact dynamics method, 1999. */
@@ -14,8 +15,32 @@
  * nanometre in a minute needs. */
 #define SETTLED_SPEED 1e-13
 
+/* The same where bodies take part, which answer an impulse not along itself: first the normal part,
+ * then the tangential one, after what the normal part has changed, by no more than the largest
+ * answer. Each is a step down for the impulse of least energy. */
+static vec3 find_coupled_impulse(contact_row *row, vec3 velocity) {
+    vec3 const n = row->normal;
+    double const before = vec3_dot(n, row->impulse), speed = vec3_dot(n, velocity);
+    double const normal = before - (speed - get_wanted_speed(row)) / row->inverse_mass;
+    if (!(normal > 0.0)) {
+        row->state = ROW_OPEN;
+        return vec3_make(0.0, 0.0, 0.0);
+    }
+    vec3 const changed = vec3_add_scaled(vec3_sub(velocity, row->return_velocity), row->slip_answer,
+                                         normal - before);
+    vec3 const slip = vec3_add_scaled(changed, n, -vec3_dot(n, changed));
+    vec3 const held = vec3_add_scaled(row->impulse, n, -before);
+    vec3 const trial = vec3_add_scaled(held, slip, -1.0 / row->slip_inverse_mass);
+    bool is_held;
+    double const bound = row->friction_cap >= 0.0 ? row->friction_cap : normal;
+    vec3 const tangential = limit_friction(row, bound, trial, &is_held);
+    row->state = is_held ? ROW_STICKS : ROW_SLIDES;
+    return vec3_add_scaled(tangential, n, normal);
+}
+
 /* The nearest total impulse by the rule above; sets the row's state. */
 static vec3 find_impulse(contact_row *row, vec3 velocity) {
+    if (row->has_body) return find_coupled_impulse(row, velocity);
     double const inverse = 1.0 / row->inverse_mass;
     vec3 const missing = vec3_add_scaled(vec3_sub(velocity, row->return_velocity), row->normal,
                                          -get_wanted_speed(row));
@@ -39,13 +64,10 @@ static double relax_row(const contact_scene *scene, contact_row *row, double *u)
     double const size2 = vec3_norm2(change);
     if (!(size2 > 0.0)) return 0.0;
     row->impulse = impulse;
-    for (int k = 0; k < 4; k++) {
-        uint32_t const vertex = row->vertices[k];
-        double const mobility = row->weights[k] * scene->inverse_mass[vertex];
-        if (mobility == 0.0) continue;
-        vec3_store(u, vertex, vec3_add_scaled(vec3_load(u, vertex), change, mobility));
-    }
-    return size2 * row->inverse_mass * row->inverse_mass;
+    move_row(scene, row, change, u);
+    double const answer =
+        row->has_body ? fmax(row->inverse_mass, row->slip_inverse_mass) : row->inverse_mass;
+    return size2 * answer * answer;
 }
 
 void project_impulses(const contact_scene *scene, contact_row *rows, size_t count, double *u) {

@@ -3,20 +3,12 @@
 #ifndef TULLE_CONTACT_PROJECT_IMPULSES_H
 #define TULLE_CONTACT_PROJECT_IMPULSES_H
 
-#include "contact/contact_types.h"
+#include "contact/row_motion.h"
 
 /* Sweeps forward and backward over the rows. Total impulses are projected on the Coulomb cone (they
  * may shrink); u of vertices with mass changes with them, so that linear momentum is kept between
  * cloths. Serial and in the order of the rows: a fixed result. */
 void project_impulses(const contact_scene *scene, contact_row *rows, size_t count, double *u);
-
-/* sum w_i u_i: the velocity of the first feature relative to the second at the contact [m/s]. */
-static inline vec3 get_relative_velocity(const contact_row *row, const double *u) {
-    vec3 velocity = vec3_scale(vec3_load(u, row->vertices[0]), row->weights[0]);
-    for (int k = 1; k < 4; k++)
-        velocity = vec3_add_scaled(velocity, vec3_load(u, row->vertices[k]), row->weights[k]);
-    return velocity;
-}
 
 /* Normal speed that a row asks for [m/s]. Where it starts inside the contact distance it asks the
  * less to be pushed out the more it carries, so that the impulses of rows that cannot all have

@@ -18,7 +18,7 @@
 #include "contact/row_friction.h"
 
 #include "contact/pair_rules.h"
-#include "contact/project_impulses.h"
+#include "contact/row_motion.h"
 
 /* Newton steps for the nearest point of an ellipse; from a start below the root they rise to it. */
 #define ELLIPSE_STEPS 60
@@ -118,10 +118,7 @@ void set_row_friction(const contact_scene *scene, contact_row *row) {
     vec3 const velocity =
         scene->v0 ? get_relative_velocity(row, scene->v0) : vec3_make(0.0, 0.0, 0.0);
     row->approach = vec3_dot(velocity, row->normal);
-    row->fall = 0.0;
-    for (int k = 0; k < 4; k++)
-        if (scene->inverse_mass[row->vertices[k]] > 0.0)
-            row->fall += scene->time_step * row->weights[k] * vec3_dot(row->normal, scene->gravity);
+    row->fall = find_row_fall(scene, row);
     vec3 const slip = vec3_add_scaled(velocity, row->normal, -row->approach);
     row->static_friction = law->static_friction;
     row->dynamic_friction = law->dynamic_friction;

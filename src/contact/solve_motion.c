@@ -64,28 +64,14 @@ static void apply_with_hard_rows(void *context, const double *x, double *y) {
     solve->system->apply(solve->system->apply_context, x, y);
     for (size_t i = 0; i < solve->hard_count; i++) {
         const contact_row *const row = solve->hard_rows[i];
-        double speed = 0.0;
-        for (int k = 0; k < 4; k++)
-            if (row->vertices[k] < cloth_count)
-                speed += row->weights[k] * vec3_dot(row->normal, vec3_load(x, row->vertices[k]));
-        for (int k = 0; k < 4; k++) {
-            uint32_t const vertex = row->vertices[k];
-            if (vertex >= cloth_count) continue;
-            double const push = row->stiffness * speed * row->weights[k];
-            vec3_store(y, vertex, vec3_add_scaled(vec3_load(y, vertex), row->normal, push));
-        }
+        double const speed = get_solved_speed(row, cloth_count, x);
+        add_row_push(row, cloth_count, row->stiffness * speed, y);
     }
 }
 
 /* Adds J^T impulse to the right-hand side of cloth vertices. */
 static void add_impulse(const motion_solve *solve, const contact_row *row, vec3 impulse) {
-    for (int k = 0; k < 4; k++) {
-        uint32_t const vertex = row->vertices[k];
-        if (vertex >= solve->scene->cloth_vertex_count) continue;
-        vec3_store(
-            solve->right_hand_side, vertex,
-            vec3_add_scaled(vec3_load(solve->right_hand_side, vertex), impulse, row->weights[k]));
-    }
+    add_row_impulse(row, solve->scene->cloth_vertex_count, impulse, solve->right_hand_side);
 }
 
 /* Wanted speed of a hard row less what its obstacle vertices contribute: the operator knows cloth
@@ -93,22 +79,13 @@ static void add_impulse(const motion_solve *solve, const contact_row *row, vec3 
 static double find_wanted_speed(const motion_solve *solve, const contact_row *row) {
     double speed = get_wanted_speed(row);
     for (int k = 0; k < 4; k++)
-        if (row->vertices[k] >= solve->scene->cloth_vertex_count)
+        if (row->vertices[k] >= solve->scene->cloth_vertex_count && is_row_vertex(row, k))
             speed -= row->weights[k] * vec3_dot(row->normal, vec3_load(solve->u, row->vertices[k]));
     return speed;
 }
 
 static void add_hard_row(motion_solve *solve, contact_row *row) {
-    for (int k = 0; k < 4; k++) {
-        uint32_t const vertex = row->vertices[k];
-        if (vertex >= solve->scene->cloth_vertex_count) continue;
-        mat3 block;
-        memcpy(&block, solve->diagonal + 9 * (size_t)vertex, sizeof block);
-        mat3 const outer = mat3_outer(row->normal, row->normal,
-                                      row->stiffness * row->weights[k] * row->weights[k]);
-        mat3_add_scaled(&block, &outer, 1.0);
-        memcpy(solve->diagonal + 9 * (size_t)vertex, &block, sizeof block);
-    }
+    add_row_blocks(row, solve->scene->cloth_vertex_count, row->stiffness, solve->diagonal);
     add_impulse(solve, row,
                 vec3_scale(row->normal, row->stiffness * find_wanted_speed(solve, row)));
     solve->hard_rows[solve->hard_count++] = row;
@@ -117,15 +94,7 @@ static void add_hard_row(motion_solve *solve, contact_row *row) {
 /* The row's share of A's diagonal [kg]: the mass that a push along its normal meets, as if A were
  * its diagonal. */
 static double find_diagonal_mass(const motion_solve *solve, const contact_row *row) {
-    double mobility = 0.0;
-    for (int k = 0; k < 4; k++) {
-        uint32_t const vertex = row->vertices[k];
-        if (!(solve->scene->inverse_mass[vertex] > 0.0)) continue;
-        mat3 block;
-        memcpy(&block, solve->system->diagonal + 9 * (size_t)vertex, sizeof block);
-        double const mass = vec3_dot(row->normal, mat3_multiply_vec3(&block, row->normal));
-        if (mass > 0.0) mobility += row->weights[k] * row->weights[k] / mass;
-    }
+    double const mobility = measure_row_mobility(solve->scene, row, solve->system->diagonal);
     return mobility > 0.0 ? 1.0 / mobility : 0.0;
 }
 

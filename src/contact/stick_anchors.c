@@ -16,7 +16,7 @@
  * Departure: no spring, so no stiffness: the offset sets a speed, the solve finds the force. */
 #include "contact/stick_anchors.h"
 
-#include "contact/project_impulses.h"
+#include "contact/row_motion.h"
 
 /* Undoing is never faster than this share of the speed that counts as slip. */
 #define SPEED_SHARE 0.5
@@ -49,8 +49,7 @@ void move_anchors(const contact_scene *scene, const double *x1, row_list *list) 
     for (size_t i = 0; i < list->rows.count; i++) {
         contact_row *const row = &list->rows.data[i];
         bool const goes_on = row->state == ROW_STICKS && row->old_state == ROW_STICKS;
-        vec3 const way =
-            vec3_sub(get_relative_velocity(row, x1), get_relative_velocity(row, scene->x0));
+        vec3 const way = vec3_sub(blend_row_vertices(row, x1), blend_row_vertices(row, scene->x0));
         vec3 const offset = vec3_add(row->anchor, remove_normal(way, row->normal));
         row->anchor =
             goes_on && !row->is_sliding ? limit_offset(offset, largest) : vec3_make(0.0, 0.0, 0.0);

@@ -1,0 +1,211 @@
+/* contact/row_motion.c - see row_motion.h. */
+#include "contact/row_motion.h"
+
+#include <math.h>
+#include <string.h>
+
+static double get_side_sign(int side) { return side == 0 ? 1.0 : -1.0; }
+
+static const contact_body *find_side_body(const contact_scene *scene, const contact_row *row,
+                                          int side) {
+    if (!row->has_body || row->slots[side] == TULLE_NONE) return NULL;
+    return &scene->bodies[(row->slots[side] - scene->cloth_vertex_count) / 2];
+}
+
+vec3 get_body_velocity(const contact_row *row, const double *u) {
+    vec3 sum = {0.0, 0.0, 0.0};
+    for (int side = 0; side < 2 && row->has_body; side++) {
+        size_t const slot = row->slots[side];
+        if (slot == TULLE_NONE) continue;
+        sum = vec3_add_scaled(sum, vec3_load(u, slot), get_side_sign(side));
+        sum = vec3_add(sum, vec3_cross(vec3_load(u, slot + 1), row->arms[side]));
+    }
+    return sum;
+}
+
+vec3 get_coupled_velocity(const contact_row *row, const double *u) {
+    vec3 sum = get_body_velocity(row, u);
+    for (int k = 0; k < 4; k++)
+        if (is_row_vertex(row, k))
+            sum = vec3_add_scaled(sum, vec3_load(u, row->vertices[k]), row->weights[k]);
+    return sum;
+}
+
+vec3 get_free_velocity(const contact_scene *scene, const contact_row *row, const double *u) {
+    vec3 sum = get_body_velocity(row, u);
+    for (int k = 0; k < 4; k++)
+        if (scene->inverse_mass[row->vertices[k]] > 0.0)
+            sum = vec3_add_scaled(sum, vec3_load(u, row->vertices[k]), row->weights[k]);
+    return sum;
+}
+
+double get_solved_speed(const contact_row *row, size_t cloth_count, const double *u) {
+    double speed = 0.0;
+    for (int k = 0; k < 4; k++)
+        if (row->vertices[k] < cloth_count)
+            speed += row->weights[k] * vec3_dot(row->normal, vec3_load(u, row->vertices[k]));
+    return row->has_body ? speed + vec3_dot(row->normal, get_body_velocity(row, u)) : speed;
+}
+
+static void add_to(double *vectors, size_t index, vec3 vector, double factor) {
+    vec3_store(vectors, index, vec3_add_scaled(vec3_load(vectors, index), vector, factor));
+}
+
+static void add_to_bodies(const contact_row *row, vec3 impulse, double *sum) {
+    for (int side = 0; side < 2 && row->has_body; side++) {
+        size_t const slot = row->slots[side];
+        if (slot == TULLE_NONE) continue;
+        add_to(sum, slot, impulse, get_side_sign(side));
+        add_to(sum, slot + 1, vec3_cross(row->arms[side], impulse), 1.0);
+    }
+}
+
+void add_row_impulse(const contact_row *row, size_t cloth_count, vec3 impulse, double *sum) {
+    for (int k = 0; k < 4; k++)
+        if (row->vertices[k] < cloth_count) add_to(sum, row->vertices[k], impulse, row->weights[k]);
+    add_to_bodies(row, impulse, sum);
+}
+
+void add_row_push(const contact_row *row, size_t cloth_count, double push, double *sum) {
+    for (int k = 0; k < 4; k++)
+        if (row->vertices[k] < cloth_count)
+            add_to(sum, row->vertices[k], row->normal, push * row->weights[k]);
+    add_to_bodies(row, vec3_scale(row->normal, push), sum);
+}
+
+static void add_outer(double *blocks, size_t index, vec3 vector, double factor) {
+    mat3 block;
+    memcpy(&block, blocks + 9 * index, sizeof block);
+    mat3 const outer = mat3_outer(vector, vector, factor);
+    mat3_add_scaled(&block, &outer, 1.0);
+    memcpy(blocks + 9 * index, &block, sizeof block);
+}
+
+void add_row_blocks(const contact_row *row, size_t cloth_count, double factor, double *blocks) {
+    for (int k = 0; k < 4; k++)
+        if (row->vertices[k] < cloth_count)
+            add_outer(blocks, row->vertices[k], row->normal,
+                      factor * row->weights[k] * row->weights[k]);
+    for (int side = 0; side < 2 && row->has_body; side++) {
+        size_t const slot = row->slots[side];
+        if (slot == TULLE_NONE) continue;
+        add_outer(blocks, slot, row->normal, factor);
+        add_outer(blocks, slot + 1, vec3_cross(row->arms[side], row->normal), factor);
+    }
+}
+
+/* What a unit impulse on a side answers along itself. */
+static double measure_body_mobility(const contact_body *body, vec3 arm, vec3 direction) {
+    vec3 const turn = vec3_cross(arm, direction);
+    return 1.0 / body->body->mass +
+           vec3_dot(turn, mat3_multiply_vec3(&body->inverse_inertia, turn));
+}
+
+double measure_row_mobility(const contact_scene *scene, const contact_row *row,
+                            const double *blocks) {
+    double mobility = 0.0;
+    for (int k = 0; k < 4; k++) {
+        uint32_t const vertex = row->vertices[k];
+        if (!(scene->inverse_mass[vertex] > 0.0)) continue;
+        mat3 block;
+        memcpy(&block, blocks + 9 * (size_t)vertex, sizeof block);
+        double const mass = vec3_dot(row->normal, mat3_multiply_vec3(&block, row->normal));
+        if (mass > 0.0) mobility += row->weights[k] * row->weights[k] / mass;
+    }
+    for (int side = 0; side < 2; side++) {
+        const contact_body *const body = find_side_body(scene, row, side);
+        if (body) mobility += measure_body_mobility(body, row->arms[side], row->normal);
+    }
+    return mobility;
+}
+
+void move_row(const contact_scene *scene, const contact_row *row, vec3 impulse, double *u) {
+    for (int k = 0; k < 4; k++) {
+        uint32_t const vertex = row->vertices[k];
+        double const mobility = row->weights[k] * scene->inverse_mass[vertex];
+        if (mobility != 0.0) add_to(u, vertex, impulse, mobility);
+    }
+    for (int side = 0; side < 2; side++) {
+        const contact_body *const body = find_side_body(scene, row, side);
+        if (!body) continue;
+        size_t const slot = row->slots[side];
+        vec3 const turn = vec3_cross(row->arms[side], impulse);
+        add_to(u, slot, impulse, get_side_sign(side) / body->body->mass);
+        add_to(u, slot + 1, mat3_multiply_vec3(&body->inverse_inertia, turn), 1.0);
+    }
+}
+
+void set_row_bodies(const contact_scene *scene, contact_row *row) {
+    row->has_body = false;
+    row->slots[0] = row->slots[1] = TULLE_NONE;
+    row->arms[0] = row->arms[1] = vec3_make(0.0, 0.0, 0.0);
+    for (int k = 0; k < 4; k++) {
+        uint32_t const index = find_body(scene, row->vertices[k]);
+        if (index == TULLE_NONE) continue;
+        int const side = get_row_side(row, k);
+        vec3 const arm =
+            vec3_sub(vec3_load(scene->x0, row->vertices[k]), scene->bodies[index].start.position);
+        row->has_body = true;
+        row->slots[side] = get_body_slot(scene, index);
+        row->arms[side] = vec3_add_scaled(row->arms[side], arm, row->weights[k]);
+    }
+}
+
+/* K p for an impulse p on the row, K the part of bodies in the change of its velocity. */
+static vec3 answer_by_bodies(const contact_scene *scene, const contact_row *row, vec3 impulse) {
+    vec3 sum = {0.0, 0.0, 0.0};
+    for (int side = 0; side < 2; side++) {
+        const contact_body *const body = find_side_body(scene, row, side);
+        if (!body) continue;
+        vec3 const arm = row->arms[side];
+        vec3 const turn = mat3_multiply_vec3(&body->inverse_inertia, vec3_cross(arm, impulse));
+        sum = vec3_add_scaled(sum, impulse, 1.0 / body->body->mass);
+        sum = vec3_add(sum, vec3_cross(turn, arm));
+    }
+    return sum;
+}
+
+/* Two unit tangents at right angles. */
+static void find_tangents(vec3 normal, vec3 *first, vec3 *second) {
+    vec3 const axis = fabs(normal.x) < 0.6 ? vec3_make(1.0, 0.0, 0.0) : vec3_make(0.0, 1.0, 0.0);
+    *first = vec3_normalize(vec3_cross(normal, axis));
+    *second = vec3_cross(normal, *first);
+}
+
+void set_row_mobility(const contact_scene *scene, contact_row *row) {
+    double of_vertices = 0.0;
+    for (int k = 0; k < 4; k++)
+        of_vertices += row->weights[k] * row->weights[k] * scene->inverse_mass[row->vertices[k]];
+    row->inverse_mass = of_vertices;
+    if (!row->has_body) return;
+    vec3 a, b;
+    find_tangents(row->normal, &a, &b);
+    vec3 const ka = answer_by_bodies(scene, row, a), kb = answer_by_bodies(scene, row, b);
+    vec3 const kn = answer_by_bodies(scene, row, row->normal);
+    row->inverse_mass += vec3_dot(row->normal, kn);
+    row->slip_answer = vec3_add_scaled(kn, row->normal, -vec3_dot(row->normal, kn));
+    double const aa = vec3_dot(a, ka), ab = vec3_dot(a, kb), bb = vec3_dot(b, kb);
+    row->slip_inverse_mass =
+        of_vertices + 0.5 * (aa + bb) + hypot(0.5 * (aa - bb), ab); /* largest eigenvalue */
+}
+
+double find_row_fall(const contact_scene *scene, const contact_row *row) {
+    double fall = 0.0;
+    for (int k = 0; k < 4; k++)
+        if (scene->inverse_mass[row->vertices[k]] > 0.0)
+            fall += scene->time_step * row->weights[k] * vec3_dot(row->normal, scene->gravity);
+    for (int side = 0; side < 2 && row->has_body; side++)
+        if (row->slots[side] != TULLE_NONE)
+            fall += scene->time_step * get_side_sign(side) * vec3_dot(row->normal, scene->gravity);
+    return fall;
+}
+
+double find_row_curvature(const contact_scene *scene, const contact_row *row) {
+    double sum = 0.0;
+    for (int side = 0; side < 2; side++) {
+        const contact_body *const body = find_side_body(scene, row, side);
+        if (!body) continue;
+        sum += vec3_dot(row->normal, mat3_multiply_vec3(&body->curvature, row->arms[side]));
+    }
+    return sum;
+}
