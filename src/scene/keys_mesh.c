@@ -163,7 +163,8 @@ const schema_map mesh_map = {
     .needs_alternative = true,
     .selector = "shape"};
 
-#define BY_PRESET .derived = "preset", .type = SCHEMA_NUMBER
+#define OF_PRESET .derived = "preset"
+#define BY_PRESET OF_PRESET, .type = SCHEMA_NUMBER
 static const schema_key material_table[] = {
     {.name = "preset",
      .type = SCHEMA_TEXT,
@@ -215,31 +216,25 @@ static const schema_key material_table[] = {
      FIELD(material_keys, air_damping),
      .meaning = "viscous damping per mass"},
     {.name = "friction",
-     BY_PRESET,
-     .minimum = 0,
-     .maximum = 10,
+     OF_PRESET,
+     FRICTION_VALUE,
      FIELD(material_keys, friction),
      .meaning = "Coulomb coefficient against obstacles: what holds a contact that does not slide; "
                 "the geometric mean of both counts"},
     {.name = "dynamic_friction",
-     BY_PRESET,
-     .word = "same",
-     .word_value = -1,
-     .minimum = 0,
-     .maximum = 10,
+     OF_PRESET,
+     SAME_FRICTION,
      FIELD(material_keys, dynamic_friction),
      .meaning = "the same of contacts that slide, at most friction"},
     {.name = "restitution",
-     BY_PRESET,
-     .minimum = 0,
-     .maximum = 1,
+     OF_PRESET,
+     RESTITUTION_VALUE,
      FIELD(material_keys, restitution),
      .meaning = "part of the speed of an impact with which cloth rebounds; the geometric mean of "
                 "both counts, between cloths too"},
     {.name = "friction_across",
-     BY_PRESET,
-     .minimum = 0,
-     .maximum = 10,
+     OF_PRESET,
+     FRICTION_VALUE,
      FIELD(material_keys, friction_across),
      .meaning = "factor on friction at right angles to the cloth's grain; 1: the same all around"},
 };

@@ -23,6 +23,21 @@
 #define ANY_SEED .type = SCHEMA_INTEGER, .minimum = 0, .maximum = 9007199254740992.0
 #define AUTO_SEED ANY_SEED, .fallback = "auto", .word = "auto", .word_value = (double)SEED_AUTO
 
+/* Coulomb coefficients, and the coefficient of restitution. */
+#define FRICTION_VALUE .type = SCHEMA_NUMBER, .minimum = 0, .maximum = 10
+#define SAME_FRICTION FRICTION_VALUE, .word = "same", .word_value = -1
+#define DYNAMIC_FRICTION(owner, text)                                                              \
+    {                                                                                              \
+        .name = "dynamic_friction", SAME_FRICTION, .fallback = "same",                             \
+        FIELD(owner, dynamic_friction), .meaning = text                                            \
+    }
+#define RESTITUTION_VALUE .type = SCHEMA_NUMBER, .minimum = 0, .maximum = 1
+#define RESTITUTION(owner, text)                                                                   \
+    {                                                                                              \
+        .name = "restitution", RESTITUTION_VALUE, .fallback = "0", FIELD(owner, restitution),      \
+        .meaning = text                                                                            \
+    }
+
 /* sRGB, as color pickers give it. */
 #define COLOR                                                                                      \
     .type = SCHEMA_VECTOR, .least_count = 3, .most_count = 3, .minimum = 0, .maximum = 1,          \

@@ -43,7 +43,7 @@ static bool make_material(const scene_work *work, const material_keys *keys,
     };
     for (size_t i = 0; i < sizeof values / sizeof values[0]; i++)
         if (schema_is_given(&material_map, keys, values[i].name)) *values[i].to = *values[i].from;
-    return true;
+    return check_dynamic_friction(work, keys, material->dynamic_friction, material->friction);
 }
 
 bool make_cloth(const scene_work *work, const cloth_keys *keys, size_t index, scene_cloth *cloth) {

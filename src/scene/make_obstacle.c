@@ -104,7 +104,8 @@ bool make_obstacles(const scene_work *work, const obstacle_keys *keys, size_t in
         return false;
     }
     place_copies(&keys->copies, entry.copy_count, entry.poses);
-    bool is_good = make_source(&entry);
+    bool is_good = check_dynamic_friction(work, keys, keys->dynamic_friction, keys->friction) &&
+                   make_source(&entry);
     for (size_t i = 0; is_good && i < entry.copy_count; i++)
         is_good = make_copy(&entry, i, &obstacles[i]);
     tulle_mesh_destroy(&entry.mesh);

@@ -79,12 +79,13 @@ static bool resolve_sides(const scene_work *work, const pair_keys *keys, named_o
     return false;
 }
 
-static bool check_values(const scene_work *work, const pair_keys *keys) {
-    if (keys->dynamic_friction <= keys->friction) return true;
-    problem_add(work->problems, TULLE_ERROR_INVALID_ARGUMENT,
-                schema_place(keys, "dynamic_friction"),
-                "%s.dynamic_friction: is %g, must be at most friction, %g", keys->head.path,
-                keys->dynamic_friction, keys->friction);
+bool check_dynamic_friction(const scene_work *work, const void *keys, double dynamic,
+                            double friction) {
+    if (dynamic <= friction) return true;
+    const schema_head *const head = keys;
+    problem_add(
+        work->problems, TULLE_ERROR_INVALID_ARGUMENT, schema_place(keys, "dynamic_friction"),
+        "%s.dynamic_friction: is %g, must be at most friction, %g", head->path, dynamic, friction);
     return false;
 }
 
@@ -103,20 +104,28 @@ static const scene_pair *find_earlier(const scene_pair *pairs, size_t count,
 static bool make_pair(const scene_work *work, const pair_keys *keys, size_t count) {
     scene_pair *const pairs = work->scene->pairs;
     named_objects side[2];
-    if (!resolve_sides(work, keys, side) || !check_values(work, keys)) return false;
+    if (!resolve_sides(work, keys, side) ||
+        !check_dynamic_friction(work, keys, keys->dynamic_friction, keys->friction))
+        return false;
     pairs[count] = (scene_pair){keys, side[0].begin, side[0].end, side[1].begin, side[1].end};
     const scene_pair *const earlier = find_earlier(pairs, count, &pairs[count]);
     if (!earlier) return true;
+    scene_place const before = schema_place(earlier->keys, "between");
+    const char *const where = before.line > 0 ? store_text(work, "in line %d", before.line)
+                                              : store_text(work, "by %s", before.file);
+    if (!where) return false;
     problem_add(work->problems, TULLE_ERROR_INVALID_ARGUMENT, schema_place(keys, "between"),
-                "%s.between: a law of '%s' and '%s' is given before, in line %d; keep one",
-                keys->head.path, show_text(keys->between.value[0]).text,
-                show_text(keys->between.value[1]).text,
-                schema_place(earlier->keys, "between").line);
+                "%s.between: a law of '%s' and '%s' is given before, %s; keep one", keys->head.path,
+                show_text(keys->between.value[0]).text, show_text(keys->between.value[1]).text,
+                where);
     return false;
 }
 
 bool make_pairs(const scene_work *work) {
     scene *const loaded = work->scene;
+    const contact_keys *const contact = &loaded->keys.contact;
+    if (!check_dynamic_friction(work, contact, contact->dynamic_friction, contact->friction))
+        return false;
     const pair_keys *keys = loaded->keys.contact.pairs.items;
     size_t const count = loaded->keys.contact.pairs.count;
     loaded->pairs = ARENA_NEW_ZEROED(&loaded->storage, scene_pair, count + 1);

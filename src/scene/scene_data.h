@@ -101,6 +101,10 @@ bool make_obstacles(const scene_work *work, const obstacle_keys *keys, size_t in
 /* Where each of `count` copies stands in the obstacle's frame. */
 void place_copies(const copies_keys *keys, size_t count, pose *poses);
 
+/* Whether the map of `keys` asks for no more dynamic friction than static. False after a problem.
+ */
+bool check_dynamic_friction(const scene_work *work, const void *keys, double dynamic,
+                            double friction);
 /* Names of contact.pairs resolved, after all objects are made. False after a problem. */
 bool make_pairs(const scene_work *work);
 

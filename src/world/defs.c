@@ -56,6 +56,8 @@ tulle_obstacle_def tulle_obstacle_def_default(void) {
 
 /* A grain shorter than this has no direction: its square would underflow. */
 static const double SMALLEST_GRAIN = 1e-100;
+/* A grain nearer to the normal of a triangle than this sine has no direction there. */
+static const double LEAST_GRAIN_SINE = 1e-6;
 
 /* One number of a def with its allowed range, ends included. */
 typedef struct range_check {
@@ -82,8 +84,18 @@ static tulle_status check_ranges(const range_check *checks, size_t count, const 
 /* Widest sensible values [SI]; beyond them doubles lose the contact distances. */
 static const double LARGEST = 1e6;
 static const double SMALLEST_POSITIVE = 1e-12;
-/* Any negative dynamic friction says that it is the same as the static. */
-static const double LEAST_DYNAMIC = -10.0;
+/* A dynamic friction and the static one that bounds it; any negative one is the same as that. */
+static tulle_status check_dynamic(const char *name, double dynamic, double friction,
+                                  const char *owner, tulle_error *error) {
+    if (dynamic <= friction) return TULLE_OK;
+    return error_set(error, TULLE_ERROR_INVALID_ARGUMENT,
+                     "%s: %s is %g; it must be at most that of what does not slide, %g, or "
+                     "negative for the same",
+                     owner, name, dynamic, friction);
+}
+
+/* A value of an enum, negative ones too: the type behind it may have no sign. */
+#define ENUM_VALUE(value) ((double)(int)(value))
 
 tulle_status world_def_check(const tulle_world_def *def, tulle_error *error) {
     if (!def || def->cookie != WORLD_DEF_COOKIE) {
@@ -116,21 +128,24 @@ tulle_status world_def_check(const tulle_world_def *def, tulle_error *error) {
         {"impulse sweeps", "", (double)def->impulse_sweeps, 1.0, 1000.0},
         {"impact rounds", "", (double)def->impact_rounds, 0.0, 100.0},
         {"friction between cloths", "", def->friction_cloth_cloth, 0.0, 10.0},
-        {"dynamic friction between cloths", "", def->dynamic_friction_cloth_cloth, LEAST_DYNAMIC,
-         def->friction_cloth_cloth},
-        {"integrator", "", (double)def->integrator, 0.0, (double)TULLE_INTEGRATOR_BDF2},
-        {"detection method", "", (double)def->detection.method, 0.0, (double)TULLE_DETECT_PAPER},
-        {"cone of patches", "", (double)def->detection.cone, 0.0, (double)TULLE_CONE_PAPER},
+        {"integrator", "", ENUM_VALUE(def->integrator), 0.0, (double)TULLE_INTEGRATOR_BDF2},
+        {"detection method", "", ENUM_VALUE(def->detection.method), 0.0,
+         (double)TULLE_DETECT_PAPER},
+        {"cone of patches", "", ENUM_VALUE(def->detection.cone), 0.0, (double)TULLE_CONE_PAPER},
         {"angle of patches", "rad", def->detection.max_angle, SMALLEST_POSITIVE, PATCH_ANGLE_MAX},
-        {"response", "", (double)def->response, 0.0, (double)TULLE_RESPONSE_PAPER},
-        {"motion space", "", (double)def->motion_space, 0.0, (double)TULLE_MOTION_SPACE_POLYHEDRAL},
-        {"start_intersections", "", (double)def->start_intersections, 0.0,
+        {"response", "", ENUM_VALUE(def->response), 0.0, (double)TULLE_RESPONSE_PAPER},
+        {"motion space", "", ENUM_VALUE(def->motion_space), 0.0,
+         (double)TULLE_MOTION_SPACE_POLYHEDRAL},
+        {"start_intersections", "", ENUM_VALUE(def->start_intersections), 0.0,
          (double)TULLE_START_UNTANGLE},
         {"untangle limit", "rounds", (double)def->untangle_limit, 1.0, 1e6},
-        {"on_pinch", "", (double)def->on_pinch, 0.0, (double)TULLE_ON_PINCH_RELEASE},
+        {"on_pinch", "", ENUM_VALUE(def->on_pinch), 0.0, (double)TULLE_ON_PINCH_RELEASE},
         {"threads", "", (double)def->threads, 0.0, 256.0},
     };
-    return CHECK_RANGES(checks, "world", error);
+    tulle_status const status = CHECK_RANGES(checks, "world", error);
+    if (status != TULLE_OK) return status;
+    return check_dynamic("dynamic friction between cloths", def->dynamic_friction_cloth_cloth,
+                         def->friction_cloth_cloth, "world", error);
 }
 
 static tulle_status check_material(const tulle_material *m, const char *owner, tulle_error *error) {
@@ -142,11 +157,28 @@ static tulle_status check_material(const tulle_material *m, const char *owner, t
         {"bend damping", "s", m->bend_damping, 0.0, LARGEST},
         {"air damping", "1/s", m->air_damping, 0.0, LARGEST},
         {"friction", "", m->friction, 0.0, 10.0},
-        {"dynamic friction", "", m->dynamic_friction, LEAST_DYNAMIC, m->friction},
         {"restitution", "", m->restitution, 0.0, 1.0},
         {"friction across", "", m->friction_across, 0.0, 10.0},
     };
-    return CHECK_RANGES(checks, owner, error);
+    tulle_status const status = CHECK_RANGES(checks, owner, error);
+    if (status != TULLE_OK) return status;
+    return check_dynamic("dynamic friction", m->dynamic_friction, m->friction, owner, error);
+}
+
+/* Whether the grain has a direction in the surface of the rest shape, on one triangle at least. */
+static bool grain_lies_in_cloth(const tulle_cloth_def *def) {
+    double const *const rest = def->rest_positions ? def->rest_positions : def->mesh.positions;
+    vec3 const grain = vec3_load(def->grain, 0);
+    if (!(vec3_norm(grain) >= SMALLEST_GRAIN)) return false;
+    for (size_t t = 0; t < def->mesh.triangle_count; t++) {
+        const uint32_t *const corner = def->mesh.triangles + 3 * t;
+        vec3 const origin = vec3_load(rest, corner[0]);
+        vec3 const normal = vec3_cross(vec3_sub(vec3_load(rest, corner[1]), origin),
+                                       vec3_sub(vec3_load(rest, corner[2]), origin));
+        vec3 const across = vec3_cross(vec3_normalize(normal), vec3_normalize(grain));
+        if (vec3_norm(across) > LEAST_GRAIN_SINE) return true;
+    }
+    return false;
 }
 
 /* A grain matters where friction depends on it. */
@@ -154,12 +186,12 @@ static tulle_status check_grain(const tulle_cloth_def *def, const char *owner, t
     double const *const g = def->grain;
     bool const is_isotropic =
         !(def->material.friction_across < 1.0) && !(def->material.friction_across > 1.0);
-    if (is_isotropic || sqrt(g[0] * g[0] + g[1] * g[1] + g[2] * g[2]) >= SMALLEST_GRAIN)
-        return TULLE_OK;
-    return error_set(error, TULLE_ERROR_INVALID_ARGUMENT,
-                     "%s: the grain is [%g, %g, %g], no direction; friction across it is %g, so "
-                     "give one in the surface of the rest shape",
-                     owner, g[0], g[1], g[2], def->material.friction_across);
+    if (is_isotropic || grain_lies_in_cloth(def)) return TULLE_OK;
+    return error_set(
+        error, TULLE_ERROR_INVALID_ARGUMENT,
+        "%s: the grain is [%g, %g, %g], no direction in the cloth; friction across it is %g, so "
+        "give one in the surface of the rest shape",
+        owner, g[0], g[1], g[2], def->material.friction_across);
 }
 
 static tulle_status check_pin(const tulle_cloth_def *def, size_t index, const char *owner,
@@ -253,10 +285,12 @@ tulle_status obstacle_def_check(const tulle_obstacle_def *def, const char *owner
     }
     range_check const checks[] = {
         {"friction", "", def->friction, 0.0, 10.0},
-        {"dynamic friction", "", def->dynamic_friction, LEAST_DYNAMIC, def->friction},
         {"restitution", "", def->restitution, 0.0, 1.0},
     };
     status = CHECK_RANGES(checks, owner, error);
+    if (status == TULLE_OK)
+        status =
+            check_dynamic("dynamic friction", def->dynamic_friction, def->friction, owner, error);
     if (status == TULLE_OK) status = motion_validate(&def->motion, owner, error);
     return status;
 }
@@ -265,8 +299,10 @@ tulle_status contact_law_check(const tulle_contact_law *law, const char *owner,
                                tulle_error *error) {
     range_check const checks[] = {
         {"static friction", "", law->static_friction, 0.0, 10.0},
-        {"dynamic friction", "", law->dynamic_friction, LEAST_DYNAMIC, law->static_friction},
         {"restitution", "", law->restitution, 0.0, 1.0},
     };
-    return CHECK_RANGES(checks, owner, error);
+    tulle_status const status = CHECK_RANGES(checks, owner, error);
+    if (status != TULLE_OK) return status;
+    return check_dynamic("dynamic friction", law->dynamic_friction, law->static_friction, owner,
+                         error);
 }

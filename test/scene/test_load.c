@@ -260,6 +260,13 @@ static const refusal refusals[] = {
      "obstacles:\n  - {mesh: {shape: box}, name: a}\n",
      TULLE_ERROR_INVALID_ARGUMENT, "s.yaml", 5, 67,
      "contact.pairs[0].dynamic_friction: is 0.4, must be at most friction, 0.3"},
+    {TIME SHEET "contact: {friction: 0.2, dynamic_friction: 0.4}\n", TULLE_ERROR_INVALID_ARGUMENT,
+     "s.yaml", 4, 44, "contact.dynamic_friction: is 0.4, must be at most friction, 0.2"},
+    {TIME SHEET "    material: {dynamic_friction: 0.7}\n", TULLE_ERROR_INVALID_ARGUMENT, "s.yaml",
+     4, 34, "cloth[0].material.dynamic_friction: is 0.7, must be at most friction, 0.4"},
+    {TIME SHEET "obstacles:\n  - {mesh: {shape: box}, dynamic_friction: 0.5}\n",
+     TULLE_ERROR_INVALID_ARGUMENT, "s.yaml", 5, 44,
+     "obstacles[0].dynamic_friction: is 0.5, must be at most friction, 0.3"},
     {TIME SHEET "contact:\n  pairs: [{between: [cloth0], friction: 0.3}]\n", TULLE_ERROR_PARSE,
      "s.yaml", 5, 21, "contact.pairs[0].between: is a list of 1, must be a list of 2, each a name"},
     {TIME SHEET "obstacles:\n  - friction: 0.3\n", TULLE_ERROR_PARSE, "s.yaml", 5, 5,
@@ -350,6 +357,22 @@ static void test_refusals(void **state) {
     free(problems);
 }
 
+/* A pair given twice on the command line has no line to point at. */
+static void test_doubled_pair_of_an_override(void **state) {
+    (void)state;
+    write_text_file("pair.yaml", TIME SHEET "obstacles:\n  - {mesh: {shape: box}, name: a}\n");
+    char path[128];
+    snprintf(path, sizeof path, "%s/pair.yaml", folder_path);
+    const char *const pairs = "contact.pairs=[{between: [cloth0, a], friction: 0.3}, "
+                              "{between: [a, cloth0], friction: 0.4}]";
+    scene_problems *problems = calloc(1, sizeof *problems);
+    assert_non_null(problems);
+    scene *loaded = NULL;
+    assert_int_not_equal(scene_load(path, &pairs, 1, &loaded, problems), TULLE_OK);
+    assert_non_null(strstr(problems->list[0].message, "is given before, by --set contact.pairs="));
+    free(problems);
+}
+
 static void test_unreadable_files(void **state) {
     (void)state;
     scene_problems *problems = calloc(1, sizeof *problems);
@@ -402,6 +425,7 @@ int main(void) {
         cmocka_unit_test(test_sequence_of_files),
         cmocka_unit_test(test_sequence_of_cache),
         cmocka_unit_test(test_refusals),
+        cmocka_unit_test(test_doubled_pair_of_an_override),
         cmocka_unit_test(test_unreadable_files),
         cmocka_unit_test(test_hash_and_canonical_text),
         cmocka_unit_test(test_sequence_contents_count_in_the_hash),

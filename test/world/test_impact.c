@@ -273,16 +273,36 @@ static void a_grain_without_direction_is_refused(void **state) {
     tulle_cloth_def def = tulle_cloth_def_default();
     tulle_cloth_id id;
     def.mesh = (tulle_mesh_view){positions, 3, triangle, 1};
-    double const lengths[3] = {0.0, 1e-200, 1e-9};
-    for (int i = 0; i < 3; i++) {
-        def.grain[0] = lengths[i];
+    double const grains[][3] = {{0.0, 0.0, 0.0},  {1e-200, 0.0, 0.0}, {0.0, 0.0, 2.0},
+                                {1e-8, 0.0, 1.0}, {1e-9, 0.0, 0.0},   {1e-5, 0.0, 1.0}};
+    for (int i = 0; i < 6; i++) {
+        memcpy(def.grain, grains[i], sizeof def.grain);
         def.material.friction_across = 0.5;
         int const is_refused = tulle_world_add_cloth(world, &def, &id, &error) != TULLE_OK;
-        assert_int_equal(is_refused, i < 2);
+        assert_int_equal(is_refused, i < 4);
         if (is_refused) assert_non_null(strstr(error.message, "grain"));
         def.material.friction_across = 1.0;
         assert_int_equal(tulle_world_add_cloth(world, &def, &id, &error), TULLE_OK);
     }
+    tulle_world_destroy(world);
+}
+
+/* Messages name what is wrong as the user wrote it. */
+static void values_out_of_range_are_named(void **state) {
+    (void)state;
+    tulle_error error = {0};
+    tulle_world *world;
+    tulle_world_def def = tulle_world_def_default();
+    def.motion_space = (tulle_motion_space)-1;
+    assert_int_equal(tulle_world_create(&def, &world, &error), TULLE_ERROR_INVALID_ARGUMENT);
+    assert_non_null(strstr(error.message, "motion space is -1 "));
+    def = tulle_world_def_default();
+    def.dynamic_friction_cloth_cloth = 0.5;
+    assert_int_equal(tulle_world_create(&def, &world, &error), TULLE_ERROR_INVALID_ARGUMENT);
+    assert_non_null(strstr(error.message, "dynamic friction between cloths is 0.5; it must be at "
+                                          "most that of what does not slide, 0.3"));
+    def.dynamic_friction_cloth_cloth = -50.0; /* any negative one is the same as the static */
+    assert_int_equal(tulle_world_create(&def, &world, &error), TULLE_OK);
     tulle_world_destroy(world);
 }
 
@@ -291,6 +311,7 @@ int main(void) {
         cmocka_unit_test(a_flat_sheet_rebounds_as_the_law_says),
         cmocka_unit_test(a_pair_has_its_own_law),
         cmocka_unit_test(a_grain_without_direction_is_refused),
+        cmocka_unit_test(values_out_of_range_are_named),
         cmocka_unit_test(sheets_collide_in_free_flight),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
