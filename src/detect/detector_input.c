@@ -1,16 +1,19 @@
 /* detect/detector_input.c - checks of what callers hand to a detector: the def once, positions at
  * every call. Messages name the triangle, vertex or surface and say what to do. */
 #include "base/error.h"
+#include "base/parallel.h"
 #include "detect/detector_parts.h"
 
 #include <math.h>
+#include <stdatomic.h>
 #include <string.h>
 
 enum {
     MOST_FEATURES = INT32_MAX, /* vertices or triangles; indices have 32 bits, edges outnumber both
                                 */
     MOST_SURFACES = 4096,      /* the table of separations takes 8 bytes for each pair of them */
-    MOST_THREADS = 256
+    MOST_THREADS = 256,
+    DOUBLES_A_CHUNK = 16384 /* looked at by one thread at a time, some 5 microseconds */
 };
 
 /* [m] Thicknesses and separations beyond this overflow when squared. */
@@ -173,15 +176,48 @@ static bool has_infinite(const double *values, size_t count) {
     return seen >> 63 != 0;
 }
 
-static tulle_status check_finite(const double *positions, size_t vertex_count, const char *name,
-                                 tulle_error *error) {
-    if (!has_infinite(positions, 3 * vertex_count)) return TULLE_OK;
+/* Names the first vertex that is not finite. */
+static tulle_status report_infinite(const double *positions, const char *name, tulle_error *error) {
     size_t at = 0;
     while (isfinite(positions[at])) at++;
     const double *const x = positions + at / 3 * 3;
     return error_set(error, TULLE_ERROR_INVALID_ARGUMENT,
                      "vertex %zu of `%s` is at (%g, %g, %g), which is not finite", at / 3, name,
                      x[0], x[1], x[2]);
+}
+
+static tulle_status check_finite(const double *positions, size_t vertex_count, const char *name,
+                                 tulle_error *error) {
+    if (!has_infinite(positions, 3 * vertex_count)) return TULLE_OK;
+    return report_infinite(positions, name, error);
+}
+
+/* Positions of a call. */
+typedef struct finite_check {
+    const double *positions[2]; /* `count` doubles each */
+    size_t count;
+    atomic_bool found[2]; /* something that is not finite */
+} finite_check;
+
+/* A chunk is one of each array in turn. */
+static void check_chunk(void *context, size_t begin, size_t end, size_t chunk, int worker) {
+    (void)begin, (void)end, (void)worker;
+    finite_check *const check = context;
+    size_t const which = chunk % 2, from = chunk / 2 * DOUBLES_A_CHUNK;
+    size_t const left = check->count - from;
+    if (has_infinite(check->positions[which] + from,
+                     left < DOUBLES_A_CHUNK ? left : DOUBLES_A_CHUNK))
+        atomic_store(&check->found[which], true);
+}
+
+static tulle_status check_both_finite(const tulle_detector *detector, const double *start,
+                                      const double *end, tulle_error *error) {
+    finite_check check = {.positions = {start, end}, .count = 3 * detector->topo.vertex_count};
+    size_t const chunks = parallel_chunk_count(check.count, DOUBLES_A_CHUNK);
+    parallel_for(2 * chunks, 1, detector->threads, check_chunk, &check);
+    if (atomic_load(&check.found[0])) return report_infinite(start, "start", error);
+    if (atomic_load(&check.found[1])) return report_infinite(end, "end", error);
+    return TULLE_OK;
 }
 
 tulle_status detect_def_check(const tulle_detect_def *def, tulle_error *error) {
@@ -237,9 +273,7 @@ tulle_status detector_check_positions(tulle_detector *detector, const double *st
     if (!start || !end)
         return error_set(error, TULLE_ERROR_INVALID_ARGUMENT, "the %s positions are null",
                          start ? "end" : "start");
-    size_t const count = detector->topo.vertex_count;
-    tulle_status status = check_finite(start, count, "start", error);
-    if (status == TULLE_OK) status = check_finite(end, count, "end", error);
+    tulle_status status = check_both_finite(detector, start, end, error);
     if (status != TULLE_OK || detector->static_vertex_count == 0) return status;
     status = check_static(detector, start, end, error);
     if (status == TULLE_OK && !detector->has_static_positions) keep_static(detector, start);

@@ -35,32 +35,34 @@ static inline box_vector round_sums(box_vector sums, float largest) {
     return sums - (largest * SLAB_ROUNDING + SLAB_UNDERFLOW);
 }
 
-static inline box_vector load_box(const leaf_fit *fit, uint32_t record) {
+static inline box_vector load_box(const leaf_fit *fit, uint32_t record, bool is_straight) {
     const vertex_box *const box = &fit->vertex_boxes[record];
     box_vector const start = box_vector_load(box->start);
-    return fit->is_straight ? start : box_vector_least(start, box_vector_load(box->end));
+    return is_straight ? start : box_vector_least(start, box_vector_load(box->end));
 }
 
-/* Fits at most eight features in lanes of rows; lanes beyond meet nothing. */
-static inline void fit_lanes(const leaf_fit *fit, const uint32_t *corners, size_t corner_count,
-                             size_t count, float *rows) {
+/* Features of one kind of a leaf: slots begin .. end - 1, corner_count records each. */
+typedef struct slot_range {
+    const uint32_t *corners;
+    uint32_t corner_count, begin, end;
+} slot_range;
+
+/* Fits eight of them, from the one at `offset` on, in lanes of rows; lanes beyond meet nothing. */
+static inline __attribute__((always_inline)) void
+fit_lanes(const leaf_fit *fit, slot_range slots, uint32_t offset, bool is_straight, float *rows) {
     box_vector boxes[8];
+    uint32_t const begin = slots.begin + offset;
+    const uint32_t *const corners = slots.corners + slots.corner_count * (size_t)begin;
+    uint32_t const count = begin < slots.end ? slots.end - begin : 0;
     for (size_t l = 0; l < 8; l++) {
         boxes[l] = box_vector_fill(INFINITY);
         if (l >= count) continue;
-        for (size_t k = 0; k < corner_count; k++)
-            boxes[l] = box_vector_least(boxes[l], load_box(fit, corners[corner_count * l + k]));
+        const uint32_t *const own = corners + slots.corner_count * l;
+        boxes[l] = load_box(fit, own[0], is_straight);
+        for (size_t k = 1; k < slots.corner_count; k++)
+            boxes[l] = box_vector_least(boxes[l], load_box(fit, own[k], is_straight));
     }
     box_vectors_write_rows(boxes, rows, GROUP_LANES);
-}
-
-/* Eight lanes of the features begin .. end - 1, from the one at `offset` on. */
-static inline void fit_slots(const leaf_fit *fit, const uint32_t *corners, size_t corner_count,
-                             const uint32_t slots[2], uint32_t offset, float *rows) {
-    uint32_t const count = slots[1] - slots[0];
-    uint32_t const begin = offset < count ? offset : count;
-    fit_lanes(fit, corners + corner_count * (size_t)(slots[0] + begin), corner_count,
-              count - begin < 8 ? count - begin : 8, rows);
 }
 
 typedef struct corner_list {
@@ -76,7 +78,8 @@ static inline corner_list list_corners(const leaf_fit *fit, const tree_leaf *lea
                          fit->triangle_corners + 3 * (size_t)leaf->triangle_end};
 }
 
-static inline void fit_header(const leaf_fit *fit, const tree_leaf *leaf, float *block) {
+static inline __attribute__((always_inline)) void
+fit_header(const leaf_fit *fit, const tree_leaf *leaf, bool is_straight, float *block) {
     box_vector start = box_vector_fill(INFINITY), end = start, drift = start;
     corner_list const corners = list_corners(fit, leaf);
     for (const uint32_t *corner = corners.begin; corner < corners.end; corner++) {
@@ -87,28 +90,37 @@ static inline void fit_header(const leaf_fit *fit, const tree_leaf *leaf, float 
         drift = box_vector_least(drift, last - first);
     }
     box_vector const all = box_vector_least(start, end);
-    box_vector_store(block, fit->is_straight ? start : all);
-    box_vector_store(block + 8, fit->is_straight ? round_sums(drift, find_largest(all))
-                                                 : box_vector_fill(0.0F));
+    box_vector_store(block, is_straight ? start : all);
+    box_vector_store(block + 8,
+                     is_straight ? round_sums(drift, find_largest(all)) : box_vector_fill(0.0F));
+}
+
+static inline __attribute__((always_inline)) void
+fit_block_as(const leaf_fit *fit, const tree_leaf *leaf, bool is_straight, float *block) {
+    slot_range const triangles = {fit->triangle_corners, 3, leaf->triangle_begin,
+                                  leaf->triangle_end};
+    slot_range const vertices = {fit->vertex_corners, 1, leaf->vertex_begin, leaf->vertex_end};
+    slot_range const edges = {fit->edge_corners, 2, leaf->edge_begin, leaf->edge_end};
+    float *group = block + LEAF_HEADER;
+    fit_header(fit, leaf, is_straight, block);
+    fit_lanes(fit, triangles, 0, is_straight, group);
+    fit_lanes(fit, vertices, 0, is_straight, group + LEAF_TRIANGLES);
+    group += GROUP_FLOATS;
+    for (uint32_t at = 0; at == 0 || at < edges.end - edges.begin; at += GROUP_LANES) {
+        fit_lanes(fit, edges, at, is_straight, group);
+        fit_lanes(fit, edges, at + 8, is_straight, group + 8);
+        group += GROUP_FLOATS;
+    }
+    if (vertices.end - vertices.begin <= FACE_VERTICES) return;
+    fit_lanes(fit, vertices, FACE_VERTICES, is_straight, group);
+    fit_lanes(fit, vertices, FACE_VERTICES + 8, is_straight, group + 8);
 }
 
 void TULLE_KERNEL(fit_block)(const leaf_fit *fit, const tree_leaf *leaf, float *block) {
-    const uint32_t triangles[2] = {leaf->triangle_begin, leaf->triangle_end};
-    const uint32_t vertices[2] = {leaf->vertex_begin, leaf->vertex_end};
-    const uint32_t edges[2] = {leaf->edge_begin, leaf->edge_end};
-    float *group = block + LEAF_HEADER;
-    fit_header(fit, leaf, block);
-    fit_slots(fit, fit->triangle_corners, 3, triangles, 0, group);
-    fit_slots(fit, fit->vertex_corners, 1, vertices, 0, group + LEAF_TRIANGLES);
-    group += GROUP_FLOATS;
-    for (uint32_t at = 0; at == 0 || at < edges[1] - edges[0]; at += GROUP_LANES) {
-        fit_slots(fit, fit->edge_corners, 2, edges, at, group);
-        fit_slots(fit, fit->edge_corners, 2, edges, at + 8, group + 8);
-        group += GROUP_FLOATS;
-    }
-    if (vertices[1] - vertices[0] <= FACE_VERTICES) return;
-    fit_slots(fit, fit->vertex_corners, 1, vertices, FACE_VERTICES, group);
-    fit_slots(fit, fit->vertex_corners, 1, vertices, FACE_VERTICES + 8, group + 8);
+    if (fit->is_straight)
+        fit_block_as(fit, leaf, true, block);
+    else
+        fit_block_as(fit, leaf, false, block);
 }
 
 void TULLE_KERNEL(fit_leaves)(const leaf_fit *fit, size_t begin, size_t end) {
@@ -131,7 +143,8 @@ static inline box_vector find_diagonals(box_vector box) {
            BOX_SHUFFLE(box, box, 2, 6, 2, 2, 6, 2, 6, 6);
 }
 
-static inline leaf_extent find_extent(const leaf_fit *fit, const tree_leaf *leaf, bool has_slabs) {
+static inline __attribute__((always_inline)) leaf_extent
+find_extent(const leaf_fit *fit, const tree_leaf *leaf, bool has_slabs) {
     box_vector const nothing = box_vector_fill(INFINITY);
     leaf_extent extent = {nothing, nothing, {nothing, nothing}};
     corner_list const corners = list_corners(fit, leaf);
@@ -166,10 +179,15 @@ void TULLE_KERNEL(fit_lowest_nodes)(const leaf_fit *fit, tree_node *nodes, leaf_
         for (size_t c = node->child_count; c < NODE_LANES; c++) boxes[c] = nothing;
         for (size_t c = 0; c < node->child_count; c++) {
             size_t const leaf = node->first + c;
-            leaf_extent const extent = find_extent(fit, &fit->leaves[leaf], slabs != NULL);
+            leaf_extent extent;
+            if (slabs) {
+                extent = find_extent(fit, &fit->leaves[leaf], true);
+                write_slabs(&extent, &slabs[leaf]);
+            } else {
+                extent = find_extent(fit, &fit->leaves[leaf], false);
+            }
             boxes[c] = box_vector_least(extent.start, extent.end);
             all = box_vector_least(all, boxes[c]);
-            if (slabs) write_slabs(&extent, &slabs[leaf]);
         }
         box_vectors_write_rows(boxes, node->sides[0], NODE_LANES);
         box_vector_write(all, node->box);
