@@ -367,6 +367,17 @@ static void update_multipliers(motion_solve *solve) {
     }
 }
 
+/* [m/s] By how much a row failed in the last solve: too slow, or too fast while it pushed. Pushed
+ * by an impulse that is too large, a vertex flies off and drags its neighbours apart; the sweeps
+ * take such an impulse back as slowly as they build it up. */
+static double find_violation(const contact_row *row, const double *u) {
+    double const missing =
+        get_wanted_speed(row) - vec3_dot(row->normal, get_relative_velocity(row, u));
+    double const penalty = row->is_hard ? row->stiffness * missing : 0.0;
+    bool const has_pushed = vec3_dot(row->normal, row->impulse) + penalty > 0.0;
+    return has_pushed ? fabs(missing) : fmax(missing, 0.0);
+}
+
 /* Violations right after a solve: the largest goes to the report, the root of their mean square is
  * returned. Rows that stay violated become hard. */
 static double measure_violation(motion_solve *solve, bool may_harden) {
@@ -374,8 +385,7 @@ static double measure_violation(motion_solve *solve, bool may_harden) {
     double largest = 0.0, sum2 = 0.0;
     for (size_t i = 0; i < solve->list->rows.count; i++) {
         contact_row *const row = &solve->list->rows.data[i];
-        double const speed = vec3_dot(row->normal, get_relative_velocity(row, solve->u));
-        double const violation = fmax(get_wanted_speed(row) - speed, 0.0);
+        double const violation = find_violation(row, solve->u);
         largest = fmax(largest, violation);
         sum2 += violation * violation;
         double const limit = row->is_old ? settings->hard_speed : settings->hard_speed_new;
