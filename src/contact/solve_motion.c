@@ -14,17 +14,13 @@
 
 #include "contact/project_impulses.h"
 #include "contact/row_friction.h"
+#include "contact/solve_in_stages.h"
 
 #include <string.h>
 
 /* Residuals are not driven below this part of the momentum's: free flight has no force to compare
  * with. */
 #define LEAST_REFERENCE 1e-12
-
-/* Iterations by blocks of the diagonal before a factor is made: free flight takes five to seven. */
-#define PLAIN_ITERATIONS 16
-/* Iterations with a factor, of 3 to 30, after which it is no good. */
-#define FACTORED_ITERATIONS 200
 
 typedef struct motion_solve {
     const contact_scene *scene;
@@ -37,8 +33,7 @@ typedef struct motion_solve {
     contact_row **hard_rows;
     size_t hard_count;
     double reference;
-    cholesky_term *terms; /* of hard rows, when there is a factor */
-    bool has_factor;      /* numbers of this system, with the hard rows of some round */
+    staged_solve stages;
 } motion_solve;
 
 static bool allocate_solve(motion_solve *solve) {
@@ -48,10 +43,7 @@ static bool allocate_solve(motion_solve *solve) {
     solve->diagonal = ARENA_NEW(scratch, double, 9 * count);
     solve->is_fixed = ARENA_NEW(scratch, uint8_t, count);
     solve->hard_rows = ARENA_NEW(scratch, contact_row *, solve->list->rows.count);
-    solve->terms =
-        ARENA_NEW(scratch, cholesky_term, solve->system->factor ? solve->list->rows.count : 0);
-    if (!solve->right_hand_side || !solve->diagonal || !solve->is_fixed || !solve->hard_rows ||
-        !solve->terms)
+    if (!solve->right_hand_side || !solve->diagonal || !solve->is_fixed || !solve->hard_rows)
         return false;
     for (size_t i = 0; i < count; i++) solve->is_fixed[i] = !(solve->scene->inverse_mass[i] > 0.0);
     return true;
@@ -205,72 +197,6 @@ static tulle_status translate_cloths(motion_solve *solve) {
     return has_memory ? TULLE_OK : TULLE_ERROR_OUT_OF_MEMORY;
 }
 
-/* ---- the preconditioner ---- */
-
-static void list_terms(motion_solve *solve) {
-    for (size_t i = 0; i < solve->hard_count; i++) {
-        const contact_row *const row = solve->hard_rows[i];
-        cholesky_term *const term = &solve->terms[i];
-        *term = (cholesky_term){.normal = {row->normal.x, row->normal.y, row->normal.z},
-                                .scale = row->stiffness,
-                                .side = row->kind == FEATURE_VERTEX_TRIANGLE ? 1 : 2};
-        for (int k = 0; k < 4; k++) {
-            bool const is_cloth = row->vertices[k] < solve->scene->cloth_vertex_count;
-            term->vertices[k] = is_cloth ? row->vertices[k] : TULLE_NONE;
-            term->weights[k] = row->weights[k];
-        }
-    }
-}
-
-static tulle_status factor_system(motion_solve *solve) {
-    cholesky_matrix matrix = solve->system->edge_matrix;
-    list_terms(solve);
-    matrix.is_fixed = solve->is_fixed;
-    matrix.terms = solve->terms;
-    matrix.term_count = solve->hard_count;
-    cholesky_report report;
-    tulle_status const status = sparse_cholesky_factor(
-        solve->system->factor, &matrix, solve->scene->threads, solve->scene->scratch, &report);
-    solve->has_factor = status == TULLE_OK;
-    return status;
-}
-
-static void apply_factor(void *context, const double *r, double *z) {
-    const motion_solve *const solve = context;
-    sparse_cholesky_solve(solve->system->factor, r, z, solve->scene->threads);
-}
-
-/* By blocks of the diagonal first: free flight needs no more. What that leaves, with the factor,
- * and what breaks down with it, without again. */
-static tulle_status solve_with_factor(motion_solve *solve, conjugate_gradients_problem problem,
-                                      conjugate_gradients_result *result) {
-    arena *const scratch = solve->scene->scratch;
-    int const limit = problem.max_iterations;
-    int used = 0;
-    tulle_status status = TULLE_OK;
-    if (!solve->has_factor) {
-        problem.max_iterations = limit < PLAIN_ITERATIONS ? limit : PLAIN_ITERATIONS;
-        status = conjugate_gradients_solve(&problem, solve->u, scratch, result);
-        used = result->iterations;
-        if (status != TULLE_OK || result->end == CONJUGATE_GRADIENTS_CONVERGED) return status;
-    }
-    status = factor_system(solve);
-    if (status != TULLE_OK) return status;
-    problem.max_iterations =
-        limit - used < FACTORED_ITERATIONS ? limit - used : FACTORED_ITERATIONS;
-    problem.precondition = apply_factor;
-    problem.precondition_context = solve;
-    status = conjugate_gradients_solve(&problem, solve->u, scratch, result);
-    result->iterations += used;
-    if (status != TULLE_OK || result->end == CONJUGATE_GRADIENTS_CONVERGED) return status;
-    used = result->iterations;
-    problem.precondition = NULL;
-    problem.max_iterations = limit - used;
-    status = conjugate_gradients_solve(&problem, solve->u, scratch, result);
-    result->iterations += used;
-    return status;
-}
-
 static tulle_status run_conjugate_gradients(motion_solve *solve) {
     const contact_settings *const settings = &solve->scene->settings;
     conjugate_gradients_problem const problem = {
@@ -287,8 +213,9 @@ static tulle_status run_conjugate_gradients(motion_solve *solve) {
     };
     conjugate_gradients_result result;
     tulle_status const status =
-        solve->system->factor
-            ? solve_with_factor(solve, problem, &result)
+        solve->system->matrix
+            ? solve_in_stages(&solve->stages, &problem, solve->hard_rows, solve->hard_count,
+                              solve->u, &result)
             : conjugate_gradients_solve(&problem, solve->u, solve->scene->scratch, &result);
     if (status != TULLE_OK) return status;
     solve->report->solve_count++;
@@ -423,7 +350,12 @@ tulle_status solve_motion(const contact_scene *scene, const motion_system *syste
                           double *u, solve_report *report) {
     *report = (solve_report){.has_converged = true};
     arena_mark const mark = arena_get_mark(scene->scratch);
-    motion_solve solve = {.scene = scene, .system = system, .list = list, .u = u, .report = report};
+    motion_solve solve = {.scene = scene,
+                          .system = system,
+                          .list = list,
+                          .u = u,
+                          .report = report,
+                          .stages = {.scene = scene, .system = system}};
     tulle_status status = allocate_solve(&solve) ? TULLE_OK : TULLE_ERROR_OUT_OF_MEMORY;
     if (status == TULLE_OK) status = find_reference(&solve);
     if (status == TULLE_OK) status = run_rounds(&solve);

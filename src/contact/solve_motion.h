@@ -4,7 +4,7 @@
 
 #include "contact/contact_types.h"
 #include "math/conjugate_gradients.h"
-#include "math/sparse_cholesky.h"
+#include "math/single_solve.h"
 
 /* The implicit step without contact: A u = b over the cloth vertices. A is the plain matrix; rows
  * of vertices with inverse mass 0 are masked in the solve, their columns act with the prescribed
@@ -17,7 +17,8 @@ typedef struct motion_system {
     const double *forces;        /* [N] f(x0, v0), 3 * cloth_vertex_count */
     double force_time;           /* [s] right_hand_side holds force_time f */
     const double *start;         /* [m/s] cloth velocities at the start of the step; null: u */
-    sparse_cholesky *factor;     /* for a preconditioner, or null */
+    const block_matrix *matrix;  /* A, to be solved in single precision; null: in double */
+    sparse_cholesky *factor;     /* with `matrix`, for a preconditioner; null: none */
     cholesky_matrix edge_matrix; /* the part of A that is factored, without fixed and terms */
 } motion_system;
 

@@ -5,10 +5,6 @@
  * 5. Departures: the filter is a mask, which makes the iteration plain conjugate gradients on the
  * free vertices; the residual is measured in the preconditioner's norm.
  *
- * With a preconditioner of its own the iteration is the flexible one: Notay, Flexible conjugate
- * gradients, 2000, with the last direction only; what single precision does to the preconditioner
- * is then no worse than a slightly longer way.
- *
  * Dots are summed over blocks of a fixed number of vertices, the blocks in order, so that the
  * number of threads changes no bit. */
 #include "math/conjugate_gradients.h"
@@ -75,15 +71,12 @@ static bool invert_block(const double *a, double *inverse) {
     return true;
 }
 
-static void invert_diagonal(void *context, size_t begin, size_t end, size_t chunk, int worker) {
-    (void)worker;
-    solver *const work = context;
-    const uint8_t *const is_fixed = work->problem->is_fixed;
-    work->partials[chunk] = 0.0;
+void invert_blocks(const conjugate_gradients_problem *problem, size_t begin, size_t end,
+                   double *inverses) {
     for (size_t vertex = begin; vertex < end; vertex++) {
-        const double *const block = work->problem->diagonal + 9 * vertex;
-        double *const inverse = work->inverse + 9 * vertex;
-        bool const fixed = is_fixed && is_fixed[vertex];
+        const double *const block = problem->diagonal + 9 * vertex;
+        double *const inverse = inverses + 9 * vertex;
+        bool const fixed = problem->is_fixed && problem->is_fixed[vertex];
         if (!fixed && invert_block(block, inverse)) continue;
         for (int i = 0; i < 9; i++) inverse[i] = 0.0;
         for (int i = 0; i < 9 && !fixed; i += 4) {
@@ -91,6 +84,13 @@ static void invert_diagonal(void *context, size_t begin, size_t end, size_t chun
             inverse[i] = block[i] > 0.0 && isfinite(reciprocal) ? reciprocal : 1.0;
         }
     }
+}
+
+static void invert_diagonal(void *context, size_t begin, size_t end, size_t chunk, int worker) {
+    (void)worker;
+    solver *const work = context;
+    work->partials[chunk] = 0.0;
+    invert_blocks(work->problem, begin, end, work->inverse);
 }
 
 static inline vec3 apply_inverse(const solver *work, size_t vertex, vec3 r) {
@@ -195,68 +195,6 @@ static conjugate_gradients_end iterate(solver *work, double rho, double target, 
     }
 }
 
-/* ---- with a preconditioner of its own ---- */
-
-/* x += alpha p, r -= alpha A p; sums r . P^-1 r. */
-static void advance_plain(void *context, size_t begin, size_t end, size_t chunk, int worker) {
-    (void)worker;
-    solver *const work = context;
-    double const alpha = work->step;
-    double sum = 0.0;
-    for (size_t vertex = begin; vertex < end; vertex++) {
-        vec3 const p = vec3_load(work->direction, vertex);
-        vec3_store(work->x, vertex, vec3_add_scaled(vec3_load(work->x, vertex), p, alpha));
-        vec3 const r = vec3_add_scaled(vec3_load(work->residual, vertex),
-                                       vec3_load(work->product, vertex), -alpha);
-        vec3_store(work->residual, vertex, r);
-        sum += vec3_dot(r, apply_inverse(work, vertex, r));
-    }
-    work->partials[chunk] = sum;
-}
-
-/* Sums z . r */
-static void measure_descent(void *context, size_t begin, size_t end, size_t chunk, int worker) {
-    (void)worker;
-    solver *const work = context;
-    double sum = 0.0;
-    for (size_t i = 3 * begin; i < 3 * end; i++) sum += work->preconditioned[i] * work->residual[i];
-    work->partials[chunk] = sum;
-}
-
-/* Sums z . A p of the last direction. */
-static void measure_overlap(void *context, size_t begin, size_t end, size_t chunk, int worker) {
-    (void)worker;
-    solver *const work = context;
-    double sum = 0.0;
-    for (size_t i = 3 * begin; i < 3 * end; i++) sum += work->preconditioned[i] * work->product[i];
-    work->partials[chunk] = sum;
-}
-
-/* As iterate; norm2 is r . P^-1 r of the start and, in the end, of the end. */
-static conjugate_gradients_end iterate_flexibly(solver *work, double target, int *iterations,
-                                                double *norm2) {
-    const conjugate_gradients_problem *const problem = work->problem;
-    work->step = 0.0; /* the first direction is z alone */
-    for (*iterations = 0;; (*iterations)++) {
-        if (!isfinite(*norm2)) return CONJUGATE_GRADIENTS_NOT_FINITE;
-        if (sqrt(*norm2) <= target) return CONJUGATE_GRADIENTS_CONVERGED;
-        if (*iterations >= problem->max_iterations) return CONJUGATE_GRADIENTS_ITERATION_LIMIT;
-        problem->precondition(problem->precondition_context, work->residual, work->preconditioned);
-        double const descent = run_pass(work, measure_descent);
-        if (*iterations > 0) work->step *= -run_pass(work, measure_overlap);
-        parallel_for(problem->vertex_count, VERTICES_PER_CHUNK, problem->threads, turn_direction,
-                     work);
-        problem->apply(problem->apply_context, work->direction, work->product);
-        double const curvature = run_pass(work, measure_curvature);
-        if (!isfinite(curvature) || !isfinite(descent)) return CONJUGATE_GRADIENTS_NOT_FINITE;
-        if (!(curvature > 0.0 && descent > 0.0)) return CONJUGATE_GRADIENTS_NOT_POSITIVE;
-        work->step = descent / curvature;
-        if (!isfinite(work->step)) return CONJUGATE_GRADIENTS_NOT_FINITE;
-        *norm2 = run_pass(work, advance_plain);
-        work->step = work->step / descent; /* - alpha / (r . z) z' . A p is beta */
-    }
-}
-
 tulle_status conjugate_gradients_solve(const conjugate_gradients_problem *problem, double *x,
                                        arena *scratch, conjugate_gradients_result *result) {
     arena_mark const mark = arena_get_mark(scratch);
@@ -273,8 +211,7 @@ tulle_status conjugate_gradients_solve(const conjugate_gradients_problem *proble
     if (!(reference > 0.0)) reference = sqrt(rho);
     *result = (conjugate_gradients_result){.reference = reference};
     double const target = problem->tolerance * reference;
-    result->end = problem->precondition ? iterate_flexibly(&work, target, &result->iterations, &rho)
-                                        : iterate(&work, rho, target, &result->iterations, &rho);
+    result->end = iterate(&work, rho, target, &result->iterations, &rho);
     result->residual = reference > 0.0 ? sqrt(rho) / reference : 0.0;
     arena_release(scratch, mark);
     return TULLE_OK;

@@ -23,10 +23,6 @@ typedef struct conjugate_gradients_problem {
                                       first residual where that is zero */
     int max_iterations;
     int threads;
-    linear_operator precondition; /* z = Q r in place of P^-1 r, for a positive definite Q that maps
-                                     to zero at fixed vertices; rounding may make it unsymmetric.
-                                     Null: P alone. Residuals are measured by P all the same */
-    void *precondition_context;
 } conjugate_gradients_problem;
 
 typedef enum conjugate_gradients_end {
@@ -34,7 +30,8 @@ typedef enum conjugate_gradients_end {
     CONJUGATE_GRADIENTS_ITERATION_LIMIT,
     CONJUGATE_GRADIENTS_NOT_POSITIVE, /* p . A p <= 0 for a direction p: A is not positive definite
                                        */
-    CONJUGATE_GRADIENTS_NOT_FINITE    /* a product or a dot became infinite or NaN */
+    CONJUGATE_GRADIENTS_NOT_FINITE,   /* a product or a dot became infinite or NaN */
+    CONJUGATE_GRADIENTS_STALLED       /* of single_solve only: no nearer by single precision */
 } conjugate_gradients_end;
 
 typedef struct conjugate_gradients_result {
@@ -50,5 +47,10 @@ typedef struct conjugate_gradients_result {
  * iteration ended is in `result`. Bits do not depend on `threads`. */
 tulle_status conjugate_gradients_solve(const conjugate_gradients_problem *problem, double *x,
                                        arena *scratch, conjugate_gradients_result *result);
+
+/* The preconditioner's blocks of vertices begin .. end - 1, 9 * vertex_count: zero at fixed ones.
+ */
+void invert_blocks(const conjugate_gradients_problem *problem, size_t begin, size_t end,
+                   double *inverses);
 
 #endif

@@ -23,6 +23,10 @@ static const vec3 DIRECTIONS[DIRECTION_COUNT] = {
     {1, 0, 1}, {1, 0, -1}, {0, 1, 1}, {0, 1, -1},
 };
 
+/* Where along a direction a set is cut, as a part of its vertices. */
+enum { PLACE_COUNT = 5 };
+static const double PLACES[PLACE_COUNT] = {0.5, 0.45, 0.55, 0.4, 0.6};
+
 typedef struct keyed_vertex {
     double key;
     uint32_t vertex;
@@ -34,7 +38,8 @@ typedef struct cutter {
     const double *positions;
     keyed_vertex *keys; /* of the set that is cut */
     uint32_t *sides;    /* of each vertex: 2 * number of the cut + half */
-    uint32_t cut_count;
+    uint32_t *stamps;
+    uint32_t cut_count, stamp;
     dissection *result;
     bool has_memory;
 } cutter;
@@ -56,50 +61,107 @@ static void sort_along(cutter *work, uint32_t *set, size_t count, vec3 direction
     for (size_t i = 0; i < count; i++) set[i] = work->keys[i].vertex;
 }
 
+/* How many vertices a part has, and how many outside the set that is cut touch it. */
+typedef struct part_count {
+    size_t vertices, halo;
+} part_count;
+
+typedef struct cut {
+    size_t direction, count; /* vertices of the first half */
+    uint32_t half;           /* that gives the separator */
+    double work;
+} cut;
+
+/* Operations to eliminate a part and all below: those of a grid when each cut halves the vertices
+ * and the halo and its separator has 0.8 sqrt(vertices) vertices. */
+static double estimate_work(part_count part) {
+    double const m = (double)part.vertices, b = (double)part.halo;
+    return 20.3 * m * sqrt(m) + 5.4 * m * b + 1.24 * sqrt(m) * b * b;
+}
+
+/* Operations of the separator's own front. */
+static double estimate_front(part_count separator) {
+    double const s = (double)separator.vertices, b = (double)separator.halo;
+    return s * (s * s / 3.0 + s * b + b * b);
+}
+
+/* Marks the halves of a set. */
+static void mark_sides(cutter *work, const uint32_t *set, size_t size, size_t count) {
+    work->cut_count++;
+    for (size_t i = 0; i < size; i++) work->sides[set[i]] = 2 * work->cut_count + (i >= count);
+}
+
 static bool touches_side(const cutter *work, uint32_t vertex, uint32_t side) {
     for (uint32_t k = work->pattern.begin[vertex]; k < work->pattern.begin[vertex + 1]; k++)
         if (work->sides[work->pattern.columns[k]] == side) return true;
     return false;
 }
 
-/* The sides of the set's halves, and how many vertices of the half that has fewer of them touch the
- * other; *half says which it is. */
-static size_t cut_in_halves(cutter *work, const uint32_t *set, size_t count, uint32_t *half) {
-    uint32_t const sides[2] = {2 * work->cut_count, 2 * work->cut_count + 1};
-    work->cut_count++;
-    for (size_t i = 0; i < count; i++) work->sides[set[i]] = sides[i >= count / 2];
-    size_t touching[2] = {0, 0};
-    for (size_t i = 0; i < count; i++) {
-        uint32_t const side = i >= count / 2;
-        touching[side] += touches_side(work, set[i], sides[1 - side]);
+/* The vertex is part `own`, 0 or 1, or the separator, 2: notes what it touches outside the set.
+ * Stamps tell which parts have touched a vertex: one bit each. */
+static void count_halo(cutter *work, uint32_t vertex, uint32_t own, part_count parts[3]) {
+    for (uint32_t k = work->pattern.begin[vertex]; k < work->pattern.begin[vertex + 1]; k++) {
+        uint32_t const u = work->pattern.columns[k];
+        if (work->sides[u] / 2 == work->cut_count) continue;
+        if (work->stamps[u] / 8 != work->stamp) work->stamps[u] = 8 * work->stamp;
+        if (work->stamps[u] % 8 == 0) parts[2].halo++;
+        if (own < 2 && !(work->stamps[u] >> own & 1U)) parts[own].halo++;
+        work->stamps[u] |= 1U << own;
     }
-    *half = touching[1] < touching[0];
-    return touching[*half];
+}
+
+/* Work of a cut of the marked set. */
+static double rate_cut(cutter *work, const uint32_t *set, size_t size, uint32_t half) {
+    part_count parts[3] = {0};
+    work->stamp++;
+    for (size_t i = 0; i < size; i++) {
+        uint32_t own = work->sides[set[i]] % 2;
+        if (own == half && touches_side(work, set[i], 2 * work->cut_count + 1 - half)) own = 2;
+        parts[own].vertices++;
+        count_halo(work, set[i], own, parts);
+    }
+    parts[0].halo += parts[2].vertices;
+    parts[1].halo += parts[2].vertices;
+    return estimate_front(parts[2]) + estimate_work(parts[0]) + estimate_work(parts[1]);
+}
+
+/* The best cut of a set sorted along a direction. */
+static void try_direction(cutter *work, const uint32_t *set, size_t size, size_t direction,
+                          cut *best) {
+    for (size_t p = 0; p < PLACE_COUNT; p++) {
+        size_t const count = (size_t)(PLACES[p] * (double)size);
+        mark_sides(work, set, size, count);
+        for (uint32_t half = 0; half < 2; half++) {
+            double const rated = rate_cut(work, set, size, half);
+            if (rated < best->work) *best = (cut){direction, count, half, rated};
+        }
+    }
 }
 
 /* Orders the set as first half, second half, separator. */
-static void split_set(cutter *work, uint32_t *set, size_t count, size_t sizes[2]) {
-    size_t best = 0, least = SIZE_MAX;
-    uint32_t half = 0;
+static void split_set(cutter *work, uint32_t *set, size_t size, size_t sizes[2]) {
+    cut best = {.work = INFINITY};
     for (size_t d = 0; d < DIRECTION_COUNT; d++) {
-        sort_along(work, set, count, DIRECTIONS[d]);
-        size_t const touching = cut_in_halves(work, set, count, &half);
-        if (touching < least) least = touching, best = d;
+        if (d > 0 && !work->positions) break;
+        sort_along(work, set, size, DIRECTIONS[d]);
+        try_direction(work, set, size, d, &best);
     }
-    sort_along(work, set, count, DIRECTIONS[best]);
-    cut_in_halves(work, set, count, &half);
-    uint32_t const other = 2 * (work->cut_count - 1) + 1 - half;
-    size_t place[2] = {0, 0}, separator = 0;
-    for (size_t i = 0; i < count; i++) {
-        uint32_t const side = i >= count / 2, vertex = set[i];
-        if (side == half && touches_side(work, vertex, other))
+    sort_along(work, set, size, DIRECTIONS[best.direction]);
+    mark_sides(work, set, size, best.count);
+    uint32_t const other = 2 * work->cut_count + 1 - best.half;
+    size_t separator = 0, place = 0;
+    sizes[0] = 0;
+    for (size_t i = 0; i < size; i++) {
+        uint32_t const side = i >= best.count, vertex = set[i];
+        if (side == best.half && touches_side(work, vertex, other)) {
             work->keys[separator++].vertex = vertex;
-        else
-            set[side ? place[0] + place[1] : place[0]] = vertex, place[side]++;
+            continue;
+        }
+        set[place++] = vertex;
+        sizes[0] += side == 0;
     }
-    for (size_t i = 0; i < separator; i++) set[place[0] + place[1] + i] = work->keys[i].vertex;
-    sizes[0] = place[0];
-    sizes[1] = place[1];
+    sizes[1] = place - sizes[0];
+    for (size_t i = 0; i < separator; i++) set[place + i] = work->keys[i].vertex;
 }
 
 /* Vertices that are near one another get near places. */
@@ -151,13 +213,15 @@ bool dissection_build(memory *heap, size_t vertex_count, block_pattern pattern,
     result->order = memory_allocate(heap, vertex_count * sizeof(uint32_t));
     work.keys = memory_allocate(heap, vertex_count * sizeof *work.keys);
     work.sides = memory_allocate_zeroed(heap, vertex_count, sizeof(uint32_t));
-    work.has_memory = result->order && work.keys && work.sides;
+    work.stamps = memory_allocate_zeroed(heap, vertex_count, sizeof(uint32_t));
+    work.has_memory = result->order && work.keys && work.sides && work.stamps;
     if (work.has_memory) {
         for (size_t v = 0; v < vertex_count; v++) result->order[v] = (uint32_t)v;
         dissect(&work, 0, vertex_count, 0);
     }
     memory_release(heap, work.keys, vertex_count * sizeof *work.keys);
     memory_release(heap, work.sides, vertex_count * sizeof(uint32_t));
+    memory_release(heap, work.stamps, vertex_count * sizeof(uint32_t));
     if (!work.has_memory) dissection_destroy(heap, result);
     return work.has_memory;
 }

@@ -5,6 +5,7 @@
 
 #include "math/kernel_target.h"
 
+#include <stdbool.h>
 #include <stddef.h>
 #include <stdint.h>
 
@@ -36,21 +37,36 @@ static inline size_t front_stride(size_t own, size_t others) {
 TULLE_DECLARE_KERNEL(uint32_t, factor_front,
                      (const front_panel *front, const float *floors, float *update))
 
+/* A front as it is kept, in half the room: entries below the diagonal are numbers of 16 bits times
+ * their column's scale, zero above; the inverses of the diagonal by themselves. */
+typedef struct packed_front {
+    int16_t *columns;         /* as in front_panel */
+    float *scales, *inverses; /* own */
+    size_t own, others, stride;
+} packed_front;
+TULLE_DECLARE_KERNEL(void, pack_front, (const front_panel *front, const packed_front *packed))
+
 /* Solves with L: x has `stride` entries; its first `own` become the solution and their product with
  * the other rows is subtracted from the others. */
-TULLE_DECLARE_KERNEL(void, solve_front_down, (const front_panel *front, float *x))
+TULLE_DECLARE_KERNEL(void, solve_front_down, (const packed_front *front, float *x))
 
 /* Solves with L^T: the entries after `own` are known (zero after own + others). */
-TULLE_DECLARE_KERNEL(void, solve_front_up, (const front_panel *front, float *x))
+TULLE_DECLARE_KERNEL(void, solve_front_up, (const packed_front *front, float *x))
 
-/* to += from, over `rows` by `columns` numbers; where `is_lower` only those on and below the
- * diagonal. */
-typedef struct front_patch {
+/* `count` numbers, one after another both among a front's other rows and in the front above it. */
+typedef struct front_run {
+    uint32_t from, to, count;
+} front_run;
+/* Adds the lower triangle of a front's update to the front above: rows and columns before its own
+ * columns' number to its panel, later ones to its update. No run has some of both. */
+typedef struct update_sum {
     const float *from;
-    float *to;
-    size_t from_stride, to_stride, rows, columns;
-    bool is_lower;
-} front_patch;
-TULLE_DECLARE_KERNEL(void, add_front_patch, (const front_patch *patch))
+    size_t from_stride;
+    const front_run *runs; /* in vertices of three numbers */
+    size_t run_count;
+    front_panel panel;
+    float *update;
+} update_sum;
+TULLE_DECLARE_KERNEL(void, add_update, (const update_sum *sum))
 
 #endif

@@ -93,7 +93,7 @@ static bool find_runs(pattern_builder *work, cholesky_front *front) {
 static bool find_entries(pattern_builder *work, cholesky_front *front) {
     sparse_cholesky *const factor = work->factor;
     front->entry_begin = factor->entries.count;
-    size_t const stride = get_panel(factor, front).stride;
+    size_t const stride = get_panel(front, NULL).stride;
     for (uint32_t column = 0; column < front->own; column++) {
         uint32_t const vertex = factor->order[front->begin + column];
         for (uint32_t k = work->pattern.begin[vertex]; k < work->pattern.begin[vertex + 1]; k++) {
@@ -154,10 +154,12 @@ static bool lay_out_fronts(pattern_builder *work) {
         if (!find_rows(work, i)) return false;
     for (size_t i = 0; i < count; i++) {
         cholesky_front *const front = &factor->fronts.data[i];
-        front_panel const panel = get_panel(factor, front);
+        front_panel const panel = get_panel(front, NULL);
         front->panel = factor->panel_size;
         front->vector = factor->vector_size;
         factor->panel_size += panel.own * panel.stride;
+        if (panel.own * panel.stride > factor->largest_panel)
+            factor->largest_panel = panel.own * panel.stride;
         factor->vector_size += panel.stride;
         factor->operations += count_operations(front);
         factor->entry_count += panel.own * (panel.own + 1) / 2 + panel.own * panel.others;
@@ -168,14 +170,16 @@ static bool lay_out_fronts(pattern_builder *work) {
 
 static bool allocate_numbers(memory *heap, sparse_cholesky *factor) {
     size_t const count = factor->vertex_count;
-    factor->panels = memory_allocate(heap, factor->panel_size * sizeof(float));
+    factor->columns = memory_allocate(heap, factor->panel_size * sizeof(int16_t));
+    factor->scales = memory_allocate(heap, 3 * count * sizeof(float));
+    factor->inverses = memory_allocate(heap, 3 * count * sizeof(float));
     factor->updates = memory_allocate(heap, factor->update_size * sizeof(float));
     factor->vectors = memory_allocate(heap, factor->vector_size * sizeof(float));
     factor->floors = memory_allocate(heap, 3 * count * sizeof(float));
     factor->is_fixed = memory_allocate_zeroed(heap, count, 1);
     factor->raised = memory_allocate(heap, factor->fronts.count * sizeof(uint32_t));
-    return factor->panels && factor->updates && factor->vectors && factor->floors &&
-           factor->is_fixed && factor->raised;
+    return factor->columns && factor->scales && factor->inverses && factor->updates &&
+           factor->vectors && factor->floors && factor->is_fixed && factor->raised;
 }
 
 static bool build_pattern(memory *heap, sparse_cholesky *factor, block_pattern pattern,
@@ -213,7 +217,9 @@ void sparse_cholesky_destroy(memory *heap, sparse_cholesky *factor) {
     size_t const count = factor->vertex_count;
     memory_release(heap, factor->order, count * sizeof(uint32_t));
     memory_release(heap, factor->places, count * sizeof(uint32_t));
-    memory_release(heap, factor->panels, factor->panel_size * sizeof(float));
+    memory_release(heap, factor->columns, factor->panel_size * sizeof(int16_t));
+    memory_release(heap, factor->scales, 3 * count * sizeof(float));
+    memory_release(heap, factor->inverses, 3 * count * sizeof(float));
     memory_release(heap, factor->updates, factor->update_size * sizeof(float));
     memory_release(heap, factor->vectors, factor->vector_size * sizeof(float));
     memory_release(heap, factor->floors, 3 * count * sizeof(float));
@@ -230,11 +236,11 @@ void sparse_cholesky_destroy(memory *heap, sparse_cholesky *factor) {
 }
 
 sparse_cholesky_size sparse_cholesky_measure(const sparse_cholesky *factor) {
-    size_t const floats =
-        factor->panel_size + factor->update_size + factor->vector_size + 3 * factor->vertex_count;
+    size_t const floats = factor->update_size + factor->vector_size + 9 * factor->vertex_count;
     return (sparse_cholesky_size){.entries = factor->entry_count,
                                   .operations = factor->operations,
                                   .bytes = floats * sizeof(float) +
+                                           factor->panel_size * sizeof(int16_t) +
                                            factor->entries.capacity * sizeof(front_entry) +
                                            factor->rows.capacity * sizeof(uint32_t) +
                                            factor->runs.capacity * sizeof(front_run) +

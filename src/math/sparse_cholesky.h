@@ -56,6 +56,6 @@ tulle_status sparse_cholesky_factor(sparse_cholesky *factor, const cholesky_matr
 
 /* z = (L L^T)^-1 r, 3 * vertex_count; zero at fixed vertices. Uses storage of the factor: one solve
  * at a time. The same bits for any number of threads. */
-void sparse_cholesky_solve(sparse_cholesky *factor, const double *r, double *z, int threads);
+void sparse_cholesky_solve(sparse_cholesky *factor, const float *r, float *z, int threads);
 
 #endif

@@ -23,6 +23,7 @@ typedef struct factor_work {
     const front_task *tasks;
     const uint32_t *block_begin; /* of each front, into blocks */
     const term_block *blocks;
+    float *panels, *stacks; /* of each worker */
 } factor_work;
 
 /* ---- terms ---- */
@@ -48,7 +49,7 @@ static bool locate_block(const term_sorter *work, uint32_t a, uint32_t b, term_b
     const cholesky_front *const front = &factor->fronts.data[block->front];
     uint32_t const row = find_in_front(factor, front, high);
     if (row == TULLE_NONE) return false;
-    size_t const stride = get_panel(factor, front).stride;
+    size_t const stride = get_panel(front, NULL).stride;
     block->place = low;
     block->is_diagonal = low == high;
     block->target = (uint32_t)(3 * (low - front->begin) * stride + 3 * (size_t)row);
@@ -162,54 +163,55 @@ static void assemble_matrix(const factor_work *work, uint32_t index, float *pane
         floors[i] = fmaxf(LEAST_PIVOT * panel[i * stride + i], SMALLEST_PIVOT);
 }
 
-/* Adds a child's update to the panel and the update of its parent. */
-static void add_update(const sparse_cholesky *factor, const cholesky_front *child,
-                       const cholesky_front *parent) {
-    size_t const from_stride = front_round_up(3 * (size_t)child->others);
-    size_t const update_stride = front_round_up(3 * (size_t)parent->others);
-    size_t const own = 3 * (size_t)parent->own;
-    front_panel const panel = get_panel(factor, parent);
-    for (uint32_t c = child->run_begin; c < child->run_end; c++)
-        for (uint32_t r = c; r < child->run_end; r++) {
-            front_run const column = factor->runs.data[c], row = factor->runs.data[r];
-            size_t const to_row = 3 * (size_t)row.to, to_column = 3 * (size_t)column.to;
-            bool const is_own = to_column < own;
-            front_patch const patch = {
-                .from = factor->updates + child->update + 3 * (size_t)column.from * from_stride +
-                        3 * (size_t)row.from,
-                .to = is_own ? panel.columns + to_column * panel.stride + to_row
-                             : factor->updates + parent->update +
-                                   (to_column - own) * update_stride + (to_row - own),
-                .from_stride = from_stride,
-                .to_stride = is_own ? panel.stride : update_stride,
-                .rows = 3 * (size_t)row.count,
-                .columns = 3 * (size_t)column.count,
-                .is_lower = r == c,
-            };
-            TULLE_PICK_KERNEL(add_front_patch)(&patch);
-        }
+static float *get_update(const factor_work *work, const cholesky_front *front, int worker) {
+    return front->keeps_update
+               ? work->factor->updates + front->update
+               : work->stacks + (size_t)worker * work->factor->largest_stack + front->update;
 }
 
-static void factor_one(const factor_work *work, uint32_t index) {
+/* Adds a child's update to the panel and the update of its parent. */
+static void add_child(const factor_work *work, const cholesky_front *child,
+                      const front_panel *panel, float *update, int worker) {
+    update_sum const sum = {.from = get_update(work, child, worker),
+                            .from_stride = front_round_up(3 * (size_t)child->others),
+                            .runs = work->factor->runs.data + child->run_begin,
+                            .run_count = child->run_end - child->run_begin,
+                            .panel = *panel,
+                            .update = update};
+    TULLE_PICK_KERNEL(add_update)(&sum);
+}
+
+/* The lower triangle of `size` columns, whole registers of rows. */
+static void clear_lower(float *columns, size_t size, size_t stride) {
+    for (size_t j = 0; j < size; j++) {
+        size_t const top = j / FRONT_ROWS * FRONT_ROWS;
+        memset(columns + j * stride + top, 0, (stride - top) * sizeof(float));
+    }
+}
+
+static void factor_one(const factor_work *work, uint32_t index, int worker) {
     sparse_cholesky *const factor = work->factor;
     const cholesky_front *const front = &factor->fronts.data[index];
-    front_panel const panel = get_panel(factor, front);
-    size_t const update_stride = front_round_up(panel.others);
-    float *const update = factor->updates + front->update;
+    front_panel const panel =
+        get_panel(front, work->panels + (size_t)worker * factor->largest_panel);
+    float *const update = get_update(work, front, worker);
     memset(panel.columns, 0, panel.own * panel.stride * sizeof(float));
-    memset(update, 0, update_stride * update_stride * sizeof(float));
+    clear_lower(update, panel.others, front_round_up(panel.others));
     assemble_matrix(work, index, panel.columns, panel.stride);
     for (uint32_t c = front->child_begin; c < front->child_end; c++)
-        add_update(factor, &factor->fronts.data[factor->children.data[c]], front);
+        add_child(work, &factor->fronts.data[factor->children.data[c]], &panel, update, worker);
     factor->raised[index] =
         TULLE_PICK_KERNEL(factor_front)(&panel, factor->floors + 3 * (size_t)front->begin, update);
+    packed_front const packed = get_packed(factor, front);
+    TULLE_PICK_KERNEL(pack_front)(&panel, &packed);
 }
 
 static void run_tasks(void *context, size_t begin, size_t end, size_t chunk, int worker) {
-    (void)chunk, (void)worker;
+    (void)chunk;
     const factor_work *const work = context;
     for (size_t t = begin; t < end; t++)
-        for (uint32_t i = work->tasks[t].begin; i < work->tasks[t].end; i++) factor_one(work, i);
+        for (uint32_t i = work->tasks[t].begin; i < work->tasks[t].end; i++)
+            factor_one(work, i, worker);
 }
 
 tulle_status sparse_cholesky_factor(sparse_cholesky *factor, const cholesky_matrix *matrix,
@@ -218,7 +220,12 @@ tulle_status sparse_cholesky_factor(sparse_cholesky *factor, const cholesky_matr
     arena_mark const mark = arena_get_mark(scratch);
     *report = (cholesky_report){0};
     tulle_status status = TULLE_OK;
-    if (matrix->term_count > 0) status = sort_terms(&work, scratch, &report->dropped_terms);
+    size_t const workers = (size_t)threads;
+    work.panels = ARENA_NEW(scratch, float, workers * factor->largest_panel);
+    work.stacks = ARENA_NEW(scratch, float, workers * factor->largest_stack);
+    if (!work.panels || !work.stacks) status = TULLE_ERROR_OUT_OF_MEMORY;
+    if (status == TULLE_OK && matrix->term_count > 0)
+        status = sort_terms(&work, scratch, &report->dropped_terms);
     if (status == TULLE_OK) {
         for (size_t w = 0; w + 1 < factor->waves.count; w++) {
             work.tasks = factor->tasks.data + factor->waves.data[w];

@@ -14,18 +14,15 @@
 #include "math/front_kernel.h"
 #include "math/sparse_cholesky.h"
 
-/* `count` vertices, one after another both in a front's later ones and in the front above. */
-typedef struct front_run {
-    uint32_t from, to, count;
-} front_run;
-
 typedef struct cholesky_front {
     uint32_t begin, own, others; /* vertices; own ones are begin .. begin + own - 1 */
     uint32_t parent;
     uint32_t child_begin, child_end; /* into `children` */
     uint32_t run_begin, run_end;     /* into `runs`: where its later vertices are in its parent */
     size_t row_begin;                /* into `rows` */
-    size_t panel, update;            /* into `panels` and `updates` */
+    size_t panel;                    /* into `columns` */
+    size_t update;                   /* into `updates`, or the stack of the task's worker */
+    bool keeps_update;               /* in `updates`: another task reads it */
     size_t vector;                   /* into `vectors` */
     size_t entry_begin, entry_end;   /* into `entries` */
 } cholesky_front;
@@ -53,16 +50,30 @@ struct sparse_cholesky {
     ARRAY(front_task) tasks;
     ARRAY(uint32_t) waves; /* into tasks: those of a wave need only those of waves before */
     size_t panel_size, update_size, vector_size;
-    float *panels, *updates, *vectors;
+    size_t largest_panel, largest_stack; /* scratch that each worker needs */
+    int16_t *columns;                    /* panel_size: L, see packed_front */
+    float *scales, *inverses;            /* 3 * vertex_count, by place */
+    float *updates, *vectors;
     float *floors;     /* 3 * vertex_count: least pivots, by place */
     uint8_t *is_fixed; /* vertex_count */
     uint32_t *raised;  /* of each front */
     uint64_t operations, entry_count;
 };
 
-static inline front_panel get_panel(const sparse_cholesky *factor, const cholesky_front *front) {
+static inline front_panel get_panel(const cholesky_front *front, float *columns) {
     size_t const own = 3 * (size_t)front->own, others = 3 * (size_t)front->others;
-    return (front_panel){factor->panels + front->panel, own, others, front_stride(own, others)};
+    return (front_panel){columns, own, others, front_stride(own, others)};
+}
+
+static inline packed_front get_packed(const sparse_cholesky *factor, const cholesky_front *front) {
+    size_t const own = 3 * (size_t)front->own, others = 3 * (size_t)front->others;
+    size_t const place = 3 * (size_t)front->begin;
+    return (packed_front){factor->columns + front->panel,
+                          factor->scales + place,
+                          factor->inverses + place,
+                          own,
+                          others,
+                          front_stride(own, others)};
 }
 
 /* sparse_cholesky.c: where a place is in a front, own vertices first; TULLE_NONE: it is not there.

@@ -8,20 +8,20 @@
 typedef struct solve_work {
     sparse_cholesky *factor;
     const front_task *tasks;
-    const double *r;
-    double *z;
+    const float *r;
+    float *z;
 } solve_work;
 
 static void solve_one_down(const solve_work *work, uint32_t index) {
     const sparse_cholesky *const factor = work->factor;
     const cholesky_front *const front = &factor->fronts.data[index];
-    front_panel const panel = get_panel(factor, front);
+    packed_front const panel = get_packed(factor, front);
     float *const x = factor->vectors + front->vector;
     memset(x + panel.own, 0, (panel.stride - panel.own) * sizeof(float));
     for (size_t v = 0; v < front->own; v++) {
         uint32_t const vertex = factor->order[front->begin + v];
         for (size_t i = 0; i < 3; i++)
-            x[3 * v + i] = factor->is_fixed[vertex] ? 0.0F : (float)work->r[3 * (size_t)vertex + i];
+            x[3 * v + i] = factor->is_fixed[vertex] ? 0.0F : work->r[3 * (size_t)vertex + i];
     }
     for (uint32_t c = front->child_begin; c < front->child_end; c++) {
         const cholesky_front *const child = &factor->fronts.data[factor->children.data[c]];
@@ -38,7 +38,7 @@ static void solve_one_down(const solve_work *work, uint32_t index) {
 static void solve_one_up(const solve_work *work, uint32_t index) {
     const sparse_cholesky *const factor = work->factor;
     const cholesky_front *const front = &factor->fronts.data[index];
-    front_panel const panel = get_panel(factor, front);
+    packed_front const panel = get_packed(factor, front);
     float *const x = factor->vectors + front->vector;
     if (front->parent != TULLE_NONE) {
         const float *const from = factor->vectors + factor->fronts.data[front->parent].vector;
@@ -52,7 +52,7 @@ static void solve_one_up(const solve_work *work, uint32_t index) {
     for (size_t v = 0; v < front->own; v++) {
         uint32_t const vertex = factor->order[front->begin + v];
         for (size_t i = 0; i < 3; i++)
-            work->z[3 * (size_t)vertex + i] = factor->is_fixed[vertex] ? 0.0 : (double)x[3 * v + i];
+            work->z[3 * (size_t)vertex + i] = factor->is_fixed[vertex] ? 0.0F : x[3 * v + i];
     }
 }
 
@@ -71,7 +71,7 @@ static void run_up(void *context, size_t begin, size_t end, size_t chunk, int wo
         for (uint32_t i = work->tasks[t].end; i-- > work->tasks[t].begin;) solve_one_up(work, i);
 }
 
-void sparse_cholesky_solve(sparse_cholesky *factor, const double *r, double *z, int threads) {
+void sparse_cholesky_solve(sparse_cholesky *factor, const float *r, float *z, int threads) {
     solve_work work = {.factor = factor, .r = r, .z = z};
     const uint32_t *const waves = factor->waves.data;
     size_t const count = factor->waves.count - 1;

@@ -50,11 +50,15 @@ static uint32_t sum_up(task_planner *plan) {
     return deepest;
 }
 
-/* Offsets of a task's updates, from the end of what is placed. */
+/* Offsets of a task's updates in its worker's stacks, and of its last, which is kept. */
 static void place_updates(task_planner *plan, front_task task) {
     sparse_cholesky *const factor = plan->factor;
     size_t used[2] = {0, 0}, most[2] = {0, 0};
-    for (uint32_t i = task.begin; i < task.end; i++) {
+    cholesky_front *const last = &factor->fronts.data[task.end - 1];
+    last->keeps_update = true;
+    last->update = factor->update_size;
+    factor->update_size += get_update_size(last);
+    for (uint32_t i = task.begin; i + 1 < task.end; i++) {
         cholesky_front *const front = &factor->fronts.data[i];
         size_t const parity = plan->depths[i] & 1U;
         front->update = used[parity];
@@ -66,9 +70,9 @@ static void place_updates(task_planner *plan, front_task task) {
                 used[1 - parity] -= get_update_size(&factor->fronts.data[child]);
         }
     }
-    for (uint32_t i = task.begin; i < task.end; i++)
-        factor->fronts.data[i].update += factor->update_size + (plan->depths[i] & 1U ? most[0] : 0);
-    factor->update_size += most[0] + most[1];
+    for (uint32_t i = task.begin; i + 1 < task.end; i++)
+        factor->fronts.data[i].update += plan->depths[i] & 1U ? most[0] : 0;
+    if (most[0] + most[1] > factor->largest_stack) factor->largest_stack = most[0] + most[1];
 }
 
 static bool add_task(task_planner *plan, uint32_t begin, uint32_t end) {

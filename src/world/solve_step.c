@@ -51,6 +51,7 @@ static tulle_status run_solve_motion(step_context *context, bool is_first) {
                                   .forces = world->system.forces,
                                   .force_time = world->system.force_time,
                                   .start = is_first ? NULL : context->state->velocities,
+                                  .matrix = world->factor ? &world->system.matrix : NULL,
                                   .factor = world->factor,
                                   .edge_matrix = get_edge_matrix(world)};
     if (is_first) {

@@ -158,101 +158,176 @@ uint32_t TULLE_KERNEL(factor_front)(const front_panel *front, const float *floor
     return raised;
 }
 
+/* ---- kept fronts ---- */
+
+typedef float lanes4 __attribute__((vector_size(16)));
+typedef float lanes16 __attribute__((vector_size(64)));
+typedef int32_t integers16 __attribute__((vector_size(64)));
+typedef int16_t shorts16 __attribute__((vector_size(32)));
+
+FRONT_INLINE lanes16 load16(const float *from) {
+    lanes16 a;
+    memcpy(&a, from, sizeof a);
+    return a;
+}
+FRONT_INLINE void store16(float *to, lanes16 a) { memcpy(to, &a, sizeof a); }
+FRONT_INLINE lanes16 unpack16(const int16_t *from) {
+    shorts16 a;
+    memcpy(&a, from, sizeof a);
+    return __builtin_convertvector(__builtin_convertvector(a, integers16), lanes16);
+}
+
+/* Bits of a magnitude: they are in the order of the magnitudes. */
+FRONT_INLINE int32_t get_magnitude(float a) {
+    int32_t bits;
+    memcpy(&bits, &a, sizeof bits);
+    return bits & INT32_MAX;
+}
+
+/* Largest magnitude of a column below the diagonal. */
+FRONT_INLINE float find_largest(const front_panel *front, size_t column) {
+    const float *const c = front->columns + column * front->stride;
+    size_t const whole = front_round_up(column + 1);
+    integers16 most = {0};
+    for (size_t i = column + 1; i < whole; i++)
+        if (get_magnitude(c[i]) > most[0]) most[0] = get_magnitude(c[i]);
+    for (size_t i = whole; i < front->stride; i += FRONT_ROWS) {
+        integers16 const bits = (integers16)load16(c + i) & INT32_MAX;
+        integers16 const more = bits > most;
+        most = (bits & more) | (most & ~more);
+    }
+    int32_t largest = 0;
+    for (size_t l = 0; l < FRONT_ROWS; l++) largest = most[l] > largest ? most[l] : largest;
+    float result;
+    memcpy(&result, &largest, sizeof result);
+    return result;
+}
+
+/* Numbers times `scale`, rounded, half away from zero. */
+FRONT_INLINE void pack16(int16_t *to, const float *from, float scale) {
+    lanes16 const value = load16(from) * scale;
+    integers16 const sign = (integers16)value & INT32_MIN;
+    lanes16 const half = (lanes16)(sign | (integers16)((lanes16){0} + 0.5F));
+    integers16 const rounded = __builtin_convertvector(value + half, integers16);
+    shorts16 const packed = __builtin_convertvector(rounded, shorts16);
+    memcpy(to, &packed, sizeof packed);
+}
+
+void TULLE_KERNEL(pack_front)(const front_panel *front, const packed_front *packed) {
+    for (size_t j = 0; j < front->own; j++) {
+        float *const c = front->columns + j * front->stride;
+        int16_t *const to = packed->columns + j * front->stride;
+        float const largest = find_largest(front, j);
+        bool const is_usual = largest > 1e-30F && largest < 1e30F;
+        float const scale = is_usual ? 32767.0F / largest : 0.0F;
+        packed->scales[j] = is_usual ? largest / 32767.0F : 0.0F;
+        packed->inverses[j] = c[j];
+        size_t const top = j / FRONT_ROWS * FRONT_ROWS;
+        for (size_t i = top; i <= j; i++) c[i] = 0.0F;
+        memset(to, 0, (is_usual ? top : front->stride) * sizeof(int16_t));
+        for (size_t i = top; is_usual && i < front->stride; i += FRONT_ROWS)
+            pack16(to + i, c + i, scale);
+    }
+}
+
 /* ---- solves ---- */
 
 enum { SOLVE_COLUMNS = 6 };
 
 /* Columns first .. first + columns of a solve with L. */
-FRONT_INLINE void solve_columns_down(const front_panel *front, size_t first, const size_t columns,
+FRONT_INLINE void solve_columns_down(const packed_front *front, size_t first, const size_t columns,
                                      float *x) {
-    const float *const c = front->columns + first * front->stride;
+    const int16_t *const c = front->columns + first * front->stride;
+    float done[SOLVE_COLUMNS], scaled[SOLVE_COLUMNS];
     for (size_t j = 0; j < columns; j++) {
-        x[first + j] *= c[j * front->stride + first + j];
+        done[j] = x[first + j] * front->inverses[first + j];
+        scaled[j] = done[j] * front->scales[first + j];
         for (size_t i = j + 1; i < columns; i++)
-            x[first + i] -= c[j * front->stride + first + i] * x[first + j];
+            x[first + i] -= (float)c[j * front->stride + first + i] * scaled[j];
     }
-    float done[SOLVE_COLUMNS];
-    memcpy(done, x + first, columns * sizeof(float));
-    for (size_t row = first / FRONT_ROWS * FRONT_ROWS; row < front->stride; row += LANES) {
-        lanes sum = load(c + row) * done[0];
+    for (size_t row = first / FRONT_ROWS * FRONT_ROWS; row < front->stride; row += FRONT_ROWS) {
+        lanes16 sum = unpack16(c + row) * scaled[0];
 #pragma GCC unroll 6
-        for (size_t j = 1; j < columns; j++) sum += load(c + j * front->stride + row) * done[j];
-        store(x + row, load(x + row) - sum);
+        for (size_t j = 1; j < columns; j++)
+            sum += unpack16(c + j * front->stride + row) * scaled[j];
+        store16(x + row, load16(x + row) - sum);
     }
     memcpy(x + first, done, columns * sizeof(float));
 }
 
-void TULLE_KERNEL(solve_front_down)(const front_panel *front, float *x) {
-    float kept[FRONT_ROWS];
+void TULLE_KERNEL(solve_front_down)(const packed_front *front, float *x) {
     for (size_t first = 0; first < front->own; first += SOLVE_COLUMNS) {
-        /* The vectors begin above the block: what is solved there already is put back. */
-        size_t const top = first / FRONT_ROWS * FRONT_ROWS;
-        memcpy(kept, x + top, (first - top) * sizeof(float));
         if (first + SOLVE_COLUMNS <= front->own)
             solve_columns_down(front, first, SOLVE_COLUMNS, x);
         else
             solve_columns_down(front, first, 3, x);
-        memcpy(x + top, kept, (first - top) * sizeof(float));
     }
 }
 
-/* The lanes' sum, in an order that does not depend on their number in a register. */
-FRONT_INLINE float add_lanes(const float sums[FRONT_ROWS]) {
-    float half[8];
-    for (size_t l = 0; l < 8; l++) half[l] = sums[l] + sums[l + 8];
-    return ((half[0] + half[4]) + (half[2] + half[6])) +
-           ((half[1] + half[5]) + (half[3] + half[7]));
+/* The lanes' sum, by halves. */
+FRONT_INLINE float add_lanes(lanes16 a) {
+    typedef float lanes8 __attribute__((vector_size(32)));
+    lanes8 const b = __builtin_shufflevector(a, a, 0, 1, 2, 3, 4, 5, 6, 7) +
+                     __builtin_shufflevector(a, a, 8, 9, 10, 11, 12, 13, 14, 15);
+    lanes4 const c =
+        __builtin_shufflevector(b, b, 0, 1, 2, 3) + __builtin_shufflevector(b, b, 4, 5, 6, 7);
+    return (c[0] + c[2]) + (c[1] + c[3]);
 }
 
-/* Sums of x times each of `columns` columns, over rows from `row` on. */
-FRONT_INLINE void dot_columns(const front_panel *front, size_t first, size_t row, const float *x,
-                              const size_t columns, float *dots) {
-    enum { PARTS = FRONT_ROWS / LANES };
-    const float *const c = front->columns + first * front->stride;
-    lanes sum[3][PARTS] = {0};
-    for (; row < front->stride; row += FRONT_ROWS)
-#pragma GCC unroll 4
-        for (size_t p = 0; p < PARTS; p++) {
-            lanes const known = load(x + row + p * LANES);
-#pragma GCC unroll 3
-            for (size_t j = 0; j < columns; j++)
-                sum[j][p] += load(c + j * front->stride + row + p * LANES) * known;
-        }
-    for (size_t j = 0; j < columns; j++) {
-        float sums[FRONT_ROWS];
-        memcpy(sums, sum[j], sizeof sums);
-        dots[j] = add_lanes(sums);
-    }
-}
-
-/* Three columns, from the last on. Rows up to the next multiple of FRONT_ROWS come one by one. */
-void TULLE_KERNEL(solve_front_up)(const front_panel *front, float *x) {
+/* Three columns at a time, from the last on. Their own numbers are zero while the others are summed
+ * up: vectors begin above them. */
+void TULLE_KERNEL(solve_front_up)(const packed_front *front, float *x) {
     for (size_t first = front->own; first > 0;) {
         first -= 3;
-        const float *const c = front->columns + first * front->stride;
-        size_t const whole = front_round_up(first + 3);
-        float dots[3];
-        dot_columns(front, first, whole, x, 3, dots);
-        for (size_t i = first + 3; i < whole && i < front->stride; i++)
-            for (size_t j = 0; j < 3; j++) dots[j] += c[j * front->stride + i] * x[i];
-        for (size_t j = 3; j-- > 0;) {
-            float value = x[first + j] - dots[j];
-            for (size_t i = j + 1; i < 3; i++)
-                value -= c[j * front->stride + first + i] * x[first + i];
-            x[first + j] = value * c[j * front->stride + first + j];
+        const int16_t *const c = front->columns + first * front->stride;
+        float own[3];
+        memcpy(own, x + first, sizeof own);
+        memset(x + first, 0, sizeof own);
+        lanes16 sum0 = {0}, sum1 = {0}, sum2 = {0};
+        for (size_t row = first / FRONT_ROWS * FRONT_ROWS; row < front->stride; row += FRONT_ROWS) {
+            lanes16 const known = load16(x + row);
+            sum0 += unpack16(c + row) * known;
+            sum1 += unpack16(c + front->stride + row) * known;
+            sum2 += unpack16(c + 2 * front->stride + row) * known;
         }
+        float dots[3] = {add_lanes(sum0), add_lanes(sum1), add_lanes(sum2)};
+        for (size_t j = 3; j-- > 0;) {
+            for (size_t i = j + 1; i < 3; i++)
+                dots[j] += (float)c[j * front->stride + first + i] * own[i];
+            own[j] = (own[j] - dots[j] * front->scales[first + j]) * front->inverses[first + j];
+        }
+        memcpy(x + first, own, sizeof own);
     }
 }
 
 /* ---- updates ---- */
 
-void TULLE_KERNEL(add_front_patch)(const front_patch *patch) {
-    for (size_t j = 0; j < patch->columns; j++) {
-        const float *const from = patch->from + j * patch->from_stride;
-        float *const to = patch->to + j * patch->to_stride;
-        size_t row = patch->is_lower ? j : 0;
-        for (; row + LANES <= patch->rows; row += LANES)
-            store(to + row, load(to + row) + load(from + row));
-        for (; row < patch->rows; row++) to[row] += from[row];
+FRONT_INLINE void add_numbers(const float *from, float *to, size_t count) {
+    size_t i = 0;
+    for (; i + LANES <= count; i += LANES) store(to + i, load(to + i) + load(from + i));
+    for (; i + 4 <= count; i += 4) {
+        lanes4 a, b;
+        memcpy(&a, from + i, sizeof a);
+        memcpy(&b, to + i, sizeof b);
+        b += a;
+        memcpy(to + i, &b, sizeof b);
+    }
+    for (; i < count; i++) to[i] += from[i];
+}
+
+void TULLE_KERNEL(add_update)(const update_sum *sum) {
+    size_t const own = sum->panel.own, update_stride = front_round_up(sum->panel.others);
+    for (size_t c = 0; c < sum->run_count; c++) {
+        front_run const run = sum->runs[c];
+        for (size_t j = 0; j < 3 * (size_t)run.count; j++) {
+            size_t const column = 3 * (size_t)run.to + j;
+            const float *const from = sum->from + (3 * (size_t)run.from + j) * sum->from_stride;
+            float *const to = column < own ? sum->panel.columns + column * sum->panel.stride
+                                           : sum->update + (column - own) * update_stride - own;
+            add_numbers(from + 3 * (size_t)run.from + j, to + column, 3 * (size_t)run.count - j);
+            for (size_t r = c + 1; r < sum->run_count; r++)
+                add_numbers(from + 3 * (size_t)sum->runs[r].from, to + 3 * (size_t)sum->runs[r].to,
+                            3 * (size_t)sum->runs[r].count);
+        }
     }
 }

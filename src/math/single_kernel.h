@@ -1,0 +1,38 @@
+/* math/single_kernel.h - the loops of conjugate gradients in single precision (single_solve.c).
+ * Vectors hold three numbers a vertex and SINGLE_PADDING more. */
+#ifndef TULLE_MATH_SINGLE_KERNEL_H
+#define TULLE_MATH_SINGLE_KERNEL_H
+
+#include "math/kernel_target.h"
+
+#include <stddef.h>
+#include <stdint.h>
+
+enum { SINGLE_PADDING = 16 };
+
+/* A block_matrix in single precision; values have SINGLE_PADDING more numbers at their end. */
+typedef struct single_matrix {
+    const uint32_t *row_begin, *columns, *scalar_begin, *scalar_columns;
+    float *values, *scalar_values;
+} single_matrix;
+
+typedef struct single_vectors {
+    float *x, *residual, *direction, *product, *preconditioned;
+    float *inverse; /* 9 a vertex, column-major, and padding; zero at fixed vertices */
+} single_vectors;
+
+/* Rows begin .. end - 1: product = A direction; returns direction . product. */
+TULLE_DECLARE_KERNEL(float, single_multiply,
+                     (const single_matrix *matrix, const single_vectors *vectors, size_t begin,
+                      size_t end))
+/* x += alpha p, r -= alpha A p, z = P^-1 r; returns r . z. */
+TULLE_DECLARE_KERNEL(float, single_advance,
+                     (const single_vectors *vectors, float alpha, size_t begin, size_t end))
+/* p = z + beta p */
+TULLE_DECLARE_KERNEL(void, single_turn,
+                     (const single_vectors *vectors, float beta, size_t begin, size_t end))
+/* dots[0] = z . r, dots[1] = z . A p */
+TULLE_DECLARE_KERNEL(void, single_dots,
+                     (const single_vectors *vectors, size_t begin, size_t end, float dots[2]))
+
+#endif

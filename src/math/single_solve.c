@@ -1,0 +1,333 @@
+/* math/single_solve.c - see single_solve.h.
+ *
+ * In passes: the residual r = b - A x in double precision, then A d = r by conjugate gradients with
+ * matrix, preconditioner and vectors in single precision, then x += d. A pass takes the residual
+ * down by five powers of ten at most, so one or two do.
+ *
+ * Based on: Golub, Van Loan, Matrix computations, 3.5.3 (iterative refinement); Hestenes, Stiefel,
+ * 1952; Notay, Flexible conjugate gradients, 2000, with the last direction only, when there is a
+ * factor.
+ *
+ * Dots are summed over chunks of a fixed number of vertices, the chunks in order in double
+ * precision, so that the number of threads changes no bit. */
+#include "math/single_solve.h"
+
+#include "base/parallel.h"
+#include "math/vec3.h"
+
+#include <math.h>
+#include <string.h>
+
+/* Vertices a chunk: a sum of one chunk is the unit of every dot. */
+enum { VERTICES_PER_CHUNK = 512 };
+/* Passes; a second is rare, more mean that single precision does not see the matrix. */
+enum { MOST_PASSES = 4 };
+/* A pass ends at this part of its residual: what single precision can tell. */
+#define PASS_DEPTH 1e-5
+/* A pass aims this much below the target, so that rounding does not call for another. */
+#define PASS_AIM 0.9
+/* A pass that leaves more than this part of the residual is the last. */
+#define PASS_LEAST 0.5
+
+/* ---- the matrix ---- */
+
+typedef struct copy_task {
+    const block_matrix *matrix;
+    single_matrix *copy;
+} copy_task;
+
+static void copy_rows(void *context, size_t begin, size_t end, size_t chunk, int worker) {
+    (void)chunk, (void)worker;
+    const copy_task *const task = context;
+    const block_matrix *const matrix = task->matrix;
+    for (size_t i = 9 * (size_t)matrix->row_begin[begin]; i < 9 * (size_t)matrix->row_begin[end];
+         i++)
+        task->copy->values[i] = (float)matrix->values[i];
+    for (size_t i = matrix->scalar_begin[begin]; i < matrix->scalar_begin[end]; i++)
+        task->copy->scalar_values[i] = (float)matrix->scalar_values[i];
+}
+
+/* Whether all blocks of a term are in the pattern. */
+static bool is_in_pattern(const block_matrix *matrix, const cholesky_term *term) {
+    for (size_t i = 0; i < 4; i++)
+        for (size_t j = i + 1; j < 4; j++)
+            if (term->vertices[i] != TULLE_NONE && term->vertices[j] != TULLE_NONE &&
+                block_matrix_find(matrix, term->vertices[i], term->vertices[j]) == TULLE_NONE)
+                return false;
+    return true;
+}
+
+static void add_term(single_system *system, const cholesky_term *term) {
+    for (size_t i = 0; i < 4; i++)
+        for (size_t j = 0; j < 4; j++) {
+            if (term->vertices[i] == TULLE_NONE || term->vertices[j] == TULLE_NONE) continue;
+            float *const block =
+                system->copy.values +
+                9 * (size_t)block_matrix_find(system->matrix, term->vertices[i], term->vertices[j]);
+            double const scale = term->scale * term->weights[i] * term->weights[j];
+            for (size_t k = 0; k < 9; k++)
+                block[k] += (float)(scale * term->normal[k / 3] * term->normal[k % 3]);
+        }
+}
+
+bool single_system_make(const block_matrix *matrix, const cholesky_term *terms, size_t term_count,
+                        int threads, arena *scratch, single_system *system) {
+    *system = (single_system){.matrix = matrix,
+                              .copy = {.row_begin = matrix->row_begin,
+                                       .columns = matrix->columns,
+                                       .scalar_begin = matrix->scalar_begin,
+                                       .scalar_columns = matrix->scalar_columns}};
+    system->copy.values = ARENA_NEW(scratch, float, 9 * matrix->block_count + SINGLE_PADDING);
+    system->copy.scalar_values = ARENA_NEW(scratch, float, matrix->scalar_count);
+    system->apart = ARENA_NEW(scratch, const cholesky_term *, term_count);
+    if (!system->copy.values || !system->copy.scalar_values || !system->apart) return false;
+    copy_task task = {matrix, &system->copy};
+    parallel_for(matrix->row_count, VERTICES_PER_CHUNK, threads, copy_rows, &task);
+    memset(system->copy.values + 9 * matrix->block_count, 0, SINGLE_PADDING * sizeof(float));
+    for (size_t t = 0; t < term_count; t++) {
+        if (is_in_pattern(matrix, &terms[t]))
+            add_term(system, &terms[t]);
+        else
+            system->apart[system->apart_count++] = &terms[t];
+    }
+    return true;
+}
+
+/* ---- the solve ---- */
+
+typedef struct single_solver {
+    const conjugate_gradients_problem *problem;
+    const single_system *system;
+    sparse_cholesky *factor;
+    single_vectors vectors;
+    double *x, *product, *inverse; /* in double precision */
+    double (*partials)[2];
+    size_t chunk_count;
+    double scale; /* of the residual in single precision */
+    float step;   /* alpha or beta of the loop */
+    int iterations;
+} single_solver;
+
+static float *allocate_vector(arena *scratch, size_t count) {
+    return ARENA_NEW_ZEROED(scratch, float, count + SINGLE_PADDING);
+}
+
+static bool allocate_solver(single_solver *work, arena *scratch) {
+    size_t const count = work->problem->vertex_count;
+    work->chunk_count = parallel_chunk_count(count, VERTICES_PER_CHUNK);
+    single_vectors *const v = &work->vectors;
+    v->x = allocate_vector(scratch, 3 * count);
+    v->residual = allocate_vector(scratch, 3 * count);
+    v->direction = allocate_vector(scratch, 3 * count);
+    v->product = allocate_vector(scratch, 3 * count);
+    v->preconditioned = allocate_vector(scratch, 3 * count);
+    v->inverse = allocate_vector(scratch, 9 * count);
+    work->product = ARENA_NEW(scratch, double, 3 * count);
+    work->inverse = ARENA_NEW(scratch, double, 9 * count);
+    work->partials = arena_allocate(scratch, work->chunk_count, sizeof *work->partials);
+    return v->x && v->residual && v->direction && v->product && v->preconditioned && v->inverse &&
+           work->product && work->inverse && work->partials;
+}
+
+/* Runs a loop over all vertices; the sum of its partials number `which`. */
+static double run_loop(single_solver *work, parallel_body body) {
+    parallel_for(work->problem->vertex_count, VERTICES_PER_CHUNK, work->problem->threads, body,
+                 work);
+    double sum = 0.0;
+    for (size_t chunk = 0; chunk < work->chunk_count; chunk++) sum += work->partials[chunk][0];
+    return sum;
+}
+
+static void invert_diagonal(void *context, size_t begin, size_t end, size_t chunk, int worker) {
+    (void)worker;
+    single_solver *const work = context;
+    work->partials[chunk][0] = 0.0;
+    invert_blocks(work->problem, begin, end, work->inverse);
+    for (size_t i = 9 * begin; i < 9 * end; i++) work->vectors.inverse[i] = (float)work->inverse[i];
+}
+
+static vec3 apply_inverse(const single_solver *work, size_t vertex, vec3 r) {
+    const double *const m = work->inverse + 9 * vertex;
+    return (vec3){m[0] * r.x + m[1] * r.y + m[2] * r.z, m[3] * r.x + m[4] * r.y + m[5] * r.z,
+                  m[6] * r.x + m[7] * r.y + m[8] * r.z};
+}
+
+/* r = b - A x into `product`; sums r . P^-1 r. */
+static void find_residual(void *context, size_t begin, size_t end, size_t chunk, int worker) {
+    (void)worker;
+    single_solver *const work = context;
+    double sum = 0.0;
+    for (size_t v = begin; v < end; v++) {
+        vec3 const r =
+            vec3_sub(vec3_load(work->problem->right_hand_side, v), vec3_load(work->product, v));
+        vec3_store(work->product, v, r);
+        sum += vec3_dot(r, apply_inverse(work, v, r));
+    }
+    work->partials[chunk][0] = sum;
+}
+
+/* Residual, preconditioned residual and direction of a pass, of norm one; x = 0. */
+static void begin_pass(void *context, size_t begin, size_t end, size_t chunk, int worker) {
+    (void)worker;
+    single_solver *const work = context;
+    single_vectors *const to = &work->vectors;
+    double sum = 0.0;
+    for (size_t v = begin; v < end; v++) {
+        vec3 const r = vec3_scale(vec3_load(work->product, v), work->scale);
+        vec3 const z = apply_inverse(work, v, r);
+        double const rs[3] = {r.x, r.y, r.z}, zs[3] = {z.x, z.y, z.z};
+        for (size_t i = 0; i < 3; i++) {
+            to->residual[3 * v + i] = (float)rs[i];
+            to->preconditioned[3 * v + i] = to->direction[3 * v + i] = (float)zs[i];
+            to->x[3 * v + i] = 0.0F;
+        }
+        sum += vec3_dot(r, z);
+    }
+    work->partials[chunk][0] = sum;
+}
+
+static void end_pass(void *context, size_t begin, size_t end, size_t chunk, int worker) {
+    (void)chunk, (void)worker;
+    single_solver *const work = context;
+    for (size_t i = 3 * begin; i < 3 * end; i++)
+        work->x[i] += (double)work->vectors.x[i] / work->scale;
+}
+
+static void multiply(void *context, size_t begin, size_t end, size_t chunk, int worker) {
+    (void)worker;
+    single_solver *const work = context;
+    work->partials[chunk][0] =
+        (double)TULLE_PICK_KERNEL(single_multiply)(&work->system->copy, &work->vectors, begin, end);
+}
+
+static void advance(void *context, size_t begin, size_t end, size_t chunk, int worker) {
+    (void)worker;
+    single_solver *const work = context;
+    work->partials[chunk][0] =
+        (double)TULLE_PICK_KERNEL(single_advance)(&work->vectors, work->step, begin, end);
+}
+
+static void turn(void *context, size_t begin, size_t end, size_t chunk, int worker) {
+    (void)chunk, (void)worker;
+    single_solver *const work = context;
+    TULLE_PICK_KERNEL(single_turn)(&work->vectors, work->step, begin, end);
+}
+
+static void find_dots(void *context, size_t begin, size_t end, size_t chunk, int worker) {
+    (void)worker;
+    single_solver *const work = context;
+    float dots[2];
+    TULLE_PICK_KERNEL(single_dots)(&work->vectors, begin, end, dots);
+    work->partials[chunk][0] = (double)dots[0];
+    work->partials[chunk][1] = (double)dots[1];
+}
+
+/* Adds the terms outside the pattern to A p; returns their part of p . A p. */
+static double multiply_apart(single_solver *work) {
+    double curvature = 0.0;
+    for (size_t t = 0; t < work->system->apart_count; t++) {
+        const cholesky_term *const term = work->system->apart[t];
+        double speed = 0.0;
+        for (size_t k = 0; k < 4; k++)
+            for (size_t i = 0; i < 3 && term->vertices[k] != TULLE_NONE; i++)
+                speed += term->weights[k] * term->normal[i] *
+                         (double)work->vectors.direction[3 * (size_t)term->vertices[k] + i];
+        curvature += term->scale * speed * speed;
+        for (size_t k = 0; k < 4; k++)
+            for (size_t i = 0; i < 3 && term->vertices[k] != TULLE_NONE; i++)
+                work->vectors.product[3 * (size_t)term->vertices[k] + i] +=
+                    (float)(term->scale * speed * term->weights[k] * term->normal[i]);
+    }
+    return curvature;
+}
+
+/* z = (L L^T)^-1 r. overlap: z . A p of the last direction. Returns z . r. */
+static double precondition(single_solver *work, double *overlap) {
+    sparse_cholesky_solve(work->factor, work->vectors.residual, work->vectors.preconditioned,
+                          work->problem->threads);
+    double const descent = run_loop(work, find_dots);
+    *overlap = 0.0;
+    for (size_t chunk = 0; chunk < work->chunk_count; chunk++) *overlap += work->partials[chunk][1];
+    return descent;
+}
+
+/* Iterations of a pass, to the norm `target`; norm2 is r . P^-1 r of the start. */
+static conjugate_gradients_end iterate(single_solver *work, double norm2, double target) {
+    double overlap, descent = norm2;
+    if (work->factor) {
+        descent = precondition(work, &overlap);
+        work->step = 0.0F;
+        run_loop(work, turn);
+    }
+    for (;;) {
+        if (!isfinite(norm2) || !isfinite(descent)) return CONJUGATE_GRADIENTS_NOT_FINITE;
+        if (sqrt(norm2) <= target) return CONJUGATE_GRADIENTS_CONVERGED;
+        if (work->iterations >= work->problem->max_iterations)
+            return CONJUGATE_GRADIENTS_ITERATION_LIMIT;
+        double curvature = run_loop(work, multiply);
+        curvature += multiply_apart(work);
+        work->iterations++;
+        if (!isfinite(curvature)) return CONJUGATE_GRADIENTS_NOT_FINITE;
+        if (!(curvature > 0.0 && descent > 0.0)) return CONJUGATE_GRADIENTS_NOT_POSITIVE;
+        double const alpha = descent / curvature;
+        work->step = (float)alpha;
+        norm2 = run_loop(work, advance);
+        if (sqrt(norm2) <= target) return CONJUGATE_GRADIENTS_CONVERGED;
+        double const before = descent;
+        descent = norm2;
+        double beta = norm2 / before;
+        if (work->factor) {
+            descent = precondition(work, &overlap);
+            beta = -alpha * overlap / before;
+        }
+        work->step = (float)beta;
+        run_loop(work, turn);
+    }
+}
+
+/* Norm of b - A x by double precision. */
+static double measure_residual(single_solver *work) {
+    work->problem->apply(work->problem->apply_context, work->x, work->product);
+    return sqrt(run_loop(work, find_residual));
+}
+
+static conjugate_gradients_end run_passes(single_solver *work, double target, double *norm) {
+    *norm = measure_residual(work);
+    conjugate_gradients_end end = CONJUGATE_GRADIENTS_CONVERGED;
+    for (int pass = 0; pass < MOST_PASSES; pass++) {
+        if (!isfinite(*norm)) return CONJUGATE_GRADIENTS_NOT_FINITE;
+        if (*norm <= target) return CONJUGATE_GRADIENTS_CONVERGED;
+        if (end == CONJUGATE_GRADIENTS_ITERATION_LIMIT) return end;
+        work->scale = 1.0 / *norm;
+        double const norm2 = run_loop(work, begin_pass);
+        end = iterate(work, norm2, fmax(PASS_AIM * target / *norm, PASS_DEPTH));
+        if (end == CONJUGATE_GRADIENTS_NOT_FINITE || end == CONJUGATE_GRADIENTS_NOT_POSITIVE)
+            return end;
+        run_loop(work, end_pass);
+        double const before = *norm;
+        *norm = measure_residual(work);
+        if (*norm > target && !(*norm < PASS_LEAST * before) &&
+            end == CONJUGATE_GRADIENTS_CONVERGED)
+            return CONJUGATE_GRADIENTS_STALLED;
+    }
+    return *norm <= target ? CONJUGATE_GRADIENTS_CONVERGED : CONJUGATE_GRADIENTS_STALLED;
+}
+
+tulle_status single_solve(const conjugate_gradients_problem *problem, const single_system *system,
+                          sparse_cholesky *factor, double *x, arena *scratch,
+                          conjugate_gradients_result *result) {
+    arena_mark const mark = arena_get_mark(scratch);
+    single_solver work = {.problem = problem, .system = system, .factor = factor, .x = x};
+    if (!allocate_solver(&work, scratch)) {
+        arena_release(scratch, mark);
+        return TULLE_ERROR_OUT_OF_MEMORY;
+    }
+    run_loop(&work, invert_diagonal);
+    double norm;
+    *result = (conjugate_gradients_result){.reference = problem->reference};
+    result->end = run_passes(&work, problem->tolerance * problem->reference, &norm);
+    result->iterations = work.iterations;
+    result->residual = problem->reference > 0.0 ? norm / problem->reference : 0.0;
+    arena_release(scratch, mark);
+    return TULLE_OK;
+}
