@@ -32,19 +32,18 @@ static void drop_on_spikes(int place, double *peak, double *last) {
     mini_world_destroy(&world);
 }
 
-/* A landing hangs on where exactly the tips meet the mesh: single peaks lie between 1.2 and 5. */
+/* Springs are linear here and steps are whole, so that single peaks lie between 1.1 and 4: what a
+ * landing stretches is for the test of the world's landings to judge. Here the tips stay outside
+ * without rescue, and the solve takes back what the landing stretched. */
 static void sheet_falls_on_spikes(void **state) {
     (void)state;
     enum { PLACES = 4 };
-    double mean_peak = 0.0;
     for (int place = 0; place < PLACES; place++) {
         double peak, last;
         drop_on_spikes(2 * place, &peak, &last);
         print_message("spikes: peak stretch %.3f, at the end %.3f\n", peak, last);
-        assert_true(last < 1.3);
-        mean_peak += peak / PLACES;
+        assert_true(last < 1.05);
     }
-    assert_true(mean_peak < 2.0);
 }
 
 /* At rest for 0.2 s, then upwards at 2 m/s and a little sideways. */
