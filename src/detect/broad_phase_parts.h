@@ -54,6 +54,7 @@ typedef struct voxel_group {
 typedef struct fit_task {
     uint32_t surface, begin, end;
     bool is_finite;
+    double motion; /* of its vertices, added up */
 } fit_task;
 
 /* Two nodes whose boxes meet, or one node against itself. */
@@ -73,7 +74,9 @@ struct broad_phase {
     broad_phase_method method;
     size_t vertex_count, edge_count, triangle_count, surface_count;
     double origin[3], scale; /* box coordinate = (x - origin) * scale */
+    double mean_edge;        /* of the rest shape, along the axes, in box coordinates */
     double margin;           /* [m] of the fitted boxes; negative before the first */
+    bool is_straight;        /* blocks hold the start and drift, see tree_kernels.h */
     bool is_built;
     patch_labels patches;
     bool has_labels;           /* nodes bear labels of patches */

@@ -14,6 +14,9 @@ enum {
     VERTICES_PER_TASK = 2048, /* some 20 microseconds */
     NODES_PER_TASK = 32       /* some 200 leaves, some 20 microseconds */
 };
+/* Of the mean edge: where vertices move farther, boxes that hold their paths cost more than drift.
+ */
+#define LONG_MOTION 0.2
 /* Half a margin in box coordinates counts as no more: it reaches beyond all boxes, which are cut at
  * 3e38. */
 #define FRAME_REACH 1e39
@@ -41,6 +44,12 @@ bool choose_box_frame(broad_phase *broad, const topology *topo, const double *re
     if (extent > 0.0) frexp(extent, &exponent);
     if (exponent < -1000) exponent = -1000;
     broad->scale = ldexp(1.0, -exponent);
+    for (size_t i = 0; i < 3 * topo->edge_count; i++) {
+        const uint32_t *const ends = topo->edges + 2 * (i / 3);
+        double const difference =
+            rest[3 * (size_t)ends[1] + i % 3] - rest[3 * (size_t)ends[0] + i % 3];
+        broad->mean_edge += fabs(difference) * broad->scale / (double)topo->edge_count;
+    }
     return true;
 }
 
@@ -62,7 +71,8 @@ static void fit_vertex_task(void *context, size_t begin, size_t end, size_t chun
     (void)begin, (void)end, (void)worker;
     const vertex_context *const vertices = context;
     fit_task *const task = &vertices->broad->fit_tasks[chunk];
-    task->is_finite = TULLE_PICK_KERNEL(fit_vertices)(&vertices->fit, task->begin, task->end);
+    task->is_finite =
+        TULLE_PICK_KERNEL(fit_vertices)(&vertices->fit, task->begin, task->end, &task->motion);
 }
 
 bool fit_vertex_boxes(broad_phase *broad, const surface_set *set, const double *x0,
@@ -88,7 +98,14 @@ bool fit_vertex_boxes(broad_phase *broad, const surface_set *set, const double *
     }
     parallel_for(task_count, 1, threads, fit_vertex_task, &context);
     bool is_finite = true;
-    for (size_t i = 0; i < task_count; i++) is_finite = is_finite && broad->fit_tasks[i].is_finite;
+    double motion = 0.0, count = 0.0;
+    for (size_t i = 0; i < task_count; i++) {
+        const fit_task *const task = &broad->fit_tasks[i];
+        is_finite = is_finite && task->is_finite;
+        motion += task->motion;
+        count += (double)(task->end - task->begin);
+    }
+    broad->is_straight = broad->slabs && motion > LONG_MOTION * broad->mean_edge * count;
     return is_finite;
 }
 
@@ -151,7 +168,7 @@ leaf_fit make_leaf_fit(const broad_phase *broad) {
                       .leaf_corners = broad->leaf_corners.data,
                       .vertex_boxes = broad->vertex_boxes,
                       .blocks = broad->has_all_blocks ? broad->blocks : NULL,
-                      .is_straight = broad->slabs != NULL};
+                      .is_straight = broad->is_straight};
 }
 
 static bool needs_blocks(const broad_phase *broad, const surface_tree *tree) {

@@ -6,10 +6,11 @@
  * sixteen lanes with the low x, y, z, high x, y, z of its features: eight triangles and eight
  * vertices, then its edges, then vertices beyond eight. Lanes without a feature meet nothing.
  *
- * Where straight paths are followed, boxes of features hold the start only. The header then has the
- * drift of the leaf, bounds on how far its vertices move along each axis. What is apart at the
- * start by more than the drifts of both leaves can make up for is apart at the end too, along the
- * same axis, and so throughout. Else boxes hold all of the paths, and the drift is 0. */
+ * Where straight paths are followed and are long, boxes of features hold the start only. The header
+ * then has the drift of the leaf, bounds on how far its vertices move along each axis. What is
+ * apart at the start by more than the drifts of both leaves can make up for is apart at the end
+ * too, along the same axis, and so throughout. Else boxes hold all of the paths, and the drift is
+ * 0. */
 #ifndef TULLE_DETECT_TREE_KERNELS_H
 #define TULLE_DETECT_TREE_KERNELS_H
 
@@ -128,8 +129,10 @@ typedef struct leaf_tables {
     bool is_one_tree; /* leaves of a pair may be equal, or share vertices */
 } leaf_tables;
 
-/* Records begin .. end - 1; false when a position is not finite. */
-TULLE_DECLARE_KERNEL(bool, fit_vertices, (const vertex_fit *fit, size_t begin, size_t end))
+/* Records begin .. end - 1; false when a position is not finite. *motion: how far they move along
+ * each axis, in all, in box coordinates. */
+TULLE_DECLARE_KERNEL(bool, fit_vertices,
+                     (const vertex_fit *fit, size_t begin, size_t end, double *motion))
 /* Blocks of leaves begin .. end - 1, among those of all. */
 TULLE_DECLARE_KERNEL(void, fit_leaves, (const leaf_fit *fit, size_t begin, size_t end))
 /* Boxes of nodes begin .. end - 1 whose children are leaves, and slabs of these, unless null. */

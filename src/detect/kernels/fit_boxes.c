@@ -47,8 +47,9 @@ typedef struct slot_range {
     uint32_t corner_count, begin, end;
 } slot_range;
 
-/* Fits eight of them, from the one at `offset` on, in lanes of rows; lanes beyond meet nothing. */
-static inline __attribute__((always_inline)) void
+/* Fits eight of them, from the one at `offset` on, in lanes of rows; lanes beyond meet nothing.
+ * Returns the box around all. */
+static inline __attribute__((always_inline)) box_vector
 fit_lanes(const leaf_fit *fit, slot_range slots, uint32_t offset, bool is_straight, float *rows) {
     box_vector boxes[8];
     uint32_t const begin = slots.begin + offset;
@@ -63,6 +64,9 @@ fit_lanes(const leaf_fit *fit, slot_range slots, uint32_t offset, bool is_straig
             boxes[l] = box_vector_least(boxes[l], load_box(fit, own[k], is_straight));
     }
     box_vectors_write_rows(boxes, rows, GROUP_LANES);
+    for (size_t l = 4; l > 0; l /= 2)
+        for (size_t i = 0; i < l; i++) boxes[i] = box_vector_least(boxes[i], boxes[i + l]);
+    return boxes[0];
 }
 
 typedef struct corner_list {
@@ -78,21 +82,17 @@ static inline corner_list list_corners(const leaf_fit *fit, const tree_leaf *lea
                          fit->triangle_corners + 3 * (size_t)leaf->triangle_end};
 }
 
-static inline __attribute__((always_inline)) void
-fit_header(const leaf_fit *fit, const tree_leaf *leaf, bool is_straight, float *block) {
-    box_vector start = box_vector_fill(INFINITY), end = start, drift = start;
+/* Bounds on the motion of the vertices of a leaf: low, -high. */
+static inline box_vector find_drift(const leaf_fit *fit, const tree_leaf *leaf) {
+    box_vector all = box_vector_fill(INFINITY), drift = all;
     corner_list const corners = list_corners(fit, leaf);
     for (const uint32_t *corner = corners.begin; corner < corners.end; corner++) {
-        box_vector const first = box_vector_load(fit->vertex_boxes[*corner].start);
-        box_vector const last = box_vector_load(fit->vertex_boxes[*corner].end);
-        start = box_vector_least(start, first);
-        end = box_vector_least(end, last);
-        drift = box_vector_least(drift, last - first);
+        box_vector const start = box_vector_load(fit->vertex_boxes[*corner].start);
+        box_vector const end = box_vector_load(fit->vertex_boxes[*corner].end);
+        all = box_vector_least(all, box_vector_least(start, end));
+        drift = box_vector_least(drift, end - start);
     }
-    box_vector const all = box_vector_least(start, end);
-    box_vector_store(block, is_straight ? start : all);
-    box_vector_store(block + 8,
-                     is_straight ? round_sums(drift, find_largest(all)) : box_vector_fill(0.0F));
+    return round_sums(drift, find_largest(all));
 }
 
 static inline __attribute__((always_inline)) void
@@ -102,8 +102,8 @@ fit_block_as(const leaf_fit *fit, const tree_leaf *leaf, bool is_straight, float
     slot_range const vertices = {fit->vertex_corners, 1, leaf->vertex_begin, leaf->vertex_end};
     slot_range const edges = {fit->edge_corners, 2, leaf->edge_begin, leaf->edge_end};
     float *group = block + LEAF_HEADER;
-    fit_header(fit, leaf, is_straight, block);
-    fit_lanes(fit, triangles, 0, is_straight, group);
+    box_vector_store(block, fit_lanes(fit, triangles, 0, is_straight, group));
+    box_vector_store(block + 8, is_straight ? find_drift(fit, leaf) : box_vector_fill(0.0F));
     fit_lanes(fit, vertices, 0, is_straight, group + LEAF_TRIANGLES);
     group += GROUP_FLOATS;
     for (uint32_t at = 0; at == 0 || at < edges.end - edges.begin; at += GROUP_LANES) {
