@@ -2,6 +2,7 @@
  * the meshes lie to each other; rows are found where brute force finds nearness; layers fall and
  * come to rest together. */
 #include "base/hash.h"
+#include "contact/contact_rows.h"
 #include "contact/pair_rules.h"
 #include "support/mini_world.h"
 #include "support/test_support.h"
@@ -65,6 +66,45 @@ static void flat_on_flat_pushes_straight_up(void **state) {
         for (size_t k = 0; k < world.cloth_vertex_count; k++) assert_int_equal(row_counts[k], 1);
         mini_world_destroy(&world);
     }
+}
+
+/* A normal impulse acts along the line between the points that touch, at the time of its frame: it
+ * keeps linear and angular momentum. */
+static void normal_impulses_keep_momentum(void **state) {
+    (void)state;
+    uint64_t random = 19;
+    mini_world world;
+    make_sheet_over_plane(&world, &random, 9, 0.1);
+    for (size_t i = 0; i < 3 * world.vertex_count; i++)
+        world.x1[i] = world.x0[i] + 0.05 * (random_uniform(&random) - 0.5);
+    contact_scene const scene = get_mini_scene(&world, TIME_STEP);
+    const surface_range *const plane = &scene.set->surfaces[1];
+    for (int i = 0; i < 400; i++) {
+        uint64_t const first = random_next(&random), second = random_next(&random);
+        bool const is_edges = i % 2;
+        uint32_t const begin = is_edges ? plane->edge_begin : plane->triangle_begin;
+        uint32_t const end = is_edges ? plane->edge_end : plane->triangle_end;
+        pair_event const event = {
+            .kind = is_edges ? FEATURE_EDGE_EDGE : FEATURE_VERTEX_TRIANGLE,
+            .pair = {(uint32_t)(first % (is_edges ? scene.set->surfaces[0].edge_end
+                                                  : scene.cloth_vertex_count)),
+                     begin + (uint32_t)(second % (end - begin))},
+            .time = random_uniform(&random)};
+        contact_row row;
+        assert_true(make_contact_row(&scene, world.x1, &event, &row));
+        double sum = 0.0;
+        vec3 lever = {0.0, 0.0, 0.0};
+        for (int k = 0; k < 4; k++) {
+            sum += row.weights[k];
+            vec3 const point = vec3_lerp(vec3_load(world.x0, row.vertices[k]),
+                                         vec3_load(world.x1, row.vertices[k]), event.time);
+            lever = vec3_add_scaled(lever, point, row.weights[k]);
+        }
+        assert_true(fabs(sum) < 1e-15);
+        assert_true(vec3_norm(vec3_cross(lever, row.normal)) < 1e-14);
+        assert_true(vec3_norm(lever) > 1e-3);
+    }
+    mini_world_destroy(&world);
 }
 
 /* All of a sheet is held but one vertex: no row acts on that vertex by a lever so short that its
@@ -178,6 +218,7 @@ static void layers_fall_and_rest_together(void **state) {
 int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(flat_on_flat_pushes_straight_up),
+        cmocka_unit_test(normal_impulses_keep_momentum),
         cmocka_unit_test(held_features_make_no_row),
         cmocka_unit_test(far_and_slow_makes_no_row),
         cmocka_unit_test(fine_sheet_does_not_touch_itself),
