@@ -74,7 +74,7 @@ tulle_status world_find_kinetic_limit(const step_context *context, kinetic_limit
     return TULLE_OK;
 }
 
-tulle_status world_check_balance(const step_context *context, bool *is_fed) {
+tulle_status world_measure_gain(const step_context *context, double *gain) {
     tulle_world *const world = context->world;
     vec3 const fall = vec3_scale(vec3_load(world->def.gravity, 0), context->time_step);
     const double *const u = context->mean_velocity;
@@ -87,6 +87,6 @@ tulle_status world_check_balance(const step_context *context, bool *is_fed) {
         find_obstacle_work(&context->scene, world->rows.rows.data, world->rows.rows.count, u);
     double const slack =
         GRAVITY_SHARE * 0.5 * mass * vec3_norm2(fall) + KINETIC_SHARE * limit.start;
-    *is_fed = measure_kinetic(context, false) > limit.energy + outside + slack;
+    *gain = measure_kinetic(context, false) - limit.energy - outside - slack;
     return TULLE_OK;
 }

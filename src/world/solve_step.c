@@ -10,6 +10,7 @@
 #include "contact/contact_paths.h"
 #include "world/step.h"
 
+#include <math.h>
 #include <string.h>
 
 /* Springs are linearised anew while their energy beyond what the system reckons with is more than
@@ -18,7 +19,8 @@ static const double EXCESS_SHARE = 0.5;
 enum { LINEARISATIONS_MAX = 3 };
 
 /* A step that ends with more energy than it may is solved anew, with impulses that settle better:
- * twice the rounds of a landing's, then twice as many each time; so often at most. */
+ * twice the rounds of others, then twice as many each time, while that makes it less; so often at
+ * most. */
 enum { BALANCES_MAX = 3, BALANCE_ROUNDS = 6 };
 
 tulle_status world_compute_forces(step_context *context) {
@@ -132,6 +134,7 @@ static bool keeps_balance(const step_context *context) {
 
 tulle_status world_solve_step(step_context *context, impact_report *impacts, double *start) {
     contact_settings *const settings = &context->scene.settings;
+    double last_gain = (double)INFINITY;
     tulle_status status = solve_with_true_springs(context, true);
     for (int i = 0; status == TULLE_OK; i++) {
         world_end_stage(context, STAGE_SOLVE_MOTION, start);
@@ -140,9 +143,10 @@ tulle_status world_solve_step(step_context *context, impact_report *impacts, dou
         status = run_resolve_impacts(context, impacts);
         world_end_stage(context, STAGE_RESOLVE_IMPACTS, start);
         if (status != TULLE_OK || i == BALANCES_MAX || !keeps_balance(context)) break;
-        bool is_fed;
-        status = world_check_balance(context, &is_fed);
-        if (status != TULLE_OK || !is_fed) break;
+        double gain;
+        status = world_measure_gain(context, &gain);
+        if (status != TULLE_OK || !(gain > 0.0 && gain < last_gain)) break;
+        last_gain = gain;
         settings->solve_rounds = BALANCE_ROUNDS << i;
         if (settings->solve_rounds_landing < settings->solve_rounds)
             settings->solve_rounds_landing = settings->solve_rounds;

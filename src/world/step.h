@@ -77,8 +77,9 @@ typedef struct kinetic_limit {
 } kinetic_limit;
 tulle_status world_find_kinetic_limit(const step_context *context, kinetic_limit *limit);
 
-/* Whether the substep, ending with u at context->end, has more energy than it may. */
-tulle_status world_check_balance(const step_context *context, bool *is_fed);
+/* Energy [J] that the substep, ending with u at context->end, has beyond what it may and a small
+ * slack. */
+tulle_status world_measure_gain(const step_context *context, double *gain);
 
 /* pinch.c: what to do when `world_advance` could not move on; see tulle_on_pinch. OK means: go
  * on.*/
