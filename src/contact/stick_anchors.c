@@ -9,7 +9,9 @@
  *
  * A contact that slides, at the start of the step or by its bound at the end, lets go; then it
  * begins anew. Offsets are kept to what asks for a fraction of the speed that counts as slip, so
- * that no anchor ever makes a contact slide.
+ * that no anchor ever makes a contact slide. They fade within MEMORY: what many contacts of one
+ * piece of cloth have gathered along different ways does not fit together for ever, and without
+ * fading a pinched sheet trembles.
  *
  * Based on: Cundall, Strack, A discrete numerical model for granular assemblies, 1979 (tangential
  * offset of a contact, bounded by friction); Baumgarte 1972 (a share of the error a step).
@@ -20,6 +22,9 @@
 
 /* Undoing is never faster than this share of the speed that counts as slip. */
 #define SPEED_SHARE 0.5
+
+/* [s] Offsets fade by e in this time; half to three times as long does as well. */
+#define MEMORY 1.0
 
 static double find_largest_offset(const contact_scene *scene) {
     const contact_settings *const settings = &scene->settings;
@@ -46,11 +51,12 @@ void take_anchor(const contact_scene *scene, contact_row *row, vec3 offset) {
 void move_anchors(const contact_scene *scene, const double *x1, row_list *list) {
     if (scene->paper || !(scene->settings.anchor_share > 0.0)) return;
     double const largest = find_largest_offset(scene);
+    double const kept = fmax(1.0 - scene->time_step / MEMORY, 0.0);
     for (size_t i = 0; i < list->rows.count; i++) {
         contact_row *const row = &list->rows.data[i];
         bool const goes_on = row->state == ROW_STICKS && row->old_state == ROW_STICKS;
         vec3 const way = vec3_sub(blend_row_vertices(row, x1), blend_row_vertices(row, scene->x0));
-        vec3 const offset = vec3_add(row->anchor, remove_normal(way, row->normal));
+        vec3 const offset = vec3_add_scaled(remove_normal(way, row->normal), row->anchor, kept);
         row->anchor =
             goes_on && !row->is_sliding ? limit_offset(offset, largest) : vec3_make(0.0, 0.0, 0.0);
     }
