@@ -111,6 +111,9 @@ TULLE_API tulle_status tulle_run_create(const tulle_run_def *def, tulle_run_exis
  * tulle_run_create, and checkpoint->bytes is null. */
 TULLE_API tulle_status tulle_run_resume(const tulle_run_def *def, tulle_run_writer **writer,
                                         tulle_run_checkpoint *checkpoint, tulle_error *error);
+/* Whether the directory holds a run with a checkpoint, usable or not: then tulle_run_resume goes on
+ * from it or fails. */
+TULLE_API int tulle_run_has_checkpoint(const char *directory);
 TULLE_API void tulle_run_free_checkpoint(tulle_run_checkpoint *checkpoint);
 
 /* Appends a frame. On failure (a full disk) the frames before it stay whole. */

@@ -59,7 +59,7 @@ typedef enum tulle_motion_space {
 } tulle_motion_space;
 
 typedef enum tulle_start_intersections {
-    TULLE_START_REFUSE,
+    TULLE_START_REFUSE,  /* also cloth wholly inside a closed obstacle that faces outward */
     TULLE_START_IGNORE,  /* such pairs count once they came apart */
     TULLE_START_UNTANGLE /* cloth is moved before the first step until nothing intersects. Obstacles
                             that appear into cloth later are refused */
@@ -391,6 +391,7 @@ TULLE_API uint64_t tulle_world_get_state_hash(const tulle_world *world);
 TULLE_API tulle_status tulle_world_save_state(const tulle_world *world, void **bytes,
                                               size_t *byte_count, tulle_error *error);
 TULLE_API void tulle_world_free_state(const tulle_world *world, void *bytes, size_t byte_count);
+/* Takes the place of the first state of a world that has not started, which then is not judged. */
 TULLE_API tulle_status tulle_world_load_state(tulle_world *world, const void *bytes,
                                               size_t byte_count, tulle_error *error);
 

@@ -161,7 +161,10 @@ static tulle_status fail_memory(tulle_error *error) {
 static tulle_status prepare_world(run_session *session, tulle_error *error) {
     tulle_status status =
         scene_build_world(session->scene, session->options.threads, NULL, &session->built, error);
-    if (status == TULLE_OK) status = tulle_world_start(session->built.world, error);
+    /* a checkpoint takes the place of the first state, which need not be untangled again */
+    bool const goes_on =
+        session->options.resumes && tulle_run_has_checkpoint(session->options.directory) != 0;
+    if (status == TULLE_OK && !goes_on) status = tulle_world_start(session->built.world, error);
     if (status != TULLE_OK) return status;
     session->body_count = session->built.cloth_count + session->built.obstacle_count;
     session->bodies = calloc(session->body_count, sizeof *session->bodies);

@@ -88,3 +88,37 @@ tulle_status run_response_read(run_record *record, const json_document *document
     record->has_response = true;
     return TULLE_OK;
 }
+
+void run_untangle_write(json_writer *writer, const run_record *record) {
+    tulle_untangle_report const *const untangle = &record->untangle;
+    if (!record->has_untangle || untangle->intersections == 0) return;
+    json_begin(writer, "untangle", '{');
+    json_put_unsigned(writer, "intersections", untangle->intersections);
+    json_put_unsigned(writer, "rounds", untangle->rounds);
+    json_put_unsigned(writer, "moved_vertices", untangle->moved_vertices);
+    json_put_double(writer, "largest_displacement", untangle->largest_displacement);
+    json_end(writer, '}');
+}
+
+tulle_status run_untangle_read(run_record *record, const json_document *document,
+                               const json_value *root, tulle_error *error) {
+    if (!json_find(document, root, "untangle")) return TULLE_OK;
+    tulle_untangle_report report = {0};
+    const json_value *object = NULL;
+    double pairs = 0.0, vertices = 0.0;
+    tulle_status status = json_take_member(document, root, "untangle", JSON_OBJECT, &object, error);
+    if (!status) status = json_take_double(document, object, "intersections", &pairs, error);
+    if (!status) status = json_take_whole(document, object, "rounds", &report.rounds, error);
+    if (!status) status = json_take_double(document, object, "moved_vertices", &vertices, error);
+    if (!status)
+        status = json_take_double(document, object, "largest_displacement",
+                                  &report.largest_displacement, error);
+    if (!status && !(pairs >= 0.0 && pairs < 0x1p53 && vertices >= 0.0 && vertices < 0x1p53))
+        status = json_fail(document, object, error, "the counts of \"untangle\" should be whole");
+    if (status) return status;
+    report.intersections = (uint64_t)pairs;
+    report.moved_vertices = (uint64_t)vertices;
+    record->has_untangle = true;
+    record->untangle = report;
+    return TULLE_OK;
+}

@@ -198,18 +198,6 @@ static void write_body(json_writer *writer, const run_record *record, const run_
     json_end(writer, '}');
 }
 
-/* What untangling the start came to, when it did something. */
-static void write_untangle(json_writer *writer, const run_record *record) {
-    tulle_untangle_report const *const untangle = &record->untangle;
-    if (!record->has_untangle || untangle->intersections == 0) return;
-    json_begin(writer, "untangle", '{');
-    json_put_unsigned(writer, "intersections", untangle->intersections);
-    json_put_unsigned(writer, "rounds", untangle->rounds);
-    json_put_unsigned(writer, "moved_vertices", untangle->moved_vertices);
-    json_put_double(writer, "largest_displacement", untangle->largest_displacement);
-    json_end(writer, '}');
-}
-
 tulle_status run_record_write(const run_record *record, const char *path, tulle_error *error) {
     output_file *output = NULL;
     tulle_status const status = output_open(path, &output, error);
@@ -236,7 +224,7 @@ tulle_status run_record_write(const run_record *record, const char *path, tulle_
     json_put_string(&writer, "record", record_names[record->records_debug != 0]);
     run_detection_write(&writer, record);
     run_response_write(&writer, record);
-    write_untangle(&writer, record);
+    run_untangle_write(&writer, record);
     json_begin(&writer, "bodies", '[');
     for (size_t i = 0; i < record->bodies.count; i++)
         write_body(&writer, record, &record->bodies.data[i]);
@@ -390,6 +378,7 @@ tulle_status run_record_read(run_record *record, const char *path, tulle_error *
     if (!status) status = read_record_kind(record, &document, root, error);
     if (!status) status = run_detection_read(record, &document, root, error);
     if (!status) status = run_response_read(record, &document, root, error);
+    if (!status) status = run_untangle_read(record, &document, root, error);
     if (!status) status = read_bodies(record, &document, root, error);
     json_destroy(&document);
     return status;

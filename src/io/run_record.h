@@ -47,7 +47,7 @@ typedef struct run_record {
     tulle_response response;
     tulle_motion_space motion_space;
     bool has_untangle;
-    tulle_untangle_report untangle; /* when has_untangle; written, not read back */
+    tulle_untangle_report untangle; /* when has_untangle */
 } run_record;
 
 run_record run_record_make(memory *heap);
@@ -68,6 +68,10 @@ tulle_status run_record_read(run_record *record, const char *path, tulle_error *
 void run_detection_write(json_writer *writer, const run_record *record);
 tulle_status run_detection_read(run_record *record, const json_document *document,
                                 const json_value *root, tulle_error *error);
+/* The same for "untangle", what untangling the start came to; only there when it did something. */
+void run_untangle_write(json_writer *writer, const run_record *record);
+tulle_status run_untangle_read(run_record *record, const json_document *document,
+                               const json_value *root, tulle_error *error);
 /* The same for "response" and "motion_space". */
 void run_response_write(json_writer *writer, const run_record *record);
 tulle_status run_response_read(run_record *record, const json_document *document,

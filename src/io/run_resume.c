@@ -8,6 +8,7 @@
 
 #include <errno.h>
 #include <stdio.h>
+#include <string.h>
 #include <sys/stat.h>
 
 /* Frames in the shortest cache. */
@@ -134,6 +135,8 @@ static tulle_status take_over(tulle_run_writer *writer, const tulle_run_def *def
     run_record old = run_record_make(&writer->heap);
     status = run_record_read(&old, path, error);
     if (!status) status = run_record_compare(&old, &writer->record, writer->directory, error);
+    writer->record.has_untangle = old.has_untangle; /* what the start came to stays on record */
+    writer->record.untangle = old.untangle;
     run_record_destroy(&old);
     if (!status) status = find_checkpoint(writer, checkpoint, is_found, error);
     if (status || !*is_found) return status; /* the caller releases the checkpoint */
@@ -170,6 +173,13 @@ tulle_status tulle_run_resume(const tulle_run_def *def, tulle_run_writer **resul
     checkpoint_release(&writer->heap, &record);
     run_writer_destroy(writer);
     return status ? status : tulle_run_create(def, TULLE_RUN_REPLACE, result, error);
+}
+
+int tulle_run_has_checkpoint(const char *directory) {
+    if (!directory || strlen(directory) >= RUN_PATH_SIZE) return 0;
+    return measure_file(directory, RUN_FILE_RECORD) > 0 &&
+           (measure_file(directory, RUN_FILE_CHECKPOINT) > 0 ||
+            measure_file(directory, RUN_FILE_CHECKPOINT_BEFORE) > 0);
 }
 
 void tulle_run_free_checkpoint(tulle_run_checkpoint *checkpoint) {

@@ -5,6 +5,7 @@
  * the defs' own positions each time, so nothing drifts. */
 #include "base/error.h"
 #include "math/vec3.h"
+#include "world/inside.h"
 #include "world/world_state.h"
 
 #include <math.h>
@@ -111,28 +112,6 @@ static tulle_status judge_appearance(tulle_world *world, const world_motion_stat
     return world_ignore_intersections(world, error);
 }
 
-/* Solid angle of the obstacle's triangles seen from a point, over 4 pi: the winding number, 1
- * inside a closed outward surface, 0 outside. Based on: Van Oosterom, Strackee, The solid angle of
- * a plane triangle, 1983. */
-static double winding_number(const world_obstacle *obstacle, const double *positions, vec3 point) {
-    double sum = 0.0;
-    for (size_t t = 0; t < obstacle->mesh.triangle_count; t++) {
-        vec3 corner[3];
-        double length[3];
-        for (int k = 0; k < 3; k++) {
-            corner[k] =
-                vec3_sub(vec3_load(positions, obstacle->mesh.triangles[3 * t + (size_t)k]), point);
-            length[k] = vec3_norm(corner[k]);
-        }
-        double const volume = vec3_dot(corner[0], vec3_cross(corner[1], corner[2]));
-        double const scale =
-            length[0] * length[1] * length[2] + vec3_dot(corner[0], corner[1]) * length[2] +
-            vec3_dot(corner[1], corner[2]) * length[0] + vec3_dot(corner[2], corner[0]) * length[1];
-        sum += 2.0 * atan2(volume, scale);
-    }
-    return sum / (4.0 * acos(-1.0));
-}
-
 /* Whether some cloth vertex lies inside a closed obstacle. */
 static bool holds_cloth_inside(const tulle_world *world, const world_obstacle *obstacle,
                                const world_motion_state *state) {
@@ -148,7 +127,9 @@ static bool holds_cloth_inside(const tulle_world *world, const world_obstacle *o
         double const *const x = state->positions + 3 * v;
         bool is_near = true;
         for (int c = 0; c < 3; c++) is_near = is_near && x[c] >= low[c] && x[c] <= high[c];
-        if (is_near && fabs(winding_number(obstacle, positions, vec3_load(x, 0))) > 0.5) {
+        if (is_near &&
+            fabs(find_winding_number(obstacle->mesh.triangles, obstacle->mesh.triangle_count,
+                                     positions, vec3_load(x, 0))) > 0.5) {
             return true;
         }
     }

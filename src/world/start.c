@@ -3,6 +3,7 @@
 #include "base/error.h"
 #include "base/hash.h"
 #include "world/detection.h"
+#include "world/inside.h"
 #include "world/untangle.h"
 
 #include "contact/gather_contacts.h"
@@ -369,8 +370,8 @@ static uint64_t hash_defs(const tulle_world *world) {
     return hash;
 }
 
-/* Obstacles at time 0, presence, and the judgement of the first state. */
-static tulle_status judge_start(tulle_world *world, tulle_error *error) {
+/* Obstacles at time 0 and their presence. */
+static tulle_status place_obstacles(tulle_world *world, tulle_error *error) {
     tulle_status status = world_script_targets(world, 0.0, 0.0, error);
     if (status != TULLE_OK) return status;
     size_t const offset = 3 * world->cloth_vertex_count;
@@ -381,16 +382,25 @@ static tulle_status judge_start(tulle_world *world, tulle_error *error) {
         world->now.is_present[i] = is_present;
         world->surfaces[world->cloths.count + i].is_present = is_present;
     }
-    status = world_find_intersections(world, world->now.positions, &world->intersections, error);
-    if (status != TULLE_OK || world->intersections.count == 0) return status;
-    if (world->def.start_intersections == TULLE_START_REFUSE) {
-        return world_refuse_intersections(world, world->now.positions, "at the start", error);
-    }
-    if (world->def.start_intersections == TULLE_START_UNTANGLE) return world_untangle(world, error);
-    return world_ignore_intersections(world, error);
+    return TULLE_OK;
 }
 
-static tulle_status start_stages(tulle_world *world, tulle_error *error) {
+/* The judgement of the first state, and what is to be done about it. */
+static tulle_status judge_start(tulle_world *world, tulle_error *error) {
+    tulle_status status =
+        world_find_intersections(world, world->now.positions, &world->intersections, error);
+    bool const has_any = world->intersections.count > 0;
+    if (status != TULLE_OK) return status;
+    if (world->def.start_intersections == TULLE_START_IGNORE)
+        return has_any ? world_ignore_intersections(world, error) : TULLE_OK;
+    if (has_any && world->def.start_intersections == TULLE_START_REFUSE)
+        return world_refuse_intersections(world, world->now.positions, "at the start", error);
+    if (has_any) status = world_untangle(world, error);
+    return status == TULLE_OK ? world_refuse_cloth_inside(world, world->now.positions, error)
+                              : status;
+}
+
+static tulle_status start_stages(tulle_world *world, bool is_judged, tulle_error *error) {
     size_t triangle_count;
     tulle_status status = number_surfaces(world, &triangle_count, error);
     if (status == TULLE_OK) status = build_topology(world, triangle_count, error);
@@ -401,7 +411,8 @@ static tulle_status start_stages(tulle_world *world, tulle_error *error) {
     if (status == TULLE_OK) status = derive_distances(world, error);
     if (status == TULLE_OK) status = set_grains(world, error);
     if (status != TULLE_OK) return status;
-    status = judge_start(world, error);
+    status = place_obstacles(world, error);
+    if (status == TULLE_OK && is_judged) status = judge_start(world, error);
     if (status != TULLE_OK) return status;
     if (world_start_detection(world) != TULLE_OK) return no_memory(error);
     world->def_hash = hash_defs(world);
@@ -409,13 +420,17 @@ static tulle_status start_stages(tulle_world *world, tulle_error *error) {
 }
 
 tulle_status tulle_world_start(tulle_world *world, tulle_error *error) {
+    return world_start(world, true, error);
+}
+
+tulle_status world_start(tulle_world *world, bool is_judged, tulle_error *error) {
     if (!world) return error_set(error, TULLE_ERROR_INVALID_ARGUMENT, "the world is null");
     if (world->is_started) return TULLE_OK;
     if (world->cloths.count == 0) {
         return error_set(error, TULLE_ERROR_INVALID_ARGUMENT,
                          "the world has no cloth; add one before it starts");
     }
-    tulle_status const status = start_stages(world, error);
+    tulle_status const status = start_stages(world, is_judged, error);
     if (status == TULLE_OK)
         world->is_started = true;
     else

@@ -204,10 +204,9 @@ static tulle_status take_patches(tulle_world *world, const unsigned char *bytes,
     return error_set(error, status, "the patches of the saved state cannot be read");
 }
 
-tulle_status tulle_world_load_state(tulle_world *world, const void *bytes, size_t byte_count,
-                                    tulle_error *error) {
-    tulle_status status = tulle_world_start(world, error);
-    if (status != TULLE_OK) return status;
+static tulle_status load_state(tulle_world *world, const void *bytes, size_t byte_count,
+                               tulle_error *error) {
+    tulle_status status = TULLE_OK;
     state_header header;
     if (!bytes || byte_count < sizeof header) {
         return error_set(error, TULLE_ERROR_PARSE, "the saved state is damaged or cut off");
@@ -253,4 +252,14 @@ tulle_status tulle_world_load_state(tulle_world *world, const void *bytes, size_
         world->surfaces[world->cloths.count + i].is_present = world->now.is_present[i];
     }
     return TULLE_OK;
+}
+
+tulle_status tulle_world_load_state(tulle_world *world, const void *bytes, size_t byte_count,
+                                    tulle_error *error) {
+    bool const was_started = world && world->is_started;
+    tulle_status status = world_start(world, false, error);
+    if (status != TULLE_OK) return status;
+    status = load_state(world, bytes, byte_count, error);
+    if (status != TULLE_OK && !was_started) world_release_start(world); /* not judged */
+    return status;
 }

@@ -11,6 +11,7 @@
 
 #include "base/error.h"
 #include "base/timer.h"
+#include "world/inside.h"
 #include "world/untangle_parts.h"
 
 #include <stdio.h>
@@ -54,13 +55,6 @@ static bool allocate_work(untangling *work) {
            work->cut && work->cut_along;
 }
 
-/* Whether each edge of the obstacle has two triangles. */
-static bool is_closed(const untangling *work, const surface_range *range) {
-    for (uint32_t e = range->edge_begin; e < range->edge_end; e++)
-        if (work->topo->edge_triangles[2 * (size_t)e + 1] == TULLE_NONE) return false;
-    return true;
-}
-
 /* Lengths and areas of the start: what the cloth is to keep. */
 static void measure_start(untangling *work) {
     tulle_world const *const world = work->world;
@@ -79,7 +73,8 @@ static void measure_start(untangling *work) {
         for (int k = 0; k < 3; k++) work->areas[corners[k]] += vec3_norm(normal) / 6.0;
     }
     for (size_t i = 0; i < world->obstacles.count; i++)
-        work->is_closed[i] = is_closed(work, &world->surfaces[world->cloths.count + i]);
+        work->is_closed[i] =
+            surface_is_closed(work->topo, &world->surfaces[world->cloths.count + i]);
 }
 
 /* Begins anew where escalation has not helped: from the start, with another reach of displacements.

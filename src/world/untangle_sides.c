@@ -8,6 +8,7 @@
  * Based on: Baraff, Witkin, Kass, Untangling cloth, 2003, section 4. Departures: the region outside
  * counts, not the smaller one, where an obstacle has an inside; contours that end at borders part a
  * surface too. */
+#include "world/inside.h"
 #include "world/untangle_parts.h"
 
 #include <string.h>
@@ -32,25 +33,10 @@ typedef struct flood {
     uint32_t count;
 } flood;
 
-/* Solid angle of the obstacle's triangles seen from a point, over 4 pi. Based on: Van Oosterom,
- * Strackee, The solid angle of a plane triangle, 1983. */
-static double find_winding(const untangling *work, const surface_range *range, vec3 point) {
-    double sum = 0.0;
-    for (uint32_t t = range->triangle_begin; t < range->triangle_end; t++) {
-        vec3 corner[3];
-        double length[3];
-        for (size_t k = 0; k < 3; k++) {
-            uint32_t const vertex = work->topo->triangles[3 * (size_t)t + k];
-            corner[k] = vec3_sub(vec3_load(work->positions, vertex), point);
-            length[k] = vec3_norm(corner[k]);
-        }
-        double const volume = vec3_dot(corner[0], vec3_cross(corner[1], corner[2]));
-        double const scale =
-            length[0] * length[1] * length[2] + vec3_dot(corner[0], corner[1]) * length[2] +
-            vec3_dot(corner[1], corner[2]) * length[0] + vec3_dot(corner[2], corner[0]) * length[1];
-        sum += 2.0 * atan2(volume, scale);
-    }
-    return sum / (4.0 * acos(-1.0));
+static bool is_inside(const untangling *work, const surface_range *range, vec3 point) {
+    return find_winding_number(work->topo->triangles + 3 * (size_t)range->triangle_begin,
+                               range->triangle_end - range->triangle_begin, work->positions,
+                               point) > INSIDE_WINDING;
 }
 
 /* Visits all that hangs on `seed` without a cut edge, numbers it and returns its weight: area,
@@ -114,7 +100,7 @@ static void mark_inside(untangling *work, uint32_t surface, uint32_t mark, uint3
             if (work->region[seed] >= first) continue;
             vec3 const point = vec3_load(work->positions, seed);
             (void)flood_region(work, seed, mark, *number);
-            if (find_winding(work, range, point) > INSIDE_WINDING) {
+            if (is_inside(work, range, point)) {
                 for (size_t v = 0; v < work->world->cloth_vertex_count; v++)
                     if (work->region[v] == *number) work->is_inside[v] = true;
             }

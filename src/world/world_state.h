@@ -156,6 +156,9 @@ static inline const char *world_surface_name(const tulle_world *world, size_t su
 /* pair_laws.c: the law set for two surfaces, or null. */
 const tulle_contact_law *world_find_pair_law(const tulle_world *world, size_t a, size_t b);
 
+/* start.c: tulle_world_start; without judgement when a saved state is about to take the place of
+ * the first one. */
+tulle_status world_start(tulle_world *world, bool is_judged, tulle_error *error);
 /* start.c: releases what the start made; fine before it. */
 void world_release_start(tulle_world *world);
 

@@ -95,9 +95,41 @@ static void pairs_of_one_cloth_count_once_apart(void **state) {
     tulle_world_destroy(world);
 }
 
+/* Cloth that crosses nothing but lies in a solid is a bad start; in a room it is not. */
+static void cloth_inside_a_solid_is_refused(void **state) {
+    (void)state;
+    static const tulle_start_intersections choices[] = {TULLE_START_REFUSE, TULLE_START_UNTANGLE,
+                                                        TULLE_START_IGNORE};
+    tulle_mesh sheet = small_sheet(0.1, 5, 0.01), sphere = make_sphere(0.2, 10);
+    for (int is_room = 0; is_room < 2; is_room++) {
+        for (size_t t = 0; is_room && t < sphere.triangle_count; t++) {
+            uint32_t const corner = sphere.triangles[3 * t];
+            sphere.triangles[3 * t] = sphere.triangles[3 * t + 1];
+            sphere.triangles[3 * t + 1] = corner;
+        }
+        for (int i = 0; i < 3; i++) {
+            tulle_world_def def = tulle_world_def_default();
+            def.start_intersections = choices[i];
+            tulle_world *const world = make_world(def);
+            small_add_cloth(world, &sheet);
+            small_add_obstacle(world, &sphere);
+            tulle_error error = {0};
+            int const is_refused = !is_room && choices[i] != TULLE_START_IGNORE;
+            assert_int_equal(tulle_world_start(world, &error),
+                             is_refused ? TULLE_ERROR_INTERSECTING_START : TULLE_OK);
+            if (is_refused)
+                assert_non_null(strstr(error.message, "'cloth 0' lies inside 'obstacle 0'"));
+            tulle_world_destroy(world);
+        }
+    }
+    tulle_mesh_destroy(&sheet);
+    tulle_mesh_destroy(&sphere);
+}
+
 int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(intersecting_start_is_refused_or_ignored),
+        cmocka_unit_test(cloth_inside_a_solid_is_refused),
         cmocka_unit_test(pairs_of_one_cloth_count_once_apart),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);

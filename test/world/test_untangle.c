@@ -191,9 +191,43 @@ static void failed_allocations_are_reported(void **state) {
     tangled_destroy(&start);
 }
 
+/* A saved state takes the place of the first one: nothing is judged or untangled for it. One that
+ * cannot be loaded leaves the world as it was, to be started in the usual way. */
+static void a_loaded_state_is_not_untangled_again(void **state) {
+    (void)state;
+    tangled_start start = tangled_make((tangled_family)0, 1, SIDE_SHORT);
+    tulle_world_def const def = make_def();
+    tulle_world *const first = tangled_make_world(&start, &def);
+    tulle_world *const second = tangled_make_world(&start, &def);
+    tulle_error error = {0};
+    tulle_step_report report;
+    void *bytes = NULL;
+    size_t byte_count = 0;
+    assert_int_equal(tulle_world_step(first, STEP, &report, &error), TULLE_OK);
+    assert_int_equal(tulle_world_save_state(first, &bytes, &byte_count, &error), TULLE_OK);
+    assert_int_equal(tulle_world_load_state(second, bytes, byte_count - 1, &error),
+                     TULLE_ERROR_PARSE);
+    assert_int_equal(tulle_world_load_state(second, bytes, byte_count, &error), TULLE_OK);
+    assert_int_equal(tulle_world_get_untangle_report(second).rounds, 0);
+    assert_true(tulle_world_get_state_hash(first) == tulle_world_get_state_hash(second));
+    assert_int_equal(tulle_world_step(first, STEP, &report, &error), TULLE_OK);
+    assert_int_equal(tulle_world_step(second, STEP, &report, &error), TULLE_OK);
+    assert_true(tulle_world_get_state_hash(first) == tulle_world_get_state_hash(second));
+    tulle_world *const third = tangled_make_world(&start, &def);
+    assert_int_not_equal(tulle_world_load_state(third, bytes, byte_count - 1, &error), TULLE_OK);
+    assert_int_equal(tulle_world_start(third, &error), TULLE_OK);
+    assert_true(tulle_world_get_untangle_report(third).rounds > 0);
+    tulle_world_free_state(first, bytes, byte_count);
+    tulle_world_destroy(first);
+    tulle_world_destroy(second);
+    tulle_world_destroy(third);
+    tangled_destroy(&start);
+}
+
 int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(tangled_starts_become_clean),
+        cmocka_unit_test(a_loaded_state_is_not_untangled_again),
         cmocka_unit_test(pins_and_velocities_stay),
         cmocka_unit_test(limit_names_what_is_left),
         cmocka_unit_test(failed_allocations_are_reported),
