@@ -164,11 +164,11 @@ static void failing_release(void *context, void *pointer, size_t byte_count) {
 }
 
 /* Every allocation of the start fails once: an error that says so, nothing lost, and the start
- * works afterwards. */
+ * works afterwards. A few only save memory, and are done without. */
 static void failed_allocations_are_reported(void **state) {
     (void)state;
     tangled_start start = tangled_make(TANGLED_SLAB, 1, 9);
-    int is_done = 0;
+    int is_done = 0, survived = 0;
     for (long k = 1; !is_done; k++) {
         failing_heap heap = {0};
         tulle_world_def def = make_def();
@@ -178,8 +178,9 @@ static void failed_allocations_are_reported(void **state) {
         tulle_error error = {0};
         tulle_status status = tulle_world_start(world, &error);
         is_done = heap.count < heap.fail_at;
-        assert_int_equal(status, is_done ? TULLE_OK : TULLE_ERROR_OUT_OF_MEMORY);
-        if (!is_done) {
+        if (is_done || status != TULLE_ERROR_OUT_OF_MEMORY) assert_int_equal(status, TULLE_OK);
+        survived += !is_done && status == TULLE_OK;
+        if (status != TULLE_OK) {
             assert_true(strlen(error.message) > 0);
             status = tulle_world_start(world, &error);
         }
@@ -188,6 +189,7 @@ static void failed_allocations_are_reported(void **state) {
         tulle_world_destroy(world);
         assert_int_equal(heap.held, 0);
     }
+    assert_true(survived <= 4); /* arrays that were only to be made smaller */
     tangled_destroy(&start);
 }
 
