@@ -5,8 +5,9 @@
  * precision. Which stage runs depends on counts alone, never on time. */
 #include "contact/solve_in_stages.h"
 
-/* Iterations by blocks of the diagonal before a factor is made: it costs about as much as forty. */
-#define PLAIN_ITERATIONS 40
+/* Iterations by blocks of the diagonal before a factor is made, which costs about as much as forty:
+ * free flight takes five to seven, and what is not done after these takes over a hundred. */
+#define PLAIN_ITERATIONS 24
 /* More hard rows than this between vertices that the factor does not join, and it is not made: each
  * costs it about one iteration, at the price of seven. */
 #define MOST_ROWS_APART 12

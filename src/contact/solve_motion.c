@@ -177,6 +177,19 @@ static void descend_translations(motion_solve *solve, bool is_common, double *wo
     for (size_t i = 0; i < size; i++) solve->u[i] += down / curvature * shift[i];
 }
 
+static size_t count_free_cloths(const motion_solve *solve) {
+    const surface_set *const set = solve->scene->set;
+    size_t count = 0;
+    for (size_t s = 0; s < set->surface_count; s++) {
+        const surface_range *const range = &set->surfaces[s];
+        bool is_free = !range->is_obstacle;
+        for (uint32_t v = range->vertex_begin; is_free && v < range->vertex_end; v++)
+            is_free = solve->scene->inverse_mass[v] > 0.0;
+        count += is_free;
+    }
+    return count;
+}
+
 /* Improves u along the rigid translations of free cloths. The residual hardly sees a small force on
  * all of a cloth, such as what pulls it along when it just begins to slip: its preconditioner
  * divides by the stiffness. Without this such forces are lost in the tolerance, and linear momentum
@@ -192,7 +205,8 @@ static tulle_status translate_cloths(motion_solve *solve) {
         has_memory &= work[i] != NULL;
     }
     if (has_memory) descend_translations(solve, false, work);
-    if (has_memory && solve->hard_count > 0) descend_translations(solve, true, work);
+    if (has_memory && solve->hard_count > 0 && count_free_cloths(solve) > 1)
+        descend_translations(solve, true, work);
     arena_release(scratch, mark);
     return has_memory ? TULLE_OK : TULLE_ERROR_OUT_OF_MEMORY;
 }

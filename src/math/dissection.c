@@ -27,6 +27,9 @@ static const vec3 DIRECTIONS[DIRECTION_COUNT] = {
 enum { PLACE_COUNT = 5 };
 static const double PLACES[PLACE_COUNT] = {0.5, 0.45, 0.55, 0.4, 0.6};
 
+/* An axis along which a set has less than this part of its largest width is not looked at. */
+#define NARROW 0.02
+
 typedef struct keyed_vertex {
     double key;
     uint32_t vertex;
@@ -138,11 +141,31 @@ static void try_direction(cutter *work, const uint32_t *set, size_t size, size_t
     }
 }
 
+/* Widths of the set along the axes. */
+static vec3 measure_widths(const cutter *work, const uint32_t *set, size_t size) {
+    vec3 low = vec3_load(work->positions, set[0]), high = low;
+    for (size_t i = 1; i < size; i++) {
+        vec3 const p = vec3_load(work->positions, set[i]);
+        low = vec3_make(fmin(low.x, p.x), fmin(low.y, p.y), fmin(low.z, p.z));
+        high = vec3_make(fmax(high.x, p.x), fmax(high.y, p.y), fmax(high.z, p.z));
+    }
+    return vec3_sub(high, low);
+}
+
+/* Whether a direction differs from those without a part along a narrow axis. */
+static bool is_worth_trying(vec3 direction, vec3 widths) {
+    double const least = NARROW * fmax(widths.x, fmax(widths.y, widths.z));
+    return !(direction.x != 0.0 && widths.x < least) && !(direction.y != 0.0 && widths.y < least) &&
+           !(direction.z != 0.0 && widths.z < least);
+}
+
 /* Orders the set as first half, second half, separator. */
 static void split_set(cutter *work, uint32_t *set, size_t size, size_t sizes[2]) {
     cut best = {.work = INFINITY};
+    vec3 const widths =
+        work->positions ? measure_widths(work, set, size) : vec3_make(0.0, 0.0, 0.0);
     for (size_t d = 0; d < DIRECTION_COUNT; d++) {
-        if (d > 0 && !work->positions) break;
+        if (!(work->positions ? is_worth_trying(DIRECTIONS[d], widths) : d == 0)) continue;
         sort_along(work, set, size, DIRECTIONS[d]);
         try_direction(work, set, size, d, &best);
     }

@@ -168,8 +168,8 @@ static void fill_arrays(tulle_world *world) {
     }
 }
 
-/* Cloth of fewer vertices is solved as fast without a factor. */
-enum { FACTORED_VERTICES = 400 };
+/* Cloth of fewer vertices is solved as fast without a factor (31 x 31 faster, 61 x 61 slower). */
+enum { FACTORED_VERTICES = 2000 };
 
 /* Forces and masses of all cloth together. */
 static tulle_status build_model(tulle_world *world, tulle_error *error) {
