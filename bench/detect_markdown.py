@@ -4,10 +4,12 @@
 Usage: bench/detect_markdown.py build/bench_detect.csv [--fill docs/detect_benchmarks.md]
 """
 import contextlib
-import csv
 import io
-import re
+import pathlib
 import sys
+
+sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1] / "tools"))
+from markdown_tables import fill, make_table, read_rows  # noqa: E402
 
 # Totals of the design experiment, two threads, in ms: quoted, of another machine (two cores of a
 # Zen 4 class server). What it took on a crumple, a twisted rod, a violent crumple, smooth cloth.
@@ -24,11 +26,7 @@ def millions(value):
 
 
 def print_table(head, rows):
-    print("| " + " | ".join(head) + " |")
-    print("|" + "---|" * len(head))
-    for row in rows:
-        print("| " + " | ".join(row) + " |")
-    print()
+    print(make_table(head, rows) + "\n")
 
 
 def share(row):
@@ -133,23 +131,10 @@ def print_alarms(rows):
                  "events", "truly touch", "missed", "false alarms", "of tested"], out)
 
 
-def fill(path, texts):
-    """Puts each table between its marks; tables that the CSV lacks stay."""
-    with open(path, encoding="utf-8") as file:
-        page = file.read()
-    for name, text in texts.items():
-        marks = f"<!-- begin {name} -->", f"<!-- end {name} -->"
-        pattern = re.escape(marks[0]) + ".*?" + re.escape(marks[1])
-        page = re.sub(pattern, lambda _: f"{marks[0]}\n{text}\n{marks[1]}", page, flags=re.DOTALL)
-    with open(path, "w", encoding="utf-8") as file:
-        file.write(page)
-
-
 def main():
     if len(sys.argv) < 2:
         sys.exit(__doc__)
-    with open(sys.argv[1], newline="", encoding="utf-8") as file:
-        rows = list(csv.DictReader(file))
+    rows = read_rows(sys.argv[1])
     printers = {"kinds": print_kinds, "angles": print_angles, "growth": print_growth,
                 "busy": print_busy, "alarms": print_alarms}
     texts = {}

@@ -7,14 +7,11 @@ MAIN.csv becomes the table between the marks `begin validation` and `end validat
 together, one column each, the one between `begin responses` and `end responses`. Without --fill
 both are printed.
 """
-import csv
-import re
+import pathlib
 import sys
 
-
-def read(path):
-    with open(path, newline="", encoding="utf-8") as file:
-        return list(csv.DictReader(file))
+sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[2] / "tools"))
+from markdown_tables import fill, make_table, read_rows  # noqa: E402
 
 
 def short(text):
@@ -32,12 +29,6 @@ def marked(row):
     return f"**{figure(row)}**" if row["verdict"] == "OFF" else figure(row)
 
 
-def table(head, rows):
-    lines = ["| " + " | ".join(head) + " |", "|" + "---|" * len(head)]
-    lines += ["| " + " | ".join(cell.replace("|", "\\|") for cell in row) + " |" for row in rows]
-    return "\n".join(lines)
-
-
 def validation(rows):
     out = []
     last = ""
@@ -46,7 +37,7 @@ def validation(rows):
         last = row["experiment"]
         out.append([name, row["row"], figure(row), row["expected"], row["reference"],
                     row["verdict"]])
-    return table(["experiment", "what", "measured", "expected", "after", ""], out)
+    return make_table(["experiment", "what", "measured", "expected", "after", ""], out)
 
 
 def way(row):
@@ -60,24 +51,16 @@ def responses(files):
     head = ["experiment", "what", "expected"] + [way(rows[0]) for rows in files]
     out = []
     found = [{(row["experiment"], row["row"]): row for row in rows} for rows in files]
+    groups = [{row["experiment"].split(".")[0] for row in rows} for rows in files]
     for row in files[0]:
         key = (row["experiment"], row["row"])
         if row["expected"] == "-":
             continue
         out.append([f"`{row['experiment']}`", row["row"], row["expected"]] +
-                   [marked(rows[key]) if key in rows else "**broke off**" for rows in found])
-    return table(head, out)
-
-
-def fill(path, texts):
-    with open(path, encoding="utf-8") as file:
-        page = file.read()
-    for name, text in texts.items():
-        marks = f"<!-- begin {name} -->", f"<!-- end {name} -->"
-        pattern = re.escape(marks[0]) + ".*?" + re.escape(marks[1])
-        page = re.sub(pattern, lambda _: f"{marks[0]}\n{text}\n{marks[1]}", page, flags=re.DOTALL)
-    with open(path, "w", encoding="utf-8") as file:
-        file.write(page)
+                   [marked(rows[key]) if key in rows else
+                    "**broke off**" if key[0].split(".")[0] in ran else "not run"
+                    for rows, ran in zip(found, groups)])
+    return make_table(head, out)
 
 
 def main():
@@ -91,7 +74,7 @@ def main():
         del arguments[at:at + 2]
     if not arguments:
         sys.exit(__doc__)
-    files = [rows for rows in map(read, arguments) if rows]
+    files = [rows for rows in map(read_rows, arguments) if rows]
     if not files:
         sys.exit("no rows")
     texts = {"validation": validation(files[0])}
