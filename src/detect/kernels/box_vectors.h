@@ -11,41 +11,49 @@
 #include <immintrin.h>
 #endif
 
+/* Sanitizers, and targets that must take vectors apart, make much code of each function here: then
+ * they are compiled once, not where they are called. */
+#if defined(__AVX2__) && !defined(__SANITIZE_ADDRESS__) && !defined(__SANITIZE_THREAD__)
+#define BOX_INLINE static inline __attribute__((always_inline))
+#else
+#define BOX_INLINE static __attribute__((noinline, unused))
+#endif
+
 typedef float box_vector __attribute__((vector_size(32)));
 typedef int32_t box_index __attribute__((vector_size(32)));
 
-static inline box_vector box_vector_load(const float *from) {
+BOX_INLINE box_vector box_vector_load(const float *from) {
     box_vector box;
     memcpy(&box, from, sizeof box);
     return box;
 }
-static inline void box_vector_store(float *to, box_vector box) { memcpy(to, &box, sizeof box); }
-static inline box_vector box_vector_fill(float x) { return (box_vector){x, x, x, x, x, x, x, x}; }
+BOX_INLINE void box_vector_store(float *to, box_vector box) { memcpy(to, &box, sizeof box); }
+BOX_INLINE box_vector box_vector_fill(float x) { return (box_vector){x, x, x, x, x, x, x, x}; }
 
 #ifdef __AVX2__
 /* a < b ? a : b and a > b ? a : b. */
-static inline box_vector box_vector_least(box_vector a, box_vector b) {
+BOX_INLINE box_vector box_vector_least(box_vector a, box_vector b) {
     return (box_vector)_mm256_min_ps((__m256)a, (__m256)b);
 }
-static inline box_vector box_vector_most(box_vector a, box_vector b) {
+BOX_INLINE box_vector box_vector_most(box_vector a, box_vector b) {
     return (box_vector)_mm256_max_ps((__m256)a, (__m256)b);
 }
 /* Bit l: lane l is above 0. */
-static inline uint32_t box_vector_positive(box_vector a) {
+BOX_INLINE uint32_t box_vector_positive(box_vector a) {
     __m256 const above = _mm256_cmp_ps((__m256)a, _mm256_setzero_ps(), _CMP_GT_OQ);
     return (uint32_t)_mm256_movemask_ps(above);
 }
 #else
-static inline box_vector box_vector_choose(box_index mask, box_vector yes, box_vector no) {
+BOX_INLINE box_vector box_vector_choose(box_index mask, box_vector yes, box_vector no) {
     return (box_vector)((mask & (box_index)yes) | (~mask & (box_index)no));
 }
-static inline box_vector box_vector_least(box_vector a, box_vector b) {
+BOX_INLINE box_vector box_vector_least(box_vector a, box_vector b) {
     return box_vector_choose(a < b, a, b);
 }
-static inline box_vector box_vector_most(box_vector a, box_vector b) {
+BOX_INLINE box_vector box_vector_most(box_vector a, box_vector b) {
     return box_vector_choose(a > b, a, b);
 }
-static inline uint32_t box_vector_positive(box_vector a) {
+BOX_INLINE uint32_t box_vector_positive(box_vector a) {
     uint32_t bits = 0;
     for (uint32_t l = 0; l < 8; l++) bits |= (uint32_t)(a[l] > 0.0F) << l;
     return bits;
@@ -55,7 +63,7 @@ static inline uint32_t box_vector_positive(box_vector a) {
 #define BOX_SHUFFLE(a, b, ...) __builtin_shuffle(a, b, (box_index){__VA_ARGS__})
 
 /* Lane l of row k becomes lane k of box l. */
-static inline void box_vectors_transpose(const box_vector boxes[8], box_vector rows[8]) {
+BOX_INLINE void box_vectors_transpose(const box_vector boxes[8], box_vector rows[8]) {
     box_vector twos[8], fours[8];
     for (int i = 0; i < 8; i += 2) {
         twos[i] = BOX_SHUFFLE(boxes[i], boxes[i + 1], 0, 8, 1, 9, 4, 12, 5, 13);
@@ -75,7 +83,7 @@ static inline void box_vectors_transpose(const box_vector boxes[8], box_vector r
 }
 
 /* Rows of `width`: low x, y, z, high x, y, z. */
-static inline void box_vectors_write_rows(const box_vector boxes[8], float *to, size_t width) {
+BOX_INLINE void box_vectors_write_rows(const box_vector boxes[8], float *to, size_t width) {
     box_vector rows[8];
     box_vectors_transpose(boxes, rows);
     for (size_t k = 0; k < 3; k++) {
@@ -85,7 +93,7 @@ static inline void box_vectors_write_rows(const box_vector boxes[8], float *to, 
 }
 
 /* Low x, y, z, high x, y, z. */
-static inline void box_vector_write(box_vector box, float *to) {
+BOX_INLINE void box_vector_write(box_vector box, float *to) {
     for (int k = 0; k < 3; k++) {
         to[k] = box[k];
         to[3 + k] = -box[4 + k];

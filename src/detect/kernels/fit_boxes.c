@@ -22,7 +22,7 @@
 #define SLAB_LIMIT 1e37F
 
 /* The largest coordinate of boxes united in `all`. */
-static inline float find_largest(box_vector all) {
+BOX_INLINE float find_largest(box_vector all) {
     all = box_vector_most(all, -all);
     all = box_vector_most(all, BOX_SHUFFLE(all, all, 4, 5, 6, 7, 0, 1, 2, 3));
     all = box_vector_most(all, BOX_SHUFFLE(all, all, 1, 0, 3, 2, 5, 4, 7, 6));
@@ -30,12 +30,12 @@ static inline float find_largest(box_vector all) {
 }
 
 /* Moved outward by the rounding of sums. */
-static inline box_vector round_sums(box_vector sums, float largest) {
+BOX_INLINE box_vector round_sums(box_vector sums, float largest) {
     if (!(largest < SLAB_LIMIT)) return box_vector_fill(-INFINITY);
     return sums - (largest * SLAB_ROUNDING + SLAB_UNDERFLOW);
 }
 
-static inline box_vector load_box(const leaf_fit *fit, uint32_t record, bool is_straight) {
+BOX_INLINE box_vector load_box(const leaf_fit *fit, uint32_t record, bool is_straight) {
     const vertex_box *const box = &fit->vertex_boxes[record];
     box_vector const start = box_vector_load(box->start);
     return is_straight ? start : box_vector_least(start, box_vector_load(box->end));
@@ -49,8 +49,8 @@ typedef struct slot_range {
 
 /* Fits eight of them, from the one at `offset` on, in lanes of rows; lanes beyond meet nothing.
  * Returns the box around all. */
-static inline __attribute__((always_inline)) box_vector
-fit_lanes(const leaf_fit *fit, slot_range slots, uint32_t offset, bool is_straight, float *rows) {
+BOX_INLINE box_vector fit_lanes(const leaf_fit *fit, slot_range slots, uint32_t offset,
+                                bool is_straight, float *rows) {
     box_vector boxes[8];
     uint32_t const begin = slots.begin + offset;
     const uint32_t *const corners = slots.corners + slots.corner_count * (size_t)begin;
@@ -74,7 +74,7 @@ typedef struct corner_list {
 } corner_list;
 
 /* Records around a leaf, in trees that are built anew some of them several times. */
-static inline corner_list list_corners(const leaf_fit *fit, const tree_leaf *leaf) {
+BOX_INLINE corner_list list_corners(const leaf_fit *fit, const tree_leaf *leaf) {
     if (fit->leaf_corners)
         return (corner_list){fit->leaf_corners + leaf->corner_begin,
                              fit->leaf_corners + leaf->corner_end};
@@ -83,7 +83,7 @@ static inline corner_list list_corners(const leaf_fit *fit, const tree_leaf *lea
 }
 
 /* Bounds on the motion of the vertices of a leaf: low, -high. */
-static inline box_vector find_drift(const leaf_fit *fit, const tree_leaf *leaf) {
+BOX_INLINE box_vector find_drift(const leaf_fit *fit, const tree_leaf *leaf) {
     box_vector all = box_vector_fill(INFINITY), drift = all;
     corner_list const corners = list_corners(fit, leaf);
     for (const uint32_t *corner = corners.begin; corner < corners.end; corner++) {
@@ -95,8 +95,8 @@ static inline box_vector find_drift(const leaf_fit *fit, const tree_leaf *leaf) 
     return round_sums(drift, find_largest(all));
 }
 
-static inline __attribute__((always_inline)) void
-fit_block_as(const leaf_fit *fit, const tree_leaf *leaf, bool is_straight, float *block) {
+BOX_INLINE void fit_block_as(const leaf_fit *fit, const tree_leaf *leaf, bool is_straight,
+                             float *block) {
     slot_range const triangles = {fit->triangle_corners, 3, leaf->triangle_begin,
                                   leaf->triangle_end};
     slot_range const vertices = {fit->vertex_corners, 1, leaf->vertex_begin, leaf->vertex_end};
@@ -137,14 +137,13 @@ typedef struct leaf_extent {
     box_vector slabs[2]; /* at the start and the end */
 } leaf_extent;
 
-static inline box_vector find_diagonals(box_vector box) {
+BOX_INLINE box_vector find_diagonals(box_vector box) {
     return BOX_SHUFFLE(box, box, 0, 0, 0, 4, 4, 4, 4, 0) +
            BOX_SHUFFLE(box, box, 1, 1, 5, 1, 5, 5, 1, 5) +
            BOX_SHUFFLE(box, box, 2, 6, 2, 2, 6, 2, 6, 6);
 }
 
-static inline __attribute__((always_inline)) leaf_extent
-find_extent(const leaf_fit *fit, const tree_leaf *leaf, bool has_slabs) {
+BOX_INLINE leaf_extent find_extent(const leaf_fit *fit, const tree_leaf *leaf, bool has_slabs) {
     box_vector const nothing = box_vector_fill(INFINITY);
     leaf_extent extent = {nothing, nothing, {nothing, nothing}};
     corner_list const corners = list_corners(fit, leaf);
@@ -162,7 +161,7 @@ find_extent(const leaf_fit *fit, const tree_leaf *leaf, bool has_slabs) {
     return extent;
 }
 
-static inline void write_slabs(const leaf_extent *extent, leaf_slabs *to) {
+BOX_INLINE void write_slabs(const leaf_extent *extent, leaf_slabs *to) {
     for (int end = 0; end < 2; end++) {
         box_vector const box = end ? extent->end : extent->start, slabs = extent->slabs[end];
         box_vector_store(to->low[end], BOX_SHUFFLE(box, slabs, 0, 1, 2, 3, 8, 9, 10, 11));

@@ -27,7 +27,7 @@ typedef struct leaf_view {
 } leaf_view;
 
 /* groups: of its block */
-static inline leaf_view view_leaf(const tree_leaf *leaf, const float *groups) {
+BOX_INLINE leaf_view view_leaf(const tree_leaf *leaf, const float *groups) {
     return (leaf_view){.faces = groups,
                        .edges = groups + GROUP_FLOATS,
                        .vertices = groups + GROUP_FLOATS * (size_t)(1 + count_edge_groups(leaf)),
@@ -39,12 +39,12 @@ static inline leaf_view view_leaf(const tree_leaf *leaf, const float *groups) {
 }
 
 /* Lanes of a group that meet a box. */
-static inline uint32_t find_near(const float *group, const float box[6]) {
+BOX_INLINE uint32_t find_near(const float *group, const float box[6]) {
     box_lanes16 const lanes = box_lanes16_load(group, GROUP_LANES);
     return box_lanes16_meet(&lanes, box, 1);
 }
 
-static inline void mark_near(leaf_view *leaf, const float box[6]) {
+BOX_INLINE void mark_near(leaf_view *leaf, const float box[6]) {
     uint32_t const near = find_near(leaf->faces, box);
     leaf->near_triangles = near & 0xffU;
     leaf->near_vertices = near >> LEAF_TRIANGLES;
@@ -56,16 +56,16 @@ static inline void mark_near(leaf_view *leaf, const float box[6]) {
 }
 
 /* Low x, y, z, high x, y, z. */
-static inline void write_sides(box_vector box, float sides[8]) {
+BOX_INLINE void write_sides(box_vector box, float sides[8]) {
     box_vector_store(sides, BOX_SHUFFLE(box, -box, 0, 1, 2, 12, 13, 14, 3, 7));
 }
 
 /* Copies the groups of a leaf with all boxes wider; by: minus as much at the low sides. */
-static inline void widen_groups(const float *from, size_t group_count, const float by[6],
-                                float *copy) {
+BOX_INLINE void widen_groups(const float *from, size_t group_count, const float by[6],
+                             float *copy) {
+    row_vector const zero = {0.0F};
     row_vector widening[6];
-    for (int k = 0; k < 6; k++)
-        for (int l = 0; l < GROUP_LANES; l++) widening[k][l] = by[k];
+    for (int k = 0; k < 6; k++) widening[k] = zero + by[k];
     for (const float *const end = from + GROUP_FLOATS * group_count; from < end;
          from += GROUP_FLOATS, copy += GROUP_FLOATS)
         for (int k = 0; k < 6; k++) {
@@ -130,8 +130,8 @@ typedef struct view_pair {
 } view_pair;
 
 /* Compares marked edges of `a` with one group of `b`. */
-static inline void pair_edge_lanes(const view_pair *pair, const leaf_view *a, const leaf_view *b,
-                                   uint32_t group, pair_batch *batch) {
+BOX_INLINE void pair_edge_lanes(const view_pair *pair, const leaf_view *a, const leaf_view *b,
+                                uint32_t group, pair_batch *batch) {
     box_lanes16 const lanes = box_lanes16_load(b->edges + GROUP_FLOATS * group, GROUP_LANES);
     uint32_t const base = b->edge_begin + GROUP_LANES * group;
     uint32_t const near_b = b->near_edges >> GROUP_LANES * group & 0xffffU;
@@ -157,8 +157,8 @@ static inline void pair_edge_lanes(const view_pair *pair, const leaf_view *a, co
     batch->count = (size_t)(first - batch->first);
 }
 
-static inline void pair_edges(const view_pair *pair, const leaf_view *a, const leaf_view *b,
-                              pair_batch *batch) {
+BOX_INLINE void pair_edges(const view_pair *pair, const leaf_view *a, const leaf_view *b,
+                           pair_batch *batch) {
     bool const swaps =
         pair->sharing != SHARING_MASKED && count_lanes(b->near_edges) < count_lanes(a->near_edges);
     const leaf_view *const few = swaps ? b : a, *const many = swaps ? a : b;
@@ -167,8 +167,8 @@ static inline void pair_edges(const view_pair *pair, const leaf_view *a, const l
 }
 
 /* Compares marked vertices of `a` with marked triangles of `b`. */
-static inline void pair_vertices(const view_pair *pair, const leaf_view *a, const leaf_view *b,
-                                 const uint16_t *masks, pair_batch *batch) {
+BOX_INLINE void pair_vertices(const view_pair *pair, const leaf_view *a, const leaf_view *b,
+                              const uint16_t *masks, pair_batch *batch) {
     const leaf_fit *const fit = &pair->tables->fit;
     box_lanes8 const lanes = box_lanes8_load(b->faces, GROUP_LANES);
     uint32_t *first = batch->first + batch->count, *second = batch->second + batch->count;
@@ -190,9 +190,8 @@ static inline void pair_vertices(const view_pair *pair, const leaf_view *a, cons
     batch->count = (size_t)(first - batch->first);
 }
 
-static inline __attribute__((always_inline)) void pair_views(view_pair pair, const leaf_view *a,
-                                                             const leaf_view *b, bool is_same,
-                                                             pair_batch *batches) {
+BOX_INLINE void pair_views(view_pair pair, const leaf_view *a, const leaf_view *b, bool is_same,
+                           pair_batch *batches) {
     bool const is_masked = pair.sharing == SHARING_MASKED;
     const uint16_t *const of_a = is_masked ? pair.masks + pair.mask_groups * a->edge_count : NULL;
     const uint16_t *const of_b = is_masked ? of_a + a->vertex_count : NULL;
@@ -204,14 +203,14 @@ static inline __attribute__((always_inline)) void pair_views(view_pair pair, con
 
 /* Leaves side by side have places side by side, those of equal trees one after another have not the
  * same. */
-static inline uint32_t find_place(const leaf_cache *cache, uint32_t leaf) {
+BOX_INLINE uint32_t find_place(const leaf_cache *cache, uint32_t leaf) {
     return (leaf + leaf / KEPT_BLOCKS * SHIFT) & (cache->place_count - 1);
 }
 
 /* The block of a leaf, fitted unless it is there. taken: a place that stays as it is, or
  * UINT32_MAX. */
-static inline const float *find_block(const leaf_fit *fit, leaf_cache *cache, uint32_t leaf,
-                                      uint32_t taken) {
+BOX_INLINE const float *find_block(const leaf_fit *fit, leaf_cache *cache, uint32_t leaf,
+                                   uint32_t taken) {
     if (fit->blocks) return fit->blocks + find_block_begin(&fit->leaves[leaf], leaf);
     uint32_t place = find_place(cache, leaf);
     if (cache->leaves[place] == leaf) return cache->blocks + place * cache->stride;
@@ -225,8 +224,8 @@ static inline const float *find_block(const leaf_fit *fit, leaf_cache *cache, ui
 }
 
 /* How pairs of two leaves of one tree that share a vertex are left out; masks: where. */
-static inline sharing find_sharing(const leaf_tables *tables, const tree_leaf *leaf, uint32_t first,
-                                   uint32_t second, const uint16_t **masks) {
+BOX_INLINE sharing find_sharing(const leaf_tables *tables, const tree_leaf *leaf, uint32_t first,
+                                uint32_t second, const uint16_t **masks) {
     if (!tables->masks || leaf->neighbours[0] == LEAF_ANY) return SHARING_COMPARED;
     uint32_t const found = lanes8_equal(leaf->neighbours, second);
     if (first != second && !found) return SHARING_NONE;
@@ -242,13 +241,13 @@ typedef struct leaf_pair {
 } leaf_pair;
 
 /* What of the drifts of both leaves widens the first, as a box that is added: low, -high; <= 0. */
-static inline box_vector find_widening(const float *const blocks[2]) {
+BOX_INLINE box_vector find_widening(const float *const blocks[2]) {
     box_vector const a = box_vector_load(blocks[0] + 8), b = box_vector_load(blocks[1] + 8);
     return box_vector_least(a + BOX_SHUFFLE(b, b, 4, 5, 6, 7, 0, 1, 2, 3), box_vector_fill(0.0F));
 }
 
-static inline __attribute__((always_inline)) void
-compare_leaves(const leaf_pair *pair, view_pair how, bool is_same, pair_batch *batches) {
+BOX_INLINE void compare_leaves(const leaf_pair *pair, view_pair how, bool is_same,
+                               pair_batch *batches) {
     float copy[MOST_GROUPS * GROUP_FLOATS] __attribute__((aligned(64))), by[8], box[8];
     const float *groups = pair->blocks[0] + LEAF_HEADER;
     box_vector widening = box_vector_fill(0.0F);
@@ -267,8 +266,8 @@ compare_leaves(const leaf_pair *pair, view_pair how, bool is_same, pair_batch *b
     pair_views(how, &a, &b, is_same, batches);
 }
 
-static inline void pair_two(const leaf_tables *tables, leaf_cache *cache, uint32_t first,
-                            uint32_t second, pair_batch *batches) {
+BOX_INLINE void pair_two(const leaf_tables *tables, leaf_cache *cache, uint32_t first,
+                         uint32_t second, pair_batch *batches) {
     const tree_leaf *const leaf = &tables->fit.leaves[first];
     leaf_pair pair = {{leaf, &tables->fit.leaves[second]}, {NULL, NULL}};
     view_pair how = {.tables = tables, .mask_groups = leaf->mask_groups};
@@ -289,7 +288,7 @@ static inline void pair_two(const leaf_tables *tables, leaf_cache *cache, uint32
 }
 
 /* Calls for the block of the second leaf of a pair that comes soon. */
-static inline void call_block(const leaf_tables *tables, const node_pairs *pairs, size_t index) {
+BOX_INLINE void call_block(const leaf_tables *tables, const node_pairs *pairs, size_t index) {
     if (!tables->fit.blocks || index >= pairs->count) return;
     uint32_t const leaf = pairs->second[index];
     const float *const block =
