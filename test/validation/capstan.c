@@ -28,7 +28,7 @@ static const double STRAIN = 3e-3;           /* at the start */
 static const double FRICTION = 0.3;
 static const double STEP = 1.0 / 360.0; /* [s] */
 static const double SETTLING = 0.4;     /* [s] before the pull */
-enum { TAIL_COLUMNS = 10, ROWS = 3, FACETS = 200, ONSET_STEPS = 10 };
+enum { TAIL_COLUMNS = 10, ROWS = 3, FACETS = 200, ONSET_STEPS = 36 };
 
 typedef struct capstan {
     tulle_world *world;
