@@ -66,9 +66,13 @@ tulle_status measure_linear_excess(const cloth_model *model, const motion_state 
                                    linear_excess *excess);
 
 /* Work [J] of the wind on the cloth in a step with the mean velocity u, as the system reckons. */
+typedef struct wind_work_options {
+    const tulle_wind *wind;
+    int threads;
+} wind_work_options;
 tulle_status measure_wind_work(const cloth_model *model, const motion_state *state,
-                               const tulle_wind *wind, const double *mean, int threads,
-                               arena *scratch, double *work);
+                               const double *mean, wind_work_options options, arena *scratch,
+                               double *work);
 
 /* A as a linear_operator for conjugate_gradients_solve; context is a linear_system_operator. */
 typedef struct linear_system_operator {

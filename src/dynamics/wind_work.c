@@ -45,16 +45,16 @@ static void measure_triangles(void *context, size_t begin, size_t end, size_t ch
 }
 
 tulle_status measure_wind_work(const cloth_model *model, const motion_state *state,
-                               const tulle_wind *wind, const double *mean, int threads,
-                               arena *scratch, double *work) {
+                               const double *mean, wind_work_options options, arena *scratch,
+                               double *work) {
     *work = 0.0;
-    if (!(wind->drag_coefficient > 0.0)) return TULLE_OK;
+    if (!(options.wind->drag_coefficient > 0.0)) return TULLE_OK;
     arena_mark const mark = arena_get_mark(scratch);
     size_t const count = model->triangle_count;
     size_t const chunks = parallel_chunk_count(count, TRIANGLES_PER_CHUNK);
-    wind_task task = {model, state, wind, mean, ARENA_NEW(scratch, double, chunks)};
+    wind_task task = {model, state, options.wind, mean, ARENA_NEW(scratch, double, chunks)};
     if (!task.sums) return TULLE_ERROR_OUT_OF_MEMORY;
-    parallel_for(count, TRIANGLES_PER_CHUNK, threads, measure_triangles, &task);
+    parallel_for(count, TRIANGLES_PER_CHUNK, options.threads, measure_triangles, &task);
     for (size_t i = 0; i < chunks; i++) *work += state->time_step * task.sums[i];
     arena_release(scratch, mark);
     return TULLE_OK;

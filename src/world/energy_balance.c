@@ -64,8 +64,9 @@ tulle_status world_find_kinetic_limit(const step_context *context, kinetic_limit
     tulle_status status = measure(context, state->positions, state->velocities, &start);
     if (status == TULLE_OK) status = measure(context, context->end, state->velocities, &end);
     if (status == TULLE_OK)
-        status = measure_wind_work(world->model, &context->dynamics, &world->def.wind,
-                                   context->mean_velocity, world->threads, &world->scratch, &wind);
+        status = measure_wind_work(world->model, &context->dynamics, context->mean_velocity,
+                                   (wind_work_options){&world->def.wind, world->threads},
+                                   &world->scratch, &wind);
     if (status == TULLE_OK) status = measure_pins(context, &pins);
     if (status != TULLE_OK) return status;
     limit->start = start.kinetic;

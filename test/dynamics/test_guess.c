@@ -94,9 +94,8 @@ static void wind_works_as_the_system_reckons(void **state) {
     force_options const options = {TULLE_INTEGRATOR_IMPLICIT_EULER, 1, 0.0};
     linear_system_operator matrix = {&f->system, 1};
     for (int k = 0; k < 2; k++) {
-        assert_int_equal(
-            measure_wind_work(&f->model, &now, &f->surroundings.wind, u, 1, &f->scratch, &work),
-            TULLE_OK);
+        wind_work_options const wind = {&f->surroundings.wind, 1};
+        assert_int_equal(measure_wind_work(&f->model, &now, u, wind, &f->scratch, &work), TULLE_OK);
         if (k == 0) assert_true(work == 0.0);
         assert_int_equal(
             compute_forces(&f->model, &now, &f->surroundings, options, &f->scratch, &f->system),

@@ -34,12 +34,22 @@ FRONT_INLINE lanes load(const float *from) {
 }
 FRONT_INLINE void store(float *to, lanes a) { memcpy(to, &a, sizeof a); }
 
-/* c -= sum over `depth` columns of a b^T: a is `vectors` registers of rows, b `columns` numbers. */
-FRONT_INLINE void subtract_tile(const float *a, const float *b, size_t stride, size_t depth,
-                                float *c, size_t c_stride, const size_t vectors,
+/* A product that is to be subtracted: c -= sum over `depth` columns of a b^T. */
+typedef struct front_product {
+    const float *a, *b;
+    size_t stride, depth; /* of a and of b */
+    float *c;
+    size_t c_stride;
+} front_product;
+
+/* `vectors` registers of rows from `row` on, and `columns` numbers of b. */
+FRONT_INLINE void subtract_tile(front_product product, size_t row, const size_t vectors,
                                 const size_t columns) {
+    const float *a = product.a + row, *b = product.b;
+    float *const c = product.c + row;
+    size_t const c_stride = product.c_stride;
     lanes sum[TILE_COLUMNS][2] = {0};
-    for (size_t k = 0; k < depth; k++, a += stride, b += stride) {
+    for (size_t k = 0; k < product.depth; k++, a += product.stride, b += product.stride) {
         lanes const low = load(a), high = vectors > 1 ? load(a + LANES) : low;
 #pragma GCC unroll 6
         for (size_t j = 0; j < columns; j++) {
@@ -56,12 +66,10 @@ FRONT_INLINE void subtract_tile(const float *a, const float *b, size_t stride, s
 }
 
 /* The same for all rows of a tile's columns: `rows` is a multiple of FRONT_ROWS. */
-FRONT_INLINE void subtract_rows(const float *a, const float *b, size_t stride, size_t depth,
-                                float *c, size_t c_stride, size_t rows, const size_t columns) {
+FRONT_INLINE void subtract_rows(front_product product, size_t rows, const size_t columns) {
     size_t row = 0;
-    for (; row + 2 * LANES <= rows; row += 2 * LANES)
-        subtract_tile(a + row, b, stride, depth, c + row, c_stride, 2, columns);
-    if (row < rows) subtract_tile(a + row, b, stride, depth, c + row, c_stride, 1, columns);
+    for (; row + 2 * LANES <= rows; row += 2 * LANES) subtract_tile(product, row, 2, columns);
+    if (row < rows) subtract_tile(product, row, 1, columns);
 }
 
 /* Lower triangle of the update. */
@@ -70,13 +78,12 @@ FRONT_INLINE void subtract_square(const front_panel *front, float *update) {
     size_t const rows = front_round_up(front->others);
     for (size_t j = 0; j < front->others; j += TILE_COLUMNS) {
         size_t const top = j / FRONT_ROWS * FRONT_ROWS;
-        float *const c = update + j * rows + top;
+        front_product const product = {
+            below + top, below + j, front->stride, front->own, update + j * rows + top, rows};
         if (j + TILE_COLUMNS <= front->others)
-            subtract_rows(below + top, below + j, front->stride, front->own, c, rows, rows - top,
-                          TILE_COLUMNS);
+            subtract_rows(product, rows - top, TILE_COLUMNS);
         else
-            subtract_rows(below + top, below + j, front->stride, front->own, c, rows, rows - top,
-                          3);
+            subtract_rows(product, rows - top, 3);
     }
 }
 
@@ -129,13 +136,12 @@ FRONT_INLINE uint32_t factor_columns(const front_panel *front, size_t first, con
     float *const c = front->columns + first * front->stride + top;
     size_t const rows = front->stride - top;
     for (size_t j = 0; j < columns && first > 0; j += TILE_COLUMNS) {
-        const float *const b = front->columns + first + j;
+        front_product const product = {a,     front->columns + first + j, front->stride,
+                                       first, c + j * front->stride,      front->stride};
         if (j + TILE_COLUMNS <= columns)
-            subtract_rows(a, b, front->stride, first, c + j * front->stride, front->stride, rows,
-                          TILE_COLUMNS);
+            subtract_rows(product, rows, TILE_COLUMNS);
         else
-            subtract_rows(a, b, front->stride, first, c + j * front->stride, front->stride, rows,
-                          3);
+            subtract_rows(product, rows, 3);
     }
     float block[BLOCK_COLUMNS][BLOCK_COLUMNS];
     uint32_t const raised = factor_block(front, first, columns, floors, block);

@@ -1,0 +1,44 @@
+/* support/spring_system.h - matrices like those of cloth, for tests of solvers: springs of random
+ * directions and stiffnesses along the edges of a graph. Calls assert what must not fail. */
+#ifndef TULLE_TEST_SUPPORT_SPRING_SYSTEM_H
+#define TULLE_TEST_SUPPORT_SPRING_SYSTEM_H
+
+#include "math/block_matrix.h"
+#include "math/sparse_cholesky.h"
+
+/* Uniform in -1 .. 1. */
+double random_signed(uint64_t *random);
+
+typedef struct spring_graph {
+    size_t vertex_count, edge_count;
+    uint32_t (*edges)[2];
+    double *positions;
+} spring_graph;
+
+/* Triangulated grid; where has_hole, some vertices in it lack their edges. */
+spring_graph spring_graph_make_grid(size_t columns, size_t rows, bool has_hole);
+/* Vertices anywhere in space and edges between any: also several pieces and high valences. */
+spring_graph spring_graph_make_random(size_t vertex_count, size_t edge_count, uint64_t seed);
+
+typedef struct spring_system {
+    memory heap;
+    spring_graph mesh;
+    block_matrix matrix;
+    uint8_t *is_fixed;
+} spring_system;
+
+/* Takes the graph over. No vertex is fixed. */
+spring_system spring_system_make(spring_graph mesh, double stiffness, uint64_t seed);
+void spring_system_destroy(spring_system *system);
+/* Other values for the matrix. */
+void spring_system_fill(spring_system *system, double stiffness, uint64_t seed);
+
+sparse_cholesky *spring_system_build_factor(spring_system *system);
+cholesky_report spring_system_run_factor(spring_system *system, sparse_cholesky *factor,
+                                         const cholesky_matrix *matrix, int threads);
+cholesky_matrix spring_system_get_matrix(const spring_system *system);
+/* y = matrix x with terms, shifts and fixed vertices as cholesky_matrix says. */
+void spring_system_multiply(const spring_system *system, const cholesky_matrix *matrix,
+                            const double *x, double *y);
+
+#endif
