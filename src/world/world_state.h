@@ -159,7 +159,7 @@ const tulle_contact_law *world_find_pair_law(const tulle_world *world, size_t a,
 /* start.c: tulle_world_start; without judgement when a saved state is about to take the place of
  * the first one. */
 tulle_status world_start(tulle_world *world, bool is_judged, tulle_error *error);
-/* start.c: releases what the start made; fine before it. */
+/* start_arrays.c: releases what the start made; fine before it. */
 void world_release_start(tulle_world *world);
 
 /* kinematics.c: where obstacles and pins are to be at `end_time` (targets), and which vertices are

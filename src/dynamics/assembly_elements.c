@@ -1,0 +1,138 @@
+/* dynamics/assembly_elements.c - what springs, hinges and triangles bring to the system, each into
+ * its own slots. */
+#include "dynamics/assembly.h"
+
+#include <math.h>
+
+/* Six edges at a vertex and six across from it, and some more for uneven meshes. */
+static const double HINGES_AT_A_VERTEX = 16.0;
+
+/* What a spring does about the guess. The elastic force is the one that the linear system takes as
+ * its start: the force at the guess, drawn back along its derivative to x0. Crank-Nicolson takes
+ * 1 - c of the true force at x0. */
+static void linearise_at_guess(const assembly *work, const cloth_spring *spring,
+                               spring_response *response) {
+    vec3 const at_start = response->elastic_force;
+    *response = spring_evaluate(spring, work->guessed_positions, work->state->velocities);
+    vec3 const n = response->direction;
+    vec3 const drift = vec3_scale(vec3_sub(vec3_load(work->state->guess, spring->vertices[1]),
+                                           vec3_load(work->state->guess, spring->vertices[0])),
+                                  work->state->time_step);
+    double const across = fmax(response->across, 0.0);
+    double const along = (response->axial - across) * vec3_dot(n, drift);
+    vec3 force = vec3_add_scaled(response->elastic_force, n, -along);
+    force = vec3_add_scaled(force, drift, -across);
+    bool const is_mean = work->system->integrator == TULLE_INTEGRATOR_CRANK_NICOLSON;
+    response->elastic_force = is_mean ? vec3_lerp(at_start, force, work->factor.share) : force;
+}
+
+void assembly_fill_springs(void *context, size_t begin, size_t end, size_t chunk, int worker) {
+    (void)chunk, (void)worker;
+    assembly *const work = context;
+    coefficients const factor = work->factor;
+    for (size_t s = begin; s < end; s++) {
+        const cloth_spring *const spring = &work->model->springs[s];
+        spring_response response =
+            spring_evaluate(spring, work->state->positions, work->state->velocities);
+        work->spring_forces[s] = vec3_add(response.elastic_force, response.damping_force);
+        if (work->guessed_positions) linearise_at_guess(work, spring, &response);
+        double const across = factor.beta * fmax(response.across, 0.0);
+        double const axial = factor.beta * response.axial;
+        bool const has_length = vec3_norm2(response.direction) > 0.0;
+        /* Without a direction the axial stiffness acts in all of them. */
+        work->spring_blocks[s] =
+            has_length ? symmetric3_make(across, axial - across + factor.alpha * spring->damping,
+                                         response.direction)
+                       : symmetric3_make(axial, 0.0, response.direction);
+        vec3 const n = response.direction;
+        double const rate =
+            vec3_dot(n, vec3_sub(vec3_load(work->start_velocities, spring->vertices[1]),
+                                 vec3_load(work->start_velocities, spring->vertices[0])));
+        vec3 const force = vec3_add(response.elastic_force, response.damping_force);
+        work->spring_sources[s] = vec3_add_scaled(force, n, -spring->damping * rate);
+    }
+}
+
+/* The damping force acts along g = w n + e. The matrix holds damping of the rate of c, along w, but
+ * not e, which comes from the turning of the normal: explicit, it is stable while h S |e|^2 / m
+ * stays under 1 / (hinges at a vertex), S the sum of the hinge's damping couplings. Where folds,
+ * fine meshes or strong damping exceed that, g is scaled down: both momenta are kept, and the
+ * scaling vanishes with the step. */
+static void limit_damping(const assembly *work, size_t hinge) {
+    const cloth_model *const model = work->model;
+    hinge_state *const state = &work->hinge_states[hinge];
+    double strength = 0.0, spread = 0.0;
+    for (size_t k = model->coupling_begin[hinge]; k < model->coupling_begin[hinge + 1]; k++)
+        strength += fabs(model->damping_couplings[k]);
+    for (int k = 0; k < 4; k++) {
+        vec3 const turning = vec3_add_scaled(state->rate_directions[k], state->normal,
+                                             -model->hinges[hinge].weights[k]);
+        spread += vec3_norm2(turning) / model->masses[model->hinges[hinge].vertices[k]];
+    }
+    double const share = work->state->time_step * strength * spread * HINGES_AT_A_VERTEX;
+    if (!(share > 1.0)) return;
+    double const kept = 1.0 / sqrt(share);
+    state->rate *= kept;
+    for (int k = 0; k < 4; k++)
+        state->rate_directions[k] = vec3_scale(state->rate_directions[k], kept);
+}
+
+void assembly_evaluate_hinges(void *context, size_t begin, size_t end, size_t chunk, int worker) {
+    (void)chunk, (void)worker;
+    assembly *const work = context;
+    for (size_t h = begin; h < end; h++) {
+        bend_evaluate(&work->model->hinges[h], work->state->positions, work->state->velocities,
+                      work->model->has_bend_damping, &work->hinge_states[h]);
+        if (work->model->has_bend_damping) limit_damping(work, h);
+    }
+}
+
+void assembly_fill_hinges(void *context, size_t begin, size_t end, size_t chunk, int worker) {
+    (void)chunk, (void)worker;
+    assembly *const work = context;
+    const cloth_model *const model = work->model;
+    for (size_t h = begin; h < end; h++) {
+        vec3 moment = {0.0, 0.0, 0.0};
+        double damping_moment = 0.0;
+        for (size_t k = model->coupling_begin[h]; k < model->coupling_begin[h + 1]; k++) {
+            const hinge_state *const other = &work->hinge_states[model->coupling_hinges[k]];
+            moment = vec3_add_scaled(moment, other->deviation, model->couplings[k]);
+            damping_moment += model->damping_couplings[k] * other->rate;
+        }
+        bend_get_forces(&model->hinges[h], work->state->positions, &work->hinge_states[h], moment,
+                        damping_moment, work->hinge_forces + 4 * h);
+    }
+}
+
+void assembly_sample_wind(void *context, size_t begin, size_t end, size_t chunk, int worker) {
+    (void)chunk, (void)worker;
+    assembly *const work = context;
+    gust_cell cell = {0};
+    for (size_t v = begin; v < end; v++)
+        work->air_velocities[v] =
+            wind_get_velocity(&work->surroundings->wind, vec3_load(work->state->positions, v),
+                              work->state->time, &cell);
+}
+
+void assembly_fill_triangles(void *context, size_t begin, size_t end, size_t chunk, int worker) {
+    (void)chunk, (void)worker;
+    assembly *const work = context;
+    double const third = 1.0 / 3.0;
+    for (size_t t = begin; t < end; t++) {
+        const uint32_t *const vertices = work->model->triangles[t].vertices;
+        vec3 corners[3], relative = {0.0, 0.0, 0.0}, start = {0.0, 0.0, 0.0};
+        for (int k = 0; k < 3; k++) {
+            corners[k] = vec3_load(work->state->positions, vertices[k]);
+            relative = vec3_add(relative, vec3_sub(vec3_load(work->state->velocities, vertices[k]),
+                                                   work->air_velocities[vertices[k]]));
+            start = vec3_add(start, vec3_load(work->start_velocities, vertices[k]));
+        }
+        wind_response const response = wind_evaluate(work->surroundings->wind.drag_coefficient,
+                                                     corners, vec3_scale(relative, third));
+        work->triangle_forces[t] = vec3_scale(response.force, third);
+        work->triangle_drags[t] = vec3_scale(response.normal, third * sqrt(response.drag));
+        vec3 const g = work->triangle_drags[t];
+        work->triangle_sources[t] =
+            vec3_add_scaled(work->triangle_forces[t], g, vec3_dot(g, start));
+    }
+}

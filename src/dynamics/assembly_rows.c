@@ -1,0 +1,121 @@
+/* dynamics/assembly_rows.c - each vertex gathers its row of the matrix and of the right-hand side
+ * from the slots of its elements, in a fixed order. */
+#include "dynamics/assembly.h"
+
+#include <math.h>
+
+/* Adds the drag of a triangle to a block. */
+static void add_drag(const assembly *work, uint32_t triangle, symmetric3 *block) {
+    if (triangle == TULLE_NONE) return;
+    vec3 const g = work->triangle_drags[triangle];
+    symmetric3 const drag = symmetric3_make(0.0, work->factor.alpha, g);
+    symmetric3_add(block, &drag);
+}
+
+static void store_block(double *target, const symmetric3 *block) {
+    const double *const m = block->m;
+    double const full[9] = {m[0], m[1], m[2], m[1], m[3], m[4], m[2], m[4], m[5]};
+    for (int i = 0; i < 9; i++) target[i] = full[i];
+}
+
+/* What a vertex gathers. */
+typedef struct vertex_sum {
+    vec3 force, source; /* f and f - D w */
+    symmetric3 diagonal;
+} vertex_sum;
+
+/* Blocks of one row off the diagonal, and the springs' part of the sums. */
+static void gather_springs(const assembly *work, uint32_t vertex, vertex_sum *sum) {
+    const cloth_model *const model = work->model;
+    for (size_t k = model->block_begin[vertex]; k < model->block_begin[vertex + 1]; k++) {
+        uint32_t const s = model->block_springs[k];
+        if (s == TULLE_NONE) continue;
+        const cloth_spring *const spring = &model->springs[s];
+        double const sign = spring->vertices[0] == vertex ? 1.0 : -1.0;
+        sum->force = vec3_add_scaled(sum->force, work->spring_forces[s], sign);
+        sum->source = vec3_add_scaled(sum->source, work->spring_sources[s], sign);
+        symmetric3_add(&sum->diagonal, &work->spring_blocks[s]);
+        double const bend = work->factor.alpha * model->bend_block_damping[k] +
+                            work->factor.beta * model->bend_blocks[k];
+        symmetric3 block = symmetric3_make(bend, 0.0, (vec3){0.0, 0.0, 0.0});
+        for (int i = 0; i < 6; i++) block.m[i] -= work->spring_blocks[s].m[i];
+        if (work->has_wind) {
+            add_drag(work, spring->triangles[0], &block);
+            add_drag(work, spring->triangles[1], &block);
+        }
+        store_block(work->system->matrix.values + 9 * k, &block);
+    }
+}
+
+/* Forces of hinges, the bending matrix of the row, and the source -D w of bending damping. */
+static void gather_hinges(const assembly *work, uint32_t vertex, vertex_sum *sum) {
+    const cloth_model *const model = work->model;
+    for (size_t k = model->vertex_hinges.begin[vertex]; k < model->vertex_hinges.begin[vertex + 1];
+         k++) {
+        vec3 const force = work->hinge_forces[model->vertex_hinges.items[k]];
+        sum->force = vec3_add(sum->force, force);
+        sum->source = vec3_add(sum->source, force);
+    }
+    for (size_t k = model->scalar_begin[vertex]; k < model->scalar_begin[vertex + 1]; k++) {
+        work->system->matrix.scalar_values[k] = work->factor.alpha * model->bend_scalar_damping[k] +
+                                                work->factor.beta * model->bend_scalars[k];
+        sum->source = vec3_add_scaled(sum->source,
+                                      vec3_load(work->start_velocities, model->scalar_columns[k]),
+                                      model->bend_scalar_damping[k]);
+    }
+    for (size_t k = model->block_begin[vertex]; k < model->block_begin[vertex + 1]; k++)
+        sum->source =
+            vec3_add_scaled(sum->source, vec3_load(work->start_velocities, model->block_columns[k]),
+                            model->bend_block_damping[k]);
+}
+
+static void gather_triangles(const assembly *work, uint32_t vertex, vertex_sum *sum) {
+    const adjacency *const uses = &work->model->vertex_triangles;
+    for (size_t k = uses->begin[vertex]; k < uses->begin[vertex + 1]; k++) {
+        uint32_t const triangle = uses->items[k] / 3;
+        sum->force = vec3_add(sum->force, work->triangle_forces[triangle]);
+        sum->source = vec3_add(sum->source, work->triangle_sources[triangle]);
+        add_drag(work, triangle, &sum->diagonal);
+    }
+}
+
+/* M a of the table in compute_forces.c, divided by the mass. */
+static vec3 get_start(const assembly *work, uint32_t vertex) {
+    const motion_state *const state = work->state;
+    vec3 const v0 = vec3_load(state->velocities, vertex);
+    if (!work->is_bdf2) return v0;
+    double const c = work->factor.share;
+    vec3 const mean = vec3_load(state->previous_mean, vertex);
+    vec3 const previous = vec3_load(state->previous_velocities, vertex);
+    vec3 const start = vec3_add_scaled(vec3_scale(mean, 1.0 - c), v0, c * (2.0 - c));
+    return vec3_add_scaled(start, previous, -c * (1.0 - c));
+}
+
+void assembly_gather_rows(void *context, size_t begin, size_t end, size_t chunk, int worker) {
+    (void)chunk, (void)worker;
+    assembly *const work = context;
+    const cloth_model *const model = work->model;
+    linear_system *const system = work->system;
+    for (size_t v = begin; v < end; v++) {
+        uint32_t const vertex = (uint32_t)v;
+        double const mass = model->masses[v], damping = mass * model->air_damping[v];
+        vec3 const w = vec3_load(work->start_velocities, v);
+        size_t const position = system->matrix.diagonal_positions[v];
+        double const own = mass +
+                           work->factor.alpha * (damping + model->bend_block_damping[position]) +
+                           work->factor.beta * model->bend_blocks[position];
+        vertex_sum sum = {.diagonal = symmetric3_make(own, 0.0, (vec3){0.0, 0.0, 0.0})};
+        sum.force = vec3_add_scaled(vec3_scale(work->surroundings->gravity, mass),
+                                    vec3_load(work->state->velocities, v), -damping);
+        sum.source = vec3_add_scaled(sum.force, w, damping);
+        gather_springs(work, vertex, &sum);
+        if (model->has_bending) gather_hinges(work, vertex, &sum);
+        if (work->has_wind) gather_triangles(work, vertex, &sum);
+        store_block(system->matrix.values + 9 * position, &sum.diagonal);
+        store_block(system->diagonal + 9 * v, &sum.diagonal);
+        vec3_store(system->forces, v, sum.force);
+        vec3_store(system->right_hand_side, v,
+                   vec3_add_scaled(vec3_scale(get_start(work, vertex), mass), sum.source,
+                                   work->factor.gamma));
+    }
+}
