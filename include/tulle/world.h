@@ -179,6 +179,20 @@ TULLE_API tulle_cloth_def tulle_cloth_def_default(void);
 typedef tulle_status (*tulle_frame_reader)(void *context, uint32_t frame, double *positions,
                                            tulle_error *error);
 
+/* A rigid body: an obstacle that answers contact. Its mesh must be closed and face outwards, but
+ * for area_density. It collides with cloth, with all obstacles and with other bodies. Only with
+ * TULLE_RESPONSE_COUPLED. */
+typedef struct tulle_body {
+    int is_dynamic;             /* 0: the obstacle is no body, and nothing else here counts */
+    double mass;                /* [kg] evenly in the volume; exactly one of the three is > 0 */
+    double density;             /* [kg/m^3] of the volume */
+    double area_density;        /* [kg/m^2] of the surface: a shell */
+    double velocity[3];         /* [m/s] of the centre of mass, at time 0 */
+    double angular_velocity[3]; /* [rad/s] at time 0 */
+    double linear_damping, angular_damping; /* [1/s] >= 0 */
+    double start_time; /* [s] the body follows `motion` until then, and goes on as that moved */
+} tulle_body;
+
 typedef struct tulle_obstacle_def {
     uint32_t cookie;
     const char *name;
@@ -194,6 +208,7 @@ typedef struct tulle_obstacle_def {
     double frame_interval;   /* [s] between frames, > 0 */
     double appear_time;      /* [s] -INFINITY: there from the start */
     double disappear_time;   /* [s] INFINITY: stays */
+    tulle_body body;
 } tulle_obstacle_def;
 TULLE_API tulle_obstacle_def tulle_obstacle_def_default(void);
 
@@ -325,6 +340,24 @@ TULLE_API const double *tulle_obstacle_get_positions(const tulle_world *world, t
 /* Null before the start too. Scripted obstacles bear the mean velocity of the last step. */
 TULLE_API const double *tulle_obstacle_get_velocities(const tulle_world *world,
                                                       tulle_obstacle_id id, size_t *vertex_count);
+/* Where a body is: vertex p of the mesh as given is now at position + R (p - centre). */
+typedef struct tulle_transform {
+    double position[3];         /* [m] of the centre of mass */
+    double rotation[4];         /* R, unit quaternion w, x, y, z */
+    double velocity[3];         /* [m/s] of the centre */
+    double angular_velocity[3]; /* [rad/s] */
+    double centre[3];           /* [m] the centre of mass in the mesh as given */
+    double mass;                /* [kg] */
+    double inertia[9];          /* [kg m^2] now, about the centre, in the world's axes */
+} tulle_transform;
+/* INVALID_ARGUMENT for a stale id, an obstacle that is no body, and before the start. */
+TULLE_API tulle_status tulle_obstacle_get_transform(const tulle_world *world, tulle_obstacle_id id,
+                                                    tulle_transform *transform, tulle_error *error);
+/* Changes the body's velocities at once by an impulse [N s] at `point` [m] of the world. Only while
+ * it is present and free; errors as above, and for numbers that are not finite. */
+TULLE_API tulle_status tulle_obstacle_add_impulse(tulle_world *world, tulle_obstacle_id id,
+                                                  const double point[3], const double impulse[3],
+                                                  tulle_error *error);
 /* 1 while the obstacle is in the scene. */
 TULLE_API int tulle_obstacle_is_present(const tulle_world *world, tulle_obstacle_id id);
 

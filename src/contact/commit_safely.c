@@ -11,6 +11,7 @@
  * components stop together, and the result is tested again. */
 #include "contact/commit_safely.h"
 
+#include "contact/body_paths.h"
 #include "contact/impact_zones.h"
 #include "contact/pair_rules.h"
 #include "contact/path_test.h"
@@ -71,7 +72,7 @@ static tulle_status run_component_rounds(commit_work *work) {
     const contact_scene *const scene = work->scene;
     scaled_components components;
     const double *const base = copy_paths(scene, work->x1);
-    if (!base || !scaled_components_make(&components, scene, base))
+    if (!base || !scaled_components_make(&components, scene, base, work->u))
         return TULLE_ERROR_OUT_OF_MEMORY;
     for (int round = 0;; round++) {
         arena_mark const mark = arena_get_mark(scene->scratch);
@@ -101,12 +102,13 @@ static void report_blocking(commit_report *report, const pair_event *hit) {
     report->blocking_pair = hit->pair;
 }
 
-/* x1 = x0 + fraction (base - x0) for every vertex. */
+/* x1 = x0 + fraction (base - x0) for every vertex; bodies go the first part of their way. */
 static void shorten_paths(commit_work *work, const double *base, double fraction) {
     for (size_t i = 0; i < 3 * work->scene->vertex_count; i++) {
         double const start = work->scene->x0[i];
         work->x1[i] = start + fraction * (base[i] - start);
     }
+    place_bodies(work->scene, work->u, fraction, work->x1);
 }
 
 static tulle_status shorten_time(commit_work *work) {

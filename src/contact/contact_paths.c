@@ -1,17 +1,21 @@
 /* contact/contact_paths.c - stage 4 and the contract of pair_source, see contact_paths.h. */
 #include "contact/contact_paths.h"
 
+#include "contact/body_paths.h"
+
 void propose_paths(const contact_scene *scene, const double *u, double *x1) {
     for (size_t vertex = 0; vertex < scene->vertex_count; vertex++) {
+        if (is_slot(scene, vertex)) continue;
         bool const is_free = scene->inverse_mass[vertex] > 0.0;
         for (size_t i = 3 * vertex; i < 3 * vertex + 3; i++)
             x1[i] = is_free ? scene->x0[i] + scene->time_step * u[i] : scene->targets[i];
     }
+    place_bodies(scene, u, 1.0, x1);
 }
 
 void prescribe_motion(const contact_scene *scene, double *u) {
     for (size_t vertex = 0; vertex < scene->vertex_count; vertex++) {
-        if (scene->inverse_mass[vertex] > 0.0) continue;
+        if (scene->inverse_mass[vertex] > 0.0 || is_slot(scene, vertex)) continue;
         for (size_t i = 3 * vertex; i < 3 * vertex + 3; i++)
             u[i] = (scene->targets[i] - scene->x0[i]) / scene->time_step;
     }
@@ -23,6 +27,7 @@ bool paths_stay_in_bounds(const contact_scene *scene, const pair_source *source,
     double const reach = 0.5 * (source->margin - scene->settings.minimum_gap) * (1.0 - 1e-6);
     if (!(reach >= 0.0)) return false;
     for (size_t i = 0; i < 3 * scene->vertex_count; i++) {
+        if (is_slot(scene, i / 3)) continue; /* their bodies' vertices count */
         double const a = scene->x0[i], b = source->bounds[i];
         double const low = a < b ? a : b, high = a < b ? b : a;
         if (!(x1[i] >= low - reach && x1[i] <= high + reach)) return false;

@@ -27,10 +27,11 @@ typedef struct pair_source {
     uint64_t renew_count; /* renewals so far */
 } pair_source;
 
-/* Stage 4. x1 = x0 + h u, or the target where the inverse mass is 0. */
+/* Stage 4. x1 = x0 + h u, or the target where the inverse mass is 0; vertices of free bodies where
+ * their motion places them, with the lifts that are set. */
 void propose_paths(const contact_scene *scene, const double *u, double *x1);
 
-/* Fills u of vertices with inverse mass 0 from their targets: (target - x0) / h. */
+/* Fills u of vertices with inverse mass 0 from their targets: (target - x0) / h. Slots stay. */
 void prescribe_motion(const contact_scene *scene, double *u);
 
 /* True when the source's pairs are complete for x0 -> x1, but for what it leaves out. */

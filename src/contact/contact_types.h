@@ -91,9 +91,10 @@ typedef struct contact_body {
     rigid_state start;                 /* at x0 */
     mat3 inertia, inverse_inertia;     /* about the centre, in the world's axes at x0 */
     vec3 momentum, spin; /* [N s], [N m s] right-hand sides: at the start, with gravity's share */
-    mat3 curvature;      /* times an arm: what the predicted turn moves beyond h w x arm [m] */
-    vec3
-        lift; /* [m/s] its mean velocity less V: half of what gravity adds while nothing holds it */
+    mat3 turn;           /* predicted for the step */
+    vec3 turn_vector;    /* [rad] h w of the prediction */
+    vec3 fall;           /* [m/s] its mean velocity less V while nothing holds it */
+    vec3 lift;           /* [m/s] the same in this step: `fall`, or zero where a row holds it */
 } contact_body;
 
 /* Everything about one (sub)step that contact reads. Borrowed; constant while the stages run,
@@ -109,7 +110,7 @@ typedef struct contact_scene {
     const double *inverse_mass; /* [1/kg] vertex_count; 0: obstacles and pinned vertices */
     const contact_law *laws;    /* surface_count^2, row-major, symmetric */
     const surface_grain *grains; /* surface_count; null: none has one */
-    contact_body *bodies;        /* body_count; propose_paths sets their lift */
+    contact_body *bodies;        /* body_count; set_body_lifts sets their lift */
     size_t body_count;
     const uint32_t *surface_bodies;    /* surface_count: body of each surface, or TULLE_NONE; may be
                                           null where body_count is 0 */
@@ -144,6 +145,10 @@ static inline uint32_t get_body_slot(const contact_scene *scene, size_t body) {
     return (uint32_t)(scene->cloth_vertex_count + 2 * body);
 }
 
+static inline bool is_slot(const contact_scene *scene, size_t vertex) {
+    return vertex >= scene->cloth_vertex_count && vertex < get_solved_count(scene);
+}
+
 /* The free body that a vertex belongs to, or TULLE_NONE. */
 static inline uint32_t find_body(const contact_scene *scene, uint32_t vertex) {
     if (scene->body_count == 0 || vertex < get_solved_count(scene)) return TULLE_NONE;
@@ -168,13 +173,15 @@ typedef struct contact_row {
     double friction; /* coefficient in this step, one of the two */
     vec3 grain;      /* unit tangent; factors on friction along and across it, 1: isotropic */
     double friction_along, friction_across;
-    vec3 anchor;              /* [m] tangential way since the contact sticks */
-    vec3 return_velocity;     /* [m/s] tangential, that friction aims at: undoes the anchor */
-    vec3 impulse;             /* [N s] total over the step, acts w_i impulse on vertex i */
-    bool has_body;            /* a side lies on a free body; else the next three are not set */
-    uint32_t slots[2];        /* of each side's body, or TULLE_NONE */
-    vec3 arms[2];             /* [m] sum w_i r_i of each side's body */
-    vec3 slip_answer;         /* [1/kg] tangential velocity for a unit of normal impulse */
+    vec3 anchor;           /* [m] tangential way since the contact sticks */
+    vec3 return_velocity;  /* [m/s] tangential, that friction aims at: undoes the anchor */
+    vec3 impulse;          /* [N s] total over the step, acts w_i impulse on vertex i */
+    bool has_body;         /* a side lies on a free body; else the rest of this block is not set */
+    uint32_t slots[2];     /* of each side's body, or TULLE_NONE */
+    bool is_without_cloth; /* no vertex of it is of cloth */
+    bool has_end_arms;     /* arms as of the predicted end of the step, else as of x0 */
+    vec3 arms[2];          /* [m] sum w_i r_i of each side's body */
+    vec3 slip_answer;      /* [1/kg] tangential velocity for a unit of normal impulse */
     double slip_inverse_mass; /* [1/kg] largest answer to a tangential impulse */
     double inverse_mass;      /* [1/kg] sum w_i^2 / m_i and what bodies add along the normal, > 0 */
     double stiffness;         /* [kg] penalty of a hard row in the solve */

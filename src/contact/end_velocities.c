@@ -86,12 +86,20 @@ double find_obstacle_work(const contact_scene *scene, const contact_row *rows, s
     return work;
 }
 
-/* sum m a . b / 2 over vertices that can move [J] */
+/* sum m a . b / 2 over vertices that can move, and the same of bodies [J] */
 static double find_energy(const contact_scene *scene, const double *a, const double *b) {
     double sum = 0.0;
     for (size_t v = 0; v < scene->cloth_vertex_count; v++)
         if (scene->inverse_mass[v] > 0.0)
             sum += vec3_dot(vec3_load(a, v), vec3_load(b, v)) / scene->inverse_mass[v];
+    for (size_t i = 0; i < scene->body_count; i++) {
+        const contact_body *const body = &scene->bodies[i];
+        size_t const slot = get_body_slot(scene, i);
+        if (!body->is_free) continue;
+        sum += body->body->mass * vec3_dot(vec3_load(a, slot), vec3_load(b, slot));
+        sum += vec3_dot(vec3_load(a, slot + 1),
+                        mat3_multiply_vec3(&body->inertia, vec3_load(b, slot + 1)));
+    }
     return 0.5 * sum;
 }
 
@@ -100,7 +108,7 @@ static double find_energy(const contact_scene *scene, const double *a, const dou
  * Speeds of approach were taken at the start; forces within the step may have spent some. */
 static void limit_energy(const contact_scene *scene, double allowed, const double *before,
                          double *v1) {
-    size_t const size = 3 * scene->cloth_vertex_count;
+    size_t const size = 3 * get_solved_count(scene);
     double const after = find_energy(scene, v1, v1), rest = find_energy(scene, before, before);
     if (after <= fmax(allowed, rest)) return;
     double const mixed = find_energy(scene, before, v1);
@@ -122,7 +130,7 @@ static void project_velocities(const contact_scene *scene, contact_row *rows, si
 /* Rows and velocities of one call. */
 static tulle_status find_ends(const contact_scene *scene, const row_list *list, size_t loaded_count,
                               const double *u, double *v1, end_velocities *ends) {
-    size_t const size = 3 * scene->cloth_vertex_count;
+    size_t const size = 3 * get_solved_count(scene);
     contact_row *const rows = ARENA_NEW(scene->scratch, contact_row, loaded_count);
     double *const before = ARENA_NEW(scene->scratch, double, size);
     if (!rows || !before) return TULLE_ERROR_OUT_OF_MEMORY;

@@ -9,6 +9,7 @@
 #include "base/timer.h"
 #include "contact/carry_over.h"
 #include "contact/contact_rows.h"
+#include "contact/row_motion.h"
 #include "contact/select_admissible.h"
 
 #include <string.h>
@@ -62,16 +63,17 @@ static scan_verdict measure_touch(const void *context, feature_kind kind, featur
 }
 
 /* Contacts of the step before are held to a wider tolerance; so are new rows that one of them may
- * be carried over to. */
+ * be carried over to. What turns with a body lands elsewhere than where it is nearest now. */
 static row_choice choose_row(const gathering *work, contact_row *row, double time) {
     const contact_scene *const scene = work->scene;
     const contact_settings *const settings = &scene->settings;
     const stored_contact *const kept = find_contact(work->store, row->kind, row->pair);
     if (kept) restore_contact(scene, row, kept, scene->time_step / work->store->time_step);
-    if (!kept && row_is_admissible(scene, work->predicted, row, time, settings->slope_tolerance))
-        return ROW_KEPT;
-    if (!row_is_admissible(scene, work->predicted, row, time, settings->old_slope_tolerance))
-        return ROW_DROPPED;
+    double const turn = find_row_turn(scene, row);
+    double const new_slope = settings->slope_tolerance + turn;
+    double const old_slope = settings->old_slope_tolerance + turn;
+    if (!kept && row_is_admissible(scene, work->predicted, row, time, new_slope)) return ROW_KEPT;
+    if (!row_is_admissible(scene, work->predicted, row, time, old_slope)) return ROW_DROPPED;
     if (kept) return ROW_KEPT;
     return work->store->contacts.count > 0 && !row_is_on_rim(row) ? ROW_RESERVED : ROW_DROPPED;
 }

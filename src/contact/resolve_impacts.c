@@ -7,6 +7,7 @@
  * every pair is tested on them once. */
 #include "contact/resolve_impacts.h"
 
+#include "contact/body_paths.h"
 #include "contact/contact_rows.h"
 #include "contact/path_test.h"
 #include "contact/project_impulses.h"
@@ -42,6 +43,7 @@ static tulle_status append_rows(impact_work *work, const pair_events *hits) {
 static void renew_paths(impact_work *work) {
     const contact_scene *const scene = work->scene;
     memcpy(work->x1_tested, work->x1, 3 * scene->vertex_count * sizeof(double));
+    set_body_lifts(scene, work->list);
     propose_paths(scene, work->u, work->x1);
     for (size_t i = 0; i < scene->vertex_count; i++)
         work->has_changed[i] =

@@ -4,6 +4,12 @@
 #include <math.h>
 #include <string.h>
 
+static vec3 multiply_transposed(const mat3 *a, vec3 b) {
+    return vec3_make(a->m[0] * b.x + a->m[3] * b.y + a->m[6] * b.z,
+                     a->m[1] * b.x + a->m[4] * b.y + a->m[7] * b.z,
+                     a->m[2] * b.x + a->m[5] * b.y + a->m[8] * b.z);
+}
+
 static double get_side_sign(int side) { return side == 0 ? 1.0 : -1.0; }
 
 static const contact_body *find_side_body(const contact_scene *scene, const contact_row *row,
@@ -135,6 +141,27 @@ void move_row(const contact_scene *scene, const contact_row *row, vec3 impulse, 
     }
 }
 
+/* Whether a side can move by what rows do: it is of cloth or a free body. */
+static bool side_may_move(const contact_scene *scene, const contact_row *row, int side) {
+    if (row->slots[side] != TULLE_NONE) return true;
+    bool is_cloth = false;
+    for (int k = 0; k < 4; k++)
+        is_cloth |= get_row_side(row, k) == side && row->vertices[k] < scene->cloth_vertex_count;
+    return is_cloth;
+}
+
+/* Against what nothing moves, arms are those of the end of the step, where the contact lands below
+ * the centre: with those of x0 a rolling ball meets a resistance of first order in its turn.
+ * Between two that answer both have the arms of x0, so that the impulse keeps angular momentum. */
+static void choose_arms(const contact_scene *scene, contact_row *row) {
+    row->has_end_arms = !side_may_move(scene, row, 0) || !side_may_move(scene, row, 1);
+    if (!row->has_end_arms) return;
+    for (int side = 0; side < 2; side++) {
+        const contact_body *const body = find_side_body(scene, row, side);
+        if (body) row->arms[side] = mat3_multiply_vec3(&body->turn, row->arms[side]);
+    }
+}
+
 void set_row_bodies(const contact_scene *scene, contact_row *row) {
     row->has_body = false;
     row->slots[0] = row->slots[1] = TULLE_NONE;
@@ -149,6 +176,11 @@ void set_row_bodies(const contact_scene *scene, contact_row *row) {
         row->slots[side] = get_body_slot(scene, index);
         row->arms[side] = vec3_add_scaled(row->arms[side], arm, row->weights[k]);
     }
+    if (!row->has_body) return;
+    row->is_without_cloth = true;
+    for (int k = 0; k < 4; k++)
+        row->is_without_cloth &= row->vertices[k] >= scene->cloth_vertex_count;
+    choose_arms(scene, row);
 }
 
 /* K p for an impulse p on the row, K the part of bodies in the change of its velocity. */
@@ -205,7 +237,20 @@ double find_row_curvature(const contact_scene *scene, const contact_row *row) {
     for (int side = 0; side < 2; side++) {
         const contact_body *const body = find_side_body(scene, row, side);
         if (!body) continue;
-        sum += vec3_dot(row->normal, mat3_multiply_vec3(&body->curvature, row->arms[side]));
+        vec3 const arm = row->arms[side];
+        vec3 const way = row->has_end_arms ? vec3_sub(arm, multiply_transposed(&body->turn, arm))
+                                           : vec3_sub(mat3_multiply_vec3(&body->turn, arm), arm);
+        vec3 const linear = vec3_cross(body->turn_vector, arm);
+        sum += vec3_dot(row->normal, vec3_sub(way, linear));
+    }
+    return sum;
+}
+
+double find_row_turn(const contact_scene *scene, const contact_row *row) {
+    double sum = 0.0;
+    for (int side = 0; side < 2; side++) {
+        const contact_body *const body = find_side_body(scene, row, side);
+        if (body) sum += vec3_norm(body->turn_vector);
     }
     return sum;
 }

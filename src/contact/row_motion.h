@@ -68,4 +68,7 @@ double find_row_fall(const contact_scene *scene, const contact_row *row);
 /* [m] What predicted turns of bodies add to the row's gap beyond h w x arm. */
 double find_row_curvature(const contact_scene *scene, const contact_row *row);
 
+/* [rad] By how much the row's sides may turn in the step, as predicted. */
+double find_row_turn(const contact_scene *scene, const contact_row *row);
+
 #endif

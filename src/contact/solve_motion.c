@@ -14,6 +14,7 @@
 
 #include "contact/project_impulses.h"
 #include "contact/row_friction.h"
+#include "contact/solve_bodies.h"
 #include "contact/solve_in_stages.h"
 
 #include <string.h>
@@ -34,18 +35,23 @@ typedef struct motion_solve {
     size_t hard_count;
     double reference;
     staged_solve stages;
+    bool is_cloth_only; /* vectors of the system have no entries of slots now */
 } motion_solve;
 
 static bool allocate_solve(motion_solve *solve) {
     arena *const scratch = solve->scene->scratch;
-    size_t const count = solve->scene->cloth_vertex_count;
+    size_t const cloth_count = solve->scene->cloth_vertex_count;
+    size_t const count = get_solved_count(solve->scene);
     solve->right_hand_side = ARENA_NEW(scratch, double, 3 * count);
     solve->diagonal = ARENA_NEW(scratch, double, 9 * count);
     solve->is_fixed = ARENA_NEW(scratch, uint8_t, count);
     solve->hard_rows = ARENA_NEW(scratch, contact_row *, solve->list->rows.count);
     if (!solve->right_hand_side || !solve->diagonal || !solve->is_fixed || !solve->hard_rows)
         return false;
-    for (size_t i = 0; i < count; i++) solve->is_fixed[i] = !(solve->scene->inverse_mass[i] > 0.0);
+    for (size_t i = 0; i < cloth_count; i++)
+        solve->is_fixed[i] = !(solve->scene->inverse_mass[i] > 0.0);
+    for (size_t i = cloth_count; i < count; i++)
+        solve->is_fixed[i] = !solve->scene->bodies[(i - cloth_count) / 2].is_free;
     return true;
 }
 
@@ -54,6 +60,7 @@ static void apply_with_hard_rows(void *context, const double *x, double *y) {
     const motion_solve *const solve = context;
     size_t const cloth_count = solve->scene->cloth_vertex_count;
     solve->system->apply(solve->system->apply_context, x, y);
+    if (!solve->is_cloth_only) apply_bodies(solve->scene, x, y);
     for (size_t i = 0; i < solve->hard_count; i++) {
         const contact_row *const row = solve->hard_rows[i];
         double const speed = get_solved_speed(row, cloth_count, x);
@@ -61,13 +68,13 @@ static void apply_with_hard_rows(void *context, const double *x, double *y) {
     }
 }
 
-/* Adds J^T impulse to the right-hand side of cloth vertices. */
+/* Adds J^T impulse to the right-hand side of unknowns. */
 static void add_impulse(const motion_solve *solve, const contact_row *row, vec3 impulse) {
     add_row_impulse(row, solve->scene->cloth_vertex_count, impulse, solve->right_hand_side);
 }
 
-/* Wanted speed of a hard row less what its obstacle vertices contribute: the operator knows cloth
- * vertices only. */
+/* Wanted speed of a hard row less what its obstacle vertices contribute: the operator knows
+ * unknowns only. */
 static double find_wanted_speed(const motion_solve *solve, const contact_row *row) {
     double speed = get_wanted_speed(row);
     for (int k = 0; k < 4; k++)
@@ -107,6 +114,7 @@ static void prepare_round(motion_solve *solve) {
     size_t const count = solve->scene->cloth_vertex_count;
     memcpy(solve->right_hand_side, solve->system->right_hand_side, 3 * count * sizeof(double));
     memcpy(solve->diagonal, solve->system->diagonal, 9 * count * sizeof(double));
+    fill_body_system(solve->scene, solve->right_hand_side, solve->diagonal);
     solve->hard_count = 0;
     for (size_t i = 0; i < solve->list->rows.count; i++) {
         contact_row *const row = &solve->list->rows.data[i];
@@ -134,7 +142,7 @@ static bool sum_residuals(const contact_scene *scene, const surface_range *range
 }
 
 /* Mean residual over mass, as a velocity, of each cloth without held vertices, or of all of them
- * together; zero elsewhere. */
+ * together; zero elsewhere. The same of free bodies, which turn too, but not together. */
 static void find_translations(const motion_solve *solve, bool is_common, const double *residual,
                               double *shift) {
     const surface_set *const set = solve->scene->set;
@@ -145,12 +153,14 @@ static void find_translations(const motion_solve *solve, bool is_common, const d
         total = vec3_add(total, sum);
         total_mass += mass;
     }
+    sum_body_residuals(solve->scene, residual, &total, &total_mass);
+    vec3 const common = vec3_scale(total, total_mass > 0.0 ? 1.0 / total_mass : 0.0);
+    shift_bodies(solve->scene, residual, is_common ? &common : NULL, shift);
     memset(shift, 0, 3 * solve->scene->cloth_vertex_count * sizeof(double));
     for (size_t s = 0; s < set->surface_count; s++) {
         const surface_range *const range = &set->surfaces[s];
         if (!sum_residuals(solve->scene, range, residual, &sum, &mass)) continue;
-        vec3 const velocity =
-            is_common ? vec3_scale(total, 1.0 / total_mass) : vec3_scale(sum, 1.0 / mass);
+        vec3 const velocity = is_common ? common : vec3_scale(sum, 1.0 / mass);
         for (uint32_t v = range->vertex_begin; v < range->vertex_end; v++)
             vec3_store(shift, v, velocity);
     }
@@ -164,7 +174,7 @@ static double dot(const double *a, const double *b, size_t size) {
 
 /* Moves u down along one direction of rigid translations, as far as is best. */
 static void descend_translations(motion_solve *solve, bool is_common, double *work[3]) {
-    size_t const size = 3 * solve->scene->cloth_vertex_count;
+    size_t const size = 3 * get_solved_count(solve->scene);
     double *const residual = work[0], *const shift = work[1], *const image = work[2];
     apply_with_hard_rows(solve, solve->u, residual);
     for (size_t i = 0; i < size; i++) residual[i] = solve->right_hand_side[i] - residual[i];
@@ -177,7 +187,7 @@ static void descend_translations(motion_solve *solve, bool is_common, double *wo
     for (size_t i = 0; i < size; i++) solve->u[i] += down / curvature * shift[i];
 }
 
-static size_t count_free_cloths(const motion_solve *solve) {
+static size_t count_free_objects(const motion_solve *solve) {
     const surface_set *const set = solve->scene->set;
     size_t count = 0;
     for (size_t s = 0; s < set->surface_count; s++) {
@@ -187,6 +197,7 @@ static size_t count_free_cloths(const motion_solve *solve) {
             is_free = solve->scene->inverse_mass[v] > 0.0;
         count += is_free;
     }
+    for (size_t b = 0; b < solve->scene->body_count; b++) count += solve->scene->bodies[b].is_free;
     return count;
 }
 
@@ -196,7 +207,7 @@ static size_t count_free_cloths(const motion_solve *solve) {
  * is kept to the tolerance only. Hard rows couple cloths; all together they still move freely. */
 static tulle_status translate_cloths(motion_solve *solve) {
     arena *const scratch = solve->scene->scratch;
-    size_t const size = 3 * solve->scene->cloth_vertex_count;
+    size_t const size = 3 * get_solved_count(solve->scene);
     arena_mark const mark = arena_get_mark(scratch);
     double *work[3];
     bool has_memory = true;
@@ -205,16 +216,39 @@ static tulle_status translate_cloths(motion_solve *solve) {
         has_memory &= work[i] != NULL;
     }
     if (has_memory) descend_translations(solve, false, work);
-    if (has_memory && solve->hard_count > 0 && count_free_cloths(solve) > 1)
+    if (has_memory && solve->hard_count > 0 && count_free_objects(solve) > 1)
         descend_translations(solve, true, work);
     arena_release(scratch, mark);
     return has_memory ? TULLE_OK : TULLE_ERROR_OUT_OF_MEMORY;
 }
 
+static bool has_hard_bodies(const motion_solve *solve) {
+    bool has_body = false;
+    for (size_t i = 0; i < solve->hard_count; i++) has_body |= solve->hard_rows[i]->has_body;
+    return has_body;
+}
+
+/* Bodies that no hard row joins to cloth are solved by themselves, at once. */
+static tulle_status solve_linear(motion_solve *solve, conjugate_gradients_problem *problem,
+                                 conjugate_gradients_result *result) {
+    arena *const scratch = solve->scene->scratch;
+    if (has_hard_bodies(solve))
+        return conjugate_gradients_solve(problem, solve->u, scratch, result);
+    solve->is_cloth_only = true;
+    problem->vertex_count = solve->scene->cloth_vertex_count;
+    precondition_bodies(solve->scene, solve->diagonal, solve->right_hand_side, solve->u);
+    tulle_status const status = solve->system->matrix
+                                    ? solve_in_stages(&solve->stages, problem, solve->hard_rows,
+                                                      solve->hard_count, solve->u, result)
+                                    : conjugate_gradients_solve(problem, solve->u, scratch, result);
+    solve->is_cloth_only = false;
+    return status;
+}
+
 static tulle_status run_conjugate_gradients(motion_solve *solve) {
     const contact_settings *const settings = &solve->scene->settings;
-    conjugate_gradients_problem const problem = {
-        .vertex_count = solve->scene->cloth_vertex_count,
+    conjugate_gradients_problem problem = {
+        .vertex_count = get_solved_count(solve->scene),
         .apply = apply_with_hard_rows,
         .apply_context = solve,
         .right_hand_side = solve->right_hand_side,
@@ -226,11 +260,7 @@ static tulle_status run_conjugate_gradients(motion_solve *solve) {
         .threads = solve->scene->threads,
     };
     conjugate_gradients_result result;
-    tulle_status const status =
-        solve->system->matrix
-            ? solve_in_stages(&solve->stages, &problem, solve->hard_rows, solve->hard_count,
-                              solve->u, &result)
-            : conjugate_gradients_solve(&problem, solve->u, solve->scene->scratch, &result);
+    tulle_status const status = solve_linear(solve, &problem, &result);
     if (status != TULLE_OK) return status;
     solve->report->solve_count++;
     solve->report->cg_iterations += (uint32_t)result.iterations;
@@ -330,7 +360,8 @@ static double measure_violation(motion_solve *solve, bool may_harden) {
         largest = fmax(largest, violation);
         sum2 += violation * violation;
         double const limit = row->is_old ? settings->hard_speed : settings->hard_speed_new;
-        if (may_harden && violation > limit) row->is_hard = true;
+        /* where no cloth takes part the masses are all there is, and the projection is exact */
+        if (may_harden && violation > limit && !row->is_without_cloth) row->is_hard = true;
     }
     solve->report->violation = largest;
     return sqrt(sum2 / (double)solve->list->rows.count);

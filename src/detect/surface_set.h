@@ -14,10 +14,11 @@ typedef struct surface_range {
     uint32_t vertex_begin, vertex_end;
     uint32_t edge_begin, edge_end;
     uint32_t triangle_begin, triangle_end;
-    bool is_obstacle;  /* obstacles meet neither themselves nor one another */
+    bool is_obstacle;  /* obstacles meet neither themselves nor one another, but see is_body */
     bool is_present;   /* absent surfaces meet nothing */
     bool ignores_self; /* its features do not meet one another; obstacles' never do */
     bool is_static; /* x0 == x1 == the positions of the last call: its tree need not be refitted */
+    bool is_body;   /* of obstacles: meets all others */
 } surface_range;
 
 typedef struct surface_set {
@@ -30,7 +31,9 @@ typedef struct surface_set {
 
 /* Whether features of two surfaces, or of one surface twice, are paired where both are present. */
 static inline bool surfaces_may_meet(const surface_set *set, size_t a, size_t b) {
-    if (set->surfaces[a].is_obstacle && set->surfaces[b].is_obstacle) return false;
+    if (set->surfaces[a].is_obstacle && set->surfaces[b].is_obstacle &&
+        (a == b || !(set->surfaces[a].is_body || set->surfaces[b].is_body)))
+        return false;
     if (a == b && set->surfaces[a].ignores_self) return false;
     return !set->collides || set->collides[a * set->surface_count + b];
 }

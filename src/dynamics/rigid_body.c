@@ -32,18 +32,28 @@ vec3 rigid_get_spin(const rigid_body *body, quaternion orientation, vec3 angular
     return quaternion_rotate(orientation, multiply(own, body->moments));
 }
 
-mat3 rigid_get_inverse_inertia(const rigid_body *body, quaternion orientation) {
+/* R diag(values) R^T */
+static mat3 turn_diagonal(quaternion orientation, const double values[3]) {
     mat3 const r = quaternion_to_matrix(orientation);
-    const double inverse[3] = {1.0 / body->moments.x, 1.0 / body->moments.y, 1.0 / body->moments.z};
     mat3 result;
     for (int i = 0; i < 3; i++) {
         for (int j = 0; j < 3; j++) {
             double sum = 0.0;
-            for (int k = 0; k < 3; k++) sum += r.m[3 * i + k] * inverse[k] * r.m[3 * j + k];
+            for (int k = 0; k < 3; k++) sum += r.m[3 * i + k] * values[k] * r.m[3 * j + k];
             result.m[3 * i + j] = sum;
         }
     }
     return result;
+}
+
+mat3 rigid_get_inertia(const rigid_body *body, quaternion orientation) {
+    const double moments[3] = {body->moments.x, body->moments.y, body->moments.z};
+    return turn_diagonal(orientation, moments);
+}
+
+mat3 rigid_get_inverse_inertia(const rigid_body *body, quaternion orientation) {
+    const double inverse[3] = {1.0 / body->moments.x, 1.0 / body->moments.y, 1.0 / body->moments.z};
+    return turn_diagonal(orientation, inverse);
 }
 
 double rigid_get_kinetic_energy(const rigid_body *body, const rigid_state *state) {

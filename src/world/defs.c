@@ -256,6 +256,44 @@ tulle_status cloth_def_check(const tulle_cloth_def *def, const char *owner, tull
     return status;
 }
 
+/* Exactly one of mass and densities, and numbers in their ranges. */
+static tulle_status check_body(const tulle_obstacle_def *def, const char *owner,
+                               tulle_error *error) {
+    tulle_body const *const body = &def->body;
+    if (!body->is_dynamic) return TULLE_OK;
+    int const given = (body->mass != 0.0) + (body->density != 0.0) + (body->area_density != 0.0);
+    if (given != 1) {
+        return error_set(error, TULLE_ERROR_INVALID_ARGUMENT,
+                         "%s: a dynamic obstacle needs %s mass, density and area_density", owner,
+                         given == 0 ? "one of" : "only one of");
+    }
+    range_check const checks[] = {
+        {"mass", "kg", body->mass, body->mass == 0.0 ? 0.0 : SMALLEST_POSITIVE, 1e12},
+        {"density", "kg/m^3", body->density, body->density == 0.0 ? 0.0 : SMALLEST_POSITIVE, 1e12},
+        {"area density", "kg/m^2", body->area_density,
+         body->area_density == 0.0 ? 0.0 : SMALLEST_POSITIVE, 1e12},
+        {"velocity x", "m/s", body->velocity[0], -LARGEST, LARGEST},
+        {"velocity y", "m/s", body->velocity[1], -LARGEST, LARGEST},
+        {"velocity z", "m/s", body->velocity[2], -LARGEST, LARGEST},
+        {"angular velocity x", "rad/s", body->angular_velocity[0], -LARGEST, LARGEST},
+        {"angular velocity y", "rad/s", body->angular_velocity[1], -LARGEST, LARGEST},
+        {"angular velocity z", "rad/s", body->angular_velocity[2], -LARGEST, LARGEST},
+        {"linear damping", "1/s", body->linear_damping, 0.0, LARGEST},
+        {"angular damping", "1/s", body->angular_damping, 0.0, LARGEST},
+    };
+    tulle_status const status = CHECK_RANGES(checks, owner, error);
+    if (status != TULLE_OK) return status;
+    if (def->read_frame) {
+        return error_set(error, TULLE_ERROR_INVALID_ARGUMENT,
+                         "%s: a dynamic obstacle cannot follow a mesh sequence", owner);
+    }
+    if (isnan(body->start_time)) {
+        return error_set(error, TULLE_ERROR_INVALID_ARGUMENT,
+                         "%s: the start time of the body is not a number", owner);
+    }
+    return TULLE_OK;
+}
+
 tulle_status obstacle_def_check(const tulle_obstacle_def *def, const char *owner,
                                 tulle_error *error) {
     if (!def || def->cookie != OBSTACLE_DEF_COOKIE) {
@@ -292,6 +330,7 @@ tulle_status obstacle_def_check(const tulle_obstacle_def *def, const char *owner
         status =
             check_dynamic("dynamic friction", def->dynamic_friction, def->friction, owner, error);
     if (status == TULLE_OK) status = motion_validate(&def->motion, owner, error);
+    if (status == TULLE_OK) status = check_body(def, owner, error);
     return status;
 }
 

@@ -4,7 +4,7 @@
  * the start and by what was put in from outside: the work of wind, of pins and of obstacles on
  * their own way. Takes the substep as solved; gives what is left for the kinetic energy. */
 #include "contact/end_velocities.h"
-#include "world/step.h"
+#include "world/bodies.h"
 
 /* A gain under this share of the kinetic energy that gravity gives in a step, and of that at the
  * start, is not worth another solve. */
@@ -69,9 +69,11 @@ tulle_status world_find_kinetic_limit(const step_context *context, kinetic_limit
                                    &world->scratch, &wind);
     if (status == TULLE_OK) status = measure_pins(context, &pins);
     if (status != TULLE_OK) return status;
-    limit->start = start.kinetic;
-    limit->energy = start.kinetic + get_potential(&start) - get_potential(&end) + wind + pins -
-                    measure_kinetic(context, true);
+    body_energies const before = world_measure_bodies(world, state->positions, state->velocities);
+    body_energies const after = world_measure_bodies(world, context->end, state->velocities);
+    limit->start = start.kinetic + before.kinetic;
+    limit->energy = limit->start + before.gravity - after.gravity + get_potential(&start) -
+                    get_potential(&end) + wind + pins - measure_kinetic(context, true);
     return TULLE_OK;
 }
 
@@ -84,10 +86,13 @@ tulle_status world_measure_gain(const step_context *context, double *gain) {
     if (status != TULLE_OK) return status;
     double mass = 0.0;
     for (size_t v = 0; v < world->cloth_vertex_count; v++) mass += world->model->masses[v];
+    for (size_t b = 0; b < world->body_count; b++)
+        mass += world->obstacles.data[world->body_obstacles[b]].rigid.mass;
     double const outside =
         find_obstacle_work(&context->scene, world->rows.rows.data, world->rows.rows.count, u);
     double const slack =
         GRAVITY_SHARE * 0.5 * mass * vec3_norm2(fall) + KINETIC_SHARE * limit.start;
-    *gain = measure_kinetic(context, false) - limit.energy - outside - slack;
+    double const bodies = world_measure_bodies(world, context->state->positions, u).kinetic;
+    *gain = measure_kinetic(context, false) + bodies - limit.energy - outside - slack;
     return TULLE_OK;
 }

@@ -28,7 +28,7 @@ static size_t collect_bodies(const tulle_world *world, const double *positions,
         bodies[body_count].mesh =
             (tulle_mesh_view){positions + 3 * (size_t)range->vertex_begin, mesh->vertex_count,
                               mesh->triangles, mesh->triangle_count};
-        bodies[body_count].is_obstacle = range->is_obstacle;
+        bodies[body_count].is_obstacle = range->is_obstacle && !range->is_body;
         surface_of[body_count++] = (uint32_t)s;
     }
     return body_count;
@@ -122,7 +122,8 @@ static tulle_status pair_intersects(const tulle_world *world, const double *posi
     tulle_check_body bodies[2];
     for (size_t k = 0; k < 2; k++) {
         bodies[k] = (tulle_check_body){{points[0], 6, corners + 3 * k, is_self ? 2 : 1},
-                                       world->surfaces[surfaces[k]].is_obstacle};
+                                       world->surfaces[surfaces[k]].is_obstacle &&
+                                           !world->surfaces[surfaces[k]].is_body};
     }
     tulle_check_result result = {0};
     tulle_status const status =

@@ -5,8 +5,8 @@
  * the defs' own positions each time, so nothing drifts. */
 #include "base/error.h"
 #include "math/vec3.h"
+#include "world/bodies.h"
 #include "world/inside.h"
-#include "world/world_state.h"
 
 #include <math.h>
 #include <string.h>
@@ -173,5 +173,6 @@ tulle_status world_update_presence(tulle_world *world, world_motion_state *state
         state->is_present[i] = is_present;
         world->surfaces[world->cloths.count + i].is_present = is_present;
     }
+    has_appeared |= world_mark_bodies(world, state);
     return has_appeared ? judge_appearance(world, state, error) : TULLE_OK;
 }

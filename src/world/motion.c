@@ -158,3 +158,9 @@ void motion_get_change(const world_motion *motion, double from, double to, mat3 
     vec3 const centre = vec3_add(pivot, vec3_load(t0, 0));
     *offset = vec3_sub(vec3_add(pivot, vec3_load(t1, 0)), mat3_multiply_vec3(matrix, centre));
 }
+
+void motion_get_rotation(const world_motion *motion, double time, quaternion *rotation) {
+    double translation[3], q[4];
+    get_pose(motion, time, translation, q);
+    *rotation = quaternion_load(q);
+}

@@ -3,7 +3,7 @@
 #define TULLE_WORLD_MOTION_H
 
 #include "base/memory.h"
-#include "math/vec3.h"
+#include "math/quaternion.h"
 #include "tulle/world.h"
 
 /* An owned copy of a tulle_motion. */
@@ -27,5 +27,8 @@ void motion_get_change(const world_motion *motion, double from, double to, mat3 
 /* Applies the pose at `time` to `count` points: 3 * count doubles in, the same out. */
 void motion_apply(const world_motion *motion, double time, const double *source, size_t count,
                   double *target);
+
+/* The rotation from motion zero to `time` [s]. */
+void motion_get_rotation(const world_motion *motion, double time, quaternion *rotation);
 
 #endif

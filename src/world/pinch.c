@@ -110,9 +110,10 @@ static bool release_obstacles(step_context *context, const uint8_t *is_near) {
     return has_released;
 }
 
-/* Cloth stands still for the rest of the step. */
+/* Cloth and bodies stand still for the rest of the step. */
 static void skip_rest(step_context *context) {
-    size_t const bytes = 3 * context->world->cloth_vertex_count * sizeof(double);
+    size_t const vertices = context->world->cloth_vertex_count + 2 * context->world->body_count;
+    size_t const bytes = 3 * vertices * sizeof(double);
     memset(context->state->velocities, 0, bytes);
     context->state->previous_time_step = 0.0;
     context->is_rest_skipped = true;

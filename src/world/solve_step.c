@@ -7,8 +7,10 @@
  *
  * Based on: Newton's method for the equations of implicit Euler. */
 #include "base/timer.h"
+#include "contact/body_paths.h"
 #include "contact/contact_paths.h"
-#include "world/step.h"
+#include "contact/solve_bodies.h"
+#include "world/bodies.h"
 
 #include <math.h>
 #include <string.h>
@@ -59,9 +61,11 @@ static tulle_status run_solve_motion(step_context *context, bool is_first) {
     if (is_first) {
         memcpy(context->mean_velocity, context->state->velocities,
                3 * world->cloth_vertex_count * sizeof(double));
+        start_bodies(&context->scene, context->mean_velocity);
         prescribe_motion(&context->scene, context->mean_velocity);
     }
     solve_report solved = {0};
+    world_load_bodies(context, world->system.share);
     tulle_status const status =
         context->scene.paper
             ? respond_by_paper(&context->scene, &system, &world->rows, context->mean_velocity,
@@ -138,6 +142,7 @@ tulle_status world_solve_step(step_context *context, impact_report *impacts, dou
     tulle_status status = solve_with_true_springs(context, true);
     for (int i = 0; status == TULLE_OK; i++) {
         world_end_stage(context, STAGE_SOLVE_MOTION, start);
+        set_body_lifts(&context->scene, &context->world->rows);
         propose_paths(&context->scene, context->mean_velocity, context->end);
         world_end_stage(context, STAGE_PROPOSE_PATHS, start);
         status = run_resolve_impacts(context, impacts);

@@ -5,6 +5,7 @@
 
 #include "base/error.h"
 #include "base/hash.h"
+#include "world/bodies.h"
 #include "world/detection.h"
 #include "world/inside.h"
 #include "world/untangle.h"
@@ -29,8 +30,10 @@ static tulle_status number_surfaces(tulle_world *world, size_t *triangle_count,
     *triangle_count = 0;
     world->surfaces = memory_allocate_zeroed(&world->heap, surface_count, sizeof(surface_range));
     if (!world->surfaces) return no_memory(error);
+    if (world_number_bodies(world) != TULLE_OK) return no_memory(error);
     for (size_t s = 0; s < surface_count; s++) {
         world_mesh const *const mesh = object_mesh(world, s);
+        if (s == world->cloths.count) vertex_count += 2 * world->body_count; /* their slots */
         if (vertex_count + mesh->vertex_count > INT32_MAX ||
             *triangle_count + mesh->triangle_count > INT32_MAX) {
             return error_set(error, TULLE_ERROR_LIMIT,
@@ -51,7 +54,9 @@ static tulle_status number_surfaces(tulle_world *world, size_t *triangle_count,
         } else {
             world_obstacle *const obstacle = &world->obstacles.data[s - world->cloths.count];
             obstacle->vertex_begin = range->vertex_begin;
-            range->is_static = obstacle->motion.key_count == 0 && !obstacle->read_frame;
+            range->is_static = obstacle->motion.key_count == 0 && !obstacle->read_frame &&
+                               !obstacle->body.is_dynamic;
+            range->is_body = obstacle->body.is_dynamic && obstacle->body.start_time <= 0.0;
         }
     }
     world->vertex_count = vertex_count;
@@ -172,6 +177,10 @@ static uint64_t hash_defs(const tulle_world *world) {
         world_obstacle const *const o = &world->obstacles.data[i];
         hash = hash_bytes(hash, o->motion.keys, o->motion.key_count * sizeof *o->motion.keys);
         hash = hash_bytes(hash, &o->appear_time, sizeof o->appear_time);
+        if (o->body.is_dynamic) {
+            hash = hash_bytes(hash, &o->rigid, sizeof o->rigid);
+            hash = hash_bytes(hash, &o->body.start_time, sizeof o->body.start_time);
+        }
         hash = hash_bytes(hash, &o->disappear_time, sizeof o->disappear_time);
     }
     return hash;
@@ -181,7 +190,7 @@ static uint64_t hash_defs(const tulle_world *world) {
 static tulle_status place_obstacles(tulle_world *world, tulle_error *error) {
     tulle_status status = world_script_targets(world, 0.0, 0.0, error);
     if (status != TULLE_OK) return status;
-    size_t const offset = 3 * world->cloth_vertex_count;
+    size_t const offset = 3 * (world->cloth_vertex_count + 2 * world->body_count);
     memcpy(world->now.positions + offset, world->targets + offset,
            (3 * world->vertex_count - offset) * sizeof(double));
     for (size_t i = 0; i < world->obstacles.count; i++) {
@@ -214,6 +223,7 @@ static tulle_status start_stages(tulle_world *world, bool is_judged, tulle_error
     if (status == TULLE_OK && !world_allocate_start(world)) status = no_memory(error);
     if (status != TULLE_OK) return status;
     fill_arrays(world);
+    world_place_bodies(world);
     status = build_model(world, error);
     if (status == TULLE_OK) status = world_derive_distances(world, error);
     if (status == TULLE_OK) status = world_set_grains(world, error);

@@ -1,4 +1,5 @@
 /* world/start_arrays.c - the arrays that a world has from its start on, and their release. */
+#include "world/bodies.h"
 #include "world/detection.h"
 #include "world/start.h"
 
@@ -52,6 +53,7 @@ void world_release_start(tulle_world *world) {
     memory *const heap = &world->heap;
     size_t const n = world->vertex_count, surface_count = world_surface_count(world);
     world_release_detection(world);
+    world_release_bodies(world);
     linear_system_destroy(heap, &world->system);
     sparse_cholesky_destroy(heap, world->factor);
     world->factor = NULL;

@@ -79,6 +79,21 @@ static void set_coefficients(const tulle_world *world, size_t a, size_t b, conta
     law->dynamic_friction = dynamic < 0.0 ? law->static_friction : dynamic;
 }
 
+/* Contact distance of bodies among themselves and with other obstacles [m]: the least that a cloth
+ * has. */
+static double body_contact_distance(const tulle_world *world) {
+    if (world->def.contact_distance > 0.0) return world->def.contact_distance;
+    double least = CONTACT_DISTANCE_MAX;
+    for (size_t i = 0; i < world->cloths.count; i++)
+        least = fmin(least, cloth_contact_distance(world, i));
+    return least;
+}
+
+static bool has_body(const tulle_world *world, size_t a, size_t b) {
+    return a != b && world->surface_bodies &&
+           (world->surface_bodies[a] != TULLE_NONE || world->surface_bodies[b] != TULLE_NONE);
+}
+
 static contact_law make_law(const tulle_world *world, size_t a, size_t b) {
     size_t const cloth_count = world->cloths.count;
     bool const has_cloth_a = a < cloth_count, has_cloth_b = b < cloth_count;
@@ -89,7 +104,9 @@ static contact_law make_law(const tulle_world *world, size_t a, size_t b) {
     } else if (has_cloth_a || has_cloth_b) {
         law.contact_distance = cloth_contact_distance(world, has_cloth_a ? a : b);
     }
-    if (has_cloth_a || has_cloth_b) set_coefficients(world, a, b, &law);
+    bool const is_among_bodies = !has_cloth_a && !has_cloth_b && has_body(world, a, b);
+    if (is_among_bodies) law.contact_distance = body_contact_distance(world);
+    if (has_cloth_a || has_cloth_b || is_among_bodies) set_coefficients(world, a, b, &law);
     law.separation_distance =
         fmax(world->def.separation_distance, SEPARATION_FACTOR * law.contact_distance);
     if (world->def.separation_distance > 0.0) {
@@ -100,7 +117,9 @@ static contact_law make_law(const tulle_world *world, size_t a, size_t b) {
 
 static double largest_coordinate(const tulle_world *world) {
     double largest = 0.0;
+    size_t const slots = world->cloth_vertex_count, after = slots + 2 * world->body_count;
     for (size_t i = 0; i < 3 * world->vertex_count; i++) {
+        if (i / 3 >= slots && i / 3 < after) continue;
         largest = fmax(largest, fabs(world->now.positions[i]));
     }
     return largest;
@@ -114,7 +133,7 @@ tulle_status world_derive_distances(tulle_world *world, tulle_error *error) {
         for (size_t b = 0; b < surface_count; b++) {
             contact_law const law = make_law(world, a, b);
             world->laws[a * surface_count + b] = law;
-            if (a >= cloth_count && b >= cloth_count) continue;
+            if (a >= cloth_count && b >= cloth_count && !has_body(world, a, b)) continue;
             world->contact_distance = fmax(world->contact_distance, law.contact_distance);
             world->separation_distance = fmax(world->separation_distance, law.separation_distance);
             smallest_contact = fmin(smallest_contact, law.contact_distance);

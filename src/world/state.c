@@ -6,6 +6,7 @@
  * say of it, but no position. Little-endian, doubles as they are. */
 #include "base/error.h"
 #include "base/hash.h"
+#include "world/bodies.h"
 #include "world/detection.h"
 
 #include <math.h>
@@ -251,6 +252,7 @@ static tulle_status load_state(tulle_world *world, const void *bytes, size_t byt
     for (size_t i = 0; i < world->obstacles.count; i++) {
         world->surfaces[world->cloths.count + i].is_present = world->now.is_present[i];
     }
+    (void)world_mark_bodies(world, &world->now);
     return TULLE_OK;
 }
 

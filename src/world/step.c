@@ -2,6 +2,7 @@
  *
  * The step works on a copy of the state and swaps it in at the end, so a step that fails leaves the
  * world as it was. A substep that had to shorten time is followed by another over what is left. */
+#include "world/bodies.h"
 #include "world/detection.h"
 
 #include "base/error.h"
@@ -66,6 +67,7 @@ static void undo_step(tulle_world *world) {
     for (size_t i = 0; i < world->obstacles.count; i++) {
         world->surfaces[world->cloths.count + i].is_present = world->now.is_present[i];
     }
+    (void)world_mark_bodies(world, &world->now);
     world_restore_ignored(world);
     world_restore_patches(world);
 }
@@ -86,7 +88,8 @@ static tulle_status run_substeps(step_context *context, double time_step) {
     context->substep_limit = SUBSTEPS_MAX;
     context->shortest_step = SHORTEST_SUBSTEP_SHARE * time_step;
     while (remaining > REMAINDER_SHARE * time_step && !context->is_rest_skipped) {
-        context->time_step = fmin(wanted, remaining);
+        context->time_step =
+            world_limit_turns(context->world, context->state, fmin(wanted, remaining), time_step);
         tulle_status status = world_advance(context);
         if (status != TULLE_OK) return status;
         if (context->is_rejected) {
@@ -147,8 +150,10 @@ static tulle_status measure(step_context *context) {
     if (status != TULLE_OK) {
         return error_set(context->error, status, "no memory left for the energies");
     }
-    report->kinetic_energy = energies.kinetic;
-    report->gravity_energy = energies.gravity;
+    body_energies const bodies =
+        world_measure_bodies(world, context->state->positions, context->state->velocities);
+    report->kinetic_energy = energies.kinetic + bodies.kinetic;
+    report->gravity_energy = energies.gravity + bodies.gravity;
     report->elastic_energy = energies.stretch + energies.bend;
     report->max_stretch = energies.max_stretch;
     return TULLE_OK;

@@ -6,8 +6,11 @@
  * 2005 (the stages and their order); docs/pipeline.md tells where we depart from it. */
 #include "base/error.h"
 #include "base/timer.h"
+#include "contact/body_paths.h"
 #include "contact/end_velocities.h"
+#include "contact/solve_bodies.h"
 #include "contact/stick_anchors.h"
+#include "world/bodies.h"
 #include "world/detection.h"
 
 #include <math.h>
@@ -157,6 +160,8 @@ static tulle_status prepare(step_context *context) {
         .scratch = &world->scratch,
         .times = &context->nested,
         .threads = world->threads};
+    if (world_prepare_bodies(context) != TULLE_OK)
+        return fail_step(context, TULLE_ERROR_OUT_OF_MEMORY);
     context->dynamics = (motion_state){.positions = state->positions,
                                        .velocities = state->velocities,
                                        .previous_mean = state->previous_mean,
@@ -177,6 +182,7 @@ static void predict_paths(step_context *context) {
     for (size_t v = 0; v < world->cloth_vertex_count; v++) {
         vec3_store(u, v, vec3_add(vec3_load(context->state->velocities, v), fall));
     }
+    start_bodies(&context->scene, u);
     prescribe_motion(&context->scene, u);
     propose_paths(&context->scene, u, context->predicted);
 }
@@ -261,11 +267,13 @@ static tulle_status accept_velocities(step_context *context) {
     scale_impulses(&world->rows, 1.0 / system->share); /* to what they gave to end velocities */
     memcpy(end, context->mean_velocity, bytes);
     finish_velocities(system, &context->dynamics, world->is_fixed, context->mean_velocity, end);
+    world_end_bodies(context, is_whole, end);
     if (is_whole && !context->scene.paper) { /* the paper's law of impact is in u already */
         tulle_status const status = end_contacts(context, end, &ends);
         if (status != TULLE_OK) return status;
     }
     scale_impulses(&world->rows, system->share * context->time_step / system->force_time);
+    world_finish_bodies(context, end);
     memcpy(state->previous_velocities, state->velocities, bytes);
     memcpy(state->previous_mean, context->mean_velocity, bytes);
     memcpy(state->velocities, end, bytes);

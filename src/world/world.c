@@ -68,6 +68,7 @@ static void destroy_obstacle(memory *heap, world_obstacle *obstacle) {
     size_t const vector_bytes = 3 * obstacle->mesh.vertex_count * sizeof(double);
     memory_release(heap, obstacle->frames[0], vector_bytes);
     memory_release(heap, obstacle->frames[1], vector_bytes);
+    if (obstacle->points) memory_release(heap, obstacle->points, vector_bytes);
     motion_destroy(heap, &obstacle->motion);
     destroy_mesh(heap, &obstacle->mesh);
 }
@@ -179,6 +180,7 @@ static tulle_status copy_obstacle(memory *heap, const tulle_obstacle_def *def,
     obstacle->frame_interval = def->frame_interval;
     obstacle->appear_time = def->appear_time;
     obstacle->disappear_time = def->disappear_time;
+    obstacle->body = def->body;
     obstacle->frame_numbers[0] = obstacle->frame_numbers[1] = TULLE_NONE;
     if (copy_mesh(heap, def->mesh, &obstacle->mesh) != TULLE_OK ||
         motion_copy(heap, &def->motion, &obstacle->motion) != TULLE_OK) {
@@ -204,6 +206,11 @@ tulle_status tulle_world_add_obstacle(tulle_world *world, const tulle_obstacle_d
         copy_obstacle(&world->heap, def, &obstacle) != TULLE_OK) {
         destroy_obstacle(&world->heap, &obstacle);
         return out_of_memory(error, obstacle.name);
+    }
+    status = world_make_body(world, &obstacle, error);
+    if (status != TULLE_OK) {
+        destroy_obstacle(&world->heap, &obstacle);
+        return own_error(error, obstacle.name, status);
     }
     if (id) *id = (tulle_obstacle_id){(uint32_t)world->obstacles.count, 1};
     world->obstacles.data[world->obstacles.count++] = obstacle;

@@ -1,6 +1,7 @@
 /* world/world_state.h - the insides of tulle_world, for the files of world/ alone.
  *
- * All vertices share one numbering: cloths first, in the order they were added, then obstacles.
+ * All vertices share one numbering: cloths first, in the order they were added, then two slots for
+ * each rigid body (bodies.h), then obstacles.
  * Surfaces are numbered the same way: surface i is cloth i, surface cloth_count + j is obstacle j.
  */
 #ifndef TULLE_WORLD_STATE_H
@@ -11,6 +12,7 @@
 #include "detect/broad_phase.h"
 #include "detect/kept_patches.h"
 #include "dynamics/compute_forces.h"
+#include "dynamics/rigid_body.h"
 #include "geom/topology.h"
 #include "math/sparse_cholesky.h"
 #include "tulle/world.h"
@@ -62,6 +64,12 @@ typedef struct world_obstacle {
     double appear_time, disappear_time;      /* [s] */
     double *frames[2];                       /* two frames of the sequence, cached */
     uint32_t frame_numbers[2];               /* which; TULLE_NONE: none yet */
+    tulle_body body;                         /* as the def said; the rest is for dynamic ones */
+    rigid_body rigid;                        /* mass and moments */
+    vec3 centre;                             /* [m] of mass, at motion zero */
+    quaternion axes; /* from the body's coordinates to the mesh's at motion zero */
+    double *points;  /* [m] vertices in the body's coordinates */
+    double radius;   /* [m] of the farthest vertex from the centre */
     uint32_t vertex_begin;
 } world_obstacle;
 
@@ -99,6 +107,9 @@ struct tulle_world {
 
     /* fixed by the start */
     size_t vertex_count, cloth_vertex_count;
+    size_t body_count;        /* each has two slots after the cloth vertices, see bodies.h */
+    uint32_t *surface_bodies; /* number of each surface's body, or TULLE_NONE; null: no bodies */
+    uint32_t *body_obstacles; /* obstacle of each body */
     topology topo;
     surface_range *surfaces;
     surface_set set;
@@ -155,6 +166,9 @@ static inline const char *world_surface_name(const tulle_world *world, size_t su
 
 /* pair_laws.c: the law set for two surfaces, or null. */
 const tulle_contact_law *world_find_pair_law(const tulle_world *world, size_t a, size_t b);
+
+/* bodies.c: mass, inertia and centre of a dynamic obstacle, from its def. */
+tulle_status world_make_body(tulle_world *world, world_obstacle *obstacle, tulle_error *error);
 
 /* start.c: tulle_world_start; without judgement when a saved state is about to take the place of
  * the first one. */

@@ -53,11 +53,10 @@ static void finish(patch_scene *scene) {
     assert_int_equal(topology_build(&scene->heap, scene->triangles, scene->triangle_count,
                                     scene->vertex_count, &scene->topo),
                      TULLE_OK);
-    scene->range = (surface_range){0,     (uint32_t)scene->vertex_count,
-                                   0,     (uint32_t)scene->topo.edge_count,
-                                   0,     (uint32_t)scene->triangle_count,
-                                   false, true,
-                                   false, false};
+    scene->range = (surface_range){.vertex_end = (uint32_t)scene->vertex_count,
+                                   .edge_end = (uint32_t)scene->topo.edge_count,
+                                   .triangle_end = (uint32_t)scene->triangle_count,
+                                   .is_present = true};
     scene->set = (surface_set){&scene->topo, &scene->range, 1, NULL};
 }
 

@@ -1,0 +1,44 @@
+/* world/bodies.h - rigid bodies of a world: obstacles that answer contact.
+ *
+ * Body b has two slots among the vertices, right after those of cloths (contact_body). Their
+ * positions are its centre and its orientation, their velocities those of the centre and the
+ * angular velocity: a state needs nothing else. Until its start time, and while absent, a body is
+ * an obstacle like others, and its slots follow the script. */
+#ifndef TULLE_WORLD_BODIES_H
+#define TULLE_WORLD_BODIES_H
+
+#include "world/step.h"
+
+/* Numbers the bodies; before the surfaces are numbered. */
+tulle_status world_number_bodies(tulle_world *world);
+/* Vertices in the bodies' own coordinates, and slots of the first state, at time 0. */
+void world_place_bodies(tulle_world *world);
+void world_release_bodies(tulle_world *world);
+
+/* Which obstacles are free bodies at the state's time, into the surfaces. True when one has become
+ * free. */
+bool world_mark_bodies(tulle_world *world, const world_motion_state *state);
+
+/* What contact reads of the bodies in this substep: context->scene and targets. */
+tulle_status world_prepare_bodies(step_context *context);
+/* Right-hand sides and falls for the share c of the integrator: u = v0 + c (v1 - v0). */
+void world_load_bodies(step_context *context, double share);
+/* Before the laws of impact: velocities of slots as of the integrator, at the inertia of x0. */
+void world_end_bodies(const step_context *context, bool is_whole, double *end);
+/* After them: angular velocities at the end's inertia; velocities of the bodies' vertices, and
+ * slots of bodies that are not free as their script says. */
+void world_finish_bodies(const step_context *context, double *end);
+
+/* [J] Energies of free bodies, with inertia of `positions`. */
+typedef struct body_energies {
+    double kinetic, gravity;
+} body_energies;
+body_energies world_measure_bodies(const tulle_world *world, const double *positions,
+                                   const double *velocities);
+
+/* [s] Time in which no free body turns so far that chords say little of its way, at most `wanted`
+ * and at least a sixteenth of `step`. */
+double world_limit_turns(const tulle_world *world, const world_motion_state *state, double wanted,
+                         double step);
+
+#endif

@@ -1,0 +1,260 @@
+/* Rigid bodies and cloth: contact both ways. Laws of conservation, statics, the exact judge. */
+#include "support/body_world.h"
+#include "support/test_support.h"
+#include "tulle/tulle.h"
+
+#include <math.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+typedef struct momenta {
+    double linear[3], angular[3];
+} momenta;
+
+static void add_momentum(double mass, const double *x, const double *v, momenta *sum) {
+    for (int k = 0; k < 3; k++) {
+        int const a = (k + 1) % 3, b = (k + 2) % 3;
+        sum->linear[k] += mass * v[k];
+        sum->angular[k] += mass * (x[a] * v[b] - x[b] * v[a]);
+    }
+}
+
+/* Masses of a sheet's vertices. */
+static double *find_masses(const tulle_mesh *mesh, double area_density) {
+    double *const masses = calloc(mesh->vertex_count, sizeof(double));
+    assert_non_null(masses);
+    for (size_t t = 0; t < mesh->triangle_count; t++) {
+        double const *p[3];
+        double normal[3];
+        for (int k = 0; k < 3; k++)
+            p[k] = mesh->positions + 3 * (size_t)mesh->triangles[3 * t + (size_t)k];
+        for (int k = 0; k < 3; k++) {
+            int const a = (k + 1) % 3, b = (k + 2) % 3;
+            normal[k] = (p[1][a] - p[0][a]) * (p[2][b] - p[0][b]) -
+                        (p[1][b] - p[0][b]) * (p[2][a] - p[0][a]);
+        }
+        double const area =
+            0.5 * sqrt(normal[0] * normal[0] + normal[1] * normal[1] + normal[2] * normal[2]);
+        for (int k = 0; k < 3; k++)
+            masses[mesh->triangles[3 * t + (size_t)k]] += area_density * area / 3.0;
+    }
+    return masses;
+}
+
+static momenta measure(const tulle_world *world, tulle_obstacle_id id, const double *masses) {
+    momenta sum = {{0.0}, {0.0}};
+    size_t count;
+    tulle_cloth_id const cloth = {0, 1};
+    const double *const x = tulle_cloth_get_positions(world, cloth, &count);
+    const double *const v = tulle_cloth_get_velocities(world, cloth, NULL);
+    for (size_t i = 0; i < count; i++) add_momentum(masses[i], x + 3 * i, v + 3 * i, &sum);
+    tulle_transform const t = bodies_get_transform(world, id);
+    add_momentum(t.mass, t.position, t.velocity, &sum);
+    for (int i = 0; i < 3; i++)
+        for (int k = 0; k < 3; k++) sum.angular[i] += t.inertia[3 * i + k] * t.angular_velocity[k];
+    return sum;
+}
+
+static double find_change(const double a[3], const double b[3]) {
+    return sqrt((a[0] - b[0]) * (a[0] - b[0]) + (a[1] - b[1]) * (a[1] - b[1]) +
+                (a[2] - b[2]) * (a[2] - b[2]));
+}
+
+/* A ball thrown with spin into a sheet in free flight, for 2/3 s. The change of angular momentum
+ * over what there was. */
+static double throw_ball(double time_step) {
+    tulle_world_def def = tulle_world_def_default();
+    for (int k = 0; k < 3; k++) def.gravity[k] = 0.0;
+    tulle_world *const world = bodies_make_world(&def, false);
+    tulle_mesh sheet = small_sheet(1.0, 17, 0.0);
+    tulle_mesh ball = bodies_make_ball(0.1, 4, (double[3]){0.03, 0.02, 0.2});
+    double const area_density = 0.2;
+    bodies_add_cloth(world, &sheet, area_density, 0);
+    tulle_body const body = {.is_dynamic = 1,
+                             .mass = 0.1,
+                             .velocity = {0.4, 0.0, -2.0},
+                             .angular_velocity = {3.0, 2.0, -4.0}};
+    tulle_obstacle_id const id = bodies_add_obstacle(world, &ball, 0.3, &body);
+    tulle_error error;
+    if (tulle_world_start(world, &error) != TULLE_OK) fail_msg("%s", error.message);
+    double *const masses = find_masses(&sheet, area_density);
+    momenta const start = measure(world, id, masses);
+    double const p0 = sqrt(start.linear[2] * start.linear[2] + start.linear[0] * start.linear[0]);
+    double const l0 =
+        sqrt(start.angular[0] * start.angular[0] + start.angular[1] * start.angular[1] +
+             start.angular[2] * start.angular[2]);
+    double linear = 0.0, angular = 0.0, energy = 0.0, growth = 0.0;
+    uint64_t contacts = 0, rescues = 0;
+    int const steps = (int)(2.0 / 3.0 / time_step + 0.5);
+    for (int i = 0; i < steps; i++) {
+        tulle_step_report const report = bodies_step_by(world, time_step);
+        momenta const now = measure(world, id, masses);
+        linear = fmax(linear, find_change(now.linear, start.linear) / p0);
+        angular = fmax(angular, find_change(now.angular, start.angular) / l0);
+        double const total = report.kinetic_energy + report.elastic_energy;
+        if (i > 0) growth = fmax(growth, (total - energy) / energy);
+        energy = total;
+        contacts += report.contacts;
+        rescues += report.rescue_component_scalings + report.rescue_global_scalings +
+                   report.rescue_impact_zones;
+    }
+    tulle_transform const end = bodies_get_transform(world, id);
+    print_message("ball into a sheet: momentum %.2g, angular %.2g, energy grows by %.2g, %d "
+                  "contacts, %d rescues, ball at %.3g m with %.3g m/s\n",
+                  linear, angular, growth, (int)contacts, (int)rescues, end.position[2],
+                  end.velocity[2]);
+    assert_true(contacts > 100);
+    assert_true(linear < 1e-12);
+    assert_true(growth < 1e-3);
+    assert_int_equal(small_judge(world, &sheet, 1, &ball, 1), 0);
+    free(masses);
+    tulle_mesh_destroy(&sheet);
+    tulle_mesh_destroy(&ball);
+    tulle_world_destroy(world);
+    return angular;
+}
+
+/* Linear momentum to rounding; angular momentum as the cloth's integrator keeps it, in proportion
+ * to the step. */
+static void ball_and_free_sheet_keep_momentum(void **state) {
+    (void)state;
+    double const coarse = throw_ball(BODIES_STEP), fine = throw_ball(BODIES_STEP / 4.0);
+    assert_true(coarse < 0.05);
+    assert_true(fine < 0.4 * coarse);
+}
+
+/* A ball on a sheet held at its corners, with the ratio of its mass to the sheet's. In the end it
+ * may move by so much [m] a step. */
+static void rest_on_sheet(double ratio, double area_density, double most_jitter) {
+    int const steps = 450;
+    tulle_world_def def = tulle_world_def_default();
+    tulle_world *const world = bodies_make_world(&def, false);
+    tulle_mesh sheet = small_sheet(1.0, 13, 0.0);
+    tulle_mesh ball = bodies_make_ball(0.15, 4, (double[3]){0.0, 0.0, 0.16});
+    bodies_add_cloth(world, &sheet, area_density, 1);
+    tulle_body const body = {.is_dynamic = 1, .mass = ratio * area_density, .linear_damping = 2.0};
+    tulle_obstacle_id const id = bodies_add_obstacle(world, &ball, 0.5, &body);
+    uint64_t rescues = 0, contacts = 0, iterations = 0;
+    double stretch = 0.0, last = 0.0, jitter = 0.0;
+    for (int i = 0; i < steps; i++) {
+        tulle_step_report const report = bodies_step(world);
+        rescues += report.rescue_component_scalings + report.rescue_global_scalings +
+                   report.rescue_impact_zones;
+        contacts = report.contacts;
+        iterations += report.cg_iterations;
+        stretch = fmax(stretch, report.max_stretch);
+        double const height = bodies_get_transform(world, id).position[2];
+        if (i > steps - 30) jitter = fmax(jitter, fabs(height - last));
+        last = height;
+    }
+    tulle_transform const end = bodies_get_transform(world, id);
+    print_message("ratio %g: height %.4g m, speed %.2g m/s, way a step %.2g m, %d contacts, "
+                  "stretch %.3g, %d rescues, %d iterations a step\n",
+                  ratio, end.position[2],
+                  sqrt(end.velocity[0] * end.velocity[0] + end.velocity[1] * end.velocity[1] +
+                       end.velocity[2] * end.velocity[2]),
+                  jitter, (int)contacts, stretch, (int)rescues,
+                  (int)(iterations / (uint64_t)steps));
+    assert_int_equal(rescues, 0);
+    assert_true(jitter < most_jitter);
+    assert_int_equal(small_judge(world, &sheet, 1, &ball, 1), 0);
+    tulle_mesh_destroy(&sheet);
+    tulle_mesh_destroy(&ball);
+    tulle_world_destroy(world);
+}
+
+static void balls_rest_on_a_sheet(void **state) {
+    (void)state;
+    rest_on_sheet(1.0, 0.2, 1e-4);
+    rest_on_sheet(0.001, 0.2, 1e-6);
+    rest_on_sheet(1000.0, 0.002, 1e-3);
+}
+
+/* Three boxes on a sheet held at its corners come to rest. */
+static void stack_comes_to_rest(void **state) {
+    (void)state;
+    tulle_world_def def = tulle_world_def_default();
+    tulle_world *const world = bodies_make_world(&def, false);
+    tulle_mesh sheet = small_sheet(0.8, 13, 0.0);
+    tulle_mesh boxes[3];
+    tulle_obstacle_id ids[3];
+    bodies_add_cloth(world, &sheet, 0.3, 1);
+    for (int i = 0; i < 3; i++) {
+        tulle_body const body = {.is_dynamic = 1, .mass = 0.1};
+        boxes[i] = bodies_make_box(0.2, 0.2, 0.1, (double[3]){0.0, 0.0, 0.06 + 0.106 * i});
+        ids[i] = bodies_add_obstacle(world, &boxes[i], 0.6, &body);
+    }
+    uint64_t rescues = 0;
+    tulle_transform before = {.mass = 0.0};
+    for (int i = 0; i < 540; i++) {
+        tulle_step_report const report = bodies_step(world);
+        rescues += report.rescue_component_scalings + report.rescue_global_scalings;
+        if (i == 449) before = bodies_get_transform(world, ids[2]);
+        if (i % 60 == 59) assert_int_equal(small_judge(world, &sheet, 1, boxes, 3), 0);
+    }
+    double creep = 0.0;
+    tulle_transform const end = bodies_get_transform(world, ids[2]);
+    for (int k = 0; k < 3; k++) creep = fmax(creep, fabs(end.position[k] - before.position[k]));
+    print_message("stack: top at %.5g m, speed %.2g m/s, creeps by %.2g m in the last second, %d "
+                  "rescues\n",
+                  end.position[2], fabs(end.velocity[2]), creep, (int)rescues);
+    for (int i = 0; i + 1 < 3; i++) {
+        double const gap = bodies_get_transform(world, ids[i + 1]).position[2] -
+                           bodies_get_transform(world, ids[i]).position[2] - 0.1;
+        assert_true(gap > 0.0 && gap < 0.02);
+    }
+    assert_true(creep < 1e-3);
+    for (int i = 0; i < 3; i++) tulle_mesh_destroy(&boxes[i]);
+    tulle_mesh_destroy(&sheet);
+    tulle_world_destroy(world);
+}
+
+/* A ball that falls into a sheet, with any number of threads and across a checkpoint. */
+static uint64_t fall_with(int threads, bool saves) {
+    tulle_world_def def = tulle_world_def_default();
+    def.threads = threads;
+    uint64_t hash = 0;
+    void *bytes = NULL;
+    size_t byte_count = 0;
+    tulle_world *worlds[2] = {NULL, NULL};
+    tulle_mesh sheet = small_sheet(1.0, 13, 0.0);
+    tulle_mesh ball = bodies_make_ball(0.15, 4, (double[3]){0.1, 0.0, 0.2});
+    tulle_body const body = {.is_dynamic = 1, .mass = 1.0, .angular_velocity = {0.0, 9.0, 0.0}};
+    for (int part = 0; part < 2; part++) {
+        tulle_world *const world = worlds[part] = bodies_make_world(&def, false);
+        bodies_add_cloth(world, &sheet, 0.2, 1);
+        bodies_add_obstacle(world, &ball, 0.5, &body);
+        if (saves && part == 1)
+            assert_int_equal(tulle_world_load_state(world, bytes, byte_count, NULL), TULLE_OK);
+        int const last = saves && part == 0 ? 20 : 40;
+        for (int i = saves && part == 1 ? 20 : 0; i < last; i++) bodies_step(world);
+        hash = tulle_world_get_state_hash(world);
+        if (!saves) break;
+        if (part == 0)
+            assert_int_equal(tulle_world_save_state(world, &bytes, &byte_count, NULL), TULLE_OK);
+    }
+    tulle_world_free_state(worlds[0], bytes, byte_count);
+    for (int part = 0; part < 2; part++) tulle_world_destroy(worlds[part]);
+    tulle_mesh_destroy(&sheet);
+    tulle_mesh_destroy(&ball);
+    return hash;
+}
+
+static void bits_are_the_same(void **state) {
+    (void)state;
+    uint64_t const hash = fall_with(1, false);
+    for (int threads = 2; threads <= 8; threads += 3)
+        assert_true(fall_with(threads, false) == hash);
+    assert_true(fall_with(2, true) == hash);
+}
+
+int main(void) {
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(ball_and_free_sheet_keep_momentum),
+        cmocka_unit_test(balls_rest_on_a_sheet),
+        cmocka_unit_test(stack_comes_to_rest),
+        cmocka_unit_test(bits_are_the_same),
+    };
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}

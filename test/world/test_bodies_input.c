@@ -1,0 +1,127 @@
+/* Rigid bodies: what is refused, scripts that end in free motion, impulses. */
+#include "support/body_world.h"
+#include "support/test_support.h"
+#include "tulle/tulle.h"
+
+#include <math.h>
+#include <string.h>
+
+/* Adding a body to a world must fail with a message that holds `part`. */
+static void expect_refusal(const tulle_mesh *mesh, const tulle_body *body, tulle_status wanted,
+                           const char *part) {
+    tulle_world_def def = tulle_world_def_default();
+    tulle_world *const world = bodies_make_world(&def, true);
+    tulle_error error = {0};
+    tulle_obstacle_def obstacle = tulle_obstacle_def_default();
+    obstacle.name = "thing";
+    obstacle.mesh = tulle_mesh_get_view(mesh);
+    obstacle.body = *body;
+    tulle_status const status = tulle_world_add_obstacle(world, &obstacle, NULL, &error);
+    if (status != wanted || !strstr(error.message, part) || !strstr(error.message, "thing"))
+        fail_msg("status %d: %s", (int)status, error.message);
+    tulle_world_destroy(world);
+}
+
+static void bad_bodies_are_refused(void **state) {
+    (void)state;
+    tulle_mesh box = bodies_make_box(0.2, 0.2, 0.2, (double[3]){0.0, 0.0, 0.0});
+    tulle_mesh open = box;
+    open.triangle_count--;
+    tulle_status const bad = TULLE_ERROR_INVALID_ARGUMENT;
+    expect_refusal(&box, &(tulle_body){.is_dynamic = 1}, bad, "one of mass");
+    expect_refusal(&box, &(tulle_body){.is_dynamic = 1, .mass = -1.0}, bad, "mass is -1");
+    expect_refusal(&box, &(tulle_body){.is_dynamic = 1, .mass = (double)NAN}, bad, "mass is");
+    expect_refusal(&box, &(tulle_body){.is_dynamic = 1, .density = -2.0}, bad, "density is -2");
+    expect_refusal(&box, &(tulle_body){.is_dynamic = 1, .mass = 1.0, .density = 2.0}, bad,
+                   "only one of");
+    expect_refusal(&box,
+                   &(tulle_body){.is_dynamic = 1, .mass = 1.0, .velocity = {0.0, (double)INFINITY}},
+                   bad, "velocity y");
+    expect_refusal(&box, &(tulle_body){.is_dynamic = 1, .mass = 1.0, .linear_damping = -1.0}, bad,
+                   "linear damping");
+    expect_refusal(&box, &(tulle_body){.is_dynamic = 1, .mass = 1.0, .start_time = (double)NAN},
+                   bad, "start time");
+    expect_refusal(&open, &(tulle_body){.is_dynamic = 1, .mass = 1.0}, TULLE_ERROR_INVALID_MESH,
+                   "is open at the edge");
+    tulle_mesh_destroy(&box);
+}
+
+static void overlaps_at_the_start_are_refused(void **state) {
+    (void)state;
+    tulle_world_def def = tulle_world_def_default();
+    for (int other_is_body = 0; other_is_body < 2; other_is_body++) {
+        tulle_world *const world = bodies_make_world(&def, true);
+        tulle_mesh a = bodies_make_box(0.2, 0.2, 0.2, (double[3]){0.0, 0.0, 0.0});
+        tulle_mesh b = bodies_make_box(0.2, 0.2, 0.2, (double[3]){0.1, 0.05, 0.07});
+        tulle_body const body = {.is_dynamic = 1, .mass = 1.0};
+        bodies_add_obstacle(world, &a, 0.3, other_is_body ? &body : NULL);
+        bodies_add_obstacle(world, &b, 0.3, &body);
+        tulle_error error = {0};
+        assert_int_equal(tulle_world_start(world, &error), TULLE_ERROR_INTERSECTING_START);
+        assert_non_null(strstr(error.message, "obstacle 1"));
+        tulle_mesh_destroy(&a);
+        tulle_mesh_destroy(&b);
+        tulle_world_destroy(world);
+    }
+}
+
+/* A box swings about a pivot by keyframes, then flies on as it moved. */
+static void script_hands_over(void **state) {
+    (void)state;
+    tulle_world_def def = tulle_world_def_default();
+    for (int k = 0; k < 3; k++) def.gravity[k] = 0.0;
+    tulle_world *const world = bodies_make_world(&def, true);
+    tulle_mesh box = bodies_make_box(0.3, 0.2, 0.1, (double[3]){0.0, 0.0, 0.5});
+    tulle_keyframe const keys[2] = {
+        {.time = 0.0, .rotation = {1.0}},
+        {.time = 1.0, .translation = {1.0, 0.0, 0.0}, .rotation = {cos(0.5), 0.0, 0.0, sin(0.5)}}};
+    tulle_obstacle_def obstacle = tulle_obstacle_def_default();
+    tulle_obstacle_id id;
+    obstacle.mesh = tulle_mesh_get_view(&box);
+    obstacle.motion = (tulle_motion){.keys = keys, .key_count = 2};
+    obstacle.body = (tulle_body){.is_dynamic = 1, .mass = 1.0, .start_time = 0.5};
+    assert_int_equal(tulle_world_add_obstacle(world, &obstacle, &id, NULL), TULLE_OK);
+    for (int i = 0; i < 90; i++) bodies_step(world);
+    tulle_transform const end = bodies_get_transform(world, id);
+    /* a turn of 1 rad/s about z through the origin's axis, where the centre lies */
+    assert_true(fabs(end.position[0] - 1.0) < 1e-9 && fabs(end.velocity[0] - 1.0) < 1e-9);
+    assert_true(fabs(end.angular_velocity[2] - 1.0) < 1e-9);
+    assert_true(fabs(end.rotation[3] - sin(0.5)) < 1e-9);
+    tulle_mesh_destroy(&box);
+    tulle_world_destroy(world);
+}
+
+static void impulses_act(void **state) {
+    (void)state;
+    tulle_world_def def = tulle_world_def_default();
+    for (int k = 0; k < 3; k++) def.gravity[k] = 0.0;
+    tulle_world *const world = bodies_make_world(&def, true);
+    tulle_mesh box = bodies_make_box(0.2, 0.2, 0.2, (double[3]){0.0, 0.0, 0.0});
+    tulle_body const body = {.is_dynamic = 1, .mass = 2.0};
+    tulle_obstacle_id const id = bodies_add_obstacle(world, &box, 0.3, &body);
+    double const point[3] = {0.0, 0.1, 0.0}, push[3] = {3.0, 0.0, 0.0};
+    tulle_error error = {0};
+    assert_int_equal(tulle_obstacle_add_impulse(world, id, point, push, &error),
+                     TULLE_ERROR_INVALID_ARGUMENT); /* not started */
+    assert_int_equal(tulle_world_start(world, &error), TULLE_OK);
+    assert_int_equal(tulle_obstacle_add_impulse(world, id, point, push, &error), TULLE_OK);
+    tulle_transform const now = bodies_get_transform(world, id);
+    double const inertia = 2.0 * 0.04 / 6.0; /* m a^2 / 6 */
+    assert_true(fabs(now.velocity[0] - 1.5) < 1e-12);
+    assert_true(fabs(now.angular_velocity[2] + 0.3 / inertia) < 1e-9);
+    double const nan[3] = {(double)NAN, 0.0, 0.0};
+    assert_int_equal(tulle_obstacle_add_impulse(world, id, point, nan, &error),
+                     TULLE_ERROR_INVALID_ARGUMENT);
+    tulle_mesh_destroy(&box);
+    tulle_world_destroy(world);
+}
+
+int main(void) {
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(bad_bodies_are_refused),
+        cmocka_unit_test(overlaps_at_the_start_are_refused),
+        cmocka_unit_test(script_hands_over),
+        cmocka_unit_test(impulses_act),
+    };
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}
