@@ -3,8 +3,9 @@
  * The ribbon is wrapped around the cylinder by phi, with straight tails along the tangents, and is
  * stretched alike everywhere. There is no gravity and nearly no bending stiffness. The end of one
  * tail is held; the end of the other is pulled slowly outwards. Slip begins at the pulled side and
- * eats its way through the wrap; once it has come through, the tensions of the tails have the ratio
- * exp(mu phi), and keep it while the pull goes on.
+ * eats its way through the wrap; until it has come through, the held tail feels nothing. Then the
+ * tensions of the tails have the ratio exp(mu phi), and keep it while the pull goes on: both grow
+ * alike. So the onset is read from the tails, as with two force gauges.
  *
  * Tensions are read from the tails' stretch: both are cut alike, so their strains have the ratio
  * of the tensions. The ribbon turns by 5 degrees at each column of vertices, the cylinder by 1.8 at
@@ -28,7 +29,8 @@ static const double STRAIN = 3e-3;           /* at the start */
 static const double FRICTION = 0.3;
 static const double STEP = 1.0 / 360.0; /* [s] */
 static const double SETTLING = 0.4;     /* [s] before the pull */
-enum { TAIL_COLUMNS = 10, ROWS = 3, FACETS = 200, ONSET_STEPS = 36 };
+enum { TAIL_COLUMNS = 10, ROWS = 3, FACETS = 200 };
+enum { RATE_STEPS = 18 }; /* rates of tensions are taken over 1/20 s */
 
 typedef struct capstan {
     tulle_world *world;
@@ -149,32 +151,50 @@ static double find_strain(const capstan *made, size_t first, size_t last) {
     return length / ((double)(last - first) * made->rest_length) - 1.0;
 }
 
+/* Strains of the tails' middles: two columns at each end are near the pin or the wrap. */
+typedef struct tail_strains {
+    double held, pulled;
+} tail_strains;
+
+static tail_strains find_strains(const capstan *made) {
+    return (tail_strains){find_strain(made, 2, TAIL_COLUMNS - 2),
+                          find_strain(made, made->columns - TAIL_COLUMNS + 1, made->columns - 3)};
+}
+
 typedef struct capstan_ratios {
     double at_onset, while_slipping;
+    double at_last_stick; /* in the first step in which no contact sticks */
 } capstan_ratios;
 
-/* Pulls. The onset is the first of ONSET_STEPS in a row in which no contact sticks; slipping is
- * measured over the last fifth. */
+/* What comes through the wrap: the relative growth of the held tail's tension over that of the
+ * pulled one's. 0 while any part of the wrap sticks, 1 once all of it slips. */
+static double find_share(tail_strains before, tail_strains after) {
+    double const growth = log(after.pulled / before.pulled);
+    return growth > 0.0 ? log(after.held / before.held) / growth : 0.0;
+}
+
+/* Pulls. At the onset half comes through; slipping is measured over the last fifth. */
 static capstan_ratios pull(validation_run *run, const capstan *made, double seconds, double ratio,
                            const char *series) {
     capstan_ratios ratios = {0};
     long const settling = lround(SETTLING / STEP), steps = lround(seconds / STEP);
     long const last = steps / 5;
-    double first_free = 0.0; /* ratio in the first of the steps without sticking */
-    int free_steps = 0;
+    tail_strains past[RATE_STEPS];
     for (long i = -settling; i < steps; i++) {
         tulle_step_report const report = validate_step(run, made->world, STEP);
-        /* two columns at each end of a tail are near the pin or the wrap */
-        double const held = find_strain(made, 2, TAIL_COLUMNS - 2);
-        double const pulled =
-            find_strain(made, made->columns - TAIL_COLUMNS + 1, made->columns - 3);
+        tail_strains const now = find_strains(made);
+        double const tensions = now.pulled / now.held;
         if (i % 4 == 0)
-            validate_plot_point(run, series, tulle_world_get_time(made->world),
-                                pulled / held / ratio);
-        free_steps = i > 0 && report.stick_contacts == 0 ? free_steps + 1 : 0;
-        if (free_steps == 1) first_free = pulled / held;
-        if (free_steps >= ONSET_STEPS && !(ratios.at_onset > 0.0)) ratios.at_onset = first_free;
-        if (i >= steps - last) ratios.while_slipping += pulled / held / (double)last;
+            validate_plot_point(run, series, tulle_world_get_time(made->world), tensions / ratio);
+        if (i >= RATE_STEPS && !(ratios.at_onset > 0.0) &&
+            find_share(past[i % RATE_STEPS], now) >= 0.5) {
+            tail_strains const middle = past[(i - RATE_STEPS / 2) % RATE_STEPS];
+            ratios.at_onset = middle.pulled / middle.held;
+        }
+        if (i >= 0) past[i % RATE_STEPS] = now;
+        if (i > 0 && report.stick_contacts == 0 && !(ratios.at_last_stick > 0.0))
+            ratios.at_last_stick = tensions;
+        if (i >= steps - last) ratios.while_slipping += tensions / (double)last;
     }
     return ratios;
 }
@@ -191,6 +211,9 @@ static void measure(validation_run *run, double degrees) {
     capstan_ratios const ratios = pull(run, &made, seconds, ratio, text);
     snprintf(text, sizeof text, "tension ratio at the onset of slip, %g degrees", degrees);
     validate_row(run, text, ratios.at_onset, "", within(ratio, 0.02), "exp(mu phi), mu = 0.3");
+    snprintf(text, sizeof text, "that in the first step without a contact that sticks, %g degrees",
+             degrees);
+    validate_row(run, text, ratios.at_last_stick, "", nothing(), "");
     snprintf(text, sizeof text, "tension ratio while it slips, %g degrees", degrees);
     validate_row(run, text, ratios.while_slipping, "", within(ratio, 0.02),
                  "exp(mu phi), mu = 0.3");
