@@ -292,6 +292,11 @@ TULLE_API tulle_status tulle_world_set_cloth_obstacle_law(tulle_world *world, tu
  * step if the caller did not. TULLE_ERROR_INTERSECTING_START names the first pairs in the message;
  * tulle_world_get_intersections gives all of them. */
 TULLE_API tulle_status tulle_world_start(tulle_world *world, tulle_error *error);
+/* Asked before each round of untangling: nonzero ends tulle_world_start with
+ * TULLE_ERROR_INTERRUPTED, and it can be called again. Null asks no more. */
+typedef int (*tulle_stop_request)(void *context);
+TULLE_API void tulle_world_set_stop_request(tulle_world *world, tulle_stop_request is_stopped,
+                                            void *context);
 TULLE_API const tulle_intersection *tulle_world_get_intersections(const tulle_world *world,
                                                                   size_t *count);
 

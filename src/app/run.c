@@ -96,7 +96,8 @@ static options_outcome read_words(int argc, char **argv, run_words *words) {
         .summary = "Simulates the scene and writes a directory: the meshes as OBJ, every frame of\n"
                    "what moves as PC2 (Blender's Mesh Cache), report.csv with a line a step, and\n"
                    "checkpoints from which a run that was cut short goes on. Ctrl-C finishes the\n"
-                   "step, writes a checkpoint and exits with 130; a second one ends at once.",
+                   "step, writes a checkpoint and exits with 130; a second one ends at once.\n"
+                   "While the start is untangled, Ctrl-C ends the run before anything is written.",
         .options = options,
         .option_count = sizeof options / sizeof options[0],
         .operand_minimum = 1,
@@ -158,13 +159,21 @@ static tulle_status fail_memory(tulle_error *error) {
     return TULLE_ERROR_OUT_OF_MEMORY;
 }
 
+static int is_stopped(void *context) {
+    (void)context;
+    return interrupt_is_pending();
+}
+
 static tulle_status prepare_world(run_session *session, tulle_error *error) {
     tulle_status status =
         scene_build_world(session->scene, session->options.threads, NULL, &session->built, error);
     /* a checkpoint takes the place of the first state, which need not be untangled again */
     bool const goes_on =
         session->options.resumes && tulle_run_has_checkpoint(session->options.directory) != 0;
-    if (status == TULLE_OK && !goes_on) status = tulle_world_start(session->built.world, error);
+    if (status == TULLE_OK && !goes_on) {
+        tulle_world_set_stop_request(session->built.world, is_stopped, NULL);
+        status = tulle_world_start(session->built.world, error);
+    }
     if (status != TULLE_OK) return status;
     session->body_count = session->built.cloth_count + session->built.obstacle_count;
     session->bodies = calloc(session->body_count, sizeof *session->bodies);
@@ -323,11 +332,15 @@ static int end_run(run_session *session, tulle_status status, tulle_error *error
 }
 
 static int run_scene(run_session *session, const char *progress, tulle_error *error) {
+    interrupt_catch();
     tulle_status status = prepare_world(session, error);
     session->wanted_steps =
         (uint64_t)session->options.frame_count * scene_get_steps_per_frame(session->scene);
-    if (status == TULLE_OK) interrupt_catch();
     bool is_new = true;
+    if (status == TULLE_ERROR_INTERRUPTED) {
+        app_print_message("run", "%s; nothing was written", error->message);
+        return APP_EXIT_INTERRUPTED;
+    }
     if (status == TULLE_OK) status = open_directory(session, &is_new, error);
     if (status != TULLE_OK) {
         app_print_error("run", error);

@@ -240,6 +240,13 @@ tulle_status tulle_world_start(tulle_world *world, tulle_error *error) {
     return world_start(world, true, error);
 }
 
+void tulle_world_set_stop_request(tulle_world *world, tulle_stop_request is_stopped,
+                                  void *context) {
+    if (!world) return;
+    world->is_stopped = is_stopped;
+    world->stop_context = context;
+}
+
 tulle_status world_start(tulle_world *world, bool is_judged, tulle_error *error) {
     if (!world) return error_set(error, TULLE_ERROR_INVALID_ARGUMENT, "the world is null");
     if (world->is_started) return TULLE_OK;

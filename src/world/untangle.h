@@ -8,7 +8,7 @@
  * intersection and pairs keep the minimum gap, or def.untangle_limit rounds have passed. Distances,
  * trees, masses and world->intersections (of the start) must be there. Fills
  * world->untangle_report. TULLE_ERROR_INTERSECTING_START with the pairs that are left, of the state
- * with fewest, when the limit is met. */
+ * with fewest, when the limit is met; TULLE_ERROR_INTERRUPTED by the world's stop request. */
 tulle_status world_untangle(tulle_world *world, tulle_error *error);
 
 #endif

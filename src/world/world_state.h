@@ -104,6 +104,8 @@ struct tulle_world {
     ARRAY(world_pair_law) pair_laws;
     bool is_started;
     int threads;
+    tulle_stop_request is_stopped; /* null: never */
+    void *stop_context;
 
     /* fixed by the start */
     size_t vertex_count, cloth_vertex_count;

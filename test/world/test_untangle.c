@@ -130,6 +130,35 @@ static void limit_names_what_is_left(void **state) {
     tangled_destroy(&start);
 }
 
+static int stop_after(void *context) {
+    int *const rounds_left = context;
+    return (*rounds_left)-- == 0;
+}
+
+/* A stop request ends the start between rounds; nothing has changed, and it can be tried again. */
+static void request_stops_the_start(void **state) {
+    (void)state;
+    tangled_start start = tangled_make(TANGLED_THRUST, 1, SIDE_SHORT);
+    tulle_world_def const def = make_def();
+    tulle_world *const world = tangled_make_world(&start, &def);
+    tulle_error error = {0};
+    for (int rounds = 0; rounds < 4; rounds += 3) {
+        int left = rounds;
+        tulle_world_set_stop_request(world, stop_after, &left);
+        assert_int_equal(tulle_world_start(world, &error), TULLE_ERROR_INTERRUPTED);
+        assert_non_null(strstr(error.message, "rounds of untangling"));
+        assert_int_equal(tulle_world_get_untangle_report(world).rounds, rounds);
+        double const *const x = tulle_cloth_get_positions(world, (tulle_cloth_id){0, 1}, NULL);
+        assert_memory_equal(x, start.cloths[0].positions,
+                            3 * start.cloths[0].vertex_count * sizeof(double));
+    }
+    tulle_world_set_stop_request(world, NULL, NULL);
+    assert_int_equal(tulle_world_start(world, &error), TULLE_OK);
+    assert_int_equal(tangled_judge(&start, world), 0);
+    tulle_world_destroy(world);
+    tangled_destroy(&start);
+}
+
 static void result_does_not_depend_on_threads(void **state) {
     (void)state;
     tangled_start start = tangled_make(TANGLED_CORNERS, 2, SIDE_SHORT);
@@ -232,6 +261,7 @@ int main(void) {
         cmocka_unit_test(a_loaded_state_is_not_untangled_again),
         cmocka_unit_test(pins_and_velocities_stay),
         cmocka_unit_test(limit_names_what_is_left),
+        cmocka_unit_test(request_stops_the_start),
         cmocka_unit_test(failed_allocations_are_reported),
         cmocka_unit_test(result_does_not_depend_on_threads),
     };
