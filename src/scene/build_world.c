@@ -67,6 +67,21 @@ static tulle_status add_cloth(const scene_cloth *cloth, tulle_world *world, tull
     return status == TULLE_OK ? TULLE_OK : add_place(&cloth->keys->head, status, error);
 }
 
+/* No body where the scene does not say so: all zero. */
+static tulle_body get_body(const dynamic_keys *keys) {
+    tulle_body body = {.is_dynamic = keys->head.node != NULL};
+    if (!body.is_dynamic) return body;
+    body.mass = keys->mass;
+    body.density = keys->density;
+    body.area_density = keys->area_density;
+    body.linear_damping = keys->linear_damping;
+    body.angular_damping = keys->angular_damping;
+    body.start_time = keys->start;
+    set_vector(body.velocity, &keys->velocity);
+    set_vector(body.angular_velocity, &keys->spin);
+    return body;
+}
+
 static tulle_status add_obstacle(const scene_obstacle *obstacle, tulle_world *world,
                                  tulle_obstacle_id *id, tulle_error *error) {
     const sequence_keys *sequence = &obstacle->keys->motion.sequence;
@@ -79,6 +94,7 @@ static tulle_status add_obstacle(const scene_obstacle *obstacle, tulle_world *wo
     def.motion = obstacle->motion;
     def.appear_time = obstacle->appears;
     def.disappear_time = obstacle->disappears;
+    def.body = get_body(&obstacle->keys->dynamic);
     if (obstacle->sequence) {
         def.read_frame = sequence_read;
         def.frame_context = obstacle->sequence;

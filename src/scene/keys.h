@@ -133,6 +133,12 @@ typedef struct copies_keys {
     int order; /* stagger_order */
 } copies_keys;
 
+typedef struct dynamic_keys {
+    schema_head head;
+    double mass, density, area_density, linear_damping, angular_damping, start;
+    schema_vector velocity, spin;
+} dynamic_keys;
+
 typedef struct obstacle_keys {
     schema_head head;
     const char *name;
@@ -141,6 +147,7 @@ typedef struct obstacle_keys {
     schema_rotation rotate;
     double friction, dynamic_friction, restitution, appears, disappears;
     motion_keys motion;
+    dynamic_keys dynamic;
     copies_keys copies;
     schema_vector color;
     bool hidden;
@@ -197,8 +204,8 @@ typedef struct scene_keys {
 } scene_keys;
 
 extern const schema_map scene_map, time_map, wind_map, mesh_map, material_map, keyframe_map,
-    box_map, line_map, pin_map, cloth_map, sequence_map, motion_map, row_map, grid_map, ring_map,
-    spiral_map, copies_map, obstacle_map, pair_map, contact_map, solver_map, camera_map,
+    box_map, line_map, pin_map, cloth_map, sequence_map, motion_map, dynamic_map, row_map, grid_map,
+    ring_map, spiral_map, copies_map, obstacle_map, pair_map, contact_map, solver_map, camera_map,
     picture_map;
 
 /* An integer that stands for "derived from the scene's seed". */

@@ -86,6 +86,58 @@ const schema_map motion_map = {
     MAP_OF(motion_table, motion_keys),
     .needs_alternative = true};
 
+#define MASS_OF_KIND(field_name, its_unit, text)                                                   \
+    {                                                                                              \
+        .name = #field_name, .type = SCHEMA_NUMBER, .unit = its_unit, .minimum = 0,                \
+        .maximum = 1e12, .flags = SCHEMA_ABOVE_MINIMUM | SCHEMA_ALTERNATIVE | SCHEMA_OPTIONAL,     \
+        FIELD(dynamic_keys, field_name), .meaning = text                                           \
+    }
+#define DAMPING(field_name, text)                                                                  \
+    {                                                                                              \
+        .name = #field_name, .type = SCHEMA_NUMBER, .unit = UNIT_RATE, .fallback = "0",            \
+        .minimum = 0, .maximum = 1e6, FIELD(dynamic_keys, field_name), .meaning = text             \
+    }
+static const schema_key dynamic_table[] = {
+    MASS_OF_KIND(mass, UNIT_MASS, "of each copy, evenly in its volume"),
+    MASS_OF_KIND(density, UNIT_DENSITY, "of the volume"),
+    MASS_OF_KIND(area_density, UNIT_AREA_DENSITY, "of the surface, for shells; any mesh will do"),
+    {.name = "velocity",
+     .type = SCHEMA_VECTOR,
+     .unit = UNIT_VELOCITY,
+     .fallback = "[0, 0, 0]",
+     .least_count = 3,
+     .most_count = 3,
+     .minimum = -1000,
+     .maximum = 1000,
+     FIELD(dynamic_keys, velocity),
+     .meaning = "of the centre of mass, at the start"},
+    {.name = "spin",
+     .type = SCHEMA_VECTOR,
+     .unit = UNIT_SPIN,
+     .fallback = "[0, 0, 0]",
+     .least_count = 3,
+     .most_count = 3,
+     .minimum = -10000,
+     .maximum = 10000,
+     FIELD(dynamic_keys, spin),
+     .meaning = "angular velocity at the start"},
+    DAMPING(linear_damping, "slows the centre"),
+    DAMPING(angular_damping, "slows the spin"),
+    {.name = "start",
+     ANY_TIME,
+     .fallback = "0",
+     FIELD(dynamic_keys, start),
+     .meaning = "until then it follows its motion, and goes on as that moved"},
+};
+const schema_map dynamic_map = {
+    .title = "Rigid body",
+    .meaning =
+        "An obstacle that answers contact: with cloth, with obstacles and with other bodies. "
+        "Its mesh must be closed and face outwards, but for area_density, and may intersect "
+        "nothing at the start.",
+    MAP_OF(dynamic_table, dynamic_keys),
+    .needs_alternative = true};
+
 static const schema_key row_table[] = {
     {.name = "count", COUNT_OF_COPIES, FIELD(row_keys, count), .meaning = "copies"},
     {.name = "offset",
@@ -245,6 +297,13 @@ static const schema_key obstacle_table[] = {
      FIELD(obstacle_keys, motion),
      .derived = "static",
      .meaning = "how it moves"},
+    {.name = "dynamic",
+     .type = SCHEMA_MAP,
+     .map = &dynamic_map,
+     .flags = SCHEMA_OPTIONAL,
+     FIELD(obstacle_keys, dynamic),
+     .derived = "none",
+     .meaning = "makes it a rigid body that answers"},
     {.name = "appears",
      ANY_TIME,
      .fallback = "start",
@@ -281,5 +340,6 @@ static const schema_key obstacle_table[] = {
 const schema_map obstacle_map = {
     .title = "Obstacle",
     .meaning =
-        "Something that cloth cannot pass. Obstacles may intersect themselves and one another.",
+        "Something that cloth cannot pass. Obstacles may intersect themselves and one another, "
+        "but for those that are dynamic.",
     MAP_OF(obstacle_table, obstacle_keys)};

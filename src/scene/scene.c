@@ -27,7 +27,9 @@ tulle_mesh_view scene_get_obstacle_mesh(const scene *loaded, size_t index) {
     return tulle_mesh_get_view(&loaded->obstacles[index].mesh);
 }
 bool scene_is_obstacle_moving(const scene *loaded, size_t index) {
-    return loaded->obstacles[index].motion.key_count > 0 || loaded->obstacles[index].sequence;
+    const scene_obstacle *const obstacle = &loaded->obstacles[index];
+    return obstacle->motion.key_count > 0 || obstacle->sequence ||
+           obstacle->keys->dynamic.head.node != NULL;
 }
 
 const char *scene_get_canonical_text(const scene *loaded) { return loaded->canonical_text; }

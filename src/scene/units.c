@@ -48,14 +48,25 @@ static const unit units[] = {
     {UNIT_RATE, "1/s", 1.0},
     {UNIT_RATE, "1/min", 1.0 / 60.0},
     {UNIT_DRAG, "kg/m^3", 1.0},
+    {UNIT_MASS, "kg", 1.0},
+    {UNIT_MASS, "g", 1e-3},
+    {UNIT_MASS, "t", 1e3},
+    {UNIT_DENSITY, "kg/m^3", 1.0},
+    {UNIT_DENSITY, "g/cm^3", 1e3},
+    {UNIT_SPIN, "rad/s", 1.0},
+    {UNIT_SPIN, "deg/s", DEGREE},
+    {UNIT_SPIN, "turn/s", TURN},
 };
 enum { unit_count = sizeof units / sizeof units[0] };
 
 const char *unit_dimension_name(unit_dimension dimension) {
-    static const char *const names[UNIT_DIMENSION_COUNT] = {
-        "number",   "length",       "time",         "angle",
-        "velocity", "acceleration", "area density", "stretch stiffness",
-        "bending",  "rate",         "drag"};
+    static const char *const names[UNIT_DIMENSION_COUNT] = {"number",       "length",
+                                                            "time",         "angle",
+                                                            "velocity",     "acceleration",
+                                                            "area density", "stretch stiffness",
+                                                            "bending",      "rate",
+                                                            "drag",         "mass",
+                                                            "density",      "angular velocity"};
     return names[dimension];
 }
 

@@ -17,6 +17,9 @@ typedef enum unit_dimension {
     UNIT_BENDING,   /* plate bending rigidity */
     UNIT_RATE,
     UNIT_DRAG,
+    UNIT_MASS,
+    UNIT_DENSITY,
+    UNIT_SPIN,
     UNIT_DIMENSION_COUNT
 } unit_dimension;
 

@@ -23,6 +23,8 @@ static const small_run runs[] = {
       "cloth[2].mesh.resolution=[9, 9]"}},
     {"ribbon", 40, TULLE_OK, 1, {"cloth[0].mesh.resolution=[121, 3]"}},
     {"net", 25, TULLE_OK, 2, {"cloth[0].mesh.cells=[6, 6]", "cloth[0].mesh.strand=3 cm"}},
+    {"ball", 60, TULLE_OK, 1, {"cloth[0].mesh.resolution=[13, 13]"}},
+    {"boxes", 60, TULLE_OK, 1, {"cloth[0].mesh.resolution=[13, 13]"}},
     {"pinch", 225, TULLE_OK, 1, {"cloth[0].mesh.resolution=[7, 7]"}},
     {"pinch_zero", 225, TULLE_ERROR_PINCHED, 1, {"cloth[0].mesh.resolution=[7, 7]"}},
 };
