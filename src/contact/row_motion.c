@@ -150,12 +150,38 @@ static bool side_may_move(const contact_scene *scene, const contact_row *row, in
     return is_cloth;
 }
 
+/* The point of a side at x0. */
+static vec3 find_side_point(const contact_scene *scene, const contact_row *row, int side) {
+    vec3 sum = {0.0, 0.0, 0.0};
+    for (int k = 0; k < 4; k++)
+        if (get_row_side(row, k) == side)
+            sum =
+                vec3_add_scaled(sum, vec3_load(scene->x0, row->vertices[k]), fabs(row->weights[k]));
+    return sum;
+}
+
+/* Between two that answer, the impulse acts at one point of x0 on both, so that it keeps angular
+ * momentum, friction across the gap too: cloth's own, else the middle. */
+static void share_point(const contact_scene *scene, contact_row *row) {
+    vec3 const first = find_side_point(scene, row, 0), second = find_side_point(scene, row, 1);
+    vec3 point = vec3_lerp(first, second, 0.5);
+    if (row->slots[0] == TULLE_NONE) point = first;
+    if (row->slots[1] == TULLE_NONE) point = second;
+    for (int side = 0; side < 2; side++) {
+        const contact_body *const body = find_side_body(scene, row, side);
+        if (!body) continue;
+        row->arms[side] = vec3_scale(vec3_sub(point, body->start.position), get_side_sign(side));
+    }
+}
+
 /* Against what nothing moves, arms are those of the end of the step, where the contact lands below
- * the centre: with those of x0 a rolling ball meets a resistance of first order in its turn.
- * Between two that answer both have the arms of x0, so that the impulse keeps angular momentum. */
+ * the centre: with those of x0 a rolling ball meets a resistance of first order in its turn. */
 static void choose_arms(const contact_scene *scene, contact_row *row) {
     row->has_end_arms = !side_may_move(scene, row, 0) || !side_may_move(scene, row, 1);
-    if (!row->has_end_arms) return;
+    if (!row->has_end_arms) {
+        share_point(scene, row);
+        return;
+    }
     for (int side = 0; side < 2; side++) {
         const contact_body *const body = find_side_body(scene, row, side);
         if (body) row->arms[side] = mat3_multiply_vec3(&body->turn, row->arms[side]);

@@ -106,3 +106,26 @@ tulle_cloth_id bodies_add_cloth(tulle_world *world, const tulle_mesh *mesh, doub
     if (tulle_world_add_cloth(world, &def, &id, &error) != TULLE_OK) fail_msg("%s", error.message);
     return id;
 }
+
+size_t bodies_judge(const tulle_world *world, const tulle_mesh *cloths, size_t cloth_count,
+                    const tulle_mesh *obstacles, size_t obstacle_count) {
+    tulle_check_body bodies[32];
+    tulle_check_result result = {0};
+    size_t count = 0;
+    for (size_t i = 0; i < cloth_count; i++) {
+        bodies[count].mesh = tulle_mesh_get_view(&cloths[i]);
+        bodies[count].mesh.positions =
+            tulle_cloth_get_positions(world, (tulle_cloth_id){(uint32_t)i, 1}, NULL);
+        bodies[count++].is_obstacle = 0;
+    }
+    for (size_t i = 0; i < obstacle_count; i++) {
+        bodies[count].mesh = tulle_mesh_get_view(&obstacles[i]);
+        bodies[count].mesh.positions =
+            tulle_obstacle_get_positions(world, (tulle_obstacle_id){(uint32_t)i, 1}, NULL);
+        bodies[count++].is_obstacle = 0; /* so that they are judged with one another */
+    }
+    assert_int_equal(tulle_check_intersections(bodies, count, 1, &result, NULL), TULLE_OK);
+    size_t const pairs = result.pair_count;
+    tulle_check_result_destroy(&result);
+    return pairs;
+}

@@ -23,6 +23,10 @@ tulle_obstacle_id bodies_add_obstacle(tulle_world *world, const tulle_mesh *mesh
 /* Square cloth of cotton without air damping, as small_sheet makes it. */
 tulle_cloth_id bodies_add_cloth(tulle_world *world, const tulle_mesh *mesh, double area_density,
                                 int has_pinned_corners);
+/* Pairs of triangles that intersect now, of everything with everything, by the exact judge: cloths
+ * 0 .. cloth_count - 1 and obstacles 0 .. obstacle_count - 1. */
+size_t bodies_judge(const tulle_world *world, const tulle_mesh *cloths, size_t cloth_count,
+                    const tulle_mesh *obstacles, size_t obstacle_count);
 tulle_step_report bodies_step(tulle_world *world);
 tulle_step_report bodies_step_by(tulle_world *world, double time_step);
 tulle_transform bodies_get_transform(const tulle_world *world, tulle_obstacle_id id);

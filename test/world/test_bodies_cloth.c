@@ -107,7 +107,7 @@ static double throw_ball(double time_step) {
     assert_true(contacts > 100);
     assert_true(linear < 1e-12);
     assert_true(growth < 1e-3);
-    assert_int_equal(small_judge(world, &sheet, 1, &ball, 1), 0);
+    assert_int_equal(bodies_judge(world, &sheet, 1, &ball, 1), 0);
     free(masses);
     tulle_mesh_destroy(&sheet);
     tulle_mesh_destroy(&ball);
@@ -158,7 +158,7 @@ static void rest_on_sheet(double ratio, double area_density, double most_jitter)
                   (int)(iterations / (uint64_t)steps));
     assert_int_equal(rescues, 0);
     assert_true(jitter < most_jitter);
-    assert_int_equal(small_judge(world, &sheet, 1, &ball, 1), 0);
+    assert_int_equal(bodies_judge(world, &sheet, 1, &ball, 1), 0);
     tulle_mesh_destroy(&sheet);
     tulle_mesh_destroy(&ball);
     tulle_world_destroy(world);
@@ -191,7 +191,7 @@ static void stack_comes_to_rest(void **state) {
         tulle_step_report const report = bodies_step(world);
         rescues += report.rescue_component_scalings + report.rescue_global_scalings;
         if (i == 449) before = bodies_get_transform(world, ids[2]);
-        if (i % 60 == 59) assert_int_equal(small_judge(world, &sheet, 1, boxes, 3), 0);
+        if (i % 60 == 59) assert_int_equal(bodies_judge(world, &sheet, 1, boxes, 3), 0);
     }
     double creep = 0.0;
     tulle_transform const end = bodies_get_transform(world, ids[2]);

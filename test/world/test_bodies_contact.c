@@ -1,0 +1,144 @@
+/* Rigid bodies among themselves and with obstacles: momentum, tipping, shapes with holes. */
+#include "support/body_world.h"
+#include "support/test_support.h"
+#include "tulle/tulle.h"
+
+#include <math.h>
+#include <stdio.h>
+#include <string.h>
+
+static void add_momenta(const tulle_transform *t, double linear[3], double angular[3]) {
+    for (int k = 0; k < 3; k++) {
+        int const a = (k + 1) % 3, b = (k + 2) % 3;
+        linear[k] += t->mass * t->velocity[k];
+        angular[k] += t->mass * (t->position[a] * t->velocity[b] - t->position[b] * t->velocity[a]);
+        for (int i = 0; i < 3; i++) angular[k] += t->inertia[3 * k + i] * t->angular_velocity[i];
+    }
+}
+
+/* Two boxes that spin and collide off their centres, in free flight. */
+static void colliding_boxes_keep_momentum(void **state) {
+    (void)state;
+    tulle_world_def def = tulle_world_def_default();
+    for (int k = 0; k < 3; k++) def.gravity[k] = 0.0;
+    tulle_world *const world = bodies_make_world(&def, true);
+    tulle_mesh boxes[2] = {bodies_make_box(0.3, 0.2, 0.1, (double[3]){-0.4, 0.02, 0.01}),
+                           bodies_make_box(0.2, 0.25, 0.15, (double[3]){0.3, -0.03, 0.04})};
+    tulle_body const first = {.is_dynamic = 1,
+                              .mass = 1.0,
+                              .velocity = {2.0, 0.1, 0.0},
+                              .angular_velocity = {1.0, 2.0, -1.5}};
+    tulle_body const second = {.is_dynamic = 1,
+                               .mass = 0.4,
+                               .velocity = {-1.0, 0.0, 0.2},
+                               .angular_velocity = {-2.0, 0.5, 3.0}};
+    tulle_obstacle_id const ids[2] = {bodies_add_obstacle(world, &boxes[0], 0.4, &first),
+                                      bodies_add_obstacle(world, &boxes[1], 0.4, &second)};
+    tulle_error error;
+    if (tulle_world_start(world, &error) != TULLE_OK) fail_msg("%s", error.message);
+    double start[2][3] = {{0.0}}, linear = 0.0, angular = 0.0, energy = 0.0, growth = 0.0;
+    for (int i = 0; i < 2; i++) {
+        tulle_transform const t = bodies_get_transform(world, ids[i]);
+        add_momenta(&t, start[0], start[1]);
+    }
+    uint64_t contacts = 0;
+    for (int s = 0; s < 90; s++) {
+        tulle_step_report const report = bodies_step(world);
+        double now[2][3] = {{0.0}};
+        for (int i = 0; i < 2; i++) {
+            tulle_transform const t = bodies_get_transform(world, ids[i]);
+            add_momenta(&t, now[0], now[1]);
+        }
+        for (int k = 0; k < 3; k++) {
+            linear = fmax(linear, fabs(now[0][k] - start[0][k]));
+            angular = fmax(angular, fabs(now[1][k] - start[1][k]));
+        }
+        if (s > 0) growth = fmax(growth, report.kinetic_energy - energy);
+        energy = report.kinetic_energy;
+        contacts += report.contacts;
+        if (s % 10 == 9) assert_int_equal(bodies_judge(world, NULL, 0, boxes, 2), 0);
+    }
+    print_message(
+        "boxes collide: momentum %.2g, angular %.2g, energy grows by %.2g J, %d contacts\n", linear,
+        angular, growth, (int)contacts);
+    assert_true(contacts > 0);
+    assert_true(linear < 1e-12 && angular < 1e-12);
+    assert_true(growth < 1e-12);
+    for (int i = 0; i < 2; i++) tulle_mesh_destroy(&boxes[i]);
+    tulle_world_destroy(world);
+}
+
+/* Height of a box after a second that lies on a table with its centre so far past the edge. */
+static double lay_on_edge(double past) {
+    tulle_world_def def = tulle_world_def_default();
+    def.contact_distance = 0.002;
+    tulle_world *const world = bodies_make_world(&def, true);
+    tulle_mesh meshes[2] = {bodies_make_box(1.0, 1.0, 0.2, (double[3]){-0.5, 0.0, -0.1}),
+                            bodies_make_box(0.3, 0.1, 0.1, (double[3]){past, 0.0, 0.052})};
+    tulle_body const body = {.is_dynamic = 1, .mass = 1.0};
+    bodies_add_obstacle(world, &meshes[0], 0.9, NULL);
+    tulle_obstacle_id const id = bodies_add_obstacle(world, &meshes[1], 0.9, &body);
+    for (int i = 0; i < 90; i++) {
+        bodies_step(world);
+        if (i % 10 == 9) assert_int_equal(bodies_judge(world, NULL, 0, meshes, 2), 0);
+    }
+    tulle_transform const end = bodies_get_transform(world, id);
+    print_message("box %g m past the edge: height %.4f m, turns at %.3g rad/s\n", past,
+                  end.position[2], end.angular_velocity[1]);
+    for (int i = 0; i < 2; i++) tulle_mesh_destroy(&meshes[i]);
+    tulle_world_destroy(world);
+    return end.position[2];
+}
+
+static void box_tips_when_its_centre_passes_the_edge(void **state) {
+    (void)state;
+    assert_true(fabs(lay_on_edge(-0.01) - 0.052) < 1e-4);
+    assert_true(lay_on_edge(0.01) < 0.0);
+}
+
+/* A ring falls a little onto a rod through it, and hangs there. */
+static void ring_hangs_on_a_rod(void **state) {
+    (void)state;
+    tulle_world_def def = tulle_world_def_default();
+    def.contact_distance = 0.002;
+    tulle_world *const world = bodies_make_world(&def, true);
+    tulle_shape_def torus = tulle_shape_def_default(TULLE_SHAPE_TORUS);
+    torus.radius = 0.1;
+    torus.inner_radius = 0.01;
+    torus.resolution[0] = 24;
+    torus.resolution[1] = 8;
+    tulle_mesh meshes[2] = {bodies_make_box(0.03, 0.03, 0.6, (double[3]){0.0, 0.0, 0.0}),
+                            small_shape(torus, 0.02, 0.03, 0.1)};
+    bodies_rotate_mesh(&meshes[0], acos(0.0)); /* along x */
+    bodies_rotate_mesh(&meshes[1], 1.2);
+    for (size_t i = 0; i < meshes[1].vertex_count; i++) meshes[1].positions[3 * i] -= 0.1;
+    for (size_t i = 0; i < meshes[1].vertex_count; i++) meshes[1].positions[3 * i + 2] -= 0.06;
+    tulle_body const body = {.is_dynamic = 1, .area_density = 2.0, .angular_damping = 1.0};
+    bodies_add_obstacle(world, &meshes[0], 0.4, NULL);
+    tulle_obstacle_id const id = bodies_add_obstacle(world, &meshes[1], 0.4, &body);
+    uint64_t rescues = 0, contacts = 0;
+    for (int i = 0; i < 360; i++) {
+        tulle_step_report const report = bodies_step(world);
+        rescues += report.rescue_component_scalings + report.rescue_global_scalings;
+        contacts += report.contacts;
+        if (i % 10 == 9) assert_int_equal(bodies_judge(world, NULL, 0, meshes, 2), 0);
+    }
+    tulle_transform const end = bodies_get_transform(world, id);
+    print_message("ring: centre at %.4f, %.4f, %.4f m, speed %.3g m/s, %d contacts, %d rescues\n",
+                  end.position[0], end.position[1], end.position[2], fabs(end.velocity[2]),
+                  (int)contacts, (int)rescues);
+    assert_true(contacts > 100);
+    assert_true(end.position[2] > -0.12 && end.position[2] < -0.05); /* it hangs */
+    assert_true(rescues * 1000 <= contacts);
+    for (int i = 0; i < 2; i++) tulle_mesh_destroy(&meshes[i]);
+    tulle_world_destroy(world);
+}
+
+int main(void) {
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(colliding_boxes_keep_momentum),
+        cmocka_unit_test(box_tips_when_its_centre_passes_the_edge),
+        cmocka_unit_test(ring_hangs_on_a_rod),
+    };
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}
