@@ -294,13 +294,6 @@ body_energies world_measure_bodies(const tulle_world *world, const double *posit
     return energies;
 }
 
-/* [rad] Turn of a substep, at most. */
-static const double TURN_MAX = 0.4;
-/* A vertex at distance r of the centre of a free body that turns by an angle a leaves the chord of
- * its way by at most this times r a^2: its acceleration is at most |w|^2 r + |dw/dt| r, where
- * |dw/dt| <= |w|^2 / sqrt 3 by Euler's equations, as no moment is more than the sum of the others;
- * (1 + 1 / sqrt 3) / 8 of that over a step, and |w| may gain a third in a turn of TURN_MAX. */
-static const double CHORD_FACTOR = 0.36;
 /* A vertex may leave its chord by this share of the contact distance. */
 static const double CHORD_SHARE = 0.25;
 /* Substeps are not cut below this share of the step for turning. */
@@ -312,8 +305,8 @@ double world_limit_turns(const tulle_world *world, const world_motion_state *sta
         if (!is_free(world, b)) continue;
         double const speed = vec3_norm(vec3_load(state->velocities, get_slot(world, b) + 1));
         double const radius = get_body(world, b)->radius;
-        double const turn =
-            fmin(TURN_MAX, sqrt(CHORD_SHARE * world->contact_distance / (CHORD_FACTOR * radius)));
+        double const turn = fmin(BODY_TURN_MAX, sqrt(CHORD_SHARE * world->contact_distance /
+                                                     (BODY_CHORD_FACTOR * radius)));
         /* equal parts */
         if (speed * wanted > turn)
             wanted = fmax(wanted / ceil(speed * wanted / turn), SHORTEST_TURN_SHARE * step);

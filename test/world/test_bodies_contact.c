@@ -134,11 +134,57 @@ static void ring_hangs_on_a_rod(void **state) {
     tulle_world_destroy(world);
 }
 
+/* Boxes and rings of several masses, fast and spinning, into a light sheet over a floor. */
+static void pile_holds_no_intersection(void **state) {
+    (void)state;
+    enum { COUNT = 9 };
+    tulle_world_def def = tulle_world_def_default();
+    tulle_world *const world = bodies_make_world(&def, false);
+    tulle_mesh sheet = small_sheet(1.0, 13, 0.15);
+    tulle_mesh meshes[COUNT + 1];
+    bodies_add_cloth(world, &sheet, 0.1, 1);
+    meshes[0] = bodies_make_box(3.0, 3.0, 0.2, (double[3]){0.0, 0.0, -0.1});
+    bodies_add_obstacle(world, &meshes[0], 0.5, NULL);
+    for (int i = 1; i <= COUNT; i++) {
+        double const at[3] = {0.22 * (i % 3 - 1) + 0.013 * i, 0.22 * (i / 3 - 1), 0.4 + 0.05 * i};
+        tulle_shape_def torus = tulle_shape_def_default(TULLE_SHAPE_TORUS);
+        torus.radius = 0.07;
+        torus.inner_radius = 0.015;
+        torus.resolution[0] = 16;
+        torus.resolution[1] = 6;
+        meshes[i] = i % 3 == 0 ? small_shape(torus, at[0], at[1], at[2])
+                               : bodies_make_box(0.1, 0.14, 0.06, at);
+        tulle_body const body = {.is_dynamic = 1,
+                                 .mass = i % 2 ? 0.02 : 1.0,
+                                 .velocity = {0.3 * (i % 2), 0.2, -4.0},
+                                 .angular_velocity = {4.0, -3.0 * i, 2.0}};
+        bodies_add_obstacle(world, &meshes[i], 0.5, &body);
+    }
+    uint64_t scalings = 0, shortened = 0, contacts = 0, substeps = 0;
+    double stretch = 0.0;
+    for (int i = 0; i < 180; i++) {
+        tulle_step_report const report = bodies_step(world);
+        scalings += report.rescue_component_scalings;
+        shortened += report.rescue_global_scalings;
+        contacts += report.contacts;
+        substeps += report.substeps;
+        stretch = fmax(stretch, report.max_stretch);
+        if (i % 6 == 5) assert_int_equal(bodies_judge(world, &sheet, 1, meshes, COUNT + 1), 0);
+    }
+    print_message("pile: %d contacts in %d substeps, %d components scaled, %d times shortened, "
+                  "stretch %.3g\n",
+                  (int)contacts, (int)substeps, (int)scalings, (int)shortened, stretch);
+    for (int i = 0; i <= COUNT; i++) tulle_mesh_destroy(&meshes[i]);
+    tulle_mesh_destroy(&sheet);
+    tulle_world_destroy(world);
+}
+
 int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(colliding_boxes_keep_momentum),
         cmocka_unit_test(box_tips_when_its_centre_passes_the_edge),
         cmocka_unit_test(ring_hangs_on_a_rod),
+        cmocka_unit_test(pile_holds_no_intersection),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
