@@ -81,6 +81,14 @@ tulle_status world_find_kinetic_limit(const step_context *context, kinetic_limit
  * slack. */
 tulle_status world_measure_gain(const step_context *context, double *gain);
 
+/* stretch.c: largest growth of an edge's stretch, beyond a stretch that cloth may have, from the
+ * start of the substep to context->end. */
+double world_measure_stretch_growth(const step_context *context);
+/* stretch.c: whether an edge jumps to over WORLD_TORN_STRETCH times its rest length, which is no
+ * motion of cloth. */
+#define WORLD_TORN_STRETCH 4.0
+bool world_is_torn(const step_context *context);
+
 /* pinch.c: what to do when `world_advance` could not move on; see tulle_on_pinch. OK means: go
  * on.*/
 tulle_status world_handle_pinch(step_context *context);

@@ -19,8 +19,6 @@
 /* An edge may grow by this share of its rest length in one substep. More means that the solve has
  * not carried a hard landing into the cloth: vertices stop while their neighbours fly on. */
 static const double STRETCH_GROWTH_MAX = 0.25;
-/* Growth that only takes up slack is free up to this stretch. */
-static const double STRETCH_FREE = 1.15;
 
 /* A rigid map that misses a vertex's target by more than this share of the minimum gap is none. */
 static const double CARRIER_ERROR_SHARE = 1e-3;
@@ -46,6 +44,16 @@ static tulle_status fail_step(step_context *context, tulle_status status) {
                          "smaller time step, softer materials or weaker wind",
                          step);
     }
+}
+
+/* By the paper's response no other vertex gains what one loses, so contact can give energy on and
+ * on. */
+static tulle_status fail_torn(step_context *context) {
+    return error_set(context->error, TULLE_ERROR_STEP_FAILED,
+                     "contact by the paper's response tears cloth to over %g times its rest length "
+                     "in step %llu; use the coupled response, a smaller time step or less "
+                     "restitution",
+                     WORLD_TORN_STRETCH, (unsigned long long)context->world->step_count);
 }
 
 void world_end_stage(step_context *context, stage number, double *start) {
@@ -300,23 +308,6 @@ static tulle_status accept_paths(step_context *context) {
     return TULLE_OK;
 }
 
-/* Largest growth of an edge's stretch beyond STRETCH_FREE along x0 -> x1. */
-static double stretch_growth(const step_context *context) {
-    tulle_world const *const world = context->world;
-    double largest = 0.0;
-    for (uint32_t e = 0; e < world->surfaces[world->cloths.count - 1].edge_end; e++) {
-        size_t const a = world->topo.edges[2 * (size_t)e], b = world->topo.edges[2 * (size_t)e + 1];
-        double length[3];
-        double const *const shapes[3] = {world->rest, context->state->positions, context->end};
-        for (int k = 0; k < 3; k++) {
-            length[k] = vec3_norm(vec3_sub(vec3_load(shapes[k], a), vec3_load(shapes[k], b)));
-        }
-        double const before = fmax(length[1] / length[0], STRETCH_FREE);
-        largest = fmax(largest, length[2] / length[0] - before);
-    }
-    return largest;
-}
-
 static tulle_status run_stages(step_context *context) {
     row_list *const rows = &context->world->rows;
     double start = timer_now();
@@ -342,9 +333,10 @@ static tulle_status run_stages(step_context *context) {
     status = world_solve_step(context, &impacts, &start);
     if (status != TULLE_OK) return fail_step(context, status);
 
-    context->is_rejected =
-        context->time_step > context->shortest_step && stretch_growth(context) > STRETCH_GROWTH_MAX;
+    context->is_rejected = context->time_step > context->shortest_step &&
+                           world_measure_stretch_growth(context) > STRETCH_GROWTH_MAX;
     if (context->is_rejected) return TULLE_OK;
+    if (context->scene.paper && world_is_torn(context)) return fail_torn(context);
 
     status = run_commit_safely(context, impacts.is_clean);
     world_end_stage(context, STAGE_COMMIT_SAFELY, &start);

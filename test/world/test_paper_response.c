@@ -103,10 +103,80 @@ static void saved_states_go_on(void **state) {
     destroy_scene(&of);
 }
 
+/* Sheets that stick hard, slide easily and rebound fully, in a world of their own. */
+static tulle_world *make_rebounding(const scene *of, tulle_integrator integrator) {
+    tulle_world_def def = tulle_world_def_default();
+    def.response = TULLE_RESPONSE_PAPER;
+    def.motion_space = TULLE_MOTION_SPACE_POLYHEDRAL;
+    def.integrator = integrator;
+    def.friction_cloth_cloth = 2.0;
+    def.dynamic_friction_cloth_cloth = 0.1;
+    def.threads = 1;
+    tulle_world *world = NULL;
+    assert_int_equal(tulle_world_create(&def, &world, NULL), TULLE_OK);
+    tulle_cloth_def cloth = tulle_cloth_def_default();
+    cloth.material.friction = 2.0;
+    cloth.material.dynamic_friction = 0.1;
+    cloth.material.restitution = 1.0;
+    for (int k = 0; k < 2; k++) {
+        tulle_cloth_id id;
+        cloth.mesh = tulle_mesh_get_view(&of->sheets[k]);
+        assert_int_equal(tulle_world_add_cloth(world, &cloth, &id, NULL), TULLE_OK);
+    }
+    tulle_obstacle_def ball = tulle_obstacle_def_default();
+    ball.mesh = tulle_mesh_get_view(&of->sphere);
+    ball.friction = 2.0;
+    ball.dynamic_friction = 0.1;
+    ball.restitution = 1.0;
+    tulle_obstacle_id id;
+    assert_int_equal(tulle_world_add_obstacle(world, &ball, &id, NULL), TULLE_OK);
+    return world;
+}
+
+/* Contact by the paper's response can give energy without end. Then the step fails, says so, and
+ * leaves the world as it was; what is accepted stays within bounds, and so does the work. */
+static void energy_from_contact_ends_in_an_error(void **state) {
+    (void)state;
+    scene of = make_scene();
+    int failures = 0;
+    tulle_integrator const integrators[3] = {
+        TULLE_INTEGRATOR_IMPLICIT_EULER, TULLE_INTEGRATOR_CRANK_NICOLSON, TULLE_INTEGRATOR_BDF2};
+    for (int k = 0; k < 3; k++) {
+        tulle_world *world = make_rebounding(&of, integrators[k]);
+        tulle_step_report report = {0};
+        tulle_error error = {0};
+        tulle_status status = TULLE_OK;
+        double stretch = 0.0;
+        int steps = 0;
+        uint64_t contacts = 0, hash = 0;
+        for (; steps < 60 && status == TULLE_OK; steps++) {
+            hash = tulle_world_get_state_hash(world);
+            status = tulle_world_step(world, TIME_STEP, &report, &error);
+            stretch = report.max_stretch > stretch ? report.max_stretch : stretch;
+            contacts = report.contacts > contacts ? report.contacts : contacts;
+        }
+        print_message("integrator %d: %d steps, stretch %.3g, %llu contacts, %s\n",
+                      (int)integrators[k], steps, stretch, (unsigned long long)contacts,
+                      error.message);
+        assert_true(stretch < 6.0);
+        assert_true(contacts < 4000);
+        if (status != TULLE_OK) {
+            failures++;
+            assert_int_equal(status, TULLE_ERROR_STEP_FAILED);
+            assert_non_null(strstr(error.message, "paper's response tears cloth"));
+            assert_true(tulle_world_get_state_hash(world) == hash);
+        }
+        tulle_world_destroy(world);
+    }
+    assert_true(failures > 0); /* or nothing was tested */
+    destroy_scene(&of);
+}
+
 int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(every_state_is_clean),
         cmocka_unit_test(saved_states_go_on),
+        cmocka_unit_test(energy_from_contact_ends_in_an_error),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
