@@ -27,7 +27,8 @@ typedef struct tulle_run_body {
     const char *name; /* unique; letters, digits, '-', '_' and '.' stay as they are in file names */
     tulle_mesh_view mesh; /* as the OBJ file holds it: start positions */
     int is_obstacle;
-    int is_static; /* 1: never moves, has no point cache */
+    int is_static;  /* 1: never moves, has no point cache */
+    int is_dynamic; /* 1: an obstacle that is a rigid body: meets other obstacles too */
 } tulle_run_body;
 
 /* ---- writing ---- */
@@ -141,6 +142,7 @@ typedef struct tulle_run_body_info {
         *cache_file; /* within the directory; cache_file null for static bodies */
     int is_obstacle, is_static;
     uint32_t vertex_count, triangle_count;
+    int is_dynamic; /* as in tulle_run_body */
 } tulle_run_body_info;
 
 /* A run directory as it is; strings and arrays live until tulle_run_reader_close. */

@@ -83,7 +83,8 @@ static tulle_status read_frame(run_check *self, size_t slot, uint32_t number, tu
             mesh.positions = positions;
         }
         frame->names[frame->body_count] = info->name;
-        frame->bodies[frame->body_count++] = (tulle_check_body){mesh, info->is_obstacle};
+        frame->bodies[frame->body_count++] =
+            (tulle_check_body){mesh, info->is_obstacle && !info->is_dynamic};
     }
     return TULLE_OK;
 }

@@ -150,7 +150,8 @@ static void describe_bodies(run_session *session) {
             (tulle_run_body){.name = scene_get_obstacle_name(loaded, i),
                              .mesh = scene_get_obstacle_mesh(loaded, i),
                              .is_obstacle = 1,
-                             .is_static = !scene_is_obstacle_moving(loaded, i)};
+                             .is_static = !scene_is_obstacle_moving(loaded, i),
+                             .is_dynamic = scene_is_obstacle_dynamic(loaded, i)};
 }
 
 static tulle_status fail_memory(tulle_error *error) {

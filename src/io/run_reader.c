@@ -58,6 +58,7 @@ static void describe_bodies(tulle_run_reader *reader) {
             .cache_file = body->is_static ? NULL : run_record_text(record, body->cache_file),
             .is_obstacle = body->is_obstacle,
             .is_static = body->is_static,
+            .is_dynamic = body->is_dynamic,
             .vertex_count = body->vertex_count,
             .triangle_count = body->triangle_count};
     }

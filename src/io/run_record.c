@@ -105,6 +105,7 @@ static bool describe_body(run_record *record, const tulle_run_body *body, stem_t
     make_unique(table, stem, record->bodies.count);
     run_body_record described = {.is_obstacle = body->is_obstacle != 0,
                                  .is_static = body->is_static != 0,
+                                 .is_dynamic = body->is_obstacle && body->is_dynamic,
                                  .vertex_count = (uint32_t)body->mesh.vertex_count,
                                  .triangle_count = (uint32_t)body->mesh.triangle_count};
     snprintf(file, sizeof file, "%s.obj", stem);
@@ -157,7 +158,8 @@ static bool is_same_body(const run_record *old, const run_record *new, size_t bo
     return strcmp(run_record_text(old, a->name), run_record_text(new, b->name)) == 0 &&
            strcmp(run_record_text(old, a->mesh_file), run_record_text(new, b->mesh_file)) == 0 &&
            a->is_obstacle == b->is_obstacle && a->is_static == b->is_static &&
-           a->vertex_count == b->vertex_count && a->triangle_count == b->triangle_count;
+           a->is_dynamic == b->is_dynamic && a->vertex_count == b->vertex_count &&
+           a->triangle_count == b->triangle_count;
 }
 
 tulle_status run_record_compare(const run_record *old, const run_record *new, const char *path,
@@ -185,10 +187,15 @@ tulle_status run_record_compare(const run_record *old, const run_record *new, co
 
 /* ---- to and from run.json ---- */
 
+static const char *name_role(const run_body_record *body) {
+    if (body->is_dynamic) return "body";
+    return body->is_obstacle ? "obstacle" : "cloth";
+}
+
 static void write_body(json_writer *writer, const run_record *record, const run_body_record *body) {
     json_begin(writer, NULL, '{');
     json_put_string(writer, "name", run_record_text(record, body->name));
-    json_put_string(writer, "role", body->is_obstacle ? "obstacle" : "cloth");
+    json_put_string(writer, "role", name_role(body));
     json_put_bool(writer, "static", body->is_static != 0);
     json_put_unsigned(writer, "vertices", body->vertex_count);
     json_put_unsigned(writer, "triangles", body->triangle_count);
@@ -251,9 +258,11 @@ static tulle_status read_body(run_record *record, const json_document *document,
     if (!status && !body.is_static)
         status = json_take_string(document, item, "cache", &cache, error);
     if (status) return status;
-    body.is_obstacle = strcmp(role, "obstacle") == 0;
+    body.is_dynamic = strcmp(role, "body") == 0;
+    body.is_obstacle = body.is_dynamic || strcmp(role, "obstacle") == 0;
     if (!body.is_obstacle && strcmp(role, "cloth") != 0)
-        return json_fail(document, item, error, "\"role\" should be \"cloth\" or \"obstacle\"");
+        return json_fail(document, item, error,
+                         "\"role\" should be \"cloth\", \"obstacle\" or \"body\"");
     if (!is_file_name(mesh) || (!body.is_static && !is_file_name(cache)))
         return json_fail(document, item, error,
                          "\"mesh\" and \"cache\" should be file names in this directory");

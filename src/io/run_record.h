@@ -29,6 +29,7 @@ typedef struct run_body_record {
     size_t name, mesh_file, cache_file; /* cache_file: the empty text for static bodies */
     int is_obstacle, is_static;
     uint32_t vertex_count, triangle_count;
+    int is_dynamic;
 } run_body_record;
 
 typedef struct run_record {

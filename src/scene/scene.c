@@ -32,5 +32,9 @@ bool scene_is_obstacle_moving(const scene *loaded, size_t index) {
            obstacle->keys->dynamic.head.node != NULL;
 }
 
+bool scene_is_obstacle_dynamic(const scene *loaded, size_t index) {
+    return loaded->obstacles[index].keys->dynamic.head.node != NULL;
+}
+
 const char *scene_get_canonical_text(const scene *loaded) { return loaded->canonical_text; }
 uint64_t scene_get_hash(const scene *loaded) { return loaded->hash; }

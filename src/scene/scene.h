@@ -57,6 +57,8 @@ const char *scene_get_obstacle_name(const scene *loaded, size_t index);
 tulle_mesh_view scene_get_obstacle_mesh(const scene *loaded, size_t index);
 /* Whether it has keyframes or a mesh sequence; others never change their positions. */
 bool scene_is_obstacle_moving(const scene *loaded, size_t index);
+/* Whether it is a rigid body. */
+bool scene_is_obstacle_dynamic(const scene *loaded, size_t index);
 
 /* The whole scene with every default filled in, in SI units, as YAML text that loads again to the
  * same scene when it lies beside the scene file; for run.json. */
