@@ -87,11 +87,13 @@ static int count_batch(void *context, const tulle_detect_event *events, size_t c
     return 0;
 }
 
-/* Patches hide the pairs that they save, so these are counted by a search without them. */
+/* Patches hide the pairs that they save, so these are counted by a search without them: by voxel
+ * trees, whose boxes hold whole motions as those of patches do. Refitted trees alone follow paths,
+ * which leaves out more pairs. */
 static tulle_status search_without_patches(detect_passes *passes, const detect_frames *frames,
                                            tulle_error *error) {
     tulle_detect_def def = passes->def;
-    def.method = TULLE_DETECT_REFIT;
+    def.method = TULLE_DETECT_BVOX;
     tulle_detector *detector = NULL;
     tulle_status status = tulle_detector_create(&def, &detector, error);
     if (status != TULLE_OK) return status;
