@@ -22,6 +22,22 @@ static void apply_matrix(void *context, const double *x, double *y) {
     const solve_context *const work = context;
     spring_system_multiply(work->system, work->matrix, x, y);
 }
+
+/* The system of `context` with the right-hand side b; fills the diagonal. */
+static conjugate_gradients_problem make_problem(solve_context *context, const double *b,
+                                                double *diagonal, double tolerance,
+                                                int max_iterations) {
+    block_matrix_get_diagonal(&context->system->matrix, diagonal);
+    return (conjugate_gradients_problem){.vertex_count = context->system->matrix.row_count,
+                                         .apply = apply_matrix,
+                                         .apply_context = context,
+                                         .right_hand_side = b,
+                                         .diagonal = diagonal,
+                                         .is_fixed = context->system->is_fixed,
+                                         .tolerance = tolerance,
+                                         .max_iterations = max_iterations};
+}
+
 /* The factor knows nothing of ten stiff rows: conjugate gradients find the same solution in far
  * fewer iterations, the residual being measured in the same way. */
 static void test_preconditioner(void **state) {
@@ -46,17 +62,9 @@ static void test_preconditioner(void **state) {
     double *const plain = calloc(SIZE, sizeof(double)), *const x = calloc(SIZE, sizeof(double));
     uint64_t random = 3;
     for (size_t i = 0; i < SIZE; i++) b[i] = random_signed(&random);
-    block_matrix_get_diagonal(&system.matrix, diagonal);
     solve_context context = {&system, &matrix};
-    conjugate_gradients_problem problem = {.vertex_count = SIDE * SIDE,
-                                           .apply = apply_matrix,
-                                           .apply_context = &context,
-                                           .right_hand_side = b,
-                                           .diagonal = diagonal,
-                                           .is_fixed = system.is_fixed,
-                                           .tolerance = 1e-9,
-                                           .max_iterations = 3000,
-                                           .threads = 2};
+    conjugate_gradients_problem problem = make_problem(&context, b, diagonal, 1e-9, 3000);
+    problem.threads = 2;
     arena scratch = arena_make(&system.heap);
     conjugate_gradients_result slow, quick;
     assert_int_equal(conjugate_gradients_solve(&problem, plain, &scratch, &slow), TULLE_OK);
@@ -148,16 +156,8 @@ static void test_single_solve(void **state) {
     double *const diagonal = calloc(3 * SIZE, sizeof(double));
     uint64_t random = 3;
     for (size_t i = 0; i < SIZE; i++) b[i] = random_signed(&random);
-    block_matrix_get_diagonal(&system.matrix, diagonal);
     solve_context context = {&system, &matrix};
-    conjugate_gradients_problem problem = {.vertex_count = SIDE * SIDE,
-                                           .apply = apply_matrix,
-                                           .apply_context = &context,
-                                           .right_hand_side = b,
-                                           .diagonal = diagonal,
-                                           .is_fixed = system.is_fixed,
-                                           .tolerance = 1e-10,
-                                           .max_iterations = 5000};
+    conjugate_gradients_problem problem = make_problem(&context, b, diagonal, 1e-10, 5000);
     arena scratch = arena_make(&system.heap);
     conjugate_gradients_result result;
     assert_int_equal(conjugate_gradients_solve(&problem, plain, &scratch, &result), TULLE_OK);
