@@ -79,6 +79,8 @@ typedef struct tulle_run_frame {
         *velocities;              /* [m/s] of each body or null; the whole may be null; for VTP */
     const int *is_present;        /* of each body; null: all are */
     const tulle_run_debug *debug; /* kept when the run records_debug; null: nothing is known */
+    const tulle_transform *transforms; /* of each body that is_dynamic, in the order of bodies; may
+                                          be null when there is none */
 } tulle_run_frame;
 
 /* State of the world between two steps, to go on from. */

@@ -363,6 +363,14 @@ TULLE_API tulle_status tulle_obstacle_get_transform(const tulle_world *world, tu
 TULLE_API tulle_status tulle_obstacle_add_impulse(tulle_world *world, tulle_obstacle_id id,
                                                   const double point[3], const double impulse[3],
                                                   tulle_error *error);
+/* What contact gave a body in the last substep of the last accepted step: the sum of the impulses
+ * [N s] of its contacts, as tulle_world_get_contacts has them, and of their moments [N m s] about
+ * its centre of mass. Divided by the step they are the mean force and torque. Without what rebounds
+ * (restitution) add. Zero while nothing touches it or it follows its script. Errors as above. */
+TULLE_API tulle_status tulle_obstacle_get_contact_impulse(const tulle_world *world,
+                                                          tulle_obstacle_id id, double impulse[3],
+                                                          double angular_impulse[3],
+                                                          tulle_error *error);
 /* 1 while the obstacle is in the scene. */
 TULLE_API int tulle_obstacle_is_present(const tulle_world *world, tulle_obstacle_id id);
 

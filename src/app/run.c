@@ -181,7 +181,9 @@ static tulle_status prepare_world(run_session *session, tulle_error *error) {
     session->positions = calloc(session->body_count, sizeof *session->positions);
     session->velocities = calloc(session->body_count, sizeof *session->velocities);
     session->is_present = calloc(session->body_count, sizeof *session->is_present);
-    if (!session->bodies || !session->positions || !session->velocities || !session->is_present)
+    session->transforms = calloc(session->body_count, sizeof *session->transforms);
+    if (!session->bodies || !session->positions || !session->velocities || !session->is_present ||
+        !session->transforms)
         return fail_memory(error);
     describe_bodies(session);
     if (session->options.records_debug && !debug_record_prepare(&session->debug, session))
@@ -197,6 +199,7 @@ static void release_session(run_session *session) {
     free(session->positions);
     free(session->velocities);
     free(session->is_present);
+    free(session->transforms);
 }
 
 /* ---- the output directory ---- */

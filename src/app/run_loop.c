@@ -33,8 +33,20 @@ static tulle_status check_extent(const run_session *session, tulle_error *error)
     return TULLE_OK;
 }
 
+static tulle_status get_transforms(run_session *session, tulle_error *error) {
+    const scene_world *const built = &session->built;
+    size_t count = 0;
+    tulle_status status = TULLE_OK;
+    for (size_t i = 0; i < built->obstacle_count && status == TULLE_OK; i++)
+        if (session->bodies[built->cloth_count + i].is_dynamic)
+            status = tulle_obstacle_get_transform(built->world, built->obstacles[i],
+                                                  &session->transforms[count++], error);
+    return status;
+}
+
 static tulle_status write_frame(run_session *session, tulle_error *error) {
     tulle_status status = check_extent(session, error);
+    if (status == TULLE_OK) status = get_transforms(session, error);
     if (status == TULLE_OK && session->options.records_debug)
         status = debug_record_fill(&session->debug, session, error);
     if (status != TULLE_OK) return status;
@@ -56,6 +68,7 @@ static tulle_status write_frame(run_session *session, tulle_error *error) {
                                    .positions = session->positions,
                                    .velocities = session->velocities,
                                    .is_present = session->is_present,
+                                   .transforms = session->transforms,
                                    .debug = session->options.records_debug ? &session->debug.debug
                                                                            : NULL};
     return tulle_run_write_frame(session->writer, &frame, error);

@@ -59,6 +59,7 @@ typedef struct run_session {
     const double **positions, **velocities;
     int *is_present;
     size_t body_count;
+    tulle_transform *transforms; /* of rigid bodies, in the order of bodies */
     debug_record debug;
     uint64_t wanted_steps;
     uint64_t checkpoint_step; /* of the newest checkpoint */

@@ -55,6 +55,7 @@ void run_writer_destroy(tulle_run_writer *writer) {
     }
     run_log_close(&writer->report_log);
     run_log_close(&writer->frames_log);
+    run_log_close(&writer->bodies_log);
     debug_log_close(&writer->debug);
     if (writer->lock >= 0) close(writer->lock);
     memory_release(&writer->heap, writer->caches, body_count * sizeof(void *));
@@ -87,6 +88,7 @@ tulle_status run_writer_make(const tulle_run_def *def, tulle_run_writer **result
     if (!writer) return file_fail(error, def->directory, ENOMEM, "cannot be written");
     writer->heap = memory_default();
     writer->lock = writer->report_log.file = writer->frames_log.file = -1;
+    writer->bodies_log.file = -1;
     writer->debug = debug_log_make(&writer->heap);
     strcpy(writer->directory, def->directory);
     writer->record = run_record_make(&writer->heap);
@@ -175,6 +177,8 @@ static tulle_status make_files(tulle_run_writer *writer, const tulle_run_def *de
         status = write_body(writer, def, i, error);
     if (!status && def->records_debug)
         status = debug_log_create(&writer->debug, writer->directory, error);
+    if (!status)
+        status = transforms_create(&writer->bodies_log, &writer->record, writer->directory, error);
     return status ? status : create_logs(writer, error);
 }
 

@@ -4,6 +4,7 @@
 
 #include "base/error.h"
 #include "io/file_data.h"
+#include "io/run_transforms.h"
 
 #include <dirent.h>
 #include <errno.h>
@@ -161,6 +162,8 @@ tulle_status run_directory_clear(const char *directory, const run_record *record
         code = remove_file(directory, first[i]);
     if (!code && record) code = clear_bodies(directory, record);
     if (!code && record && record->records_debug) code = remove_file(directory, RUN_FILE_DEBUG);
+    if (!code && record && transforms_count_bodies(record) > 0)
+        code = remove_file(directory, RUN_FILE_BODIES);
     if (record && record->writes_vtp) {
         char vtp[RUN_PATH_SIZE];
         run_join(vtp, directory, RUN_FOLDER_VTP);

@@ -1,5 +1,5 @@
-/* io/run_log.h - a file that grows by whole lines or blocks: report.csv, frames.csv and
- * debug.bin. */
+/* io/run_log.h - a file that grows by whole lines or blocks: report.csv, frames.csv,
+ * bodies.csv and debug.bin. */
 #ifndef TULLE_IO_RUN_LOG_H
 #define TULLE_IO_RUN_LOG_H
 

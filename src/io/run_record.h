@@ -16,7 +16,8 @@
 #define RUN_FILE_REPORT "report.csv"
 #define RUN_FILE_CHECKPOINT "checkpoint.bin"
 #define RUN_FILE_CHECKPOINT_BEFORE "checkpoint.previous.bin"
-#define RUN_FILE_DEBUG "debug.bin" /* of runs that record it */
+#define RUN_FILE_DEBUG "debug.bin"   /* of runs that record it */
+#define RUN_FILE_BODIES "bodies.csv" /* of runs with rigid bodies */
 #define RUN_FOLDER_VTP "vtp"
 
 enum {

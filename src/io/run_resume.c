@@ -116,6 +116,9 @@ static tulle_status cut_files_back(tulle_run_writer *writer, const checkpoint_re
     if (!status && writer->record.records_debug)
         status = debug_log_resume(&writer->debug, writer->directory, frame_count, error);
     if (!status)
+        status = transforms_resume(&writer->bodies_log, &writer->record, writer->directory,
+                                   frame_count, error);
+    if (!status)
         status = run_frames_read(&writer->frames, &writer->heap, path, writer->record.bodies.count,
                                  error);
     if (!status && writer->frames.lines.count != frame_count)

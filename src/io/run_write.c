@@ -1,7 +1,8 @@
 /* io/run_write.c - frames, reports and checkpoints of a run.
  *
- * A frame goes into all caches and debug.bin first, then its line into frames.csv: the whole lines
- * count the whole frames. A checkpoint is written after everything it counts is on the disk. */
+ * A frame goes into all caches, debug.bin and bodies.csv first, then its line into frames.csv: the
+ * whole lines count the whole frames. A checkpoint is written after everything it counts is on the
+ * disk. */
 #define _GNU_SOURCE /* syncfs */
 #include "base/error.h"
 #include "io/file_data.h"
@@ -27,6 +28,9 @@ static tulle_status check_frame(const tulle_run_writer *writer, const tulle_run_
         if (!writer->record.bodies.data[i].is_static && !frame->positions[i])
             return error_set(error, TULLE_ERROR_INVALID_ARGUMENT,
                              "the frame needs positions of body %zu, which moves", i);
+    if (transforms_count_bodies(&writer->record) > 0 && !frame->transforms)
+        return error_set(error, TULLE_ERROR_INVALID_ARGUMENT,
+                         "the frame needs transforms of the rigid bodies");
     return TULLE_OK;
 }
 
@@ -65,10 +69,12 @@ static tulle_status append_debug(tulle_run_writer *writer, const tulle_run_frame
     return debug_log_append(&writer->debug, &writer->record, (uint32_t)index, frame->debug, error);
 }
 
-/* Takes the last frame back out of the first `done` caches and of debug.bin, which had debug_size
- * bytes before; best effort on a disk that fails. */
-static void roll_back(tulle_run_writer *writer, size_t done, uint64_t debug_size) {
+/* Takes the last frame back out of the first `done` caches, and of debug.bin and bodies.csv, which
+ * had so many bytes before; best effort on a disk that fails. */
+static void roll_back(tulle_run_writer *writer, size_t done, uint64_t debug_size,
+                      uint64_t bodies_size) {
     run_log_cut(&writer->debug.log, debug_size);
+    run_log_cut(&writer->bodies_log, bodies_size);
     run_frames_truncate(&writer->frames, writer->frames.lines.count - 1);
     uint32_t const frame_count = (uint32_t)writer->frames.lines.count;
     for (size_t i = 0; i < done; i++)
@@ -86,16 +92,19 @@ tulle_status tulle_run_write_frame(tulle_run_writer *writer, const tulle_run_fra
         return error_set_at(error, TULLE_ERROR_OUT_OF_MEMORY, writer->directory, 0, 0,
                             "out of memory for frame %zu", index);
     size_t done = 0;
-    uint64_t const debug_size = writer->debug.log.size;
+    uint64_t const debug_size = writer->debug.log.size, bodies_size = writer->bodies_log.size;
     status = append_to_caches(writer, frame, &done, error);
     if (!status) status = append_debug(writer, frame, index, error);
+    if (!status)
+        status = transforms_append(&writer->bodies_log, &writer->record, (uint32_t)index,
+                                   frame->transforms, error);
     if (!status) status = write_vtps(writer, frame, (long)index, error);
     if (!status) {
         size_t const length =
             run_frames_format_last(&writer->frames, writer->line, run_frames_line_size(body_count));
         status = run_log_append(&writer->frames_log, writer->line, length, error);
     }
-    if (status) roll_back(writer, done, debug_size);
+    if (status) roll_back(writer, done, debug_size, bodies_size);
     return status;
 }
 
@@ -132,6 +141,7 @@ static tulle_status sync_all(tulle_run_writer *writer, tulle_error *error) {
     for (size_t i = 0; i < writer->record.bodies.count && !status; i++)
         if (writer->caches[i]) status = pc2_writer_sync(writer->caches[i], error);
     if (!status) status = run_log_sync(&writer->debug.log, error);
+    if (!status) status = run_log_sync(&writer->bodies_log, error);
     if (!status) status = run_log_sync(&writer->report_log, error);
     return status ? status : run_log_sync(&writer->frames_log, error);
 }

@@ -4,6 +4,7 @@
 #define TULLE_IO_RUN_WRITER_H
 
 #include "io/run_debug.h"
+#include "io/run_transforms.h"
 
 #include "tulle/io.h"
 
@@ -15,7 +16,7 @@ struct tulle_run_writer {
     int lock; /* descriptor of the locked directory, -1 if none */
     run_record record;
     run_frames frames;
-    run_log report_log, frames_log;
+    run_log report_log, frames_log, bodies_log;
     debug_log debug;
     tulle_pc2_writer **caches; /* of each body; null for static ones */
     uint32_t **triangles;      /* of each body, for VTP; null without VTP */

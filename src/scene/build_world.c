@@ -67,6 +67,9 @@ static tulle_status add_cloth(const scene_cloth *cloth, tulle_world *world, tull
     return status == TULLE_OK ? TULLE_OK : add_place(&cloth->keys->head, status, error);
 }
 
+/* [kg/m^3] of bodies whose scene gives no mass; the table of keys tells of it. */
+static const double DENSITY_DEFAULT = 1000.0;
+
 /* No body where the scene does not say so: all zero. */
 static tulle_body get_body(const dynamic_keys *keys) {
     tulle_body body = {.is_dynamic = keys->head.node != NULL};
@@ -74,6 +77,8 @@ static tulle_body get_body(const dynamic_keys *keys) {
     body.mass = keys->mass;
     body.density = keys->density;
     body.area_density = keys->area_density;
+    bool const has_mass = body.mass > 0.0 || body.density > 0.0 || body.area_density > 0.0;
+    if (!has_mass) body.density = DENSITY_DEFAULT;
     body.linear_damping = keys->linear_damping;
     body.angular_damping = keys->angular_damping;
     body.start_time = keys->start;

@@ -53,7 +53,10 @@ static void print_type(const schema_key *key, FILE *stream) {
     case SCHEMA_ROTATION: fprintf(stream, "turn"); break;
     case SCHEMA_NAMES: fprintf(stream, "list of %zu names", key->most_count); break;
     case SCHEMA_INDICES: fprintf(stream, "list of whole numbers and ranges"); break;
-    case SCHEMA_MAP: fprintf(stream, "map, see %s", key->map->title); break;
+    case SCHEMA_MAP:
+        fprintf(stream, "map%s, see %s", key->map->takes_flag ? ", `true` or `false`" : "",
+                key->map->title);
+        break;
     case SCHEMA_LIST: fprintf(stream, "list of maps, see %s", key->map->title); break;
     case SCHEMA_VECTOR:
     case SCHEMA_INTEGERS:

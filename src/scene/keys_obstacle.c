@@ -86,11 +86,11 @@ const schema_map motion_map = {
     MAP_OF(motion_table, motion_keys),
     .needs_alternative = true};
 
-#define MASS_OF_KIND(field_name, its_unit, text)                                                   \
+#define MASS_OF_KIND(field_name, its_unit, otherwise, text)                                        \
     {                                                                                              \
         .name = #field_name, .type = SCHEMA_NUMBER, .unit = its_unit, .minimum = 0,                \
         .maximum = 1e12, .flags = SCHEMA_ABOVE_MINIMUM | SCHEMA_ALTERNATIVE | SCHEMA_OPTIONAL,     \
-        FIELD(dynamic_keys, field_name), .meaning = text                                           \
+        .derived = otherwise, FIELD(dynamic_keys, field_name), .meaning = text                     \
     }
 #define DAMPING(field_name, text)                                                                  \
     {                                                                                              \
@@ -98,9 +98,11 @@ const schema_map motion_map = {
         .minimum = 0, .maximum = 1e6, FIELD(dynamic_keys, field_name), .meaning = text             \
     }
 static const schema_key dynamic_table[] = {
-    MASS_OF_KIND(mass, UNIT_MASS, "of each copy, evenly in its volume"),
-    MASS_OF_KIND(density, UNIT_DENSITY, "of the volume"),
-    MASS_OF_KIND(area_density, UNIT_AREA_DENSITY, "of the surface, for shells; any mesh will do"),
+    MASS_OF_KIND(mass, UNIT_MASS, "by density", "of each copy, evenly in its volume"),
+    MASS_OF_KIND(density, UNIT_DENSITY, "1000, as water, where none of the three is given",
+                 "of the volume"),
+    MASS_OF_KIND(area_density, UNIT_AREA_DENSITY, "none",
+                 "of the surface, for shells; any mesh will do"),
     {.name = "velocity",
      .type = SCHEMA_VECTOR,
      .unit = UNIT_VELOCITY,
@@ -134,9 +136,10 @@ const schema_map dynamic_map = {
     .meaning =
         "An obstacle that answers contact: with cloth, with obstacles and with other bodies. "
         "Its mesh must be closed and face outwards, but for area_density, and may intersect "
-        "nothing at the start.",
+        "nothing at the start. At most one of mass, density and area_density; `dynamic: true` is a "
+        "body with all defaults, `false` none.",
     MAP_OF(dynamic_table, dynamic_keys),
-    .needs_alternative = true};
+    .takes_flag = true};
 
 static const schema_key row_table[] = {
     {.name = "count", COUNT_OF_COPIES, FIELD(row_keys, count), .meaning = "copies"},

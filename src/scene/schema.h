@@ -88,6 +88,7 @@ struct schema_map {
     size_t key_count; /* <= 64 */
     size_t size;      /* [bytes] of the struct */
     bool needs_alternative;
+    bool takes_flag;      /* `true` stands for a map without keys, `false` for none */
     const char *selector; /* name of the choice that `applies` refers to; null: none */
 };
 

@@ -187,11 +187,21 @@ static void read_default(map_work *work, size_t k) {
         read_key(work, k, node);
 }
 
+static bool is_word(const scene_node *node, const char *word) {
+    return node->kind == NODE_SCALAR && !node->is_quoted && strcmp(node->text, word) == 0;
+}
+
+/* Whether a key says that there is no such map. */
+static bool is_turned_off(const schema_key *key, const scene_node *node) {
+    return key->type == SCHEMA_MAP && key->map->takes_flag && is_word(node, "false");
+}
+
 /* Sets the bits of the keys that are given and refuses unknown ones. */
 static void find_given(map_work *work) {
     for (const scene_node *child = work->node->first; child; child = child->next) {
         size_t k = schema_find_key(work->map, child->key);
-        if (k < work->map->key_count) work->head->given |= UINT64_C(1) << k;
+        if (k < work->map->key_count && !is_turned_off(&work->map->keys[k], child))
+            work->head->given |= UINT64_C(1) << k;
     }
     if (work->map->selector) {
         size_t k = schema_find_key(work->map, work->map->selector);
@@ -241,12 +251,14 @@ static void choose_alternative(map_work *work) {
 bool schema_read(const schema_reader *reader, const schema_map *map, const scene_node *node,
                  void *target) {
     map_work work = {reader, map, node, target, true};
-    if (node && node->kind != NODE_MAP) {
+    bool const is_bare = node && map->takes_flag && is_word(node, "true");
+    if (node && node->kind != NODE_MAP && !is_bare) {
         char keys[600];
         const char *names[64];
         list_keys(&work, names, keys, sizeof keys);
-        complain(&work, node->place, "%s%sis %s, must be a map with keys %s", work.head->path,
-                 work.head->path[0] ? ": " : "the scene ", node_kind_text(node), keys);
+        complain(&work, node->place, "%s%sis %s, must be %sa map with keys %s", work.head->path,
+                 work.head->path[0] ? ": " : "the scene ", node_kind_text(node),
+                 map->takes_flag ? "true, false or " : "", keys);
         return false;
     }
     if (node) {

@@ -75,3 +75,25 @@ tulle_status tulle_obstacle_add_impulse(tulle_world *world, tulle_obstacle_id id
                         mat3_multiply_vec3(&inverse, vec3_cross(arm, push))));
     return TULLE_OK;
 }
+
+tulle_status tulle_obstacle_get_contact_impulse(const tulle_world *world, tulle_obstacle_id id,
+                                                double impulse[3], double angular_impulse[3],
+                                                tulle_error *error) {
+    if (!impulse || !angular_impulse)
+        return error_set(error, TULLE_ERROR_INVALID_ARGUMENT, "no place for the impulses");
+    uint32_t const body = find_body_number(world, id, error);
+    if (body == TULLE_NONE) return TULLE_ERROR_INVALID_ARGUMENT;
+    size_t const slot = world->cloth_vertex_count + 2 * (size_t)body;
+    vec3 sum = {0.0, 0.0, 0.0}, moment = {0.0, 0.0, 0.0};
+    for (size_t i = 0; i < world->accepted_rows.rows.count; i++) {
+        contact_row const *const row = &world->accepted_rows.rows.data[i];
+        for (int side = 0; side < 2 && row->has_body; side++) {
+            if (row->slots[side] != slot) continue;
+            sum = vec3_add_scaled(sum, row->impulse, side == 0 ? 1.0 : -1.0);
+            moment = vec3_add(moment, vec3_cross(row->arms[side], row->impulse));
+        }
+    }
+    vec3_store(impulse, 0, sum);
+    vec3_store(angular_impulse, 0, moment);
+    return TULLE_OK;
+}

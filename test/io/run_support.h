@@ -28,7 +28,7 @@ static inline void make_bodies(void) {
     tulle_mesh_view const box = {box_positions, 4, box_triangles, 4};
     bodies[0] = (tulle_run_body){.name = "sheet", .mesh = cloth};
     bodies[1] = (tulle_run_body){.name = "odd name/..", .mesh = cloth};
-    bodies[2] = (tulle_run_body){.name = "Sheet", .mesh = box, .is_obstacle = 1};
+    bodies[2] = (tulle_run_body){.name = "Sheet", .mesh = box, .is_obstacle = 1, .is_dynamic = 1};
     bodies[3] = (tulle_run_body){.name = "ground", .mesh = box, .is_obstacle = 1, .is_static = 1};
 }
 
@@ -161,11 +161,15 @@ static inline tulle_status write_frame(tulle_run_writer *writer, uint64_t state,
     int const present[BODY_COUNT] = {1, 1, step < 18, 1};
     debug_source source;
     find_debug(state, &source);
+    uint64_t seed = state;
+    tulle_transform transform = {.mass = random_uniform(&seed), .velocity = {-1e-300, 0.1, 3e20}};
+    for (int k = 0; k < 3; k++) transform.position[k] = random_uniform(&seed) - 0.5;
     tulle_run_frame const frame = {.time = (double)step * 0.01,
                                    .step = step,
                                    .state_hash = hash_mix(state),
                                    .positions = pointers,
                                    .is_present = present,
+                                   .transforms = &transform,
                                    .debug = step == UNKNOWN_STEP ? NULL : &source.debug};
     return tulle_run_write_frame(writer, &frame, error);
 }
@@ -253,13 +257,11 @@ static inline void assert_same_file(const char *a, const char *b, const char *na
     free(bytes_b);
 }
 
-static const char *const all_files[] = {"run.json",        "scene.yaml",
-                                        "frames.csv",      "report.csv",
-                                        "checkpoint.bin",  "sheet.obj",
-                                        "sheet.pc2",       "Sheet-2.obj",
-                                        "Sheet-2.pc2",     "ground.obj",
-                                        "odd_name_...obj", "odd_name_...pc2",
-                                        "debug.bin",       "checkpoint.previous.bin"};
+static const char *const all_files[] = {"run.json",        "scene.yaml", "frames.csv",
+                                        "report.csv",      "bodies.csv", "checkpoint.bin",
+                                        "sheet.obj",       "sheet.pc2",  "Sheet-2.obj",
+                                        "Sheet-2.pc2",     "ground.obj", "odd_name_...obj",
+                                        "odd_name_...pc2", "debug.bin",  "checkpoint.previous.bin"};
 enum { FILE_COUNT = sizeof all_files / sizeof all_files[0] };
 
 static inline void assert_same_run(const char *a, const char *b) {

@@ -7,6 +7,7 @@
 
 #include "tulle/check.h"
 
+#include <math.h>
 #include <setjmp.h>
 #include <stdarg.h>
 #include <stdlib.h>
@@ -17,6 +18,7 @@ typedef struct small_run {
     const char *name;
     unsigned long step_count;
     tulle_status ending; /* of the whole run; TULLE_OK where no step may fail */
+    double rescue_share; /* of the contacts, at most; INFINITY where it does not matter */
     size_t change_count;
     const char *changes[4];
 } small_run;
@@ -39,7 +41,9 @@ static size_t judge(const running *run) {
     }
     for (size_t i = 0; i < built->obstacle_count; i++) {
         if (!tulle_obstacle_is_present(built->world, built->obstacles[i])) continue;
-        run->bodies[count] = (tulle_check_body){scene_get_obstacle_mesh(run->loaded, i), 1};
+        int const is_obstacle = !scene_is_obstacle_dynamic(run->loaded, i);
+        run->bodies[count] =
+            (tulle_check_body){scene_get_obstacle_mesh(run->loaded, i), is_obstacle};
         run->bodies[count++].mesh.positions =
             tulle_obstacle_get_positions(built->world, built->obstacles[i], &vertex_count);
     }
@@ -67,22 +71,31 @@ static bool load(const small_run *wanted, bool is_whole, running *run) {
     return !is_missing;
 }
 
-static uint64_t step_world(const small_run *wanted, const running *run, unsigned long step_count,
+/* Sums over the steps of a run. */
+typedef struct run_sums {
+    uint64_t contacts, rescues;
+} run_sums;
+
+static run_sums step_world(const small_run *wanted, const running *run, unsigned long step_count,
                            bool is_judged) {
     tulle_error error = {0};
     tulle_status status = TULLE_OK;
     double const time_step = scene_get_time_step(run->loaded);
-    uint64_t contacts = 0;
+    run_sums sums = {0, 0};
     for (unsigned long step = 0; status == TULLE_OK && step < step_count; step++) {
         tulle_step_report report;
         status = tulle_world_step(run->built.world, time_step, &report, &error);
-        if (status == TULLE_OK) contacts += report.contacts;
+        if (status == TULLE_OK) {
+            sums.contacts += report.contacts;
+            sums.rescues += report.rescue_impact_zones + report.rescue_component_scalings +
+                            report.rescue_global_scalings;
+        }
         size_t const pair_count = is_judged ? judge(run) : 0;
         if (pair_count > 0)
             fail_msg("%s, step %lu: %zu intersections", wanted->name, step, pair_count);
     }
     if (status != wanted->ending) fail_msg("%s: %d, %s", wanted->name, status, error.message);
-    return contacts;
+    return sums;
 }
 
 /* Runs a scene on `threads` threads; gives the hash of its last state. False: files are missing. */
@@ -100,8 +113,14 @@ static bool run_scene(const small_run *wanted, int threads, bool is_judged, uint
     if (is_whole)
         step_count = (unsigned long)scene_get_frame_count(run.loaded) *
                      scene_get_steps_per_frame(run.loaded);
-    if (step_world(wanted, &run, step_count, is_judged) == 0)
-        fail_msg("%s: nothing touched", wanted->name);
+    run_sums const sums = step_world(wanted, &run, step_count, is_judged);
+    if (sums.contacts == 0) fail_msg("%s: nothing touched", wanted->name);
+    if ((double)sums.rescues > wanted->rescue_share * (double)sums.contacts)
+        fail_msg("%s: %d rescues in %d contacts", wanted->name, (int)sums.rescues,
+                 (int)sums.contacts);
+    if (is_judged)
+        print_message("%s: %d contacts, %d rescues\n", wanted->name, (int)sums.contacts,
+                      (int)sums.rescues);
     *hash = tulle_world_get_state_hash(run.built.world);
     scene_destroy_world(&run.built);
     scene_destroy(run.loaded);

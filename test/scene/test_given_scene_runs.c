@@ -6,9 +6,9 @@
 enum { SKIPPED = 77 };
 
 static const small_run runs[] = {
-    {"body", 40, TULLE_OK, 1, {"cloth[0].mesh.resolution=[17, 17]"}},
-    {"table", 1, TULLE_OK, 0, {NULL}},
-    {"spot", 40, TULLE_OK, 1, {"cloth[0].mesh.resolution=[20, 17]"}},
+    {"body", 40, TULLE_OK, INFINITY, 1, {"cloth[0].mesh.resolution=[17, 17]"}},
+    {"table", 1, TULLE_OK, INFINITY, 0, {NULL}},
+    {"spot", 40, TULLE_OK, INFINITY, 1, {"cloth[0].mesh.resolution=[20, 17]"}},
 };
 static size_t run_count;
 

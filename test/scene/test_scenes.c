@@ -18,6 +18,8 @@ static const expectation expectations[] = {
     {"spikes", 9801, 1, 8, 0},    {"layers", 61 * 61 + 56 * 56 + 41 * 41, 3, 2, 0},
     {"ribbon", 2005, 1, 5, 0},    {"net", 0, 1, 26, 0},
     {"pinch", 1681, 1, 2, 1},     {"pinch_zero", 1681, 1, 2, 1},
+    {"rings", 0, 1, 6, 3},        {"hammock", 37 * 21, 1, 4, 4},
+    {"chain", 300, 1, 21, 20},
 };
 
 static void test_scenes_load_and_start_free(void **state) {

@@ -116,12 +116,59 @@ static void impulses_act(void **state) {
     tulle_world_destroy(world);
 }
 
+/* What a box that falls askew on the ground gets from contact is all that changes its momentum and
+ * spin beside gravity. */
+static void contact_impulses_are_told(void **state) {
+    (void)state;
+    tulle_world_def def = tulle_world_def_default();
+    tulle_world *const world = bodies_make_world(&def, true);
+    tulle_mesh meshes[2] = {bodies_make_box(2.0, 2.0, 0.2, (double[3]){0.0, 0.0, -0.1}),
+                            bodies_make_box(0.3, 0.2, 0.1, (double[3]){0.0, 0.0, 0.3})};
+    bodies_rotate_mesh(&meshes[1], 0.3);
+    tulle_body const body = {
+        .is_dynamic = 1, .mass = 2.0, .velocity = {1.0, 0.3, 0.0}, .angular_velocity = {1.0, 0, 2}};
+    tulle_obstacle_id const ground = bodies_add_obstacle(world, &meshes[0], 0.5, NULL);
+    tulle_obstacle_id const id = bodies_add_obstacle(world, &meshes[1], 0.5, &body);
+    double impulse[3], moment[3], worst = 0.0, largest = 0.0;
+    assert_int_equal(tulle_obstacle_get_contact_impulse(world, id, impulse, moment, NULL),
+                     TULLE_ERROR_INVALID_ARGUMENT); /* not started */
+    assert_int_equal(tulle_world_start(world, NULL), TULLE_OK);
+    assert_int_equal(tulle_obstacle_get_contact_impulse(world, ground, impulse, moment, NULL),
+                     TULLE_ERROR_INVALID_ARGUMENT); /* no body */
+    for (int i = 0; i < 90; i++) {
+        tulle_transform const before = bodies_get_transform(world, id);
+        tulle_step_report const report = bodies_step(world);
+        tulle_transform const after = bodies_get_transform(world, id);
+        assert_int_equal(tulle_obstacle_get_contact_impulse(world, id, impulse, moment, NULL),
+                         TULLE_OK);
+        if (report.substeps > 1) continue;
+        for (int k = 0; k < 3; k++) {
+            double spin = 0.0;
+            for (int j = 0; j < 3; j++)
+                spin += after.inertia[3 * k + j] * after.angular_velocity[j] -
+                        before.inertia[3 * k + j] * before.angular_velocity[j];
+            double const fall = k == 2 ? -9.81 * BODIES_STEP : 0.0;
+            double const change = 2.0 * (after.velocity[k] - before.velocity[k] - fall);
+            worst = fmax(worst, fmax(fabs(change - impulse[k]), fabs(spin - moment[k])));
+            largest = fmax(largest, fabs(impulse[k]));
+        }
+    }
+    print_message("impulses up to %.3g N s, off by %.2g\n", largest, worst);
+    assert_true(largest > 1.0);
+    assert_true(worst < 1e-12);
+    assert_int_equal(tulle_obstacle_get_contact_impulse(world, id, NULL, moment, NULL),
+                     TULLE_ERROR_INVALID_ARGUMENT);
+    for (int i = 0; i < 2; i++) tulle_mesh_destroy(&meshes[i]);
+    tulle_world_destroy(world);
+}
+
 int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(bad_bodies_are_refused),
         cmocka_unit_test(overlaps_at_the_start_are_refused),
         cmocka_unit_test(script_hands_over),
         cmocka_unit_test(impulses_act),
+        cmocka_unit_test(contact_impulses_are_told),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
