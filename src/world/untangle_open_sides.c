@@ -97,6 +97,15 @@ void decide_open_contour(untangling *work, size_t begin, size_t end, uint32_t ma
         uint32_t const *const ends = work->topo->edges + 2 * (size_t)crossing->edge;
         uint32_t const a = union_find_root(work->sets, ends[0]);
         uint32_t const b = union_find_root(work->sets, ends[1]);
-        if (a != b && (a == wrong || b == wrong)) crossing->wrong_end = a == wrong ? 0 : 1;
+        if (a != b && (a == wrong || b == wrong)) {
+            crossing->wrong_end = a == wrong ? 0 : 1;
+            continue;
+        }
+        uint32_t const *const corners = work->topo->triangles + 3 * (size_t)crossing->triangle;
+        bool is_wrong[3];
+        for (size_t k = 0; k < 3; k++)
+            is_wrong[k] =
+                work->grown[corners[k]] == mark && union_find_root(work->sets, corners[k]) == wrong;
+        aim_over_corners(work, crossing, is_wrong);
     }
 }

@@ -15,7 +15,7 @@ typedef struct surface_crossing {
     uint32_t edge, triangle;
     double along;      /* 0 .. 1 from the edge's first end to its second */
     double weights[3]; /* of the triangle's corners at the crossing */
-    vec3 pull;         /* sum of unit directions from here along the contour */
+    vec3 pull;         /* where the edge goes: sum of unit directions along the contour, or aimed */
     uint32_t contour;
     uint32_t wrong_end; /* 0, 1, or CROSSING_UNDECIDED */
 } surface_crossing;
@@ -70,6 +70,9 @@ bool triangles_cross(const untangling *work, uint32_t first, uint32_t second);
 tulle_status find_contours(untangling *work, const intersection_list *pairs);
 /* untangle_sides.c: wrong ends of crossings, and what is astray. */
 tulle_status find_sides(untangling *work);
+/* An edge that is on no wrong side itself has to leave its triangle over the corners that are: the
+ * crossing is aimed there, across the contour. */
+void aim_over_corners(const untangling *work, surface_crossing *crossing, const bool is_wrong[3]);
 /* untangle_open_sides.c: wrong ends where a contour, whose edges bear `mark` in `cut`, parts
  * nothing.
  */

@@ -22,6 +22,10 @@ static const double INSIDE_SHARE = 1e-6;
  * other. */
 static const double ALONG_COSINE = 0.3;
 
+/* Of a crossing that is aimed over a side of its triangle; that of a crossing on a bent contour is
+ * at most 2. */
+static const double AIM_PULL = 4.0;
+
 /* Shorter contours that part nothing are only shortened. */
 enum { OPEN_CROSSINGS_MIN = 3 };
 
@@ -184,6 +188,38 @@ static void join_sides(untangling *work, size_t begin, size_t end, flood *region
     }
 }
 
+void aim_over_corners(const untangling *work, surface_crossing *crossing, const bool is_wrong[3]) {
+    uint32_t const *const corners = work->topo->triangles + 3 * (size_t)crossing->triangle;
+    int const wrong_count = is_wrong[0] + is_wrong[1] + is_wrong[2];
+    if (wrong_count == 0 || wrong_count == 3) return;
+    uint32_t const owner = work->topo->edge_triangles[2 * (size_t)crossing->edge];
+    vec3 const tangent = vec3_normalize(vec3_cross(find_triangle_normal(work, owner),
+                                                   find_triangle_normal(work, crossing->triangle)));
+    vec3 way = {0.0, 0.0, 0.0};
+    for (size_t k = 0; k < 3; k++) {
+        double const share = is_wrong[k] ? 1.0 / wrong_count : -1.0 / (3 - wrong_count);
+        way = vec3_add_scaled(way, vec3_load(work->positions, corners[k]), share);
+    }
+    crossing->pull = vec3_scale(leave_out(way, tangent), AIM_PULL);
+}
+
+/* Aims crossings whose edge is not parted, but whose triangle is. */
+static void aim_crossings(untangling *work, size_t begin, size_t end, const flood *regions) {
+    for (size_t i = begin; i < end; i++) {
+        surface_crossing *const crossing = &work->contours.crossings[i];
+        if (crossing->wrong_end != CROSSING_UNDECIDED) continue;
+        uint32_t const *const corners = work->topo->triangles + 3 * (size_t)crossing->triangle;
+        double weights[3], most = 0.0;
+        for (size_t k = 0; k < 3; k++) {
+            uint32_t const region = work->region[corners[k]];
+            weights[k] = region < regions->begin ? 0.0 : regions->weights[region - regions->begin];
+            most = fmax(most, weights[k]);
+        }
+        bool const is_wrong[3] = {weights[0] < most, weights[1] < most, weights[2] < most};
+        aim_over_corners(work, crossing, is_wrong);
+    }
+}
+
 /* Regions of one contour, and the wrong ends of its crossings. */
 static void decide_contour(untangling *work, size_t begin, size_t end, flood *regions) {
     flood_contour(work, begin, end, regions);
@@ -199,7 +235,9 @@ static void decide_contour(untangling *work, size_t begin, size_t end, flood *re
         double const weight_b = regions->weights[b - regions->begin];
         crossing->wrong_end = weight_a < weight_b || (weight_a == weight_b && a > b) ? 0 : 1;
     }
-    if (is_open && end - begin >= OPEN_CROSSINGS_MIN)
+    if (!is_open)
+        aim_crossings(work, begin, end, regions);
+    else if (end - begin >= OPEN_CROSSINGS_MIN)
         decide_open_contour(work, begin, end, regions->mark);
 }
 

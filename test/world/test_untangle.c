@@ -70,6 +70,17 @@ static void tangled_starts_become_clean(void **state) {
     assert_int_equal(clean_count, start_count);
 }
 
+/* A sheet that crosses another one along its whole border: the other one has to leave over that
+ * border, and crossings that only pull their contour short crumple both instead. */
+static void a_border_leaves_along_its_length(void **state) {
+    (void)state;
+    if (!getenv("TULLE_TEST_LONG")) skip();
+    tangled_start start = tangled_make(TANGLED_THRUST, 102, 27);
+    tulle_untangle_report report;
+    assert_true(is_cleaned(&start, &report));
+    tangled_destroy(&start);
+}
+
 static void pins_and_velocities_stay(void **state) {
     (void)state;
     tangled_start start = tangled_make(TANGLED_SPHERE_RIM, 3, SIDE_SHORT);
@@ -259,6 +270,7 @@ int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(tangled_starts_become_clean),
         cmocka_unit_test(a_loaded_state_is_not_untangled_again),
+        cmocka_unit_test(a_border_leaves_along_its_length),
         cmocka_unit_test(pins_and_velocities_stay),
         cmocka_unit_test(limit_names_what_is_left),
         cmocka_unit_test(request_stops_the_start),
