@@ -65,8 +65,9 @@ static void mark_obstacles(const step_context *context, const blocked_place *pla
     memset(is_near, 0, cloth_count);
 }
 
-static bool is_scripted_moving(const step_context *context) {
+bool world_is_script_moving(const step_context *context) {
     tulle_world const *const world = context->world;
+    if (context->is_script_frozen) return false;
     for (size_t v = 0; v < world->vertex_count; v++) {
         if (world->active_inverse_masses[v] != 0.0) continue;
         if (memcmp(world->targets + 3 * v, context->state->positions + 3 * v, 3 * sizeof(double)) !=
@@ -121,7 +122,7 @@ static void skip_rest(step_context *context) {
 
 tulle_status world_handle_pinch(step_context *context) {
     tulle_world *const world = context->world;
-    if (context->is_script_frozen || !is_scripted_moving(context)) {
+    if (!world_is_script_moving(context)) {
         skip_rest(context);
         return TULLE_OK;
     }

@@ -19,9 +19,12 @@ static const double REMAINDER_SHARE = 1e-9;
 static const double SHORTEST_SUBSTEP_SHARE = 1.0 / 4.0;
 /* Substeps of one step before it counts as pinched. */
 enum { SUBSTEPS_MAX = 48 };
-/* So many substeps in a row that each pass less than this share of the step count as pinched. */
+/* So many substeps in a row that each pass less than this share of what they are to pass count as
+ * pinched. */
 enum { CRAWLS_MAX = 4 };
 static const double CRAWL_SHARE = 0.01;
+/* A step that is stuck is retried so often with substeps that are shorter by so many halvings. */
+enum { RETRIES_MAX = 3, RETRY_HALVINGS = 2 };
 
 static void copy_state(const tulle_world *world, const world_motion_state *source,
                        world_motion_state *target) {
@@ -73,11 +76,22 @@ static void undo_step(tulle_world *world) {
 }
 
 /* Whether the last substep shows that going on as before is hopeless. */
-static bool is_stuck(step_context *context, double time_step) {
-    bool const is_slow = context->passed < CRAWL_SHARE * time_step;
+static bool is_stuck(step_context *context, double wanted) {
+    bool const is_slow = context->passed < CRAWL_SHARE * wanted;
     context->crawl_count = is_slow ? context->crawl_count + 1 : 0;
     return context->commit.outcome == COMMIT_BLOCKED || context->crawl_count >= CRAWLS_MAX ||
            context->report->substeps >= context->substep_limit;
+}
+
+/* A step that is stuck while something follows a script goes on with shorter substeps: what turns
+ * fast leaves its circle less, and cloth that rides on it comes less near. */
+static bool retry_shorter(step_context *context, double time_step, double *wanted) {
+    if (context->retry_count == RETRIES_MAX || !world_is_script_moving(context)) return false;
+    context->retry_count++;
+    *wanted = ldexp(time_step, -RETRY_HALVINGS * context->retry_count);
+    context->substep_limit += 1u << (RETRY_HALVINGS * context->retry_count);
+    context->crawl_count = 0;
+    return true;
 }
 
 /* Substeps until time_step [s] has passed. */
@@ -97,7 +111,8 @@ static tulle_status run_substeps(step_context *context, double time_step) {
             continue;
         }
         remaining -= context->passed;
-        if (remaining <= REMAINDER_SHARE * time_step || !is_stuck(context, time_step)) continue;
+        if (remaining <= REMAINDER_SHARE * time_step || !is_stuck(context, wanted)) continue;
+        if (retry_shorter(context, time_step, &wanted)) continue;
         context->substep_limit = context->report->substeps + SUBSTEPS_MAX;
         context->crawl_count = 0;
         status = world_handle_pinch(context);
@@ -172,9 +187,12 @@ tulle_status tulle_world_step(tulle_world *world, double time_step, tulle_step_r
 
     step_context context = {
         .world = world, .state = &world->next, .report = &local, .error = error};
+    arena_mark const mark = arena_get_mark(&world->scratch);
     status = begin_step(world, error);
+    if (status == TULLE_OK) status = world_begin_carriers(&context);
     if (status == TULLE_OK) status = run_substeps(&context, time_step);
     if (status == TULLE_OK) status = measure(&context);
+    arena_release(&world->scratch, mark);
     if (status == TULLE_OK)
         end_step(world);
     else

@@ -35,6 +35,7 @@ typedef struct step_context {
     double passed;             /* [s] of it that passed, set by the commit */
     uint32_t substep_limit;    /* substeps after which the step counts as pinched */
     int crawl_count;           /* substeps in a row that hardly moved */
+    int retry_count;           /* how often the step was stuck and went on with shorter substeps */
     bool is_rest_skipped;      /* nothing more can move in this step */
     bool is_script_frozen;     /* scripted vertices stand still (on_pinch: slow) */
     contact_scene scene;
@@ -50,8 +51,11 @@ typedef struct step_context {
     commit_report blocked;    /* the last commit of the step that named a blocking pair */
     contact_times nested;     /* [s] since the last end of a stage */
     double search_seconds;    /* [s] the same for stages 5 to 7 */
-    affine_map *carrier_maps; /* per surface */
+    affine_map *carrier_maps; /* per surface, of this substep */
     const affine_map **carriers;
+    double step_start;       /* [s] of the whole step */
+    affine_map *progress;    /* per obstacle, from there to where it is */
+    affine_map *script_maps; /* per obstacle, from there to the end of the substep */
     tulle_step_report *report;
     tulle_error *error;
 } step_context;
@@ -62,6 +66,12 @@ tulle_status world_advance(step_context *context);
 /* Adds the time since *start to a stage, but for that of stages inside it, and restarts the clock.
  */
 void world_end_stage(step_context *context, stage number, double *start);
+
+/* carriers.c: before the first substep; once targets are set; after a substep is accepted. The maps
+ * lie in the world's scratch arena. */
+tulle_status world_begin_carriers(step_context *context);
+void world_find_carriers(step_context *context);
+void world_follow_carriers(step_context *context);
 
 /* solve_step.c: stage 1, about x0 or the guess. */
 tulle_status world_compute_forces(step_context *context);
@@ -89,6 +99,8 @@ double world_measure_stretch_growth(const step_context *context);
 #define WORLD_TORN_STRETCH 4.0
 bool world_is_torn(const step_context *context);
 
+/* pinch.c: whether obstacles or pins still follow their script, so that they may be what blocks. */
+bool world_is_script_moving(const step_context *context);
 /* pinch.c: what to do when `world_advance` could not move on; see tulle_on_pinch. OK means: go
  * on.*/
 tulle_status world_handle_pinch(step_context *context);

@@ -20,12 +20,9 @@
  * not carried a hard landing into the cloth: vertices stop while their neighbours fly on. */
 static const double STRETCH_GROWTH_MAX = 0.25;
 
-/* A rigid map that misses a vertex's target by more than this share of the minimum gap is none. */
-static const double CARRIER_ERROR_SHARE = 1e-3;
-
-/* Contact keeps this much more than the minimum gap that the world promises: a pair that is pressed
- * against it loses a little with every step. */
-static const double MINIMUM_GAP_RESERVE = 1.01;
+/* Contact keeps this share of the minimum gap more than the world promises: a pair that is pressed
+ * against it loses a little with every step. Half of it with each retry of a step that is stuck. */
+static const double MINIMUM_GAP_RESERVE = 0.01;
 
 /* The message of a stage that failed. */
 static tulle_status fail_step(step_context *context, tulle_status status) {
@@ -69,35 +66,6 @@ void world_end_stage(step_context *context, stage number, double *start) {
     *start = now;
 }
 
-/* Whether the map takes the obstacle's vertices from where they are to their targets; not so after
- * a pinch has held it back. */
-static bool map_fits(const step_context *context, const surface_range *range,
-                     const affine_map *map) {
-    tulle_world const *const world = context->world;
-    for (uint32_t v = range->vertex_begin; v < range->vertex_end; v++) {
-        vec3 const moved = vec3_add(
-            mat3_multiply_vec3(&map->matrix, vec3_load(context->state->positions, v)), map->offset);
-        vec3 const error = vec3_sub(moved, vec3_load(world->targets, v));
-        if (vec3_norm(error) > CARRIER_ERROR_SHARE * world->minimum_gap) return false;
-    }
-    return true;
-}
-
-/* Rigid motion of each scripted obstacle over this substep, for the rescue that lets cloth ride. */
-static void find_carriers(step_context *context) {
-    tulle_world *const world = context->world;
-    double const from = context->state->time, to = from + context->time_step;
-    memset(context->carriers, 0, world->set.surface_count * sizeof *context->carriers);
-    for (size_t i = 0; i < world->obstacles.count; i++) {
-        world_motion const *const motion = &world->obstacles.data[i].motion;
-        if (motion->key_count == 0 || context->is_script_frozen) continue;
-        size_t const surface = world->cloths.count + i;
-        affine_map *const map = &context->carrier_maps[surface];
-        motion_get_change(motion, from, to, &map->matrix, &map->offset);
-        if (map_fits(context, &world->surfaces[surface], map)) context->carriers[surface] = map;
-    }
-}
-
 static tulle_status allocate_arrays(step_context *context) {
     tulle_world *const world = context->world;
     size_t const n = 3 * world->vertex_count;
@@ -118,9 +86,11 @@ static tulle_status allocate_arrays(step_context *context) {
     return is_complete ? TULLE_OK : fail_step(context, TULLE_ERROR_OUT_OF_MEMORY);
 }
 
-static contact_settings make_settings(const tulle_world *world) {
+static contact_settings make_settings(const step_context *context) {
+    tulle_world const *const world = context->world;
+    double const reserve = ldexp(MINIMUM_GAP_RESERVE, -context->retry_count);
     contact_settings settings = contact_settings_default();
-    settings.minimum_gap = MINIMUM_GAP_RESERVE * world->minimum_gap;
+    settings.minimum_gap = (1.0 + reserve) * world->minimum_gap;
     settings.solve_rounds = world->def.solve_rounds;
     if (settings.solve_rounds_landing < settings.solve_rounds) {
         settings.solve_rounds_landing = settings.solve_rounds;
@@ -144,7 +114,7 @@ static tulle_status prepare(step_context *context) {
     if (context->is_script_frozen) {
         memcpy(world->targets, state->positions, 3 * world->vertex_count * sizeof(double));
     }
-    find_carriers(context);
+    world_find_carriers(context);
     context->scene = (contact_scene){
         .set = &world->set,
         .vertex_count = world->vertex_count,
@@ -163,7 +133,7 @@ static tulle_status prepare(step_context *context) {
         .ignored_count = world->ignored_keys.count,
         .time_step = context->time_step,
         .paper = world->def.response == TULLE_RESPONSE_PAPER ? &context->paper : NULL,
-        .settings = make_settings(world),
+        .settings = make_settings(context),
         .heap = &world->heap,
         .scratch = &world->scratch,
         .times = &context->nested,
@@ -305,6 +275,7 @@ static tulle_status accept_paths(step_context *context) {
         memcpy(state->particles, context->paper.after, world->cloth_vertex_count);
     memcpy(state->positions, context->end, 3 * world->vertex_count * sizeof(double));
     state->time += context->passed;
+    world_follow_carriers(context);
     return TULLE_OK;
 }
 

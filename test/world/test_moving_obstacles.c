@@ -157,8 +157,62 @@ static void a_bad_frame_fails_the_step(void **state) {
     }
 }
 
+/* A long box that turns half around in 0.05 s through cloth that lies on it. */
+typedef struct flip {
+    size_t axis;   /* of the turn */
+    double height; /* [m] of the sheet; the box is 0.05 m high */
+    unsigned n;    /* vertices a side */
+    double step;   /* [s] */
+} flip;
+
+static void expect_no_pinch(const flip *tried) {
+    static const double TURN_START = 0.3, TURN_TIME = 0.05, TURNED = 0.4; /* [s] */
+    static const double PI = 3.14159265358979323846;
+    tulle_mesh sheet = small_sheet(0.5, tried->n, tried->height);
+    tulle_shape_def shape = tulle_shape_def_default(TULLE_SHAPE_BOX);
+    shape.size[0] = 0.8;
+    shape.size[1] = shape.size[2] = 0.05;
+    tulle_mesh box = small_shape(shape, 0.0, 0.0, -0.025);
+    tulle_world *const world = make_world();
+    small_add_cloth(world, &sheet);
+    tulle_keyframe keys[5];
+    for (int k = 0; k < 5; k++) {
+        double const half = 0.125 * PI * k;
+        keys[k] = (tulle_keyframe){TURN_START + 0.25 * k * TURN_TIME, {0}, {cos(half), 0, 0, 0}};
+        keys[k].rotation[1 + tried->axis] = sin(half);
+    }
+    tulle_obstacle_def def = tulle_obstacle_def_default();
+    def.mesh = tulle_mesh_get_view(&box);
+    def.motion = (tulle_motion){keys, 5, {0, 0, 0}, 0};
+    assert_int_equal(tulle_world_add_obstacle(world, &def, NULL, NULL), TULLE_OK);
+    double minimum_gap = 0.0;
+    while (tulle_world_get_time(world) < TURNED) {
+        tulle_step_report report;
+        tulle_error error = {0};
+        if (tulle_world_step(world, tried->step, &report, &error) != TULLE_OK)
+            fail_msg("axis %zu, %u vertices a side: %s", tried->axis, tried->n, error.message);
+        tulle_world_get_distances(world, NULL, NULL, &minimum_gap);
+        assert_true(report.smallest_gap >= minimum_gap);
+        assert_int_equal(report.pinched, 0);
+        assert_int_equal(small_judge(world, &sheet, 1, &box, 1), 0);
+    }
+    tulle_world_destroy(world);
+    tulle_mesh_destroy(&sheet);
+    tulle_mesh_destroy(&box);
+}
+
+/* Cloth that rides on what turns comes nearer to it on the way, by chords instead of circles: no
+ * pinch, there is room. */
+static void one_that_turns_fast_does_not_pinch(void **state) {
+    (void)state;
+    static const flip FLIPS[] = {
+        {1, 0.1, 11, 1.0 / 90.0}, {2, 0.1, 11, 1.0 / 90.0}, {1, 0.1, 21, 1.0 / 90.0}};
+    for (size_t i = 0; i < sizeof FLIPS / sizeof *FLIPS; i++) expect_no_pinch(&FLIPS[i]);
+}
+
 int main(void) {
     const struct CMUnitTest tests[] = {
+        cmocka_unit_test(one_that_turns_fast_does_not_pinch),
         cmocka_unit_test(one_that_appears_below_catches_the_cloth),
         cmocka_unit_test(one_that_appears_in_the_cloth_is_refused),
         cmocka_unit_test(a_sequence_carries_the_cloth),
