@@ -18,6 +18,11 @@
 #define OPPOSITE_SINE2 1e-24
 /* A projection may go this many times as far as the largest violation. */
 #define WEDGE_REACH 20.0
+/* Soft half-spaces: a miss counts as much as a way this many times as long, squared. */
+#define SOFT_STIFFNESS (WEDGE_REACH * WEDGE_REACH)
+/* Rounds of a soft projection, and the square of the relative change that ends it. */
+enum { SOFT_ROUNDS_MAX = 64 };
+#define SOFT_CHANGE2 1e-28
 
 static bool cone_is_empty(const canonical_cone *cone) { return !(vec3_norm2(cone->axis) > 0.0); }
 
@@ -81,17 +86,58 @@ bool motion_space_contains(const motion_space *space, vec3 v) {
     return true;
 }
 
+/* Least of |x - v|^2 + SOFT_STIFFNESS sum missing^2 over the half-spaces that `point` misses. */
+static vec3 solve_missed(const motion_space *space, vec3 v, vec3 point) {
+    mat3 matrix = mat3_identity(1.0);
+    vec3 right = v;
+    for (size_t i = 0; i < space->count; i++) {
+        half_space const *const plane = &space->half_spaces[i];
+        if (!(find_violation(plane, 1, point) > 0.0)) continue;
+        mat3 const outer = mat3_outer(plane->normal, plane->normal, SOFT_STIFFNESS);
+        mat3_add_scaled(&matrix, &outer, 1.0);
+        right = vec3_add_scaled(right, plane->normal, SOFT_STIFFNESS * plane->offset);
+    }
+    /* symmetric: rows are columns */
+    double const *const m = matrix.m;
+    vec3 const rows[3] = {{m[0], m[1], m[2]}, {m[3], m[4], m[5]}, {m[6], m[7], m[8]}};
+    vec3 const yz = vec3_cross(rows[1], rows[2]), zx = vec3_cross(rows[2], rows[0]);
+    vec3 const xy = vec3_cross(rows[0], rows[1]);
+    double const scale = 1.0 / vec3_dot(rows[0], yz);
+    return (vec3){scale * vec3_dot(yz, right), scale * vec3_dot(zx, right),
+                  scale * vec3_dot(xy, right)};
+}
+
+/* Newton's method, which ends when the half-spaces that are missed stay the same. */
+static vec3 find_soft_point(const motion_space *space, vec3 v) {
+    vec3 point = v;
+    for (int round = 0; round < SOFT_ROUNDS_MAX; round++) {
+        vec3 const next = solve_missed(space, v, point);
+        double const change2 = vec3_norm2(vec3_sub(next, point));
+        point = next;
+        if (change2 <= SOFT_CHANGE2 * vec3_norm2(point)) break;
+    }
+    return point;
+}
+
+/* The nearest point of the half-spaces, offsets at most `high`; false where there is none, or it is
+ * the far end of a sharp wedge. */
+static bool project_on_planes(const motion_space *space, double high, vec3 v, vec3 *nearest) {
+    half_space_rules const rules = {-(double)INFINITY, high, NORMAL_TOLERANCE};
+    if (!find_nearest_point(space->half_spaces, space->count, rules, v, nearest)) return false;
+    double violation = 0.0;
+    for (size_t i = 0; i < space->count; i++) {
+        half_space const *const plane = &space->half_spaces[i];
+        violation = fmax(violation, fmin(plane->offset, high) - vec3_dot(plane->normal, v));
+    }
+    return vec3_norm(vec3_sub(*nearest, v)) <= WEDGE_REACH * violation;
+}
+
 static vec3 project_on_polyhedron(const motion_space *space, vec3 v) {
-    double const violation = find_violation(space->half_spaces, space->count, v);
-    if (!(violation > 0.0)) return v;
     vec3 nearest;
-    half_space_rules rules = {-(double)INFINITY, (double)INFINITY, NORMAL_TOLERANCE};
-    bool const is_found = find_nearest_point(space->half_spaces, space->count, rules, v, &nearest);
-    double const reach = WEDGE_REACH * violation;
-    if (is_found && vec3_norm2(vec3_sub(nearest, v)) <= reach * reach) return nearest;
-    rules.high = 0.0;
-    if (find_nearest_point(space->half_spaces, space->count, rules, v, &nearest)) return nearest;
-    return (vec3){0.0, 0.0, 0.0}; /* by rounding alone: zero is in them all */
+    if (!(find_violation(space->half_spaces, space->count, v) > 0.0)) return v;
+    if (project_on_planes(space, (double)INFINITY, v, &nearest)) return nearest;
+    if (project_on_planes(space, 0.0, v, &nearest)) return nearest;
+    return find_soft_point(space, v);
 }
 
 vec3 motion_space_project(const motion_space *space, vec3 v) {

@@ -46,7 +46,10 @@ bool motion_space_contains(const motion_space *space, vec3 v);
  *  cone: v where N contains it, else its projection on C.
  *  polyhedral: the nearest point of the intersection. Where that is empty, or a wedge so sharp that
  *  its nearest point lies further from v than 20 times the largest violation, the offsets drop to
- *  min(offset, 0), which zero satisfies: the answer is the nearest point of what they leave. */
+ *  min(offset, 0), which zero satisfies: the answer is the nearest point of what they leave. If
+ *  that too is the far end of a wedge, as between two layers whose normals rounding has tilted,
+ *  where zero would lock the vertex: the point x with the least |x - v|^2 + 400 sum missed^2, of
+ *  the offsets as given. */
 vec3 motion_space_project(const motion_space *space, vec3 v);
 
 #endif
