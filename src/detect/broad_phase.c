@@ -95,9 +95,8 @@ void broad_phase_destroy(broad_phase *broad) {
     memory_release(heap, broad->records, broad->vertex_count * sizeof *broad->records);
     memory_release(heap, broad->record_vertices,
                    broad->vertex_count * sizeof *broad->record_vertices);
-    memory_release(heap, broad->slabs, broad->leaf_capacity * sizeof *broad->slabs);
     memory_release(heap, broad->leaves, broad->leaf_capacity * sizeof *broad->leaves);
-    memory_release(heap, broad->blocks, broad->block_capacity * sizeof *broad->blocks);
+    release_blocks(broad);
     memory_release(heap, broad->fit_tasks, broad->fit_task_capacity * sizeof *broad->fit_tasks);
     for (int k = 0; k < 2; k++) {
         memory_release(heap, broad->voxel_keys[k],
@@ -193,11 +192,10 @@ tulle_status build_trees(broad_phase *broad, const surface_set *set, const doubl
     return TULLE_OK;
 }
 
-tulle_status broad_phase_follow_paths(broad_phase *broad) {
-    if (broad->method != BROAD_PHASE_REFIT || broad->slabs) return TULLE_OK;
-    broad->slabs = allocate(broad->heap, broad->leaf_capacity, sizeof *broad->slabs);
+void broad_phase_follow_paths(broad_phase *broad) {
+    if (broad->method != BROAD_PHASE_REFIT || broad->follows_paths) return;
+    broad->follows_paths = true;
     for (size_t s = 0; s < broad->surface_count; s++) broad->trees[s].is_fitted = false;
-    return broad->slabs || broad->leaf_capacity == 0 ? TULLE_OK : TULLE_ERROR_OUT_OF_MEMORY;
 }
 
 void broad_phase_set_patches(broad_phase *broad, patch_labels patches) { broad->patches = patches; }

@@ -39,8 +39,8 @@ void broad_phase_set_patches(broad_phase *broad, patch_labels patches);
 
 /* From the next build_trees on, pairs that the straight paths x0 -> x1 keep farther apart than the
  * margin may be left out of searches where that is cheap, though their boxes meet. For refitted
- * trees; others leave out none. TULLE_ERROR_OUT_OF_MEMORY changes nothing. */
-tulle_status broad_phase_follow_paths(broad_phase *broad);
+ * trees; others leave out none. */
+void broad_phase_follow_paths(broad_phase *broad);
 
 typedef struct search_counts {
     uint64_t leaf_pair_count, candidate_count;

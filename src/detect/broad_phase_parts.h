@@ -86,11 +86,12 @@ struct broad_phase {
     vertex_record *records;
     vertex_box *vertex_boxes; /* of each record */
     surface_tree *trees;
-    leaf_slabs *slabs; /* of each leaf; null unless straight paths are followed */
+    bool follows_paths; /* pairs that straight paths keep apart may be left out */
+    leaf_slabs *slabs; /* of each leaf; null unless paths are followed, and as long as blocks are */
     tree_leaf *leaves;
     size_t leaf_capacity;
     ARRAY(uint32_t) leaf_corners; /* of refitted trees: records around each leaf, each once */
-    float *blocks; /* of all leaves, see tree_kernels.h; null until they are first needed */
+    float *blocks; /* of all leaves, see tree_kernels.h; null where patches leave out most */
     size_t block_capacity;
     uint32_t group_count;  /* of all leaves of refitted trees */
     ARRAY(uint16_t) masks; /* of refitted trees, see leaf_tables */
@@ -143,6 +144,7 @@ bool fit_vertex_boxes(broad_phase *broad, const surface_set *set, const double *
 /* Boxes and labels of nodes, and blocks of all leaves, unless patches leave out most of them; false
  * when memory is short. */
 bool fit_trees(broad_phase *broad, const surface_set *set, int threads);
+void release_blocks(broad_phase *broad);
 /* Slabs of all leaves where they are fitted, as blocks are; else null. */
 leaf_slabs *find_slabs(const broad_phase *broad);
 /* What boxes of leaves are fitted from. */

@@ -86,7 +86,6 @@ void kept_patches_destroy(kept_patches *patches) {
     if (!patches) return;
     memory *const heap = patches->heap;
     size_t const triangle_bytes = patches->topo->triangle_count * sizeof(uint32_t);
-    size_t const vertex_bytes = patches->topo->vertex_count * sizeof(uint32_t);
     memory_release(heap, patches->neighbours, 3 * triangle_bytes);
     memory_release(heap, patches->triangle_surface, triangle_bytes);
     memory_release(heap, patches->labels, triangle_bytes);
@@ -98,12 +97,7 @@ void kept_patches_destroy(kept_patches *patches) {
     ARRAY_FREE(heap, &patches->loops);
     ARRAY_FREE(heap, &patches->tasks);
     ARRAY_FREE(heap, &patches->contour_scratch);
-    growth_scratch *const growth = &patches->growth;
-    release_cones(patches);
-    memory_release(heap, growth->queue, triangle_bytes);
-    memory_release(heap, growth->local, vertex_bytes);
-    memory_release(heap, growth->stamps, vertex_bytes);
-    memory_release(heap, growth->next, vertex_bytes);
+    release_growth(patches);
     memory_release(heap, patches, sizeof *patches);
 }
 
@@ -281,6 +275,7 @@ static void switch_off(kept_patches *patches, const surface_set *set) {
         return;
     }
     drop_patches(patches);
+    release_growth(patches);
     schedule->is_off = 1;
     schedule->retry_at = schedule->call_count + schedule->retry_wait;
     schedule->retry_wait =

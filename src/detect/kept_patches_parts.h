@@ -125,8 +125,9 @@ tulle_status repair_patch(kept_patches *patches, const growth_input *input, uint
 void dissolve_patch(kept_patches *patches, uint32_t index);
 /* Allocates scratch of growth but for cones and limits, when there is none. */
 tulle_status reserve_growth(kept_patches *patches);
-/* Frees cones and limits. */
+/* Frees cones and limits, and all of it. */
 void release_cones(kept_patches *patches);
+void release_growth(kept_patches *patches);
 /* Appends a patch of triangles that are a disc in this order (any order without certificate);
  * INVALID_ARGUMENT where they are none. */
 tulle_status append_patch(kept_patches *patches, const uint32_t *triangles, size_t count, vec3 axis,

@@ -105,7 +105,7 @@ bool fit_vertex_boxes(broad_phase *broad, const surface_set *set, const double *
         motion += task->motion;
         count += (double)(task->end - task->begin);
     }
-    broad->is_straight = broad->slabs && motion > LONG_MOTION * broad->mean_edge * count;
+    broad->is_straight = broad->follows_paths && motion > LONG_MOTION * broad->mean_edge * count;
     return is_finite;
 }
 
@@ -185,7 +185,7 @@ static void fit_lowest_task(void *context, size_t begin, size_t end, size_t chun
     const fit_task *const task = &broad->fit_tasks[chunk];
     surface_tree *const tree = &broad->trees[task->surface];
     leaf_fit const fit = make_leaf_fit(broad);
-    if (!tree->is_fitted || (broad->slabs && needs_blocks(broad, tree)))
+    if (!tree->is_fitted || (broad->follows_paths && needs_blocks(broad, tree)))
         TULLE_PICK_KERNEL(fit_lowest_nodes)
     (&fit, tree->nodes.data, find_slabs(broad), task->begin, task->end);
     const tree_node *const first = &tree->nodes.data[task->begin];
@@ -219,15 +219,35 @@ static void prepare_labels(broad_phase *broad, const surface_set *set) {
         if (!set->surfaces[s].is_present) broad->node_patches.version = 0;
 }
 
-/* Blocks of all leaves of refitted trees, where no patches leave out pairs of leaves. */
+void release_blocks(broad_phase *broad) {
+    memory *const heap = broad->heap;
+    memory_release(heap, broad->slabs, broad->leaf_capacity * sizeof *broad->slabs);
+    memory_release(heap, broad->blocks, broad->block_capacity * sizeof *broad->blocks);
+    broad->slabs = NULL;
+    broad->blocks = NULL;
+    for (size_t s = 0; broad->trees && s < broad->surface_count; s++)
+        broad->trees[s].has_blocks = false;
+}
+
+/* Blocks and slabs of all leaves of refitted trees, where no patches leave out pairs of leaves;
+ * else workers keep blocks of their own. */
 static bool prepare_blocks(broad_phase *broad) {
+    memory *const heap = broad->heap;
     broad->has_all_blocks = !broad->has_labels && broad->method == BROAD_PHASE_REFIT;
-    if (!broad->has_all_blocks || broad->blocks) return true;
+    if (!broad->has_all_blocks) {
+        if (broad->blocks) release_blocks(broad);
+        return true;
+    }
+    if (broad->blocks || broad->leaf_capacity == 0) return true;
+    ARRAY_FREE(heap, &broad->kept_blocks);
     broad->block_capacity =
         LEAF_HEADER * broad->leaf_capacity + GROUP_FLOATS * (size_t)broad->group_count;
-    broad->blocks =
-        memory_allocate_zeroed(broad->heap, broad->block_capacity, sizeof *broad->blocks);
-    return broad->blocks || broad->block_capacity == 0;
+    broad->blocks = memory_allocate_zeroed(heap, broad->block_capacity, sizeof *broad->blocks);
+    if (broad->follows_paths)
+        broad->slabs = memory_allocate_zeroed(heap, broad->leaf_capacity, sizeof *broad->slabs);
+    if (broad->blocks && (broad->slabs || !broad->follows_paths)) return true;
+    release_blocks(broad);
+    return false;
 }
 
 bool fit_trees(broad_phase *broad, const surface_set *set, int threads) {

@@ -8,7 +8,10 @@
 #include "detect/tree_kernels.h"
 #include "math/simd.h"
 
-enum { SHIFT = 37 }; /* of the places of each KEPT_BLOCKS leaves against those before */
+enum {
+    SHIFT = 37,      /* of the places of each KEPT_BLOCKS leaves against those before */
+    LEAVES_AHEAD = 3 /* pairs */
+};
 
 /* Bits 0, 2, 4, ... of twice sixteen, and 0, 3, 6, ... of three times eight. */
 #define EVEN_BITS 0x55555555U
@@ -53,6 +56,13 @@ BOX_INLINE void mark_near(leaf_view *leaf, const float box[6]) {
         leaf->near_edges |= find_near(leaf->edges + GROUP_FLOATS, box) << GROUP_LANES;
     if (leaf->vertex_count > FACE_VERTICES)
         leaf->near_vertices |= find_near(leaf->vertices, box) << FACE_VERTICES;
+}
+
+/* All that there are. */
+BOX_INLINE void mark_all(leaf_view *leaf, const tree_leaf *of) {
+    leaf->near_triangles = (1U << (of->triangle_end - of->triangle_begin)) - 1;
+    leaf->near_vertices = (1U << leaf->vertex_count) - 1;
+    leaf->near_edges = (1U << leaf->edge_count) - 1;
 }
 
 /* Low x, y, z, high x, y, z. */
@@ -259,10 +269,15 @@ BOX_INLINE void compare_leaves(const leaf_pair *pair, view_pair how, bool is_sam
     }
     leaf_view a = view_leaf(pair->leaves[0], groups);
     leaf_view b = view_leaf(pair->leaves[1], pair->blocks[1] + LEAF_HEADER);
-    write_sides(box_vector_load(pair->blocks[1]), box);
-    mark_near(&a, box);
-    write_sides(box_vector_load(pair->blocks[0]) + widening, box);
-    mark_near(&b, box);
+    if (is_same) {
+        mark_all(&a, pair->leaves[0]);
+        mark_all(&b, pair->leaves[0]);
+    } else {
+        write_sides(box_vector_load(pair->blocks[1]), box);
+        mark_near(&a, box);
+        write_sides(box_vector_load(pair->blocks[0]) + widening, box);
+        mark_near(&b, box);
+    }
     pair_views(how, &a, &b, is_same, batches);
 }
 
@@ -287,9 +302,11 @@ BOX_INLINE void pair_two(const leaf_tables *tables, leaf_cache *cache, uint32_t 
         compare_leaves(&pair, how, false, batches);
 }
 
-/* Calls for the block of the second leaf of a pair that comes soon. */
+/* Calls for the block of the second leaf of the next pair, and for the leaf of one after it. */
 BOX_INLINE void call_block(const leaf_tables *tables, const node_pairs *pairs, size_t index) {
     if (!tables->fit.blocks || index >= pairs->count) return;
+    size_t const later = index + LEAVES_AHEAD < pairs->count ? index + LEAVES_AHEAD : index;
+    __builtin_prefetch(&tables->fit.leaves[pairs->second[later]]);
     uint32_t const leaf = pairs->second[index];
     const float *const block =
         tables->fit.blocks + find_block_begin(&tables->fit.leaves[leaf], leaf);
