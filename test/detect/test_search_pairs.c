@@ -2,11 +2,10 @@
  * every kernel target; with labels of patches only pairs within one patch may be missing; surfaces
  * that do not meet give nothing. */
 #include "base/hash.h"
-#include "detect/broad_phase.h"
 #include "detect/tree_kernels.h"
 #include "geom/distance.h"
 #include "math/kernel_target.h"
-#include "support/soup_scene.h"
+#include "support/pair_keys.h"
 
 #include <math.h>
 #include <setjmp.h>
@@ -17,106 +16,10 @@
 
 #include <cmocka.h>
 
-enum { MAX_THREADS = 8, MAX_PAIRS = 600000 };
-
-/* Pairs of one worker: kind << 62 | first << 31 | second. */
-typedef struct key_list {
-    uint64_t *keys;
-    size_t count;
-} key_list;
-
-static uint64_t make_key(feature_kind kind, feature_pair pair) {
-    return (uint64_t)kind << 62 | (uint64_t)pair.first << 31 | pair.second;
-}
-
-/* A pair_consumer; context: a key_list for each worker. */
-static void collect_keys(void *context, const pair_tables *tables, const pair_batch *batch,
-                         int worker) {
-    key_list *const list = (key_list *)context + worker;
-    if (batch->count == 0 || batch->count > PAIR_BATCH_SIZE) abort();
-    for (size_t i = 0; i < batch->count; i++) {
-        if (list->count == MAX_PAIRS) abort();
-        list->keys[list->count++] = make_key(batch->kind, pair_batch_get(tables, batch, i));
-    }
-}
-
-static int compare_keys(const void *a, const void *b) {
-    uint64_t const x = *(const uint64_t *)a, y = *(const uint64_t *)b;
-    return (x > y) - (x < y);
-}
-
-/* All pairs of a search, sorted. */
-static key_list search_keys(broad_phase *broad, const surface_set *set, int threads) {
-    key_list lists[MAX_THREADS] = {{0}};
-    for (int w = 0; w < threads; w++) {
-        lists[w].keys = malloc(MAX_PAIRS * sizeof *lists[w].keys);
-        assert_non_null(lists[w].keys);
-    }
-    search_counts counts;
-    assert_int_equal(search_pairs(broad, set, threads, collect_keys, lists, &counts), TULLE_OK);
-    key_list all = lists[0];
-    for (int w = 1; w < threads; w++) {
-        assert_true(all.count + lists[w].count <= MAX_PAIRS);
-        memcpy(all.keys + all.count, lists[w].keys, lists[w].count * sizeof *all.keys);
-        all.count += lists[w].count;
-        free(lists[w].keys);
-    }
-    assert_int_equal(all.count, counts.candidate_count);
-    qsort(all.keys, all.count, sizeof *all.keys, compare_keys);
-    for (size_t i = 1; i < all.count; i++) assert_true(all.keys[i - 1] < all.keys[i]);
-    return all;
-}
-
-static key_list list_keys(memory *heap, broad_phase *broad, const surface_set *set, int threads) {
-    pair_list pairs = {0};
-    assert_int_equal(find_pairs(broad, set, threads, &pairs, NULL), TULLE_OK);
-    key_list all = {.keys = malloc(MAX_PAIRS * sizeof *all.keys)};
-    assert_non_null(all.keys);
-    assert_true(pairs.vertex_triangle.count + pairs.edge_edge.count <= MAX_PAIRS);
-    for (size_t i = 0; i < pairs.vertex_triangle.count; i++)
-        all.keys[all.count++] = make_key(FEATURE_VERTEX_TRIANGLE, pairs.vertex_triangle.data[i]);
-    for (size_t i = 0; i < pairs.edge_edge.count; i++)
-        all.keys[all.count++] = make_key(FEATURE_EDGE_EDGE, pairs.edge_edge.data[i]);
-    ARRAY_FREE(heap, &pairs.vertex_triangle);
-    ARRAY_FREE(heap, &pairs.edge_edge);
-    qsort(all.keys, all.count, sizeof *all.keys, compare_keys);
-    return all;
-}
-
-static void assert_same_keys(const key_list *a, const key_list *b) {
-    assert_int_equal(a->count, b->count);
-    if (a->count) assert_memory_equal(a->keys, b->keys, a->count * sizeof *a->keys);
-}
-
 static size_t surface_of(const soup_scene *of, uint32_t vertex) {
     size_t s = 0;
     while (vertex >= of->surfaces[s].vertex_end) s++;
     return s;
-}
-
-/* Surfaces of random shapes, all meeting all, themselves too. */
-static soup_scene *make_scene(memory *heap, uint64_t *seed, size_t most_count) {
-    soup_scene *const soup = calloc(1, sizeof *soup);
-    assert_non_null(soup);
-    size_t const surface_count = 1 + random_next(seed) % 3;
-    for (size_t s = 0; s < surface_count; s++) {
-        soup_shape const shape = (soup_shape)(random_next(seed) % SOUP_SHAPE_COUNT);
-        soup_scene_add(soup, shape, 1 + random_next(seed) % most_count, 0.05, seed);
-    }
-    soup_scene_finish(heap, soup);
-    return soup;
-}
-
-static void free_scene(memory *heap, soup_scene *soup) {
-    topology_destroy(heap, &soup->topo);
-    free(soup);
-}
-
-static broad_phase *make_trees(memory *heap, const soup_scene *of, broad_phase_method method) {
-    broad_phase *broad;
-    assert_int_equal(broad_phase_create(heap, &of->set, of->x0, method, &broad), TULLE_OK);
-    assert_int_equal(build_trees(broad, &of->set, of->x0, of->x1, 0.02, 2), TULLE_OK);
-    return broad;
 }
 
 static void streams_what_the_list_holds(void **state) {
@@ -422,93 +325,6 @@ static void fitting_a_run_of_leaves_leaves_the_others_alone(void **state) {
     kernel_target_force(widest);
 }
 
-/* Turns and shears all paths alike, and adds what they had before. */
-static void move_together(soup_scene *soup, double size) {
-    for (size_t v = 0; v < soup->vertex_count; v++) {
-        double *const x0 = soup->x0 + 3 * v, *const x1 = soup->x1 + 3 * v;
-        x1[0] += size * (0.3 - 0.5 * x0[1] + 0.2 * x0[2]);
-        x1[1] += size * (0.5 * x0[0] - 0.4);
-        x1[2] += size * (0.1 * x0[0] + 0.2 * x0[1]);
-    }
-}
-
-/* The least distance of a pair at some times. */
-static double sample_distance(const soup_scene *of, uint64_t key) {
-    enum { TIMES = 33 };
-    feature_kind const kind = (feature_kind)(key >> 62);
-    feature_pair const pair = {(uint32_t)(key >> 31 & 0x7fffffff), (uint32_t)(key & 0x7fffffff)};
-    uint32_t v[4];
-    feature_pair_vertices(&of->topo, kind, pair, v);
-    double least = INFINITY;
-    for (int i = 0; i < TIMES; i++) {
-        double const t = (double)i / (TIMES - 1);
-        vec3 points[4];
-        for (int k = 0; k < 4; k++)
-            points[k] = vec3_add(vec3_scale(vec3_load(of->x0, v[k]), 1.0 - t),
-                                 vec3_scale(vec3_load(of->x1, v[k]), t));
-        closest_points const closest = kind == FEATURE_VERTEX_TRIANGLE
-                                           ? closest_vertex_triangle(points)
-                                           : closest_edge_edge(points);
-        least = fmin(least, vec3_norm(closest.difference));
-    }
-    return least;
-}
-
-/* Every pair of the list is in the stream, which may have others, or is farther apart than the
- * margin. Returns how many are not in it. */
-static size_t count_left_out(const soup_scene *of, const key_list *list, const key_list *stream,
-                             double margin) {
-    size_t at = 0, missing = 0;
-    for (size_t i = 0; i < list->count; i++) {
-        while (at < stream->count && stream->keys[at] < list->keys[i]) at++;
-        if (at < stream->count && stream->keys[at] == list->keys[i]) continue;
-        missing++;
-        assert_true(sample_distance(of, list->keys[i]) > margin * (1.0 - 1e-9));
-    }
-    return missing;
-}
-
-static void following_paths_leaves_out_only_what_stays_apart(void **state) {
-    (void)state;
-    memory heap = memory_default();
-    uint64_t seed = 16;
-    kernel_target const widest = kernel_target_get();
-    size_t missing = 0, all = 0;
-    for (int round = 0; round < 40; round++) {
-        soup_scene *const soup = make_scene(&heap, &seed, 120);
-        double const margin = round % 2 ? 0.02 : 0.0;
-        move_together(soup, 0.6 * (round % 5));
-        broad_phase *const broad = make_trees(&heap, soup, BROAD_PHASE_REFIT);
-        assert_int_equal(build_trees(broad, &soup->set, soup->x0, soup->x1, margin, 1), TULLE_OK);
-        key_list const list = search_keys(broad, &soup->set, 1);
-        broad_phase_follow_paths(broad);
-        key_list first = {0};
-        for (int target = 0; target < KERNEL_TARGET_COUNT; target++) {
-            if (!kernel_target_force((kernel_target)target)) continue;
-            int const threads = 1 + round % 3;
-            assert_int_equal(build_trees(broad, &soup->set, soup->x0, soup->x1, margin, threads),
-                             TULLE_OK);
-            key_list const stream = search_keys(broad, &soup->set, threads);
-            if (!first.keys) {
-                first = stream;
-                missing += count_left_out(soup, &list, &stream, margin);
-                all += list.count;
-                continue;
-            }
-            assert_same_keys(&first, &stream);
-            free(stream.keys);
-        }
-        kernel_target_force(widest);
-        free(list.keys);
-        free(first.keys);
-        broad_phase_destroy(broad);
-        free_scene(&heap, soup);
-    }
-    print_message("%zu of %zu pairs left out\n", missing, all);
-    assert_true(missing > all / 100 && missing < all);
-    assert_int_equal(heap.bytes_held, 0);
-}
-
 int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(streams_what_the_list_holds),
@@ -516,7 +332,6 @@ int main(void) {
         cmocka_unit_test(leaves_out_only_pairs_within_a_patch),
         cmocka_unit_test(blocks_fitted_when_needed_are_the_same),
         cmocka_unit_test(fitting_a_run_of_leaves_leaves_the_others_alone),
-        cmocka_unit_test(following_paths_leaves_out_only_what_stays_apart),
         cmocka_unit_test(a_patch_over_everything_leaves_nothing),
         cmocka_unit_test(honours_which_surfaces_meet),
     };
