@@ -71,7 +71,9 @@ def print_angles(rows):
               f"edges, {refit['threads']} threads\n")
         out = []
         for row in of_input:
-            pairs = max(number(refit, "box_pairs"), 1.0)
+            # boxes of searches with patches hold whole motions, as those of bvox do
+            alike = bvox if row["uses_patches"] == "1" or row is bvox else refit
+            pairs = max(number(alike, "box_pairs"), 1.0)
             total = number(row, "total_median_ms")
             out.append([row["run"], f"{share(row):.1f} %", row["patches"], millions(row["box_pairs"]),
                         f"{100.0 * (1.0 - number(row, 'box_pairs') / pairs):.1f} %",

@@ -177,8 +177,10 @@ static void print_angle_row(const detect_input *input, const measured_run *run,
         printf("%-11s not available\n", run->name);
         return;
     }
+    /* boxes of searches with patches hold whole motions, as those of bvox do */
+    const measured_run *const alike = run->counts.uses_patches ? bvox : refit;
     double const culled =
-        100.0 * (1.0 - (double)run->counts.box_pairs / (double)refit->counts.box_pairs);
+        100.0 * (1.0 - (double)run->counts.box_pairs / (double)alike->counts.box_pairs);
     printf("%-11s %8.1f%% %7llu %9llu %7.1f%% %6s %9.3f %9.3f %9.3f %8.2f %8.2f\n", run->name,
            get_patch_share(input, run), (unsigned long long)run->counts.patch_count,
            (unsigned long long)run->counts.box_pairs, culled,
