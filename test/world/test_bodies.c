@@ -189,11 +189,13 @@ static void ball_rolls(void **state) {
     double const speed = hypot(end.velocity[0], end.velocity[2]);
     double const share = end.inertia[4] / (end.mass * radius * radius); /* 2/5 of a true ball */
     double const expected = 9.81 * sin(angle) / (1.0 + share);
+    double const of_true_ball = 5.0 / 7.0 * 9.81 * sin(angle);
     print_message("ball: speed %.5g m/s (%.5g; true ball %.5g), spin %.5g, rescues %d, "
                   "substeps %d\n",
-                  speed, expected, 5.0 / 7.0 * 9.81 * sin(angle), end.angular_velocity[1],
-                  (int)rescues, (int)substeps);
+                  speed, expected, of_true_ball, end.angular_velocity[1], (int)rescues,
+                  (int)substeps);
     assert_true(fabs(speed - expected) < 0.01 * expected);
+    assert_true(fabs(speed - of_true_ball) < 0.01 * of_true_ball);
     assert_true(fabs(end.angular_velocity[1] * radius - speed) < 0.01 * speed);
     assert_int_equal(rescues, 0);
     free(ball.positions);

@@ -174,6 +174,7 @@ static void pile_holds_no_intersection(void **state) {
     print_message("pile: %d contacts in %d substeps, %d components scaled, %d times shortened, "
                   "stretch %.3g\n",
                   (int)contacts, (int)substeps, (int)scalings, (int)shortened, stretch);
+    assert_true((scalings + shortened) * 1000 <= contacts);
     for (int i = 0; i <= COUNT; i++) tulle_mesh_destroy(&meshes[i]);
     tulle_mesh_destroy(&sheet);
     tulle_world_destroy(world);
