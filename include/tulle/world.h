@@ -287,6 +287,12 @@ TULLE_API tulle_status tulle_world_set_cloth_obstacle_law(tulle_world *world, tu
                                                           tulle_obstacle_id obstacle,
                                                           const tulle_contact_law *law,
                                                           tulle_error *error);
+/* The same of two obstacles of which one at least is a rigid body. */
+TULLE_API tulle_status tulle_world_set_obstacle_obstacle_law(tulle_world *world,
+                                                             tulle_obstacle_id a,
+                                                             tulle_obstacle_id b,
+                                                             const tulle_contact_law *law,
+                                                             tulle_error *error);
 
 /* Prepares the first step: derives distances, builds trees, judges the start. Called by the first
  * step if the caller did not. TULLE_ERROR_INTERSECTING_START names the first pairs in the message;

@@ -113,8 +113,12 @@ static tulle_status add_obstacle(const scene_obstacle *obstacle, tulle_world *wo
 
 static tulle_status set_law(const scene *loaded, const scene_world *built, size_t first,
                             size_t second, const tulle_contact_law *law, tulle_error *error) {
-    tulle_cloth_id const cloth = built->cloths[first];
     size_t const cloth_count = loaded->cloth_count;
+    if (first >= cloth_count)
+        return tulle_world_set_obstacle_obstacle_law(
+            built->world, built->obstacles[first - cloth_count],
+            built->obstacles[second - cloth_count], law, error);
+    tulle_cloth_id const cloth = built->cloths[first];
     if (second < cloth_count)
         return tulle_world_set_cloth_cloth_law(built->world, cloth, built->cloths[second], law,
                                                error);
@@ -129,6 +133,7 @@ static tulle_status set_laws(const scene *loaded, const scene_world *built, tull
                                        pair->keys->restitution};
         for (size_t a = pair->first_begin; a < pair->first_end; a++)
             for (size_t b = pair->second_begin; b < pair->second_end; b++) {
+                if (a == b) continue; /* copies among themselves */
                 tulle_status status = set_law(loaded, built, a, b, &law, error);
                 if (status != TULLE_OK) return add_place(&pair->keys->head, status, error);
             }

@@ -117,8 +117,9 @@ static const schema_key pair_table[] = {
      .most_count = 2,
      .flags = SCHEMA_REQUIRED,
      FIELD(pair_keys, between),
-     .meaning = "a cloth, and another cloth or an obstacle; the name of an obstacle stands for all "
-                "its copies"},
+     .meaning = "a cloth, and another cloth or an obstacle; or two obstacles, one of them dynamic; "
+                "the name of an obstacle stands for all its copies, twice the same for copies "
+                "among themselves"},
     {.name = "friction",
      FRICTION_VALUE,
      .flags = SCHEMA_REQUIRED,

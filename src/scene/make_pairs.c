@@ -52,12 +52,24 @@ static bool refuse_name(const scene_work *work, const pair_keys *keys, size_t wh
     return false;
 }
 
+static bool is_dynamic(const scene *loaded, named_objects objects) {
+    return objects.begin >= loaded->cloth_count &&
+           loaded->obstacles[objects.begin - loaded->cloth_count].keys->dynamic.head.node != NULL;
+}
+
+/* Whether both sides are the copies of one rigid body, which touch one another. */
+static bool are_copies(const scene *loaded, const named_objects side[2]) {
+    return side[0].begin == side[1].begin && side[0].end == side[1].end &&
+           side[0].end - side[0].begin > 1 && is_dynamic(loaded, side[0]);
+}
+
 /* The two sides of a pair, a cloth first. False after a problem. */
 static bool resolve_sides(const scene_work *work, const pair_keys *keys, named_objects side[2]) {
     const scene *loaded = work->scene;
     for (size_t i = 0; i < 2; i++)
         if (!find_objects(loaded, keys->between.value[i], &side[i]))
             return refuse_name(work, keys, i);
+    if (are_copies(loaded, side)) return true;
     if (side[0].begin < side[1].end && side[1].begin < side[0].end) {
         problem_add(work->problems, TULLE_ERROR_INVALID_ARGUMENT, keys->between.places[1],
                     "%s.between: names '%s' twice; friction of a cloth on itself is "
@@ -70,10 +82,11 @@ static bool resolve_sides(const scene_work *work, const pair_keys *keys, named_o
         side[0] = side[1];
         side[1] = first;
     }
-    if (side[0].begin < loaded->cloth_count) return true;
+    bool const has_body = is_dynamic(loaded, side[0]) || is_dynamic(loaded, side[1]);
+    if (side[0].begin < loaded->cloth_count || has_body) return true;
     problem_add(work->problems, TULLE_ERROR_INVALID_ARGUMENT, keys->between.places[0],
                 "%s.between: '%s' and '%s' are both obstacles, which do not touch; one must be a "
-                "cloth",
+                "cloth or dynamic",
                 keys->head.path, show_text(keys->between.value[0]).text,
                 show_text(keys->between.value[1]).text);
     return false;

@@ -89,8 +89,8 @@ typedef struct world_motion_state {
 
 /* The law of two objects that does not follow from their materials. */
 typedef struct world_pair_law {
-    size_t cloth, other; /* index of a cloth with a greater index, or of an obstacle */
-    bool is_obstacle;
+    size_t first, second; /* indices among cloths or obstacles, cloths first, the lower first */
+    int obstacle_count;   /* 0: both are cloths, 1: the second is an obstacle, 2: both are */
     tulle_contact_law law;
 } world_pair_law;
 

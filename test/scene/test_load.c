@@ -250,7 +250,7 @@ static const refusal refusals[] = {
                 "{shape: box}, name: a}\n  - {mesh: {shape: box}, name: b}\n",
      TULLE_ERROR_INVALID_ARGUMENT, "s.yaml", 5, 22,
      "contact.pairs[0].between: 'a' and 'b' are both obstacles, which do not touch; one must be a "
-     "cloth"},
+     "cloth or dynamic"},
     {TIME SHEET "contact:\n  pairs:\n    - {between: [cloth0, a], friction: 0.3}\n    - {between: "
                 "[a, cloth0], friction: 0.4}\nobstacles:\n  - {mesh: {shape: box}, name: a}\n",
      TULLE_ERROR_INVALID_ARGUMENT, "s.yaml", 7, 17,

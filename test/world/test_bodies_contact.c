@@ -180,11 +180,80 @@ static void pile_holds_no_intersection(void **state) {
     tulle_world_destroy(world);
 }
 
+/* Speed at which a ball of restitution 0.64 leaves a floor of 0.36, falling with 2 m/s. */
+static double bounce(const tulle_contact_law *law, bool is_without_gravity) {
+    tulle_world_def def = tulle_world_def_default();
+    if (is_without_gravity) def.gravity[2] = 0.0;
+    tulle_world *const world = bodies_make_world(&def, true);
+    tulle_mesh meshes[2] = {bodies_make_box(1.0, 1.0, 0.2, (double[3]){0.0, 0.0, -0.1}),
+                            bodies_make_ball(0.1, 6, (double[3]){0.0, 0.0, 0.15})};
+    tulle_obstacle_id ids[2];
+    for (int i = 0; i < 2; i++) {
+        tulle_obstacle_def obstacle = tulle_obstacle_def_default();
+        obstacle.mesh = tulle_mesh_get_view(&meshes[i]);
+        obstacle.friction = 0.3;
+        obstacle.restitution = i ? 0.64 : 0.36;
+        if (i) obstacle.body = (tulle_body){.is_dynamic = 1, .mass = 1.0, .velocity = {0, 0, -2.0}};
+        assert_int_equal(tulle_world_add_obstacle(world, &obstacle, &ids[i], NULL), TULLE_OK);
+    }
+    if (law) {
+        assert_int_equal(tulle_world_set_obstacle_obstacle_law(world, ids[0], ids[0], law, NULL),
+                         TULLE_ERROR_INVALID_ARGUMENT);
+        assert_int_equal(tulle_world_set_obstacle_obstacle_law(world, ids[1], ids[0], law, NULL),
+                         TULLE_OK);
+    }
+    double impact = 0.0, fastest = 0.0;
+    for (int i = 0; i < 30; i++) {
+        double const before = i ? bodies_get_transform(world, ids[1]).velocity[2] : -2.0;
+        bodies_step(world);
+        double const now = bodies_get_transform(world, ids[1]).velocity[2];
+        impact = fmin(impact, fmin(before, now));
+        fastest = fmax(fastest, now);
+        assert_int_equal(bodies_judge(world, NULL, 0, meshes, 2), 0);
+    }
+    for (int i = 0; i < 2; i++) tulle_mesh_destroy(&meshes[i]);
+    tulle_world_destroy(world);
+    return fastest / -impact;
+}
+
+/* Restitution is the geometric mean of both, or that of the pair's law. */
+static void ball_bounces(void **state) {
+    (void)state;
+    tulle_contact_law const full = {0.3, 0.3, 1.0}, none = {0.3, 0.3, 0.0};
+    double const mean = bounce(NULL, true), falling = bounce(NULL, false);
+    double const all = bounce(&full, true), nothing = bounce(&none, true);
+    print_message("ball bounces: %.4f (%.4f with gravity), by law %.4f and %.4f\n", mean, falling,
+                  all, nothing);
+    assert_true(fabs(mean - 0.48) < 1e-9);
+    assert_true(fabs(falling - 0.48) < 0.03);
+    assert_true(fabs(all - 1.0) < 1e-9);
+    assert_true(nothing < 1e-9);
+}
+
+/* Laws of two obstacles need a body among them. */
+static void laws_of_what_never_touches_are_refused(void **state) {
+    (void)state;
+    tulle_world_def def = tulle_world_def_default();
+    tulle_world *const world = bodies_make_world(&def, true);
+    tulle_mesh box = bodies_make_box(1.0, 1.0, 0.2, (double[3]){0.0, 0.0, -0.1});
+    tulle_obstacle_id const a = bodies_add_obstacle(world, &box, 0.3, NULL);
+    tulle_obstacle_id const b = bodies_add_obstacle(world, &box, 0.3, NULL);
+    tulle_contact_law const law = {0.3, 0.3, 0.0};
+    tulle_error error = {0};
+    assert_int_equal(tulle_world_set_obstacle_obstacle_law(world, a, b, &law, &error),
+                     TULLE_ERROR_INVALID_ARGUMENT);
+    assert_non_null(strstr(error.message, "do not touch"));
+    tulle_mesh_destroy(&box);
+    tulle_world_destroy(world);
+}
+
 int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(colliding_boxes_keep_momentum),
         cmocka_unit_test(box_tips_when_its_centre_passes_the_edge),
         cmocka_unit_test(ring_hangs_on_a_rod),
+        cmocka_unit_test(ball_bounces),
+        cmocka_unit_test(laws_of_what_never_touches_are_refused),
         cmocka_unit_test(pile_holds_no_intersection),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);

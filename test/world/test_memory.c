@@ -116,6 +116,22 @@ static void failed_allocation_leaves_the_world_as_it_was(void **state) {
     tulle_mesh_destroy(&sphere);
 }
 
+/* A rigid body that lands on the sheet. */
+static void failed_allocation_leaves_bodies_as_they_were(void **state) {
+    (void)state;
+    tulle_mesh sheet = small_sheet(0.3, 4, 0.0), sphere = make_sphere(0.1, 3);
+    for (size_t i = 0; i < sphere.vertex_count; i++) sphere.positions[3 * i + 2] += 0.12;
+    tulle_cloth_def cloth = tulle_cloth_def_default();
+    cloth.mesh = tulle_mesh_get_view(&sheet);
+    tulle_obstacle_def obstacle = tulle_obstacle_def_default();
+    obstacle.mesh = tulle_mesh_get_view(&sphere);
+    obstacle.body = (tulle_body){.is_dynamic = 1, .mass = 0.1, .velocity = {0.0, 0.0, -3.0}};
+    failing_heap heap = {0};
+    fail_every_allocation(make_def(&heap), &heap, &cloth, &obstacle, 3);
+    tulle_mesh_destroy(&sheet);
+    tulle_mesh_destroy(&sphere);
+}
+
 /* The appearance changes which obstacles are there and which pairs are ignored. */
 static void failed_allocation_undoes_an_appearance(void **state) {
     (void)state;
@@ -195,6 +211,7 @@ static void stage_times_add_up(void **state) {
 int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(failed_allocation_leaves_the_world_as_it_was),
+        cmocka_unit_test(failed_allocation_leaves_bodies_as_they_were),
         cmocka_unit_test(failed_allocation_undoes_an_appearance),
         cmocka_unit_test(steady_step_makes_no_heap_call),
         cmocka_unit_test(stage_times_add_up),
