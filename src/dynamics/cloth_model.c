@@ -93,6 +93,8 @@ static tulle_status fill_springs(const cloth_model_def *def, cloth_model *model,
         spring->rest_length = length;
         spring->stiffness = material->stretch_stiffness * area / (length * length);
         spring->damping = spring->stiffness * material->stretch_damping;
+        double const limit = material->stiffening_strain * length;
+        spring->stiffening = limit > 0.0 ? 1.0 / (limit * limit) : 0.0;
     }
     return TULLE_OK;
 }

@@ -25,7 +25,8 @@ typedef struct cloth_spring {
     uint32_t vertices[2];
     uint32_t triangles[2]; /* of the model; the second is TULLE_NONE on the border */
     double rest_length;    /* [m] > 0 */
-    double stiffness;      /* [N/m] */
+    double stiffness;      /* [N/m] near the rest length */
+    double stiffening;     /* [1/m^2] see spring_get_tension; 0: linear */
     double damping;        /* [N s/m] */
 } cloth_spring;
 

@@ -1,12 +1,14 @@
 /* dynamics/linear_excess.c - how far a step's linear system is from the truth, as energy.
  *
- * With x* where the springs were linearised and d the way of a spring's difference vector from
- * there, the linear system reckons with the energy
- *     k/2 (l* - L + n . d)^2 + k/2 max(1 - L/l*, 0) |d - n (n . d)|^2
- * and the spring has k/2 (l - L)^2. All else in the system is exact (bending of a flat rest shape)
+ * With x* where the springs were linearised, e their extension and d the way of their difference
+ * vector from there, a = n . d, the linear system reckons with the energy
+ *     V(e*) + t(e*) a + t'(e*)/2 a^2 + max(t(e*) / l*, 0)/2 |d - n a|^2,
+ * t the tension,
+ * and the spring has V(e). All else in the system is exact (bending of a flat rest shape)
  * or takes energy only. */
 #include "base/parallel.h"
 #include "dynamics/compute_forces.h"
+#include "dynamics/spring.h"
 
 #include <math.h>
 
@@ -42,9 +44,12 @@ static void measure_springs(void *context, size_t begin, size_t end, size_t chun
         if (!(length > 0.0)) continue;
         double const along = vec3_dot(from, d) / length;
         double const across2 = fmax(vec3_norm2(d) - along * along, 0.0);
-        double const reckoned = length - rest + along, real = vec3_norm(to) - rest;
-        sum += 0.5 * spring->stiffness *
-               (real * real - reckoned * reckoned - fmax(1.0 - rest / length, 0.0) * across2);
+        double const extension = length - rest, tension = spring_get_tension(spring, extension);
+        double const slope = spring_get_slope(spring, extension);
+        double const reckoned = spring_get_energy(spring, extension) +
+                                (tension + 0.5 * slope * along) * along +
+                                0.5 * fmax(tension / length, 0.0) * across2;
+        sum += spring_get_energy(spring, vec3_norm(to) - rest) - reckoned;
     }
     task->sums[chunk] = sum;
 }

@@ -32,16 +32,16 @@ typedef struct preset {
 } preset;
 
 /* kg/m^2, N/m, N m, s, s, 1/s, friction, dynamic friction (-1: the same), restitution, friction
- * across */
+ * across, stiffening strain */
 static const preset PRESETS[] = {
-    {"cotton", FABRIC_SOURCE, {0.150, 300.0, 1.0e-5, 5e-4, 2e-3, 0.05, 0.40, -1.0, 0.0, 1.0}},
-    {"silk", FABRIC_SOURCE, {0.070, 150.0, 4.0e-6, 5e-4, 2e-3, 0.10, 0.25, -1.0, 0.0, 1.0}},
-    {"wool", FABRIC_SOURCE, {0.220, 250.0, 1.5e-5, 1e-3, 4e-3, 0.05, 0.45, -1.0, 0.0, 1.0}},
-    {"denim", FABRIC_SOURCE, {0.400, 900.0, 1.0e-4, 5e-4, 2e-3, 0.02, 0.50, -1.0, 0.0, 1.0}},
-    {"net", NET_SOURCE, {0.035, 100.0, 2.5e-6, 5e-4, 2e-3, 0.10, 0.30, -1.0, 0.0, 1.0}},
+    {"cotton", FABRIC_SOURCE, {0.150, 300.0, 1.0e-5, 5e-4, 2e-3, 0.05, 0.40, -1.0, 0.0, 1.0, 0.1}},
+    {"silk", FABRIC_SOURCE, {0.070, 150.0, 4.0e-6, 5e-4, 2e-3, 0.10, 0.25, -1.0, 0.0, 1.0, 0.1}},
+    {"wool", FABRIC_SOURCE, {0.220, 250.0, 1.5e-5, 1e-3, 4e-3, 0.05, 0.45, -1.0, 0.0, 1.0, 0.1}},
+    {"denim", FABRIC_SOURCE, {0.400, 900.0, 1.0e-4, 5e-4, 2e-3, 0.02, 0.50, -1.0, 0.0, 1.0, 0.1}},
+    {"net", NET_SOURCE, {0.035, 100.0, 2.5e-6, 5e-4, 2e-3, 0.10, 0.30, -1.0, 0.0, 1.0, 0.1}},
     {"rubber-sheet",
      RUBBER_SOURCE,
-     {0.950, 1500.0, 1.7e-4, 2e-3, 5e-3, 0.02, 0.80, -1.0, 0.0, 1.0}},
+     {0.950, 1500.0, 1.7e-4, 2e-3, 5e-3, 0.02, 0.80, -1.0, 0.0, 1.0, 0.0}},
 };
 enum { PRESET_COUNT = sizeof PRESETS / sizeof *PRESETS };
 
@@ -80,6 +80,7 @@ tulle_status material_validate(const tulle_material *material, tulle_error *erro
         {"dynamic_friction", "-", material->dynamic_friction, -10.0, 10.0, false},
         {"restitution", "-", material->restitution, 0.0, 1.0, false},
         {"friction_across", "-", material->friction_across, 0.0, 10.0, false},
+        {"stiffening_strain", "-", material->stiffening_strain, 0.0, 1e6, false},
     };
     for (size_t i = 0; i < sizeof ranges / sizeof *ranges; i++) {
         double const value = ranges[i].value, least = ranges[i].least;

@@ -156,16 +156,19 @@ static void print_shapes(FILE *stream) {
 }
 
 static void print_presets(FILE *stream) {
-    fprintf(stream, "\n## Material presets\n\n| preset | area_density | stretch | bend | "
-                    "stretch_damping | bend_damping | air_damping | friction | source |\n"
-                    "|---|---|---|---|---|---|---|---|---|\n");
+    fprintf(
+        stream,
+        "\n## Material presets\n\n| preset | area_density | stretch | stiffening_strain | bend | "
+        "stretch_damping | bend_damping | air_damping | friction | source |\n"
+        "|---|---|---|---|---|---|---|---|---|---|\n");
     const char *name;
     for (size_t i = 0; (name = tulle_material_preset_name(i)); i++) {
         tulle_material m;
         if (tulle_material_preset(name, &m) != TULLE_OK) continue;
-        fprintf(stream, "| `%s` | %g | %g | %g | %g | %g | %g | %g | %s |\n", name, m.area_density,
-                m.stretch_stiffness, m.bend_stiffness, m.stretch_damping, m.bend_damping,
-                m.air_damping, m.friction, tulle_material_preset_source(i));
+        fprintf(stream, "| `%s` | %g | %g | %g | %g | %g | %g | %g | %g | %s |\n", name,
+                m.area_density, m.stretch_stiffness, m.stiffening_strain, m.bend_stiffness,
+                m.stretch_damping, m.bend_damping, m.air_damping, m.friction,
+                tulle_material_preset_source(i));
     }
 }
 

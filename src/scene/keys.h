@@ -34,7 +34,7 @@ typedef struct material_keys {
     schema_head head;
     const char *preset;
     double area_density, stretch, bend, stretch_damping, bend_damping, air_damping, friction;
-    double dynamic_friction, restitution, friction_across;
+    double dynamic_friction, restitution, friction_across, stiffening_strain;
 } material_keys;
 
 typedef struct keyframe_keys {

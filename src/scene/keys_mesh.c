@@ -237,6 +237,13 @@ static const schema_key material_table[] = {
      FRICTION_VALUE,
      FIELD(material_keys, friction_across),
      .meaning = "factor on friction at right angles to the cloth's grain; 1: the same all around"},
+    {.name = "stiffening_strain",
+     BY_PRESET,
+     .minimum = 0,
+     .maximum = 1e6,
+     FIELD(material_keys, stiffening_strain),
+     .meaning = "strain s at which cloth pulls twice as hard as stretch says: by 1 + (strain / "
+                "s)^2, at least 0.001; 0: never"},
 };
 const schema_map material_map = {
     .title = "Material",

@@ -166,7 +166,7 @@ static bool finish(const scene_work *work) {
         const double values[] = {m->area_density,    m->stretch_stiffness, m->bend_stiffness,
                                  m->stretch_damping, m->bend_damping,      m->air_damping,
                                  m->friction,        m->dynamic_friction,  m->restitution,
-                                 m->friction_across};
+                                 m->friction_across, m->stiffening_strain};
         hash = hash_bytes(hash, values, sizeof values);
     }
     loaded->hash = hash;

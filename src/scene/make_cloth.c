@@ -40,6 +40,7 @@ static bool make_material(const scene_work *work, const material_keys *keys,
         {"dynamic_friction", &keys->dynamic_friction, &material->dynamic_friction},
         {"restitution", &keys->restitution, &material->restitution},
         {"friction_across", &keys->friction_across, &material->friction_across},
+        {"stiffening_strain", &keys->stiffening_strain, &material->stiffening_strain},
     };
     for (size_t i = 0; i < sizeof values / sizeof values[0]; i++)
         if (schema_is_given(&material_map, keys, values[i].name)) *values[i].to = *values[i].from;

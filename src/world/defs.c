@@ -148,6 +148,9 @@ tulle_status world_def_check(const tulle_world_def *def, tulle_error *error) {
                          def->friction_cloth_cloth, "world", error);
 }
 
+/* Cloth that stiffens sooner is a chain of rods to any solver. */
+static const double LEAST_STIFFENING_STRAIN = 1e-3;
+
 static tulle_status check_material(const tulle_material *m, const char *owner, tulle_error *error) {
     range_check const checks[] = {
         {"area density", "kg/m^2", m->area_density, SMALLEST_POSITIVE, LARGEST},
@@ -159,6 +162,8 @@ static tulle_status check_material(const tulle_material *m, const char *owner, t
         {"friction", "", m->friction, 0.0, 10.0},
         {"restitution", "", m->restitution, 0.0, 1.0},
         {"friction across", "", m->friction_across, 0.0, 10.0},
+        {"stiffening strain (0: never)", "", m->stiffening_strain,
+         m->stiffening_strain == 0.0 ? 0.0 : LEAST_STIFFENING_STRAIN, LARGEST},
     };
     tulle_status const status = CHECK_RANGES(checks, owner, error);
     if (status != TULLE_OK) return status;

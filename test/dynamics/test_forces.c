@@ -39,7 +39,11 @@ static void spring_derivatives_are_exact(void **state) {
     (void)state;
     uint64_t random = 1;
     for (int trial = 0; trial < 200; trial++) {
-        cloth_spring const spring = {{0, 1}, {0, 0}, 0.5 + random_uniform(&random), 300.0, 2.0};
+        cloth_spring const spring = {.vertices = {0, 1},
+                                     .rest_length = 0.5 + random_uniform(&random),
+                                     .stiffness = 300.0,
+                                     .stiffening = trial % 2 ? 0.7 : 0.0,
+                                     .damping = 2.0};
         double x[6], v[6];
         for (int i = 0; i < 6; i++) x[i] = random_signed(&random), v[i] = random_signed(&random);
         spring_response const r = spring_evaluate(&spring, x, v);
@@ -66,6 +70,35 @@ static void spring_derivatives_are_exact(void **state) {
             }
         }
     }
+}
+
+/* Stretched by its stiffening strain, cloth pulls twice as hard as linear cloth, by thrice of it
+ * ten times; pressed together no harder. */
+static void springs_stiffen(void **state) {
+    (void)state;
+    tulle_material material = plain_material();
+    fixture *const linear = fixture_make_grid(2, 2, 0.4, 0.3, 0, material);
+    material.stiffening_strain = 0.1;
+    fixture *const stiff = fixture_make_grid(2, 2, 0.4, 0.3, 0, material);
+    for (size_t s = 0; s < stiff->model.spring_count; s++) {
+        const cloth_spring *const a = &linear->model.springs[s], *const b =
+                                                                     &stiff->model.springs[s];
+        static const double strains[3] = {0.1, 0.3, -0.3}, factors[3] = {2.0, 10.0, 1.0};
+        for (int k = 0; k < 3; k++) {
+            double const extension = strains[k] * a->rest_length;
+            double const ratio =
+                spring_get_tension(b, extension) / spring_get_tension(a, extension);
+            assert_true(fabs(ratio - factors[k]) < 1e-12 * factors[k]);
+        }
+        double energy = 0.0; /* the tension summed up */
+        enum { PARTS = 1000 };
+        double const extension = 0.4 * b->rest_length;
+        for (int i = 0; i < PARTS; i++)
+            energy += spring_get_tension(b, (i + 0.5) * extension / PARTS) * extension / PARTS;
+        assert_true(fabs(spring_get_energy(b, extension) / energy - 1.0) < 1e-5);
+    }
+    fixture_free(linear);
+    fixture_free(stiff);
 }
 
 /* The force is the negative gradient of the energy that compute_energies reports. */
@@ -111,7 +144,9 @@ static void force_is_gradient_of_energy(void **state) {
     tulle_material bending = plain_material();
     bending.stretch_stiffness = 1e-9;
     for (int pattern = 0; pattern < 3; pattern++) {
-        fixture *f = fixture_make_grid(COLUMNS, ROWS, 0.4, 0.3, pattern, plain_material());
+        tulle_material material = plain_material();
+        material.stiffening_strain = pattern * 0.15;
+        fixture *f = fixture_make_grid(COLUMNS, ROWS, 0.4, 0.3, pattern, material);
         shake(f->x, 3 * f->vertex_count, 0.05, 3);
         check_gradient(f, 1e-6);
         fixture_free(f);
@@ -150,6 +185,7 @@ static void matrix_matches_finite_differences(void **state) {
     tulle_material material = plain_material();
     material.air_damping = 0.7;
     material.stretch_damping = 1e-2;
+    material.stiffening_strain = 0.5;
     fixture *const f = fixture_make_grid(COLUMNS, ROWS, 0.4, 0.3, 2, material);
     size_t const n = 3 * f->vertex_count;
     for (size_t i = 0; i < n; i++) f->x[i] *= 1.5;
@@ -333,6 +369,7 @@ static void system_is_positive_definite_in_any_state(void **state) {
 int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(spring_derivatives_are_exact),
+        cmocka_unit_test(springs_stiffen),
         cmocka_unit_test(force_is_gradient_of_energy),
         cmocka_unit_test(rest_shape_has_no_forces),
         cmocka_unit_test(matrix_matches_finite_differences),

@@ -244,14 +244,16 @@ static void presets_are_complete(void **state) {
     tulle_material material = plain_material();
     assert_int_equal(tulle_material_preset("iron", &material), TULLE_ERROR_INVALID_ARGUMENT);
     assert_int_equal(tulle_material_preset(NULL, &material), TULLE_ERROR_INVALID_ARGUMENT);
-    double *const fields[] = {
-        &material.area_density,    &material.stretch_stiffness, &material.bend_stiffness,
-        &material.stretch_damping, &material.bend_damping,      &material.air_damping,
-        &material.friction,        &material.restitution,       &material.friction_across};
-    const char *const names[] = {"area_density",    "stretch_stiffness", "bend_stiffness",
-                                 "stretch_damping", "bend_damping",      "air_damping",
-                                 "friction",        "restitution",       "friction_across"};
-    for (int i = 0; i < 9; i++) {
+    double *const fields[] = {&material.area_density,    &material.stretch_stiffness,
+                              &material.bend_stiffness,  &material.stretch_damping,
+                              &material.bend_damping,    &material.air_damping,
+                              &material.friction,        &material.restitution,
+                              &material.friction_across, &material.stiffening_strain};
+    const char *const names[] = {"area_density",     "stretch_stiffness", "bend_stiffness",
+                                 "stretch_damping",  "bend_damping",      "air_damping",
+                                 "friction",         "restitution",       "friction_across",
+                                 "stiffening_strain"};
+    for (int i = 0; i < 10; i++) {
         double const bad[] = {-1.0, NAN, INFINITY, -INFINITY, i < 2 ? 0.0 : -1e-300};
         for (int k = 0; k < 5; k++) {
             double const kept = *fields[i];
