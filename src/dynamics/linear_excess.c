@@ -44,12 +44,10 @@ static void measure_springs(void *context, size_t begin, size_t end, size_t chun
         if (!(length > 0.0)) continue;
         double const along = vec3_dot(from, d) / length;
         double const across2 = fmax(vec3_norm2(d) - along * along, 0.0);
-        double const extension = length - rest, tension = spring_get_tension(spring, extension);
-        double const slope = spring_get_slope(spring, extension);
-        double const reckoned = spring_get_energy(spring, extension) +
-                                (tension + 0.5 * slope * along) * along +
-                                0.5 * fmax(tension / length, 0.0) * across2;
-        sum += spring_get_energy(spring, vec3_norm(to) - rest) - reckoned;
+        spring_law const law = spring_get_law(spring, length - rest);
+        double const reckoned = law.energy + (law.tension + 0.5 * law.slope * along) * along +
+                                0.5 * fmax(law.tension / length, 0.0) * across2;
+        sum += spring_get_law(spring, vec3_norm(to) - rest).energy - reckoned;
     }
     task->sums[chunk] = sum;
 }

@@ -18,12 +18,12 @@ spring_response spring_evaluate(const cloth_spring *spring, const double *positi
     if (!(length > 0.0)) return (spring_response){.axial = spring->stiffness};
     vec3 const n = vec3_scale(edge, 1.0 / length);
     double const extension = length - spring->rest_length;
-    double const tension = spring_get_tension(spring, extension);
+    spring_law const law = spring_get_law(spring, extension);
     return (spring_response){
-        .elastic_force = vec3_scale(n, tension),
+        .elastic_force = vec3_scale(n, law.tension),
         .damping_force = vec3_scale(n, spring->damping * vec3_dot(n, rate)),
-        .axial = spring_get_slope(spring, extension),
-        .across = tension / length,
+        .axial = law.slope,
+        .across = law.tension / length,
         .direction = n,
     };
 }
@@ -31,5 +31,5 @@ spring_response spring_evaluate(const cloth_spring *spring, const double *positi
 double spring_measure_energy(const cloth_spring *spring, const double *positions) {
     double const length = vec3_norm(vec3_sub(vec3_load(positions, spring->vertices[1]),
                                              vec3_load(positions, spring->vertices[0])));
-    return spring_get_energy(spring, length - spring->rest_length);
+    return spring_get_law(spring, length - spring->rest_length).energy;
 }

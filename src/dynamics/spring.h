@@ -4,6 +4,9 @@
 
 #include "dynamics/cloth_model.h"
 
+#include <math.h>
+#include <stdbool.h>
+
 /* A symmetric 3x3 matrix: xx, xy, xz, yy, yz, zz. */
 typedef struct symmetric3 {
     double m[6];
@@ -26,21 +29,29 @@ typedef struct spring_response {
     vec3 direction;       /* n, from the first end to the second; zero for a spring of no length */
 } spring_response;
 
-/* Tension [N] of a spring that is longer than at rest by `extension` [m]: k e (1 + c e^2), c its
- * stiffening; one that is shorter has k e. */
-static inline double spring_get_tension(const cloth_spring *spring, double extension) {
-    double const e = extension, more = e > 0.0 ? spring->stiffening * e * e : 0.0;
-    return spring->stiffness * e * (1.0 + more);
-}
-/* [N/m] derivative of the tension */
-static inline double spring_get_slope(const cloth_spring *spring, double extension) {
-    double const e = extension, more = e > 0.0 ? spring->stiffening * e * e : 0.0;
-    return spring->stiffness * (1.0 + 3.0 * more);
-}
-/* [J] its integral */
-static inline double spring_get_energy(const cloth_spring *spring, double extension) {
-    double const e = extension, more = e > 0.0 ? spring->stiffening * e * e : 0.0;
-    return 0.5 * spring->stiffness * e * e * (1.0 + 0.5 * more);
+/* Stretched by more than so many stiffening strains, a spring is linear again, with the slope that
+ * it has there: the yarns themselves are stretched. */
+#define STIFFENING_STRAINS_MAX 3.0
+
+/* Tension [N] of a spring that is longer than at rest by `extension` [m], and its derivative and
+ * integral: with e the extension, c the stiffening and q = c e^2, k e (1 + q) while stretched. */
+typedef struct spring_law {
+    double tension; /* [N] */
+    double slope;   /* [N/m] */
+    double energy;  /* [J] */
+} spring_law;
+static inline spring_law spring_get_law(const cloth_spring *spring, double extension) {
+    double const k = spring->stiffness, c = spring->stiffening;
+    double const most = STIFFENING_STRAINS_MAX * STIFFENING_STRAINS_MAX;
+    bool const is_past = extension > 0.0 && c * extension * extension > most;
+    double const e = is_past ? STIFFENING_STRAINS_MAX / sqrt(c) : extension;
+    double const more = e > 0.0 ? c * e * e : 0.0, beyond = extension - e;
+    spring_law law = {.tension = k * e * (1.0 + more),
+                      .slope = k * (1.0 + 3.0 * more),
+                      .energy = 0.5 * k * e * e * (1.0 + 0.5 * more)};
+    law.energy += (law.tension + 0.5 * law.slope * beyond) * beyond;
+    law.tension += law.slope * beyond;
+    return law;
 }
 
 /* Evaluates one spring at positions x and velocities v (the difference v1 - v0 is what counts). */
