@@ -129,7 +129,8 @@ typedef struct tulle_material {
                                 tulle_cloth_def), 0 .. 10; 1: isotropic */
     double stiffening_strain; /* strain s at which cloth pulls twice as hard as stretch_stiffness
                                  says: by 1 + (strain / s)^2 up to 3 s, then
-                                 with the slope there; 1e-3 .. 1e6; 0: never */
+                                 with the slope there; 1e-3 .. 1e6; 0: never, as with
+                                 TULLE_RESPONSE_PAPER */
 } tulle_material;
 /* Presets cotton, silk, wool, denim, net, rubber-sheet; TULLE_ERROR_INVALID_ARGUMENT for other
  * names. */

@@ -7,17 +7,24 @@
 /* Six edges at a vertex and six across from it, and some more for uneven meshes. */
 static const double HINGES_AT_A_VERTEX = 16.0;
 
+static vec3 get_difference(const cloth_spring *spring, const double *values) {
+    return vec3_sub(vec3_load(values, spring->vertices[1]), vec3_load(values, spring->vertices[0]));
+}
+
 /* What a spring does about the guess. The elastic force is the one that the linear system takes as
  * its start: the force at the guess, drawn back along its derivative to x0. Crank-Nicolson takes
  * 1 - c of the true force at x0. */
 static void linearise_at_guess(const assembly *work, const cloth_spring *spring,
                                spring_response *response) {
     vec3 const at_start = response->elastic_force;
-    *response = spring_evaluate(spring, work->guessed_positions, work->state->velocities);
+    vec3 const guessed = get_difference(spring, work->guessed_positions);
+    vec3 const edge =
+        spring_limit_guess(spring, get_difference(spring, work->state->positions), guessed);
+    *response = spring_evaluate_edge(spring, edge, get_difference(spring, work->state->velocities));
     vec3 const n = response->direction;
-    vec3 const drift = vec3_scale(vec3_sub(vec3_load(work->state->guess, spring->vertices[1]),
-                                           vec3_load(work->state->guess, spring->vertices[0])),
-                                  work->state->time_step);
+    vec3 const drift =
+        vec3_add(vec3_scale(get_difference(spring, work->state->guess), work->state->time_step),
+                 vec3_sub(edge, guessed));
     double const across = fmax(response->across, 0.0);
     double const along = (response->axial - across) * vec3_dot(n, drift);
     vec3 force = vec3_add_scaled(response->elastic_force, n, -along);

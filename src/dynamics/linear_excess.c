@@ -37,7 +37,8 @@ static void measure_springs(void *context, size_t begin, size_t end, size_t chun
     double sum = 0.0;
     for (size_t s = begin; s < end; s++) {
         const cloth_spring *const spring = &task->model->springs[s];
-        vec3 const from = get_difference(task, spring, task->state->guess);
+        vec3 const from = spring_limit_guess(spring, get_difference(task, spring, NULL),
+                                             get_difference(task, spring, task->state->guess));
         vec3 const to = get_difference(task, spring, task->mean);
         vec3 const d = vec3_sub(to, from);
         double const length = vec3_norm(from), rest = spring->rest_length;

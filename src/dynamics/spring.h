@@ -54,7 +54,16 @@ static inline spring_law spring_get_law(const cloth_spring *spring, double exten
     return law;
 }
 
-/* Evaluates one spring at positions x and velocities v (the difference v1 - v0 is what counts). */
+/* The difference vector about which a spring is linearised: `guess`, shortened to half a
+ * stiffening strain beyond what it has at the start, `start`. A guess may be far off, as where a
+ * vertex was stopped and its neighbours not yet, and the tangent at a high tension pushes a spring
+ * apart that turns out to be only a little shorter. */
+vec3 spring_limit_guess(const cloth_spring *spring, vec3 start, vec3 guess);
+
+/* Evaluates one spring whose ends differ by `edge`, in velocity by `rate`. */
+spring_response spring_evaluate_edge(const cloth_spring *spring, vec3 edge, vec3 rate);
+
+/* The same at positions x and velocities v. */
 spring_response spring_evaluate(const cloth_spring *spring, const double *positions,
                                 const double *velocities);
 

@@ -243,7 +243,7 @@ static const schema_key material_table[] = {
      .maximum = 1e6,
      FIELD(material_keys, stiffening_strain),
      .meaning = "strain s at which cloth pulls twice as hard as stretch says: by 1 + (strain / "
-                "s)^2, at least 0.001; 0: never"},
+                "s)^2, at least 0.001; 0: never, as with response paper"},
 };
 const schema_map material_map = {
     .title = "Material",

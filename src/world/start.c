@@ -124,7 +124,11 @@ static tulle_status build_model(tulle_world *world, tulle_error *error) {
     size_t const cloth_count = world->cloths.count;
     tulle_material *const materials = ARENA_NEW(&world->scratch, tulle_material, cloth_count);
     if (!materials) return no_memory(error);
-    for (size_t i = 0; i < cloth_count; i++) materials[i] = world->cloths.data[i].material;
+    for (size_t i = 0; i < cloth_count; i++) {
+        materials[i] = world->cloths.data[i].material;
+        /* the paper's springs are linear, and its one solve a step would tear others */
+        if (world->def.response == TULLE_RESPONSE_PAPER) materials[i].stiffening_strain = 0.0;
+    }
     cloth_model_def const def = {.vertex_count = world->cloth_vertex_count,
                                  .surface = &world->topo,
                                  .rest_positions = world->rest,

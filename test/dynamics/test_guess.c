@@ -4,10 +4,12 @@
 
 #include <math.h>
 
-/* A crumpled grid with velocities, and a random guess. */
-static fixture *make_case(double guess[3 * 30]) {
+/* A crumpled grid with velocities, and a random guess. Stiffening cloth has one whose strains it is
+ * still linearised about. */
+static fixture *make_case(double stiffening_strain, double guess[3 * 30]) {
     tulle_material material;
     assert_int_equal(tulle_material_preset("cotton", &material), TULLE_OK);
+    material.stiffening_strain = stiffening_strain;
     material.bend_damping = 0.0; /* its true force turns with the normal */
     grid sheet = grid_make(5, 4, 0.1, 0.08, 1);
     assert_int_equal(sheet.vertex_count, 30);
@@ -19,16 +21,15 @@ static fixture *make_case(double guess[3 * 30]) {
     for (size_t i = 0; i < 3 * f->vertex_count; i++) {
         f->x[i] += 0.005 * random_signed(&random);
         f->v[i] = random_signed(&random);
-        guess[i] = random_signed(&random);
+        guess[i] = random_signed(&random) * (stiffening_strain > 0.0 ? 0.03 : 1.0);
     }
     return f;
 }
 
-static void system_is_exact_at_the_guess(void **state) {
-    (void)state;
+static void check_exact_at_the_guess(double stiffening_strain) {
     double const h = 0.01;
     double u[3 * 30], residual[3 * 30];
-    fixture *const f = make_case(u);
+    fixture *const f = make_case(stiffening_strain, u);
     motion_state now = fixture_state(f, h);
     now.guess = u;
     force_options const options = {TULLE_INTEGRATOR_IMPLICIT_EULER, 1, 0.0};
@@ -55,10 +56,77 @@ static void system_is_exact_at_the_guess(void **state) {
     fixture_free(f);
 }
 
+static void system_is_exact_at_the_guess(void **state) {
+    (void)state;
+    check_exact_at_the_guess(0.0);
+    check_exact_at_the_guess(0.1);
+}
+
+/* One step of Newton's method from the guess u. */
+static void solve_about(fixture *f, double h, double u[3 * 30]) {
+    double guess[3 * 30];
+    memcpy(guess, u, sizeof guess);
+    motion_state now = fixture_state(f, h);
+    now.guess = guess;
+    force_options const options = {TULLE_INTEGRATOR_IMPLICIT_EULER, 1, 0.0};
+    assert_int_equal(
+        compute_forces(&f->model, &now, &f->surroundings, options, &f->scratch, &f->system),
+        TULLE_OK);
+    linear_system_operator matrix = {&f->system, 1};
+    conjugate_gradients_problem const problem = {.vertex_count = f->vertex_count,
+                                                 .apply = linear_system_apply,
+                                                 .apply_context = &matrix,
+                                                 .right_hand_side = f->system.right_hand_side,
+                                                 .diagonal = f->system.diagonal,
+                                                 .is_fixed = f->is_fixed,
+                                                 .tolerance = 1e-10,
+                                                 .max_iterations = 20000,
+                                                 .threads = 1};
+    conjugate_gradients_result result;
+    assert_int_equal(conjugate_gradients_solve(&problem, u, &f->scratch, &result), TULLE_OK);
+}
+
+/* Sum of squares of what is missing in the equation of implicit Euler at u, over masses [J]. */
+static double measure_residual(fixture *f, double h, const double u[3 * 30]) {
+    double x1[3 * 30], sum = 0.0;
+    for (size_t i = 0; i < 90; i++) x1[i] = f->x[i] + h * u[i];
+    motion_state const end = {.positions = x1, .velocities = u, .time_step = h};
+    force_options const options = {TULLE_INTEGRATOR_IMPLICIT_EULER, 1, 0.0};
+    assert_int_equal(
+        compute_forces(&f->model, &end, &f->surroundings, options, &f->scratch, &f->system),
+        TULLE_OK);
+    for (size_t i = 0; i < 90; i++) {
+        double const mass = f->model.masses[i / 3];
+        double const residual = mass * (u[i] - f->v[i]) - h * f->system.forces[i];
+        sum += residual * residual / mass;
+    }
+    return sum;
+}
+
+/* A sheet whose parts fly apart by half an edge in a step: from a guess that knows nothing of the
+ * springs, stiffening cloth comes near its solution within the few turns that a world takes. With
+ * springs linearised about the guess itself, however long it makes them, they leave 60 to 300 J of
+ * 500,000. */
+static void stiffening_cloth_takes_few_turns(void **state) {
+    (void)state;
+    for (int trial = 0; trial < 20; trial++) {
+        double u[3 * 30];
+        fixture *const f = make_case(0.1, u);
+        memcpy(f->x, f->rest, 90 * sizeof(double));
+        uint64_t random = (uint64_t)trial + 1;
+        for (size_t i = 0; i < 90; i++) u[i] = f->v[i] = random_signed(&random);
+        double const start = measure_residual(f, 0.01, u);
+        for (int turn = 0; turn < 3; turn++) solve_about(f, 0.01, u);
+        double const end = measure_residual(f, 0.01, u);
+        assert_true(end < 1e-5 * start);
+        fixture_free(f);
+    }
+}
+
 static void excess_is_energy_beyond_the_model(void **state) {
     (void)state;
     double u[3 * 30];
-    fixture *const f = make_case(u);
+    fixture *const f = make_case(0.1, u);
     motion_state now = fixture_state(f, 0.01);
     linear_excess excess;
     now.guess = u;
@@ -89,7 +157,7 @@ static void excess_is_energy_beyond_the_model(void **state) {
 static void wind_works_as_the_system_reckons(void **state) {
     (void)state;
     double u[3 * 30], product[3 * 30], force_work[2] = {0.0, 0.0}, work;
-    fixture *const f = make_case(u);
+    fixture *const f = make_case(0.0, u);
     motion_state const now = fixture_state(f, 0.01);
     force_options const options = {TULLE_INTEGRATOR_IMPLICIT_EULER, 1, 0.0};
     linear_system_operator matrix = {&f->system, 1};
@@ -116,6 +184,7 @@ static void wind_works_as_the_system_reckons(void **state) {
 
 int main(void) {
     const struct CMUnitTest tests[] = {cmocka_unit_test(system_is_exact_at_the_guess),
+                                       cmocka_unit_test(stiffening_cloth_takes_few_turns),
                                        cmocka_unit_test(excess_is_energy_beyond_the_model),
                                        cmocka_unit_test(wind_works_as_the_system_reckons)};
     return cmocka_run_group_tests(tests, NULL, NULL);
