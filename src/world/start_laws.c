@@ -151,7 +151,7 @@ tulle_status world_derive_distances(tulle_world *world, tulle_error *error) {
             "give the minimum gap (xi) yourself",
             world->minimum_gap, smallest_contact, largest_coordinate(world));
     }
-    world->edge_length = mean_edge_length(world, 0, world->surfaces[cloth_count - 1].edge_end);
+    world->edge_length = mean_edge_length(world, 0, world_cloth_edge_count(world));
     return TULLE_OK;
 }
 

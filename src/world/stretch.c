@@ -27,13 +27,9 @@ static edge_lengths find_lengths(const step_context *context, size_t edge) {
                           find_length(context->end, a, b)};
 }
 
-static size_t count_cloth_edges(const tulle_world *world) {
-    return world->surfaces[world->cloths.count - 1].edge_end;
-}
-
 double world_measure_stretch_growth(const step_context *context) {
     double largest = 0.0;
-    for (size_t e = 0; e < count_cloth_edges(context->world); e++) {
+    for (size_t e = 0; e < world_cloth_edge_count(context->world); e++) {
         edge_lengths const length = find_lengths(context, e);
         double const before = fmax(length.start / length.rest, STRETCH_FREE);
         largest = fmax(largest, length.end / length.rest - before);
@@ -42,7 +38,7 @@ double world_measure_stretch_growth(const step_context *context) {
 }
 
 bool world_is_torn(const step_context *context) {
-    for (size_t e = 0; e < count_cloth_edges(context->world); e++) {
+    for (size_t e = 0; e < world_cloth_edge_count(context->world); e++) {
         edge_lengths const length = find_lengths(context, e);
         if (length.end > WORLD_TORN_STRETCH * length.rest &&
             length.end > TORN_GROWTH * length.start)

@@ -209,7 +209,7 @@ static void spread_votes(untangling *work) {
 
 static void keep_lengths(untangling *work) {
     tulle_world const *const world = work->world;
-    uint32_t const edge_end = world->surfaces[world->cloths.count - 1].edge_end;
+    uint32_t const edge_end = world_cloth_edge_count(world);
     for (int sweep = 0; sweep < LENGTH_SWEEPS; sweep++) {
         for (uint32_t i = 0; i < edge_end; i++) {
             uint32_t const e = sweep % 2 ? edge_end - 1 - i : i;

@@ -155,6 +155,12 @@ static inline size_t world_surface_count(const tulle_world *world) {
     return world->cloths.count + world->obstacles.count;
 }
 
+/* Edges of all cloths come first. */
+static inline uint32_t world_cloth_edge_count(const tulle_world *world) {
+    size_t const cloth_count = world->cloths.count;
+    return cloth_count > 0 ? world->surfaces[cloth_count - 1].edge_end : 0;
+}
+
 /* Cloth vertices whose particle_state is kept: none but by the paper's response. */
 static inline size_t world_particle_count(const tulle_world *world) {
     return world->def.response == TULLE_RESPONSE_PAPER ? world->cloth_vertex_count : 0;

@@ -230,6 +230,36 @@ static void ball_bounces(void **state) {
     assert_true(nothing < 1e-9);
 }
 
+/* Without any cloth: a box falls on another and lies there. */
+static void worlds_need_no_cloth(void **state) {
+    (void)state;
+    tulle_world_def def = tulle_world_def_default();
+    tulle_world *const world = bodies_make_world(&def, false);
+    tulle_error error = {0};
+    tulle_mesh meshes[2] = {bodies_make_box(1.0, 1.0, 0.2, (double[3]){0.0, 0.0, -0.1}),
+                            bodies_make_box(0.2, 0.1, 0.1, (double[3]){0.0, 0.0, 0.3})};
+    bodies_rotate_mesh(&meshes[1], 0.5);
+    tulle_body const body = {.is_dynamic = 1, .density = 500.0};
+    bodies_add_obstacle(world, &meshes[0], 0.5, NULL);
+    assert_int_equal(tulle_world_start(world, &error), TULLE_ERROR_INVALID_ARGUMENT);
+    assert_non_null(strstr(error.message, "no rigid body"));
+    tulle_obstacle_id const id = bodies_add_obstacle(world, &meshes[1], 0.5, &body);
+    for (int i = 0; i < 180; i++) {
+        bodies_step(world);
+        if (i % 10 == 9) assert_int_equal(bodies_judge(world, NULL, 0, meshes, 2), 0);
+    }
+    tulle_transform const end = bodies_get_transform(world, id);
+    print_message("without cloth: height %.5f m\n", end.position[2]);
+    assert_true(fabs(end.position[2] - 0.055) < 1e-4); /* flat, 5 mm above the ground */
+    void *bytes = NULL;
+    size_t byte_count = 0;
+    assert_int_equal(tulle_world_save_state(world, &bytes, &byte_count, NULL), TULLE_OK);
+    assert_int_equal(tulle_world_load_state(world, bytes, byte_count, NULL), TULLE_OK);
+    tulle_world_free_state(world, bytes, byte_count);
+    for (int i = 0; i < 2; i++) tulle_mesh_destroy(&meshes[i]);
+    tulle_world_destroy(world);
+}
+
 /* Laws of two obstacles need a body among them. */
 static void laws_of_what_never_touches_are_refused(void **state) {
     (void)state;
@@ -253,6 +283,7 @@ int main(void) {
         cmocka_unit_test(box_tips_when_its_centre_passes_the_edge),
         cmocka_unit_test(ring_hangs_on_a_rod),
         cmocka_unit_test(ball_bounces),
+        cmocka_unit_test(worlds_need_no_cloth),
         cmocka_unit_test(laws_of_what_never_touches_are_refused),
         cmocka_unit_test(pile_holds_no_intersection),
     };

@@ -43,7 +43,32 @@ static void bad_bodies_are_refused(void **state) {
                    bad, "start time");
     expect_refusal(&open, &(tulle_body){.is_dynamic = 1, .mass = 1.0}, TULLE_ERROR_INVALID_MESH,
                    "is open at the edge");
+    expect_refusal(&box, &(tulle_body){.is_dynamic = 1, .mass = 1e-307}, bad, "mass is 1e-307");
+    for (size_t t = 0; t < box.triangle_count; t++) {
+        uint32_t const corner = box.triangles[3 * t];
+        box.triangles[3 * t] = box.triangles[3 * t + 1];
+        box.triangles[3 * t + 1] = corner;
+    }
+    expect_refusal(&box, &(tulle_body){.is_dynamic = 1, .mass = 1.0}, TULLE_ERROR_INVALID_MESH,
+                   "inside");
     tulle_mesh_destroy(&box);
+}
+
+/* Without volume there is no inertia, but a shell has one. */
+static void flat_bodies_need_area_density(void **state) {
+    (void)state;
+    double positions[9] = {0.0, 0.0, 0.0, 0.2, 0.0, 0.0, 0.0, 0.1, 0.0};
+    uint32_t triangles[6] = {0, 1, 2, 0, 2, 1};
+    tulle_mesh const flat = {positions, 3, triangles, 1};
+    tulle_world_def def = tulle_world_def_default();
+    tulle_world *const world = bodies_make_world(&def, true);
+    tulle_body const body = {.is_dynamic = 1, .area_density = 1.0};
+    expect_refusal(&flat, &(tulle_body){.is_dynamic = 1, .mass = 1.0}, TULLE_ERROR_INVALID_MESH,
+                   "open");
+    tulle_obstacle_id const id = bodies_add_obstacle(world, &flat, 0.3, &body);
+    bodies_step(world);
+    assert_true(fabs(bodies_get_transform(world, id).mass - 0.01) < 1e-12);
+    tulle_world_destroy(world);
 }
 
 static void overlaps_at_the_start_are_refused(void **state) {
@@ -165,6 +190,7 @@ static void contact_impulses_are_told(void **state) {
 int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(bad_bodies_are_refused),
+        cmocka_unit_test(flat_bodies_need_area_density),
         cmocka_unit_test(overlaps_at_the_start_are_refused),
         cmocka_unit_test(script_hands_over),
         cmocka_unit_test(impulses_act),
