@@ -12,7 +12,7 @@
 
 /* Room for the node pairs among which stage 7 shares out its work; more only where they all meet.
  */
-enum { SEARCH_TASKS = 4096, TRIANGLES_PER_TASK = 16 };
+enum { SEARCH_TASKS = 4096, TRIANGLES_PER_TASK = 32 };
 
 static void *allocate(memory *heap, size_t count, size_t size) {
     return count == 0 ? NULL : memory_allocate_zeroed(heap, count, size);

@@ -31,7 +31,7 @@ enum {
     LEAF_PAIR_ROOM =
         LEAF_SLOTS * LEAF_SLOTS + 16, /* feature pairs of two leaves, and spare lanes */
     KEPT_BLOCKS = 256,                /* of a worker: with the vertices around, what caches hold */
-    EXPANDED_PAIRS = 16,              /* node pairs that are opened at a time */
+    EXPANDED_PAIRS = 8,               /* node pairs that are opened at a time */
     PAIR_ROOM = EXPANDED_PAIRS * NODE_LANES * NODE_LANES + NODE_LANES
 };
 
