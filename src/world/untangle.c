@@ -19,7 +19,8 @@
 
 /* Rounds without fewer pairs before the next level of escalation. */
 enum { STALLED_ROUNDS = 40, LEVEL_MAX = 3 };
-/* A stalled state with so many times the fewest pairs goes back to that with the fewest. */
+/* A stalled state with so many times the fewest pairs of its attempt goes back to that with these.
+ */
 enum { WORSE_FACTOR = 3 };
 /* A clean state waits so many rounds for its gaps to open. */
 enum { GAP_ROUNDS = 60 };
@@ -34,6 +35,7 @@ static bool allocate_work(untangling *work) {
     size_t const n = world->vertex_count, edge_count = work->topo->edge_count;
     work->positions = ARENA_NEW(scratch, double, 3 * n);
     work->best = ARENA_NEW(scratch, double, 3 * n);
+    work->recent = ARENA_NEW(scratch, double, 3 * n);
     work->mobility = ARENA_NEW_ZEROED(scratch, double, n);
     work->lengths = ARENA_NEW(scratch, double, edge_count);
     work->areas = ARENA_NEW_ZEROED(scratch, double, n);
@@ -50,9 +52,9 @@ static bool allocate_work(untangling *work) {
     work->grown = ARENA_NEW(scratch, uint32_t, n);
     work->set_areas = ARENA_NEW(scratch, double, n);
     return work->sets && work->grown && work->set_areas && work->positions && work->best &&
-           work->mobility && work->lengths && work->areas && work->is_closed && work->is_inside &&
-           work->is_astray && work->shift && work->votes && work->region && work->queue &&
-           work->cut && work->cut_along;
+           work->recent && work->mobility && work->lengths && work->areas && work->is_closed &&
+           work->is_inside && work->is_astray && work->shift && work->votes && work->region &&
+           work->queue && work->cut && work->cut_along;
 }
 
 /* Lengths and areas of the start: what the cloth is to keep. */
@@ -97,6 +99,7 @@ static bool follow_progress(untangling *work, size_t pair_count) {
     }
     if (pair_count < work->recent_count) {
         work->recent_count = pair_count;
+        memcpy(work->recent, work->positions, bytes);
         work->stalled = 0;
         if (work->level > 0) work->level--;
         return false;
@@ -108,9 +111,8 @@ static bool follow_progress(untangling *work, size_t pair_count) {
         return true;
     }
     work->level++;
-    if (pair_count <= WORSE_FACTOR * work->best_count) return false;
-    memcpy(work->positions, work->best, bytes);
-    work->recent_count = work->best_count;
+    if (pair_count <= WORSE_FACTOR * work->recent_count) return false;
+    memcpy(work->positions, work->recent, bytes);
     return true;
 }
 

@@ -229,43 +229,6 @@ static void keep_lengths(untangling *work) {
     }
 }
 
-/* Smooths the surroundings of contours: level rings around them, as many sweeps. */
-static void smooth_surroundings(untangling *work) {
-    tulle_world const *const world = work->world;
-    adjacency const *const around = &work->topo->vertex_neighbours;
-    double *const smooth = work->shift;
-    memset(work->region, 0, world->vertex_count * sizeof *work->region);
-    for (size_t i = 0; i < work->contours.count; i++) {
-        surface_crossing const *const crossing = &work->contours.crossings[i];
-        for (size_t k = 0; k < 2; k++)
-            work->region[work->topo->edges[2 * (size_t)crossing->edge + k]] = 1;
-        for (size_t k = 0; k < 3; k++)
-            work->region[work->topo->triangles[3 * (size_t)crossing->triangle + k]] = 1;
-    }
-    for (uint32_t ring = 1; ring < (uint32_t)work->level; ring++)
-        for (size_t v = 0; v < world->cloth_vertex_count; v++) {
-            if (work->region[v] != ring) continue;
-            for (uint32_t k = around->begin[v]; k < around->begin[v + 1]; k++)
-                if (work->region[around->items[k]] == 0) work->region[around->items[k]] = ring + 1;
-        }
-    for (int sweep = 0; sweep < work->level; sweep++) {
-        for (size_t v = 0; v < world->cloth_vertex_count; v++) {
-            uint32_t const begin = around->begin[v], end = around->begin[v + 1];
-            if (work->region[v] == 0 || work->mobility[v] == 0.0 || begin == end) continue;
-            vec3 sum = {0.0, 0.0, 0.0};
-            for (uint32_t k = begin; k < end; k++)
-                sum = vec3_add(sum, vec3_load(work->positions, around->items[k]));
-            vec3_store(smooth, v,
-                       vec3_lerp(vec3_load(work->positions, v),
-                                 vec3_scale(sum, 1.0 / (double)(end - begin)), 0.5));
-        }
-        for (size_t v = 0; v < world->cloth_vertex_count; v++)
-            if (work->region[v] != 0 && work->mobility[v] > 0.0 &&
-                around->begin[v] < around->begin[v + 1])
-                vec3_store(work->positions, v, vec3_load(smooth, v));
-    }
-}
-
 tulle_status move_apart(untangling *work) {
     tulle_world const *const world = work->world;
     memset(work->shift, 0, 3 * world->vertex_count * sizeof *work->shift);
@@ -287,7 +250,7 @@ tulle_status move_apart(untangling *work) {
     for (size_t v = 0; v < world->cloth_vertex_count; v++)
         vec3_store(work->positions, v,
                    vec3_add(vec3_load(work->positions, v), vec3_load(work->shift, v)));
-    if (work->level >= 2) smooth_surroundings(work);
+    calm_surroundings(work);
     keep_lengths(work);
     return TULLE_OK;
 }

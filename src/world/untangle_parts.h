@@ -34,7 +34,8 @@ typedef struct untangling {
     double *positions;   /* [m] all vertices, being cleaned */
     double *best;        /* [m] those with fewest pairs so far */
     size_t best_count;   /* of pairs */
-    size_t recent_count; /* fewest pairs of this attempt */
+    double *recent;      /* [m] those with fewest pairs of this attempt */
+    size_t recent_count; /* of pairs */
     int stalled;         /* rounds since */
     int attempt;         /* from 0 */
     broad_phase *broad;
@@ -77,6 +78,8 @@ void aim_over_corners(const untangling *work, surface_crossing *crossing, const 
  * nothing.
  */
 void decide_open_contour(untangling *work, size_t begin, size_t end, uint32_t mark);
+/* untangle_calm.c: where escalation asks for it, less crumpled cloth around contours. */
+void calm_surroundings(untangling *work);
 /* untangle_motion.c: one displacement of all free vertices. */
 tulle_status move_apart(untangling *work);
 
