@@ -88,6 +88,7 @@ static bool reserve_parts(broad_phase *broad, const surface_set *set) {
 void broad_phase_destroy(broad_phase *broad) {
     if (!broad) return;
     memory *const heap = broad->heap;
+    release_blocks(broad);
     for (size_t s = 0; broad->trees && s < broad->surface_count; s++)
         ARRAY_FREE(heap, &broad->trees[s].nodes);
     memory_release(heap, broad->trees, broad->surface_count * sizeof *broad->trees);
@@ -96,7 +97,6 @@ void broad_phase_destroy(broad_phase *broad) {
     memory_release(heap, broad->record_vertices,
                    broad->vertex_count * sizeof *broad->record_vertices);
     memory_release(heap, broad->leaves, broad->leaf_capacity * sizeof *broad->leaves);
-    release_blocks(broad);
     memory_release(heap, broad->fit_tasks, broad->fit_task_capacity * sizeof *broad->fit_tasks);
     for (int k = 0; k < 2; k++) {
         memory_release(heap, broad->voxel_keys[k],
