@@ -64,7 +64,7 @@ static void compare(const bench_options *options, const detect_input *input,
     print_row("idle", &before, idle);
     print_row("busy", &busy, idle);
     print_row("idle", &after, idle);
-    write_csv(options->csv, "busy-idle", input, &before);
+    write_csv(options->csv, "busy-idle", input, first < last ? &before : &after);
     write_csv(options->csv, "busy", input, &busy);
 }
 

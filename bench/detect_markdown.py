@@ -94,18 +94,21 @@ def print_growth(rows):
         base = {}
         out = []
         for row in sorted(chosen, key=lambda r: (r["run"], number(r, "triangles"))):
-            each = 1e6 * number(row, "total_median_ms") / number(row, "triangles")
+            each = [1e6 * number(row, key) / number(row, "triangles")
+                    for key in ("total_median_ms", "processor_median_ms")]
             if number(row, "triangles") == 20000:
                 base[row["run"]] = each
-            growth = f"{each / base[row['run']]:.2f}" if row["run"] in base else "-"
+            growth = ([f"{a / b:.2f}" for a, b in zip(each, base[row["run"]])]
+                      if row["run"] in base else ["-", "-"])
             out.append([row["run"], millions(row["triangles"]), row["motion_edges"],
                         millions(row["box_pairs"]), f"{number(row, 'total_median_ms'):.2f}",
-                        f"{each:.1f}", growth,
+                        f"{each[0]:.1f}", growth[0], f"{each[1]:.1f}", growth[1],
                         f"{number(row, 'bytes_held') / number(row, 'triangles'):.0f}",
                         f"{number(row, 'first_ms'):.0f}"])
         print(what.capitalize() + ":\n")
         print_table(["method", "triangles", "motion [edges]", "box pairs", "total [ms]",
-                     "ns a triangle", "/ 20k", "bytes a triangle", "first pass [ms]"], out)
+                     "ns a triangle", "/ 20k", "processor ns a triangle", "/ 20k",
+                     "bytes a triangle", "first pass [ms]"], out)
 
 
 def print_busy(rows):
