@@ -21,6 +21,9 @@ pinch_zero   105
 body         75
 table        45
 spot         90
+rings        36
+hammock      150
+chain        20
 END
 }
 

@@ -182,12 +182,47 @@ static void test_laws_of_pairs_arrive(void **state) {
     assert_true(fabs(speed[0]) < 1e-6 && speed[1] > 0.5);
 }
 
+/* `dynamic: true` is a body of 1000 kg/m^3, false is none; copies bounce off one another by their
+ * law. */
+static void test_bare_bodies_arrive(void **state) {
+    (void)state;
+    scene *loaded = load_good(
+        TIME "gravity: [0, 0, 0]\n" SHEET "    translate: [0, 0, -3]\n"
+             "obstacles:\n  - {mesh: {shape: box, size: [0.1, 0.2, 0.3]}, name: left, translate: "
+             "[-3, 0, 0], dynamic: false}\n  - {mesh: {shape: box, size: [0.1, 0.2, 0.3]}, name: "
+             "brick, dynamic: true, copies: {row: {count: 2, offset: [0.14, 0, 0]}}}\n"
+             "contact: {pairs: [{between: [brick, brick], friction: 0, restitution: 1}, {between: "
+             "[left, brick], friction: 0.1}]}\n");
+    scene_world built;
+    run_steps(loaded, &built, 1);
+    tulle_transform transform = {.mass = 0.0};
+    assert_int_equal(
+        tulle_obstacle_get_transform(built.world, built.obstacles[0], &transform, NULL),
+        TULLE_ERROR_INVALID_ARGUMENT);
+    assert_int_equal(
+        tulle_obstacle_get_transform(built.world, built.obstacles[1], &transform, NULL), TULLE_OK);
+    assert_true(fabs(transform.mass - 6.0) < 1e-9);
+    double const push[3] = {6.0, 0.0, 0.0}; /* 1 m/s towards the other */
+    tulle_obstacle_add_impulse(built.world, built.obstacles[1], transform.position, push, NULL);
+    tulle_error error = {0};
+    for (int i = 0; i < 8; i++)
+        if (tulle_world_step(built.world, 0.01, NULL, &error) != TULLE_OK)
+            fail_msg("%s", error.message);
+    for (int i = 1; i < 3; i++) {
+        tulle_obstacle_get_transform(built.world, built.obstacles[i], &transform, NULL);
+        assert_true(fabs(transform.velocity[0] - (i == 2)) < 1e-6); /* they have swapped speeds */
+    }
+    scene_destroy_world(&built);
+    scene_destroy(loaded);
+}
+
 int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_defaults_are_those_of_the_world),
         cmocka_unit_test(test_motion_arrives),
         cmocka_unit_test(test_failures_carry_a_place),
         cmocka_unit_test(test_laws_of_pairs_arrive),
+        cmocka_unit_test(test_bare_bodies_arrive),
         cmocka_unit_test(test_failing_allocations),
     };
     return cmocka_run_group_tests(tests, NULL, remove_folder);
