@@ -112,13 +112,10 @@ static double throw_ball(double time_step) {
     if (tulle_world_start(world, &error) != TULLE_OK) fail_msg("%s", error.message);
     double *const masses = find_masses(&sheet, area_density);
     momenta const start = measure(world, id, masses);
-    double const p0 = sqrt(start.linear[2] * start.linear[2] + start.linear[0] * start.linear[0]);
-    double const l0 =
-        sqrt(start.angular[0] * start.angular[0] + start.angular[1] * start.angular[1] +
-             start.angular[2] * start.angular[2]);
-    double linear = 0.0, angular = 0.0, energy = 0.0, growth = 0.0;
+    double const p0 = find_change(start.linear, (double[3]){0.0, 0.0, 0.0});
+    double const l0 = find_change(start.angular, (double[3]){0.0, 0.0, 0.0});
+    double linear = 0.0, angular = 0.0, energy = 0.0, growth = 0.0, balance = 0.0;
     uint64_t contacts = 0, rescues = 0;
-    double balance = 0.0;
     size_t const vector_bytes = 3 * sheet.vertex_count * sizeof(double);
     double *const before = malloc(vector_bytes);
     assert_non_null(before);
