@@ -18,8 +18,8 @@
 /* Numbers that shape the response. contact_settings_default fills all but minimum_gap. */
 typedef struct contact_settings {
     double minimum_gap;       /* [m] xi: no accepted state undercuts it */
-    int solve_rounds;         /* solves of motion and impulses a step */
-    int solve_rounds_landing; /* as many when the impulses have not settled by then */
+    int solve_rounds;         /* solves of motion and impulses a step, at least */
+    int solve_rounds_landing; /* at most: as many when the impulses have not settled by then */
     int impulse_sweeps;       /* projected Gauss-Seidel sweeps a round, each forward and backward */
     int impact_rounds;        /* rounds of stage 10 */
     int zone_rounds;          /* rescue: rounds of impact zones */
@@ -29,12 +29,13 @@ typedef struct contact_settings {
     double slope_tolerance;   /* sine of the angle by which a new row's normal may leave a normal
                                  cone ... */
     double old_slope_tolerance; /* ... and that of a row that the step before had */
-    double hard_speed;          /* [m/s] an old row violated by more after a solve becomes hard */
-    double hard_speed_new;      /* [m/s] the same for a row that is new in this step */
-    double settled_speed;  /* [m/s] root mean square violation after a solve that is no landing */
-    double hard_stiffness; /* penalty of a hard row over its share of diag(A) */
-    double anchor_share;   /* of the offset of a contact that sticks, undone in a step */
-    double hard_friction;  /* step of a hard row's friction over its penalty */
+    double settled_speed;     /* [m/s] rounds end when violation and misfit of friction have no more
+                                 root mean square ... */
+    double settled_drift;     /* [m/s] ... what friction misses gives no cloth more speed ... */
+    double settled_most;      /* [m/s] ... and no row is violated by more */
+    double hard_stiffness;    /* penalty of a hard row over its share of diag(A) */
+    double anchor_share;      /* of the offset of a contact that sticks, undone in a step */
+    double hard_friction;     /* penalty of slip over that of the normal part */
     double push_out_softness; /* compliance of a row times its share of diag(A) */
     double cg_tolerance;      /* preconditioned residual over that of the step's force impulse */
     int cg_max_iterations;
@@ -187,7 +188,13 @@ typedef struct contact_row {
     double stiffness;         /* [kg] penalty of a hard row in the solve */
     double compliance;   /* [1/kg] the normal impulse times this is taken off a push-out's speed */
     double friction_cap; /* [N s] normal impulse that bounds friction of a hard row; < 0: its own */
-    bool is_hard;        /* in the matrix of the solve */
+    bool is_hard;        /* takes part in the matrix of the solve, while it carries load */
+    bool is_in_matrix;   /* does so in this round */
+    double slip_penalty; /* [kg] penalty of its slip */
+    mat3 pull;           /* [kg] of a row in the matrix: impulse against a velocity */
+    double slip_pull;    /* [kg] the part of slip in it ... */
+    vec3 slip_free;      /* unit: not along this; zero: along all tangents ... */
+    vec3 slip_target;    /* [m/s] ... and the slip at which that does nothing */
     double rebound;      /* [m/s] speed at which an impact parts at the end of the step; 0: none */
     bool is_sliding;     /* slips at the start of the step */
     bool is_old;         /* goes on with a contact of the step before */

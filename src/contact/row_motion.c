@@ -45,12 +45,12 @@ vec3 get_free_velocity(const contact_scene *scene, const contact_row *row, const
     return sum;
 }
 
-double get_solved_speed(const contact_row *row, size_t cloth_count, const double *u) {
-    double speed = 0.0;
+vec3 get_solved_velocity(const contact_row *row, size_t cloth_count, const double *u) {
+    vec3 sum = row->has_body ? get_body_velocity(row, u) : vec3_make(0.0, 0.0, 0.0);
     for (int k = 0; k < 4; k++)
         if (row->vertices[k] < cloth_count)
-            speed += row->weights[k] * vec3_dot(row->normal, vec3_load(u, row->vertices[k]));
-    return row->has_body ? speed + vec3_dot(row->normal, get_body_velocity(row, u)) : speed;
+            sum = vec3_add_scaled(sum, vec3_load(u, row->vertices[k]), row->weights[k]);
+    return sum;
 }
 
 static void add_to(double *vectors, size_t index, vec3 vector, double factor) {
@@ -72,31 +72,40 @@ void add_row_impulse(const contact_row *row, size_t cloth_count, vec3 impulse, d
     add_to_bodies(row, impulse, sum);
 }
 
-void add_row_push(const contact_row *row, size_t cloth_count, double push, double *sum) {
-    for (int k = 0; k < 4; k++)
-        if (row->vertices[k] < cloth_count)
-            add_to(sum, row->vertices[k], row->normal, push * row->weights[k]);
-    add_to_bodies(row, vec3_scale(row->normal, push), sum);
-}
-
-static void add_outer(double *blocks, size_t index, vec3 vector, double factor) {
+static void add_block(double *blocks, size_t index, const mat3 *change, double factor) {
     mat3 block;
     memcpy(&block, blocks + 9 * index, sizeof block);
-    mat3 const outer = mat3_outer(vector, vector, factor);
-    mat3_add_scaled(&block, &outer, 1.0);
+    mat3_add_scaled(&block, change, factor);
     memcpy(blocks + 9 * index, &block, sizeof block);
 }
 
-void add_row_blocks(const contact_row *row, size_t cloth_count, double factor, double *blocks) {
+/* [a]x stiffness [a]x^T */
+static mat3 turn_stiffness(const mat3 *stiffness, vec3 arm) {
+    mat3 half, sum; /* columns: a x stiffness e_k; then rows in the same way */
+    for (int k = 0; k < 3; k++) {
+        vec3 const column =
+            vec3_make(stiffness->m[3 * k], stiffness->m[3 * k + 1], stiffness->m[3 * k + 2]);
+        vec3 const turned = vec3_cross(arm, column);
+        half.m[3 * k] = turned.x, half.m[3 * k + 1] = turned.y, half.m[3 * k + 2] = turned.z;
+    }
+    for (int i = 0; i < 3; i++) {
+        vec3 const turned = vec3_cross(arm, vec3_make(half.m[i], half.m[3 + i], half.m[6 + i]));
+        sum.m[i] = turned.x, sum.m[3 + i] = turned.y, sum.m[6 + i] = turned.z;
+    }
+    return sum;
+}
+
+void add_row_blocks(const contact_row *row, size_t cloth_count, const mat3 *stiffness,
+                    double *blocks) {
     for (int k = 0; k < 4; k++)
         if (row->vertices[k] < cloth_count)
-            add_outer(blocks, row->vertices[k], row->normal,
-                      factor * row->weights[k] * row->weights[k]);
+            add_block(blocks, row->vertices[k], stiffness, row->weights[k] * row->weights[k]);
     for (int side = 0; side < 2 && row->has_body; side++) {
         size_t const slot = row->slots[side];
         if (slot == TULLE_NONE) continue;
-        add_outer(blocks, slot, row->normal, factor);
-        add_outer(blocks, slot + 1, vec3_cross(row->arms[side], row->normal), factor);
+        mat3 const of_turn = turn_stiffness(stiffness, row->arms[side]);
+        add_block(blocks, slot, stiffness, 1.0);
+        add_block(blocks, slot + 1, &of_turn, 1.0);
     }
 }
 

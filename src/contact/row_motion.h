@@ -40,15 +40,14 @@ static inline vec3 get_relative_velocity(const contact_row *row, const double *u
 /* The part of it that vertices and bodies with mass have. */
 vec3 get_free_velocity(const contact_scene *scene, const contact_row *row, const double *u);
 
-/* The next four see the unknowns of the solve: cloth vertices, those before cloth_count, and slots.
- * Their part of the normal velocity [m/s]: */
-double get_solved_speed(const contact_row *row, size_t cloth_count, const double *u);
+/* The next three see the unknowns of the solve: cloth vertices, those before cloth_count, and
+ * slots. Their part of the relative velocity [m/s]: */
+vec3 get_solved_velocity(const contact_row *row, size_t cloth_count, const double *u);
 /* adds J^T impulse: */
 void add_row_impulse(const contact_row *row, size_t cloth_count, vec3 impulse, double *sum);
-/* adds push J^T n: */
-void add_row_push(const contact_row *row, size_t cloth_count, double push, double *sum);
-/* adds factor J^T n n^T J to diagonal blocks of 9 doubles. */
-void add_row_blocks(const contact_row *row, size_t cloth_count, double factor, double *blocks);
+/* adds J^T stiffness J to diagonal blocks of 9 doubles. */
+void add_row_blocks(const contact_row *row, size_t cloth_count, const mat3 *stiffness,
+                    double *blocks);
 /* n . J D^-1 J^T n [1/kg] with D the diagonal blocks of a matrix over unknowns; what has no mass
  * counts nothing. */
 double measure_row_mobility(const contact_scene *scene, const contact_row *row,

@@ -22,8 +22,7 @@ static cholesky_term *list_terms(const contact_scene *scene, contact_row *const 
     cholesky_term *const terms = ARENA_NEW(scene->scratch, cholesky_term, hard_count);
     for (size_t i = 0; terms && i < hard_count; i++) {
         const contact_row *const row = hard_rows[i];
-        terms[i] = (cholesky_term){.normal = {row->normal.x, row->normal.y, row->normal.z},
-                                   .scale = row->stiffness,
+        terms[i] = (cholesky_term){.stiffness = row->pull,
                                    .side = row->kind == FEATURE_VERTEX_TRIANGLE ? 1 : 2};
         for (int k = 0; k < 4; k++) {
             bool const is_cloth = row->vertices[k] < scene->cloth_vertex_count;

@@ -1,22 +1,26 @@
 /* contact/solve_motion.c - stage 3, see solve_motion.h.
  *
  * Round: solve  A u = b + J^T p  by conjugate gradients, with the impulses p of the round before
- * (of the step before in the first round); then project total impulses on the Coulomb cones in the
- * metric of the true masses. At the fixed point the projection changes nothing, so impulses act
- * inside the implicit solve. Where a single tip carries much, the mass metric corrects too little a
- * round (by the ratio of A's diagonal to the mass); rows that stay violated become hard: a penalty
- * k n n^T with the same p as multiplier, normal only, joins A.
+ * (of the step before in the first round). Rows that are violated, or carry load, become hard: with
+ * penalties on their normal part and on their slip they join A, and p is their multiplier
+ * (hard_rows.c). So impulses act inside the implicit solve, in the metric of A. Other rows, and
+ * those between bodies alone, have their total impulses projected on the Coulomb cones in the
+ * metric of the true masses after each solve. At the fixed point neither changes anything.
  *
- * Based on: Moreau 1988 and Jean 1999 as in project_impulses.c; Hestenes, Multiplier and gradient
- * methods, 1969 (hard rows). Departure: only rows flagged hard enter the matrix, friction and sign
- * never do. */
+ * Based on: Moreau 1988 and Jean 1999 as in project_impulses.c; for hard rows see there.
+ * Departure: contact dynamics project every impulse in the metric of the masses. Where a tip or a
+ * plane carries stiff cloth that corrects too little a round, by the ratio of A's diagonal to the
+ * mass, and the last projection feeds the springs energy. */
 #include "contact/solve_motion.h"
 
+#include "contact/hard_rows.h"
 #include "contact/project_impulses.h"
-#include "contact/row_friction.h"
+#include "contact/row_motion.h"
 #include "contact/solve_bodies.h"
 #include "contact/solve_in_stages.h"
 
+#include <stdio.h>
+#include <stdlib.h>
 #include <string.h>
 
 /* Residuals are not driven below this part of the momentum's: free flight has no force to compare
@@ -33,6 +37,7 @@ typedef struct motion_solve {
     uint8_t *is_fixed;
     contact_row **hard_rows;
     size_t hard_count;
+    vec3 *misfits; /* of each surface */
     double reference;
     staged_solve stages;
     bool is_cloth_only; /* vectors of the system have no entries of slots now */
@@ -46,7 +51,9 @@ static bool allocate_solve(motion_solve *solve) {
     solve->diagonal = ARENA_NEW(scratch, double, 9 * count);
     solve->is_fixed = ARENA_NEW(scratch, uint8_t, count);
     solve->hard_rows = ARENA_NEW(scratch, contact_row *, solve->list->rows.count);
-    if (!solve->right_hand_side || !solve->diagonal || !solve->is_fixed || !solve->hard_rows)
+    solve->misfits = ARENA_NEW(scratch, vec3, solve->scene->set->surface_count);
+    if (!solve->misfits || !solve->right_hand_side || !solve->diagonal || !solve->is_fixed ||
+        !solve->hard_rows)
         return false;
     for (size_t i = 0; i < cloth_count; i++)
         solve->is_fixed[i] = !(solve->scene->inverse_mass[i] > 0.0);
@@ -55,7 +62,7 @@ static bool allocate_solve(motion_solve *solve) {
     return true;
 }
 
-/* y = A x + sum over hard rows of k J^T n n^T J x */
+/* y = A x + sum over hard rows of J^T K J x */
 static void apply_with_hard_rows(void *context, const double *x, double *y) {
     const motion_solve *const solve = context;
     size_t const cloth_count = solve->scene->cloth_vertex_count;
@@ -63,8 +70,8 @@ static void apply_with_hard_rows(void *context, const double *x, double *y) {
     if (!solve->is_cloth_only) apply_bodies(solve->scene, x, y);
     for (size_t i = 0; i < solve->hard_count; i++) {
         const contact_row *const row = solve->hard_rows[i];
-        double const speed = get_solved_speed(row, cloth_count, x);
-        add_row_push(row, cloth_count, row->stiffness * speed, y);
+        vec3 const velocity = get_solved_velocity(row, cloth_count, x);
+        add_row_impulse(row, cloth_count, mat3_multiply_vec3(&row->pull, velocity), y);
     }
 }
 
@@ -73,39 +80,18 @@ static void add_impulse(const motion_solve *solve, const contact_row *row, vec3 
     add_row_impulse(row, solve->scene->cloth_vertex_count, impulse, solve->right_hand_side);
 }
 
-/* Wanted speed of a hard row less what its obstacle vertices contribute: the operator knows
- * unknowns only. */
-static double find_wanted_speed(const motion_solve *solve, const contact_row *row) {
-    double speed = get_wanted_speed(row);
-    for (int k = 0; k < 4; k++)
-        if (row->vertices[k] >= solve->scene->cloth_vertex_count && is_row_vertex(row, k))
-            speed -= row->weights[k] * vec3_dot(row->normal, vec3_load(solve->u, row->vertices[k]));
-    return speed;
-}
-
 static void add_hard_row(motion_solve *solve, contact_row *row) {
-    add_row_blocks(row, solve->scene->cloth_vertex_count, row->stiffness, solve->diagonal);
-    add_impulse(solve, row,
-                vec3_scale(row->normal, row->stiffness * find_wanted_speed(solve, row)));
+    size_t const cloth_count = solve->scene->cloth_vertex_count;
+    find_pull(&solve->scene->settings, row, solve->u);
+    add_row_blocks(row, cloth_count, &row->pull, solve->diagonal);
+    /* less what obstacle vertices contribute: the operator knows unknowns only */
+    vec3 target = find_pull_target(row);
+    for (int k = 0; k < 4; k++)
+        if (row->vertices[k] >= cloth_count && is_row_vertex(row, k))
+            target =
+                vec3_add_scaled(target, vec3_load(solve->u, row->vertices[k]), -row->weights[k]);
+    add_impulse(solve, row, vec3_add(row->impulse, mat3_multiply_vec3(&row->pull, target)));
     solve->hard_rows[solve->hard_count++] = row;
-}
-
-/* The row's share of A's diagonal [kg]: the mass that a push along its normal meets, as if A were
- * its diagonal. */
-static double find_diagonal_mass(const motion_solve *solve, const contact_row *row) {
-    double const mobility = measure_row_mobility(solve->scene, row, solve->system->diagonal);
-    return mobility > 0.0 ? 1.0 / mobility : 0.0;
-}
-
-/* Penalties and compliances: A is the same in all rounds. */
-static void weigh_rows(motion_solve *solve) {
-    const contact_settings *const settings = &solve->scene->settings;
-    for (size_t i = 0; i < solve->list->rows.count; i++) {
-        contact_row *const row = &solve->list->rows.data[i];
-        double const mass = find_diagonal_mass(solve, row);
-        row->stiffness = settings->hard_stiffness * mass;
-        row->compliance = mass > 0.0 ? settings->push_out_softness / mass : 0.0;
-    }
 }
 
 /* Right-hand side, diagonal and hard rows of a round. A hard row takes part while it carries load
@@ -118,13 +104,15 @@ static void prepare_round(motion_solve *solve) {
     solve->hard_count = 0;
     for (size_t i = 0; i < solve->list->rows.count; i++) {
         contact_row *const row = &solve->list->rows.data[i];
-        add_impulse(solve, row, row->impulse);
-        row->friction_cap = -1.0;
-        if (!row->is_hard) continue;
-        double const speed = vec3_dot(row->normal, get_relative_velocity(row, solve->u));
-        if (!(vec3_dot(row->normal, row->impulse) > 0.0) && speed >= get_wanted_speed(row))
-            continue;
-        add_hard_row(solve, row);
+        bool const takes_part = row->is_hard && find_row_violation(row, solve->u) > 0.0;
+        if (takes_part || (row->is_hard && vec3_dot(row->normal, row->impulse) > 0.0)) {
+            add_hard_row(solve, row);
+            row->is_in_matrix = true;
+        } else {
+            add_impulse(solve, row, row->impulse);
+            row->friction_cap = -1.0;
+            row->is_in_matrix = false;
+        }
     }
 }
 
@@ -307,79 +295,83 @@ static tulle_status find_reference(motion_solve *solve) {
     return status;
 }
 
-/* Friction answers the slip that the solve left, with the share of the row's diagonal mass that
- * `share` of its stiffness is, as far as its cap allows. The true masses alone hold too little
- * where one tip carries much: the last projection would stop a vertex that the cloth around it
- * drags on, and so stretch the cloth. */
-static void hold_by_friction(contact_row *row, double share, const double *u) {
-    vec3 const n = row->normal,
-               velocity = vec3_sub(get_relative_velocity(row, u), row->return_velocity);
-    vec3 const slip = vec3_add_scaled(velocity, n, -vec3_dot(n, velocity));
-    double const normal = vec3_dot(n, row->impulse);
-    vec3 const before = vec3_add_scaled(row->impulse, n, -normal);
-    bool is_inside;
-    vec3 const wanted = vec3_add_scaled(before, slip, -share * row->stiffness);
-    vec3 const tangential = limit_friction(row, row->friction_cap, wanted, &is_inside);
-    row->impulse = vec3_add_scaled(tangential, n, normal);
+/* What a round leaves to do. */
+typedef struct round_result {
+    double violation, misfit; /* [m/s] root mean squares over the rows */
+    double drift;             /* [m/s] that the misfit would give to a cloth as a whole */
+} round_result;
+
+/* Adds a misfit to the sums of the cloths that a row touches. */
+static void add_misfit(const contact_scene *scene, const contact_row *row, vec3 misfit,
+                       vec3 *sums) {
+    for (int k = 0; k < 4; k++)
+        if (row->vertices[k] < scene->cloth_vertex_count) {
+            vec3 *const sum = &sums[scene->vertex_surface[row->vertices[k]]];
+            *sum = vec3_add_scaled(*sum, misfit, row->weights[k]);
+        }
 }
 
-/* Multipliers of the hard rows in the matrix: the force that acted is p + k (bias - speed). Their
- * friction stays bounded by the multiplier that was known before. */
-static void update_multipliers(motion_solve *solve) {
-    for (size_t i = 0; i < solve->hard_count; i++) {
-        contact_row *const row = solve->hard_rows[i];
-        double const speed = vec3_dot(row->normal, get_relative_velocity(row, solve->u));
-        double const before = vec3_dot(row->normal, row->impulse);
-        double const acted = before + row->stiffness * (get_wanted_speed(row) - speed);
-        row->friction_cap = fmax(before, 0.0);
-        hold_by_friction(row, solve->scene->settings.hard_friction, solve->u);
-        row->impulse = vec3_add_scaled(row->impulse, row->normal, fmax(acted, 0.0) - before);
-        if (acted < 0.0) row->is_hard = false;
+/* [m/s] Largest speed that the sums give to a cloth that nothing holds. */
+static double find_drift(const contact_scene *scene, const vec3 *sums) {
+    double drift = 0.0;
+    for (size_t s = 0; s < scene->set->surface_count; s++) {
+        const surface_range *const range = &scene->set->surfaces[s];
+        double mass = 0.0;
+        if (range->is_obstacle) continue;
+        for (uint32_t v = range->vertex_begin; v < range->vertex_end; v++)
+            mass += 1.0 / scene->inverse_mass[v];
+        drift = fmax(drift, vec3_norm(sums[s]) / mass); /* 0 where a vertex is held */
     }
+    return drift;
 }
 
-/* [m/s] By how much a row failed in the last solve: too slow, or too fast while it pushed. Pushed
- * by an impulse that is too large, a vertex flies off and drags its neighbours apart; the sweeps
- * take such an impulse back as slowly as they build it up. */
-static double find_violation(const contact_row *row, const double *u) {
-    double const missing =
-        get_wanted_speed(row) - vec3_dot(row->normal, get_relative_velocity(row, u));
-    double const penalty = row->is_hard ? row->stiffness * missing : 0.0;
-    bool const has_pushed = vec3_dot(row->normal, row->impulse) + penalty > 0.0;
-    return has_pushed ? fabs(missing) : fmax(missing, 0.0);
-}
-
-/* Violations right after a solve: the largest goes to the report, the root of their mean square is
- * returned. Rows that stay violated become hard. */
-static double measure_violation(motion_solve *solve, bool may_harden) {
-    const contact_settings *const settings = &solve->scene->settings;
-    double largest = 0.0, sum2 = 0.0;
-    for (size_t i = 0; i < solve->list->rows.count; i++) {
-        contact_row *const row = &solve->list->rows.data[i];
-        double const violation = find_violation(row, solve->u);
+/* After a solve: violations, the largest of which goes to the report, then impulses. Rows that are
+ * violated become hard. */
+static round_result finish_round(motion_solve *solve) {
+    row_list *const list = solve->list;
+    double largest = 0.0, violation2 = 0.0, misfit2 = 0.0;
+    memset(solve->misfits, 0, solve->scene->set->surface_count * sizeof(vec3));
+    for (size_t i = 0; i < list->rows.count; i++) {
+        contact_row *const row = &list->rows.data[i];
+        double const violation = find_row_violation(row, solve->u);
         largest = fmax(largest, violation);
-        sum2 += violation * violation;
-        double const limit = row->is_old ? settings->hard_speed : settings->hard_speed_new;
-        /* where no cloth takes part the masses are all there is, and the projection is exact */
-        if (may_harden && violation > limit && !row->is_without_cloth) row->is_hard = true;
+        violation2 += violation * violation;
+        harden(row, violation);
+        if (!row->is_in_matrix) continue;
+        vec3 const misfit = update_hard_row(row, solve->u);
+        misfit2 += vec3_norm2(misfit) / (row->slip_penalty * row->slip_penalty);
+        add_misfit(solve->scene, row, misfit, solve->misfits);
     }
     solve->report->violation = largest;
-    return sqrt(sum2 / (double)solve->list->rows.count);
+    project_impulses(solve->scene, list->rows.data, list->rows.count, solve->u);
+    double const count = (double)list->rows.count;
+    return (round_result){sqrt(violation2 / count), sqrt(misfit2 / count),
+                          find_drift(solve->scene, solve->misfits)};
 }
 
 static tulle_status run_rounds(motion_solve *solve) {
     const contact_settings *const settings = &solve->scene->settings;
     row_list *const list = solve->list;
-    weigh_rows(solve);
+    prepare_hard_rows(solve->scene, solve->system->diagonal, list->rows.data, list->rows.count,
+                      solve->u);
     for (int round = 0; round < settings->solve_rounds_landing; round++) {
         prepare_round(solve);
         tulle_status const status = run_conjugate_gradients(solve);
         if (status != TULLE_OK || list->rows.count == 0) return status;
-        double const violation = measure_violation(solve, round > 0);
-        update_multipliers(solve);
-        project_impulses(solve->scene, list->rows.data, list->rows.count, solve->u);
-        if (round + 1 >= settings->solve_rounds && violation <= settings->settled_speed) break;
+        round_result const result = finish_round(solve);
+        if (getenv("TR"))
+            fprintf(stderr,
+                    "round %d it %u hard %zu of %zu rms %.3g max %.3g misfit %.3g drift %.3g\n",
+                    round, solve->report->cg_iterations, solve->hard_count, list->rows.count,
+                    result.violation, solve->report->violation, result.misfit, result.drift);
+        if (round + 1 >= settings->solve_rounds && result.violation <= settings->settled_speed &&
+            result.misfit <= settings->settled_speed && result.drift <= settings->settled_drift &&
+            solve->report->violation <= settings->settled_most)
+            break;
     }
+    bool const rests = solve->report->violation <= LEAST_VIOLATION;
+    for (size_t i = 0; i < list->rows.count; i++) list->rows.data[i].is_in_matrix = false;
+    if (rests) project_impulses(solve->scene, list->rows.data, list->rows.count, solve->u);
     return TULLE_OK;
 }
 

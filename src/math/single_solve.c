@@ -64,9 +64,8 @@ static void add_term(single_system *system, const cholesky_term *term) {
             float *const block =
                 system->copy.values +
                 9 * (size_t)block_matrix_find(system->matrix, term->vertices[i], term->vertices[j]);
-            double const scale = term->scale * term->weights[i] * term->weights[j];
-            for (size_t k = 0; k < 9; k++)
-                block[k] += (float)(scale * term->normal[k / 3] * term->normal[k % 3]);
+            double const scale = term->weights[i] * term->weights[j];
+            for (size_t k = 0; k < 9; k++) block[k] += (float)(scale * term->stiffness.m[k]);
         }
 }
 
@@ -227,16 +226,19 @@ static double multiply_apart(single_solver *work) {
     double curvature = 0.0;
     for (size_t t = 0; t < work->system->apart_count; t++) {
         const cholesky_term *const term = work->system->apart[t];
-        double speed = 0.0;
+        double velocity[3] = {0.0, 0.0, 0.0};
         for (size_t k = 0; k < 4; k++)
             for (size_t i = 0; i < 3 && term->vertices[k] != TULLE_NONE; i++)
-                speed += term->weights[k] * term->normal[i] *
-                         (double)work->vectors.direction[3 * (size_t)term->vertices[k] + i];
-        curvature += term->scale * speed * speed;
+                velocity[i] += term->weights[k] *
+                               (double)work->vectors.direction[3 * (size_t)term->vertices[k] + i];
+        vec3 const way = vec3_load(velocity, 0);
+        vec3 const pull = mat3_multiply_vec3(&term->stiffness, way);
+        curvature += vec3_dot(way, pull);
+        vec3_store(velocity, 0, pull);
         for (size_t k = 0; k < 4; k++)
             for (size_t i = 0; i < 3 && term->vertices[k] != TULLE_NONE; i++)
                 work->vectors.product[3 * (size_t)term->vertices[k] + i] +=
-                    (float)(term->scale * speed * term->weights[k] * term->normal[i]);
+                    (float)(term->weights[k] * velocity[i]);
     }
     return curvature;
 }

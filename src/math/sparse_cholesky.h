@@ -6,6 +6,7 @@
 
 #include "base/arena.h"
 #include "math/block_matrix.h"
+#include "math/vec3.h"
 
 typedef struct sparse_cholesky sparse_cholesky;
 
@@ -21,14 +22,13 @@ typedef struct sparse_cholesky_size {
 } sparse_cholesky_size;
 sparse_cholesky_size sparse_cholesky_measure(const sparse_cholesky *factor);
 
-/* A term  scale n n^T  with factors w_i w_j on the blocks of up to four vertices, at least 0. */
+/* A term: the stiffness with factors w_i w_j on the blocks of up to four vertices. */
 typedef struct cholesky_term {
     uint32_t vertices[4]; /* TULLE_NONE: not there; the first two or three are of one side where
                              `side` says so */
     double weights[4];
-    double normal[3];
-    double scale;
-    uint32_t side; /* vertices of the first side, 1 .. 4 */
+    mat3 stiffness; /* symmetric, positive semidefinite: of the weighted sum of the vertices */
+    uint32_t side;  /* vertices of the first side, 1 .. 4 */
 } cholesky_term;
 
 /* The matrix: blocks less shifts, plus terms. */

@@ -76,9 +76,8 @@ static void add_blocks(term_sorter *work, const cholesky_term *term, uint32_t be
                 continue;
             term_block *const block = &work->blocks[work->count++];
             locate_block(work, term->vertices[i], term->vertices[j], block);
-            double const scale = term->scale * term->weights[i] * term->weights[j];
-            for (size_t k = 0; k < 9; k++)
-                block->values[k] = (float)(scale * term->normal[k / 3] * term->normal[k % 3]);
+            double const scale = term->weights[i] * term->weights[j];
+            for (size_t k = 0; k < 9; k++) block->values[k] = (float)(scale * term->stiffness.m[k]);
         }
 }
 

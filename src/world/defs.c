@@ -28,7 +28,7 @@ tulle_world_def tulle_world_def_default(void) {
         .motion_space = TULLE_MOTION_SPACE_POLYHEDRAL,
         .cg_tolerance = 1e-4, /* looser falsifies sliding friction */
         .cg_max_iterations = 5000,
-        .solve_rounds = 3,
+        .solve_rounds = 1,
         .impulse_sweeps = 10,
         .impact_rounds = 5,
         .friction_cloth_cloth = 0.3,

@@ -49,12 +49,12 @@ static void test_preconditioner(void **state) {
     cholesky_matrix matrix = spring_system_get_matrix(&system);
     spring_system_run_factor(&system, factor, &matrix, 2);
     cholesky_term terms[TERMS];
+    vec3 const normal = {0.0, 0.6, 0.8};
     for (uint32_t t = 0; t < TERMS; t++)
         terms[t] = (cholesky_term){
             .vertices = {SIDE + 5 * t, SIDE * SIDE - 9 * t - 1, TULLE_NONE, TULLE_NONE},
             .weights = {1.0, -1.0, 0.0, 0.0},
-            .normal = {0.0, 0.6, 0.8},
-            .scale = 500.0};
+            .stiffness = mat3_outer(normal, normal, 500.0)};
     matrix.terms = terms;
     matrix.term_count = TERMS;
     double *const b = malloc(SIZE * sizeof(double));
@@ -143,12 +143,15 @@ static void test_single_solve(void **state) {
     for (size_t v = 0; v < SIDE; v++) system.is_fixed[7 * v] = 1;
     cholesky_matrix matrix = spring_system_get_matrix(&system);
     cholesky_term terms[TERMS];
+    vec3 const normal = {0.48, 0.6, 0.64};
+    mat3 stiffness = mat3_outer(normal, normal, 80.0);
+    mat3 const slip = mat3_identity(10.0);
+    mat3_add_scaled(&stiffness, &slip, 1.0);
     for (uint32_t t = 0; t < TERMS; t++) /* every other one between vertices far apart */
         terms[t] =
             (cholesky_term){.vertices = {40 + t, t % 2 ? 41 + t : 700 + t, TULLE_NONE, TULLE_NONE},
                             .weights = {1.0, -0.7, 0.0, 0.0},
-                            .normal = {0.48, 0.6, 0.64},
-                            .scale = 90.0};
+                            .stiffness = stiffness};
     matrix.terms = terms;
     matrix.term_count = TERMS;
     double *const b = calloc(SIZE, sizeof(double)), *const x = calloc(SIZE, sizeof(double));

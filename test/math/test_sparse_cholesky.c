@@ -110,16 +110,16 @@ static void test_terms_and_shifts(void **state) {
     matrix.shifts[0] = shifts;
     matrix.shift_factors[0] = 2.0;
     cholesky_term terms[TERMS];
+    vec3 const normal = {0.6, 0.0, 0.8}, up = {0.0, 0.0, 1.0};
     uint64_t random = 9;
     for (size_t t = 0; t < TERMS; t++) {
         uint32_t const v = (uint32_t)(t * 7 % (SIDE * (SIDE - 1)));
         uint32_t const corner = v % SIDE == SIDE - 1 ? v - 1 : v;
-        terms[t] =
-            (cholesky_term){.vertices = {TULLE_NONE, corner, corner + 1, corner + SIDE + 1},
-                            .weights = {1.0, random_signed(&random), random_signed(&random), 0.4},
-                            .normal = {0.6, 0.0, 0.8},
-                            .scale = 100.0 * random_uniform(&random),
-                            .side = 1};
+        terms[t] = (cholesky_term){
+            .vertices = {TULLE_NONE, corner, corner + 1, corner + SIDE + 1},
+            .weights = {1.0, random_signed(&random), random_signed(&random), 0.4},
+            .stiffness = mat3_outer(normal, normal, 100.0 * random_uniform(&random)),
+            .side = 1};
     }
     matrix.terms = terms;
     matrix.term_count = TERMS;
@@ -130,8 +130,7 @@ static void test_terms_and_shifts(void **state) {
     /* A term between far corners is outside: its sides are there each for itself. */
     terms[0] = (cholesky_term){.vertices = {1, SIDE * SIDE - 2, TULLE_NONE, TULLE_NONE},
                                .weights = {1.0, -1.0, 0.0, 0.0},
-                               .normal = {0.0, 0.0, 1.0},
-                               .scale = 50.0,
+                               .stiffness = mat3_outer(up, up, 50.0),
                                .side = 1};
     assert_int_equal(spring_system_run_factor(&system, factor, &matrix, 1).dropped_terms, 1);
     double const apart = measure_residual(&system, factor, &matrix, 1);
@@ -233,8 +232,7 @@ static void test_allocation_failures(void **state) {
     block_pattern const pattern = {system.matrix.row_begin, system.matrix.columns};
     cholesky_term const term = {.vertices = {0, 1, TULLE_NONE, TULLE_NONE},
                                 .weights = {1.0, -1.0, 0.0, 0.0},
-                                .normal = {1.0, 0.0, 0.0},
-                                .scale = 1.0,
+                                .stiffness = {{1.0}},
                                 .side = 1};
     cholesky_matrix matrix = spring_system_get_matrix(&system);
     matrix.terms = &term;

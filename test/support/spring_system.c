@@ -158,15 +158,15 @@ void spring_system_multiply(const spring_system *system, const cholesky_matrix *
     }
     for (size_t t = 0; t < matrix->term_count; t++) {
         const cholesky_term *const term = &matrix->terms[t];
-        double speed = 0.0;
+        double velocity[3] = {0.0, 0.0, 0.0}, pull[3];
         for (size_t k = 0; k < 4; k++)
             for (size_t i = 0; i < 3 && term->vertices[k] != TULLE_NONE; i++)
                 if (!matrix->is_fixed[term->vertices[k]])
-                    speed += term->weights[k] * term->normal[i] * x[3 * term->vertices[k] + i];
+                    velocity[i] += term->weights[k] * x[3 * term->vertices[k] + i];
+        vec3_store(pull, 0, mat3_multiply_vec3(&term->stiffness, vec3_load(velocity, 0)));
         for (size_t k = 0; k < 4; k++)
             for (size_t i = 0; i < 3 && term->vertices[k] != TULLE_NONE; i++)
                 if (!matrix->is_fixed[term->vertices[k]])
-                    y[3 * term->vertices[k] + i] +=
-                        term->scale * term->weights[k] * term->normal[i] * speed;
+                    y[3 * term->vertices[k] + i] += term->weights[k] * pull[i];
     }
 }
