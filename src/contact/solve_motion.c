@@ -19,13 +19,15 @@
 #include "contact/solve_bodies.h"
 #include "contact/solve_in_stages.h"
 
-#include <stdio.h>
-#include <stdlib.h>
 #include <string.h>
 
 /* Residuals are not driven below this part of the momentum's: free flight has no force to compare
  * with. */
 #define LEAST_REFERENCE 1e-12
+
+/* Friction is settled when what it misses is less than this part of what a cloth gains in a step.
+ */
+#define SETTLED_SHARE 0.1
 
 typedef struct motion_solve {
     const contact_scene *scene;
@@ -298,7 +300,7 @@ static tulle_status find_reference(motion_solve *solve) {
 /* What a round leaves to do. */
 typedef struct round_result {
     double violation, misfit; /* [m/s] root mean squares over the rows */
-    double drift;             /* [m/s] that the misfit would give to a cloth as a whole */
+    bool may_drift;           /* the misfit would give a cloth as a whole speed that counts */
 } round_result;
 
 /* Adds a misfit to the sums of the cloths that a row touches. */
@@ -311,18 +313,26 @@ static void add_misfit(const contact_scene *scene, const contact_row *row, vec3 
         }
 }
 
-/* [m/s] Largest speed that the sums give to a cloth that nothing holds. */
-static double find_drift(const contact_scene *scene, const vec3 *sums) {
-    double drift = 0.0;
+/* Whether the sums give a cloth that nothing holds more speed than a share of what the step does.
+ */
+static bool may_drift(const motion_solve *solve) {
+    const contact_scene *const scene = solve->scene;
     for (size_t s = 0; s < scene->set->surface_count; s++) {
         const surface_range *const range = &scene->set->surfaces[s];
+        vec3 gained = {0.0, 0.0, 0.0}; /* [N s] */
         double mass = 0.0;
-        if (range->is_obstacle) continue;
-        for (uint32_t v = range->vertex_begin; v < range->vertex_end; v++)
+        if (range->is_obstacle || vec3_norm2(solve->misfits[s]) == 0.0) continue;
+        for (uint32_t v = range->vertex_begin; v < range->vertex_end; v++) {
+            vec3 const before = scene->v0 ? vec3_load(scene->v0, v) : vec3_make(0.0, 0.0, 0.0);
+            vec3 const gain = vec3_sub(vec3_load(solve->u, v), before);
+            gained = vec3_add_scaled(gained, gain, 1.0 / scene->inverse_mass[v]);
             mass += 1.0 / scene->inverse_mass[v];
-        drift = fmax(drift, vec3_norm(sums[s]) / mass); /* 0 where a vertex is held */
+        }
+        double const limit =
+            scene->settings.settled_drift * mass + SETTLED_SHARE * vec3_norm(gained);
+        if (isfinite(mass) && vec3_norm(solve->misfits[s]) > limit) return true;
     }
-    return drift;
+    return false;
 }
 
 /* After a solve: violations, the largest of which goes to the report, then impulses. Rows that are
@@ -345,8 +355,7 @@ static round_result finish_round(motion_solve *solve) {
     solve->report->violation = largest;
     project_impulses(solve->scene, list->rows.data, list->rows.count, solve->u);
     double const count = (double)list->rows.count;
-    return (round_result){sqrt(violation2 / count), sqrt(misfit2 / count),
-                          find_drift(solve->scene, solve->misfits)};
+    return (round_result){sqrt(violation2 / count), sqrt(misfit2 / count), may_drift(solve)};
 }
 
 static tulle_status run_rounds(motion_solve *solve) {
@@ -359,13 +368,8 @@ static tulle_status run_rounds(motion_solve *solve) {
         tulle_status const status = run_conjugate_gradients(solve);
         if (status != TULLE_OK || list->rows.count == 0) return status;
         round_result const result = finish_round(solve);
-        if (getenv("TR"))
-            fprintf(stderr,
-                    "round %d it %u hard %zu of %zu rms %.3g max %.3g misfit %.3g drift %.3g\n",
-                    round, solve->report->cg_iterations, solve->hard_count, list->rows.count,
-                    result.violation, solve->report->violation, result.misfit, result.drift);
         if (round + 1 >= settings->solve_rounds && result.violation <= settings->settled_speed &&
-            result.misfit <= settings->settled_speed && result.drift <= settings->settled_drift &&
+            result.misfit <= settings->settled_speed && !result.may_drift &&
             solve->report->violation <= settings->settled_most)
             break;
     }

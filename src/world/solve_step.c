@@ -14,8 +14,6 @@
 
 #include <math.h>
 #include <string.h>
-#include <stdio.h>
-#include <stdlib.h>
 
 /* Springs are linearised anew while their energy beyond what the system reckons with is more than
  * this share of what the step takes anyway; so often at most. */
@@ -114,7 +112,6 @@ static tulle_status solve_with_true_springs(step_context *context, bool is_first
         bool is_false;
         status = check_springs(context, &is_false);
         if (status != TULLE_OK || !is_false) break;
-        if (getenv("TR")) fprintf(stderr, "linearise anew %d\n", i);
         status = linearise_anew(context);
         if (status == TULLE_OK) status = run_solve_motion(context, false);
     }
@@ -153,7 +150,6 @@ tulle_status world_solve_step(step_context *context, impact_report *impacts, dou
         if (status != TULLE_OK || i == BALANCES_MAX || !keeps_balance(context)) break;
         double gain;
         status = world_measure_gain(context, &gain);
-        if (getenv("TR")) fprintf(stderr, "balance %d gain %.4g\n", i, gain);
         if (status != TULLE_OK || !(gain > 0.0 && gain < last_gain)) break;
         last_gain = gain;
         settings->solve_rounds = BALANCE_ROUNDS << i;
