@@ -29,6 +29,9 @@
  */
 #define SETTLED_SHARE 0.1
 
+/* A round of so few iterations costs little. */
+#define CHEAP_ITERATIONS 32
+
 typedef struct motion_solve {
     const contact_scene *scene;
     const motion_system *system;
@@ -358,23 +361,33 @@ static round_result finish_round(motion_solve *solve) {
     return (round_result){sqrt(violation2 / count), sqrt(misfit2 / count), may_drift(solve)};
 }
 
+/* Rounds go on until little is left; those that cost little, until nothing is. */
+static bool has_settled(const motion_solve *solve, const round_result *result,
+                        uint32_t iterations) {
+    const contact_settings *const settings = &solve->scene->settings;
+    if (iterations <= CHEAP_ITERATIONS && result->violation > LEAST_VIOLATION) return false;
+    return result->violation <= settings->settled_speed &&
+           result->misfit <= settings->settled_speed && !result->may_drift &&
+           solve->report->violation <= settings->settled_most;
+}
+
 static tulle_status run_rounds(motion_solve *solve) {
     const contact_settings *const settings = &solve->scene->settings;
     row_list *const list = solve->list;
     prepare_hard_rows(solve->scene, solve->system->diagonal, list->rows.data, list->rows.count,
                       solve->u);
     for (int round = 0; round < settings->solve_rounds_landing; round++) {
+        uint32_t const before = solve->report->cg_iterations;
         prepare_round(solve);
         tulle_status const status = run_conjugate_gradients(solve);
         if (status != TULLE_OK || list->rows.count == 0) return status;
         round_result const result = finish_round(solve);
-        if (round + 1 >= settings->solve_rounds && result.violation <= settings->settled_speed &&
-            result.misfit <= settings->settled_speed && !result.may_drift &&
-            solve->report->violation <= settings->settled_most)
-            break;
+        bool const has_all = round + 1 >= settings->solve_rounds;
+        if (has_all && has_settled(solve, &result, solve->report->cg_iterations - before)) break;
     }
     bool const rests = solve->report->violation <= LEAST_VIOLATION;
     for (size_t i = 0; i < list->rows.count; i++) list->rows.data[i].is_in_matrix = false;
+    /* what the tolerance of the solve leaves of rest; more would give springs energy */
     if (rests) project_impulses(solve->scene, list->rows.data, list->rows.count, solve->u);
     return TULLE_OK;
 }
