@@ -65,16 +65,19 @@ static void hold(contact_row *row, vec3 friction) {
 static void slide(contact_row *row, vec3 friction, vec3 trial, vec3 slip) {
     set_friction(row, friction);
     row->state = ROW_SLIDES;
-    row->slip_pull = row->slip_penalty * vec3_norm(friction) / vec3_norm(trial);
+    double const size = vec3_norm(trial);
+    row->slip_pull = size > 0.0 ? row->slip_penalty * vec3_norm(friction) / size : 0.0;
     row->slip_free = vec3_normalize(vec3_sub(trial, friction));
     row->slip_target = slip;
 }
+
+static bool has_friction(const contact_row *row) { return row->friction * row->friction_cap > 0.0; }
 
 /* The next friction of a row by its trial; returns what it is by the trial itself. */
 static vec3 try_friction(contact_row *row, vec3 trial, vec3 slip) {
     bool is_inside;
     vec3 const friction = limit_friction(row, row->friction_cap, trial, &is_inside);
-    if (is_inside)
+    if (is_inside && has_friction(row))
         hold(row, friction);
     else
         slide(row, friction, trial, slip);
@@ -87,7 +90,7 @@ static void start_friction(const contact_settings *settings, contact_row *row, c
     vec3 const slip = find_slip(row, u), before = get_friction(row);
     bool const is_new = row->state == ROW_OPEN, is_fast = vec3_norm(slip) > settings->slip_speed;
     row->friction_cap = fmax(get_normal_impulse(row), 0.0);
-    if (row->state == ROW_SLIDES || (is_new && is_fast)) {
+    if (row->state == ROW_SLIDES || (is_new && is_fast) || !has_friction(row)) {
         try_friction(row, vec3_add_scaled(before, slip, -row->slip_penalty), slip);
     } else {
         bool is_inside;
@@ -126,7 +129,7 @@ static vec3 update_friction(contact_row *row, vec3 slip) {
     vec3 const trial =
         vec3_add_scaled(before, vec3_sub(slip, row->return_velocity), -row->slip_penalty);
     vec3 const misfit = vec3_sub(try_friction(row, trial, slip), taken);
-    if (turned_back) {
+    if (turned_back && has_friction(row)) {
         bool is_inside;
         hold(row, limit_friction(row, row->friction_cap, before, &is_inside));
     }
