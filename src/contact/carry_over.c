@@ -48,6 +48,7 @@ void restore_contact(const contact_scene *scene, contact_row *row, const stored_
                      double scale) {
     inherit_contact(scene, row, contact, scale, 1.0);
     row->is_hard = contact->is_hard != 0;
+    row->state = row->old_state;
 }
 
 static int count_common(const uint32_t *a, int a_count, const uint32_t *b, int b_count) {

@@ -38,7 +38,6 @@ void prepare_hard_rows(const contact_scene *scene, const double *diagonal, conta
         row->stiffness = mobility > 0.0 ? settings->hard_stiffness / mobility : 0.0;
         row->compliance = settings->push_out_softness * mobility;
         row->slip_penalty = settings->hard_friction * row->stiffness;
-        row->state = row->old_state;
         row->is_in_matrix = false;
         harden(row, find_row_violation(row, u));
     }

@@ -383,7 +383,9 @@ static tulle_status run_rounds(motion_solve *solve) {
         if (status != TULLE_OK || list->rows.count == 0) return status;
         round_result const result = finish_round(solve);
         bool const has_all = round + 1 >= settings->solve_rounds;
-        if (has_all && has_settled(solve, &result, solve->report->cg_iterations - before)) break;
+        solve->report->has_settled =
+            has_settled(solve, &result, solve->report->cg_iterations - before);
+        if (has_all && solve->report->has_settled) break;
     }
     bool const rests = solve->report->violation <= LEAST_VIOLATION;
     for (size_t i = 0; i < list->rows.count; i++) list->rows.data[i].is_in_matrix = false;
@@ -402,7 +404,7 @@ static void count_states(const row_list *list, solve_report *report) {
 
 tulle_status solve_motion(const contact_scene *scene, const motion_system *system, row_list *list,
                           double *u, solve_report *report) {
-    *report = (solve_report){.has_converged = true};
+    *report = (solve_report){.has_converged = true, .has_settled = true};
     arena_mark const mark = arena_get_mark(scene->scratch);
     motion_solve solve = {.scene = scene,
                           .system = system,

@@ -76,6 +76,8 @@ static tulle_status run_solve_motion(step_context *context, bool is_first) {
     report->cg_iterations += solved.cg_iterations;
     if (solved.cg_residual > report->cg_residual) report->cg_residual = solved.cg_residual;
     if (!solved.has_converged) report->cg_converged = 0;
+    context->has_settled =
+        solved.has_settled && (int)solved.solve_count >= context->scene.settings.solve_rounds;
     report->stick_contacts = solved.stick_count;
     report->slip_contacts = solved.slip_count;
     report->hard_contacts = solved.hard_count;
@@ -105,15 +107,31 @@ static tulle_status check_springs(const step_context *context, bool *is_false) {
     return status;
 }
 
-/* Solves until the springs' energy is what the system takes it for. */
+/* Solves until the springs' energy is what the system takes it for and impulses have settled. While
+ * springs are linearised anew, a round of impulses at a time does. */
 static tulle_status solve_with_true_springs(step_context *context, bool is_first) {
-    tulle_status status = run_solve_motion(context, is_first);
-    for (int i = 0; i < LINEARISATIONS_MAX && status == TULLE_OK && !context->scene.paper; i++) {
-        bool is_false;
-        status = check_springs(context, &is_false);
-        if (status != TULLE_OK || !is_false) break;
-        status = linearise_anew(context);
-        if (status == TULLE_OK) status = run_solve_motion(context, false);
+    contact_settings *const settings = &context->scene.settings;
+    contact_settings const given = *settings;
+    bool is_quick = !context->scene.paper, is_false = false;
+    int linearisations = 0;
+    tulle_status status = TULLE_OK;
+    for (;;) {
+        if (is_quick) settings->solve_rounds = settings->solve_rounds_landing = 1;
+        status = run_solve_motion(context, is_first);
+        *settings = given;
+        is_first = false;
+        if (status == TULLE_OK && !context->scene.paper) status = check_springs(context, &is_false);
+        if (status != TULLE_OK) break;
+        if (is_false && linearisations < LINEARISATIONS_MAX) {
+            status = linearise_anew(context);
+            if (status != TULLE_OK) break;
+            linearisations++;
+            is_quick = true;
+        } else if (context->has_settled || !is_quick) {
+            break;
+        } else {
+            is_quick = false;
+        }
     }
     return status;
 }

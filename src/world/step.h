@@ -43,6 +43,7 @@ typedef struct step_context {
     motion_state dynamics;
     pair_source source;
     double *mean_velocity;   /* [m/s] u, all vertices */
+    bool has_settled;        /* the impulses of the last solve have */
     double *guess;           /* [m/s] u about which springs are linearised */
     double *predicted, *end; /* [m] all vertices */
     double *bounds;          /* [m] ends of the paths that the candidate pairs were found for */
