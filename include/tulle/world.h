@@ -97,7 +97,7 @@ typedef struct tulle_world_def {
     tulle_motion_space motion_space; /* of TULLE_RESPONSE_PAPER */
     double cg_tolerance;             /* 1e-12 .. 1e-1, relative preconditioned residual */
     int cg_max_iterations;           /* 1 .. 1e6 */
-    int solve_rounds;                /* solves of motion and impulses a step, 1 .. 20 */
+    int solve_rounds;                /* fewest solves of motion and impulses a step, 1 .. 20 */
     int impulse_sweeps;              /* projected Gauss-Seidel sweeps a round, 1 .. 1000 */
     int impact_rounds;               /* rounds of stage 10 before the rescue, 0 .. 100 */
     double friction_cloth_cloth; /* Coulomb coefficient between cloths, 0 .. 10: what holds them */
@@ -403,7 +403,7 @@ typedef struct tulle_contact {
     tulle_contact_kind kind;
     tulle_contact_state state;
     int is_new;         /* 1: was no contact in the step before; `state` holds all the same */
-    int is_hard;        /* 1: held at any cost, being part of the solve's matrix */
+    int is_hard;        /* 1: part of the matrix of the solve, as nearly all that carry load */
     double weights[4];  /* position on a minus position on b = sum of weights[i] * vertex i: those
                            of a add up to 1, those of b to -1 */
     double position[3]; /* [m] middle between the two closest points */

@@ -288,11 +288,10 @@ static tulle_status color_by_patch(picture_explanation *self, picture_run *run,
 }
 
 static color_contact get_contact_color(const tulle_contact *contact) {
-    if (contact->is_hard) return COLOR_CONTACT_HARD;
     if (contact->is_new) return COLOR_CONTACT_NEW;
-    return contact->state == TULLE_CONTACT_STICK  ? COLOR_CONTACT_STICK
-           : contact->state == TULLE_CONTACT_SLIP ? COLOR_CONTACT_SLIP
-                                                  : COLOR_CONTACT_OPEN;
+    if (contact->state == TULLE_CONTACT_STICK) return COLOR_CONTACT_STICK;
+    if (contact->state == TULLE_CONTACT_SLIP) return COLOR_CONTACT_SLIP;
+    return contact->is_hard ? COLOR_CONTACT_HARD : COLOR_CONTACT_OPEN;
 }
 
 static tulle_status mark_contacts(picture_explanation *self, picture_run *run, tulle_error *error) {

@@ -15,9 +15,10 @@ contact_settings contact_settings_default(void) {
         .old_slope_tolerance = 0.3, /* 17 degrees: with 0.02 a third of the rows of three sheets at
                                        rest came and went in every step; 0.1 does as well */
         .slip_speed = 1e-3,         /* far over what held cloth moves, far below what one sees */
-        .settled_speed = 1e-3,
-        .settled_drift = 1e-5,
-        .settled_most = 0.03,
+        .settled_speed = 1e-3,      /* a hundredth of what gravity gives in a step */
+        .settled_drift = 1e-5, /* a patch half a degree over its critical angle gains 1e-3 a step */
+        .settled_misfit = 3e-3,   /* 0.1 lets one vertex of a belt that stops stay behind */
+        .settled_most = 0.03,     /* 0.3 mm a step, a tenth of a contact distance */
         .hard_stiffness = 10.0,   /* 3 lets fine cloth on tips tear away, with rescues */
         .push_out_softness = 0.1, /* none lets the impulses of a pinch grow until it bursts */
         .anchor_share = 0.3,      /* 0.05 to 1 do as well; more takes offsets for pulls */

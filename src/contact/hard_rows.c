@@ -4,10 +4,11 @@
  * only. One round leaves about 1 / (1 + k c) of a violation, c the row's compliance in A.
  *
  * Friction: the trial is the tangential multiplier less k times the slip. Inside of its bound it
- * holds the row, and K has k for slip too. Outside, the row slides with the bound in the trial's
- * direction; there K has, across that direction, k times bound over trial about the slip of the
- * last solve: the derivative of the bounded trial. A sliding row that a solve turned back is held
- * in the next round with the friction that it had; a reversed trial would go to and fro.
+ * holds the row, and K has k for slip too. Outside, the row slides with the nearest point of the
+ * bound; there K has the derivative of that point, k r / (r + d) along the bound, r its radius of
+ * curvature and d the distance to the trial, about the slip of the last solve. A sliding row that a
+ * solve turned back is held in the next round with the friction that it had; a reversed trial would
+ * go to and fro.
  *
  * Based on: Hestenes, Multiplier and gradient methods, 1969; Alart, Curnier, A mixed formulation
  * for frictional contact problems prone to Newton like solution methods, 1991 (the trial, its
@@ -64,8 +65,8 @@ static void hold(contact_row *row, vec3 friction) {
 static void slide(contact_row *row, vec3 friction, vec3 trial, vec3 slip) {
     set_friction(row, friction);
     row->state = ROW_SLIDES;
-    double const size = vec3_norm(trial);
-    row->slip_pull = size > 0.0 ? row->slip_penalty * vec3_norm(friction) / size : 0.0;
+    row->slip_pull =
+        row->slip_penalty * measure_bound_follow(row, row->friction_cap, friction, trial);
     row->slip_free = vec3_normalize(vec3_sub(trial, friction));
     row->slip_target = slip;
 }
@@ -110,12 +111,19 @@ vec3 find_pull_target(const contact_row *row) {
     return vec3_add_scaled(row->slip_target, row->normal, get_wanted_speed(row));
 }
 
-/* Pushed by an impulse that is too large, a vertex flies off and drags its neighbours apart. */
+bool row_is_slow(const contact_row *row, const double *u) {
+    return vec3_dot(row->normal, get_relative_velocity(row, u)) < get_wanted_speed(row);
+}
+
+/* Pushed by an impulse that is too large, a vertex flies off and drags its neighbours apart. A row
+ * that pulled has failed by the speed that the pull cost, however well it met what it wanted. */
 double find_row_violation(const contact_row *row, const double *u) {
     double const missing =
         get_wanted_speed(row) - vec3_dot(row->normal, get_relative_velocity(row, u));
     double const penalty = row->is_in_matrix ? row->stiffness * missing : 0.0;
-    return get_normal_impulse(row) + penalty > 0.0 ? fabs(missing) : fmax(missing, 0.0);
+    double const acted = get_normal_impulse(row) + penalty;
+    if (acted < 0.0 && row->is_in_matrix) return -acted / row->stiffness;
+    return acted > 0.0 ? fabs(missing) : fmax(missing, 0.0);
 }
 
 /* The next friction after a solve; returns its misfit. */
@@ -124,7 +132,7 @@ static vec3 update_friction(contact_row *row, vec3 slip) {
     past = vec3_add_scaled(past, row->slip_free, -vec3_dot(past, row->slip_free));
     vec3 const before = get_friction(row);
     vec3 const taken = vec3_add_scaled(before, past, -row->slip_pull);
-    bool const turned_back = row->state == ROW_SLIDES && vec3_dot(slip, before) > 0.0;
+    bool const turned_back = row->state == ROW_SLIDES && vec3_dot(slip, row->slip_free) > 0.0;
     vec3 const trial =
         vec3_add_scaled(before, vec3_sub(slip, row->return_velocity), -row->slip_penalty);
     vec3 const misfit = vec3_sub(try_friction(row, trial, slip), taken);

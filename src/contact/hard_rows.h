@@ -30,8 +30,11 @@ void find_pull(const contact_settings *settings, contact_row *row, const double 
 /* [m/s] w of a row with its pull. */
 vec3 find_pull_target(const contact_row *row);
 
-/* [m/s] By how much a row failed in the last solve, whose velocities u are: too slow, or too fast
- * while it pushed. */
+/* Whether the row is slower than it wants. */
+bool row_is_slow(const contact_row *row, const double *u);
+
+/* [m/s] By how much a row failed in the last solve, whose velocities u are: too slow, too fast
+ * while it pushed, or held back by a pull. To be called before update_hard_row. */
 double find_row_violation(const contact_row *row, const double *u);
 
 /* The multiplier of a row in the matrix after the solve that gave u, and its state. A row that

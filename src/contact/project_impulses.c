@@ -66,7 +66,6 @@ static vec3 find_impulse(contact_row *row, vec3 velocity) {
 
 static double relax_row(const contact_scene *scene, contact_row *row, double *u) {
     if (row->is_in_matrix) return 0.0;
-    if (row->is_in_matrix) return 0.0;
     vec3 const impulse = find_impulse(row, get_relative_velocity(row, u));
     vec3 const change = vec3_sub(impulse, row->impulse);
     double const size2 = vec3_norm2(change);

@@ -175,3 +175,20 @@ vec3 limit_friction(const contact_row *row, double normal, vec3 tangential, bool
     project_on_ellipse(a, b, &x, &y);
     return vec3_add_scaled(vec3_scale(row->grain, x), across, y);
 }
+
+/* r / (r + d): r the radius of curvature of the bound at the point, d the distance to the trial. */
+double measure_bound_follow(const contact_row *row, double normal, vec3 friction, vec3 trial) {
+    double const distance = vec3_norm(vec3_sub(trial, friction));
+    double radius = vec3_norm(friction);
+    if (row->friction_along != row->friction_across) {
+        double const cap = row->friction * normal;
+        double const a = cap * row->friction_along, b = cap * row->friction_across;
+        double const x = vec3_dot(friction, row->grain);
+        double const y = vec3_dot(friction, vec3_cross(row->normal, row->grain));
+        if (!(a > 0.0)) return fabs(y) < b ? 1.0 : 0.0; /* a segment */
+        if (!(b > 0.0)) return fabs(x) < a ? 1.0 : 0.0;
+        double const slope = hypot(x / (a * a), y / (b * b));
+        radius = a * a * b * b * slope * slope * slope;
+    }
+    return radius + distance > 0.0 ? radius / (radius + distance) : 0.0;
+}

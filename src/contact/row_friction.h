@@ -12,4 +12,8 @@ void set_row_friction(const contact_scene *scene, contact_row *row);
  * impulse `normal` >= 0: a disk, or an ellipse with a grain. *is_inside: it was one of them. */
 vec3 limit_friction(const contact_row *row, double normal, vec3 tangential, bool *is_inside);
 
+/* Of a small change of the tangential trial impulse along the bound, the part that its bounded
+ * point `friction` follows: 1 on a straight bound, 0 in a corner. */
+double measure_bound_follow(const contact_row *row, double normal, vec3 friction, vec3 trial);
+
 #endif

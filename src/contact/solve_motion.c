@@ -109,8 +109,8 @@ static void prepare_round(motion_solve *solve) {
     solve->hard_count = 0;
     for (size_t i = 0; i < solve->list->rows.count; i++) {
         contact_row *const row = &solve->list->rows.data[i];
-        bool const takes_part = row->is_hard && find_row_violation(row, solve->u) > 0.0;
-        if (takes_part || (row->is_hard && vec3_dot(row->normal, row->impulse) > 0.0)) {
+        bool const carries = vec3_dot(row->normal, row->impulse) > 0.0;
+        if (row->is_hard && (carries || row_is_slow(row, solve->u))) {
             add_hard_row(solve, row);
             row->is_in_matrix = true;
         } else {
@@ -303,6 +303,7 @@ static tulle_status find_reference(motion_solve *solve) {
 /* What a round leaves to do. */
 typedef struct round_result {
     double violation, misfit; /* [m/s] root mean squares over the rows */
+    double largest_misfit;    /* [m/s] */
     bool may_drift;           /* the misfit would give a cloth as a whole speed that counts */
 } round_result;
 
@@ -342,7 +343,7 @@ static bool may_drift(const motion_solve *solve) {
  * violated become hard. */
 static round_result finish_round(motion_solve *solve) {
     row_list *const list = solve->list;
-    double largest = 0.0, violation2 = 0.0, misfit2 = 0.0;
+    double largest = 0.0, largest_misfit = 0.0, violation2 = 0.0, misfit2 = 0.0;
     memset(solve->misfits, 0, solve->scene->set->surface_count * sizeof(vec3));
     for (size_t i = 0; i < list->rows.count; i++) {
         contact_row *const row = &list->rows.data[i];
@@ -352,13 +353,16 @@ static round_result finish_round(motion_solve *solve) {
         harden(row, violation);
         if (!row->is_in_matrix) continue;
         vec3 const misfit = update_hard_row(row, solve->u);
-        misfit2 += vec3_norm2(misfit) / (row->slip_penalty * row->slip_penalty);
+        double const missed = vec3_norm(misfit) / row->slip_penalty;
+        misfit2 += missed * missed;
+        largest_misfit = fmax(largest_misfit, missed);
         add_misfit(solve->scene, row, misfit, solve->misfits);
     }
     solve->report->violation = largest;
     project_impulses(solve->scene, list->rows.data, list->rows.count, solve->u);
     double const count = (double)list->rows.count;
-    return (round_result){sqrt(violation2 / count), sqrt(misfit2 / count), may_drift(solve)};
+    return (round_result){sqrt(violation2 / count), sqrt(misfit2 / count), largest_misfit,
+                          may_drift(solve)};
 }
 
 /* Rounds go on until little is left; those that cost little, until nothing is. */
@@ -368,6 +372,7 @@ static bool has_settled(const motion_solve *solve, const round_result *result,
     if (iterations <= CHEAP_ITERATIONS && result->violation > LEAST_VIOLATION) return false;
     return result->violation <= settings->settled_speed &&
            result->misfit <= settings->settled_speed && !result->may_drift &&
+           result->largest_misfit <= settings->settled_misfit &&
            solve->report->violation <= settings->settled_most;
 }
 

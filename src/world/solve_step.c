@@ -1,9 +1,10 @@
 /* world/solve_step.c - stages 3, 4 and 10 of a substep, again until they feed the cloth nothing.
  *
  * Solves for the motion with contact, proposes paths and resolves impacts on them. The springs are
- * linear in the solve, and the impulses of the last sweeps act on the masses alone: both may leave
- * springs with energy that came from nowhere, as where a tip stops a vertex and the cloth around it
- * flies on. Takes the rows and the system of the start; gives u, the paths x0 -> x1, and impulses.
+ * linear in the solve, and impulses of the last sweeps, in stage 10 above all, act on the masses
+ * alone: both may leave springs with energy that came from nowhere, as where a tip stops a vertex
+ * and the cloth around it flies on. Takes the rows and the system of the start; gives u, the paths
+ * x0 -> x1, and impulses.
  *
  * Based on: Newton's method for the equations of implicit Euler. */
 #include "base/timer.h"
@@ -21,7 +22,7 @@ static const double EXCESS_SHARE = 0.5;
 enum { LINEARISATIONS_MAX = 3 };
 
 /* A step that ends with more energy than it may is solved anew, with impulses that settle better:
- * twice the rounds of others, then twice as many each time, while that makes it less; so often at
+ * the most rounds of others, then twice as many each time, while that makes it less; so often at
  * most. */
 enum { BALANCES_MAX = 3, BALANCE_ROUNDS = 6 };
 

@@ -196,13 +196,13 @@ static vec3 slide_across_grain(const slope_case *c) {
 
 static void grain_turns_the_slide(void **state) {
     (void)state;
-    double const headings[] = {0.0, 30.0, 60.0, 90.0};
-    for (int i = 0; i < 4; i++) {
+    double const headings[] = {0.0, 30.0, 60.0, 90.0, 30.0, 70.0};
+    for (int i = 0; i < 6; i++) {
         slope_case const c = {.degrees = 40.0,
                               .heading = headings[i],
                               .static_friction = 0.6,
                               .dynamic_friction = 0.6,
-                              .across = 0.5};
+                              .across = i < 4 ? 0.5 : 0.1};
         vec3 const expected = slide_across_grain(&c);
         slope_result const result = run_slope(&c, 0.8);
         vec3 const error = vec3_sub(result.acceleration, expected);

@@ -210,9 +210,72 @@ static void one_that_turns_fast_does_not_pinch(void **state) {
     for (size_t i = 0; i < sizeof FLIPS / sizeof *FLIPS; i++) expect_no_pinch(&FLIPS[i]);
 }
 
+/* A sheet on a floor that moves, until it moves otherwise. */
+typedef struct release {
+    double before, after; /* [m/s] of the floor, up, for 28 steps and for as many then */
+    tulle_integrator integrator;
+} release;
+
+/* [m/s] Of the sheet, up, five steps after the change. */
+static double find_speed_after(const release *made) {
+    tulle_mesh sheet = small_sheet(0.4, 9, 0.0), floor = make_floor(-0.005);
+    tulle_world_def world_def = tulle_world_def_default();
+    world_def.integrator = made->integrator;
+    tulle_world *world = NULL;
+    assert_int_equal(tulle_world_create(&world_def, &world, NULL), TULLE_OK);
+    tulle_cloth_id const cloth = small_add_cloth(world, &sheet);
+    tulle_keyframe keys[3] = {{0}};
+    double const length = 28.0 * STEP; /* ends with a step */
+    for (int k = 0; k < 3; k++) {
+        keys[k].time = k * length;
+        keys[k].rotation[0] = 1.0;
+    }
+    keys[1].translation[2] = made->before * length;
+    keys[2].translation[2] = (made->before + made->after) * length;
+    tulle_obstacle_def def = tulle_obstacle_def_default();
+    def.mesh = tulle_mesh_get_view(&floor);
+    def.motion.keys = keys;
+    def.motion.key_count = 3;
+    tulle_obstacle_id id;
+    assert_int_equal(tulle_world_add_obstacle(world, &def, &id, NULL), TULLE_OK);
+    for (int i = 0; i < 33; i++)
+        assert_int_equal(tulle_world_step(world, STEP, NULL, NULL), TULLE_OK);
+    size_t count;
+    const double *const v = tulle_cloth_get_velocities(world, cloth, &count);
+    double lowest = (double)INFINITY, highest = -(double)INFINITY;
+    for (size_t i = 0; i < count; i++) {
+        lowest = fmin(lowest, v[3 * i + 2]);
+        highest = fmax(highest, v[3 * i + 2]);
+    }
+    assert_true(highest - lowest < 0.02); /* it stays flat */
+    tulle_world_destroy(world);
+    tulle_mesh_destroy(&sheet);
+    tulle_mesh_destroy(&floor);
+    return 0.5 * (lowest + highest);
+}
+
+/* Contact pushes only: what leaves cloth does not take it along, and what stops lets it fly on. */
+static void one_that_leaves_lets_go(void **state) {
+    (void)state;
+    static const tulle_integrator INTEGRATORS[] = {
+        TULLE_INTEGRATOR_IMPLICIT_EULER, TULLE_INTEGRATOR_CRANK_NICOLSON, TULLE_INTEGRATOR_BDF2};
+    double const fall = 9.81 * 5.0 * STEP, half_step = 9.81 * 0.5 * STEP;
+    for (int i = 0; i < 3; i++) {
+        release const stops = {1.0, 0.0, INTEGRATORS[i]}, slows = {1.0, 0.3, INTEGRATORS[i]};
+        release const drops = {0.0, -10.0, INTEGRATORS[i]};
+        double const speeds[] = {find_speed_after(&stops), find_speed_after(&slows),
+                                 find_speed_after(&drops)};
+        print_message("let go: %.4f, %.4f, %.4f m/s\n", speeds[0], speeds[1], speeds[2]);
+        assert_true(fabs(speeds[0] - (1.0 - fall)) < half_step);
+        assert_true(fabs(speeds[1] - (1.0 - fall)) < half_step);
+        assert_true(fabs(speeds[2] + fall) < half_step);
+    }
+}
+
 int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(one_that_turns_fast_does_not_pinch),
+        cmocka_unit_test(one_that_leaves_lets_go),
         cmocka_unit_test(one_that_appears_below_catches_the_cloth),
         cmocka_unit_test(one_that_appears_in_the_cloth_is_refused),
         cmocka_unit_test(a_sequence_carries_the_cloth),
