@@ -40,6 +40,7 @@ void prepare_hard_rows(const contact_scene *scene, const double *diagonal, conta
         row->compliance = settings->push_out_softness * mobility;
         row->slip_penalty = settings->hard_friction * row->stiffness;
         row->is_in_matrix = false;
+        row->is_hard &= row->stiffness > 0.0; /* as carried over */
         harden(row, find_row_violation(row, u));
     }
 }

@@ -13,7 +13,7 @@
 void prepare_hard_rows(const contact_scene *scene, const double *diagonal, contact_row *rows,
                        size_t count, const double *u);
 
-/* [m/s] A violation that the projection may mend: some hundred times what a solve of cloth at rest
+/* [m/s] A violation that the projection may mend: over ten times what a solve of cloth at rest
  * leaves. Layers that fall together meet with less, and would be tied to each other for nothing. */
 #define LEAST_VIOLATION 1e-5
 
