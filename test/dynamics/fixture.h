@@ -99,10 +99,8 @@ static inline void fixture_assemble(fixture *f, tulle_integrator integrator, dou
                      TULLE_OK);
 }
 
-/* One step without contact; fixed vertices stay. */
-static inline void fixture_step(fixture *f, tulle_integrator integrator, double h) {
-    size_t const n = 3 * f->vertex_count;
-    fixture_assemble(f, integrator, h);
+/* Solves the system as assembled, from the guess x; fixed vertices keep theirs. */
+static inline void fixture_solve(fixture *f, double *x) {
     linear_system_operator matrix = {&f->system, f->threads};
     conjugate_gradients_problem const problem = {.vertex_count = f->vertex_count,
                                                  .apply = linear_system_apply,
@@ -113,11 +111,18 @@ static inline void fixture_step(fixture *f, tulle_integrator integrator, double 
                                                  .tolerance = f->tolerance,
                                                  .max_iterations = 20000,
                                                  .threads = f->threads};
-    for (size_t i = 0; i < n; i++) f->mean[i] = f->is_fixed[i / 3] ? 0.0 : f->v[i];
     conjugate_gradients_result result;
-    assert_int_equal(conjugate_gradients_solve(&problem, f->mean, &f->scratch, &result), TULLE_OK);
+    assert_int_equal(conjugate_gradients_solve(&problem, x, &f->scratch, &result), TULLE_OK);
     assert_int_equal(result.end, CONJUGATE_GRADIENTS_CONVERGED);
     f->iterations = result.iterations;
+}
+
+/* One step without contact; fixed vertices stay. */
+static inline void fixture_step(fixture *f, tulle_integrator integrator, double h) {
+    size_t const n = 3 * f->vertex_count;
+    fixture_assemble(f, integrator, h);
+    for (size_t i = 0; i < n; i++) f->mean[i] = f->is_fixed[i / 3] ? 0.0 : f->v[i];
+    fixture_solve(f, f->mean);
     motion_state const state = fixture_state(f, h);
     finish_velocities(&f->system, &state, f->is_fixed, f->mean, f->next_v);
     memcpy(f->previous_mean, f->mean, n * sizeof(double));

@@ -26,16 +26,26 @@ static fixture *make_case(double stiffening_strain, double guess[3 * 30]) {
     return f;
 }
 
+/* Forces and system of implicit Euler. */
+static void assemble(fixture *f, const motion_state *state) {
+    force_options const options = {TULLE_INTEGRATOR_IMPLICIT_EULER, 1, 0.0};
+    assert_int_equal(
+        compute_forces(&f->model, state, &f->surroundings, options, &f->scratch, &f->system),
+        TULLE_OK);
+}
+
+/* The system with springs linearised about the guess. */
+static void assemble_about(fixture *f, double h, const double *guess) {
+    motion_state now = fixture_state(f, h);
+    now.guess = guess;
+    assemble(f, &now);
+}
+
 static void check_exact_at_the_guess(double stiffening_strain) {
     double const h = 0.01;
     double u[3 * 30], residual[3 * 30];
     fixture *const f = make_case(stiffening_strain, u);
-    motion_state now = fixture_state(f, h);
-    now.guess = u;
-    force_options const options = {TULLE_INTEGRATOR_IMPLICIT_EULER, 1, 0.0};
-    assert_int_equal(
-        compute_forces(&f->model, &now, &f->surroundings, options, &f->scratch, &f->system),
-        TULLE_OK);
+    assemble_about(f, h, u);
     linear_system_operator matrix = {&f->system, 1};
     linear_system_apply(&matrix, u, residual);
     for (size_t i = 0; i < 90; i++) residual[i] -= f->system.right_hand_side[i];
@@ -43,9 +53,7 @@ static void check_exact_at_the_guess(double stiffening_strain) {
     double x1[3 * 30], largest = 0.0, worst = 0.0;
     for (size_t i = 0; i < 90; i++) x1[i] = f->x[i] + h * u[i];
     motion_state const end = {.positions = x1, .velocities = u, .time_step = h};
-    assert_int_equal(
-        compute_forces(&f->model, &end, &f->surroundings, options, &f->scratch, &f->system),
-        TULLE_OK);
+    assemble(f, &end);
     for (size_t i = 0; i < 90; i++) {
         double const truth = f->model.masses[i / 3] * (u[i] - f->v[i]) - h * f->system.forces[i];
         largest = fmax(largest, fabs(truth));
@@ -66,24 +74,8 @@ static void system_is_exact_at_the_guess(void **state) {
 static void solve_about(fixture *f, double h, double u[3 * 30]) {
     double guess[3 * 30];
     memcpy(guess, u, sizeof guess);
-    motion_state now = fixture_state(f, h);
-    now.guess = guess;
-    force_options const options = {TULLE_INTEGRATOR_IMPLICIT_EULER, 1, 0.0};
-    assert_int_equal(
-        compute_forces(&f->model, &now, &f->surroundings, options, &f->scratch, &f->system),
-        TULLE_OK);
-    linear_system_operator matrix = {&f->system, 1};
-    conjugate_gradients_problem const problem = {.vertex_count = f->vertex_count,
-                                                 .apply = linear_system_apply,
-                                                 .apply_context = &matrix,
-                                                 .right_hand_side = f->system.right_hand_side,
-                                                 .diagonal = f->system.diagonal,
-                                                 .is_fixed = f->is_fixed,
-                                                 .tolerance = 1e-10,
-                                                 .max_iterations = 20000,
-                                                 .threads = 1};
-    conjugate_gradients_result result;
-    assert_int_equal(conjugate_gradients_solve(&problem, u, &f->scratch, &result), TULLE_OK);
+    assemble_about(f, h, guess);
+    fixture_solve(f, u);
 }
 
 /* Sum of squares of what is missing in the equation of implicit Euler at u, over masses [J]. */
@@ -91,10 +83,7 @@ static double measure_residual(fixture *f, double h, const double u[3 * 30]) {
     double x1[3 * 30], sum = 0.0;
     for (size_t i = 0; i < 90; i++) x1[i] = f->x[i] + h * u[i];
     motion_state const end = {.positions = x1, .velocities = u, .time_step = h};
-    force_options const options = {TULLE_INTEGRATOR_IMPLICIT_EULER, 1, 0.0};
-    assert_int_equal(
-        compute_forces(&f->model, &end, &f->surroundings, options, &f->scratch, &f->system),
-        TULLE_OK);
+    assemble(f, &end);
     for (size_t i = 0; i < 90; i++) {
         double const mass = f->model.masses[i / 3];
         double const residual = mass * (u[i] - f->v[i]) - h * f->system.forces[i];
