@@ -59,7 +59,8 @@ typedef enum tulle_motion_space {
 } tulle_motion_space;
 
 typedef enum tulle_start_intersections {
-    TULLE_START_REFUSE,  /* also cloth wholly inside a closed obstacle that faces outward */
+    TULLE_START_REFUSE,  /* also cloth wholly inside a closed obstacle that faces outward, and an
+                            obstacle inside another of which one is a body */
     TULLE_START_IGNORE,  /* such pairs count once they came apart */
     TULLE_START_UNTANGLE /* cloth is moved before the first step until nothing intersects. Obstacles
                             that appear into cloth later are refused */

@@ -132,18 +132,26 @@ void world_place_bodies(tulle_world *world) {
         vec3_store(state->velocities, slot, vec3_load(obstacle->body.velocity, 0));
         vec3_store(state->velocities, slot + 1, vec3_load(obstacle->body.angular_velocity, 0));
     }
+    (void)world_free_bodies(world, state);
+    world_mark_bodies(world, state);
 }
 
-bool world_mark_bodies(tulle_world *world, const world_motion_state *state) {
+bool world_free_bodies(const tulle_world *world, world_motion_state *state) {
     bool has_changed = false;
     for (size_t b = 0; b < world->body_count; b++) {
-        size_t const obstacle = world->body_obstacles[b];
-        surface_range *const range = &world->surfaces[world->cloths.count + obstacle];
-        bool const was_body = range->is_body;
-        range->is_body = state->time >= world->obstacles.data[obstacle].body.start_time;
-        has_changed |= range->is_body && !was_body;
+        body_rest *const rest = &state->rests[b];
+        bool const is_due = state->time >= get_body(world, b)->body.start_time;
+        if (rest->state != BODY_SCRIPTED || !is_due) continue;
+        rest->state = BODY_FREE;
+        has_changed = true;
     }
     return has_changed;
+}
+
+void world_mark_bodies(tulle_world *world, const world_motion_state *state) {
+    for (size_t b = 0; b < world->body_count; b++)
+        world->surfaces[world->cloths.count + world->body_obstacles[b]].is_body =
+            state->rests[b].state != BODY_SCRIPTED;
 }
 
 static void prepare_body(step_context *context, size_t index) {

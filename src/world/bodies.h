@@ -15,9 +15,10 @@ tulle_status world_number_bodies(tulle_world *world);
 void world_place_bodies(tulle_world *world);
 void world_release_bodies(tulle_world *world);
 
-/* Which obstacles are free bodies at the state's time, into the surfaces. True when one has become
- * free. */
-bool world_mark_bodies(tulle_world *world, const world_motion_state *state);
+/* Frees bodies whose start time has come at the state's time. True when there is one. */
+bool world_free_bodies(const tulle_world *world, world_motion_state *state);
+/* Which obstacles the state says are bodies, into the surfaces. */
+void world_mark_bodies(tulle_world *world, const world_motion_state *state);
 
 /* What contact reads of the bodies in this substep: context->scene and targets. */
 tulle_status world_prepare_bodies(step_context *context);

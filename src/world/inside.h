@@ -14,9 +14,16 @@ double find_winding_number(const uint32_t *triangles, size_t triangle_count,
 /* Whether each edge of a surface has two triangles. */
 bool surface_is_closed(const topology *topo, const surface_range *range);
 
+typedef struct inside_question {
+    const char *when;  /* "at the start" and the like, for the message */
+    bool is_of_bodies; /* only what bodies lie in, and what lies in them but cloth */
+} inside_question;
+
 /* TULLE_ERROR_INTERSECTING_START when a piece of cloth that intersects nothing lies inside a
- * present obstacle that is closed and faces outward. */
-tulle_status world_refuse_cloth_inside(tulle_world *world, const double *positions,
-                                       tulle_error *error);
+ * present obstacle that is closed and faces outward, or a piece of an obstacle inside another of
+ * which one is a free body. The winding number decides, so what lies in the hollow of a shell with
+ * an inner surface is not inside. */
+tulle_status world_refuse_inside(tulle_world *world, const double *positions,
+                                 inside_question question, tulle_error *error);
 
 #endif

@@ -104,8 +104,13 @@ static tulle_status judge_appearance(tulle_world *world, const world_motion_stat
                                      tulle_error *error) {
     tulle_status status =
         world_find_intersections(world, state->positions, &world->intersections, error);
+    bool const is_ignored = world->def.start_intersections == TULLE_START_IGNORE;
+    inside_question const question = {.when = "when it appears or comes free",
+                                      .is_of_bodies = true};
+    if (status == TULLE_OK && world->intersections.count == 0 && !is_ignored)
+        return world_refuse_inside(world, state->positions, question, error);
     if (status != TULLE_OK || world->intersections.count == 0) return status;
-    if (world->def.start_intersections != TULLE_START_IGNORE) {
+    if (!is_ignored) {
         return world_refuse_intersections(world, state->positions, "when an obstacle appears",
                                           error);
     }
@@ -173,6 +178,7 @@ tulle_status world_update_presence(tulle_world *world, world_motion_state *state
         state->is_present[i] = is_present;
         world->surfaces[world->cloths.count + i].is_present = is_present;
     }
-    has_appeared |= world_mark_bodies(world, state);
+    has_appeared |= world_free_bodies(world, state);
+    world_mark_bodies(world, state);
     return has_appeared ? judge_appearance(world, state, error) : TULLE_OK;
 }

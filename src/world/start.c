@@ -56,7 +56,6 @@ static tulle_status number_surfaces(tulle_world *world, size_t *triangle_count,
             obstacle->vertex_begin = range->vertex_begin;
             range->is_static = obstacle->motion.key_count == 0 && !obstacle->read_frame &&
                                !obstacle->body.is_dynamic;
-            range->is_body = obstacle->body.is_dynamic && obstacle->body.start_time <= 0.0;
         }
     }
     world->vertex_count = vertex_count;
@@ -216,7 +215,8 @@ static tulle_status judge_start(tulle_world *world, tulle_error *error) {
     if (has_any && world->def.start_intersections == TULLE_START_REFUSE)
         return world_refuse_intersections(world, world->now.positions, "at the start", error);
     if (has_any) status = world_untangle(world, error);
-    return status == TULLE_OK ? world_refuse_cloth_inside(world, world->now.positions, error)
+    inside_question const question = {.when = "at the start"};
+    return status == TULLE_OK ? world_refuse_inside(world, world->now.positions, question, error)
                               : status;
 }
 

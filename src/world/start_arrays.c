@@ -16,8 +16,9 @@ static bool allocate_state(tulle_world *world, world_motion_state *state) {
     state->is_released = memory_allocate_zeroed(heap, obstacle_count, 1);
     state->is_present = memory_allocate_zeroed(heap, obstacle_count, 1);
     state->particles = memory_allocate_zeroed(heap, world_particle_count(world), 1);
+    state->rests = memory_allocate_zeroed(heap, world->body_count, sizeof *state->rests);
     return state->positions && state->velocities && state->previous_mean && state->particles &&
-           state->previous_velocities && state->is_released && state->is_present;
+           state->previous_velocities && state->is_released && state->is_present && state->rests;
 }
 
 static void release_state(tulle_world *world, world_motion_state *state) {
@@ -30,6 +31,7 @@ static void release_state(tulle_world *world, world_motion_state *state) {
     memory_release(heap, state->is_released, world->obstacles.count);
     memory_release(heap, state->is_present, world->obstacles.count);
     memory_release(heap, state->particles, world_particle_count(world));
+    memory_release(heap, state->rests, world->body_count * sizeof *state->rests);
     contact_store_destroy(&state->contacts, heap);
     memset(state, 0, sizeof *state);
 }
@@ -53,7 +55,6 @@ void world_release_start(tulle_world *world) {
     memory *const heap = &world->heap;
     size_t const n = world->vertex_count, surface_count = world_surface_count(world);
     world_release_detection(world);
-    world_release_bodies(world);
     linear_system_destroy(heap, &world->system);
     sparse_cholesky_destroy(heap, world->factor);
     world->factor = NULL;
@@ -63,6 +64,7 @@ void world_release_start(tulle_world *world) {
     }
     release_state(world, &world->now);
     release_state(world, &world->next);
+    world_release_bodies(world);
     topology_destroy(heap, &world->topo);
     memory_release(heap, world->surfaces, surface_count * sizeof(surface_range));
     memory_release(heap, world->rest, 3 * n * sizeof(double));

@@ -12,7 +12,7 @@
 #include <math.h>
 #include <string.h>
 
-static const char STATE_MAGIC[8] = {'T', 'U', 'L', 'L', 'E', 'S', 'T', '4'}; /* 4: version */
+static const char STATE_MAGIC[8] = {'T', 'U', 'L', 'L', 'E', 'S', 'T', '5'}; /* 5: version */
 
 typedef struct state_header {
     char magic[8];
@@ -53,6 +53,7 @@ uint64_t tulle_world_get_state_hash(const tulle_world *world) {
     hash = hash_bytes(hash, now->is_present, world->obstacles.count);
     hash = hash_bytes(hash, now->is_released, world->obstacles.count);
     hash = hash_bytes(hash, now->particles, world_particle_count(world));
+    hash = hash_bytes(hash, now->rests, world->body_count * sizeof *now->rests);
     hash = hash_bytes(hash, world->ignored.data, world->ignored.count * sizeof(tulle_intersection));
     return contact_store_hash(&now->contacts, hash);
 }
@@ -64,8 +65,9 @@ typedef struct part_sizes {
 
 static size_t state_size(const tulle_world *world, part_sizes parts) {
     return sizeof(state_header) + 12 * world->vertex_count * sizeof(double) +
-           2 * world->obstacles.count + world_particle_count(world) + parts.contact_bytes +
-           parts.patch_bytes + parts.ignored_count * sizeof(tulle_intersection);
+           2 * world->obstacles.count + world_particle_count(world) +
+           world->body_count * sizeof(body_rest) + parts.contact_bytes + parts.patch_bytes +
+           parts.ignored_count * sizeof(tulle_intersection);
 }
 
 static part_sizes measure_parts(const tulle_world *world) {
@@ -86,6 +88,7 @@ static void put_parts(const tulle_world *world, part_sizes parts, byte_cursor *c
     put(cursor, now->is_present, world->obstacles.count);
     put(cursor, now->is_released, world->obstacles.count);
     put(cursor, now->particles, world_particle_count(world));
+    put(cursor, now->rests, world->body_count * sizeof *now->rests);
     put(cursor, world->ignored.data, parts.ignored_count * sizeof(tulle_intersection));
     contact_store_save(&now->contacts, cursor->bytes + cursor->used);
     cursor->used += parts.contact_bytes;
@@ -227,6 +230,7 @@ static tulle_status load_state(tulle_world *world, const void *bytes, size_t byt
     take(&cursor, next->is_present, world->obstacles.count);
     take(&cursor, next->is_released, world->obstacles.count);
     take(&cursor, next->particles, world_particle_count(world));
+    take(&cursor, next->rests, world->body_count * sizeof *next->rests);
     size_t const ignored_bytes = header.ignored_count * sizeof(tulle_intersection);
     status = contact_store_load(&next->contacts, &world->heap,
                                 cursor.bytes + cursor.used + ignored_bytes, header.contact_bytes);
@@ -252,7 +256,7 @@ static tulle_status load_state(tulle_world *world, const void *bytes, size_t byt
     for (size_t i = 0; i < world->obstacles.count; i++) {
         world->surfaces[world->cloths.count + i].is_present = world->now.is_present[i];
     }
-    (void)world_mark_bodies(world, &world->now);
+    world_mark_bodies(world, &world->now);
     return TULLE_OK;
 }
 

@@ -39,6 +39,8 @@ static void copy_state(const tulle_world *world, const world_motion_state *sourc
     }
     if (world_particle_count(world) > 0)
         memcpy(target->particles, source->particles, world_particle_count(world));
+    if (world->body_count > 0)
+        memcpy(target->rests, source->rests, world->body_count * sizeof *target->rests);
     target->previous_time_step = source->previous_time_step;
     target->time = source->time;
 }
@@ -70,7 +72,7 @@ static void undo_step(tulle_world *world) {
     for (size_t i = 0; i < world->obstacles.count; i++) {
         world->surfaces[world->cloths.count + i].is_present = world->now.is_present[i];
     }
-    (void)world_mark_bodies(world, &world->now);
+    world_mark_bodies(world, &world->now);
     world_restore_ignored(world);
     world_restore_patches(world);
 }

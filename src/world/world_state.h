@@ -73,6 +73,21 @@ typedef struct world_obstacle {
     uint32_t vertex_begin;
 } world_obstacle;
 
+/* How an obstacle with a body moves. */
+typedef enum body_state { BODY_SCRIPTED, BODY_FREE, BODY_SLEEPS } body_state;
+
+/* What a step knows of a body beside its slots (bodies.h). Plain data without padding: saved and
+ * hashed as bytes. */
+typedef struct body_rest {
+    uint32_t state;    /* body_state */
+    uint32_t group;    /* lowest of the bodies with which it fell asleep */
+    double quiet_time; /* [s] it has been slow, or slept since */
+    double force[3];   /* [N] what cloth pressed on it with when it fell asleep ... */
+    double torque[3];  /* [N m] ... about its centre */
+    double impulse[3]; /* [N s] of all its contacts in the last substep before ... */
+    double moment[3];  /* [N m s] ... about its centre */
+} body_rest;
+
 /* What a step replaces; there are two, swapped when a step succeeds. */
 typedef struct world_motion_state {
     double *positions;           /* [m] all vertices */
@@ -84,6 +99,7 @@ typedef struct world_motion_state {
     uint8_t *is_released;        /* per obstacle: let through by on_pinch: release */
     uint8_t *is_present;         /* per obstacle */
     uint8_t *particles;          /* particle_state of world_particle_count vertices */
+    body_rest *rests;            /* per body */
     contact_store contacts;
 } world_motion_state;
 
@@ -115,8 +131,10 @@ struct tulle_world {
     topology topo;
     surface_range *surfaces;
     surface_set set;
-    double *rest;                                              /* [m] all vertices */
-    double *inverse_masses;                                    /* [1/kg] 0 for obstacles */
+    unsigned char
+        *collides;          /* of the set: sleepers do not meet what stands; null: none may sleep */
+    double *rest;           /* [m] all vertices */
+    double *inverse_masses; /* [1/kg] 0 for obstacles */
     uint32_t *vertex_surface;                                  /* surface of each vertex */
     contact_law *laws;                                         /* surface_count^2 */
     surface_grain *grains;                                     /* surface_count; null: none */

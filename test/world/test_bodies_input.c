@@ -90,6 +90,85 @@ static void overlaps_at_the_start_are_refused(void **state) {
     }
 }
 
+/* A cube from -size/2 to size/2, of whose surface the inner one faces inward. */
+static tulle_mesh make_shell(double size, double inner) {
+    tulle_mesh const parts[2] = {bodies_make_box(size, size, size, (double[3]){0.0, 0.0, 0.0}),
+                                 bodies_make_box(inner, inner, inner, (double[3]){0.0, 0.0, 0.0})};
+    tulle_mesh shell;
+    size_t const n = parts[0].vertex_count, m = parts[0].triangle_count;
+    assert_int_equal(tulle_mesh_create(2 * n, 2 * m, &shell, NULL), TULLE_OK);
+    for (size_t p = 0; p < 2; p++) {
+        memcpy(shell.positions + 3 * n * p, parts[p].positions, 3 * n * sizeof(double));
+        for (size_t i = 0; i < 3 * m; i++) {
+            size_t const from = p == 0 || i % 3 == 0 ? i : i % 3 == 1 ? i + 1 : i - 1;
+            shell.triangles[3 * m * p + i] = parts[p].triangles[from] + (uint32_t)(n * p);
+        }
+    }
+    for (int p = 0; p < 2; p++) tulle_mesh_destroy((tulle_mesh *)&parts[p]);
+    return shell;
+}
+
+/* Starts a world of two obstacles, bodies where the mass is not 0. */
+static tulle_status start_with(const tulle_mesh *first, double first_mass, const tulle_mesh *second,
+                               double second_mass, tulle_error *error) {
+    tulle_world_def def = tulle_world_def_default();
+    tulle_world *const world = bodies_make_world(&def, true);
+    tulle_body const bodies[2] = {{.is_dynamic = 1, .mass = first_mass},
+                                  {.is_dynamic = 1, .mass = second_mass}};
+    bodies_add_obstacle(world, first, 0.3, first_mass > 0.0 ? &bodies[0] : NULL);
+    bodies_add_obstacle(world, second, 0.3, second_mass > 0.0 ? &bodies[1] : NULL);
+    tulle_status const status = tulle_world_start(world, error);
+    tulle_world_destroy(world);
+    return status;
+}
+
+/* What lies wholly in a solid crosses nothing and is refused all the same, whichever of the two is
+ * a body; not in a hollow. Two obstacles may lie as they like. */
+static void bodies_in_solids_are_refused(void **state) {
+    (void)state;
+    tulle_mesh small = bodies_make_box(0.2, 0.2, 0.2, (double[3]){0.0, 0.0, 0.0});
+    tulle_mesh large = bodies_make_box(1.0, 1.0, 1.0, (double[3]){0.0, 0.0, 0.0});
+    tulle_mesh shell = make_shell(1.0, 0.8);
+    for (int which = 0; which < 4; which++) {
+        double const small_mass = which & 1 ? 1.0 : 0.0, large_mass = which & 2 ? 1.0 : 0.0;
+        tulle_error error = {0};
+        tulle_status const wanted = which == 0 ? TULLE_OK : TULLE_ERROR_INTERSECTING_START;
+        assert_int_equal(start_with(&large, large_mass, &small, small_mass, &error), wanted);
+        if (which != 0)
+            assert_non_null(strstr(error.message, "'obstacle 1' lies inside 'obstacle 0'"));
+        assert_int_equal(start_with(&small, small_mass, &large, large_mass, &error), wanted);
+        if (which != 0)
+            assert_non_null(strstr(error.message, "'obstacle 0' lies inside 'obstacle 1'"));
+        assert_int_equal(start_with(&shell, large_mass, &small, small_mass, &error), TULLE_OK);
+    }
+    tulle_mesh_destroy(&small);
+    tulle_mesh_destroy(&large);
+    tulle_mesh_destroy(&shell);
+}
+
+/* A body that its script leaves inside a solid cannot come free there; the world stays. */
+static void bodies_cannot_come_free_in_solids(void **state) {
+    (void)state;
+    tulle_world_def def = tulle_world_def_default();
+    tulle_world *const world = bodies_make_world(&def, true);
+    tulle_mesh small = bodies_make_box(0.2, 0.2, 0.2, (double[3]){0.0, 0.0, 0.0});
+    tulle_mesh large = bodies_make_box(1.0, 1.0, 1.0, (double[3]){0.0, 0.0, 0.0});
+    tulle_body const body = {.is_dynamic = 1, .mass = 1.0, .start_time = 1.5 * BODIES_STEP};
+    bodies_add_obstacle(world, &large, 0.3, NULL);
+    bodies_add_obstacle(world, &small, 0.3, &body);
+    for (int i = 0; i < 2; i++) bodies_step(world);
+    uint64_t const hash = tulle_world_get_state_hash(world);
+    tulle_error error = {0};
+    for (int i = 0; i < 2; i++)
+        assert_int_equal(tulle_world_step(world, BODIES_STEP, NULL, &error),
+                         TULLE_ERROR_INTERSECTING_START);
+    assert_non_null(strstr(error.message, "'obstacle 1' lies inside 'obstacle 0' when"));
+    assert_true(tulle_world_get_state_hash(world) == hash);
+    tulle_mesh_destroy(&small);
+    tulle_mesh_destroy(&large);
+    tulle_world_destroy(world);
+}
+
 /* A box swings about a pivot by keyframes, then flies on as it moved. */
 static void script_hands_over(void **state) {
     (void)state;
@@ -192,6 +271,8 @@ int main(void) {
         cmocka_unit_test(bad_bodies_are_refused),
         cmocka_unit_test(flat_bodies_need_area_density),
         cmocka_unit_test(overlaps_at_the_start_are_refused),
+        cmocka_unit_test(bodies_in_solids_are_refused),
+        cmocka_unit_test(bodies_cannot_come_free_in_solids),
         cmocka_unit_test(script_hands_over),
         cmocka_unit_test(impulses_act),
         cmocka_unit_test(contact_impulses_are_told),
