@@ -39,6 +39,18 @@ static char *read_text(const scene_work *work, size_t *length) {
     return is_failed ? NULL : text;
 }
 
+static bool check_something_moves(const scene_work *work) {
+    const scene_keys *keys = &work->scene->keys;
+    const obstacle_keys *obstacles = keys->obstacles.items;
+    bool moves = keys->cloth.count > 0;
+    for (size_t i = 0; i < keys->obstacles.count; i++)
+        moves |= obstacles[i].dynamic.head.node != NULL;
+    if (!moves)
+        problem_add(work->problems, TULLE_ERROR_PARSE, schema_place(keys, "cloth"),
+                    "nothing moves: the scene needs a cloth, or an obstacle that is dynamic");
+    return moves;
+}
+
 bool read_scene_keys(const scene_work *work, const char *const *overrides, size_t count) {
     scene *loaded = work->scene;
     tree_source source = {.name = loaded->path, .has_lines = true};
@@ -52,7 +64,7 @@ bool read_scene_keys(const scene_work *work, const char *const *overrides, size_
     if (!is_good) return false;
     schema_reader reader = {&loaded->storage, work->problems, loaded->path};
     loaded->keys.head = (schema_head){.node = root, .place = {loaded->path, 1, 1}, .path = ""};
-    return schema_read(&reader, &scene_map, root, &loaded->keys);
+    return schema_read(&reader, &scene_map, root, &loaded->keys) && check_something_moves(work);
 }
 
 static bool set_frame_count(const scene_work *work) {
@@ -77,7 +89,7 @@ static bool make_cloths(const scene_work *work) {
     scene *loaded = work->scene;
     const cloth_keys *keys = loaded->keys.cloth.items;
     loaded->cloth_count = loaded->keys.cloth.count;
-    loaded->cloths = ARENA_NEW_ZEROED(&loaded->storage, scene_cloth, loaded->cloth_count);
+    loaded->cloths = ARENA_NEW_ZEROED(&loaded->storage, scene_cloth, loaded->cloth_count + 1);
     if (!loaded->cloths) {
         loaded->cloth_count = 0;
         problem_add_memory(work->problems, loaded->path);

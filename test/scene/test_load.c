@@ -211,6 +211,7 @@ typedef struct refusal {
     const char *message;
 } refusal;
 
+#define NOTHING_MOVES "nothing moves: the scene needs a cloth, or an obstacle that is dynamic"
 static const refusal refusals[] = {
     {TIME "cloth:\n  - mesh: {shape: rectangle, resolution: [1000000, 1000000]}\n",
      TULLE_ERROR_LIMIT, "s.yaml", 3, 5, "cloth[0].mesh: "},
@@ -279,6 +280,9 @@ static const refusal refusals[] = {
                 "spacing: [1, 1, 1]}}}\n",
      TULLE_ERROR_LIMIT, "s.yaml", 5, 5,
      "obstacles[0]: brings the scene to more than 4096 obstacles with all copies"},
+    {TIME, TULLE_ERROR_PARSE, "s.yaml", 1, 1, NOTHING_MOVES},
+    {TIME "cloth: []\nobstacles:\n  - {mesh: {shape: box}, dynamic: false}\n", TULLE_ERROR_PARSE,
+     "s.yaml", 2, 8, NOTHING_MOVES},
     {"time: {duration: 1000 s, step: 1 us}\n" SHEET, TULLE_ERROR_PARSE, "s.yaml", 1, 32,
      "time.step: '1 us' has an unknown unit; allowed here: s, ms, min"},
     {"time: {duration: 100000 s, step: 1e-6}\n" SHEET, TULLE_ERROR_LIMIT, "s.yaml", 1, 18,

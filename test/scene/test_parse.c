@@ -102,8 +102,6 @@ static const refusal refusals[] = {
      "the scene is text, must be a map with keys title, seed, time, gravity, wind, cloth, "
      "obstacles, contact, solver, render"},
     /* keys */
-    {"time: {frames: 3}\n", true, 1, 1, "the key 'cloth' is missing: what is simulated"},
-    {"time: {frames: 3}\ncloth: []\n", true, 2, 8, "cloth: has 0 entries, must have 1 to 1000"},
     {"time: {frames: 3}\ncloth:\n", true, 2, 7,
      "cloth: is nothing, must be a list of maps (lines beginning with '-')"},
     {"gravty: [0, 0, 1]\n", false, 4, 1, "gravty: unknown key; did you mean 'gravity'?"},
