@@ -81,14 +81,16 @@ bench-detect:
 	@sh bench/make_inputs.sh $(BUILD)/tulle build/bench_inputs
 	@$(BUILD)/bench/bench_detect --paper --csv build/bench_detect.csv
 
-# The physics of contact: measured against expected (minutes); fails where a row is off. Plots are drawn if gnuplot is
-# there, build/validation holds them and the rows.
+# The physics of contact: measured against expected (hours; VALIDATE_OPTIONS=--quick: a minute); fails where a row is
+# off. Plots are drawn if gnuplot is there, build/validation holds them and the rows. What was interrupted goes on with
+# VALIDATE_OPTIONS=--resume.
+VALIDATE_OPTIONS ?=
 validate:
 	@$(INSTALL_PACKAGES) build test
 	@cmake --preset release -DTULLE_BUILD_TESTS=ON -DTULLE_WARNINGS_AS_ERRORS=ON
 	@cmake --build $(BUILD) -j $(JOBS) --target tulle_validate
 	@mkdir -p build/validation
-	@$(BUILD)/test/tulle_validate --csv build/validation/validation.csv --plots build/validation; code=$$?; \
+	@$(BUILD)/test/tulle_validate --csv build/validation/validation.csv --plots build/validation $(VALIDATE_OPTIONS); code=$$?; \
 	if command -v gnuplot >/dev/null; then cd build/validation && for f in *.gnuplot; do gnuplot -d "$$f"; done; fi; \
 	exit $$code
 
@@ -119,7 +121,7 @@ help:
 	@echo "make test-asan    the quick tests under the address and undefined-behaviour sanitizers"
 	@echo "make test-tsan    the quick tests under the thread sanitizer"
 	@echo "make bench-detect tables of the detector's speed (makes its inputs once: half an hour)"
-	@echo "make validate     the physics of contact, measured against expected (minutes)"
+	@echo "make validate     the physics of contact, measured against expected (hours)"
 	@echo "make coverage     lines that the quick tests run"
 	@echo "make install      to PREFIX (default /usr/local)"
 	@echo "make format       lay out the code; check-format, layers, sizes: check the rules of the house"

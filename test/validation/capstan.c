@@ -181,6 +181,7 @@ static capstan_ratios pull(validation_run *run, const capstan *made, double seco
     long const settling = lround(SETTLING / STEP), steps = lround(seconds / STEP);
     long const last = steps / 5;
     tail_strains past[RATE_STEPS];
+    validate_plan(run, settling + steps);
     for (long i = -settling; i < steps; i++) {
         tulle_step_report const report = validate_step(run, made->world, STEP);
         tail_strains const now = find_strains(made);

@@ -169,6 +169,7 @@ static flight_record fly(validation_run *run, double restitution, double frictio
     flight_record record = {0};
     double least = (double)INFINITY, first = 0.0;
     long const steps = lround(0.3 / time_step);
+    validate_plan(run, steps);
     for (long i = 0; i < steps; i++) {
         tulle_step_report const report = validate_step(run, made.world, time_step);
         momentum const now = find_momentum(&made);

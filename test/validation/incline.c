@@ -78,6 +78,7 @@ static void stays_at_26_degrees(validation_run *run) {
     validate_simulate(run, slope.world, 0.1);
     double const start = find_x(&slope);
     long const steps = lround(seconds / VALIDATION_STEP);
+    validate_plan(run, steps);
     for (long i = 0; i < steps; i++) {
         validate_step(run, slope.world, VALIDATION_STEP);
         if (i % 30 == 0)

@@ -139,6 +139,7 @@ static void sticks(validation_run *run) {
     validate_simulate(run, made.world, 0.1);
     for (int i = 0; i < SHEETS; i++) start[i] = find_x(&made, i);
     long const steps = lround(seconds / VALIDATION_STEP);
+    validate_plan(run, steps);
     for (long step = 1; step <= steps; step++) {
         validate_step(run, made.world, VALIDATION_STEP);
         if (step % 30 != 0) continue;

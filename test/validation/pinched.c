@@ -121,6 +121,7 @@ static void hangs(validation_run *run) {
     find_place(&point, tulle_cloth_get_positions(world, sheet, NULL), start);
     long const steps = lround(seconds / VALIDATION_STEP);
     tulle_step_report report = {0};
+    validate_plan(run, steps);
     for (long i = 1; i <= steps; i++) {
         report = validate_step(run, world, VALIDATION_STEP);
         find_place(&point, tulle_cloth_get_positions(world, sheet, NULL), now);

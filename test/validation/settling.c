@@ -162,6 +162,7 @@ static energy_record settle(validation_run *run, const settling *made, double se
     size_t const size = 3 * made->mesh->vertex_count;
     double least = 0.0, last = 0.0;
     long const steps = lround(seconds / VALIDATION_STEP);
+    validate_plan(run, steps);
     for (long i = 0; i < steps; i++) {
         tulle_step_report const report = validate_step(run, made->world, VALIDATION_STEP);
         double const energy = report.kinetic_energy + report.gravity_energy + report.elastic_energy;

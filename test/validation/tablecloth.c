@@ -75,6 +75,7 @@ static pull_result pull(validation_run *run, double way, double seconds, double 
     char names[2][64];
     snprintf(names[0], sizeof names[0], "lower, %s", series);
     snprintf(names[1], sizeof names[1], "upper, %s", series);
+    validate_plan(run, steps);
     for (long i = 0; i < steps; i++) {
         validate_step(run, made.world, step);
         double const part = (tulle_world_get_time(made.world) - 0.2) / seconds;

@@ -28,6 +28,7 @@ typedef struct tip_record {
 static tip_record run_over_tips(validation_run *run, tulle_world *world, double seconds) {
     tip_record record = {0};
     long const steps = lround(seconds / VALIDATION_STEP);
+    validate_plan(run, steps);
     for (long i = 1; i <= steps; i++) {
         tulle_step_report const report = validate_step(run, world, VALIDATION_STEP);
         uint64_t const rescues = report.rescue_impact_zones + report.rescue_component_scalings +

@@ -109,6 +109,7 @@ static double find_load(validation_run *run, tulle_world *world, double *gap) {
 static turning_record turn(validation_run *run, const turning *made, const char *series) {
     turning_record record = {.least_load = (double)INFINITY};
     long const steps = lround(END / VALIDATION_STEP);
+    validate_plan(run, steps);
     for (long i = 0; i < steps; i++) {
         tulle_step_report const report = validate_step(run, made->world, VALIDATION_STEP);
         double gap, load = find_load(run, made->world, &gap);

@@ -1,13 +1,13 @@
 /* validate_main.c - tulle_validate: runs the experiments and prints measured against expected.
- * Exit code 0: all rows hold; 1: one is off; 2: wrong options. */
-#define _POSIX_C_SOURCE 200809L
+ * Exit code 0: all rows hold; 1: one is off; 2: wrong options; 130: interrupted. */
 #include "validation/validation_report.h"
 
 #include <errno.h>
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
-#include <time.h>
+
+enum { EXIT_WRONG_OPTIONS = 2, EXIT_INTERRUPTED = 130, EXPERIMENTS_MAX = 256 };
 
 static const char usage[] =
     "usage: tulle_validate [OPTION...]\n"
@@ -18,18 +18,19 @@ static const char usage[] =
     "  --motion-space NAME  cone (default) or polyhedral, of the response paper\n"
     "  --integrator NAME    implicit-euler (default), crank-nicolson or bdf2\n"
     "  --threads N          default 1\n"
-    "  --csv FILE           the rows\n"
+    "  --csv FILE           the rows, written anew after each experiment\n"
+    "  --resume             keep the rows of that file, run the experiments that have none\n"
     "  --plots DIR          data and gnuplot scripts of the plots, into a folder that is there\n";
 
 typedef struct command_line {
     validation_options options;
     const char *only, *csv, *plots;
-    bool is_list;
+    bool is_list, is_resumed;
 } command_line;
 
 _Noreturn static void refuse(const char *what, const char *value) {
     fprintf(stderr, "tulle_validate: %s%s\n%s", what, value, usage);
-    exit(2);
+    exit(EXIT_WRONG_OPTIONS);
 }
 
 static const char *take_value(char ***argument) {
@@ -53,6 +54,8 @@ static command_line read_command_line(char **argument) {
         const char *const name = *argument;
         if (strcmp(name, "--list") == 0) {
             line.is_list = true;
+        } else if (strcmp(name, "--resume") == 0) {
+            line.is_resumed = true;
         } else if (strcmp(name, "--quick") == 0) {
             line.options.is_quick = true;
         } else if (strcmp(name, "--only") == 0) {
@@ -74,6 +77,7 @@ static command_line read_command_line(char **argument) {
         }
     }
     complete_options(&line.options);
+    if (line.is_resumed && !line.csv) refuse("--resume needs ", "--csv FILE");
     return line;
 }
 
@@ -98,77 +102,92 @@ static void apply_options(const validation_options *options, tulle_world_def *de
     def->threads = options->threads;
 }
 
-/* Whether `name` or its beginning is among the comma-separated `list`. */
-static bool is_listed(const char *name, const char *list) {
-    if (!list) return true;
+/* How `name` is in the comma-separated `list`: not, by its beginning or whole. */
+typedef enum listing { NOT_LISTED, LISTED_BY_BEGINNING, LISTED_WHOLE } listing;
+
+static listing find_listing(const char *name, const char *list) {
+    listing best = NOT_LISTED;
     while (*list) {
         size_t const length = strcspn(list, ",");
-        if (length > 0 && strncmp(name, list, length) == 0) return true;
+        if (length > 0 && strncmp(name, list, length) == 0) {
+            if (!name[length]) return LISTED_WHOLE;
+            best = LISTED_BY_BEGINNING;
+        }
         list += length;
         if (*list == ',') list++;
     }
+    return best;
+}
+
+/* Quick runs leave long experiments out unless they are named whole. */
+static bool is_wanted(const experiment *entry, const command_line *line) {
+    listing const listed = line->only ? find_listing(entry->name, line->only) : LISTED_BY_BEGINNING;
+    bool const is_left_out = entry->is_long && line->options.is_quick;
+    return listed >= (is_left_out ? LISTED_WHOLE : LISTED_BY_BEGINNING);
+}
+
+static size_t count_off(const validation_table *table, size_t first) {
+    size_t off = 0;
+    for (size_t i = first; i < table->count; i++) off += table->rows[i].verdict == VERDICT_OFF;
+    return off;
+}
+
+/* Whether it has rows already. */
+static bool is_done(const experiment *entry, const validation_table *table) {
+    for (size_t i = 0; i < table->count; i++)
+        if (table->rows[i].experiment == entry->name) return true;
     return false;
 }
 
-static double now(void) {
-    struct timespec time;
-    clock_gettime(CLOCK_MONOTONIC, &time);
-    return (double)time.tv_sec + 1e-9 * (double)time.tv_nsec;
-}
-
-static bool is_chosen(const experiment *entry, const command_line *line) {
-    return is_listed(entry->name, line->only) &&
-           !(entry->is_long && line->options.is_quick && !line->only);
-}
-
-/* Runs an experiment with a line of progress. */
-static void run_one(validation_run *run) {
-    double const start = now();
-    size_t const first = run->table->count;
-    fprintf(stderr, "%-28s ", run->experiment->name);
-    fflush(stderr);
-    validation_run_experiment(run);
-    size_t off = 0;
-    for (size_t i = first; i < run->table->count; i++)
-        off += run->table->rows[i].verdict == VERDICT_OFF;
-    fprintf(stderr, "%7.1f s  %zu rows", now() - start, run->table->count - first);
-    if (off > 0) fprintf(stderr, ", %zu OFF", off);
-    fprintf(stderr, "\n");
-}
-
-/* The rows that hold for all experiments together. */
-static void report_totals(validation_run *run) {
-    static const experiment all = {.name = "all", .shows = ""};
-    const validation_totals *const totals = run->totals;
-    run->experiment = &all;
-    if (totals->steps == 0) return;
-    validate_row(run, "steps", (double)totals->steps, "", nothing(), "");
-    validate_row(run, "contacts, summed over steps", (double)totals->contacts, "", nothing(), "");
-    validate_row(run, "rescues a contact",
-                 totals->contacts > 0 ? (double)totals->rescues / (double)totals->contacts : 0.0,
-                 "", at_most(1e-3), "one in 1,000");
-    validate_row(run, "smallest gap over the minimum gap", totals->smallest_gap_share, "",
-                 at_least(1.0), "the promise of a step");
-    validate_row(run, "states judged", (double)totals->judged, "", nothing(), "");
-    validate_row(run, "pairs of triangles that cross in them", (double)totals->crossing, "",
-                 equals(0.0), "exact judge");
-}
-
-static int finish(const validation_run *run, const command_line *line) {
-    validation_print_table(run->table);
-    size_t off = 0;
-    for (size_t i = 0; i < run->table->count; i++)
-        off += run->table->rows[i].verdict == VERDICT_OFF;
-    printf("%zu rows, %zu off\n", run->table->count, off);
-    if (line->csv) {
-        FILE *const file = fopen(line->csv, "w");
-        if (file) validation_write_csv(file, run->table, run->options);
-        if (!file || fclose(file) != 0) {
-            fprintf(stderr, "%s: cannot be written: %s\n", line->csv, strerror(errno));
-            return 2;
+/* The experiments to be run, in the order of the table, into `chosen` if it is not null. */
+static size_t choose_experiments(const command_line *line, const validation_table *table,
+                                 const experiment **chosen) {
+    size_t count = 0;
+    for (const experiment *const *group = validation_groups; *group; group++) {
+        for (const experiment *entry = *group; entry->name; entry++) {
+            if (!is_wanted(entry, line) || is_done(entry, table)) continue;
+            if (chosen) chosen[count] = entry;
+            count++;
         }
     }
-    return off > 0;
+    return count;
+}
+
+/* Writes the rows of now with the totals of now. */
+static void save(validation_run *run, const command_line *line) {
+    if (!line->csv) return;
+    size_t const count = run->table->count;
+    validation_report_totals(run);
+    if (!validation_write_csv(line->csv, run->table, run->options)) {
+        fprintf(stderr, "%s: cannot be written: %s\n", line->csv, strerror(errno));
+        exit(EXIT_WRONG_OPTIONS);
+    }
+    run->table->count = count;
+}
+
+/* False when it was interrupted. */
+static bool run_one(validation_run *run, const command_line *line) {
+    const experiment *const entry = run->experiment;
+    size_t const first = run->table->count;
+    validation_progress_start(&run->progress, entry->name);
+    if (!validation_run_experiment(run)) return false;
+    validation_progress_end(&run->progress, entry->name, run->table->count - first,
+                            count_off(run->table, first));
+    save(run, line);
+    return true;
+}
+
+static int finish(validation_run *run, const command_line *line, bool is_interrupted) {
+    validation_report_totals(run);
+    validation_print_table(run->table);
+    size_t const off = count_off(run->table, 0);
+    printf("%zu rows, %zu off\n", run->table->count, off);
+    if (!is_interrupted) return off > 0;
+    progress_bar_clear(&run->progress.bar);
+    fprintf(stderr, "interrupted; %s\n",
+            line->csv ? "--resume goes on with the experiments that have no rows in the CSV file"
+                      : "with --csv FILE it could go on where it was");
+    return EXIT_INTERRUPTED;
 }
 
 int main(int count, char **arguments) {
@@ -183,23 +202,25 @@ int main(int count, char **arguments) {
                            .totals = &totals,
                            .plot_directory = line.plots};
     apply_options(&line.options, &run.def);
-    size_t run_count = 0;
-    for (const experiment *const *group = validation_groups; *group; group++) {
-        for (const experiment *entry = *group; entry->name; entry++) {
-            if (!is_chosen(entry, &line)) continue;
-            run_count++;
-            if (line.is_list) {
-                printf("%-28s %s\n", entry->name, entry->shows);
-                continue;
-            }
-            run.experiment = entry;
-            run_one(&run);
-        }
+    if (choose_experiments(&line, &table, NULL) == 0)
+        refuse("no experiment has the name ", line.only ? line.only : "");
+    if (line.is_resumed && !validation_read_csv(line.csv, &line.options, &table, &totals))
+        return EXIT_WRONG_OPTIONS;
+    const experiment *chosen[EXPERIMENTS_MAX];
+    size_t const chosen_count = choose_experiments(&line, &table, NULL);
+    if (chosen_count > EXPERIMENTS_MAX) refuse("too many experiments for ", "this program");
+    choose_experiments(&line, &table, chosen);
+    validation_catch_interrupts();
+    run.progress.experiment_count = chosen_count;
+    bool is_interrupted = false;
+    for (size_t i = 0; i < chosen_count && !is_interrupted; i++) {
+        run.experiment = chosen[i];
+        if (line.is_list)
+            printf("%-28s %s\n", chosen[i]->name, chosen[i]->shows);
+        else
+            is_interrupted = !run_one(&run, &line);
     }
-    if (run_count == 0) refuse("no experiment has the name ", line.only ? line.only : "");
-    if (line.is_list) return 0;
-    report_totals(&run);
-    int const code = finish(&run, &line);
+    int const code = line.is_list ? 0 : finish(&run, &line, is_interrupted);
     free(table.rows);
     return code;
 }

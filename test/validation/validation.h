@@ -28,10 +28,10 @@ typedef struct validation_options {
 typedef struct validation_run validation_run;
 
 typedef struct experiment {
-    const char *name;  /* group.what, unique; null ends an array */
+    const char *name;  /* group.subject, unique; null ends an array */
     const char *shows; /* one sentence for the list */
     void (*run)(validation_run *run);
-    bool is_long; /* left out of quick runs */
+    bool is_long; /* left out of quick runs that do not name it */
 } experiment;
 
 /* The arrays of all groups, in the order of the table; ends with null. */
@@ -80,6 +80,8 @@ _Noreturn void validate_give_up(validation_run *run, const char *format, ...)
     __attribute__((format(printf, 2, 3)));
 
 const validation_options *validate_options(const validation_run *run);
+/* The second part of the experiment's name: sets those with one function apart. */
+const char *validate_subject(const validation_run *run);
 /* The world of every experiment: default values with the integrator and the response of the
  * options. Change other fields only. */
 tulle_world_def validate_world_def(const validation_run *run);
@@ -95,9 +97,17 @@ tulle_obstacle_id validate_add_obstacle(validation_run *run, tulle_world *world,
                                         const tulle_obstacle_def *def);
 /* Memory that is released with the run. */
 void *validate_allocate(validation_run *run, size_t byte_count);
+/* Gives `object` to the run, which calls `release` with it at its end, what was given last first.
+ */
+void validate_own(validation_run *run, void *object, void (*release)(void *object));
 
+/* Steps that are ahead, beyond those told before: for the line of progress. */
+void validate_plan(validation_run *run, long steps);
 /* One step; the run counts contacts, rescues and the smallest gap, and judges every 90th state. */
 tulle_step_report validate_step(validation_run *run, tulle_world *world, double time_step);
+/* The same for a step and a judgement of a world that is not the run's. */
+void validate_count_step(validation_run *run, const tulle_step_report *report, double minimum_gap);
+void validate_count_judgement(validation_run *run, size_t crossing);
 /* Steps of VALIDATION_STEP until `seconds` have passed. */
 void validate_simulate(validation_run *run, tulle_world *world, double seconds);
 

@@ -10,6 +10,8 @@
 /* Every so many steps of a world its state is judged. */
 enum { STEPS_BETWEEN_JUDGEMENTS = 90 };
 
+const experiment validation_all = {.name = "all", .shows = ""};
+
 void validation_add_row(validation_table *table, const validation_row *row) {
     if (table->count == table->capacity) {
         size_t const capacity = 2 * table->capacity + 32;
@@ -26,11 +28,23 @@ void validation_add_row(validation_table *table, const validation_row *row) {
 
 static validation_row start_row(const validation_run *run, const char *what, const char *unit,
                                 const char *reference) {
-    validation_row row = {.experiment = run->experiment->name, .expected = nothing()};
+    validation_row row = {.experiment = run->experiment->name, .expected = "-"};
     snprintf(row.what, sizeof row.what, "%s", what);
     snprintf(row.unit, sizeof row.unit, "%s", unit);
     snprintf(row.reference, sizeof row.reference, "%s", reference);
     return row;
+}
+
+static void write_expectation(expectation expected, char text[48]) {
+    switch (expected.kind) {
+    case EXPECT_AT_MOST: snprintf(text, 48, "<= %.6g", expected.value); break;
+    case EXPECT_AT_LEAST: snprintf(text, 48, ">= %.6g", expected.value); break;
+    case EXPECT_WITHIN:
+        snprintf(text, 48, "%.6g +- %g%%", expected.value, 100.0 * expected.tolerance);
+        break;
+    case EXPECT_EQUALS: snprintf(text, 48, "%.15g", expected.value); break;
+    case EXPECT_NOTHING: snprintf(text, 48, "-"); break;
+    }
 }
 
 static row_verdict judge_row(double measured, expectation expected) {
@@ -51,7 +65,7 @@ void validate_row(validation_run *run, const char *what, double measured, const 
                   expectation expected, const char *reference) {
     validation_row row = start_row(run, what, unit, reference);
     row.measured = measured;
-    row.expected = expected;
+    write_expectation(expected, row.expected);
     row.verdict = judge_row(measured, expected);
     if (row.verdict == VERDICT_OFF && expected.is_open && validate_options(run)->is_quick)
         row.verdict = VERDICT_OPEN;
@@ -78,6 +92,10 @@ void validate_give_up(validation_run *run, const char *format, ...) {
 }
 
 const validation_options *validate_options(const validation_run *run) { return run->options; }
+const char *validate_subject(const validation_run *run) {
+    const char *const dot = strchr(run->experiment->name, '.');
+    return dot ? dot + 1 : "";
+}
 tulle_world_def validate_world_def(const validation_run *run) { return run->def; }
 
 static validation_block *add_block(validation_run *run) {
@@ -93,6 +111,16 @@ void *validate_allocate(validation_run *run, size_t byte_count) {
     block->bytes = calloc(1, byte_count);
     if (!block->bytes) validate_give_up(run, "no memory left");
     return block->bytes;
+}
+
+void validate_own(validation_run *run, void *object, void (*release)(void *object)) {
+    validation_block *const block = calloc(1, sizeof *block);
+    if (!block) {
+        release(object);
+        validate_give_up(run, "no memory left");
+    }
+    *block = (validation_block){.next = run->blocks, .object = object, .release = release};
+    run->blocks = block;
 }
 
 tulle_mesh *validate_make_shape(validation_run *run, const tulle_shape_def *def) {
@@ -154,6 +182,11 @@ tulle_obstacle_id validate_add_obstacle(validation_run *run, tulle_world *world,
     return id;
 }
 
+void validate_count_judgement(validation_run *run, size_t crossing) {
+    run->totals->judged++;
+    run->totals->crossing += crossing;
+}
+
 /* Counts the pairs of triangles that cross, by the exact judge. */
 static size_t judge_world(validation_run *run, const validation_world *entry) {
     tulle_check_body bodies[2 * VALIDATION_BODIES];
@@ -173,9 +206,8 @@ static size_t judge_world(validation_run *run, const validation_world *entry) {
     tulle_error error = {0};
     if (tulle_check_intersections(bodies, count, 1, &result, &error) != TULLE_OK)
         validate_give_up(run, "judge: %s", error.message);
-    run->totals->judged++;
     size_t const crossing = result.pair_count;
-    run->totals->crossing += crossing;
+    validate_count_judgement(run, crossing);
     tulle_check_result_destroy(&result);
     return crossing;
 }
@@ -184,21 +216,31 @@ size_t validate_judge(validation_run *run, const tulle_world *world) {
     return judge_world(run, find_world(run, world));
 }
 
+void validate_plan(validation_run *run, long steps) {
+    run->progress.planned += (uint64_t)(steps > 0 ? steps : 0);
+}
+
+void validate_count_step(validation_run *run, const tulle_step_report *report, double minimum_gap) {
+    validation_totals *const totals = run->totals;
+    totals->steps++;
+    totals->contacts += report->contacts;
+    totals->rescues += report->rescue_impact_zones + report->rescue_component_scalings +
+                       report->rescue_global_scalings;
+    totals->smallest_gap_share =
+        fmin(totals->smallest_gap_share, report->smallest_gap / minimum_gap);
+    validation_progress_step(&run->progress, run->experiment->name);
+    if (validation_is_interrupted()) longjmp(run->leave, 1);
+}
+
 tulle_step_report validate_step(validation_run *run, tulle_world *world, double time_step) {
     validation_world *const entry = find_world(run, world);
     tulle_step_report report = {0};
     tulle_error error = {0};
     if (tulle_world_step(world, time_step, &report, &error) != TULLE_OK)
         validate_give_up(run, "step at %g s: %s", tulle_world_get_time(world), error.message);
-    validation_totals *const totals = run->totals;
-    totals->steps++;
-    totals->contacts += report.contacts;
-    totals->rescues += report.rescue_impact_zones + report.rescue_component_scalings +
-                       report.rescue_global_scalings;
     if (!(entry->minimum_gap > 0.0))
         tulle_world_get_distances(world, NULL, NULL, &entry->minimum_gap);
-    totals->smallest_gap_share =
-        fmin(totals->smallest_gap_share, report.smallest_gap / entry->minimum_gap);
+    validate_count_step(run, &report, entry->minimum_gap);
     if (report.step % STEPS_BETWEEN_JUDGEMENTS == 0) judge_world(run, entry);
     return report;
 }
@@ -234,6 +276,7 @@ static void release(validation_run *run) {
     while (run->blocks) {
         validation_block *const block = run->blocks;
         run->blocks = block->next;
+        if (block->release) block->release(block->object);
         tulle_mesh_destroy(&block->mesh);
         free(block->bytes);
         free(block);
@@ -241,7 +284,9 @@ static void release(validation_run *run) {
     validation_end_plot(run);
 }
 
-void validation_run_experiment(validation_run *run) {
+bool validation_run_experiment(validation_run *run) {
+    size_t const first = run->table->count;
+    validation_totals const before = *run->totals;
     if (setjmp(run->leave) == 0) {
         run->experiment->run(run);
         for (size_t i = 0; i < run->world_count; i++)
@@ -249,4 +294,24 @@ void validation_run_experiment(validation_run *run) {
                 judge_world(run, &run->worlds[i]);
     }
     release(run);
+    if (!validation_is_interrupted()) return true;
+    run->table->count = first;
+    *run->totals = before;
+    return false;
+}
+
+void validation_report_totals(validation_run *run) {
+    const validation_totals *const totals = run->totals;
+    if (totals->steps == 0) return;
+    run->experiment = &validation_all;
+    validate_row(run, "steps", (double)totals->steps, "", nothing(), "");
+    validate_row(run, "contacts, summed over steps", (double)totals->contacts, "", nothing(), "");
+    validate_row(run, "rescues a contact",
+                 totals->contacts > 0 ? (double)totals->rescues / (double)totals->contacts : 0.0,
+                 "", at_most(1e-3), "one in 1,000");
+    validate_row(run, "smallest gap over the minimum gap", totals->smallest_gap_share, "",
+                 at_least(1.0), "the promise of a step");
+    validate_row(run, "states judged", (double)totals->judged, "", nothing(), "");
+    validate_row(run, "pairs of triangles that cross in them", (double)totals->crossing, "",
+                 equals(0.0), "exact judge");
 }

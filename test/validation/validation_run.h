@@ -4,6 +4,7 @@
 #define TULLE_TEST_VALIDATION_RUN_H
 
 #include "validation/validation.h"
+#include "validation/validation_progress.h"
 
 #include <setjmp.h>
 #include <stdio.h>
@@ -20,8 +21,8 @@ enum { VALIDATION_TEXT = 160 };
 typedef struct validation_row {
     const char *experiment;                                           /* its name */
     char what[VALIDATION_TEXT], unit[16], reference[VALIDATION_TEXT]; /* reference: or the reason */
+    char expected[48];                                                /* "<= 1e-06" */
     double measured;
-    expectation expected;
     row_verdict verdict;
 } validation_row;
 
@@ -53,6 +54,8 @@ typedef struct validation_block {
     struct validation_block *next;
     tulle_mesh mesh;
     void *bytes;
+    void *object; /* of another module, with what releases it */
+    void (*release)(void *object);
 } validation_block;
 
 struct validation_run {
@@ -69,11 +72,17 @@ struct validation_run {
     char plot_series[VALIDATION_SERIES][VALIDATION_TEXT];
     size_t series_count;
     validation_plot plot;
+    validation_progress progress;
     jmp_buf leave;
 };
 
-/* Runs one experiment and releases what it made. */
-void validation_run_experiment(validation_run *run);
+/* The experiment of the rows that hold for all together. */
+extern const experiment validation_all;
+
+/* Runs one experiment and releases what it made. False: it was interrupted, its rows are none. */
+bool validation_run_experiment(validation_run *run);
+/* Adds the rows that hold for all experiments together. */
+void validation_report_totals(validation_run *run);
 void validation_add_row(validation_table *table, const validation_row *row);
 /* Writes the script of the plot that is open, if one is. */
 void validation_end_plot(validation_run *run);
