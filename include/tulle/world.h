@@ -196,6 +196,14 @@ typedef struct tulle_body {
     double angular_velocity[3]; /* [rad/s] at time 0 */
     double linear_damping, angular_damping; /* [1/s] >= 0 */
     double start_time; /* [s] the body follows `motion` until then, and goes on as that moved */
+    /* It falls asleep when no point of it, nor of any body that touches it directly or over others,
+       was faster than sleep_speed for sleep_time: then it stands still and costs little until it
+       wakes. It wakes with all that fell asleep with it: when a body that is awake presses on it,
+       when cloth presses on it more or less than when it fell asleep, by what would give it
+       sleep_speed within a step, when something on a script moves near it, when an obstacle
+       appears or leaves, by tulle_obstacle_add_impulse and by tulle_obstacle_wake. */
+    double sleep_speed; /* [m/s] 0: never */
+    double sleep_time;  /* [s] > 0 where sleep_speed is */
 } tulle_body;
 
 typedef struct tulle_obstacle_def {
@@ -377,11 +385,18 @@ TULLE_API tulle_status tulle_obstacle_add_impulse(tulle_world *world, tulle_obst
 /* What contact gave a body in the last substep of the last accepted step: the sum of the impulses
  * [N s] of its contacts, as tulle_world_get_contacts has them, and of their moments [N m s] about
  * its centre of mass. Divided by the step they are the mean force and torque. Without what rebounds
- * (restitution) add. Zero while nothing touches it or it follows its script. Errors as above. */
+ * (restitution) add. Zero while nothing touches it or it follows its script; while it sleeps those
+ * of the step in which it fell asleep. Errors as above. */
 TULLE_API tulle_status tulle_obstacle_get_contact_impulse(const tulle_world *world,
                                                           tulle_obstacle_id id, double impulse[3],
                                                           double angular_impulse[3],
                                                           tulle_error *error);
+/* 1 while a body sleeps. */
+TULLE_API int tulle_obstacle_is_asleep(const tulle_world *world, tulle_obstacle_id id);
+/* Wakes a body and those that fell asleep with it; one that is awake is slow from now on. Errors as
+ * above. */
+TULLE_API tulle_status tulle_obstacle_wake(tulle_world *world, tulle_obstacle_id id,
+                                           tulle_error *error);
 /* 1 while the obstacle is in the scene. */
 TULLE_API int tulle_obstacle_is_present(const tulle_world *world, tulle_obstacle_id id);
 

@@ -96,6 +96,18 @@ tulle_status update_contacts(contact_store *store, memory *heap, const row_list 
     return TULLE_OK;
 }
 
+tulle_status add_contacts(contact_store *store, memory *heap, const stored_contact *contacts,
+                          size_t count, double time_step) {
+    if (count == 0) return TULLE_OK;
+    tulle_status const status = reserve_contacts(store, heap, store->contacts.count + count);
+    if (status != TULLE_OK) return status;
+    memcpy(store->contacts.data + store->contacts.count, contacts, count * sizeof *contacts);
+    store->contacts.count += count;
+    sort_contacts(store->contacts.data, store->contacts.count);
+    store->time_step = time_step;
+    return TULLE_OK;
+}
+
 const stored_contact *find_contact(const contact_store *store, feature_kind kind,
                                    feature_pair pair) {
     stored_contact const key = {.kind = (uint32_t)kind, .first = pair.first, .second = pair.second};

@@ -9,6 +9,10 @@
  * as it was. reserve_contacts before the point of no return makes failure impossible. */
 tulle_status update_contacts(contact_store *store, memory *heap, const row_list *list,
                              double time_step);
+/* Adds contacts of pairs that are not in the store, of a step of length time_step [s]. Fails only
+ * for want of memory; the store is then as it was. */
+tulle_status add_contacts(contact_store *store, memory *heap, const stored_contact *contacts,
+                          size_t count, double time_step);
 /* Makes room for `row_count` contacts. */
 tulle_status reserve_contacts(contact_store *store, memory *heap, size_t row_count);
 

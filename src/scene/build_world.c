@@ -82,6 +82,8 @@ static tulle_body get_body(const dynamic_keys *keys) {
     body.linear_damping = keys->linear_damping;
     body.angular_damping = keys->angular_damping;
     body.start_time = keys->start;
+    body.sleep_speed = keys->sleep_speed;
+    body.sleep_time = keys->sleep_time;
     set_vector(body.velocity, &keys->velocity);
     set_vector(body.angular_velocity, &keys->spin);
     return body;

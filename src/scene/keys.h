@@ -136,6 +136,7 @@ typedef struct copies_keys {
 typedef struct dynamic_keys {
     schema_head head;
     double mass, density, area_density, linear_damping, angular_damping, start;
+    double sleep_speed, sleep_time;
     schema_vector velocity, spin;
 } dynamic_keys;
 

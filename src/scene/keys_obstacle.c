@@ -130,6 +130,25 @@ static const schema_key dynamic_table[] = {
      .fallback = "0",
      FIELD(dynamic_keys, start),
      .meaning = "until then it follows its motion, and goes on as that moved"},
+    {.name = "sleep_speed",
+     .type = SCHEMA_NUMBER,
+     .unit = UNIT_VELOCITY,
+     .fallback = "0",
+     .minimum = 0,
+     .maximum = 1000,
+     FIELD(dynamic_keys, sleep_speed),
+     .meaning = "it falls asleep, stands still and costs little, when no point of it, nor of what "
+                "it touches, was faster for sleep_time, until something presses on it anew; 0: "
+                "never. 1 cm/s is usual"},
+    {.name = "sleep_time",
+     .type = SCHEMA_NUMBER,
+     .unit = UNIT_TIME,
+     .fallback = "0.5 s",
+     .minimum = 0,
+     .maximum = 1e6,
+     .flags = SCHEMA_ABOVE_MINIMUM,
+     FIELD(dynamic_keys, sleep_time),
+     .meaning = "for which it is slow before it sleeps"},
 };
 const schema_map dynamic_map = {
     .title = "Rigid body",

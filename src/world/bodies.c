@@ -5,6 +5,7 @@
 #include "contact/body_paths.h"
 #include "contact/solve_bodies.h"
 #include "geom/mass_properties.h"
+#include "world/bodies_sleep.h"
 
 #include <math.h>
 #include <string.h>
@@ -97,7 +98,7 @@ static size_t get_slot(const tulle_world *world, size_t body) {
     return world->cloth_vertex_count + 2 * body;
 }
 
-static bool is_free(const tulle_world *world, size_t body) {
+static bool is_body(const tulle_world *world, size_t body) {
     surface_range const *const range =
         &world->surfaces[world->cloths.count + world->body_obstacles[body]];
     return range->is_body && range->is_present;
@@ -166,12 +167,12 @@ static void prepare_body(step_context *context, size_t index) {
                        .points = obstacle->points,
                        .vertex_begin = obstacle->vertex_begin,
                        .vertex_end = obstacle->vertex_begin + (uint32_t)obstacle->mesh.vertex_count,
-                       .is_free = is_free(world, index),
+                       .is_free = is_body(world, index) && !body_sleeps(state, index),
                        .start = {.position = vec3_load(state->positions, slot),
                                  .orientation = orientation,
                                  .velocity = vec3_load(state->velocities, slot)}};
     memcpy(world->targets + 3 * slot, state->positions + 3 * slot, 6 * sizeof(double));
-    if (!body->is_free) return;
+    if (!is_body(world, index)) return;
     memcpy(world->targets + 3 * begin, state->positions + 3 * begin,
            3 * obstacle->mesh.vertex_count * sizeof(double));
     body->inertia = rigid_get_inertia(&obstacle->rigid, orientation);
@@ -272,7 +273,7 @@ void world_finish_bodies(const step_context *context, double *end) {
         size_t const slot = get_body_slot(scene, b);
         if (!body->is_free) {
             memcpy(end + 3 * slot, scene->v0 + 3 * slot, 6 * sizeof(double));
-            follow_script(context, b, end);
+            if (!body_sleeps(context->state, b)) follow_script(context, b, end);
             continue;
         }
         quaternion const orientation = unpack_orientation(vec3_load(context->end, slot + 1));
@@ -290,7 +291,7 @@ body_energies world_measure_bodies(const tulle_world *world, const double *posit
     body_energies energies = {0};
     vec3 const gravity = vec3_load(world->def.gravity, 0);
     for (size_t b = 0; b < world->body_count; b++) {
-        if (!is_free(world, b)) continue;
+        if (!is_body(world, b)) continue;
         rigid_body const *const rigid = &get_body(world, b)->rigid;
         size_t const slot = get_slot(world, b);
         quaternion const orientation = unpack_orientation(vec3_load(positions, slot + 1));
@@ -310,7 +311,7 @@ static const double SHORTEST_TURN_SHARE = 1.0 / 16.0;
 double world_limit_turns(const tulle_world *world, const world_motion_state *state, double wanted,
                          double step) {
     for (size_t b = 0; b < world->body_count; b++) {
-        if (!is_free(world, b)) continue;
+        if (!is_body(world, b)) continue;
         double const speed = vec3_norm(vec3_load(state->velocities, get_slot(world, b) + 1));
         double const radius = get_body(world, b)->radius;
         double const turn = fmin(BODY_TURN_MAX, sqrt(CHORD_SHARE * world->contact_distance /

@@ -37,6 +37,10 @@ typedef struct body_energies {
 body_energies world_measure_bodies(const tulle_world *world, const double *positions,
                                    const double *velocities);
 
+/* body_access.c: the impulses [N s] of rows on the body of a slot, and their moments [N m s]. */
+void world_sum_contact_impulses(const row_list *rows, size_t slot, double impulse[3],
+                                double moment[3]);
+
 /* [s] Time in which no free body turns so far that chords say little of its way, at most `wanted`
  * and at least a sixteenth of `step`. */
 double world_limit_turns(const tulle_world *world, const world_motion_state *state, double wanted,

@@ -2,6 +2,7 @@
 #include "base/error.h"
 #include "contact/body_paths.h"
 #include "world/bodies.h"
+#include "world/bodies_sleep.h"
 
 #include <math.h>
 #include <string.h>
@@ -63,6 +64,7 @@ tulle_status tulle_obstacle_add_impulse(tulle_world *world, tulle_obstacle_id id
                          "'%s' follows its script or is absent: it takes no impulse",
                          world->obstacles.data[id.index].name);
     }
+    world_wake_body(world, &world->now, body);
     rigid_body const *const rigid = &world->obstacles.data[id.index].rigid;
     size_t const slot = world->cloth_vertex_count + 2 * (size_t)body;
     double *const velocities = world->now.velocities;
@@ -76,6 +78,21 @@ tulle_status tulle_obstacle_add_impulse(tulle_world *world, tulle_obstacle_id id
     return TULLE_OK;
 }
 
+void world_sum_contact_impulses(const row_list *rows, size_t slot, double impulse[3],
+                                double moment[3]) {
+    vec3 sum = {0.0, 0.0, 0.0}, turn = {0.0, 0.0, 0.0};
+    for (size_t i = 0; i < rows->rows.count; i++) {
+        contact_row const *const row = &rows->rows.data[i];
+        for (int side = 0; side < 2 && row->has_body; side++) {
+            if (row->slots[side] != slot) continue;
+            sum = vec3_add_scaled(sum, row->impulse, side == 0 ? 1.0 : -1.0);
+            turn = vec3_add(turn, vec3_cross(row->arms[side], row->impulse));
+        }
+    }
+    vec3_store(impulse, 0, sum);
+    vec3_store(moment, 0, turn);
+}
+
 tulle_status tulle_obstacle_get_contact_impulse(const tulle_world *world, tulle_obstacle_id id,
                                                 double impulse[3], double angular_impulse[3],
                                                 tulle_error *error) {
@@ -84,16 +101,25 @@ tulle_status tulle_obstacle_get_contact_impulse(const tulle_world *world, tulle_
     uint32_t const body = find_body_number(world, id, error);
     if (body == TULLE_NONE) return TULLE_ERROR_INVALID_ARGUMENT;
     size_t const slot = world->cloth_vertex_count + 2 * (size_t)body;
-    vec3 sum = {0.0, 0.0, 0.0}, moment = {0.0, 0.0, 0.0};
-    for (size_t i = 0; i < world->accepted_rows.rows.count; i++) {
-        contact_row const *const row = &world->accepted_rows.rows.data[i];
-        for (int side = 0; side < 2 && row->has_body; side++) {
-            if (row->slots[side] != slot) continue;
-            sum = vec3_add_scaled(sum, row->impulse, side == 0 ? 1.0 : -1.0);
-            moment = vec3_add(moment, vec3_cross(row->arms[side], row->impulse));
-        }
+    body_rest const *const rest = &world->now.rests[body];
+    if (rest->state == BODY_SLEEPS) {
+        memcpy(impulse, rest->impulse, sizeof rest->impulse);
+        memcpy(angular_impulse, rest->moment, sizeof rest->moment);
+    } else {
+        world_sum_contact_impulses(&world->accepted_rows, slot, impulse, angular_impulse);
     }
-    vec3_store(impulse, 0, sum);
-    vec3_store(angular_impulse, 0, moment);
+    return TULLE_OK;
+}
+
+int tulle_obstacle_is_asleep(const tulle_world *world, tulle_obstacle_id id) {
+    if (!world || !world->is_started) return 0;
+    uint32_t const body = find_body_number(world, id, NULL);
+    return body != TULLE_NONE && body_sleeps(&world->now, body);
+}
+
+tulle_status tulle_obstacle_wake(tulle_world *world, tulle_obstacle_id id, tulle_error *error) {
+    uint32_t const body = find_body_number(world, id, error);
+    if (body == TULLE_NONE) return TULLE_ERROR_INVALID_ARGUMENT;
+    world_wake_body(world, &world->now, body);
     return TULLE_OK;
 }

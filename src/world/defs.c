@@ -285,12 +285,20 @@ static tulle_status check_body(const tulle_obstacle_def *def, const char *owner,
         {"angular velocity z", "rad/s", body->angular_velocity[2], -LARGEST, LARGEST},
         {"linear damping", "1/s", body->linear_damping, 0.0, LARGEST},
         {"angular damping", "1/s", body->angular_damping, 0.0, LARGEST},
+        {"sleep speed", "m/s", body->sleep_speed, 0.0, LARGEST},
+        {"sleep time", "s", body->sleep_time, 0.0, LARGEST},
     };
     tulle_status const status = CHECK_RANGES(checks, owner, error);
     if (status != TULLE_OK) return status;
     if (def->read_frame) {
         return error_set(error, TULLE_ERROR_INVALID_ARGUMENT,
                          "%s: a dynamic obstacle cannot follow a mesh sequence", owner);
+    }
+    if (body->sleep_speed > 0.0 && !(body->sleep_time > 0.0)) {
+        return error_set(error, TULLE_ERROR_INVALID_ARGUMENT,
+                         "%s: the body has a sleep speed, so its sleep time must be over 0; 0.5 s "
+                         "is usual",
+                         owner);
     }
     if (isnan(body->start_time)) {
         return error_set(error, TULLE_ERROR_INVALID_ARGUMENT,

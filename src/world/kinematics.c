@@ -6,6 +6,7 @@
 #include "base/error.h"
 #include "math/vec3.h"
 #include "world/bodies.h"
+#include "world/bodies_sleep.h"
 #include "world/inside.h"
 
 #include <math.h>
@@ -168,16 +169,18 @@ tulle_status world_update_presence(tulle_world *world, world_motion_state *state
                                    tulle_error *error) {
     tulle_status const status = end_releases(world, state, error);
     if (status != TULLE_OK) return status;
-    bool has_appeared = false;
+    bool has_appeared = false, has_changed = false;
     for (size_t i = 0; i < world->obstacles.count; i++) {
         world_obstacle const *const obstacle = &world->obstacles.data[i];
         bool const is_due =
             state->time >= obstacle->appear_time && state->time < obstacle->disappear_time;
         bool const is_present = is_due && !state->is_released[i];
         has_appeared = has_appeared || (is_present && !state->is_present[i]);
+        has_changed |= is_present != (state->is_present[i] != 0);
         state->is_present[i] = is_present;
         world->surfaces[world->cloths.count + i].is_present = is_present;
     }
+    if (has_changed) world_wake_all(world, state);
     has_appeared |= world_free_bodies(world, state);
     world_mark_bodies(world, state);
     return has_appeared ? judge_appearance(world, state, error) : TULLE_OK;

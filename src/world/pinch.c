@@ -6,7 +6,7 @@
  * room) or release (the moving obstacles around it let the cloth through until they are free of it
  * again). */
 #include "base/error.h"
-#include "world/step.h"
+#include "world/bodies_sleep.h"
 
 #include <stdio.h>
 #include <string.h>
@@ -108,6 +108,7 @@ static bool release_obstacles(step_context *context, const uint8_t *is_near) {
         range->is_present = false;
         has_released = true;
     }
+    if (has_released) world_wake_all(context->world, context->state);
     return has_released;
 }
 

@@ -183,6 +183,8 @@ static uint64_t hash_defs(const tulle_world *world) {
         if (o->body.is_dynamic) {
             hash = hash_bytes(hash, &o->rigid, sizeof o->rigid);
             hash = hash_bytes(hash, &o->body.start_time, sizeof o->body.start_time);
+            double const sleep[2] = {o->body.sleep_speed, o->body.sleep_time};
+            if (sleep[0] > 0.0) hash = hash_bytes(hash, sleep, sizeof sleep);
         }
         hash = hash_bytes(hash, &o->disappear_time, sizeof o->disappear_time);
     }

@@ -3,6 +3,7 @@
  * The step works on a copy of the state and swaps it in at the end, so a step that fails leaves the
  * world as it was. A substep that had to shorten time is followed by another over what is left. */
 #include "world/bodies.h"
+#include "world/bodies_sleep.h"
 #include "world/detection.h"
 
 #include "base/error.h"
@@ -108,6 +109,7 @@ static tulle_status run_substeps(step_context *context, double time_step) {
             world_limit_turns(context->world, context->state, fmin(wanted, remaining), time_step);
         tulle_status status = world_advance(context);
         if (status != TULLE_OK) return status;
+        if (context->has_woken) continue;
         if (context->is_rejected) {
             wanted = 0.5 * context->time_step;
             continue;
@@ -193,6 +195,7 @@ tulle_status tulle_world_step(tulle_world *world, double time_step, tulle_step_r
     status = begin_step(world, error);
     if (status == TULLE_OK) status = world_begin_carriers(&context);
     if (status == TULLE_OK) status = run_substeps(&context, time_step);
+    if (status == TULLE_OK) status = world_settle_bodies(&context, time_step);
     if (status == TULLE_OK) status = measure(&context);
     arena_release(&world->scratch, mark);
     if (status == TULLE_OK)

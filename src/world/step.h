@@ -31,13 +31,16 @@ typedef struct step_context {
     double time_step;          /* [s] of this substep */
     double shortest_step;      /* [s] a substep this long is taken whatever it stretches */
     bool is_rejected;          /* the paths would stretch the cloth too much: try a shorter one */
-    double damping;            /* of the integrator, see force_options */
-    double passed;             /* [s] of it that passed, set by the commit */
-    uint32_t substep_limit;    /* substeps after which the step counts as pinched */
-    int crawl_count;           /* substeps in a row that hardly moved */
-    int retry_count;           /* how often the step was stuck and went on with shorter substeps */
-    bool is_rest_skipped;      /* nothing more can move in this step */
-    bool is_script_frozen;     /* scripted vertices stand still (on_pinch: slow) */
+    bool has_woken;            /* sleepers woke by its contacts: it is made anew */
+    stored_contact *resting;   /* of the store, of pairs that have no rows */
+    size_t resting_count;
+    double damping;         /* of the integrator, see force_options */
+    double passed;          /* [s] of it that passed, set by the commit */
+    uint32_t substep_limit; /* substeps after which the step counts as pinched */
+    int crawl_count;        /* substeps in a row that hardly moved */
+    int retry_count;        /* how often the step was stuck and went on with shorter substeps */
+    bool is_rest_skipped;   /* nothing more can move in this step */
+    bool is_script_frozen;  /* scripted vertices stand still (on_pinch: slow) */
     contact_scene scene;
     paper_rules paper; /* of the scene, by the paper's response */
     motion_state dynamics;

@@ -11,6 +11,7 @@
 #include "contact/solve_bodies.h"
 #include "contact/stick_anchors.h"
 #include "world/bodies.h"
+#include "world/bodies_sleep.h"
 #include "world/detection.h"
 
 #include <math.h>
@@ -114,6 +115,7 @@ static tulle_status prepare(step_context *context) {
     if (context->is_script_frozen) {
         memcpy(world->targets, state->positions, 3 * world->vertex_count * sizeof(double));
     }
+    world_wake_near_script(context);
     world_find_carriers(context);
     context->scene = (contact_scene){
         .set = &world->set,
@@ -268,8 +270,12 @@ static tulle_status accept_paths(step_context *context) {
     tulle_status status = accept_velocities(context);
     if (status == TULLE_OK) move_anchors(&context->scene, context->end, &world->rows);
     /* impulses belong to the whole substep that was solved for, even if less of it passed */
+    if (status == TULLE_OK) status = world_keep_resting(context);
     if (status == TULLE_OK)
         status = update_contacts(&state->contacts, &world->heap, &world->rows, context->time_step);
+    if (status == TULLE_OK)
+        status = add_contacts(&state->contacts, &world->heap, context->resting,
+                              context->resting_count, context->time_step);
     if (status != TULLE_OK) return fail_step(context, status);
     if (context->scene.paper)
         memcpy(state->particles, context->paper.after, world->cloth_vertex_count);
@@ -302,7 +308,9 @@ static tulle_status run_stages(step_context *context) {
     scale_impulses(rows, context->world->system.force_time / context->time_step);
     impact_report impacts = {0};
     status = world_solve_step(context, &impacts, &start);
+    if (status == TULLE_OK) status = world_wake_pressed(context);
     if (status != TULLE_OK) return fail_step(context, status);
+    if (context->has_woken) return TULLE_OK;
 
     context->is_rejected = context->time_step > context->shortest_step &&
                            world_measure_stretch_growth(context) > STRETCH_GROWTH_MAX;
@@ -322,11 +330,11 @@ static tulle_status run_stages(step_context *context) {
 
 tulle_status world_advance(step_context *context) {
     arena_mark const mark = arena_get_mark(&context->world->scratch);
-    context->is_rejected = false;
+    context->is_rejected = context->has_woken = false;
     context->passed = 0.0;
     tulle_status status = prepare(context);
     if (status == TULLE_OK) status = run_stages(context);
     arena_release(&context->world->scratch, mark);
-    context->report->substeps++;
+    context->report->substeps += !context->has_woken;
     return status;
 }
