@@ -128,6 +128,10 @@ static void failed_allocation_leaves_bodies_as_they_were(void **state) {
     obstacle.body = (tulle_body){.is_dynamic = 1, .mass = 0.1, .velocity = {0.0, 0.0, -3.0}};
     failing_heap heap = {0};
     fail_every_allocation(make_def(&heap), &heap, &cloth, &obstacle, 3);
+    obstacle.body.sleep_speed = 100.0; /* asleep after a step */
+    obstacle.body.sleep_time = 0.001;
+    heap = (failing_heap){0};
+    fail_every_allocation(make_def(&heap), &heap, &cloth, &obstacle, 3);
     tulle_mesh_destroy(&sheet);
     tulle_mesh_destroy(&sphere);
 }
