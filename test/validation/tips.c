@@ -25,7 +25,9 @@ typedef struct tip_record {
     uint64_t substeps; /* beyond one a step */
 } tip_record;
 
-static tip_record run_over_tips(validation_run *run, tulle_world *world, double seconds) {
+/* `series` is the name of the curve of stretch in the plot. */
+static tip_record run_over_tips(validation_run *run, tulle_world *world, double seconds,
+                                const char *series) {
     tip_record record = {0};
     long const steps = lround(seconds / VALIDATION_STEP);
     validate_plan(run, steps);
@@ -45,7 +47,7 @@ static tip_record run_over_tips(validation_run *run, tulle_world *world, double 
         record.kinetic_energy = report.kinetic_energy;
         record.substeps += report.substeps - 1;
         if (i % JUDGE_EVERY == 0) record.crossing += validate_judge(run, world);
-        if (i % 3 == 0) validate_plot_point(run, "stretch", report.time, report.max_stretch);
+        if (i % 3 == 0) validate_plot_point(run, series, report.time, report.max_stretch);
     }
     return record;
 }
@@ -99,9 +101,9 @@ static void drape(validation_run *run, uint32_t count, double seconds) {
     cloth.mesh = tulle_mesh_get_view(mesh);
     validate_add_cloth(run, world, &cloth);
     add_needle(run, world);
-    tip_record const record = run_over_tips(run, world, seconds);
     char name[80];
     snprintf(name, sizeof name, "%u x %u, %g s", count, count, seconds);
+    tip_record const record = run_over_tips(run, world, seconds, name);
     report_tips(run, name, &record);
 }
 
@@ -150,9 +152,9 @@ static void pull(validation_run *run, uint32_t count, double seconds) {
     cloth.pin_count = CORNERS;
     validate_add_cloth(run, world, &cloth);
     add_needle(run, world);
-    tip_record const record = run_over_tips(run, world, seconds);
     char name[80];
     snprintf(name, sizeof name, "%u x %u, %g s", count, count, seconds);
+    tip_record const record = run_over_tips(run, world, seconds, name);
     report_tips(run, name, &record);
 }
 
@@ -163,8 +165,15 @@ static void is_pulled_down(validation_run *run) {
     if (!is_quick) pull(run, 81, 4.0);
 }
 
-static void drapes_finely(validation_run *run) { drape(run, 161, 30.0); }
-static void is_pulled_down_finely(validation_run *run) { pull(run, 161, 4.0); }
+static void drapes_finely(validation_run *run) {
+    start_stretch_plot(run, "tip_fine_drape", "Cloth draped on one needle tip");
+    drape(run, 161, 30.0);
+}
+
+static void is_pulled_down_finely(validation_run *run) {
+    start_stretch_plot(run, "tip_fine_pull", "Cloth pulled down over a needle tip");
+    pull(run, 161, 4.0);
+}
 
 /* The scene of a row of spikes. */
 static void land(validation_run *run, uint32_t count) {
@@ -186,9 +195,9 @@ static void land(validation_run *run, uint32_t count) {
         stage_move(spike, 0.28 * (i - 3), 0.0, 0.0);
         stage_add_obstacle(run, world, spike, 0.3);
     }
-    tip_record const record = run_over_tips(run, world, 1.5);
     char name[80];
     snprintf(name, sizeof name, "%u x %u", count, count);
+    tip_record const record = run_over_tips(run, world, 1.5, name);
     report_tips(run, name, &record);
 }
 

@@ -121,7 +121,7 @@ void validate_mean_velocity(const tulle_world *world, tulle_cloth_id id, double 
 /* A plot of the experiment, drawn into the documentation. The name becomes a file's. */
 typedef struct validation_plot {
     const char *name, *title, *x_label, *y_label;
-    bool is_y_logarithmic;
+    bool is_x_logarithmic, is_y_logarithmic;
 } validation_plot;
 void validate_start_plot(validation_run *run, const validation_plot *plot);
 /* A point of the plot started last. Series appear in the order of their first points; a name that
