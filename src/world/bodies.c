@@ -268,6 +268,7 @@ static void follow_script(const step_context *context, size_t index, double *end
 
 void world_finish_bodies(const step_context *context, double *end) {
     contact_scene const *const scene = &context->scene;
+    context->state->lost_energy = context->lost_energy;
     for (size_t b = 0; b < scene->body_count; b++) {
         contact_body const *const body = &scene->bodies[b];
         size_t const slot = get_body_slot(scene, b);

@@ -12,6 +12,7 @@
 #include "contact/contact_paths.h"
 #include "contact/solve_bodies.h"
 #include "world/bodies.h"
+#include "world/bodies_room.h"
 
 #include <math.h>
 #include <string.h>
@@ -25,6 +26,8 @@ enum { LINEARISATIONS_MAX = 3 };
  * the most rounds of others, then twice as many each time, while that makes it less; so often at
  * most. */
 enum { BALANCES_MAX = 3, BALANCE_ROUNDS = 6 };
+/* Before that bodies make less room for one another, in so many steps. */
+enum { ROOM_LEVELS = 2 };
 
 tulle_status world_compute_forces(step_context *context) {
     tulle_world *const world = context->world;
@@ -157,7 +160,9 @@ static bool keeps_balance(const step_context *context) {
 
 tulle_status world_solve_step(step_context *context, impact_report *impacts, double *start) {
     contact_settings *const settings = &context->scene.settings;
-    double last_gain = (double)INFINITY;
+    double last_gain = (double)INFINITY, gain = 0.0;
+    int asked_less = 0;
+    if (keeps_balance(context)) world_share_room(context);
     tulle_status status = solve_with_true_springs(context, true);
     for (int i = 0; status == TULLE_OK; i++) {
         world_end_stage(context, STAGE_SOLVE_MOTION, start);
@@ -167,8 +172,15 @@ tulle_status world_solve_step(step_context *context, impact_report *impacts, dou
         status = run_resolve_impacts(context, impacts);
         world_end_stage(context, STAGE_RESOLVE_IMPACTS, start);
         if (status != TULLE_OK || i == BALANCES_MAX || !keeps_balance(context)) break;
-        double gain;
         status = world_measure_gain(context, &gain);
+        if (status == TULLE_OK && gain > 0.0 && asked_less < ROOM_LEVELS &&
+            world_ask_less_room(context, asked_less)) {
+            asked_less++;
+            i--;
+            settings->push_out_speed = 0.0; /* of impacts that are found from now on */
+            status = solve_with_true_springs(context, false);
+            continue;
+        }
         if (status != TULLE_OK || !(gain > 0.0 && gain < last_gain)) break;
         last_gain = gain;
         settings->solve_rounds = BALANCE_ROUNDS << i;
@@ -178,5 +190,6 @@ tulle_status world_solve_step(step_context *context, impact_report *impacts, dou
         world_end_stage(context, STAGE_COMPUTE_FORCES, start);
         if (status == TULLE_OK) status = solve_with_true_springs(context, false);
     }
+    world_note_loss(context, gain);
     return status;
 }

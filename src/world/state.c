@@ -19,7 +19,7 @@ typedef struct state_header {
     uint64_t byte_count, payload_hash, def_hash;
     uint64_t vertex_count, obstacle_count, step_count;
     uint64_t contact_bytes, patch_bytes, ignored_count;
-    double time, previous_time_step;
+    double time, previous_time_step, lost_energy;
 } state_header;
 
 /* Cursor over a block of bytes, for writing or reading in the same order. */
@@ -54,6 +54,7 @@ uint64_t tulle_world_get_state_hash(const tulle_world *world) {
     hash = hash_bytes(hash, now->is_released, world->obstacles.count);
     hash = hash_bytes(hash, now->particles, world_particle_count(world));
     hash = hash_bytes(hash, now->rests, world->body_count * sizeof *now->rests);
+    if (world->body_count > 0) hash = hash_bytes(hash, &now->lost_energy, sizeof now->lost_energy);
     hash = hash_bytes(hash, world->ignored.data, world->ignored.count * sizeof(tulle_intersection));
     return contact_store_hash(&now->contacts, hash);
 }
@@ -120,7 +121,8 @@ tulle_status tulle_world_save_state(const tulle_world *world, void **bytes, size
                            .patch_bytes = parts.patch_bytes,
                            .ignored_count = parts.ignored_count,
                            .time = now->time,
-                           .previous_time_step = now->previous_time_step};
+                           .previous_time_step = now->previous_time_step,
+                           .lost_energy = now->lost_energy};
     memcpy(header.magic, STATE_MAGIC, sizeof header.magic);
     header.payload_hash = hash_bytes(HASH_SEED, cursor.bytes + sizeof header, size - sizeof header);
     memcpy(cursor.bytes, &header, sizeof header);
@@ -247,6 +249,7 @@ static tulle_status load_state(tulle_world *world, const void *bytes, size_t byt
     }
     next->time = header.time;
     next->previous_time_step = header.previous_time_step;
+    next->lost_energy = header.lost_energy;
     world_motion_state const old = world->now;
     world->now = *next;
     world->next = old;

@@ -43,6 +43,7 @@ static void copy_state(const tulle_world *world, const world_motion_state *sourc
     if (world->body_count > 0)
         memcpy(target->rests, source->rests, world->body_count * sizeof *target->rests);
     target->previous_time_step = source->previous_time_step;
+    target->lost_energy = source->lost_energy;
     target->time = source->time;
 }
 

@@ -46,6 +46,7 @@ typedef struct step_context {
     motion_state dynamics;
     pair_source source;
     double *mean_velocity;   /* [m/s] u, all vertices */
+    double lost_energy;      /* [J] that this substep loses; only with bodies */
     bool has_settled;        /* the impulses of the last solve have */
     double *guess;           /* [m/s] u about which springs are linearised */
     double *predicted, *end; /* [m] all vertices */

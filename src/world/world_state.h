@@ -95,6 +95,7 @@ typedef struct world_motion_state {
     double *previous_mean;       /* [m/s] mean velocity u of the last step, all vertices (BDF2) */
     double *previous_velocities; /* [m/s] at the start of the last step, all vertices (BDF2) */
     double previous_time_step;   /* [s] of that step; 0: none, or it was shortened */
+    double lost_energy;          /* [J] in the last substep; 0 without bodies */
     double time;                 /* [s] */
     uint8_t *is_released;        /* per obstacle: let through by on_pinch: release */
     uint8_t *is_present;         /* per obstacle */

@@ -1,0 +1,23 @@
+/* world/bodies_room.h - bodies that come too near to one another make room only as far as the step
+ * has energy for it.
+ *
+ * A row inside the contact distance asks for speed apart. Between bodies that carry load, as the
+ * rings of a chain or boxes of a stack, that lifts what hangs or stands on them: work that no force
+ * does. So rows between bodies alone share what the steps lose anyway, by impact, friction and the
+ * integrator. */
+#ifndef TULLE_WORLD_BODIES_ROOM_H
+#define TULLE_WORLD_BODIES_ROOM_H
+
+#include "world/step.h"
+
+/* Before the first solve of a substep: rows ask for what a part of the energy pays that the substep
+ * before lost. */
+void world_share_room(step_context *context);
+/* After a solve that gained energy: such rows ask for less, at first for no more room than they
+ * have, with `level` 1 for no speed apart. False when none of them carries load and asked for more.
+ */
+bool world_ask_less_room(step_context *context, int level);
+/* After the last solve, which gained so much [J]: what this substep loses without them. */
+void world_note_loss(step_context *context, double gain);
+
+#endif
