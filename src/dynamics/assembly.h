@@ -23,8 +23,9 @@ typedef struct assembly {
     double *guessed_positions; /* x0 + h guess, 3 a vertex; null without a guess */
     symmetric3 *spring_blocks; /* alpha D + beta K, negated, of the first end by the first end */
     vec3 *spring_forces, *spring_sources; /* f and f - D w at the first end */
-    hinge_state *hinge_states;
-    vec3 *hinge_forces; /* 4 a hinge */
+    vec3 *hinge_deviations;
+    vec3 *hinge_forces;                   /* 4 a hinge */
+    bend_damping_response *bend_dampings; /* by triangle; null without bending damping */
     vec3 *air_velocities;
     vec3 *triangle_forces, *triangle_sources, *triangle_drags; /* per corner; D of a corner by a
                                                                   corner is -g g^T, g the drag */
@@ -32,9 +33,11 @@ typedef struct assembly {
 } assembly;
 
 /* assembly_elements.c: slots of a range of springs, hinges or triangles. Hinges are evaluated all
- * before any fills its slots, the wind sampled at all vertices before any triangle. */
+ * and the damping of bending in triangles before any fills its slots, the wind sampled at all
+ * vertices before any triangle. */
 void assembly_fill_springs(void *context, size_t begin, size_t end, size_t chunk, int worker);
 void assembly_evaluate_hinges(void *context, size_t begin, size_t end, size_t chunk, int worker);
+void assembly_damp_bending(void *context, size_t begin, size_t end, size_t chunk, int worker);
 void assembly_fill_hinges(void *context, size_t begin, size_t end, size_t chunk, int worker);
 void assembly_sample_wind(void *context, size_t begin, size_t end, size_t chunk, int worker);
 void assembly_fill_triangles(void *context, size_t begin, size_t end, size_t chunk, int worker);

@@ -4,9 +4,6 @@
 
 #include <math.h>
 
-/* Six edges at a vertex and six across from it, and some more for uneven meshes. */
-static const double HINGES_AT_A_VERTEX = 16.0;
-
 static vec3 get_difference(const cloth_spring *spring, const double *values) {
     return vec3_sub(vec3_load(values, spring->vertices[1]), vec3_load(values, spring->vertices[0]));
 }
@@ -60,37 +57,35 @@ void assembly_fill_springs(void *context, size_t begin, size_t end, size_t chunk
     }
 }
 
-/* The damping force acts along g = w n + e. The matrix holds damping of the rate of c, along w, but
- * not e, which comes from the turning of the normal: explicit, it is stable while h S |e|^2 / m
- * stays under 1 / (hinges at a vertex), S the sum of the hinge's damping couplings. Where folds,
- * fine meshes or strong damping exceed that, g is scaled down: both momenta are kept, and the
- * scaling vanishes with the step. */
-static void limit_damping(const assembly *work, size_t hinge) {
-    const cloth_model *const model = work->model;
-    hinge_state *const state = &work->hinge_states[hinge];
-    double strength = 0.0, spread = 0.0;
-    for (size_t k = model->coupling_begin[hinge]; k < model->coupling_begin[hinge + 1]; k++)
-        strength += fabs(model->damping_couplings[k]);
-    for (int k = 0; k < 4; k++) {
-        vec3 const turning = vec3_add_scaled(state->rate_directions[k], state->normal,
-                                             -model->hinges[hinge].weights[k]);
-        spread += vec3_norm2(turning) / model->masses[model->hinges[hinge].vertices[k]];
-    }
-    double const share = work->state->time_step * strength * spread * HINGES_AT_A_VERTEX;
-    if (!(share > 1.0)) return;
-    double const kept = 1.0 / sqrt(share);
-    state->rate *= kept;
-    for (int k = 0; k < 4; k++)
-        state->rate_directions[k] = vec3_scale(state->rate_directions[k], kept);
-}
-
 void assembly_evaluate_hinges(void *context, size_t begin, size_t end, size_t chunk, int worker) {
     (void)chunk, (void)worker;
     assembly *const work = context;
-    for (size_t h = begin; h < end; h++) {
-        bend_evaluate(&work->model->hinges[h], work->state->positions, work->state->velocities,
-                      work->model->has_bend_damping, &work->hinge_states[h]);
-        if (work->model->has_bend_damping) limit_damping(work, h);
+    for (size_t h = begin; h < end; h++)
+        work->hinge_deviations[h] =
+            bend_get_deviation(&work->model->hinges[h], work->state->positions);
+}
+
+void assembly_damp_bending(void *context, size_t begin, size_t end, size_t chunk, int worker) {
+    (void)chunk, (void)worker;
+    assembly *const work = context;
+    const cloth_model *const model = work->model;
+    const uint32_t *const uses = model->vertex_triangles.begin;
+    for (size_t t = begin; t < end; t++) {
+        const uint32_t *const corners = model->triangles[t].vertices;
+        uint32_t most = 0;
+        for (int k = 0; k < 3; k++) {
+            uint32_t const count = uses[corners[k] + 1] - uses[corners[k]];
+            if (count > most) most = count;
+        }
+        bend_damping_input const input = {.damping = &model->bend_dampings[t],
+                                          .corners = corners,
+                                          .hinges = model->hinges,
+                                          .positions = work->state->positions,
+                                          .velocities = work->state->velocities,
+                                          .masses = model->masses,
+                                          .time_step = work->state->time_step,
+                                          .triangles_at_a_vertex = most};
+        bend_evaluate_damping(&input, &work->bend_dampings[t]);
     }
 }
 
@@ -99,15 +94,18 @@ void assembly_fill_hinges(void *context, size_t begin, size_t end, size_t chunk,
     assembly *const work = context;
     const cloth_model *const model = work->model;
     for (size_t h = begin; h < end; h++) {
-        vec3 moment = {0.0, 0.0, 0.0};
-        double damping_moment = 0.0;
-        for (size_t k = model->coupling_begin[h]; k < model->coupling_begin[h + 1]; k++) {
-            const hinge_state *const other = &work->hinge_states[model->coupling_hinges[k]];
-            moment = vec3_add_scaled(moment, other->deviation, model->couplings[k]);
-            damping_moment += model->damping_couplings[k] * other->rate;
+        const cloth_hinge *const hinge = &model->hinges[h];
+        vec3 moment = {0.0, 0.0, 0.0}, damping_moment = {0.0, 0.0, 0.0};
+        for (size_t k = model->coupling_begin[h]; k < model->coupling_begin[h + 1]; k++)
+            moment = vec3_add_scaled(moment, work->hinge_deviations[model->coupling_hinges[k]],
+                                     model->couplings[k]);
+        for (int side = 0; side < 2 && work->bend_dampings; side++) {
+            uint32_t const place = hinge->sides[side];
+            damping_moment =
+                vec3_add(damping_moment, work->bend_dampings[place / 3].moments[place % 3]);
         }
-        bend_get_forces(&model->hinges[h], work->state->positions, &work->hinge_states[h], moment,
-                        damping_moment, work->hinge_forces + 4 * h);
+        bend_get_forces(hinge, work->state->positions, moment, damping_moment,
+                        work->hinge_forces + 4 * h);
     }
 }
 

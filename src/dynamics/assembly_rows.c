@@ -56,6 +56,12 @@ static void gather_hinges(const assembly *work, uint32_t vertex, vertex_sum *sum
         sum->force = vec3_add(sum->force, force);
         sum->source = vec3_add(sum->source, force);
     }
+    const adjacency *const uses = &model->vertex_triangles;
+    for (size_t k = uses->begin[vertex]; work->bend_dampings && k < uses->begin[vertex + 1]; k++) {
+        vec3 const force = work->bend_dampings[uses->items[k] / 3].forces[uses->items[k] % 3];
+        sum->force = vec3_add(sum->force, force);
+        sum->source = vec3_add(sum->source, force);
+    }
     for (size_t k = model->scalar_begin[vertex]; k < model->scalar_begin[vertex + 1]; k++) {
         work->system->matrix.scalar_values[k] = work->factor.alpha * model->bend_scalar_damping[k] +
                                                 work->factor.beta * model->bend_scalars[k];

@@ -4,13 +4,11 @@
  * normal n. For a flat rest shape (r = 0) the force is linear in the positions. Otherwise the term
  * r n follows the hinge, as in Garg, Grinspun, Wardetzky, Zorin, Cubic shells, 2007; the force is
  * the exact gradient of the energy, so it keeps both momenta.
- *
- * Damping acts on the rate of n . c and not on that of c, so a rigid rotation of a bent sheet is
- * not damped: force = -sum_ij g_i C'_ij (g_j . v), g the gradient of n . c. */
+ * Damping: bend_damping.c. */
 #include "dynamics/bend.h"
 
 /* Sides folded onto each other have no hinge normal. Below this length of the sum of their unit
- * normals (fold angle above 174 degrees) curved rest and damping rest. */
+ * normals (fold angle above 174 degrees) curved rest shapes rest. */
 static const double FOLDED_LIMIT = 0.1;
 
 /* The hinge's normal is along a x m, with a the edge and m the difference of the corners' offsets
@@ -49,34 +47,23 @@ static void add_normal_gradient(const cloth_hinge *hinge, const hinge_frame *fra
     corners[0] = vec3_sub(corners[0], vec3_add(by_edge, vec3_add(by_left, by_right)));
 }
 
-void bend_evaluate(const cloth_hinge *hinge, const double *positions, const double *velocities,
-                   bool needs_rate, hinge_state *state) {
-    *state = (hinge_state){0};
+vec3 bend_get_deviation(const cloth_hinge *hinge, const double *positions) {
     /* Weights sum to zero: offsets from the first corner keep rounding small far from the origin.
      */
     vec3 const origin = vec3_load(positions, hinge->vertices[0]);
-    vec3 c = {0.0, 0.0, 0.0};
+    vec3 c = {0.0, 0.0, 0.0}, normal;
     for (int k = 1; k < 4; k++)
         c = vec3_add_scaled(c, vec3_sub(vec3_load(positions, hinge->vertices[k]), origin),
                             hinge->weights[k]);
-    state->deviation = c;
-    if (!needs_rate && hinge->rest_curvature == 0.0) return;
-    hinge_frame const frame = get_frame(hinge, positions, &state->normal);
-    state->deviation = vec3_add_scaled(c, state->normal, -hinge->rest_curvature);
-    if (!needs_rate || vec3_norm2(state->normal) == 0.0) return;
-    for (int k = 0; k < 4; k++)
-        state->rate_directions[k] = vec3_scale(state->normal, hinge->weights[k]);
-    add_normal_gradient(hinge, &frame, state->normal, c, 1.0, state->rate_directions);
-    for (int k = 0; k < 4; k++)
-        state->rate +=
-            vec3_dot(state->rate_directions[k], vec3_load(velocities, hinge->vertices[k]));
+    if (hinge->rest_curvature == 0.0) return c;
+    get_frame(hinge, positions, &normal);
+    return vec3_add_scaled(c, normal, -hinge->rest_curvature);
 }
 
-void bend_get_forces(const cloth_hinge *hinge, const double *positions, const hinge_state *state,
-                     vec3 moment, double damping_moment, vec3 forces[4]) {
-    for (int k = 0; k < 4; k++)
-        forces[k] = vec3_add(vec3_scale(moment, -hinge->weights[k]),
-                             vec3_scale(state->rate_directions[k], -damping_moment));
+void bend_get_forces(const cloth_hinge *hinge, const double *positions, vec3 moment,
+                     vec3 damping_moment, vec3 forces[4]) {
+    vec3 const all = vec3_add(moment, damping_moment);
+    for (int k = 0; k < 4; k++) forces[k] = vec3_scale(all, -hinge->weights[k]);
     if (hinge->rest_curvature == 0.0) return;
     vec3 normal;
     hinge_frame const frame = get_frame(hinge, positions, &normal);

@@ -4,21 +4,31 @@
 
 #include "dynamics/cloth_model.h"
 
-/* State of one hinge. */
-typedef struct hinge_state {
-    vec3 deviation;          /* d = c - rest_curvature * normal [m] */
-    double rate;             /* time derivative of normal . c [m/s] */
-    vec3 normal;             /* zero where the two sides are folded onto each other */
-    vec3 rate_directions[4]; /* gradient of normal . c by the four corners */
-} hinge_state;
+/* d = c - rest_curvature * normal of a hinge [m]; c alone where its sides are folded onto each
+ * other. */
+vec3 bend_get_deviation(const cloth_hinge *hinge, const double *positions);
 
-/* Evaluates a hinge; needs_rate fills rate and rate_directions, which are zero otherwise. */
-void bend_evaluate(const cloth_hinge *hinge, const double *positions, const double *velocities,
-                   bool needs_rate, hinge_state *state);
+/* Forces [N] on the four corners of a hinge: elastic from moment = sum_j couplings_j d_j (row of
+ * the hinge), and what damping adds to the moment in both of its triangles [N]. */
+void bend_get_forces(const cloth_hinge *hinge, const double *positions, vec3 moment,
+                     vec3 damping_moment, vec3 forces[4]);
 
-/* Forces on the four corners of a hinge: elastic from moment = sum_j couplings_j d_j (row of the
- * hinge), damping from the same sum of rates with damping couplings [N]. */
-void bend_get_forces(const cloth_hinge *hinge, const double *positions, const hinge_state *state,
-                     vec3 moment, double damping_moment, vec3 forces[4]);
+/* Damping in one triangle, part of the force -sum_ab g_a C_ab (g_b . v): g the gradient of n . c_a,
+ * n the triangle's normal. */
+typedef struct bend_damping_response {
+    vec3 moments[3]; /* [N] to the damping moment of the hinge of each edge */
+    vec3 forces[3];  /* [N] on the corners, from the turning of n */
+} bend_damping_response;
+
+typedef struct bend_damping_input {
+    const cloth_bend_damping *damping;
+    const uint32_t *corners;
+    const cloth_hinge *hinges;            /* of the model */
+    const double *positions, *velocities; /* of all vertices */
+    const double *masses;                 /* [kg] */
+    double time_step;                     /* [s] */
+    double triangles_at_a_vertex;         /* most at one of the corners */
+} bend_damping_input;
+void bend_evaluate_damping(const bend_damping_input *input, bend_damping_response *response);
 
 #endif

@@ -68,6 +68,13 @@ static double measure_quality(const bending_input *input, const uint32_t *corner
     return 2.0 * area / longest;
 }
 
+/* Place of an edge in one of its triangles. */
+static uint32_t find_edge(const topology *surface, uint32_t triangle, uint32_t edge) {
+    uint32_t place = 0;
+    while (surface->triangle_edges[3 * (size_t)triangle + place] != edge) place++;
+    return place;
+}
+
 /* Fills hinge geometry and its softening in (0, 1]. */
 static double fill_hinge(const bending_input *input, size_t edge, cloth_hinge *hinge) {
     double softening = 1.0;
@@ -77,6 +84,8 @@ static double fill_hinge(const bending_input *input, size_t edge, cloth_hinge *h
         hinge->vertices[k] = input->surface->edges[2 * edge + k];
         hinge->vertices[2 + k] = input->surface->edge_opposites[2 * edge + k];
         hinge->inv_double_areas[k] = 0.5 / area;
+        hinge->sides[k] = 3 * input->triangle_numbers[triangle] +
+                          find_edge(input->surface, triangle, (uint32_t)edge);
         double const quality =
             measure_quality(input, input->surface->triangles + 3 * (size_t)triangle, area);
         softening = fmin(softening, quality / SLIVER_RATIO);
@@ -111,18 +120,20 @@ static uint32_t add_couplings(const coupling_builder *build, size_t edge, uint32
                               uint32_t self, uint32_t place) {
     const bending_input *const input = build->input;
     cloth_model *const model = build->model;
+    uint32_t const number = input->triangle_numbers[triangle];
+    cloth_bend_damping *const in_triangle = &model->bend_dampings[number];
     const uint32_t *const corners = input->surface->triangles + 3 * (size_t)triangle;
     const uint32_t *const edges = input->surface->triangle_edges + 3 * (size_t)triangle;
     uint32_t const hinge = build->edge_hinges[edge];
-    size_t own = 0;
-    while (edges[own] != edge) own++;
+    size_t const own = find_edge(input->surface, triangle, (uint32_t)edge);
     uint32_t const material_index =
         input->vertex_materials ? input->vertex_materials[corners[0]] : 0;
     const tulle_material *const material = &input->materials[material_index];
-    double const stiffness =
-        material->bend_stiffness / (4.0 * input->areas[input->triangle_numbers[triangle]]);
+    double const stiffness = material->bend_stiffness / (4.0 * input->areas[number]);
+    in_triangle->rest_double_area = 2.0 * input->areas[number];
     for (size_t k = 0; k < 3; k++) {
         uint32_t const other = build->edge_hinges[edges[k]];
+        in_triangle->hinges[k] = other;
         if (other == TULLE_NONE) continue;
         uint32_t const at = other == hinge ? self : place++;
         double const value = stiffness * build->softening[hinge] * build->softening[other] *
@@ -130,6 +141,7 @@ static uint32_t add_couplings(const coupling_builder *build, size_t edge, uint32
         model->coupling_hinges[at] = other;
         model->couplings[at] += value;
         model->damping_couplings[at] += value * material->bend_damping;
+        in_triangle->couplings[own][k] = value * material->bend_damping;
         model->has_bending |= value > 0.0;
         model->has_bend_damping |= value * material->bend_damping > 0.0;
     }
@@ -144,8 +156,10 @@ static bool build_couplings(memory *heap, coupling_builder *build) {
     model->coupling_hinges = memory_allocate_zeroed(heap, room, sizeof(uint32_t));
     model->couplings = memory_allocate_zeroed(heap, room, sizeof(double));
     model->damping_couplings = memory_allocate_zeroed(heap, room, sizeof(double));
+    model->bend_dampings =
+        memory_allocate_zeroed(heap, model->triangle_count, sizeof *model->bend_dampings);
     if (!model->coupling_begin || !model->coupling_hinges || !model->couplings ||
-        !model->damping_couplings)
+        !model->damping_couplings || !model->bend_dampings)
         return false;
     uint32_t place = 0;
     for (size_t edge = 0; edge < model->spring_count; edge++) {
@@ -260,6 +274,17 @@ static bool keep_scalars(memory *heap, cloth_model *model, const entry_array *re
     return true;
 }
 
+static void release_damping_couplings(memory *heap, cloth_model *model) {
+    memory_release(heap, model->damping_couplings, 5 * model->hinge_count * sizeof(double));
+    model->damping_couplings = NULL;
+}
+
+static void release_bend_dampings(memory *heap, cloth_model *model) {
+    memory_release(heap, model->bend_dampings,
+                   model->triangle_count * sizeof *model->bend_dampings);
+    model->bend_dampings = NULL;
+}
+
 bool bending_build_matrix(memory *heap, cloth_model *model) {
     model->scalar_begin = memory_allocate_zeroed(heap, model->vertex_count + 1, sizeof(uint32_t));
     model->bend_blocks = memory_allocate_zeroed(heap, model->block_count, sizeof(double));
@@ -271,6 +296,8 @@ bool bending_build_matrix(memory *heap, cloth_model *model) {
         model->scalar_begin[v + 1] = (uint32_t)rest.count;
     }
     ok = ok && keep_scalars(heap, model, &rest);
+    release_damping_couplings(heap, model);
+    if (!model->has_bend_damping) release_bend_dampings(heap, model);
     ARRAY_FREE(heap, &row);
     ARRAY_FREE(heap, &rest);
     return ok;
@@ -281,7 +308,8 @@ void bending_destroy(memory *heap, cloth_model *model) {
     memory_release(heap, model->coupling_begin, (model->hinge_count + 1) * sizeof(uint32_t));
     memory_release(heap, model->coupling_hinges, room * sizeof(uint32_t));
     memory_release(heap, model->couplings, room * sizeof(double));
-    memory_release(heap, model->damping_couplings, room * sizeof(double));
+    release_damping_couplings(heap, model);
+    release_bend_dampings(heap, model);
     memory_release(heap, model->scalar_begin, (model->vertex_count + 1) * sizeof(uint32_t));
     memory_release(heap, model->scalar_columns, model->scalar_count * sizeof(uint32_t));
     memory_release(heap, model->bend_blocks, model->block_count * sizeof(double));

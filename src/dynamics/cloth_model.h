@@ -37,13 +37,21 @@ typedef struct cloth_hinge {
     uint32_t vertices[4];
     double weights[4];
     double inv_double_areas[2]; /* [1/m^2] 1 / (2 rest area) of the triangle at corner 2 and at 3 */
-    double rest_curvature;      /* [m] rest value of c along the hinge normal, signed; 0: flat */
+    uint32_t sides[2];     /* 3 * triangle + edge there, of the triangle at corner 2 and at 3 */
+    double rest_curvature; /* [m] rest value of c along the hinge normal, signed; 0: flat */
 } cloth_hinge;
 
 /* One triangle, for wind. */
 typedef struct cloth_triangle {
     uint32_t vertices[3];
 } cloth_triangle;
+
+/* Bending damping in one triangle: of the rates of n . c of its hinges, n the triangle's normal. */
+typedef struct cloth_bend_damping {
+    uint32_t hinges[3];      /* edge k joins corners k and k + 1; TULLE_NONE on the border */
+    double couplings[3][3];  /* [N s/m] symmetric, never negative; zero on the border */
+    double rest_double_area; /* [m^2] */
+} cloth_bend_damping;
 
 typedef struct cloth_model {
     size_t vertex_count, spring_count, hinge_count, triangle_count;
@@ -55,7 +63,8 @@ typedef struct cloth_model {
     /* Bending energy is 1/2 sum_ij couplings_ij d_i . d_j over hinges i, j, with d_i = c_i - rest:
      * compressed rows, at most five entries each [N/m]. */
     uint32_t *coupling_begin, *coupling_hinges;
-    double *couplings, *damping_couplings; /* [N/m], [N s/m] */
+    double *couplings, *damping_couplings; /* [N/m]; [N s/m] while the model is built */
+    cloth_bend_damping *bend_dampings;     /* triangle_count; null without bending damping */
     adjacency vertex_springs;              /* 2 * spring + end */
     adjacency vertex_hinges;               /* 4 * hinge + corner */
     adjacency vertex_triangles;            /* 3 * triangle + corner */

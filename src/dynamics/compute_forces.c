@@ -19,8 +19,9 @@
  * Where K and D are not the exact derivatives, so that A is symmetric positive definite in every
  * state: a spring under compression has no stiffness across itself; drag keeps its part along the
  * normal; the rest-curvature term of bending is taken as constant; bending damping uses the
- * constant matrix, which is at least the true one; derivatives of damping by positions are dropped.
- * Every integrator stays consistent with f0; steps in which one of these acts are of first order.
+ * constant matrix, which is at least half the true one (bend_damping.c); derivatives of damping by
+ * positions are dropped. Every integrator stays consistent with f0; steps in which one of these
+ * acts are of first order.
  *
  * Passes: elements fill their own slots (assembly_elements.c); then each vertex gathers its row in
  * a fixed order (assembly_rows.c). No two threads write the same number.
@@ -67,14 +68,18 @@ static bool allocate_assembly(assembly *work, arena *scratch) {
     work->spring_blocks = ARENA_NEW(scratch, symmetric3, springs);
     work->spring_forces = ARENA_NEW(scratch, vec3, springs);
     work->spring_sources = ARENA_NEW(scratch, vec3, springs);
-    work->hinge_states = ARENA_NEW(scratch, hinge_state, hinges);
+    work->hinge_deviations = ARENA_NEW(scratch, vec3, hinges);
     work->hinge_forces = ARENA_NEW(scratch, vec3, 4 * hinges);
+    if (model->has_bend_damping) {
+        work->bend_dampings = ARENA_NEW(scratch, bend_damping_response, model->triangle_count);
+        if (!work->bend_dampings) return false;
+    }
     work->air_velocities = ARENA_NEW(scratch, vec3, work->has_wind ? vertices : 0);
     work->triangle_forces = ARENA_NEW(scratch, vec3, triangles);
     work->triangle_sources = ARENA_NEW(scratch, vec3, triangles);
     work->triangle_drags = ARENA_NEW(scratch, vec3, triangles);
     return work->start_velocities && work->spring_blocks && work->spring_forces &&
-           work->spring_sources && work->hinge_states && work->hinge_forces &&
+           work->spring_sources && work->hinge_deviations && work->hinge_forces &&
            work->air_velocities && work->triangle_forces && work->triangle_sources &&
            work->triangle_drags;
 }
@@ -127,6 +132,9 @@ tulle_status compute_forces(const cloth_model *model, const motion_state *state,
     if (model->has_bending) {
         parallel_for(model->hinge_count, HINGES_PER_CHUNK, threads, assembly_evaluate_hinges,
                      &work);
+        if (model->has_bend_damping)
+            parallel_for(model->triangle_count, HINGES_PER_CHUNK, threads, assembly_damp_bending,
+                         &work);
         parallel_for(model->hinge_count, HINGES_PER_CHUNK, threads, assembly_fill_hinges, &work);
     }
     if (work.has_wind) {

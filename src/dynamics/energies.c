@@ -51,9 +51,7 @@ static void measure_hinges(void *context, size_t begin, size_t end, size_t chunk
     (void)chunk, (void)worker;
     energy_task *const task = context;
     for (size_t h = begin; h < end; h++) {
-        hinge_state state;
-        bend_evaluate(&task->model->hinges[h], task->positions, task->velocities, false, &state);
-        task->deviations[h] = state.deviation;
+        task->deviations[h] = bend_get_deviation(&task->model->hinges[h], task->positions);
     }
 }
 

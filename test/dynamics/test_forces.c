@@ -265,7 +265,8 @@ static void drag_matches_finite_differences(void **state) {
     fixture_free(f);
 }
 
-/* v^T (D_matrix - D_true) v >= 0 and no power gained: bending damping is safe in any state. */
+/* Bending damping D takes power only, and v^T D v <= 2 v^T (D_matrix + M / h) v: it is stable in
+ * any state. Nearly flat, the matrix alone bounds it. */
 static void bend_damping_is_bounded_by_its_matrix(void **state) {
     (void)state;
     tulle_material material = plain_material(), undamped = plain_material();
@@ -287,7 +288,7 @@ static void bend_damping_is_bounded_by_its_matrix(void **state) {
                 f->x[3 * v] = 0.2 * sin(angle), f->x[3 * v + 1] = 0.2 * cos(angle);
             }
         else
-            shake(f->x, n, 0.004, trial);
+            shake(f->x, n, trial % 2 ? 0.004 : 0.1, trial);
         memset(f->v, 0, n * sizeof(double));
         fixture_assemble(f, TULLE_INTEGRATOR_IMPLICIT_EULER, 1.0);
         double *const elastic = copy_doubles(f->system.forces, n);
@@ -296,8 +297,9 @@ static void bend_damping_is_bounded_by_its_matrix(void **state) {
         for (size_t v = 0; is_rigid && v < f->vertex_count; v++)
             vec3_store(f->v, v, vec3_cross(spin, vec3_load(f->x, v)));
         fixture_assemble(f, TULLE_INTEGRATOR_IMPLICIT_EULER, 1.0);
-        double true_power = 0.0, matrix_power = 0.0;
+        double true_power = 0.0, matrix_power = 0.0, inertia = 0.0;
         for (size_t i = 0; i < n; i++) {
+            inertia += f->model.masses[i / 3] * f->v[i] * f->v[i]; /* h is 1 s */
             true_power -= f->v[i] * (f->system.forces[i] - elastic[i]);
             for (size_t j = 0; j < n; j++)
                 matrix_power +=
@@ -306,8 +308,10 @@ static void bend_damping_is_bounded_by_its_matrix(void **state) {
         free(elastic);
         if (is_rigid)
             assert_true(fabs(true_power) < 1e-12);
-        else
+        else if (trial % 2)
             assert_true(true_power > 0.0 && true_power < 1.2 * matrix_power);
+        else
+            assert_true(true_power > 0.0 && true_power <= 2.0 * (matrix_power + inertia));
     }
     free(damped_matrix), free(plain_matrix), free(product);
     fixture_free(f), fixture_free(g);

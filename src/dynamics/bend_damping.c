@@ -1,0 +1,112 @@
+/* dynamics/bend_damping.c - damping of the rates at which hinges fold.
+ *
+ * In each triangle the fold of hinge a is measured along the triangle's normal: n . c_a, c_a the
+ * hinge's vector (bending_matrix.c). Its rate has the gradient g_a = n w_a + e_a, with w_a the
+ * constant weights on the hinge's corners and e_a from the turning of n, on the triangle's. The
+ * force is -sum_ab g_a C_ab (g_b . v), C the triangle's couplings times the damping time: it takes
+ * energy only, adds up to nothing, as its moments do, and a rigid motion has no rates.
+ *
+ * The matrix of the system holds H = sum w_a C_ab w_b, along every direction, in place of the true
+ * G = sum g_a C_ab g_b^T, which is explicit. A step is stable while G <= 2 (H + M / h). All hinges
+ * of a triangle share n, so sum n w_a C_ab w_b n^T <= H; then G <= 2 H + 2 sum e_a C_ab e_b^T. What
+ * remains is to keep the part of e under M / h: where sharp folds, fine meshes or strong damping
+ * exceed that, the damping of the triangle is scaled down, which vanishes with the step. */
+#include "dynamics/bend.h"
+
+#include <math.h>
+
+/* A triangle with less than this part of its rest area has no normal to go by. */
+static const double FLATTENED_LIMIT = 0.1;
+
+/* Part of M / h that the turning of normals may take. */
+static const double TURNING_SHARE = 0.5;
+
+/* A triangle now: edges from corner 0, normal, and twice the area. */
+typedef struct triangle_frame {
+    vec3 left, right, normal;
+    double double_area;
+} triangle_frame;
+
+static triangle_frame get_frame(const bend_damping_input *input) {
+    vec3 const origin = vec3_load(input->positions, input->corners[0]);
+    triangle_frame frame = {
+        .left = vec3_sub(vec3_load(input->positions, input->corners[1]), origin),
+        .right = vec3_sub(vec3_load(input->positions, input->corners[2]), origin)};
+    vec3 const cross = vec3_cross(frame.left, frame.right);
+    frame.double_area = vec3_norm(cross);
+    if (frame.double_area > 0.0) frame.normal = vec3_scale(cross, 1.0 / frame.double_area);
+    return frame;
+}
+
+/* Time derivative of the normal [1/s]. */
+static vec3 get_turning(const bend_damping_input *input, const triangle_frame *frame) {
+    vec3 const origin = vec3_load(input->velocities, input->corners[0]);
+    vec3 const left = vec3_sub(vec3_load(input->velocities, input->corners[1]), origin);
+    vec3 const right = vec3_sub(vec3_load(input->velocities, input->corners[2]), origin);
+    vec3 const change = vec3_add(vec3_cross(left, frame->right), vec3_cross(frame->left, right));
+    vec3 const across = vec3_add_scaled(change, frame->normal, -vec3_dot(frame->normal, change));
+    return vec3_scale(across, 1.0 / frame->double_area);
+}
+
+static vec3 sum_hinge(const cloth_hinge *hinge, const double *values) {
+    vec3 const origin = vec3_load(values, hinge->vertices[0]);
+    vec3 sum = {0.0, 0.0, 0.0};
+    for (int k = 1; k < 4; k++)
+        sum = vec3_add_scaled(sum, vec3_sub(vec3_load(values, hinge->vertices[k]), origin),
+                              hinge->weights[k]);
+    return sum;
+}
+
+/* Bound of h m^-1/2 (sum e_a C_ab e_b^T) m^-1/2 over all triangles at a vertex: trace of C times
+ * sum |e_ak|^2 / m_k. */
+static double bound_turning(const bend_damping_input *input, const triangle_frame *frame,
+                            const vec3 vectors[3]) {
+    double strength = 0.0, tangential2 = 0.0;
+    for (int a = 0; a < 3; a++) {
+        double const along = vec3_dot(frame->normal, vectors[a]);
+        strength += input->damping->couplings[a][a];
+        tangential2 += vec3_norm2(vec3_add_scaled(vectors[a], frame->normal, -along));
+    }
+    vec3 const opposite = vec3_sub(frame->right, frame->left);
+    double const mobility = vec3_norm2(opposite) / input->masses[input->corners[0]] +
+                            vec3_norm2(frame->right) / input->masses[input->corners[1]] +
+                            vec3_norm2(frame->left) / input->masses[input->corners[2]];
+    return input->time_step * strength * tangential2 * mobility * input->triangles_at_a_vertex /
+           (frame->double_area * frame->double_area);
+}
+
+/* Forces -(dn/dx)^T y on the corners. */
+static void get_turning_forces(const triangle_frame *frame, vec3 y, vec3 forces[3]) {
+    vec3 const across = vec3_scale(vec3_add_scaled(y, frame->normal, -vec3_dot(frame->normal, y)),
+                                   1.0 / frame->double_area);
+    forces[1] = vec3_cross(across, frame->right);
+    forces[2] = vec3_cross(frame->left, across);
+    forces[0] = vec3_scale(vec3_add(forces[1], forces[2]), -1.0);
+}
+
+void bend_evaluate_damping(const bend_damping_input *input, bend_damping_response *response) {
+    const cloth_bend_damping *const damping = input->damping;
+    *response = (bend_damping_response){0};
+    triangle_frame const frame = get_frame(input);
+    if (!(frame.double_area > FLATTENED_LIMIT * damping->rest_double_area)) return;
+    vec3 const turning = get_turning(input, &frame);
+    vec3 vectors[3] = {0};
+    double rates[3] = {0};
+    for (int a = 0; a < 3; a++) {
+        if (damping->hinges[a] == TULLE_NONE) continue;
+        const cloth_hinge *const hinge = &input->hinges[damping->hinges[a]];
+        vectors[a] = sum_hinge(hinge, input->positions);
+        rates[a] = vec3_dot(frame.normal, sum_hinge(hinge, input->velocities)) +
+                   vec3_dot(turning, vectors[a]);
+    }
+    double const share = bound_turning(input, &frame, vectors) / TURNING_SHARE;
+    double const kept = share > 1.0 ? 1.0 / share : 1.0;
+    vec3 sum = {0.0, 0.0, 0.0};
+    for (int a = 0; a < 3; a++) {
+        double moment = 0.0;
+        for (int b = 0; b < 3; b++) moment += kept * damping->couplings[a][b] * rates[b];
+        response->moments[a] = vec3_scale(frame.normal, moment);
+        sum = vec3_add_scaled(sum, vectors[a], moment);
+    }
+    get_turning_forces(&frame, sum, response->forces);
+}
