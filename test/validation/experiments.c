@@ -13,6 +13,7 @@ extern const experiment settling_experiments[];
 extern const experiment turning_experiments[];
 extern const experiment between_experiments[];
 extern const experiment tips_experiments[];
+extern const experiment untangle_experiments[];
 extern const experiment scenes_experiments[];
 
 const experiment *const validation_groups[] = {
@@ -27,6 +28,7 @@ const experiment *const validation_groups[] = {
     turning_experiments,    /* edges that turn in contact */
     between_experiments,    /* a sheet between two layers */
     tips_experiments,       /* cloth on sharp tips */
+    untangle_experiments,   /* starts that intersect */
     scenes_experiments,     /* the scenes of the repository */
     NULL,
 };

@@ -47,7 +47,7 @@ static tip_record run_over_tips(validation_run *run, tulle_world *world, double 
         record.kinetic_energy = report.kinetic_energy;
         record.substeps += report.substeps - 1;
         if (i % JUDGE_EVERY == 0) record.crossing += validate_judge(run, world);
-        if (i % 3 == 0) validate_plot_point(run, series, report.time, report.max_stretch);
+        validate_plot_point(run, series, report.time, report.max_stretch);
     }
     return record;
 }
