@@ -1,17 +1,19 @@
 #!/usr/bin/env python3
 """Writes the rows of tulle_validate into docs/validation.md.
 
-Usage: test/validation/fill_tables.py MAIN.csv [OTHER.csv ...] [--fill docs/validation.md]
+Usage: test/validation/fill_tables.py validation CSV [--fill docs/validation.md]
+       test/validation/fill_tables.py responses CSV CSV [...] [--fill docs/validation.md]
 
-MAIN.csv becomes the table between the marks `begin validation` and `end validation`; all files
-together, one column each, the one between `begin responses` and `end responses`. Without --fill
-both are printed.
+The table between the marks `begin NAME` and `end NAME`: `validation` has all rows of one file,
+`responses` those of several, one column each. Without --fill it is printed.
 """
 import pathlib
 import sys
 
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[2] / "tools"))
 from markdown_tables import fill, make_table, read_rows  # noqa: E402
+
+BROKEN_ROW = "runs to its end"
 
 
 def short(text):
@@ -46,20 +48,39 @@ def way(row):
     return ", ".join(parts)
 
 
+def broken(rows):
+    """Why an experiment broke off, by its name."""
+    return {row["experiment"]: row["reference"] for row in rows if row["row"] == BROKEN_ROW}
+
+
+def cell(rows, breaks, key, is_first):
+    """What one file says of a row; the message of what broke off stands once."""
+    if key in rows:
+        return marked(rows[key])
+    if key[0] not in breaks:
+        return "not run"
+    return f"**broke off**: {breaks[key[0]]}" if is_first else "**broke off**"
+
+
 def responses(files):
     """Rows of the first file, with the figures of all; those that are off are in bold."""
     head = ["experiment", "what", "expected"] + [way(rows[0]) for rows in files]
-    out = []
     found = [{(row["experiment"], row["row"]): row for row in rows} for rows in files]
-    groups = [{row["experiment"].split(".")[0] for row in rows} for rows in files]
+    breaks = [broken(rows) for rows in files]
+    told = set()
+    out = []
+    last = ""
     for row in files[0]:
         key = (row["experiment"], row["row"])
-        if row["expected"] == "-":
+        if row["expected"] == "-" or key[0] == "all":
             continue
-        out.append([f"`{row['experiment']}`", row["row"], row["expected"]] +
-                   [marked(rows[key]) if key in rows else
-                    "**broke off**" if key[0].split(".")[0] in ran else "not run"
-                    for rows, ran in zip(found, groups)])
+        cells = []
+        for i, rows in enumerate(found):
+            cells.append(cell(rows, breaks[i], key, (i, key[0]) not in told))
+            if key not in rows:
+                told.add((i, key[0]))
+        out.append([f"`{key[0]}`" if key[0] != last else "", row["row"], row["expected"]] + cells)
+        last = key[0]
     return make_table(head, out)
 
 
@@ -72,18 +93,15 @@ def main():
             sys.exit(__doc__)
         target = arguments[at + 1]
         del arguments[at:at + 2]
-    if not arguments:
-        sys.exit(__doc__)
+    name = arguments.pop(0) if arguments else ""
     files = [rows for rows in map(read_rows, arguments) if rows]
-    if not files:
-        sys.exit("no rows")
-    texts = {"validation": validation(files[0])}
-    if len(files) > 1:
-        texts["responses"] = responses(files)
+    if not (name == "validation" and len(files) == 1 or name == "responses" and len(files) > 1):
+        sys.exit(__doc__)
+    text = validation(files[0]) if name == "validation" else responses(files)
     if target:
-        fill(target, texts)
+        fill(target, {name: text})
     else:
-        print("\n\n".join(texts.values()))
+        print(text)
 
 
 if __name__ == "__main__":

@@ -17,7 +17,7 @@ typedef enum row_verdict {
     VERDICT_OPEN /* off, as is known, in a quick run */
 } row_verdict;
 
-enum { VALIDATION_TEXT = 160 };
+enum { VALIDATION_TEXT = 256 };
 typedef struct validation_row {
     const char *experiment;                                           /* its name */
     char what[VALIDATION_TEXT], unit[16], reference[VALIDATION_TEXT]; /* reference: or the reason */
