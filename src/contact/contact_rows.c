@@ -48,6 +48,7 @@ bool make_contact_row(const contact_scene *scene, const double *x1, const pair_e
     if (!(row->inverse_mass > least) || !(vec3_norm2(row->normal) > 0.5)) return false;
     pair_distances const distances = find_pair_distances(scene, event->kind, row->vertices);
     row->gap = vec3_dot(row->normal, blend_points(start, row->weights));
+    set_row_turning(scene, row);
     row->bias = find_bias(scene, row->gap + find_row_curvature(scene, row), distances.contact);
     set_row_friction(scene, row);
     return true;

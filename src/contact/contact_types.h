@@ -117,8 +117,8 @@ typedef struct contact_scene {
     const uint32_t *surface_bodies;    /* surface_count: body of each surface, or TULLE_NONE; may be
                                           null where body_count is 0 */
     vec3 gravity;                      /* [m/s^2] */
-    const affine_map *const *carriers; /* surface_count entries, each may be null; null: none. Lets
-                                          the rescue carry cloth along with a moving obstacle */
+    const affine_map *const *carriers; /* surface_count entries, each may be null; null: none. The
+                                          way of what rides on a scripted obstacle */
     const uint64_t *ignored;           /* triangle pairs that may intersect, ascending, see
                                           ignored_pair_key; null: none */
     size_t ignored_count;
@@ -175,7 +175,8 @@ typedef struct contact_row {
     double friction; /* coefficient in this step, one of the two */
     vec3 grain;      /* unit tangent; factors on friction along and across it, 1: isotropic */
     double friction_along, friction_across;
-    vec3 anchor;           /* [m] tangential way since the contact sticks */
+    vec3 turning; /* [m/s] tangential: of what rides on a scripted obstacle, the gap away from it */
+    vec3 anchor;  /* [m] tangential way since the contact sticks */
     vec3 return_velocity;  /* [m/s] tangential, that friction aims at: undoes the anchor */
     vec3 impulse;          /* [N s] total over the step, acts w_i impulse on vertex i */
     bool has_body;         /* a side lies on a free body; else the rest of this block is not set */

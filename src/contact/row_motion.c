@@ -134,6 +134,19 @@ double measure_row_mobility(const contact_scene *scene, const contact_row *row,
     return mobility;
 }
 
+void set_row_turning(const contact_scene *scene, contact_row *row) {
+    row->turning = vec3_make(0.0, 0.0, 0.0);
+    if (!scene->carriers || row->has_body) return;
+    const affine_map *carrier = NULL;
+    for (int k = 0; k < 4 && !carrier; k++)
+        carrier = scene->carriers[scene->vertex_surface[row->vertices[k]]];
+    if (!carrier) return;
+    vec3 const offset = vec3_scale(row->normal, row->gap);
+    vec3 const change = vec3_sub(mat3_multiply_vec3(&carrier->matrix, offset), offset);
+    row->turning = vec3_scale(vec3_add_scaled(change, row->normal, -vec3_dot(change, row->normal)),
+                              1.0 / scene->time_step);
+}
+
 void move_row(const contact_scene *scene, const contact_row *row, vec3 impulse, double *u) {
     for (int k = 0; k < 4; k++) {
         uint32_t const vertex = row->vertices[k];

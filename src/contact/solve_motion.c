@@ -89,8 +89,8 @@ static void add_hard_row(motion_solve *solve, contact_row *row) {
     size_t const cloth_count = solve->scene->cloth_vertex_count;
     find_pull(&solve->scene->settings, row, solve->u);
     add_row_blocks(row, cloth_count, &row->pull, solve->diagonal);
-    /* less what obstacle vertices contribute: the operator knows unknowns only */
-    vec3 target = find_pull_target(row);
+    /* less what obstacles contribute: the operator knows unknowns only */
+    vec3 target = vec3_add(find_pull_target(row), row->turning);
     for (int k = 0; k < 4; k++)
         if (row->vertices[k] >= cloth_count && is_row_vertex(row, k))
             target =

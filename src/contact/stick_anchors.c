@@ -55,7 +55,9 @@ void move_anchors(const contact_scene *scene, const double *x1, row_list *list) 
     for (size_t i = 0; i < list->rows.count; i++) {
         contact_row *const row = &list->rows.data[i];
         bool const goes_on = row->state == ROW_STICKS && row->old_state == ROW_STICKS;
-        vec3 const way = vec3_sub(blend_row_vertices(row, x1), blend_row_vertices(row, scene->x0));
+        vec3 const points =
+            vec3_sub(blend_row_vertices(row, x1), blend_row_vertices(row, scene->x0));
+        vec3 const way = vec3_add_scaled(points, row->turning, -scene->time_step);
         vec3 const offset = vec3_add_scaled(remove_normal(way, row->normal), row->anchor, kept);
         row->anchor =
             goes_on && !row->is_sliding ? limit_offset(offset, largest) : vec3_make(0.0, 0.0, 0.0);

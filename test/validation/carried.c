@@ -40,6 +40,22 @@ static ride make_ride(validation_run *run, const tulle_motion *motion, double le
     return made;
 }
 
+/* A place in the frame of the plane that carries the cloth, along its sides from its first vertex.
+ */
+static void find_place_on_plane(const ride *made, const double place[3], double on_plane[2]) {
+    size_t count = 0;
+    const double *const x = tulle_obstacle_get_positions(made->world, made->carrier, &count);
+    const double *const ends[2] = {x + 3 * (count / 4 - 1), x + 3 * (count - count / 4)};
+    for (int a = 0; a < 2; a++) {
+        double along = 0.0, length2 = 0.0;
+        for (int c = 0; c < 3; c++) {
+            along += (place[c] - x[c]) * (ends[a][c] - x[c]);
+            length2 += (ends[a][c] - x[c]) * (ends[a][c] - x[c]);
+        }
+        on_plane[a] = along / sqrt(length2);
+    }
+}
+
 /* Mean place of the cloth relative to the first vertex of its carrier. */
 static void find_place(const ride *made, double place[3]) {
     const double *const carrier = tulle_obstacle_get_positions(made->world, made->carrier, NULL);
@@ -81,6 +97,32 @@ static void goes_with_waggon(validation_run *run) {
                  hypot(farthest[0], farthest[1]), "m", at_most(1e-4), "mu g = 4.9 m/s^2 holds it");
 }
 
+/* A plane that turns about an axis in it, by less than the critical angle and back: what lies on it
+ * at a distance turns with it and does not go along it. */
+static void goes_with_tilt(validation_run *run) {
+    double const angle = 20.0 * VALIDATION_DEGREE;
+    tulle_keyframe keys[5];
+    for (int i = 0; i < 5; i++) {
+        double const half = i % 2 ? 0.5 * angle : 0.0;
+        keys[i] = stage_key(0.3 + 0.5 * i, 0.0, 0.0, 0.0);
+        keys[i].rotation[0] = cos(half), keys[i].rotation[2] = sin(half);
+    }
+    tulle_motion const motion = {.keys = keys, .key_count = 5, .is_eased = 1};
+    ride const made = make_ride(run, &motion, 1.0);
+    validate_simulate(run, made.world, 0.2);
+    double place[3], start[2], now[2], farthest = 0.0;
+    validate_mean_position(made.world, made.cloth, place);
+    find_place_on_plane(&made, place, start);
+    for (int i = 0; i < 225; i++) {
+        validate_step(run, made.world, VALIDATION_STEP);
+        validate_mean_position(made.world, made.cloth, place);
+        find_place_on_plane(&made, place, now);
+        farthest = fmax(farthest, hypot(now[0] - start[0], now[1] - start[1]));
+    }
+    validate_row(run, "plane that tilts by 20 degrees and back: farthest off its place", farthest,
+                 "m", at_most(5e-6), "tan 20 < mu; the gap times the angle is 1.0e-3 m");
+}
+
 /* A belt that runs at `speed` from the start on. */
 static void is_taken_by_belt(validation_run *run) {
     double const speed = 2.0, drive = FRICTION * VALIDATION_GRAVITY;
@@ -113,6 +155,7 @@ const experiment carried_experiments[] = {
     {"carried.lift", "a cloth on a lift goes with it", goes_with_lift, false},
     {"carried.waggon", "a cloth on a waggon that accelerates under mu g goes with it",
      goes_with_waggon, false},
+    {"carried.tilt", "a cloth on a plane that tilts goes with it", goes_with_tilt, false},
     {"carried.belt", "a conveyor belt takes a cloth along by friction", is_taken_by_belt, false},
     {0},
 };
