@@ -77,7 +77,7 @@ tulle_status world_find_kinetic_limit(const step_context *context, kinetic_limit
     return TULLE_OK;
 }
 
-tulle_status world_measure_gain(const step_context *context, double *gain) {
+tulle_status world_measure_gain(step_context *context, double *gain) {
     tulle_world *const world = context->world;
     vec3 const fall = vec3_scale(vec3_load(world->def.gravity, 0), context->time_step);
     const double *const u = context->mean_velocity;
@@ -92,6 +92,7 @@ tulle_status world_measure_gain(const step_context *context, double *gain) {
         find_obstacle_work(&context->scene, world->rows.rows.data, world->rows.rows.count, u);
     double const slack =
         GRAVITY_SHARE * 0.5 * mass * vec3_norm2(fall) + KINETIC_SHARE * limit.start;
+    context->energy_scale = fmax(limit.start, limit.energy) + mass * vec3_norm2(fall);
     double const bodies = world_measure_bodies(world, context->state->positions, u).kinetic;
     *gain = measure_kinetic(context, false) + bodies - limit.energy - outside - slack;
     return TULLE_OK;

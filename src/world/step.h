@@ -30,9 +30,11 @@ typedef struct step_context {
     world_motion_state *state; /* moved on by each substep */
     double time_step;          /* [s] of this substep */
     double shortest_step;      /* [s] a substep this long is taken whatever it stretches */
-    bool is_rejected;          /* the paths would stretch the cloth too much: try a shorter one */
-    bool has_woken;            /* sleepers woke by its contacts: it is made anew */
-    stored_contact *resting;   /* of the store, of pairs that have no rows */
+    bool is_rejected;    /* the paths give the cloth too much energy or stretch: try shorter ones */
+    bool has_gained;     /* they give it far more energy than there is */
+    double energy_scale; /* [J] at work in the substep: what moves, and what gravity gives */
+    bool has_woken;      /* sleepers woke by its contacts: it is made anew */
+    stored_contact *resting; /* of the store, of pairs that have no rows */
     size_t resting_count;
     double damping;         /* of the integrator, see force_options */
     double passed;          /* [s] of it that passed, set by the commit */
@@ -94,7 +96,7 @@ tulle_status world_find_kinetic_limit(const step_context *context, kinetic_limit
 
 /* Energy [J] that the substep, ending with u at context->end, has beyond what it may and a small
  * slack. */
-tulle_status world_measure_gain(const step_context *context, double *gain);
+tulle_status world_measure_gain(step_context *context, double *gain);
 
 /* stretch.c: largest growth of an edge's stretch, beyond a stretch that cloth may have, from the
  * start of the substep to context->end. */
