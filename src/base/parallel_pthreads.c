@@ -1,5 +1,9 @@
 /* base/parallel_pthreads.c - the chunks of parallel_for on POSIX threads.
  *
+ * Each thread takes the chunks of its own range first, one after the other, then what is left of
+ * the ranges of the others. So in loops over the same data, one after the other, a thread mostly
+ * meets what it left in its own cache.
+ *
  * Each thread that runs loops keeps helper threads of its own, made on demand and ended with it.
  * Between loops a helper looks out for work for some microseconds, then sleeps, so that loops which
  * follow each other closely start fast and helpers do not take the processor from others that need
@@ -44,16 +48,22 @@ typedef struct helper {
     sem_t wake;
 } helper;
 
+/* The next chunk of one range; alone on its cache line. */
+typedef struct chunk_range {
+    _Alignas(64) atomic_size_t next;
+} chunk_range;
+
 struct helper_team {
     sem_t is_done; /* posted by the last helper to leave a closed gate */
     /* Number of the loop and, in the low bits, of the helpers that take part in it. */
     _Atomic uint64_t ticket;
     /* Number of the loop, GATE_OPEN while helpers may enter, and in the low bits how many are
-     * inside. The next two belong to those inside and to the caller. */
+     * inside. The next three belong to those inside and to the caller. */
     _Atomic uint64_t gate;
     const parallel_loop *loop;
-    atomic_size_t next_chunk;
-    atomic_int spin_count; /* 0 where there are more threads than processors */
+    int range_count;
+    chunk_range ranges[MAX_HELPERS + 1]; /* by worker */
+    atomic_int spin_count;               /* 0 where there are more threads than processors */
     int processor_count;
     pid_t process;
     int helper_count;
@@ -70,11 +80,22 @@ static void look_again(void) {
 #endif
 }
 
+/* The first chunk of a range. */
+static size_t find_range_begin(const helper_team *team, const parallel_loop *loop, int range) {
+    size_t const count = (size_t)team->range_count, share = loop->chunk_count / count;
+    size_t const rest = loop->chunk_count % count, number = (size_t)range;
+    return share * number + (number < rest ? number : rest);
+}
+
 static void take_chunks(helper_team *team, const parallel_loop *loop, int worker) {
-    for (;;) {
-        size_t const chunk = atomic_fetch_add(&team->next_chunk, 1);
-        if (chunk >= loop->chunk_count) return;
-        parallel_run_chunk(loop, chunk, worker);
+    for (int i = 0; i < team->range_count; i++) {
+        int const range = (worker + i) % team->range_count;
+        size_t const end = find_range_begin(team, loop, range + 1);
+        for (;;) {
+            size_t const chunk = atomic_fetch_add(&team->ranges[range].next, 1);
+            if (chunk >= end) break;
+            parallel_run_chunk(loop, chunk, worker);
+        }
     }
 }
 
@@ -135,9 +156,11 @@ static void publish_ticket(helper_team *team, uint64_t ticket, int count) {
 }
 
 /* Makes the loop the one that helpers may enter; nobody is inside the gate. */
-static void open_gate(helper_team *team, const parallel_loop *loop, uint64_t number) {
+static void open_gate(helper_team *team, const parallel_loop *loop, uint64_t number, int threads) {
     team->loop = loop;
-    atomic_store(&team->next_chunk, 0);
+    team->range_count = threads;
+    for (int i = 0; i < threads; i++)
+        atomic_store(&team->ranges[i].next, find_range_begin(team, loop, i));
     atomic_store(&team->gate, number << GATE_BITS | GATE_OPEN);
 }
 
@@ -226,7 +249,7 @@ void parallel_backend_run(const parallel_loop *loop, int threads) {
     int const helper_count = start_helpers(team, threads - 1);
     uint64_t const number = (atomic_load(&team->ticket) >> LIMIT_BITS) + 1;
     atomic_store(&team->spin_count, threads <= team->processor_count ? SPIN_COUNT : 0);
-    open_gate(team, loop, number);
+    open_gate(team, loop, number, helper_count + 1);
     publish_ticket(team, number << LIMIT_BITS | (uint64_t)helper_count, helper_count);
     take_chunks(team, loop, 0);
     close_gate(team);
