@@ -7,7 +7,7 @@
 #include "detect/time_of_impact.h"
 #include "math/kernel_target.h"
 
-enum { IMPACT_POOL_SIZE = 96 };
+enum { IMPACT_POOL_SIZE = 64 };
 
 enum impact_row {
     ROW_START = 0,  /* corner differences at the start: corner, then x y z */

@@ -123,11 +123,30 @@ tulle_status repair_patch(kept_patches *patches, const growth_input *input, uint
                           patch_counts *counts);
 /* Its triangles become isolated. */
 void dissolve_patch(kept_patches *patches, uint32_t index);
-/* Allocates scratch of growth but for cones and limits, when there is none. */
+/* patch_staging.c */
+/* Allocates scratch of growth but for cones and limits, and these, when there is none. */
 tulle_status reserve_growth(kept_patches *patches);
+tulle_status reserve_cones(kept_patches *patches);
 /* Frees cones and limits, and all of it. */
 void release_cones(kept_patches *patches);
 void release_growth(kept_patches *patches);
+/* From now on no vertex is in the patch that grows. */
+void start_patch(kept_patches *patches);
+static inline bool is_in_patch(const growth_scratch *growth, uint32_t vertex) {
+    return growth->stamps[vertex] == growth->stamp;
+}
+/* Numbers the vertices of the first `count` triangles of `list` and writes list, corners, vertices
+ * and room for points behind all patches. */
+tulle_status stage_patch(kept_patches *patches, const uint32_t *list, size_t count,
+                         kept_patch *patch);
+/* Writes the boundary of a staged patch, whose triangles bear its label, behind all loops.
+ * *is_one is false when it is not one loop through each of its vertices once. */
+tulle_status stage_loop(kept_patches *patches, kept_patch *patch, uint32_t label, bool *is_one);
+/* Makes a staged patch that of its label. */
+void commit_patch(kept_patches *patches, const kept_patch *patch, uint32_t label);
+/* Room for a contour of the patch. */
+tulle_status reserve_contour_scratch(kept_patches *patches, size_t byte_count);
+
 /* Appends a patch of triangles that are a disc in this order (any order without certificate);
  * INVALID_ARGUMENT where they are none. */
 tulle_status append_patch(kept_patches *patches, const uint32_t *triangles, size_t count, vec3 axis,

@@ -6,7 +6,7 @@
 #include <string.h>
 
 enum {
-    BLOCKS_PER_WORKER = 8, /* room that every pass starts with */
+    BLOCKS_PER_WORKER = 4, /* room that every pass starts with */
     DIGIT_BITS = 11,
     DIGITS = 1 << DIGIT_BITS,
     INSERTION_MOST = 24, /* events: fewer than this are faster sorted by insertion */
