@@ -127,7 +127,8 @@ typedef struct tulle_material {
     double restitution;      /* part of the speed of an impact with which it rebounds, 0 .. 1; the
                                 geometric mean of both sides' counts, between cloths too */
     double friction_across;  /* factor on both coefficients across the cloth's grain (see
-                                tulle_cloth_def), 0 .. 10; 1: isotropic */
+                                tulle_cloth_def), whatever law they come from, 0 .. 10; 1:
+                                isotropic, as always with TULLE_RESPONSE_PAPER */
     double stiffening_strain; /* strain s at which cloth pulls twice as hard as stretch_stiffness
                                  says: by 1 + (strain / s)^2 up to 3 s, then
                                  with the slope there; 1e-3 .. 1e6; 0: never, as with
@@ -169,9 +170,11 @@ typedef struct tulle_cloth_def {
     tulle_mesh_view mesh;         /* start positions */
     const double *rest_positions; /* [m] 3 * vertex_count, null: the start is the rest shape */
     tulle_material material;
-    double grain[3];  /* direction in the rest shape, of any length >= 1e-100 where friction_across
-                         is  not 1: that is at right angles to it */
-    double thickness; /* [m] 0: the world's contact distance decides */
+    double grain[3]; /* direction in the rest shape, of any length >= 1e-100 where friction_across
+                        is  not 1: that is at right angles to it */
+    const char *contact_material; /* what its surface is in tulle_world_set_material_law, at most 63
+                                     bytes; null: none */
+    double thickness;             /* [m] 0: the world's contact distance decides */
     const tulle_pin *pins;
     size_t pin_count;
     double velocity[3];       /* [m/s] at the start, of all vertices */
@@ -212,7 +215,12 @@ typedef struct tulle_obstacle_def {
     tulle_mesh_view mesh; /* at motion zero, or frame 0 of the sequence */
     double friction;      /* 0 .. 10, see tulle_material for these three */
     double dynamic_friction, restitution;
-    tulle_motion motion; /* rigid keyframes; key_count 0: static */
+    double friction_across; /* factor on friction across the grain, as of tulle_material */
+    double grain[3]; /* direction in `mesh`, as of tulle_cloth_def; goes with what moves and deforms
+                        the mesh. Where the surface is at right angles to it, friction has no
+                        direction */
+    const char *contact_material; /* as of tulle_cloth_def */
+    tulle_motion motion;          /* rigid keyframes; key_count 0: static */
     tulle_frame_reader
         read_frame; /* null: no sequence; else vertices follow the frames, linearly in between */
     void *frame_context;
@@ -284,7 +292,8 @@ TULLE_API tulle_status tulle_world_add_cloth(tulle_world *world, const tulle_clo
 TULLE_API tulle_status tulle_world_add_obstacle(tulle_world *world, const tulle_obstacle_def *def,
                                                 tulle_obstacle_id *id, tulle_error *error);
 
-/* What friction and impact of two objects are, instead of what their materials say. */
+/* What friction and impact of two objects are, instead of what their materials say. Friction along
+ * the grains, where the objects have some: the factors across them count as ever. */
 typedef struct tulle_contact_law {
     double static_friction;  /* 0 .. 10 */
     double dynamic_friction; /* 0 .. static_friction; negative: the same */
@@ -306,6 +315,13 @@ TULLE_API tulle_status tulle_world_set_obstacle_obstacle_law(tulle_world *world,
                                                              tulle_obstacle_id b,
                                                              const tulle_contact_law *law,
                                                              tulle_error *error);
+/* The law of all pairs of surfaces of which one is of contact material `a` and the other of `b`, in
+ * either order; where both are the same name, also of a cloth on itself. Laws set for two objects
+ * go before it. The names must be of objects that were added or of presets (see
+ * tulle_material_preset_name). Else as above. */
+TULLE_API tulle_status tulle_world_set_material_law(tulle_world *world, const char *a,
+                                                    const char *b, const tulle_contact_law *law,
+                                                    tulle_error *error);
 
 /* Prepares the first step: derives distances, builds trees, judges the start. Called by the first
  * step if the caller did not. TULLE_ERROR_INTERSECTING_START names the first pairs in the message;

@@ -60,6 +60,7 @@ static tulle_status add_cloth(const scene_cloth *cloth, tulle_world *world, tull
     def.material = cloth->material;
     def.thickness = cloth->keys->thickness;
     set_vector(def.grain, &cloth->keys->grain);
+    def.contact_material = cloth->contact_material;
     def.pins = cloth->pins;
     def.pin_count = cloth->pin_count;
     set_vector(def.velocity, &cloth->keys->velocity);
@@ -98,6 +99,10 @@ static tulle_status add_obstacle(const scene_obstacle *obstacle, tulle_world *wo
     def.friction = obstacle->keys->friction;
     def.dynamic_friction = obstacle->keys->dynamic_friction;
     def.restitution = obstacle->keys->restitution;
+    if (schema_is_given(&obstacle_map, obstacle->keys, "friction_across"))
+        def.friction_across = obstacle->keys->friction_across;
+    memcpy(def.grain, obstacle->grain, sizeof def.grain);
+    def.contact_material = obstacle->contact_material;
     def.motion = obstacle->motion;
     def.appear_time = obstacle->appears;
     def.disappear_time = obstacle->disappears;
@@ -128,11 +133,26 @@ static tulle_status set_law(const scene *loaded, const scene_world *built, size_
                                               built->obstacles[second - cloth_count], law, error);
 }
 
+static tulle_contact_law get_law(const pair_keys *keys) {
+    return (tulle_contact_law){keys->friction, keys->dynamic_friction, keys->restitution};
+}
+
+static tulle_status set_material_laws(const scene *loaded, tulle_world *world, tulle_error *error) {
+    const schema_list *list = &loaded->keys.contact.materials;
+    for (size_t i = 0; i < list->count; i++) {
+        const pair_keys *keys = (const pair_keys *)list->items + i;
+        const char *const *names = keys->between.value;
+        tulle_contact_law const law = get_law(keys);
+        tulle_status status = tulle_world_set_material_law(world, names[0], names[1], &law, error);
+        if (status != TULLE_OK) return add_place(&keys->head, status, error);
+    }
+    return TULLE_OK;
+}
+
 static tulle_status set_laws(const scene *loaded, const scene_world *built, tulle_error *error) {
     for (size_t p = 0; p < loaded->pair_count; p++) {
         const scene_pair *pair = &loaded->pairs[p];
-        tulle_contact_law const law = {pair->keys->friction, pair->keys->dynamic_friction,
-                                       pair->keys->restitution};
+        tulle_contact_law const law = get_law(pair->keys);
         for (size_t a = pair->first_begin; a < pair->first_end; a++)
             for (size_t b = pair->second_begin; b < pair->second_end; b++) {
                 if (a == b) continue; /* copies among themselves */
@@ -157,6 +177,7 @@ static tulle_status add_objects(const scene *loaded, scene_world *built, tulle_e
         status = add_cloth(&loaded->cloths[i], built->world, &built->cloths[i], error);
     for (size_t i = 0; status == TULLE_OK && i < loaded->obstacle_count; i++)
         status = add_obstacle(&loaded->obstacles[i], built->world, &built->obstacles[i], error);
+    if (status == TULLE_OK) status = set_material_laws(loaded, built->world, error);
     return status == TULLE_OK ? set_laws(loaded, built, error) : status;
 }
 

@@ -130,8 +130,34 @@ static const schema_key pair_table[] = {
 };
 const schema_map pair_map = {
     .title = "Pair",
-    .meaning = "Friction and impact of two objects, instead of what their materials say.",
+    .meaning = "Friction and impact of two objects, instead of what their materials say. Where one "
+               "has a grain, friction is along it.",
     MAP_OF(pair_table, pair_keys)};
+
+static const schema_key material_pair_table[] = {
+    {.name = "between",
+     .type = SCHEMA_NAMES,
+     .least_count = 2,
+     .most_count = 2,
+     .flags = SCHEMA_REQUIRED,
+     FIELD(pair_keys, between),
+     .meaning = "names of materials, in any order: presets, or what a cloth's material.name or an "
+                "obstacle's material says; twice the same for that material on itself, folds of "
+                "one cloth too"},
+    {.name = "friction",
+     FRICTION_VALUE,
+     .flags = SCHEMA_REQUIRED,
+     FIELD(pair_keys, friction),
+     .meaning = "Coulomb coefficient: what holds them"},
+    DYNAMIC_FRICTION(pair_keys, "where they slide on one another, at most friction"),
+    RESTITUTION(pair_keys, "part of the speed of an impact with which they part"),
+};
+const schema_map material_pair_map = {
+    .title = "Pair of materials",
+    .meaning = "Friction and impact of whatever is of these two materials, instead of what the "
+               "objects say on their own; a pair of named objects goes before. Where one has a "
+               "grain, friction is along it.",
+    MAP_OF(material_pair_table, pair_keys)};
 
 static const schema_key contact_table[] = {
     {.name = "delta_c",
@@ -150,7 +176,8 @@ static const schema_key contact_table[] = {
      FRICTION_VALUE,
      .fallback = "0.3",
      FIELD(contact_keys, friction),
-     .meaning = "Coulomb coefficient between cloths: what holds them"},
+     .meaning = "Coulomb coefficient between cloths, unless pairs or materials say otherwise: what "
+                "holds them"},
     DYNAMIC_FRICTION(contact_keys, "between cloths that slide on one another, at most friction"),
     {.name = "response",
      .type = SCHEMA_CHOICE,
@@ -243,7 +270,15 @@ static const schema_key contact_table[] = {
      .minimum = 0,
      .maximum = 4096,
      FIELD(contact_keys, pairs),
-     .meaning = "laws of certain pairs"},
+     .meaning = "laws of certain pairs of objects"},
+    {.name = "materials",
+     .type = SCHEMA_LIST,
+     .map = &material_pair_map,
+     .derived = "`[]`",
+     .minimum = 0,
+     .maximum = 4096,
+     FIELD(contact_keys, materials),
+     .meaning = "laws of certain pairs of materials"},
 };
 const schema_map contact_map = {.title = "Contact",
                                 .meaning = "Distances and how contacts are found.",

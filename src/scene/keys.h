@@ -32,7 +32,7 @@ typedef struct mesh_keys {
 
 typedef struct material_keys {
     schema_head head;
-    const char *preset;
+    const char *preset, *name;
     double area_density, stretch, bend, stretch_damping, bend_damping, air_damping, friction;
     double dynamic_friction, restitution, friction_across, stiffening_strain;
 } material_keys;
@@ -146,7 +146,9 @@ typedef struct obstacle_keys {
     mesh_keys mesh;
     schema_vector scale, translate;
     schema_rotation rotate;
-    double friction, dynamic_friction, restitution, appears, disappears;
+    const char *material;
+    double friction, dynamic_friction, restitution, friction_across, appears, disappears;
+    schema_vector grain;
     motion_keys motion;
     dynamic_keys dynamic;
     copies_keys copies;
@@ -154,6 +156,7 @@ typedef struct obstacle_keys {
     bool hidden;
 } obstacle_keys;
 
+/* The law of two objects, or of two materials. */
 typedef struct pair_keys {
     schema_head head;
     schema_names between;
@@ -168,7 +171,7 @@ typedef struct contact_keys {
     double alpha_max;
     int start_intersections, on_pinch;
     uint64_t untangle_limit, impact_rounds;
-    schema_list pairs;
+    schema_list pairs, materials;
 } contact_keys;
 
 typedef struct solver_keys {
@@ -206,8 +209,8 @@ typedef struct scene_keys {
 
 extern const schema_map scene_map, time_map, wind_map, mesh_map, material_map, keyframe_map,
     box_map, line_map, pin_map, cloth_map, sequence_map, motion_map, dynamic_map, row_map, grid_map,
-    ring_map, spiral_map, copies_map, obstacle_map, pair_map, contact_map, solver_map, camera_map,
-    picture_map;
+    ring_map, spiral_map, copies_map, obstacle_map, pair_map, material_pair_map, contact_map,
+    solver_map, camera_map, picture_map;
 
 /* An integer that stands for "derived from the scene's seed". */
 #define SEED_AUTO ((uint64_t)1 << 60)

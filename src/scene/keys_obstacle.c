@@ -302,6 +302,11 @@ static const schema_key obstacle_table[] = {
     SCALE(obstacle_keys),
     ROTATE(obstacle_keys),
     TRANSLATE(obstacle_keys),
+    {.name = "material",
+     .type = SCHEMA_NAME,
+     .derived = "none",
+     FIELD(obstacle_keys, material),
+     .meaning = "what contact.materials calls its surface: any name, as wood"},
     {.name = "friction",
      FRICTION_VALUE,
      .fallback = "0.3",
@@ -312,6 +317,24 @@ static const schema_key obstacle_table[] = {
     RESTITUTION(obstacle_keys,
                 "part of the speed of an impact with which cloth rebounds; the geometric mean with "
                 "the cloth's counts"),
+    {.name = "friction_across",
+     FRICTION_VALUE,
+     .derived = "`1`",
+     FIELD(obstacle_keys, friction_across),
+     .meaning = "factor on friction at right angles to the grain, whatever law that comes from; 1: "
+                "the same all around, as always with response paper"},
+    {.name = "grain",
+     .type = SCHEMA_VECTOR,
+     .derived = "`[1, 0, 0]`",
+     .least_count = 3,
+     .most_count = 3,
+     .minimum = -1e6,
+     .maximum = 1e6,
+     FIELD(obstacle_keys, grain),
+     .meaning =
+         "direction in the mesh before its motion, of any length, that friction_across is at "
+         "right angles to; along the axes of the scene, for a copy on a ring or a spiral "
+         "along the axes of that copy. It goes with the motion"},
     {.name = "motion",
      .type = SCHEMA_MAP,
      .map = &motion_map,

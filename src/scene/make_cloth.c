@@ -50,6 +50,7 @@ static bool make_material(const scene_work *work, const material_keys *keys,
 bool make_cloth(const scene_work *work, const cloth_keys *keys, size_t index, scene_cloth *cloth) {
     cloth->keys = keys;
     cloth->name = keys->name ? keys->name : store_text(work, "cloth%zu", index);
+    cloth->contact_material = keys->material.name ? keys->material.name : keys->material.preset;
     bool is_good = cloth->name != NULL;
     is_good &= make_material(work, &keys->material, &cloth->material);
     if (!make_mesh(work, &keys->mesh, TULLE_MESH_ROLE_CLOTH, &cloth->mesh)) return false;

@@ -56,6 +56,7 @@ static bool make_copy(const obstacle_work *work, size_t index, scene_obstacle *o
     obstacle->delay = keys->copies.stagger * (double)rank;
     obstacle->appears = keys->appears + obstacle->delay;
     obstacle->disappears = keys->disappears + obstacle->delay;
+    obstacle->contact_material = keys->material;
     if (!obstacle->name) return false;
     tulle_error error = {0};
     if (!copy_mesh(&work->mesh, &obstacle->mesh, &error)) {
@@ -68,6 +69,9 @@ static bool make_copy(const obstacle_work *work, size_t index, scene_obstacle *o
     const pose placement = pose_compose(&layout, &turn);
     tulle_mesh_transform(&obstacle->mesh, keys->scale.value, placement.rotation,
                          placement.translation);
+    const double grain[3] = {1.0, 0.0, 0.0};
+    const bool has_grain = schema_is_given(&obstacle_map, keys, "grain");
+    quaternion_rotate(layout.rotation, has_grain ? keys->grain.value : grain, obstacle->grain);
     return count_mesh(into, &obstacle->mesh, keys->head.place, keys->head.path) &&
            move_copy(work, &layout, &placement, obstacle);
 }

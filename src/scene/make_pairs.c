@@ -1,10 +1,13 @@
-/* scene/make_pairs.c - laws of contact of named pairs: names of contact.pairs resolved to objects.
+/* scene/make_pairs.c - laws of contact of named pairs: names of contact.pairs resolved to objects,
+ * those of contact.materials checked.
  *
- * A name stands for a cloth, an obstacle, or an obstacle with all its copies. */
+ * A name of a pair stands for a cloth, an obstacle, or an obstacle with all its copies; one of
+ * materials is a preset's or what some object says that it is made of. */
 #include "scene/scene_data.h"
 
 #include "base/text.h"
 
+#include <stdio.h>
 #include <string.h>
 
 /* The objects of one name: consecutive, since copies are. */
@@ -73,7 +76,7 @@ static bool resolve_sides(const scene_work *work, const pair_keys *keys, named_o
     if (side[0].begin < side[1].end && side[1].begin < side[0].end) {
         problem_add(work->problems, TULLE_ERROR_INVALID_ARGUMENT, keys->between.places[1],
                     "%s.between: names '%s' twice; friction of a cloth on itself is "
-                    "contact.friction",
+                    "contact.friction, or by its material contact.materials",
                     keys->head.path, show_text(keys->between.value[1]).text);
         return false;
     }
@@ -114,16 +117,8 @@ static const scene_pair *find_earlier(const scene_pair *pairs, size_t count,
     return NULL;
 }
 
-static bool make_pair(const scene_work *work, const pair_keys *keys, size_t count) {
-    scene_pair *const pairs = work->scene->pairs;
-    named_objects side[2];
-    if (!resolve_sides(work, keys, side) ||
-        !check_dynamic_friction(work, keys, keys->dynamic_friction, keys->friction))
-        return false;
-    pairs[count] = (scene_pair){keys, side[0].begin, side[0].end, side[1].begin, side[1].end};
-    const scene_pair *const earlier = find_earlier(pairs, count, &pairs[count]);
-    if (!earlier) return true;
-    scene_place const before = schema_place(earlier->keys, "between");
+static bool refuse_second(const scene_work *work, const pair_keys *earlier, const pair_keys *keys) {
+    scene_place const before = schema_place(earlier, "between");
     const char *const where = before.line > 0 ? store_text(work, "in line %d", before.line)
                                               : store_text(work, "by %s", before.file);
     if (!where) return false;
@@ -132,6 +127,95 @@ static bool make_pair(const scene_work *work, const pair_keys *keys, size_t coun
                 show_text(keys->between.value[0]).text, show_text(keys->between.value[1]).text,
                 where);
     return false;
+}
+
+static bool make_pair(const scene_work *work, const pair_keys *keys, size_t count) {
+    scene_pair *const pairs = work->scene->pairs;
+    named_objects side[2];
+    if (!resolve_sides(work, keys, side) ||
+        !check_dynamic_friction(work, keys, keys->dynamic_friction, keys->friction))
+        return false;
+    pairs[count] = (scene_pair){keys, side[0].begin, side[0].end, side[1].begin, side[1].end};
+    const scene_pair *const earlier = find_earlier(pairs, count, &pairs[count]);
+    return earlier ? refuse_second(work, earlier->keys, keys) : true;
+}
+
+/* The names of materials that a scene has, each once: those of its objects, then presets. */
+typedef struct material_names {
+    const char **list;
+    size_t count;
+} material_names;
+
+static bool has_material(const material_names *names, const char *name) {
+    for (size_t i = 0; i < names->count; i++)
+        if (strcmp(names->list[i], name) == 0) return true;
+    return false;
+}
+
+static void add_material(material_names *names, const char *name) {
+    if (name && !has_material(names, name)) names->list[names->count++] = name;
+}
+
+static bool find_materials(const scene_work *work, material_names *names) {
+    scene *const loaded = work->scene;
+    size_t preset_count = 0;
+    while (tulle_material_preset_name(preset_count)) preset_count++;
+    *names = (material_names){
+        .list = ARENA_NEW(&loaded->storage, const char *,
+                          loaded->cloth_count + loaded->obstacle_count + preset_count)};
+    if (!names->list) {
+        problem_add_memory(work->problems, loaded->path);
+        return false;
+    }
+    for (size_t i = 0; i < loaded->cloth_count; i++)
+        add_material(names, loaded->cloths[i].contact_material);
+    for (size_t i = 0; i < loaded->obstacle_count; i++)
+        add_material(names, loaded->obstacles[i].contact_material);
+    for (size_t i = 0; i < preset_count; i++) add_material(names, tulle_material_preset_name(i));
+    return true;
+}
+
+static bool refuse_material(const scene_work *work, const material_names *names,
+                            const pair_keys *keys, size_t which) {
+    char list[400] = "";
+    for (size_t i = 0, used = 0; i < names->count && used < sizeof list; i++) {
+        int const added = snprintf(list + used, sizeof list - used, "%s%s", i > 0 ? ", " : "",
+                                   show_text(names->list[i]).text);
+        used += added > 0 ? (size_t)added : 0;
+    }
+    const char *const name = keys->between.value[which];
+    const char *const meant = text_find_nearest(name, names->list, names->count);
+    problem_add(work->problems, TULLE_ERROR_INVALID_ARGUMENT, keys->between.places[which],
+                meant ? "%s.between: '%s' is the material of no cloth or obstacle, and no preset; "
+                        "there are %s; did you mean '%s'?"
+                      : "%s.between: '%s' is the material of no cloth or obstacle, and no preset; "
+                        "there are %s",
+                keys->head.path, show_text(name).text, list, meant);
+    return false;
+}
+
+static bool is_same_pair(const pair_keys *a, const pair_keys *b) {
+    const char *const *x = a->between.value, *const *y = b->between.value;
+    return (strcmp(x[0], y[0]) == 0 && strcmp(x[1], y[1]) == 0) ||
+           (strcmp(x[0], y[1]) == 0 && strcmp(x[1], y[0]) == 0);
+}
+
+static bool check_materials(const scene_work *work) {
+    const schema_list *const laws = &work->scene->keys.contact.materials;
+    const pair_keys *const keys = laws->items;
+    material_names names;
+    if (laws->count == 0) return true;
+    if (!find_materials(work, &names)) return false;
+    for (size_t i = 0; i < laws->count; i++) {
+        for (size_t k = 0; k < 2; k++)
+            if (!has_material(&names, keys[i].between.value[k]))
+                return refuse_material(work, &names, &keys[i], k);
+        if (!check_dynamic_friction(work, &keys[i], keys[i].dynamic_friction, keys[i].friction))
+            return false;
+        for (size_t k = 0; k < i; k++)
+            if (is_same_pair(&keys[k], &keys[i])) return refuse_second(work, &keys[k], &keys[i]);
+    }
+    return true;
 }
 
 bool make_pairs(const scene_work *work) {
@@ -150,5 +234,5 @@ bool make_pairs(const scene_work *work) {
         if (!make_pair(work, &keys[i], loaded->pair_count)) return false;
         loaded->pair_count++;
     }
-    return true;
+    return check_materials(work);
 }

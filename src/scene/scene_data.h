@@ -20,6 +20,7 @@ typedef struct scene_sequence scene_sequence;
 typedef struct scene_cloth {
     const cloth_keys *keys;
     const char *name;
+    const char *contact_material;
     tulle_mesh mesh; /* at the start */
     tulle_material material;
     tulle_pin *pins;
@@ -29,7 +30,9 @@ typedef struct scene_cloth {
 typedef struct scene_obstacle {
     const obstacle_keys *keys;
     const char *name;
-    tulle_mesh mesh; /* at the start, or frame 0 */
+    const char *contact_material; /* null: none */
+    tulle_mesh mesh;              /* at the start, or frame 0 */
+    double grain[3];
     tulle_motion motion;
     scene_sequence *sequence; /* null: none */
     double appears, disappears, delay;
@@ -105,7 +108,8 @@ void place_copies(const copies_keys *keys, size_t count, pose *poses);
  */
 bool check_dynamic_friction(const scene_work *work, const void *keys, double dynamic,
                             double friction);
-/* Names of contact.pairs resolved, after all objects are made. False after a problem. */
+/* Names of contact.pairs resolved and those of contact.materials checked, after all objects are
+ * made. False after a problem. */
 bool make_pairs(const scene_work *work);
 
 /* A mesh sequence. `mesh` is the obstacle's, or empty to take the first file's; every frame is read

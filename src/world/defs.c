@@ -49,6 +49,8 @@ tulle_obstacle_def tulle_obstacle_def_default(void) {
     return (tulle_obstacle_def){.cookie = OBSTACLE_DEF_COOKIE,
                                 .friction = 0.3,
                                 .dynamic_friction = -1.0,
+                                .friction_across = 1.0,
+                                .grain = {1.0, 0.0, 0.0},
                                 .frame_interval = 1.0 / 24.0,
                                 .appear_time = -(double)INFINITY,
                                 .disappear_time = (double)INFINITY};
@@ -171,32 +173,56 @@ static tulle_status check_material(const tulle_material *m, const char *owner, t
 }
 
 /* Whether the grain has a direction in the surface of the rest shape, on one triangle at least. */
-static bool grain_lies_in_cloth(const tulle_cloth_def *def) {
-    double const *const rest = def->rest_positions ? def->rest_positions : def->mesh.positions;
-    vec3 const grain = vec3_load(def->grain, 0);
+static bool grain_lies_in_surface(tulle_mesh_view rest, vec3 grain) {
     if (!(vec3_norm(grain) >= SMALLEST_GRAIN)) return false;
-    for (size_t t = 0; t < def->mesh.triangle_count; t++) {
-        const uint32_t *const corner = def->mesh.triangles + 3 * t;
-        vec3 const origin = vec3_load(rest, corner[0]);
-        vec3 const normal = vec3_cross(vec3_sub(vec3_load(rest, corner[1]), origin),
-                                       vec3_sub(vec3_load(rest, corner[2]), origin));
+    for (size_t t = 0; t < rest.triangle_count; t++) {
+        const uint32_t *const corner = rest.triangles + 3 * t;
+        vec3 const origin = vec3_load(rest.positions, corner[0]);
+        vec3 const normal = vec3_cross(vec3_sub(vec3_load(rest.positions, corner[1]), origin),
+                                       vec3_sub(vec3_load(rest.positions, corner[2]), origin));
         vec3 const across = vec3_cross(vec3_normalize(normal), vec3_normalize(grain));
         if (vec3_norm(across) > LEAST_GRAIN_SINE) return true;
     }
     return false;
 }
 
+/* A surface whose friction may have a direction. */
+typedef struct grained_surface {
+    tulle_mesh_view rest;
+    const double *grain;
+    double friction_across;
+    const char *kind; /* "cloth" or "obstacle" */
+} grained_surface;
+
 /* A grain matters where friction depends on it. */
-static tulle_status check_grain(const tulle_cloth_def *def, const char *owner, tulle_error *error) {
-    double const *const g = def->grain;
+static tulle_status check_grain(const grained_surface *surface, const char *owner,
+                                tulle_error *error) {
+    double const *const g = surface->grain;
+    range_check const checks[] = {
+        {"grain x", "", g[0], -LARGEST, LARGEST},
+        {"grain y", "", g[1], -LARGEST, LARGEST},
+        {"grain z", "", g[2], -LARGEST, LARGEST},
+    };
+    tulle_status const status = CHECK_RANGES(checks, owner, error);
+    if (status != TULLE_OK) return status;
     bool const is_isotropic =
-        !(def->material.friction_across < 1.0) && !(def->material.friction_across > 1.0);
-    if (is_isotropic || grain_lies_in_cloth(def)) return TULLE_OK;
+        !(surface->friction_across < 1.0) && !(surface->friction_across > 1.0);
+    if (is_isotropic || grain_lies_in_surface(surface->rest, vec3_load(g, 0))) return TULLE_OK;
     return error_set(
         error, TULLE_ERROR_INVALID_ARGUMENT,
-        "%s: the grain is [%g, %g, %g], no direction in the cloth; friction across it is %g, so "
+        "%s: the grain is [%g, %g, %g], no direction in the %s; friction across it is %g, so "
         "give one in the surface of the rest shape",
-        owner, g[0], g[1], g[2], def->material.friction_across);
+        owner, g[0], g[1], g[2], surface->kind, surface->friction_across);
+}
+
+static tulle_status check_contact_material(const char *name, const char *owner,
+                                           tulle_error *error) {
+    if (!name) return TULLE_OK;
+    size_t const length = strlen(name);
+    if (length > 0 && length < WORLD_NAME_BYTES) return TULLE_OK;
+    return error_set(error, TULLE_ERROR_INVALID_ARGUMENT,
+                     "%s: the name of the contact material has %zu bytes; it must have 1 to %d",
+                     owner, length, WORLD_NAME_BYTES - 1);
 }
 
 static tulle_status check_pin(const tulle_cloth_def *def, size_t index, const char *owner,
@@ -249,12 +275,12 @@ tulle_status cloth_def_check(const tulle_cloth_def *def, const char *owner, tull
         {"velocity x", "m/s", def->velocity[0], -LARGEST, LARGEST},
         {"velocity y", "m/s", def->velocity[1], -LARGEST, LARGEST},
         {"velocity z", "m/s", def->velocity[2], -LARGEST, LARGEST},
-        {"grain x", "", def->grain[0], -LARGEST, LARGEST},
-        {"grain y", "", def->grain[1], -LARGEST, LARGEST},
-        {"grain z", "", def->grain[2], -LARGEST, LARGEST},
     };
     if (status == TULLE_OK) status = CHECK_RANGES(checks, owner, error);
-    if (status == TULLE_OK) status = check_grain(def, owner, error);
+    grained_surface surface = {def->mesh, def->grain, def->material.friction_across, "cloth"};
+    if (def->rest_positions) surface.rest.positions = def->rest_positions;
+    if (status == TULLE_OK) status = check_grain(&surface, owner, error);
+    if (status == TULLE_OK) status = check_contact_material(def->contact_material, owner, error);
     for (size_t i = 0; status == TULLE_OK && i < def->pin_count; i++) {
         status = check_pin(def, i, owner, error);
     }
@@ -336,9 +362,13 @@ tulle_status obstacle_def_check(const tulle_obstacle_def *def, const char *owner
     }
     range_check const checks[] = {
         {"friction", "", def->friction, 0.0, 10.0},
+        {"friction across", "", def->friction_across, 0.0, 10.0},
         {"restitution", "", def->restitution, 0.0, 1.0},
     };
     status = CHECK_RANGES(checks, owner, error);
+    grained_surface const surface = {def->mesh, def->grain, def->friction_across, "obstacle"};
+    if (status == TULLE_OK) status = check_grain(&surface, owner, error);
+    if (status == TULLE_OK) status = check_contact_material(def->contact_material, owner, error);
     if (status == TULLE_OK)
         status =
             check_dynamic("dynamic friction", def->dynamic_friction, def->friction, owner, error);

@@ -1,7 +1,11 @@
-/* world/pair_laws.c - laws of contact that are set for pairs of objects before the start. */
+/* world/pair_laws.c - laws of contact that are set before the start for pairs of objects, and for
+ * pairs of contact materials: names that objects give what they are made of. */
 #include "base/error.h"
 #include "world/defs.h"
 #include "world/world_state.h"
+
+#include <stdio.h>
+#include <string.h>
 
 static world_pair_law *find_entry(const tulle_world *world, const world_pair_law *wanted) {
     for (size_t i = 0; i < world->pair_laws.count; i++) {
@@ -13,6 +17,38 @@ static world_pair_law *find_entry(const tulle_world *world, const world_pair_law
     return NULL;
 }
 
+static uint32_t find_material(const tulle_world *world, const char *name) {
+    for (size_t i = 0; i < world->contact_materials.count; i++)
+        if (strcmp(world->contact_materials.data[i].name, name) == 0) return (uint32_t)i;
+    return TULLE_NONE;
+}
+
+uint32_t world_add_contact_material(tulle_world *world, const char *name) {
+    if (!name) return TULLE_NONE;
+    uint32_t const known = find_material(world, name);
+    if (known != TULLE_NONE) return known;
+    size_t const count = world->contact_materials.count++;
+    world_contact_material *const added = &world->contact_materials.data[count];
+    snprintf(added->name, sizeof added->name, "%s", name);
+    return (uint32_t)count;
+}
+
+static world_material_law *find_material_law(const tulle_world *world, uint32_t a, uint32_t b) {
+    if (a == TULLE_NONE || b == TULLE_NONE) return NULL;
+    uint32_t const low = a < b ? a : b, high = a < b ? b : a;
+    for (size_t i = 0; i < world->material_laws.count; i++) {
+        world_material_law *const entry = &world->material_laws.data[i];
+        if (entry->first == low && entry->second == high) return entry;
+    }
+    return NULL;
+}
+
+static uint32_t get_material(const tulle_world *world, size_t surface) {
+    size_t const cloth_count = world->cloths.count;
+    return surface < cloth_count ? world->cloths.data[surface].contact_material
+                                 : world->obstacles.data[surface - cloth_count].contact_material;
+}
+
 const tulle_contact_law *world_find_pair_law(const tulle_world *world, size_t a, size_t b) {
     size_t const cloth_count = world->cloths.count, low = a < b ? a : b, high = a < b ? b : a;
     bool const is_obstacle[2] = {low >= cloth_count, high >= cloth_count};
@@ -20,18 +56,26 @@ const tulle_contact_law *world_find_pair_law(const tulle_world *world, size_t a,
                                    .second = is_obstacle[1] ? high - cloth_count : high,
                                    .obstacle_count = is_obstacle[0] + is_obstacle[1]};
     world_pair_law const *const entry = find_entry(world, &wanted);
-    return entry ? &entry->law : NULL;
+    if (entry) return &entry->law;
+    world_material_law const *const material =
+        find_material_law(world, get_material(world, a), get_material(world, b));
+    return material ? &material->law : NULL;
 }
 
 static tulle_status refuse(tulle_error *error, const char *why) {
     return error_set(error, TULLE_ERROR_INVALID_ARGUMENT, "law of a pair: %s", why);
 }
 
-static tulle_status set_law(tulle_world *world, world_pair_law entry, const tulle_contact_law *law,
-                            tulle_error *error) {
+static tulle_status check_law(const tulle_world *world, const tulle_contact_law *law,
+                              tulle_error *error) {
     if (world->is_started) return refuse(error, "the world has started; set it before");
     if (!law) return refuse(error, "the law is null");
-    tulle_status const status = contact_law_check(law, "law of a pair", error);
+    return contact_law_check(law, "law of a pair", error);
+}
+
+static tulle_status set_law(tulle_world *world, world_pair_law entry, const tulle_contact_law *law,
+                            tulle_error *error) {
+    tulle_status const status = check_law(world, law, error);
     if (status != TULLE_OK) return status;
     entry.law = *law;
     world_pair_law *const earlier = find_entry(world, &entry);
@@ -92,4 +136,56 @@ tulle_status tulle_world_set_obstacle_obstacle_law(tulle_world *world, tulle_obs
                                   .second = is_ordered ? b.index : a.index,
                                   .obstacle_count = 2};
     return set_law(world, entry, law, error);
+}
+
+static bool is_preset(const char *name) {
+    tulle_material unused;
+    return tulle_material_preset(name, &unused) == TULLE_OK;
+}
+
+/* Appends to the list of names; cuts what does not fit. */
+static void list_name(char *list, size_t size, const char *name) {
+    size_t const used = strlen(list);
+    snprintf(list + used, size - used, "%s%s", used > 0 ? ", " : "", name);
+}
+
+static tulle_status refuse_material(const tulle_world *world, const char *name,
+                                    tulle_error *error) {
+    char list[512] = "";
+    for (size_t i = 0; i < world->contact_materials.count; i++)
+        list_name(list, sizeof list, world->contact_materials.data[i].name);
+    const char *preset;
+    for (size_t i = 0; (preset = tulle_material_preset_name(i)); i++)
+        if (find_material(world, preset) == TULLE_NONE) list_name(list, sizeof list, preset);
+    return error_set(error, TULLE_ERROR_INVALID_ARGUMENT,
+                     "law of a pair: '%.100s' is the contact material of no cloth or obstacle and "
+                     "no preset; there are %s",
+                     name, list);
+}
+
+tulle_status tulle_world_set_material_law(tulle_world *world, const char *a, const char *b,
+                                          const tulle_contact_law *law, tulle_error *error) {
+    if (!world) return refuse(error, "the world is null");
+    if (!a || !b) return refuse(error, "the name of a contact material is null");
+    tulle_status const status = check_law(world, law, error);
+    if (status != TULLE_OK) return status;
+    const char *const names[2] = {a, b};
+    for (int i = 0; i < 2; i++)
+        if (find_material(world, names[i]) == TULLE_NONE && !is_preset(names[i]))
+            return refuse_material(world, names[i], error);
+    if (!ARRAY_RESERVE(&world->heap, &world->contact_materials, 2) ||
+        !ARRAY_RESERVE(&world->heap, &world->material_laws, 1))
+        return error_set(error, TULLE_ERROR_OUT_OF_MEMORY, "no memory left for the law of a pair");
+    uint32_t const first = world_add_contact_material(world, a);
+    uint32_t const second = world_add_contact_material(world, b);
+    world_material_law *const earlier = find_material_law(world, first, second);
+    if (earlier) {
+        earlier->law = *law;
+        return TULLE_OK;
+    }
+    world->material_laws.data[world->material_laws.count++] =
+        (world_material_law){.first = first < second ? first : second,
+                             .second = first < second ? second : first,
+                             .law = *law};
+    return TULLE_OK;
 }

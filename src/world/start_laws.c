@@ -58,8 +58,8 @@ static surface_roughness get_roughness(const tulle_world *world, size_t surface)
     return roughness;
 }
 
-/* Coefficients of a pair: what was set for it; else geometric means, but that friction between
- * cloths is the world's. */
+/* Coefficients of a pair: what was set for it, or for what it is made of; else geometric means, but
+ * that friction between cloths is the world's. */
 static void set_coefficients(const tulle_world *world, size_t a, size_t b, contact_law *law) {
     tulle_contact_law const *const given = world_find_pair_law(world, a, b);
     if (given) {
@@ -155,21 +155,26 @@ tulle_status world_derive_distances(tulle_world *world, tulle_error *error) {
     return TULLE_OK;
 }
 
-/* Grain of the cloths, if one of them has friction that depends on the direction. */
+static surface_grain get_grain(const tulle_world *world, size_t surface) {
+    size_t const cloth_count = world->cloths.count;
+    if (surface < cloth_count) {
+        world_cloth const *const c = &world->cloths.data[surface];
+        return (surface_grain){vec3_load(c->grain, 0), c->material.friction_across};
+    }
+    world_obstacle const *const o = &world->obstacles.data[surface - cloth_count];
+    return (surface_grain){vec3_load(o->grain, 0), o->friction_across};
+}
+
+/* Grain of the surfaces, if one of them has friction that depends on the direction. */
 tulle_status world_set_grains(tulle_world *world, tulle_error *error) {
     bool has_grain = false;
-    for (size_t i = 0; i < world->cloths.count; i++)
-        has_grain |= world->cloths.data[i].material.friction_across != 1.0;
+    for (size_t s = 0; s < world_surface_count(world); s++)
+        has_grain |= get_grain(world, s).across != 1.0;
     if (!has_grain) return TULLE_OK;
     size_t const count = world_surface_count(world);
     world->grains = memory_allocate_zeroed(&world->heap, count, sizeof *world->grains);
     if (!world->grains)
         return error_set(error, TULLE_ERROR_OUT_OF_MEMORY, "no memory left to start the world");
-    for (size_t s = 0; s < count; s++) {
-        world->grains[s].across = 1.0;
-        if (s >= world->cloths.count) continue;
-        world->grains[s].across = world->cloths.data[s].material.friction_across;
-        world->grains[s].direction = vec3_load(world->cloths.data[s].grain, 0);
-    }
+    for (size_t s = 0; s < count; s++) world->grains[s] = get_grain(world, s);
     return TULLE_OK;
 }

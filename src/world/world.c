@@ -84,6 +84,8 @@ void tulle_world_destroy(tulle_world *world) {
     ARRAY_FREE(heap, &world->cloths);
     ARRAY_FREE(heap, &world->obstacles);
     ARRAY_FREE(heap, &world->pair_laws);
+    ARRAY_FREE(heap, &world->contact_materials);
+    ARRAY_FREE(heap, &world->material_laws);
     ARRAY_FREE(heap, &world->intersections);
     memory last = world->heap;
     memory_release(&last, world, sizeof *world);
@@ -159,10 +161,12 @@ tulle_status tulle_world_add_cloth(tulle_world *world, const tulle_cloth_def *de
     status = cloth_def_check(def, cloth.name, error);
     if (status != TULLE_OK) return own_error(error, cloth.name, status);
     if (!ARRAY_RESERVE(&world->heap, &world->cloths, 1) ||
+        !ARRAY_RESERVE(&world->heap, &world->contact_materials, 1) ||
         copy_cloth(&world->heap, def, &cloth) != TULLE_OK) {
         destroy_cloth(&world->heap, &cloth);
         return out_of_memory(error, cloth.name);
     }
+    cloth.contact_material = world_add_contact_material(world, def->contact_material);
     if (id) *id = (tulle_cloth_id){(uint32_t)world->cloths.count, 1};
     world->cloths.data[world->cloths.count++] = cloth;
     return TULLE_OK;
@@ -173,6 +177,8 @@ static tulle_status copy_obstacle(memory *heap, const tulle_obstacle_def *def,
     obstacle->friction = def->friction;
     obstacle->dynamic_friction = def->dynamic_friction;
     obstacle->restitution = def->restitution;
+    obstacle->friction_across = def->friction_across;
+    memcpy(obstacle->grain, def->grain, sizeof obstacle->grain);
     obstacle->read_frame = def->read_frame;
     obstacle->frame_context = def->frame_context;
     obstacle->frame_count = def->frame_count;
@@ -203,6 +209,7 @@ tulle_status tulle_world_add_obstacle(tulle_world *world, const tulle_obstacle_d
     status = obstacle_def_check(def, obstacle.name, error);
     if (status != TULLE_OK) return own_error(error, obstacle.name, status);
     if (!ARRAY_RESERVE(&world->heap, &world->obstacles, 1) ||
+        !ARRAY_RESERVE(&world->heap, &world->contact_materials, 1) ||
         copy_obstacle(&world->heap, def, &obstacle) != TULLE_OK) {
         destroy_obstacle(&world->heap, &obstacle);
         return out_of_memory(error, obstacle.name);
@@ -212,6 +219,7 @@ tulle_status tulle_world_add_obstacle(tulle_world *world, const tulle_obstacle_d
         destroy_obstacle(&world->heap, &obstacle);
         return own_error(error, obstacle.name, status);
     }
+    obstacle.contact_material = world_add_contact_material(world, def->contact_material);
     if (id) *id = (tulle_obstacle_id){(uint32_t)world->obstacles.count, 1};
     world->obstacles.data[world->obstacles.count++] = obstacle;
     return TULLE_OK;

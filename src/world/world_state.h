@@ -46,7 +46,8 @@ typedef struct world_cloth {
     double *velocities; /* [m/s] at the start */
     tulle_material material;
     double grain[3];
-    double thickness; /* [m] 0: not given */
+    uint32_t contact_material; /* among the world's, or TULLE_NONE */
+    double thickness;          /* [m] 0: not given */
     world_pin *pins;
     size_t pin_count;
     uint32_t vertex_begin; /* in the world's numbering, set by the start */
@@ -56,6 +57,8 @@ typedef struct world_obstacle {
     char name[WORLD_NAME_BYTES];
     world_mesh mesh;                                /* at motion zero */
     double friction, dynamic_friction, restitution; /* as the def said */
+    double friction_across, grain[3];
+    uint32_t contact_material; /* as of a cloth */
     world_motion motion;
     tulle_frame_reader read_frame;
     void *frame_context;
@@ -111,6 +114,17 @@ typedef struct world_pair_law {
     tulle_contact_law law;
 } world_pair_law;
 
+/* A name that cloths and obstacles give what their surface is made of. */
+typedef struct world_contact_material {
+    char name[WORLD_NAME_BYTES];
+} world_contact_material;
+
+/* The law of two contact materials. */
+typedef struct world_material_law {
+    uint32_t first, second; /* the lower first */
+    tulle_contact_law law;
+} world_material_law;
+
 typedef ARRAY(tulle_intersection) intersection_list;
 
 struct tulle_world {
@@ -119,6 +133,8 @@ struct tulle_world {
     ARRAY(world_cloth) cloths;
     ARRAY(world_obstacle) obstacles;
     ARRAY(world_pair_law) pair_laws;
+    ARRAY(world_contact_material) contact_materials;
+    ARRAY(world_material_law) material_laws;
     bool is_started;
     int threads;
     tulle_stop_request is_stopped; /* null: never */
@@ -191,8 +207,11 @@ static inline const char *world_surface_name(const tulle_world *world, size_t su
                                  : world->obstacles.data[surface - cloth_count].name;
 }
 
-/* pair_laws.c: the law set for two surfaces, or null. */
+/* pair_laws.c: the law set for two surfaces, else that of their contact materials, or null. */
 const tulle_contact_law *world_find_pair_law(const tulle_world *world, size_t a, size_t b);
+/* pair_laws.c: number of a contact material of that name, new or not; TULLE_NONE for null. There is
+ * room for one. */
+uint32_t world_add_contact_material(tulle_world *world, const char *name);
 
 /* bodies.c: mass, inertia and centre of a dynamic obstacle, from its def. */
 tulle_status world_make_body(tulle_world *world, world_obstacle *obstacle, tulle_error *error);

@@ -49,6 +49,7 @@ static void test_defaults_are_those_of_the_world(void **state) {
     assert_true(obstacle->friction == obstacle_def.friction);
     assert_true(obstacle->dynamic_friction == obstacle_def.dynamic_friction);
     assert_true(obstacle->restitution == obstacle_def.restitution);
+    for (int k = 0; k < 3; k++) assert_true(loaded->obstacles[0].grain[k] == obstacle_def.grain[k]);
     assert_true(obstacle->appears == obstacle_def.appear_time);
     assert_true(obstacle->disappears == obstacle_def.disappear_time);
     scene_destroy(loaded);
@@ -182,6 +183,75 @@ static void test_laws_of_pairs_arrive(void **state) {
     assert_true(fabs(speed[0]) < 1e-6 && speed[1] > 0.5);
 }
 
+/* The same of laws of materials: a cloth's is its preset or its own name. */
+static void test_laws_of_materials_arrive(void **state) {
+    (void)state;
+    const struct {
+        const char *material, *laws;
+        bool rebounds;
+    } cases[] = {{"preset: silk", "{between: [wood, silk], friction: 0.3, restitution: 1}", true},
+                 {"name: felt", "{between: [felt, wood], friction: 0.3, restitution: 1}", true},
+                 {"name: felt", "{between: [cotton, wood], friction: 0.3, restitution: 1}", false},
+                 {"preset: silk", "{between: [silk, silk], friction: 0.3, restitution: 1}", false}};
+    for (int i = 0; i < 4; i++) {
+        char text[700];
+        snprintf(text, sizeof text,
+                 TIME
+                 "gravity: [0, 0, 0]\n" SHEET
+                 "    material: {%s}\n    velocity: [0, 0, -1]\n    translate: [0, 0, 0.52]\n"
+                 "obstacles:\n  - {mesh: {shape: box, size: [1, 1, 1]}, material: wood, copies: "
+                 "{row: {count: 2, offset: [1.1, 0, 0]}}}\n"
+                 "contact: {materials: [%s]}\n",
+                 cases[i].material, cases[i].laws);
+        scene *loaded = load_good(text);
+        scene_world built;
+        run_steps(loaded, &built, 4);
+        size_t count;
+        double const speed = tulle_cloth_get_velocities(built.world, built.cloths[0], &count)[2];
+        assert_true(cases[i].rebounds ? speed > 0.5 : fabs(speed) < 1e-6);
+        scene_destroy_world(&built);
+        scene_destroy(loaded);
+    }
+}
+
+/* A cloth pushed along x slides on a box without friction across its grain, which is along y. */
+static void test_grain_of_an_obstacle_arrives(void **state) {
+    (void)state;
+    const char *const keys[] = {"friction_across: 0", "grain: [0, 1, 0]",
+                                "friction_across: 0, grain: [0, 2, 0]"};
+    for (int i = 0; i < 3; i++) {
+        char text[600];
+        snprintf(text, sizeof text,
+                 TIME "gravity: [1, 0, -9.81]\n" SHEET
+                      "    translate: [0, 0, 0.505]\ncontact: {delta_c: 5 mm}\n"
+                      "obstacles:\n  - {mesh: {shape: box, size: [3, 3, 1]}, %s}\n",
+                 keys[i]);
+        scene *loaded = load_good(text);
+        scene_world built;
+        run_steps(loaded, &built, 20);
+        size_t count;
+        double const speed = tulle_cloth_get_velocities(built.world, built.cloths[0], &count)[0];
+        assert_true(i == 2 ? fabs(speed - 0.2) < 0.01 : fabs(speed) < 1e-6);
+        scene_destroy_world(&built);
+        scene_destroy(loaded);
+    }
+}
+
+static void test_grain_turns_with_copies(void **state) {
+    (void)state;
+    scene *loaded = load_good(
+        TIME SHEET "obstacles:\n  - {mesh: {shape: box}, grain: [0, 3, 4], rotate: [0, 0, 30 deg], "
+                   "translate: [0, 0, -9], copies: {ring: {count: 4, radius: 5}}}\n");
+    for (size_t i = 0; i < 4; i++) {
+        const double *grain = loaded->obstacles[i].grain;
+        double const turned[4][2] = {{0, 3}, {-3, 0}, {0, -3}, {3, 0}};
+        assert_true(fabs(grain[0] - turned[i][0]) < 1e-12);
+        assert_true(fabs(grain[1] - turned[i][1]) < 1e-12);
+        assert_true(grain[2] == 4);
+    }
+    scene_destroy(loaded);
+}
+
 /* `dynamic: true` is a body of 1000 kg/m^3, false is none; copies bounce off one another by their
  * law. */
 static void test_bare_bodies_arrive(void **state) {
@@ -222,6 +292,9 @@ int main(void) {
         cmocka_unit_test(test_motion_arrives),
         cmocka_unit_test(test_failures_carry_a_place),
         cmocka_unit_test(test_laws_of_pairs_arrive),
+        cmocka_unit_test(test_laws_of_materials_arrive),
+        cmocka_unit_test(test_grain_of_an_obstacle_arrives),
+        cmocka_unit_test(test_grain_turns_with_copies),
         cmocka_unit_test(test_bare_bodies_arrive),
         cmocka_unit_test(test_failing_allocations),
     };

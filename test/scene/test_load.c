@@ -246,7 +246,24 @@ static const refusal refusals[] = {
     {TIME SHEET "contact:\n  pairs: [{between: [cloth0, cloth0], friction: 0.3}]\n",
      TULLE_ERROR_INVALID_ARGUMENT, "s.yaml", 5, 30,
      "contact.pairs[0].between: names 'cloth0' twice; friction of a cloth on itself is "
-     "contact.friction"},
+     "contact.friction, or by its material contact.materials"},
+    {TIME SHEET "contact:\n  materials: [{between: [cotton, wod], friction: 0.3}]\nobstacles:\n  - "
+                "{mesh: {shape: box}, material: wood}\n",
+     TULLE_ERROR_INVALID_ARGUMENT, "s.yaml", 5, 34,
+     "contact.materials[0].between: 'wod' is the material of no cloth or obstacle, and no preset; "
+     "there are cotton, wood, silk, wool, denim, net, rubber-sheet; did you mean 'wood'?"},
+    {TIME SHEET "    material: {name: felt}\ncontact:\n  materials:\n    - {between: [silk, felt], "
+                "friction: 0.3}\n    - {between: [felt, silk], friction: 0.4}\n",
+     TULLE_ERROR_INVALID_ARGUMENT, "s.yaml", 8, 17,
+     "contact.materials[1].between: a law of 'felt' and 'silk' is given before, in line 7; keep "
+     "one"},
+    {TIME SHEET
+     "contact:\n  materials: [{between: [silk, silk], friction: 0.3, dynamic_friction: 0.4}]\n",
+     TULLE_ERROR_INVALID_ARGUMENT, "s.yaml", 5, 72,
+     "contact.materials[0].dynamic_friction: is 0.4, must be at most friction, 0.3"},
+    {TIME SHEET "contact:\n  materials: [{between: [silk, silk]}]\n", TULLE_ERROR_PARSE, "s.yaml",
+     5, 15,
+     "contact.materials[0]: the key 'friction' is missing: Coulomb coefficient: what holds them"},
     {TIME SHEET "contact:\n  pairs: [{between: [a, b], friction: 0.3}]\nobstacles:\n  - {mesh: "
                 "{shape: box}, name: a}\n  - {mesh: {shape: box}, name: b}\n",
      TULLE_ERROR_INVALID_ARGUMENT, "s.yaml", 5, 22,
