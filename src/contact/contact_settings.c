@@ -17,6 +17,8 @@ contact_settings contact_settings_default(void) {
         .slip_speed = 1e-3,         /* far over what held cloth moves, far below what one sees */
         .settled_speed = 1e-3,      /* a hundredth of what gravity gives in a step */
         .settled_drift = 1e-5, /* a patch half a degree over its critical angle gains 1e-3 a step */
+        .settled_slip =
+            1e-4, /* more than a step's slip at rest: anchors take that back in a second */
         .settled_misfit = 3e-3,   /* 0.1 lets one vertex of a belt that stops stay behind */
         .settled_most = 0.03,     /* 0.3 mm a step, a tenth of a contact distance */
         .hard_stiffness = 10.0,   /* 3 lets fine cloth on tips tear away, with rescues */

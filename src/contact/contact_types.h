@@ -32,6 +32,7 @@ typedef struct contact_settings {
     double settled_speed;     /* [m/s] rounds end when violation and misfit of friction have no more
                                  root mean square ... */
     double settled_drift;     /* [m/s] ... what friction misses gives no cloth more speed ... */
+    double settled_slip;      /* [m/s] ... no cloth slips more as a whole where rows hold it ... */
     double settled_misfit;    /* [m/s] ... no row of friction misses more ... */
     double settled_most;      /* [m/s] ... and no row is violated by more */
     double hard_stiffness;    /* penalty of a hard row over its share of diag(A) */

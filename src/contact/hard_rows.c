@@ -45,7 +45,7 @@ void prepare_hard_rows(const contact_scene *scene, const double *diagonal, conta
     }
 }
 
-static vec3 find_slip(const contact_row *row, const double *u) {
+vec3 get_slip(const contact_row *row, const double *u) {
     vec3 const velocity = get_relative_velocity(row, u);
     return vec3_add_scaled(velocity, row->normal, -vec3_dot(row->normal, velocity));
 }
@@ -88,7 +88,7 @@ static vec3 try_friction(contact_row *row, vec3 trial, vec3 slip) {
 /* Before the first round of a row in the matrix: as it was, in the step before or after the
  * projection of other rows; a new one slides if it comes with slip. */
 static void start_friction(const contact_settings *settings, contact_row *row, const double *u) {
-    vec3 const slip = find_slip(row, u), before = get_friction(row);
+    vec3 const slip = get_slip(row, u), before = get_friction(row);
     bool const is_new = row->state == ROW_OPEN, is_fast = vec3_norm(slip) > settings->slip_speed;
     row->friction_cap = fmax(get_normal_impulse(row), 0.0);
     if (row->state == ROW_SLIDES || (is_new && is_fast) || !has_friction(row)) {
@@ -149,7 +149,7 @@ vec3 update_hard_row(contact_row *row, const double *u) {
     double const before = get_normal_impulse(row);
     double const acted = before + row->stiffness * (get_wanted_speed(row) - speed);
     row->friction_cap = fmax(acted, 0.0);
-    vec3 const misfit = update_friction(row, find_slip(row, u));
+    vec3 const misfit = update_friction(row, get_slip(row, u));
     row->impulse = vec3_add_scaled(row->impulse, row->normal, row->friction_cap - before);
     if (!(acted > 0.0)) row->state = ROW_OPEN;
     if (acted < 0.0) row->is_hard = false;

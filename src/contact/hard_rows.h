@@ -30,6 +30,9 @@ void find_pull(const contact_settings *settings, contact_row *row, const double 
 /* [m/s] w of a row with its pull. */
 vec3 find_pull_target(const contact_row *row);
 
+/* [m/s] The tangential part of the row's relative velocity. */
+vec3 get_slip(const contact_row *row, const double *u);
+
 /* Whether the row is slower than it wants. */
 bool row_is_slow(const contact_row *row, const double *u);
 
