@@ -39,7 +39,7 @@ static const double REACHES[] = {5.0, 3.0, 8.0, 2.0};
 enum { REACH_COUNT = 4 };
 enum { SPREAD_SWEEPS = 12, LENGTH_SWEEPS = 4, REACH_LEVEL_MAX = 3 };
 
-static void add_vote(untangling *work, uint32_t vertex, vec3 shift) {
+void add_vote(untangling *work, uint32_t vertex, vec3 shift) {
     vec3_store(work->shift, vertex, vec3_add(vec3_load(work->shift, vertex), shift));
     work->votes[vertex] += 1.0;
 }
@@ -63,7 +63,7 @@ vec3 find_triangle_normal(const untangling *work, uint32_t triangle) {
                                      vec3_sub(vec3_load(work->positions, corners[2]), a)));
 }
 
-static double find_gap(const untangling *work, uint32_t a, uint32_t b) {
+double find_gap(const untangling *work, uint32_t a, uint32_t b) {
     tulle_world const *const world = work->world;
     contact_law const *const law =
         &world
@@ -246,6 +246,7 @@ tulle_status move_apart(untangling *work) {
     }
     for (size_t i = 0; i < work->contours.loose_count; i++)
         part_loose(work, &work->contours.loose[i]);
+    push_out_of_depth(work);
     spread_votes(work);
     for (size_t v = 0; v < world->cloth_vertex_count; v++)
         vec3_store(work->positions, v,

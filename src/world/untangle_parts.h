@@ -18,6 +18,7 @@ typedef struct surface_crossing {
     vec3 pull;         /* where the edge goes: sum of unit directions along the contour, or aimed */
     uint32_t contour;
     uint32_t wrong_end; /* 0, 1, or CROSSING_UNDECIDED */
+    bool is_joint;      /* of a contour that was decided together with others */
 } surface_crossing;
 
 /* Crossings sorted by contour: connected lines of intersection. */
@@ -27,6 +28,21 @@ typedef struct contour_set {
     tulle_intersection *loose; /* pairs that touch without a crossing */
     size_t loose_count;
 } contour_set;
+
+/* Crossings begin .. end - 1 are of one contour, of an edge or triangle of each surface. */
+typedef struct contour_range {
+    size_t begin, end;
+    uint32_t cloth, obstacle;
+    bool is_open; /* parts no surface by itself */
+} contour_range;
+
+/* Regions into which cut edges part surfaces. */
+typedef struct flood {
+    uint32_t mark;  /* of cut edges */
+    uint32_t begin; /* number of the first region */
+    double *weights;
+    uint32_t count;
+} flood;
 
 typedef struct untangling {
     tulle_world *world;
@@ -71,6 +87,13 @@ bool triangles_cross(const untangling *work, uint32_t first, uint32_t second);
 tulle_status find_contours(untangling *work, const intersection_list *pairs);
 /* untangle_sides.c: wrong ends of crossings, and what is astray. */
 tulle_status find_sides(untangling *work);
+/* Cuts the contours' edges at once and numbers the regions that hang on them. */
+void flood_contours(untangling *work, const contour_range *ranges, size_t count, flood *regions);
+/* What hangs on the wrong ends of a contour, and all corners at it. */
+void mark_astray(untangling *work, size_t begin, size_t end, const flood *regions);
+/* untangle_joint_sides.c: all contours with obstacles; `regions` go on from those in use. */
+tulle_status decide_joint_contours(untangling *work, contour_range *ranges, size_t count,
+                                   flood *regions);
 /* An edge that is on no wrong side itself has to leave its triangle over the corners that are: the
  * crossing is aimed there, across the contour. */
 void aim_over_corners(const untangling *work, surface_crossing *crossing, const bool is_wrong[3]);
@@ -80,6 +103,11 @@ void aim_over_corners(const untangling *work, surface_crossing *crossing, const 
 void decide_open_contour(untangling *work, size_t begin, size_t end, uint32_t mark);
 /* untangle_calm.c: where escalation asks for it, less crumpled cloth around contours. */
 void calm_surroundings(untangling *work);
+/* untangle_depth.c: votes of what lies in an obstacle and reaches from one contour to another. */
+void push_out_of_depth(untangling *work);
+/* untangle_motion.c */
+void add_vote(untangling *work, uint32_t vertex, vec3 shift);
+double find_gap(const untangling *work, uint32_t a, uint32_t b); /* [m] to push apart to */
 /* untangle_motion.c: one displacement of all free vertices. */
 tulle_status move_apart(untangling *work);
 

@@ -29,14 +29,6 @@ static const double AIM_PULL = 4.0;
 /* Shorter contours that part nothing are only shortened. */
 enum { OPEN_CROSSINGS_MIN = 3 };
 
-/* Regions of one contour. */
-typedef struct flood {
-    uint32_t mark;  /* of cut edges */
-    uint32_t begin; /* number of the first region */
-    double *weights;
-    uint32_t count;
-} flood;
-
 static bool is_inside(const untangling *work, const surface_range *range, vec3 point) {
     return find_winding_number(work->topo->triangles + 3 * (size_t)range->triangle_begin,
                                range->triangle_end - range->triangle_begin, work->positions,
@@ -114,9 +106,7 @@ static void mark_inside(untangling *work, uint32_t surface, uint32_t mark, uint3
 }
 
 /* Numbers the regions that hang on the contour's crossings. */
-static void flood_contour(untangling *work, size_t begin, size_t end, flood *regions) {
-    mark_cuts(work, begin, end, regions->mark);
-    regions->count = 0;
+static void number_regions(untangling *work, size_t begin, size_t end, flood *regions) {
     for (size_t i = begin; i < end; i++) {
         for (size_t k = 0; k < 2; k++) {
             uint32_t const seed =
@@ -126,6 +116,14 @@ static void flood_contour(untangling *work, size_t begin, size_t end, flood *reg
             regions->weights[regions->count++] = flood_region(work, seed, regions->mark, number);
         }
     }
+}
+
+void flood_contours(untangling *work, const contour_range *ranges, size_t count, flood *regions) {
+    regions->count = 0;
+    for (size_t k = 0; k < count; k++)
+        mark_cuts(work, ranges[k].begin, ranges[k].end, regions->mark);
+    for (size_t k = 0; k < count; k++)
+        number_regions(work, ranges[k].begin, ranges[k].end, regions);
 }
 
 static vec3 leave_out(vec3 a, vec3 unit) {
@@ -220,9 +218,10 @@ static void aim_crossings(untangling *work, size_t begin, size_t end, const floo
     }
 }
 
-/* Regions of one contour, and the wrong ends of its crossings. */
-static void decide_contour(untangling *work, size_t begin, size_t end, flood *regions) {
-    flood_contour(work, begin, end, regions);
+/* Regions of one contour, and the wrong ends of its crossings. False when it parts nothing. */
+static bool decide_contour(untangling *work, const contour_range *range, flood *regions) {
+    size_t const begin = range->begin, end = range->end;
+    flood_contours(work, range, 1, regions);
     join_sides(work, begin, end, regions);
     bool is_open = true;
     for (size_t i = begin; i < end; i++) {
@@ -235,14 +234,11 @@ static void decide_contour(untangling *work, size_t begin, size_t end, flood *re
         double const weight_b = regions->weights[b - regions->begin];
         crossing->wrong_end = weight_a < weight_b || (weight_a == weight_b && a > b) ? 0 : 1;
     }
-    if (!is_open)
-        aim_crossings(work, begin, end, regions);
-    else if (end - begin >= OPEN_CROSSINGS_MIN)
-        decide_open_contour(work, begin, end, regions->mark);
+    if (!is_open) aim_crossings(work, begin, end, regions);
+    return !is_open;
 }
 
-/* What hangs on the wrong ends, and all corners at the contour. */
-static void mark_astray(untangling *work, size_t begin, size_t end, const flood *regions) {
+void mark_astray(untangling *work, size_t begin, size_t end, const flood *regions) {
     for (size_t i = begin; i < end; i++) {
         surface_crossing const *const crossing = &work->contours.crossings[i];
         uint32_t const *const ends = work->topo->edges + 2 * (size_t)crossing->edge;
@@ -259,32 +255,64 @@ static void mark_astray(untangling *work, size_t begin, size_t end, const flood 
     }
 }
 
-tulle_status find_sides(untangling *work) {
+/* The contour that begins at a crossing, and the surfaces that it runs over. */
+static contour_range find_contour(const untangling *work, size_t begin) {
+    tulle_world const *const world = work->world;
+    contour_set const *const contours = &work->contours;
+    surface_crossing const *const first = &contours->crossings[begin];
+    contour_range range = {.begin = begin, .end = begin + 1};
+    while (range.end < contours->count && contours->crossings[range.end].contour == first->contour)
+        range.end++;
+    uint32_t const a = world->vertex_surface[work->topo->edges[2 * (size_t)first->edge]];
+    uint32_t const b = world->vertex_surface[work->topo->triangles[3 * (size_t)first->triangle]];
+    range.cloth = a < b ? a : b;
+    range.obstacle = a < b ? b : a;
+    return range;
+}
+
+/* Closed obstacles, one after the other. */
+static void find_inside(untangling *work, flood *regions) {
+    tulle_world const *const world = work->world;
+    for (uint32_t i = 0; i < world->obstacles.count; i++) {
+        if (work->is_closed[i])
+            mark_inside(work, (uint32_t)world->cloths.count + i, regions->mark++, &regions->begin);
+    }
+}
+
+/* Contours that part a surface each; others with obstacles together, then the rest. */
+static tulle_status decide_contours(untangling *work, flood *regions) {
     tulle_world *const world = work->world;
     contour_set const *const contours = &work->contours;
+    contour_range *const ranges = ARENA_NEW(&world->scratch, contour_range, contours->count);
+    size_t range_count = 0;
+    if (!ranges) return TULLE_ERROR_OUT_OF_MEMORY;
+    contour_range range;
+    for (size_t begin = 0; begin < contours->count; begin = range.end) {
+        range = find_contour(work, begin);
+        regions->mark++;
+        regions->begin += regions->count;
+        range.is_open = !decide_contour(work, &range, regions);
+        bool const is_of_obstacle = range.obstacle >= world->cloths.count;
+        if (is_of_obstacle) ranges[range_count++] = range;
+        if (range.is_open && is_of_obstacle) continue;
+        if (range.is_open && range.end - begin >= OPEN_CROSSINGS_MIN)
+            decide_open_contour(work, begin, range.end, regions->mark);
+        mark_astray(work, begin, range.end, regions);
+    }
+    return decide_joint_contours(work, ranges, range_count, regions);
+}
+
+tulle_status find_sides(untangling *work) {
+    tulle_world *const world = work->world;
     size_t const n = world->vertex_count;
     memset(work->is_inside, 0, n * sizeof(bool));
     memset(work->is_astray, 0, n * sizeof(bool));
     memset(work->region, 0, n * sizeof *work->region);
     memset(work->grown, 0, n * sizeof *work->grown);
     memset(work->cut, 0, work->topo->edge_count * sizeof *work->cut);
-    uint32_t mark = 1, number = 1;
-    for (uint32_t i = 0; i < world->obstacles.count; i++) {
-        if (work->is_closed[i])
-            mark_inside(work, (uint32_t)world->cloths.count + i, mark++, &number);
-    }
-    flood regions = {.weights = ARENA_NEW(&world->scratch, double, 2 * contours->count)};
+    flood regions = {.mark = 1, .begin = 1};
+    regions.weights = ARENA_NEW(&world->scratch, double, 2 * work->contours.count);
     if (!regions.weights) return TULLE_ERROR_OUT_OF_MEMORY;
-    for (size_t begin = 0, end; begin < contours->count; begin = end) {
-        end = begin + 1;
-        while (end < contours->count &&
-               contours->crossings[end].contour == contours->crossings[begin].contour)
-            end++;
-        regions.mark = mark++;
-        regions.begin = number;
-        decide_contour(work, begin, end, &regions);
-        mark_astray(work, begin, end, &regions);
-        number += regions.count;
-    }
-    return TULLE_OK;
+    find_inside(work, &regions);
+    return decide_contours(work, &regions);
 }
