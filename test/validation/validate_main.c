@@ -156,6 +156,7 @@ static size_t choose_experiments(const command_line *line, const validation_tabl
 /* Writes the rows of now with the totals of now. */
 static void save(validation_run *run, const command_line *line) {
     if (!line->csv) return;
+    validation_sort_table(run->table);
     size_t const count = run->table->count;
     validation_report_totals(run);
     if (!validation_write_csv(line->csv, run->table, run->options)) {
@@ -178,6 +179,7 @@ static bool run_one(validation_run *run, const command_line *line) {
 }
 
 static int finish(validation_run *run, const command_line *line, bool is_interrupted) {
+    save(run, line); /* where nothing was left to be run: as one table */
     validation_report_totals(run);
     validation_print_table(run->table);
     size_t const off = count_off(run->table, 0);

@@ -27,6 +27,26 @@ enum {
     COLUMN_COUNT
 };
 
+/* Places of experiments in the list of all. */
+static size_t find_place(const char *name) {
+    size_t place = 0;
+    for (const experiment *const *group = validation_groups; *group; group++)
+        for (const experiment *entry = *group; entry->name; entry++, place++)
+            if (entry->name == name) return place;
+    return place;
+}
+
+void validation_sort_table(validation_table *table) {
+    for (size_t i = 1; i < table->count; i++) {
+        validation_row const row = table->rows[i];
+        size_t const place = find_place(row.experiment);
+        size_t to = i;
+        for (; to > 0 && find_place(table->rows[to - 1].experiment) > place; to--)
+            table->rows[to] = table->rows[to - 1];
+        table->rows[to] = row;
+    }
+}
+
 void validation_print_table(const validation_table *table) {
     printf("%-7s  %-62s %12s %-6s %-18s %s\n", "", "", "measured", "", "expected", "after");
     const char *name = "";

@@ -4,6 +4,8 @@
 
 #include "validation/validation_run.h"
 
+/* Into the order of the experiments; rows of one keep theirs. */
+void validation_sort_table(validation_table *table);
 void validation_print_table(const validation_table *table);
 
 /* Writes head and rows; the columns response, motion_space, integrator and quick repeat the
