@@ -20,7 +20,7 @@ enum {
     GAIN_SHARE = 4,             /* it paid when one in that many of those found a patch */
     REGROW_WAIT_MIN = 8,        /* [calls] */
     REGROW_WAIT_MAX = 1024,     /* [calls] */
-    RETRY_WAIT_MIN = 32,        /* [calls] */
+    RETRY_WAIT_MIN = 128,       /* [calls] */
     RETRY_WAIT_MAX = 4096,      /* [calls] */
     USEFUL_PERCENT = 15,        /* of triangles inside patches, without their rims; fewer: off */
     COMPACT_TRIANGLE_MIN = 1024 /* dead ones that are not worth a new layout */

@@ -258,8 +258,9 @@ static void they_switch_themselves_off(void **state) {
         patch_counts const counts = update(patches, &scene, &rules, 1);
         growths += counts.grown_triangle_count > 0;
         assert_int_equal(counts.patch_count, 0);
+        assert_true(growths <= 1 + (size_t)step / 100); /* a growth costs some calls */
     }
-    assert_true(growths >= 3 && growths <= 6);
+    assert_true(growths >= 3);
     patch_rules keeping = rules;
     keeping.keeps_all = true;
     for (int step = 0; step < 10; step++)
