@@ -13,6 +13,7 @@
  * mass, and the last projection feeds the springs energy. */
 #include "contact/solve_motion.h"
 
+#include "contact/end_round.h"
 #include "contact/hard_rows.h"
 #include "contact/project_impulses.h"
 #include "contact/row_motion.h"
@@ -25,20 +26,6 @@
  * with. */
 #define LEAST_REFERENCE 1e-12
 
-/* Friction is settled when what it misses is less than this part of what a cloth gains in a step.
- */
-#define SETTLED_SHARE 0.1
-
-/* A round of so few iterations costs little. */
-#define CHEAP_ITERATIONS 32
-
-/* What friction of a surface's rows in the matrix left after a round. */
-typedef struct surface_sums {
-    vec3 misfit; /* [N s] */
-    vec3 slip;   /* [N s] of the rows that hold: what they slip, times their penalties */
-    double held; /* [kg] sum of these penalties */
-} surface_sums;
-
 typedef struct motion_solve {
     const contact_scene *scene;
     const motion_system *system;
@@ -49,7 +36,7 @@ typedef struct motion_solve {
     uint8_t *is_fixed;
     contact_row **hard_rows;
     size_t hard_count;
-    surface_sums *sums; /* of each surface */
+    friction_sums *sums; /* of each surface */
     double reference;
     staged_solve stages;
     bool is_cloth_only; /* vectors of the system have no entries of slots now */
@@ -63,7 +50,7 @@ static bool allocate_solve(motion_solve *solve) {
     solve->diagonal = ARENA_NEW(scratch, double, 9 * count);
     solve->is_fixed = ARENA_NEW(scratch, uint8_t, count);
     solve->hard_rows = ARENA_NEW(scratch, contact_row *, solve->list->rows.count);
-    solve->sums = ARENA_NEW(scratch, surface_sums, solve->scene->set->surface_count);
+    solve->sums = ARENA_NEW(scratch, friction_sums, solve->scene->set->surface_count);
     if (!solve->sums || !solve->right_hand_side || !solve->diagonal || !solve->is_fixed ||
         !solve->hard_rows)
         return false;
@@ -307,89 +294,6 @@ static tulle_status find_reference(motion_solve *solve) {
     return status;
 }
 
-/* What a round leaves to do. */
-typedef struct round_result {
-    double violation, misfit; /* [m/s] root mean squares over the rows */
-    double largest_misfit;    /* [m/s] */
-    bool may_drift;           /* the misfit would give a cloth as a whole speed that counts, or rows
-                                 that hold it let it slip as a whole */
-} round_result;
-
-/* Adds a row in the matrix to the sums of the cloths that it touches. */
-static void add_to_sums(const motion_solve *solve, const contact_row *row, vec3 misfit) {
-    const contact_scene *const scene = solve->scene;
-    vec3 slip = {0.0, 0.0, 0.0};
-    if (row->state == ROW_STICKS) slip = vec3_sub(get_slip(row, solve->u), row->return_velocity);
-    for (int k = 0; k < 4; k++) {
-        if (row->vertices[k] >= scene->cloth_vertex_count) continue;
-        surface_sums *const sums = &solve->sums[scene->vertex_surface[row->vertices[k]]];
-        sums->misfit = vec3_add_scaled(sums->misfit, misfit, row->weights[k]);
-        sums->slip = vec3_add_scaled(sums->slip, slip, row->weights[k] * row->slip_penalty);
-        if (row->state == ROW_STICKS) sums->held += fabs(row->weights[k]) * row->slip_penalty;
-    }
-}
-
-/* Whether the sums give a cloth that nothing holds more speed than a share of what the step does,
- * or a cloth slips as a whole on rows that hold it, by the multipliers that they still gain. */
-static bool may_drift(const motion_solve *solve) {
-    const contact_scene *const scene = solve->scene;
-    for (size_t s = 0; s < scene->set->surface_count; s++) {
-        const surface_range *const range = &scene->set->surfaces[s];
-        vec3 gained = {0.0, 0.0, 0.0}; /* [N s] */
-        double mass = 0.0;
-        const surface_sums *const sums = &solve->sums[s];
-        if (vec3_norm(sums->slip) > scene->settings.settled_slip * sums->held) return true;
-        if (range->is_obstacle || vec3_norm2(sums->misfit) == 0.0) continue;
-        for (uint32_t v = range->vertex_begin; v < range->vertex_end; v++) {
-            vec3 const before = scene->v0 ? vec3_load(scene->v0, v) : vec3_make(0.0, 0.0, 0.0);
-            vec3 const gain = vec3_sub(vec3_load(solve->u, v), before);
-            gained = vec3_add_scaled(gained, gain, 1.0 / scene->inverse_mass[v]);
-            mass += 1.0 / scene->inverse_mass[v];
-        }
-        double const limit =
-            scene->settings.settled_drift * mass + SETTLED_SHARE * vec3_norm(gained);
-        if (isfinite(mass) && vec3_norm(sums->misfit) > limit) return true;
-    }
-    return false;
-}
-
-/* After a solve: violations, the largest of which goes to the report, then impulses. Rows that are
- * violated become hard. */
-static round_result finish_round(motion_solve *solve) {
-    row_list *const list = solve->list;
-    double largest = 0.0, largest_misfit = 0.0, violation2 = 0.0, misfit2 = 0.0;
-    memset(solve->sums, 0, solve->scene->set->surface_count * sizeof *solve->sums);
-    for (size_t i = 0; i < list->rows.count; i++) {
-        contact_row *const row = &list->rows.data[i];
-        double const violation = find_row_violation(row, solve->u);
-        largest = fmax(largest, violation);
-        violation2 += violation * violation;
-        harden(row, violation);
-        if (!row->is_in_matrix) continue;
-        vec3 const misfit = update_hard_row(row, solve->u);
-        double const missed = vec3_norm(misfit) / row->slip_penalty;
-        misfit2 += missed * missed;
-        largest_misfit = fmax(largest_misfit, missed);
-        add_to_sums(solve, row, misfit);
-    }
-    solve->report->violation = largest;
-    project_impulses(solve->scene, list->rows.data, list->rows.count, solve->u);
-    double const count = (double)list->rows.count;
-    return (round_result){sqrt(violation2 / count), sqrt(misfit2 / count), largest_misfit,
-                          may_drift(solve)};
-}
-
-/* Rounds go on until little is left; those that cost little, until nothing is. */
-static bool has_settled(const motion_solve *solve, const round_result *result,
-                        uint32_t iterations) {
-    const contact_settings *const settings = &solve->scene->settings;
-    if (iterations <= CHEAP_ITERATIONS && result->violation > LEAST_VIOLATION) return false;
-    return result->violation <= settings->settled_speed &&
-           result->misfit <= settings->settled_speed && !result->may_drift &&
-           result->largest_misfit <= settings->settled_misfit &&
-           solve->report->violation <= settings->settled_most;
-}
-
 static tulle_status run_rounds(motion_solve *solve) {
     const contact_settings *const settings = &solve->scene->settings;
     row_list *const list = solve->list;
@@ -400,10 +304,11 @@ static tulle_status run_rounds(motion_solve *solve) {
         prepare_round(solve);
         tulle_status const status = run_conjugate_gradients(solve);
         if (status != TULLE_OK || list->rows.count == 0) return status;
-        round_result const result = finish_round(solve);
+        round_result const result = end_round(solve->scene, list, solve->sums, solve->u);
+        solve->report->violation = result.largest_violation;
         bool const has_all = round + 1 >= settings->solve_rounds;
         solve->report->has_settled =
-            has_settled(solve, &result, solve->report->cg_iterations - before);
+            round_has_settled(settings, &result, solve->report->cg_iterations - before);
         if (has_all && solve->report->has_settled) break;
     }
     bool const rests = solve->report->violation <= LEAST_VIOLATION;
