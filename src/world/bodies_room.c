@@ -8,9 +8,7 @@
 /* Of the energy that the substep before lost. */
 static const double ROOM_SHARE = 0.5;
 
-static bool is_between_bodies(const contact_row *row) {
-    return row->has_body && row->is_without_cloth;
-}
+static bool makes_room(const contact_row *row) { return row->has_body; }
 
 /* [m/s] at which a row keeps the room it has: turning bodies come nearer without that speed. */
 static double find_kept_speed(const step_context *context, const contact_row *row) {
@@ -26,14 +24,14 @@ void world_share_room(step_context *context) {
     double work = 0.0; /* [J] with the impulses of the substep before */
     for (size_t i = 0; context->scene.body_count > 0 && i < list->rows.count; i++) {
         contact_row const *const row = &list->rows.data[i];
-        if (is_between_bodies(row))
+        if (makes_room(row))
             work += get_push(row) * fmax(row->bias - find_kept_speed(context, row), 0.0);
     }
     double const budget = ROOM_SHARE * context->state->lost_energy;
     if (!(work > budget)) return;
     for (size_t i = 0; i < list->rows.count; i++) {
         contact_row *const row = &list->rows.data[i];
-        if (!is_between_bodies(row)) continue;
+        if (!makes_room(row)) continue;
         double const kept = find_kept_speed(context, row);
         if (row->bias > kept) row->bias = kept + (row->bias - kept) * (budget / work);
     }
@@ -44,7 +42,7 @@ bool world_ask_less_room(step_context *context, int level) {
     bool has_changed = false;
     for (size_t i = 0; context->scene.body_count > 0 && i < list->rows.count; i++) {
         contact_row *const row = &list->rows.data[i];
-        if (!is_between_bodies(row)) continue;
+        if (!makes_room(row)) continue;
         double const kept = level == 0 ? find_kept_speed(context, row) : 0.0;
         if (!(row->bias > kept)) continue;
         has_changed |= get_push(row) > 0.0;
@@ -58,7 +56,7 @@ void world_note_loss(step_context *context, double gain) {
     double work = 0.0; /* [J] of making room */
     for (size_t i = 0; context->scene.body_count > 0 && i < list->rows.count; i++) {
         contact_row const *const row = &list->rows.data[i];
-        if (!is_between_bodies(row)) continue;
+        if (!makes_room(row)) continue;
         double const speed =
             vec3_dot(row->normal, get_relative_velocity(row, context->mean_velocity));
         work += get_push(row) * fmax(speed - find_kept_speed(context, row), 0.0);

@@ -1,9 +1,9 @@
-/* world/bodies_room.h - bodies that come too near to one another make room only as far as the step
- * has energy for it.
+/* world/bodies_room.h - bodies that come too near to one another or to cloth make room only as far
+ * as the step has energy for it.
  *
- * A row inside the contact distance asks for speed apart. Between bodies that carry load, as the
- * rings of a chain or boxes of a stack, that lifts what hangs or stands on them: work that no force
- * does. So rows between bodies alone share what the steps lose anyway, by impact, friction and the
+ * A row inside the contact distance asks for speed apart. Where it carries load, as between the
+ * rings of a chain or below a stack on a sheet, that lifts what hangs or stands there: work that no
+ * force does. So rows of bodies share what the steps lose anyway, by impact, friction and the
  * integrator. */
 #ifndef TULLE_WORLD_BODIES_ROOM_H
 #define TULLE_WORLD_BODIES_ROOM_H
