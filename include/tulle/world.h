@@ -327,8 +327,9 @@ TULLE_API tulle_status tulle_world_set_material_law(tulle_world *world, const ch
  * step if the caller did not. TULLE_ERROR_INTERSECTING_START names the first pairs in the message;
  * tulle_world_get_intersections gives all of them. */
 TULLE_API tulle_status tulle_world_start(tulle_world *world, tulle_error *error);
-/* Asked before each round of untangling: nonzero ends tulle_world_start with
- * TULLE_ERROR_INTERRUPTED, and it can be called again. Null asks no more. */
+/* Asked before each round of untangling, when tulle_world_get_untangle_report says how far that
+ * is: nonzero ends tulle_world_start with TULLE_ERROR_INTERRUPTED, and it can be called again. Null
+ * asks no more. */
 typedef int (*tulle_stop_request)(void *context);
 TULLE_API void tulle_world_set_stop_request(tulle_world *world, tulle_stop_request is_stopped,
                                             void *context);
@@ -344,6 +345,7 @@ typedef struct tulle_untangle_report {
     int keeps_minimum_gap; /* 0: some pair that does not intersect is nearer, as in a start that
                               touches */
     double seconds;        /* [s] wall clock */
+    uint64_t left;         /* pairs in the state with the fewest so far; 0: clean */
 } tulle_untangle_report;
 TULLE_API tulle_untangle_report tulle_world_get_untangle_report(const tulle_world *world);
 

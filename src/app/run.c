@@ -23,7 +23,7 @@ static const char *const checkpoint_default = "30s";
 
 /* The words of the command line. */
 typedef struct run_words {
-    const char *directory, *progress, *write, *record, *checkpoint;
+    const char *directory, *progress, *write, *record, *checkpoint, *left;
     long frames, threads;
     int resumes, replaces;
     option_list overrides;
@@ -87,6 +87,9 @@ static options_outcome read_words(int argc, char **argv, run_words *words) {
         {"record", 0, OPTION_CHOICE, &words->record, "plain|debug",
          "debug: also keep velocities, contacts and patches of each frame (default: plain)", 0, 0,
          record_choices},
+        {"list-left", 0, OPTION_TEXT, &words->left, "FILE",
+         "where the start is refused, write the pairs of triangles that intersect as CSV", 0, 0,
+         NULL},
         {"checkpoint-every", 0, OPTION_TEXT, &words->checkpoint, "STEPS|SECONDS",
          "time between checkpoints: 100 steps, or 30s (default: 30s)", 0, 0, NULL},
     };
@@ -110,6 +113,7 @@ static bool use_words(const run_words *words, const char *scene_path,
                       char default_directory[DIRECTORY_SIZE], run_options *options) {
     options->scene_path = scene_path;
     options->directory = words->directory;
+    options->left_path = words->left;
     options->threads = (int)words->threads;
     options->resumes = words->resumes;
     options->replaces = words->replaces;
@@ -161,7 +165,7 @@ static tulle_status fail_memory(tulle_error *error) {
 }
 
 static int is_stopped(void *context) {
-    (void)context;
+    progress_show_untangling(context);
     return interrupt_is_pending();
 }
 
@@ -172,7 +176,7 @@ static tulle_status prepare_world(run_session *session, tulle_error *error) {
     bool const goes_on =
         session->options.resumes && tulle_run_has_checkpoint(session->options.directory) != 0;
     if (status == TULLE_OK && !goes_on) {
-        tulle_world_set_stop_request(session->built.world, is_stopped, NULL);
+        tulle_world_set_stop_request(session->built.world, is_stopped, session);
         status = tulle_world_start(session->built.world, error);
     }
     if (status != TULLE_OK) return status;
@@ -337,7 +341,9 @@ static int end_run(run_session *session, tulle_status status, tulle_error *error
 
 static int run_scene(run_session *session, const char *progress, tulle_error *error) {
     interrupt_catch();
+    progress_begin(&session->progress, progress);
     tulle_status status = prepare_world(session, error);
+    progress_bar_clear(&session->progress.bar);
     session->wanted_steps =
         (uint64_t)session->options.frame_count * scene_get_steps_per_frame(session->scene);
     bool is_new = true;
@@ -348,6 +354,10 @@ static int run_scene(run_session *session, const char *progress, tulle_error *er
     if (status == TULLE_OK) status = open_directory(session, &is_new, error);
     if (status != TULLE_OK) {
         app_print_error("run", error);
+        tulle_error left_error = {0};
+        if (status == TULLE_ERROR_INTERSECTING_START &&
+            run_write_left(session, &left_error) != TULLE_OK)
+            app_print_error("run", &left_error);
         tulle_run_close(session->writer, TULLE_RUN_FAILED, error->message, NULL);
         return status == TULLE_ERROR_DISK_FULL ? APP_EXIT_CANNOT_GO_ON : app_exit_for_input(status);
     }

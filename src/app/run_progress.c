@@ -9,6 +9,7 @@
 
 enum { FACTS_SIZE = 160 /* [bytes] */ };
 static const double LINE_INTERVAL = 10.0; /* [s] a log of a long run stays readable */
+static const double JSON_INTERVAL = 1.0;  /* [s] between rounds of untangling that are told */
 static const double MILLIMETRES_PER_METRE = 1000.0;
 
 void progress_begin(run_progress *progress, const char *kind) {
@@ -86,6 +87,27 @@ void progress_show_step(run_session *session, const tulle_step_report *report) {
         fprintf(stderr, "%s\n", format_facts(session, report, facts));
         progress->shown = timer_now();
     }
+}
+
+void progress_show_untangling(run_session *session) {
+    run_progress *const progress = &session->progress;
+    tulle_untangle_report const report = tulle_world_get_untangle_report(session->built.world);
+    bool const is_json = progress->kind == PROGRESS_JSON;
+    double const interval = !is_json ? LINE_INTERVAL : report.rounds > 0 ? JSON_INTERVAL : 0.0;
+    if (progress->kind == PROGRESS_BAR)
+        progress_bar_show(&progress->bar, report.intersections - report.left, report.intersections,
+                          "untangling: %llu pairs left, round %u", (unsigned long long)report.left,
+                          report.rounds);
+    if (progress->kind == PROGRESS_BAR || progress->kind == PROGRESS_NONE ||
+        timer_now() - progress->shown < interval)
+        return;
+    fprintf(stderr,
+            is_json ? "{\"event\":\"untangle\",\"round\":%u,\"left\":%llu,\"intersections\":%llu}\n"
+                    : "untangling: round %u, %llu of %llu pairs left\n",
+            report.rounds, (unsigned long long)report.left,
+            (unsigned long long)report.intersections);
+    fflush(stderr);
+    progress->shown = timer_now();
 }
 
 void progress_show_checkpoint(run_session *session) {

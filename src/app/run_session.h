@@ -34,7 +34,8 @@ typedef struct run_progress {
 
 typedef struct run_options {
     const char *scene_path, *directory;
-    uint32_t frame_count; /* the start not counted */
+    const char *left_path; /* for pairs that intersect in a start that is refused; null: none */
+    uint32_t frame_count;  /* the start not counted */
     int threads;
     bool resumes, replaces, writes_vtp, records_debug;
     double checkpoint_seconds; /* between checkpoints; 0: by steps */
@@ -81,9 +82,14 @@ tulle_status debug_record_fill(debug_record *record, const run_session *session,
                                tulle_error *error);
 void debug_record_release(debug_record *record);
 
+/* run_left.c: a line of CSV for every pair of triangles that refused the start. */
+tulle_status run_write_left(const run_session *session, tulle_error *error);
+
 /* kind: "auto", "json" or "none". */
 void progress_begin(run_progress *progress, const char *kind);
 void progress_show_step(run_session *session, const tulle_step_report *report);
+/* Before a round of untangling. */
+void progress_show_untangling(run_session *session);
 void progress_show_checkpoint(run_session *session);
 /* Ends a bar's line. `outcome` is the name of a state of the run. */
 void progress_end(run_session *session, const char *outcome);

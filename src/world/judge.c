@@ -93,9 +93,10 @@ tulle_status world_refuse_intersections(const tulle_world *world, const double *
     }
     bool const is_untangled = world->def.start_intersections == TULLE_START_UNTANGLE;
     return error_set(error, TULLE_ERROR_INTERSECTING_START,
-                     "%s%smove them apart, or set start_intersections to %signore (those pairs "
+                     "%s%smove them apart, %sor set start_intersections to %signore (those pairs "
                      "then count only after they came apart)",
                      text, count > NAMED_PAIRS ? "and more; " : "",
+                     is_untangled ? "raise untangle_limit, " : "",
                      is_untangled ? "" : "untangle, or to ");
 }
 

@@ -14,7 +14,6 @@
 #include "world/inside.h"
 #include "world/untangle_parts.h"
 
-#include <stdio.h>
 #include <string.h>
 
 /* Rounds without fewer pairs before the next level of escalation. */
@@ -148,6 +147,7 @@ static tulle_status run_rounds(untangling *work, tulle_error *error) {
         tulle_status const status = run_round(work, error);
         if (status != TULLE_OK) return status;
         world->untangle_report.rounds = round + 1;
+        world->untangle_report.left = work->best_count;
         if (world->intersections.count > 0) continue;
         if (work->has_gap) {
             world->untangle_report.keeps_minimum_gap = 1;
@@ -168,8 +168,8 @@ static tulle_status accept_best(untangling *work, tulle_error *error) {
     tulle_untangle_report *const report = &world->untangle_report;
     if (world->intersections.count > 0) {
         char when[WORLD_MESSAGE_BYTES];
-        snprintf(when, sizeof when, "after %u rounds of untangling (%llu at the start)",
-                 report->rounds, (unsigned long long)report->intersections);
+        memcpy(work->positions, work->best, 3 * world->vertex_count * sizeof(double));
+        if (describe_left(work, when, sizeof when) != TULLE_OK) return no_memory(error);
         return world_refuse_intersections(world, work->best, when, error);
     }
     for (size_t v = 0; v < world->cloth_vertex_count; v++) {
@@ -183,7 +183,8 @@ static tulle_status accept_best(untangling *work, tulle_error *error) {
 
 tulle_status world_untangle(tulle_world *world, tulle_error *error) {
     double const start = timer_now();
-    world->untangle_report = (tulle_untangle_report){.intersections = world->intersections.count};
+    world->untangle_report = (tulle_untangle_report){.intersections = world->intersections.count,
+                                                     .left = world->intersections.count};
     untangling work = {.world = world,
                        .topo = &world->topo,
                        .mean_edge = world->edge_length,

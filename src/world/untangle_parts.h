@@ -110,5 +110,7 @@ void add_vote(untangling *work, uint32_t vertex, vec3 shift);
 double find_gap(const untangling *work, uint32_t a, uint32_t b); /* [m] to push apart to */
 /* untangle_motion.c: one displacement of all free vertices. */
 tulle_status move_apart(untangling *work);
+/* untangle_report.c: what is left in `positions`, as text. */
+tulle_status describe_left(untangling *work, char *text, size_t size);
 
 #endif

@@ -57,6 +57,7 @@ static void tangled_starts_become_clean(void **state) {
             tulle_untangle_report report;
             clean_here += is_cleaned(&start, &report);
             assert_int_equal(report.intersections, start.pair_count);
+            assert_int_equal(report.left, 0);
             most_seconds = fmax(most_seconds, report.seconds);
             farthest = fmax(farthest, report.largest_displacement);
             tangled_destroy(&start);
@@ -129,11 +130,14 @@ static void limit_names_what_is_left(void **state) {
     tulle_error error = {0};
     assert_int_equal(tulle_world_start(world, &error), TULLE_ERROR_INTERSECTING_START);
     assert_non_null(strstr(error.message, "after 1 rounds of untangling"));
+    assert_non_null(strstr(error.message, " of 'cloth 0' with 'cloth 1'"));
+    assert_non_null(strstr(error.message, " lines: "));
     assert_non_null(strstr(error.message, "triangle"));
     assert_non_null(strstr(error.message, "vertices"));
     size_t left = 0;
     assert_non_null(tulle_world_get_intersections(world, &left));
     assert_true(left > 0);
+    assert_int_equal(tulle_world_get_untangle_report(world).left, left);
     double const *const x = tulle_cloth_get_positions(world, (tulle_cloth_id){0, 1}, NULL);
     assert_memory_equal(x, start.cloths[0].positions,
                         3 * start.cloths[0].vertex_count * sizeof(double));
