@@ -1,5 +1,6 @@
 /* Laws of pairs of contact materials through the public interface: which law a pair of surfaces
  * has, and that cloth slides on cloth by it. */
+#include "support/failing_heap.h"
 #include "support/small_world.h"
 #include "support/test_support.h"
 #include "world/world_state.h"
@@ -153,6 +154,31 @@ static void unknown_names_are_refused(void **state) {
     tulle_world_destroy(world);
 }
 
+/* The call fails or not with its first allocations; then it can be made again. */
+static void a_failed_allocation_leaves_the_world_as_it_was(void **state) {
+    (void)state;
+    int failures = 0;
+    for (int allowed = 0; allowed < 3; allowed++) {
+        int left = 1000;
+        tulle_world_def def = tulle_world_def_default();
+        tulle_world *world = NULL;
+        def.allocator = (tulle_allocator){failing_heap_allocate, failing_heap_release, &left, 0};
+        assert_int_equal(tulle_world_create(&def, &world, NULL), TULLE_OK);
+        add_cloth(world, "felt", 0.0);
+        left = allowed;
+        tulle_status const status =
+            tulle_world_set_material_law(world, "denim", "felt", &SLIPPERY, NULL);
+        failures += status == TULLE_ERROR_OUT_OF_MEMORY;
+        assert_int_equal(world->material_laws.count, status == TULLE_OK);
+        left = 1000;
+        set(world, "felt", "felt", &ROUGH);
+        assert_int_equal(tulle_world_start(world, NULL), TULLE_OK);
+        expect(world, 0, 0, (double[3]){0.9, 0.9, 0.0});
+        tulle_world_destroy(world);
+    }
+    assert_in_range(failures, 1, 2);
+}
+
 /* [m/s^2] Mean of a patch on a cloth that is pinned all over, down a slope. */
 static double slide_on_cloth(double degrees, const char *upper, const char *lower) {
     tulle_world_def world_def = tulle_world_def_default();
@@ -217,6 +243,7 @@ int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(objects_go_before_materials_and_these_before_defaults),
         cmocka_unit_test(unknown_names_are_refused),
+        cmocka_unit_test(a_failed_allocation_leaves_the_world_as_it_was),
         cmocka_unit_test(cloth_slides_on_cloth_by_their_materials),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
