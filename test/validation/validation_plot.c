@@ -46,7 +46,8 @@ void validation_end_plot(validation_run *run) {
     fprintf(script, "set grid lt 1 lc rgb '#dddddd'\nset offsets 0, 0, graph 0.03, graph 0.03\n");
     fprintf(script, "set key outside right noenhanced\nset datafile missing NaN\n%s%s",
             plot->is_x_logarithmic ? "set logscale x\nset format x '10^{%T}'\n" : "",
-            plot->is_y_logarithmic ? "set logscale y\nset format y '10^{%T}'\n" : "");
+            plot->is_y_logarithmic ? "set logscale y\nset format y '10^{%T}'\n"
+                                   : "set format y '%g'\n");
     for (size_t i = 0; i < run->series_count; i++) {
         const char *const name = run->plot_series[i];
         bool const has_points = name[0] == '*';
