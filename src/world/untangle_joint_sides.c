@@ -11,9 +11,6 @@
 
 #include <stdlib.h>
 
-/* Shorter contours that part nothing are only shortened. */
-enum { OPEN_CROSSINGS_MIN = 3 };
-
 static int compare_ranges(const void *a, const void *b) {
     contour_range const *const x = a, *const y = b;
     if (x->obstacle != y->obstacle) return x->obstacle < y->obstacle ? -1 : 1;
@@ -114,6 +111,8 @@ static void decide_alone(untangling *work, const contour_range *range, flood *re
     if (range->end - range->begin >= OPEN_CROSSINGS_MIN)
         decide_open_contour(work, range->begin, range->end, regions->mark);
     mark_astray(work, range->begin, range->end, regions);
+    if (range->end - range->begin < OPEN_CROSSINGS_MIN)
+        orient_short_contour(work, range->begin, range->end);
 }
 
 static void decide_group(untangling *work, contour_group *group) {

@@ -9,6 +9,8 @@
 
 /* Neither end of a crossing edge is known to be on the wrong side. */
 #define CROSSING_UNDECIDED 2
+/* Shorter contours that part nothing are shortened, or oriented. */
+enum { OPEN_CROSSINGS_MIN = 3 };
 
 /* An edge that passes through a triangle, both in the world's numbering. */
 typedef struct surface_crossing {
@@ -101,6 +103,8 @@ void aim_over_corners(const untangling *work, surface_crossing *crossing, const 
  * nothing.
  */
 void decide_open_contour(untangling *work, size_t begin, size_t end, uint32_t mark);
+/* untangle_orientation.c: undecided crossings of a short contour, where escalation asks for it. */
+void orient_short_contour(untangling *work, size_t begin, size_t end);
 /* untangle_calm.c: where escalation asks for it, less crumpled cloth around contours. */
 void calm_surroundings(untangling *work);
 /* untangle_depth.c: votes of what lies in an obstacle and reaches from one contour to another. */

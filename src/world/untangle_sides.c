@@ -26,9 +26,6 @@ static const double ALONG_COSINE = 0.3;
  * at most 2. */
 static const double AIM_PULL = 4.0;
 
-/* Shorter contours that part nothing are only shortened. */
-enum { OPEN_CROSSINGS_MIN = 3 };
-
 static bool is_inside(const untangling *work, const surface_range *range, vec3 point) {
     return find_winding_number(work->topo->triangles + 3 * (size_t)range->triangle_begin,
                                range->triangle_end - range->triangle_begin, work->positions,
@@ -298,6 +295,8 @@ static tulle_status decide_contours(untangling *work, flood *regions) {
         if (range.is_open && range.end - begin >= OPEN_CROSSINGS_MIN)
             decide_open_contour(work, begin, range.end, regions->mark);
         mark_astray(work, begin, range.end, regions);
+        if (range.is_open && range.end - begin < OPEN_CROSSINGS_MIN)
+            orient_short_contour(work, begin, range.end);
     }
     return decide_joint_contours(work, ranges, range_count, regions);
 }

@@ -10,7 +10,7 @@ enum { SEEDS = 10, STEPS = 2, SMALL_SIDE = 13 };
 static unsigned const SIDES[] = {15, 21, 27, 33};
 
 typedef struct start_sums {
-    size_t starts, clean, through_obstacles;
+    size_t starts, clean, through_obstacles, rounds;
     size_t crossing;                    /* pairs in the states after the starts that succeeded */
     double fewest, most;                /* pairs that intersect in a start */
     double displacement, longest, time; /* [m] and [s] largest, [s] of all */
@@ -67,6 +67,7 @@ static void add_start(validation_run *run, tangled_family family, int seed, star
     sums->most = fmax(sums->most, pairs);
     tulle_untangle_report const report = tulle_world_get_untangle_report(opened->world);
     sums->displacement = fmax(sums->displacement, report.largest_displacement);
+    sums->rounds += report.rounds;
     sums->longest = fmax(sums->longest, report.seconds);
     sums->time += report.seconds;
 }
@@ -88,6 +89,7 @@ static void become_clean(validation_run *run) {
                  at_least(TANGLED_PAIRS_MIN), "");
     validate_row(run, "crossing pairs of a start, most", sums.most, "", at_most(TANGLED_PAIRS_MAX),
                  "");
+    validate_row(run, "rounds of all starts", (double)sums.rounds, "", nothing(), "");
     validate_row(run, "farthest way of a vertex", sums.displacement, "m", nothing(),
                  "cloths of 1 m");
     validate_row(run, "longest time of a start", sums.longest, "s", nothing(), "");
