@@ -66,9 +66,10 @@ typedef enum tulle_start_intersections {
                             that appear into cloth later are refused */
 } tulle_start_intersections;
 typedef enum tulle_on_pinch {
-    TULLE_ON_PINCH_STOP,
-    TULLE_ON_PINCH_SLOW,
-    TULLE_ON_PINCH_RELEASE
+    TULLE_ON_PINCH_STOP,   /* the step fails; the state stays, from before the cloth is torn */
+    TULLE_ON_PINCH_SLOW,   /* obstacles that bring one another too near are held apart until their
+                              script asks for more room; all else goes on */
+    TULLE_ON_PINCH_RELEASE /* the moving ones let the cloth through until they are free of it */
 } tulle_on_pinch;
 
 /* Wind: mean velocity plus seeded gusts, the same for the same seed, time and place on every
@@ -270,7 +271,8 @@ typedef struct tulle_step_report {
                             INFINITY if none is within the separation distance */
     double kinetic_energy, gravity_energy, elastic_energy; /* [J] */
     double max_stretch; /* largest edge length over rest length */
-    int pinched;        /* 1: a pinch between obstacles was found, see tulle_world_last_message */
+    int pinched;        /* 1: a pinch between obstacles was found, see tulle_world_last_message, or
+                           one found earlier still holds them back or lets cloth through */
     uint32_t pair_searches;     /* runs of stages 6 and 7: 1 in a quiet step */
     uint64_t patches;           /* in use at the end of the step; 0 for methods without */
     uint64_t patch_triangles;   /* triangles in them */
@@ -368,7 +370,8 @@ TULLE_API tulle_world_detection tulle_world_get_detection(const tulle_world *wor
 /* The same of the response; motion_space may be null. */
 TULLE_API tulle_response tulle_world_get_response(const tulle_world *world,
                                                   tulle_motion_space *motion_space);
-/* The last message about a pinch or a rescue, static until the next step; empty string if none. */
+/* What the last step has to say, as that a pinch begins or ends, or that an obstacle appears in
+ * cloth and is ignored; static until the next step, empty string if nothing. */
 TULLE_API const char *tulle_world_last_message(const tulle_world *world);
 
 /* Borrowed arrays, valid until the next step: 3 * vertex_count doubles [m] or [m/s]; null for a

@@ -302,6 +302,9 @@ static void print_summary(const run_session *session) {
                (unsigned long long)totals->most_contacts, (unsigned long long)totals->rescues,
                totals->contacts > 0 ? 1000.0 * (double)totals->rescues / (double)totals->contacts
                                     : 0.0);
+        if (totals->pinched_steps > 0)
+            printf("pinched: cloth was between obstacles that close on it in %llu steps\n",
+                   (unsigned long long)totals->pinched_steps);
         if (isfinite(totals->smallest_gap))
             printf("smallest gap: %.4g mm\n", 1000.0 * totals->smallest_gap);
     }
@@ -329,7 +332,8 @@ static int end_run(run_session *session, tulle_status status, tulle_error *error
     print_summary(session);
     tulle_error close_error = {0};
     tulle_status const closed = tulle_run_close(
-        session->writer, state, state == TULLE_RUN_FAILED ? error->message : NULL, &close_error);
+        session->writer, state,
+        state == TULLE_RUN_FAILED ? error->message : session->totals.message, &close_error);
     session->writer = NULL;
     if (closed != TULLE_OK && status == TULLE_OK) {
         app_print_error("run", &close_error);

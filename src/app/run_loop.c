@@ -9,6 +9,7 @@
 #include "base/timer.h"
 
 #include <math.h>
+#include <stdio.h>
 
 /* Files hold floats. A vertex at distance r along an axis is rounded by up to 2^-24 r there, so two
  * features come nearer by at most 2 sqrt(3) 2^-24 r: that must stay under the minimum gap. */
@@ -111,6 +112,7 @@ static void add_to_totals(run_totals *totals, const tulle_step_report *report) {
     totals->rescues += report->rescue_impact_zones + report->rescue_component_scalings +
                        report->rescue_global_scalings;
     if (report->contacts > totals->most_contacts) totals->most_contacts = report->contacts;
+    totals->pinched_steps += report->pinched != 0;
     totals->smallest_gap = fmin(totals->smallest_gap, report->smallest_gap);
 }
 
@@ -128,6 +130,10 @@ static tulle_status make_step(run_session *session, tulle_error *error) {
     if (status == TULLE_OK && done < session->wanted_steps && is_checkpoint_due(session))
         status = write_checkpoint(session, error);
     progress_show_step(session, &report);
+    char const *const message = tulle_world_last_message(world);
+    if (message[0]) progress_show_message(session, &report, message);
+    char *const first = session->totals.message;
+    if (!first[0]) snprintf(first, sizeof session->totals.message, "%s", message);
     return status;
 }
 

@@ -1,5 +1,6 @@
 /* app/run_progress.c - shows on standard error how far a run is: a bar with the time left, contacts
  * and smallest gap on a terminal; lines every ten seconds elsewhere; or JSON lines. */
+#include "app/commands.h"
 #include "app/run_session.h"
 #include "base/timer.h"
 
@@ -108,6 +109,38 @@ void progress_show_untangling(run_session *session) {
             (unsigned long long)report.intersections);
     fflush(stderr);
     progress->shown = timer_now();
+}
+
+/* A text as JSON has it. */
+static void print_json_text(const char *text) {
+    fputc('"', stderr);
+    for (; *text; text++) {
+        unsigned char const c = (unsigned char)*text;
+        if (c == '"' || c == '\\')
+            fprintf(stderr, "\\%c", c);
+        else if (c < ' ')
+            fprintf(stderr, "\\u%04x", c);
+        else
+            fputc(c, stderr);
+    }
+    fputc('"', stderr);
+}
+
+void progress_show_message(run_session *session, const tulle_step_report *report,
+                           const char *message) {
+    run_progress *const progress = &session->progress;
+    if (progress->kind == PROGRESS_JSON) {
+        fprintf(stderr, "{\"event\":\"message\",\"step\":%llu",
+                (unsigned long long)report->step + 1);
+        print_json_number("time", report->time);
+        fputs(",\"message\":", stderr);
+        print_json_text(message);
+        fputs("}\n", stderr);
+        fflush(stderr);
+        return;
+    }
+    progress_bar_clear(&progress->bar);
+    app_print_message("run", "%s", message);
 }
 
 void progress_show_checkpoint(run_session *session) {

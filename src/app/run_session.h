@@ -24,6 +24,8 @@ typedef struct run_totals {
     uint64_t most_contacts;
     uint64_t contacts, rescues; /* sums over the steps */
     double smallest_gap;        /* [m] INFINITY: nothing came near */
+    uint64_t pinched_steps;
+    char message[512]; /* the first that the world had */
 } run_totals;
 
 typedef struct run_progress {
@@ -90,6 +92,9 @@ void progress_begin(run_progress *progress, const char *kind);
 void progress_show_step(run_session *session, const tulle_step_report *report);
 /* Before a round of untangling. */
 void progress_show_untangling(run_session *session);
+/* What the world says of the step: a line on standard error, by every kind. */
+void progress_show_message(run_session *session, const tulle_step_report *report,
+                           const char *message);
 void progress_show_checkpoint(run_session *session);
 /* Ends a bar's line. `outcome` is the name of a state of the run. */
 void progress_end(run_session *session, const char *outcome);

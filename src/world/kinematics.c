@@ -10,6 +10,7 @@
 #include "world/inside.h"
 
 #include <math.h>
+#include <stdio.h>
 #include <string.h>
 
 /* Makes sure that frame `number` is in one of the two cached slots; *slot tells which. `keep` is
@@ -100,6 +101,25 @@ tulle_status world_script_targets(tulle_world *world, double time, double end_ti
     return TULLE_OK;
 }
 
+/* Names the first obstacle that appears in cloth and is ignored. */
+static void say_what_is_caught(tulle_world *world, double time) {
+    size_t count = 0;
+    const tulle_intersection *first = NULL;
+    for (size_t i = 0; i < world->intersections.count; i++) {
+        const tulle_intersection *const pair = &world->intersections.data[i];
+        size_t const obstacle = pair->object_b - world->cloths.count;
+        if (pair->object_b < world->cloths.count || world->now.is_present[obstacle]) continue;
+        if (!first) first = pair;
+        count++;
+    }
+    if (!first) return;
+    snprintf(world->message, sizeof world->message,
+             "'%s' is caught at %.6g s in '%s', which appears there: %zu pairs of triangles "
+             "intersect and are let be until they come apart (start_intersections: ignore)",
+             world_surface_name(world, first->object_a), time,
+             world_surface_name(world, first->object_b), count);
+}
+
 /* Judges obstacles that have just appeared (all others are clean already). */
 static tulle_status judge_appearance(tulle_world *world, const world_motion_state *state,
                                      tulle_error *error) {
@@ -115,6 +135,7 @@ static tulle_status judge_appearance(tulle_world *world, const world_motion_stat
         return world_refuse_intersections(world, state->positions, "when an obstacle appears",
                                           error);
     }
+    say_what_is_caught(world, state->time);
     return world_ignore_intersections(world, error);
 }
 

@@ -8,17 +8,18 @@
 #include "base/hash.h"
 #include "world/bodies.h"
 #include "world/detection.h"
+#include "world/holds.h"
 
 #include <math.h>
 #include <string.h>
 
-static const char STATE_MAGIC[8] = {'T', 'U', 'L', 'L', 'E', 'S', 'T', '5'}; /* 5: version */
+static const char STATE_MAGIC[8] = {'T', 'U', 'L', 'L', 'E', 'S', 'T', '6'}; /* 6: version */
 
 typedef struct state_header {
     char magic[8];
     uint64_t byte_count, payload_hash, def_hash;
     uint64_t vertex_count, obstacle_count, step_count;
-    uint64_t contact_bytes, patch_bytes, ignored_count;
+    uint64_t contact_bytes, patch_bytes, ignored_count, hold_count;
     double time, previous_time_step, lost_energy;
 } state_header;
 
@@ -54,6 +55,8 @@ uint64_t tulle_world_get_state_hash(const tulle_world *world) {
     hash = hash_bytes(hash, now->is_released, world->obstacles.count);
     hash = hash_bytes(hash, now->particles, world_particle_count(world));
     hash = hash_bytes(hash, now->rests, world->body_count * sizeof *now->rests);
+    if (now->hold_count > 0)
+        hash = hash_bytes(hash, now->holds, now->hold_count * sizeof *now->holds);
     if (world->body_count > 0) hash = hash_bytes(hash, &now->lost_energy, sizeof now->lost_energy);
     hash = hash_bytes(hash, world->ignored.data, world->ignored.count * sizeof(tulle_intersection));
     return contact_store_hash(&now->contacts, hash);
@@ -61,13 +64,14 @@ uint64_t tulle_world_get_state_hash(const tulle_world *world) {
 
 /* The variable parts of a state. */
 typedef struct part_sizes {
-    size_t contact_bytes, patch_bytes, ignored_count;
+    size_t contact_bytes, patch_bytes, ignored_count, hold_count;
 } part_sizes;
 
 static size_t state_size(const tulle_world *world, part_sizes parts) {
     return sizeof(state_header) + 12 * world->vertex_count * sizeof(double) +
            2 * world->obstacles.count + world_particle_count(world) +
-           world->body_count * sizeof(body_rest) + parts.contact_bytes + parts.patch_bytes +
+           world->body_count * sizeof(body_rest) + parts.hold_count * sizeof(world_hold) +
+           parts.contact_bytes + parts.patch_bytes +
            parts.ignored_count * sizeof(tulle_intersection);
 }
 
@@ -75,7 +79,8 @@ static part_sizes measure_parts(const tulle_world *world) {
     return (part_sizes){.contact_bytes = contact_store_get_size(&world->now.contacts),
                         .patch_bytes =
                             world->patches ? kept_patches_get_saved_size(world->patches) : 0,
-                        .ignored_count = world->ignored.count};
+                        .ignored_count = world->ignored.count,
+                        .hold_count = world->now.hold_count};
 }
 
 /* All but the header. */
@@ -90,6 +95,7 @@ static void put_parts(const tulle_world *world, part_sizes parts, byte_cursor *c
     put(cursor, now->is_released, world->obstacles.count);
     put(cursor, now->particles, world_particle_count(world));
     put(cursor, now->rests, world->body_count * sizeof *now->rests);
+    put(cursor, now->holds, parts.hold_count * sizeof *now->holds);
     put(cursor, world->ignored.data, parts.ignored_count * sizeof(tulle_intersection));
     contact_store_save(&now->contacts, cursor->bytes + cursor->used);
     cursor->used += parts.contact_bytes;
@@ -120,6 +126,7 @@ tulle_status tulle_world_save_state(const tulle_world *world, void **bytes, size
                            .contact_bytes = parts.contact_bytes,
                            .patch_bytes = parts.patch_bytes,
                            .ignored_count = parts.ignored_count,
+                           .hold_count = parts.hold_count,
                            .time = now->time,
                            .previous_time_step = now->previous_time_step,
                            .lost_energy = now->lost_energy};
@@ -155,6 +162,7 @@ static tulle_status check_header(const tulle_world *world, const state_header *h
     uint64_t const left = byte_count / sizeof(tulle_intersection);
     if (header->byte_count != byte_count || header->contact_bytes > byte_count ||
         header->patch_bytes > byte_count || header->ignored_count > left ||
+        header->hold_count > HOLDS_MAX ||
         hash_bytes(HASH_SEED, bytes + sizeof *header, byte_count - sizeof *header) !=
             header->payload_hash) {
         return error_set(error, TULLE_ERROR_PARSE, "the saved state is damaged or cut off");
@@ -162,7 +170,7 @@ static tulle_status check_header(const tulle_world *world, const state_header *h
     if (header->def_hash != world->def_hash || header->vertex_count != world->vertex_count ||
         header->obstacle_count != world->obstacles.count ||
         state_size(world, (part_sizes){header->contact_bytes, header->patch_bytes,
-                                       header->ignored_count}) != byte_count) {
+                                       header->ignored_count, header->hold_count}) != byte_count) {
         return error_set(error, TULLE_ERROR_INVALID_ARGUMENT,
                          "the saved state belongs to another scene");
     }
@@ -233,6 +241,11 @@ static tulle_status load_state(tulle_world *world, const void *bytes, size_t byt
     take(&cursor, next->is_released, world->obstacles.count);
     take(&cursor, next->particles, world_particle_count(world));
     take(&cursor, next->rests, world->body_count * sizeof *next->rests);
+    next->hold_count = header.hold_count;
+    take(&cursor, next->holds, header.hold_count * sizeof *next->holds);
+    if (!world_holds_are_valid(world, next))
+        return error_set(error, TULLE_ERROR_PARSE,
+                         "the saved state holds back obstacles that are not there");
     size_t const ignored_bytes = header.ignored_count * sizeof(tulle_intersection);
     status = contact_store_load(&next->contacts, &world->heap,
                                 cursor.bytes + cursor.used + ignored_bytes, header.contact_bytes);

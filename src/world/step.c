@@ -5,6 +5,7 @@
 #include "world/bodies.h"
 #include "world/bodies_sleep.h"
 #include "world/detection.h"
+#include "world/holds.h"
 
 #include "base/error.h"
 #include "base/timer.h"
@@ -44,6 +45,8 @@ static void copy_state(const tulle_world *world, const world_motion_state *sourc
         memcpy(target->rests, source->rests, world->body_count * sizeof *target->rests);
     target->previous_time_step = source->previous_time_step;
     target->lost_energy = source->lost_energy;
+    memcpy(target->holds, source->holds, source->hold_count * sizeof *source->holds);
+    target->hold_count = source->hold_count;
     target->time = source->time;
 }
 
@@ -103,7 +106,8 @@ static tulle_status run_substeps(step_context *context, double time_step) {
     double const end_time = context->state->time + time_step;
     double remaining = time_step;
     double wanted = time_step; /* length of the next substep, halved when one is rejected */
-    context->substep_limit = SUBSTEPS_MAX;
+    context->substep_limit = context->report->substeps + SUBSTEPS_MAX;
+    context->crawl_count = context->retry_count = 0;
     context->shortest_step = SHORTEST_SUBSTEP_SHARE * time_step;
     while (remaining > REMAINDER_SHARE * time_step && !context->is_rest_skipped) {
         context->time_step =
@@ -118,10 +122,9 @@ static tulle_status run_substeps(step_context *context, double time_step) {
         remaining -= context->passed;
         if (remaining <= REMAINDER_SHARE * time_step || !is_stuck(context, wanted)) continue;
         if (retry_shorter(context, time_step, &wanted)) continue;
-        context->substep_limit = context->report->substeps + SUBSTEPS_MAX;
-        context->crawl_count = 0;
-        status = world_handle_pinch(context);
-        if (status != TULLE_OK) return status;
+        context->is_pinched = world_is_script_moving(context);
+        if (context->is_pinched) return TULLE_OK;
+        world_skip_rest(context);
     }
     context->state->time = end_time;
     return TULLE_OK;
@@ -179,6 +182,63 @@ static tulle_status measure(step_context *context) {
     return TULLE_OK;
 }
 
+/* One go at the step; is_pinched tells whether it is to be undone. */
+static tulle_status try_step(step_context *context, double time_step) {
+    context->is_pinched = context->is_torn = context->is_rest_skipped = false;
+    world_begin_holds(context);
+    tulle_status status = world_begin_carriers(context);
+    if (status == TULLE_OK) status = run_substeps(context, time_step);
+    if (status != TULLE_OK || context->is_pinched) return status;
+    status = world_settle_bodies(context, time_step);
+    if (status == TULLE_OK) status = measure(context);
+    if (status == TULLE_OK) context->is_pinched = context->is_torn = world_tears_squeezed(context);
+    return status;
+}
+
+/* Undoes a step that is pinched; the next go holds back, or lets through, what the last one found.
+ */
+static tulle_status begin_again(step_context *context) {
+    tulle_world *const world = context->world;
+    world_motion_state *const state = context->state;
+    world_hold holds[HOLDS_MAX];
+    uint64_t const hold_count = state->hold_count;
+    memcpy(holds, state->holds, sizeof holds);
+    size_t const count = world->obstacles.count;
+    uint8_t *const is_released = ARENA_NEW(&world->scratch, uint8_t, count);
+    if (!is_released)
+        return error_set(context->error, TULLE_ERROR_OUT_OF_MEMORY, "no memory left for a pinch");
+    if (count > 0) memcpy(is_released, state->is_released, count);
+    undo_step(world);
+    tulle_status const status = begin_step(world, context->error);
+    if (status != TULLE_OK) return status;
+    memcpy(state->holds, holds, sizeof holds);
+    state->hold_count = hold_count;
+    for (size_t i = 0; i < count; i++) {
+        if (!is_released[i] || state->is_released[i]) continue;
+        state->is_released[i] = 1;
+        state->is_present[i] = 0;
+        world->surfaces[world->cloths.count + i].is_present = false;
+        world_wake_all(world, state);
+    }
+    return TULLE_OK;
+}
+
+/* Goes at the step until it is not pinched. */
+static tulle_status run_step(step_context *context, double time_step) {
+    tulle_world *const world = context->world;
+    context->whole_step = time_step;
+    tulle_status status = begin_step(world, context->error);
+    for (;;) {
+        arena_mark const mark = arena_get_mark(&world->scratch);
+        if (status == TULLE_OK) status = try_step(context, time_step);
+        bool const is_pinched = status == TULLE_OK && context->is_pinched;
+        if (is_pinched) status = world_handle_pinch(context);
+        if (is_pinched && status == TULLE_OK) status = begin_again(context);
+        arena_release(&world->scratch, mark);
+        if (!is_pinched || status != TULLE_OK) return status;
+    }
+}
+
 tulle_status tulle_world_step(tulle_world *world, double time_step, tulle_step_report *report,
                               tulle_error *error) {
     double const start = timer_now();
@@ -193,11 +253,8 @@ tulle_status tulle_world_step(tulle_world *world, double time_step, tulle_step_r
     step_context context = {
         .world = world, .state = &world->next, .report = &local, .error = error};
     arena_mark const mark = arena_get_mark(&world->scratch);
-    status = begin_step(world, error);
-    if (status == TULLE_OK) status = world_begin_carriers(&context);
-    if (status == TULLE_OK) status = run_substeps(&context, time_step);
-    if (status == TULLE_OK) status = world_settle_bodies(&context, time_step);
-    if (status == TULLE_OK) status = measure(&context);
+    status = run_step(&context, time_step);
+    if (status == TULLE_OK) status = world_end_pinch(&context);
     arena_release(&world->scratch, mark);
     if (status == TULLE_OK)
         end_step(world);

@@ -25,6 +25,15 @@ typedef enum stage {
     STAGE_UPDATE_CONTACTS
 } stage;
 
+/* Cloth vertices at which a step was blocked or tears cloth. */
+typedef struct blocked_place {
+    bool is_pair; /* the vertices are a pair that blocked, of this kind */
+    feature_kind kind;
+    uint32_t vertices[4];
+    uint32_t surface; /* a cloth, or the surface of the first vertex */
+    vec3 position;    /* [m] of one of them */
+} blocked_place;
+
 typedef struct step_context {
     tulle_world *world;
     world_motion_state *state; /* moved on by each substep */
@@ -36,13 +45,19 @@ typedef struct step_context {
     bool has_woken;      /* sleepers woke by its contacts: it is made anew */
     stored_contact *resting; /* of the store, of pairs that have no rows */
     size_t resting_count;
-    double damping;         /* of the integrator, see force_options */
-    double passed;          /* [s] of it that passed, set by the commit */
-    uint32_t substep_limit; /* substeps after which the step counts as pinched */
-    int crawl_count;        /* substeps in a row that hardly moved */
-    int retry_count;        /* how often the step was stuck and went on with shorter substeps */
-    bool is_rest_skipped;   /* nothing more can move in this step */
-    bool is_script_frozen;  /* scripted vertices stand still (on_pinch: slow) */
+    double damping;           /* of the integrator, see force_options */
+    double passed;            /* [s] of it that passed, set by the commit */
+    uint32_t substep_limit;   /* substeps after which the step counts as pinched */
+    int crawl_count;          /* substeps in a row that hardly moved */
+    int retry_count;          /* how often the step was stuck and went on with shorter substeps */
+    bool is_rest_skipped;     /* nothing more can move in this step */
+    bool is_script_frozen;    /* scripted vertices stand still (on_pinch: slow) */
+    bool is_pinched;          /* the step is to be undone, see world_handle_pinch ... */
+    bool is_torn;             /* ... for it tears cloth ... */
+    blocked_place torn_place; /* ... here */
+    int pinch_level;          /* how much the step holds back already */
+    double hold_left[HOLDS_MAX];                 /* [m] that each hold keeps from its script */
+    char pinch_message[WORLD_MESSAGE_BYTES / 2]; /* of the pinch found last */
     contact_scene scene;
     paper_rules paper; /* of the scene, by the paper's response */
     motion_state dynamics;
@@ -60,7 +75,8 @@ typedef struct step_context {
     double search_seconds;    /* [s] the same for stages 5 to 7 */
     affine_map *carrier_maps; /* per surface, of this substep */
     const affine_map **carriers;
-    double step_start;       /* [s] of the whole step */
+    double step_start;       /* [s] of the whole step ... */
+    double whole_step;       /* [s] ... and its length */
     affine_map *progress;    /* per obstacle, from there to where it is */
     affine_map *script_maps; /* per obstacle, from there to the end of the substep */
     tulle_step_report *report;
@@ -108,9 +124,16 @@ bool world_is_torn(const step_context *context);
 
 /* pinch.c: whether obstacles or pins still follow their script, so that they may be what blocks. */
 bool world_is_script_moving(const step_context *context);
-/* pinch.c: what to do when `world_advance` could not move on; see tulle_on_pinch. OK means: go
- * on.*/
+/* pinch.c: cloth and bodies stand still for the rest of the step. */
+void world_skip_rest(step_context *context);
+/* pinch.c: what to do when the step is_pinched; see tulle_on_pinch. OK means: undo the step and
+ * make it anew with the holds and releases of context->state. */
 tulle_status world_handle_pinch(step_context *context);
+/* pinch.c: at the end of a step: what is held back no more, and what the world says of it. */
+tulle_status world_end_pinch(step_context *context);
+/* pinch_sides.c: whether the step, done and measured, tears cloth between obstacles that come
+ * nearer to each other; where, into torn_place. */
+bool world_tears_squeezed(step_context *context);
 
 /* choose_damping.c: the damping of the integrator in this step, see force_options. */
 double world_choose_damping(const step_context *context);

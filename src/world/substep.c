@@ -13,6 +13,7 @@
 #include "world/bodies.h"
 #include "world/bodies_sleep.h"
 #include "world/detection.h"
+#include "world/holds.h"
 
 #include <math.h>
 #include <string.h>
@@ -112,6 +113,7 @@ static tulle_status prepare(step_context *context) {
     double const advance = context->is_script_frozen ? 0.0 : context->time_step;
     status = world_script_targets(world, state->time, state->time + advance, context->error);
     if (status != TULLE_OK) return status;
+    world_hold_targets(context);
     if (context->is_script_frozen) {
         memcpy(world->targets, state->positions, 3 * world->vertex_count * sizeof(double));
     }
@@ -312,9 +314,11 @@ static tulle_status run_stages(step_context *context) {
     if (status != TULLE_OK) return fail_step(context, status);
     if (context->has_woken) return TULLE_OK;
 
+    /* what is held back with cloth between it presses in steps of any length alike */
+    bool const has_gained = context->has_gained && context->state->hold_count == 0;
     context->is_rejected =
         context->time_step > context->shortest_step &&
-        (context->has_gained || world_measure_stretch_growth(context) > STRETCH_GROWTH_MAX);
+        (has_gained || world_measure_stretch_growth(context) > STRETCH_GROWTH_MAX);
     if (context->is_rejected) return TULLE_OK;
     if (context->scene.paper && world_is_torn(context)) return fail_torn(context);
 

@@ -91,6 +91,22 @@ typedef struct body_rest {
     double moment[3];  /* [N m s] ... about its centre */
 } body_rest;
 
+/* What on_pinch: slow holds back (holds.h). Plain data without padding: saved and hashed as bytes.
+ */
+typedef struct world_hold {
+    uint32_t kind;          /* hold_kind */
+    uint32_t cloth;         /* surface that was pinched */
+    uint32_t obstacles[2];  /* the second may be TULLE_NONE: what is fixed */
+    uint32_t points[2][4];  /* vertices of each obstacle whose weighted mean is its point ... */
+    double weights[2][4];   /* ... at which it is held apart from the other */
+    double normal[3];       /* unit, from the first obstacle to the second */
+    double gap, wanted_gap; /* [m] of the points along the normal that they keep: now, at last */
+    double share;           /* of what the script asks too much, that the first holds back */
+    double lag;             /* [m] farthest vertex from where the script has it, as it catches up */
+    uint32_t wait, waiting; /* steps until it is tried again: all, and those left */
+} world_hold;
+enum { HOLDS_MAX = 16 };
+
 /* What a step replaces; there are two, swapped when a step succeeds. */
 typedef struct world_motion_state {
     double *positions;           /* [m] all vertices */
@@ -104,6 +120,8 @@ typedef struct world_motion_state {
     uint8_t *is_present;         /* per obstacle */
     uint8_t *particles;          /* particle_state of world_particle_count vertices */
     body_rest *rests;            /* per body */
+    world_hold holds[HOLDS_MAX];
+    uint64_t hold_count;
     contact_store contacts;
 } world_motion_state;
 

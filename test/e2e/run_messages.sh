@@ -1,0 +1,50 @@
+#!/usr/bin/env bash
+# A run says once, on standard error and in run.json, that a pinch begins and ends and by whom, and
+# that cloth is caught in an obstacle that appears in it.
+set -uo pipefail
+work=$(mktemp -d)
+trap 'rm -rf "$work"' EXIT
+cd "$work" || exit 1
+faults=0
+fault() { echo "fault: $*"; faults=1; }
+
+cat >press.yaml <<'SCENE'
+time: {step: 1/90 s, frames: 45}
+contact: {on_pinch: slow}
+cloth:
+  - mesh: {shape: rectangle, size: [0.3, 0.3], resolution: [9, 9]}
+obstacles:
+  - name: lower
+    mesh: {shape: box, size: [0.5, 0.5, 0.1]}
+    translate: [0, 0, -0.06]
+  - name: upper
+    mesh: {shape: box, size: [0.5, 0.5, 0.1]}
+    translate: [0, 0, 0.06]
+    motion: {keyframes: [{time: 0}, {time: 0.2, translate: [0, 0, -0.021]}, {time: 0.4}]}
+SCENE
+for progress in none json auto; do
+    "$TULLE" run press.yaml -o "out_$progress" --progress $progress >stdout 2>stderr || fault "run: $(cat stderr)"
+    [ "$(grep -c "'cloth0' is pinched near (.*) m at .* s, between 'lower', 'upper'; scripted" stderr)" = 1 ] ||
+        fault "$progress: begin: $(cat stderr)"
+    [ "$(grep -c "'lower', 'upper' follow their script again at\|'upper' follows its script again at" stderr)" = 1 ] ||
+        fault "$progress: end: $(cat stderr)"
+    grep -q "is pinched near" "out_$progress/run.json" || fault "run.json"
+    grep -q "^pinched: " stdout || fault "summary: $(cat stdout)"
+done
+"$TULLE" run press.yaml -o out_json --force --progress json 2>&1 >stdout |
+    grep -q '^{"event":"message","step":[0-9]*,"time":[0-9.]*,"message":".*pinched.*"}$' || fault "JSON"
+
+cat >caught.yaml <<'SCENE'
+time: {step: 1/90 s, frames: 20}
+contact: {start_intersections: ignore}
+cloth:
+  - mesh: {shape: rectangle, size: [0.3, 0.3], resolution: [9, 9]}
+obstacles:
+  - name: late
+    mesh: {shape: box, size: [0.1, 0.1, 0.3]}
+    appears: 0.1
+SCENE
+"$TULLE" run caught.yaml -o caught --progress none >stdout 2>stderr || fault "caught: $(cat stderr)"
+[ "$(grep -c "'cloth0' is caught at 0.1 s in 'late', which appears there: [0-9]* pairs" stderr)" = 1 ] || fault "caught: $(cat stderr)"
+[ $faults = 0 ] && echo "pinches and what is caught are told"
+exit $faults
