@@ -163,6 +163,18 @@ static bool keeps_balance(const step_context *context) {
            world->system.integrator == TULLE_INTEGRATOR_IMPLICIT_EULER;
 }
 
+static bool is_too_much(const step_context *context, double gain) {
+    return gain > GAIN_MAX * context->energy_scale;
+}
+
+tulle_status world_check_gain(step_context *context, bool *has_gained) {
+    double gain = 0.0;
+    tulle_status const status =
+        keeps_balance(context) ? world_measure_gain(context, &gain) : TULLE_OK;
+    *has_gained = status == TULLE_OK && gain > 0.0 && is_too_much(context, gain);
+    return status;
+}
+
 tulle_status world_solve_step(step_context *context, impact_report *impacts, double *start) {
     contact_settings *const settings = &context->scene.settings;
     double last_gain = (double)INFINITY, gain = 0.0;
@@ -196,7 +208,7 @@ tulle_status world_solve_step(step_context *context, impact_report *impacts, dou
         if (status == TULLE_OK) status = solve_with_true_springs(context, false);
     }
     context->has_gained =
-        status == TULLE_OK && keeps_balance(context) && gain > GAIN_MAX * context->energy_scale;
+        status == TULLE_OK && keeps_balance(context) && is_too_much(context, gain);
     world_note_loss(context, gain);
     return status;
 }

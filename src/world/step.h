@@ -101,6 +101,9 @@ tulle_status world_compute_forces(step_context *context);
 
 /* solve_step.c: stages 3, 4 and 10, after stage 1; as often as the balance of energy wants it. */
 tulle_status world_solve_step(step_context *context, impact_report *impacts, double *start);
+/* Whether the substep, ending with u at context->end, gives the cloth far more energy than there
+ * is. */
+tulle_status world_check_gain(step_context *context, bool *has_gained);
 
 /* energy_balance.c: the kinetic energy of vertices that can move with which the substep may end at
  * context->end, without the work of what rows hold them by. */

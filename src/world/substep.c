@@ -184,12 +184,30 @@ static tulle_status run_commit_safely(step_context *context, bool is_clean) {
     tulle_step_report *const report = context->report;
     report->tested_pairs += commit->tested_pairs;
     report->turning_pairs += commit->turning_pairs;
+    if (status == TULLE_OK && commit->has_blocking) context->blocked = *commit;
+    context->passed = status == TULLE_OK ? commit->fraction * context->time_step : 0.0;
+    return status;
+}
+
+static void count_rescues(step_context *context) {
+    commit_report const *const commit = &context->commit;
+    tulle_step_report *const report = context->report;
     report->rescue_impact_zones += commit->impact_zones;
     report->rescue_component_scalings += commit->component_scalings;
     report->rescue_global_scalings += commit->global_scalings;
     report->smallest_gap = commit->smallest_gap;
-    if (status == TULLE_OK && commit->has_blocking) context->blocked = *commit;
-    context->passed = status == TULLE_OK ? commit->fraction * context->time_step : 0.0;
+}
+
+/* Whether what was rescued has far more energy than there is: a rescue knows nothing of springs. */
+static tulle_status check_rescue(step_context *context) {
+    commit_report const *const commit = &context->commit;
+    bool const has_rescue = commit->impact_zones + commit->component_scalings > 0;
+    bool has_gained = false;
+    tulle_status status = TULLE_OK;
+    if (has_rescue && commit->outcome == COMMIT_CLEAN &&
+        context->time_step > context->shortest_step)
+        status = world_check_gain(context, &has_gained);
+    context->is_rejected = has_gained;
     return status;
 }
 
@@ -323,9 +341,12 @@ static tulle_status run_stages(step_context *context) {
     if (context->scene.paper && world_is_torn(context)) return fail_torn(context);
 
     status = run_commit_safely(context, impacts.is_clean);
+    if (status == TULLE_OK) status = check_rescue(context);
     world_end_stage(context, STAGE_COMMIT_SAFELY, &start);
     if (status != TULLE_OK) return fail_step(context, status);
+    if (context->is_rejected) return TULLE_OK;
 
+    count_rescues(context);
     count_contacts(context);
     if (context->commit.outcome == COMMIT_BLOCKED) return TULLE_OK;
     status = accept_paths(context);
