@@ -178,6 +178,11 @@ static bool sides_squeeze(const step_context *context, const pinch_side *a, cons
            1e-6 * context->world->minimum_gap;
 }
 
+/* Free bodies give way. */
+static bool gives_way(const tulle_world *world, size_t obstacle) {
+    return world->surfaces[world->cloths.count + obstacle].is_body;
+}
+
 /* Whether obstacles squeeze the cloth at a place. */
 static bool is_squeezed(const step_context *context, const blocked_place *place) {
     tulle_world *const world = context->world;
@@ -187,8 +192,8 @@ static bool is_squeezed(const step_context *context, const blocked_place *place)
     bool is_so = false;
     if (sides) world_find_pinch_sides(world, place, sides);
     for (size_t i = 0; sides && i < count; i++)
-        for (size_t j = i + 1; j < count; j++)
-            is_so |= sides_squeeze(context, &sides[i], &sides[j]);
+        for (size_t j = i + 1; j < count && !gives_way(world, i); j++)
+            is_so |= !gives_way(world, j) && sides_squeeze(context, &sides[i], &sides[j]);
     arena_release(&world->scratch, mark);
     return is_so;
 }
