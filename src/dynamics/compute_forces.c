@@ -19,9 +19,9 @@
  * Where K and D are not the exact derivatives, so that A is symmetric positive definite in every
  * state: a spring under compression has no stiffness across itself; drag keeps its part along the
  * normal; the rest-curvature term of bending is taken as constant; bending damping uses the
- * constant matrix, which is at least half the true one (bend_damping.c); derivatives of damping by
- * positions are dropped. Every integrator stays consistent with f0; steps in which one of these
- * acts are of first order.
+ * constant matrix, which with M / h is at least half the true one (bend_damping.c); derivatives of
+ * damping by positions are dropped. Every integrator stays consistent with f0; steps in which one
+ * of these acts are of first order.
  *
  * Passes: elements fill their own slots (assembly_elements.c); then each vertex gathers its row in
  * a fixed order (assembly_rows.c). No two threads write the same number.

@@ -163,8 +163,9 @@ static bool keeps_balance(const step_context *context) {
            world->system.integrator == TULLE_INTEGRATOR_IMPLICIT_EULER;
 }
 
+/* What is held back with cloth between it presses in steps of any length alike. */
 static bool is_too_much(const step_context *context, double gain) {
-    return gain > GAIN_MAX * context->energy_scale;
+    return gain > GAIN_MAX * context->energy_scale && context->state->hold_count == 0;
 }
 
 tulle_status world_check_gain(step_context *context, bool *has_gained) {

@@ -332,11 +332,9 @@ static tulle_status run_stages(step_context *context) {
     if (status != TULLE_OK) return fail_step(context, status);
     if (context->has_woken) return TULLE_OK;
 
-    /* what is held back with cloth between it presses in steps of any length alike */
-    bool const has_gained = context->has_gained && context->state->hold_count == 0;
     context->is_rejected =
         context->time_step > context->shortest_step &&
-        (has_gained || world_measure_stretch_growth(context) > STRETCH_GROWTH_MAX);
+        (context->has_gained || world_measure_stretch_growth(context) > STRETCH_GROWTH_MAX);
     if (context->is_rejected) return TULLE_OK;
     if (context->scene.paper && world_is_torn(context)) return fail_torn(context);
 
