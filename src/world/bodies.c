@@ -225,20 +225,16 @@ tulle_status world_prepare_bodies(step_context *context) {
     return TULLE_OK;
 }
 
-void world_end_bodies(const step_context *context, bool is_whole, double *end) {
+void world_end_bodies(const step_context *context, double *end) {
     contact_scene const *const scene = &context->scene;
-    double const share = context->world->system.share;
+    double const factor = context->commit.fraction / context->world->system.share;
     for (size_t b = 0; b < scene->body_count; b++) {
-        contact_body const *const body = &scene->bodies[b];
         size_t const slot = get_body_slot(scene, b);
-        if (!body->is_free) continue;
-        bool const falls = vec3_norm2(body->lift) > 0.0;
-        double const factor = is_whole ? 1.0 / share : falls ? context->commit.fraction : 1.0;
+        if (!scene->bodies[b].is_free) continue;
         for (size_t k = slot; k < slot + 2; k++) {
             vec3 const start = vec3_load(scene->v0, k);
             vec3 const change = vec3_sub(vec3_load(context->mean_velocity, k), start);
-            if (is_whole || (falls && k == slot))
-                vec3_store(end, k, vec3_add_scaled(start, change, factor));
+            vec3_store(end, k, vec3_add_scaled(start, change, factor));
         }
     }
 }

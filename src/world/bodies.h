@@ -24,8 +24,9 @@ void world_mark_bodies(tulle_world *world, const world_motion_state *state);
 tulle_status world_prepare_bodies(step_context *context);
 /* Right-hand sides and falls for the share c of the integrator: u = v0 + c (v1 - v0). */
 void world_load_bodies(step_context *context, double share);
-/* Before the laws of impact: velocities of slots as of the integrator, at the inertia of x0. */
-void world_end_bodies(const step_context *context, bool is_whole, double *end);
+/* Before the laws of impact: velocities of slots as of the integrator, at the inertia of x0; of a
+ * substep that ended early the part of the change that passed. */
+void world_end_bodies(const step_context *context, double *end);
 /* After them: angular velocities at the end's inertia; velocities of the bodies' vertices, and
  * slots of bodies that are not free as their script says. */
 void world_finish_bodies(const step_context *context, double *end);

@@ -218,18 +218,30 @@ static void scale_impulses(row_list *list, double factor) {
         list->rows.data[i].impulse = vec3_scale(list->rows.data[i].impulse, factor);
 }
 
-/* Which vertices end with u itself: all when time was shortened, else those that are held; by the
- * paper's response also those in contact. */
-static void mark_plain_ends(const step_context *context, bool is_whole, uint8_t *is_plain) {
+/* Which vertices end with u itself: those that are held; by the paper's response also those in
+ * contact. */
+static void mark_plain_ends(const step_context *context, uint8_t *is_plain) {
     tulle_world const *const world = context->world;
     for (size_t v = 0; v < world->cloth_vertex_count; v++)
-        is_plain[v] = !is_whole || !(world->active_inverse_masses[v] > 0.0);
+        is_plain[v] = !(world->active_inverse_masses[v] > 0.0);
     if (!context->scene.paper) return;
     for (size_t i = 0; i < world->rows.rows.count; i++) {
         contact_row const *const row = &world->rows.rows.data[i];
         if (vec3_norm2(row->impulse) == 0.0) continue;
         for (int k = 0; k < 4; k++)
             if (row->vertices[k] < world->cloth_vertex_count) is_plain[row->vertices[k]] = 1;
+    }
+}
+
+/* Of a substep that ended early, cloth has the part of its change of velocity that fits the time
+ * which passed. */
+static void shorten_changes(const step_context *context, double *end) {
+    tulle_world const *const world = context->world;
+    for (size_t v = 0; v < world->cloth_vertex_count; v++) {
+        if (!(world->active_inverse_masses[v] > 0.0)) continue;
+        vec3 const start = vec3_load(context->state->velocities, v);
+        vec3 const change = vec3_sub(vec3_load(end, v), start);
+        vec3_store(end, v, vec3_add_scaled(start, change, context->commit.fraction));
     }
 }
 
@@ -263,11 +275,12 @@ static tulle_status accept_velocities(step_context *context) {
     double *const end = context->predicted; /* free again: takes the new velocities */
     bool const is_euler = system->integrator == TULLE_INTEGRATOR_IMPLICIT_EULER;
     end_velocities ends = {.is_inelastic = !is_euler};
-    mark_plain_ends(context, is_whole, world->is_fixed);
+    mark_plain_ends(context, world->is_fixed);
     scale_impulses(&world->rows, 1.0 / system->share); /* to what they gave to end velocities */
     memcpy(end, context->mean_velocity, bytes);
     finish_velocities(system, &context->dynamics, world->is_fixed, context->mean_velocity, end);
-    world_end_bodies(context, is_whole, end);
+    if (!is_whole) shorten_changes(context, end);
+    world_end_bodies(context, end);
     if (is_whole && !context->scene.paper) { /* the paper's law of impact is in u already */
         tulle_status const status = end_contacts(context, end, &ends);
         if (status != TULLE_OK) return status;
