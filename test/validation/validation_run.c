@@ -8,7 +8,7 @@
 #include <string.h>
 
 /* Every so many steps of a world its state is judged. */
-enum { STEPS_BETWEEN_JUDGEMENTS = 90 };
+enum { STEPS_BETWEEN_JUDGEMENTS = 3 };
 
 const experiment validation_all = {.name = "all", .shows = ""};
 
