@@ -329,9 +329,12 @@ TULLE_API tulle_status tulle_world_set_material_law(tulle_world *world, const ch
  * step if the caller did not. TULLE_ERROR_INTERSECTING_START names the first pairs in the message;
  * tulle_world_get_intersections gives all of them. */
 TULLE_API tulle_status tulle_world_start(tulle_world *world, tulle_error *error);
-/* Asked before each round of untangling, when tulle_world_get_untangle_report says how far that
- * is: nonzero ends tulle_world_start with TULLE_ERROR_INTERRUPTED, and it can be called again. Null
- * asks no more. */
+/* Nonzero ends tulle_world_start or tulle_world_step with TULLE_ERROR_INTERRUPTED: the world is as
+ * it was before and can be started or stepped again, to the same bits as if never asked. Asked by
+ * the thread that called, before each round of untangling, when tulle_world_get_untangle_report
+ * says how far that is, and within a step some thousand times a second, when
+ * tulle_world_get_step_progress says how far that is: it should be quick, and may call no other
+ * function of the world. Null asks no more. */
 typedef int (*tulle_stop_request)(void *context);
 TULLE_API void tulle_world_set_stop_request(tulle_world *world, tulle_stop_request is_stopped,
                                             void *context);
@@ -356,9 +359,20 @@ TULLE_API tulle_untangle_report tulle_world_get_untangle_report(const tulle_worl
  * Errors: those of tulle_world_start when it was not called; INVALID_ARGUMENT, OUT_OF_MEMORY;
  * INTERSECTING_START when an obstacle appears into cloth; PINCHED; STEP_FAILED when the forces lead
  * to numbers that are not finite, or TULLE_RESPONSE_PAPER tears cloth; LIMIT beyond 2^32 candidate
- * pairs; what a frame reader returns. */
+ * pairs; INTERRUPTED by a stop request; what a frame reader returns. */
 TULLE_API tulle_status tulle_world_step(tulle_world *world, double time_step,
                                         tulle_step_report *report, tulle_error *error);
+
+/* How far the step that is under way has come, for a tulle_stop_request. */
+typedef struct tulle_step_progress {
+    int is_under_way;     /* 0: no step is being made, and all else is 0 */
+    uint64_t step;        /* index of the step, from 0 */
+    uint32_t substep;     /* from 1 */
+    double share;         /* of the step's time that has passed, 0 .. 1; less again when the step is
+                             made anew after a pinch */
+    uint32_t solve_count; /* before this substep */
+} tulle_step_progress;
+TULLE_API tulle_step_progress tulle_world_get_step_progress(const tulle_world *world);
 
 TULLE_API double tulle_world_get_time(const tulle_world *world);
 TULLE_API uint64_t tulle_world_get_step_count(const tulle_world *world);

@@ -98,8 +98,9 @@ static options_outcome read_words(int argc, char **argv, run_words *words) {
         .operands = "SCENE.yaml",
         .summary = "Simulates the scene and writes a directory: the meshes as OBJ, every frame of\n"
                    "what moves as PC2 (Blender's Mesh Cache), report.csv with a line a step, and\n"
-                   "checkpoints from which a run that was cut short goes on. Ctrl-C finishes the\n"
-                   "step, writes a checkpoint and exits with 130; a second one ends at once.\n"
+                   "checkpoints from which a run that was cut short goes on. Ctrl-C undoes the\n"
+                   "step under way, writes a checkpoint of the last whole one and exits with 130;\n"
+                   "a second one ends at once.\n"
                    "While the start is untangled, Ctrl-C ends the run before anything is written.",
         .options = options,
         .option_count = sizeof options / sizeof options[0],
@@ -165,7 +166,11 @@ static tulle_status fail_memory(tulle_error *error) {
 }
 
 static int is_stopped(void *context) {
-    progress_show_untangling(context);
+    run_session *const session = context;
+    if (tulle_world_get_step_progress(session->built.world).is_under_way)
+        progress_show_step_under_way(session);
+    else
+        progress_show_untangling(session);
     return interrupt_is_pending();
 }
 
@@ -175,10 +180,8 @@ static tulle_status prepare_world(run_session *session, tulle_error *error) {
     /* a checkpoint takes the place of the first state, which need not be untangled again */
     bool const goes_on =
         session->options.resumes && tulle_run_has_checkpoint(session->options.directory) != 0;
-    if (status == TULLE_OK && !goes_on) {
-        tulle_world_set_stop_request(session->built.world, is_stopped, session);
-        status = tulle_world_start(session->built.world, error);
-    }
+    if (status == TULLE_OK) tulle_world_set_stop_request(session->built.world, is_stopped, session);
+    if (status == TULLE_OK && !goes_on) status = tulle_world_start(session->built.world, error);
     if (status != TULLE_OK) return status;
     session->body_count = session->built.cloth_count + session->built.obstacle_count;
     session->bodies = calloc(session->body_count, sizeof *session->bodies);

@@ -119,6 +119,7 @@ static void add_to_totals(run_totals *totals, const tulle_step_report *report) {
 static tulle_status make_step(run_session *session, tulle_error *error) {
     tulle_step_report report = {0};
     tulle_world *const world = session->built.world;
+    session->progress.step_begin = timer_now();
     tulle_status status =
         tulle_world_step(world, scene_get_time_step(session->scene), &report, error);
     if (status != TULLE_OK) return status;

@@ -10,7 +10,8 @@
 
 enum { FACTS_SIZE = 160 /* [bytes] */ };
 static const double LINE_INTERVAL = 10.0; /* [s] a log of a long run stays readable */
-static const double JSON_INTERVAL = 1.0;  /* [s] between rounds of untangling that are told */
+static const double JSON_INTERVAL = 1.0;  /* [s] between what is told of untangling or of a step */
+static const double LONG_STEP = 3.0;      /* [s] a step is told of while it is under way */
 static const double MILLIMETRES_PER_METRE = 1000.0;
 
 void progress_begin(run_progress *progress, const char *kind) {
@@ -88,6 +89,29 @@ void progress_show_step(run_session *session, const tulle_step_report *report) {
         fprintf(stderr, "%s\n", format_facts(session, report, facts));
         progress->shown = timer_now();
     }
+}
+
+void progress_show_step_under_way(run_session *session) {
+    run_progress *const progress = &session->progress;
+    double const now = timer_now(), seconds = now - progress->step_begin;
+    bool const is_json = progress->kind == PROGRESS_JSON;
+    if (progress->kind == PROGRESS_NONE || seconds < LONG_STEP) return;
+    tulle_step_progress const under_way = tulle_world_get_step_progress(session->built.world);
+    unsigned long long const step = (unsigned long long)under_way.step + 1;
+    if (progress->kind == PROGRESS_BAR)
+        progress_bar_show(&progress->bar, under_way.step, session->wanted_steps,
+                          "step %llu under way for %.0f s: substep %u, %.0f %% of its time", step,
+                          seconds, under_way.substep, 100.0 * under_way.share);
+    if (progress->kind == PROGRESS_BAR ||
+        now - progress->shown < (is_json ? JSON_INTERVAL : LINE_INTERVAL))
+        return;
+    fprintf(stderr,
+            is_json ? "{\"event\":\"substep\",\"step\":%llu,\"seconds\":%.3f,\"substep\":%u,"
+                      "\"share\":%.6f}\n"
+                    : "step %llu under way for %.0f s: substep %u, %.3g of its time\n",
+            step, seconds, under_way.substep, under_way.share);
+    fflush(stderr);
+    progress->shown = now;
 }
 
 void progress_show_untangling(run_session *session) {

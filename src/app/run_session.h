@@ -31,7 +31,8 @@ typedef struct run_totals {
 typedef struct run_progress {
     progress_kind kind;
     progress_bar bar;
-    double shown; /* [s] of the clock: last time that a line was shown */
+    double shown;      /* [s] of the clock: last time that a line was shown */
+    double step_begin; /* [s] of the clock: start of the step that is under way */
 } run_progress;
 
 typedef struct run_options {
@@ -90,6 +91,8 @@ tulle_status run_write_left(const run_session *session, tulle_error *error);
 /* kind: "auto", "json" or "none". */
 void progress_begin(run_progress *progress, const char *kind);
 void progress_show_step(run_session *session, const tulle_step_report *report);
+/* Within a step: shows one that takes long. */
+void progress_show_step_under_way(run_session *session);
 /* Before a round of untangling. */
 void progress_show_untangling(run_session *session);
 /* What the world says of the step: a line on standard error, by every kind. */

@@ -6,7 +6,8 @@
 
 #include <stddef.h>
 
-/* Works on items begin .. end-1 of chunk `chunk`; worker is in 0 .. threads-1. */
+/* Works on items begin .. end-1 of chunk `chunk`; worker is in 0 .. threads-1,
+ * 0 in the thread that called parallel_for. */
 typedef void (*parallel_body)(void *context, size_t begin, size_t end, size_t chunk, int worker);
 
 /* Runs body over count items in chunks of chunk_size, dynamically on up to `threads` threads. One

@@ -11,6 +11,7 @@
 #define TULLE_CONTACT_CONTACT_TYPES_H
 
 #include "base/arena.h"
+#include "base/stop.h"
 #include "detect/surface_set.h"
 #include "dynamics/rigid_body.h"
 #include "tulle/world.h"
@@ -129,6 +130,8 @@ typedef struct contact_scene {
     memory *heap;
     arena *scratch;       /* each stage releases what it took */
     contact_times *times; /* grows by what stages 8 and 9 take; may be null */
+    stop_poll *stop;      /* asked often; stages then end with TULLE_ERROR_INTERRUPTED, or with any
+                             result where they have no status. May be null */
     int threads;
 } contact_scene;
 

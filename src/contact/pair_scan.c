@@ -21,6 +21,7 @@ typedef struct scan_work {
     uint32_t *survivors; /* indices over vertex/triangle, then edge/edge pairs */
     uint32_t *survivor_counts;
     pair_event *events;
+    stop_poll *stop;
 } scan_work;
 
 static feature_pair get_pair(const pair_list *pairs, size_t index, feature_kind *kind) {
@@ -31,9 +32,10 @@ static feature_pair get_pair(const pair_list *pairs, size_t index, feature_kind 
 }
 
 static void filter_chunk(void *context, size_t begin, size_t end, size_t chunk, int worker) {
-    (void)worker;
     scan_work *const work = context;
     uint32_t count = 0;
+    work->survivor_counts[chunk] = 0;
+    if (stop_is_wanted_by(work->stop, worker)) return;
     for (size_t i = begin; i < end; i++) {
         feature_kind kind;
         feature_pair const pair = get_pair(work->pairs, i, &kind);
@@ -44,8 +46,9 @@ static void filter_chunk(void *context, size_t begin, size_t end, size_t chunk, 
 }
 
 static void measure_chunk(void *context, size_t begin, size_t end, size_t chunk, int worker) {
-    (void)chunk, (void)worker;
+    (void)chunk;
     scan_work *const work = context;
+    if (stop_is_wanted_by(work->stop, worker)) return;
     for (size_t i = begin; i < end; i++) {
         pair_event *const event = &work->events[i];
         event->pair = get_pair(work->pairs, work->survivors[i], &event->kind);
@@ -78,7 +81,7 @@ static void compact_events(pair_events *result) {
 tulle_status scan_pairs(const contact_scene *scene, const pair_list *pairs, const pair_scan *scan,
                         pair_events *result) {
     size_t const pair_count = pairs->vertex_triangle.count + pairs->edge_edge.count;
-    scan_work work = {.pairs = pairs, .scan = scan};
+    scan_work work = {.pairs = pairs, .scan = scan, .stop = scene->stop};
     *result = (pair_events){0};
     if (pair_count >= UINT32_MAX) return TULLE_ERROR_LIMIT;
     work.survivors = ARENA_NEW(scene->scratch, uint32_t, pair_count);
@@ -90,6 +93,7 @@ tulle_status scan_pairs(const contact_scene *scene, const pair_list *pairs, cons
     work.events = ARENA_NEW(scene->scratch, pair_event, survivor_count);
     if (!work.events) return TULLE_ERROR_OUT_OF_MEMORY;
     parallel_for(survivor_count, MEASURE_CHUNK, scene->threads, measure_chunk, &work);
+    if (stop_is_wanted(scene->stop)) return TULLE_ERROR_INTERRUPTED;
     result->events = work.events;
     result->measured_count = survivor_count;
     result->count = survivor_count;

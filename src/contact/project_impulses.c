@@ -94,7 +94,8 @@ static double sweep_rows(const contact_scene *scene, contact_row *rows, size_t c
 static void run_sweeps(const contact_scene *scene, contact_row *rows, size_t count,
                        bool has_bodies_only, double *u) {
     int const factor = has_bodies_only ? SWEEPS_OF_BODIES : 1;
-    for (int sweep = 0; sweep < factor * scene->settings.impulse_sweeps; sweep++)
+    int const limit = factor * scene->settings.impulse_sweeps;
+    for (int sweep = 0; sweep < limit && !stop_is_wanted(scene->stop); sweep++)
         if (sweep_rows(scene, rows, count, has_bodies_only, u) <= SETTLED_SPEED * SETTLED_SPEED)
             break;
 }

@@ -208,12 +208,14 @@ static tulle_status solve_system(paper_work *work) {
                                            .is_fixed = work->is_held,
                                            .tolerance = scene->settings.cg_tolerance,
                                            .max_iterations = scene->settings.cg_max_iterations,
-                                           .threads = scene->threads};
+                                           .threads = scene->threads,
+                                           .stop = scene->stop};
     tulle_status status = measure_force(work, problem, &problem.reference);
     conjugate_gradients_result result;
     if (status == TULLE_OK)
         status = conjugate_gradients_solve(&problem, work->u, scene->scratch, &result);
     if (status != TULLE_OK) return status;
+    if (stop_is_wanted(scene->stop)) return TULLE_ERROR_INTERRUPTED;
     work->report->solve_count = 1;
     work->report->cg_iterations = (uint32_t)result.iterations;
     work->report->cg_residual = result.residual;

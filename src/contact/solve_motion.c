@@ -245,10 +245,12 @@ static tulle_status run_conjugate_gradients(motion_solve *solve) {
         .reference = solve->reference,
         .max_iterations = settings->cg_max_iterations,
         .threads = solve->scene->threads,
+        .stop = solve->scene->stop,
     };
     conjugate_gradients_result result;
     tulle_status const status = solve_linear(solve, &problem, &result);
     if (status != TULLE_OK) return status;
+    if (stop_is_wanted(solve->scene->stop)) return TULLE_ERROR_INTERRUPTED;
     solve->report->solve_count++;
     solve->report->cg_iterations += (uint32_t)result.iterations;
     solve->report->cg_residual = fmax(solve->report->cg_residual, result.residual);

@@ -200,4 +200,6 @@ void broad_phase_follow_paths(broad_phase *broad) {
 
 void broad_phase_set_patches(broad_phase *broad, patch_labels patches) { broad->patches = patches; }
 
+void broad_phase_set_stop(broad_phase *broad, stop_poll *stop) { broad->stop = stop; }
+
 const pair_tables *broad_phase_get_tables(const broad_phase *broad) { return &broad->tables; }

@@ -8,6 +8,7 @@
 #ifndef TULLE_DETECT_BROAD_PHASE_H
 #define TULLE_DETECT_BROAD_PHASE_H
 
+#include "base/stop.h"
 #include "detect/pair_batch.h"
 #include "detect/patch_labels.h"
 #include "detect/surface_set.h"
@@ -36,6 +37,8 @@ tulle_status build_trees(broad_phase *broad, const surface_set *set, const doubl
  * where that is cheap (whole nodes), not everywhere. Call before build_trees, which reads them;
  * zeroed: no patches. Borrowed until the next call. */
 void broad_phase_set_patches(broad_phase *broad, patch_labels patches);
+/* Asked during searches, which then end with TULLE_ERROR_INTERRUPTED; null, as at first: never. */
+void broad_phase_set_stop(broad_phase *broad, stop_poll *stop);
 
 /* From the next build_trees on, pairs that the straight paths x0 -> x1 keep farther apart than the
  * margin may be left out of searches where that is cheap, though their boxes meet. For refitted

@@ -79,6 +79,7 @@ struct broad_phase {
     bool is_straight;        /* blocks hold the start and drift, see tree_kernels.h */
     bool is_built;
     patch_labels patches;
+    stop_poll *stop;           /* may be null */
     bool has_labels;           /* nodes bear labels of patches */
     bool is_labelled;          /* no node needs a new label */
     patch_labels node_patches; /* from which nodes have their labels */

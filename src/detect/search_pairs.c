@@ -209,6 +209,7 @@ static void run_task(const search_context *search, const search_task *task, int 
 static void run_tasks(void *context, size_t begin, size_t end, size_t chunk, int worker) {
     (void)chunk;
     const search_context *const search = context;
+    if (stop_is_wanted_by(search->broad->stop, worker)) return;
     for (size_t i = begin; i < end; i++)
         run_task(search, &search->broad->search_tasks[search->list].data[i], worker);
 }
@@ -291,5 +292,5 @@ tulle_status search_pairs(broad_phase *broad, const surface_set *set, int thread
         total.candidate_count += broad->outputs.data[w].counts.candidate_count;
     }
     if (counts) *counts = total;
-    return TULLE_OK;
+    return stop_is_wanted(broad->stop) ? TULLE_ERROR_INTERRUPTED : TULLE_OK;
 }

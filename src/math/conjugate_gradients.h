@@ -4,6 +4,7 @@
 #define TULLE_MATH_CONJUGATE_GRADIENTS_H
 
 #include "base/arena.h"
+#include "base/stop.h"
 
 /* y = A x over 3 * vertex_count doubles that do not overlap. Called from the thread that solves; it
  * may run parallel_for itself and must give the same bits for any number of threads. */
@@ -23,6 +24,7 @@ typedef struct conjugate_gradients_problem {
                                       first residual where that is zero */
     int max_iterations;
     int threads;
+    stop_poll *stop; /* asked before each iteration; then it ends as at the limit. May be null */
 } conjugate_gradients_problem;
 
 typedef enum conjugate_gradients_end {

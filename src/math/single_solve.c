@@ -264,7 +264,8 @@ static conjugate_gradients_end iterate(single_solver *work, double norm2, double
     for (;;) {
         if (!isfinite(norm2) || !isfinite(descent)) return CONJUGATE_GRADIENTS_NOT_FINITE;
         if (sqrt(norm2) <= target) return CONJUGATE_GRADIENTS_CONVERGED;
-        if (work->iterations >= work->problem->max_iterations)
+        if (work->iterations >= work->problem->max_iterations ||
+            stop_is_wanted(work->problem->stop))
             return CONJUGATE_GRADIENTS_ITERATION_LIMIT;
         double curvature = run_loop(work, multiply);
         curvature += multiply_apart(work);

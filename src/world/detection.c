@@ -70,6 +70,7 @@ tulle_status world_start_detection(tulle_world *world) {
     tulle_status status =
         broad_phase_create(&world->heap, &world->set, world->rest,
                            choose_trees(world->def.detection.method), &world->broad);
+    if (status == TULLE_OK) broad_phase_set_stop(world->broad, &world->stop);
     if (status == TULLE_OK && uses_patches(world)) {
         world->patch_rules = make_rules(world);
         status = kept_patches_create(&world->heap, &world->set, &world->patches);

@@ -249,8 +249,8 @@ tulle_status tulle_world_start(tulle_world *world, tulle_error *error) {
 void tulle_world_set_stop_request(tulle_world *world, tulle_stop_request is_stopped,
                                   void *context) {
     if (!world) return;
-    world->is_stopped = is_stopped;
-    world->stop_context = context;
+    world->stop.is_wanted = is_stopped;
+    world->stop.context = context;
 }
 
 static bool has_what_moves(const tulle_world *world) {
@@ -263,6 +263,7 @@ static bool has_what_moves(const tulle_world *world) {
 tulle_status world_start(tulle_world *world, bool is_judged, tulle_error *error) {
     if (!world) return error_set(error, TULLE_ERROR_INVALID_ARGUMENT, "the world is null");
     if (world->is_started) return TULLE_OK;
+    atomic_store(&world->stop.is_stopped, false);
     if (!has_what_moves(world)) {
         return error_set(error, TULLE_ERROR_INVALID_ARGUMENT,
                          "the world has no cloth and no rigid body; add one before it starts");

@@ -101,6 +101,16 @@ static bool retry_shorter(step_context *context, double time_step, double *wante
     return true;
 }
 
+/* What a stop request may ask for. */
+static void note_progress(step_context *context, double share) {
+    const tulle_step_report *const report = context->report;
+    context->world->progress = (tulle_step_progress){.is_under_way = 1,
+                                                     .step = report->step,
+                                                     .substep = report->substeps + 1,
+                                                     .share = share,
+                                                     .solve_count = report->solve_count};
+}
+
 /* Substeps until time_step [s] has passed. */
 static tulle_status run_substeps(step_context *context, double time_step) {
     double const end_time = context->state->time + time_step;
@@ -110,6 +120,8 @@ static tulle_status run_substeps(step_context *context, double time_step) {
     context->crawl_count = context->retry_count = 0;
     context->shortest_step = SHORTEST_SUBSTEP_SHARE * time_step;
     while (remaining > REMAINDER_SHARE * time_step && !context->is_rest_skipped) {
+        note_progress(context, 1.0 - remaining / time_step);
+        if (stop_is_wanted(&context->world->stop)) return TULLE_ERROR_INTERRUPTED;
         context->time_step =
             world_limit_turns(context->world, context->state, fmin(wanted, remaining), time_step);
         tulle_status status = world_advance(context);
@@ -239,6 +251,18 @@ static tulle_status run_step(step_context *context, double time_step) {
     }
 }
 
+/* What was asked to stop has ended somewhere, with whatever result. */
+static tulle_status check_stop(tulle_world *world, tulle_status status, tulle_error *error) {
+    world->progress = (tulle_step_progress){0};
+    if (!atomic_load(&world->stop.is_stopped)) return status;
+    return error_set(error, TULLE_ERROR_INTERRUPTED, "interrupted in step %llu, which is undone",
+                     (unsigned long long)world->step_count);
+}
+
+tulle_step_progress tulle_world_get_step_progress(const tulle_world *world) {
+    return world ? world->progress : (tulle_step_progress){0};
+}
+
 tulle_status tulle_world_step(tulle_world *world, double time_step, tulle_step_report *report,
                               tulle_error *error) {
     double const start = timer_now();
@@ -247,6 +271,7 @@ tulle_status tulle_world_step(tulle_world *world, double time_step, tulle_step_r
     if (status != TULLE_OK) return status;
     local.step = world->step_count;
     world->message[0] = '\0';
+    atomic_store(&world->stop.is_stopped, false);
     status = keep_start(world, error);
     if (status != TULLE_OK) return status;
 
@@ -256,6 +281,7 @@ tulle_status tulle_world_step(tulle_world *world, double time_step, tulle_step_r
     status = run_step(&context, time_step);
     if (status == TULLE_OK) status = world_end_pinch(&context);
     arena_release(&world->scratch, mark);
+    status = check_stop(world, status, error);
     if (status == TULLE_OK)
         end_step(world);
     else

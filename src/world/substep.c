@@ -141,6 +141,7 @@ static tulle_status prepare(step_context *context) {
         .heap = &world->heap,
         .scratch = &world->scratch,
         .times = &context->nested,
+        .stop = &world->stop,
         .threads = world->threads};
     if (world_prepare_bodies(context) != TULLE_OK)
         return fail_step(context, TULLE_ERROR_OUT_OF_MEMORY);

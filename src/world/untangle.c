@@ -141,7 +141,7 @@ static tulle_status run_rounds(untangling *work, tulle_error *error) {
     uint32_t const limit = (uint32_t)world->def.untangle_limit;
     uint32_t clean_rounds = 0;
     for (uint32_t round = 0; round < limit; round++) {
-        if (world->is_stopped && world->is_stopped(world->stop_context))
+        if (stop_is_wanted(&world->stop))
             return error_set(error, TULLE_ERROR_INTERRUPTED,
                              "interrupted after %u rounds of untangling", round);
         tulle_status const status = run_round(work, error);

@@ -155,8 +155,8 @@ struct tulle_world {
     ARRAY(world_material_law) material_laws;
     bool is_started;
     int threads;
-    tulle_stop_request is_stopped; /* null: never */
-    void *stop_context;
+    stop_poll stop;               /* of the caller */
+    tulle_step_progress progress; /* of the step that is under way */
 
     /* fixed by the start */
     size_t vertex_count, cloth_vertex_count;
