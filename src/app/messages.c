@@ -19,6 +19,7 @@ int app_exit_for_run(tulle_status status) {
     case TULLE_ERROR_IO:
     case TULLE_ERROR_DISK_FULL:
     case TULLE_ERROR_PINCHED:
+    case TULLE_ERROR_INTERSECTING_START: /* by an obstacle that appears */
     case TULLE_ERROR_STEP_FAILED:
     case TULLE_ERROR_LIMIT: return APP_EXIT_CANNOT_GO_ON;
     default: return app_exit_for_input(status);

@@ -142,7 +142,8 @@ static tulle_status make_step(run_session *session, tulle_error *error) {
  * failed write the files lag behind the world, so the checkpoint before stays. */
 static bool is_state_consistent(tulle_status status) {
     return status == TULLE_OK || status == TULLE_ERROR_PINCHED ||
-           status == TULLE_ERROR_STEP_FAILED || status == TULLE_ERROR_INTERRUPTED;
+           status == TULLE_ERROR_STEP_FAILED || status == TULLE_ERROR_INTERSECTING_START ||
+           status == TULLE_ERROR_INTERRUPTED;
 }
 
 tulle_status run_step_to_end(run_session *session, tulle_error *error) {

@@ -84,14 +84,17 @@ static bool is_in_box(const surface_box *box, const double *point) {
 typedef struct holder_search {
     const tulle_world *world;
     const double *positions;
+    inside_question question;
     surface_box *boxes; /* of all surfaces */
 } holder_search;
 
 /* Whether surface `held` may not lie inside obstacle `holder`. */
-static bool is_forbidden(const tulle_world *world, size_t held, size_t holder) {
+static bool is_forbidden(const holder_search *search, size_t held, size_t holder) {
+    tulle_world const *const world = search->world;
     surface_range const *const a = &world->surfaces[held], *const b = &world->surfaces[holder];
     if (held == holder || !a->is_present || !b->is_present) return false;
-    return !a->is_obstacle || a->is_body || b->is_body;
+    if (a->is_obstacle) return a->is_body || b->is_body;
+    return !search->question.is_late || !world->now.is_present[holder - world->cloths.count];
 }
 
 /* The obstacle that has a vertex inside, where that may not be, or null. */
@@ -100,7 +103,7 @@ static const surface_range *find_holder(const holder_search *search, uint32_t ve
     double const *const point = search->positions + 3 * (size_t)vertex;
     for (size_t s = world->cloths.count; s < world_surface_count(world); s++) {
         surface_range const *const range = &world->surfaces[s];
-        if (!is_forbidden(world, world->vertex_surface[vertex], s) ||
+        if (!is_forbidden(search, world->vertex_surface[vertex], s) ||
             !is_in_box(&search->boxes[s], point))
             continue;
         if (!surface_is_closed(&world->topo, range)) continue;
@@ -113,7 +116,7 @@ static const surface_range *find_holder(const holder_search *search, uint32_t ve
 }
 
 static tulle_status refuse(const holder_search *search, uint32_t vertex,
-                           const surface_range *holder, const char *when, tulle_error *error) {
+                           const surface_range *holder, tulle_error *error) {
     tulle_world const *const world = search->world;
     uint32_t const held = world->vertex_surface[vertex];
     double const *const x = search->positions + 3 * (size_t)vertex;
@@ -127,7 +130,7 @@ static tulle_status refuse(const holder_search *search, uint32_t vertex,
     return error_set(error, TULLE_ERROR_INTERSECTING_START,
                      "'%s' lies inside '%s' %s (vertex %u at %.9g, %.9g, %.9g), which is closed "
                      "and faces outward; move it out, %s, or set start_intersections to ignore",
-                     world_surface_name(world, held), name, when,
+                     world_surface_name(world, held), name, search->question.when,
                      vertex - world->surfaces[held].vertex_begin, x[0], x[1], x[2], advice);
 }
 
@@ -144,7 +147,7 @@ static bool has_edges(const topology *topo, uint32_t vertex) {
 }
 
 static tulle_status refuse_pieces(tulle_world *world, holder_search *search,
-                                  inside_question question, tulle_error *error) {
+                                  tulle_error *error) {
     size_t const count = world->vertex_count, surface_count = world_surface_count(world);
     bool *const is_seen = ARENA_NEW_ZEROED(&world->scratch, bool, count);
     uint32_t *const queue = ARENA_NEW(&world->scratch, uint32_t, count);
@@ -153,15 +156,14 @@ static tulle_status refuse_pieces(tulle_world *world, holder_search *search,
         return error_set(error, TULLE_ERROR_OUT_OF_MEMORY, "no memory left to judge the start");
     for (size_t s = 0; s < surface_count; s++)
         search->boxes[s] = find_box(&world->surfaces[s], search->positions);
-    size_t const begin = question.is_of_bodies ? world->cloth_vertex_count : 0;
     size_t const end = has_bodies(world) ? count : world->cloth_vertex_count;
-    for (size_t v = begin; v < end; v++) {
+    for (size_t v = 0; v < end; v++) {
         uint32_t const vertex = (uint32_t)v;
         bool const is_cloth = v < world->cloth_vertex_count;
         if (is_seen[v] || !(is_cloth || has_edges(&world->topo, vertex))) continue;
         mark_piece(&world->topo, vertex, is_seen, queue);
         surface_range const *const holder = find_holder(search, vertex);
-        if (holder) return refuse(search, vertex, holder, question.when, error);
+        if (holder) return refuse(search, vertex, holder, error);
     }
     return TULLE_OK;
 }
@@ -169,8 +171,8 @@ static tulle_status refuse_pieces(tulle_world *world, holder_search *search,
 tulle_status world_refuse_inside(tulle_world *world, const double *positions,
                                  inside_question question, tulle_error *error) {
     arena_mark const mark = arena_get_mark(&world->scratch);
-    holder_search search = {.world = world, .positions = positions};
-    tulle_status const status = refuse_pieces(world, &search, question, error);
+    holder_search search = {.world = world, .positions = positions, .question = question};
+    tulle_status const status = refuse_pieces(world, &search, error);
     arena_release(&world->scratch, mark);
     return status;
 }

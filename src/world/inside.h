@@ -15,8 +15,8 @@ double find_winding_number(const uint32_t *triangles, size_t triangle_count,
 bool surface_is_closed(const topology *topo, const surface_range *range);
 
 typedef struct inside_question {
-    const char *when;  /* "at the start" and the like, for the message */
-    bool is_of_bodies; /* only what bodies lie in, and what lies in them but cloth */
+    const char *when; /* "at the start" and the like, for the message */
+    bool is_late;     /* asked in a step: cloth only in what has just appeared */
 } inside_question;
 
 /* TULLE_ERROR_INTERSECTING_START when a piece of cloth that intersects nothing lies inside a

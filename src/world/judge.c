@@ -92,12 +92,15 @@ tulle_status world_refuse_intersections(const tulle_world *world, const double *
         if (length < size) length += (size_t)snprintf(text + length, size - length, "; ");
     }
     bool const is_untangled = world->def.start_intersections == TULLE_START_UNTANGLE;
+    bool const is_late = world->is_started; /* only the start is untangled */
+    const char *advice = "move them apart, or set start_intersections to untangle, or to ignore";
+    if (is_untangled)
+        advice = "move them apart, raise untangle_limit, or set start_intersections to ignore";
+    if (is_late)
+        advice = "let it appear elsewhere or at another time, or set start_intersections to ignore";
     return error_set(error, TULLE_ERROR_INTERSECTING_START,
-                     "%s%smove them apart, %sor set start_intersections to %signore (those pairs "
-                     "then count only after they came apart)",
-                     text, count > NAMED_PAIRS ? "and more; " : "",
-                     is_untangled ? "raise untangle_limit, " : "",
-                     is_untangled ? "" : "untangle, or to ");
+                     "%s%s%s (those pairs then count only after they came apart)", text,
+                     count > NAMED_PAIRS ? "and more; " : "", advice);
 }
 
 /* Whether one pair of triangles intersects, as the judge sees it. Vertices that both triangles of

@@ -120,20 +120,39 @@ static void say_what_is_caught(tulle_world *world, double time) {
              world_surface_name(world, first->object_b), count);
 }
 
+/* "at 0.8 s, when 'late' appears": the first obstacle of the intersecting pairs that is new. */
+static void name_appearance(const tulle_world *world, double time, char *text, size_t size) {
+    for (size_t i = 0; i < world->intersections.count; i++) {
+        uint32_t const objects[2] = {world->intersections.data[i].object_a,
+                                     world->intersections.data[i].object_b};
+        for (int k = 0; k < 2; k++) {
+            if (objects[k] < world->cloths.count ||
+                world->now.is_present[objects[k] - world->cloths.count])
+                continue;
+            snprintf(text, size, "at %.6g s, when '%s' appears", time,
+                     world_surface_name(world, objects[k]));
+            return;
+        }
+    }
+    snprintf(text, size, "at %.6g s, when a body comes free", time);
+}
+
 /* Judges obstacles that have just appeared (all others are clean already). */
 static tulle_status judge_appearance(tulle_world *world, const world_motion_state *state,
                                      tulle_error *error) {
     tulle_status status =
         world_find_intersections(world, state->positions, &world->intersections, error);
     bool const is_ignored = world->def.start_intersections == TULLE_START_IGNORE;
-    inside_question const question = {.when = "when it appears or comes free",
-                                      .is_of_bodies = true};
-    if (status == TULLE_OK && world->intersections.count == 0 && !is_ignored)
-        return world_refuse_inside(world, state->positions, question, error);
+    char when[WORLD_NAME_BYTES + 64];
+    if (status == TULLE_OK && world->intersections.count == 0 && !is_ignored) {
+        snprintf(when, sizeof when, "when one of them appears or comes free at %.6g s",
+                 state->time);
+        return world_refuse_inside(world, state->positions, (inside_question){when, true}, error);
+    }
     if (status != TULLE_OK || world->intersections.count == 0) return status;
     if (!is_ignored) {
-        return world_refuse_intersections(world, state->positions, "when an obstacle appears",
-                                          error);
+        name_appearance(world, state->time, when, sizeof when);
+        return world_refuse_intersections(world, state->positions, when, error);
     }
     say_what_is_caught(world, state->time);
     return world_ignore_intersections(world, error);

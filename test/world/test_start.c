@@ -4,6 +4,7 @@
 #include <math.h>
 #include <setjmp.h>
 #include <stdarg.h>
+#include <stdio.h>
 #include <string.h>
 
 #include <cmocka.h>
@@ -126,10 +127,45 @@ static void cloth_inside_a_solid_is_refused(void **state) {
     tulle_mesh_destroy(&sphere);
 }
 
+/* The same where the solid appears in mid-run: the time is named, and the world stays as it was. One
+ * that is there already and holds nothing may stay. */
+static void cloth_that_a_solid_appears_around_is_refused(void **state) {
+    (void)state;
+    tulle_mesh sheet = small_sheet(0.1, 5, 0.01), sphere = make_sphere(0.2, 10);
+    for (int is_ignored = 0; is_ignored < 2; is_ignored++) {
+        tulle_world_def def = tulle_world_def_default();
+        if (is_ignored) def.start_intersections = TULLE_START_IGNORE;
+        tulle_world *const world = make_world(def);
+        small_add_cloth(world, &sheet);
+        tulle_obstacle_def obstacle = tulle_obstacle_def_default();
+        obstacle.mesh = tulle_mesh_get_view(&sphere);
+        obstacle.appear_time = 1.5 * STEP;
+        assert_int_equal(tulle_world_add_obstacle(world, &obstacle, NULL, NULL), TULLE_OK);
+        tulle_step_report report;
+        for (int i = 0; i < 2; i++) step_or_fail(world, &report);
+        uint64_t const hash = tulle_world_get_state_hash(world);
+        for (int i = 0; i < 2; i++) {
+            tulle_error error = {0};
+            tulle_status const status = tulle_world_step(world, STEP, NULL, &error);
+            assert_int_equal(status, is_ignored ? TULLE_OK : TULLE_ERROR_INTERSECTING_START);
+            if (is_ignored) continue;
+            assert_non_null(strstr(error.message, "'cloth 0' lies inside 'obstacle 0' when"));
+            char when[64];
+            snprintf(when, sizeof when, " appears or comes free at %.6g s ", 2.0 * STEP);
+            assert_non_null(strstr(error.message, when));
+            assert_int_equal(hash, tulle_world_get_state_hash(world));
+        }
+        tulle_world_destroy(world);
+    }
+    tulle_mesh_destroy(&sheet);
+    tulle_mesh_destroy(&sphere);
+}
+
 int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(intersecting_start_is_refused_or_ignored),
         cmocka_unit_test(cloth_inside_a_solid_is_refused),
+        cmocka_unit_test(cloth_that_a_solid_appears_around_is_refused),
         cmocka_unit_test(pairs_of_one_cloth_count_once_apart),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
