@@ -89,10 +89,12 @@ typedef struct tulle_world_def {
     double gravity[3]; /* [m/s^2] */
     tulle_wind wind;
     double contact_distance; /* [m] delta_c; 0: derived from the meshes (thickness where given) */
-    double separation_distance; /* [m] delta_s >= delta_c; 0: 1.5 delta_c */
-    double minimum_gap; /* [m] xi; no accepted state undercuts it, but that vertices and edges
-                           of one cloth that rest nearer keep a quarter of their rest distance, and
-                           pairs that start nearer come no nearer; 0: derived */
+    double separation_distance; /* [m] delta_s, at least the contact distance of every pair of
+                                   objects, else the start fails; 0: 1.5 of it */
+    double minimum_gap;         /* [m] xi, at most half of every contact distance; no accepted state
+                                   undercuts it, but that vertices and edges         of one cloth that rest nearer
+                                   keep a quarter of their rest distance, and         pairs that start nearer come
+                                   no nearer; 0: derived */
     tulle_integrator integrator;
     tulle_world_detection detection;
     tulle_response response;
@@ -357,9 +359,9 @@ TULLE_API tulle_untangle_report tulle_world_get_untangle_report(const tulle_worl
 /* Moves the world by time_step [s], 0 < time_step <= 1. report and error may be null. After an
  * error the world is as it was, but for tulle_world_last_message and tulle_world_get_intersections.
  * Errors: those of tulle_world_start when it was not called; INVALID_ARGUMENT, OUT_OF_MEMORY;
- * INTERSECTING_START when an obstacle appears into or around cloth; PINCHED; STEP_FAILED when the forces lead
- * to numbers that are not finite, or TULLE_RESPONSE_PAPER tears cloth; LIMIT beyond 2^32 candidate
- * pairs; INTERRUPTED by a stop request; what a frame reader returns. */
+ * INTERSECTING_START when an obstacle appears into or around cloth; PINCHED; STEP_FAILED when the
+ * forces lead to numbers that are not finite, or TULLE_RESPONSE_PAPER tears cloth; LIMIT beyond
+ * 2^32 candidate pairs; INTERRUPTED by a stop request; what a frame reader returns. */
 TULLE_API tulle_status tulle_world_step(tulle_world *world, double time_step,
                                         tulle_step_report *report, tulle_error *error);
 

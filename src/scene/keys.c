@@ -167,11 +167,13 @@ static const schema_key contact_table[] = {
     {.name = "delta_s",
      DISTANCE,
      FIELD(contact_keys, delta_s),
-     .meaning = "distance at which contacts end; auto: 1.5 delta_c"},
+     .meaning =
+         "distance at which contacts end, at least delta_c and every thickness; auto: 1.5 delta_c"},
     {.name = "xi",
      DISTANCE,
      FIELD(contact_keys, xi),
-     .meaning = "gap that no state undercuts; auto: from delta_c and the scene's extent"},
+     .meaning = "gap that no state undercuts, at most half of delta_c; auto: from delta_c and the "
+                "scene's extent"},
     {.name = "friction",
      FRICTION_VALUE,
      .fallback = "0.3",

@@ -146,8 +146,7 @@ static bool has_edges(const topology *topo, uint32_t vertex) {
     return topo->vertex_edges.begin[vertex] < topo->vertex_edges.begin[vertex + 1];
 }
 
-static tulle_status refuse_pieces(tulle_world *world, holder_search *search,
-                                  tulle_error *error) {
+static tulle_status refuse_pieces(tulle_world *world, holder_search *search, tulle_error *error) {
     size_t const count = world->vertex_count, surface_count = world_surface_count(world);
     bool *const is_seen = ARENA_NEW_ZEROED(&world->scratch, bool, count);
     uint32_t *const queue = ARENA_NEW(&world->scratch, uint32_t, count);

@@ -107,11 +107,9 @@ static contact_law make_law(const tulle_world *world, size_t a, size_t b) {
     bool const is_among_bodies = !has_cloth_a && !has_cloth_b && has_body(world, a, b);
     if (is_among_bodies) law.contact_distance = body_contact_distance(world);
     if (has_cloth_a || has_cloth_b || is_among_bodies) set_coefficients(world, a, b, &law);
+    bool const is_given = world->def.separation_distance > 0.0;
     law.separation_distance =
-        fmax(world->def.separation_distance, SEPARATION_FACTOR * law.contact_distance);
-    if (world->def.separation_distance > 0.0) {
-        law.separation_distance = fmax(world->def.separation_distance, law.contact_distance);
-    }
+        is_given ? world->def.separation_distance : SEPARATION_FACTOR * law.contact_distance;
     return law;
 }
 
@@ -125,15 +123,51 @@ static double largest_coordinate(const tulle_world *world) {
     return largest;
 }
 
+/* Whether objects of the pair can touch. */
+static bool may_touch(const tulle_world *world, size_t a, size_t b) {
+    return a < world->cloths.count || b < world->cloths.count || has_body(world, a, b);
+}
+
+static tulle_status check_separation(const tulle_world *world, size_t a, size_t b,
+                                     tulle_error *error) {
+    contact_law const *const law = &world->laws[a * world_surface_count(world) + b];
+    if (law->separation_distance >= law->contact_distance) return TULLE_OK;
+    return error_set(error, TULLE_ERROR_INVALID_ARGUMENT,
+                     "the separation distance (delta_s) of %g m is under the contact distance "
+                     "(delta_c, thickness) of %g m between '%s' and '%s'; give at least that, or "
+                     "leave it out: 1.5 times the contact distance",
+                     law->separation_distance, law->contact_distance, world_surface_name(world, a),
+                     world_surface_name(world, b));
+}
+
+/* `smallest`: contact distance of all pairs. */
+static tulle_status check_minimum_gap(const tulle_world *world, double smallest,
+                                      tulle_error *error) {
+    if (world->minimum_gap <= MINIMUM_GAP_LARGEST_SHARE * smallest) return TULLE_OK;
+    if (world->def.minimum_gap > 0.0)
+        return error_set(error, TULLE_ERROR_INVALID_ARGUMENT,
+                         "the minimum gap (xi) of %g m is over half of the smallest contact "
+                         "distance (delta_c, thickness) of %g m; give at most %g m, or leave it "
+                         "out: a fortieth of the contact distance",
+                         world->minimum_gap, smallest, MINIMUM_GAP_LARGEST_SHARE * smallest);
+    return error_set(error, TULLE_ERROR_INVALID_ARGUMENT,
+                     "the minimum gap of %g m, which floats in files need where the scene reaches "
+                     "%g m from the origin, is over half of the contact distance of %g m: move "
+                     "the scene nearer, use thicker cloth, or give the minimum gap (xi) yourself",
+                     world->minimum_gap, largest_coordinate(world), smallest);
+}
+
 /* Contact laws of all pairs of surfaces and the distances that the world reports. */
 tulle_status world_derive_distances(tulle_world *world, tulle_error *error) {
-    size_t const surface_count = world_surface_count(world), cloth_count = world->cloths.count;
+    size_t const surface_count = world_surface_count(world);
     double smallest_contact = (double)INFINITY;
     for (size_t a = 0; a < surface_count; a++) {
         for (size_t b = 0; b < surface_count; b++) {
             contact_law const law = make_law(world, a, b);
             world->laws[a * surface_count + b] = law;
-            if (a >= cloth_count && b >= cloth_count && !has_body(world, a, b)) continue;
+            if (!may_touch(world, a, b)) continue;
+            tulle_status const status = check_separation(world, a, b, error);
+            if (status != TULLE_OK) return status;
             world->contact_distance = fmax(world->contact_distance, law.contact_distance);
             world->separation_distance = fmax(world->separation_distance, law.separation_distance);
             smallest_contact = fmin(smallest_contact, law.contact_distance);
@@ -143,16 +177,8 @@ tulle_status world_derive_distances(tulle_world *world, tulle_error *error) {
     world->minimum_gap = world->def.minimum_gap > 0.0
                              ? world->def.minimum_gap
                              : fmax(MINIMUM_GAP_SHARE * smallest_contact, float_floor);
-    if (world->minimum_gap > MINIMUM_GAP_LARGEST_SHARE * smallest_contact) {
-        return error_set(
-            error, TULLE_ERROR_INVALID_ARGUMENT,
-            "the minimum gap of %g m is over half of the contact distance of %g m; the "
-            "scene reaches %g m from the origin: move it nearer, use thicker cloth, or "
-            "give the minimum gap (xi) yourself",
-            world->minimum_gap, smallest_contact, largest_coordinate(world));
-    }
     world->edge_length = mean_edge_length(world, 0, world_cloth_edge_count(world));
-    return TULLE_OK;
+    return check_minimum_gap(world, smallest_contact, error);
 }
 
 static surface_grain get_grain(const tulle_world *world, size_t surface) {

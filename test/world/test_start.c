@@ -127,8 +127,8 @@ static void cloth_inside_a_solid_is_refused(void **state) {
     tulle_mesh_destroy(&sphere);
 }
 
-/* The same where the solid appears in mid-run: the time is named, and the world stays as it was. One
- * that is there already and holds nothing may stay. */
+/* The same where the solid appears in mid-run: the time is named, and the world stays as it was.
+ * One that is there already and holds nothing may stay. */
 static void cloth_that_a_solid_appears_around_is_refused(void **state) {
     (void)state;
     tulle_mesh sheet = small_sheet(0.1, 5, 0.01), sphere = make_sphere(0.2, 10);
@@ -161,12 +161,55 @@ static void cloth_that_a_solid_appears_around_is_refused(void **state) {
     tulle_mesh_destroy(&sphere);
 }
 
+/* Distances that do not go together with those of the meshes and thicknesses are errors that say
+ * which of them to change: a minimum gap of the caller is not one of a scene that is too large. */
+static void distances_that_do_not_fit_are_refused(void **state) {
+    (void)state;
+    tulle_mesh sheets[3] = {small_sheet(0.4, 9, 0.0), small_sheet(0.4, 9, 0.1),
+                            small_sheet(0.4, 9, 0.2)};
+    struct {
+        double thickness, separation, gap, far;
+        const char *message;
+    } const cases[] = {
+        {0.0, 0.0, 0.0, 0.0, NULL},
+        {0.004, 0.005, 0.002, 0.0, NULL}, /* the bounds themselves */
+        {0.004, 0.0, 0.0021, 0.0, "the minimum gap (xi) of 0.0021 m is over half"},
+        {0.0, 0.0, 0.0026, 0.0, "give at most 0.0025 m"},
+        {0.004, 0.0049, 0.0, 0.0, "the separation distance (delta_s) of 0.0049 m is under"},
+        {0.006, 0.0055, 0.0, 0.0, "of 0.006 m between 'cloth 1' and 'cloth 1'"},
+        {0.0, 0.0, 0.0, 1e5, "reaches 100000 m from the origin"},
+    };
+    for (size_t i = 0; i < sizeof cases / sizeof cases[0]; i++) {
+        tulle_world_def def = tulle_world_def_default();
+        def.separation_distance = cases[i].separation;
+        def.minimum_gap = cases[i].gap;
+        tulle_world *const world = make_world(def);
+        for (int k = 0; k < 3; k++) {
+            tulle_mesh moved = sheets[k];
+            tulle_cloth_def cloth = tulle_cloth_def_default();
+            cloth.mesh = tulle_mesh_get_view(&moved);
+            cloth.thickness = k == 1 ? cases[i].thickness : 0.0; /* 5 mm from the mesh */
+            for (size_t v = 0; k == 2 && v < moved.vertex_count; v++)
+                moved.positions[3 * v + 2] = 0.2 + cases[i].far;
+            assert_int_equal(tulle_world_add_cloth(world, &cloth, NULL, NULL), TULLE_OK);
+        }
+        tulle_error error = {0};
+        tulle_status const status = tulle_world_start(world, &error);
+        assert_int_equal(status, cases[i].message ? TULLE_ERROR_INVALID_ARGUMENT : TULLE_OK);
+        if (cases[i].message && !strstr(error.message, cases[i].message))
+            fail_msg("no \"%s\" in \"%s\"", cases[i].message, error.message);
+        tulle_world_destroy(world);
+    }
+    for (int k = 0; k < 3; k++) tulle_mesh_destroy(&sheets[k]);
+}
+
 int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(intersecting_start_is_refused_or_ignored),
         cmocka_unit_test(cloth_inside_a_solid_is_refused),
         cmocka_unit_test(cloth_that_a_solid_appears_around_is_refused),
         cmocka_unit_test(pairs_of_one_cloth_count_once_apart),
+        cmocka_unit_test(distances_that_do_not_fit_are_refused),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
