@@ -308,6 +308,10 @@ static void print_summary(const run_session *session) {
         if (totals->pinched_steps > 0)
             printf("pinched: cloth was between obstacles that close on it in %llu steps\n",
                    (unsigned long long)totals->pinched_steps);
+        if (totals->ignored_pairs > 0)
+            printf(
+                "caught: %llu pairs of triangles intersect still (start_intersections: ignore)\n",
+                (unsigned long long)totals->ignored_pairs);
         if (isfinite(totals->smallest_gap))
             printf("smallest gap: %.4g mm\n", 1000.0 * totals->smallest_gap);
     }
@@ -346,6 +350,19 @@ static int end_run(run_session *session, tulle_status status, tulle_error *error
     return status != TULLE_OK ? app_exit_for_run(status) : written;
 }
 
+/* Says that the start intersects, where the scene lets it. */
+static void say_what_is_ignored(run_session *session) {
+    size_t count = 0;
+    (void)tulle_world_get_intersections(session->built.world, &count);
+    if (count == 0) return;
+    char *const message = session->totals.message;
+    snprintf(message, sizeof session->totals.message,
+             "%zu pairs of triangles intersect at the start and are let be until they come apart "
+             "(start_intersections: ignore)",
+             count);
+    app_print_message("run", "%s", message);
+}
+
 static int run_scene(run_session *session, const char *progress, tulle_error *error) {
     interrupt_catch();
     progress_begin(&session->progress, progress);
@@ -371,6 +388,7 @@ static int run_scene(run_session *session, const char *progress, tulle_error *er
     progress_begin(&session->progress, progress);
     session->checkpoint_time = timer_now();
     session->totals.smallest_gap = INFINITY;
+    if (is_new) say_what_is_ignored(session);
     if (is_new) status = run_write_start(session, error);
     if (status == TULLE_OK) status = run_step_to_end(session, error);
     return end_run(session, status, error);

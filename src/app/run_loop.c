@@ -113,6 +113,7 @@ static void add_to_totals(run_totals *totals, const tulle_step_report *report) {
                        report->rescue_global_scalings;
     if (report->contacts > totals->most_contacts) totals->most_contacts = report->contacts;
     totals->pinched_steps += report->pinched != 0;
+    totals->ignored_pairs = report->ignored_pairs;
     totals->smallest_gap = fmin(totals->smallest_gap, report->smallest_gap);
 }
 

@@ -25,7 +25,8 @@ typedef struct run_totals {
     uint64_t contacts, rescues; /* sums over the steps */
     double smallest_gap;        /* [m] INFINITY: nothing came near */
     uint64_t pinched_steps;
-    char message[512]; /* the first that the world had */
+    uint64_t ignored_pairs; /* after the last step */
+    char message[512];      /* the first that the world had */
 } run_totals;
 
 typedef struct run_progress {
