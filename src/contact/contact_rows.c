@@ -3,13 +3,23 @@
  * The gap of a row is linear in the displacements: gap(1) = g0 + h n . sum w u. A row asks that it
  * ends no lower than the contact distance delta_c, or, where it starts lower, that it grows at the
  * push-out speed: bias = min((delta_c - g0) / h, push_out_speed). Where a body turns, what its
- * predicted turn adds to the linear displacement counts as a part of g0. */
+ * predicted turn adds to the linear displacement counts as a part of g0.
+ *
+ * Implicit Euler balances forces at the end of the step, so a row against a scripted obstacle takes
+ * normal and weights from the predicted end, relative to which its points go on keeping g0. */
 #include "contact/contact_rows.h"
 
 #include "contact/row_friction.h"
 #include "contact/row_motion.h"
 
 #include <math.h>
+
+/* Sine of the largest angle between the frames of start and end: 45 degrees. */
+static const double LARGEST_TURN = 0.7;
+/* Ways under this part of the gap leave the frame as it is: what rests keeps its frame. */
+static const double LEAST_WAY = 1e-3;
+/* A weight below this is zero. */
+static const double RIM_WEIGHT = 1e-9;
 
 /* A row acts on what can move if this much of one side's weight lies on it. With less, as where an
  * edge lies under a held one, the impulse that moves the row would throw the free vertex away. */
@@ -52,4 +62,104 @@ bool make_contact_row(const contact_scene *scene, const double *x1, const pair_e
     row->bias = find_bias(scene, row->gap + find_row_curvature(scene, row), distances.contact);
     set_row_friction(scene, row);
     return true;
+}
+
+static vec3 find_vertex_normal(const contact_scene *scene, uint32_t vertex) {
+    const topology *const topo = scene->set->topo;
+    const adjacency *const around = &topo->vertex_triangles;
+    vec3 sum = {0.0, 0.0, 0.0};
+    for (uint32_t i = around->begin[vertex]; i < around->begin[vertex + 1]; i++) {
+        const uint32_t *const corner = topo->triangles + 3 * (size_t)around->items[i];
+        vec3 const a = vec3_load(scene->x0, corner[0]);
+        sum = vec3_add(sum, vec3_cross(vec3_sub(vec3_load(scene->x0, corner[1]), a),
+                                       vec3_sub(vec3_load(scene->x0, corner[2]), a)));
+    }
+    return vec3_normalize(sum);
+}
+
+static const affine_map *find_carrier(const contact_scene *scene, const contact_row *row) {
+    if (!scene->carriers) return NULL;
+    const affine_map *const first = scene->carriers[scene->vertex_surface[row->vertices[0]]];
+    return first ? first : scene->carriers[scene->vertex_surface[row->vertices[3]]];
+}
+
+/* Where a vertex of cloth ends that slides on as it starts: within its own surface, relative to the
+ * obstacle. The rest of its velocity is noise from step to step, and edges are short: rows that
+ * follow it make the cloth tremble. */
+static vec3 slide_vertex(const contact_scene *scene, const affine_map *carrier, uint32_t vertex) {
+    vec3 const start = vec3_load(scene->x0, vertex);
+    vec3 const carried =
+        carrier ? vec3_add(mat3_multiply_vec3(&carrier->matrix, start), carrier->offset) : start;
+    vec3 const free = vec3_add_scaled(start, vec3_load(scene->v0, vertex), scene->time_step);
+    vec3 const way = vec3_sub(free, carried);
+    vec3 const normal = find_vertex_normal(scene, vertex);
+    return vec3_add(carried, vec3_add_scaled(way, normal, -vec3_dot(normal, way)));
+}
+
+/* Predicted points of the step's end; false when hardly any moves. The way of the row's points
+ * along its normal is left out: contact stops it. */
+static bool predict_end(const contact_scene *scene, const contact_row *row, vec3 points[4]) {
+    const affine_map *const carrier = find_carrier(scene, row);
+    double const least = LEAST_WAY * row->gap;
+    bool has_moved = false;
+    for (int k = 0; k < 4 && !has_moved; k++) {
+        uint32_t const vertex = row->vertices[k];
+        vec3 const way =
+            scene->inverse_mass[vertex] > 0.0
+                ? vec3_scale(vec3_load(scene->v0, vertex), scene->time_step)
+                : vec3_sub(vec3_load(scene->targets, vertex), vec3_load(scene->x0, vertex));
+        has_moved = vec3_norm2(way) > least * least;
+    }
+    if (!has_moved) return false;
+    for (int k = 0; k < 4; k++) {
+        uint32_t const vertex = row->vertices[k];
+        points[k] = scene->inverse_mass[vertex] > 0.0 ? slide_vertex(scene, carrier, vertex)
+                                                      : vec3_load(scene->targets, vertex);
+    }
+    double const rise = vec3_dot(row->normal, blend_points(points, row->weights)) - row->gap;
+    for (int k = 0; k < 4; k++)
+        if (get_row_side(row, k) == 0) points[k] = vec3_add_scaled(points[k], row->normal, -rise);
+    return true;
+}
+
+/* Whether one side follows a script: what is outside takes up any couple. */
+static bool has_scripted_side(const contact_scene *scene, const contact_row *row) {
+    size_t const cloth_count = scene->cloth_vertex_count;
+    return !row->has_body && (row->vertices[0] >= cloth_count || row->vertices[3] >= cloth_count);
+}
+
+/* Whether both touch the same features: at the rim of an edge or a triangle a neighbour goes on. */
+static bool has_same_rims(const double a[4], const double b[4]) {
+    for (int k = 0; k < 4; k++)
+        if ((fabs(a[k]) < RIM_WEIGHT) != (fabs(b[k]) < RIM_WEIGHT)) return false;
+    return true;
+}
+
+/* The unit normal of the end, from that of the start and the direction after a straight way, whose
+ * angle has the tangent that the sine of the angle on an arc is; zero where it turns too far. */
+static vec3 turn_normal(vec3 normal, vec3 direction) {
+    double const cosine = vec3_dot(direction, normal);
+    vec3 const way = vec3_sub(vec3_scale(direction, 1.0 / cosine), normal);
+    double const square = vec3_norm2(way);
+    if (!(cosine > 0.0 && square < LARGEST_TURN * LARGEST_TURN)) return vec3_make(0.0, 0.0, 0.0);
+    return vec3_normalize(vec3_add_scaled(way, normal, sqrt(1.0 - square)));
+}
+
+void turn_row_to_end(const contact_scene *scene, contact_row *row) {
+    vec3 points[4], start[4];
+    if (scene->paper || !scene->v0 || !(row->gap > 0.0) || !has_scripted_side(scene, row)) return;
+    if (!predict_end(scene, row, points)) return;
+    closest_points const closest = closest_of_pair(row->kind, points);
+    vec3 const normal = turn_normal(row->normal, vec3_normalize(closest.difference));
+    if (!(vec3_norm2(normal) > 0.5) || !has_same_rims(row->weights, closest.weights)) return;
+    row->normal = normal;
+    for (int k = 0; k < 4; k++) {
+        row->weights[k] = closest.weights[k];
+        start[k] = vec3_load(scene->x0, row->vertices[k]);
+    }
+    set_row_mobility(scene, row);
+    double const way = row->gap - vec3_dot(normal, blend_points(start, row->weights));
+    row->turning = vec3_add_scaled(row->turning, normal,
+                                   way / scene->time_step - vec3_dot(row->turning, normal));
+    set_row_friction(scene, row);
 }

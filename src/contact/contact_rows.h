@@ -11,4 +11,8 @@
 bool make_contact_row(const contact_scene *scene, const double *x1, const pair_event *event,
                       contact_row *row);
 
+/* Turns the frame of a row of cloth with a scripted obstacle, made for time 0, to the predicted end
+ * of the step. */
+void turn_row_to_end(const contact_scene *scene, contact_row *row);
+
 #endif

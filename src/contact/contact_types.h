@@ -171,7 +171,7 @@ typedef struct contact_row {
     uint32_t vertices[4];
     double weights[4]; /* signed, see closest_points */
     vec3 normal;       /* unit, from the second feature to the first */
-    double gap;        /* [m] n . sum w x0 */
+    double gap;        /* [m] n . sum w x0 in the frame the row was made with */
     double bias;       /* [m/s] */
     double static_friction, dynamic_friction, restitution; /* as in contact_law */
     double approach; /* [m/s] n . sum w v0: negative where the sides come nearer at the start */
@@ -179,7 +179,8 @@ typedef struct contact_row {
     double friction; /* coefficient in this step, one of the two */
     vec3 grain;      /* unit tangent; factors on friction along and across it, 1: isotropic */
     double friction_along, friction_across;
-    vec3 turning; /* [m/s] tangential: of what rides on a scripted obstacle, the gap away from it */
+    vec3 turning; /* [m/s] of what keeps its place: the frame turns until the end of the step, and
+                     tangentially what rides on a scripted obstacle, the gap away from it */
     vec3 anchor;  /* [m] tangential way since the contact sticks */
     vec3 return_velocity;  /* [m/s] tangential, that friction aims at: undoes the anchor */
     vec3 impulse;          /* [N s] total over the step, acts w_i impulse on vertex i */

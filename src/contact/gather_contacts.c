@@ -64,11 +64,10 @@ static scan_verdict measure_touch(const void *context, feature_kind kind, featur
 
 /* Contacts of the step before are held to a wider tolerance; so are new rows that one of them may
  * be carried over to. What turns with a body lands elsewhere than where it is nearest now. */
-static row_choice choose_row(const gathering *work, contact_row *row, double time) {
+static row_choice choose_row(const gathering *work, const contact_row *row, double time,
+                             const stored_contact *kept) {
     const contact_scene *const scene = work->scene;
     const contact_settings *const settings = &scene->settings;
-    const stored_contact *const kept = find_contact(work->store, row->kind, row->pair);
-    if (kept) restore_contact(scene, row, kept, scene->time_step / work->store->time_step);
     double const turn = find_row_turn(scene, row);
     double const new_slope = settings->slope_tolerance + turn;
     double const old_slope = settings->old_slope_tolerance + turn;
@@ -81,11 +80,17 @@ static row_choice choose_row(const gathering *work, contact_row *row, double tim
 static void make_rows(void *context, size_t begin, size_t end, size_t chunk, int worker) {
     (void)chunk, (void)worker;
     gathering *const work = context;
+    const contact_scene *const scene = work->scene;
     for (size_t i = begin; i < end; i++) {
         contact_row *const row = &work->rows[i];
+        const pair_event *const event = &work->events[i];
         work->choices[i] = ROW_DROPPED;
-        if (make_contact_row(work->scene, work->predicted, &work->events[i], row))
-            work->choices[i] = choose_row(work, row, work->events[i].time);
+        if (!make_contact_row(scene, work->predicted, event, row)) continue;
+        const stored_contact *const kept = find_contact(work->store, row->kind, row->pair);
+        work->choices[i] = choose_row(work, row, event->time, kept);
+        if (work->choices[i] == ROW_DROPPED) continue;
+        if (event->time == 0.0) turn_row_to_end(scene, row);
+        if (kept) restore_contact(scene, row, kept, scene->time_step / work->store->time_step);
     }
 }
 

@@ -3,9 +3,8 @@
  * the top of the box and the vertical one of the part that hangs.
  *
  * With columns that are fine to the contact distance r the edge is a cylinder of that radius: the
- * capstan equation holds, dT = m T da along the turn, and the turn itself weighs. Rows have the
- * normals of the start of a step, which the ribbon then slides on by the angle v h / r: their push
- * has that part against the slip, so the coefficient m is mu + v h / r. A coarse ribbon turns at
+ * capstan equation holds, dT = mu T da along the turn, and the turn itself weighs, however far
+ * round the ribbon slides in a step: rows have the normals of its end. A coarse ribbon turns at
  * few vertices, at worst at one: over a corner of angle a the tensions have the ratio
  * (1 + mu tan(a/2)) / (1 - mu tan(a/2)). */
 #include "support/small_world.h"
@@ -164,7 +163,7 @@ typedef struct edge_forces {
 static edge_forces find_expected(const edge_run *run) {
     edge_case const *const edge = run->edge;
     double const radius = edge->contact_distance;
-    double const m = edge->friction + SPEED * edge->step / radius;
+    double const m = edge->friction;
     double const per_length = (ROWS - 1) * 2.0 * edge->column * AREA_DENSITY * GRAVITY;
     size_t count;
     const double *const x = tulle_cloth_get_positions(run->world, run->ribbon, &count);
