@@ -1,4 +1,5 @@
-/* contact/contact_settings.c - default numbers of the response, each with its reason. */
+/* contact/contact_settings.c - default numbers of the response, each with its reason. A world's def
+ * begins with those of them that it has. */
 #include "contact/contact_types.h"
 
 contact_settings contact_settings_default(void) {
@@ -6,7 +7,7 @@ contact_settings contact_settings_default(void) {
         .minimum_gap = 1e-4, /* far over the rounding of float files for scenes of metres */
         .solve_rounds = 1,
         .solve_rounds_landing = 6,
-        .impulse_sweeps = 5, /* twenty measured no better */
+        .impulse_sweeps = 10, /* twenty measured no better */
         .impact_rounds = 5,
         .zone_rounds = 2,
         .component_rounds = 12,
@@ -19,13 +20,13 @@ contact_settings contact_settings_default(void) {
         .settled_drift = 1e-5, /* a patch half a degree over its critical angle gains 1e-3 a step */
         .settled_slip =
             1e-4, /* more than a step's slip at rest: anchors take that back in a second */
-        .settled_misfit = 3e-3,   /* 0.1 lets one vertex of a belt that stops stay behind */
-        .settled_most = 0.03,     /* 0.3 mm a step, a tenth of a contact distance */
-        .hard_stiffness = 10.0,   /* 3 lets fine cloth on tips tear away, with rescues */
-        .push_out_softness = 0.1, /* none lets the impulses of a pinch grow until it bursts */
-        .anchor_share = 0.3,      /* 0.05 to 1 do as well; more takes offsets for pulls */
-        .hard_friction = 1.0,     /* 0.1 holds as well and lets more slip in a round */
-        .cg_tolerance = 1e-4,     /* 1e-3 falsifies sliding by a tenth */
-        .cg_max_iterations = 2000,
+        .settled_misfit = 3e-3,    /* 0.1 lets one vertex of a belt that stops stay behind */
+        .settled_most = 0.03,      /* 0.3 mm a step, a tenth of a contact distance */
+        .hard_stiffness = 10.0,    /* 3 lets fine cloth on tips tear away, with rescues */
+        .push_out_softness = 0.1,  /* none lets the impulses of a pinch grow until it bursts */
+        .anchor_share = 0.3,       /* 0.05 to 1 do as well; more takes offsets for pulls */
+        .hard_friction = 1.0,      /* 0.1 holds as well and lets more slip in a round */
+        .cg_tolerance = 1e-4,      /* 1e-3 falsifies sliding by a tenth */
+        .cg_max_iterations = 5000, /* a bound on time, far over what a solve takes */
     };
 }

@@ -15,6 +15,7 @@ static const double PATCH_ANGLE_DEFAULT = 0.78539816339744831;
 static const double PATCH_ANGLE_MAX = 1.5707963267948966 - 1e-6;
 
 tulle_world_def tulle_world_def_default(void) {
+    contact_settings const settings = contact_settings_default();
     return (tulle_world_def){
         .cookie = WORLD_DEF_COOKIE,
         .gravity = {0.0, 0.0, -9.81},
@@ -26,11 +27,11 @@ tulle_world_def tulle_world_def_default(void) {
                       .has_certificate = 1},
         .response = TULLE_RESPONSE_COUPLED,
         .motion_space = TULLE_MOTION_SPACE_POLYHEDRAL,
-        .cg_tolerance = 1e-4, /* looser falsifies sliding friction */
-        .cg_max_iterations = 5000,
-        .solve_rounds = 1,
-        .impulse_sweeps = 10,
-        .impact_rounds = 5,
+        .cg_tolerance = settings.cg_tolerance,
+        .cg_max_iterations = settings.cg_max_iterations,
+        .solve_rounds = settings.solve_rounds,
+        .impulse_sweeps = settings.impulse_sweeps,
+        .impact_rounds = settings.impact_rounds,
         .friction_cloth_cloth = 0.3,
         .dynamic_friction_cloth_cloth = -1.0,
         .start_intersections = TULLE_START_REFUSE,
