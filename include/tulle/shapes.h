@@ -37,24 +37,25 @@ typedef enum tulle_shape {
     TULLE_SHAPE_BUMPY_GROUND,   /* size[0] x size[1], bumps of height and wavelength, seeded */
     TULLE_SHAPE_CRESTED_GROUND, /* size[0] x size[1], sharp ridges of height and wavelength */
     TULLE_SHAPE_TILE,           /* box size[0..2] with bumpy top of height and wavelength */
+    TULLE_SHAPE_SCEPTRE,        /* a ball of head_radius on a leg of `radius`, together `height` */
     TULLE_SHAPE_COUNT
 } tulle_shape;
 
 typedef struct tulle_shape_def {
     uint32_t cookie;
     tulle_shape shape;
-    double size[3];         /* [m] all lengths that a shape uses: 1e-6 .. 1e6 */
-    double radius;          /* [m] */
-    double inner_radius;    /* [m] < radius; 0: a fifth of radius */
-    double height;          /* [m] */
-    double tip_height;      /* [m] needle: height of the conical tip, < height; 0: 0.4 of it */
-    double head_radius;     /* [m] nail: > radius; 0: 2.5 radii */
-    double head_height;     /* [m] nail: < height; 0: radius, at most a quarter of height */
-    double angle;           /* [rad] cape: the sector that the cloth fills, 1e-6 .. 2 pi */
-    double strand;          /* [m] net: width of the strands; 0: a fifth of a hole and its strand */
-    double wavelength;      /* [m] grounds and tile; 0: an eighth (tile: a quarter) of the size */
-    uint32_t resolution[2]; /* >= 2, around closed rings >= 3; 0: chosen from the lengths */
-    uint32_t cells[2];      /* net: holes along each side */
+    double size[3];      /* [m] all lengths that a shape uses: 1e-6 .. 1e6 */
+    double radius;       /* [m] */
+    double inner_radius; /* [m] < radius; 0: a fifth of radius */
+    double height;       /* [m] */
+    double tip_height;   /* [m] needle: height of the conical tip, < height; 0: 0.4 of it */
+    double head_radius;  /* [m] nail, sceptre: > radius, of a sceptre < height / 2; 0: 2.5 radii */
+    double head_height;  /* [m] nail: < height; 0: radius, at most a quarter of height */
+    double angle;        /* [rad] cape: the sector that the cloth fills, 1e-6 .. 2 pi */
+    double strand;       /* [m] net: width of the strands; 0: a fifth of a hole and its strand */
+    double wavelength;   /* [m] grounds and tile; 0: an eighth (tile: a quarter) of the size */
+    uint32_t resolution[2];     /* >= 2, around closed rings >= 3; 0: chosen from the lengths */
+    uint32_t cells[2];          /* net: holes along each side */
     uint32_t strand_resolution; /* net: triangles' columns across a strand, >= 1 */
     int is_irregular; /* cloth: jittered vertices and random diagonals, seeded; the area and the
                          outline stay */

@@ -34,6 +34,7 @@ static const shape_entry shapes[TULLE_SHAPE_COUNT] = {
     [TULLE_SHAPE_BUMPY_GROUND] = {"bumpy-ground", shape_make_sheet},
     [TULLE_SHAPE_CRESTED_GROUND] = {"crested-ground", shape_make_sheet},
     [TULLE_SHAPE_TILE] = {"tile", shape_make_slab},
+    [TULLE_SHAPE_SCEPTRE] = {"sceptre", shape_make_rings},
 };
 
 static bool is_known_shape(tulle_shape shape) {
@@ -73,6 +74,7 @@ tulle_shape_def tulle_shape_def_default(tulle_shape shape) {
     case TULLE_SHAPE_TETRAHEDRON: def.radius = 0.15, def.height = 0.5; break;
     case TULLE_SHAPE_TORUS: def.radius = 0.4; break;
     case TULLE_SHAPE_NAIL: def.radius = 0.015, def.height = 0.3; break;
+    case TULLE_SHAPE_SCEPTRE: def.radius = 0.02, def.height = 0.8; break;
     case TULLE_SHAPE_BUMPY_GROUND:
     case TULLE_SHAPE_CRESTED_GROUND:
         def.size[0] = def.size[1] = 4.0;

@@ -13,15 +13,16 @@ static const double DEFAULT_EDGES = 50.0;
 #define GROUNDS (SHAPE_BIT(BUMPY_GROUND) | SHAPE_BIT(CRESTED_GROUND))
 #define WAVED (GROUNDS | SHAPE_BIT(TILE))
 #define SOLIDS (SHAPE_BIT(BOX) | SHAPE_BIT(TILE))
+#define HEADED (SHAPE_BIT(NAIL) | SHAPE_BIT(SCEPTRE))
 #define SIZED                                                                                      \
     (SHAPE_BIT(RECTANGLE) | SHAPE_BIT(RIBBON) | SHAPE_BIT(NET) | SHAPE_BIT(PLANE) | GROUNDS |      \
      SOLIDS)
 #define HIGH                                                                                       \
     (SHAPE_BIT(TUBE) | SHAPE_BIT(CYLINDER) | SHAPE_BIT(CONE) | SHAPE_BIT(NEEDLE) |                 \
-     SHAPE_BIT(TETRAHEDRON) | SHAPE_BIT(NAIL) | WAVED)
+     SHAPE_BIT(TETRAHEDRON) | HEADED | WAVED)
 #define TURNED                                                                                     \
     (SHAPE_BIT(TUBE) | SHAPE_BIT(HEMISPHERE) | SHAPE_BIT(CYLINDER) | SHAPE_BIT(CONE) |             \
-     SHAPE_BIT(NEEDLE) | SHAPE_BIT(TORUS) | SHAPE_BIT(NAIL))
+     SHAPE_BIT(NEEDLE) | SHAPE_BIT(TORUS) | HEADED)
 #define ALL_SHAPES ((UINT32_C(1) << TULLE_SHAPE_COUNT) - 1)
 
 /* A length: its name, place in the def, the shapes that use it, and whether 0 is a default. */
@@ -41,7 +42,7 @@ static const length_field length_fields[] = {
     {"inner_radius", OFFSET(inner_radius), SHAPE_BIT(CAPE) | SHAPE_BIT(TORUS), true},
     {"height", OFFSET(height), HIGH, false},
     {"tip_height", OFFSET(tip_height), SHAPE_BIT(NEEDLE), true},
-    {"head_radius", OFFSET(head_radius), SHAPE_BIT(NAIL), true},
+    {"head_radius", OFFSET(head_radius), HEADED, true},
     {"head_height", OFFSET(head_height), SHAPE_BIT(NAIL), true},
     {"strand", OFFSET(strand), SHAPE_BIT(NET), true},
     {"wavelength", OFFSET(wavelength), WAVED, true},
@@ -194,6 +195,10 @@ void shape_derive_def(tulle_shape_def *def) {
         derive_length(&def->head_height, fmin(def->radius, 0.25 * def->height));
         derive_least(def, 16, 4);
         break;
+    case TULLE_SHAPE_SCEPTRE:
+        derive_length(&def->head_radius, 2.5 * def->radius);
+        derive_least(def, 16, 4);
+        break;
     case TULLE_SHAPE_BUMPY_GROUND:
     case TULLE_SHAPE_CRESTED_GROUND:
     case TULLE_SHAPE_TILE: derive_waves(def); break;
@@ -236,6 +241,11 @@ tulle_status shape_check_fit(const tulle_shape_def *def, tulle_error *error) {
         status = check_below(def, "radius", def->radius, "head_radius", def->head_radius, error);
         if (status != TULLE_OK) return status;
         return check_below(def, "head_height", def->head_height, "height", def->height, error);
+    case TULLE_SHAPE_SCEPTRE:
+        status = check_below(def, "radius", def->radius, "head_radius", def->head_radius, error);
+        if (status != TULLE_OK) return status;
+        return check_below(def, "head_radius", def->head_radius, "half of height",
+                           0.5 * def->height, error);
     case TULLE_SHAPE_NET: return check_strands(def, error);
     default: return TULLE_OK;
     }

@@ -71,11 +71,33 @@ static ring get_hemisphere_ring(const tulle_shape_def *def, const ring_row *row,
                   scale_count(def->resolution[0], sin(polar), 3)};
 }
 
+/* Rows of a sceptre's head, from its top to the leg: as high as its columns are wide. */
+static size_t count_head_rows(const tulle_shape_def *def) {
+    return def->resolution[0] < 6 ? 3 : def->resolution[0] / 2;
+}
+
+/* A ball down to where it is as wide as the leg, the leg in resolution[1] - 1 rows, the base. */
+static ring get_sceptre_ring(const tulle_shape_def *def, const ring_row *row, size_t k) {
+    size_t const head_rows = count_head_rows(def);
+    double const radius = def->head_radius, centre = def->height - radius;
+    double const neck = centre - sqrt(radius * radius - def->radius * def->radius);
+    if (k == 0) return (ring){0.0, def->height, 1};
+    if (k + 1 == row->ring_count) return (ring){0.0, 0.0, 1};
+    if (k >= head_rows) {
+        double const along = (double)(k - head_rows) / (double)(def->resolution[1] - 1);
+        return (ring){def->radius, (1.0 - along) * neck, def->resolution[0]};
+    }
+    double const last = 0.5 * FULL_TURN - asin(def->radius / radius);
+    double const polar = last * (double)k / (double)head_rows;
+    return (ring){radius * sin(polar), centre + radius * cos(polar), def->resolution[0]};
+}
+
 static ring get_ring(const tulle_shape_def *def, const ring_row *row, size_t k) {
     switch (def->shape) {
     case TULLE_SHAPE_DISC: return get_disc_ring(def, k);
     case TULLE_SHAPE_CAPE: return get_cape_ring(def, row, k);
     case TULLE_SHAPE_HEMISPHERE: return get_hemisphere_ring(def, row, k);
+    case TULLE_SHAPE_SCEPTRE: return get_sceptre_ring(def, row, k);
     case TULLE_SHAPE_TUBE: {
         double const part = (double)k / (double)(def->resolution[1] - 1);
         return (ring){def->radius, (0.5 - part) * def->height, def->resolution[0]};
@@ -125,6 +147,7 @@ static ring_row make_row(const tulle_shape_def *def) {
         row.start = -0.5 * row.angle;
         break;
     case TULLE_SHAPE_HEMISPHERE: row.ring_count = (size_t)def->resolution[1] + 2; break;
+    case TULLE_SHAPE_SCEPTRE: row.ring_count = count_head_rows(def) + def->resolution[1] + 1; break;
     case TULLE_SHAPE_TORUS:
         row.ring_count = def->resolution[1];
         row.is_cyclic = true;

@@ -5,9 +5,9 @@
 
 /* In the order of tulle_shape. */
 static const char *const shape_names[] = {
-    "rectangle", "ribbon", "disc",         "tube",           "cape", "net",    "plane",
-    "box",       "sphere", "hemisphere",   "cylinder",       "cone", "needle", "tetrahedron",
-    "torus",     "nail",   "bumpy-ground", "crested-ground", "tile", NULL};
+    "rectangle", "ribbon", "disc",         "tube",           "cape", "net",     "plane",
+    "box",       "sphere", "hemisphere",   "cylinder",       "cone", "needle",  "tetrahedron",
+    "torus",     "nail",   "bumpy-ground", "crested-ground", "tile", "sceptre", NULL};
 _Static_assert(sizeof shape_names / sizeof shape_names[0] == TULLE_SHAPE_COUNT + 1,
                "one name for each shape");
 
@@ -18,10 +18,10 @@ _Static_assert(sizeof shape_names / sizeof shape_names[0] == TULLE_SHAPE_COUNT +
 #define SIZE_3 (BIT(BOX) | BIT(TILE))
 #define ROUND                                                                                      \
     (BIT(DISC) | BIT(TUBE) | BIT(CAPE) | BIT(SPHERE) | BIT(HEMISPHERE) | BIT(CYLINDER) |           \
-     BIT(CONE) | BIT(NEEDLE) | BIT(TETRAHEDRON) | BIT(TORUS) | BIT(NAIL))
+     BIT(CONE) | BIT(NEEDLE) | BIT(TETRAHEDRON) | BIT(TORUS) | BIT(NAIL) | BIT(SCEPTRE))
 #define HIGH                                                                                       \
     (BIT(TUBE) | BIT(CYLINDER) | BIT(CONE) | BIT(NEEDLE) | BIT(TETRAHEDRON) | BIT(NAIL) |          \
-     GROUNDS | BIT(TILE))
+     GROUNDS | BIT(TILE) | BIT(SCEPTRE))
 #define CUT (BIT(RECTANGLE) | BIT(RIBBON) | BIT(DISC) | BIT(TUBE) | BIT(CAPE) | BIT(NET))
 
 size_t shape_size_count(int shape) {
@@ -59,7 +59,8 @@ static const schema_key mesh_table[] = {
      .applies = ROUND,
      BY_SHAPE,
      FIELD(mesh_keys, radius),
-     .meaning = "radius; of a torus that of its centre line, of needle and nail that of the shaft"},
+     .meaning = "radius; of a torus that of its centre line, of needle, nail and sceptre that of "
+                "the shaft"},
     {.name = "inner_radius",
      POSITIVE_LENGTH(0),
      .applies = BIT(CAPE) | BIT(TORUS),
@@ -80,10 +81,10 @@ static const schema_key mesh_table[] = {
      .meaning = "height of a needle's conical tip"},
     {.name = "head_radius",
      POSITIVE_LENGTH(0),
-     .applies = BIT(NAIL),
+     .applies = BIT(NAIL) | BIT(SCEPTRE),
      BY_SHAPE,
      FIELD(mesh_keys, head_radius),
-     .meaning = "radius of a nail's head"},
+     .meaning = "radius of a nail's or a sceptre's head"},
     {.name = "head_height",
      POSITIVE_LENGTH(0),
      .applies = BIT(NAIL),

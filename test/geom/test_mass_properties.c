@@ -126,9 +126,9 @@ static double find_flux(const tulle_mesh *mesh, int i, int j, int power) {
 static void test_solids_against_fluxes(void **state) {
     (void)state;
     static const tulle_shape shapes[] = {
-        TULLE_SHAPE_SPHERE, TULLE_SHAPE_HEMISPHERE, TULLE_SHAPE_CYLINDER,
-        TULLE_SHAPE_CONE,   TULLE_SHAPE_NEEDLE,     TULLE_SHAPE_TETRAHEDRON,
-        TULLE_SHAPE_TORUS,  TULLE_SHAPE_NAIL,       TULLE_SHAPE_TILE};
+        TULLE_SHAPE_SPHERE, TULLE_SHAPE_HEMISPHERE,  TULLE_SHAPE_CYLINDER, TULLE_SHAPE_CONE,
+        TULLE_SHAPE_NEEDLE, TULLE_SHAPE_TETRAHEDRON, TULLE_SHAPE_TORUS,    TULLE_SHAPE_NAIL,
+        TULLE_SHAPE_TILE,   TULLE_SHAPE_SCEPTRE};
     for (size_t s = 0; s < sizeof shapes / sizeof *shapes; s++) {
         tulle_shape_def const def = tulle_shape_def_default(shapes[s]);
         tulle_mesh mesh = generate(&def);

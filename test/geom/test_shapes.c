@@ -101,6 +101,15 @@ static void check_measure(const tulle_shape_def *def, const tulle_mesh *mesh, do
         expect_near(volume, section * (h - def->head_height) + head * def->head_height, tight);
         break;
     }
+    case TULLE_SHAPE_SCEPTRE: {
+        double const head = def->head_radius, half = sqrt(head * head - r * r);
+        double const cap =
+            (2.0 * head * head * head + 3.0 * head * head * half - half * half * half) / 3.0;
+        double const leg = r * r * (h - head - half);
+        /* The ball's meridian is a polygon of chords. */
+        expect_near(volume, polygon_area(n) * (cap + leg), 0.02);
+        break;
+    }
     case TULLE_SHAPE_TILE:
         assert_true(volume > slab && volume < slab * (1 + h / def->size[2]));
         break;
@@ -173,7 +182,8 @@ static void places_are_as_documented(void **state) {
         }
         bool const is_on_ground = shape == TULLE_SHAPE_HEMISPHERE ||
                                   (shape >= TULLE_SHAPE_CYLINDER && shape <= TULLE_SHAPE_NAIL &&
-                                   shape != TULLE_SHAPE_TORUS);
+                                   shape != TULLE_SHAPE_TORUS) ||
+                                  shape == TULLE_SHAPE_SCEPTRE;
         if (is_on_ground) assert_true(info.bounds_min[2] == 0.0);
         if (is_sheet && shape <= TULLE_SHAPE_PLANE)
             assert_true(info.bounds_min[2] == 0.0 && info.bounds_max[2] == 0.0);
@@ -402,6 +412,40 @@ static void bad_values_are_named(void **state) {
     assert_int_equal(tulle_shape_generate(&def, NULL, NULL), TULLE_ERROR_INVALID_ARGUMENT);
 }
 
+/* A sceptre's ball is round: its rings lie on a sphere of head_radius, the last on the leg; above
+ * the leg the volumes of the frustums of its rows add up. */
+static void sceptre_has_a_ball_on_a_leg(void **state) {
+    (void)state;
+    tulle_shape_def def = tulle_shape_def_default(TULLE_SHAPE_SCEPTRE);
+    def.radius = 0.03, def.head_radius = 0.1, def.height = 0.7;
+    def.resolution[0] = 12, def.resolution[1] = 5;
+    tulle_mesh mesh;
+    generate(&def, &mesh);
+    double const centre = 0.6, neck = centre - sqrt(0.1 * 0.1 - 0.03 * 0.03);
+    assert_int_equal(mesh.vertex_count, 2 + 12 * (6 - 1 + 5));
+    double volume = 0.0, above[2] = {0.0, 0.7}; /* radius and height of the ring before */
+    for (size_t v = 1; v + 1 < mesh.vertex_count; v += 12) {
+        for (size_t k = v; k < v + 12; k++) {
+            vec3 const at = vec3_load(mesh.positions, k);
+            double const radius = hypot(at.x, at.y);
+            if (at.z >= neck) expect_near(hypot(radius, at.z - centre), 0.1, 1e-12);
+            if (at.z <= neck) expect_near(radius, 0.03, 1e-12);
+        }
+        vec3 const at = vec3_load(mesh.positions, v);
+        double const radius = hypot(at.x, at.y);
+        volume +=
+            (above[1] - at.z) / 3.0 * (above[0] * above[0] + above[0] * radius + radius * radius);
+        above[0] = radius, above[1] = at.z;
+    }
+    assert_true(above[1] == 0.0);
+    expect_near(measure_volume(&mesh), polygon_area(12) * volume, 1e-12);
+    tulle_mesh_destroy(&mesh);
+    def.head_radius = 0.02;
+    expect_refusal(&def, TULLE_ERROR_INVALID_ARGUMENT, "radius is 0.03 m; it must be less");
+    def.head_radius = 0.4;
+    expect_refusal(&def, TULLE_ERROR_INVALID_ARGUMENT, "must be less than half of height");
+}
+
 /* A full turn is sewn up, a hair less is not. */
 static void full_cape_is_an_annulus(void **state) {
     (void)state;
@@ -494,6 +538,7 @@ int main(void) {
         cmocka_unit_test(too_many_vertices_are_refused_at_once),
         cmocka_unit_test(wide_holes_are_quick),
         cmocka_unit_test(bad_values_are_named),
+        cmocka_unit_test(sceptre_has_a_ball_on_a_leg),
         cmocka_unit_test(full_cape_is_an_annulus),
         cmocka_unit_test(random_parameters_give_manifolds_or_errors),
         cmocka_unit_test(jitter_survives_failing_allocations),
