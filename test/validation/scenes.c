@@ -152,8 +152,8 @@ static void report_scene(validation_run *run, const scene_record *record) {
     validate_row(run, "rescues a contact",
                  record->contacts > 0 ? (double)record->rescues / (double)record->contacts : 0.0,
                  "", at_most(1e-3), "one in 1,000");
-    validate_row(run, "pairs of triangles that cross, every frame", (double)record->crossing,
-                 "", equals(0.0), "exact judge");
+    validate_row(run, "pairs of triangles that cross, every frame", (double)record->crossing, "",
+                 equals(0.0), "exact judge");
     validate_row(run, "smallest gap over the minimum gap", fmin(record->gap_share, 1e3), "",
                  at_least(1.0), "at most 1000 is told");
     /* times of short runs on a busy machine are told, not judged */

@@ -103,7 +103,8 @@ void validate_own(validation_run *run, void *object, void (*release)(void *objec
 
 /* Steps that are ahead, beyond those told before: for the line of progress. */
 void validate_plan(validation_run *run, long steps);
-/* One step; the run counts contacts, rescues and the smallest gap, and judges every third state, a frame. */
+/* One step; the run counts contacts, rescues and the smallest gap, and judges every third state, a
+ * frame. */
 tulle_step_report validate_step(validation_run *run, tulle_world *world, double time_step);
 /* The same for a step and a judgement of a world that is not the run's. */
 void validate_count_step(validation_run *run, const tulle_step_report *report, double minimum_gap);
