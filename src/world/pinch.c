@@ -59,16 +59,22 @@ void world_skip_rest(step_context *context) {
 
 /* ---- messages ---- */
 
-/* Appends the names of obstacles that are marked; how many. */
+/* The names of obstacles that are marked, as many as there is room for; how many are marked. */
 static size_t list_names(const tulle_world *world, const uint8_t *is_marked, char *text,
                          size_t size) {
+    static const char others[] = " and others";
     size_t length = 0, count = 0;
+    bool is_full = false;
     text[0] = '\0';
     for (size_t i = 0; i < world->obstacles.count; i++) {
-        if (!is_marked[i] || length >= size) continue;
-        length += (size_t)snprintf(text + length, size - length, "%s'%s'", count > 0 ? ", " : "",
-                                   world->obstacles.data[i].name);
-        count++;
+        if (!is_marked[i]) continue;
+        const char *const name = world->obstacles.data[i].name;
+        const char *const separator = count++ > 0 ? ", " : "";
+        if (is_full) continue;
+        is_full = length + strlen(separator) + strlen(name) + 2 + sizeof others > size;
+        length +=
+            (size_t)(is_full ? snprintf(text + length, size - length, "%s", others)
+                             : snprintf(text + length, size - length, "%s'%s'", separator, name));
     }
     return count;
 }
@@ -76,7 +82,7 @@ static size_t list_names(const tulle_world *world, const uint8_t *is_marked, cha
 static void write_message(step_context *context, const blocked_place *place,
                           const pinch_side *sides, const char *consequence) {
     tulle_world *const world = context->world;
-    char names[WORLD_MESSAGE_BYTES / 2];
+    char names[WORLD_MESSAGE_BYTES / 4];
     uint8_t *const is_near = ARENA_NEW(&world->scratch, uint8_t, world->obstacles.count);
     if (!is_near) return;
     for (size_t i = 0; i < world->obstacles.count; i++) is_near[i] = sides[i].is_near;
