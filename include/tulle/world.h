@@ -92,9 +92,9 @@ typedef struct tulle_world_def {
     double separation_distance; /* [m] delta_s, at least the contact distance of every pair of
                                    objects, else the start fails; 0: 1.5 of it */
     double minimum_gap;         /* [m] xi, at most half of every contact distance; no accepted state
-                                   undercuts it, but that vertices and edges         of one cloth that rest nearer
-                                   keep a quarter of their rest distance, and         pairs that start nearer come
-                                   no nearer; 0: derived */
+                                   undercuts it, but that vertices and edges of one cloth that
+                                   rest nearer keep a quarter of their rest distance, and pairs
+                                   that start nearer come no nearer; 0: derived */
     tulle_integrator integrator;
     tulle_world_detection detection;
     tulle_response response;
