@@ -32,8 +32,9 @@ vec3 get_body_velocity(const contact_row *row, const double *u);
 /* The same with the vertices that count by themselves. */
 vec3 get_coupled_velocity(const contact_row *row, const double *u);
 
-/* Velocity of the first feature relative to the second at the contact [m/s], less what a scripted
- * obstacle that turns gives to whatever rides on it. */
+/* Velocity of the first feature relative to the second at the contact [m/s], less row->turning:
+ * what a scripted obstacle that turns gives to whatever rides on it, tangentially, and along the
+ * normal what the turn of the row's frame to the end of the step takes from the gap. */
 static inline vec3 get_relative_velocity(const contact_row *row, const double *u) {
     vec3 const of_points =
         row->has_body ? get_coupled_velocity(row, u) : blend_row_vertices(row, u);
@@ -56,8 +57,9 @@ void add_row_blocks(const contact_row *row, size_t cloth_count, const mat3 *stif
 double measure_row_mobility(const contact_scene *scene, const contact_row *row,
                             const double *blocks);
 
-/* The row's turning: points of the two sides are a gap apart, so what turns together would seem to
- * slip, and friction would undo the turn. Needs normal and gap; rows of bodies have arms. */
+/* The tangential part of the row's turning: points of the two sides are a gap apart, so what turns
+ * together would seem to slip, and friction would undo the turn. Needs normal and gap; rows of
+ * bodies have arms. */
 void set_row_turning(const contact_scene *scene, contact_row *row);
 
 /* Changes u of all that has mass by an impulse on the row, in the metric of the masses. */
