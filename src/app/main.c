@@ -19,6 +19,7 @@ static const subcommand subcommands[] = {
     {"info", app_info, "what a mesh, a point cache or a run holds"},
     {"render", app_render, "pictures and films of a run"},
     {"convert", app_convert, "meshes, point caches and runs from one format to another"},
+    {"reproduce", app_reproduce, "the figures and tables of the paper again, with a report"},
     {NULL, NULL, NULL},
 };
 

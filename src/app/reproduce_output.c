@@ -1,0 +1,97 @@
+/* app/reproduce_output.c - what `tulle reproduce` writes: tables that appear whole or not at all,
+ * and how far it is. */
+#define _POSIX_C_SOURCE 200809L
+#include "app/commands.h"
+#include "app/reproduce.h"
+#include "base/timer.h"
+
+#include "tulle/io.h"
+
+#include <stdarg.h>
+#include <stdlib.h>
+
+static const double LINE_INTERVAL = 5.0; /* [s] between two lines of JSON: a log stays readable */
+
+bool reproduce_table_begin(reproduce_table *table) {
+    *table = (reproduce_table){0};
+    table->stream = open_memstream(&table->bytes, &table->byte_count);
+    if (!table->stream) app_print_message("reproduce", "out of memory for a table");
+    return table->stream != NULL;
+}
+
+int reproduce_table_end(const reproduce *self, reproduce_table *table, const char *file) {
+    char path[REPRODUCE_PATH_SIZE];
+    reproduce_make_path(self, path, "%s", file);
+    tulle_error error = {0};
+    int code = APP_EXIT_FINE;
+    bool const is_whole = !ferror(table->stream);
+    if (fclose(table->stream) != 0 || !is_whole) {
+        app_print_message("reproduce", "out of memory for %s", file);
+        code = APP_EXIT_OUT_OF_MEMORY;
+    } else if (tulle_file_write(path, table->bytes, table->byte_count, &error) != TULLE_OK) {
+        code = reproduce_fail(&error);
+    }
+    free(table->bytes);
+    *table = (reproduce_table){0};
+    return code;
+}
+
+int reproduce_fail(const tulle_error *error) {
+    if (error->status == TULLE_ERROR_INTERRUPTED)
+        app_print_message("reproduce", "interrupted; the same command goes on from here");
+    else
+        app_print_error("reproduce", error);
+    return app_exit_for_run(error->status);
+}
+
+void reproduce_make_path(const reproduce *self, char path[REPRODUCE_PATH_SIZE], const char *format,
+                         ...) {
+    int const length = snprintf(path, REPRODUCE_PATH_SIZE, "%s/", self->directory);
+    va_list arguments;
+    va_start(arguments, format);
+    if (length > 0 && length < REPRODUCE_PATH_SIZE)
+        vsnprintf(path + length, REPRODUCE_PATH_SIZE - (size_t)length, format, arguments);
+    va_end(arguments);
+}
+
+void reproduce_show_job(reproduce *self, const char *name, const char *what) {
+    if (self->bar.is_terminal) {
+        char rest[PROGRESS_DURATION_SIZE];
+        double const done = (double)(self->job > 0 ? self->job - 1 : 0);
+        double const left = (double)self->job_count - done;
+        double const seconds = done > 0.0 ? (timer_now() - self->job_begin) / done * left : 0.0;
+        fprintf(stderr, "[%zu/%zu] %s: %s", self->job, self->job_count, name, what);
+        if (done > 0.0)
+            fprintf(stderr, "; all runs in about %s", progress_format_duration(seconds, rest));
+        fputc('\n', stderr);
+    } else {
+        fprintf(stderr,
+                "{\"event\":\"job\",\"job\":%zu,\"jobs\":%zu,\"run\":\"%s\",\"what\":\"%s\"}\n",
+                self->job, self->job_count, name, what);
+    }
+    fflush(stderr);
+}
+
+void reproduce_begin_work(reproduce *self) {
+    self->bar = progress_bar_begin();
+    self->told = timer_now();
+}
+
+void reproduce_show_work(reproduce *self, const char *name, uint64_t done, uint64_t count) {
+    double const rest = progress_bar_estimate_rest(&self->bar, done, count);
+    char text[PROGRESS_DURATION_SIZE];
+    if (self->bar.is_terminal) {
+        progress_bar_show(&self->bar, done, count, "%s  %llu of %llu  rest %s", name,
+                          (unsigned long long)done, (unsigned long long)count,
+                          progress_format_duration(rest, text));
+    } else if (timer_now() - self->told >= LINE_INTERVAL) {
+        fprintf(stderr,
+                "{\"event\":\"work\",\"work\":\"%s\",\"done\":%llu,\"count\":%llu,"
+                "\"rest_seconds\":%.1f}\n",
+                name, (unsigned long long)done, (unsigned long long)count, rest);
+        fflush(stderr);
+        self->told = timer_now();
+    }
+}
+
+void reproduce_end_work(reproduce *self) { progress_bar_end(&self->bar); }
