@@ -20,7 +20,7 @@ typedef struct small_run {
     tulle_status ending; /* of the whole run; TULLE_OK where no step may fail */
     double rescue_share; /* of the contacts, at most; INFINITY where it does not matter */
     size_t change_count;
-    const char *changes[4];
+    const char *changes[9];
 } small_run;
 
 /* One run: the scene, its world, and room for the judge's bodies. */
