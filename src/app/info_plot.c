@@ -1,163 +1,19 @@
-/* app/info_plot.c - see info_plot.h. gnuplot is started without a shell, reads its commands from a
- * temporary file and draws to its standard output, which is a temporary file beside the target: no
- * name that a user gave is ever part of a command. */
-#define _POSIX_C_SOURCE 200809L
+/* app/info_plot.c - see info_plot.h. */
 #include "app/info_plot.h"
 
 #include "app/commands.h"
-#include "app/interrupt.h"
+#include "app/gnuplot.h"
 
 #include "tulle/run.h"
 
-#include <errno.h>
-#include <fcntl.h>
-#include <spawn.h>
-#include <stdbool.h>
-#include <string.h>
-#include <sys/stat.h>
-#include <sys/wait.h>
-#include <unistd.h>
+enum { PLOT_WIDTH = 1000, PLOT_HEIGHT = 1400 /* [pixels] */ };
 
-extern char **environ;
-
-enum { PATH_SIZE = 4096 };
-
-typedef struct plot_format {
-    const char *extension, *terminal;
-    const char *ending; /* stands near the end of every whole file */
-} plot_format;
-
-static const plot_format formats[] = {
-    {".svg", "svg size 1000,1400 enhanced font 'Helvetica,11' background rgb 'white'", "</svg>"},
-    {".png", "pngcairo size 1000,1400 enhanced font 'Sans,10' background rgb 'white'", "IEND"},
-    {".pdf", "pdfcairo size 7in,9.8in enhanced font 'Sans,9'", "%%EOF"},
-};
-/* [bytes] of a file's end that hold its ending. */
-enum { ENDING_SIZE = 64 };
-
-static const plot_format *find_format(const char *path) {
-    size_t const length = strlen(path);
-    for (size_t i = 0; i < sizeof formats / sizeof formats[0]; i++)
-        if (length > 4 && strcmp(path + length - 4, formats[i].extension) == 0) return &formats[i];
-    return NULL;
-}
-
-/* Whether a file ends as its format does. gnuplot ends well although its disk was full. */
-static bool is_whole(int file, const plot_format *format) {
-    struct stat facts;
-    char end[ENDING_SIZE + 1] = {0};
-    if (fstat(file, &facts) != 0) return false;
-    off_t const from = facts.st_size > ENDING_SIZE ? facts.st_size - ENDING_SIZE : 0;
-    ssize_t const count = pread(file, end, ENDING_SIZE, from);
-    size_t const length = strlen(format->ending);
-    for (ssize_t i = 0; i + (ssize_t)length <= count; i++)
-        if (memcmp(end + i, format->ending, length) == 0) return true;
-    return false;
-}
-
-/* Starts gnuplot with these files; 0 or an errno. */
-static int start_gnuplot(int input, int output, int messages, pid_t *process) {
-    char name[] = "gnuplot", defaults[] = "-d"; /* -d: no settings of the user's */
-    char *const arguments[] = {name, defaults, NULL};
-    posix_spawn_file_actions_t actions;
-    int code = posix_spawn_file_actions_init(&actions);
-    if (code) return code;
-    code = posix_spawn_file_actions_adddup2(&actions, input, STDIN_FILENO);
-    if (!code) code = posix_spawn_file_actions_adddup2(&actions, output, STDOUT_FILENO);
-    if (!code) code = posix_spawn_file_actions_adddup2(&actions, messages, STDERR_FILENO);
-    if (!code) code = posix_spawnp(process, name, &actions, NULL, arguments, environ);
-    posix_spawn_file_actions_destroy(&actions);
-    return code;
-}
-
-/* The line of gnuplot's messages that says what is wrong: the last that holds letters. */
-static void find_reason(FILE *messages, char reason[256]) {
-    char line[256];
-    strcpy(reason, "it said nothing");
-    rewind(messages);
-    while (fgets(line, sizeof line, messages)) {
-        line[strcspn(line, "\n")] = '\0';
-        if (line[strspn(line, " \t^")] != '\0') memcpy(reason, line, sizeof line);
-    }
-}
-
-/* Runs gnuplot to its end. Prints what went wrong; returns an exit code. */
-static int run_gnuplot(FILE *script, int output, FILE *messages) {
-    pid_t process = 0;
-    rewind(script);
-    int const code = start_gnuplot(fileno(script), output, fileno(messages), &process);
-    if (code == ENOENT) {
-        app_print_message("info", "--plot needs the program gnuplot, which is not on the PATH; "
-                                  "install it (Debian's package is gnuplot-nox)");
-        return APP_EXIT_BAD_INPUT;
-    }
-    if (code) {
-        app_print_message("info", "gnuplot cannot be started: %s", strerror(code));
-        return APP_EXIT_CANNOT_GO_ON;
-    }
-    int state = 0;
-    while (waitpid(process, &state, 0) < 0)
-        if (errno != EINTR) return APP_EXIT_CANNOT_GO_ON;
-    if (interrupt_is_pending()) return APP_EXIT_INTERRUPTED;
-    if (WIFEXITED(state) && WEXITSTATUS(state) == 0) return APP_EXIT_FINE;
-    if (WIFEXITED(state) && WEXITSTATUS(state) == 127) { /* a spawn that could not find it */
-        app_print_message("info",
-                          "--plot needs the program gnuplot (Debian's package is gnuplot-nox)");
-        return APP_EXIT_BAD_INPUT;
-    }
-    char reason[256];
-    find_reason(messages, reason);
-    app_print_message("info", "gnuplot failed: %s", reason);
-    return APP_EXIT_CANNOT_GO_ON;
-}
-
-/* Draws to a temporary file beside `path` and moves it there. */
-static int draw(const plot_content *content, const char *path, const plot_format *format) {
-    char temporary[PATH_SIZE];
-    int const length = snprintf(temporary, sizeof temporary, "%s.%ld.tmp", path, (long)getpid());
-    if (length >= PATH_SIZE) {
-        app_print_message("info", "the name of the plot is longer than %d bytes", PATH_SIZE);
-        return APP_EXIT_BAD_INPUT;
-    }
-    struct stat facts;
-    bool const is_taken = stat(path, &facts) == 0 && !S_ISREG(facts.st_mode);
-    int const output = is_taken ? -1 : open(temporary, O_CREAT | O_EXCL | O_RDWR | O_CLOEXEC, 0666);
-    if (output < 0) {
-        app_print_message("info", "%s: cannot be written: %s", path,
-                          is_taken ? "is there and no file" : strerror(errno));
-        return !is_taken && errno == ENOSPC ? APP_EXIT_CANNOT_GO_ON : APP_EXIT_BAD_INPUT;
-    }
-    FILE *const script = tmpfile(), *const messages = tmpfile();
-    int code = APP_EXIT_CANNOT_GO_ON;
-    if (script && messages) {
-        plot_write_script(script, content, format->terminal);
-        if (fflush(script) == 0 && !ferror(script))
-            code = run_gnuplot(script, output, messages);
-        else
-            app_print_message("info", "a temporary file cannot be written: %s", strerror(errno));
-    } else {
-        app_print_message("info", "no temporary file can be made: %s", strerror(errno));
-    }
-    if (script) fclose(script);
-    if (messages) fclose(messages);
-    if (code == APP_EXIT_FINE && !is_whole(output, format)) {
-        app_print_message(
-            "info", "%s: gnuplot did not write it to its end; is there room on the disk?", path);
-        code = APP_EXIT_CANNOT_GO_ON;
-    }
-    bool const is_flushed = fsync(output) == 0;
-    bool const is_closed = close(output) == 0;
-    if (code == APP_EXIT_FINE && (!is_flushed || !is_closed || rename(temporary, path) != 0)) {
-        app_print_message("info", "%s: cannot be written: %s", path, strerror(errno));
-        code = APP_EXIT_CANNOT_GO_ON;
-    }
-    if (code != APP_EXIT_FINE) unlink(temporary);
-    return code;
+static void write_script(FILE *script, const void *content, const char *terminal) {
+    plot_write_script(script, content, terminal);
 }
 
 int info_plot_run(const char *directory, const char *path) {
-    const plot_format *const format = find_format(path);
-    if (!format) {
+    if (!gnuplot_takes(path)) {
         app_print_message("info", "%s: a plot is an .svg, .png or .pdf file", path);
         return APP_EXIT_BAD_INPUT;
     }
@@ -177,8 +33,8 @@ int info_plot_run(const char *directory, const char *path) {
             "info", "%s: report.csv has no whole line yet, so there is nothing to plot", directory);
         code = APP_EXIT_BAD_INPUT;
     } else {
-        interrupt_catch();
-        code = draw(&content, path, format);
+        gnuplot_plot const plot = {write_script, &content, PLOT_WIDTH, PLOT_HEIGHT};
+        code = gnuplot_draw("info", &plot, path);
     }
     tulle_run_reader_close(reader);
     return code;

@@ -137,7 +137,9 @@ static int make_figures(reproduce *self, const bool is_wanted[NAMES_MAX]) {
     int code = reproduce_write_runs(self);
     for (size_t i = 0; i < reproduce_figure_count && code == APP_EXIT_FINE; i++)
         if (is_wanted[i]) code = reproduce_figures[i].make(self, &reproduce_figures[i]);
+    if (code == APP_EXIT_FINE) code = reproduce_write_report(self);
     if (code != APP_EXIT_FINE) return code;
+    printf("report: %s/report.html\n", self->directory);
     if (worst == APP_EXIT_FINE && self->is_lacking) worst = APP_EXIT_BAD_INPUT;
     return worst;
 }

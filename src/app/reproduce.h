@@ -39,7 +39,7 @@ typedef struct reproduce_item {
     const char *file, *caption;
 } reproduce_item;
 
-enum { REPRODUCE_ITEMS_MAX = 6 };
+enum { REPRODUCE_ITEMS_MAX = 8 };
 
 typedef struct reproduce_figure {
     const char *name, *title;
@@ -90,7 +90,7 @@ tulle_status reproduce_find_distance(const reproduce *self, const reproduce_run 
 typedef struct reproduce_quick {
     const char *scene;
     long frames;
-    const char *overrides[6]; /* as --set takes them; ends with null */
+    const char *overrides[10]; /* as --set takes them; ends with null */
 } reproduce_quick;
 /* Null for a scene that the table does not name. */
 const reproduce_quick *reproduce_find_quick(const char *scene);
@@ -168,5 +168,27 @@ uint32_t reproduce_find_stride(uint32_t frame_count, uint32_t most);
 /* ---- the figures ---- */
 
 int reproduce_counterexamples(reproduce *self, const reproduce_figure *figure);
+/* figure->runs: each animation by paper, bvox, refit and patches. */
+int reproduce_table1(reproduce *self, const reproduce_figure *figure);
+/* figure->runs: example one. */
+int reproduce_fig7(reproduce *self, const reproduce_figure *figure);
+/* figure->runs: example one with low and with high friction. */
+int reproduce_fig6(reproduce *self, const reproduce_figure *figure);
+
+/* ---- reproduce_stills.c ---- */
+
+enum { REPRODUCE_STILLS = 3 /* of a run */ };
+/* Stills of all runs that are there. */
+int reproduce_stills(reproduce *self, const reproduce_figure *figure);
+/* Which frames are shown; false without any. */
+bool reproduce_find_stills(const reproduce *self, const reproduce_run *run,
+                           uint32_t frames[REPRODUCE_STILLS]);
+/* The picture's name in the directory of the results. */
+void reproduce_name_still(const reproduce_run *run, uint32_t frame, char file[REPRODUCE_PATH_SIZE]);
+
+/* ---- reproduce_report.c ---- */
+
+/* Writes report.html of all that the directory of the results holds. */
+int reproduce_write_report(reproduce *self);
 
 #endif

@@ -15,7 +15,7 @@
 #define TULLE_SCENES_FROM_PROGRAM "../share/tulle/scenes/paper"
 #endif
 
-enum { OVERRIDES_MAX = 12, ARGUMENTS_MAX = 2 * OVERRIDES_MAX + 12 };
+enum { OVERRIDES_MAX = 16, ARGUMENTS_MAX = 2 * OVERRIDES_MAX + 12 };
 
 /* From the directory of the program: as it is installed, and where it is built. */
 static const char *const scene_places[] = {TULLE_SCENES_FROM_PROGRAM, "../../scenes/paper",

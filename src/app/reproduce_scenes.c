@@ -4,20 +4,27 @@
 #include <string.h>
 
 static const reproduce_quick quick_scenes[] = {
-    {"example_one_low_friction", 60, {"cloth[0].mesh.resolution=[41, 41]"}},
-    {"example_one_high_friction", 60, {"cloth[0].mesh.resolution=[41, 41]"}},
-    {"animation_1", 30, {NULL}},
-    {"animation_2", 30, {NULL}},
-    {"animation_3", 30, {NULL}},
-    {"animation_4", 30, {NULL}},
-    {"animation_5", 30, {NULL}},
-    {"animation_6", 30, {NULL}},
-    {"rings", 30, {NULL}},
-    {"ribbons", 30, {NULL}},
+    {"example_one_low_friction", 300, {"cloth[0].mesh.resolution=[41, 27]"}},
+    {"example_one_high_friction", 300, {"cloth[0].mesh.resolution=[41, 27]"}},
+    {"animation_1", 120, {"cloth[0].mesh.cells=[8, 8]"}},
+    {"animation_2", 120, {"cloth[0].mesh.cells=[12, 12]"}},
+    {"animation_3", 120, {"cloth[0].mesh.resolution=[51, 34]"}},
+    {"animation_4", 120, {"cloth[0].mesh.resolution=[134, 9]"}},
+    {"animation_5", 120, {"cloth[0].mesh.resolution=[51, 34]"}},
+    {"animation_6", 120, {"cloth[0].mesh.resolution=[45, 45]"}},
+    {"rings", 120, {"cloth[0].mesh.resolution=[50, 14]"}},
+    {"ribbons",
+     120,
+     {"cloth[0].mesh.resolution=[88, 3]", "cloth[1].mesh.resolution=[88, 3]",
+      "cloth[2].mesh.resolution=[88, 3]", "cloth[3].mesh.resolution=[88, 3]",
+      "cloth[4].mesh.resolution=[88, 3]", "cloth[5].mesh.resolution=[88, 3]",
+      "cloth[6].mesh.resolution=[88, 3]", "cloth[7].mesh.resolution=[88, 3]",
+      "cloth[8].mesh.resolution=[88, 3]"}},
 };
+enum { QUICK_COUNT = sizeof quick_scenes / sizeof quick_scenes[0] };
 
 const reproduce_quick *reproduce_find_quick(const char *scene) {
-    for (size_t i = 0; i < sizeof quick_scenes / sizeof quick_scenes[0]; i++)
+    for (size_t i = 0; i < QUICK_COUNT; i++)
         if (strcmp(quick_scenes[i].scene, scene) == 0) return &quick_scenes[i];
     return NULL;
 }

@@ -1,0 +1,169 @@
+/* app/reproduce_table1.c - Table 1: what collision detection, dynamics and the linear solves of
+ * animations 1 to 6 cost a step, by the paper's three ways of finding pairs and by ours, and
+ * whether the ranking is the paper's.
+ *
+ * Based on: Wong, Baciu, Dynamic interaction between deformable surfaces and nonsmooth objects,
+ * 2005, section 6, Table 1. */
+#include "app/commands.h"
+#include "app/reproduce.h"
+#include "app/reproduce_plot.h"
+
+#include <string.h>
+
+enum { ANIMATIONS = 6, METHODS = 4, PAPER_METHODS = 3 };
+static const double MS = 1000.0; /* [ms/s] */
+/* In the paper's ranking, fastest first; then ours. */
+static const char *const methods[METHODS] = {"paper", "bvox", "refit", "patches"};
+
+/* The part of a step that each of its twelve stages belongs to. */
+typedef enum cost { COST_CS, COST_DYN, COST_CGM, COST_COUNT } cost;
+static const struct {
+    const char *stage;
+    cost cost;
+} stage_costs[] = {
+    {"compute_forces", COST_DYN},  {"gather_contacts", COST_DYN}, {"solve_motion", COST_CGM},
+    {"propose_paths", COST_DYN},   {"build_patches", COST_CS},    {"build_trees", COST_CS},
+    {"find_pairs", COST_CS},       {"test_pairs", COST_CS},       {"select_admissible", COST_CS},
+    {"resolve_impacts", COST_DYN}, {"commit_safely", COST_DYN},   {"update_contacts", COST_DYN}};
+
+typedef struct table_cell {
+    bool is_there;
+    size_t steps;
+    double sums[COST_COUNT], total; /* [s] over the first `steps` steps */
+    reproduce_verdict verdict;
+} table_cell;
+
+static cost find_cost(int stage) {
+    const char *const name = tulle_stage_name(stage);
+    for (size_t i = 0; i < sizeof stage_costs / sizeof stage_costs[0]; i++)
+        if (strcmp(stage_costs[i].stage, name) == 0) return stage_costs[i].cost;
+    return COST_DYN;
+}
+
+/* Sums over the first steps of a run, at most `most`. */
+static tulle_status add_steps(const char *path, size_t most, table_cell *cell, tulle_error *error) {
+    tulle_run_reader *reader = NULL;
+    const tulle_step_report *reports = NULL;
+    size_t count = 0;
+    tulle_status status = tulle_run_reader_open(path, &reader, error);
+    if (status == TULLE_OK) status = tulle_run_reader_get_reports(reader, &reports, &count, error);
+    cell->steps = status == TULLE_OK && count < most ? count : most;
+    for (size_t i = 0; status == TULLE_OK && i < cell->steps; i++) {
+        for (int stage = 0; stage < TULLE_STAGE_COUNT; stage++)
+            cell->sums[find_cost(stage)] += reports[i].stage_seconds[stage];
+        cell->total += reports[i].total_seconds;
+    }
+    tulle_run_reader_close(reader);
+    return status;
+}
+
+/* The cells of one animation, over as many steps as all its runs have. */
+static tulle_status read_cells(const reproduce *self, const reproduce_run *runs,
+                               table_cell cells[METHODS], tulle_error *error) {
+    size_t steps = SIZE_MAX;
+    tulle_status status = TULLE_OK;
+    for (int m = 0; m < METHODS; m++) {
+        cells[m] = (table_cell){0};
+        cells[m].is_there = reproduce_has_run(self, &runs[m]) &&
+                            reproduce_read_verdict(self, &runs[m], &cells[m].verdict);
+        if (cells[m].is_there && cells[m].verdict.step_count < steps)
+            steps = cells[m].verdict.step_count;
+    }
+    for (int m = 0; m < METHODS && status == TULLE_OK; m++) {
+        char path[REPRODUCE_PATH_SIZE];
+        reproduce_find_run(self, &runs[m], path);
+        if (cells[m].is_there) status = add_steps(path, steps, &cells[m], error);
+    }
+    return status;
+}
+
+/* [ms] a step. */
+static double get_cost(const table_cell *cell, cost of) {
+    return cell->steps > 0 ? MS * cell->sums[of] / (double)cell->steps : 0.0;
+}
+
+static void write_cells(FILE *stream, int animation, const table_cell cells[METHODS]) {
+    for (int m = 0; m < METHODS; m++) {
+        const table_cell *const cell = &cells[m];
+        if (!cell->is_there) continue;
+        fprintf(stream, "%d,%s,%zu,%zu,%zu,%zu,%zu,%.4g,%.4g,%.4g,%.4g,%s,%u\n", animation,
+                methods[m], cell->verdict.cloth_vertices, cell->verdict.cloth_triangles,
+                cell->verdict.obstacle_vertices, cell->verdict.obstacle_triangles, cell->steps,
+                get_cost(cell, COST_CS), get_cost(cell, COST_DYN), get_cost(cell, COST_CGM),
+                cell->steps > 0 ? MS * cell->total / (double)cell->steps : 0.0, cell->verdict.state,
+                (unsigned)cell->verdict.bad_frame_count);
+    }
+}
+
+/* "bvox < refit < paper": the methods by what detection costs, cheapest first. */
+static void rank(const table_cell cells[METHODS], int count, char text[64]) {
+    bool is_used[METHODS] = {false};
+    text[0] = '\0';
+    for (int place = 0; place < count; place++) {
+        int best = -1;
+        for (int m = 0; m < count; m++) {
+            if (is_used[m]) continue;
+            if (best < 0 || get_cost(&cells[m], COST_CS) < get_cost(&cells[best], COST_CS))
+                best = m;
+        }
+        is_used[best] = true;
+        size_t const length = strlen(text);
+        snprintf(text + length, 64 - length, "%s%s", place > 0 ? " < " : "", methods[best]);
+    }
+}
+
+static void write_finding(FILE *stream, int animation, const table_cell cells[METHODS]) {
+    static const char *const claim = "paper < bvox < refit";
+    char three[64], four[64];
+    for (int m = 0; m < METHODS; m++)
+        if (!cells[m].is_there) return;
+    rank(cells, PAPER_METHODS, three);
+    rank(cells, METHODS, four);
+    fprintf(stream, "%d,%s,%s,%s,%s\n", animation, claim, three,
+            strcmp(three, claim) == 0 ? "confirmed" : "not confirmed", four);
+}
+
+static void plot_cells(plot_page *page, int animation, const table_cell cells[METHODS]) {
+    for (int m = 0; m < METHODS; m++)
+        if (cells[m].is_there)
+            plot_add_point(page, plot_get_series(&page->panels[0], methods[m]), animation,
+                           get_cost(&cells[m], COST_CS));
+}
+
+static int write_files(reproduce *self, const reproduce_figure *figure, reproduce_table *table,
+                       reproduce_table *findings, plot_page *page) {
+    tulle_error error = {0};
+    fputs("animation,method,cloth_particles,cloth_triangles,obstacle_particles,obstacle_triangles,"
+          "steps,cs_ms,dyn_ms,cgm_ms,step_ms,state,bad_frames\n",
+          table->stream);
+    fputs("animation,paper_ranking,our_ranking,verdict,with_patches\n", findings->stream);
+    for (int animation = 1; animation <= ANIMATIONS; animation++) {
+        table_cell cells[METHODS];
+        const reproduce_run *const runs = figure->runs + (size_t)(animation - 1) * METHODS;
+        if (read_cells(self, runs, cells, &error) != TULLE_OK) return reproduce_fail(&error);
+        write_cells(table->stream, animation, cells);
+        write_finding(findings->stream, animation, cells);
+        plot_cells(page, animation, cells);
+    }
+    return APP_EXIT_FINE;
+}
+
+int reproduce_table1(reproduce *self, const reproduce_figure *figure) {
+    reproduce_table table, findings;
+    if (!reproduce_table_begin(&table)) return APP_EXIT_OUT_OF_MEMORY;
+    if (!reproduce_table_begin(&findings)) {
+        (void)reproduce_table_end(self, &table, "table1.csv");
+        return APP_EXIT_OUT_OF_MEMORY;
+    }
+    plot_page page = {.panels = {{.title = "Collision detection (CS)",
+                                  .x_label = "animation",
+                                  .y_label = "CS of a step [ms]"}},
+                      .panel_count = 1};
+    int code = write_files(self, figure, &table, &findings, &page);
+    int const written = reproduce_table_end(self, &table, "table1.csv");
+    int const found = reproduce_table_end(self, &findings, "table1_ranking.csv");
+    if (code == APP_EXIT_FINE) code = written != APP_EXIT_FINE ? written : found;
+    if (code == APP_EXIT_FINE) code = plot_draw(self, &page, "table1.svg");
+    plot_release(&page);
+    return code;
+}
