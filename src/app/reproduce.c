@@ -9,6 +9,7 @@
 #include "app/commands.h"
 #include "app/interrupt.h"
 #include "app/options.h"
+#include "app/render_options.h"
 #include "base/text.h"
 #include "base/timer.h"
 
@@ -19,7 +20,7 @@
 enum { THREADS_MAX = 256, NAMES_MAX = 16, DIRECTORY_MAX = 600 /* [bytes] */ };
 
 typedef struct reproduce_words {
-    const char *directory, *scenes;
+    const char *directory, *scenes, *still_size;
     long threads;
     int is_quick;
 } reproduce_words;
@@ -33,6 +34,8 @@ static options_outcome read_words(int argc, char **argv, reproduce_words *words,
          "coarse cloth and short runs: minutes in place of a night", 0, 0, NULL},
         {"scenes", 0, OPTION_TEXT, &words->scenes, "DIR",
          "where the paper's scenes are (default: those that came with the program)", 0, 0, NULL},
+        {"size", 0, OPTION_TEXT, &words->still_size, "WxH",
+         "pixels of stills (default: 640x400, with --quick 320x200)", 0, 0, NULL},
         {"threads", 't', OPTION_INTEGER, &words->threads, "N",
          "threads; only times depend on it (default: one per processor)", 1, THREADS_MAX, NULL},
     };
@@ -155,11 +158,20 @@ int app_reproduce(int argc, char **argv) {
                                    : words.is_quick ? "reproduced-quick"
                                                     : "reproduced",
                       .is_quick = words.is_quick != 0,
+                      .still_size = words.still_size ? words.still_size
+                                    : words.is_quick ? "320x200"
+                                                     : "640x400",
                       .threads = (int)words.threads,
                       .bar = progress_bar_begin()};
     if (strlen(self.directory) > DIRECTORY_MAX) {
         app_print_message("reproduce", "the name of the directory is longer than %d bytes",
                           DIRECTORY_MAX);
+        return APP_EXIT_BAD_INPUT;
+    }
+    uint32_t width = 0, height = 0;
+    tulle_error error = {0};
+    if (picture_read_size(self.still_size, &width, &height, &error) != TULLE_OK) {
+        app_print_error("reproduce", &error);
         return APP_EXIT_BAD_INPUT;
     }
     interrupt_catch();

@@ -26,7 +26,8 @@ typedef struct reproduce {
     const char *directory;            /* of the results */
     char scenes[REPRODUCE_PATH_SIZE]; /* directory of the scene files */
     bool is_quick;
-    int threads;     /* 0: one per processor */
+    const char *still_size; /* of stills, as --size of `tulle render` takes it */
+    int threads;            /* 0: one per processor */
     bool is_lacking; /* something was asked for and could not be made: a scene file is missing */
     bool has_told_gnuplot, has_told_pictures; /* that they are not there */
     size_t job, job_count;                    /* runs, to be made and judged */
@@ -94,6 +95,13 @@ typedef struct reproduce_quick {
 } reproduce_quick;
 /* Null for a scene that the table does not name. */
 const reproduce_quick *reproduce_find_quick(const char *scene);
+
+typedef struct reproduce_shared {
+    const char *scene, *file; /* the file's name without .yaml */
+    const char *override;     /* as --set takes it, or null */
+} reproduce_shared;
+/* The file that stands in for a scene without one of its own; null: none does. */
+const reproduce_shared *reproduce_find_shared(const char *scene);
 
 /* ---- reproduce_judge.c ---- */
 

@@ -15,7 +15,11 @@
 #define TULLE_SCENES_FROM_PROGRAM "../share/tulle/scenes/paper"
 #endif
 
-enum { OVERRIDES_MAX = 16, ARGUMENTS_MAX = 2 * OVERRIDES_MAX + 12 };
+enum {
+    SCENE_PATH_SIZE = 2 * REPRODUCE_PATH_SIZE,
+    OVERRIDES_MAX = 16,
+    ARGUMENTS_MAX = 2 * OVERRIDES_MAX + 12
+};
 
 /* From the directory of the program: as it is installed, and where it is built. */
 static const char *const scene_places[] = {TULLE_SCENES_FROM_PROGRAM, "../../scenes/paper",
@@ -65,14 +69,19 @@ int reproduce_find_scenes(reproduce *self, const char *given) {
     return APP_EXIT_BAD_INPUT;
 }
 
-static void make_scene_path(const reproduce *self, const reproduce_run *run,
-                            char path[2 * REPRODUCE_PATH_SIZE]) {
-    snprintf(path, 2 * (size_t)REPRODUCE_PATH_SIZE, "%s/%s.yaml", self->scenes, run->scene);
+/* The scene's file; gives what it shares with others, or null where it has one of its own. */
+static const reproduce_shared *make_scene_path(const reproduce *self, const reproduce_run *run,
+                                               char path[SCENE_PATH_SIZE]) {
+    snprintf(path, SCENE_PATH_SIZE, "%s/%s.yaml", self->scenes, run->scene);
+    const reproduce_shared *const shared = reproduce_find_shared(run->scene);
+    if (!shared || access(path, R_OK) == 0) return NULL;
+    snprintf(path, SCENE_PATH_SIZE, "%s/%s.yaml", self->scenes, shared->file);
+    return shared;
 }
 
 bool reproduce_has_scene(const reproduce *self, const reproduce_run *run) {
-    char path[2 * REPRODUCE_PATH_SIZE];
-    make_scene_path(self, run, path);
+    char path[SCENE_PATH_SIZE];
+    (void)make_scene_path(self, run, path);
     return access(path, R_OK) == 0;
 }
 
@@ -101,6 +110,9 @@ bool reproduce_has_run(const reproduce *self, const reproduce_run *run) {
 
 static override_texts list_overrides(const reproduce *self, const reproduce_run *run) {
     override_texts texts = {0};
+    char path[SCENE_PATH_SIZE];
+    const reproduce_shared *const shared = make_scene_path(self, run, path);
+    if (shared && shared->override) texts.items[texts.count++] = shared->override;
     const reproduce_quick *const quick = reproduce_find_quick(run->scene);
     for (size_t i = 0; self->is_quick && quick && quick->overrides[i]; i++)
         texts.items[texts.count++] = quick->overrides[i];
@@ -112,8 +124,8 @@ static override_texts list_overrides(const reproduce *self, const reproduce_run 
 
 /* The scene as it is run; prints what is wrong with it. */
 static int load_scene(const reproduce *self, const reproduce_run *run, scene **loaded) {
-    char path[2 * REPRODUCE_PATH_SIZE];
-    make_scene_path(self, run, path);
+    char path[SCENE_PATH_SIZE];
+    (void)make_scene_path(self, run, path);
     override_texts const texts = list_overrides(self, run);
     scene_problems *const problems = calloc(1, sizeof *problems);
     if (!problems) return APP_EXIT_OUT_OF_MEMORY;
@@ -144,8 +156,8 @@ static bool is_whole(const char *path, const scene *loaded, uint32_t frames) {
 
 /* Calls `tulle run`. */
 static int run_scene(const reproduce *self, const reproduce_run *run, char *path, uint32_t frames) {
-    char scene_path[2 * REPRODUCE_PATH_SIZE], frame_text[16], thread_text[16];
-    make_scene_path(self, run, scene_path);
+    char scene_path[SCENE_PATH_SIZE], frame_text[16], thread_text[16];
+    (void)make_scene_path(self, run, scene_path);
     snprintf(frame_text, sizeof frame_text, "%u", (unsigned)frames);
     snprintf(thread_text, sizeof thread_text, "%d", self->threads);
     override_texts const texts = list_overrides(self, run);

@@ -1,4 +1,5 @@
-/* app/reproduce_scenes.c - what --quick makes coarser and shorter, scene by scene. */
+/* app/reproduce_scenes.c - what --quick makes coarser and shorter, scene by scene, and scenes that
+ * share a file. */
 #include "app/reproduce.h"
 
 #include <string.h>
@@ -26,5 +27,17 @@ enum { QUICK_COUNT = sizeof quick_scenes / sizeof quick_scenes[0] };
 const reproduce_quick *reproduce_find_quick(const char *scene) {
     for (size_t i = 0; i < QUICK_COUNT; i++)
         if (strcmp(quick_scenes[i].scene, scene) == 0) return &quick_scenes[i];
+    return NULL;
+}
+
+/* One file, run with other values, stands for several scenes. */
+static const reproduce_shared shared_files[] = {
+    {"example_one_low_friction", "example_one", NULL},
+    {"example_one_high_friction", "example_one", "cloth[0].material.friction=1.28"},
+};
+
+const reproduce_shared *reproduce_find_shared(const char *scene) {
+    for (size_t i = 0; i < sizeof shared_files / sizeof shared_files[0]; i++)
+        if (strcmp(shared_files[i].scene, scene) == 0) return &shared_files[i];
     return NULL;
 }

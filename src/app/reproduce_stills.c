@@ -49,12 +49,10 @@ static int render(const reproduce *self, char *run_path, char *picture, uint32_t
     char frame_text[16], thread_text[16];
     snprintf(frame_text, sizeof frame_text, "%u", (unsigned)frame);
     snprintf(thread_text, sizeof thread_text, "%d", self->threads);
-    const char *words[ARGUMENTS_MAX] = {"render",     run_path,
-                                        "--frame",    frame_text,
-                                        "-o",         picture,
-                                        "--size",     self->is_quick ? "320x200" : "640x400",
-                                        "--samples",  self->is_quick ? "8" : "32",
-                                        "--progress", "none"};
+    const char *words[ARGUMENTS_MAX] = {
+        "render",     run_path, "--frame",        frame_text,  "-o",
+        picture,      "--size", self->still_size, "--samples", self->is_quick ? "8" : "32",
+        "--progress", "none"};
     int count = 12;
     if (self->threads > 0) {
         words[count++] = "--threads";

@@ -5,6 +5,7 @@ work=$(mktemp -d)
 trap 'rm -rf "$work"' EXIT
 cd "$work"
 faults=0
+search=$PATH # where tulle looks for gnuplot
 fail() { echo "$*"; faults=1; }
 
 # write_scene NAME: a sheet falls on a spike.
@@ -31,7 +32,7 @@ END_OF_SCENE
 expect() {
     local code=$1 pattern=$2
     shift 2
-    "$TULLE" reproduce "$@" >out 2>&1
+    env PATH="$search" "$TULLE" reproduce "$@" >out 2>&1
     local found=$?
     [ $found = "$code" ] || { fail "tulle reproduce $*: exit $found, expected $code"; tail -20 out; }
     [ -z "$pattern" ] || grep -Eq -- "$pattern" out || { fail "tulle reproduce $*: no \"$pattern\" in:"; tail -20 out; }
@@ -42,8 +43,9 @@ columns() { [ "$(head -n 1 "$1" 2>/dev/null)" = "$2" ] || fail "$1: its columns 
 
 mkdir scenes
 expect 2 'no directory' all --scenes nowhere
-expect 2 'did you mean "counterexamples"' counterexample --scenes scenes
-expect 2 'cannot be made' counterexamples --scenes scenes -o missing/folder
+expect 2 'did you mean "fig7"' fig77 --scenes scenes
+expect 2 'cannot be made' table1 --scenes scenes -o missing/folder
+expect 2 'size' fig8 --scenes scenes --size 16
 
 # Without any scene the motions made for it are there, and what is missing is named.
 expect 2 'scenes/animation_3.yaml is missing' counterexamples --scenes scenes -o bare
@@ -53,17 +55,87 @@ columns bare/counterexamples_motions.csv motion,triangles,intersections_start,in
     { fail "motions:"; cat bare/counterexamples_motions.csv; }
 grep -q '^r[a-z]*,768,0,0,[1-9]' bare/counterexamples_motions.csv || fail "the motions collide nowhere"
 
-for name in example_one_low_friction rings ribbons animation_1 animation_2 animation_3 animation_4 animation_5 animation_6; do
+for name in rings ribbons animation_1 animation_2 animation_3 animation_4 animation_5 animation_6; do
     write_scene $name 0.02
 done
-write_scene example_one_high_friction 0.9
+write_scene example_one 0.02
 
-expect 0 '' counterexamples --scenes scenes -o out.d
+# All of it.
+expect 0 'report: out.d/report.html' all --scenes scenes -o out.d --size 16x10
 columns out.d/counterexamples_scenes.csv run,frames,contact_distance_mm,events,paper_patches,paper_found,paper_missed,frames_with_missed,proven_missed
 [ "$(wc -l <out.d/counterexamples_scenes.csv)" = 11 ] || fail "counterexamples: a scene is missing"
 [ "$(cut -d, -f9 out.d/counterexamples_scenes.csv | sort -u | tr '\n' ' ')" = '0 proven_missed ' ] || fail "something proven was missed"
 columns out.d/runs.csv run,state,cloth_particles,cloth_triangles,obstacle_particles,obstacle_triangles,frames,simulated_seconds,step_seconds,rescues_per_1000_contacts,bad_frames,intersections
 grep -q '^rings,finished,81,128,8,6,7,0.12,' out.d/runs.csv || fail "runs.csv tells wrong sizes of rings"
+
+columns out.d/table1.csv animation,method,cloth_particles,cloth_triangles,obstacle_particles,obstacle_triangles,steps,cs_ms,dyn_ms,cgm_ms,step_ms,state,bad_frames
+[ "$(wc -l <out.d/table1.csv)" = 25 ] || fail "table 1: not four methods of six animations"
+columns out.d/table1_ranking.csv animation,paper_ranking,our_ranking,verdict,with_patches
+columns out.d/fig6.csv run,stick_share,mean_way,centre_height
+columns out.d/fig6_frames.csv run,frame,time,stick_share,mean_way,centre_height
+columns out.d/fig7_angles.csv rules,angle,self_ms,self_run_seconds,partition_percent,trees_percent,traversal_percent,intrinsic_percent,patches,patch_triangles_percent,events,published_self_ms,published_self_run_seconds
+[ "$(wc -l <out.d/fig7_angles.csv)" = 40 ] || fail "fig. 7: not three rules at 13 angles"
+grep -qE '^paper,85,.*,230,540$' out.d/fig7_angles.csv || fail "fig. 7: the paper's numbers are not beside ours"
+columns out.d/fig7_frames.csv rules,angle,frame,time,self_ms
+[ "$(wc -l <out.d/fig7_frames.csv)" = 55 ] || fail "fig. 7: not six frames at three angles by three rules"
+columns out.d/fig7_totals.csv rules,angle,total_ms,self_run_seconds,total_run_seconds,ratio_to_30,published_self_run_seconds,published_total_run_seconds,published_ratio_to_30
+columns out.d/fig7_findings.csv finding,ours,published
+
+# What table 1 says of the ranking follows from its numbers; the report is well-formed, holds the numbers of the tables, and
+# points nowhere else.
+cat >check.py <<'END_OF_PYTHON'
+import csv, glob, os, re, sys
+import xml.etree.ElementTree as tree
+from xml.sax.saxutils import unescape
+faults = 0
+def fail(text):
+    global faults
+    print(text)
+    faults = 1
+costs = {}
+for row in csv.DictReader(open("out.d/table1.csv")):
+    costs.setdefault(row["animation"], {})[row["method"]] = float(row["cs_ms"])
+for row in csv.DictReader(open("out.d/table1_ranking.csv")):
+    for column, count in (("our_ranking", 3), ("with_patches", 4)):
+        ranked = row[column].split(" < ")
+        values = [costs[row["animation"]][method] for method in ranked]
+        if len(ranked) != count or values != sorted(values): fail(f"ranking {row}")
+    if (row["verdict"] == "confirmed") != (row["our_ranking"] == row["paper_ranking"]): fail(f"verdict {row}")
+page = tree.parse("out.d/report.html").getroot()
+tables = {table.get("id"): [[cell.text or "" for cell in row] for row in table] for table in page.iter("table") if table.get("id")}
+shown = 0
+for name in ("runs", "table1", "table1_ranking", "fig6", "fig6_findings", "fig7_angles", "fig7_totals", "fig7_findings",
+             "counterexamples_motions", "counterexamples_scenes"):
+    rows = [line.rstrip("\n").split(",") for line in open(f"out.d/{name}.csv")]
+    if tables.get(name, [])[1:] != rows[1:] or len(rows) < 2: fail(f"report: table {name} differs from its file")
+    shown += 1
+names = []
+for element in page.iter():
+    for key, value in element.attrib.items():
+        if key == "id": names.append(value)
+        if re.search(r"(src|href)$", key) and not value.startswith(("data:image/png;base64,", "#")): fail(f"link to {value[:60]}")
+        if "url(" in value and "url(#" not in value: fail(f"link to {value[:60]}")
+if len(names) != len(set(names)): fail("names of elements stand twice")
+text = open("out.d/report.html").read()
+if re.search(r"https?:", re.sub(r'xmlns(:xlink)?="http[^"]*"', "", text)): fail("an address stands in the report")
+plots = len(glob.glob("out.d/*.svg"))
+if sum(e.tag.endswith("}svg") for e in page.iter()) != plots: fail("a plot is not in the report")
+stills = len(glob.glob("out.d/stills/*.png"))
+if sum(e.tag == "img" for e in page.iter()) != stills: fail("a still is not in the report")
+print(f"report: {shown} tables, {plots} plots, {stills} stills")
+sys.exit(faults)
+END_OF_PYTHON
+python3 check.py || fail "the report"
+command -v gnuplot >/dev/null && [ ! -s out.d/fig7a.svg ] && fail "no plot by gnuplot"
+
+# Without gnuplot that is said, and all else is there.
+mkdir empty
+cp -R out.d plain.d
+rm plain.d/*.svg
+search=$work/empty
+expect 0 'gnuplot' table1 --scenes scenes -o plain.d
+search=$PATH
+[ -s plain.d/table1.csv ] && [ ! -e plain.d/table1.svg ] || fail "without gnuplot something is wrong"
 
 # What is whole is not run or judged again; what was cut short goes on to the same state.
 cp -R out.d/runs/rings whole
@@ -72,6 +144,11 @@ expect 0 '"run":"ribbons","what":"is there"' counterexamples --scenes scenes -o 
 grep -q '"run":"rings","what":"runs"' out || fail "a run that was cut short did not go on"
 grep -q 'is judged' out && fail "a judged run was judged again"
 cmp -s whole/sheet.pc2 out.d/runs/rings/sheet.pc2 || fail "the resumed run differs"
+
+# Another scene than the one that a run was made of is refused, not mixed in.
+sed -i 's/translate: \[0.02/translate: [0.03/' scenes/rings.yaml
+expect 2 'scene' fig9 --scenes scenes -o out.d --size 16x10
+sed -i 's/translate: \[0.03/translate: [0.02/' scenes/rings.yaml
 
 # A frame that intersects is seen.
 cp -R out.d bad.d
