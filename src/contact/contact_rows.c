@@ -5,14 +5,16 @@
  * push-out speed: bias = min((delta_c - g0) / h, push_out_speed). Where a body turns, what its
  * predicted turn adds to the linear displacement counts as a part of g0.
  *
- * Implicit Euler balances forces at the end of the step, so a row against a scripted obstacle takes
- * normal and weights from the predicted end, relative to which its points go on keeping g0. */
+ * Implicit Euler balances forces at the end of the step, so a row against an obstacle that stands
+ * or shifts takes normal and weights from the predicted end. What n . sum w x0 then lacks to g0 is
+ * in `turning`: gap(1) = g0 + h n . (sum w u - turning). */
 #include "contact/contact_rows.h"
 
 #include "contact/row_friction.h"
 #include "contact/row_motion.h"
 
 #include <math.h>
+#include <string.h>
 
 /* Sine of the largest angle between the frames of start and end: 45 degrees. */
 static const double LARGEST_TURN = 0.7;
@@ -20,6 +22,8 @@ static const double LARGEST_TURN = 0.7;
 static const double LEAST_WAY = 1e-3;
 /* A weight below this is zero. */
 static const double RIM_WEIGHT = 1e-9;
+/* Entries by which the matrix of a motion without a turn may differ from the identity: rounding. */
+static const double TURN_TOLERANCE = 1e-9;
 
 /* A row acts on what can move if this much of one side's weight lies on it. With less, as where an
  * edge lies under a held one, the impulse that moves the row would throw the free vertex away. */
@@ -36,6 +40,13 @@ static vec3 blend_points(const vec3 points[4], const double weights[4]) {
     return sum;
 }
 
+/* The least inverse mass of a row that acts. */
+static double find_least_mobility(const contact_scene *scene, const contact_row *row) {
+    double lightest = 0.0; /* 1 / kg */
+    for (int k = 0; k < 4; k++) lightest = fmax(lightest, scene->inverse_mass[row->vertices[k]]);
+    return row->has_body ? 0.0 : LEAST_FREE_WEIGHT * LEAST_FREE_WEIGHT * lightest;
+}
+
 bool make_contact_row(const contact_scene *scene, const double *x1, const pair_event *event,
                       contact_row *row) {
     *row = (contact_row){.kind = event->kind, .pair = event->pair, .friction_cap = -1.0};
@@ -47,15 +58,11 @@ bool make_contact_row(const contact_scene *scene, const double *x1, const pair_e
     }
     closest_points const closest = closest_of_pair(event->kind, points);
     row->normal = vec3_normalize(closest.difference);
-    double lightest = 0.0; /* 1 / kg */
-    for (int k = 0; k < 4; k++) {
-        row->weights[k] = closest.weights[k];
-        lightest = fmax(lightest, scene->inverse_mass[row->vertices[k]]);
-    }
+    for (int k = 0; k < 4; k++) row->weights[k] = closest.weights[k];
     set_row_bodies(scene, row);
     set_row_mobility(scene, row);
-    double const least = row->has_body ? 0.0 : LEAST_FREE_WEIGHT * LEAST_FREE_WEIGHT * lightest;
-    if (!(row->inverse_mass > least) || !(vec3_norm2(row->normal) > 0.5)) return false;
+    if (!(row->inverse_mass > find_least_mobility(scene, row))) return false;
+    if (!(vec3_norm2(row->normal) > 0.5)) return false;
     pair_distances const distances = find_pair_distances(scene, event->kind, row->vertices);
     row->gap = vec3_dot(row->normal, blend_points(start, row->weights));
     set_row_turning(scene, row);
@@ -128,6 +135,24 @@ static bool has_scripted_side(const contact_scene *scene, const contact_row *row
     return !row->has_body && (row->vertices[0] >= cloth_count || row->vertices[3] >= cloth_count);
 }
 
+/* Whether the scripted side stands still or shifts. What rides on one that turns keeps its place by
+ * set_row_turning; predicted from its velocity, which trembles, the frame would let it creep. */
+static bool is_shifted_only(const contact_scene *scene, const contact_row *row) {
+    const affine_map *const carrier = find_carrier(scene, row);
+    double largest = 0.0;
+    if (carrier)
+        for (int i = 0; i < 9; i++)
+            largest = fmax(largest, fabs(carrier->matrix.m[i] - (i % 4 == 0 ? 1.0 : 0.0)));
+    if (carrier) return largest < TURN_TOLERANCE;
+    for (int k = 0; k < 4; k++) {
+        size_t const at = 3 * (size_t)row->vertices[k];
+        if (row->vertices[k] >= scene->cloth_vertex_count &&
+            memcmp(scene->targets + at, scene->x0 + at, 3 * sizeof(double)) != 0)
+            return false;
+    }
+    return true;
+}
+
 /* Whether both touch the same features: at the rim of an edge or a triangle a neighbour goes on. */
 static bool has_same_rims(const double a[4], const double b[4]) {
     for (int k = 0; k < 4; k++)
@@ -148,18 +173,21 @@ static vec3 turn_normal(vec3 normal, vec3 direction) {
 void turn_row_to_end(const contact_scene *scene, contact_row *row) {
     vec3 points[4], start[4];
     if (scene->paper || !scene->v0 || !(row->gap > 0.0) || !has_scripted_side(scene, row)) return;
-    if (!predict_end(scene, row, points)) return;
+    if (!is_shifted_only(scene, row) || !predict_end(scene, row, points)) return;
     closest_points const closest = closest_of_pair(row->kind, points);
-    vec3 const normal = turn_normal(row->normal, vec3_normalize(closest.difference));
-    if (!(vec3_norm2(normal) > 0.5) || !has_same_rims(row->weights, closest.weights)) return;
-    row->normal = normal;
+    contact_row turned = *row;
+    turned.normal = turn_normal(row->normal, vec3_normalize(closest.difference));
+    if (!(vec3_norm2(turned.normal) > 0.5) || !has_same_rims(row->weights, closest.weights)) return;
     for (int k = 0; k < 4; k++) {
-        row->weights[k] = closest.weights[k];
+        turned.weights[k] = closest.weights[k];
         start[k] = vec3_load(scene->x0, row->vertices[k]);
     }
-    set_row_mobility(scene, row);
-    double const way = row->gap - vec3_dot(normal, blend_points(start, row->weights));
-    row->turning = vec3_add_scaled(row->turning, normal,
-                                   way / scene->time_step - vec3_dot(row->turning, normal));
-    set_row_friction(scene, row);
+    set_row_mobility(scene, &turned);
+    if (!(turned.inverse_mass > find_least_mobility(scene, &turned))) return;
+    double const way = row->gap - vec3_dot(turned.normal, blend_points(start, turned.weights));
+    turned.turning =
+        vec3_add_scaled(row->turning, turned.normal,
+                        way / scene->time_step - vec3_dot(row->turning, turned.normal));
+    set_row_friction(scene, &turned);
+    *row = turned;
 }

@@ -58,6 +58,12 @@ static uint64_t mark_rebounds(const contact_scene *scene, row_list *list, size_t
     return count;
 }
 
+/* What an obstacle that turns gives to whatever rides on it, without what a frame that is turned to
+ * the end of the step takes from the gap: nothing does work by that. */
+static vec3 find_ridden_turning(const contact_row *row) {
+    return vec3_add_scaled(row->turning, row->normal, -vec3_dot(row->turning, row->normal));
+}
+
 /* Copies of the rows that carry load, with the normal speeds that they must end with. */
 static size_t copy_loaded_rows(const row_list *list, bool is_inelastic, contact_row *rows) {
     size_t count = 0;
@@ -67,6 +73,7 @@ static size_t copy_loaded_rows(const row_list *list, bool is_inelastic, contact_
         *row = list->rows.data[i];
         row->friction_cap = -1.0;
         row->return_velocity = vec3_make(0.0, 0.0, 0.0);
+        row->turning = find_ridden_turning(row); /* at the end its frame stands */
         if (row->rebound > 0.0 || is_inelastic) {
             row->bias = row->rebound; /* 0 where it does not rebound */
             row->compliance = 0.0;
@@ -79,9 +86,10 @@ double find_obstacle_work(const contact_scene *scene, const contact_row *rows, s
                           const double *u) {
     double work = 0.0;
     for (size_t i = 0; i < count; i++) {
+        vec3 const frame = vec3_sub(rows[i].turning, find_ridden_turning(&rows[i]));
         vec3 const held =
             vec3_sub(get_relative_velocity(&rows[i], u), get_free_velocity(scene, &rows[i], u));
-        work -= vec3_dot(rows[i].impulse, held);
+        work -= vec3_dot(rows[i].impulse, vec3_add(held, frame));
     }
     return work;
 }
