@@ -48,7 +48,9 @@ const reproduce_figure reproduce_figures[] = {
              "[m].",
      .differences =
          "The paper gives neither the bodies' shapes nor the coefficients of friction; "
-         "ours stand in the scene files. Friction acts inside the implicit solve, not on "
+         "ours stand in the scene files. Cloth that has slipped off "
+         "comes to rest on the ground, whose contacts count for the share that sticks; "
+         "the way and the height tell more. Friction acts inside the implicit solve, not on "
          "forces before it.",
      .items = {{"fig6.csv", "Means over the last quarter"},
                {"fig6_findings.csv", "Slips or stays"},

@@ -69,8 +69,11 @@ static void write_panel(FILE *script, const plot_page *page, size_t index) {
     const plot_panel *const panel = &page->panels[index];
     fprintf(script, "set title '%s'\nset xlabel '%s'\nset ylabel '%s'\nplot NaN notitle",
             panel->title, panel->x_label, panel->y_label);
+    size_t color = 0; /* the same for the same series, whether published marks are there or not */
     for (size_t s = 0; s < panel->series_count; s++) {
         const plot_series *const series = &panel->series[s];
+        size_t const own = color;
+        color += !series->is_published;
         if (series->count == 0) continue;
         fprintf(script, ", \\\n $p%zus%zu using 1:2 with ", index, s);
         if (series->is_published)
@@ -78,7 +81,7 @@ static void write_panel(FILE *script, const plot_page *page, size_t index) {
         else
             fprintf(script, "%s pt 7 ps 0.5 lw 1.6 lc rgb '%s'",
                     series->count > POINTS_FIRST ? "lines" : "linespoints",
-                    colors[s % COLOR_COUNT]);
+                    colors[own % COLOR_COUNT]);
         fprintf(script, " title '%s'", series->name);
     }
     fputc('\n', script);

@@ -95,6 +95,8 @@ def fail(text):
 costs = {}
 for row in csv.DictReader(open("out.d/table1.csv")):
     costs.setdefault(row["animation"], {})[row["method"]] = float(row["cs_ms"])
+    parts = [float(row[column]) for column in ("cs_ms", "dyn_ms", "cgm_ms")]
+    if min(parts) <= 0 or sum(parts) > 1.01 * float(row["step_ms"]): fail(f"parts of a step {row}")
 for row in csv.DictReader(open("out.d/table1_ranking.csv")):
     for column, count in (("our_ranking", 3), ("with_patches", 4)):
         ranked = row[column].split(" < ")
