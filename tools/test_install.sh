@@ -16,7 +16,7 @@ mv "$work/first" "$work/prefix"
 prefix=$work/prefix
 library=$(dirname "$(find "$prefix" -name libtulle.so)")
 version=$("$prefix/bin/tulle" --version | cut -d' ' -f2)
-for file in include/tulle/tulle.h share/man/man1/tulle.1; do
+for file in include/tulle/tulle.h share/man/man1/tulle.1 share/tulle/scenes/paper/rings.yaml; do
     [ -s "$prefix/$file" ] || { echo "$file is not installed"; exit 1; }
 done
 [ -e "$library/libtulle.so.$version" ] || { echo "libtulle.so.$version is not installed"; exit 1; }

@@ -152,6 +152,23 @@ sed -i 's/translate: \[0.02/translate: [0.03/' scenes/rings.yaml
 expect 2 'scene' fig9 --scenes scenes -o out.d --size 16x10
 sed -i 's/translate: \[0.03/translate: [0.02/' scenes/rings.yaml
 
+# Ctrl-C ends a long run with 130 and keeps its frames.
+mkdir long
+sed 's/frames: 6/frames: 1000000/' scenes/rings.yaml >long/rings.yaml
+cp scenes/ribbons.yaml long
+"$TULLE" reproduce fig9 --scenes long -o long.d >long.out 2>&1 &
+process=$!
+for _ in $(seq 600); do
+    [ "$(cat long.d/runs/rings/frames.csv 2>/dev/null | wc -l)" -gt 4 ] && break
+    sleep 0.1
+done
+kill -INT $process
+wait $process
+found=$?
+[ $found = 130 ] || { fail "interrupted: exit $found, expected 130"; tail -5 long.out; }
+grep -q '"state":"interrupted"' long.out || fail "the run does not say that it was interrupted"
+"$TULLE" check long.d/runs/rings >/dev/null || fail "the frames of an interrupted run are not whole"
+
 # A frame that intersects is seen.
 cp -R out.d bad.d
 rm bad.d/judged/rings.csv
