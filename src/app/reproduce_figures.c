@@ -42,10 +42,11 @@ const reproduce_figure reproduce_figures[] = {
               "falls on rigid bodies of 2,827 particles and 5,472 triangles in gravity and "
               "stochastic wind; 2,400 frames of 1/90 s. With low friction it slips off, with high "
               "friction it stays. The paper shows pictures and gives no number for this.",
-     .ours = "The scene has the same sizes and is run with low and with high friction. Numbers that "
-             "tell slipping from staying, as means over the last quarter: the share of contacts "
-             "that stick, the mean way of the cloth's particles from where they started [m], the "
-             "height of its centre [m].",
+     .ours =
+         "The scene has the same sizes and is run with low and with high friction. Numbers that "
+         "tell slipping from staying, as means over the last quarter: the share of contacts "
+         "that stick, the mean way of the cloth's particles from where they started [m], the "
+         "height of its centre [m].",
      .differences =
          "The paper gives neither the bodies' shapes nor the coefficients of friction; "
          "ours stand in the scene files. Cloth that has slipped off "
