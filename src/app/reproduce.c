@@ -81,7 +81,7 @@ static bool choose_figures(char **names, size_t count, bool is_wanted[NAMES_MAX]
 }
 
 static int make_directories(const reproduce *self) {
-    static const char *const names[] = {"", "runs", "judged", "stills"};
+    static const char *const names[] = {"", "runs", "made", "judged", "measured", "stills"};
     for (size_t i = 0; i < sizeof names / sizeof names[0]; i++) {
         char path[REPRODUCE_PATH_SIZE];
         reproduce_make_path(self, path, "%s", names[i]);
@@ -110,12 +110,25 @@ static size_t leave_out_missing(reproduce *self, const reproduce_run **runs, siz
     return kept;
 }
 
+/* Foretells the work of each run; a scene that cannot be read is found before any is made. */
+static int weigh_runs(reproduce *self, const reproduce_run **runs, size_t count,
+                      double work[REPRODUCE_RUNS_MAX]) {
+    int code = APP_EXIT_FINE;
+    for (size_t i = 0; i < count && code == APP_EXIT_FINE; i++) {
+        code = reproduce_weigh_run(self, runs[i], &work[i]);
+        self->work += work[i];
+    }
+    self->job_count = count;
+    self->job_begin = timer_now();
+    return code;
+}
+
 /* Makes and judges the runs. One that could not go on is judged up to there, and the rest is made.
  */
 static int make_runs(reproduce *self, const reproduce_run **runs, size_t count) {
-    int worst = APP_EXIT_FINE;
-    self->job_count = count;
-    self->job_begin = timer_now();
+    double work[REPRODUCE_RUNS_MAX] = {0};
+    int worst = weigh_runs(self, runs, count, work);
+    if (worst != APP_EXIT_FINE) return worst;
     for (size_t i = 0; i < count; i++) {
         self->job = i + 1;
         int code = reproduce_make_run(self, runs[i]);
@@ -125,6 +138,7 @@ static int make_runs(reproduce *self, const reproduce_run **runs, size_t count) 
         if (code == APP_EXIT_INTERRUPTED || interrupt_is_pending()) return APP_EXIT_INTERRUPTED;
         if (code != APP_EXIT_FINE) worst = code;
         if (!goes_on) return worst;
+        self->work_done += work[i];
     }
     return worst;
 }
@@ -177,6 +191,7 @@ int app_reproduce(int argc, char **argv) {
     interrupt_catch();
     int code = reproduce_find_scenes(&self, words.scenes);
     if (code == APP_EXIT_FINE) code = make_directories(&self);
+    if (code == APP_EXIT_FINE) code = reproduce_find_conditions(&self);
     if (code == APP_EXIT_FINE) code = make_figures(&self, is_wanted);
     int const written = app_finish_output("reproduce");
     return code != APP_EXIT_FINE ? code : written;

@@ -14,7 +14,13 @@
 #include <stdbool.h>
 #include <stdio.h>
 
-enum { REPRODUCE_PATH_SIZE = 1024 /* [bytes] */, REPRODUCE_RUNS_MAX = 64 };
+enum {
+    REPRODUCE_PATH_SIZE = 1024, /* [bytes], as the following */
+    REPRODUCE_BUILD_SIZE = 17,
+    REPRODUCE_CONDITIONS_SIZE = 9,
+    REPRODUCE_MACHINE_SIZE = 128,
+    REPRODUCE_RUNS_MAX = 64
+};
 
 /* A scene and the way of finding pairs that it is run with. */
 typedef struct reproduce_run {
@@ -26,12 +32,16 @@ typedef struct reproduce {
     const char *directory;            /* of the results */
     char scenes[REPRODUCE_PATH_SIZE]; /* directory of the scene files */
     bool is_quick;
-    const char *still_size; /* of stills, as --size of `tulle render` takes it */
-    int threads;            /* 0: one per processor */
+    const char *still_size;           /* of stills, as --size of `tulle render` takes it */
+    int threads;                      /* 0: one per processor */
+    char build[REPRODUCE_BUILD_SIZE]; /* hash of the program */
+    char conditions[REPRODUCE_CONDITIONS_SIZE]; /* of build, threads and processor */
     bool is_lacking; /* something was asked for and could not be made: a scene file is missing */
     bool has_told_gnuplot, has_told_pictures; /* that they are not there */
     size_t job, job_count;                    /* runs, to be made and judged */
+    double work, work_done;                   /* of all these runs, see reproduce_weigh_run */
     progress_bar bar;
+    uint64_t skipped;       /* parts of the work shown that were there already */
     double job_begin, told; /* [s] of the clock: of the first job, of the last line of progress */
 } reproduce;
 
@@ -70,6 +80,8 @@ size_t reproduce_list_runs(const reproduce_run *runs[REPRODUCE_RUNS_MAX]);
 int reproduce_find_scenes(reproduce *self, const char *given);
 /* Whether the scene's file is there. */
 bool reproduce_has_scene(const reproduce *self, const reproduce_run *run);
+/* What is left of it to be made, in steps times triangles: foretells the time. */
+int reproduce_weigh_run(const reproduce *self, const reproduce_run *run, double *work);
 /* Makes the run, or what is missing of it. */
 int reproduce_make_run(reproduce *self, const reproduce_run *run);
 /* "animation_1.paper". */
@@ -85,6 +97,18 @@ bool reproduce_has_run(const reproduce *self, const reproduce_run *run);
 /* [m] the contact distance that the scene's world works with. */
 tulle_status reproduce_find_distance(const reproduce *self, const reproduce_run *run,
                                      double *distance, tulle_error *error);
+
+/* ---- reproduce_conditions.c: under what things are measured ---- */
+
+/* Sets self->build and self->conditions and writes down what the latter stands for. */
+int reproduce_find_conditions(reproduce *self);
+/* As the system names it, without commas. */
+void reproduce_find_processor(char name[REPRODUCE_MACHINE_SIZE]);
+/* Writes down that the run begins or goes on under self's conditions. */
+int reproduce_note_run(const reproduce *self, const reproduce_run *run);
+/* The conditions of all steps of the run; "mixed" or "unknown". */
+void reproduce_read_conditions(const reproduce *self, const reproduce_run *run,
+                               char conditions[REPRODUCE_CONDITIONS_SIZE]);
 
 /* ---- reproduce_scenes.c: what --quick makes coarser ---- */
 
@@ -112,7 +136,9 @@ typedef struct reproduce_verdict {
     size_t cloth_vertices, cloth_triangles, obstacle_vertices, obstacle_triangles, step_count;
     double simulated_seconds, step_seconds;
     uint64_t contacts, rescues; /* sums over the steps */
+    double time_step;           /* [s] */
     char state[16];             /* of the run */
+    char conditions[REPRODUCE_CONDITIONS_SIZE];
 } reproduce_verdict;
 
 /* Judges every frame of the run, unless that was done, and writes judged/RUN.csv. */
@@ -140,6 +166,8 @@ int reproduce_fail(const tulle_error *error);
 /* Says that a job begins: a line, or JSON where standard error is no terminal. */
 void reproduce_show_job(reproduce *self, const char *name, const char *what);
 void reproduce_begin_work(reproduce *self);
+/* One of the parts of the work was there: the time left is that of the others. */
+void reproduce_skip_work(reproduce *self);
 /* How far a piece of work is: a bar with the time left, or now and then a line of JSON. */
 void reproduce_show_work(reproduce *self, const char *name, uint64_t done, uint64_t count);
 void reproduce_end_work(reproduce *self);
@@ -172,6 +200,11 @@ tulle_detect_def reproduce_use_proof(tulle_detect_def def, double angle);
 
 /* Frames that are looked at: every stride-th from 1 on, so that there are at most `most`. */
 uint32_t reproduce_find_stride(uint32_t frame_count, uint32_t most);
+/* How many those are. */
+uint32_t reproduce_count_looks(uint32_t frame_count, uint32_t most);
+enum { REPRODUCE_TEXT_SIZE = 512 };
+/* Which frames these are and the contact distance, on one line. */
+void reproduce_frames_describe(const reproduce_frames *frames, char text[REPRODUCE_TEXT_SIZE]);
 
 /* ---- the figures ---- */
 

@@ -10,7 +10,7 @@
  * 2005, sections 3.2, 3.3 and 7. */
 #include "app/commands.h"
 #include "app/interrupt.h"
-#include "app/reproduce.h"
+#include "app/reproduce_kept.h"
 #include "base/error.h"
 
 #include "tulle/check.h"
@@ -203,58 +203,124 @@ static tulle_status look_at_motions(const reproduce *self, FILE *stream, tulle_e
 
 /* ---- recorded frames ---- */
 
+/* What was found in one frame. */
+typedef struct frame_counts {
+    uint64_t events, patches, paper_found, paper_missed, proven_missed;
+} frame_counts;
+
 typedef struct scene_sums {
     uint32_t frames, frames_with_missed;
-    uint64_t events, paper_found, paper_missed, proven_missed, patches;
+    frame_counts counts;
 } scene_sums;
 
-static void add_frame(const found_events *found, scene_sums *sums) {
-    uint64_t const missed = count_missed(&found[SEARCH_TRUTH], &found[SEARCH_PAPER]);
+static void add_frame(const frame_counts *counts, scene_sums *sums) {
     sums->frames++;
-    sums->frames_with_missed += missed > 0;
-    sums->events += found[SEARCH_TRUTH].count;
-    sums->paper_found += found[SEARCH_PAPER].count;
-    sums->patches += found[SEARCH_PAPER].patch_count;
-    sums->paper_missed += missed;
-    sums->proven_missed += count_missed(&found[SEARCH_TRUTH], &found[SEARCH_PROVEN]);
+    sums->frames_with_missed += counts->paper_missed > 0;
+    sums->counts.events += counts->events;
+    sums->counts.patches += counts->patches;
+    sums->counts.paper_found += counts->paper_found;
+    sums->counts.paper_missed += counts->paper_missed;
+    sums->counts.proven_missed += counts->proven_missed;
 }
 
-static tulle_status look_at_frames(reproduce *self, const char *name, reproduce_frames *frames,
-                                   three_searches *searches, scene_sums *sums, tulle_error *error) {
-    uint32_t const count = frames->info->frame_count;
-    uint32_t const stride =
-        reproduce_find_stride(count, self->is_quick ? FRAMES_QUICK : FRAMES_FULL);
+/* One run: its frames, the searches, and what was counted in each frame, which is kept. */
+typedef struct scene_look {
+    reproduce *self;
+    char name[REPRODUCE_PATH_SIZE]; /* of the run */
+    reproduce_frames frames;
+    three_searches searches;
+    bool has_searches; /* they are made when the first frame has to be looked at */
+    reproduce_kept kept;
+} scene_look;
+
+static tulle_status open_kept(scene_look *look, tulle_error *error) {
+    char frames[REPRODUCE_TEXT_SIZE], head[2 * REPRODUCE_TEXT_SIZE], file[2 * REPRODUCE_PATH_SIZE];
+    reproduce_frames_describe(&look->frames, frames);
+    snprintf(head, sizeof head,
+             "# build %s %s angle %g\n"
+             "frame,events,paper_patches,paper_found,paper_missed,proven_missed\n",
+             look->self->build, frames, BEST_ANGLE);
+    snprintf(file, sizeof file, "measured/counterexamples_%s.csv", look->name);
+    return reproduce_kept_open(look->self, file, head, &look->kept, error);
+}
+
+static bool find_counts(scene_look *look, uint32_t frame, frame_counts *counts) {
+    char key[16];
+    snprintf(key, sizeof key, "%u,", (unsigned)frame);
+    const char *const row = reproduce_kept_find(&look->kept, key);
+    return row && sscanf(row, "%" SCNu64 ",%" SCNu64 ",%" SCNu64 ",%" SCNu64 ",%" SCNu64,
+                         &counts->events, &counts->patches, &counts->paper_found,
+                         &counts->paper_missed, &counts->proven_missed) == 5;
+}
+
+static tulle_status search_frame(scene_look *look, uint32_t frame, frame_counts *counts,
+                                 tulle_error *error) {
+    tulle_status status = reproduce_frames_read(&look->frames, frame, error);
+    if (status == TULLE_OK && !look->has_searches)
+        status = begin_searches(reproduce_frames_get_def(look->self, &look->frames),
+                                &look->searches, error);
+    look->has_searches = true;
+    if (status == TULLE_OK)
+        status = search(&look->searches, look->frames.start, look->frames.end, error);
+    if (status != TULLE_OK) return status;
+    const found_events *const found = look->searches.found;
+    *counts =
+        (frame_counts){.events = found[SEARCH_TRUTH].count,
+                       .patches = found[SEARCH_PAPER].patch_count,
+                       .paper_found = found[SEARCH_PAPER].count,
+                       .paper_missed = count_missed(&found[SEARCH_TRUTH], &found[SEARCH_PAPER]),
+                       .proven_missed = count_missed(&found[SEARCH_TRUTH], &found[SEARCH_PROVEN])};
+    return reproduce_kept_add(&look->kept, error,
+                              "%u,%" PRIu64 ",%" PRIu64 ",%" PRIu64 ",%" PRIu64 ",%" PRIu64 "\n",
+                              (unsigned)frame, counts->events, counts->patches, counts->paper_found,
+                              counts->paper_missed, counts->proven_missed);
+}
+
+static tulle_status look_at_frame(scene_look *look, uint32_t frame, frame_counts *counts,
+                                  tulle_error *error) {
+    if (interrupt_is_pending()) return error_set(error, TULLE_ERROR_INTERRUPTED, "stopped");
+    if (!find_counts(look, frame, counts)) return search_frame(look, frame, counts, error);
+    reproduce_skip_work(look->self);
+    return TULLE_OK;
+}
+
+static tulle_status look_at_frames(scene_look *look, scene_sums *sums, tulle_error *error) {
+    uint32_t const count = look->frames.info->frame_count;
+    uint32_t const most = look->self->is_quick ? FRAMES_QUICK : FRAMES_FULL;
+    uint32_t const stride = reproduce_find_stride(count, most);
     tulle_status status = TULLE_OK;
-    reproduce_begin_work(self);
+    reproduce_begin_work(look->self);
     for (uint32_t frame = 1; frame < count && status == TULLE_OK; frame += stride) {
-        if (interrupt_is_pending()) status = error_set(error, TULLE_ERROR_INTERRUPTED, "stopped");
-        if (status == TULLE_OK) status = reproduce_frames_read(frames, frame, error);
-        if (status == TULLE_OK) status = search(searches, frames->start, frames->end, error);
-        if (status == TULLE_OK) add_frame(searches->found, sums);
-        reproduce_show_work(self, name, frame, count - 1);
+        frame_counts counts = {0};
+        status = look_at_frame(look, frame, &counts, error);
+        if (status == TULLE_OK) add_frame(&counts, sums);
+        reproduce_show_work(look->self, look->name, sums->frames,
+                            reproduce_count_looks(count, most));
     }
-    reproduce_end_work(self);
-    return status;
+    reproduce_end_work(look->self);
+    tulle_error ignored = {0};
+    tulle_status const saved =
+        reproduce_kept_save(&look->kept, status == TULLE_OK ? error : &ignored);
+    return status == TULLE_OK ? saved : status;
 }
 
 static tulle_status look_at_run(reproduce *self, const reproduce_run *run, FILE *stream,
                                 tulle_error *error) {
-    char name[REPRODUCE_PATH_SIZE];
-    reproduce_name_run(run, name);
-    reproduce_frames frames;
-    three_searches searches = {0};
+    scene_look look = {.self = self};
     scene_sums sums = {0};
-    tulle_status status = reproduce_frames_open(self, run, false, &frames, error);
-    if (status == TULLE_OK)
-        status = begin_searches(reproduce_frames_get_def(self, &frames), &searches, error);
-    if (status == TULLE_OK) status = look_at_frames(self, name, &frames, &searches, &sums, error);
+    reproduce_name_run(run, look.name);
+    tulle_status status = reproduce_frames_open(self, run, false, &look.frames, error);
+    if (status == TULLE_OK) status = open_kept(&look, error);
+    if (status == TULLE_OK) status = look_at_frames(&look, &sums, error);
+    const frame_counts *const of = &sums.counts;
     if (status == TULLE_OK)
         fprintf(stream, "%s,%u,%.4g,%" PRIu64 ",%.4g,%" PRIu64 ",%" PRIu64 ",%u,%" PRIu64 "\n",
-                name, (unsigned)sums.frames, 1000.0 * frames.distance, sums.events,
-                (double)sums.patches / (double)sums.frames, sums.paper_found, sums.paper_missed,
-                (unsigned)sums.frames_with_missed, sums.proven_missed);
-    end_searches(&searches);
-    reproduce_frames_close(&frames);
+                look.name, (unsigned)sums.frames, 1000.0 * look.frames.distance, of->events,
+                (double)of->patches / (double)sums.frames, of->paper_found, of->paper_missed,
+                (unsigned)sums.frames_with_missed, of->proven_missed);
+    end_searches(&look.searches);
+    reproduce_kept_close(&look.kept);
+    reproduce_frames_close(&look.frames);
     return status;
 }
 

@@ -1,14 +1,13 @@
 /* app/reproduce_fig7.c - Fig. 7: what self-collision detection of the recorded frames of example
  * one costs at patch angles from 30 to 89 degrees, by the paper's rules, by patches that are proven
- * and by ours, which live from frame to frame; with obstacles too at three angles.
+ * and by ours, which live from frame to frame; with obstacles too at three angles. Sums, tables and
+ * plots of what reproduce_fig7_measure.c measures.
  *
  * Based on: Wong, Baciu, Dynamic interaction between deformable surfaces and nonsmooth objects,
  * 2005, section 6, Fig. 7. */
+#include "app/reproduce_fig7.h"
 #include "app/commands.h"
-#include "app/interrupt.h"
-#include "app/reproduce.h"
 #include "app/reproduce_plot.h"
-#include "base/error.h"
 
 #include <inttypes.h>
 #include <stdlib.h>
@@ -17,9 +16,6 @@ enum { FRAMES_QUICK = 20, FRAMES_FULL = 600 };
 static const double MS = 1000.0;                                                     /* [ms/s] */
 static const double angles[] = {30, 35, 40, 45, 50, 55, 60, 65, 70, 75, 80, 85, 89}; /* [degrees] */
 enum { ANGLE_COUNT = sizeof angles / sizeof angles[0] };
-
-typedef enum rules { RULES_PAPER, RULES_PROVEN, RULES_PATCHES, RULES_COUNT } rules;
-static const char *const rules_names[RULES_COUNT] = {"paper", "proven", "patches"};
 
 /* What the paper tells, for the angles that it tells of. */
 static const struct {
@@ -30,27 +26,20 @@ static const struct {
 } published[] = {{30, 0.8, 1910, 2070}, {60, 0, 700, 860}, {85, 0.23, 540, 780}};
 enum { PUBLISHED_COUNT = sizeof published / sizeof published[0] };
 
-typedef struct stage_sums {
-    double partition, trees, traversal, intrinsic, total; /* [s] */
-    uint64_t events, patches, patch_triangles;
+/* Sums over the frames that were looked at, for each of the rules. */
+typedef struct angle_sums {
+    double angle; /* [degrees] */
     uint32_t frames;
-} stage_sums;
-
-/* One angle: a detector for each of the rules, and sums of what they did. */
-typedef struct angle_pass {
-    double angle;
-    tulle_detector *detectors[RULES_COUNT], *with_obstacles[RULES_COUNT]; /* the latter may be null
-                                                                           */
-    stage_sums sums[RULES_COUNT], obstacle_sums[RULES_COUNT];
-} angle_pass;
+    fig7_times sums[FIG7_RULES];
+} angle_sums;
 
 typedef struct fig7 {
     reproduce *self;
     reproduce_frames cloth, all; /* without and with obstacles */
     reproduce_table by_angle, by_frame, totals;
     plot_page means, curves, sums, shares;
-    double first_self[RULES_COUNT], first_total[RULES_COUNT]; /* [s] a frame at the first angle */
-    double best_angle, best_seconds;                          /* of the paper's rules */
+    double first_self[FIG7_RULES], first_total[FIG7_RULES]; /* [s] a frame at the first angle */
+    double best_angle, best_seconds;                        /* of the paper's rules */
 } fig7;
 
 /* Index in `published`, or -1. */
@@ -60,92 +49,40 @@ static int find_published(double angle) {
     return -1;
 }
 
-static tulle_detect_def use_rules(tulle_detect_def def, rules by, double angle) {
-    if (by == RULES_PAPER) return reproduce_use_paper_rules(def, angle);
-    tulle_detect_def made = reproduce_use_proof(def, angle);
-    if (by == RULES_PATCHES) made.method = TULLE_DETECT_PATCHES;
-    return made;
+static void add_times(fig7_times *sum, const fig7_times *times) {
+    sum->partition += times->partition;
+    sum->trees += times->trees;
+    sum->traversal += times->traversal;
+    sum->intrinsic += times->intrinsic;
+    sum->total += times->total;
+    sum->with_obstacles += times->with_obstacles;
+    sum->events += times->events;
+    sum->patches += times->patches;
+    sum->patch_triangles += times->patch_triangles;
 }
 
-static tulle_status begin_pass(fig7 *figure, double angle, angle_pass *pass, tulle_error *error) {
-    *pass = (angle_pass){.angle = angle};
-    tulle_detect_def const cloth = reproduce_frames_get_def(figure->self, &figure->cloth);
-    tulle_detect_def const all = reproduce_frames_get_def(figure->self, &figure->all);
-    tulle_status status = TULLE_OK;
-    for (rules by = 0; by < RULES_COUNT && status == TULLE_OK; by++) {
-        tulle_detect_def def = use_rules(cloth, by, angle);
-        status = tulle_detector_create(&def, &pass->detectors[by], error);
-        def = use_rules(all, by, angle);
-        if (status == TULLE_OK && find_published(angle) >= 0)
-            status = tulle_detector_create(&def, &pass->with_obstacles[by], error);
-    }
-    return status;
-}
-
-static void end_pass(angle_pass *pass) {
-    for (rules by = 0; by < RULES_COUNT; by++) {
-        tulle_detector_destroy(pass->detectors[by]);
-        tulle_detector_destroy(pass->with_obstacles[by]);
-    }
-}
-
-static void add_statistics(stage_sums *sums, const tulle_detect_result *result) {
-    const tulle_detect_statistics *const s = &result->statistics;
-    sums->partition += s->patch_seconds;
-    sums->trees += s->tree_seconds;
-    sums->traversal += s->traversal_seconds;
-    sums->intrinsic += s->filter_seconds + s->impact_seconds + s->event_seconds;
-    sums->total += s->total_seconds;
-    sums->events += result->event_count;
-    sums->patches += s->patch_count;
-    sums->patch_triangles += s->patch_triangles;
-    sums->frames++;
-}
-
-/* One timed call. A detector that keeps patches is first asked about the frame before, untimed:
- * frames that are looked at do not follow one another. */
-static tulle_status ask(tulle_detector *detector, const reproduce_frames *frames, bool warms_up,
-                        stage_sums *sums, tulle_error *error) {
-    tulle_detect_result result = {0};
-    tulle_status status = TULLE_OK;
-    if (warms_up)
-        status = tulle_detector_find_events(detector, frames->start, frames->start, &result, error);
-    if (status == TULLE_OK)
-        status = tulle_detector_find_events(detector, frames->start, frames->end, &result, error);
-    if (status == TULLE_OK) add_statistics(sums, &result);
-    return status;
-}
-
-/* All detectors on one frame, one after the other, so that a busy machine troubles all alike. */
-static tulle_status look_at_frame(fig7 *figure, angle_pass *pass, uint32_t frame,
-                                  tulle_error *error) {
-    bool const has_obstacles = pass->with_obstacles[0] != NULL;
-    tulle_status status = reproduce_frames_read(&figure->cloth, frame, error);
-    if (status == TULLE_OK && has_obstacles)
-        status = reproduce_frames_read(&figure->all, frame, error);
+/* A frame in the sums, and one by one where the paper tells its curve. */
+static void add_frame(fig7 *figure, angle_sums *of, uint32_t frame,
+                      const fig7_times times[FIG7_RULES]) {
     double time = 0.0;
     (void)tulle_run_reader_get_frame(figure->cloth.reader, frame, &time, NULL, NULL);
-    for (rules by = 0; by < RULES_COUNT && status == TULLE_OK; by++) {
-        double const before = pass->sums[by].total;
-        bool const warms_up = by == RULES_PATCHES;
-        status = ask(pass->detectors[by], &figure->cloth, warms_up, &pass->sums[by], error);
-        if (status != TULLE_OK || !has_obstacles) continue;
-        double const seconds = pass->sums[by].total - before;
-        status =
-            ask(pass->with_obstacles[by], &figure->all, warms_up, &pass->obstacle_sums[by], error);
-        fprintf(figure->by_frame.stream, "%s,%.0f,%u,%.6g,%.5g\n", rules_names[by], pass->angle,
-                (unsigned)frame, time, MS * seconds);
+    of->frames++;
+    for (fig7_rules by = 0; by < FIG7_RULES; by++) {
+        add_times(&of->sums[by], &times[by]);
+        if (find_published(of->angle) < 0) continue;
+        double const ms = MS * times[by].total;
+        fprintf(figure->by_frame.stream, "%s,%.0f,%u,%.6g,%.5g\n", fig7_rules_names[by], of->angle,
+                (unsigned)frame, time, ms);
         char name[PLOT_NAME_SIZE];
-        snprintf(name, sizeof name, "%.0f degrees", pass->angle);
-        plot_panel *const panel = &figure->curves.panels[by == RULES_PATCHES];
-        if (by != RULES_PROVEN)
-            plot_add_point(&figure->curves, plot_get_series(panel, name), frame, MS * seconds);
+        snprintf(name, sizeof name, "%.0f degrees", of->angle);
+        plot_panel *const panel = &figure->curves.panels[by == FIG7_PATCHES];
+        if (by != FIG7_PROVEN)
+            plot_add_point(&figure->curves, plot_get_series(panel, name), frame, ms);
     }
-    return status;
 }
 
 /* [%] of the whole. */
-static double get_share(double seconds, const stage_sums *of) {
+static double get_share(double seconds, const fig7_times *of) {
     return of->total > 0.0 ? 100.0 * seconds / of->total : 0.0;
 }
 
@@ -157,93 +94,99 @@ static void write_published(FILE *stream, double value) {
         fputc(',', stream);
 }
 
-static void write_angle(fig7 *figure, const angle_pass *pass) {
+static void write_angle(fig7 *figure, const angle_sums *of) {
     FILE *const stream = figure->by_angle.stream;
     double const run_frames = (double)figure->cloth.info->frame_count - 1.0;
-    int const told = find_published(pass->angle);
-    for (rules by = 0; by < RULES_COUNT; by++) {
-        const stage_sums *const sums = &pass->sums[by];
-        double const mean = sums->total / (double)sums->frames;
-        fprintf(stream, "%s,%.0f,%.5g,%.5g,%.3g,%.3g,%.3g,%.3g,%.4g,%.3g,%" PRIu64, rules_names[by],
-                pass->angle, MS * mean, mean * run_frames, get_share(sums->partition, sums),
-                get_share(sums->trees, sums), get_share(sums->traversal, sums),
-                get_share(sums->intrinsic, sums), (double)sums->patches / (double)sums->frames,
+    int const told = find_published(of->angle);
+    for (fig7_rules by = 0; by < FIG7_RULES; by++) {
+        const fig7_times *const sums = &of->sums[by];
+        double const mean = sums->total / (double)of->frames;
+        fprintf(stream, "%s,%.0f,%.5g,%.5g,%.3g,%.3g,%.3g,%.3g,%.4g,%.3g,%" PRIu64,
+                fig7_rules_names[by], of->angle, MS * mean, mean * run_frames,
+                get_share(sums->partition, sums), get_share(sums->trees, sums),
+                get_share(sums->traversal, sums), get_share(sums->intrinsic, sums),
+                (double)sums->patches / (double)of->frames,
                 100.0 * (double)sums->patch_triangles /
-                    ((double)sums->frames * (double)figure->cloth.triangle_count),
+                    ((double)of->frames * (double)figure->cloth.triangle_count),
                 sums->events);
-        bool const is_paper = by == RULES_PAPER && told >= 0;
+        bool const is_paper = by == FIG7_PAPER && told >= 0;
         write_published(stream, is_paper ? MS * published[told].self_seconds : 0.0);
         write_published(stream, is_paper ? published[told].self_total : 0.0);
         fputc('\n', stream);
-        if (by == RULES_PAPER && (figure->best_seconds == 0.0 || mean < figure->best_seconds)) {
+        if (by == FIG7_PAPER && (figure->best_seconds == 0.0 || mean < figure->best_seconds)) {
             figure->best_seconds = mean;
-            figure->best_angle = pass->angle;
+            figure->best_angle = of->angle;
         }
     }
 }
 
-static void plot_angle(fig7 *figure, const angle_pass *pass) {
-    for (rules by = 0; by < RULES_COUNT; by++) {
-        const stage_sums *const sums = &pass->sums[by];
-        double const mean = sums->total / (double)sums->frames;
-        if (pass->angle == angles[0]) figure->first_self[by] = mean;
+static void plot_angle(fig7 *figure, const angle_sums *of) {
+    for (fig7_rules by = 0; by < FIG7_RULES; by++) {
+        const fig7_times *const sums = &of->sums[by];
+        double const mean = sums->total / (double)of->frames;
+        if (of->angle == angles[0]) figure->first_self[by] = mean;
         plot_panel *const panels = figure->means.panels;
-        plot_add_point(&figure->means, plot_get_series(&panels[0], rules_names[by]), pass->angle,
+        plot_add_point(&figure->means, plot_get_series(&panels[0], fig7_rules_names[by]), of->angle,
                        MS * mean);
-        plot_add_point(&figure->means, plot_get_series(&panels[1], rules_names[by]), pass->angle,
+        plot_add_point(&figure->means, plot_get_series(&panels[1], fig7_rules_names[by]), of->angle,
                        mean / figure->first_self[by]);
-        if (by == RULES_PROVEN) continue;
-        plot_panel *const panel = &figure->shares.panels[by == RULES_PATCHES];
+        if (by == FIG7_PROVEN) continue;
+        plot_panel *const panel = &figure->shares.panels[by == FIG7_PATCHES];
         double const parts[] = {sums->partition, sums->trees, sums->traversal, sums->intrinsic};
         static const char *const names[] = {"partition", "trees", "traversal", "intrinsic test"};
         for (int i = 0; i < 4; i++)
-            plot_add_point(&figure->shares, plot_get_series(panel, names[i]), pass->angle,
+            plot_add_point(&figure->shares, plot_get_series(panel, names[i]), of->angle,
                            get_share(parts[i], sums));
     }
 }
 
-static void write_total(fig7 *figure, const angle_pass *pass) {
-    int const told = find_published(pass->angle);
+static void write_total(fig7 *figure, const angle_sums *of) {
+    int const told = find_published(of->angle);
     double const run_frames = (double)figure->cloth.info->frame_count - 1.0;
     if (told < 0) return;
-    for (rules by = 0; by < RULES_COUNT; by++) {
-        const stage_sums *const with = &pass->obstacle_sums[by];
-        double const self = pass->sums[by].total / (double)with->frames;
-        double const total = with->total / (double)with->frames;
+    for (fig7_rules by = 0; by < FIG7_RULES; by++) {
+        double const self = of->sums[by].total / (double)of->frames;
+        double const total = of->sums[by].with_obstacles / (double)of->frames;
         if (told == 0) figure->first_total[by] = total;
-        fprintf(figure->totals.stream, "%s,%.0f,%.5g,%.5g,%.5g,%.4g,%g,%g,%.4g\n", rules_names[by],
-                pass->angle, MS * total, self * run_frames, total * run_frames,
+        fprintf(figure->totals.stream, "%s,%.0f,%.5g,%.5g,%.5g,%.4g,%g,%g,%.4g\n",
+                fig7_rules_names[by], of->angle, MS * total, self * run_frames, total * run_frames,
                 total / figure->first_total[by], published[told].self_total,
                 published[told].total_seconds,
                 published[told].total_seconds / published[0].total_seconds);
-        plot_add_point(&figure->sums, plot_get_series(&figure->sums.panels[0], rules_names[by]),
-                       pass->angle, total / figure->first_total[by]);
+        plot_add_point(&figure->sums,
+                       plot_get_series(&figure->sums.panels[0], fig7_rules_names[by]), of->angle,
+                       total / figure->first_total[by]);
     }
     plot_series *const paper = plot_get_series(&figure->sums.panels[0], "published");
     if (paper) paper->is_published = true;
-    plot_add_point(&figure->sums, paper, pass->angle,
+    plot_add_point(&figure->sums, paper, of->angle,
                    published[told].total_seconds / published[0].total_seconds);
 }
 
 static tulle_status look_at_angle(fig7 *figure, int index, tulle_error *error) {
-    angle_pass pass;
+    angle_sums of = {.angle = angles[index]};
     uint32_t const count = figure->cloth.info->frame_count;
-    uint32_t const stride =
-        reproduce_find_stride(count, figure->self->is_quick ? FRAMES_QUICK : FRAMES_FULL);
-    tulle_status status = begin_pass(figure, angles[index], &pass, error);
+    uint32_t const most = figure->self->is_quick ? FRAMES_QUICK : FRAMES_FULL;
+    uint32_t const stride = reproduce_find_stride(count, most);
+    uint32_t const looks = reproduce_count_looks(count, most);
+    fig7_pass pass = {.self = figure->self,
+                      .angle = of.angle,
+                      .cloth = &figure->cloth,
+                      .obstacles = find_published(of.angle) >= 0 ? &figure->all : NULL};
+    tulle_status status = fig7_pass_begin(&pass, error);
     for (uint32_t frame = 1; frame < count && status == TULLE_OK; frame += stride) {
-        if (interrupt_is_pending()) status = error_set(error, TULLE_ERROR_INTERRUPTED, "stopped");
-        if (status == TULLE_OK) status = look_at_frame(figure, &pass, frame, error);
-        reproduce_show_work(figure->self, "fig7", (uint64_t)index * count + frame,
-                            (uint64_t)ANGLE_COUNT * count);
+        fig7_times times[FIG7_RULES];
+        status = fig7_pass_look(&pass, frame, times, error);
+        if (status == TULLE_OK) add_frame(figure, &of, frame, times);
+        reproduce_show_work(figure->self, "fig7", (uint64_t)index * looks + of.frames,
+                            (uint64_t)ANGLE_COUNT * looks);
     }
-    if (status == TULLE_OK) {
-        write_angle(figure, &pass);
-        plot_angle(figure, &pass);
-        write_total(figure, &pass);
-    }
-    end_pass(&pass);
-    return status;
+    status = fig7_pass_end(&pass, status, error);
+    if (status != TULLE_OK) return status;
+    write_angle(figure, &of);
+    plot_angle(figure, &of);
+    write_total(figure, &of);
+    return TULLE_OK;
 }
 
 static plot_panel make_panel(const char *title, const char *x_label, const char *y_label) {
@@ -309,7 +252,7 @@ static int write_findings(fig7 *figure) {
     fprintf(table.stream, "best angle of the paper's rules [degrees],%.0f,85\n",
             figure->best_angle);
     fprintf(table.stream, "time at 30 degrees over time at the best angle,%.3g,%.3g\n",
-            figure->first_self[RULES_PAPER] / figure->best_seconds,
+            figure->first_self[FIG7_PAPER] / figure->best_seconds,
             published[0].self_seconds / published[PUBLISHED_COUNT - 1].self_seconds);
     return reproduce_table_end(figure->self, &table, "fig7_findings.csv");
 }

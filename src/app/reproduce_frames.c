@@ -3,6 +3,7 @@
 #include "app/reproduce.h"
 #include "base/error.h"
 
+#include <inttypes.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -133,4 +134,17 @@ tulle_detect_def reproduce_use_proof(tulle_detect_def def, double angle) {
 
 uint32_t reproduce_find_stride(uint32_t frame_count, uint32_t most) {
     return frame_count <= most ? 1 : (frame_count - 2) / most + 1;
+}
+
+uint32_t reproduce_count_looks(uint32_t frame_count, uint32_t most) {
+    return frame_count < 2 ? 0 : (frame_count - 2) / reproduce_find_stride(frame_count, most) + 1;
+}
+
+void reproduce_frames_describe(const reproduce_frames *frames, char text[REPRODUCE_TEXT_SIZE]) {
+    uint64_t hash = 0;
+    uint32_t const count = frames->info->frame_count;
+    (void)tulle_run_reader_get_frame(frames->reader, count - 1, NULL, NULL, &hash);
+    snprintf(text, REPRODUCE_TEXT_SIZE,
+             "scene %016" PRIx64 " frames %u last %016" PRIx64 " distance %.17g",
+             frames->info->scene_hash, (unsigned)count, hash, frames->distance);
 }

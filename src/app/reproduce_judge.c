@@ -2,7 +2,7 @@
  * the table of runs: sizes, machine time, contacts, rescues and what the judge found. */
 #include "app/commands.h"
 #include "app/interrupt.h"
-#include "app/reproduce.h"
+#include "app/reproduce_kept.h"
 #include "base/error.h"
 
 #include "tulle/check.h"
@@ -80,55 +80,85 @@ static tulle_status judge_frame(judged_run *judged, uint32_t frame, int threads,
     return status;
 }
 
-/* The last line of a table, as it should be. */
-static void format_last(const judged_run *judged, char text[64]) {
+/* How a frame's line begins: the frame is that of the state that was judged. */
+static void format_key(const judged_run *judged, uint32_t frame, char text[64]) {
     uint64_t hash = 0;
-    uint32_t const last = judged->info->frame_count - 1;
-    (void)tulle_run_reader_get_frame(judged->reader, last, NULL, NULL, &hash);
-    snprintf(text, 64, "%u,%016" PRIx64 ",", (unsigned)last, hash);
+    (void)tulle_run_reader_get_frame(judged->reader, frame, NULL, NULL, &hash);
+    snprintf(text, 64, "%u,%016" PRIx64 ",", (unsigned)frame, hash);
 }
 
-/* Sums up the table; whether it is there and ends with the run's last frame. */
+/* How the table begins: a state's verdict holds for the obstacles of its scene. */
+static void format_head(const judged_run *judged, char text[128]) {
+    snprintf(text, 128, "# scene %016" PRIx64 "\nframe,state_hash,intersections\n",
+             judged->info->scene_hash);
+}
+
+/* Sums up the table; whether it is there, of this run and whole. */
 static bool read_table(const reproduce *self, const reproduce_run *run, const judged_run *judged,
                        reproduce_verdict *verdict) {
-    char file[REPRODUCE_PATH_SIZE], path[REPRODUCE_PATH_SIZE], line[256] = "", last[64];
+    char file[REPRODUCE_PATH_SIZE], path[REPRODUCE_PATH_SIZE], line[256] = "", key[64], head[128];
     name_table(run, file);
     reproduce_make_path(self, path, "%s", file);
     FILE *const stream = fopen(path, "r");
     if (!stream) return false;
-    format_last(judged, last);
-    bool is_last = false;
-    if (!fgets(line, sizeof line, stream)) line[0] = '\0';
-    while (fgets(line, sizeof line, stream)) {
-        const char *const comma = strrchr(line, ',');
-        uint64_t const pairs = comma ? strtoull(comma + 1, NULL, 10) : 0;
+    format_head(judged, head);
+    bool is_this = fgets(line, sizeof line, stream) && strncmp(line, head, strlen(line)) == 0 &&
+                   fgets(line, sizeof line, stream);
+    while (is_this && fgets(line, sizeof line, stream)) {
+        is_this = verdict->frame_count < judged->info->frame_count;
+        if (!is_this) break;
+        format_key(judged, verdict->frame_count, key);
+        is_this = strncmp(line, key, strlen(key)) == 0;
+        uint64_t const pairs = strtoull(line + strlen(key), NULL, 10);
         verdict->frame_count++;
         verdict->bad_frame_count += pairs > 0;
         verdict->intersection_count += pairs;
-        is_last = strncmp(line, last, strlen(last)) == 0;
     }
     fclose(stream);
-    return is_last && verdict->frame_count == judged->info->frame_count;
+    return is_this && verdict->frame_count == judged->info->frame_count;
 }
 
-static tulle_status judge_frames(reproduce *self, const char *name, judged_run *judged,
-                                 reproduce_table *table, tulle_error *error) {
+/* A frame's line: what is known of this state, or the judge's verdict. */
+static tulle_status write_frame(reproduce *self, judged_run *judged, uint32_t frame,
+                                reproduce_kept *known, reproduce_kept *table, tulle_error *error) {
+    char key[64];
+    size_t pairs = 0;
+    format_key(judged, frame, key);
+    const char *const row = reproduce_kept_find(known, key);
     tulle_status status = TULLE_OK;
+    if (row) {
+        pairs = strtoull(row, NULL, 10);
+        reproduce_skip_work(self);
+    } else {
+        status = judge_frame(judged, frame, self->threads, &pairs, error);
+    }
+    if (status == TULLE_OK && interrupt_is_pending())
+        status = error_set(error, TULLE_ERROR_INTERRUPTED, "interrupted");
+    return status == TULLE_OK ? reproduce_kept_add(table, error, "%s%zu\n", key, pairs) : status;
+}
+
+/* Judges what is not known, and saves it also after a failure or an interruption. */
+static tulle_status judge_frames(reproduce *self, const char *name, const char *file,
+                                 judged_run *judged, tulle_error *error) {
     uint32_t const count = judged->info->frame_count;
-    fputs("frame,state_hash,intersections\n", table->stream);
+    char head[128];
+    format_head(judged, head);
+    reproduce_kept known = {0}, table = {0};
+    tulle_status status = reproduce_kept_open(self, file, head, &known, error);
+    if (status == TULLE_OK) status = reproduce_kept_open(self, file, head, &table, error);
+    if (status == TULLE_OK) reproduce_kept_forget(&table);
     reproduce_begin_work(self);
     for (uint32_t frame = 0; frame < count && status == TULLE_OK; frame++) {
-        size_t pairs = 0;
-        uint64_t hash = 0;
-        (void)tulle_run_reader_get_frame(judged->reader, frame, NULL, NULL, &hash);
-        status = judge_frame(judged, frame, self->threads, &pairs, error);
-        if (status == TULLE_OK && interrupt_is_pending())
-            status = error_set(error, TULLE_ERROR_INTERRUPTED, "interrupted");
-        fprintf(table->stream, "%u,%016" PRIx64 ",%zu\n", (unsigned)frame, hash, pairs);
+        status = write_frame(self, judged, frame, &known, &table, error);
         reproduce_show_work(self, name, frame + 1, count);
     }
     reproduce_end_work(self);
-    return status;
+    tulle_error ignored = {0};
+    tulle_status const saved =
+        table.text ? reproduce_kept_save(&table, status == TULLE_OK ? error : &ignored) : status;
+    reproduce_kept_close(&known);
+    reproduce_kept_close(&table);
+    return status == TULLE_OK ? saved : status;
 }
 
 int reproduce_judge(reproduce *self, const reproduce_run *run) {
@@ -139,22 +169,15 @@ int reproduce_judge(reproduce *self, const reproduce_run *run) {
     judged_run judged = {0};
     tulle_error error = {0};
     reproduce_verdict verdict = {0};
-    reproduce_table table = {0};
-    int code = APP_EXIT_FINE;
     tulle_status status = open_run(path, &judged, &error);
     if (status == TULLE_OK && judged.info->frame_count == 0)
         status = error_set(&error, TULLE_ERROR_INVALID_ARGUMENT, "%s holds no whole frame", path);
     if (status == TULLE_OK && !read_table(self, run, &judged, &verdict)) {
         reproduce_show_job(self, name, "is judged");
-        if (!reproduce_table_begin(&table)) code = APP_EXIT_OUT_OF_MEMORY;
-        if (table.stream) status = judge_frames(self, name, &judged, &table, &error);
-        if (table.stream && status == TULLE_OK) code = reproduce_table_end(self, &table, file);
-        if (table.stream) fclose(table.stream);
-        free(table.bytes);
+        status = judge_frames(self, name, file, &judged, &error);
     }
-    if (status != TULLE_OK) code = reproduce_fail(&error);
     close_run(&judged);
-    return code;
+    return status == TULLE_OK ? APP_EXIT_FINE : reproduce_fail(&error);
 }
 
 static void add_reports(judged_run *judged, reproduce_verdict *verdict) {
@@ -193,6 +216,8 @@ bool reproduce_read_verdict(const reproduce *self, const reproduce_run *run,
         }
     }
     add_reports(&judged, verdict);
+    verdict->time_step = judged.info->time_step;
+    reproduce_read_conditions(self, run, verdict->conditions);
     snprintf(verdict->state, sizeof verdict->state, "%s", tulle_run_state_name(judged.info->state));
     tulle_run_reader_close(judged.reader);
     return is_judged;
@@ -204,7 +229,8 @@ int reproduce_write_runs(reproduce *self) {
     reproduce_table table;
     if (!reproduce_table_begin(&table)) return APP_EXIT_OUT_OF_MEMORY;
     fputs("run,state,cloth_particles,cloth_triangles,obstacle_particles,obstacle_triangles,frames,"
-          "simulated_seconds,step_seconds,rescues_per_1000_contacts,bad_frames,intersections\n",
+          "simulated_seconds,step_seconds,rescues_per_1000_contacts,bad_frames,intersections,time_"
+          "step,conditions\n",
           table.stream);
     for (size_t i = 0; i < count; i++) {
         reproduce_verdict verdict;
@@ -214,11 +240,12 @@ int reproduce_write_runs(reproduce *self) {
         double const rescues = verdict.contacts > 0
                                    ? 1000.0 * (double)verdict.rescues / (double)verdict.contacts
                                    : 0.0;
-        fprintf(table.stream, "%s,%s,%zu,%zu,%zu,%zu,%u,%.6g,%.6g,%.3g,%u,%" PRIu64 "\n", name,
-                verdict.state, verdict.cloth_vertices, verdict.cloth_triangles,
+        fprintf(table.stream, "%s,%s,%zu,%zu,%zu,%zu,%u,%.6g,%.6g,%.3g,%u,%" PRIu64 ",%g,%s\n",
+                name, verdict.state, verdict.cloth_vertices, verdict.cloth_triangles,
                 verdict.obstacle_vertices, verdict.obstacle_triangles,
                 (unsigned)verdict.frame_count, verdict.simulated_seconds, verdict.step_seconds,
-                rescues, (unsigned)verdict.bad_frame_count, verdict.intersection_count);
+                rescues, (unsigned)verdict.bad_frame_count, verdict.intersection_count,
+                verdict.time_step, verdict.conditions);
     }
     return reproduce_table_end(self, &table, "runs.csv");
 }

@@ -54,20 +54,28 @@ void reproduce_make_path(const reproduce *self, char path[REPRODUCE_PATH_SIZE], 
     va_end(arguments);
 }
 
+/* [s] that the runs still take, this one too; less than 0 where nothing tells it yet. */
+static double estimate_runs(const reproduce *self) {
+    double const left = self->work - self->work_done;
+    if (left <= 0.0) return 0.0;
+    if (self->work_done <= 0.0) return -1.0;
+    return (timer_now() - self->job_begin) / self->work_done * left;
+}
+
 void reproduce_show_job(reproduce *self, const char *name, const char *what) {
+    double const rest = estimate_runs(self);
+    char text[PROGRESS_DURATION_SIZE];
     if (self->bar.is_terminal) {
-        char rest[PROGRESS_DURATION_SIZE];
-        double const done = (double)(self->job > 0 ? self->job - 1 : 0);
-        double const left = (double)self->job_count - done;
-        double const seconds = done > 0.0 ? (timer_now() - self->job_begin) / done * left : 0.0;
         fprintf(stderr, "[%zu/%zu] %s: %s", self->job, self->job_count, name, what);
-        if (done > 0.0)
-            fprintf(stderr, "; all runs in about %s", progress_format_duration(seconds, rest));
+        if (rest > 0.0)
+            fprintf(stderr, "; all runs in about %s", progress_format_duration(rest, text));
         fputc('\n', stderr);
     } else {
+        snprintf(text, sizeof text, rest < 0.0 ? "null" : "%.1f", rest);
         fprintf(stderr,
-                "{\"event\":\"job\",\"job\":%zu,\"jobs\":%zu,\"run\":\"%s\",\"what\":\"%s\"}\n",
-                self->job, self->job_count, name, what);
+                "{\"event\":\"job\",\"job\":%zu,\"jobs\":%zu,\"run\":\"%s\",\"what\":\"%s\","
+                "\"rest_seconds\":%s}\n",
+                self->job, self->job_count, name, what, text);
     }
     fflush(stderr);
 }
@@ -75,10 +83,14 @@ void reproduce_show_job(reproduce *self, const char *name, const char *what) {
 void reproduce_begin_work(reproduce *self) {
     self->bar = progress_bar_begin();
     self->told = timer_now();
+    self->skipped = 0;
 }
 
+void reproduce_skip_work(reproduce *self) { self->skipped++; }
+
 void reproduce_show_work(reproduce *self, const char *name, uint64_t done, uint64_t count) {
-    double const rest = progress_bar_estimate_rest(&self->bar, done, count);
+    double const rest =
+        progress_bar_estimate_rest(&self->bar, done - self->skipped, count - self->skipped);
     char text[PROGRESS_DURATION_SIZE];
     if (self->bar.is_terminal) {
         progress_bar_show(&self->bar, done, count, "%s  %llu of %llu  rest %s", name,

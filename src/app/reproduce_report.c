@@ -12,8 +12,10 @@
 #include <string.h>
 #include <sys/stat.h>
 #include <sys/utsname.h>
+#include <unistd.h>
 
-enum { LINE_SIZE = 1024, NAME_SIZE = 128 };
+enum { LINE_SIZE = 1024 };
+static const double GIB = 1073741824.0; /* [bytes] */
 
 static const char style[] =
     "body{font:15px/1.5 'DejaVu Sans',Helvetica,sans-serif;color:#222;background:#fff;"
@@ -162,34 +164,22 @@ static void write_stills(const reproduce *self, FILE *page, const reproduce_figu
 
 /* ---- the page ---- */
 
-/* The processor's name as the system tells it. */
-static void find_processor(char name[NAME_SIZE]) {
-    snprintf(name, NAME_SIZE, "not known");
-    FILE *const facts = fopen("/proc/cpuinfo", "r");
-    char line[LINE_SIZE];
-    while (facts && fgets(line, sizeof line, facts)) {
-        const char *const colon = strchr(line, ':');
-        if (strncmp(line, "model name", 10) != 0 || !colon) continue;
-        snprintf(name, NAME_SIZE, "%.*s", (int)strcspn(colon + 2, "\n"), colon + 2);
-        break;
-    }
-    if (facts) fclose(facts);
-}
-
 static void write_settings(const reproduce *self, FILE *page) {
-    char processor[NAME_SIZE];
+    char processor[REPRODUCE_MACHINE_SIZE];
     struct utsname system = {0};
-    find_processor(processor);
+    reproduce_find_processor(processor);
     (void)uname(&system);
     fprintf(page,
             "<h2>Settings and machine</h2>\n<table>\n"
-            "<tr><th>Tulle</th><td>%d.%d.%d, compiler %s</td></tr>\n"
+            "<tr><th>Tulle</th><td>%d.%d.%d, build %s, compiler %s</td></tr>\n"
             "<tr><th>sizes</th><td>%s</td></tr>\n<tr><th>threads</th><td>%d</td></tr>\n"
             "<tr><th>processor</th><td>",
-            TULLE_VERSION_MAJOR, TULLE_VERSION_MINOR, TULLE_VERSION_PATCH, __VERSION__,
+            TULLE_VERSION_MAJOR, TULLE_VERSION_MINOR, TULLE_VERSION_PATCH, self->build, __VERSION__,
             self->is_quick ? "--quick: coarse cloth and short runs" : "those of the scene files",
             parallel_resolve_threads(self->threads));
     write_text(page, processor);
+    fprintf(page, "; %ld of them, %.1f GiB of memory", sysconf(_SC_NPROCESSORS_ONLN),
+            (double)sysconf(_SC_PHYS_PAGES) * (double)sysconf(_SC_PAGESIZE) / GIB);
     fputs("</td></tr>\n<tr><th>system</th><td>", page);
     write_text(page, system.sysname);
     fputc(' ', page);
@@ -285,6 +275,8 @@ int reproduce_write_report(reproduce *self) {
         style);
     write_verdict(self, page.stream);
     write_settings(self, page.stream);
+    reproduce_make_path(self, path, "conditions.csv");
+    write_table(page.stream, path, "conditions.csv", "Conditions that things were measured under");
     reproduce_make_path(self, path, "runs.csv");
     write_table(page.stream, path, "runs.csv", "Runs");
     for (size_t i = 0; i < reproduce_figure_count; i++)

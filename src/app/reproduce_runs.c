@@ -142,16 +142,40 @@ static uint32_t count_frames(const reproduce *self, const reproduce_run *run, co
     return is_cut ? (uint32_t)quick->frames : frames;
 }
 
-/* Whether nothing is left to do: all frames are there, or the run ended in an error. */
-static bool is_whole(const char *path, const scene *loaded, uint32_t frames) {
+/* Frames that are there, the start not counted; all, where nothing is left to do. */
+static uint32_t count_made(const char *path, const scene *loaded, uint32_t frames) {
     tulle_run_reader *reader = NULL;
     if (!tulle_run_is_directory(path) || tulle_run_reader_open(path, &reader, NULL) != TULLE_OK)
-        return false;
+        return 0;
     const tulle_run_info *const info = tulle_run_reader_get_info(reader);
-    bool const is_done = info->frame_count > frames && info->state == TULLE_RUN_FINISHED;
-    bool const is_this = info->scene_hash == scene_get_hash(loaded);
+    uint32_t made = info->frame_count > 0 ? info->frame_count - 1 : 0;
+    if (made >= frames) made = info->state == TULLE_RUN_FINISHED ? frames : frames - 1;
+    if (info->scene_hash != scene_get_hash(loaded)) made = 0;
     tulle_run_reader_close(reader);
-    return is_this && is_done;
+    return made;
+}
+
+static size_t count_triangles(const scene *loaded) {
+    size_t count = 0;
+    for (size_t i = 0; i < scene_get_cloth_count(loaded); i++)
+        count += scene_get_cloth_mesh(loaded, i).triangle_count;
+    for (size_t i = 0; i < scene_get_obstacle_count(loaded); i++)
+        count += scene_get_obstacle_mesh(loaded, i).triangle_count;
+    return count;
+}
+
+int reproduce_weigh_run(const reproduce *self, const reproduce_run *run, double *work) {
+    char path[REPRODUCE_PATH_SIZE];
+    reproduce_find_run(self, run, path);
+    scene *loaded = NULL;
+    int const code = load_scene(self, run, &loaded);
+    if (code != APP_EXIT_FINE) return code;
+    uint32_t const frames = count_frames(self, run, loaded);
+    uint32_t const left = frames - count_made(path, loaded, frames);
+    *work =
+        (double)left * (double)scene_get_steps_per_frame(loaded) * (double)count_triangles(loaded);
+    scene_destroy(loaded);
+    return APP_EXIT_FINE;
 }
 
 /* Calls `tulle run`. */
@@ -187,10 +211,12 @@ int reproduce_make_run(reproduce *self, const reproduce_run *run) {
     int const code = load_scene(self, run, &loaded);
     if (code != APP_EXIT_FINE) return code;
     uint32_t const frames = count_frames(self, run, loaded);
-    bool const is_done = is_whole(path, loaded, frames);
+    bool const is_done = count_made(path, loaded, frames) == frames;
     scene_destroy(loaded);
     reproduce_show_job(self, name, is_done ? "is there" : "runs");
-    return is_done ? APP_EXIT_FINE : run_scene(self, run, path, frames);
+    if (is_done) return APP_EXIT_FINE;
+    int const noted = reproduce_note_run(self, run);
+    return noted != APP_EXIT_FINE ? noted : run_scene(self, run, path, frames);
 }
 
 tulle_status reproduce_find_distance(const reproduce *self, const reproduce_run *run,

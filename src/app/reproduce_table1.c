@@ -86,12 +86,12 @@ static void write_cells(FILE *stream, int animation, const table_cell cells[METH
     for (int m = 0; m < METHODS; m++) {
         const table_cell *const cell = &cells[m];
         if (!cell->is_there) continue;
-        fprintf(stream, "%d,%s,%zu,%zu,%zu,%zu,%zu,%.4g,%.4g,%.4g,%.4g,%s,%u\n", animation,
+        fprintf(stream, "%d,%s,%zu,%zu,%zu,%zu,%zu,%.4g,%.4g,%.4g,%.4g,%s,%u,%s\n", animation,
                 methods[m], cell->verdict.cloth_vertices, cell->verdict.cloth_triangles,
                 cell->verdict.obstacle_vertices, cell->verdict.obstacle_triangles, cell->steps,
                 get_cost(cell, COST_CS), get_cost(cell, COST_DYN), get_cost(cell, COST_CGM),
                 cell->steps > 0 ? MS * cell->total / (double)cell->steps : 0.0, cell->verdict.state,
-                (unsigned)cell->verdict.bad_frame_count);
+                (unsigned)cell->verdict.bad_frame_count, cell->verdict.conditions);
     }
 }
 
@@ -112,11 +112,28 @@ static void rank(const table_cell cells[METHODS], int count, char text[64]) {
     }
 }
 
+/* Whether all runs were made by one build with as many threads on one kind of processor. */
+static bool is_comparable(const table_cell cells[METHODS]) {
+    const char *const first = cells[0].verdict.conditions;
+    for (int m = 1; m < METHODS; m++)
+        if (strcmp(cells[m].verdict.conditions, first) != 0) return false;
+    return strcmp(first, "mixed") != 0 && strcmp(first, "unknown") != 0;
+}
+
 static void write_finding(FILE *stream, int animation, const table_cell cells[METHODS]) {
     static const char *const claim = "paper < bvox < refit";
     char three[64], four[64];
     for (int m = 0; m < METHODS; m++)
         if (!cells[m].is_there) return;
+    if (!is_comparable(cells)) {
+        app_print_message("reproduce",
+                          "animation %d: its times are not compared, since its runs were made by "
+                          "several builds, on several processors or with several numbers of "
+                          "threads; without runs/animation_%d.* they are made again",
+                          animation, animation);
+        fprintf(stream, "%d,%s,,not compared,\n", animation, claim);
+        return;
+    }
     rank(cells, PAPER_METHODS, three);
     rank(cells, METHODS, four);
     fprintf(stream, "%d,%s,%s,%s,%s\n", animation, claim, three,
@@ -134,7 +151,7 @@ static int write_files(reproduce *self, const reproduce_figure *figure, reproduc
                        reproduce_table *findings, plot_page *page) {
     tulle_error error = {0};
     fputs("animation,method,cloth_particles,cloth_triangles,obstacle_particles,obstacle_triangles,"
-          "steps,cs_ms,dyn_ms,cgm_ms,step_ms,state,bad_frames\n",
+          "steps,cs_ms,dyn_ms,cgm_ms,step_ms,state,bad_frames,conditions\n",
           table->stream);
     fputs("animation,paper_ranking,our_ranking,verdict,with_patches\n", findings->stream);
     for (int animation = 1; animation <= ANIMATIONS; animation++) {

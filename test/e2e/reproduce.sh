@@ -65,10 +65,10 @@ expect 0 'report: out.d/report.html' all --scenes scenes -o out.d --size 16x10
 columns out.d/counterexamples_scenes.csv run,frames,contact_distance_mm,events,paper_patches,paper_found,paper_missed,frames_with_missed,proven_missed
 [ "$(wc -l <out.d/counterexamples_scenes.csv)" = 11 ] || fail "counterexamples: a scene is missing"
 [ "$(cut -d, -f9 out.d/counterexamples_scenes.csv | sort -u | tr '\n' ' ')" = '0 proven_missed ' ] || fail "something proven was missed"
-columns out.d/runs.csv run,state,cloth_particles,cloth_triangles,obstacle_particles,obstacle_triangles,frames,simulated_seconds,step_seconds,rescues_per_1000_contacts,bad_frames,intersections
+columns out.d/runs.csv run,state,cloth_particles,cloth_triangles,obstacle_particles,obstacle_triangles,frames,simulated_seconds,step_seconds,rescues_per_1000_contacts,bad_frames,intersections,time_step,conditions
 grep -q '^rings,finished,81,128,8,6,7,0.12,' out.d/runs.csv || fail "runs.csv tells wrong sizes of rings"
 
-columns out.d/table1.csv animation,method,cloth_particles,cloth_triangles,obstacle_particles,obstacle_triangles,steps,cs_ms,dyn_ms,cgm_ms,step_ms,state,bad_frames
+columns out.d/table1.csv animation,method,cloth_particles,cloth_triangles,obstacle_particles,obstacle_triangles,steps,cs_ms,dyn_ms,cgm_ms,step_ms,state,bad_frames,conditions
 [ "$(wc -l <out.d/table1.csv)" = 25 ] || fail "table 1: not four methods of six animations"
 columns out.d/table1_ranking.csv animation,paper_ranking,our_ranking,verdict,with_patches
 columns out.d/fig6.csv run,stick_share,mean_way,centre_height
@@ -181,7 +181,7 @@ struct.pack_into("<3f", data, offset, -0.1, 0.0, -0.5)
 open(sys.argv[1], "wb").write(data)
 END_OF_PYTHON
 expect 0 '' counterexamples --scenes scenes -o bad.d
-grep -qE '^rings,.*,1,[1-9][0-9]*$' bad.d/runs.csv || { fail "an intersecting frame was not seen"; grep rings bad.d/runs.csv; }
+grep -qE '^rings,.*,1,[1-9][0-9]*,0.02,[0-9a-f]{8}$' bad.d/runs.csv || { fail "an intersecting frame was not seen"; grep rings bad.d/runs.csv; }
 
 [ $faults = 0 ] && echo "reproduce: all as expected"
 exit $faults

@@ -1,0 +1,151 @@
+/* app/reproduce_fig7_measure.c - what self-collision detection of a recorded frame costs at one
+ * patch angle, by the paper's rules, by patches that are proven and by ours; with obstacles too at
+ * some angles. Each frame's times are kept in measured/fig7_ANGLE.csv under the conditions, the run
+ * and the angle that they were measured with.
+ *
+ * Based on: Wong, Baciu, Dynamic interaction between deformable surfaces and nonsmooth objects,
+ * 2005, section 6, Fig. 7. */
+#include "app/interrupt.h"
+#include "app/reproduce_fig7.h"
+#include "base/error.h"
+
+#include <inttypes.h>
+
+enum { PARTS = 9 };
+const char *const fig7_rules_names[FIG7_RULES] = {"paper", "proven", "patches"};
+
+static tulle_detect_def use_rules(tulle_detect_def def, fig7_rules by, double angle) {
+    if (by == FIG7_PAPER) return reproduce_use_paper_rules(def, angle);
+    tulle_detect_def made = reproduce_use_proof(def, angle);
+    if (by == FIG7_PATCHES) made.method = TULLE_DETECT_PATCHES;
+    return made;
+}
+
+tulle_status fig7_pass_begin(fig7_pass *pass, tulle_error *error) {
+    char frames[REPRODUCE_TEXT_SIZE], head[2 * REPRODUCE_TEXT_SIZE], file[64];
+    reproduce_frames_describe(pass->cloth, frames);
+    snprintf(head, sizeof head,
+             "# conditions %s build %s %s angle %g%s\n"
+             "frame,rules,partition,trees,traversal,intrinsic,total,with_obstacles,events,patches,"
+             "patch_triangles\n",
+             pass->self->conditions, pass->self->build, frames, pass->angle,
+             pass->obstacles ? " obstacles" : "");
+    snprintf(file, sizeof file, "measured/fig7_%g.csv", pass->angle);
+    return reproduce_kept_open(pass->self, file, head, &pass->kept, error);
+}
+
+static fig7_times get_times(const tulle_detect_result *result) {
+    const tulle_detect_statistics *const s = &result->statistics;
+    return (fig7_times){.partition = s->patch_seconds,
+                        .trees = s->tree_seconds,
+                        .traversal = s->traversal_seconds,
+                        .intrinsic = s->filter_seconds + s->impact_seconds + s->event_seconds,
+                        .total = s->total_seconds,
+                        .events = result->event_count,
+                        .patches = s->patch_count,
+                        .patch_triangles = s->patch_triangles};
+}
+
+/* One timed call. A detector that keeps patches is first asked about the frame before, untimed:
+ * frames that are looked at do not follow one another. */
+static tulle_status ask(tulle_detector *detector, const reproduce_frames *frames, bool warms_up,
+                        fig7_times *times, tulle_error *error) {
+    tulle_detect_result result = {0};
+    tulle_status status = TULLE_OK;
+    if (warms_up)
+        status = tulle_detector_find_events(detector, frames->start, frames->start, &result, error);
+    if (status == TULLE_OK)
+        status = tulle_detector_find_events(detector, frames->start, frames->end, &result, error);
+    if (status == TULLE_OK) *times = get_times(&result);
+    return status;
+}
+
+/* A detector that has once been asked about the frames, untimed: its memory is there, wherever the
+ * measurement goes on. */
+static tulle_status make_detector(const fig7_pass *pass, const reproduce_frames *frames,
+                                  fig7_rules by, tulle_detector **detector, tulle_error *error) {
+    tulle_detect_def const def =
+        use_rules(reproduce_frames_get_def(pass->self, frames), by, pass->angle);
+    fig7_times ignored;
+    tulle_status const status = tulle_detector_create(&def, detector, error);
+    return status == TULLE_OK ? ask(*detector, frames, false, &ignored, error) : status;
+}
+
+static tulle_status make_detectors(fig7_pass *pass, tulle_error *error) {
+    tulle_status status = TULLE_OK;
+    for (fig7_rules by = 0; by < FIG7_RULES && status == TULLE_OK; by++) {
+        status = make_detector(pass, pass->cloth, by, &pass->detectors[by], error);
+        if (status == TULLE_OK && pass->obstacles)
+            status = make_detector(pass, pass->obstacles, by, &pass->with_obstacles[by], error);
+    }
+    pass->is_begun = true;
+    return status;
+}
+
+/* All detectors on one frame, one after the other, so that a busy machine troubles all alike. */
+static tulle_status measure(fig7_pass *pass, uint32_t frame, fig7_times times[FIG7_RULES],
+                            tulle_error *error) {
+    tulle_status status = reproduce_frames_read(pass->cloth, frame, error);
+    if (status == TULLE_OK && pass->obstacles)
+        status = reproduce_frames_read(pass->obstacles, frame, error);
+    if (status == TULLE_OK && !pass->is_begun) status = make_detectors(pass, error);
+    for (fig7_rules by = 0; by < FIG7_RULES && status == TULLE_OK; by++) {
+        bool const warms_up = by == FIG7_PATCHES;
+        fig7_times with = {0};
+        status = ask(pass->detectors[by], pass->cloth, warms_up, &times[by], error);
+        if (status == TULLE_OK && pass->obstacles)
+            status = ask(pass->with_obstacles[by], pass->obstacles, warms_up, &with, error);
+        times[by].with_obstacles = with.total;
+    }
+    return status;
+}
+
+static bool find(fig7_pass *pass, uint32_t frame, fig7_rules by, fig7_times *times) {
+    char key[64];
+    snprintf(key, sizeof key, "%u,%s,", (unsigned)frame, fig7_rules_names[by]);
+    const char *const row = reproduce_kept_find(&pass->kept, key);
+    return row && sscanf(row, "%lf,%lf,%lf,%lf,%lf,%lf,%" SCNu64 ",%" SCNu64 ",%" SCNu64,
+                         &times->partition, &times->trees, &times->traversal, &times->intrinsic,
+                         &times->total, &times->with_obstacles, &times->events, &times->patches,
+                         &times->patch_triangles) == PARTS;
+}
+
+static tulle_status keep(fig7_pass *pass, uint32_t frame, const fig7_times times[FIG7_RULES],
+                         tulle_error *error) {
+    tulle_status status = TULLE_OK;
+    for (fig7_rules by = 0; by < FIG7_RULES && status == TULLE_OK; by++) {
+        const fig7_times *const t = &times[by];
+        status = reproduce_kept_add(
+            &pass->kept, error,
+            "%u,%s,%.17g,%.17g,%.17g,%.17g,%.17g,%.17g,%" PRIu64 ",%" PRIu64 ",%" PRIu64 "\n",
+            (unsigned)frame, fig7_rules_names[by], t->partition, t->trees, t->traversal,
+            t->intrinsic, t->total, t->with_obstacles, t->events, t->patches, t->patch_triangles);
+    }
+    return status;
+}
+
+tulle_status fig7_pass_look(fig7_pass *pass, uint32_t frame, fig7_times times[FIG7_RULES],
+                            tulle_error *error) {
+    bool is_there = true;
+    if (interrupt_is_pending()) return error_set(error, TULLE_ERROR_INTERRUPTED, "stopped");
+    for (fig7_rules by = 0; by < FIG7_RULES && is_there; by++)
+        is_there = find(pass, frame, by, &times[by]);
+    if (is_there) {
+        reproduce_skip_work(pass->self);
+        return TULLE_OK;
+    }
+    tulle_status const status = measure(pass, frame, times, error);
+    return status == TULLE_OK ? keep(pass, frame, times, error) : status;
+}
+
+tulle_status fig7_pass_end(fig7_pass *pass, tulle_status status, tulle_error *error) {
+    tulle_error ignored = {0};
+    tulle_status const saved =
+        reproduce_kept_save(&pass->kept, status == TULLE_OK ? error : &ignored);
+    for (fig7_rules by = 0; by < FIG7_RULES; by++) {
+        tulle_detector_destroy(pass->detectors[by]);
+        tulle_detector_destroy(pass->with_obstacles[by]);
+    }
+    reproduce_kept_close(&pass->kept);
+    return status == TULLE_OK ? saved : status;
+}
