@@ -29,6 +29,17 @@ void start_bodies(const contact_scene *scene, double *u) {
     }
 }
 
+void start_pressed_bodies(const contact_scene *scene, const row_list *list, double *u) {
+    for (size_t i = 0; i < list->rows.count; i++) {
+        const contact_row *const row = &list->rows.data[i];
+        if (!row->has_body || !(vec3_dot(row->normal, row->impulse) > 0.0)) continue;
+        for (int side = 0; side < 2; side++) {
+            size_t const slot = row->slots[side];
+            if (slot != TULLE_NONE) memcpy(u + 3 * slot, scene->v0 + 3 * slot, 6 * sizeof(double));
+        }
+    }
+}
+
 void apply_bodies(const contact_scene *scene, const double *x, double *y) {
     for (size_t b = 0; b < scene->body_count; b++) {
         const contact_body *const body = &scene->bodies[b];

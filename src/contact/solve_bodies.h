@@ -10,6 +10,8 @@
 void fill_body_system(const contact_scene *scene, double *right_hand_side, double *diagonal);
 /* u of slots where nothing holds the bodies; zero for those that are not free. */
 void start_bodies(const contact_scene *scene, double *u);
+/* u of slots at the start of the step instead, for bodies that a row of the list presses. */
+void start_pressed_bodies(const contact_scene *scene, const row_list *list, double *u);
 /* y = A x for slots. */
 void apply_bodies(const contact_scene *scene, const double *x, double *y);
 /* z = D^-1 r for slots, D their diagonal blocks; 0 for bodies that are not free. */

@@ -35,7 +35,7 @@ typedef struct solve_report {
 /* Free bodies of the scene take part with their slots. In: u of cloth vertices is the velocity at
  * the start of the step (first guess, and what the force impulse is measured from); u of slots is
  * the first guess, u of vertices with inverse mass 0 is prescribed. Out: u, and the rows' impulses.
- * `list` may be empty. */
+ * With free bodies the scene has v0. `list` may be empty. */
 tulle_status solve_motion(const contact_scene *scene, const motion_system *system, row_list *list,
                           double *u, solve_report *report);
 

@@ -71,6 +71,7 @@ static tulle_status run_solve_motion(step_context *context, bool is_first) {
         memcpy(context->mean_velocity, context->state->velocities,
                3 * world->cloth_vertex_count * sizeof(double));
         start_bodies(&context->scene, context->mean_velocity);
+        start_pressed_bodies(&context->scene, &world->rows, context->mean_velocity);
         prescribe_motion(&context->scene, context->mean_velocity);
     }
     solve_report solved = {0};

@@ -253,7 +253,7 @@ static void stack_comes_to_rest(void **state) {
         assert_true(gap > 0.0 && gap < 0.02);
     }
     assert_int_equal(rescues, 0);
-    assert_true(creep < 1e-5 && turn < 1e-4);
+    assert_true(creep < 1e-6 && turn < 1e-6);
     for (int i = 0; i < 3; i++) tulle_mesh_destroy(&boxes[i]);
     tulle_mesh_destroy(&sheet);
     tulle_world_destroy(world);
