@@ -16,6 +16,7 @@
 #include <errno.h>
 #include <string.h>
 #include <sys/stat.h>
+#include <unistd.h>
 
 enum { THREADS_MAX = 256, NAMES_MAX = 16, DIRECTORY_MAX = 600 /* [bytes] */ };
 
@@ -47,7 +48,8 @@ static options_outcome read_words(int argc, char **argv, reproduce_words *words,
             "fig9, counterexamples, or all of them. Runs the scenes, judges every frame, and\n"
             "writes tables (CSV), plots (SVG, by gnuplot), stills and report.html. Runs that\n"
             "are whole are not made again, others go on where they were cut short: Ctrl-C\n"
-            "(130) keeps what there is. Exit code 2: a scene is missing; all else is made.",
+            "(130) keeps what there is. Exit code 2 with all else made: a scene is missing,\n"
+            "plots without gnuplot, or stills by a program that was built without Embree.",
         .options = options,
         .option_count = sizeof options / sizeof options[0],
         .operand_minimum = 1,
@@ -80,14 +82,26 @@ static bool choose_figures(char **names, size_t count, bool is_wanted[NAMES_MAX]
     return true;
 }
 
+/* Makes the directory, or finds it and that files can be made in it; 0 or an errno. */
+static int make_directory(const char *path) {
+    struct stat facts;
+    if (mkdir(path, 0777) == 0) return 0;
+    if (errno != EEXIST) return errno;
+    if (stat(path, &facts) != 0) return errno;
+    if (!S_ISDIR(facts.st_mode)) return ENOTDIR;
+    return access(path, W_OK | X_OK) == 0 ? 0 : errno;
+}
+
 static int make_directories(const reproduce *self) {
-    static const char *const names[] = {"", "runs", "made", "judged", "measured", "stills"};
+    static const char *const names[] = {"", "/runs", "/made", "/judged", "/measured", "/stills"};
     for (size_t i = 0; i < sizeof names / sizeof names[0]; i++) {
         char path[REPRODUCE_PATH_SIZE];
-        reproduce_make_path(self, path, "%s", names[i]);
-        if (mkdir(path, 0777) == 0 || errno == EEXIST) continue;
-        app_print_message("reproduce", "%s: cannot be made: %s", path, strerror(errno));
-        return errno == ENOSPC ? APP_EXIT_CANNOT_GO_ON : APP_EXIT_BAD_INPUT;
+        snprintf(path, sizeof path, "%s%s", self->directory, names[i]);
+        int const fault = make_directory(path);
+        if (!fault) continue;
+        app_print_message("reproduce", "-o: %s cannot be made or written to: %s", path,
+                          strerror(fault));
+        return fault == ENOSPC ? APP_EXIT_CANNOT_GO_ON : APP_EXIT_BAD_INPUT;
     }
     return APP_EXIT_FINE;
 }

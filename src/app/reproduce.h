@@ -36,7 +36,8 @@ typedef struct reproduce {
     int threads;                      /* 0: one per processor */
     char build[REPRODUCE_BUILD_SIZE]; /* hash of the program */
     char conditions[REPRODUCE_CONDITIONS_SIZE]; /* of build, threads and processor */
-    bool is_lacking; /* something was asked for and could not be made: a scene file is missing */
+    bool is_lacking; /* something was asked for and could not be made: a scene file or gnuplot is
+                        missing */
     bool has_told_gnuplot, has_told_pictures; /* that they are not there */
     size_t job, job_count;                    /* runs, to be made and judged */
     double work, work_done;                   /* of all these runs, see reproduce_weigh_run */

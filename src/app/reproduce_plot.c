@@ -127,12 +127,13 @@ int plot_draw(reproduce *self, const plot_page *page, const char *file) {
         if (!self->has_told_gnuplot)
             app_print_message("reproduce", "no plots are drawn: the program gnuplot is not on the "
                                            "PATH (Debian's package is gnuplot-nox)");
-        self->has_told_gnuplot = true;
+        self->has_told_gnuplot = self->is_lacking = true;
         return APP_EXIT_FINE;
     }
     gnuplot_plot const plot = {write_script, page, WIDTH,
                                PANEL_HEIGHT * (double)count_panels(page)};
     int const code = gnuplot_draw("reproduce", &plot, path);
+    self->is_lacking |= code != APP_EXIT_FINE;
     /* a plot that cannot be drawn is said, and the tables are worth going on for */
     return code == APP_EXIT_INTERRUPTED || interrupt_is_pending() ? APP_EXIT_INTERRUPTED
                                                                   : APP_EXIT_FINE;

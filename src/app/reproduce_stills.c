@@ -69,7 +69,7 @@ int reproduce_stills(reproduce *self, const reproduce_figure *figure) {
             app_print_message("reproduce", "no stills are made: this program was built without "
                                            "Embree, the ray tracer (Debian's package is "
                                            "libembree-dev)");
-        self->has_told_pictures = true;
+        self->has_told_pictures = self->is_lacking = true;
         return APP_EXIT_FINE;
     }
     size_t const count = figure->run_count * REPRODUCE_STILLS;
