@@ -150,6 +150,18 @@ expect 2 'no plots are drawn: the program gnuplot is not on the PATH' table1 --s
 search=$PATH
 [ -s plain.d/table1.csv ] && [ ! -e plain.d/table1.svg ] || fail "without gnuplot something is wrong"
 
+# A film of each scene by one command; without ffmpeg that is said.
+if ! "$TULLE" render out.d/runs/rings --size 16x10 --samples 1 2>&1 | grep -q 'without Embree'; then
+    for name in example_one_{low,high}_friction animation_{1..6}.patches rings ribbons; do
+        command -v ffmpeg >/dev/null || break
+        "$TULLE" render out.d/runs/$name -o $name.mp4 --size 16x10 --samples 1 --subdivide 1 >film.out 2>&1 && [ -s $name.mp4 ] ||
+            { fail "no film of $name:"; cat film.out; }
+    done
+    PATH=$work/empty "$TULLE" render out.d/runs/rings -o none.mp4 --size 16x10 >film.out 2>&1
+    code=$?
+    [ $code = 2 ] && [ ! -e none.mp4 ] && grep -q 'films need the program ffmpeg' film.out || { fail "without ffmpeg: exit $code"; cat film.out; }
+fi
+
 # What is whole is not run or judged again; what was cut short goes on to the same state.
 cp -R out.d/runs/rings whole
 sed -i 's/"state": *"finished"/"state": "interrupted"/' out.d/runs/rings/run.json
