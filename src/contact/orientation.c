@@ -1,8 +1,7 @@
 /* contact/orientation.c - see orientation.h.
  *
  * States that do not intersect need none of this: their normal is the unit vector between the
- * closest points, and the store keeps it as history. The rules serve starts that intersect, and
- * tests.
+ * closest points. The rules serve starts that intersect.
  *
  * The verification in closed form: with d_i the corners' signed distances along the axis, moving
  * the first triangle by e and the second by -e changes sum d_i^2 by 2 e (sum_1 d - sum_2 d) + 6
@@ -13,7 +12,9 @@
  * where an edge has one opposite vertex, that one decides. */
 #include "contact/orientation.h"
 
-/* Normals of the store that differ by more than 60 degrees from the line say nothing about it. */
+#include <stdlib.h>
+
+/* Normals of the history that differ by more than 60 degrees from the line say nothing about it. */
 #define LEAST_COSINE 0.5
 
 static orientation sign_of(double value) {
@@ -21,30 +22,43 @@ static orientation sign_of(double value) {
     return value < 0.0 ? ORIENTATION_AGAINST : ORIENTATION_UNDECIDED;
 }
 
-static bool features_touch(const topology *topo, feature_kind kind, uint32_t a, uint32_t b) {
-    bool const is_triangle = kind == FEATURE_VERTEX_TRIANGLE;
-    size_t const size = is_triangle ? 3 : 2;
-    const uint32_t *const corners = is_triangle ? topo->triangles : topo->edges;
-    for (size_t i = 0; i < size; i++)
-        for (size_t j = 0; j < size; j++)
-            if (corners[size * a + i] == corners[size * b + j]) return true;
-    return false;
+tulle_status remember_side(side_history *history, memory *heap, known_side side) {
+    if (!ARRAY_RESERVE(heap, &history->sides, 1)) return TULLE_ERROR_OUT_OF_MEMORY;
+    history->sides.data[history->sides.count++] = side;
+    return TULLE_OK;
 }
 
-static orientation compare_normals(const stored_contact *contact, vec3 axis) {
-    double const cosine = vec3_dot(vec3_load(contact->normal, 0), axis);
-    return fabs(cosine) >= LEAST_COSINE ? sign_of(cosine) : ORIENTATION_UNDECIDED;
+void side_history_destroy(side_history *history, memory *heap) {
+    ARRAY_FREE(heap, &history->sides);
 }
 
-/* The first contact in the store that is not before (kind, first, 0). */
-static size_t find_first(const contact_store *store, feature_kind kind, uint32_t first) {
-    size_t low = 0, high = store->contacts.count;
+static int compare_pairs(const void *a, const void *b) {
+    known_side const *const x = a, *const y = b;
+    if (x->vertex != y->vertex) return x->vertex < y->vertex ? -1 : 1;
+    return (x->triangle > y->triangle) - (x->triangle < y->triangle);
+}
+
+void settle_history(side_history *history) {
+    known_side *const sides = history->sides.data;
+    size_t const count = history->sides.count;
+    if (count == 0) return;
+    qsort(sides, count, sizeof *sides, compare_pairs);
+    size_t kept = 0;
+    for (size_t begin = 0, end; begin < count; begin = end) {
+        bool agree = true;
+        for (end = begin + 1; end < count && compare_pairs(&sides[begin], &sides[end]) == 0; end++)
+            agree = agree && vec3_dot(sides[begin].normal, sides[end].normal) > 0.0;
+        if (agree) sides[kept++] = sides[begin];
+    }
+    history->sides.count = kept;
+}
+
+/* The first side in the history that is not before those of a vertex. */
+static size_t find_first(const side_history *history, uint32_t vertex) {
+    size_t low = 0, high = history->sides.count;
     while (low < high) {
         size_t const middle = low + (high - low) / 2;
-        const stored_contact *const contact = &store->contacts.data[middle];
-        bool const is_before = contact->kind != (uint32_t)kind ? contact->kind < (uint32_t)kind
-                                                               : contact->first < first;
-        if (is_before)
+        if (history->sides.data[middle].vertex < vertex)
             low = middle + 1;
         else
             high = middle;
@@ -52,20 +66,28 @@ static size_t find_first(const contact_store *store, feature_kind kind, uint32_t
     return low;
 }
 
-orientation orient_by_history(const topology *topo, const contact_store *store,
-                              const oriented_pair *question) {
-    feature_pair const pair = question->pair;
-    const stored_contact *const own = find_contact(store, question->kind, pair);
-    if (own) return compare_normals(own, question->axis);
-    bool const is_vertex = question->kind == FEATURE_VERTEX_TRIANGLE;
-    size_t const count = is_vertex ? topo->triangle_count : topo->edge_count;
+static bool share_a_corner(const topology *topo, uint32_t a, uint32_t b) {
+    for (size_t i = 0; i < 3; i++)
+        for (size_t j = 0; j < 3; j++)
+            if (topo->triangles[3 * (size_t)a + i] == topo->triangles[3 * (size_t)b + j])
+                return true;
+    return false;
+}
+
+static orientation compare_normals(vec3 normal, vec3 axis) {
+    double const cosine = vec3_dot(normal, axis);
+    return fabs(cosine) >= LEAST_COSINE ? sign_of(cosine) : ORIENTATION_UNDECIDED;
+}
+
+orientation orient_by_history(const topology *topo, const side_history *history,
+                              feature_pair vertex_triangle, vec3 axis) {
     int votes = 0;
-    for (size_t i = find_first(store, question->kind, pair.first); i < store->contacts.count; i++) {
-        const stored_contact *const contact = &store->contacts.data[i];
-        if (contact->kind != (uint32_t)question->kind || contact->first != pair.first) break;
-        if (contact->second < count &&
-            features_touch(topo, question->kind, contact->second, pair.second))
-            votes += compare_normals(contact, question->axis);
+    for (size_t i = find_first(history, vertex_triangle.first); i < history->sides.count; i++) {
+        known_side const *const side = &history->sides.data[i];
+        if (side->vertex != vertex_triangle.first) break;
+        orientation const own = compare_normals(side->normal, axis);
+        if (side->triangle == vertex_triangle.second) return own;
+        if (share_a_corner(topo, side->triangle, vertex_triangle.second)) votes += own;
     }
     return sign_of(votes);
 }
@@ -123,19 +145,4 @@ orientation orient_by_triangles(const topology *topo, const double *positions, u
     vec3 const difference =
         vec3_sub(sum_corners(topo, positions, first), sum_corners(topo, positions, second));
     return sign_of(vec3_dot(axis, difference));
-}
-
-orientation orient_pair(const topology *topo, const double *positions, const contact_store *store,
-                        const oriented_pair *question) {
-    orientation side = orient_by_history(topo, store, question);
-    if (side == ORIENTATION_UNDECIDED) side = orient_by_neighbours(topo, positions, question);
-    if (side != ORIENTATION_UNDECIDED) return side;
-    feature_pair const pair = question->pair;
-    bool const is_vertex = question->kind == FEATURE_VERTEX_TRIANGLE;
-    const adjacency *const around = &topo->vertex_triangles;
-    if (is_vertex && around->begin[pair.first] == around->begin[pair.first + 1]) return side;
-    uint32_t const first = is_vertex ? around->items[around->begin[pair.first]]
-                                     : topo->edge_triangles[2 * (size_t)pair.first];
-    uint32_t const second = is_vertex ? pair.second : topo->edge_triangles[2 * (size_t)pair.second];
-    return orient_by_triangles(topo, positions, first, second, question->axis);
 }

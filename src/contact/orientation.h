@@ -3,7 +3,7 @@
 #ifndef TULLE_CONTACT_ORIENTATION_H
 #define TULLE_CONTACT_ORIENTATION_H
 
-#include "contact/contact_store.h"
+#include "contact/contact_types.h"
 
 /* Whether the first feature belongs on the side to which an axis points. */
 typedef enum orientation {
@@ -20,10 +20,28 @@ typedef struct oriented_pair {
     vec3 point; /* [m] */
 } oriented_pair;
 
-/* The side that the store remembers: of the same pair, else of a contact of the same first feature
- * with a second one that shares a vertex (sliding from triangle to triangle or edge to edge). */
-orientation orient_by_history(const topology *topo, const contact_store *store,
-                              const oriented_pair *question);
+/* A vertex and the side of a triangle on which it belongs. */
+typedef struct known_side {
+    uint32_t vertex, triangle;
+    vec3 normal; /* unit, to that side */
+} known_side;
+
+/* Sides that were decided before. Zeroed is empty. */
+typedef struct side_history {
+    ARRAY(known_side) sides;
+} side_history;
+
+/* Adds a side. Fails only for want of memory; the history is then as it was. */
+tulle_status remember_side(side_history *history, memory *heap, known_side side);
+/* After the last one was added: sorts them for look-ups and leaves one of each pair, none where
+ * those of a pair contradict one another. */
+void settle_history(side_history *history);
+void side_history_destroy(side_history *history, memory *heap);
+
+/* History of a vertex and a triangle: the settled side of the same pair, else what most of the
+ * vertex's triangles that share a corner with this one say (it slid from one to the other). */
+orientation orient_by_history(const topology *topo, const side_history *history,
+                              feature_pair vertex_triangle, vec3 axis);
 
 /* Geometric correction: a vertex comes from the side on which all its neighbours lie; of two edges,
  * the vertices opposite the first lie on one side and those opposite the second on the other.
@@ -36,9 +54,5 @@ orientation orient_by_neighbours(const topology *topo, const double *positions,
  * the plane grow more. */
 orientation orient_by_triangles(const topology *topo, const double *positions, uint32_t first,
                                 uint32_t second, vec3 axis);
-
-/* The first of these rules that decides; triangles are one of each feature. */
-orientation orient_pair(const topology *topo, const double *positions, const contact_store *store,
-                        const oriented_pair *question);
 
 #endif

@@ -122,7 +122,10 @@ static tulle_status run_round(untangling *work, tulle_error *error) {
     if (status == TULLE_OK && world->intersections.count == 0)
         status = world_find_intersections(world, work->positions, &world->intersections, error);
     if (status != TULLE_OK) return status == TULLE_ERROR_OUT_OF_MEMORY ? no_memory(error) : status;
-    if (follow_progress(work, world->intersections.count)) return TULLE_OK;
+    if (follow_progress(work, world->intersections.count)) {
+        work->history.sides.count = 0; /* of other positions */
+        return TULLE_OK;
+    }
     arena_mark const mark = arena_get_mark(&world->scratch);
     status = find_contours(work, &world->intersections);
     if (status == TULLE_OK) status = find_sides(work);
@@ -201,6 +204,7 @@ tulle_status world_untangle(tulle_world *world, tulle_error *error) {
     }
     if (status == TULLE_OK) status = accept_best(&work, error);
     if (work.broad) broad_phase_destroy(work.broad);
+    side_history_destroy(&work.history, &world->heap);
     ARRAY_FREE(&world->heap, &work.pairs.vertex_triangle);
     ARRAY_FREE(&world->heap, &work.pairs.edge_edge);
     arena_release(&world->scratch, mark);

@@ -108,7 +108,8 @@ static void shorten_contour(untangling *work, const surface_crossing *crossing) 
     vote_together(work, vertices, weights, 5, vec3_scale(way, step));
 }
 
-/* Triangles that touch without a crossing (flat on one another) part along a normal. */
+/* Triangles that touch without a crossing (flat on one another) part along a normal, to the sides
+ * that their corners say. */
 static void part_loose(untangling *work, const tulle_intersection *pair) {
     surface_range const *const surfaces = work->world->surfaces;
     uint32_t const first = surfaces[pair->object_a].triangle_begin + pair->triangle_a;
@@ -116,11 +117,9 @@ static void part_loose(untangling *work, const tulle_intersection *pair) {
     uint32_t const *const a = work->topo->triangles + 3 * (size_t)first;
     uint32_t const *const b = work->topo->triangles + 3 * (size_t)second;
     vec3 const normal = find_triangle_normal(work, second);
-    vec3 middle = {0.0, 0.0, 0.0};
-    for (int k = 0; k < 3; k++)
-        middle = vec3_add(
-            middle, vec3_sub(vec3_load(work->positions, a[k]), vec3_load(work->positions, b[k])));
-    double const gap = find_gap(work, a[0], b[0]) * (vec3_dot(normal, middle) < 0.0 ? -1.0 : 1.0);
+    orientation const side =
+        orient_by_triangles(work->topo, work->positions, first, second, normal);
+    double const gap = find_gap(work, a[0], b[0]) * (side == ORIENTATION_AGAINST ? -1.0 : 1.0);
     uint32_t const vertices[6] = {a[0], a[1], a[2], b[0], b[1], b[2]};
     double const third = 1.0 / 3.0, weights[6] = {third, third, third, -third, -third, -third};
     vote_together(work, vertices, weights, 6, vec3_scale(normal, gap));
@@ -137,9 +136,9 @@ static contact_scene make_scene(const untangling *work) {
                            .settings = {.minimum_gap = world->minimum_gap}};
 }
 
-/* Pairs that are near but on the right sides. */
-static void push_near_pairs(untangling *work, const contact_scene *scene, feature_kind kind,
-                            const feature_pair *pairs, size_t count) {
+/* Pairs that are near but on the right sides; those of vertices and triangles are remembered. */
+static tulle_status push_near_pairs(untangling *work, const contact_scene *scene, feature_kind kind,
+                                    const feature_pair *pairs, size_t count) {
     for (size_t i = 0; i < count; i++) {
         uint32_t v[4];
         vec3 points[4];
@@ -160,7 +159,12 @@ static void push_near_pairs(untangling *work, const contact_scene *scene, featur
             continue;
         vec3 const normal = vec3_normalize(closest.difference);
         vote_together(work, v, closest.weights, 4, vec3_scale(normal, wanted - distance));
+        if (kind != FEATURE_VERTEX_TRIANGLE) continue;
+        known_side const side = {pairs[i].first, pairs[i].second, normal};
+        tulle_status const status = remember_side(&work->history, &work->world->heap, side);
+        if (status != TULLE_OK) return status;
     }
+    return TULLE_OK;
 }
 
 static tulle_status push_near(untangling *work) {
@@ -173,10 +177,12 @@ static tulle_status push_near(untangling *work) {
     if (status != TULLE_OK) return status;
     pair_list const *const pairs = &work->pairs;
     work->has_gap = true;
-    push_near_pairs(work, &scene, FEATURE_VERTEX_TRIANGLE, pairs->vertex_triangle.data,
-                    pairs->vertex_triangle.count);
-    push_near_pairs(work, &scene, FEATURE_EDGE_EDGE, pairs->edge_edge.data, pairs->edge_edge.count);
-    return TULLE_OK;
+    work->history.sides.count = 0;
+    status = push_near_pairs(work, &scene, FEATURE_VERTEX_TRIANGLE, pairs->vertex_triangle.data,
+                             pairs->vertex_triangle.count);
+    if (status != TULLE_OK) return status;
+    return push_near_pairs(work, &scene, FEATURE_EDGE_EDGE, pairs->edge_edge.data,
+                           pairs->edge_edge.count);
 }
 
 /* Averages votes and lets the rest of the cloth follow. */
@@ -233,7 +239,8 @@ tulle_status move_apart(untangling *work) {
     tulle_world const *const world = work->world;
     memset(work->shift, 0, 3 * world->vertex_count * sizeof *work->shift);
     memset(work->votes, 0, world->vertex_count * sizeof *work->votes);
-    tulle_status const status = push_near(work);
+    tulle_status status = push_near(work);
+    if (status == TULLE_OK) status = remember_crossings(work);
     if (status != TULLE_OK) return status;
     bool const is_clean = work->contours.count == 0 && work->contours.loose_count == 0;
     if (is_clean && work->has_gap) return TULLE_OK;

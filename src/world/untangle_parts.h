@@ -4,6 +4,7 @@
 #ifndef TULLE_WORLD_UNTANGLE_PARTS_H
 #define TULLE_WORLD_UNTANGLE_PARTS_H
 
+#include "contact/orientation.h"
 #include "contact/pair_rules.h"
 #include "world/world_state.h"
 
@@ -57,12 +58,13 @@ typedef struct untangling {
     int stalled;         /* rounds since */
     int attempt;         /* from 0 */
     broad_phase *broad;
-    pair_list pairs;  /* near ones */
-    double *mobility; /* per vertex: 1, or 0 for pins and obstacles */
-    double *lengths;  /* [m] of each edge at the start */
-    double *areas;    /* [m^2] of each vertex at the start */
-    double mean_edge; /* [m] of cloth */
-    bool *is_closed;  /* per obstacle: every edge has two triangles */
+    pair_list pairs;      /* near ones */
+    side_history history; /* decided in the last round */
+    double *mobility;     /* per vertex: 1, or 0 for pins and obstacles */
+    double *lengths;      /* [m] of each edge at the start */
+    double *areas;        /* [m^2] of each vertex at the start */
+    double mean_edge;     /* [m] of cloth */
+    bool *is_closed;      /* per obstacle: every edge has two triangles */
 
     /* of a round */
     contour_set contours;
@@ -105,6 +107,8 @@ void aim_over_corners(const untangling *work, surface_crossing *crossing, const 
 void decide_open_contour(untangling *work, size_t begin, size_t end, uint32_t mark);
 /* untangle_orientation.c: undecided crossings of a short contour, where escalation asks for it. */
 void orient_short_contour(untangling *work, size_t begin, size_t end);
+/* Adds the sides of the crossings whose wrong end is known to the history, and settles it. */
+tulle_status remember_crossings(untangling *work);
 /* untangle_calm.c: where escalation asks for it, less crumpled cloth around contours. */
 void calm_surroundings(untangling *work);
 /* untangle_depth.c: votes of what lies in an obstacle and reaches from one contour to another. */

@@ -1,6 +1,7 @@
 /* Starts that intersect are untangled: clean by the exact judge, minimum gaps kept, nothing else
  * touched; or refused by name with the world unchanged. One start of each family;
  * TULLE_TEST_LONG=1: ten of each, larger, a hundred in all. */
+#include "support/small_world.h"
 #include "support/tangled.h"
 
 #include <math.h>
@@ -80,6 +81,32 @@ static void a_border_leaves_along_its_length(void **state) {
     tulle_untangle_report report;
     assert_true(is_cleaned(&start, &report));
     tangled_destroy(&start);
+}
+
+/* Two sheets in one plane: pairs that touch everywhere and cross nowhere part to the sides that
+ * their corners say. */
+static void sheets_in_one_plane_part(void **state) {
+    (void)state;
+    tulle_world_def const def = make_def();
+    tulle_world *world = NULL;
+    assert_int_equal(tulle_world_create(&def, &world, NULL), TULLE_OK);
+    tulle_mesh sheets[2] = {small_sheet(0.3, 7, 0.0), small_sheet(0.3, 7, 0.0)};
+    for (size_t v = 0; v < sheets[1].vertex_count; v++) {
+        sheets[1].positions[3 * v] += 0.013;
+        sheets[1].positions[3 * v + 1] += 0.007;
+    }
+    (void)small_add_cloth(world, &sheets[0]);
+    (void)small_add_cloth(world, &sheets[1]);
+    assert_true(small_judge(world, sheets, 2, NULL, 0) > 100);
+    assert_int_equal(tulle_world_start(world, NULL), TULLE_OK);
+    tulle_untangle_report const report = tulle_world_get_untangle_report(world);
+    print_message("%d pairs, %d rounds, %.4f m\n", (int)report.intersections, (int)report.rounds,
+                  report.largest_displacement);
+    assert_int_equal(small_judge(world, sheets, 2, NULL, 0), 0);
+    assert_true(report.keeps_minimum_gap);
+    tulle_world_destroy(world);
+    tulle_mesh_destroy(&sheets[0]);
+    tulle_mesh_destroy(&sheets[1]);
 }
 
 static void pins_and_velocities_stay(void **state) {
@@ -275,6 +302,7 @@ int main(void) {
         cmocka_unit_test(tangled_starts_become_clean),
         cmocka_unit_test(a_loaded_state_is_not_untangled_again),
         cmocka_unit_test(a_border_leaves_along_its_length),
+        cmocka_unit_test(sheets_in_one_plane_part),
         cmocka_unit_test(pins_and_velocities_stay),
         cmocka_unit_test(limit_names_what_is_left),
         cmocka_unit_test(request_stops_the_start),
