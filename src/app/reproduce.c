@@ -148,11 +148,11 @@ static int make_runs(reproduce *self, const reproduce_run **runs, size_t count) 
         int code = reproduce_make_run(self, runs[i]);
         bool const goes_on = code == APP_EXIT_FINE || code == APP_EXIT_CANNOT_GO_ON;
         if (code != APP_EXIT_FINE) worst = code;
+        self->work_done += work[i];
         if (goes_on && reproduce_has_run(self, runs[i])) code = reproduce_judge(self, runs[i]);
         if (code == APP_EXIT_INTERRUPTED || interrupt_is_pending()) return APP_EXIT_INTERRUPTED;
         if (code != APP_EXIT_FINE) worst = code;
         if (!goes_on) return worst;
-        self->work_done += work[i];
     }
     return worst;
 }
