@@ -3,13 +3,14 @@
 #define _POSIX_C_SOURCE 200809L
 #include "app/commands.h"
 #include "app/interrupt.h"
+#include "app/render_options.h"
 #include "app/reproduce.h"
 #include "render/render.h"
 
 #include <string.h>
 #include <sys/stat.h>
 
-enum { ARGUMENTS_MAX = 16 };
+enum { ARGUMENTS_MAX = 16, PNG_HEAD_SIZE = 24, PNG_WIDTH = 16 /* [bytes] */ };
 /* Where in the run the stills are. */
 static const double still_places[REPRODUCE_STILLS] = {0.3, 0.6, 1.0};
 
@@ -35,14 +36,28 @@ void reproduce_name_still(const reproduce_run *run, uint32_t frame,
              (unsigned)frame);
 }
 
-/* Whether the picture is there and younger than the run's frames. */
+/* Whether the file is a PNG of this size: width and height stand in its first chunk. */
+static bool has_size(const char *picture, uint32_t width, uint32_t height) {
+    unsigned char head[PNG_HEAD_SIZE];
+    FILE *const file = fopen(picture, "rb");
+    if (!file) return false;
+    bool const is_read = fread(head, 1, sizeof head, file) == sizeof head;
+    fclose(file);
+    const unsigned char *const w = head + PNG_WIDTH, *const h = head + PNG_WIDTH + 4;
+    return is_read && width == ((uint32_t)w[0] << 24 | w[1] << 16 | w[2] << 8 | w[3]) &&
+           height == ((uint32_t)h[0] << 24 | h[1] << 16 | h[2] << 8 | h[3]);
+}
+
+/* Whether the picture is there, of the size that is asked for and younger than the run's frames. */
 static bool is_fresh(const reproduce *self, const reproduce_run *run, const char *picture) {
     char name[REPRODUCE_PATH_SIZE], frames[REPRODUCE_PATH_SIZE];
     struct stat picture_facts, frames_facts;
+    uint32_t width = 0, height = 0;
     reproduce_name_run(run, name);
     reproduce_make_path(self, frames, "runs/%s/frames.csv", name);
-    return stat(picture, &picture_facts) == 0 && stat(frames, &frames_facts) == 0 &&
-           picture_facts.st_mtime >= frames_facts.st_mtime;
+    return picture_read_size(self->still_size, &width, &height, NULL) == TULLE_OK &&
+           has_size(picture, width, height) && stat(picture, &picture_facts) == 0 &&
+           stat(frames, &frames_facts) == 0 && picture_facts.st_mtime >= frames_facts.st_mtime;
 }
 
 static int render(const reproduce *self, char *run_path, char *picture, uint32_t frame) {

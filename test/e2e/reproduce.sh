@@ -150,6 +150,14 @@ expect 2 'no plots are drawn: the program gnuplot is not on the PATH' table1 --s
 search=$PATH
 [ -s plain.d/table1.csv ] && [ ! -e plain.d/table1.svg ] || fail "without gnuplot something is wrong"
 
+# Stills of another size are made again.
+if [ -e out.d/stills/rings_0006.png ]; then
+    cp -R out.d larger.d
+    expect 0 '' fig9 --scenes scenes -o larger.d --size 24x16
+    python3 -c 'import sys; sys.exit(open("larger.d/stills/rings_0006.png", "rb").read()[16:24] != bytes([0, 0, 0, 24, 0, 0, 0, 16]))' || fail "a still of another size was kept"
+    cmp -s {out,larger}.d/stills/animation_1.patches_0006.png || fail "a still that nobody asked for was made again"
+fi
+
 # A film of each scene by one command; without ffmpeg that is said.
 if ! "$TULLE" render out.d/runs/rings --size 16x10 --samples 1 2>&1 | grep -q 'without Embree'; then
     for name in example_one_{low,high}_friction animation_{1..6}.patches rings ribbons; do
