@@ -81,7 +81,7 @@ size_t reproduce_list_runs(const reproduce_run *runs[REPRODUCE_RUNS_MAX]);
 int reproduce_find_scenes(reproduce *self, const char *given);
 /* Whether the scene's file is there. */
 bool reproduce_has_scene(const reproduce *self, const reproduce_run *run);
-/* What is left of it to be made, in steps times triangles: foretells the time. */
+/* What is left of it to be made, in steps times triangles of cloth: foretells the time. */
 int reproduce_weigh_run(const reproduce *self, const reproduce_run *run, double *work);
 /* Makes the run, or what is missing of it. */
 int reproduce_make_run(reproduce *self, const reproduce_run *run);

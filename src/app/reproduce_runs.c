@@ -155,12 +155,10 @@ static uint32_t count_made(const char *path, const scene *loaded, uint32_t frame
     return made;
 }
 
-static size_t count_triangles(const scene *loaded) {
+static size_t count_cloth_triangles(const scene *loaded) {
     size_t count = 0;
     for (size_t i = 0; i < scene_get_cloth_count(loaded); i++)
         count += scene_get_cloth_mesh(loaded, i).triangle_count;
-    for (size_t i = 0; i < scene_get_obstacle_count(loaded); i++)
-        count += scene_get_obstacle_mesh(loaded, i).triangle_count;
     return count;
 }
 
@@ -172,8 +170,8 @@ int reproduce_weigh_run(const reproduce *self, const reproduce_run *run, double 
     if (code != APP_EXIT_FINE) return code;
     uint32_t const frames = count_frames(self, run, loaded);
     uint32_t const left = frames - count_made(path, loaded, frames);
-    *work =
-        (double)left * (double)scene_get_steps_per_frame(loaded) * (double)count_triangles(loaded);
+    *work = (double)left * (double)scene_get_steps_per_frame(loaded) *
+            (double)count_cloth_triangles(loaded);
     scene_destroy(loaded);
     return APP_EXIT_FINE;
 }
