@@ -28,7 +28,7 @@ enum {
     VERTICES = (COLUMNS + 1) * (ROWS + 1),
     TRIANGLES = 2 * COLUMNS * ROWS
 };
-enum { FRAMES_QUICK = 20, FRAMES_FULL = 600 };
+enum { FRAMES_QUICK = 50, FRAMES_FULL = 600 };
 
 /* A band about the z axis: radius from inner to outer, at both ends of the motion. */
 typedef struct band_motion {

@@ -12,7 +12,7 @@
 #include <inttypes.h>
 #include <stdlib.h>
 
-enum { FRAMES_QUICK = 20, FRAMES_FULL = 600 };
+enum { FRAMES_QUICK = 100, FRAMES_FULL = 600 };
 static const double MS = 1000.0;                                                     /* [ms/s] */
 static const double angles[] = {30, 35, 40, 45, 50, 55, 60, 65, 70, 75, 80, 85, 89}; /* [degrees] */
 enum { ANGLE_COUNT = sizeof angles / sizeof angles[0] };

@@ -81,7 +81,7 @@ grep -q '^rings,finished,81,128,8,6,7,0.12,' out.d/runs.csv || fail "runs.csv te
 
 columns out.d/table1.csv animation,method,cloth_particles,cloth_triangles,obstacle_particles,obstacle_triangles,steps,cs_ms,dyn_ms,cgm_ms,step_ms,state,bad_frames,conditions
 [ "$(wc -l <out.d/table1.csv)" = 25 ] || fail "table 1: not four methods of six animations"
-columns out.d/table1_ranking.csv animation,paper_ranking,our_ranking,verdict,with_patches
+columns out.d/table1_ranking.csv animation,paper_ranking,our_ranking,verdict,with_patches,same_work_ratio
 columns out.d/fig6.csv run,stick_share,mean_way,centre_height
 columns out.d/fig6_frames.csv run,frame,time,stick_share,mean_way,centre_height
 columns out.d/fig7_angles.csv rules,angle,self_ms,self_run_seconds,partition_percent,trees_percent,traversal_percent,intrinsic_percent,patches,patch_triangles_percent,events,published_self_ms,published_self_run_seconds
@@ -103,9 +103,10 @@ def fail(text):
     global faults
     print(text)
     faults = 1
-costs = {}
+costs, cgm = {}, {}
 for row in csv.DictReader(open("out.d/table1.csv")):
     costs.setdefault(row["animation"], {})[row["method"]] = float(row["cs_ms"])
+    cgm.setdefault(row["animation"], {})[row["method"]] = float(row["cgm_ms"])
     parts = [float(row[column]) for column in ("cs_ms", "dyn_ms", "cgm_ms")]
     if min(parts) <= 0 or sum(parts) > 1.01 * float(row["step_ms"]): fail(f"parts of a step {row}")
 for row in csv.DictReader(open("out.d/table1_ranking.csv")):
@@ -113,6 +114,8 @@ for row in csv.DictReader(open("out.d/table1_ranking.csv")):
         ranked = row[column].split(" < ")
         values = [costs[row["animation"]][method] for method in ranked]
         if len(ranked) != count or values != sorted(values): fail(f"ranking {row}")
+    solves = [cgm[row["animation"]][method] for method in ("bvox", "refit", "patches")]
+    if abs(float(row["same_work_ratio"]) / (max(solves) / min(solves)) - 1) > 0.01: fail(f"same work {row}")
     if (row["verdict"] == "confirmed") != (row["our_ranking"] == row["paper_ranking"]): fail(f"verdict {row}")
 page = tree.parse("out.d/report.html").getroot()
 tables = {table.get("id"): [[cell.text or "" for cell in row] for row in table] for table in page.iter("table") if table.get("id")}
