@@ -71,6 +71,12 @@ for name in rings ribbons animation_1 animation_2 animation_3 animation_4 animat
 done
 write_scene example_one 0.02
 
+# A scene that cannot be read is told before anything runs.
+cp -R scenes broken
+echo 'cloth: 7' >broken/animation_6.yaml
+expect 2 '^broken/animation_6.yaml:1:8: cloth: ' all --scenes broken -o broken.d
+[ -z "$(ls broken.d/runs)" ] || fail "scenes run although one cannot be read"
+
 # All of it.
 expect 0 'report: out.d/report.html' all --scenes scenes -o out.d --size 16x10
 columns out.d/counterexamples_scenes.csv run,frames,contact_distance_mm,events,paper_patches,paper_found,paper_missed,frames_with_missed,proven_missed
