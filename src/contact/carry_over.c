@@ -5,11 +5,14 @@
  * A contact and a row match when
  *  - they have the vertex in common, and their triangles an edge or a vertex;
  *  - they have one edge in common, and the other two a vertex;
+ *  - they have the vertex or one edge in common, and the rest is of one obstacle: what slides by
+ *    more than a triangle in a step;
  *  - one is of a vertex and a triangle, the other of two edges; one edge ends in the vertex, and
  *    the other in a corner of the triangle.
  *
  * Their normals must agree, so that no impulse goes to another side. Contacts choose in the order
- * of the store; of several rows the one with most in common, then the one with the nearest normal.
+ * of the store; of several rows the one of the same kind with most in common, then the one with the
+ * nearest normal.
  * Whether the contact was hard is not handed on: with it cloth that lands on spikes tears further
  * (largest stretch 4.9 against 3.0 over ten places), since a tip is hard on one triangle only.
  *
@@ -24,8 +27,9 @@
 
 /* Least cosine between the normals of a contact and the row that takes it over. */
 #define LEAST_COSINE 0.5
-/* Rows of the same kind come before those of the other: more than corners in common can add. */
-#define SAME_KIND_RANK 10
+/* Corners in common rank rows of one kind among each other. Rows of the same kind come before those
+ * of the other, even where they are further on upon the same obstacle. */
+enum { SLID_RANK = 5, SAME_KIND_RANK = 10 };
 
 typedef struct heir_search {
     const contact_scene *scene;
@@ -69,21 +73,29 @@ static int rank_mixed(const uint32_t v[4], const uint32_t e[4], double *side) {
     return 0;
 }
 
+static bool is_on_same_obstacle(const contact_scene *scene, uint32_t a, uint32_t b) {
+    return a >= scene->cloth_vertex_count && scene->vertex_surface[a] == scene->vertex_surface[b];
+}
+
 /* 0: the row is none for this contact. */
-static int rank_heir(const stored_contact *contact, const uint32_t v[4], const contact_row *row,
-                     double *side) {
+static int rank_heir(const contact_scene *scene, const stored_contact *contact, const uint32_t v[4],
+                     const contact_row *row, double *side) {
     *side = 1.0;
     bool const is_vertex = contact->kind == FEATURE_VERTEX_TRIANGLE;
     if ((feature_kind)contact->kind != row->kind)
         return is_vertex ? rank_mixed(v, row->vertices, side) : rank_mixed(row->vertices, v, side);
     int common = 0;
-    if (is_vertex && contact->first == row->pair.first)
-        common = count_common(v + 1, 3, row->vertices + 1, 3);
-    else if (!is_vertex && contact->first == row->pair.first)
-        common = count_common(v + 2, 2, row->vertices + 2, 2);
-    else if (!is_vertex && contact->second == row->pair.second)
+    bool is_slid = false;
+    if (contact->first == row->pair.first) {
+        common = is_vertex ? count_common(v + 1, 3, row->vertices + 1, 3)
+                           : count_common(v + 2, 2, row->vertices + 2, 2);
+        is_slid = is_on_same_obstacle(scene, v[3], row->vertices[3]);
+    } else if (!is_vertex && contact->second == row->pair.second) {
         common = count_common(v, 2, row->vertices, 2);
-    return common > 0 ? SAME_KIND_RANK + common : 0;
+        is_slid = is_on_same_obstacle(scene, v[0], row->vertices[0]);
+    }
+    if (common > 0) return SAME_KIND_RANK + common;
+    return is_slid ? SLID_RANK : 0;
 }
 
 static bool contact_is_known(const topology *topo, const stored_contact *contact) {
@@ -111,7 +123,7 @@ static contact_row *find_heir(const heir_search *search, const stored_contact *c
         for (uint32_t i = search->begin[v[k]]; i < search->begin[v[k] + 1]; i++) {
             contact_row *const row = &search->rows[search->items[i]];
             double row_side;
-            int const rank = row->is_old ? 0 : rank_heir(contact, v, row, &row_side);
+            int const rank = row->is_old ? 0 : rank_heir(search->scene, contact, v, row, &row_side);
             if (rank == 0 || rank < best_rank) continue;
             double const cosine = row_side * vec3_dot(normal, row->normal);
             if (!(cosine >= LEAST_COSINE) || (rank == best_rank && cosine <= best_cosine)) continue;
@@ -174,7 +186,7 @@ static void hand_over(const heir_search *search, const contact_store *store,
         if (is_present[i] || !has_impulse(contact) ||
             !contact_is_known(search->scene->set->topo, contact))
             continue;
-        double side;
+        double side = 1.0;
         contact_row *const heir = find_heir(search, contact, &side);
         if (heir) inherit_contact(search->scene, heir, contact, scale, side);
     }

@@ -10,6 +10,7 @@
  * in `turning`: gap(1) = g0 + h n . (sum w u - turning). */
 #include "contact/contact_rows.h"
 
+#include "contact/normal_cones.h"
 #include "contact/row_friction.h"
 #include "contact/row_motion.h"
 
@@ -47,15 +48,25 @@ static double find_least_mobility(const contact_scene *scene, const contact_row 
     return row->has_body ? 0.0 : LEAST_FREE_WEIGHT * LEAST_FREE_WEIGHT * lightest;
 }
 
+/* What follows from normal, weights and mobility. */
+static void set_row_gap(const contact_scene *scene, contact_row *row) {
+    vec3 start[4];
+    for (int k = 0; k < 4; k++) start[k] = vec3_load(scene->x0, row->vertices[k]);
+    pair_distances const distances = find_pair_distances(scene, row->kind, row->vertices);
+    row->gap = vec3_dot(row->normal, blend_points(start, row->weights));
+    set_row_turning(scene, row);
+    row->bias = find_bias(scene, row->gap + find_row_curvature(scene, row), distances.contact);
+    set_row_friction(scene, row);
+}
+
 bool make_contact_row(const contact_scene *scene, const double *x1, const pair_event *event,
                       contact_row *row) {
     *row = (contact_row){.kind = event->kind, .pair = event->pair, .friction_cap = -1.0};
     feature_pair_vertices(scene->set->topo, event->kind, event->pair, row->vertices);
-    vec3 start[4], points[4];
-    for (int k = 0; k < 4; k++) {
-        start[k] = vec3_load(scene->x0, row->vertices[k]);
-        points[k] = vec3_lerp(start[k], vec3_load(x1, row->vertices[k]), event->time);
-    }
+    vec3 points[4];
+    for (int k = 0; k < 4; k++)
+        points[k] = vec3_lerp(vec3_load(scene->x0, row->vertices[k]),
+                              vec3_load(x1, row->vertices[k]), event->time);
     closest_points const closest = closest_of_pair(event->kind, points);
     row->normal = vec3_normalize(closest.difference);
     for (int k = 0; k < 4; k++) row->weights[k] = closest.weights[k];
@@ -63,76 +74,14 @@ bool make_contact_row(const contact_scene *scene, const double *x1, const pair_e
     set_row_mobility(scene, row);
     if (!(row->inverse_mass > find_least_mobility(scene, row))) return false;
     if (!(vec3_norm2(row->normal) > 0.5)) return false;
-    pair_distances const distances = find_pair_distances(scene, event->kind, row->vertices);
-    row->gap = vec3_dot(row->normal, blend_points(start, row->weights));
-    set_row_turning(scene, row);
-    row->bias = find_bias(scene, row->gap + find_row_curvature(scene, row), distances.contact);
-    set_row_friction(scene, row);
+    set_row_gap(scene, row);
     return true;
-}
-
-static vec3 find_vertex_normal(const contact_scene *scene, uint32_t vertex) {
-    const topology *const topo = scene->set->topo;
-    const adjacency *const around = &topo->vertex_triangles;
-    vec3 sum = {0.0, 0.0, 0.0};
-    for (uint32_t i = around->begin[vertex]; i < around->begin[vertex + 1]; i++) {
-        const uint32_t *const corner = topo->triangles + 3 * (size_t)around->items[i];
-        vec3 const a = vec3_load(scene->x0, corner[0]);
-        sum = vec3_add(sum, vec3_cross(vec3_sub(vec3_load(scene->x0, corner[1]), a),
-                                       vec3_sub(vec3_load(scene->x0, corner[2]), a)));
-    }
-    return vec3_normalize(sum);
 }
 
 static const affine_map *find_carrier(const contact_scene *scene, const contact_row *row) {
     if (!scene->carriers) return NULL;
     const affine_map *const first = scene->carriers[scene->vertex_surface[row->vertices[0]]];
     return first ? first : scene->carriers[scene->vertex_surface[row->vertices[3]]];
-}
-
-/* Where a vertex of cloth ends that slides on as it starts: within its own surface, relative to the
- * obstacle. The rest of its velocity is noise from step to step, and edges are short: rows that
- * follow it make the cloth tremble. */
-static vec3 slide_vertex(const contact_scene *scene, const affine_map *carrier, uint32_t vertex) {
-    vec3 const start = vec3_load(scene->x0, vertex);
-    vec3 const carried =
-        carrier ? vec3_add(mat3_multiply_vec3(&carrier->matrix, start), carrier->offset) : start;
-    vec3 const free = vec3_add_scaled(start, vec3_load(scene->v0, vertex), scene->time_step);
-    vec3 const way = vec3_sub(free, carried);
-    vec3 const normal = find_vertex_normal(scene, vertex);
-    return vec3_add(carried, vec3_add_scaled(way, normal, -vec3_dot(normal, way)));
-}
-
-/* Predicted points of the step's end; false when hardly any moves. The way of the row's points
- * along its normal is left out: contact stops it. */
-static bool predict_end(const contact_scene *scene, const contact_row *row, vec3 points[4]) {
-    const affine_map *const carrier = find_carrier(scene, row);
-    double const least = LEAST_WAY * row->gap;
-    bool has_moved = false;
-    for (int k = 0; k < 4 && !has_moved; k++) {
-        uint32_t const vertex = row->vertices[k];
-        vec3 const way =
-            scene->inverse_mass[vertex] > 0.0
-                ? vec3_scale(vec3_load(scene->v0, vertex), scene->time_step)
-                : vec3_sub(vec3_load(scene->targets, vertex), vec3_load(scene->x0, vertex));
-        has_moved = vec3_norm2(way) > least * least;
-    }
-    if (!has_moved) return false;
-    for (int k = 0; k < 4; k++) {
-        uint32_t const vertex = row->vertices[k];
-        points[k] = scene->inverse_mass[vertex] > 0.0 ? slide_vertex(scene, carrier, vertex)
-                                                      : vec3_load(scene->targets, vertex);
-    }
-    double const rise = vec3_dot(row->normal, blend_points(points, row->weights)) - row->gap;
-    for (int k = 0; k < 4; k++)
-        if (get_row_side(row, k) == 0) points[k] = vec3_add_scaled(points[k], row->normal, -rise);
-    return true;
-}
-
-/* Whether one side follows a script: what is outside takes up any couple. */
-static bool has_scripted_side(const contact_scene *scene, const contact_row *row) {
-    size_t const cloth_count = scene->cloth_vertex_count;
-    return !row->has_body && (row->vertices[0] >= cloth_count || row->vertices[3] >= cloth_count);
 }
 
 /* Whether the scripted side stands still or shifts. What rides on one that turns keeps its place by
@@ -150,6 +99,95 @@ static bool is_shifted_only(const contact_scene *scene, const contact_row *row) 
             memcmp(scene->targets + at, scene->x0 + at, 3 * sizeof(double)) != 0)
             return false;
     }
+    return true;
+}
+
+/* Whether one side follows a script: what is outside takes up any couple. */
+static bool has_scripted_side(const contact_scene *scene, const contact_row *row) {
+    size_t const cloth_count = scene->cloth_vertex_count;
+    return !row->has_body && (row->vertices[0] >= cloth_count || row->vertices[3] >= cloth_count);
+}
+
+static bool is_near(vec3 a, vec3 b, double tolerance) {
+    return vec3_norm2(vec3_sub(a, b)) <= tolerance * tolerance;
+}
+
+/* The row's normal in the normal cone of the obstacle's feature, if it was not far off or that cone
+ * is hardly more than one direction. */
+static vec3 find_straight_normal(const contact_scene *scene, const double *x1, double time,
+                                 const contact_row *row) {
+    double const tolerance = scene->settings.slope_tolerance;
+    vec3 const fitted = fit_normal_to_cone(scene, x1, row, time);
+    if (is_near(fitted, row->normal, tolerance)) return fitted;
+    contact_row mirrored = *row;
+    mirrored.normal = vec3_normalize(vec3_sub(vec3_scale(fitted, 2.0), row->normal));
+    bool const is_flat = is_near(fit_normal_to_cone(scene, x1, &mirrored, time), fitted, tolerance);
+    return is_flat ? fitted : row->normal;
+}
+
+void straighten_row(const contact_scene *scene, const double *x1, double time, contact_row *row) {
+    if (scene->paper || !has_scripted_side(scene, row) || !is_shifted_only(scene, row)) return;
+    vec3 const normal = find_straight_normal(scene, x1, time, row);
+    if (memcmp(&normal, &row->normal, sizeof normal) == 0) return;
+    row->normal = normal;
+    set_row_mobility(scene, row);
+    set_row_gap(scene, row);
+}
+
+static vec3 find_vertex_normal(const contact_scene *scene, uint32_t vertex) {
+    const topology *const topo = scene->set->topo;
+    const adjacency *const around = &topo->vertex_triangles;
+    vec3 sum = {0.0, 0.0, 0.0};
+    for (uint32_t i = around->begin[vertex]; i < around->begin[vertex + 1]; i++) {
+        const uint32_t *const corner = topo->triangles + 3 * (size_t)around->items[i];
+        vec3 const a = vec3_load(scene->x0, corner[0]);
+        sum = vec3_add(sum, vec3_cross(vec3_sub(vec3_load(scene->x0, corner[1]), a),
+                                       vec3_sub(vec3_load(scene->x0, corner[2]), a)));
+    }
+    return vec3_normalize(sum);
+}
+
+/* Where a point ends that rides along. */
+static vec3 carry(const affine_map *carrier, vec3 start) {
+    return carrier ? vec3_add(mat3_multiply_vec3(&carrier->matrix, start), carrier->offset) : start;
+}
+
+/* Where a vertex of cloth ends that slides on as it starts: within its own surface, relative to the
+ * obstacle. The rest of its velocity is noise from step to step, and edges are short: rows that
+ * follow it make the cloth tremble. */
+static vec3 slide_vertex(const contact_scene *scene, const affine_map *carrier, uint32_t vertex) {
+    vec3 const start = vec3_load(scene->x0, vertex);
+    vec3 const carried = carry(carrier, start);
+    vec3 const free = vec3_add_scaled(start, vec3_load(scene->v0, vertex), scene->time_step);
+    vec3 const way = vec3_sub(free, carried);
+    vec3 const normal = find_vertex_normal(scene, vertex);
+    return vec3_add(carried, vec3_add_scaled(way, normal, -vec3_dot(normal, way)));
+}
+
+/* Predicted points of the step's end; false when hardly any moves against the obstacle. The way of
+ * the row's points along its normal is left out: contact stops it. */
+static bool predict_end(const contact_scene *scene, const contact_row *row, vec3 points[4]) {
+    const affine_map *const carrier = find_carrier(scene, row);
+    double const least = LEAST_WAY * row->gap;
+    bool has_moved = false;
+    for (int k = 0; k < 4 && !has_moved; k++) {
+        uint32_t const vertex = row->vertices[k];
+        vec3 const start = vec3_load(scene->x0, vertex);
+        vec3 const end =
+            scene->inverse_mass[vertex] > 0.0
+                ? vec3_add_scaled(start, vec3_load(scene->v0, vertex), scene->time_step)
+                : vec3_load(scene->targets, vertex);
+        has_moved = vec3_norm2(vec3_sub(end, carry(carrier, start))) > least * least;
+    }
+    if (!has_moved) return false;
+    for (int k = 0; k < 4; k++) {
+        uint32_t const vertex = row->vertices[k];
+        points[k] = scene->inverse_mass[vertex] > 0.0 ? slide_vertex(scene, carrier, vertex)
+                                                      : vec3_load(scene->targets, vertex);
+    }
+    double const rise = vec3_dot(row->normal, blend_points(points, row->weights)) - row->gap;
+    for (int k = 0; k < 4; k++)
+        if (get_row_side(row, k) == 0) points[k] = vec3_add_scaled(points[k], row->normal, -rise);
     return true;
 }
 

@@ -11,6 +11,11 @@
 bool make_contact_row(const contact_scene *scene, const double *x1, const pair_event *event,
                       contact_row *row);
 
+/* Puts the normal of an admissible row of cloth with an obstacle that stands or shifts into the
+ * normal cone of the obstacle's feature at that time along x0 -> x1. A row may lean by the slope
+ * tolerance; on a flat of many triangles that would lift what slides by as much of its way. */
+void straighten_row(const contact_scene *scene, const double *x1, double time, contact_row *row);
+
 /* Turns the frame of a row of cloth with a scripted obstacle, made for time 0, to the predicted end
  * of the step. */
 void turn_row_to_end(const contact_scene *scene, contact_row *row);

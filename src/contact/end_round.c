@@ -7,9 +7,10 @@
 #include <math.h>
 #include <string.h>
 
-/* Friction is settled when what it misses is less than this part of what a cloth gains in a step.
- */
-#define SETTLED_SHARE 0.1
+/* Friction is settled when what it misses is less than this part of what a cloth gains in a step:
+ * cloth that slides misses it in the same direction in every step. A patch that landed on a slope
+ * goes 4% too fast with 0.1, at two solves a step fewer. */
+#define SETTLED_SHARE 0.01
 
 /* A round of so few iterations costs little. */
 #define CHEAP_ITERATIONS 32

@@ -89,6 +89,7 @@ static void make_rows(void *context, size_t begin, size_t end, size_t chunk, int
         const stored_contact *const kept = find_contact(work->store, row->kind, row->pair);
         work->choices[i] = choose_row(work, row, event->time, kept);
         if (work->choices[i] == ROW_DROPPED) continue;
+        straighten_row(scene, work->predicted, event->time, row);
         if (event->time == 0.0) turn_row_to_end(scene, row);
         if (kept) restore_contact(scene, row, kept, scene->time_step / work->store->time_step);
     }

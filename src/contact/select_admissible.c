@@ -6,6 +6,8 @@
  * and go with rounding. */
 #include "contact/select_admissible.h"
 
+#include "contact/normal_cones.h"
+
 #include <string.h>
 
 /* A weight below this is zero: the nearest point is on the rim. */
@@ -67,28 +69,6 @@ static bool is_in_edge_cone(const cone_test *test, uint32_t edge, vec3 contact_p
         if (opposites[k] != TULLE_NONE && !lies_behind(test, contact_point, opposites[k]))
             return false;
     return true;
-}
-
-/* Where on its triangle a vertex/triangle row touches. */
-typedef enum rim_part { RIM_INSIDE, RIM_EDGE, RIM_VERTEX } rim_part;
-
-static rim_part find_rim_part(const topology *topo, const contact_row *row, uint32_t *feature) {
-    int zero_count = 0, zero = 0, other = 0;
-    for (int k = 0; k < 3; k++) {
-        if (row->weights[1 + k] > -RIM_WEIGHT) {
-            zero_count++;
-            zero = k;
-        } else {
-            other = k;
-        }
-    }
-    if (zero_count == 0) return RIM_INSIDE;
-    if (zero_count == 1) {
-        *feature = topo->triangle_edges[3 * (size_t)row->pair.second + (size_t)((zero + 1) % 3)];
-        return RIM_EDGE;
-    }
-    *feature = row->vertices[1 + other];
-    return RIM_VERTEX;
 }
 
 static vec3 blend_side(const cone_test *test, const contact_row *row, int begin, int end) {
