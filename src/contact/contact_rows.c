@@ -129,9 +129,13 @@ void straighten_row(const contact_scene *scene, const double *x1, double time, c
     if (scene->paper || !has_scripted_side(scene, row) || !is_shifted_only(scene, row)) return;
     vec3 const normal = find_straight_normal(scene, x1, time, row);
     if (memcmp(&normal, &row->normal, sizeof normal) == 0) return;
+    /* the way to the obstacle stays what it is: a gap along the new normal is shorter, and a
+     * push-out that made up for it would feed stiff cloth energy */
+    double const bias = row->bias;
     row->normal = normal;
     set_row_mobility(scene, row);
     set_row_gap(scene, row);
+    row->bias = bias;
 }
 
 static vec3 find_vertex_normal(const contact_scene *scene, uint32_t vertex) {

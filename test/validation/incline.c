@@ -14,7 +14,9 @@ static const double PATCH_SIDE = 0.3;        /* [m] */
 /* Coefficients of the patch and of the plane, and how the patch starts. */
 typedef struct slope_setting {
     double degrees, static_friction, dynamic_friction;
-    double speed; /* [m/s] at the start, down the slope */
+    double speed;           /* [m/s] at the start, down the slope */
+    double fall;            /* [m] height over the contact distance at the start */
+    uint32_t columns, rows; /* vertices of the plane; 0: 17 and 5 */
 } slope_setting;
 static const double FRICTION = 0.5;
 
@@ -31,18 +33,21 @@ static incline make_slope(validation_run *run, const slope_setting *setting) {
     incline made = {.world = validate_make_world(run, &def)};
 
     uint32_t const count = validate_options(run)->is_quick ? 9 : 16;
-    tulle_mesh *const patch =
-        stage_make_sheet(run, (stage_sheet){.size = {PATCH_SIDE, PATCH_SIDE},
-                                            .counts = {count, count},
-                                            .middle = {0.0, 0.0, CONTACT_DISTANCE}});
+    tulle_mesh *const patch = stage_make_sheet(
+        run, (stage_sheet){.size = {PATCH_SIDE, PATCH_SIDE},
+                           .counts = {count, count},
+                           .middle = {0.0, 0.0, CONTACT_DISTANCE + setting->fall}});
     tulle_cloth_def cloth = stage_cloth_def(patch);
     cloth.material.friction = setting->static_friction;
     cloth.material.dynamic_friction = setting->dynamic_friction;
     cloth.velocity[0] = setting->speed;
     made.patch = validate_add_cloth(run, made.world, &cloth);
 
-    tulle_mesh *const plane = stage_make_sheet(
-        run, (stage_sheet){.size = {8.0, 2.0}, .counts = {17, 5}, .middle = {3.013, 0.017, 0.0}});
+    uint32_t const columns = setting->columns ? setting->columns : 17;
+    uint32_t const rows = setting->rows ? setting->rows : 5;
+    tulle_mesh *const plane = stage_make_sheet(run, (stage_sheet){.size = {8.0, 2.0},
+                                                                  .counts = {columns, rows},
+                                                                  .middle = {3.013, 0.017, 0.0}});
     tulle_obstacle_def obstacle = tulle_obstacle_def_default();
     obstacle.mesh = tulle_mesh_get_view(plane);
     obstacle.friction = setting->static_friction;
@@ -69,7 +74,7 @@ static double coulomb_acceleration(double degrees, double friction) {
 }
 
 static void stays_at_26_degrees(validation_run *run) {
-    incline slope = make_slope(run, &(slope_setting){26.0, FRICTION, FRICTION, 0.0});
+    incline slope = make_slope(run, &(slope_setting){.degrees = 26.0, FRICTION, FRICTION});
     double const seconds = validate_options(run)->is_quick ? 4.0 : 60.0;
     validate_start_plot(run, &(validation_plot){.name = "incline_drift",
                                                 .title = "Patch at 26 degrees, friction 0.5",
@@ -92,7 +97,7 @@ static void stays_at_26_degrees(validation_run *run) {
 }
 
 static void goes_at_27_degrees(validation_run *run) {
-    incline slope = make_slope(run, &(slope_setting){27.0, FRICTION, FRICTION, 0.0});
+    incline slope = make_slope(run, &(slope_setting){.degrees = 27.0, FRICTION, FRICTION});
     validate_simulate(run, slope.world, 1.0);
     double const before = find_speed(&slope);
     validate_simulate(run, slope.world, 1.0);
@@ -105,7 +110,7 @@ static void goes_at_27_degrees(validation_run *run) {
 }
 
 static void accelerates_at_40_degrees(validation_run *run) {
-    incline slope = make_slope(run, &(slope_setting){40.0, FRICTION, FRICTION, 0.0});
+    incline slope = make_slope(run, &(slope_setting){.degrees = 40.0, FRICTION, FRICTION});
     validate_start_plot(run, &(validation_plot){.name = "incline_speed",
                                                 .title = "Patch at 40 degrees, friction 0.5",
                                                 .x_label = "time [s]",
@@ -126,10 +131,55 @@ static void accelerates_at_40_degrees(validation_run *run) {
                  "g (sin - mu cos) / 2");
 }
 
+/* Height of the highest vertex over the plane [m]. */
+static double find_height(const incline *slope) {
+    size_t count;
+    double const *const x = tulle_cloth_get_positions(slope->world, slope->patch, &count);
+    double highest = 0.0;
+    for (size_t v = 0; v < count; v++) highest = fmax(highest, x[3 * v + 2]);
+    return highest;
+}
+
+/* A patch that slides on a plane of many triangles, from the start or from 1 cm above; its speed
+ * goes up to one and a half cells a step. */
+static void slides_on_a_mesh(validation_run *run) {
+    static const struct {
+        const char *name;
+        slope_setting setting;
+    } cases[] = {
+        {"38 x 25 mm", {40.0, FRICTION, FRICTION, 0.0, 0.0, 211, 81}},
+        {"27 x 17 mm", {40.0, FRICTION, FRICTION, 0.0, 0.0, 301, 121}},
+        {"13 x 10 mm", {40.0, FRICTION, FRICTION, 0.0, 0.0, 601, 201}},
+        {"38 x 25 mm, from 3 m/s", {40.0, FRICTION, FRICTION, 3.0, 0.0, 211, 81}},
+        {"38 x 25 mm, dropped", {40.0, FRICTION, FRICTION, 0.0, 0.01, 211, 81}},
+    };
+    double const expected = coulomb_acceleration(40.0, FRICTION);
+    for (size_t i = 0; i < sizeof cases / sizeof cases[0]; i++) {
+        incline slope = make_slope(run, &cases[i].setting);
+        validate_simulate(run, slope.world, 0.5);
+        double const before = find_speed(&slope);
+        double highest = 0.0;
+        for (int step = 0; step < 45; step++) {
+            validate_step(run, slope.world, VALIDATION_STEP);
+            highest = fmax(highest, find_height(&slope));
+        }
+        char what[96];
+        snprintf(what, sizeof what, "acceleration in cells of %s", cases[i].name);
+        validate_row(run, what, 2.0 * (find_speed(&slope) - before), "m/s^2",
+                     within(expected, 0.01), "g (sin - mu cos)");
+        snprintf(what, sizeof what, "most it rises there, over the contact distance");
+        validate_row(run, what, highest / CONTACT_DISTANCE - 1.0, "", at_most(0.05),
+                     "a plane has no bumps");
+    }
+}
+
 /* Static 0.6 (30.96 degrees), dynamic 0.4 (21.80 degrees). */
 static void keeps_on_once_moving(validation_run *run) {
     slope_setting const settings[] = {
-        {30.5, 0.6, 0.4, 0.0}, {31.0, 0.6, 0.4, 0.0}, {22.0, 0.6, 0.4, 0.5}, {21.0, 0.6, 0.4, 0.1}};
+        {.degrees = 30.5, .static_friction = 0.6, .dynamic_friction = 0.4, .speed = 0.0},
+        {.degrees = 31.0, .static_friction = 0.6, .dynamic_friction = 0.4, .speed = 0.0},
+        {.degrees = 22.0, .static_friction = 0.6, .dynamic_friction = 0.4, .speed = 0.5},
+        {.degrees = 21.0, .static_friction = 0.6, .dynamic_friction = 0.4, .speed = 0.1}};
     incline slope = make_slope(run, &settings[0]);
     validate_simulate(run, slope.world, 0.1);
     double const start = find_x(&slope);
@@ -163,6 +213,7 @@ const experiment incline_experiments[] = {
     {"incline.goes", "at 27 degrees it goes", goes_at_27_degrees, false},
     {"incline.slides", "at 40 degrees it slides with Coulomb's acceleration",
      accelerates_at_40_degrees, false},
+    {"incline.meshed", "the same on a slope of many triangles", slides_on_a_mesh, false},
     {"incline.keeps_on", "with less dynamic friction it starts at 31 degrees and keeps on at 22",
      keeps_on_once_moving, true},
     {0},
