@@ -138,6 +138,18 @@ void straighten_row(const contact_scene *scene, const double *x1, double time, c
     row->bias = bias;
 }
 
+void straighten_impact(const contact_scene *scene, const double *x1, double time,
+                       contact_row *row) {
+    if (scene->paper || !has_scripted_side(scene, row) || !is_shifted_only(scene, row)) return;
+    contact_row fitted = *row;
+    fitted.normal = fit_normal_to_cone(scene, x1, row, time);
+    if (memcmp(&fitted.normal, &row->normal, sizeof fitted.normal) == 0) return;
+    if (!(vec3_norm2(fitted.normal) > 0.5)) return;
+    set_row_mobility(scene, &fitted);
+    set_row_gap(scene, &fitted);
+    if (fitted.gap > 0.0) *row = fitted;
+}
+
 static vec3 find_vertex_normal(const contact_scene *scene, uint32_t vertex) {
     const topology *const topo = scene->set->topo;
     const adjacency *const around = &topo->vertex_triangles;

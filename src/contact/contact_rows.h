@@ -16,6 +16,10 @@ bool make_contact_row(const contact_scene *scene, const double *x1, const pair_e
  * tolerance; on a flat of many triangles that would lift what slides by as much of its way. */
 void straighten_row(const contact_scene *scene, const double *x1, double time, contact_row *row);
 
+/* The same for a row of an impact, however far its normal leans, if the sides start on the right
+ * side of each other along the new one. */
+void straighten_impact(const contact_scene *scene, const double *x1, double time, contact_row *row);
+
 /* Turns the frame of a row of cloth with a scripted obstacle, made for time 0, to the predicted end
  * of the step. */
 void turn_row_to_end(const contact_scene *scene, contact_row *row);

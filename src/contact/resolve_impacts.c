@@ -1,6 +1,7 @@
 /* contact/resolve_impacts.c - stage 10, see resolve_impacts.h.
  *
- * Each hit becomes a row with the frame of its time of impact, added after those that are there: a
+ * Each hit becomes a row with the frame of its time of impact, against an obstacle with the normal
+ * nearest to it in the normal cone of the feature that is hit, added after those that are there: a
  * pair may own several rows, since the impulse of a row acts along the weights it was made with.
  * Then impulses are projected over all rows (or velocities, by the paper's response), and only
  * pairs with a vertex that moved differently are tested again. Before the paths are called clean
@@ -26,17 +27,79 @@ typedef struct impact_work {
     bool is_partial; /* the next test may skip pairs without a changed vertex */
 } impact_work;
 
+/* The earliest impact of a cloth vertex with an obstacle in a round. */
+typedef struct first_hit {
+    double time;
+    vec3 normal; /* towards the cloth; zero: none */
+} first_hit;
+
+/* The normal towards the cloth of a row between it and an obstacle; zero for others. */
+static vec3 find_cloth_normal(const contact_scene *scene, const contact_row *row) {
+    bool const is_first = row->vertices[0] >= scene->cloth_vertex_count;
+    bool const is_second = row->vertices[3] >= scene->cloth_vertex_count;
+    if (is_first == is_second || row->has_body) return vec3_make(0.0, 0.0, 0.0);
+    return is_first ? vec3_neg(row->normal) : row->normal;
+}
+
+static void note_first_hits(const contact_scene *scene, const contact_row *row, double time,
+                            first_hit *firsts) {
+    vec3 const normal = find_cloth_normal(scene, row);
+    if (vec3_norm2(normal) == 0.0) return;
+    for (int k = 0; k < 4; k++) {
+        uint32_t const v = row->vertices[k];
+        if (v >= scene->cloth_vertex_count) continue;
+        if (vec3_norm2(firsts[v].normal) == 0.0 || time < firsts[v].time)
+            firsts[v] = (first_hit){time, normal};
+    }
+}
+
+static bool comes_from_behind(const contact_scene *scene, const contact_row *row, double time,
+                              const first_hit *firsts) {
+    vec3 const normal = find_cloth_normal(scene, row);
+    for (int k = 0; k < 4; k++) {
+        uint32_t const v = row->vertices[k];
+        if (v < scene->cloth_vertex_count && firsts[v].time < time &&
+            vec3_dot(firsts[v].normal, normal) < 0.0)
+            return true;
+    }
+    return false;
+}
+
+/* Drops rows, from `first_new` on, of cloth that would have passed through the obstacle by then and
+ * come to it from behind: an earlier impact of one of its vertices pushes the other way. What is
+ * still hit once that one is resolved comes back in the next round. */
+static tulle_status drop_hits_from_behind(const impact_work *work, size_t first_new,
+                                          const double *times) {
+    const contact_scene *const scene = work->scene;
+    row_list *const list = work->list;
+    first_hit *const firsts =
+        ARENA_NEW_ZEROED(scene->scratch, first_hit, scene->cloth_vertex_count);
+    if (!firsts) return TULLE_ERROR_OUT_OF_MEMORY;
+    for (size_t i = first_new; i < list->rows.count; i++)
+        note_first_hits(scene, &list->rows.data[i], times[i - first_new], firsts);
+    size_t kept = first_new;
+    for (size_t i = first_new; i < list->rows.count; i++)
+        if (!comes_from_behind(scene, &list->rows.data[i], times[i - first_new], firsts))
+            list->rows.data[kept++] = list->rows.data[i];
+    list->rows.count = kept;
+    return TULLE_OK;
+}
+
 static tulle_status append_rows(impact_work *work, const pair_events *hits) {
     const contact_scene *const scene = work->scene;
     row_list *const list = work->list;
     if (!ARRAY_RESERVE(scene->heap, &list->rows, hits->count)) return TULLE_ERROR_OUT_OF_MEMORY;
+    size_t const first_new = list->rows.count;
+    double *const times = ARENA_NEW(scene->scratch, double, hits->count);
+    if (!times) return TULLE_ERROR_OUT_OF_MEMORY;
     for (size_t i = 0; i < hits->count; i++) {
         contact_row *const row = &list->rows.data[list->rows.count];
         if (!make_contact_row(scene, work->x1, &hits->events[i], row)) continue;
-        list->rows.count++;
+        straighten_impact(scene, work->x1, hits->events[i].time, row);
+        times[list->rows.count++ - first_new] = hits->events[i].time;
         work->report->impact_count++;
     }
-    return TULLE_OK;
+    return scene->paper ? TULLE_OK : drop_hits_from_behind(work, first_new, times);
 }
 
 /* New paths, and which vertices they move. */
