@@ -21,8 +21,6 @@
 static const double LARGEST_TURN = 0.7;
 /* Ways under this part of the gap leave the frame as it is: what rests keeps its frame. */
 static const double LEAST_WAY = 1e-3;
-/* A weight below this is zero. */
-static const double RIM_WEIGHT = 1e-9;
 /* Entries by which the matrix of a motion without a turn may differ from the identity: rounding. */
 static const double TURN_TOLERANCE = 1e-9;
 
@@ -112,17 +110,30 @@ static bool is_near(vec3 a, vec3 b, double tolerance) {
     return vec3_norm2(vec3_sub(a, b)) <= tolerance * tolerance;
 }
 
-/* The row's normal in the normal cone of the obstacle's feature, if it was not far off or that cone
- * is hardly more than one direction. */
+/* The row's normal in the normal cone of the obstacle's feature, if it was not far off, or that
+ * cone is hardly more than one direction or lies in a hollow. */
 static vec3 find_straight_normal(const contact_scene *scene, const double *x1, double time,
                                  const contact_row *row) {
     double const tolerance = scene->settings.slope_tolerance;
-    vec3 const fitted = fit_normal_to_cone(scene, x1, row, time);
-    if (is_near(fitted, row->normal, tolerance)) return fitted;
-    contact_row mirrored = *row;
-    mirrored.normal = vec3_normalize(vec3_sub(vec3_scale(fitted, 2.0), row->normal));
-    bool const is_flat = is_near(fit_normal_to_cone(scene, x1, &mirrored, time), fitted, tolerance);
-    return is_flat ? fitted : row->normal;
+    vec3 const normal = row->normal;
+    vec3 const fitted = fit_normal_to_cone(scene, x1, row, normal, time);
+    if (!(vec3_norm2(fitted) > 0.5) || is_near(fitted, normal, tolerance)) return fitted;
+    vec3 const mirrored = vec3_normalize(vec3_sub(vec3_scale(fitted, 2.0), normal));
+    vec3 const back = fit_normal_to_cone(scene, x1, row, mirrored, time);
+    return is_near(back, fitted, tolerance) ? fitted : normal;
+}
+
+/* The row with another normal, if it can act along that. */
+static bool take_normal(const contact_scene *scene, contact_row *row, vec3 normal) {
+    if (!(vec3_norm2(normal) > 0.5)) return false;
+    contact_row turned = *row;
+    turned.normal = normal;
+    set_row_mobility(scene, &turned);
+    if (!(turned.inverse_mass > find_least_mobility(scene, &turned))) return false;
+    set_row_gap(scene, &turned);
+    if (!(turned.gap > 0.0)) return false;
+    *row = turned;
+    return true;
 }
 
 void straighten_row(const contact_scene *scene, const double *x1, double time, contact_row *row) {
@@ -132,22 +143,14 @@ void straighten_row(const contact_scene *scene, const double *x1, double time, c
     /* the way to the obstacle stays what it is: a gap along the new normal is shorter, and a
      * push-out that made up for it would feed stiff cloth energy */
     double const bias = row->bias;
-    row->normal = normal;
-    set_row_mobility(scene, row);
-    set_row_gap(scene, row);
-    row->bias = bias;
+    if (take_normal(scene, row, normal)) row->bias = bias;
 }
 
 void straighten_impact(const contact_scene *scene, const double *x1, double time,
                        contact_row *row) {
     if (scene->paper || !has_scripted_side(scene, row) || !is_shifted_only(scene, row)) return;
-    contact_row fitted = *row;
-    fitted.normal = fit_normal_to_cone(scene, x1, row, time);
-    if (memcmp(&fitted.normal, &row->normal, sizeof fitted.normal) == 0) return;
-    if (!(vec3_norm2(fitted.normal) > 0.5)) return;
-    set_row_mobility(scene, &fitted);
-    set_row_gap(scene, &fitted);
-    if (fitted.gap > 0.0) *row = fitted;
+    vec3 const normal = fit_normal_to_cone(scene, x1, row, row->normal, time);
+    if (memcmp(&normal, &row->normal, sizeof normal) != 0) take_normal(scene, row, normal);
 }
 
 static vec3 find_vertex_normal(const contact_scene *scene, uint32_t vertex) {

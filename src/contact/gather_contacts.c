@@ -9,6 +9,7 @@
 #include "base/timer.h"
 #include "contact/carry_over.h"
 #include "contact/contact_rows.h"
+#include "contact/hidden_rows.h"
 #include "contact/row_motion.h"
 #include "contact/select_admissible.h"
 
@@ -102,10 +103,24 @@ static void add_time(double *total, double *start) {
     *start = now;
 }
 
+static tulle_status drop_hidden_rows(const gathering *work, size_t event_count) {
+    const contact_scene *const scene = work->scene;
+    bool *const is_hidden = ARENA_NEW_ZEROED(scene->scratch, bool, event_count);
+    if (scene->paper) return TULLE_OK;
+    if (!is_hidden) return TULLE_ERROR_OUT_OF_MEMORY;
+    chosen_rows const chosen = {work->rows, work->events, work->choices, event_count};
+    tulle_status const status = mark_hidden_rows(scene, work->predicted, &chosen, is_hidden);
+    for (size_t i = 0; i < event_count; i++)
+        if (is_hidden[i]) work->choices[i] = ROW_DROPPED;
+    return status;
+}
+
 /* Stage 9: rows of the admissible ones among the events; *kept of them. */
 static tulle_status select_rows(gathering *work, size_t event_count, size_t *kept) {
     const contact_scene *const scene = work->scene;
     parallel_for(event_count, ROW_CHUNK, scene->threads, make_rows, work);
+    tulle_status status = drop_hidden_rows(work, event_count);
+    if (status != TULLE_OK) return status;
     size_t reserve_count = 0;
     for (size_t i = 0; i < event_count; i++) reserve_count += work->choices[i] == ROW_RESERVED;
     contact_row *const reserve = ARENA_NEW(scene->scratch, contact_row, reserve_count);
@@ -115,7 +130,7 @@ static tulle_status select_rows(gathering *work, size_t event_count, size_t *kep
         if (work->choices[i] == ROW_RESERVED) reserve[reserve_count++] = work->rows[i];
         if (work->choices[i] == ROW_KEPT) work->rows[(*kept)++] = work->rows[i];
     }
-    tulle_status const status = thin_rim_rows(scene, work->rows, kept);
+    status = thin_rim_rows(scene, work->rows, kept);
     if (status != TULLE_OK) return status;
     return carry_over_contacts(scene, work->store, work->rows, kept, reserve, reserve_count);
 }

@@ -3,8 +3,6 @@
 
 #include <math.h>
 
-/* A weight below this is zero: the nearest point is on the rim. */
-static const double RIM_WEIGHT = 1e-9;
 /* Sine under which a direction lies in a half-space: rounding. */
 static const double CONE_TOLERANCE = 1e-12;
 /* Of projections on the half-spaces of a vertex; six edges round it take ten. */
@@ -115,10 +113,9 @@ static vec3 fit_to_vertex(const cone_view *view, uint32_t vertex, vec3 outward) 
 }
 
 vec3 fit_normal_to_cone(const contact_scene *scene, const double *x1, const contact_row *row,
-                        double time) {
+                        vec3 normal, double time) {
     cone_view const view = {scene, x1, time};
     bool const is_vertex_row = row->kind == FEATURE_VERTEX_TRIANGLE;
-    vec3 normal = row->normal;
     if (row->vertices[3] >= scene->cloth_vertex_count) {
         uint32_t feature = row->pair.second;
         rim_part const part =

@@ -10,8 +10,6 @@
 
 #include <string.h>
 
-/* A weight below this is zero: the nearest point is on the rim. */
-#define RIM_WEIGHT 1e-9
 /* Part of a gap by which the inside of a triangle may be further than the rim and still replace
  * it: the slope tolerance's own size. */
 #define RIM_GAP_TOLERANCE 0.02

@@ -17,7 +17,7 @@ static void store_marked_rows(mini_world *world) {
 }
 
 static void shift_sheet(mini_world *world, double dx, double dy, double dz) {
-    for (size_t i = 0; i < world->cloth_vertex_count; i++) {
+    for (size_t i = 0; i < count_sheet_vertices(world); i++) {
         world->x0[3 * i] += dx;
         world->x0[3 * i + 1] += dy;
         world->x0[3 * i + 2] += dz;
@@ -50,7 +50,7 @@ static void impulses_slide_with_the_sheet(void **state) {
     size_t changed = 0, edge_rows = 0, carried_edge_rows = 0;
     for (int i = 0; i < 40; i++) {
         mini_world world;
-        make_coarse_sheet_over_plane(&world, &random);
+        make_coarse_sheet_over_cloth(&world, &random);
         gather_at_rest(&world, TIME_STEP);
         size_t const count = world.rows.rows.count;
         assert_true(count < MAX_ROWS);
@@ -62,8 +62,8 @@ static void impulses_slide_with_the_sheet(void **state) {
         for (size_t r = 0; r < world.rows.rows.count; r++) {
             const contact_row *const row = &world.rows.rows.data[r];
             size_t const index = read_mark(row, is_taken, count);
-            bool const is_sheet_vertex =
-                row->kind == FEATURE_VERTEX_TRIANGLE && row->vertices[0] < world.cloth_vertex_count;
+            bool const is_sheet_vertex = row->kind == FEATURE_VERTEX_TRIANGLE &&
+                                         row->vertices[0] < count_sheet_vertices(&world);
             if (is_sheet_vertex) {
                 assert_true(index < count && before[index].kind == row->kind);
                 assert_int_equal(before[index].pair.first, row->pair.first);
@@ -84,12 +84,12 @@ static void impulses_do_not_change_sides(void **state) {
     (void)state;
     uint64_t random = 17;
     mini_world world;
-    make_coarse_sheet_over_plane(&world, &random);
+    make_coarse_sheet_over_cloth(&world, &random);
     gather_at_rest(&world, TIME_STEP);
     store_marked_rows(&world);
     shift_sheet(&world, 0.015, 0.01, -2.0 * HEIGHT_OVER_PLANE);
     gather_at_rest(&world, TIME_STEP);
-    assert_true(world.rows.rows.count > world.cloth_vertex_count);
+    assert_true(world.rows.rows.count > count_sheet_vertices(&world));
     size_t old_count = 0;
     for (size_t r = 0; r < world.rows.rows.count; r++) {
         const contact_row *const row = &world.rows.rows.data[r];
@@ -106,7 +106,7 @@ static void unknown_contacts_are_left_alone(void **state) {
     (void)state;
     uint64_t random = 19;
     mini_world world;
-    make_coarse_sheet_over_plane(&world, &random);
+    make_coarse_sheet_over_cloth(&world, &random);
     gather_at_rest(&world, TIME_STEP);
     for (size_t r = 0; r < world.rows.rows.count; r++) {
         contact_row *const row = &world.rows.rows.data[r];

@@ -11,7 +11,7 @@
 
 /* A turned sheet over a plane, both rough by 0.1 mm, with its rows found. */
 static void make_sheet(mini_world *world, uint64_t *random) {
-    make_coarse_sheet_over_plane(world, random);
+    make_coarse_sheet_over_cloth(world, random);
     for (size_t i = 0; i < world->vertex_count; i++)
         world->x0[3 * i + 2] += 1e-4 * (random_uniform(random) - 0.5);
     gather_at_rest(world, TIME_STEP);
@@ -83,7 +83,7 @@ static void rules_agree_with_geometry(void **state) {
 static uint32_t find_triangle_below(const mini_world *world, vec3 point) {
     for (uint32_t t = 0; t < world->topo.triangle_count; t++) {
         const uint32_t *const corners = world->topo.triangles + 3 * (size_t)t;
-        if (corners[0] < world->cloth_vertex_count) continue;
+        if (corners[0] < count_sheet_vertices(world)) continue;
         bool is_inside = true;
         double last = 0.0;
         for (int k = 0; k < 3; k++) {
@@ -99,7 +99,7 @@ static uint32_t find_triangle_below(const mini_world *world, vec3 point) {
 }
 
 static void raise_all_but(mini_world *world, uint32_t vertex, double height) {
-    for (uint32_t k = 0; k < world->cloth_vertex_count; k++)
+    for (uint32_t k = 0; k < count_sheet_vertices(world); k++)
         if (k != vertex) world->x0[3 * k + 2] += height;
 }
 
@@ -121,12 +121,12 @@ static void sides_are_remembered(void **state) {
         make_sheet(&world, &random);
         side_history history = remember_rows(&world);
         double const dx = 0.01 * random_uniform(&random), dy = 0.01 * random_uniform(&random);
-        for (size_t k = 0; k < world.cloth_vertex_count; k++) {
+        for (size_t k = 0; k < count_sheet_vertices(&world); k++) {
             world.x0[3 * k] += dx;
             world.x0[3 * k + 1] += dy;
             world.x0[3 * k + 2] -= 5e-3;
         }
-        for (uint32_t k = 0; k < world.cloth_vertex_count; k++) {
+        for (uint32_t k = 0; k < count_sheet_vertices(&world); k++) {
             vec3 const point = vec3_load(world.x0, k);
             uint32_t const triangle = find_triangle_below(&world, point);
             assert_int_not_equal(triangle, TULLE_NONE);

@@ -447,7 +447,7 @@ double find_mini_stretch(const mini_world *world) {
     return largest;
 }
 
-void make_coarse_sheet_over_plane(mini_world *world, uint64_t *random) {
+void make_coarse_sheet_over_cloth(mini_world *world, uint64_t *random) {
     *world = mini_world_make();
     double const angle = 6.28 * random_uniform(random);
     vec3 const across = {0.15 * cos(angle), 0.15 * sin(angle), 0.0};
@@ -456,11 +456,13 @@ void make_coarse_sheet_over_plane(mini_world *world, uint64_t *random) {
     mini_grid plane = make_mini_grid(21, 21, vec3_make(-0.3, -0.31, 0.0), vec3_make(0.6, 0.01, 0.0),
                                      vec3_make(0.013, 0.6, 0.0));
     add_mini_surface(world, sheet.mesh, false);
-    add_mini_surface(world, plane.mesh, true);
+    add_mini_surface(world, plane.mesh, false);
     start_mini_world(world);
     free_mini_grid(&sheet);
     free_mini_grid(&plane);
 }
+
+size_t count_sheet_vertices(const mini_world *world) { return world->set.surfaces[0].vertex_end; }
 
 void gather_at_rest(mini_world *world, double h) {
     contact_scene const scene = get_mini_scene(world, h);

@@ -100,10 +100,11 @@ void free_mini_grid(mini_grid *grid);
 
 /* A spike of three sides on a triangle of 4 cm around `foot`, tip upwards. [m] */
 void add_mini_spike(mini_world *world, vec3 foot, double height);
-/* A whole world: a sheet of 8 x 9 vertices, turned by chance, HEIGHT_OVER_PLANE over a plane of
- * cells of 3 cm. */
+/* A whole world: a sheet of 8 x 9 vertices, turned by chance, HEIGHT_OVER_PLANE over another
+ * cloth of cells of 3 cm. */
 #define HEIGHT_OVER_PLANE 3e-3 /* [m] the contact distance */
-void make_coarse_sheet_over_plane(mini_world *world, uint64_t *random);
+void make_coarse_sheet_over_cloth(mini_world *world, uint64_t *random);
+size_t count_sheet_vertices(const mini_world *world);
 /* Rows of the state as it is, as if nothing moved in a step of h. */
 void gather_at_rest(mini_world *world, double h);
 

@@ -1,0 +1,138 @@
+/* Rows behind the plane of a nearer one: where an obstacle is flat, a sheet has one row a vertex,
+ * pushed straight up, whether triangles share vertices or not and over the seam of two obstacles;
+ * over a ridge, a step or a gap nothing that matters is left out. */
+#include "base/hash.h"
+#include "support/mini_world.h"
+#include "support/test_support.h"
+
+#include <stdlib.h>
+#include <string.h>
+
+#define TIME_STEP (1.0 / 90.0)
+
+/* Each triangle with vertices of its own. */
+static mini_grid split_triangles(const mini_grid *grid) {
+    size_t const count = 3 * grid->mesh.triangle_count;
+    mini_grid soup = {
+        malloc(3 * count * sizeof *soup.positions), malloc(count * sizeof *soup.triangles), {0}};
+    for (size_t i = 0; i < count; i++) {
+        memcpy(soup.positions + 3 * i, grid->positions + 3 * (size_t)grid->triangles[i],
+               3 * sizeof *soup.positions);
+        soup.triangles[i] = (uint32_t)i;
+    }
+    soup.mesh = (mini_mesh){soup.positions, count, soup.triangles, grid->mesh.triangle_count};
+    return soup;
+}
+
+static mini_grid make_plane(double from, double to, uint32_t columns) {
+    return make_mini_grid(columns, 9, vec3_make(from, -0.31, 0.0), vec3_make(to - from, 0.0, 0.0),
+                          vec3_make(0.0, 0.6, 0.0));
+}
+
+static void add_sheet(mini_world *world, uint64_t *random) {
+    double const angle = 6.28 * random_uniform(random);
+    vec3 const across = {0.1 * cos(angle), 0.1 * sin(angle), 0.0};
+    vec3 const along = {-0.12 * sin(angle), 0.12 * cos(angle), 0.0};
+    mini_grid sheet = make_mini_grid(6, 7, vec3_make(0.0, 0.0, HEIGHT_OVER_PLANE), across, along);
+    add_mini_surface(world, sheet.mesh, false);
+    free_mini_grid(&sheet);
+}
+
+/* Rows for a sheet that slides at 1 m/s and falls below the contact distance as predicted. */
+static void gather_sliding(mini_world *world) {
+    contact_scene const scene = get_mini_scene(world, TIME_STEP);
+    memcpy(world->x1, world->x0, 3 * world->vertex_count * sizeof(double));
+    for (size_t v = 0; v < world->cloth_vertex_count; v++) {
+        world->x1[3 * v] += 1.0 * TIME_STEP;
+        world->x1[3 * v + 2] -= 9.81 * TIME_STEP * TIME_STEP;
+    }
+    pair_source const source = find_mini_pairs(world, world->x1);
+    assert_int_equal(gather_contacts(&scene, &world->store, world->x1, source.pairs, &world->rows),
+                     TULLE_OK);
+}
+
+static void check_flat_rows(mini_world *world) {
+    size_t of_vertex[64] = {0};
+    for (size_t r = 0; r < world->rows.rows.count; r++) {
+        const contact_row *const row = &world->rows.rows.data[r];
+        assert_int_equal(row->kind, FEATURE_VERTEX_TRIANGLE);
+        assert_true(row->vertices[0] < world->cloth_vertex_count);
+        assert_true(fabs(row->normal.z - 1.0) < 1e-12);
+        of_vertex[row->vertices[0]]++;
+    }
+    for (size_t v = 0; v < world->cloth_vertex_count; v++) assert_int_equal(of_vertex[v], 1);
+}
+
+static void flats_have_a_row_a_vertex(void **state) {
+    (void)state;
+    uint64_t random = 5;
+    for (int i = 0; i < 30; i++) {
+        mini_world world = mini_world_make();
+        add_sheet(&world, &random);
+        mini_grid plane = make_plane(-0.3, 0.31, 5 + (uint32_t)i);
+        mini_grid soup = split_triangles(&plane);
+        add_mini_surface(&world, i % 2 == 0 ? plane.mesh : soup.mesh, true);
+        start_mini_world(&world);
+        gather_sliding(&world);
+        check_flat_rows(&world);
+        mini_world_destroy(&world);
+        free_mini_grid(&plane);
+        free_mini_grid(&soup);
+    }
+}
+
+static void seams_are_no_edges(void **state) {
+    (void)state;
+    uint64_t random = 9;
+    for (int i = 0; i < 30; i++) {
+        mini_world world = mini_world_make();
+        add_sheet(&world, &random);
+        double const seam = 0.02 * random_uniform(&random);
+        mini_grid left = make_plane(-0.3, seam, 7), right = make_plane(seam, 0.31, 4);
+        add_mini_surface(&world, left.mesh, true);
+        add_mini_surface(&world, right.mesh, true);
+        start_mini_world(&world);
+        gather_sliding(&world);
+        check_flat_rows(&world);
+        mini_world_destroy(&world);
+        free_mini_grid(&left);
+        free_mini_grid(&right);
+    }
+}
+
+/* The second plane lies `rise` above the first, or falls away by a slope: its edge keeps rows. */
+static size_t count_edge_rows(double rise, double slope) {
+    uint64_t random = 3;
+    mini_world world = mini_world_make();
+    add_sheet(&world, &random);
+    mini_grid left = make_plane(-0.3, 0.013, 7), right = make_plane(0.013, 0.31, 4);
+    for (size_t v = 0; v < right.mesh.vertex_count; v++)
+        right.positions[3 * v + 2] += rise - slope * (right.positions[3 * v] - 0.013);
+    add_mini_surface(&world, left.mesh, true);
+    add_mini_surface(&world, right.mesh, true);
+    start_mini_world(&world);
+    gather_sliding(&world);
+    size_t count = 0;
+    for (size_t r = 0; r < world.rows.rows.count; r++)
+        count += world.rows.rows.data[r].kind == FEATURE_EDGE_EDGE;
+    mini_world_destroy(&world);
+    free_mini_grid(&left);
+    free_mini_grid(&right);
+    return count;
+}
+
+static void true_edges_stay(void **state) {
+    (void)state;
+    assert_int_equal(count_edge_rows(0.0, 0.0), 0);
+    assert_true(count_edge_rows(1e-3, 0.0) > 3);
+    assert_true(count_edge_rows(0.0, 0.1) > 3);
+}
+
+int main(void) {
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(flats_have_a_row_a_vertex),
+        cmocka_unit_test(seams_are_no_edges),
+        cmocka_unit_test(true_edges_stay),
+    };
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}
