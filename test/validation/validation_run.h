@@ -38,7 +38,7 @@ typedef struct validation_totals {
 } validation_totals;
 
 /* A world of the run with what the judge must know. */
-enum { VALIDATION_BODIES = 16, VALIDATION_WORLDS = 64, VALIDATION_SERIES = 12 };
+enum { VALIDATION_BODIES = 64, VALIDATION_WORLDS = 64, VALIDATION_SERIES = 12 };
 typedef struct validation_world {
     tulle_world *world;
     double minimum_gap;                        /* [m] */
