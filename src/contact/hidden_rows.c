@@ -15,7 +15,7 @@
  * over rounding, and hardly felt. */
 static const double FLAT_SHARE = 0.1;
 
-/* The plane of the nearest obstacle to a vertex of cloth. */
+/* The plane of the nearest obstacle to a vertex of cloth or of a free body. */
 typedef struct near_plane {
     double distance; /* [m] of the vertex from it; 0: there is none */
     size_t row;      /* that keeps the vertex above it */
@@ -24,19 +24,22 @@ typedef struct near_plane {
     vec3 end;        /* [m] ... and where the obstacle takes it */
 } near_plane;
 
-/* The row's side of cloth, where the other one is a scripted obstacle; false for other rows. */
+/* The row's side of cloth or of a free body, where the other one is a scripted obstacle. */
 typedef struct row_sides {
-    int cloth_begin, cloth_end, obstacle_begin, obstacle_end;
-    vec3 normal; /* towards the cloth */
+    int moved_begin, moved_end, obstacle_begin, obstacle_end;
 } row_sides;
 
+static bool is_moved(const contact_scene *scene, uint32_t vertex) {
+    return vertex < scene->cloth_vertex_count || find_body(scene, vertex) != TULLE_NONE;
+}
+
+/* False for other rows. */
 static bool find_sides(const contact_scene *scene, const contact_row *row, row_sides *sides) {
-    bool const is_first = row->vertices[0] < scene->cloth_vertex_count;
-    bool const is_second = row->vertices[3] < scene->cloth_vertex_count;
+    bool const is_first = is_moved(scene, row->vertices[0]);
+    bool const is_second = is_moved(scene, row->vertices[3]);
     int const middle = row->kind == FEATURE_VERTEX_TRIANGLE ? 1 : 2;
-    if (is_first == is_second || row->has_body) return false;
-    *sides = is_first ? (row_sides){0, middle, middle, 4, row->normal}
-                      : (row_sides){middle, 4, 0, middle, vec3_neg(row->normal)};
+    if (is_first == is_second) return false;
+    *sides = is_first ? (row_sides){0, middle, middle, 4} : (row_sides){middle, 4, 0, middle};
     return true;
 }
 
@@ -48,7 +51,7 @@ static void find_near_planes(const contact_scene *scene, const double *ends,
         if (event->kind != FEATURE_VERTEX_TRIANGLE) break;
         row_sides sides;
         if (!chosen->is_kept[i] || event->time > 0.0 || !find_sides(scene, row, &sides)) continue;
-        if (sides.cloth_begin != 0) continue;
+        if (sides.moved_begin != 0) continue;
         vec3 points[4];
         for (int k = 0; k < 4; k++) points[k] = vec3_load(scene->x0, row->vertices[k]);
         closest_points const closest = closest_of_pair(FEATURE_VERTEX_TRIANGLE, points);
@@ -94,15 +97,15 @@ static bool are_one_plane(const contact_scene *scene, const near_plane *a, const
     return turn <= scene->settings.slope_tolerance && sag <= FLAT_SHARE * a->distance;
 }
 
-/* The planes of all vertices of cloth that the row pushes must agree: between two that do not, the
- * cloth may hang over an edge. */
+/* The planes of all vertices that the row pushes must agree: between two that do not, what spans
+ * them may hang over an edge. */
 static bool is_hidden_row(const contact_scene *scene, const double *ends, const near_plane *planes,
                           const contact_row *rows, size_t i) {
     const contact_row *const row = &rows[i];
     const near_plane *first = NULL;
     row_sides sides;
     if (!find_sides(scene, row, &sides)) return false;
-    for (int k = sides.cloth_begin; k < sides.cloth_end; k++) {
+    for (int k = sides.moved_begin; k < sides.moved_end; k++) {
         if (fabs(row->weights[k]) < RIM_WEIGHT) continue;
         const near_plane *const plane = &planes[row->vertices[k]];
         if (!first) first = plane;
@@ -116,8 +119,7 @@ static bool is_hidden_row(const contact_scene *scene, const double *ends, const 
 tulle_status mark_hidden_rows(const contact_scene *scene, const double *ends,
                               const chosen_rows *chosen, bool *is_hidden) {
     arena_mark const mark = arena_get_mark(scene->scratch);
-    near_plane *const planes =
-        ARENA_NEW_ZEROED(scene->scratch, near_plane, scene->cloth_vertex_count);
+    near_plane *const planes = ARENA_NEW_ZEROED(scene->scratch, near_plane, scene->vertex_count);
     if (!planes) return TULLE_ERROR_OUT_OF_MEMORY;
     find_near_planes(scene, ends, chosen, planes);
     for (size_t i = 0; i < chosen->count; i++)

@@ -1,4 +1,4 @@
-/* contact/hidden_rows.h - rows of cloth with an obstacle that a nearer one makes idle. */
+/* contact/hidden_rows.h - rows with an obstacle that a nearer one makes idle. */
 #ifndef TULLE_CONTACT_HIDDEN_ROWS_H
 #define TULLE_CONTACT_HIDDEN_ROWS_H
 
@@ -13,10 +13,10 @@ typedef struct chosen_rows {
 } chosen_rows;
 
 /* Marks in is_hidden, which comes in false, chosen rows whose obstacle's feature lies behind the
- * plane of a nearer one of the same vertices of cloth: that one keeps them away from it, too. Where
- * an obstacle is flat a row a vertex is left; where triangles or obstacles lie flush without
- * sharing vertices, the rim of the next one is no edge to stop at. The nearest row of a vertex is
- * never hidden. ends [m]: predicted. */
+ * plane of a nearer one of the same vertices of cloth or of a free body: that one keeps them away
+ * from it, too. Where an obstacle is flat a row a vertex is left; where triangles or obstacles lie
+ * flush without sharing vertices, the rim of the next one is no edge to stop at. The nearest row of
+ * a vertex is never hidden. ends [m]: predicted. */
 tulle_status mark_hidden_rows(const contact_scene *scene, const double *ends,
                               const chosen_rows *chosen, bool *is_hidden);
 

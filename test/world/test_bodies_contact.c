@@ -97,6 +97,35 @@ static void box_tips_when_its_centre_passes_the_edge(void **state) {
 }
 
 /* A ring falls a little onto a rod through it, and hangs there. */
+/* Over the seam of two tables of one height at 1 m/s, without friction. */
+static void box_slides_over_a_seam(void **state) {
+    (void)state;
+    tulle_world_def def = tulle_world_def_default();
+    def.contact_distance = 0.003;
+    tulle_world *const world = bodies_make_world(&def, true);
+    tulle_mesh meshes[3] = {bodies_make_box(0.6, 1.0, 0.2, (double[3]){0.0, 0.017, -0.1}),
+                            bodies_make_box(2.0, 1.0, 0.2, (double[3]){1.3, 0.017, -0.1}),
+                            bodies_make_box(0.2, 0.2, 0.1, (double[3]){0.1, 0.0, 0.053})};
+    for (int i = 0; i < 2; i++) bodies_add_obstacle(world, &meshes[i], 0.0, NULL);
+    tulle_body const body = {.is_dynamic = 1, .mass = 2.0, .velocity = {1.0, 0.0, 0.0}};
+    tulle_obstacle_id const id = bodies_add_obstacle(world, &meshes[2], 0.0, &body);
+    tulle_error error;
+    if (tulle_world_start(world, &error) != TULLE_OK) fail_msg("%s", error.message);
+    double const height = bodies_get_transform(world, id).position[2];
+    double rise = 0.0;
+    for (int s = 0; s < 45; s++) {
+        bodies_step(world);
+        rise = fmax(rise, fabs(bodies_get_transform(world, id).position[2] - height));
+    }
+    tulle_transform const end = bodies_get_transform(world, id);
+    print_message("box over a seam: %.6f m/s, rises by %.2g m, spins by %.2g rad/s\n",
+                  end.velocity[0], rise, fabs(end.angular_velocity[2]));
+    assert_true(fabs(end.velocity[0] - 1.0) < 1e-9);
+    assert_true(rise < 1e-9 && fabs(end.angular_velocity[2]) < 1e-9);
+    for (int i = 0; i < 3; i++) tulle_mesh_destroy(&meshes[i]);
+    tulle_world_destroy(world);
+}
+
 static void ring_hangs_on_a_rod(void **state) {
     (void)state;
     tulle_world_def def = tulle_world_def_default();
@@ -281,6 +310,7 @@ int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(colliding_boxes_keep_momentum),
         cmocka_unit_test(box_tips_when_its_centre_passes_the_edge),
+        cmocka_unit_test(box_slides_over_a_seam),
         cmocka_unit_test(ring_hangs_on_a_rod),
         cmocka_unit_test(ball_bounces),
         cmocka_unit_test(worlds_need_no_cloth),
