@@ -147,7 +147,7 @@ static tulle_status rescue(commit_work *work) {
 static tulle_status report_smallest_gap(commit_work *work) {
     smallest_gap smallest;
     tulle_status const status = find_smallest_gap(work->scene, work->source->pairs, work->x1,
-                                                  find_largest_separation(work->scene), &smallest);
+                                                  work->scene->largest_separation, &smallest);
     work->report->smallest_gap = smallest.distance;
     work->report->smallest_kind = smallest.kind;
     work->report->smallest_pair = smallest.pair;

@@ -111,10 +111,11 @@ typedef struct contact_scene {
     const double *v0;      /* [m/s] 3 * vertex_count, velocities at the start; null: at rest */
     const double *rest;    /* [m] 3 * vertex_count; read of cloths, and of surfaces with a grain */
     const double *targets; /* [m] 3 * vertex_count; only read where inverse_mass is 0 */
-    const double *inverse_mass;  /* [1/kg] vertex_count; 0: obstacles and pinned vertices */
-    const contact_law *laws;     /* surface_count^2, row-major, symmetric */
-    const surface_grain *grains; /* surface_count; null: none has one */
-    contact_body *bodies;        /* body_count; set_body_lifts sets their lift */
+    const double *inverse_mass; /* [1/kg] vertex_count; 0: obstacles and pinned vertices */
+    const contact_law *laws;    /* surface_count^2, row-major, symmetric */
+    double largest_contact, largest_separation; /* [m] distances of all laws */
+    const surface_grain *grains;                /* surface_count; null: none has one */
+    contact_body *bodies;                       /* body_count; set_body_lifts sets their lift */
     size_t body_count;
     const uint32_t *surface_bodies;    /* surface_count: body of each surface, or TULLE_NONE; may be
                                           null where body_count is 0 */

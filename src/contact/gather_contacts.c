@@ -162,9 +162,8 @@ tulle_status gather_contacts(const contact_scene *scene, const contact_store *st
     arena_mark const mark = arena_get_mark(scene->scratch);
     double const slack = find_rounding_slack(scene, predicted);
     gathering work = {.scene = scene, .store = store, .predicted = predicted};
-    work.largest_separation = find_largest_separation(scene) + slack;
-    for (size_t i = 0; i < scene->set->surface_count * scene->set->surface_count; i++)
-        work.largest_contact = fmax(work.largest_contact, scene->laws[i].contact_distance + slack);
+    work.largest_separation = scene->largest_separation + slack;
+    work.largest_contact = scene->largest_contact + slack;
     list->rows.count = 0;
     tulle_status const status = fill_rows(&work, pairs, list);
     list->gathered_count = list->rows.count;

@@ -116,15 +116,6 @@ bool pair_is_ignored(const contact_scene *scene, feature_kind kind, feature_pair
                                            : edge_pair_is_ignored(scene, pair);
 }
 
-double find_largest_separation(const contact_scene *scene) {
-    size_t const count = scene->set->surface_count * scene->set->surface_count;
-    double largest = 0.0;
-    for (size_t i = 0; i < count; i++)
-        if (scene->laws[i].separation_distance > largest)
-            largest = scene->laws[i].separation_distance;
-    return largest;
-}
-
 double find_rounding_slack(const contact_scene *scene, const double *x1) {
     double largest = 0.0;
     for (size_t i = 0; i < 3 * scene->vertex_count; i++) {

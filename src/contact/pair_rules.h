@@ -21,8 +21,6 @@ const contact_law *find_contact_law(const contact_scene *scene, const uint32_t v
 /* See ignored_pair_key. */
 bool pair_is_ignored(const contact_scene *scene, feature_kind kind, feature_pair pair);
 
-/* Largest separation distance of all laws [m]. */
-double find_largest_separation(const contact_scene *scene);
 /* Bound [m] on the rounding of corner_gap over |direction| for points of x0 and x1. */
 double find_rounding_slack(const contact_scene *scene, const double *x1);
 

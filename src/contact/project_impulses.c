@@ -11,9 +11,18 @@
 
 #include "contact/row_friction.h"
 
+#include <float.h>
+#include <math.h>
+
 /* [m/s] Sweeps end when no row changed its relative velocity by more: far below what a drift of a
  * nanometre in a minute needs. */
 #define SETTLED_SPEED 1e-13
+
+/* ... or when that speed is no more than rounding of positions makes of it, which are so many times
+ * the largest coordinate's over the time step, and a sweep leaves this part of it: rows of one body
+ * then want what no motion of it gives, and sweeps could go on forever. */
+#define SPEED_ROUNDINGS 8.0
+#define STALLED_PART 0.99
 
 /* Times as many sweeps over the rows of bodies alone, before those over all. No solve carries load
  * along a chain of bodies, nor shares it between the many contacts of one body: only sweeps do. A
@@ -91,13 +100,26 @@ static double sweep_rows(const contact_scene *scene, contact_row *rows, size_t c
     return largest2;
 }
 
+/* [m/s] What rounding of positions leaves of speeds that close gaps in one step. */
+static double find_speed_rounding(const contact_scene *scene) {
+    double largest = 0.0;
+    for (size_t i = 0; i < 3 * scene->vertex_count; i++)
+        largest = fmax(largest, fabs(scene->x0[i]));
+    return SPEED_ROUNDINGS * DBL_EPSILON * largest / scene->time_step;
+}
+
 static void run_sweeps(const contact_scene *scene, contact_row *rows, size_t count,
                        bool has_bodies_only, double *u) {
     int const factor = has_bodies_only ? SWEEPS_OF_BODIES : 1;
     int const limit = factor * scene->settings.impulse_sweeps;
-    for (int sweep = 0; sweep < limit && !stop_is_wanted(scene->stop); sweep++)
-        if (sweep_rows(scene, rows, count, has_bodies_only, u) <= SETTLED_SPEED * SETTLED_SPEED)
-            break;
+    double before = (double)INFINITY; /* [m/s] */
+    for (int sweep = 0; sweep < limit && !stop_is_wanted(scene->stop); sweep++) {
+        double const largest2 = sweep_rows(scene, rows, count, has_bodies_only, u);
+        double const largest = sqrt(largest2);
+        if (largest2 <= SETTLED_SPEED * SETTLED_SPEED) break;
+        if (largest > STALLED_PART * before && largest <= find_speed_rounding(scene)) break;
+        before = largest;
+    }
 }
 
 void project_impulses(const contact_scene *scene, contact_row *rows, size_t count, double *u) {

@@ -107,6 +107,8 @@ void broad_phase_destroy(broad_phase *broad) {
     ARRAY_FREE(heap, &broad->leaf_corners);
     ARRAY_FREE(heap, &broad->masks);
     ARRAY_FREE(heap, &broad->voxel_groups);
+    ARRAY_FREE(heap, &broad->root_nodes);
+    ARRAY_FREE(heap, &broad->roots);
     ARRAY_FREE(heap, &broad->outputs);
     ARRAY_FREE(heap, &broad->kept_blocks);
     ARRAY_FREE(heap, &broad->lists);

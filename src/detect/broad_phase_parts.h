@@ -62,6 +62,14 @@ typedef struct search_task {
     uint32_t surface[2], node[2], level[2];
 } search_task;
 
+/* Node of the tree over the roots of all trees; the nodes below it come next. */
+typedef struct root_node {
+    float box[6];
+    uint32_t surface;      /* whose root it is, or TULLE_NONE */
+    uint32_t last_surface; /* the highest below it */
+    uint32_t end;          /* the first node after those below it */
+} root_node;
+
 /* What one worker finds. */
 typedef struct worker_output {
     pair_batch batches[2]; /* by feature_kind */
@@ -103,6 +111,8 @@ struct broad_phase {
     ARRAY(voxel_group) voxel_groups; /* of the surface built last; voxel trees only */
     fit_task *fit_tasks;
     size_t fit_task_capacity;
+    ARRAY(root_node) root_nodes; /* of the search that runs, or ran last */
+    ARRAY(uint32_t) roots;       /* surfaces */
     ARRAY(search_task) search_tasks[2];
     pair_store stores[2];         /* by feature_kind */
     ARRAY(worker_output) outputs; /* one a worker */
@@ -112,6 +122,11 @@ struct broad_phase {
     size_t list_count;
     ARRAY(pair_writer) writers; /* of find_pairs: two a worker */
 };
+
+static inline bool boxes_meet(const float a[6], const float b[6]) {
+    return a[0] <= b[3] && a[1] <= b[4] && a[2] <= b[5] && b[0] <= a[3] && b[1] <= a[4] &&
+           b[2] <= a[5];
+}
 
 /* refit_tree.c: order of the triangles, leaves, slots and nodes of one surface, from rest
  * positions. */
@@ -133,6 +148,10 @@ tulle_status assign_even_slots(broad_phase *broad, const surface_set *set, uint3
 
 /* leaf_masks.c: which features of a leaf and itself, and its neighbours, share no vertex. */
 tulle_status mask_leaves(broad_phase *broad, const surface_tree *tree);
+
+/* root_pairs.c: a task for each pair of surfaces that may meet and whose roots do, ascending, after
+ * search_tasks[0]; false when memory is short. */
+bool append_roots(broad_phase *broad, const surface_set *set);
 
 /* tree_boxes.c */
 /* The frame of the boxes, from the vertices of triangles; false when a rest position is not finite.

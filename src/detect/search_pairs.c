@@ -1,10 +1,11 @@
 /* detect/search_pairs.c - stage 7: takes fitted trees, gives all feature pairs whose boxes meet, in
  * batches to a consumer.
  *
- * Starts from the pairs of surfaces that may meet, opens their nodes level by level until there are
- * enough pairs of nodes for all workers, and descends from each of those: EXPANDED_PAIRS pairs of
- * the lowest level that has some are opened at a time, so lists stay short and in cache. Of two
- * trees of unequal height the nodes of the higher one are opened alone at first. */
+ * Starts from the pairs of surfaces that may meet (root_pairs.c), opens their nodes level by level
+ * until there are enough pairs of nodes for all workers, and descends from each of those:
+ * EXPANDED_PAIRS pairs of the lowest level that has some are opened at a time, so lists stay short
+ * and in cache. Of two trees of unequal height the nodes of the higher one are opened alone at
+ * first. */
 #include "base/parallel.h"
 #include "detect/broad_phase_parts.h"
 
@@ -14,35 +15,6 @@ enum {
     FEWEST_BLOCKS = 32, /* that a worker keeps */
     LEAVES_A_PLACE = 6  /* of all leaves */
 };
-
-/* Level of the root; level 0 are leaves. */
-static uint32_t root_level(const surface_tree *tree) { return tree->level_count; }
-
-static bool boxes_meet(const float a[6], const float b[6]) {
-    return a[0] <= b[3] && a[1] <= b[4] && a[2] <= b[5] && b[0] <= a[3] && b[1] <= a[4] &&
-           b[2] <= a[5];
-}
-
-/* Roots of the surfaces that may meet. */
-static bool append_roots(broad_phase *broad, const surface_set *set) {
-    for (uint32_t a = 0; a < set->surface_count; a++)
-        for (uint32_t b = a; b < set->surface_count; b++) {
-            const surface_tree *const tree_a = &broad->trees[a], *const tree_b = &broad->trees[b];
-            if (!set->surfaces[a].is_present || tree_a->nodes.count == 0) break;
-            if (!set->surfaces[b].is_present || tree_b->nodes.count == 0) continue;
-            if (!surfaces_may_meet(set, a, b)) continue;
-            uint32_t const root_a = (uint32_t)tree_a->nodes.count - 1;
-            uint32_t const root_b = (uint32_t)tree_b->nodes.count - 1;
-            if (!boxes_meet(tree_a->nodes.data[root_a].box, tree_b->nodes.data[root_b].box))
-                continue;
-            if (!ARRAY_RESERVE(broad->heap, &broad->search_tasks[0], 1)) return false;
-            broad->search_tasks[0].data[broad->search_tasks[0].count++] =
-                (search_task){.surface = {a, b},
-                              .node = {root_a, root_b},
-                              .level = {root_level(tree_a), root_level(tree_b)}};
-        }
-    return true;
-}
 
 /* Two trees whose pairs of nodes are opened. */
 typedef struct tree_pair {

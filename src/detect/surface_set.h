@@ -19,6 +19,7 @@ typedef struct surface_range {
     bool ignores_self; /* its features do not meet one another; obstacles' never do */
     bool is_static; /* x0 == x1 == the positions of the last call: its tree need not be refitted */
     bool is_body;   /* of obstacles: meets all others */
+    bool is_asleep; /* of bodies: meets no obstacles but bodies that are awake */
 } surface_range;
 
 typedef struct surface_set {
@@ -29,12 +30,17 @@ typedef struct surface_set {
                                       besides what the ranges exclude; null: all */
 } surface_set;
 
+static inline bool surface_is_awake_body(const surface_range *range) {
+    return range->is_body && !range->is_asleep;
+}
+
 /* Whether features of two surfaces, or of one surface twice, are paired where both are present. */
 static inline bool surfaces_may_meet(const surface_set *set, size_t a, size_t b) {
-    if (set->surfaces[a].is_obstacle && set->surfaces[b].is_obstacle &&
-        (a == b || !(set->surfaces[a].is_body || set->surfaces[b].is_body)))
+    const surface_range *const first = &set->surfaces[a], *const second = &set->surfaces[b];
+    if (first->is_obstacle && second->is_obstacle &&
+        (a == b || !(surface_is_awake_body(first) || surface_is_awake_body(second))))
         return false;
-    if (a == b && set->surfaces[a].ignores_self) return false;
+    if (a == b && first->ignores_self) return false;
     return !set->collides || set->collides[a * set->surface_count + b];
 }
 

@@ -61,6 +61,7 @@ tulle_status world_make_body(tulle_world *world, world_obstacle *obstacle, tulle
 tulle_status world_number_bodies(tulle_world *world) {
     size_t const cloth_count = world->cloths.count, surface_count = world_surface_count(world);
     world->body_count = 0;
+    world->has_sleep = false;
     for (size_t i = 0; i < world->obstacles.count; i++)
         world->body_count += world->obstacles.data[i].body.is_dynamic != 0;
     if (world->body_count == 0) return TULLE_OK;
@@ -75,6 +76,7 @@ tulle_status world_number_bodies(tulle_world *world) {
         world->surface_bodies[s] = is_body ? number : TULLE_NONE;
         if (is_body) world->body_obstacles[number++] = (uint32_t)(s - cloth_count);
     }
+    world_note_sleep(world);
     return TULLE_OK;
 }
 

@@ -30,25 +30,8 @@ static bool may_sleep(const tulle_world *world, size_t body) {
     return get_body(world, body)->body.sleep_speed > 0.0;
 }
 
-static size_t get_collides_size(const tulle_world *world) {
-    return world_surface_count(world) * world_surface_count(world);
-}
-
-bool world_allocate_sleep(tulle_world *world) {
-    bool has_any = false;
-    for (size_t b = 0; b < world->body_count; b++) has_any |= may_sleep(world, b);
-    if (!has_any) return true;
-    world->collides = memory_allocate(&world->heap, get_collides_size(world));
-    if (!world->collides) return false;
-    memset(world->collides, 1, get_collides_size(world));
-    world->set.collides = world->collides;
-    return true;
-}
-
-void world_release_sleep(tulle_world *world) {
-    if (world->collides) memory_release(&world->heap, world->collides, get_collides_size(world));
-    world->collides = NULL;
-    world->set.collides = NULL;
+void world_note_sleep(tulle_world *world) {
+    for (size_t b = 0; b < world->body_count; b++) world->has_sleep |= may_sleep(world, b);
 }
 
 /* ---- waking ---- */
@@ -66,7 +49,10 @@ void world_wake_body(const tulle_world *world, world_motion_state *state, size_t
 }
 
 void world_wake_all(const tulle_world *world, world_motion_state *state) {
-    for (size_t b = 0; b < world->body_count; b++) world_wake_body(world, state, b);
+    for (size_t b = 0; b < world->body_count; b++) {
+        state->rests[b].quiet_time = 0.0;
+        if (body_sleeps(state, b)) state->rests[b].state = BODY_FREE;
+    }
 }
 
 /* [m] Box of some vertices at two times. */
@@ -100,24 +86,15 @@ static bool is_on_the_way(const step_context *context, const surface_range *rang
                   (end - begin) * sizeof(double)) != 0;
 }
 
-/* Sleepers meet cloth and bodies that are awake. */
-static void mark_meetings(const tulle_world *world, const world_motion_state *state) {
-    size_t const count = world_surface_count(world);
-    memset(world->collides, 1, count * count);
-    for (size_t b = 0; b < world->body_count; b++) {
-        size_t const s = get_surface(world, b);
-        for (size_t other = world->cloths.count; body_sleeps(state, b) && other < count; other++) {
-            uint32_t const body = world->surface_bodies[other];
-            bool const meets = body != TULLE_NONE && state->rests[body].state == BODY_FREE;
-            world->collides[s * count + other] = world->collides[other * count + s] = meets;
-        }
-    }
+static void mark_sleepers(const tulle_world *world, const world_motion_state *state) {
+    for (size_t b = 0; b < world->body_count; b++)
+        world->surfaces[get_surface(world, b)].is_asleep = body_sleeps(state, b);
 }
 
 void world_wake_near_script(step_context *context) {
     tulle_world *const world = context->world;
     world_motion_state *const state = context->state;
-    if (!world->collides) return;
+    if (!world->has_sleep) return;
     for (size_t i = 0; i < world->obstacles.count; i++) {
         surface_range const *const range = &world->surfaces[world->cloths.count + i];
         if (!is_on_the_way(context, range)) continue;
@@ -129,7 +106,7 @@ void world_wake_near_script(step_context *context) {
                 world_wake_body(world, state, b);
         }
     }
-    mark_meetings(world, state);
+    mark_sleepers(world, state);
 }
 
 /* What cloth presses on a sleeper with, as an impulse [N s] and its moment [N m s]. */
@@ -211,7 +188,7 @@ static double find_change(const step_context *context, size_t body, const body_p
 tulle_status world_wake_pressed(step_context *context) {
     tulle_world *const world = context->world;
     context->has_woken = false;
-    if (!world->collides) return TULLE_OK;
+    if (!world->has_sleep) return TULLE_OK;
     arena_mark const mark = arena_get_mark(&world->scratch);
     body_press const *const presses = collect_presses(context);
     if (!presses) return TULLE_ERROR_OUT_OF_MEMORY;
@@ -242,14 +219,15 @@ static uint32_t find_owner(const tulle_world *world, uint32_t kind, uint32_t fea
 static bool is_resting(const tulle_world *world, const stored_contact *contact) {
     size_t const a = find_owner(world, contact->kind, contact->first, false);
     size_t const b = find_owner(world, contact->kind, contact->second, true);
-    return !world->collides[a * world_surface_count(world) + b];
+    bool const has_sleeper = world->surfaces[a].is_asleep || world->surfaces[b].is_asleep;
+    return has_sleeper && !surfaces_may_meet(&world->set, a, b);
 }
 
 tulle_status world_keep_resting(step_context *context) {
     tulle_world *const world = context->world;
     contact_store const *const store = &context->state->contacts;
     context->resting_count = 0;
-    if (!world->collides) return TULLE_OK;
+    if (!world->has_sleep) return TULLE_OK;
     context->resting = ARENA_NEW(&world->scratch, stored_contact, store->contacts.count);
     if (!context->resting) return TULLE_ERROR_OUT_OF_MEMORY;
     for (size_t i = 0; i < store->contacts.count; i++) {
@@ -324,7 +302,7 @@ static void fall_asleep(step_context *context, size_t body, uint32_t group,
 
 tulle_status world_settle_bodies(step_context *context, double time_step) {
     tulle_world *const world = context->world;
-    if (!world->collides) return TULLE_OK;
+    if (!world->has_sleep) return TULLE_OK;
     size_t const count = world->body_count;
     uint32_t *const parents = ARENA_NEW(&world->scratch, uint32_t, count);
     bool *const is_awake = ARENA_NEW_ZEROED(&world->scratch, bool, count);

@@ -15,9 +15,8 @@ static inline bool body_sleeps(const world_motion_state *state, size_t body) {
     return state->rests[body].state == BODY_SLEEPS;
 }
 
-/* Room for surface_set.collides where a body may sleep; false for want of memory. */
-bool world_allocate_sleep(tulle_world *world);
-void world_release_sleep(tulle_world *world);
+/* Whether a body may sleep, into world->has_sleep. */
+void world_note_sleep(tulle_world *world);
 
 /* Wakes those that fell asleep with `body`; all. */
 void world_wake_body(const tulle_world *world, world_motion_state *state, size_t body);

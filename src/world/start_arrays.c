@@ -1,6 +1,5 @@
 /* world/start_arrays.c - the arrays that a world has from its start on, and their release. */
 #include "world/bodies.h"
-#include "world/bodies_sleep.h"
 #include "world/detection.h"
 #include "world/start.h"
 
@@ -49,8 +48,7 @@ bool world_allocate_start(tulle_world *world) {
     world->laws = memory_allocate_zeroed(heap, surface_count * surface_count, sizeof(contact_law));
     return world->rest && world->targets && world->inverse_masses && world->active_inverse_masses &&
            world->is_fixed && world->vertex_surface && world->laws &&
-           allocate_state(world, &world->now) && allocate_state(world, &world->next) &&
-           world_allocate_sleep(world);
+           allocate_state(world, &world->now) && allocate_state(world, &world->next);
 }
 
 void world_release_start(tulle_world *world) {
@@ -66,7 +64,6 @@ void world_release_start(tulle_world *world) {
     }
     release_state(world, &world->now);
     release_state(world, &world->next);
-    world_release_sleep(world);
     world_release_bodies(world);
     topology_destroy(heap, &world->topo);
     memory_release(heap, world->surfaces, surface_count * sizeof(surface_range));

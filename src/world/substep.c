@@ -130,6 +130,8 @@ static tulle_status prepare(step_context *context) {
         .targets = world->targets,
         .inverse_mass = world->active_inverse_masses,
         .laws = world->laws,
+        .largest_contact = world->contact_distance,
+        .largest_separation = world->separation_distance,
         .grains = world->grains,
         .gravity = vec3_load(world->def.gravity, 0),
         .carriers = context->carriers,

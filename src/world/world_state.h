@@ -166,10 +166,9 @@ struct tulle_world {
     topology topo;
     surface_range *surfaces;
     surface_set set;
-    unsigned char
-        *collides;          /* of the set: sleepers do not meet what stands; null: none may sleep */
-    double *rest;           /* [m] all vertices */
-    double *inverse_masses; /* [1/kg] 0 for obstacles */
+    bool has_sleep;                                            /* a body may sleep */
+    double *rest;                                              /* [m] all vertices */
+    double *inverse_masses;                                    /* [1/kg] 0 for obstacles */
     uint32_t *vertex_surface;                                  /* surface of each vertex */
     contact_law *laws;                                         /* surface_count^2 */
     surface_grain *grains;                                     /* surface_count; null: none */

@@ -137,6 +137,12 @@ void mini_world_destroy(mini_world *world) {
 
 contact_scene get_mini_scene(mini_world *world, double h) {
     world->paper = (paper_rules){world->motion_space, world->particles[0], world->particles[1]};
+    contact_law largest = {0};
+    for (size_t i = 0; i < world->set.surface_count * world->set.surface_count; i++) {
+        contact_law const *const law = &world->laws[i];
+        largest.contact_distance = fmax(largest.contact_distance, law->contact_distance);
+        largest.separation_distance = fmax(largest.separation_distance, law->separation_distance);
+    }
     return (contact_scene){.set = &world->set,
                            .vertex_count = world->vertex_count,
                            .cloth_vertex_count = world->cloth_vertex_count,
@@ -147,6 +153,8 @@ contact_scene get_mini_scene(mini_world *world, double h) {
                            .targets = world->targets,
                            .inverse_mass = world->inverse_mass,
                            .laws = world->laws,
+                           .largest_contact = largest.contact_distance,
+                           .largest_separation = largest.separation_distance,
                            .grains = world->grains,
                            .gravity = vec3_load(world->gravity, 0),
                            .carriers = world->carriers,
