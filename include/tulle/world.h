@@ -360,8 +360,9 @@ TULLE_API tulle_untangle_report tulle_world_get_untangle_report(const tulle_worl
  * error the world is as it was, but for tulle_world_last_message and tulle_world_get_intersections.
  * Errors: those of tulle_world_start when it was not called; INVALID_ARGUMENT, OUT_OF_MEMORY;
  * INTERSECTING_START when an obstacle appears into or around cloth; PINCHED; STEP_FAILED when the
- * forces lead to numbers that are not finite, or TULLE_RESPONSE_PAPER tears cloth; LIMIT beyond
- * 2^32 candidate pairs; INTERRUPTED by a stop request; what a frame reader returns. */
+ * forces lead to numbers that are not finite, TULLE_RESPONSE_PAPER tears cloth, or a body would
+ * turn further than 4096 substeps follow; LIMIT beyond 2^32 candidate pairs; INTERRUPTED by a stop
+ * request; what a frame reader returns. */
 TULLE_API tulle_status tulle_world_step(tulle_world *world, double time_step,
                                         tulle_step_report *report, tulle_error *error);
 

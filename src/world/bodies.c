@@ -301,23 +301,3 @@ body_energies world_measure_bodies(const tulle_world *world, const double *posit
     }
     return energies;
 }
-
-/* A vertex may leave its chord by this share of the contact distance. */
-static const double CHORD_SHARE = 0.25;
-/* Substeps are not cut below this share of the step for turning. */
-static const double SHORTEST_TURN_SHARE = 1.0 / 16.0;
-
-double world_limit_turns(const tulle_world *world, const world_motion_state *state, double wanted,
-                         double step) {
-    for (size_t b = 0; b < world->body_count; b++) {
-        if (!is_body(world, b)) continue;
-        double const speed = vec3_norm(vec3_load(state->velocities, get_slot(world, b) + 1));
-        double const radius = get_body(world, b)->radius;
-        double const turn = fmin(BODY_TURN_MAX, sqrt(CHORD_SHARE * world->contact_distance /
-                                                     (BODY_CHORD_FACTOR * radius)));
-        /* equal parts */
-        if (speed * wanted > turn)
-            wanted = fmax(wanted / ceil(speed * wanted / turn), SHORTEST_TURN_SHARE * step);
-    }
-    return wanted;
-}

@@ -42,9 +42,4 @@ body_energies world_measure_bodies(const tulle_world *world, const double *posit
 void world_sum_contact_impulses(const row_list *rows, size_t slot, double impulse[3],
                                 double moment[3]);
 
-/* [s] Time in which no free body turns so far that chords say little of its way, at most `wanted`
- * and at least a sixteenth of `step`. */
-double world_limit_turns(const tulle_world *world, const world_motion_state *state, double wanted,
-                         double step);
-
 #endif

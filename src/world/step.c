@@ -4,6 +4,7 @@
  * world as it was. A substep that had to shorten time is followed by another over what is left. */
 #include "world/bodies.h"
 #include "world/bodies_sleep.h"
+#include "world/bodies_turn.h"
 #include "world/detection.h"
 #include "world/holds.h"
 
@@ -82,9 +83,11 @@ static void undo_step(tulle_world *world) {
     world_restore_patches(world);
 }
 
-/* Whether the last substep shows that going on as before is hopeless. */
+/* Whether the last substep shows that going on as before is hopeless. What a turn alone cut short
+ * is no sign of it. */
 static bool is_stuck(step_context *context, double wanted) {
-    bool const is_slow = context->passed < CRAWL_SHARE * wanted;
+    double const whole = context->is_cut_by_turns ? context->time_step : wanted;
+    bool const is_slow = context->passed < CRAWL_SHARE * whole;
     context->crawl_count = is_slow ? context->crawl_count + 1 : 0;
     return context->commit.outcome == COMMIT_BLOCKED || context->crawl_count >= CRAWLS_MAX ||
            context->report->substeps >= context->substep_limit;
@@ -111,6 +114,23 @@ static void note_progress(step_context *context, double share) {
                                                      .solve_count = report->solve_count};
 }
 
+/* Length of the next substep, `longest` [s] but for bodies that turn. */
+static tulle_status choose_length(step_context *context, double longest) {
+    context->time_step = fmin(longest, context->turn_time);
+    tulle_status const status = world_limit_turns(context, &context->time_step);
+    context->is_cut_by_turns = context->time_step < longest;
+    context->turn_time = (double)INFINITY;
+    return status;
+}
+
+/* Substeps that turns alone asked for do not count as those of a step that is stuck. */
+static void allow_for_turns(step_context *context) {
+    bool const is_whole =
+        !context->is_rejected && context->commit.outcome == COMMIT_CLEAN && !context->has_woken;
+    if ((context->is_cut_by_turns && is_whole) || isfinite(context->turn_time))
+        context->substep_limit++;
+}
+
 /* Substeps until time_step [s] has passed. */
 static tulle_status run_substeps(step_context *context, double time_step) {
     double const end_time = context->state->time + time_step;
@@ -119,16 +139,17 @@ static tulle_status run_substeps(step_context *context, double time_step) {
     context->substep_limit = context->report->substeps + SUBSTEPS_MAX;
     context->crawl_count = context->retry_count = 0;
     context->shortest_step = SHORTEST_SUBSTEP_SHARE * time_step;
+    context->turn_time = (double)INFINITY;
     while (remaining > REMAINDER_SHARE * time_step && !context->is_rest_skipped) {
         note_progress(context, 1.0 - remaining / time_step);
         if (stop_is_wanted(&context->world->stop)) return TULLE_ERROR_INTERRUPTED;
-        context->time_step =
-            world_limit_turns(context->world, context->state, fmin(wanted, remaining), time_step);
-        tulle_status status = world_advance(context);
+        tulle_status status = choose_length(context, fmin(wanted, remaining));
+        if (status == TULLE_OK) status = world_advance(context);
         if (status != TULLE_OK) return status;
+        allow_for_turns(context);
         if (context->has_woken) continue;
         if (context->is_rejected) {
-            wanted = 0.5 * context->time_step;
+            if (!isfinite(context->turn_time)) wanted = 0.5 * context->time_step;
             continue;
         }
         remaining -= context->passed;

@@ -39,10 +39,13 @@ typedef struct step_context {
     world_motion_state *state; /* moved on by each substep */
     double time_step;          /* [s] of this substep */
     double shortest_step;      /* [s] a substep this long is taken whatever it stretches */
-    bool is_rejected;    /* the paths give the cloth too much energy or stretch: try shorter ones */
-    bool has_gained;     /* they give it far more energy than there is */
-    double energy_scale; /* [J] at work in the substep: what moves, and what gravity gives */
-    bool has_woken;      /* sleepers woke by its contacts: it is made anew */
+    bool is_rejected; /* paths give cloth too much energy or stretch, or turn too far: try shorter
+                       * ones */
+    bool has_gained;  /* they give it far more energy than there is */
+    double energy_scale;  /* [J] at work in the substep: what moves, and what gravity gives */
+    bool is_cut_by_turns; /* the substep is shorter than it would be else, for bodies turn in it */
+    double turn_time;     /* [s] what the next may last, for in this one they turn too far */
+    bool has_woken;       /* sleepers woke by its contacts: it is made anew */
     stored_contact *resting; /* of the store, of pairs that have no rows */
     size_t resting_count;
     double damping;           /* of the integrator, see force_options */

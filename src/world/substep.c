@@ -12,6 +12,7 @@
 #include "contact/stick_anchors.h"
 #include "world/bodies.h"
 #include "world/bodies_sleep.h"
+#include "world/bodies_turn.h"
 #include "world/detection.h"
 #include "world/holds.h"
 
@@ -348,6 +349,8 @@ static tulle_status run_stages(step_context *context) {
     if (status != TULLE_OK) return fail_step(context, status);
     if (context->has_woken) return TULLE_OK;
 
+    context->is_rejected = world_turns_too_far(context);
+    if (context->is_rejected) return TULLE_OK;
     context->is_rejected =
         context->time_step > context->shortest_step &&
         (context->has_gained || world_measure_stretch_growth(context) > STRETCH_GROWTH_MAX);

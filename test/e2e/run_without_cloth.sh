@@ -30,6 +30,10 @@ else
     grep -q -i 'without' told || fault "render: $(tail -n 1 told)"
 fi
 
+"$TULLE" run "$scene" -o spun --set 'obstacles[1].dynamic.spin=[0, 0, 10000]' --set 'time.step=0.2 s' --progress none >told 2>&1
+[ $? = 3 ] || fault "a step that no substeps follow went on"
+grep -q "'die.000' spins with .* rad/s in step 0, .* use a time step of at most" told || fault "spin: $(cat told)"
+
 for change in 'obstacles[1].dynamic=false' 'obstacles=[]'; do
     "$TULLE" run "$scene" -o still --set "$change" --progress none >told 2>&1
     [ $? = 2 ] || fault "$change was not refused"
