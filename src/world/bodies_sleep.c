@@ -170,7 +170,18 @@ static body_press *collect_presses(const step_context *context) {
     return presses;
 }
 
-/* [m/s] By how much a sleeper would be faster than at rest after this substep. */
+/* [kg] What a push by cloth moves: a body and those that it carries, whose weight is what cloth
+ * pressed on it with against gravity when it fell asleep. */
+static double find_carried_mass(const step_context *context, size_t body) {
+    vec3 const gravity = context->scene.gravity;
+    vec3 const force = vec3_load(context->state->rests[body].force, 0);
+    double const own = get_body(context->world, body)->rigid.mass, norm2 = vec3_norm2(gravity);
+    return norm2 > 0.0 ? fmax(own, -vec3_dot(force, gravity) / norm2) : own;
+}
+
+/* [m/s] By how much a sleeper would be faster than at rest after this substep, with all that it
+ * carries: the inertia of a stack is more than this share of its own, so it is found to turn
+ * sooner than it does. */
 static double find_change(const step_context *context, size_t body, const body_press *press) {
     tulle_world const *const world = context->world;
     world_obstacle const *const obstacle = get_body(world, body);
@@ -181,8 +192,9 @@ static double find_change(const step_context *context, size_t body, const body_p
     vec3 const turn = vec3_add_scaled(vec3_scale(press->moment, whole), torque, -h);
     mat3 const inverse =
         rigid_get_inverse_inertia(&obstacle->rigid, get_orientation(context->state, world, body));
-    return vec3_norm(push) / obstacle->rigid.mass +
-           vec3_norm(mat3_multiply_vec3(&inverse, turn)) * obstacle->radius;
+    double const own_share = obstacle->rigid.mass / find_carried_mass(context, body);
+    return own_share * (vec3_norm(push) / obstacle->rigid.mass +
+                        vec3_norm(mat3_multiply_vec3(&inverse, turn)) * obstacle->radius);
 }
 
 tulle_status world_wake_pressed(step_context *context) {
