@@ -67,7 +67,7 @@ static void cloth_wakes_as_it_presses(void **state) {
  * wakes them. */
 static void a_stack_on_cloth_sleeps_on(void **state) {
     (void)state;
-    enum { SIDE = 25, BALL_STEP = 8 * 90, STEPS = 10 * 90 };
+    enum { SIDE = 31, BALL_STEP = 8 * 90, STEPS = 10 * 90 };
     tulle_world_def def = tulle_world_def_default();
     tulle_world *const world = bodies_make_world(&def, false);
     tulle_mesh sheet = small_sheet(1.2, SIDE, 0.0);
@@ -77,6 +77,7 @@ static void a_stack_on_cloth_sleeps_on(void **state) {
     cloth.mesh = tulle_mesh_get_view(&sheet);
     cloth.pins = &pin;
     cloth.pin_count = 1;
+    assert_int_equal(tulle_material_preset("denim", &cloth.material), TULLE_OK);
     assert_int_equal(tulle_world_add_cloth(world, &cloth, NULL, NULL), TULLE_OK);
     tulle_body body = {.is_dynamic = 1,
                        .mass = 0.2,
