@@ -211,10 +211,12 @@ static tulle_status check_piece(const body_survey *survey, uint32_t piece) {
     bool const is_cavity = !(survey->volumes[piece] > 0.0);
     if (is_inside == is_cavity) return TULLE_OK;
     return error_set(survey->error, TULLE_ERROR_INVALID_MESH,
-                     is_cavity ? "%s: the piece with vertex %u is inside out; turn its triangles "
-                                 "so that normals point outwards"
-                               : "%s: the piece with vertex %u lies inside another and would count "
-                                 "twice; remove it, or turn it if it is a cavity",
+                     is_cavity
+                         ? "%s: the piece with vertex %u is inside out; turn its triangles "
+                           "so that normals point outwards"
+                         : "%s: the piece with vertex %u overlaps another or lies inside it, and "
+                           "would count twice; join them, remove it, or turn it if it is a "
+                           "cavity",
                      survey->name, piece);
 }
 

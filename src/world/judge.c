@@ -74,6 +74,15 @@ static int describe_triangle(const tulle_world *world, const double *positions, 
                     corners[2], first.x, first.y, first.z);
 }
 
+size_t world_count_intersecting_bodies(const tulle_world *world) {
+    size_t count = 0;
+    for (size_t i = 0; i < world->intersections.count; i++) {
+        tulle_intersection const *const pair = &world->intersections.data[i];
+        count += pair->object_a >= world->cloths.count && pair->object_b >= world->cloths.count;
+    }
+    return count;
+}
+
 tulle_status world_refuse_intersections(const tulle_world *world, const double *positions,
                                         const char *when, tulle_error *error) {
     char text[sizeof error->message];
@@ -94,6 +103,9 @@ tulle_status world_refuse_intersections(const tulle_world *world, const double *
     bool const is_untangled = world->def.start_intersections == TULLE_START_UNTANGLE;
     bool const is_late = world->is_started; /* only the start is untangled */
     const char *advice = "move them apart, or set start_intersections to untangle, or to ignore";
+    if (world_count_intersecting_bodies(world) > 0)
+        advice = "move them apart (untangling moves cloth only), or set start_intersections to "
+                 "ignore";
     if (is_untangled)
         advice = "move them apart, raise untangle_limit, or set start_intersections to ignore";
     if (is_late)

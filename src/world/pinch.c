@@ -79,6 +79,27 @@ static size_t list_names(const tulle_world *world, const uint8_t *is_marked, cha
     return count;
 }
 
+/* Marks the obstacles of the vertices of a contact with a body, but for the body itself. */
+static void mark_others(const tulle_world *world, const uint32_t vertices[4], uint32_t body,
+                        uint8_t *is_near) {
+    bool has_body = false;
+    for (int k = 0; k < 4; k++) has_body |= world->vertex_surface[vertices[k]] == body;
+    for (int k = 0; k < 4 && has_body; k++) {
+        uint32_t const surface = world->vertex_surface[vertices[k]];
+        if (surface != body && surface >= world->cloths.count)
+            is_near[surface - world->cloths.count] = 1;
+    }
+}
+
+/* What is around a pinched body: all obstacles that it touches. */
+static void mark_around_body(const tulle_world *world, const blocked_place *place,
+                             uint8_t *is_near) {
+    if (place->surface < world->cloths.count) return;
+    for (size_t i = 0; i < world->rows.rows.count; i++)
+        mark_others(world, world->rows.rows.data[i].vertices, place->surface, is_near);
+    if (place->is_pair) mark_others(world, place->vertices, place->surface, is_near);
+}
+
 static void write_message(step_context *context, const blocked_place *place,
                           const pinch_side *sides, const char *consequence) {
     tulle_world *const world = context->world;
@@ -86,6 +107,7 @@ static void write_message(step_context *context, const blocked_place *place,
     uint8_t *const is_near = ARENA_NEW(&world->scratch, uint8_t, world->obstacles.count);
     if (!is_near) return;
     for (size_t i = 0; i < world->obstacles.count; i++) is_near[i] = sides[i].is_near;
+    mark_around_body(world, place, is_near);
     size_t const count = list_names(world, is_near, names, sizeof names);
     snprintf(context->pinch_message, sizeof context->pinch_message,
              "'%s' is pinched near (%.6g, %.6g, %.6g) m at %.6g s, %s %s; %s",
@@ -248,14 +270,17 @@ static void hold_back(step_context *context, const blocked_place *place, const p
 
 /* ---- release ---- */
 
+static bool may_release(const step_context *context, const pinch_side *sides, size_t obstacle) {
+    tulle_world const *const world = context->world;
+    return sides[obstacle].is_near && !world->surfaces[world->cloths.count + obstacle].is_static &&
+           !context->state->is_released[obstacle];
+}
+
 /* False when no moving obstacle is near. */
 static bool release_obstacles(step_context *context, const pinch_side *sides) {
-    tulle_world const *const world = context->world;
     bool has_released = false;
-    for (size_t i = 0; i < world->obstacles.count; i++) {
-        if (!sides[i].is_near || world->surfaces[world->cloths.count + i].is_static ||
-            context->state->is_released[i])
-            continue;
+    for (size_t i = 0; i < context->world->obstacles.count; i++) {
+        if (!may_release(context, sides, i)) continue;
         context->state->is_released[i] = 1;
         has_released = true;
     }
@@ -285,9 +310,15 @@ static tulle_status choose(step_context *context, const blocked_place *place,
             "the moving ones let it through until they are free of it (on_pinch: release)");
         return TULLE_OK;
     }
+    bool helps_release = false;
+    for (size_t i = 0; i < context->world->obstacles.count; i++)
+        helps_release |= may_release(context, sides, i);
     write_message(context, place, sides,
-                  "give it room, take shorter steps if the obstacle is fast, or set on_pinch to "
-                  "slow or release");
+                  helps_release
+                      ? "give it room, take shorter steps if the obstacle is fast, or set on_pinch "
+                        "to slow or release"
+                      : "give it room, take shorter steps if the obstacle is fast, or set on_pinch "
+                        "to slow");
     context->report->pinched = 1;
     append_message(context->world, context->pinch_message);
     return error_set(context->error, TULLE_ERROR_PINCHED, "%s", context->pinch_message);

@@ -26,9 +26,11 @@ blocked_place world_find_blocked_place(const step_context *context) {
     feature_pair_vertices(&world->topo, commit->blocking_kind, commit->blocking_pair,
                           place.vertices);
     uint32_t chosen = place.vertices[0];
-    for (int k = 3; k >= 0; k--) {
+    for (int k = 3; k >= 0; k--)
+        if (world->surfaces[world->vertex_surface[place.vertices[k]]].is_body)
+            chosen = place.vertices[k];
+    for (int k = 3; k >= 0; k--)
         if (place.vertices[k] < world->cloth_vertex_count) chosen = place.vertices[k];
-    }
     place.surface = world->vertex_surface[chosen];
     place.position = vec3_load(context->state->positions, chosen);
     return place;

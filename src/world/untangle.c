@@ -185,6 +185,7 @@ static tulle_status accept_best(untangling *work, tulle_error *error) {
 }
 
 tulle_status world_untangle(tulle_world *world, tulle_error *error) {
+    if (world_count_intersecting_bodies(world) > 0) return refuse_bodies(world, error);
     double const start = timer_now();
     world->untangle_report = (tulle_untangle_report){.intersections = world->intersections.count,
                                                      .left = world->intersections.count};

@@ -120,5 +120,8 @@ double find_gap(const untangling *work, uint32_t a, uint32_t b); /* [m] to push 
 tulle_status move_apart(untangling *work);
 /* untangle_report.c: what is left in `positions`, as text. */
 tulle_status describe_left(untangling *work, char *text, size_t size);
+/* untangle_report.c: the error for bodies that intersect: nothing moves them apart. Sorts the
+ * world's list of intersections. */
+tulle_status refuse_bodies(tulle_world *world, tulle_error *error);
 
 #endif

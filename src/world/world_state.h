@@ -251,6 +251,8 @@ tulle_status world_update_presence(tulle_world *world, world_motion_state *state
 /* judge.c: exact intersections among present surfaces; replaces `list`. */
 tulle_status world_find_intersections(tulle_world *world, const double *positions,
                                       intersection_list *list, tulle_error *error);
+/* judge.c: how many of world->intersections are without cloth. */
+size_t world_count_intersecting_bodies(const tulle_world *world);
 /* judge.c: fills the error with the first pairs, their vertices and coordinates. */
 tulle_status world_refuse_intersections(const tulle_world *world, const double *positions,
                                         const char *when, tulle_error *error);

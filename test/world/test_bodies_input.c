@@ -71,10 +71,17 @@ static void flat_bodies_need_area_density(void **state) {
     tulle_world_destroy(world);
 }
 
+/* At once, whatever is to be done about it: bodies cannot be untangled. */
 static void overlaps_at_the_start_are_refused(void **state) {
     (void)state;
-    tulle_world_def def = tulle_world_def_default();
-    for (int other_is_body = 0; other_is_body < 2; other_is_body++) {
+    const char *const advice[2] = {
+        "move them apart (untangling moves cloth only), or set start_intersections to ignore",
+        "(16 of 'obstacle 0' with 'obstacle 1'), and untangling moves cloth only; move the "
+        "objects"};
+    for (int i = 0; i < 4; i++) {
+        int const other_is_body = i % 2, is_untangled = i / 2;
+        tulle_world_def def = tulle_world_def_default();
+        if (is_untangled) def.start_intersections = TULLE_START_UNTANGLE;
         tulle_world *const world = bodies_make_world(&def, true);
         tulle_mesh a = bodies_make_box(0.2, 0.2, 0.2, (double[3]){0.0, 0.0, 0.0});
         tulle_mesh b = bodies_make_box(0.2, 0.2, 0.2, (double[3]){0.1, 0.05, 0.07});
@@ -84,10 +91,33 @@ static void overlaps_at_the_start_are_refused(void **state) {
         tulle_error error = {0};
         assert_int_equal(tulle_world_start(world, &error), TULLE_ERROR_INTERSECTING_START);
         assert_non_null(strstr(error.message, "obstacle 1"));
+        if (!strstr(error.message, advice[is_untangled])) fail_msg("%s", error.message);
+        assert_int_equal(tulle_world_get_untangle_report(world).rounds, 0);
         tulle_mesh_destroy(&a);
         tulle_mesh_destroy(&b);
         tulle_world_destroy(world);
     }
+}
+
+/* Pieces of one body that cross would count twice where they do. */
+static void bodies_that_cross_themselves_are_refused(void **state) {
+    (void)state;
+    tulle_mesh parts[2];
+    parts[0] = bodies_make_box(0.2, 0.2, 0.2, (double[3]){0.0, 0.0, 0.0});
+    double const *const corner = parts[0].positions; /* of the second, it lies in the middle */
+    parts[1] = bodies_make_box(0.2, 0.2, 0.2, (double[3]){-corner[0], -corner[1], -corner[2]});
+    size_t const n = parts[0].vertex_count, m = parts[0].triangle_count;
+    tulle_mesh both;
+    assert_int_equal(tulle_mesh_create(2 * n, 2 * m, &both, NULL), TULLE_OK);
+    for (size_t p = 0; p < 2; p++) {
+        memcpy(both.positions + 3 * n * p, parts[p].positions, 3 * n * sizeof(double));
+        for (size_t i = 0; i < 3 * m; i++)
+            both.triangles[3 * m * p + i] = parts[p].triangles[i] + (uint32_t)(n * p);
+        tulle_mesh_destroy(&parts[p]);
+    }
+    expect_refusal(&both, &(tulle_body){.is_dynamic = 1, .mass = 1.0}, TULLE_ERROR_INVALID_MESH,
+                   "overlaps another or lies inside it");
+    tulle_mesh_destroy(&both);
 }
 
 /* A cube from -size/2 to size/2, of whose surface the inner one faces inward. */
@@ -271,6 +301,7 @@ int main(void) {
         cmocka_unit_test(bad_bodies_are_refused),
         cmocka_unit_test(flat_bodies_need_area_density),
         cmocka_unit_test(overlaps_at_the_start_are_refused),
+        cmocka_unit_test(bodies_that_cross_themselves_are_refused),
         cmocka_unit_test(bodies_in_solids_are_refused),
         cmocka_unit_test(bodies_cannot_come_free_in_solids),
         cmocka_unit_test(script_hands_over),
