@@ -166,8 +166,9 @@ static void ball_and_free_sheet_keep_momentum(void **state) {
 }
 
 /* A ball on a sheet held at its corners, with the ratio of its mass to the sheet's. In the end it
- * may move by so much [m] a step. */
-static void rest_on_sheet(double ratio, double area_density, double most_jitter) {
+ * may move by so much [m] a step, and its centre lies between two heights [m]. */
+static void rest_on_sheet(double ratio, double area_density, double most_jitter, double lowest,
+                          double highest) {
     int const steps = 450;
     tulle_world_def def = tulle_world_def_default();
     tulle_world *const world = bodies_make_world(&def, false);
@@ -178,6 +179,7 @@ static void rest_on_sheet(double ratio, double area_density, double most_jitter)
     tulle_obstacle_id const id = bodies_add_obstacle(world, &ball, 0.5, &body);
     uint64_t rescues = 0, contacts = 0, iterations = 0;
     double stretch = 0.0, last = 0.0, jitter = 0.0;
+    double gap = (double)INFINITY, last_gap = (double)INFINITY;
     for (int i = 0; i < steps; i++) {
         tulle_step_report const report = bodies_step(world);
         rescues += report.rescue_component_scalings + report.rescue_global_scalings +
@@ -186,19 +188,27 @@ static void rest_on_sheet(double ratio, double area_density, double most_jitter)
         iterations += report.cg_iterations;
         stretch = fmax(stretch, report.max_stretch);
         double const height = bodies_get_transform(world, id).position[2];
-        if (i > steps - 30) jitter = fmax(jitter, fabs(height - last));
+        gap = fmin(gap, report.smallest_gap);
+        if (i > steps - 30) {
+            jitter = fmax(jitter, fabs(height - last));
+            last_gap = fmin(last_gap, report.smallest_gap);
+        }
         last = height;
     }
     tulle_transform const end = bodies_get_transform(world, id);
-    print_message("ratio %g: height %.4g m, speed %.2g m/s, way a step %.2g m, %d contacts, "
-                  "stretch %.3g, %d rescues, %d iterations a step\n",
+    print_message("ratio %g: height %.4g m, speed %.2g m/s, way a step %.2g m, smallest gap %.3g "
+                  "mm, %.4g at rest, "
+                  "%d contacts, stretch %.3g, %d rescues, %d iterations a step\n",
                   ratio, end.position[2],
                   sqrt(end.velocity[0] * end.velocity[0] + end.velocity[1] * end.velocity[1] +
                        end.velocity[2] * end.velocity[2]),
-                  jitter, (int)contacts, stretch, (int)rescues,
+                  jitter, 1e3 * gap, 1e3 * last_gap, (int)contacts, stretch, (int)rescues,
                   (int)(iterations / (uint64_t)steps));
     assert_int_equal(rescues, 0);
     assert_true(jitter < most_jitter);
+    assert_true(end.position[2] > lowest && end.position[2] < highest);
+    assert_true(gap >= 0.005 / 40.0); /* the least that the world promises */
+    assert_true(last_gap > 0.0048);   /* the ball keeps its contact distance */
     assert_int_equal(bodies_judge(world, &sheet, 1, &ball, 1), 0);
     tulle_mesh_destroy(&sheet);
     tulle_mesh_destroy(&ball);
@@ -207,9 +217,9 @@ static void rest_on_sheet(double ratio, double area_density, double most_jitter)
 
 static void balls_rest_on_a_sheet(void **state) {
     (void)state;
-    rest_on_sheet(1.0, 0.2, 1e-4);
-    rest_on_sheet(0.001, 0.2, 1e-6);
-    rest_on_sheet(1000.0, 0.002, 1e-3);
+    rest_on_sheet(1.0, 0.2, 3e-6, -0.061, -0.059);
+    rest_on_sheet(0.001, 0.2, 2e-7, 0.016, 0.018);
+    rest_on_sheet(1000.0, 0.002, 2.5e-5, -0.196, -0.192);
 }
 
 /* Three boxes on a sheet held at its corners come to rest within 5 s and stay where they are, for
