@@ -149,6 +149,7 @@ void straighten_row(const contact_scene *scene, const double *x1, double time, c
 void straighten_impact(const contact_scene *scene, const double *x1, double time,
                        contact_row *row) {
     if (scene->paper || !has_scripted_side(scene, row) || !is_shifted_only(scene, row)) return;
+    if (scene->ignored_count > 0) return; /* the sides may start on the wrong ones */
     vec3 const normal = fit_normal_to_cone(scene, x1, row, row->normal, time);
     if (memcmp(&normal, &row->normal, sizeof normal) != 0) take_normal(scene, row, normal);
 }

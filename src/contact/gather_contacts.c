@@ -26,8 +26,10 @@ typedef struct gathering {
     const double *predicted;
     double largest_contact, largest_separation; /* [m] with rounding slack */
     const pair_event *events;
-    contact_row *rows; /* one an event */
-    uint8_t *choices;  /* row_choice of each */
+    contact_row *rows;         /* one an event */
+    uint8_t *choices;          /* row_choice of each */
+    near_plane *planes;        /* of each vertex */
+    size_t vertex_event_count; /* they come before those of edges */
 } gathering;
 
 static bool may_touch(const void *context, feature_kind kind, feature_pair pair) {
@@ -78,22 +80,77 @@ static row_choice choose_row(const gathering *work, const contact_row *row, doub
     return work->store->contacts.count > 0 && !row_is_on_rim(row) ? ROW_RESERVED : ROW_DROPPED;
 }
 
-static void make_rows(void *context, size_t begin, size_t end, size_t chunk, int worker) {
+static void make_row(gathering *work, size_t i) {
+    const contact_scene *const scene = work->scene;
+    contact_row *const row = &work->rows[i];
+    const pair_event *const event = &work->events[i];
+    work->choices[i] = ROW_DROPPED;
+    if (!make_contact_row(scene, work->predicted, event, row)) return;
+    const stored_contact *const kept = find_contact(work->store, row->kind, row->pair);
+    work->choices[i] = choose_row(work, row, event->time, kept);
+    if (work->choices[i] == ROW_DROPPED) return;
+    straighten_row(scene, work->predicted, event->time, row);
+    if (event->time == 0.0) turn_row_to_end(scene, row);
+    if (kept) restore_contact(scene, row, kept, scene->time_step / work->store->time_step);
+}
+
+static void make_vertex_rows(void *context, size_t begin, size_t end, size_t chunk, int worker) {
+    (void)chunk, (void)worker;
+    for (size_t i = begin; i < end; i++) make_row(context, i);
+}
+
+/* What decides whether a row of two edges is hidden. */
+static contact_row sketch_edge_row(const gathering *work, const pair_event *event) {
+    contact_row row = {.kind = FEATURE_EDGE_EDGE, .pair = event->pair};
+    row.is_old = find_contact(work->store, row.kind, row.pair) != NULL;
+    vec3 points[4];
+    feature_pair_vertices(work->scene->set->topo, row.kind, row.pair, row.vertices);
+    for (int k = 0; k < 4; k++)
+        points[k] = vec3_lerp(vec3_load(work->scene->x0, row.vertices[k]),
+                              vec3_load(work->predicted, row.vertices[k]), event->time);
+    closest_points const closest = closest_edge_edge(points);
+    memcpy(row.weights, closest.weights, sizeof row.weights);
+    return row;
+}
+
+/* Most edges on a flat are hidden, which is cheaper found before their rows are made. */
+static void make_edge_rows(void *context, size_t begin, size_t end, size_t chunk, int worker) {
     (void)chunk, (void)worker;
     gathering *const work = context;
-    const contact_scene *const scene = work->scene;
-    for (size_t i = begin; i < end; i++) {
-        contact_row *const row = &work->rows[i];
-        const pair_event *const event = &work->events[i];
+    for (size_t k = begin; k < end; k++) {
+        size_t const i = work->vertex_event_count + k;
+        contact_row const sketch = sketch_edge_row(work, &work->events[i]);
         work->choices[i] = ROW_DROPPED;
-        if (!make_contact_row(scene, work->predicted, event, row)) continue;
-        const stored_contact *const kept = find_contact(work->store, row->kind, row->pair);
-        work->choices[i] = choose_row(work, row, event->time, kept);
-        if (work->choices[i] == ROW_DROPPED) continue;
-        straighten_row(scene, work->predicted, event->time, row);
-        if (event->time == 0.0) turn_row_to_end(scene, row);
-        if (kept) restore_contact(scene, row, kept, scene->time_step / work->store->time_step);
+        if (!work->planes || !row_is_hidden(work->scene, work->predicted, work->planes, &sketch, i))
+            make_row(work, i);
     }
+}
+
+/* The paper's response keeps all rows. */
+static tulle_status drop_hidden_vertex_rows(gathering *work) {
+    const contact_scene *const scene = work->scene;
+    if (scene->paper) return TULLE_OK;
+    work->planes = ARENA_NEW_ZEROED(scene->scratch, near_plane, scene->vertex_count);
+    if (!work->planes) return TULLE_ERROR_OUT_OF_MEMORY;
+    for (size_t i = 0; i < work->vertex_event_count; i++)
+        if (work->choices[i] == ROW_KEPT && work->events[i].time == 0.0)
+            note_near_plane(scene, work->predicted, &work->rows[i], i, work->planes);
+    for (size_t i = 0; i < work->vertex_event_count; i++)
+        if (work->choices[i] != ROW_DROPPED &&
+            row_is_hidden(scene, work->predicted, work->planes, &work->rows[i], i))
+            work->choices[i] = ROW_DROPPED;
+    return TULLE_OK;
+}
+
+static tulle_status make_rows(gathering *work, size_t event_count) {
+    int const threads = work->scene->threads;
+    size_t *const count = &work->vertex_event_count;
+    while (*count < event_count && work->events[*count].kind == FEATURE_VERTEX_TRIANGLE) ++*count;
+    parallel_for(*count, ROW_CHUNK, threads, make_vertex_rows, work);
+    tulle_status const status = drop_hidden_vertex_rows(work);
+    if (status == TULLE_OK)
+        parallel_for(event_count - *count, ROW_CHUNK, threads, make_edge_rows, work);
+    return status;
 }
 
 /* Adds the time since *start to *total and restarts the clock. */
@@ -103,23 +160,10 @@ static void add_time(double *total, double *start) {
     *start = now;
 }
 
-static tulle_status drop_hidden_rows(const gathering *work, size_t event_count) {
-    const contact_scene *const scene = work->scene;
-    bool *const is_hidden = ARENA_NEW_ZEROED(scene->scratch, bool, event_count);
-    if (scene->paper) return TULLE_OK;
-    if (!is_hidden) return TULLE_ERROR_OUT_OF_MEMORY;
-    chosen_rows const chosen = {work->rows, work->events, work->choices, event_count};
-    tulle_status const status = mark_hidden_rows(scene, work->predicted, &chosen, is_hidden);
-    for (size_t i = 0; i < event_count; i++)
-        if (is_hidden[i]) work->choices[i] = ROW_DROPPED;
-    return status;
-}
-
 /* Stage 9: rows of the admissible ones among the events; *kept of them. */
 static tulle_status select_rows(gathering *work, size_t event_count, size_t *kept) {
     const contact_scene *const scene = work->scene;
-    parallel_for(event_count, ROW_CHUNK, scene->threads, make_rows, work);
-    tulle_status status = drop_hidden_rows(work, event_count);
+    tulle_status status = make_rows(work, event_count);
     if (status != TULLE_OK) return status;
     size_t reserve_count = 0;
     for (size_t i = 0; i < event_count; i++) reserve_count += work->choices[i] == ROW_RESERVED;

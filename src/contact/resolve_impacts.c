@@ -47,7 +47,7 @@ static void note_first_hits(const contact_scene *scene, const contact_row *row, 
     if (vec3_norm2(normal) == 0.0) return;
     for (int k = 0; k < 4; k++) {
         uint32_t const v = row->vertices[k];
-        if (v >= scene->cloth_vertex_count) continue;
+        if (v >= scene->cloth_vertex_count || row->weights[k] == 0.0) continue;
         if (vec3_norm2(firsts[v].normal) == 0.0 || time < firsts[v].time)
             firsts[v] = (first_hit){time, normal};
     }
@@ -58,7 +58,7 @@ static bool comes_from_behind(const contact_scene *scene, const contact_row *row
     vec3 const normal = find_cloth_normal(scene, row);
     for (int k = 0; k < 4; k++) {
         uint32_t const v = row->vertices[k];
-        if (v < scene->cloth_vertex_count && firsts[v].time < time &&
+        if (v < scene->cloth_vertex_count && row->weights[k] != 0.0 && firsts[v].time < time &&
             vec3_dot(firsts[v].normal, normal) < 0.0)
             return true;
     }
@@ -97,9 +97,11 @@ static tulle_status append_rows(impact_work *work, const pair_events *hits) {
         if (!make_contact_row(scene, work->x1, &hits->events[i], row)) continue;
         straighten_impact(scene, work->x1, hits->events[i].time, row);
         times[list->rows.count++ - first_new] = hits->events[i].time;
-        work->report->impact_count++;
     }
-    return scene->paper ? TULLE_OK : drop_hits_from_behind(work, first_new, times);
+    tulle_status const status =
+        scene->paper ? TULLE_OK : drop_hits_from_behind(work, first_new, times);
+    work->report->impact_count += list->rows.count - first_new;
+    return status;
 }
 
 /* New paths, and which vertices they move. */
