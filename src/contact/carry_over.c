@@ -186,7 +186,7 @@ static void hand_over(const heir_search *search, const contact_store *store,
         if (is_present[i] || !has_impulse(contact) ||
             !contact_is_known(search->scene->set->topo, contact))
             continue;
-        double side = 1.0;
+        double side;
         contact_row *const heir = find_heir(search, contact, &side);
         if (heir) inherit_contact(search->scene, heir, contact, scale, side);
     }

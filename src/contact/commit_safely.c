@@ -39,7 +39,7 @@ static tulle_status test_all(commit_work *work, pair_events *hits) {
     *hits = (pair_events){0};
     tulle_status status = ensure_pairs_cover(work->scene, work->source, work->x1);
     if (status != TULLE_OK) return status;
-    status = find_hits(work->scene, work->source->pairs, work->x1, NULL, hits);
+    status = find_hits(work->scene, work->source, work->x1, NULL, hits);
     work->report->tested_pairs += hits->measured_count;
     work->report->turning_pairs += hits->turning_count;
     work->is_clean = status == TULLE_OK && hits->count == 0;
@@ -146,7 +146,7 @@ static tulle_status rescue(commit_work *work) {
 
 static tulle_status report_smallest_gap(commit_work *work) {
     smallest_gap smallest;
-    tulle_status const status = find_smallest_gap(work->scene, work->source->pairs, work->x1,
+    tulle_status const status = find_smallest_gap(work->scene, work->source, work->x1,
                                                   work->scene->largest_separation, &smallest);
     work->report->smallest_gap = smallest.distance;
     work->report->smallest_kind = smallest.kind;

@@ -5,6 +5,9 @@
  * of its own path x0 -> bounds widened by (margin - xi) / 2. Stages 10 and 11 check this before
  * every test and call `renew` when a vertex has left, so no test ever runs on an incomplete list.
  *
+ * Stage 2 notes the pairs that start near each other. Along short paths no other pair can come
+ * under xi, and the tests look at those alone (near_pairs.h).
+ *
  * A source may leave out pairs that are proven to keep their gap along the very paths that are
  * tested, not only those that the pairs were found for: before every test it is asked to `adapt`
  * its pairs to them. */
@@ -18,6 +21,9 @@ typedef struct pair_source {
     const double *bounds; /* [m] 3 * vertex_count, x1 that the pairs were found for */
     double margin;        /* [m] > xi, that the pairs were found with; at least the largest
                              separation_distance for stage 2 */
+    /* Those that start near; null: not known. Set by stage 2; renew and adapt, where they change
+     * the pairs, reset it. */
+    const near_pair_list *near_pairs;
     /* Finds the candidates of x0 -> x1 with `margin` and sets pairs and bounds (a copy of x1). */
     tulle_status (*renew)(struct pair_source *source, const double *x1);
     /* Takes in again what was left out and is not proven to keep its gap along x0 -> x1, within the

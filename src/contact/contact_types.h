@@ -213,9 +213,22 @@ typedef struct contact_row {
 
 /* Rows in a fixed order: gathered ones by (kind, pair), then those of impacts as they were found.
  */
+/* A pair that is not proven further apart at x0 than the scene's largest separation distance. */
+typedef struct near_pair {
+    feature_kind kind;
+    feature_pair pair;
+    double distance; /* [m] at x0 */
+} near_pair;
+
+typedef struct near_pair_list {
+    ARRAY(near_pair) pairs;
+    size_t nearest; /* index of the smallest distance */
+} near_pair_list;
+
 typedef struct row_list {
     ARRAY(contact_row) rows;
     size_t gathered_count; /* rows before those of stage 10 */
+    near_pair_list near_pairs;
 } row_list;
 
 /* What is kept of a contact from step to step. Plain data without padding: may be saved, loaded

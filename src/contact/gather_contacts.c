@@ -10,6 +10,7 @@
 #include "contact/carry_over.h"
 #include "contact/contact_rows.h"
 #include "contact/hidden_rows.h"
+#include "contact/near_pairs.h"
 #include "contact/row_motion.h"
 #include "contact/select_admissible.h"
 
@@ -44,25 +45,28 @@ static bool may_touch(const void *context, feature_kind kind, feature_pair pair)
 
 /* Time 0 for a pair that is near now, else when the path first comes within the contact distance.
  */
-static scan_verdict measure_touch(const void *context, feature_kind kind, feature_pair pair,
-                                  double *time) {
+static scan_verdict measure_touch(const void *context, pair_event *event) {
     const gathering *const work = context;
     const contact_scene *const scene = work->scene;
+    feature_kind const kind = event->kind;
     uint32_t vertices[4];
     moving_pair paths;
-    feature_pair_vertices(scene->set->topo, kind, pair, vertices);
+    feature_pair_vertices(scene->set->topo, kind, event->pair, vertices);
     load_points(scene->x0, vertices, paths.start);
     load_points(work->predicted, vertices, paths.end);
-    double const distance2 = closest_of_pair(kind, paths.start).distance2;
     pair_distances const distances = find_pair_distances(scene, kind, vertices);
-    *time = 0.0;
-    if (distance2 >= distances.separation * distances.separation) {
-        if (pair_stays_apart(kind, &paths, distances.contact)) return SCAN_DROP;
+    event->distance = sqrt(closest_of_pair(kind, paths.start).distance2);
+    event->time = 0.0;
+    if (event->distance >= distances.separation) {
+        bool const is_near = event->distance < work->largest_separation &&
+                             !pair_is_ignored(scene, kind, event->pair);
+        scan_verdict const drop = is_near ? SCAN_DROP_NEAR : SCAN_DROP;
+        if (pair_stays_apart(kind, &paths, distances.contact)) return drop;
         toi_result const result = time_of_impact(kind, &paths, distances.contact);
-        if (result.state == TOI_SEPARATED) return SCAN_DROP;
-        *time = result.lower_bound;
+        if (result.state == TOI_SEPARATED) return drop;
+        event->time = result.lower_bound;
     }
-    return pair_is_ignored(scene, kind, pair) ? SCAN_DROP : SCAN_EVENT;
+    return pair_is_ignored(scene, kind, event->pair) ? SCAN_DROP : SCAN_EVENT;
 }
 
 /* Contacts of the step before are held to a wider tolerance; so are new rows that one of them may
@@ -110,6 +114,7 @@ static contact_row sketch_edge_row(const gathering *work, const pair_event *even
                               vec3_load(work->predicted, row.vertices[k]), event->time);
     closest_points const closest = closest_edge_edge(points);
     memcpy(row.weights, closest.weights, sizeof row.weights);
+    row.normal = vec3_normalize(closest.difference);
     return row;
 }
 
@@ -179,16 +184,18 @@ static tulle_status select_rows(gathering *work, size_t event_count, size_t *kep
     return carry_over_contacts(scene, work->store, work->rows, kept, reserve, reserve_count);
 }
 
-static tulle_status fill_rows(gathering *work, const pair_list *pairs, row_list *list) {
+static tulle_status fill_rows(gathering *work, pair_source *source, row_list *list) {
     const contact_scene *const scene = work->scene;
     contact_times unused, *const times = scene->times ? scene->times : &unused;
     unused = (contact_times){0};
     pair_scan const scan = {may_touch, measure_touch, work};
     pair_events found;
     double start = timer_now();
-    tulle_status status = scan_pairs(scene, pairs, &scan, &found);
+    tulle_status status = scan_pairs(scene, source->pairs, &scan, &found);
+    if (status == TULLE_OK) status = note_near_pairs(scene, &found, &list->near_pairs);
     add_time(&times->test_pairs, &start);
     if (status != TULLE_OK) return status;
+    source->near_pairs = &list->near_pairs;
     work->events = found.events;
     work->choices = ARENA_NEW(scene->scratch, uint8_t, found.count);
     if (!work->choices || !ARRAY_RESERVE(scene->heap, &list->rows, found.count))
@@ -202,14 +209,14 @@ static tulle_status fill_rows(gathering *work, const pair_list *pairs, row_list 
 }
 
 tulle_status gather_contacts(const contact_scene *scene, const contact_store *store,
-                             const double *predicted, const pair_list *pairs, row_list *list) {
+                             const double *predicted, pair_source *source, row_list *list) {
     arena_mark const mark = arena_get_mark(scene->scratch);
     double const slack = find_rounding_slack(scene, predicted);
     gathering work = {.scene = scene, .store = store, .predicted = predicted};
     work.largest_separation = scene->largest_separation + slack;
     work.largest_contact = scene->largest_contact + slack;
     list->rows.count = 0;
-    tulle_status const status = fill_rows(&work, pairs, list);
+    tulle_status const status = fill_rows(&work, source, list);
     list->gathered_count = list->rows.count;
     arena_release(scene->scratch, mark);
     return status;
@@ -217,5 +224,6 @@ tulle_status gather_contacts(const contact_scene *scene, const contact_store *st
 
 void row_list_destroy(row_list *list, memory *heap) {
     ARRAY_FREE(heap, &list->rows);
+    near_pair_list_destroy(&list->near_pairs, heap);
     list->gathered_count = 0;
 }

@@ -2,16 +2,18 @@
 #ifndef TULLE_CONTACT_GATHER_CONTACTS_H
 #define TULLE_CONTACT_GATHER_CONTACTS_H
 
+#include "contact/contact_paths.h"
 #include "contact/contact_store.h"
 #include "contact/contact_types.h"
 
-/* Replaces `list` (its array lives on scene->heap) by one row for each pair of `pairs` that is
+/* Replaces `list` (its array lives on scene->heap) by one row for each pair of the source that is
  * nearer than its separation distance at x0, or whose path x0 -> predicted comes within its contact
  * distance, as far as the pair is admissible (select_admissible). Impulses of pairs in the store
- * are carried over, scaled to this time step. `pairs` are the candidates of x0 -> predicted with a
- * margin of at least the largest separation distance. Out of memory: the list is empty. */
+ * are carried over, scaled to this time step. The source's pairs are the candidates of x0 ->
+ * predicted with a margin of at least the largest separation distance; its near pairs are set, to
+ * an array of the list. Out of memory: the list is empty. */
 tulle_status gather_contacts(const contact_scene *scene, const contact_store *store,
-                             const double *predicted, const pair_list *pairs, row_list *list);
+                             const double *predicted, pair_source *source, row_list *list);
 
 void row_list_destroy(row_list *list, memory *heap);
 

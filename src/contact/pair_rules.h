@@ -58,4 +58,18 @@ static inline bool middles_separate(feature_kind kind, const vec3 start[4], cons
     return gap1 > 0.0 && gap1 * gap1 > at_end * at_end * norm2;
 }
 
+/* The same for the normal that both features have in common: no two points of theirs are nearer
+ * than it tells, which is all of the distance where they lie flat on one another. */
+static inline bool common_normal_separates(feature_kind kind, const vec3 points[4],
+                                           double distance) {
+    bool const is_vertex = kind == FEATURE_VERTEX_TRIANGLE;
+    vec3 const first = vec3_sub(points[is_vertex ? 2 : 1], points[is_vertex ? 1 : 0]);
+    vec3 const second = vec3_sub(points[3], points[is_vertex ? 1 : 2]);
+    vec3 const normal = vec3_cross(first, second);
+    vec3 const across = vec3_sub(points[0], points[3]);
+    vec3 const direction = vec3_dot(normal, across) < 0.0 ? vec3_neg(normal) : normal;
+    double const gap = corner_gap(kind, direction, points);
+    return gap > 0.0 && gap * gap > distance * distance * vec3_norm2(direction);
+}
+
 #endif

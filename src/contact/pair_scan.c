@@ -14,6 +14,7 @@ enum {
 /* Times of pairs that are dropped. */
 #define DROPPED (-1.0)
 #define DROPPED_TURNING (-2.0)
+#define DROPPED_NEAR (-3.0)
 
 typedef struct scan_work {
     const pair_list *pairs;
@@ -52,10 +53,10 @@ static void measure_chunk(void *context, size_t begin, size_t end, size_t chunk,
     for (size_t i = begin; i < end; i++) {
         pair_event *const event = &work->events[i];
         event->pair = get_pair(work->pairs, work->survivors[i], &event->kind);
-        scan_verdict const verdict =
-            work->scan->measure(work->scan->context, event->kind, event->pair, &event->time);
-        if (verdict != SCAN_EVENT)
-            event->time = verdict == SCAN_DROP_TURNING ? DROPPED_TURNING : DROPPED;
+        scan_verdict const verdict = work->scan->measure(work->scan->context, event);
+        if (verdict == SCAN_DROP) event->time = DROPPED;
+        if (verdict == SCAN_DROP_TURNING) event->time = DROPPED_TURNING;
+        if (verdict == SCAN_DROP_NEAR) event->time = DROPPED_NEAR;
     }
 }
 
@@ -69,12 +70,17 @@ static size_t compact_survivors(scan_work *work, size_t pair_count) {
     return count;
 }
 
-static void compact_events(pair_events *result) {
+/* Keeps the events, and copies what is near. */
+static void compact_events(pair_event *near_pairs, pair_events *result) {
     size_t kept = 0;
     for (size_t i = 0; i < result->count; i++) {
-        result->turning_count += result->events[i].time == DROPPED_TURNING;
-        if (result->events[i].time >= 0.0) result->events[kept++] = result->events[i];
+        pair_event const event = result->events[i];
+        result->turning_count += event.time == DROPPED_TURNING;
+        if (event.time >= 0.0 || event.time == DROPPED_NEAR)
+            near_pairs[result->near_count++] = event;
+        if (event.time >= 0.0) result->events[kept++] = event;
     }
+    result->near_pairs = near_pairs;
     result->count = kept;
 }
 
@@ -91,12 +97,13 @@ tulle_status scan_pairs(const contact_scene *scene, const pair_list *pairs, cons
     parallel_for(pair_count, FILTER_CHUNK, scene->threads, filter_chunk, &work);
     size_t const survivor_count = compact_survivors(&work, pair_count);
     work.events = ARENA_NEW(scene->scratch, pair_event, survivor_count);
-    if (!work.events) return TULLE_ERROR_OUT_OF_MEMORY;
+    pair_event *const near_pairs = ARENA_NEW(scene->scratch, pair_event, survivor_count);
+    if (!work.events || !near_pairs) return TULLE_ERROR_OUT_OF_MEMORY;
     parallel_for(survivor_count, MEASURE_CHUNK, scene->threads, measure_chunk, &work);
     if (stop_is_wanted(scene->stop)) return TULLE_ERROR_INTERRUPTED;
     result->events = work.events;
     result->measured_count = survivor_count;
     result->count = survivor_count;
-    compact_events(result);
+    compact_events(near_pairs, result);
     return TULLE_OK;
 }

@@ -5,11 +5,12 @@
 
 #include "contact/contact_types.h"
 
-/* A pair that passed both tests, with a time in [0, 1]. */
+/* A pair that passed both tests. */
 typedef struct pair_event {
     feature_kind kind;
     feature_pair pair;
-    double time;
+    double time;     /* in [0, 1] */
+    double distance; /* [m] at the start; only where the test sets it */
 } pair_event;
 
 /* Cheap test: false drops the pair. Runs on several threads. */
@@ -17,11 +18,12 @@ typedef bool (*pair_filter)(const void *context, feature_kind kind, feature_pair
 typedef enum scan_verdict {
     SCAN_DROP,
     SCAN_DROP_TURNING, /* dropped, and counted: proven apart by a plane that turns with the pair */
+    SCAN_DROP_NEAR,    /* dropped, but noted among the near pairs */
     SCAN_EVENT
 } scan_verdict;
-/* Full test: what becomes of the pair; *time is set for an event. Runs on several threads. */
-typedef scan_verdict (*pair_measure)(const void *context, feature_kind kind, feature_pair pair,
-                                     double *time);
+/* Full test: what becomes of the pair of `event`. Sets the time of an event, and the distance of a
+ * near pair. Runs on several threads. */
+typedef scan_verdict (*pair_measure)(const void *context, pair_event *event);
 
 typedef struct pair_scan {
     pair_filter filter;
@@ -32,8 +34,10 @@ typedef struct pair_scan {
 typedef struct pair_events {
     pair_event *events; /* in scratch; in the order of the list, vertex/triangle first */
     size_t count;
-    uint64_t measured_count; /* pairs that passed the filter */
-    uint64_t turning_count;  /* of these SCAN_DROP_TURNING */
+    uint64_t measured_count;      /* pairs that passed the filter */
+    uint64_t turning_count;       /* of these SCAN_DROP_TURNING */
+    const pair_event *near_pairs; /* events and SCAN_DROP_NEAR, in the same order; in scratch */
+    size_t near_count;
 } pair_events;
 
 /* The events stay in the scene's scratch arena until the caller releases its mark. */

@@ -8,6 +8,7 @@
 
 #include "base/parallel.h"
 #include "base/timer.h"
+#include "contact/near_pairs.h"
 #include "contact/pair_rules.h"
 
 #include <string.h>
@@ -44,9 +45,10 @@ static bool is_at_rest(const moving_pair *paths) {
     return memcmp(paths->start, paths->end, sizeof paths->start) == 0;
 }
 
-static scan_verdict measure_hit(const void *context, feature_kind kind, feature_pair pair,
-                                double *time) {
+static scan_verdict measure_hit(const void *context, pair_event *event) {
     const path_test *const test = context;
+    feature_kind const kind = event->kind;
+    feature_pair const pair = event->pair;
     uint32_t vertices[4];
     feature_pair_vertices(test->scene->set->topo, kind, pair, vertices);
     moving_pair const paths = load_paths(test, vertices);
@@ -57,11 +59,11 @@ static scan_verdict measure_hit(const void *context, feature_kind kind, feature_
     double const minimum = find_pair_distances(test->scene, kind, vertices).minimum;
     toi_result const result = time_of_impact(kind, &paths, find_minimum_gap(minimum, start));
     if (result.state == TOI_SEPARATED) return SCAN_DROP;
-    *time = result.lower_bound;
+    event->time = result.lower_bound;
     return pair_is_ignored(test->scene, kind, pair) ? SCAN_DROP : SCAN_EVENT;
 }
 
-tulle_status find_hits(const contact_scene *scene, const pair_list *pairs, const double *x1,
+tulle_status find_hits(const contact_scene *scene, const pair_source *source, const double *x1,
                        const bool *has_changed, pair_events *hits) {
     path_test const test = {.scene = scene,
                             .x1 = x1,
@@ -70,7 +72,9 @@ tulle_status find_hits(const contact_scene *scene, const pair_list *pairs, const
                                 scene->settings.minimum_gap + find_rounding_slack(scene, x1)};
     pair_scan const scan = {may_hit, measure_hit, &test};
     double const start = timer_now();
-    tulle_status const status = scan_pairs(scene, pairs, &scan, hits);
+    pair_list pairs;
+    tulle_status status = pick_pairs(scene, source, x1, test.minimum, &pairs);
+    if (status == TULLE_OK) status = scan_pairs(scene, &pairs, &scan, hits);
     if (scene->times) scene->times->test_pairs += timer_now() - start;
     return status;
 }
@@ -95,7 +99,9 @@ static void search_chunk(void *context, size_t begin, size_t end, size_t chunk, 
         feature_pair_vertices(search->scene->set->topo, search->kind, search->pairs[i], vertices);
         load_points(search->x1, vertices, points);
         double const bound = limit + search->slack;
-        if (middles_separate(search->kind, points, points, bound, bound)) continue;
+        if (middles_separate(search->kind, points, points, bound, bound) ||
+            common_normal_separates(search->kind, points, bound))
+            continue;
         double const distance = sqrt(closest_of_pair(search->kind, points).distance2);
         if (!(distance < limit) || pair_is_ignored(search->scene, search->kind, search->pairs[i]))
             continue;
@@ -118,20 +124,23 @@ static tulle_status search_kind(gap_search *search, const feature_pair *pairs, s
     return TULLE_OK;
 }
 
-tulle_status find_smallest_gap(const contact_scene *scene, const pair_list *pairs, const double *x1,
-                               double limit, smallest_gap *result) {
+tulle_status find_smallest_gap(const contact_scene *scene, const pair_source *source,
+                               const double *x1, double limit, smallest_gap *result) {
     arena_mark const mark = arena_get_mark(scene->scratch);
     gap_search search = {.scene = scene,
                          .x1 = x1,
                          .limit = limit,
                          .slack = find_rounding_slack(scene, x1),
                          .kind = FEATURE_VERTEX_TRIANGLE};
-    *result = (smallest_gap){.distance = INFINITY};
-    tulle_status status =
-        search_kind(&search, pairs->vertex_triangle.data, pairs->vertex_triangle.count, result);
+    pair_list pairs;
+    *result = (smallest_gap){.distance = (double)INFINITY};
+    tulle_status status = pick_pairs_for_nearest(scene, source, x1, &pairs);
+    if (status == TULLE_OK)
+        status =
+            search_kind(&search, pairs.vertex_triangle.data, pairs.vertex_triangle.count, result);
     search.kind = FEATURE_EDGE_EDGE;
     if (status == TULLE_OK)
-        status = search_kind(&search, pairs->edge_edge.data, pairs->edge_edge.count, result);
+        status = search_kind(&search, pairs.edge_edge.data, pairs.edge_edge.count, result);
     arena_release(scene->scratch, mark);
     return status;
 }

@@ -5,11 +5,11 @@
 #include "contact/contact_paths.h"
 #include "contact/pair_scan.h"
 
-/* Events of all pairs that are not proven to keep their minimum gap, with a time that is safe, in
- * the scene's scratch arena until the caller releases its mark. has_changed (vertex_count, may be
- * null): pairs none of whose vertices has a mark are skipped. The source's pairs must cover the
- * paths (ensure_pairs_cover). */
-tulle_status find_hits(const contact_scene *scene, const pair_list *pairs, const double *x1,
+/* Events of all of the source's pairs that are not proven to keep their minimum gap, with a time
+ * that is safe, in the scene's scratch arena until the caller releases its mark. has_changed
+ * (vertex_count, may be null): pairs none of whose vertices has a mark are skipped. The source's
+ * pairs must cover the paths (ensure_pairs_cover). */
+tulle_status find_hits(const contact_scene *scene, const pair_source *source, const double *x1,
                        const bool *has_changed, pair_events *hits);
 
 /* The smallest distance at x1 over all pairs, of which those under `limit` [m] are looked at. */
@@ -18,7 +18,7 @@ typedef struct smallest_gap {
     feature_kind kind;
     feature_pair pair;
 } smallest_gap;
-tulle_status find_smallest_gap(const contact_scene *scene, const pair_list *pairs, const double *x1,
-                               double limit, smallest_gap *result);
+tulle_status find_smallest_gap(const contact_scene *scene, const pair_source *source,
+                               const double *x1, double limit, smallest_gap *result);
 
 #endif

@@ -121,12 +121,12 @@ static tulle_status test_paths(impact_work *work, pair_events *hits) {
     tulle_status status = ensure_pairs_cover(work->scene, work->source, work->x1);
     if (status != TULLE_OK) return status;
     bool const is_partial = work->is_partial && work->source->renew_count == renew_count;
-    status = find_hits(work->scene, work->source->pairs, work->x1,
-                       is_partial ? work->has_changed : NULL, hits);
+    status =
+        find_hits(work->scene, work->source, work->x1, is_partial ? work->has_changed : NULL, hits);
     work->report->tested_pairs += hits->measured_count;
     work->report->turning_pairs += hits->turning_count;
     if (status != TULLE_OK || !is_partial || hits->count > 0) return status;
-    status = find_hits(work->scene, work->source->pairs, work->x1, NULL, hits);
+    status = find_hits(work->scene, work->source, work->x1, NULL, hits);
     work->report->tested_pairs += hits->measured_count;
     work->report->turning_pairs += hits->turning_count;
     return status;

@@ -150,6 +150,7 @@ static tulle_status search_boxes(step_context *context, const pair_source *sourc
 static tulle_status find_candidates(pair_source *source, const double *x1, const double *bounds) {
     step_context *const context = source->context;
     double const start = timer_now();
+    source->near_pairs = NULL;
     tulle_status status = build_patches(context, x1);
     double const middle = timer_now();
     context->report->stage_seconds[STAGE_BUILD_PATCHES] += middle - start;

@@ -333,7 +333,7 @@ static tulle_status run_stages(step_context *context) {
     if (status != TULLE_OK) return fail_step(context, status);
 
     status = gather_contacts(&context->scene, &context->state->contacts, context->predicted,
-                             context->source.pairs, rows);
+                             &context->source, rows);
     world_end_stage(context, STAGE_GATHER_CONTACTS, &start);
     if (status != TULLE_OK) return fail_step(context, status);
 
@@ -356,6 +356,8 @@ static tulle_status run_stages(step_context *context) {
         (context->has_gained || world_measure_stretch_growth(context) > STRETCH_GROWTH_MAX);
     if (context->is_rejected) return TULLE_OK;
     if (context->scene.paper && world_is_torn(context)) return fail_torn(context);
+    /* the balance of energy and these checks are of the solve */
+    world_end_stage(context, STAGE_SOLVE_MOTION, &start);
 
     status = run_commit_safely(context, impacts.is_clean);
     if (status == TULLE_OK) status = check_rescue(context);

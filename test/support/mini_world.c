@@ -251,6 +251,7 @@ static tulle_status find_brute_pairs(mini_world *world, const double *x1, double
 static tulle_status renew_pairs(pair_source *source, const double *x1) {
     mini_world *const world = source->context;
     memmove(world->bounds, x1, 3 * world->vertex_count * sizeof(double));
+    source->near_pairs = NULL;
     if (world->use_brute_force) return find_brute_pairs(world, x1, source->margin);
     tulle_status status =
         build_trees(world->broad, &world->set, world->x0, x1, source->margin, world->threads);
@@ -311,7 +312,7 @@ static tulle_status run_stages(mini_world *world, double h, const motion_system 
     tulle_status status = source.renew(&source, world->x1);
     count_time(world, 0, &start);
     if (status == TULLE_OK)
-        status = gather_contacts(&scene, &world->store, world->x1, source.pairs, &world->rows);
+        status = gather_contacts(&scene, &world->store, world->x1, &source, &world->rows);
     count_time(world, 1, &start);
     memcpy(world->u, world->velocities, 3 * world->vertex_count * sizeof(double));
     prescribe_motion(&scene, world->u);
@@ -475,7 +476,7 @@ size_t count_sheet_vertices(const mini_world *world) { return world->set.surface
 void gather_at_rest(mini_world *world, double h) {
     contact_scene const scene = get_mini_scene(world, h);
     memcpy(world->x1, world->x0, 3 * world->vertex_count * sizeof(double));
-    pair_source const source = find_mini_pairs(world, world->x1);
-    assert_int_equal(gather_contacts(&scene, &world->store, world->x1, source.pairs, &world->rows),
+    pair_source source = find_mini_pairs(world, world->x1);
+    assert_int_equal(gather_contacts(&scene, &world->store, world->x1, &source, &world->rows),
                      TULLE_OK);
 }

@@ -1,0 +1,132 @@
+/* Tests of the pairs that start near find the same hits, at the same times, and the same smallest
+ * gap as tests of all pairs; along short paths they look at few. */
+#include "base/hash.h"
+#include "contact/near_pairs.h"
+#include "contact/path_test.h"
+#include "support/mini_world.h"
+#include "support/test_support.h"
+
+#include <string.h>
+
+#define TIME_STEP (1.0 / 90.0)
+
+/* Each vertex by up to `way` [m] a component; obstacles by up to `obstacle_way`, together. */
+static void move_by_chance(mini_world *world, double way, double obstacle_way, uint64_t *random) {
+    double const shift = obstacle_way * (2.0 * random_uniform(random) - 1.0);
+    for (size_t i = 0; i < 3 * world->vertex_count; i++) {
+        bool const is_cloth = i < 3 * world->cloth_vertex_count;
+        double const step = is_cloth ? way * (2.0 * random_uniform(random) - 1.0) : shift;
+        world->x1[i] = world->x0[i] + step;
+    }
+}
+
+static void make_three_layers(mini_world *world, uint64_t *random) {
+    *world = mini_world_make();
+    world->contact_distance = 3e-3;
+    mini_grid sheets[2];
+    double height = 0.0;
+    for (int i = 0; i < 2; i++) {
+        double const angle = 6.28 * random_uniform(random);
+        height += 1e-4 + 2e-3 * random_uniform(random);
+        vec3 const across = {0.1 * cos(angle), 0.1 * sin(angle), 2e-5};
+        vec3 const along = {-0.12 * sin(angle), 0.12 * cos(angle), 0.0};
+        sheets[i] = make_mini_grid(8, 9, vec3_make(0.0, 0.0, height), across, along);
+        add_mini_surface(world, sheets[i].mesh, false);
+    }
+    mini_grid plate = make_mini_grid(5, 4, vec3_make(-0.3, -0.31, 0.0), vec3_make(0.6, 0.0, 0.0),
+                                     vec3_make(0.0, 0.6, 0.0));
+    add_mini_surface(world, plate.mesh, true);
+    start_mini_world(world);
+    for (int i = 0; i < 2; i++) free_mini_grid(&sheets[i]);
+    free_mini_grid(&plate);
+}
+
+static void check_equal_hits(const pair_events *a, const pair_events *b) {
+    assert_int_equal(a->count, b->count);
+    for (size_t i = 0; i < a->count; i++) {
+        assert_int_equal(a->events[i].kind, b->events[i].kind);
+        assert_int_equal(a->events[i].pair.first, b->events[i].pair.first);
+        assert_int_equal(a->events[i].pair.second, b->events[i].pair.second);
+        assert_true(a->events[i].time == b->events[i].time);
+    }
+}
+
+/* Hits of x0 -> x1 with and without near pairs; returns how many. */
+static size_t compare_tests(mini_world *world, const pair_source *source, size_t *picked_count) {
+    contact_scene const scene = get_mini_scene(world, TIME_STEP);
+    pair_source all = *source;
+    all.near_pairs = NULL;
+    arena_mark const mark = arena_get_mark(&world->scratch);
+    pair_events hits, all_hits;
+    smallest_gap gap, all_gap;
+    pair_list picked;
+    assert_int_equal(find_hits(&scene, source, world->x1, NULL, &hits), TULLE_OK);
+    assert_int_equal(find_hits(&scene, &all, world->x1, NULL, &all_hits), TULLE_OK);
+    check_equal_hits(&hits, &all_hits);
+    assert_int_equal(find_smallest_gap(&scene, source, world->x1, 3e-3, &gap), TULLE_OK);
+    assert_int_equal(find_smallest_gap(&scene, &all, world->x1, 3e-3, &all_gap), TULLE_OK);
+    assert_true(gap.distance == all_gap.distance);
+    assert_int_equal(pick_pairs(&scene, source, world->x1, world->settings.minimum_gap, &picked),
+                     TULLE_OK);
+    *picked_count = picked.vertex_triangle.count + picked.edge_edge.count;
+    size_t const count = hits.count;
+    arena_release(&world->scratch, mark);
+    return count;
+}
+
+static void near_pairs_find_what_all_pairs_find(void **state) {
+    (void)state;
+    size_t short_hits = 0, long_hits = 0;
+    for (uint64_t seed = 1; seed <= 60; seed++) {
+        uint64_t random = seed;
+        mini_world world;
+        make_three_layers(&world, &random);
+        memcpy(world.x1, world.x0, 3 * world.vertex_count * sizeof(double));
+        pair_source source = find_mini_pairs(&world, world.x1);
+        contact_scene const scene = get_mini_scene(&world, TIME_STEP);
+        assert_int_equal(gather_contacts(&scene, &world.store, world.x1, &source, &world.rows),
+                         TULLE_OK);
+        assert_non_null(source.near_pairs);
+        size_t const pair_count =
+            source.pairs->vertex_triangle.count + source.pairs->edge_edge.count;
+        for (double way = 1e-6; way < 1e-2; way *= 1.7) {
+            size_t picked_count;
+            move_by_chance(&world, way, 2.0 * way, &random);
+            size_t const hit_count = compare_tests(&world, &source, &picked_count);
+            bool const is_short = picked_count < pair_count;
+            *(is_short ? &short_hits : &long_hits) += hit_count;
+            if (way < 1e-4) assert_true(picked_count < pair_count / 4);
+        }
+        mini_world_destroy(&world);
+    }
+    assert_true(short_hits > 100 && long_hits > 1000);
+}
+
+/* Pairs that were found anew have no near pairs until stage 2 notes them. */
+static void renewed_pairs_have_none(void **state) {
+    (void)state;
+    uint64_t random = 7;
+    mini_world world;
+    make_three_layers(&world, &random);
+    memcpy(world.x1, world.x0, 3 * world.vertex_count * sizeof(double));
+    pair_source source = find_mini_pairs(&world, world.x1);
+    assert_null(source.near_pairs);
+    contact_scene const scene = get_mini_scene(&world, TIME_STEP);
+    assert_int_equal(gather_contacts(&scene, &world.store, world.x1, &source, &world.rows),
+                     TULLE_OK);
+    assert_non_null(source.near_pairs);
+    assert_int_equal(ensure_pairs_cover(&scene, &source, world.x1), TULLE_OK);
+    assert_non_null(source.near_pairs);
+    move_by_chance(&world, 0.1, 0.0, &random);
+    assert_int_equal(ensure_pairs_cover(&scene, &source, world.x1), TULLE_OK);
+    assert_null(source.near_pairs);
+    mini_world_destroy(&world);
+}
+
+int main(void) {
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(near_pairs_find_what_all_pairs_find),
+        cmocka_unit_test(renewed_pairs_have_none),
+    };
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}
