@@ -62,16 +62,26 @@ def cell(rows, breaks, key, is_first):
     return f"**broke off**: {breaks[key[0]]}" if is_first else "**broke off**"
 
 
+def keyed(rows):
+    """Rows of the same name in one experiment are told apart by their order."""
+    counts = {}
+    out = []
+    for row in rows:
+        name = (row["experiment"], row["row"])
+        counts[name] = counts.get(name, 0) + 1
+        out.append((name + (counts[name],), row))
+    return out
+
+
 def responses(files):
     """Rows of the first file, with the figures of all; those that are off are in bold."""
     head = ["experiment", "what", "expected"] + [way(rows[0]) for rows in files]
-    found = [{(row["experiment"], row["row"]): row for row in rows} for rows in files]
+    found = [dict(keyed(rows)) for rows in files]
     breaks = [broken(rows) for rows in files]
     told = set()
     out = []
     last = ""
-    for row in files[0]:
-        key = (row["experiment"], row["row"])
+    for key, row in keyed(files[0]):
         if row["expected"] == "-" or key[0] == "all":
             continue
         cells = []
