@@ -4,10 +4,13 @@ include(CMakePackageConfigHelpers)
 install(TARGETS tulle_shared tulle_static EXPORT tulle_targets)
 install(TARGETS tulle_program)
 install(DIRECTORY ${PROJECT_SOURCE_DIR}/include/tulle DESTINATION ${CMAKE_INSTALL_INCLUDEDIR} FILES_MATCHING PATTERN "*.h")
-# `tulle reproduce` finds these from where the program lies, so an installed tree may be moved.
+# `tulle reproduce` and `tulle bench` find these from where the program lies, so an installed tree may be moved.
 if(EXISTS ${PROJECT_SOURCE_DIR}/scenes/paper)
     install(DIRECTORY ${PROJECT_SOURCE_DIR}/scenes/paper DESTINATION ${CMAKE_INSTALL_DATADIR}/tulle/scenes FILES_MATCHING PATTERN "*.yaml")
 endif()
+foreach(name needles sphere spikes ribbon net boxes hammock)
+    install(FILES ${PROJECT_SOURCE_DIR}/scenes/${name}.yaml DESTINATION ${CMAKE_INSTALL_DATADIR}/tulle/scenes)
+endforeach()
 install(FILES ${PROJECT_SOURCE_DIR}/docs/tulle.1 DESTINATION ${CMAKE_INSTALL_MANDIR}/man1)
 install(FILES ${PROJECT_SOURCE_DIR}/LICENSE ${PROJECT_SOURCE_DIR}/README.md DESTINATION ${CMAKE_INSTALL_DOCDIR})
 

@@ -16,10 +16,13 @@ mv "$work/first" "$work/prefix"
 prefix=$work/prefix
 library=$(dirname "$(find "$prefix" -name libtulle.so)")
 version=$("$prefix/bin/tulle" --version | cut -d' ' -f2)
-for file in include/tulle/tulle.h share/man/man1/tulle.1 share/tulle/scenes/paper/rings.yaml; do
+for file in include/tulle/tulle.h share/man/man1/tulle.1 share/tulle/scenes/paper/rings.yaml share/tulle/scenes/sphere.yaml; do
     [ -s "$prefix/$file" ] || { echo "$file is not installed"; exit 1; }
 done
 [ -e "$library/libtulle.so.$version" ] || { echo "libtulle.so.$version is not installed"; exit 1; }
+
+"$prefix/bin/tulle" bench boxes --quick --inputs "$work/inputs" >"$work/bench.log" 2>&1 ||
+    { echo "the installed program finds no scenes to measure:"; cat "$work/bench.log"; exit 1; }
 
 cat >"$work/consumer.c" <<'END'
 #include <stdio.h>

@@ -22,6 +22,7 @@ int app_info(int argc, char **argv);
 int app_render(int argc, char **argv);
 int app_convert(int argc, char **argv);
 int app_reproduce(int argc, char **argv);
+int app_bench(int argc, char **argv);
 
 /* Exit code for a status of the library, met while reading input. */
 int app_exit_for_input(tulle_status status);

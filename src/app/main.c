@@ -20,6 +20,7 @@ static const subcommand subcommands[] = {
     {"render", app_render, "pictures and films of a run"},
     {"convert", app_convert, "meshes, point caches and runs from one format to another"},
     {"reproduce", app_reproduce, "the figures and tables of the paper again, with a report"},
+    {"bench", app_bench, "what the stages of a step cost, from captured inputs"},
     {NULL, NULL, NULL},
 };
 
@@ -32,8 +33,9 @@ static void print_help(FILE *stream) {
     for (const subcommand *entry = subcommands; entry->name; entry++)
         fprintf(stream, "  %-10s %s\n", entry->name, entry->summary);
     fputs("\n`tulle SUBCOMMAND --help` tells more; `tulle --version` prints the version.\n"
-          "Exit codes: 0 fine, 1 check found intersections, 2 bad usage or input, 3 the run could\n"
-          "not go on, 4 out of memory, 130 interrupted.\n",
+          "Exit codes: 0 fine, 1 check found intersections, bench a measure that got worse, 2 bad "
+          "usage\n"
+          "or input, 3 the run could not go on, 4 out of memory, 130 interrupted.\n",
           stream);
 }
 

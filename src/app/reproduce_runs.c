@@ -1,6 +1,7 @@
 /* app/reproduce_runs.c - the runs of `tulle reproduce`: where the scenes are, which runs are whole,
  * and `tulle run` for those that are not. */
 #define _POSIX_C_SOURCE 200809L
+#include "app/beside_program.h"
 #include "app/commands.h"
 #include "app/reproduce.h"
 #include "base/error.h"
@@ -8,11 +9,10 @@
 
 #include <stdlib.h>
 #include <string.h>
-#include <sys/stat.h>
 #include <unistd.h>
 
 #ifndef TULLE_SCENES_FROM_PROGRAM
-#define TULLE_SCENES_FROM_PROGRAM "../share/tulle/scenes/paper"
+#define TULLE_SCENES_FROM_PROGRAM "../share/tulle/scenes"
 #endif
 
 enum {
@@ -22,7 +22,7 @@ enum {
 };
 
 /* From the directory of the program: as it is installed, and where it is built. */
-static const char *const scene_places[] = {TULLE_SCENES_FROM_PROGRAM, "../../scenes/paper",
+static const char *const scene_places[] = {TULLE_SCENES_FROM_PROGRAM "/paper", "../../scenes/paper",
                                            "../scenes/paper"};
 
 /* Ways of finding pairs: the paper's method goes by its rules, which prove nothing. */
@@ -41,11 +41,6 @@ typedef struct override_texts {
     size_t count;
 } override_texts;
 
-static bool is_directory(const char *path) {
-    struct stat facts;
-    return stat(path, &facts) == 0 && S_ISDIR(facts.st_mode);
-}
-
 int reproduce_find_scenes(reproduce *self, const char *given) {
     if (given) {
         snprintf(self->scenes, sizeof self->scenes, "%s", given);
@@ -53,17 +48,9 @@ int reproduce_find_scenes(reproduce *self, const char *given) {
         app_print_message("reproduce", "--scenes: %s is no directory", given);
         return APP_EXIT_BAD_INPUT;
     }
-    char program[REPRODUCE_PATH_SIZE / 2];
-    ssize_t const length = readlink("/proc/self/exe", program, sizeof program - 1);
-    if (length > 0) {
-        program[length] = '\0';
-        char *const slash = strrchr(program, '/');
-        if (slash) *slash = '\0';
-        for (size_t i = 0; i < sizeof scene_places / sizeof scene_places[0]; i++) {
-            snprintf(self->scenes, sizeof self->scenes, "%s/%s", program, scene_places[i]);
-            if (is_directory(self->scenes)) return APP_EXIT_FINE;
-        }
-    }
+    size_t const count = sizeof scene_places / sizeof scene_places[0];
+    if (beside_program_find(scene_places, count, sizeof self->scenes, self->scenes))
+        return APP_EXIT_FINE;
     app_print_message("reproduce", "the paper's scenes are not beside the program; name their "
                                    "directory with --scenes DIR");
     return APP_EXIT_BAD_INPUT;
