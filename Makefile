@@ -11,7 +11,7 @@ CTEST := ctest --output-on-failure -j $(JOBS)
 CHECK_PACKAGES := TULLE_NO_INSTALL=1 sh tools/install_packages.sh
 INSTALL_PACKAGES := sh tools/install_packages.sh
 
-.PHONY: all demo pictures test test-long test-asan test-tsan coverage bench-detect validate install format check-format layers sizes clean help
+.PHONY: all demo pictures test test-long test-asan test-tsan coverage bench bench-compare bench-detect validate install format check-format layers sizes clean help
 .NOTPARALLEL:
 
 # The program at build/release/tulle, libtulle.so and libtulle.a beside it.
@@ -74,6 +74,24 @@ coverage:
 	@if command -v gcovr >/dev/null; then gcovr --root . --filter src/ build/coverage; \
 	else echo "gcovr is missing: apt-get install gcovr"; fi
 
+# What the stages of a step cost: docs/benchmarks.md. Inputs are made once (2k and 9.8k: some minutes), then measured;
+# tables are printed, all measures are in build/bench.csv. BENCH_SCENES and BENCH_OPTIONS choose others, as
+# BENCH_OPTIONS='--particles all --threads 1'.
+BENCH_SCENES ?= all
+BENCH_OPTIONS ?=
+BENCH := $(BUILD)/tulle bench $(BENCH_SCENES) --inputs build/bench_states --csv build/bench.csv
+bench:
+	@$(INSTALL_PACKAGES) build
+	@$(MAKE) --no-print-directory build-program
+	@$(BENCH) $(BENCH_OPTIONS)
+
+# The same beside bench/baseline.csv: what got slower, what counts otherwise; fails if anything did. Instructions of the
+# small cases are counted by valgrind, where it is there.
+bench-compare:
+	@$(INSTALL_PACKAGES) build bench
+	@$(MAKE) --no-print-directory build-program
+	@$(BENCH) --instructions --compare bench/baseline.csv $(BENCH_OPTIONS)
+
 # The tables of docs/detect_benchmarks.md: makes the inputs once (half an hour), then measures.
 bench-detect:
 	@$(INSTALL_PACKAGES) build test
@@ -120,6 +138,8 @@ help:
 	@echo "make test-long    all tests, the whole scenes too"
 	@echo "make test-asan    the quick tests under the address and undefined-behaviour sanitizers"
 	@echo "make test-tsan    the quick tests under the thread sanitizer"
+	@echo "make bench        what the stages of a step cost (makes its inputs once: some minutes)"
+	@echo "make bench-compare the same beside the baseline: what got slower"
 	@echo "make bench-detect tables of the detector's speed (makes its inputs once: half an hour)"
 	@echo "make validate     the physics of contact, measured against expected (hours)"
 	@echo "make coverage     lines that the quick tests run"

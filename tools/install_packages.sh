@@ -1,6 +1,6 @@
 #!/bin/sh
 # Installs the Debian packages that a build or the tests need and that are missing; does nothing when all is there.
-# usage: install_packages.sh ROLE...      ROLE: build, test
+# usage: install_packages.sh ROLE...      ROLE: build, test, bench
 #   TULLE_NO_INSTALL=1   only says what is missing; fails if it cannot be done without
 set -eu
 
@@ -30,8 +30,11 @@ needs() {
         echo "ffmpeg         program:ffmpeg      optional"
         echo "gnuplot-nox    program:gnuplot     optional"
         ;;
+    bench)
+        echo "valgrind       program:valgrind    optional"
+        ;;
     *)
-        echo "install_packages.sh: unknown role \"$1\"; the roles are build and test" >&2
+        echo "install_packages.sh: unknown role \"$1\"; the roles are build, test and bench" >&2
         exit 2
         ;;
     esac
