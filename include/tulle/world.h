@@ -257,7 +257,7 @@ typedef struct tulle_step_report {
     double cg_residual;     /* largest relative preconditioned residual of the solves */
     int cg_converged;       /* 0: a solve stopped at its limit */
     uint64_t box_pairs;     /* feature pairs whose swept boxes met, over all searches of stage 7 */
-    uint64_t tested_pairs;  /* that the cheapest test of stages 10 and 11 did not prove apart, over
+    uint64_t tested_pairs;  /* that the cheapest tests of stages 10 and 11 did not prove apart, over
                                all their tests */
     uint64_t turning_pairs; /* of these proven apart by a plane that turns with the pair */
     uint64_t contacts;      /* contact rows of the last substep, impacts included */

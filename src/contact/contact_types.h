@@ -211,9 +211,8 @@ typedef struct contact_row {
     row_state state;     /* after the last sweep */
 } contact_row;
 
-/* Rows in a fixed order: gathered ones by (kind, pair), then those of impacts as they were found.
- */
-/* A pair that is not proven further apart at x0 than the scene's largest separation distance. */
+/* A pair that starts nearer than the scene's largest separation distance, or that stage 2 found to
+ * come within its contact distance. */
 typedef struct near_pair {
     feature_kind kind;
     feature_pair pair;
@@ -225,6 +224,8 @@ typedef struct near_pair_list {
     size_t nearest; /* index of the smallest distance */
 } near_pair_list;
 
+/* Rows in a fixed order: gathered ones by (kind, pair), then those of impacts as they were found.
+ */
 typedef struct row_list {
     ARRAY(contact_row) rows;
     size_t gathered_count; /* rows before those of stage 10 */

@@ -114,7 +114,6 @@ static contact_row sketch_edge_row(const gathering *work, const pair_event *even
                               vec3_load(work->predicted, row.vertices[k]), event->time);
     closest_points const closest = closest_edge_edge(points);
     memcpy(row.weights, closest.weights, sizeof row.weights);
-    row.normal = vec3_normalize(closest.difference);
     return row;
 }
 
@@ -188,7 +187,7 @@ static tulle_status fill_rows(gathering *work, pair_source *source, row_list *li
     const contact_scene *const scene = work->scene;
     contact_times unused, *const times = scene->times ? scene->times : &unused;
     unused = (contact_times){0};
-    pair_scan const scan = {may_touch, measure_touch, work};
+    pair_scan const scan = {may_touch, measure_touch, work, true};
     pair_events found;
     double start = timer_now();
     tulle_status status = scan_pairs(scene, source->pairs, &scan, &found);

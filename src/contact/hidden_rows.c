@@ -90,14 +90,6 @@ static bool are_one_plane(const contact_scene *scene, const near_plane *a, const
     return turn <= scene->settings.slope_tolerance && sag <= FLAT_SHARE * a->distance;
 }
 
-/* What does not lean pushes the same way and shares the load: a rigid body that lies on many rows
- * is solved in fewer sweeps than on three. */
-static bool leans(const contact_scene *scene, const near_plane *plane, const contact_row *row,
-                  const row_sides *sides) {
-    vec3 const normal = sides->moved_begin == 0 ? row->normal : vec3_neg(row->normal);
-    return vec3_norm(vec3_sub(normal, plane->normal)) > scene->settings.slope_tolerance;
-}
-
 /* The planes of all vertices that the row pushes must agree: between two that do not, what spans
  * them may hang over an edge. */
 bool row_is_hidden(const contact_scene *scene, const double *ends, const near_plane *planes,
@@ -105,14 +97,12 @@ bool row_is_hidden(const contact_scene *scene, const double *ends, const near_pl
     const near_plane *first = NULL;
     row_sides sides;
     if (!find_sides(scene, row, &sides)) return false;
-    bool const is_body = find_body(scene, row->vertices[sides.moved_begin]) != TULLE_NONE;
     for (int k = sides.moved_begin; k < sides.moved_end; k++) {
         if (fabs(row->weights[k]) < RIM_WEIGHT) continue;
         const near_plane *const plane = &planes[row->vertices[k]];
         if (!first) first = plane;
         if (!(plane->distance > 0.0) || plane->row == index ||
-            !are_one_plane(scene, first, plane) || !hides(scene, ends, plane, row, &sides) ||
-            (is_body && !leans(scene, plane, row, &sides)))
+            !are_one_plane(scene, first, plane) || !hides(scene, ends, plane, row, &sides))
             return false;
     }
     return first != NULL;

@@ -22,9 +22,8 @@ void note_near_plane(const contact_scene *scene, const double *ends, const conta
 /* Whether the row's obstacle's feature lies behind the plane of a nearer one of the same vertices
  * of cloth or of a free body: that one keeps them away from it, too. Where an obstacle is flat a
  * row a vertex is left; where triangles or obstacles lie flush without sharing vertices, the rim of
- * the next one is no edge to stop at. The nearest row of a vertex is never hidden, nor one of
- * a body that pushes along the plane's normal. Of the row kind, vertices, weights and normal are
- * read. */
+ * the next one is no edge to stop at. The nearest row of a vertex is never hidden. Of the row only
+ * kind, vertices and weights are read. */
 bool row_is_hidden(const contact_scene *scene, const double *ends, const near_plane *planes,
                    const contact_row *row, size_t index);
 

@@ -1,6 +1,8 @@
 /* contact/near_pairs.c - see near_pairs.h. Two features approach each other by at most the longest
- * ways of their surfaces. What starts further apart than the largest separation distance is in no
- * list: that distance less the approach bounds what a list can answer. */
+ * ways of their surfaces. What starts further apart than the largest separation distance and will
+ * not touch is in no list: that distance less the approach bounds what a list can answer. Here
+ * alone safety rests on distances as they are computed; their error is some roundings of the
+ * coordinates, far below find_rounding_slack. */
 #include "contact/near_pairs.h"
 
 #include "contact/pair_rules.h"

@@ -76,7 +76,7 @@ static void compact_events(pair_event *near_pairs, pair_events *result) {
     for (size_t i = 0; i < result->count; i++) {
         pair_event const event = result->events[i];
         result->turning_count += event.time == DROPPED_TURNING;
-        if (event.time >= 0.0 || event.time == DROPPED_NEAR)
+        if (near_pairs && (event.time >= 0.0 || event.time == DROPPED_NEAR))
             near_pairs[result->near_count++] = event;
         if (event.time >= 0.0) result->events[kept++] = event;
     }
@@ -97,8 +97,9 @@ tulle_status scan_pairs(const contact_scene *scene, const pair_list *pairs, cons
     parallel_for(pair_count, FILTER_CHUNK, scene->threads, filter_chunk, &work);
     size_t const survivor_count = compact_survivors(&work, pair_count);
     work.events = ARENA_NEW(scene->scratch, pair_event, survivor_count);
-    pair_event *const near_pairs = ARENA_NEW(scene->scratch, pair_event, survivor_count);
-    if (!work.events || !near_pairs) return TULLE_ERROR_OUT_OF_MEMORY;
+    pair_event *const near_pairs =
+        scan->notes_near_pairs ? ARENA_NEW(scene->scratch, pair_event, survivor_count) : NULL;
+    if (!work.events || (scan->notes_near_pairs && !near_pairs)) return TULLE_ERROR_OUT_OF_MEMORY;
     parallel_for(survivor_count, MEASURE_CHUNK, scene->threads, measure_chunk, &work);
     if (stop_is_wanted(scene->stop)) return TULLE_ERROR_INTERRUPTED;
     result->events = work.events;

@@ -29,6 +29,7 @@ typedef struct pair_scan {
     pair_filter filter;
     pair_measure measure;
     const void *context;
+    bool notes_near_pairs;
 } pair_scan;
 
 typedef struct pair_events {
@@ -36,7 +37,8 @@ typedef struct pair_events {
     size_t count;
     uint64_t measured_count;      /* pairs that passed the filter */
     uint64_t turning_count;       /* of these SCAN_DROP_TURNING */
-    const pair_event *near_pairs; /* events and SCAN_DROP_NEAR, in the same order; in scratch */
+    const pair_event *near_pairs; /* events and SCAN_DROP_NEAR, in the same order; in scratch; null
+                                     where the scan does not ask for them */
     size_t near_count;
 } pair_events;
 

@@ -70,7 +70,7 @@ tulle_status find_hits(const contact_scene *scene, const pair_source *source, co
                             .has_changed = has_changed,
                             .minimum =
                                 scene->settings.minimum_gap + find_rounding_slack(scene, x1)};
-    pair_scan const scan = {may_hit, measure_hit, &test};
+    pair_scan const scan = {may_hit, measure_hit, &test, false};
     double const start = timer_now();
     pair_list pairs;
     tulle_status status = pick_pairs(scene, source, x1, test.minimum, &pairs);

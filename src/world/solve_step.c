@@ -192,6 +192,7 @@ tulle_status world_solve_step(step_context *context, impact_report *impacts, dou
         world_end_stage(context, STAGE_RESOLVE_IMPACTS, start);
         if (status != TULLE_OK || !keeps_balance(context)) break;
         status = world_measure_gain(context, &gain);
+        world_end_stage(context, STAGE_SOLVE_MOTION, start);
         if (status == TULLE_OK && gain > 0.0 && asked_less < ROOM_LEVELS &&
             world_ask_less_room(context, asked_less)) {
             asked_less++;

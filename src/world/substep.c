@@ -356,7 +356,7 @@ static tulle_status run_stages(step_context *context) {
         (context->has_gained || world_measure_stretch_growth(context) > STRETCH_GROWTH_MAX);
     if (context->is_rejected) return TULLE_OK;
     if (context->scene.paper && world_is_torn(context)) return fail_torn(context);
-    /* the balance of energy and these checks are of the solve */
+    /* these checks are of the solve, as is the balance of energy */
     world_end_stage(context, STAGE_SOLVE_MOTION, &start);
 
     status = run_commit_safely(context, impacts.is_clean);

@@ -37,6 +37,7 @@ static void make_three_layers(mini_world *world, uint64_t *random) {
                                      vec3_make(0.0, 0.6, 0.0));
     add_mini_surface(world, plate.mesh, true);
     start_mini_world(world);
+    pin_mini_vertex(world, 3);
     for (int i = 0; i < 2; i++) free_mini_grid(&sheets[i]);
     free_mini_grid(&plate);
 }
@@ -60,18 +61,36 @@ static size_t compare_tests(mini_world *world, const pair_source *source, size_t
     pair_events hits, all_hits;
     smallest_gap gap, all_gap;
     pair_list picked;
+    bool has_changed[512];
+    assert_true(world->vertex_count <= 512);
+    for (size_t i = 0; i < world->vertex_count; i++) has_changed[i] = i % 3 == 0;
+    assert_int_equal(find_hits(&scene, source, world->x1, has_changed, &hits), TULLE_OK);
+    assert_int_equal(find_hits(&scene, &all, world->x1, has_changed, &all_hits), TULLE_OK);
+    check_equal_hits(&hits, &all_hits);
     assert_int_equal(find_hits(&scene, source, world->x1, NULL, &hits), TULLE_OK);
     assert_int_equal(find_hits(&scene, &all, world->x1, NULL, &all_hits), TULLE_OK);
     check_equal_hits(&hits, &all_hits);
     assert_int_equal(find_smallest_gap(&scene, source, world->x1, 3e-3, &gap), TULLE_OK);
     assert_int_equal(find_smallest_gap(&scene, &all, world->x1, 3e-3, &all_gap), TULLE_OK);
     assert_true(gap.distance == all_gap.distance);
+    if (isfinite(gap.distance)) {
+        assert_int_equal(gap.kind, all_gap.kind);
+        assert_int_equal(gap.pair.first, all_gap.pair.first);
+        assert_int_equal(gap.pair.second, all_gap.pair.second);
+    }
     assert_int_equal(pick_pairs(&scene, source, world->x1, world->settings.minimum_gap, &picked),
                      TULLE_OK);
     *picked_count = picked.vertex_triangle.count + picked.edge_edge.count;
     size_t const count = hits.count;
     arena_release(&world->scratch, mark);
     return count;
+}
+
+static double find_smallest_start(const pair_source *source) {
+    double smallest = (double)INFINITY;
+    for (size_t i = 0; i < source->near_pairs->pairs.count; i++)
+        smallest = fmin(smallest, source->near_pairs->pairs.data[i].distance);
+    return smallest;
 }
 
 static void near_pairs_find_what_all_pairs_find(void **state) {
@@ -87,6 +106,8 @@ static void near_pairs_find_what_all_pairs_find(void **state) {
         assert_int_equal(gather_contacts(&scene, &world.store, world.x1, &source, &world.rows),
                          TULLE_OK);
         assert_non_null(source.near_pairs);
+        assert_true(find_smallest_start(&source) ==
+                    source.near_pairs->pairs.data[source.near_pairs->nearest].distance);
         size_t const pair_count =
             source.pairs->vertex_triangle.count + source.pairs->edge_edge.count;
         for (double way = 1e-6; way < 1e-2; way *= 1.7) {
