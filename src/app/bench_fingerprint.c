@@ -4,7 +4,7 @@
 
 #include "tulle/shapes.h"
 
-/* A sheet with one fold over a ball on the ground: some tens of milliseconds. */
+/* A steep sheet slides over a ball, a rigid box falls on both: some tens of milliseconds. */
 enum { STEP_COUNT = 30, SHEET_RESOLUTION = 11, BALL_RESOLUTION = 3 };
 static const double TIME_STEP = 1.0 / 90.0; /* [s] */
 
@@ -60,6 +60,25 @@ static tulle_status add_ball(tulle_world *world, tulle_error *error) {
     return status;
 }
 
+static tulle_status add_box(tulle_world *world, tulle_error *error) {
+    tulle_mesh mesh = {0};
+    tulle_shape_def shape = tulle_shape_def_default(TULLE_SHAPE_BOX);
+    shape.size[0] = shape.size[1] = shape.size[2] = 0.06;
+    tulle_status status = tulle_shape_generate(&shape, &mesh, error);
+    if (status == TULLE_OK) {
+        for (size_t i = 0; i < mesh.vertex_count; i++) mesh.positions[3 * i + 2] += 0.25;
+        tulle_obstacle_def def = tulle_obstacle_def_default();
+        def.mesh = tulle_mesh_get_view(&mesh);
+        def.friction = 0.3;
+        def.body.is_dynamic = 1;
+        def.body.mass = 0.05;
+        tulle_obstacle_id id;
+        status = tulle_world_add_obstacle(world, &def, &id, error);
+    }
+    tulle_mesh_destroy(&mesh);
+    return status;
+}
+
 tulle_status bench_find_fingerprint(uint64_t *fingerprint, tulle_error *error) {
     tulle_world_def def = tulle_world_def_default();
     def.threads = 1;
@@ -67,6 +86,7 @@ tulle_status bench_find_fingerprint(uint64_t *fingerprint, tulle_error *error) {
     tulle_status status = tulle_world_create(&def, &world, error);
     if (status == TULLE_OK) status = add_sheet(world, error);
     if (status == TULLE_OK) status = add_ball(world, error);
+    if (status == TULLE_OK) status = add_box(world, error);
     for (int i = 0; i < STEP_COUNT && status == TULLE_OK; i++)
         status = tulle_world_step(world, TIME_STEP, NULL, error);
     if (status == TULLE_OK) *fingerprint = tulle_world_get_state_hash(world);

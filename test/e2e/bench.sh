@@ -59,6 +59,15 @@ bench spikes --quick --from first.csv --csv part.csv >/dev/null || fault "a part
 cmp -s <(grep -v '^boxes' first.csv) part.csv || fault "a part is not what was asked for"
 refuse 2 'nothing to compare with' boxes --quick --from part.csv --compare part.csv
 
+# ---- instructions: skipped and said where valgrind is missing ----
+PATH=/nowhere "$TULLE" bench boxes --quick --instructions --csv counted.csv >/dev/null 2>err || fault "without valgrind: exit $?"
+grep -q '^tulle bench: skipped: instructions are counted by valgrind' err || fault "without valgrind: $(cat err)"
+grep -q ',instructions,' counted.csv && fault "without valgrind: a count"
+if command -v valgrind >/dev/null && ! grep -q '__[at]san_init' "$TULLE"; then # sanitizers and valgrind do not mix
+    bench boxes --quick --instructions --csv counted.csv >/dev/null 2>err || fault "with valgrind: exit $?: $(cat err)"
+    awk -F, '$4 == "instructions" && $5 == "steps" && $3 == 1 && $6 > 1e6 { found = 1 } END { exit !found }' counted.csv || fault "with valgrind: no count"
+fi
+
 # ---- refused ----
 refuse 2 'there is no scene "spheer"; did you mean "sphere"' spheer
 refuse 2 'there is no size "3k"' sphere --particles 3k
