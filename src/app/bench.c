@@ -203,6 +203,7 @@ static int measure_all(bench_session *self, const char *csv) {
                 code = bench_count_instructions(self, &which);
             if (code == APP_EXIT_FINE) code = keep_rows(self, csv);
             if (code != APP_EXIT_FINE) return code;
+            self->whole_cases++;
         }
     }
     return APP_EXIT_FINE;
@@ -217,8 +218,9 @@ static int measure(bench_session *self, const bench_words *words) {
     if (code == APP_EXIT_FINE) code = bench_describe_machine(self);
     if (code == APP_EXIT_FINE) code = measure_all(self, words->csv);
     if (code == APP_EXIT_INTERRUPTED)
-        app_print_message("bench", "interrupted%s%s", words->csv ? "; whole cases are in " : "",
-                          words->csv ? words->csv : "");
+        app_print_message("bench", "interrupted after %zu whole cases%s%s", self->whole_cases,
+                          words->csv && self->whole_cases > 0 ? ", which are in " : "",
+                          words->csv && self->whole_cases > 0 ? words->csv : "");
     return code;
 }
 

@@ -61,6 +61,7 @@ typedef struct bench_session {
     bool renews_inputs, counts_instructions;
     uint64_t fingerprint; /* of the physics, see bench_find_fingerprint */
     progress_bar bar;
+    size_t whole_cases; /* that are measured */
     bench_rows rows;
 } bench_session;
 

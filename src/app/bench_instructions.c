@@ -8,16 +8,34 @@
 #include "app/interrupt.h"
 
 #include <errno.h>
-#include <fcntl.h>
+#include <signal.h>
 #include <spawn.h>
 #include <stdlib.h>
 #include <string.h>
 #include <sys/wait.h>
+#include <time.h>
 #include <unistd.h>
 
 extern char **environ;
 
-enum { ARGUMENT_SIZE = BENCH_PATH_SIZE + 64, EXIT_NOT_FOUND = 127 };
+enum {
+    ARGUMENT_SIZE = BENCH_PATH_SIZE + 64,
+    EXIT_NOT_FOUND = 127,
+    POLL_INTERVAL = 20000000 /* [ns] */
+};
+
+/* Its exit code, -1 if it could not be waited for; an interrupt is handed on to it. */
+static int wait_for(pid_t process) {
+    int state = 0;
+    bool is_told = false;
+    for (;;) {
+        pid_t const ended = waitpid(process, &state, WNOHANG);
+        if (ended == process) return WIFEXITED(state) ? WEXITSTATUS(state) : -1;
+        if (ended < 0 && errno != EINTR) return -1;
+        if (interrupt_is_pending() && !is_told) is_told = kill(process, SIGINT) == 0;
+        nanosleep(&(struct timespec){.tv_nsec = POLL_INTERVAL}, NULL);
+    }
+}
 
 /* valgrind's exit code, -1 if it could not be waited for, EXIT_NOT_FOUND if it is missing. */
 static int run_valgrind(char *const arguments[], int messages) {
@@ -30,10 +48,7 @@ static int run_valgrind(char *const arguments[], int messages) {
     if (!code) code = posix_spawnp(&process, "valgrind", &actions, NULL, arguments, environ);
     posix_spawn_file_actions_destroy(&actions);
     if (code) return code == ENOENT ? EXIT_NOT_FOUND : -1;
-    int state = 0;
-    while (waitpid(process, &state, 0) < 0)
-        if (errno != EINTR) return -1;
-    return WIFEXITED(state) ? WEXITSTATUS(state) : -1;
+    return wait_for(process);
 }
 
 /* The number behind "summary:" or "totals:" of a file that callgrind wrote; 0 if there is none. */

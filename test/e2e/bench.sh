@@ -92,9 +92,9 @@ refuse 2 'damaged or cut off.*--renew' boxes --quick --inputs damaged
 bench boxes --quick --inputs damaged --renew >/dev/null 2>&1 || fault "--renew: exit $?"
 
 # ---- Ctrl-C: while an input is made, and later; whole cases stay, nothing is half written ----
-interrupt() { # WAITED_FOR ARGUMENTS...
-    local waited=$1 process code
-    shift
+interrupt() { # WHOLE_CASES WAITED_FOR ARGUMENTS...
+    local cases=$1 waited=$2 process code
+    shift 2
     rm -rf cut.csv cut-inputs
     "$TULLE" bench "$@" --inputs cut-inputs --csv cut.csv >cut.out 2>cut.err &
     process=$!
@@ -103,13 +103,13 @@ interrupt() { # WAITED_FOR ARGUMENTS...
     wait $process
     code=$?
     [ $code = 130 ] || fault "interrupted: exit $code, not 130: $(cat cut.err)"
-    grep -q '^tulle bench: interrupted' cut.err || fault "interrupted, not said: $(cat cut.err)"
+    grep -q "^tulle bench: interrupted after $cases whole cases" cut.err || fault "interrupted, not said: $(cat cut.err)"
     [ -z "$(find . -name '*.tmp')" ] || fault "interrupted: left $(find . -name '*.tmp')"
 }
-interrupt '[ -d cut-inputs ]' sphere --particles 9.8k --threads 1
+interrupt 0 '[ -d cut-inputs ]' sphere --particles 9.8k --threads 1
 [ -e cut.csv ] && fault "interrupted before the first case: there is a CSV"
 [ -z "$(ls cut-inputs)" ] || fault "interrupted: left $(ls cut-inputs)"
-interrupt '[ -e cut.csv ]' spikes example_one --particles 0.4k,40k --threads 1 --repeat 2
+interrupt 1 '[ -e cut.csv ]' spikes example_one --particles 0.4k,40k --threads 1 --repeat 2
 [ "$(cut -d, -f1,2 cut.csv | sort -u | tail -n +2 | grep -v scene)" = spikes,0.4k ] || fault "interrupted: the CSV has $(cut -d, -f1,2 cut.csv | sort -u)"
 bench all --particles all,0.4k --from cut.csv --compare cut.csv >/dev/null 2>&1 || fault "the CSV of an interrupted bench is not read"
 
