@@ -16,7 +16,7 @@
 static const double LEAST_SHARE = 0.01;
 /* What other work beside does to the processor time of the same steps, by the caches: 7 % was seen.
  */
-static const double DISTURBED_BOUND = 0.1;
+static const double DISTURBED_BOUND = 0.25;
 /* Above what the C library's choices by the processor change; below what a change of code is. */
 static const double INSTRUCTION_BOUND = 0.005;
 static const double MEMORY_BOUND =
