@@ -121,6 +121,10 @@ typedef struct reproduce_quick {
 /* Null for a scene that the table does not name. */
 const reproduce_quick *reproduce_find_quick(const char *scene);
 
+enum { REPRODUCE_STILLS = 3 /* of a run */ };
+/* Where in a run its stills are: shares of its frames, ascending. */
+const double *reproduce_find_still_places(const char *scene);
+
 typedef struct reproduce_shared {
     const char *scene, *file; /* the file's name without .yaml */
     const char *override;     /* as --set takes it, or null */
@@ -219,7 +223,6 @@ int reproduce_fig6(reproduce *self, const reproduce_figure *figure);
 
 /* ---- reproduce_stills.c ---- */
 
-enum { REPRODUCE_STILLS = 3 /* of a run */ };
 /* Stills of all runs that are there. */
 int reproduce_stills(reproduce *self, const reproduce_figure *figure);
 /* Which frames are shown; false without any. */

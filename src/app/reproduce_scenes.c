@@ -1,5 +1,5 @@
-/* app/reproduce_scenes.c - what --quick makes coarser and shorter, scene by scene, and scenes that
- * share a file. */
+/* app/reproduce_scenes.c - what --quick makes coarser and shorter, scene by scene, where stills are
+ * taken, and scenes that share a file. */
 #include "app/reproduce.h"
 
 #include <string.h>
@@ -30,6 +30,30 @@ const reproduce_quick *reproduce_find_quick(const char *scene) {
     for (size_t i = 0; i < QUICK_COUNT; i++)
         if (strcmp(quick_scenes[i].scene, scene) == 0) return &quick_scenes[i];
     return NULL;
+}
+
+/* The frames of whole runs in which there is most to see: cloth on its way, and the end. */
+static const struct {
+    const char *scene;
+    double places[REPRODUCE_STILLS];
+} still_places[] = {
+    {"example_one_low_friction", {30.0 / 2400.0, 60.0 / 2400.0, 1.0}},
+    {"example_one_high_friction", {30.0 / 2400.0, 60.0 / 2400.0, 1.0}},
+    {"animation_1", {20.0 / 150.0, 80.0 / 150.0, 1.0}},
+    {"animation_2", {14.0 / 150.0, 26.0 / 150.0, 1.0}},
+    {"animation_3", {30.0 / 200.0, 60.0 / 200.0, 1.0}},
+    {"animation_4", {40.0 / 200.0, 70.0 / 200.0, 1.0}},
+    {"animation_5", {20.0 / 200.0, 40.0 / 200.0, 1.0}},
+    {"animation_6", {40.0 / 400.0, 250.0 / 400.0, 1.0}},
+    {"rings", {60.0 / 150.0, 75.0 / 150.0, 1.0}},
+    {"ribbons", {20.0 / 150.0, 40.0 / 150.0, 1.0}},
+};
+static const double other_places[REPRODUCE_STILLS] = {0.3, 0.6, 1.0};
+
+const double *reproduce_find_still_places(const char *scene) {
+    for (size_t i = 0; i < sizeof still_places / sizeof still_places[0]; i++)
+        if (strcmp(still_places[i].scene, scene) == 0) return still_places[i].places;
+    return other_places;
 }
 
 /* One file, run with other values, stands for several scenes. */

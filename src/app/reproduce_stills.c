@@ -11,9 +11,6 @@
 #include <sys/stat.h>
 
 enum { ARGUMENTS_MAX = 16, PNG_HEAD_SIZE = 24, PNG_WIDTH = 16 /* [bytes] */ };
-/* Where in the run the stills are. */
-static const double still_places[REPRODUCE_STILLS] = {0.3, 0.6, 1.0};
-
 bool reproduce_find_stills(const reproduce *self, const reproduce_run *run,
                            uint32_t frames[REPRODUCE_STILLS]) {
     char path[REPRODUCE_PATH_SIZE];
@@ -23,9 +20,14 @@ bool reproduce_find_stills(const reproduce *self, const reproduce_run *run,
         return false;
     uint32_t const count = tulle_run_reader_get_info(reader)->frame_count;
     tulle_run_reader_close(reader);
-    for (int i = 0; count > 0 && i < REPRODUCE_STILLS; i++)
-        frames[i] = (uint32_t)(still_places[i] * (double)(count - 1) + 0.5);
-    return count > 0;
+    if (count == 0) return false;
+    const double *const places = reproduce_find_still_places(run->scene);
+    for (int i = 0; i < REPRODUCE_STILLS; i++) {
+        uint32_t const least = i > 0 && frames[i - 1] + 1 < count ? frames[i - 1] + 1 : 0;
+        uint32_t const frame = (uint32_t)(places[i] * (double)(count - 1) + 0.5);
+        frames[i] = frame > least ? frame : least;
+    }
+    return true;
 }
 
 void reproduce_name_still(const reproduce_run *run, uint32_t frame,
