@@ -13,11 +13,11 @@ table() {
 needles      54
 sphere       58
 spikes       90
-layers       60
+layers       15
 ribbon       210
 net          60
 pinch        40
-pinch_zero   105
+pinch_zero   104
 body         75
 table        45
 spot         90
