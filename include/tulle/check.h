@@ -42,6 +42,13 @@ TULLE_API tulle_status tulle_check_intersections(const tulle_check_body *bodies,
                                                  tulle_error *error);
 TULLE_API void tulle_check_result_destroy(tulle_check_result *result);
 
+/* Whether two triangles intersect, by the same rules; makes no heap call. `first` and `second` are
+ * the vertex numbers of their corners, positions [m] hold 3 coordinates a vertex. is_one_body:
+ * equal numbers are a shared vertex; 0: they mean nothing. Triangles with a coordinate that is not
+ * finite count as intersecting. */
+TULLE_API int tulle_check_triangle_pair(const double *positions, const uint32_t first[3],
+                                        const uint32_t second[3], int is_one_body);
+
 #ifdef __cplusplus
 }
 #endif

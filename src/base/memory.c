@@ -66,6 +66,22 @@ void memory_release(memory *heap, void *pointer, size_t byte_count) {
     heap->allocator.release(heap->allocator.context, raw, total);
 }
 
+/* Moves an array to a place of `wanted` elements; false when there is none. */
+static bool move_array(memory *heap, void **data, size_t *capacity, size_t count, size_t wanted,
+                       size_t element_size) {
+    if (wanted > SIZE_MAX / 2 / element_size) return false;
+    void *moved = NULL;
+    if (wanted > 0) {
+        moved = memory_allocate(heap, wanted * element_size);
+        if (!moved) return false;
+    }
+    if (count > 0) memcpy(moved, *data, count * element_size);
+    memory_release(heap, *data, *capacity * element_size);
+    *data = moved;
+    *capacity = wanted;
+    return true;
+}
+
 bool array_reserve(memory *heap, void **data, size_t *capacity, size_t count, size_t needed,
                    size_t element_size) {
     if (needed <= *capacity && *data) return true;
@@ -73,25 +89,15 @@ bool array_reserve(memory *heap, void **data, size_t *capacity, size_t count, si
     if (wanted < needed) wanted = needed;
     if (wanted < FEWEST_ELEMENTS && element_size <= FEWEST_BYTES_MOST / FEWEST_ELEMENTS)
         wanted = FEWEST_ELEMENTS;
-    if (wanted > SIZE_MAX / 2 / element_size) return false;
-    void *const grown = memory_allocate(heap, wanted * element_size);
-    if (!grown) return false;
-    if (count > 0) memcpy(grown, *data, count * element_size);
-    memory_release(heap, *data, *capacity * element_size);
-    *data = grown;
-    *capacity = wanted;
-    return true;
+    return move_array(heap, data, capacity, count, wanted, element_size);
 }
 
 void array_trim(memory *heap, void **data, size_t *capacity, size_t count, size_t element_size) {
     if (*capacity - count <= count / TRIM_SHARE) return;
-    void *trimmed = NULL;
-    if (count > 0) {
-        trimmed = memory_allocate(heap, count * element_size);
-        if (!trimmed) return;
-        memcpy(trimmed, *data, count * element_size);
-    }
-    memory_release(heap, *data, *capacity * element_size);
-    *data = trimmed;
-    *capacity = count;
+    (void)move_array(heap, data, capacity, count, count, element_size);
+}
+
+bool array_match(memory *heap, void **data, size_t *capacity, size_t count, size_t wanted,
+                 size_t element_size) {
+    return *capacity >= wanted || move_array(heap, data, capacity, count, wanted, element_size);
 }

@@ -40,6 +40,9 @@ bool array_reserve(memory *heap, void **data, size_t *capacity, size_t count, si
 /* Moves an array to a place of its size where much room is left beyond its `count` elements, and
  * memory for that is there. */
 void array_trim(memory *heap, void **data, size_t *capacity, size_t count, size_t element_size);
+/* Gives an array room for `wanted` elements and no more; false when memory is short. */
+bool array_match(memory *heap, void **data, size_t *capacity, size_t count, size_t wanted,
+                 size_t element_size);
 
 /* A typed growable array; zeroed is empty. */
 #define ARRAY(type)                                                                                \
@@ -51,6 +54,13 @@ void array_trim(memory *heap, void **data, size_t *capacity, size_t count, size_
 #define ARRAY_RESERVE(heap, array, extra)                                                          \
     array_reserve((heap), (void **)&(array)->data, &(array)->capacity, (array)->count,             \
                   (array)->count + (extra), sizeof *(array)->data)
+/* Gives both of two arrays that are swapped the room of the larger one; false when memory is short.
+ */
+#define ARRAY_MATCH(heap, one, other)                                                              \
+    (array_match((heap), (void **)&(one)->data, &(one)->capacity, (one)->count, (other)->capacity, \
+                 sizeof *(one)->data) &&                                                           \
+     array_match((heap), (void **)&(other)->data, &(other)->capacity, (other)->count,              \
+                 (one)->capacity, sizeof *(other)->data))
 #define ARRAY_TRIM(heap, array)                                                                    \
     array_trim((heap), (void **)&(array)->data, &(array)->capacity, (array)->count,                \
                sizeof *(array)->data)

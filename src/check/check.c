@@ -332,3 +332,17 @@ void tulle_check_result_destroy(tulle_check_result *result) {
     memory_release(&heap, result->pairs, result->pair_count * sizeof *result->pairs);
     *result = (tulle_check_result){0};
 }
+
+int tulle_check_triangle_pair(const double *positions, const uint32_t first[3],
+                              const uint32_t second[3], int is_one_body) {
+    check_triangle triangles[2];
+    for (int k = 0; k < 6; k++) {
+        uint32_t const vertex = k < 3 ? first[k] : second[k - 3];
+        const double *const corner = positions + 3 * (size_t)vertex;
+        if (!isfinite(corner[0]) || !isfinite(corner[1]) || !isfinite(corner[2])) return 1;
+        triangles[k / 3].vertices[k % 3] = vertex;
+        triangles[k / 3].corners[k % 3] = corner;
+    }
+    size_t exact_count = 0;
+    return triangles_intersect(&triangles[0], &triangles[1], is_one_body != 0, &exact_count);
+}

@@ -8,13 +8,12 @@ static void write_pairs(void *context, const pair_tables *tables, const pair_bat
                         int worker) {
     const broad_phase *const broad = context;
     pair_writer *const writer = &broad->writers.data[2 * worker + (int)batch->kind];
-    for (size_t begin = 0; begin < batch->count; begin += KEY_BLOCK / 2) {
-        size_t const left = batch->count - begin;
-        size_t const end = begin + (left < KEY_BLOCK / 2 ? left : KEY_BLOCK / 2);
-        pair_writer_make_room(writer, KEY_BLOCK / 2);
-        for (size_t i = begin; i < end; i++) {
+    for (size_t i = 0; i < batch->count;) {
+        size_t const room = pair_writer_make_room(writer), left = batch->count - i;
+        size_t const end = i + (left < room ? left : room);
+        for (; i < end; i++) {
             feature_pair const pair = pair_batch_get(tables, batch, i);
-            pair_writer_add_if(writer, pair.first, pair.second, 1);
+            pair_writer_add(writer, pair.first, pair.second);
         }
     }
 }
@@ -52,7 +51,7 @@ tulle_status find_pairs(broad_phase *broad, const surface_set *set, int threads,
         if (status != TULLE_OK) return status;
         is_complete = true;
         for (int kind = 0; kind < 2; kind++) {
-            if (!pair_store_is_complete(broad->heap, &broad->stores[kind], &status))
+            if (!pair_store_is_complete(broad->heap, &broad->stores[kind], threads, &status))
                 is_complete = false;
             if (status != TULLE_OK) return status;
         }

@@ -101,6 +101,11 @@ void kept_patches_destroy(kept_patches *patches) {
     memory_release(heap, patches, sizeof *patches);
 }
 
+void kept_patches_keep_room(kept_patches *patches, arena *scratch) {
+    release_cones(patches);
+    patches->scratch = scratch;
+}
+
 void drop_patches(kept_patches *patches) {
     patches->version++;
     patches->patches.count = patches->triangles.count = patches->corners.count = 0;
@@ -244,6 +249,7 @@ static tulle_status grow_isolated(kept_patches *patches, const growth_input *inp
 /* Gives back what only growth and its slack took, once patches are what they are to be kept. */
 static void shrink_patches(kept_patches *patches) {
     memory *const heap = patches->heap;
+    if (patches->scratch) return;
     ARRAY_TRIM(heap, &patches->patches);
     ARRAY_TRIM(heap, &patches->triangles);
     ARRAY_TRIM(heap, &patches->corners);
@@ -275,7 +281,7 @@ static void switch_off(kept_patches *patches, const surface_set *set) {
         return;
     }
     drop_patches(patches);
-    release_growth(patches);
+    if (!patches->scratch) release_growth(patches);
     schedule->is_off = 1;
     schedule->retry_at = schedule->call_count + schedule->retry_wait;
     schedule->retry_wait =
@@ -333,9 +339,11 @@ tulle_status update_patches(kept_patches *patches, const patch_step *step, const
     patches->rules = *rules;
     bool const keeps_small = !rules->has_certificate || rules->grows_anew || rules->keeps_all;
     growth_input const input = {step, rules, keeps_small ? 1 : KEPT_MINIMUM};
+    arena_mark const mark = patches->scratch ? arena_get_mark(patches->scratch) : (arena_mark){0};
     tulle_status status = rules->grows_anew ? grow_first(patches, &input, counts)
                                             : keep_patches(patches, &input, counts);
-    if (!rules->grows_anew) release_cones(patches);
+    if (patches->scratch || !rules->grows_anew) release_cones(patches);
+    if (patches->scratch) arena_release(patches->scratch, mark);
     if (status == TULLE_OK) status = prepare_checks(patches, step->threads);
     if (status != TULLE_OK) {
         drop_patches(patches);

@@ -51,6 +51,10 @@ typedef struct kept_patches kept_patches;
 /* The topology of the set is kept by its address; it must not change or move. */
 tulle_status kept_patches_create(memory *heap, const surface_set *set, kept_patches **result);
 void kept_patches_destroy(kept_patches *patches);
+/* For callers that make no heap call in a step like those before it: what patches took stays for
+ * the next growth, and what growth needs for itself alone comes from `scratch`, which outlives the
+ * patches. Else growth gives back all that the patches do not need. */
+void kept_patches_keep_room(kept_patches *patches, arena *scratch);
 
 /* Stage 5 for a step: checks kept patches again, splits or dissolves what fails, and from time to
  * time, by counts alone, grows anew where much is isolated. The first call grows. Surfaces that

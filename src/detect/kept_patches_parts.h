@@ -84,6 +84,7 @@ struct kept_patches {
     patch_rules rules;         /* of the last update */
     patch_schedule schedule;
     growth_scratch growth;
+    arena *scratch; /* for cones and limits; null: they come from the heap */
     /* Of checks. */
     ARRAY(check_task) tasks;
     bool has_tasks; /* tasks fit the patches */

@@ -8,7 +8,7 @@
 #include <string.h>
 
 enum {
-    SPARE_BLOCKS = 16,           /* blocks that workers leave unfinished differ from run to run */
+    SPARE_BLOCKS = 16,           /* beyond what is needed */
     SORT_CHUNK = 16 * KEY_BLOCK, /* keys, some 30 microseconds */
     MOST_BUCKETS = 1024,         /* counters stay in the first cache level */
     WANTED_KEYS = 256,           /* in a bucket, so that it stays there too */
@@ -38,8 +38,10 @@ void pair_store_free(memory *heap, pair_store *store) {
 
 void pair_store_clear(pair_store *store) { atomic_store(&store->block_count, 0); }
 
-bool pair_store_is_complete(memory *heap, pair_store *store, tulle_status *status) {
-    size_t const needed = atomic_load(&store->block_count);
+bool pair_store_is_complete(memory *heap, pair_store *store, int writer_count,
+                            tulle_status *status) {
+    /* another time each writer but one may leave a block unfinished that is full now */
+    size_t const needed = atomic_load(&store->block_count) + (size_t)writer_count - 1;
     *status = TULLE_OK;
     if (needed * KEY_BLOCK <= store->keys.capacity) return true;
     size_t const room = needed + needed / 4 + SPARE_BLOCKS;

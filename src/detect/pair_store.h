@@ -33,23 +33,24 @@ void pair_store_prepare(pair_store *store, size_t first_count, size_t second_cou
 void pair_store_free(memory *heap, pair_store *store);
 /* Empties the store. */
 void pair_store_clear(pair_store *store);
-/* True when all that was written is there; else makes room for it, and `room` keys, for a repeat.
- * *status tells whether that worked. */
-bool pair_store_is_complete(memory *heap, pair_store *store, tulle_status *status);
+/* True when all that `writer_count` writers wrote is there, and would be whichever of them writes
+ * what; else makes room for it, and more, for a repeat. *status tells whether that worked. */
+bool pair_store_is_complete(memory *heap, pair_store *store, int writer_count,
+                            tulle_status *status);
 
 void pair_writer_start(pair_writer *writer, pair_store *store);
 /* Ends this block and begins another. */
 void pair_writer_claim(pair_writer *writer);
 void pair_writer_finish(pair_writer *writer);
-/* Makes sure that `count` <= KEY_BLOCK pairs can be written in a row. */
-static inline void pair_writer_make_room(pair_writer *writer, size_t count) {
-    if ((size_t)(writer->end - writer->cursor) < count) pair_writer_claim(writer);
+/* How many pairs can be written in a row, at least 1. Blocks are filled to their ends, so the
+ * number of them depends on the number of pairs, and by at most one a writer on who writes what. */
+static inline size_t pair_writer_make_room(pair_writer *writer) {
+    if (writer->cursor == writer->end) pair_writer_claim(writer);
+    return (size_t)(writer->end - writer->cursor);
 }
-/* Writes the pair when is_wanted is 1, not when it is 0; there must be room. */
-static inline void pair_writer_add_if(pair_writer *writer, uint32_t first, uint32_t second,
-                                      size_t is_wanted) {
-    *writer->cursor = (uint64_t)first << writer->shift | second;
-    writer->cursor += is_wanted;
+/* There must be room. */
+static inline void pair_writer_add(pair_writer *writer, uint32_t first, uint32_t second) {
+    *writer->cursor++ = (uint64_t)first << writer->shift | second;
 }
 
 /* Makes room for sorting; false when memory is short. */

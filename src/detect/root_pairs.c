@@ -4,10 +4,10 @@
  * by the middles of the roots, so that n objects take some n log n steps. Its nodes lie in the
  * order of a walk through it, each with the place where the walk goes on when it skips the node.
  * Pairs come in the order of their surfaces, whatever the tree is. */
+#include "base/sort.h"
 #include "detect/broad_phase_parts.h"
 
 #include <math.h>
-#include <stdlib.h>
 
 /* From this depth on lists are cut into halves, wherever the middles lie. */
 enum { DEEPEST_MIDDLE = 48 };
@@ -106,8 +106,7 @@ static void find_partners(broad_phase *broad, const surface_set *set, uint32_t s
         if (surfaces_may_meet(set, surface, node->surface))
             broad->roots.data[broad->roots.count++] = node->surface;
     }
-    if (broad->roots.count > 1)
-        qsort(broad->roots.data, broad->roots.count, sizeof(uint32_t), compare_surfaces);
+    sort_in_place(broad->roots.data, broad->roots.count, sizeof(uint32_t), compare_surfaces);
 }
 
 static search_task make_task(const broad_phase *broad, uint32_t a, uint32_t b) {

@@ -74,6 +74,7 @@ tulle_status world_start_detection(tulle_world *world) {
     if (status == TULLE_OK && uses_patches(world)) {
         world->patch_rules = make_rules(world);
         status = kept_patches_create(&world->heap, &world->set, &world->patches);
+        if (status == TULLE_OK) kept_patches_keep_room(world->patches, &world->scratch);
     }
     return status;
 }

@@ -1,12 +1,12 @@
 /* world/judge.c - asks the exact judge about the present surfaces, and keeps the list of pairs that
  * are ignored until they come apart. */
 #include "base/error.h"
+#include "base/sort.h"
 #include "math/vec3.h"
 #include "tulle/check.h"
 #include "world/world_state.h"
 
 #include <stdio.h>
-#include <stdlib.h>
 #include <string.h>
 
 enum { NAMED_PAIRS = 3 }; /* intersecting pairs that a message spells out */
@@ -115,38 +115,25 @@ tulle_status world_refuse_intersections(const tulle_world *world, const double *
                      count > NAMED_PAIRS ? "and more; " : "", advice);
 }
 
-/* Whether one pair of triangles intersects, as the judge sees it. Vertices that both triangles of
- * one surface share keep one number. */
-static tulle_status pair_intersects(const tulle_world *world, const double *positions,
-                                    const tulle_intersection *pair, bool *intersects) {
+static bool is_scripted(const surface_range *surface) {
+    return surface->is_obstacle && !surface->is_body;
+}
+
+/* Whether one pair of triangles intersects, as the judge sees it. */
+static bool pair_intersects(const tulle_world *world, const double *positions,
+                            const tulle_intersection *pair) {
     uint32_t const surfaces[2] = {pair->object_a, pair->object_b};
     uint32_t const numbers[2] = {pair->triangle_a, pair->triangle_b};
-    bool const is_self = surfaces[0] == surfaces[1];
-    double points[6][3];
-    uint32_t vertices[6], corners[6];
-    for (uint32_t k = 0; k < 6; k++) {
-        uint32_t const surface = surfaces[k / 3];
-        uint32_t const *const triangle =
-            surface_mesh(world, surface)->triangles + 3 * (size_t)numbers[k / 3];
-        vertices[k] = world->surfaces[surface].vertex_begin + triangle[k % 3];
-        memcpy(points[k], positions + 3 * (size_t)vertices[k], sizeof points[k]);
-        corners[k] = k;
-        for (uint32_t j = 0; j < k; j++) {
-            if (vertices[j] == vertices[k]) corners[k] = j;
-        }
-    }
-    tulle_check_body bodies[2];
+    uint32_t corners[2][3];
     for (size_t k = 0; k < 2; k++) {
-        bodies[k] = (tulle_check_body){{points[0], 6, corners + 3 * k, is_self ? 2 : 1},
-                                       world->surfaces[surfaces[k]].is_obstacle &&
-                                           !world->surfaces[surfaces[k]].is_body};
+        uint32_t const *const triangle =
+            surface_mesh(world, surfaces[k])->triangles + 3 * (size_t)numbers[k];
+        for (size_t i = 0; i < 3; i++)
+            corners[k][i] = world->surfaces[surfaces[k]].vertex_begin + triangle[i];
     }
-    tulle_check_result result = {0};
-    tulle_status const status =
-        tulle_check_intersections(bodies, is_self ? 1 : 2, 1, &result, NULL);
-    *intersects = result.pair_count > 0;
-    tulle_check_result_destroy(&result);
-    return status;
+    if (is_scripted(&world->surfaces[surfaces[0]]) && is_scripted(&world->surfaces[surfaces[1]]))
+        return false;
+    return tulle_check_triangle_pair(positions, corners[0], corners[1], surfaces[0] == surfaces[1]);
 }
 
 static int compare_keys(const void *a, const void *b) {
@@ -163,9 +150,8 @@ static void refresh_ignored_keys(tulle_world *world) {
         world->ignored_keys.data[i] = ignored_pair_key(a, b);
     }
     world->ignored_keys.count = world->ignored.count;
-    if (world->ignored.count > 0) {
-        qsort(world->ignored_keys.data, world->ignored_keys.count, sizeof(uint64_t), compare_keys);
-    }
+    sort_in_place(world->ignored_keys.data, world->ignored_keys.count, sizeof(uint64_t),
+                  compare_keys);
 }
 
 tulle_status world_ignore_intersections(tulle_world *world, tulle_error *error) {
@@ -206,9 +192,7 @@ void world_update_ignored(tulle_world *world, const double *positions) {
     size_t kept = 0;
     for (size_t i = 0; i < world->ignored.count; i++) {
         tulle_intersection const pair = world->ignored.data[i];
-        bool intersects = true; /* an error of the judge keeps the pair */
-        if (pair_intersects(world, positions, &pair, &intersects) != TULLE_OK) intersects = true;
-        if (intersects) world->ignored.data[kept++] = pair;
+        if (pair_intersects(world, positions, &pair)) world->ignored.data[kept++] = pair;
     }
     world->ignored.count = kept;
     refresh_ignored_keys(world);

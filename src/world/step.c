@@ -182,6 +182,18 @@ static tulle_status begin_step(tulle_world *world, tulle_error *error) {
     return world_update_presence(world, &world->next, error);
 }
 
+/* What is swapped at the end of a step gets the same room on both sides, so that a step which needs
+ * no more than those before it makes no heap call. */
+static tulle_status match_rooms(tulle_world *world, tulle_error *error) {
+    memory *const heap = &world->heap;
+    row_list *const rows = &world->rows, *const accepted = &world->accepted_rows;
+    if (ARRAY_MATCH(heap, &rows->rows, &accepted->rows) &&
+        ARRAY_MATCH(heap, &rows->near_pairs.pairs, &accepted->near_pairs.pairs) &&
+        ARRAY_MATCH(heap, &world->now.contacts.contacts, &world->next.contacts.contacts))
+        return TULLE_OK;
+    return error_set(error, TULLE_ERROR_OUT_OF_MEMORY, "no memory left for contacts");
+}
+
 static void end_step(tulle_world *world) {
     world_motion_state const old = world->now;
     world->now = world->next;
@@ -301,6 +313,7 @@ tulle_status tulle_world_step(tulle_world *world, double time_step, tulle_step_r
     arena_mark const mark = arena_get_mark(&world->scratch);
     status = run_step(&context, time_step);
     if (status == TULLE_OK) status = world_end_pinch(&context);
+    if (status == TULLE_OK) status = match_rooms(world, error);
     arena_release(&world->scratch, mark);
     status = check_stop(world, status, error);
     if (status == TULLE_OK)

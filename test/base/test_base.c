@@ -2,6 +2,7 @@
 #include "base/arena.h"
 #include "base/hash.h"
 #include "base/parallel.h"
+#include "base/sort.h"
 
 #include <setjmp.h>
 #include <stdarg.h>
@@ -33,8 +34,68 @@ static void array_grows_and_keeps_contents(void **state) {
         numbers.data[numbers.count++] = i;
     }
     for (uint32_t i = 0; i < 10000; i++) assert_int_equal(numbers.data[i], i);
+    assert_true(heap.allocate_count <= 17); /* 16 elements, then half more each time */
     ARRAY_FREE(&heap, &numbers);
     assert_int_equal(heap.bytes_held, 0);
+}
+
+static void matched_arrays_have_the_room_of_the_larger(void **state) {
+    (void)state;
+    memory heap = memory_make((tulle_allocator){.byte_limit = 4096});
+    ARRAY(uint32_t) one = {0}, other = {0};
+    assert_true(ARRAY_RESERVE(&heap, &one, 100));
+    assert_true(ARRAY_RESERVE(&heap, &other, 120));
+    for (uint32_t i = 0; i < 7; i++) one.data[one.count++] = i;
+    assert_true(ARRAY_MATCH(&heap, &one, &other));
+    assert_int_equal(one.capacity, 120);
+    assert_int_equal(other.capacity, 120);
+    for (uint32_t i = 0; i < 7; i++) assert_int_equal(one.data[i], i);
+    uint64_t const count = heap.allocate_count;
+    assert_true(ARRAY_MATCH(&heap, &other, &one));
+    assert_true(heap.allocate_count == count);
+    assert_true(ARRAY_RESERVE(&heap, &other, 600));
+    assert_false(ARRAY_MATCH(&heap, &one, &other)); /* the limit */
+    assert_int_equal(one.capacity, 120);
+    assert_int_equal(one.count, 7);
+    ARRAY_FREE(&heap, &one);
+    ARRAY_FREE(&heap, &other);
+    assert_int_equal(heap.bytes_held, 0);
+}
+
+typedef struct sorted_item {
+    uint32_t key, number;
+} sorted_item;
+
+static int compare_items(const void *a, const void *b) {
+    uint32_t const x = ((const sorted_item *)a)->key, y = ((const sorted_item *)b)->key;
+    return (x > y) - (x < y);
+}
+
+/* Lists of all lengths up to 100, keys that all differ, some equal, all equal, sorted, reversed. */
+static void sorting_keeps_items_and_orders_keys(void **state) {
+    (void)state;
+    enum { MOST = 100 };
+    sorted_item items[MOST];
+    for (uint32_t count = 0; count <= MOST; count++)
+        for (uint32_t kind = 0; kind < 5; kind++) {
+            uint32_t const keys[] = {UINT32_MAX, 7, 1, 0, 0};
+            for (uint32_t i = 0; i < count; i++) {
+                uint32_t const key = kind == 3   ? i
+                                     : kind == 4 ? count - i
+                                                 : (uint32_t)hash_mix(i + 1) % keys[kind];
+                items[i] = (sorted_item){key, i};
+            }
+            sorted_item before[MOST];
+            memcpy(before, items, sizeof before);
+            sort_in_place(items, count, sizeof *items, compare_items);
+            bool is_seen[MOST] = {false};
+            for (uint32_t i = 0; i < count; i++) {
+                assert_true(i == 0 || items[i - 1].key <= items[i].key);
+                assert_false(is_seen[items[i].number]);
+                is_seen[items[i].number] = true;
+                assert_int_equal(items[i].key, before[items[i].number].key);
+            }
+        }
 }
 
 static void arena_reuses_its_blocks(void **state) {
@@ -56,6 +117,9 @@ static void arena_reuses_its_blocks(void **state) {
         else
             assert_int_equal(heap.allocate_count, steady_count);
     }
+    uint64_t const before = heap.allocate_count;
+    for (int i = 0; i < 10000; i++) assert_non_null(arena_allocate(&scratch, 1, 10000));
+    assert_true(heap.allocate_count - before <= 2 * 10); /* blocks double; two calls each */
     arena_destroy(&scratch);
     assert_int_equal(heap.bytes_held, 0);
 }
@@ -91,6 +155,8 @@ int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(memory_limit_is_kept),
         cmocka_unit_test(array_grows_and_keeps_contents),
+        cmocka_unit_test(matched_arrays_have_the_room_of_the_larger),
+        cmocka_unit_test(sorting_keeps_items_and_orders_keys),
         cmocka_unit_test(arena_reuses_its_blocks),
         cmocka_unit_test(chunks_do_not_depend_on_threads),
         cmocka_unit_test(hash_is_fixed_and_sensitive),

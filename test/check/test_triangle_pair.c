@@ -4,6 +4,7 @@
 
 #include "base/hash.h"
 #include "base/timer.h"
+#include "tulle/check.h"
 
 #include <math.h>
 #include <setjmp.h>
@@ -72,11 +73,24 @@ static void compare_with_oracle(int shared, bool may_repeat, size_t count) {
             print_case(&c);
             fail_msg("%d shared, case %zu: expected %d", shared, k, expected);
         }
+        assert_int_equal(tulle_check_triangle_pair(c.points[0], c.a.vertices, c.b.vertices, true),
+                         expected);
         positive += expected;
     }
     print_message("%d shared%s: %zu pairs, %zu intersect, %.2f s\n", shared,
                   may_repeat ? ", repeated vertices" : "", count, positive, timer_now() - start);
     if (shared < 3) assert_in_range(positive, count / 50, count - count / 50);
+}
+
+/* Two triangles that share vertex 0 and nothing else. */
+static void public_test_of_a_pair_has_its_own_rules(void **unused) {
+    (void)unused;
+    double points[5][3] = {{0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {-1, 0, 1}, {0, -1, 1}};
+    uint32_t const first[3] = {0, 1, 2}, second[3] = {3, 0, 4};
+    assert_false(tulle_check_triangle_pair(points[0], first, second, 1));
+    assert_true(tulle_check_triangle_pair(points[0], first, second, 0));
+    points[4][1] = (double)NAN;
+    assert_true(tulle_check_triangle_pair(points[0], first, second, 1));
 }
 
 static void grids_agree_without_shared_vertex(void **unused) {
@@ -209,6 +223,7 @@ static void known_cases_hold(void **unused) {
 int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(known_cases_hold),
+        cmocka_unit_test(public_test_of_a_pair_has_its_own_rules),
         cmocka_unit_test(grids_agree_without_shared_vertex),
         cmocka_unit_test(grids_agree_with_one_shared_vertex),
         cmocka_unit_test(grids_agree_with_a_shared_edge),

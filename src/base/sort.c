@@ -1,0 +1,70 @@
+/* base/sort.c - see sort.h. Short lists are sorted by insertion, long ones by a heap: a tree in the
+ * array itself in which no parent comes before its children; what comes last goes to the end, again
+ * and again.
+ *
+ * Based on: J. W. J. Williams, Algorithm 232: Heapsort, 1964; the heap is built from the bottom as
+ * in R. W. Floyd, Algorithm 245: Treesort 3, 1964. */
+#include "base/sort.h"
+
+#include <assert.h>
+#include <string.h>
+
+enum { INSERTION_MOST = 24, SIZE_MOST = 64 /* [bytes] */ };
+
+typedef struct sorting {
+    char *items;
+    size_t size;
+    int (*compare)(const void *, const void *);
+} sorting;
+
+static char *get_item(const sorting *list, size_t index) {
+    return list->items + index * list->size;
+}
+
+static void sort_by_insertion(const sorting *list, size_t count) {
+    char item[SIZE_MOST];
+    for (size_t i = 1; i < count; i++) {
+        size_t at = i;
+        while (at > 0 && list->compare(get_item(list, at - 1), get_item(list, i)) > 0) at--;
+        if (at == i) continue;
+        memcpy(item, get_item(list, i), list->size);
+        memmove(get_item(list, at + 1), get_item(list, at), (i - at) * list->size);
+        memcpy(get_item(list, at), item, list->size);
+    }
+}
+
+/* Moves `item` from place `at` down to where no child comes after it. */
+static void sink_item(const sorting *list, const char *item, size_t at, size_t count) {
+    for (size_t child = 2 * at + 1; child < count; child = 2 * at + 1) {
+        if (child + 1 < count &&
+            list->compare(get_item(list, child + 1), get_item(list, child)) > 0)
+            child++;
+        if (list->compare(get_item(list, child), item) <= 0) break;
+        memcpy(get_item(list, at), get_item(list, child), list->size);
+        at = child;
+    }
+    memcpy(get_item(list, at), item, list->size);
+}
+
+static void sort_by_heap(const sorting *list, size_t count) {
+    char item[SIZE_MOST];
+    for (size_t i = count / 2; i-- > 0;) {
+        memcpy(item, get_item(list, i), list->size);
+        sink_item(list, item, i, count);
+    }
+    for (size_t end = count - 1; end > 0; end--) {
+        memcpy(item, get_item(list, end), list->size);
+        memcpy(get_item(list, end), list->items, list->size);
+        sink_item(list, item, 0, end);
+    }
+}
+
+void sort_in_place(void *items, size_t count, size_t size,
+                   int (*compare)(const void *, const void *)) {
+    assert(size <= SIZE_MOST);
+    sorting const list = {items, size, compare};
+    if (count <= INSERTION_MOST)
+        sort_by_insertion(&list, count);
+    else
+        sort_by_heap(&list, count);
+}

@@ -1,0 +1,11 @@
+/* base/sort.h - sorts in place without a heap call, which qsort of the C library may make. */
+#ifndef TULLE_BASE_SORT_H
+#define TULLE_BASE_SORT_H
+
+#include <stddef.h>
+
+/* As qsort; equal items end in an order that depends on the items alone. size: at most 64 bytes. */
+void sort_in_place(void *items, size_t count, size_t size,
+                   int (*compare)(const void *, const void *));
+
+#endif
