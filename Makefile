@@ -11,7 +11,7 @@ CTEST := ctest --output-on-failure -j $(JOBS)
 CHECK_PACKAGES := TULLE_NO_INSTALL=1 sh tools/install_packages.sh
 INSTALL_PACKAGES := sh tools/install_packages.sh
 
-.PHONY: all demo pictures test test-long test-asan test-tsan coverage bench bench-compare bench-detect validate install format check-format layers sizes clean help
+.PHONY: all demo pictures test test-long test-asan test-tsan coverage check-arm64 check-portability bench bench-compare bench-detect validate install format check-format layers sizes clean help
 .NOTPARALLEL:
 
 # The program at build/release/tulle, libtulle.so and libtulle.a beside it.
@@ -73,6 +73,16 @@ coverage:
 	-@cd build/coverage && $(CTEST)
 	@if command -v gcovr >/dev/null; then gcovr --root . --filter src/ build/coverage; \
 	else echo "gcovr is missing: apt-get install gcovr"; fi
+
+# Library, program and some tests compiled for arm64, the tests run by an emulator: docs/portability.md. Some minutes.
+check-arm64:
+	@$(INSTALL_PACKAGES) build test portability
+	@sh tools/check_arm64.sh $(JOBS); code=$$?; [ $$code = 77 ] || exit $$code
+
+# The same, and the default build on the oldest x86-64 processor.
+check-portability: check-arm64
+	@$(MAKE) --no-print-directory build-tests
+	@cd $(BUILD) && $(CTEST) -R 'tools\.(baseline|oldest_processor)'
 
 # What the stages of a step cost: docs/benchmarks.md. Inputs are made once (2k and 9.8k: some minutes), then measured;
 # tables are printed, all measures are in build/bench.csv. BENCH_SCENES and BENCH_OPTIONS choose others, as
@@ -138,6 +148,8 @@ help:
 	@echo "make test-long    all tests, the whole scenes too"
 	@echo "make test-asan    the quick tests under the address and undefined-behaviour sanitizers"
 	@echo "make test-tsan    the quick tests under the thread sanitizer"
+	@echo "make check-arm64  compiles for arm64 and runs some tests by an emulator"
+	@echo "make check-portability the same, and the default build on an emulated x86-64 processor without extensions"
 	@echo "make bench        what the stages of a step cost (makes its inputs once: some minutes)"
 	@echo "make bench-compare the same beside the baseline: what got slower"
 	@echo "make bench-detect tables of the detector's speed (makes its inputs once: half an hour)"

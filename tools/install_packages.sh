@@ -1,6 +1,6 @@
 #!/bin/sh
 # Installs the Debian packages that a build or the tests need and that are missing; does nothing when all is there.
-# usage: install_packages.sh ROLE...      ROLE: build, test, bench
+# usage: install_packages.sh ROLE...      ROLE: build, test, bench, portability
 #   TULLE_NO_INSTALL=1   only says what is missing; fails if it cannot be done without
 set -eu
 
@@ -33,8 +33,14 @@ needs() {
     bench)
         echo "valgrind       program:valgrind    optional"
         ;;
+    portability)
+        echo "gcc-aarch64-linux-gnu program:aarch64-linux-gnu-gcc optional"
+        echo "libc6-dev-arm64-cross file:/usr/aarch64-linux-gnu/include/stdlib.h optional"
+        echo "qemu-user      program:qemu-aarch64 optional"
+        echo "binutils       program:objdump     optional"
+        ;;
     *)
-        echo "install_packages.sh: unknown role \"$1\"; the roles are build, test and bench" >&2
+        echo "install_packages.sh: unknown role \"$1\"; the roles are build, test, bench and portability" >&2
         exit 2
         ;;
     esac
@@ -45,6 +51,7 @@ compiles() { command -v cc >/dev/null && printf '%s\n' "$1" | cc -x c -fsyntax-o
 is_there() { # PROBE
     case $1 in
     program:*) command -v "${1#program:}" >/dev/null ;;
+    file:*) [ -e "${1#file:}" ] ;;
     header:*) compiles "#include <${1#header:}>" ;;
     cmocka) compiles "#include <stdarg.h>
 #include <stddef.h>

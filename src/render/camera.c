@@ -23,9 +23,10 @@ render_camera render_camera_frame(const double bounds_min[3], const double bound
         vec3 const point = vec3_make(corner & 1 ? high.x : low.x, corner & 2 ? high.y : low.y,
                                      corner & 4 ? high.z : low.z);
         vec3 const from_center = vec3_sub(point, center);
-        double const needed = fmax(fabs(vec3_dot(from_center, right)) / slope_right,
-                                   fabs(vec3_dot(from_center, up)) / slope_up);
-        distance = fmax(distance, needed + vec3_dot(from_center, back));
+        double const sideways = fmax(fabs(vec3_dot(from_center, right)) / slope_right,
+                                     fabs(vec3_dot(from_center, up)) / slope_up);
+        double const needed = sideways + vec3_dot(from_center, back);
+        if (needed > distance) distance = needed;
     }
     if (!(distance > 0.0)) distance = 1.0; /* a box of one point */
     render_camera camera = {.field_of_view = default_field_of_view};
