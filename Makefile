@@ -11,7 +11,7 @@ CTEST := ctest --output-on-failure -j $(JOBS)
 CHECK_PACKAGES := TULLE_NO_INSTALL=1 sh tools/install_packages.sh
 INSTALL_PACKAGES := sh tools/install_packages.sh
 
-.PHONY: all demo pictures test test-long test-asan test-tsan coverage check-arm64 check-portability bench bench-compare bench-detect validate install format check-format layers sizes clean help
+.PHONY: all demo pictures test test-long test-asan test-tsan coverage check-arm64 check-portability bench bench-compare bench-detect bench-peers validate install format check-format layers sizes clean help
 .NOTPARALLEL:
 
 # The program at build/release/tulle, libtulle.so and libtulle.a beside it.
@@ -109,6 +109,15 @@ bench-detect:
 	@sh bench/make_inputs.sh $(BUILD)/tulle build/bench_inputs
 	@$(BUILD)/bench/bench_detect --paper --csv build/bench_detect.csv
 
+# Tulle beside Blender, MuJoCo and Bullet in the same scenes, one after the other (an hour): docs/benchmarks.md. What is not
+# there is skipped and told; PEERS_OPTIONS='--limit 60 --tools Tulle,Blender' chooses less. Rows are in build/peers.csv.
+PEERS_OPTIONS ?=
+bench-peers:
+	@$(INSTALL_PACKAGES) build peers
+	@$(MAKE) --no-print-directory build-program
+	@sh bench/peers/prepare.sh build/peers
+	@python3 bench/peers/run.py --tulle $(BUILD)/tulle $(PEERS_OPTIONS)
+
 # The physics of contact: measured against expected (hours; VALIDATE_OPTIONS=--quick: a minute); fails where a row is
 # off. Plots are drawn if gnuplot is there, build/validation holds them and the rows. What was interrupted goes on with
 # VALIDATE_OPTIONS=--resume.
@@ -153,6 +162,7 @@ help:
 	@echo "make bench        what the stages of a step cost (makes its inputs once: some minutes)"
 	@echo "make bench-compare the same beside the baseline: what got slower"
 	@echo "make bench-detect tables of the detector's speed (makes its inputs once: half an hour)"
+	@echo "make bench-peers  the same scenes in Blender, MuJoCo and Bullet (installs them; an hour)"
 	@echo "make validate     the physics of contact, measured against expected (hours)"
 	@echo "make coverage     lines that the quick tests run"
 	@echo "make install      to PREFIX (default /usr/local)"

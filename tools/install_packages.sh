@@ -1,6 +1,6 @@
 #!/bin/sh
 # Installs the Debian packages that a build or the tests need and that are missing; does nothing when all is there.
-# usage: install_packages.sh ROLE...      ROLE: build, test, bench, portability
+# usage: install_packages.sh ROLE...      ROLE: build, test, bench, peers, portability
 #   TULLE_NO_INSTALL=1   only says what is missing; fails if it cannot be done without
 set -eu
 
@@ -33,6 +33,14 @@ needs() {
     bench)
         echo "valgrind       program:valgrind    optional"
         ;;
+    peers)
+        echo "python3        program:python3     needed"
+        echo "blender        program:blender     optional"
+        echo "g++            program:c++         optional"
+        echo "libbullet-dev  package:bullet      optional"
+        echo "nodejs         program:node        optional"
+        echo "npm            program:npm         optional"
+        ;;
     portability)
         echo "gcc-aarch64-linux-gnu program:aarch64-linux-gnu-gcc optional"
         echo "libc6-dev-arm64-cross file:/usr/aarch64-linux-gnu/include/stdlib.h optional"
@@ -40,7 +48,7 @@ needs() {
         echo "binutils       program:objdump     optional"
         ;;
     *)
-        echo "install_packages.sh: unknown role \"$1\"; the roles are build, test, bench and portability" >&2
+        echo "install_packages.sh: unknown role \"$1\"; the roles are build, test, bench, peers and portability" >&2
         exit 2
         ;;
     esac
@@ -52,6 +60,7 @@ is_there() { # PROBE
     case $1 in
     program:*) command -v "${1#program:}" >/dev/null ;;
     file:*) [ -e "${1#file:}" ] ;;
+    package:*) command -v pkg-config >/dev/null && pkg-config --exists "${1#package:}" ;;
     header:*) compiles "#include <${1#header:}>" ;;
     cmocka) compiles "#include <stdarg.h>
 #include <stddef.h>
