@@ -11,7 +11,7 @@ CTEST := ctest --output-on-failure -j $(JOBS)
 CHECK_PACKAGES := TULLE_NO_INSTALL=1 sh tools/install_packages.sh
 INSTALL_PACKAGES := sh tools/install_packages.sh
 
-.PHONY: all demo pictures test test-long test-asan test-tsan coverage check-arm64 check-portability bench bench-compare bench-detect bench-peers validate install format check-format layers sizes clean help
+.PHONY: all demo pictures paper-pictures test test-long test-asan test-tsan coverage check-arm64 check-portability bench bench-compare bench-detect bench-peers validate install format check-format layers sizes clean help
 .NOTPARALLEL:
 
 # The program at build/release/tulle, libtulle.so and libtulle.a beside it.
@@ -39,6 +39,11 @@ pictures:
 	@$(INSTALL_PACKAGES) build
 	@$(MAKE) --no-print-directory build-program
 	@bash tools/pictures.sh $(BUILD)/tulle
+
+# The pictures of docs/pictures/paper, of what `tulle reproduce all` left in DIR.
+DIR ?= reproduced
+paper-pictures:
+	@bash tools/paper_pictures.sh $(DIR)
 
 # Everything quick.
 test:
@@ -153,6 +158,7 @@ help:
 	@echo "make              release build: $(BUILD)/tulle, libtulle.so and libtulle.a beside it"
 	@echo "make demo         cloth falls on needles, every frame is judged (installs missing packages)"
 	@echo "make pictures     runs all scenes and makes the pictures of README.md (an hour)"
+	@echo "make paper-pictures DIR=reproduced   the pictures of docs/reproduce.md, of what tulle reproduce all left there"
 	@echo "make test         all quick tests (installs missing packages)"
 	@echo "make test-long    all tests, the whole scenes too"
 	@echo "make test-asan    the quick tests under the address and undefined-behaviour sanitizers"

@@ -149,7 +149,10 @@ static int make_runs(reproduce *self, const reproduce_run **runs, size_t count) 
         bool const goes_on = code == APP_EXIT_FINE || code == APP_EXIT_CANNOT_GO_ON;
         if (code != APP_EXIT_FINE) worst = code;
         self->work_done += work[i];
-        if (goes_on && reproduce_has_run(self, runs[i])) code = reproduce_judge(self, runs[i]);
+        if (goes_on && reproduce_has_run(self, runs[i])) {
+            code = reproduce_judge(self, runs[i]);
+            self->is_lacking |= !reproduce_has_reports(self, runs[i]);
+        }
         if (code == APP_EXIT_INTERRUPTED || interrupt_is_pending()) return APP_EXIT_INTERRUPTED;
         if (code != APP_EXIT_FINE) worst = code;
         if (!goes_on) return worst;
@@ -175,6 +178,33 @@ static int make_figures(reproduce *self, const bool is_wanted[NAMES_MAX]) {
     return worst;
 }
 
+static reproduce make_session(const reproduce_words *words) {
+    return (reproduce){.directory = words->directory  ? words->directory
+                                    : words->is_quick ? "reproduced-quick"
+                                                      : "reproduced",
+                       .is_quick = words->is_quick != 0,
+                       .still_size = words->still_size ? words->still_size
+                                     : words->is_quick ? "320x200"
+                                                       : "640x400",
+                       .threads = (int)words->threads,
+                       .bar = progress_bar_begin()};
+}
+
+/* What can be wrong with the words before anything is made. */
+static int check_session(const reproduce *self) {
+    if (strlen(self->directory) > DIRECTORY_MAX) {
+        app_print_message("reproduce", "the name of the directory is longer than %d bytes",
+                          DIRECTORY_MAX);
+        return APP_EXIT_BAD_INPUT;
+    }
+    uint32_t width = 0, height = 0;
+    tulle_error error = {0};
+    if (picture_read_size(self->still_size, &width, &height, &error) == TULLE_OK)
+        return APP_EXIT_FINE;
+    app_print_error("reproduce", &error);
+    return APP_EXIT_BAD_INPUT;
+}
+
 int app_reproduce(int argc, char **argv) {
     reproduce_words words = {0};
     size_t name_count = 0;
@@ -182,28 +212,11 @@ int app_reproduce(int argc, char **argv) {
     if (outcome != OPTIONS_READ) return options_exit(outcome);
     bool is_wanted[NAMES_MAX] = {false};
     if (!choose_figures(argv, name_count, is_wanted)) return APP_EXIT_BAD_INPUT;
-    reproduce self = {.directory = words.directory  ? words.directory
-                                   : words.is_quick ? "reproduced-quick"
-                                                    : "reproduced",
-                      .is_quick = words.is_quick != 0,
-                      .still_size = words.still_size ? words.still_size
-                                    : words.is_quick ? "320x200"
-                                                     : "640x400",
-                      .threads = (int)words.threads,
-                      .bar = progress_bar_begin()};
-    if (strlen(self.directory) > DIRECTORY_MAX) {
-        app_print_message("reproduce", "the name of the directory is longer than %d bytes",
-                          DIRECTORY_MAX);
-        return APP_EXIT_BAD_INPUT;
-    }
-    uint32_t width = 0, height = 0;
-    tulle_error error = {0};
-    if (picture_read_size(self.still_size, &width, &height, &error) != TULLE_OK) {
-        app_print_error("reproduce", &error);
-        return APP_EXIT_BAD_INPUT;
-    }
+    reproduce self = make_session(&words);
+    int code = check_session(&self);
+    if (code != APP_EXIT_FINE) return code;
     interrupt_catch();
-    int code = reproduce_find_scenes(&self, words.scenes);
+    code = reproduce_find_scenes(&self, words.scenes);
     if (code == APP_EXIT_FINE) code = make_directories(&self);
     if (code == APP_EXIT_FINE) code = reproduce_find_conditions(&self);
     if (code == APP_EXIT_FINE) code = make_figures(&self, is_wanted);

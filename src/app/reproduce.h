@@ -51,7 +51,7 @@ typedef struct reproduce_item {
     const char *file, *caption;
 } reproduce_item;
 
-enum { REPRODUCE_ITEMS_MAX = 8 };
+enum { REPRODUCE_ITEMS_MAX = 10 };
 
 typedef struct reproduce_figure {
     const char *name, *title;
@@ -81,7 +81,8 @@ size_t reproduce_list_runs(const reproduce_run *runs[REPRODUCE_RUNS_MAX]);
 int reproduce_find_scenes(reproduce *self, const char *given);
 /* Whether the scene's file is there. */
 bool reproduce_has_scene(const reproduce *self, const reproduce_run *run);
-/* What is left of it to be made, in steps times triangles of cloth: foretells the time. */
+/* What is left of it to be made, in steps times triangles of cloth times what a scene's step costs:
+ * foretells the time. */
 int reproduce_weigh_run(const reproduce *self, const reproduce_run *run, double *work);
 /* Makes the run, or what is missing of it. */
 int reproduce_make_run(reproduce *self, const reproduce_run *run);
@@ -95,6 +96,12 @@ void reproduce_find_run(const reproduce *self, const reproduce_run *run,
                         char path[REPRODUCE_PATH_SIZE]);
 /* Whether it is there with at least two frames. */
 bool reproduce_has_run(const reproduce *self, const reproduce_run *run);
+/* The reports of the steps, as tulle_run_reader_get_reports gives them; an error too where they are
+ * fewer than the steps that the frames tell of. */
+tulle_status reproduce_get_reports(tulle_run_reader *reader, const tulle_step_report **reports,
+                                   size_t *count, tulle_error *error);
+/* Whether they are there; says so where not. */
+bool reproduce_has_reports(const reproduce *self, const reproduce_run *run);
 /* [m] the contact distance that the scene's world works with. */
 tulle_status reproduce_find_distance(const reproduce *self, const reproduce_run *run,
                                      double *distance, tulle_error *error);
@@ -106,7 +113,8 @@ int reproduce_find_conditions(reproduce *self);
 /* As the system names it, without commas. */
 void reproduce_find_processor(char name[REPRODUCE_MACHINE_SIZE]);
 /* Writes down that the run begins or goes on under self's conditions. */
-int reproduce_note_run(const reproduce *self, const reproduce_run *run);
+tulle_status reproduce_note_run(const reproduce *self, const reproduce_run *run, bool begins,
+                                tulle_error *error);
 /* The conditions of all steps of the run; "mixed" or "unknown". */
 void reproduce_read_conditions(const reproduce *self, const reproduce_run *run,
                                char conditions[REPRODUCE_CONDITIONS_SIZE]);
@@ -118,6 +126,8 @@ typedef struct reproduce_quick {
     long frames;
     const char *overrides[10]; /* as --set takes them; ends with null */
 } reproduce_quick;
+/* About what a step takes for each triangle of cloth [us]: foretells the time. */
+double reproduce_get_cost(const char *scene);
 /* Null for a scene that the table does not name. */
 const reproduce_quick *reproduce_find_quick(const char *scene);
 
@@ -139,6 +149,7 @@ typedef struct reproduce_verdict {
     uint32_t frame_count, bad_frame_count;
     uint64_t intersection_count;
     size_t cloth_vertices, cloth_triangles, obstacle_vertices, obstacle_triangles, step_count;
+    bool has_reports; /* of all steps; without them the sums over the steps are 0 */
     double simulated_seconds, step_seconds;
     uint64_t contacts, rescues; /* sums over the steps */
     double time_step;           /* [s] */
@@ -165,6 +176,12 @@ typedef struct reproduce_table {
 bool reproduce_table_begin(reproduce_table *table);
 /* Writes the file in the directory of the results. */
 int reproduce_table_end(const reproduce *self, reproduce_table *table, const char *file);
+/* Frees it, and no file appears; also of one that is zero or that was ended. */
+void reproduce_table_discard(reproduce_table *table);
+/* Writes the file if `code`, what came of making its rows, is fine, else discards it; the code, or
+ * that of writing. */
+int reproduce_table_finish(const reproduce *self, reproduce_table *table, const char *file,
+                           int code);
 /* Prints an error with its file; the exit code. */
 int reproduce_fail(const tulle_error *error);
 
@@ -216,7 +233,7 @@ void reproduce_frames_describe(const reproduce_frames *frames, char text[REPRODU
 int reproduce_counterexamples(reproduce *self, const reproduce_figure *figure);
 /* figure->runs: each animation by paper, bvox, refit and patches. */
 int reproduce_table1(reproduce *self, const reproduce_figure *figure);
-/* figure->runs: example one. */
+/* figure->runs: example one with low and with high friction. */
 int reproduce_fig7(reproduce *self, const reproduce_figure *figure);
 /* figure->runs: example one with low and with high friction. */
 int reproduce_fig6(reproduce *self, const reproduce_figure *figure);
@@ -228,6 +245,8 @@ int reproduce_stills(reproduce *self, const reproduce_figure *figure);
 /* Which frames are shown; false without any. */
 bool reproduce_find_stills(const reproduce *self, const reproduce_run *run,
                            uint32_t frames[REPRODUCE_STILLS]);
+/* Whether these are the bytes of a PNG from its head to its end. */
+bool reproduce_is_whole_picture(const char *bytes, size_t count);
 /* The picture's name in the directory of the results. */
 void reproduce_name_still(const reproduce_run *run, uint32_t frame, char file[REPRODUCE_PATH_SIZE]);
 

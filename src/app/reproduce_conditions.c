@@ -85,23 +85,21 @@ static tulle_status open_made(const reproduce *self, const reproduce_run *run, r
     return reproduce_kept_open(self, file, made_columns, made, error);
 }
 
-int reproduce_note_run(const reproduce *self, const reproduce_run *run) {
-    char path[REPRODUCE_PATH_SIZE], row[REPRODUCE_CONDITIONS_SIZE + 1];
-    tulle_error error = {0};
+tulle_status reproduce_note_run(const reproduce *self, const reproduce_run *run, bool begins,
+                                tulle_error *error) {
+    char row[REPRODUCE_CONDITIONS_SIZE + 1];
     reproduce_kept made = {0};
-    reproduce_find_run(self, run, path);
     snprintf(row, sizeof row, "%s\n", self->conditions);
-    tulle_status status = open_made(self, run, &made, &error);
-    bool const begins = !tulle_run_is_directory(path);
+    tulle_status status = open_made(self, run, &made, error);
     bool const is_known = status == TULLE_OK && reproduce_kept_find(&made, "");
     if (status == TULLE_OK && begins) reproduce_kept_forget(&made);
     if (status == TULLE_OK && !begins && !is_known)
-        status = reproduce_kept_add(&made, &error, "unknown\n");
+        status = reproduce_kept_add(&made, error, "unknown\n");
     if (status == TULLE_OK && !reproduce_kept_find(&made, row))
-        status = reproduce_kept_add(&made, &error, "%s", row);
-    if (status == TULLE_OK) status = reproduce_kept_save(&made, &error);
+        status = reproduce_kept_add(&made, error, "%s", row);
+    if (status == TULLE_OK) status = reproduce_kept_save(&made, error);
     reproduce_kept_close(&made);
-    return status == TULLE_OK ? APP_EXIT_FINE : reproduce_fail(&error);
+    return status;
 }
 
 void reproduce_read_conditions(const reproduce *self, const reproduce_run *run,

@@ -28,7 +28,7 @@ enum {
     VERTICES = (COLUMNS + 1) * (ROWS + 1),
     TRIANGLES = 2 * COLUMNS * ROWS
 };
-enum { FRAMES_QUICK = 50, FRAMES_FULL = 600 };
+enum { FRAMES_QUICK = 50, FRAMES_FULL = 600, COUNTS = 5 /* of a frame, in its row */ };
 
 /* A band about the z axis: radius from inner to outer, at both ends of the motion. */
 typedef struct band_motion {
@@ -248,9 +248,12 @@ static bool find_counts(scene_look *look, uint32_t frame, frame_counts *counts) 
     char key[16];
     snprintf(key, sizeof key, "%u,", (unsigned)frame);
     const char *const row = reproduce_kept_find(&look->kept, key);
-    return row && sscanf(row, "%" SCNu64 ",%" SCNu64 ",%" SCNu64 ",%" SCNu64 ",%" SCNu64,
-                         &counts->events, &counts->patches, &counts->paper_found,
-                         &counts->paper_missed, &counts->proven_missed) == 5;
+    int length = 0;
+    return row &&
+           sscanf(row, "%" SCNu64 ",%" SCNu64 ",%" SCNu64 ",%" SCNu64 ",%" SCNu64 "%n",
+                  &counts->events, &counts->patches, &counts->paper_found, &counts->paper_missed,
+                  &counts->proven_missed, &length) == COUNTS &&
+           reproduce_kept_is_end(row, length);
 }
 
 static tulle_status search_frame(scene_look *look, uint32_t frame, frame_counts *counts,
@@ -324,21 +327,28 @@ static tulle_status look_at_run(reproduce *self, const reproduce_run *run, FILE 
     return status;
 }
 
-int reproduce_counterexamples(reproduce *self, const reproduce_figure *figure) {
+static int make_motions(const reproduce *self) {
     tulle_error error = {0};
     reproduce_table table;
     if (!reproduce_table_begin(&table)) return APP_EXIT_OUT_OF_MEMORY;
-    tulle_status status = look_at_motions(self, table.stream, &error);
-    int code = reproduce_table_end(self, &table, "counterexamples_motions.csv");
-    if (status != TULLE_OK) return reproduce_fail(&error);
+    tulle_status const status = look_at_motions(self, table.stream, &error);
+    int const code = status == TULLE_OK ? APP_EXIT_FINE : reproduce_fail(&error);
+    return reproduce_table_finish(self, &table, "counterexamples_motions.csv", code);
+}
+
+int reproduce_counterexamples(reproduce *self, const reproduce_figure *figure) {
+    tulle_error error = {0};
+    reproduce_table table;
+    int code = make_motions(self);
     if (code != APP_EXIT_FINE) return code;
     if (!reproduce_table_begin(&table)) return APP_EXIT_OUT_OF_MEMORY;
     fputs("run,frames,contact_distance_mm,events,paper_patches,paper_found,paper_missed,"
           "frames_with_missed,proven_missed\n",
           table.stream);
+    tulle_status status = TULLE_OK;
     for (size_t i = 0; i < figure->run_count && status == TULLE_OK; i++)
         if (reproduce_has_run(self, &figure->runs[i]))
             status = look_at_run(self, &figure->runs[i], table.stream, &error);
-    code = reproduce_table_end(self, &table, "counterexamples_scenes.csv");
-    return status != TULLE_OK ? reproduce_fail(&error) : code;
+    if (status != TULLE_OK) code = reproduce_fail(&error);
+    return reproduce_table_finish(self, &table, "counterexamples_scenes.csv", code);
 }

@@ -18,7 +18,7 @@ enum { SCENES = 2 };
 
 /* What tells slipping from staying, in one frame or as a mean. */
 typedef struct friction_facts {
-    double stick_share;   /* of the contacts that bear on friction; 0 without any */
+    double stick_share;   /* of the contacts that bear on friction, 0 without any; NAN: not known */
     double way;           /* [m] mean over the vertices, from the first frame */
     double centre_height; /* [m] mean over the vertices */
 } friction_facts;
@@ -49,7 +49,14 @@ static void add_facts(friction_facts *sum, friction_facts facts, double weight) 
 static void plot_facts(plot_page *page, const char *name, double time, friction_facts facts) {
     double const values[] = {facts.stick_share, facts.way, facts.centre_height};
     for (int i = 0; i < 3; i++)
-        plot_add_point(page, plot_get_series(&page->panels[i], name), time, values[i]);
+        if (isfinite(values[i]))
+            plot_add_point(page, plot_get_series(&page->panels[i], name), time, values[i]);
+}
+
+/* A share that is not known is an empty cell. */
+static void write_facts(FILE *stream, friction_facts facts) {
+    if (isfinite(facts.stick_share)) fprintf(stream, "%.4g", facts.stick_share);
+    fprintf(stream, ",%.5g,%.5g\n", facts.way, facts.centre_height);
 }
 
 /* Every frame of a run; *last: the mean of its end. */
@@ -58,8 +65,9 @@ static tulle_status measure_frames(const char *name, reproduce_frames *frames, c
     tulle_error error = {0};
     const tulle_step_report *reports = NULL;
     size_t report_count = 0;
-    tulle_status status =
-        tulle_run_reader_get_reports(frames->reader, &reports, &report_count, &error);
+    bool const has_reports =
+        reproduce_get_reports(frames->reader, &reports, &report_count, NULL) == TULLE_OK;
+    tulle_status status = TULLE_OK;
     uint32_t const count = frames->info->frame_count;
     uint32_t const from = count - 1 - (uint32_t)(LAST_SHARE * (count - 1));
     *last = (friction_facts){0};
@@ -69,11 +77,11 @@ static tulle_status measure_frames(const char *name, reproduce_frames *frames, c
         status = reproduce_frames_read(frames, frame, &error);
         (void)tulle_run_reader_get_frame(frames->reader, frame, &time, &step, NULL);
         friction_facts facts = measure_cloth(frames, first);
-        if (step > 0 && step <= report_count)
-            facts.stick_share = get_stick_share(&reports[step - 1]);
+        facts.stick_share =
+            has_reports && step > 0 ? get_stick_share(&reports[step - 1]) : (double)NAN;
         if (frame >= from) add_facts(last, facts, 1.0 / (double)(count - from));
-        fprintf(table->stream, "%s,%u,%.6g,%.4g,%.5g,%.5g\n", name, (unsigned)frame, time,
-                facts.stick_share, facts.way, facts.centre_height);
+        fprintf(table->stream, "%s,%u,%.6g,", name, (unsigned)frame, time);
+        write_facts(table->stream, facts);
         plot_facts(page, name, time, facts);
     }
     if (status != TULLE_OK) app_print_error("reproduce", &error);
@@ -104,6 +112,15 @@ static tulle_status measure_run(reproduce *self, const reproduce_run *run, repro
     return status;
 }
 
+static void write_finding(FILE *stream, const char *finding, double low, double high,
+                          bool is_high_more) {
+    if (!isfinite(low) || !isfinite(high))
+        fprintf(stream, "%s,,,not known\n", finding);
+    else
+        fprintf(stream, "%s,%.5g,%.5g,%s\n", finding, low, high,
+                (is_high_more ? high > low : high < low) ? "yes" : "no");
+}
+
 /* The first run is that with low friction. */
 static int write_summary(const reproduce *self, const reproduce_figure *figure,
                          const friction_facts last[SCENES]) {
@@ -113,20 +130,18 @@ static int write_summary(const reproduce *self, const reproduce_figure *figure,
     for (int i = 0; i < SCENES; i++) {
         char name[REPRODUCE_PATH_SIZE];
         reproduce_name_run(&figure->runs[i], name);
-        fprintf(table.stream, "%s,%.4g,%.5g,%.5g\n", name, last[i].stick_share, last[i].way,
-                last[i].centre_height);
+        fprintf(table.stream, "%s,", name);
+        write_facts(table.stream, last[i]);
     }
     int code = reproduce_table_end(self, &table, "fig6.csv");
     if (code != APP_EXIT_FINE || !reproduce_table_begin(&table)) return code;
     fputs("finding,low,high,verdict\n", table.stream);
-    fprintf(table.stream, "more contacts stick with high friction,%.4g,%.4g,%s\n",
-            last[0].stick_share, last[1].stick_share,
-            last[1].stick_share > last[0].stick_share ? "yes" : "no");
-    fprintf(table.stream, "the cloth goes less far with high friction,%.5g,%.5g,%s\n", last[0].way,
-            last[1].way, last[1].way < last[0].way ? "yes" : "no");
-    fprintf(table.stream, "its centre stays higher with high friction,%.5g,%.5g,%s\n",
-            last[0].centre_height, last[1].centre_height,
-            last[1].centre_height > last[0].centre_height ? "yes" : "no");
+    write_finding(table.stream, "more contacts stick with high friction", last[0].stick_share,
+                  last[1].stick_share, true);
+    write_finding(table.stream, "the cloth goes less far with high friction", last[0].way,
+                  last[1].way, false);
+    write_finding(table.stream, "its centre stays higher with high friction", last[0].centre_height,
+                  last[1].centre_height, true);
     return reproduce_table_end(self, &table, "fig6_findings.csv");
 }
 
@@ -145,8 +160,9 @@ int reproduce_fig6(reproduce *self, const reproduce_figure *figure) {
     tulle_status status = TULLE_OK;
     for (int i = 0; i < SCENES && status == TULLE_OK; i++)
         status = measure_run(self, &figure->runs[i], &table, &page, &last[i]);
-    int code = reproduce_table_end(self, &table, "fig6_frames.csv");
-    if (status != TULLE_OK) code = app_exit_for_run(status);
+    int code =
+        reproduce_table_finish(self, &table, "fig6_frames.csv",
+                               status == TULLE_OK ? APP_EXIT_FINE : app_exit_for_run(status));
     if (code == APP_EXIT_FINE) code = write_summary(self, figure, last);
     if (code == APP_EXIT_FINE) code = plot_draw(self, &page, "fig6.svg");
     plot_release(&page);

@@ -1,52 +1,47 @@
 /* app/reproduce_fig7.c - Fig. 7: what self-collision detection of the recorded frames of example
  * one costs at patch angles from 30 to 89 degrees, by the paper's rules, by patches that are proven
- * and by ours, which live from frame to frame; with obstacles too at three angles. Sums, tables and
- * plots of what reproduce_fig7_measure.c measures.
+ * and by ours, which live from frame to frame; with obstacles too at three angles. All angles take
+ * turns on each frame, so that the machine's other load troubles all of them alike.
  *
  * Based on: Wong, Baciu, Dynamic interaction between deformable surfaces and nonsmooth objects,
  * 2005, section 6, Fig. 7. */
 #include "app/reproduce_fig7.h"
 #include "app/commands.h"
-#include "app/reproduce_plot.h"
 
-#include <inttypes.h>
 #include <stdlib.h>
 
 enum { FRAMES_QUICK = 100, FRAMES_FULL = 600 };
-static const double MS = 1000.0;                                                     /* [ms/s] */
-static const double angles[] = {30, 35, 40, 45, 50, 55, 60, 65, 70, 75, 80, 85, 89}; /* [degrees] */
-enum { ANGLE_COUNT = sizeof angles / sizeof angles[0] };
+static const double MS = 1000.0; /* [ms/s] */
+static const double all_angles[] = {30, 35, 40, 45, 50, 55, 60, 65, 70, 75, 80, 85, 89};
+static const double few_angles[] = {30, 60, 85};
 
-/* What the paper tells, for the angles that it tells of. */
-static const struct {
-    double angle;
-    double self_seconds;  /* [s] a frame; 0: not told */
-    double self_total;    /* [s] over the run */
-    double total_seconds; /* [s] over the run, obstacles too */
-} published[] = {{30, 0.8, 1910, 2070}, {60, 0, 700, 860}, {85, 0.23, 540, 780}};
-enum { PUBLISHED_COUNT = sizeof published / sizeof published[0] };
+/* The tables and plots of Fig. 7, and one more table of the run with high friction. */
+enum { ALL_COUNT = sizeof all_angles / sizeof all_angles[0], FEW_COUNT = 3 };
 
-/* Sums over the frames that were looked at, for each of the rules. */
-typedef struct angle_sums {
-    double angle; /* [degrees] */
-    uint32_t frames;
-    fig7_times sums[FIG7_RULES];
-} angle_sums;
+static const fig7_published published[] = {
+    {30, 0.8, 1910, 2070}, {60, 0, 700, 860}, {85, 0.23, 540, 780}, {89, 0.26, 0, 0}};
 
-typedef struct fig7 {
-    reproduce *self;
-    reproduce_frames cloth, all; /* without and with obstacles */
-    reproduce_table by_angle, by_frame, totals;
-    plot_page means, curves, sums, shares;
-    double first_self[FIG7_RULES], first_total[FIG7_RULES]; /* [s] a frame at the first angle */
-    double best_angle, best_seconds;                        /* of the paper's rules */
-} fig7;
+const fig7_published *fig7_find_published(double angle) {
+    for (size_t i = 0; i < sizeof published / sizeof published[0]; i++)
+        if (published[i].angle == angle) return &published[i];
+    return NULL;
+}
 
-/* Index in `published`, or -1. */
-static int find_published(double angle) {
-    for (int i = 0; i < PUBLISHED_COUNT; i++)
-        if (published[i].angle == angle) return i;
-    return -1;
+bool fig7_has_curve(double angle) {
+    const fig7_published *const told = fig7_find_published(angle);
+    return told && told->total_seconds > 0.0;
+}
+
+double fig7_get_mean(const fig7 *figure, int index, fig7_rules by) {
+    return figure->sums[index].sums[by].total / (double)figure->looks;
+}
+
+double fig7_get_total(const fig7 *figure, int index, fig7_rules by) {
+    return figure->sums[index].sums[by].with_obstacles / (double)figure->looks;
+}
+
+double fig7_get_share(double seconds, const fig7_times *of) {
+    return of->total > 0.0 ? 100.0 * seconds / of->total : 0.0;
 }
 
 static void add_times(fig7_times *sum, const fig7_times *times) {
@@ -61,247 +56,114 @@ static void add_times(fig7_times *sum, const fig7_times *times) {
     sum->patch_triangles += times->patch_triangles;
 }
 
-/* A frame in the sums, and one by one where the paper tells its curve. */
-static void add_frame(fig7 *figure, angle_sums *of, uint32_t frame,
-                      const fig7_times times[FIG7_RULES]) {
+/* A frame at one angle: in the sums, and one by one where the paper shows its curve. */
+static void add_frame(fig7 *figure, int index, uint32_t frame, const fig7_times times[FIG7_RULES]) {
     double time = 0.0;
-    (void)tulle_run_reader_get_frame(figure->cloth.reader, frame, &time, NULL, NULL);
-    of->frames++;
+    double const angle = figure->angles[index];
+    (void)tulle_run_reader_get_frame(figure->frames.cloth.reader, frame, &time, NULL, NULL);
     for (fig7_rules by = 0; by < FIG7_RULES; by++) {
-        add_times(&of->sums[by], &times[by]);
-        if (find_published(of->angle) < 0) continue;
-        double const ms = MS * times[by].total;
-        fprintf(figure->by_frame.stream, "%s,%.0f,%u,%.6g,%.5g\n", fig7_rules_names[by], of->angle,
-                (unsigned)frame, time, ms);
-        char name[PLOT_NAME_SIZE];
-        snprintf(name, sizeof name, "%.0f degrees", of->angle);
-        plot_panel *const panel = &figure->curves.panels[by == FIG7_PATCHES];
-        if (by != FIG7_PROVEN)
-            plot_add_point(&figure->curves, plot_get_series(panel, name), frame, ms);
+        add_times(&figure->sums[index].sums[by], &times[by]);
+        if (fig7_has_curve(angle))
+            fprintf(figure->by_frame.stream, "%s,%.0f,%u,%.6g,%.5g,%.5g\n", fig7_rules_names[by],
+                    angle, (unsigned)frame, time, MS * times[by].total,
+                    MS * times[by].with_obstacles);
     }
+    if (fig7_has_curve(angle)) fig7_plot_frame(figure, angle, frame, times);
 }
 
-/* [%] of the whole. */
-static double get_share(double seconds, const fig7_times *of) {
-    return of->total > 0.0 ? 100.0 * seconds / of->total : 0.0;
-}
-
-/* A number that the paper tells, or nothing. */
-static void write_published(FILE *stream, double value) {
-    if (value > 0.0)
-        fprintf(stream, ",%g", value);
-    else
-        fputc(',', stream);
-}
-
-static void write_angle(fig7 *figure, const angle_sums *of) {
-    FILE *const stream = figure->by_angle.stream;
-    double const run_frames = (double)figure->cloth.info->frame_count - 1.0;
-    int const told = find_published(of->angle);
-    for (fig7_rules by = 0; by < FIG7_RULES; by++) {
-        const fig7_times *const sums = &of->sums[by];
-        double const mean = sums->total / (double)of->frames;
-        fprintf(stream, "%s,%.0f,%.5g,%.5g,%.3g,%.3g,%.3g,%.3g,%.4g,%.3g,%" PRIu64,
-                fig7_rules_names[by], of->angle, MS * mean, mean * run_frames,
-                get_share(sums->partition, sums), get_share(sums->trees, sums),
-                get_share(sums->traversal, sums), get_share(sums->intrinsic, sums),
-                (double)sums->patches / (double)of->frames,
-                100.0 * (double)sums->patch_triangles /
-                    ((double)of->frames * (double)figure->cloth.triangle_count),
-                sums->events);
-        bool const is_paper = by == FIG7_PAPER && told >= 0;
-        write_published(stream, is_paper ? MS * published[told].self_seconds : 0.0);
-        write_published(stream, is_paper ? published[told].self_total : 0.0);
-        fputc('\n', stream);
-        if (by == FIG7_PAPER && (figure->best_seconds == 0.0 || mean < figure->best_seconds)) {
-            figure->best_seconds = mean;
-            figure->best_angle = of->angle;
-        }
+/* One frame at every angle. Each frame begins with another one, which finds the frame's positions
+ * not yet in the processor's caches. */
+static tulle_status look_at_frame(fig7 *figure, uint32_t frame, uint64_t work, tulle_error *error) {
+    fig7_times times[FIG7_ANGLES_MAX][FIG7_RULES];
+    int const count = figure->angle_count;
+    tulle_status status = TULLE_OK;
+    for (int k = 0; k < count && status == TULLE_OK; k++) {
+        int const index = (k + (int)(figure->looks % (uint32_t)count)) % count;
+        status = fig7_pass_look(&figure->passes[index], frame, times[index], error);
+        reproduce_show_work(figure->self, "fig7",
+                            (uint64_t)figure->looks * (uint64_t)count + (uint64_t)k + 1, work);
     }
+    for (int i = 0; i < count && status == TULLE_OK; i++) add_frame(figure, i, frame, times[i]);
+    figure->looks += status == TULLE_OK;
+    return status;
 }
 
-static void plot_angle(fig7 *figure, const angle_sums *of) {
-    for (fig7_rules by = 0; by < FIG7_RULES; by++) {
-        const fig7_times *const sums = &of->sums[by];
-        double const mean = sums->total / (double)of->frames;
-        if (of->angle == angles[0]) figure->first_self[by] = mean;
-        plot_panel *const panels = figure->means.panels;
-        plot_add_point(&figure->means, plot_get_series(&panels[0], fig7_rules_names[by]), of->angle,
-                       MS * mean);
-        plot_add_point(&figure->means, plot_get_series(&panels[1], fig7_rules_names[by]), of->angle,
-                       mean / figure->first_self[by]);
-        if (by == FIG7_PROVEN) continue;
-        plot_panel *const panel = &figure->shares.panels[by == FIG7_PATCHES];
-        double const parts[] = {sums->partition, sums->trees, sums->traversal, sums->intrinsic};
-        static const char *const names[] = {"partition", "trees", "traversal", "intrinsic test"};
-        for (int i = 0; i < 4; i++)
-            plot_add_point(&figure->shares, plot_get_series(panel, names[i]), of->angle,
-                           get_share(parts[i], sums));
-    }
-}
-
-static void write_total(fig7 *figure, const angle_sums *of) {
-    int const told = find_published(of->angle);
-    double const run_frames = (double)figure->cloth.info->frame_count - 1.0;
-    if (told < 0) return;
-    for (fig7_rules by = 0; by < FIG7_RULES; by++) {
-        double const self = of->sums[by].total / (double)of->frames;
-        double const total = of->sums[by].with_obstacles / (double)of->frames;
-        if (told == 0) figure->first_total[by] = total;
-        fprintf(figure->totals.stream, "%s,%.0f,%.5g,%.5g,%.5g,%.4g,%g,%g,%.4g\n",
-                fig7_rules_names[by], of->angle, MS * total, self * run_frames, total * run_frames,
-                total / figure->first_total[by], published[told].self_total,
-                published[told].total_seconds,
-                published[told].total_seconds / published[0].total_seconds);
-        plot_add_point(&figure->sums,
-                       plot_get_series(&figure->sums.panels[0], fig7_rules_names[by]), of->angle,
-                       total / figure->first_total[by]);
-    }
-    plot_series *const paper = plot_get_series(&figure->sums.panels[0], "published");
-    if (paper) paper->is_published = true;
-    plot_add_point(&figure->sums, paper, of->angle,
-                   published[told].total_seconds / published[0].total_seconds);
-}
-
-static tulle_status look_at_angle(fig7 *figure, int index, tulle_error *error) {
-    angle_sums of = {.angle = angles[index]};
-    uint32_t const count = figure->cloth.info->frame_count;
+static tulle_status look_at_frames(fig7 *figure, tulle_error *error) {
+    uint32_t const count = figure->frames.cloth.info->frame_count;
     uint32_t const most = figure->self->is_quick ? FRAMES_QUICK : FRAMES_FULL;
     uint32_t const stride = reproduce_find_stride(count, most);
-    uint32_t const looks = reproduce_count_looks(count, most);
-    fig7_pass pass = {.self = figure->self,
-                      .angle = of.angle,
-                      .cloth = &figure->cloth,
-                      .obstacles = find_published(of.angle) >= 0 ? &figure->all : NULL};
-    tulle_status status = fig7_pass_begin(&pass, error);
-    for (uint32_t frame = 1; frame < count && status == TULLE_OK; frame += stride) {
-        fig7_times times[FIG7_RULES];
-        status = fig7_pass_look(&pass, frame, times, error);
-        if (status == TULLE_OK) add_frame(figure, &of, frame, times);
-        reproduce_show_work(figure->self, "fig7", (uint64_t)index * looks + of.frames,
-                            (uint64_t)ANGLE_COUNT * looks);
+    uint64_t const work =
+        (uint64_t)reproduce_count_looks(count, most) * (uint64_t)figure->angle_count;
+    tulle_status status = TULLE_OK;
+    for (int i = 0; i < figure->angle_count && status == TULLE_OK; i++) {
+        figure->sums[i].angle = figure->angles[i];
+        figure->passes[i] = (fig7_pass){.self = figure->self,
+                                        .angle = figure->angles[i],
+                                        .frames = &figure->frames,
+                                        .has_obstacles = fig7_has_curve(figure->angles[i])};
+        status = fig7_pass_begin(&figure->passes[i], figure->label, error);
     }
-    status = fig7_pass_end(&pass, status, error);
-    if (status != TULLE_OK) return status;
-    write_angle(figure, &of);
-    plot_angle(figure, &of);
-    write_total(figure, &of);
-    return TULLE_OK;
-}
-
-static plot_panel make_panel(const char *title, const char *x_label, const char *y_label) {
-    return (plot_panel){.title = title, .x_label = x_label, .y_label = y_label};
-}
-
-static void name_panels(fig7 *figure) {
-    static const char *const axis = "largest surface angle [degrees]";
-    figure->means.panels[0] = make_panel("Self-collision of a frame", axis, "mean time [ms]");
-    figure->means.panels[1] = make_panel("The same, in times of 30 degrees", axis, "ratio");
-    figure->curves.panels[0] =
-        make_panel("Self-collision frame by frame, the rules of the paper", "frame", "time [ms]");
-    figure->curves.panels[1] =
-        make_panel("Self-collision frame by frame, patches kept and proven", "frame", "time [ms]");
-    figure->sums.panels[0] =
-        make_panel("Detection with obstacles, in times of 30 degrees", axis, "ratio");
-    figure->shares.panels[0] = make_panel("Shares, the rules of the paper", axis, "share [%]");
-    figure->shares.panels[1] = make_panel("Shares, patches kept and proven", axis, "share [%]");
-    figure->means.panel_count = figure->curves.panel_count = figure->shares.panel_count = 2;
-    figure->sums.panel_count = 1;
-    plot_series *const paper = plot_get_series(&figure->means.panels[1], "published");
-    paper->is_published = true;
-    for (int i = 0; i < PUBLISHED_COUNT; i++)
-        if (published[i].self_seconds > 0.0)
-            plot_add_point(&figure->means, paper, published[i].angle,
-                           published[i].self_seconds / published[0].self_seconds);
-}
-
-static bool begin_tables(fig7 *figure) {
-    if (!reproduce_table_begin(&figure->by_angle)) return false;
-    if (!reproduce_table_begin(&figure->by_frame)) return false;
-    if (!reproduce_table_begin(&figure->totals)) return false;
-    fputs("rules,angle,self_ms,self_run_seconds,partition_percent,trees_percent,traversal_percent,"
-          "intrinsic_percent,patches,patch_triangles_percent,events,published_self_ms,"
-          "published_self_run_seconds\n",
-          figure->by_angle.stream);
-    fputs("rules,angle,frame,time,self_ms\n", figure->by_frame.stream);
-    fputs("rules,angle,total_ms,self_run_seconds,total_run_seconds,ratio_to_30,"
-          "published_self_run_seconds,published_total_run_seconds,published_ratio_to_30\n",
-          figure->totals.stream);
-    return true;
-}
-
-static int end_tables(fig7 *figure) {
-    const struct {
-        reproduce_table *table;
-        const char *file;
-    } all[] = {{&figure->by_angle, "fig7_angles.csv"},
-               {&figure->by_frame, "fig7_frames.csv"},
-               {&figure->totals, "fig7_totals.csv"}};
-    int code = APP_EXIT_FINE;
-    for (size_t i = 0; i < sizeof all / sizeof all[0]; i++) {
-        int const written = reproduce_table_end(figure->self, all[i].table, all[i].file);
-        if (code == APP_EXIT_FINE) code = written;
-    }
-    return code;
-}
-
-static int write_findings(fig7 *figure) {
-    reproduce_table table;
-    if (!reproduce_table_begin(&table)) return APP_EXIT_OUT_OF_MEMORY;
-    fputs("finding,ours,published\n", table.stream);
-    fprintf(table.stream, "best angle of the paper's rules [degrees],%.0f,85\n",
-            figure->best_angle);
-    fprintf(table.stream, "time at 30 degrees over time at the best angle,%.3g,%.3g\n",
-            figure->first_self[FIG7_PAPER] / figure->best_seconds,
-            published[0].self_seconds / published[PUBLISHED_COUNT - 1].self_seconds);
-    return reproduce_table_end(figure->self, &table, "fig7_findings.csv");
-}
-
-static int draw(fig7 *figure) {
-    int code = plot_draw(figure->self, &figure->means, "fig7a.svg");
-    if (code == APP_EXIT_FINE) code = plot_draw(figure->self, &figure->curves, "fig7b.svg");
-    if (code == APP_EXIT_FINE) code = plot_draw(figure->self, &figure->sums, "fig7c.svg");
-    if (code == APP_EXIT_FINE) code = plot_draw(figure->self, &figure->shares, "fig7d.svg");
-    return code;
-}
-
-static int make_figure(fig7 *figure, const reproduce_run *run) {
-    tulle_error error = {0};
-    tulle_status status = reproduce_frames_open(figure->self, run, false, &figure->cloth, &error);
-    if (status == TULLE_OK)
-        status = reproduce_frames_open(figure->self, run, true, &figure->all, &error);
-    if (status != TULLE_OK) return reproduce_fail(&error);
-    name_panels(figure);
     reproduce_begin_work(figure->self);
-    for (int i = 0; i < ANGLE_COUNT && status == TULLE_OK; i++)
-        status = look_at_angle(figure, i, &error);
+    for (uint32_t frame = 1; frame < count && status == TULLE_OK; frame += stride)
+        status = look_at_frame(figure, frame, work, error);
     reproduce_end_work(figure->self);
+    for (int i = 0; i < figure->angle_count; i++)
+        status = fig7_pass_end(&figure->passes[i], status, error);
+    return status;
+}
+
+static int measure(fig7 *figure, const reproduce_run *run) {
+    tulle_error error = {0};
+    reproduce *const self = figure->self;
+    if (!reproduce_table_begin(&figure->by_frame)) return APP_EXIT_OUT_OF_MEMORY;
+    fputs("rules,angle,frame,time,self_ms,total_ms\n", figure->by_frame.stream);
+    tulle_status status = reproduce_frames_open(self, run, false, &figure->frames.cloth, &error);
+    if (status == TULLE_OK)
+        status = reproduce_frames_open(self, run, true, &figure->frames.all, &error);
+    if (status == TULLE_OK) status = look_at_frames(figure, &error);
     return status == TULLE_OK ? APP_EXIT_FINE : reproduce_fail(&error);
 }
 
-static void discard_table(reproduce_table *table) {
-    if (table->stream) fclose(table->stream);
-    free(table->bytes);
+/* All angles, all tables and plots. */
+static int make_whole(fig7 *figure, const reproduce_run *run) {
+    figure->label = "";
+    figure->angles = all_angles;
+    figure->angle_count = ALL_COUNT;
+    int code = measure(figure, run);
+    code = reproduce_table_finish(figure->self, &figure->by_frame, "fig7_frames.csv", code);
+    if (code == APP_EXIT_FINE) code = fig7_write_angles(figure, "fig7_angles.csv");
+    if (code == APP_EXIT_FINE) code = fig7_write_totals(figure);
+    if (code == APP_EXIT_FINE) code = fig7_write_findings(figure);
+    if (code == APP_EXIT_FINE) code = fig7_draw(figure);
+    return code;
 }
 
-int reproduce_fig7(reproduce *self, const reproduce_figure *of) {
-    if (!reproduce_has_run(self, &of->runs[0])) return APP_EXIT_FINE;
+/* Three angles, one table. */
+static int make_short(fig7 *figure, const reproduce_run *run) {
+    figure->label = "high_";
+    figure->angles = few_angles;
+    figure->angle_count = FEW_COUNT;
+    int const code = measure(figure, run);
+    return code == APP_EXIT_FINE ? fig7_write_angles(figure, "fig7_high.csv") : code;
+}
+
+static int make(reproduce *self, const reproduce_run *run,
+                int (*make_part)(fig7 *figure, const reproduce_run *run)) {
+    if (!reproduce_has_run(self, run)) return APP_EXIT_FINE;
     fig7 *const figure = calloc(1, sizeof *figure);
     if (!figure) return APP_EXIT_OUT_OF_MEMORY;
     figure->self = self;
-    int code = begin_tables(figure) ? make_figure(figure, &of->runs[0]) : APP_EXIT_OUT_OF_MEMORY;
-    if (code == APP_EXIT_FINE) code = end_tables(figure);
-    if (code == APP_EXIT_FINE) code = write_findings(figure);
-    if (code == APP_EXIT_FINE) code = draw(figure);
-    discard_table(&figure->by_angle);
-    discard_table(&figure->by_frame);
-    discard_table(&figure->totals);
-    plot_release(&figure->means);
+    int const code = make_part(figure, run);
+    reproduce_table_discard(&figure->by_frame);
     plot_release(&figure->curves);
-    plot_release(&figure->sums);
-    plot_release(&figure->shares);
-    reproduce_frames_close(&figure->cloth);
-    reproduce_frames_close(&figure->all);
+    plot_release(&figure->totals);
+    reproduce_frames_close(&figure->frames.cloth);
+    reproduce_frames_close(&figure->frames.all);
     free(figure);
     return code;
+}
+
+int reproduce_fig7(reproduce *self, const reproduce_figure *of) {
+    int const code = make(self, &of->runs[0], make_whole);
+    return code == APP_EXIT_FINE ? make(self, &of->runs[1], make_short) : code;
 }

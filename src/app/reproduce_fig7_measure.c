@@ -12,25 +12,26 @@
 #include <inttypes.h>
 
 enum { PARTS = 9 };
-const char *const fig7_rules_names[FIG7_RULES] = {"paper", "proven", "patches"};
+const char *const fig7_rules_names[FIG7_RULES] = {"paper", "proven", "patches", "bvox"};
 
 static tulle_detect_def use_rules(tulle_detect_def def, fig7_rules by, double angle) {
     if (by == FIG7_PAPER) return reproduce_use_paper_rules(def, angle);
     tulle_detect_def made = reproduce_use_proof(def, angle);
     if (by == FIG7_PATCHES) made.method = TULLE_DETECT_PATCHES;
+    if (by == FIG7_BVOX) made.method = TULLE_DETECT_BVOX;
     return made;
 }
 
-tulle_status fig7_pass_begin(fig7_pass *pass, tulle_error *error) {
+tulle_status fig7_pass_begin(fig7_pass *pass, const char *label, tulle_error *error) {
     char frames[REPRODUCE_TEXT_SIZE], head[2 * REPRODUCE_TEXT_SIZE], file[64];
-    reproduce_frames_describe(pass->cloth, frames);
+    reproduce_frames_describe(&pass->frames->cloth, frames);
     snprintf(head, sizeof head,
              "# conditions %s build %s %s angle %g%s\n"
              "frame,rules,partition,trees,traversal,intrinsic,total,with_obstacles,events,patches,"
              "patch_triangles\n",
              pass->self->conditions, pass->self->build, frames, pass->angle,
-             pass->obstacles ? " obstacles" : "");
-    snprintf(file, sizeof file, "measured/fig7_%g.csv", pass->angle);
+             pass->has_obstacles ? " obstacles" : "");
+    snprintf(file, sizeof file, "measured/fig7_%s%g.csv", label, pass->angle);
     return reproduce_kept_open(pass->self, file, head, &pass->kept, error);
 }
 
@@ -74,27 +75,33 @@ static tulle_status make_detector(const fig7_pass *pass, const reproduce_frames 
 static tulle_status make_detectors(fig7_pass *pass, tulle_error *error) {
     tulle_status status = TULLE_OK;
     for (fig7_rules by = 0; by < FIG7_RULES && status == TULLE_OK; by++) {
-        status = make_detector(pass, pass->cloth, by, &pass->detectors[by], error);
-        if (status == TULLE_OK && pass->obstacles)
-            status = make_detector(pass, pass->obstacles, by, &pass->with_obstacles[by], error);
+        status = make_detector(pass, &pass->frames->cloth, by, &pass->detectors[by], error);
+        if (status == TULLE_OK && pass->has_obstacles)
+            status = make_detector(pass, &pass->frames->all, by, &pass->with_obstacles[by], error);
     }
     pass->is_begun = true;
     return status;
 }
 
-/* All detectors on one frame, one after the other, so that a busy machine troubles all alike. */
+static tulle_status read_frames(fig7_frames *frames, uint32_t frame, tulle_error *error) {
+    if (frames->frame == frame) return TULLE_OK;
+    tulle_status status = reproduce_frames_read(&frames->cloth, frame, error);
+    if (status == TULLE_OK) status = reproduce_frames_read(&frames->all, frame, error);
+    frames->frame = status == TULLE_OK ? frame : 0;
+    return status;
+}
+
+/* All detectors on one frame, one after the other. */
 static tulle_status measure(fig7_pass *pass, uint32_t frame, fig7_times times[FIG7_RULES],
                             tulle_error *error) {
-    tulle_status status = reproduce_frames_read(pass->cloth, frame, error);
-    if (status == TULLE_OK && pass->obstacles)
-        status = reproduce_frames_read(pass->obstacles, frame, error);
+    tulle_status status = read_frames(pass->frames, frame, error);
     if (status == TULLE_OK && !pass->is_begun) status = make_detectors(pass, error);
     for (fig7_rules by = 0; by < FIG7_RULES && status == TULLE_OK; by++) {
         bool const warms_up = by == FIG7_PATCHES;
         fig7_times with = {0};
-        status = ask(pass->detectors[by], pass->cloth, warms_up, &times[by], error);
-        if (status == TULLE_OK && pass->obstacles)
-            status = ask(pass->with_obstacles[by], pass->obstacles, warms_up, &with, error);
+        status = ask(pass->detectors[by], &pass->frames->cloth, warms_up, &times[by], error);
+        if (status == TULLE_OK && pass->has_obstacles)
+            status = ask(pass->with_obstacles[by], &pass->frames->all, warms_up, &with, error);
         times[by].with_obstacles = with.total;
     }
     return status;
@@ -104,10 +111,13 @@ static bool find(fig7_pass *pass, uint32_t frame, fig7_rules by, fig7_times *tim
     char key[64];
     snprintf(key, sizeof key, "%u,%s,", (unsigned)frame, fig7_rules_names[by]);
     const char *const row = reproduce_kept_find(&pass->kept, key);
-    return row && sscanf(row, "%lf,%lf,%lf,%lf,%lf,%lf,%" SCNu64 ",%" SCNu64 ",%" SCNu64,
-                         &times->partition, &times->trees, &times->traversal, &times->intrinsic,
-                         &times->total, &times->with_obstacles, &times->events, &times->patches,
-                         &times->patch_triangles) == PARTS;
+    int length = 0;
+    return row &&
+           sscanf(row, "%lf,%lf,%lf,%lf,%lf,%lf,%" SCNu64 ",%" SCNu64 ",%" SCNu64 "%n",
+                  &times->partition, &times->trees, &times->traversal, &times->intrinsic,
+                  &times->total, &times->with_obstacles, &times->events, &times->patches,
+                  &times->patch_triangles, &length) == PARTS &&
+           reproduce_kept_is_end(row, length);
 }
 
 static tulle_status keep(fig7_pass *pass, uint32_t frame, const fig7_times times[FIG7_RULES],
@@ -134,11 +144,14 @@ tulle_status fig7_pass_look(fig7_pass *pass, uint32_t frame, fig7_times times[FI
         reproduce_skip_work(pass->self);
         return TULLE_OK;
     }
-    tulle_status const status = measure(pass, frame, times, error);
-    return status == TULLE_OK ? keep(pass, frame, times, error) : status;
+    bool const is_first = !pass->is_begun; /* saved at once: the file is there from the first on */
+    tulle_status status = measure(pass, frame, times, error);
+    if (status == TULLE_OK) status = keep(pass, frame, times, error);
+    return status == TULLE_OK && is_first ? reproduce_kept_save(&pass->kept, error) : status;
 }
 
 tulle_status fig7_pass_end(fig7_pass *pass, tulle_status status, tulle_error *error) {
+    if (!pass->self) return status;
     tulle_error ignored = {0};
     tulle_status const saved =
         reproduce_kept_save(&pass->kept, status == TULLE_OK ? error : &ignored);

@@ -69,8 +69,11 @@ tulle_status reproduce_frames_open(const reproduce *self, const reproduce_run *r
     frames->start = malloc(size);
     frames->end = malloc(size);
     frames->triangles = malloc(3 * frames->triangle_count * sizeof *frames->triangles + 1);
-    if (frames->surface_count == 0 || !frames->rest || !frames->start || !frames->end ||
-        !frames->triangles)
+    bool const has_memory = frames->bodies && frames->surfaces && frames->rest && frames->start &&
+                            frames->end && frames->triangles;
+    if (has_memory && frames->surface_count == 0)
+        return error_set(error, TULLE_ERROR_INVALID_ARGUMENT, "%s holds no cloth", path);
+    if (!has_memory)
         return error_set(error, TULLE_ERROR_OUT_OF_MEMORY, "no memory for two frames of %s", path);
     status = copy_meshes(frames, error);
     if (status != TULLE_OK) return status;

@@ -57,8 +57,8 @@ static void close_run(judged_run *judged) {
     tulle_run_reader_close(judged->reader);
 }
 
-static tulle_status judge_frame(judged_run *judged, uint32_t frame, int threads, size_t *pair_count,
-                                tulle_error *error) {
+static tulle_status judge_frame(judged_run *judged, uint32_t frame, int threads,
+                                uint64_t *pair_count, tulle_error *error) {
     size_t count = 0;
     for (size_t i = 0; i < judged->info->body_count; i++) {
         const tulle_run_body_info *const body = &judged->info->bodies[i];
@@ -93,6 +93,13 @@ static void format_head(const judged_run *judged, char text[128]) {
              judged->info->scene_hash);
 }
 
+/* Pairs that intersect, as the end of a frame's line tells them: digits and a line feed. */
+static bool read_pairs(const char *text, uint64_t *pairs) {
+    size_t const digits = strspn(text, "0123456789");
+    *pairs = strtoull(text, NULL, 10);
+    return digits > 0 && text[digits] == '\n';
+}
+
 /* Sums up the table; whether it is there, of this run and whole. */
 static bool read_table(const reproduce *self, const reproduce_run *run, const judged_run *judged,
                        reproduce_verdict *verdict) {
@@ -108,8 +115,8 @@ static bool read_table(const reproduce *self, const reproduce_run *run, const ju
         is_this = verdict->frame_count < judged->info->frame_count;
         if (!is_this) break;
         format_key(judged, verdict->frame_count, key);
-        is_this = strncmp(line, key, strlen(key)) == 0;
-        uint64_t const pairs = strtoull(line + strlen(key), NULL, 10);
+        uint64_t pairs = 0;
+        is_this = strncmp(line, key, strlen(key)) == 0 && read_pairs(line + strlen(key), &pairs);
         verdict->frame_count++;
         verdict->bad_frame_count += pairs > 0;
         verdict->intersection_count += pairs;
@@ -122,19 +129,18 @@ static bool read_table(const reproduce *self, const reproduce_run *run, const ju
 static tulle_status write_frame(reproduce *self, judged_run *judged, uint32_t frame,
                                 reproduce_kept *known, reproduce_kept *table, tulle_error *error) {
     char key[64];
-    size_t pairs = 0;
+    uint64_t pairs = 0;
     format_key(judged, frame, key);
     const char *const row = reproduce_kept_find(known, key);
     tulle_status status = TULLE_OK;
-    if (row) {
-        pairs = strtoull(row, NULL, 10);
+    if (row && read_pairs(row, &pairs))
         reproduce_skip_work(self);
-    } else {
+    else
         status = judge_frame(judged, frame, self->threads, &pairs, error);
-    }
     if (status == TULLE_OK && interrupt_is_pending())
         status = error_set(error, TULLE_ERROR_INTERRUPTED, "interrupted");
-    return status == TULLE_OK ? reproduce_kept_add(table, error, "%s%zu\n", key, pairs) : status;
+    return status == TULLE_OK ? reproduce_kept_add(table, error, "%s%" PRIu64 "\n", key, pairs)
+                              : status;
 }
 
 /* Judges what is not known, and saves it also after a failure or an interruption. */
@@ -183,7 +189,9 @@ int reproduce_judge(reproduce *self, const reproduce_run *run) {
 static void add_reports(judged_run *judged, reproduce_verdict *verdict) {
     const tulle_step_report *reports = NULL;
     size_t count = 0;
-    if (tulle_run_reader_get_reports(judged->reader, &reports, &count, NULL) != TULLE_OK) return;
+    verdict->has_reports =
+        reproduce_get_reports(judged->reader, &reports, &count, NULL) == TULLE_OK;
+    if (!verdict->has_reports) return;
     verdict->step_count = count;
     for (size_t i = 0; i < count; i++) {
         verdict->step_seconds += reports[i].total_seconds;
@@ -223,6 +231,16 @@ bool reproduce_read_verdict(const reproduce *self, const reproduce_run *run,
     return is_judged;
 }
 
+/* What report.csv tells of a run; nothing where it does not tell of all steps. */
+static void write_steps(FILE *stream, const reproduce_verdict *verdict) {
+    double const contacts = (double)verdict->contacts;
+    if (!verdict->has_reports)
+        fputs(",,", stream);
+    else
+        fprintf(stream, "%.6g,%.6g,%.3g", verdict->simulated_seconds, verdict->step_seconds,
+                contacts > 0.0 ? 1000.0 * (double)verdict->rescues / contacts : 0.0);
+}
+
 int reproduce_write_runs(reproduce *self) {
     const reproduce_run *runs[REPRODUCE_RUNS_MAX];
     size_t const count = reproduce_list_runs(runs);
@@ -237,15 +255,12 @@ int reproduce_write_runs(reproduce *self) {
         char name[REPRODUCE_PATH_SIZE];
         if (!reproduce_read_verdict(self, runs[i], &verdict)) continue;
         reproduce_name_run(runs[i], name);
-        double const rescues = verdict.contacts > 0
-                                   ? 1000.0 * (double)verdict.rescues / (double)verdict.contacts
-                                   : 0.0;
-        fprintf(table.stream, "%s,%s,%zu,%zu,%zu,%zu,%u,%.6g,%.6g,%.3g,%u,%" PRIu64 ",%g,%s\n",
-                name, verdict.state, verdict.cloth_vertices, verdict.cloth_triangles,
-                verdict.obstacle_vertices, verdict.obstacle_triangles,
-                (unsigned)verdict.frame_count, verdict.simulated_seconds, verdict.step_seconds,
-                rescues, (unsigned)verdict.bad_frame_count, verdict.intersection_count,
-                verdict.time_step, verdict.conditions);
+        fprintf(table.stream, "%s,%s,%zu,%zu,%zu,%zu,%u,", name, verdict.state,
+                verdict.cloth_vertices, verdict.cloth_triangles, verdict.obstacle_vertices,
+                verdict.obstacle_triangles, (unsigned)verdict.frame_count);
+        write_steps(table.stream, &verdict);
+        fprintf(table.stream, ",%u,%" PRIu64 ",%g,%s\n", (unsigned)verdict.bad_frame_count,
+                verdict.intersection_count, verdict.time_step, verdict.conditions);
     }
     return reproduce_table_end(self, &table, "runs.csv");
 }

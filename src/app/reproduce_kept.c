@@ -62,6 +62,10 @@ const char *reproduce_kept_find(reproduce_kept *kept, const char *key) {
     return kept->text + row + strlen(key);
 }
 
+bool reproduce_kept_is_end(const char *found, int length) {
+    return length >= 0 && strcspn(found, "\n") == (size_t)length;
+}
+
 tulle_status reproduce_kept_add(reproduce_kept *kept, tulle_error *error, const char *format, ...) {
     char row[ROW_SIZE];
     va_list arguments;

@@ -23,6 +23,8 @@ tulle_status reproduce_kept_open(const reproduce *self, const char *file, const 
 /* What follows `key` in the row that begins with it, up to the line feed; null: there is none.
  * Lives until a row is added. */
 const char *reproduce_kept_find(reproduce_kept *kept, const char *key);
+/* Whether the row that `found` lies in ends `length` bytes on, not before and not after. */
+bool reproduce_kept_is_end(const char *found, int length);
 /* Adds a row: printf text, a line feed at its end. Saves when that was not done for some seconds.
  */
 tulle_status reproduce_kept_add(reproduce_kept *kept, tulle_error *error, const char *format, ...)

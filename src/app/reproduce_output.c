@@ -36,6 +36,19 @@ int reproduce_table_end(const reproduce *self, reproduce_table *table, const cha
     return code;
 }
 
+void reproduce_table_discard(reproduce_table *table) {
+    if (table->stream) fclose(table->stream);
+    free(table->bytes);
+    *table = (reproduce_table){0};
+}
+
+int reproduce_table_finish(const reproduce *self, reproduce_table *table, const char *file,
+                           int code) {
+    if (code == APP_EXIT_FINE) return reproduce_table_end(self, table, file);
+    reproduce_table_discard(table);
+    return code;
+}
+
 int reproduce_fail(const tulle_error *error) {
     if (error->status == TULLE_ERROR_INTERRUPTED)
         app_print_message("reproduce", "interrupted; the same command goes on from here");

@@ -122,6 +122,7 @@ int plot_draw(reproduce *self, const plot_page *page, const char *file) {
         app_print_message("reproduce", "out of memory for %s", file);
         return APP_EXIT_OUT_OF_MEMORY;
     }
+    (void)remove(path); /* an old plot beside new tables would tell another story */
     if (count_panels(page) == 0) return APP_EXIT_FINE;
     if (!is_on_path("gnuplot")) {
         if (!self->has_told_gnuplot)

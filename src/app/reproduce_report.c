@@ -92,31 +92,47 @@ static size_t find_name(const char *text) {
     return 0;
 }
 
+/* A file that is not whole would break the page. */
+static void leave_out(reproduce *self, const char *file) {
+    app_print_message("reproduce",
+                      "%s is not whole and left out of the report; without it, it is "
+                      "made again",
+                      file);
+    self->is_lacking = true;
+}
+
+/* The SVG element of a whole file, or null: nothing but blanks is behind its end. */
+static const char *find_svg(const char *text) {
+    static const char end[] = "</svg>";
+    const char *const from = strstr(text, "<svg");
+    const char *last = NULL;
+    for (const char *at = from; at && (at = strstr(at, end)); at++) last = at;
+    const char *const rest = last ? last + sizeof end - 1 : "?";
+    return rest[strspn(rest, " \r\n\t")] == '\0' ? from : NULL;
+}
+
 /* The SVG element; the names within it get the file's in front, so that those of several plots on
  * one page differ. */
-static void write_plot(FILE *page, const char *path, const char *file, const char *caption) {
+static void write_plot(reproduce *self, FILE *page, const char *path, const reproduce_item *item) {
     char *bytes = NULL;
     size_t count = 0;
     if (whole_file_read(path, &bytes, &count, NULL) != TULLE_OK) return;
-    char *const text = realloc(bytes, count + 1);
-    if (!text) {
-        free(bytes);
-        return;
+    const char *from = find_svg(bytes);
+    if (!from) leave_out(self, item->file);
+    if (from) {
+        fputs("<h3>", page);
+        write_text(page, item->caption);
+        fprintf(page, " (%s)</h3>\n", item->file);
     }
-    text[count] = '\0';
-    const char *from = strstr(text, "<svg");
-    fputs("<h3>", page);
-    write_text(page, caption);
-    fprintf(page, " (%s)</h3>\n", file);
     while (from && *from) {
         size_t const way = find_name(from);
         if (way > 0)
-            fprintf(page, "%.*s%.*s_", (int)way, from, (int)strcspn(file, "."), file);
+            fprintf(page, "%.*s%.*s_", (int)way, from, (int)strcspn(item->file, "."), item->file);
         else
             fputc(*from, page);
         from += way > 0 ? way : 1;
     }
-    free(text);
+    free(bytes);
 }
 
 /* ---- stills ---- */
@@ -135,8 +151,7 @@ static void write_base64(FILE *page, const unsigned char *bytes, size_t count) {
     }
 }
 
-static void write_still(const reproduce *self, FILE *page, const reproduce_run *run,
-                        uint32_t frame) {
+static void write_still(reproduce *self, FILE *page, const reproduce_run *run, uint32_t frame) {
     char file[REPRODUCE_PATH_SIZE], path[REPRODUCE_PATH_SIZE], name[REPRODUCE_PATH_SIZE];
     char *bytes = NULL;
     size_t count = 0;
@@ -144,6 +159,11 @@ static void write_still(const reproduce *self, FILE *page, const reproduce_run *
     reproduce_make_path(self, path, "%s", file);
     reproduce_name_run(run, name);
     if (whole_file_read(path, &bytes, &count, NULL) != TULLE_OK) return;
+    if (!reproduce_is_whole_picture(bytes, count)) {
+        leave_out(self, file);
+        free(bytes);
+        return;
+    }
     fprintf(page, "<figure><img alt=\"%s, frame %u\" src=\"data:image/png;base64,", name,
             (unsigned)frame);
     write_base64(page, (const unsigned char *)bytes, count);
@@ -151,7 +171,7 @@ static void write_still(const reproduce *self, FILE *page, const reproduce_run *
     free(bytes);
 }
 
-static void write_stills(const reproduce *self, FILE *page, const reproduce_figure *figure) {
+static void write_stills(reproduce *self, FILE *page, const reproduce_figure *figure) {
     for (size_t i = 0; i < figure->run_count; i++) {
         uint32_t frames[REPRODUCE_STILLS];
         if (!reproduce_find_stills(self, &figure->runs[i], frames)) continue;
@@ -187,6 +207,19 @@ static void write_settings(const reproduce *self, FILE *page) {
     fputs("</td></tr>\n<tr><th>the paper's</th><td>one 1.5 GHz Pentium 4, 1 GB, double "
           "precision</td></tr>\n</table>\n",
           page);
+}
+
+/* What whoever made the results has to say of them: each line of notes.txt. */
+static void write_notes(const reproduce *self, FILE *page) {
+    char path[REPRODUCE_PATH_SIZE], line[LINE_SIZE];
+    reproduce_make_path(self, path, "notes.txt");
+    FILE *const notes = fopen(path, "r");
+    while (notes && fgets(line, sizeof line, notes)) {
+        fputs("<p>", page);
+        write_escaped(page, line, strcspn(line, "\r\n"));
+        fputs("</p>\n", page);
+    }
+    if (notes) fclose(notes);
 }
 
 /* Sums of what the judge found in some of the runs. */
@@ -242,7 +275,7 @@ static bool is_made(const reproduce *self, const reproduce_figure *figure) {
     return false;
 }
 
-static void write_figure(const reproduce *self, FILE *page, const reproduce_figure *figure) {
+static void write_figure(reproduce *self, FILE *page, const reproduce_figure *figure) {
     if (!is_made(self, figure)) return;
     fprintf(page,
             "<section id=\"section_%s\">\n<h2>%s</h2>\n<dl>\n<dt>The paper</dt><dd>%s</dd>\n"
@@ -253,7 +286,7 @@ static void write_figure(const reproduce *self, FILE *page, const reproduce_figu
         char path[REPRODUCE_PATH_SIZE];
         reproduce_make_path(self, path, "%s", item->file);
         if (ends_with(item->file, ".svg"))
-            write_plot(page, path, item->file, item->caption);
+            write_plot(self, page, path, item);
         else
             write_table(page, path, item->file, item->caption);
     }
@@ -274,6 +307,7 @@ int reproduce_write_report(reproduce *self) {
         "Graphics 11(3), 2005, made again with Tulle.</p>\n",
         style);
     write_verdict(self, page.stream);
+    write_notes(self, page.stream);
     write_settings(self, page.stream);
     reproduce_make_path(self, path, "conditions.csv");
     write_table(page.stream, path, "conditions.csv", "Conditions that things were measured under");

@@ -7,6 +7,7 @@
 #include "base/error.h"
 #include "scene/scene.h"
 
+#include <inttypes.h>
 #include <stdlib.h>
 #include <string.h>
 #include <unistd.h>
@@ -20,6 +21,9 @@ enum {
     OVERRIDES_MAX = 16,
     ARGUMENTS_MAX = 2 * OVERRIDES_MAX + 12
 };
+
+/* What goes by the paper's rules gets tangled and takes about so many times as long. */
+static const double PAPER_COST = 2.0;
 
 /* From the directory of the program: as it is installed, and where it is built. */
 static const char *const scene_places[] = {TULLE_SCENES_FROM_PROGRAM "/paper", "../../scenes/paper",
@@ -95,6 +99,40 @@ bool reproduce_has_run(const reproduce *self, const reproduce_run *run) {
     return has_frames;
 }
 
+tulle_status reproduce_get_reports(tulle_run_reader *reader, const tulle_step_report **reports,
+                                   size_t *count, tulle_error *error) {
+    const tulle_run_info *const info = tulle_run_reader_get_info(reader);
+    uint64_t steps = 0;
+    *count = 0;
+    tulle_status status = tulle_run_reader_get_reports(reader, reports, count, error);
+    if (status == TULLE_OK && info->frame_count > 0)
+        status = tulle_run_reader_get_frame(reader, info->frame_count - 1, NULL, &steps, NULL);
+    if (status == TULLE_OK && *count < steps)
+        status =
+            error_set(error, TULLE_ERROR_PARSE,
+                      "its report.csv tells of %zu steps, its frames of %" PRIu64, *count, steps);
+    return status;
+}
+
+bool reproduce_has_reports(const reproduce *self, const reproduce_run *run) {
+    char path[REPRODUCE_PATH_SIZE], name[REPRODUCE_PATH_SIZE];
+    tulle_run_reader *reader = NULL;
+    const tulle_step_report *reports = NULL;
+    size_t count = 0;
+    tulle_error error = {0};
+    reproduce_find_run(self, run, path);
+    reproduce_name_run(run, name);
+    tulle_status status = tulle_run_reader_open(path, &reader, &error);
+    if (status == TULLE_OK) status = reproduce_get_reports(reader, &reports, &count, &error);
+    tulle_run_reader_close(reader);
+    if (status != TULLE_OK)
+        app_print_message("reproduce",
+                          "runs/%s: %s; its times are not known; without that folder the run is "
+                          "made again",
+                          name, error.message);
+    return status == TULLE_OK;
+}
+
 static override_texts list_overrides(const reproduce *self, const reproduce_run *run) {
     override_texts texts = {0};
     char path[SCENE_PATH_SIZE];
@@ -157,10 +195,24 @@ int reproduce_weigh_run(const reproduce *self, const reproduce_run *run, double 
     if (code != APP_EXIT_FINE) return code;
     uint32_t const frames = count_frames(self, run, loaded);
     uint32_t const left = frames - count_made(path, loaded, frames);
-    *work = (double)left * (double)scene_get_steps_per_frame(loaded) *
+    double const cost = reproduce_get_cost(run->scene) *
+                        (run->method && strcmp(run->method, "paper") == 0 ? PAPER_COST : 1.0);
+    *work = cost * (double)left * (double)scene_get_steps_per_frame(loaded) *
             (double)count_cloth_triangles(loaded);
     scene_destroy(loaded);
     return APP_EXIT_FINE;
+}
+
+/* A run that `tulle run` has opened. */
+typedef struct opened_run {
+    const reproduce *self;
+    const reproduce_run *run;
+} opened_run;
+
+/* Its conditions are written down before its first step, and not where it is refused. */
+static tulle_status note_opened(void *context, int begins, tulle_error *error) {
+    const opened_run *const opened = context;
+    return reproduce_note_run(opened->self, opened->run, begins != 0, error);
 }
 
 /* Calls `tulle run`. */
@@ -185,7 +237,8 @@ static int run_scene(const reproduce *self, const reproduce_run *run, char *path
     }
     char *arguments[ARGUMENTS_MAX];
     memcpy(arguments, words, sizeof words);
-    return app_run(count, arguments);
+    opened_run opened = {self, run};
+    return app_run_and_tell(count, arguments, note_opened, &opened);
 }
 
 int reproduce_make_run(reproduce *self, const reproduce_run *run) {
@@ -200,8 +253,7 @@ int reproduce_make_run(reproduce *self, const reproduce_run *run) {
     scene_destroy(loaded);
     reproduce_show_job(self, name, is_done ? "is there" : "runs");
     if (is_done) return APP_EXIT_FINE;
-    int const noted = reproduce_note_run(self, run);
-    return noted != APP_EXIT_FINE ? noted : run_scene(self, run, path, frames);
+    return run_scene(self, run, path, frames);
 }
 
 tulle_status reproduce_find_distance(const reproduce *self, const reproduce_run *run,

@@ -5,12 +5,15 @@
 #include "app/interrupt.h"
 #include "app/render_options.h"
 #include "app/reproduce.h"
+#include "app/whole_file.h"
 #include "render/render.h"
 
+#include <stdlib.h>
 #include <string.h>
 #include <sys/stat.h>
 
-enum { ARGUMENTS_MAX = 16, PNG_HEAD_SIZE = 24, PNG_WIDTH = 16 /* [bytes] */ };
+enum { ARGUMENTS_MAX = 16, PNG_HEAD_SIZE = 24, PNG_WIDTH = 16, PNG_END_SIZE = 12 /* [bytes] */ };
+
 bool reproduce_find_stills(const reproduce *self, const reproduce_run *run,
                            uint32_t frames[REPRODUCE_STILLS]) {
     char path[REPRODUCE_PATH_SIZE];
@@ -38,15 +41,24 @@ void reproduce_name_still(const reproduce_run *run, uint32_t frame,
              (unsigned)frame);
 }
 
-/* Whether the file is a PNG of this size: width and height stand in its first chunk. */
+bool reproduce_is_whole_picture(const char *bytes, size_t count) {
+    static const unsigned char end[PNG_END_SIZE] = {0,   0,   0,    0,    'I',  'E',
+                                                    'N', 'D', 0xae, 0x42, 0x60, 0x82};
+    return count >= PNG_HEAD_SIZE + PNG_END_SIZE && memcmp(bytes, "\x89PNG\r\n\x1a\n", 8) == 0 &&
+           memcmp(bytes + count - PNG_END_SIZE, end, PNG_END_SIZE) == 0;
+}
+
+/* Whether the file is a whole PNG of this size: width and height stand in its first chunk. */
 static bool has_size(const char *picture, uint32_t width, uint32_t height) {
-    unsigned char head[PNG_HEAD_SIZE];
-    FILE *const file = fopen(picture, "rb");
-    if (!file) return false;
-    bool const is_read = fread(head, 1, sizeof head, file) == sizeof head;
-    fclose(file);
-    const unsigned char *const w = head + PNG_WIDTH, *const h = head + PNG_WIDTH + 4;
-    return is_read && width == ((uint32_t)w[0] << 24 | w[1] << 16 | w[2] << 8 | w[3]) &&
+    char *bytes = NULL;
+    size_t count = 0;
+    if (whole_file_read(picture, &bytes, &count, NULL) != TULLE_OK) return false;
+    bool const is_whole = reproduce_is_whole_picture(bytes, count);
+    unsigned char size[8] = {0};
+    if (is_whole) memcpy(size, bytes + PNG_WIDTH, sizeof size);
+    free(bytes);
+    const unsigned char *const w = size, *const h = size + 4;
+    return is_whole && width == ((uint32_t)w[0] << 24 | w[1] << 16 | w[2] << 8 | w[3]) &&
            height == ((uint32_t)h[0] << 24 | h[1] << 16 | h[2] << 8 | h[3]);
 }
 

@@ -27,7 +27,7 @@ static const struct {
     {"resolve_impacts", COST_DYN}, {"commit_safely", COST_DYN},   {"update_contacts", COST_DYN}};
 
 typedef struct table_cell {
-    bool is_there;
+    bool is_there, is_timed; /* its report.csv tells of all steps */
     size_t steps;
     double sums[COST_COUNT], total; /* [s] over the first `steps` steps */
     reproduce_verdict verdict;
@@ -46,9 +46,9 @@ static tulle_status add_steps(const char *path, size_t most, table_cell *cell, t
     const tulle_step_report *reports = NULL;
     size_t count = 0;
     tulle_status status = tulle_run_reader_open(path, &reader, error);
-    if (status == TULLE_OK) status = tulle_run_reader_get_reports(reader, &reports, &count, error);
-    cell->steps = status == TULLE_OK && count < most ? count : most;
-    for (size_t i = 0; status == TULLE_OK && i < cell->steps; i++) {
+    if (status == TULLE_OK) status = reproduce_get_reports(reader, &reports, &count, error);
+    if (status == TULLE_OK) cell->steps = count < most ? count : most;
+    for (size_t i = 0; i < cell->steps; i++) {
         for (int stage = 0; stage < TULLE_STAGE_COUNT; stage++)
             cell->sums[find_cost(stage)] += reports[i].stage_seconds[stage];
         cell->total += reports[i].total_seconds;
@@ -66,13 +66,14 @@ static tulle_status read_cells(const reproduce *self, const reproduce_run *runs,
         cells[m] = (table_cell){0};
         cells[m].is_there = reproduce_has_run(self, &runs[m]) &&
                             reproduce_read_verdict(self, &runs[m], &cells[m].verdict);
-        if (cells[m].is_there && cells[m].verdict.step_count < steps)
+        cells[m].is_timed = cells[m].is_there && cells[m].verdict.has_reports;
+        if (cells[m].is_timed && cells[m].verdict.step_count < steps)
             steps = cells[m].verdict.step_count;
     }
     for (int m = 0; m < METHODS && status == TULLE_OK; m++) {
         char path[REPRODUCE_PATH_SIZE];
         reproduce_find_run(self, &runs[m], path);
-        if (cells[m].is_there) status = add_steps(path, steps, &cells[m], error);
+        if (cells[m].is_timed) status = add_steps(path, steps, &cells[m], error);
     }
     return status;
 }
@@ -86,29 +87,17 @@ static void write_cells(FILE *stream, int animation, const table_cell cells[METH
     for (int m = 0; m < METHODS; m++) {
         const table_cell *const cell = &cells[m];
         if (!cell->is_there) continue;
-        fprintf(stream, "%d,%s,%zu,%zu,%zu,%zu,%zu,%.4g,%.4g,%.4g,%.4g,%s,%u,%s\n", animation,
-                methods[m], cell->verdict.cloth_vertices, cell->verdict.cloth_triangles,
-                cell->verdict.obstacle_vertices, cell->verdict.obstacle_triangles, cell->steps,
-                get_cost(cell, COST_CS), get_cost(cell, COST_DYN), get_cost(cell, COST_CGM),
-                cell->steps > 0 ? MS * cell->total / (double)cell->steps : 0.0, cell->verdict.state,
-                (unsigned)cell->verdict.bad_frame_count, cell->verdict.conditions);
-    }
-}
-
-/* "bvox < refit < paper": the methods by what detection costs, cheapest first. */
-static void rank(const table_cell cells[METHODS], int count, char text[64]) {
-    bool is_used[METHODS] = {false};
-    text[0] = '\0';
-    for (int place = 0; place < count; place++) {
-        int best = -1;
-        for (int m = 0; m < count; m++) {
-            if (is_used[m]) continue;
-            if (best < 0 || get_cost(&cells[m], COST_CS) < get_cost(&cells[best], COST_CS))
-                best = m;
-        }
-        is_used[best] = true;
-        size_t const length = strlen(text);
-        snprintf(text + length, 64 - length, "%s%s", place > 0 ? " < " : "", methods[best]);
+        fprintf(stream, "%d,%s,%zu,%zu,%zu,%zu,", animation, methods[m],
+                cell->verdict.cloth_vertices, cell->verdict.cloth_triangles,
+                cell->verdict.obstacle_vertices, cell->verdict.obstacle_triangles);
+        if (cell->steps > 0)
+            fprintf(stream, "%zu,%.4g,%.4g,%.4g,%.4g", cell->steps, get_cost(cell, COST_CS),
+                    get_cost(cell, COST_DYN), get_cost(cell, COST_CGM),
+                    MS * cell->total / (double)cell->steps);
+        else
+            fputs("0,,,,", stream); /* nothing tells its times */
+        fprintf(stream, ",%s,%u,%s\n", cell->verdict.state, (unsigned)cell->verdict.bad_frame_count,
+                cell->verdict.conditions);
     }
 }
 
@@ -124,8 +113,42 @@ static double get_disturbance(const table_cell cells[METHODS]) {
     return least > 0.0 ? most / least : 0.0;
 }
 
+/* "bvox < refit ~ paper": the methods by what detection costs, cheapest first; ~ between two that
+ * differ by less than the machine's load can. */
+static void rank(const table_cell cells[METHODS], int count, double noise, char text[64]) {
+    bool is_used[METHODS] = {false};
+    double last = 0.0;
+    text[0] = '\0';
+    for (int place = 0; place < count; place++) {
+        int best = -1;
+        for (int m = 0; m < count; m++) {
+            if (is_used[m]) continue;
+            if (best < 0 || get_cost(&cells[m], COST_CS) < get_cost(&cells[best], COST_CS))
+                best = m;
+        }
+        is_used[best] = true;
+        double const value = get_cost(&cells[best], COST_CS);
+        size_t const length = strlen(text);
+        const char *const sign = value > noise * last ? " < " : " ~ ";
+        snprintf(text + length, 64 - length, "%s%s", place > 0 ? sign : "", methods[best]);
+        last = value;
+    }
+}
+
+/* The paper's claim: each method costs less than those that follow it. */
+static const char *judge_claim(const table_cell cells[METHODS], double noise) {
+    bool is_confirmed = true;
+    for (int m = 0; m < PAPER_METHODS; m++)
+        for (int n = m + 1; n < PAPER_METHODS; n++) {
+            double const less = get_cost(&cells[m], COST_CS), more = get_cost(&cells[n], COST_CS);
+            if (less > noise * more) return "not confirmed";
+            is_confirmed = is_confirmed && more > noise * less;
+        }
+    return is_confirmed ? "confirmed" : "within the noise";
+}
+
 /* Whether all runs were made by one build with as many threads on one kind of processor. */
-static bool is_comparable(const table_cell cells[METHODS]) {
+static bool has_one_condition(const table_cell cells[METHODS]) {
     const char *const first = cells[0].verdict.conditions;
     for (int m = 1; m < METHODS; m++)
         if (strcmp(cells[m].verdict.conditions, first) != 0) return false;
@@ -134,28 +157,33 @@ static bool is_comparable(const table_cell cells[METHODS]) {
 
 static void write_finding(FILE *stream, int animation, const table_cell cells[METHODS]) {
     static const char *const claim = "paper < bvox < refit";
-    char three[64], four[64];
-    for (int m = 0; m < METHODS; m++)
+    bool is_timed = true;
+    for (int m = 0; m < METHODS; m++) {
         if (!cells[m].is_there) return;
-    if (!is_comparable(cells)) {
+        is_timed = is_timed && cells[m].is_timed;
+    }
+    bool const is_one = has_one_condition(cells);
+    if (!is_one)
         app_print_message("reproduce",
                           "animation %d: its times are not compared, since its runs were made by "
                           "several builds, on several processors or with several numbers of "
                           "threads; without runs/animation_%d.* they are made again",
                           animation, animation);
+    if (!is_one || !is_timed) {
         fprintf(stream, "%d,%s,,not compared,,\n", animation, claim);
         return;
     }
-    rank(cells, PAPER_METHODS, three);
-    rank(cells, METHODS, four);
-    fprintf(stream, "%d,%s,%s,%s,%s,%.3g\n", animation, claim, three,
-            strcmp(three, claim) == 0 ? "confirmed" : "not confirmed", four,
-            get_disturbance(cells));
+    char three[64], four[64];
+    double const noise = get_disturbance(cells);
+    rank(cells, PAPER_METHODS, noise, three);
+    rank(cells, METHODS, noise, four);
+    fprintf(stream, "%d,%s,%s,%s,%s,%.4g\n", animation, claim, three, judge_claim(cells, noise),
+            four, noise);
 }
 
 static void plot_cells(plot_page *page, int animation, const table_cell cells[METHODS]) {
     for (int m = 0; m < METHODS; m++)
-        if (cells[m].is_there)
+        if (cells[m].is_timed)
             plot_add_point(page, plot_get_series(&page->panels[0], methods[m]), animation,
                            get_cost(&cells[m], COST_CS));
 }
@@ -183,7 +211,7 @@ int reproduce_table1(reproduce *self, const reproduce_figure *figure) {
     reproduce_table table, findings;
     if (!reproduce_table_begin(&table)) return APP_EXIT_OUT_OF_MEMORY;
     if (!reproduce_table_begin(&findings)) {
-        (void)reproduce_table_end(self, &table, "table1.csv");
+        reproduce_table_discard(&table);
         return APP_EXIT_OUT_OF_MEMORY;
     }
     plot_page page = {.panels = {{.title = "Collision detection (CS)",
@@ -191,9 +219,8 @@ int reproduce_table1(reproduce *self, const reproduce_figure *figure) {
                                   .y_label = "CS of a step [ms]"}},
                       .panel_count = 1};
     int code = write_files(self, figure, &table, &findings, &page);
-    int const written = reproduce_table_end(self, &table, "table1.csv");
-    int const found = reproduce_table_end(self, &findings, "table1_ranking.csv");
-    if (code == APP_EXIT_FINE) code = written != APP_EXIT_FINE ? written : found;
+    code = reproduce_table_finish(self, &table, "table1.csv", code);
+    code = reproduce_table_finish(self, &findings, "table1_ranking.csv", code);
     if (code == APP_EXIT_FINE) code = plot_draw(self, &page, "table1.svg");
     plot_release(&page);
     return code;
