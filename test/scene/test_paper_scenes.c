@@ -17,7 +17,7 @@ static const expectation expectations[] = {
     {"paper/example_one", 9801, 1, 6, 1.0 / 90},  {"paper/animation_1", 4420, 1, 4, 0.033},
     {"paper/animation_2", 9700, 1, 6, 0.02},      {"paper/animation_3", 101 * 68, 1, 3, 0.02},
     {"paper/animation_4", 267 * 17, 1, 25, 0.02}, {"paper/animation_5", 101 * 68, 1, 3, 0.02},
-    {"paper/animation_6", 9801, 1, 82, 0.02},     {"paper/rings", 2088, 1, 11, 0.02},
+    {"paper/animation_6", 81 * 81, 1, 82, 0.02},  {"paper/rings", 2088, 1, 11, 0.02},
     {"paper/ribbons", 9 * 174 * 6, 9, 9, 0.02},
 };
 
