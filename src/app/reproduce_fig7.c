@@ -10,7 +10,7 @@
 
 #include <stdlib.h>
 
-enum { FRAMES_QUICK = 100, FRAMES_FULL = 600 };
+enum { FRAMES_QUICK = 100, FRAMES_FULL = 300 };
 static const double MS = 1000.0; /* [ms/s] */
 static const double all_angles[] = {30, 35, 40, 45, 50, 55, 60, 65, 70, 75, 80, 85, 89};
 static const double few_angles[] = {30, 60, 85};

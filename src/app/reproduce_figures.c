@@ -73,7 +73,9 @@ const reproduce_figure reproduce_figures[] = {
      .ours =
          "Recorded frames of example one with low friction, from each one to the next, given to "
          "the detector with the contact distance of the scene as separation; all angles and all "
-         "rules take turns on the same frame. <b>paper</b>: patches grown at every frame, the "
+         "rules take turns on the same frame. With one thread times are of the processor, in which "
+         "other work on the machine hardly counts, with several of the wall clock. <b>paper</b>: "
+         "patches grown at every frame, the "
          "paper's cone, no certificate. <b>proven</b>: the same trees, tighter cones, only patches "
          "that are proven not to touch themselves are skipped. <b>patches</b>: one refitted tree, "
          "patches that live from frame to frame and are proven; asked about the still frame first, "

@@ -68,7 +68,7 @@ static const struct {
     {"animation_3", 25.0},
     {"animation_4", 40.0},
     {"animation_5", 16.0},
-    {"animation_6", 16.0},
+    {"animation_6", 20.0},
     {"rings", 30.0},
     {"ribbons", 60.0},
 };
