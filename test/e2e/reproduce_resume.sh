@@ -51,6 +51,7 @@ cut_off() {
     wait $process 2>/dev/null
     cut=$?
     ls -R out.d | grep -q tmp && [ "$signal" = INT ] && fail "an interrupted command leaves temporary files"
+    find out.d -name '*tmp*' -delete # a kill may leave one
 }
 # rows FILE FROM TO: lines of a table.
 rows() { sed -n "$2,$3p" "$1"; }
