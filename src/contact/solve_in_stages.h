@@ -8,8 +8,8 @@
 typedef struct staged_solve {
     const contact_scene *scene;
     const motion_system *system; /* with its matrix */
-    int plain_iterations;        /* of all solves so far, without the factor */
-    bool has_factor;             /* of this matrix, with the hard rows of some solve */
+    int plain_iterations;        /* of all solves so far, without aggregates */
+    bool has_aggregates;         /* they have the numbers of this matrix */
 } staged_solve;
 
 /* Solves as conjugate_gradients_solve does. The rows are those that problem->apply adds to the

@@ -118,8 +118,6 @@ tulle_status compute_forces(const cloth_model *model, const motion_state *state,
                      .is_bdf2 = system->integrator == TULLE_INTEGRATOR_BDF2};
     system->force_time = work.factor.gamma;
     system->share = work.factor.share;
-    system->bend_damping_factor = work.factor.alpha;
-    system->bend_factor = work.factor.beta;
     arena_mark const mark = arena_get_mark(scratch);
     if (!allocate_assembly(&work, scratch)) {
         arena_release(scratch, mark);

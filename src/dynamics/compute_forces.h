@@ -35,7 +35,6 @@ typedef struct linear_system {
     double force_time;       /* [s] b holds force_time times the forces: h for implicit Euler */
     tulle_integrator integrator; /* used: BDF2 falls back to implicit Euler without history */
     double share; /* c of the integrator: v1 = (u - (1 - c) v0) / c, with the last u in BDF2 */
-    double bend_damping_factor, bend_factor; /* of the model's bending matrix in A */
     size_t vertex_count;
 } linear_system;
 

@@ -10,15 +10,21 @@
 
 enum { SINGLE_PADDING = 16 };
 
-/* A block_matrix in single precision; values have SINGLE_PADDING more numbers at their end. */
+/* A symmetric 3x3 block is six numbers: xx, xy, xz, yy, yz, zz. */
+enum { SINGLE_BLOCK = 6 };
+
+/* A block_matrix in single precision; values have SINGLE_PADDING more numbers at their end. Not
+ * only the matrix, each block of it is symmetric: a third less to read where reading is what takes
+ * the time. */
 typedef struct single_matrix {
     const uint32_t *row_begin, *columns, *scalar_begin, *scalar_columns;
-    float *values, *scalar_values;
+    float *values; /* SINGLE_BLOCK a block */
+    float *scalar_values;
 } single_matrix;
 
 typedef struct single_vectors {
     float *x, *residual, *direction, *product, *preconditioned;
-    float *inverse; /* 9 a vertex, column-major, and padding; zero at fixed vertices */
+    float *inverse; /* SINGLE_BLOCK a vertex, and padding; zero at fixed vertices */
 } single_vectors;
 
 /* Rows begin .. end - 1: product = A direction; returns direction . product. */
@@ -31,8 +37,14 @@ TULLE_DECLARE_KERNEL(float, single_advance,
 /* p = z + beta p */
 TULLE_DECLARE_KERNEL(void, single_turn,
                      (const single_vectors *vectors, float beta, size_t begin, size_t end))
-/* dots[0] = z . r, dots[1] = z . A p */
-TULLE_DECLARE_KERNEL(void, single_dots,
-                     (const single_vectors *vectors, size_t begin, size_t end, float dots[2]))
+/* p = z + c + beta p, c the correction of each vertex' parent; c = 0 at fixed vertices */
+typedef struct single_correction {
+    const float *values; /* 3 a parent, and padding */
+    const uint32_t *parents;
+    const uint8_t *is_fixed;
+} single_correction;
+TULLE_DECLARE_KERNEL(void, single_turn_corrected,
+                     (const single_vectors *vectors, const single_correction *correction,
+                      float beta, size_t begin, size_t end))
 
 #endif

@@ -5,8 +5,7 @@
  * down by five powers of ten at most, so one or two do.
  *
  * Based on: Golub, Van Loan, Matrix computations, 3.5.3 (iterative refinement); Hestenes, Stiefel,
- * 1952; Notay, Flexible conjugate gradients, 2000, with the last direction only, when there is a
- * factor.
+ * 1952.
  *
  * Dots are summed over chunks of a fixed number of vertices, the chunks in order in double
  * precision, so that the number of threads changes no bit. */
@@ -29,6 +28,9 @@ enum { MOST_PASSES = 4 };
 /* A pass that leaves more than this part of the residual is the last. */
 #define PASS_LEAST 0.5
 
+/* Where the numbers of a symmetric block are in one of nine. */
+static const size_t PLACES[SINGLE_BLOCK] = {0, 1, 2, 4, 5, 8};
+
 /* ---- the matrix ---- */
 
 typedef struct copy_task {
@@ -40,15 +42,15 @@ static void copy_rows(void *context, size_t begin, size_t end, size_t chunk, int
     (void)chunk, (void)worker;
     const copy_task *const task = context;
     const block_matrix *const matrix = task->matrix;
-    for (size_t i = 9 * (size_t)matrix->row_begin[begin]; i < 9 * (size_t)matrix->row_begin[end];
-         i++)
-        task->copy->values[i] = (float)matrix->values[i];
+    for (size_t k = matrix->row_begin[begin]; k < matrix->row_begin[end]; k++)
+        for (size_t i = 0; i < SINGLE_BLOCK; i++)
+            task->copy->values[SINGLE_BLOCK * k + i] = (float)matrix->values[9 * k + PLACES[i]];
     for (size_t i = matrix->scalar_begin[begin]; i < matrix->scalar_begin[end]; i++)
         task->copy->scalar_values[i] = (float)matrix->scalar_values[i];
 }
 
 /* Whether all blocks of a term are in the pattern. */
-static bool is_in_pattern(const block_matrix *matrix, const cholesky_term *term) {
+static bool is_in_pattern(const block_matrix *matrix, const matrix_term *term) {
     for (size_t i = 0; i < 4; i++)
         for (size_t j = i + 1; j < 4; j++)
             if (term->vertices[i] != TULLE_NONE && term->vertices[j] != TULLE_NONE &&
@@ -57,32 +59,36 @@ static bool is_in_pattern(const block_matrix *matrix, const cholesky_term *term)
     return true;
 }
 
-static void add_term(single_system *system, const cholesky_term *term) {
+static void add_term(single_system *system, const matrix_term *term) {
     for (size_t i = 0; i < 4; i++)
         for (size_t j = 0; j < 4; j++) {
             if (term->vertices[i] == TULLE_NONE || term->vertices[j] == TULLE_NONE) continue;
             float *const block =
-                system->copy.values +
-                9 * (size_t)block_matrix_find(system->matrix, term->vertices[i], term->vertices[j]);
+                system->copy.values + SINGLE_BLOCK * (size_t)block_matrix_find(system->matrix,
+                                                                               term->vertices[i],
+                                                                               term->vertices[j]);
             double const scale = term->weights[i] * term->weights[j];
-            for (size_t k = 0; k < 9; k++) block[k] += (float)(scale * term->stiffness.m[k]);
+            for (size_t k = 0; k < SINGLE_BLOCK; k++)
+                block[k] += (float)(scale * term->stiffness.m[PLACES[k]]);
         }
 }
 
-bool single_system_make(const block_matrix *matrix, const cholesky_term *terms, size_t term_count,
+bool single_system_make(const block_matrix *matrix, const matrix_term *terms, size_t term_count,
                         int threads, arena *scratch, single_system *system) {
     *system = (single_system){.matrix = matrix,
                               .copy = {.row_begin = matrix->row_begin,
                                        .columns = matrix->columns,
                                        .scalar_begin = matrix->scalar_begin,
                                        .scalar_columns = matrix->scalar_columns}};
-    system->copy.values = ARENA_NEW(scratch, float, 9 * matrix->block_count + SINGLE_PADDING);
+    system->copy.values =
+        ARENA_NEW(scratch, float, SINGLE_BLOCK * matrix->block_count + SINGLE_PADDING);
     system->copy.scalar_values = ARENA_NEW(scratch, float, matrix->scalar_count);
-    system->apart = ARENA_NEW(scratch, const cholesky_term *, term_count);
+    system->apart = ARENA_NEW(scratch, const matrix_term *, term_count);
     if (!system->copy.values || !system->copy.scalar_values || !system->apart) return false;
     copy_task task = {matrix, &system->copy};
     parallel_for(matrix->row_count, VERTICES_PER_CHUNK, threads, copy_rows, &task);
-    memset(system->copy.values + 9 * matrix->block_count, 0, SINGLE_PADDING * sizeof(float));
+    memset(system->copy.values + SINGLE_BLOCK * matrix->block_count, 0,
+           SINGLE_PADDING * sizeof(float));
     for (size_t t = 0; t < term_count; t++) {
         if (is_in_pattern(matrix, &terms[t]))
             add_term(system, &terms[t]);
@@ -97,10 +103,9 @@ bool single_system_make(const block_matrix *matrix, const cholesky_term *terms, 
 typedef struct single_solver {
     const conjugate_gradients_problem *problem;
     const single_system *system;
-    sparse_cholesky *factor;
     single_vectors vectors;
     double *x, *product, *inverse; /* in double precision */
-    double (*partials)[2];
+    double *partials;              /* one a chunk */
     size_t chunk_count;
     double scale; /* of the residual in single precision */
     float step;   /* alpha or beta of the loop */
@@ -120,7 +125,7 @@ static bool allocate_solver(single_solver *work, arena *scratch) {
     v->direction = allocate_vector(scratch, 3 * count);
     v->product = allocate_vector(scratch, 3 * count);
     v->preconditioned = allocate_vector(scratch, 3 * count);
-    v->inverse = allocate_vector(scratch, 9 * count);
+    v->inverse = allocate_vector(scratch, SINGLE_BLOCK * count);
     work->product = ARENA_NEW(scratch, double, 3 * count);
     work->inverse = ARENA_NEW(scratch, double, 9 * count);
     work->partials = arena_allocate(scratch, work->chunk_count, sizeof *work->partials);
@@ -128,21 +133,23 @@ static bool allocate_solver(single_solver *work, arena *scratch) {
            work->product && work->inverse && work->partials;
 }
 
-/* Runs a loop over all vertices; the sum of its partials number `which`. */
+/* Runs a loop over all vertices; the sum of its partials. */
 static double run_loop(single_solver *work, parallel_body body) {
     parallel_for(work->problem->vertex_count, VERTICES_PER_CHUNK, work->problem->threads, body,
                  work);
     double sum = 0.0;
-    for (size_t chunk = 0; chunk < work->chunk_count; chunk++) sum += work->partials[chunk][0];
+    for (size_t chunk = 0; chunk < work->chunk_count; chunk++) sum += work->partials[chunk];
     return sum;
 }
 
 static void invert_diagonal(void *context, size_t begin, size_t end, size_t chunk, int worker) {
     (void)worker;
     single_solver *const work = context;
-    work->partials[chunk][0] = 0.0;
+    work->partials[chunk] = 0.0;
     invert_blocks(work->problem, begin, end, work->inverse);
-    for (size_t i = 9 * begin; i < 9 * end; i++) work->vectors.inverse[i] = (float)work->inverse[i];
+    for (size_t v = begin; v < end; v++)
+        for (size_t i = 0; i < SINGLE_BLOCK; i++)
+            work->vectors.inverse[SINGLE_BLOCK * v + i] = (float)work->inverse[9 * v + PLACES[i]];
 }
 
 static vec3 apply_inverse(const single_solver *work, size_t vertex, vec3 r) {
@@ -162,7 +169,7 @@ static void find_residual(void *context, size_t begin, size_t end, size_t chunk,
         vec3_store(work->product, v, r);
         sum += vec3_dot(r, apply_inverse(work, v, r));
     }
-    work->partials[chunk][0] = sum;
+    work->partials[chunk] = sum;
 }
 
 /* Residual, preconditioned residual and direction of a pass, of norm one; x = 0. */
@@ -182,7 +189,7 @@ static void begin_pass(void *context, size_t begin, size_t end, size_t chunk, in
         }
         sum += vec3_dot(r, z);
     }
-    work->partials[chunk][0] = sum;
+    work->partials[chunk] = sum;
 }
 
 static void end_pass(void *context, size_t begin, size_t end, size_t chunk, int worker) {
@@ -195,14 +202,14 @@ static void end_pass(void *context, size_t begin, size_t end, size_t chunk, int 
 static void multiply(void *context, size_t begin, size_t end, size_t chunk, int worker) {
     (void)worker;
     single_solver *const work = context;
-    work->partials[chunk][0] =
+    work->partials[chunk] =
         (double)TULLE_PICK_KERNEL(single_multiply)(&work->system->copy, &work->vectors, begin, end);
 }
 
 static void advance(void *context, size_t begin, size_t end, size_t chunk, int worker) {
     (void)worker;
     single_solver *const work = context;
-    work->partials[chunk][0] =
+    work->partials[chunk] =
         (double)TULLE_PICK_KERNEL(single_advance)(&work->vectors, work->step, begin, end);
 }
 
@@ -212,20 +219,20 @@ static void turn(void *context, size_t begin, size_t end, size_t chunk, int work
     TULLE_PICK_KERNEL(single_turn)(&work->vectors, work->step, begin, end);
 }
 
-static void find_dots(void *context, size_t begin, size_t end, size_t chunk, int worker) {
-    (void)worker;
+static void turn_corrected(void *context, size_t begin, size_t end, size_t chunk, int worker) {
+    (void)chunk, (void)worker;
     single_solver *const work = context;
-    float dots[2];
-    TULLE_PICK_KERNEL(single_dots)(&work->vectors, begin, end, dots);
-    work->partials[chunk][0] = (double)dots[0];
-    work->partials[chunk][1] = (double)dots[1];
+    const nested_aggregates *const aggregates = work->system->aggregates;
+    single_correction const correction = {aggregates->levels[0].correction,
+                                          aggregates->levels[0].parents, aggregates->is_fixed};
+    TULLE_PICK_KERNEL(single_turn_corrected)(&work->vectors, &correction, work->step, begin, end);
 }
 
 /* Adds the terms outside the pattern to A p; returns their part of p . A p. */
 static double multiply_apart(single_solver *work) {
     double curvature = 0.0;
     for (size_t t = 0; t < work->system->apart_count; t++) {
-        const cholesky_term *const term = work->system->apart[t];
+        const matrix_term *const term = work->system->apart[t];
         double velocity[3] = {0.0, 0.0, 0.0};
         for (size_t k = 0; k < 4; k++)
             for (size_t i = 0; i < 3 && term->vertices[k] != TULLE_NONE; i++)
@@ -243,24 +250,29 @@ static double multiply_apart(single_solver *work) {
     return curvature;
 }
 
-/* z = (L L^T)^-1 r. overlap: z . A p of the last direction. Returns z . r. */
-static double precondition(single_solver *work, double *overlap) {
-    sparse_cholesky_solve(work->factor, work->vectors.residual, work->vectors.preconditioned,
-                          work->problem->threads);
-    double const descent = run_loop(work, find_dots);
-    *overlap = 0.0;
-    for (size_t chunk = 0; chunk < work->chunk_count; chunk++) *overlap += work->partials[chunk][1];
-    return descent;
+static bool has_aggregates(const single_solver *work) {
+    return work->system->aggregates && work->system->aggregates->level_count > 0;
+}
+
+/* p = z + beta p; z of the aggregates is not in `preconditioned`. */
+static void turn_direction(single_solver *work, double beta) {
+    work->step = (float)beta;
+    parallel_body const body = has_aggregates(work) ? turn_corrected : turn;
+    parallel_for(work->problem->vertex_count, VERTICES_PER_CHUNK, work->problem->threads, body,
+                 work);
+}
+
+/* z . r less that of the blocks of the diagonal, which is the norm of r squared. */
+static double correct(single_solver *work) {
+    if (!has_aggregates(work)) return 0.0;
+    return nested_aggregates_correct(work->system->aggregates, work->vectors.residual,
+                                     work->problem->threads);
 }
 
 /* Iterations of a pass, to the norm `target`; norm2 is r . P^-1 r of the start. */
 static conjugate_gradients_end iterate(single_solver *work, double norm2, double target) {
-    double overlap, descent = norm2;
-    if (work->factor) {
-        descent = precondition(work, &overlap);
-        work->step = 0.0F;
-        run_loop(work, turn);
-    }
+    double descent = norm2 + correct(work);
+    if (has_aggregates(work)) turn_direction(work, 0.0);
     for (;;) {
         if (!isfinite(norm2) || !isfinite(descent)) return CONJUGATE_GRADIENTS_NOT_FINITE;
         if (sqrt(norm2) <= target) return CONJUGATE_GRADIENTS_CONVERGED;
@@ -277,14 +289,8 @@ static conjugate_gradients_end iterate(single_solver *work, double norm2, double
         norm2 = run_loop(work, advance);
         if (sqrt(norm2) <= target) return CONJUGATE_GRADIENTS_CONVERGED;
         double const before = descent;
-        descent = norm2;
-        double beta = norm2 / before;
-        if (work->factor) {
-            descent = precondition(work, &overlap);
-            beta = -alpha * overlap / before;
-        }
-        work->step = (float)beta;
-        run_loop(work, turn);
+        descent = norm2 + correct(work);
+        turn_direction(work, descent / before);
     }
 }
 
@@ -317,10 +323,9 @@ static conjugate_gradients_end run_passes(single_solver *work, double target, do
 }
 
 tulle_status single_solve(const conjugate_gradients_problem *problem, const single_system *system,
-                          sparse_cholesky *factor, double *x, arena *scratch,
-                          conjugate_gradients_result *result) {
+                          double *x, arena *scratch, conjugate_gradients_result *result) {
     arena_mark const mark = arena_get_mark(scratch);
-    single_solver work = {.problem = problem, .system = system, .factor = factor, .x = x};
+    single_solver work = {.problem = problem, .system = system, .x = x};
     if (!allocate_solver(&work, scratch)) {
         arena_release(scratch, mark);
         return TULLE_ERROR_OUT_OF_MEMORY;

@@ -21,6 +21,9 @@
  * this share of what the step takes anyway; so often at most. */
 static const double EXCESS_SHARE = 0.5;
 enum { LINEARISATIONS_MAX = 3 };
+/* Solves that only tell whether springs must be linearised anew, and about what, end at so many
+ * times the residual that others get, but not above a hundredth: the next ones go on from them. */
+static const double EARLY_SHARE = 30.0, EARLY_MOST = 0.01;
 
 /* A step that ends with more energy than it may is solved anew, with impulses that settle better:
  * the most rounds of others, then twice as many each time, while that makes it less; so often at
@@ -42,16 +45,6 @@ tulle_status world_compute_forces(step_context *context) {
                           &world->system);
 }
 
-/* A without bending: what reaches farther than an edge would fill the factor, and A's diagonal
- * without that would be too stiff. */
-static cholesky_matrix get_edge_matrix(const tulle_world *world) {
-    const linear_system *const system = &world->system;
-    return (cholesky_matrix){
-        .blocks = system->matrix.values,
-        .shifts = {world->model->bend_block_damping, world->model->bend_blocks},
-        .shift_factors = {system->bend_damping_factor, system->bend_factor}};
-}
-
 /* With springs linearised about u of now, again; `is_first`: about x0, from the velocities at the
  * start. */
 static tulle_status run_solve_motion(step_context *context, bool is_first) {
@@ -64,9 +57,8 @@ static tulle_status run_solve_motion(step_context *context, bool is_first) {
                                   .forces = world->system.forces,
                                   .force_time = world->system.force_time,
                                   .start = is_first ? NULL : context->state->velocities,
-                                  .matrix = world->factor ? &world->system.matrix : NULL,
-                                  .factor = world->factor,
-                                  .edge_matrix = get_edge_matrix(world)};
+                                  .matrix = world->aggregates ? &world->system.matrix : NULL,
+                                  .aggregates = world->aggregates};
     if (is_first) {
         memcpy(context->mean_velocity, context->state->velocities,
                3 * world->cloth_vertex_count * sizeof(double));
@@ -86,8 +78,6 @@ static tulle_status run_solve_motion(step_context *context, bool is_first) {
     report->cg_iterations += solved.cg_iterations;
     if (solved.cg_residual > report->cg_residual) report->cg_residual = solved.cg_residual;
     if (!solved.has_converged) report->cg_converged = 0;
-    context->has_settled =
-        solved.has_settled && (int)solved.solve_count >= context->scene.settings.solve_rounds;
     report->stick_contacts = solved.stick_count;
     report->slip_contacts = solved.slip_count;
     report->hard_contacts = solved.hard_count;
@@ -117,16 +107,23 @@ static tulle_status check_springs(const step_context *context, bool *is_false) {
     return status;
 }
 
-/* Solves until the springs' energy is what the system takes it for and impulses have settled. While
- * springs are linearised anew, a round of impulses at a time does. */
+static void make_quick(contact_settings *settings) {
+    settings->solve_rounds = settings->solve_rounds_landing = 1;
+    double const tolerance = settings->cg_tolerance;
+    settings->cg_tolerance = fmax(fmin(EARLY_SHARE * tolerance, EARLY_MOST), tolerance);
+}
+
+/* Solves until the springs' energy is what the system takes it for and impulses have settled. Until
+ * springs are linearised for the last time a round of impulses at a time does, and less exactly. */
 static tulle_status solve_with_true_springs(step_context *context, bool is_first) {
     contact_settings *const settings = &context->scene.settings;
     contact_settings const given = *settings;
-    bool is_quick = !context->scene.paper, is_false = false;
+    bool is_quick = !context->scene.paper && context->world->cloth_vertex_count > 0;
+    bool is_false = false;
     int linearisations = 0;
     tulle_status status = TULLE_OK;
     for (;;) {
-        if (is_quick) settings->solve_rounds = settings->solve_rounds_landing = 1;
+        if (is_quick) make_quick(settings);
         status = run_solve_motion(context, is_first);
         *settings = given;
         is_first = false;
@@ -137,7 +134,7 @@ static tulle_status solve_with_true_springs(step_context *context, bool is_first
             if (status != TULLE_OK) break;
             linearisations++;
             is_quick = true;
-        } else if (context->has_settled || !is_quick) {
+        } else if (!is_quick) {
             break;
         } else {
             is_quick = false;

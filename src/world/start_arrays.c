@@ -56,8 +56,8 @@ void world_release_start(tulle_world *world) {
     size_t const n = world->vertex_count, surface_count = world_surface_count(world);
     world_release_detection(world);
     linear_system_destroy(heap, &world->system);
-    sparse_cholesky_destroy(heap, world->factor);
-    world->factor = NULL;
+    nested_aggregates_destroy(heap, world->aggregates);
+    world->aggregates = NULL;
     if (world->model) {
         cloth_model_destroy(heap, world->model);
         memory_release(heap, world->model, sizeof *world->model);

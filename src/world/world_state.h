@@ -14,7 +14,7 @@
 #include "dynamics/compute_forces.h"
 #include "dynamics/rigid_body.h"
 #include "geom/topology.h"
-#include "math/sparse_cholesky.h"
+#include "math/nested_aggregates.h"
 #include "tulle/world.h"
 #include "world/motion.h"
 
@@ -176,7 +176,7 @@ struct tulle_world {
     double edge_length;                                        /* [m] mean over all cloth */
     cloth_model *model;
     linear_system system;
-    sparse_cholesky *factor; /* preconditioner of the solve; null for small cloth */
+    nested_aggregates *aggregates; /* preconditioner of the solve; null for small cloth */
     broad_phase *broad;
     kept_patches *patches;   /* null for methods without */
     patch_rules patch_rules; /* set by the start, but for keeps_all */

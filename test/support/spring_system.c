@@ -10,6 +10,8 @@
 
 #include <cmocka.h>
 
+enum { SCALAR_REACH = 5 };
+
 double random_signed(uint64_t *random) { return 2.0 * random_uniform(random) - 1.0; }
 
 static void add_edge(spring_graph *mesh, size_t a, size_t b) {
@@ -25,7 +27,6 @@ static void add_edge(spring_graph *mesh, size_t a, size_t b) {
 static spring_graph make_graph(size_t vertex_count, size_t edge_room) {
     spring_graph mesh = {.vertex_count = vertex_count};
     mesh.edges = malloc((edge_room + 1) * sizeof *mesh.edges);
-    mesh.positions = calloc(3 * vertex_count, sizeof(double));
     return mesh;
 }
 
@@ -35,8 +36,6 @@ spring_graph spring_graph_make_grid(size_t columns, size_t rows, bool has_hole) 
     for (size_t j = 0; j < rows; j++)
         for (size_t i = 0; i < columns; i++) {
             size_t const v = j * columns + i;
-            mesh.positions[3 * v] = 0.02 * (double)i;
-            mesh.positions[3 * v + 1] = 0.02 * (double)j;
             bool const in_hole =
                 has_hole && 3 * i > columns && 3 * i < 2 * columns && 3 * j > rows && 2 * j < rows;
             size_t const others[3][2] = {{i + 1, j}, {i, j + 1}, {i + 1, j + 1}};
@@ -52,7 +51,6 @@ spring_graph spring_graph_make_grid(size_t columns, size_t rows, bool has_hole) 
 
 spring_graph spring_graph_make_random(size_t vertex_count, size_t edge_count, uint64_t seed) {
     spring_graph mesh = make_graph(vertex_count, edge_count + vertex_count);
-    for (size_t i = 0; i < 3 * vertex_count; i++) mesh.positions[i] = random_signed(&seed);
     for (size_t e = 0; e < edge_count; e++) {
         size_t const a = (size_t)(random_uniform(&seed) * (double)vertex_count);
         size_t const b = (size_t)(random_uniform(&seed) * (double)vertex_count);
@@ -60,6 +58,22 @@ spring_graph spring_graph_make_random(size_t vertex_count, size_t edge_count, ui
     }
     for (size_t v = 1; v < vertex_count / 3; v++) add_edge(&mesh, 0, v);
     return mesh;
+}
+
+/* Springs between each vertex and the one SCALAR_REACH after it. */
+static void fill_scalars(block_matrix *m, double stiffness, uint64_t *seed) {
+    memset(m->scalar_values, 0, m->scalar_count * sizeof(double));
+    for (size_t v = 0; v + SCALAR_REACH < m->row_count; v++) {
+        uint32_t const begin = m->scalar_begin[v], end = m->scalar_begin[v + 1];
+        uint32_t const other = m->scalar_begin[v + SCALAR_REACH];
+        uint32_t const own = begin + (m->scalar_columns[begin] < v);
+        uint32_t const others_own = other + (m->scalar_columns[other] < v + SCALAR_REACH);
+        double const k = stiffness * random_uniform(seed);
+        m->scalar_values[own] += k;
+        m->scalar_values[others_own] += k;
+        m->scalar_values[end - 1] -= k;
+        m->scalar_values[other] -= k;
+    }
 }
 
 void spring_system_fill(spring_system *system, double stiffness, uint64_t seed) {
@@ -80,6 +94,7 @@ void spring_system_fill(spring_system *system, double stiffness, uint64_t seed) 
             }
         }
     }
+    fill_scalars(m, 0.05 * stiffness, &seed);
 }
 
 spring_system spring_system_make(spring_graph mesh, double stiffness, uint64_t seed) {
@@ -105,10 +120,18 @@ spring_system spring_system_make(spring_graph mesh, double stiffness, uint64_t s
                 columns[l] = columns[l - 1];
                 columns[l - 1] = kept;
             }
+    uint32_t *const scalar_begin = calloc(count + 1, 4), *const scalars = malloc(3 * count * 4);
+    for (size_t v = 0; v < count; v++) {
+        uint32_t end = scalar_begin[v];
+        if (v >= SCALAR_REACH) scalars[end++] = (uint32_t)v - SCALAR_REACH;
+        scalars[end++] = (uint32_t)v;
+        if (v + SCALAR_REACH < count) scalars[end++] = (uint32_t)v + SCALAR_REACH;
+        scalar_begin[v + 1] = end;
+    }
     assert_int_equal(block_matrix_build(&system.heap, count, (block_pattern){begin, columns},
-                                        (block_pattern){NULL, NULL}, &system.matrix),
+                                        (block_pattern){scalar_begin, scalars}, &system.matrix),
                      TULLE_OK);
-    free(begin), free(columns), free(place);
+    free(begin), free(columns), free(place), free(scalar_begin), free(scalars);
     system.is_fixed = calloc(count, 1);
     spring_system_fill(&system, stiffness, seed);
     return system;
@@ -116,57 +139,36 @@ spring_system spring_system_make(spring_graph mesh, double stiffness, uint64_t s
 
 void spring_system_destroy(spring_system *system) {
     block_matrix_destroy(&system->heap, &system->matrix);
-    free(system->mesh.edges), free(system->mesh.positions), free(system->is_fixed);
+    free(system->mesh.edges), free(system->is_fixed);
 }
 
-sparse_cholesky *spring_system_build_factor(spring_system *system) {
-    block_pattern const pattern = {system->matrix.row_begin, system->matrix.columns};
-    sparse_cholesky *const factor = sparse_cholesky_build(&system->heap, system->matrix.row_count,
-                                                          pattern, system->mesh.positions);
-    assert_non_null(factor);
-    return factor;
-}
-
-cholesky_report spring_system_run_factor(spring_system *system, sparse_cholesky *factor,
-                                         const cholesky_matrix *matrix, int threads) {
-    arena scratch = arena_make(&system->heap);
-    cholesky_report report;
-    assert_int_equal(sparse_cholesky_factor(factor, matrix, threads, &scratch, &report), TULLE_OK);
-    arena_destroy(&scratch);
-    return report;
-}
-
-cholesky_matrix spring_system_get_matrix(const spring_system *system) {
-    return (cholesky_matrix){.blocks = system->matrix.values, .is_fixed = system->is_fixed};
-}
-
-void spring_system_multiply(const spring_system *system, const cholesky_matrix *matrix,
+void spring_system_multiply(const spring_system *system, const spring_matrix *matrix,
                             const double *x, double *y) {
     const block_matrix *const m = &system->matrix;
     for (size_t v = 0; v < m->row_count; v++) {
         double sum[3] = {0.0, 0.0, 0.0};
         for (uint32_t k = m->row_begin[v]; k < m->row_begin[v + 1]; k++) {
-            double const shift =
-                matrix->shifts[0] ? matrix->shift_factors[0] * matrix->shifts[0][k] : 0.0;
-            if (matrix->is_fixed[m->columns[k]]) continue;
+            if (system->is_fixed[m->columns[k]]) continue;
             for (size_t i = 0; i < 3; i++)
                 for (size_t j = 0; j < 3; j++)
-                    sum[i] += (m->values[9 * k + 3 * j + i] - (i == j ? shift : 0.0)) *
-                              x[3 * m->columns[k] + j];
+                    sum[i] += m->values[9 * k + 3 * j + i] * x[3 * m->columns[k] + j];
         }
-        for (size_t i = 0; i < 3; i++) y[3 * v + i] = matrix->is_fixed[v] ? 0.0 : sum[i];
+        for (uint32_t k = m->scalar_begin[v]; k < m->scalar_begin[v + 1]; k++)
+            for (size_t i = 0; i < 3 && !system->is_fixed[m->scalar_columns[k]]; i++)
+                sum[i] += m->scalar_values[k] * x[3 * m->scalar_columns[k] + i];
+        for (size_t i = 0; i < 3; i++) y[3 * v + i] = system->is_fixed[v] ? 0.0 : sum[i];
     }
     for (size_t t = 0; t < matrix->term_count; t++) {
-        const cholesky_term *const term = &matrix->terms[t];
+        const matrix_term *const term = &matrix->terms[t];
         double velocity[3] = {0.0, 0.0, 0.0}, pull[3];
         for (size_t k = 0; k < 4; k++)
             for (size_t i = 0; i < 3 && term->vertices[k] != TULLE_NONE; i++)
-                if (!matrix->is_fixed[term->vertices[k]])
+                if (!system->is_fixed[term->vertices[k]])
                     velocity[i] += term->weights[k] * x[3 * term->vertices[k] + i];
         vec3_store(pull, 0, mat3_multiply_vec3(&term->stiffness, vec3_load(velocity, 0)));
         for (size_t k = 0; k < 4; k++)
             for (size_t i = 0; i < 3 && term->vertices[k] != TULLE_NONE; i++)
-                if (!matrix->is_fixed[term->vertices[k]])
+                if (!system->is_fixed[term->vertices[k]])
                     y[3 * term->vertices[k] + i] += term->weights[k] * pull[i];
     }
 }

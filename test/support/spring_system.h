@@ -1,10 +1,11 @@
 /* support/spring_system.h - matrices like those of cloth, for tests of solvers: springs of random
- * directions and stiffnesses along the edges of a graph. Calls assert what must not fail. */
+ * directions and stiffnesses along the edges of a graph, and isotropic ones between every vertex
+ * and the fifth after it. Calls assert what must not fail. */
 #ifndef TULLE_TEST_SUPPORT_SPRING_SYSTEM_H
 #define TULLE_TEST_SUPPORT_SPRING_SYSTEM_H
 
 #include "math/block_matrix.h"
-#include "math/sparse_cholesky.h"
+#include "math/matrix_term.h"
 
 /* Uniform in -1 .. 1. */
 double random_signed(uint64_t *random);
@@ -12,12 +13,11 @@ double random_signed(uint64_t *random);
 typedef struct spring_graph {
     size_t vertex_count, edge_count;
     uint32_t (*edges)[2];
-    double *positions;
 } spring_graph;
 
 /* Triangulated grid; where has_hole, some vertices in it lack their edges. */
 spring_graph spring_graph_make_grid(size_t columns, size_t rows, bool has_hole);
-/* Vertices anywhere in space and edges between any: also several pieces and high valences. */
+/* Edges between any vertices: also several pieces and high valences. */
 spring_graph spring_graph_make_random(size_t vertex_count, size_t edge_count, uint64_t seed);
 
 typedef struct spring_system {
@@ -33,12 +33,13 @@ void spring_system_destroy(spring_system *system);
 /* Other values for the matrix. */
 void spring_system_fill(spring_system *system, double stiffness, uint64_t seed);
 
-sparse_cholesky *spring_system_build_factor(spring_system *system);
-cholesky_report spring_system_run_factor(spring_system *system, sparse_cholesky *factor,
-                                         const cholesky_matrix *matrix, int threads);
-cholesky_matrix spring_system_get_matrix(const spring_system *system);
-/* y = matrix x with terms, shifts and fixed vertices as cholesky_matrix says. */
-void spring_system_multiply(const spring_system *system, const cholesky_matrix *matrix,
+/* The matrix with stiff terms; entries of fixed vertices count as zero. */
+typedef struct spring_matrix {
+    const matrix_term *terms;
+    size_t term_count;
+} spring_matrix;
+/* y = matrix x */
+void spring_system_multiply(const spring_system *system, const spring_matrix *matrix,
                             const double *x, double *y);
 
 #endif

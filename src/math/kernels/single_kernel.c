@@ -1,12 +1,14 @@
 /* math/kernels/single_kernel.c - see single_kernel.h.
  *
- * A block times three numbers is nine products: one lane each where a register has sixteen, else
- * three times four lanes. Each lane's sum is over the blocks of a row in their order, so both give
- * the same bits. */
+ * A block times three numbers is nine products: three columns of four lanes, the last of which is
+ * ignored, side by side where a register has sixteen. Each lane's sum is over the blocks of a row
+ * in their order, so all widths give the same bits. */
 #include "math/single_kernel.h"
 
-#include <stdbool.h>
 #include <string.h>
+#ifdef __AVX512F__
+#include <immintrin.h>
+#endif
 
 #define SINGLE_INLINE static inline __attribute__((always_inline))
 
@@ -15,6 +17,12 @@ typedef float lanes4 __attribute__((vector_size(16)));
 SINGLE_INLINE lanes4 load4(const float *from) {
     lanes4 a;
     memcpy(&a, from, sizeof a);
+    return a;
+}
+/* Three numbers and one that is ignored: the next, unless that may be another thread's. */
+SINGLE_INLINE lanes4 load_own(const float *from, const int has_next) {
+    lanes4 a = {0};
+    memcpy(&a, from, has_next ? sizeof a : 3 * sizeof(float));
     return a;
 }
 SINGLE_INLINE void store4(float *to, lanes4 a) { memcpy(to, &a, sizeof a); }
@@ -46,79 +54,100 @@ SINGLE_INLINE float dot(const float *a, const float *b, size_t begin, size_t end
 }
 
 #ifdef __AVX512F__
-/* Lanes of a block's nine products: the three numbers of x, each thrice. */
-SINGLE_INLINE lanes16 spread(lanes16 x) {
-    return __builtin_shufflevector(x, x, 0, 0, 0, 1, 1, 1, 2, 2, 2, 0, 0, 0, 0, 0, 0, 0);
+/* Sums of the columns of blocks: three times four lanes. */
+typedef __m512 column_sums;
+/* The columns of a block, from six numbers; eight are read. */
+SINGLE_INLINE __m512 load_columns(const float *block) {
+    __m512i const places = _mm512_setr_epi32(0, 1, 2, 0, 1, 3, 4, 0, 2, 4, 5, 0, 0, 0, 0, 0);
+    return _mm512_permutexvar_ps(places, _mm512_castps256_ps512(_mm256_loadu_ps(block)));
 }
-/* Sums of the columns' lanes. */
-SINGLE_INLINE lanes4 fold(lanes16 a) {
-    lanes16 const second =
-        __builtin_shufflevector(a, a, 3, 4, 5, 6, 3, 3, 3, 3, 3, 3, 3, 3, 3, 3, 3, 3);
-    lanes16 const third =
-        __builtin_shufflevector(a, a, 6, 7, 8, 9, 6, 6, 6, 6, 6, 6, 6, 6, 6, 6, 6, 6);
-    lanes16 const sum = (a + second) + third;
-    return __builtin_shufflevector(sum, sum, 0, 1, 2, 3);
+/* The three numbers of x, each four times. */
+SINGLE_INLINE __m512 spread(const float *x) {
+    __m512i const places = _mm512_setr_epi32(0, 0, 0, 0, 1, 1, 1, 1, 2, 2, 2, 2, 0, 0, 0, 0);
+    return _mm512_permutexvar_ps(places, _mm512_castps128_ps512(_mm_loadu_ps(x)));
 }
+SINGLE_INLINE column_sums no_sums(void) { return _mm512_setzero_ps(); }
+SINGLE_INLINE column_sums add_columns(column_sums sums, const float *block, const float *x) {
+    return _mm512_add_ps(sums, _mm512_mul_ps(load_columns(block), spread(x)));
+}
+SINGLE_INLINE lanes4 fold(column_sums sums) {
+    lanes4 const second = (lanes4)_mm512_extractf32x4_ps(sums, 1);
+    lanes4 const third = (lanes4)_mm512_extractf32x4_ps(sums, 2);
+    return ((lanes4)_mm512_castps512_ps128(sums) + second) + third;
+}
+#else
+typedef struct column_sums {
+    lanes4 first, second, third;
+} column_sums;
+SINGLE_INLINE column_sums no_sums(void) {
+    lanes4 const zero = {0};
+    return (column_sums){zero, zero, zero};
+}
+SINGLE_INLINE column_sums add_columns(column_sums sums, const float *block, const float *x) {
+    lanes4 const low = load4(block), high = load4(block + 2);
+    sums.first += low * x[0];
+    sums.second += __builtin_shufflevector(low, high, 1, 3, 6, 6) * x[1];
+    sums.third += __builtin_shufflevector(low, high, 2, 6, 7, 7) * x[2];
+    return sums;
+}
+SINGLE_INLINE lanes4 fold(column_sums sums) { return (sums.first + sums.second) + sums.third; }
 #endif
 
 /* The blocks of a row times their columns' numbers. */
-SINGLE_INLINE lanes4 multiply_blocks(const single_matrix *matrix, const float *x, size_t row) {
-    uint32_t const end = matrix->row_begin[row + 1];
-#ifdef __AVX512F__
-    lanes16 sum = {0};
-    for (uint32_t k = matrix->row_begin[row]; k < end; k++)
-        sum += load16(matrix->values + 9 * (size_t)k) *
-               spread(load16(x + 3 * (size_t)matrix->columns[k]));
-    return fold(sum);
-#else
-    lanes4 sum0 = {0}, sum1 = {0}, sum2 = {0};
-    for (uint32_t k = matrix->row_begin[row]; k < end; k++) {
-        const float *const block = matrix->values + 9 * (size_t)k;
-        const float *const entry = x + 3 * (size_t)matrix->columns[k];
-        sum0 += load4(block) * entry[0];
-        sum1 += load4(block + 3) * entry[1];
-        sum2 += load4(block + 6) * entry[2];
-    }
-    return (sum0 + sum1) + sum2;
-#endif
+SINGLE_INLINE lanes4 multiply_blocks(const float *values, const uint32_t *columns, uint32_t begin,
+                                     uint32_t end, const float *x) {
+    column_sums sums = no_sums();
+    for (uint32_t k = begin; k < end; k++)
+        sums = add_columns(sums, values + SINGLE_BLOCK * (size_t)k, x + 3 * (size_t)columns[k]);
+    return fold(sums);
 }
 
 /* Even and odd scalars in two sums, so that additions need not wait for one another. */
-SINGLE_INLINE lanes4 multiply_scalars(const single_matrix *matrix, const float *x, size_t row) {
+SINGLE_INLINE lanes4 multiply_scalars(const float *values, const uint32_t *columns, uint32_t begin,
+                                      uint32_t end, const float *x) {
+    uint32_t k = begin;
     lanes4 even = {0}, odd = {0};
-    uint32_t k = matrix->scalar_begin[row];
-    uint32_t const end = matrix->scalar_begin[row + 1];
+#ifdef __AVX512F__
+    __m256 both = _mm256_setzero_ps();
     for (; k + 2 <= end; k += 2) {
-        even += load4(x + 3 * (size_t)matrix->scalar_columns[k]) * matrix->scalar_values[k];
-        odd += load4(x + 3 * (size_t)matrix->scalar_columns[k + 1]) * matrix->scalar_values[k + 1];
+        __m256i const places = _mm256_setr_epi32(0, 0, 0, 0, 1, 1, 1, 1);
+        __m256 const first = _mm256_castps128_ps256(_mm_loadu_ps(x + 3 * (size_t)columns[k]));
+        __m256 const entries =
+            _mm256_insertf128_ps(first, _mm_loadu_ps(x + 3 * (size_t)columns[k + 1]), 1);
+        __m128 const pair = _mm_castsi128_ps(_mm_loadl_epi64((const void *)(values + k)));
+        __m256 const scalars = _mm256_permutevar8x32_ps(_mm256_castps128_ps256(pair), places);
+        both = _mm256_add_ps(both, _mm256_mul_ps(entries, scalars));
     }
-    if (k < end)
-        even += load4(x + 3 * (size_t)matrix->scalar_columns[k]) * matrix->scalar_values[k];
+    even = (lanes4)_mm256_castps256_ps128(both);
+    odd = (lanes4)_mm256_extractf128_ps(both, 1);
+#else
+    for (; k + 2 <= end; k += 2) {
+        even += load4(x + 3 * (size_t)columns[k]) * values[k];
+        odd += load4(x + 3 * (size_t)columns[k + 1]) * values[k + 1];
+    }
+#endif
+    if (k < end) even += load4(x + 3 * (size_t)columns[k]) * values[k];
     return even + odd;
 }
 
 float TULLE_KERNEL(single_multiply)(const single_matrix *matrix, const single_vectors *vectors,
                                     size_t begin, size_t end) {
-    const float *const x = vectors->direction;
+    const float *restrict const x = vectors->direction;
+    float *restrict const product = vectors->product;
+    const single_matrix m = *matrix;
     lanes4 sum = {0};
     for (size_t row = begin; row < end; row++) {
-        lanes4 const y = multiply_blocks(matrix, x, row) + multiply_scalars(matrix, x, row);
+        lanes4 const y =
+            multiply_blocks(m.values, m.columns, m.row_begin[row], m.row_begin[row + 1], x) +
+            multiply_scalars(m.scalar_values, m.scalar_columns, m.scalar_begin[row],
+                             m.scalar_begin[row + 1], x);
         sum += y * load4(x + 3 * row);
         if (row + 1 < end)
-            store4(vectors->product + 3 * row, y); /* the next row puts its first number right */
+            store4(product + 3 * row, y); /* the next row puts its first number right */
         else
-            store3(vectors->product + 3 * row, y);
+            store3(product + 3 * row, y);
     }
     return (sum[0] + sum[1]) + sum[2];
-}
-
-/* z = P^-1 r of a vertex; `has_room`: as many numbers as a register holds may be read after r. */
-SINGLE_INLINE lanes4 multiply_inverse(const float *m, const float *r, const bool has_room) {
-#ifdef __AVX512F__
-    if (has_room) return fold(load16(m) * spread(load16(r)));
-#endif
-    (void)has_room;
-    return (load4(m) * r[0] + load4(m + 3) * r[1]) + load4(m + 6) * r[2];
 }
 
 float TULLE_KERNEL(single_advance)(const single_vectors *vectors, float alpha, size_t begin,
@@ -126,13 +155,13 @@ float TULLE_KERNEL(single_advance)(const single_vectors *vectors, float alpha, s
     for (size_t i = 3 * begin; i < 3 * end; i++) vectors->x[i] += vectors->direction[i] * alpha;
     for (size_t i = 3 * begin; i < 3 * end; i++)
         vectors->residual[i] -= vectors->product[i] * alpha;
-    size_t v = begin;
-    for (; v + 6 <= end; v++)
-        store4(vectors->preconditioned + 3 * v,
-               multiply_inverse(vectors->inverse + 9 * v, vectors->residual + 3 * v, true));
-    for (; v < end; v++)
+    const float *const inverse = vectors->inverse;
+    for (size_t v = begin; v < end; v++) {
+        float r[4];
+        store4(r, load_own(vectors->residual + 3 * v, v + 1 < end));
         store3(vectors->preconditioned + 3 * v,
-               multiply_inverse(vectors->inverse + 9 * v, vectors->residual + 3 * v, false));
+               fold(add_columns(no_sums(), inverse + SINGLE_BLOCK * v, r)));
+    }
     return dot(vectors->preconditioned, vectors->residual, 3 * begin, 3 * end);
 }
 
@@ -142,8 +171,14 @@ void TULLE_KERNEL(single_turn)(const single_vectors *vectors, float beta, size_t
         vectors->direction[i] = vectors->preconditioned[i] + beta * vectors->direction[i];
 }
 
-void TULLE_KERNEL(single_dots)(const single_vectors *vectors, size_t begin, size_t end,
-                               float dots[2]) {
-    dots[0] = dot(vectors->preconditioned, vectors->residual, 3 * begin, 3 * end);
-    dots[1] = dot(vectors->preconditioned, vectors->product, 3 * begin, 3 * end);
+void TULLE_KERNEL(single_turn_corrected)(const single_vectors *vectors,
+                                         const single_correction *correction, float beta,
+                                         size_t begin, size_t end) {
+    for (size_t v = begin; v < end; v++) {
+        lanes4 const z = load4(vectors->preconditioned + 3 * v);
+        lanes4 const c = load4(correction->values + 3 * (size_t)correction->parents[v]);
+        lanes4 const before = load_own(vectors->direction + 3 * v, v + 1 < end);
+        float const share = correction->is_fixed[v] ? 0.0F : 1.0F;
+        store3(vectors->direction + 3 * v, (z + c * share) + before * beta);
+    }
 }

@@ -1,0 +1,200 @@
+/* math/nested_aggregates_fill.c - numbers and use of nested aggregates, see nested_aggregates.h.
+ *
+ * G of a level is the sum of the entries of A between vertices of one aggregate. Each entry is
+ * added once, at the first level that joins its row and column, and goes up with its aggregate from
+ * there. In double precision: springs cancel in these sums, and masses are left.
+ *
+ * Based on: Bramble, Pasciak, Xu, Parallel multilevel preconditioners, 1990; Zhang, Multilevel
+ * Schwarz methods, 1992 (diagonal blocks at every level). Departure: aggregates are constant. */
+#include "math/conjugate_gradients.h"
+#include "math/nested_aggregates.h"
+
+#include "base/parallel.h"
+
+#include <string.h>
+
+/* Aggregates a chunk: a sum of one chunk is the unit of every dot. */
+enum { AGGREGATES_PER_CHUNK = 256 };
+
+/* Sums that go up: of an aggregate of level l, one block for each level from l on. */
+typedef struct fill_task {
+    nested_aggregates *all;
+    const block_matrix *matrix;
+    size_t level;
+    const double *below; /* sums of the level below; null: the matrix */
+    double *sums;
+} fill_task;
+
+static void add_block(double *to, const double *block) {
+    for (size_t i = 0; i < 9; i++) to[i] += block[i];
+}
+
+/* Adds the entries of a row to its aggregate's sums. */
+static void add_row(const fill_task *task, size_t row, double *sums) {
+    const nested_aggregates *const all = task->all;
+    const block_matrix *const matrix = task->matrix;
+    for (uint32_t k = matrix->row_begin[row]; k < matrix->row_begin[row + 1]; k++)
+        if (all->block_levels[k] < all->level_count && !all->is_fixed[matrix->columns[k]])
+            add_block(sums + 9 * (size_t)all->block_levels[k], matrix->values + 9 * (size_t)k);
+    for (uint32_t k = matrix->scalar_begin[row]; k < matrix->scalar_begin[row + 1]; k++) {
+        if (all->scalar_levels[k] >= all->level_count || all->is_fixed[matrix->scalar_columns[k]])
+            continue;
+        double *const to = sums + 9 * (size_t)all->scalar_levels[k];
+        for (size_t i = 0; i < 9; i += 4) to[i] += matrix->scalar_values[k];
+    }
+}
+
+static void sum_members(void *context, size_t begin, size_t end, size_t chunk, int worker) {
+    (void)chunk, (void)worker;
+    const fill_task *const task = context;
+    const nested_aggregates *const all = task->all;
+    const aggregate_level *const level = &all->levels[task->level];
+    size_t const size = 9 * (all->level_count - task->level);
+    for (size_t a = begin; a < end; a++) {
+        double *const sums = task->sums + size * a;
+        memset(sums, 0, size * sizeof(double));
+        for (uint32_t i = level->member_begin[a]; i < level->member_begin[a + 1]; i++) {
+            size_t const member = level->members[i];
+            if (!task->below) {
+                if (!all->is_fixed[member]) add_row(task, member, sums);
+                continue;
+            }
+            const double *const from = task->below + (size + 9) * member + 9;
+            for (size_t k = 0; k < size; k++) sums[k] += from[k];
+        }
+        /* what a level joins counts in all above it */
+        if (size > 9) add_block(sums + 9, sums);
+        memcpy(level->matrix_blocks + 9 * a, sums, 9 * sizeof(double));
+    }
+}
+
+bool nested_aggregates_set_matrix(nested_aggregates *aggregates, const block_matrix *matrix,
+                                  const uint8_t *is_fixed, int threads, arena *scratch) {
+    arena_mark const mark = arena_get_mark(scratch);
+    if (is_fixed)
+        memcpy(aggregates->is_fixed, is_fixed, aggregates->vertex_count);
+    else
+        memset(aggregates->is_fixed, 0, aggregates->vertex_count);
+    fill_task task = {.all = aggregates, .matrix = matrix};
+    bool ok = true;
+    for (size_t l = 0; ok && l < aggregates->level_count; l++) {
+        size_t const count = aggregates->levels[l].count;
+        task.level = l;
+        task.below = l == 0 ? NULL : task.sums;
+        task.sums = ARENA_NEW(scratch, double, 9 * (aggregates->level_count - l) * count);
+        ok = task.sums != NULL;
+        if (ok) parallel_for(count, AGGREGATES_PER_CHUNK, threads, sum_members, &task);
+    }
+    arena_release(scratch, mark);
+    return ok;
+}
+
+/* The term's vertices become their aggregates, vertices of one aggregate one. */
+static void move_up(const aggregate_level *level, uint32_t *members, double *weights) {
+    for (size_t k = 0; k < 4; k++) {
+        if (members[k] == TULLE_NONE) continue;
+        members[k] = level->parents[members[k]];
+        for (size_t j = 0; j < k && members[k] != TULLE_NONE; j++) {
+            if (members[j] != members[k]) continue;
+            weights[j] += weights[k];
+            members[k] = TULLE_NONE;
+        }
+    }
+}
+
+static void add_term(nested_aggregates *all, const matrix_term *term) {
+    uint32_t members[4];
+    double weights[4];
+    for (size_t k = 0; k < 4; k++) {
+        uint32_t const vertex = term->vertices[k];
+        members[k] = vertex == TULLE_NONE || all->is_fixed[vertex] ? TULLE_NONE : vertex;
+        weights[k] = term->weights[k];
+    }
+    for (size_t l = 0; l < all->level_count; l++) {
+        move_up(&all->levels[l], members, weights);
+        for (size_t k = 0; k < 4; k++) {
+            if (members[k] == TULLE_NONE) continue;
+            double *const to = all->levels[l].blocks + 9 * (size_t)members[k];
+            for (size_t i = 0; i < 9; i++) to[i] += weights[k] * weights[k] * term->stiffness.m[i];
+        }
+    }
+}
+
+static void invert_chunk(void *context, size_t begin, size_t end, size_t chunk, int worker) {
+    (void)chunk, (void)worker;
+    const aggregate_level *const level = context;
+    for (size_t a = begin; a < end; a++) {
+        conjugate_gradients_problem const problem = {.diagonal = level->blocks + 9 * a};
+        double inverse[9];
+        invert_blocks(&problem, 0, 1, inverse);
+        for (size_t i = 0; i < 9; i++) level->inverse[9 * a + i] = (float)inverse[i];
+    }
+}
+
+void nested_aggregates_set_terms(nested_aggregates *aggregates, const matrix_term *terms,
+                                 size_t count, int threads) {
+    for (size_t l = 0; l < aggregates->level_count; l++) {
+        aggregate_level *const level = &aggregates->levels[l];
+        memcpy(level->blocks, level->matrix_blocks, 9 * level->count * sizeof(double));
+    }
+    for (size_t t = 0; t < count; t++) add_term(aggregates, &terms[t]);
+    for (size_t l = 0; l < aggregates->level_count; l++)
+        parallel_for(aggregates->levels[l].count, AGGREGATES_PER_CHUNK, threads, invert_chunk,
+                     &aggregates->levels[l]);
+}
+
+/* ---- the correction ---- */
+
+typedef struct correct_task {
+    nested_aggregates *all;
+    const aggregate_level *level;
+    const float *below; /* residual of the level below */
+} correct_task;
+
+/* Residual and own correction of a level's aggregates; sums their dots. */
+static void restrict_chunk(void *context, size_t begin, size_t end, size_t chunk, int worker) {
+    (void)worker;
+    const correct_task *const task = context;
+    const aggregate_level *const level = task->level;
+    const uint8_t *const is_fixed = task->level == task->all->levels ? task->all->is_fixed : NULL;
+    double dot = 0.0;
+    for (size_t a = begin; a < end; a++) {
+        float r[3] = {0.0F, 0.0F, 0.0F};
+        for (uint32_t i = level->member_begin[a]; i < level->member_begin[a + 1]; i++) {
+            const float *const from = task->below + 3 * (size_t)level->members[i];
+            float const share = is_fixed && is_fixed[level->members[i]] ? 0.0F : 1.0F;
+            for (size_t k = 0; k < 3; k++) r[k] += share * from[k];
+        }
+        const float *const m = level->inverse + 9 * a;
+        for (size_t k = 0; k < 3; k++) {
+            float const z = m[k] * r[0] + m[3 + k] * r[1] + m[6 + k] * r[2];
+            level->residual[3 * a + k] = r[k];
+            level->correction[3 * a + k] = z;
+            dot += (double)r[k] * (double)z;
+        }
+    }
+    task->all->partials[chunk] = dot;
+}
+
+/* Adds the corrections of the level above. */
+static void prolong(const aggregate_level *level, const aggregate_level *above) {
+    for (size_t a = 0; a < level->count; a++) {
+        const float *const from = above->correction + 3 * (size_t)above->parents[a];
+        for (size_t k = 0; k < 3; k++) level->correction[3 * a + k] += from[k];
+    }
+}
+
+double nested_aggregates_correct(nested_aggregates *aggregates, const float *r, int threads) {
+    double dot = 0.0;
+    correct_task task = {.all = aggregates, .below = r};
+    for (size_t l = 0; l < aggregates->level_count; l++) {
+        task.level = &aggregates->levels[l];
+        parallel_for(task.level->count, AGGREGATES_PER_CHUNK, threads, restrict_chunk, &task);
+        size_t const chunks = parallel_chunk_count(task.level->count, AGGREGATES_PER_CHUNK);
+        for (size_t chunk = 0; chunk < chunks; chunk++) dot += aggregates->partials[chunk];
+        task.below = task.level->residual;
+    }
+    for (size_t l = aggregates->level_count; l-- > 1;)
+        prolong(&aggregates->levels[l - 1], &aggregates->levels[l]);
+    return dot;
+}
