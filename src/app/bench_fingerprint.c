@@ -4,8 +4,9 @@
 
 #include "tulle/shapes.h"
 
-/* A steep sheet slides over a ball, a rigid box falls on both: some tens of milliseconds. */
-enum { STEP_COUNT = 30, SHEET_RESOLUTION = 11, BALL_RESOLUTION = 3 };
+/* A steep sheet, large enough for solves in single precision, slides over a ball, a rigid box falls
+ * on both: some tenths of a second. */
+enum { STEP_COUNT = 30, SHEET_RESOLUTION = 35, BALL_RESOLUTION = 3 };
 static const double TIME_STEP = 1.0 / 90.0; /* [s] */
 
 static tulle_status make_sheet(tulle_mesh *mesh, tulle_error *error) {
