@@ -89,7 +89,8 @@ static void join_tensors(const grain_tensor *a, const grain_tensor *b, contact_r
     vec3 const along = vec3_cross(a->across, row->normal);
     double const c = vec3_dot(b->across, a->across), s = vec3_dot(b->across, along);
     double const xx = p + q * c * c, xy = q * c * s, yy = q * s * s; /* x: across of a */
-    double const middle = 0.5 * (xx + yy), half = hypot(0.5 * (xx - yy), xy);
+    double const middle = 0.5 * (xx + yy), difference = 0.5 * (xx - yy);
+    double const half = sqrt(difference * difference + xy * xy);
     double const angle = 0.5 * atan2(2.0 * xy, xx - yy);
     vec3 const major = vec3_add_scaled(vec3_scale(a->across, cos(angle)), along, sin(angle));
     row->grain = vec3_cross(major, row->normal);
@@ -187,7 +188,8 @@ double measure_bound_follow(const contact_row *row, double normal, vec3 friction
         double const y = vec3_dot(friction, vec3_cross(row->normal, row->grain));
         if (!(a > 0.0)) return fabs(y) < b ? 1.0 : 0.0; /* a segment */
         if (!(b > 0.0)) return fabs(x) < a ? 1.0 : 0.0;
-        double const slope = hypot(x / (a * a), y / (b * b));
+        double const steep_x = x / (a * a), steep_y = y / (b * b);
+        double const slope = sqrt(steep_x * steep_x + steep_y * steep_y);
         radius = a * a * b * b * slope * slope * slope;
     }
     return radius + distance > 0.0 ? radius / (radius + distance) : 0.0;

@@ -265,8 +265,9 @@ void set_row_mobility(const contact_scene *scene, contact_row *row) {
     row->inverse_mass += vec3_dot(row->normal, kn);
     row->slip_answer = vec3_add_scaled(kn, row->normal, -vec3_dot(row->normal, kn));
     double const aa = vec3_dot(a, ka), ab = vec3_dot(a, kb), bb = vec3_dot(b, kb);
+    double const half = 0.5 * (aa - bb); /* no hypot: its last bits differ between processors */
     row->slip_inverse_mass =
-        of_vertices + 0.5 * (aa + bb) + hypot(0.5 * (aa - bb), ab); /* largest eigenvalue */
+        of_vertices + 0.5 * (aa + bb) + sqrt(half * half + ab * ab); /* largest eigenvalue */
 }
 
 double find_row_fall(const contact_scene *scene, const contact_row *row) {
