@@ -22,7 +22,7 @@ OUTSIDE = {"scene": {"base", "scene"}, "render": {"base", "render"}, "app": {"ba
 FOREIGN_HEADERS = {"yaml.h": ("src/scene/",), "png.h": ("src/render/",), "embree3/rtcore.h": ("src/render/embree_",),
                    "omp.h": ("src/base/parallel_openmp.c",), "pthread.h": ("src/base/",),
                    "expat.h": ("src/app/",), "zlib.h": ("src/app/",),
-                   "gmp.h": (), "immintrin.h": ("src/math/simd", "src/detect/kernels/"), "x86intrin.h": (), "arm_neon.h": ()}
+                   "gmp.h": (), "immintrin.h": ("src/math/simd", "src/math/kernels/", "src/detect/kernels/"), "x86intrin.h": (), "arm_neon.h": ()}
 INCLUDE = re.compile(r'^\s*#\s*include\s*(["<])([^">]+)[">]')
 PRAGMA_OMP = re.compile(r"^\s*#\s*pragma\s+omp\b(?!\s+simd)")
 HEAP_CALL = re.compile(r"(?<![\w.>])(malloc|calloc|realloc|free|strdup|aligned_alloc|posix_memalign)\s*\(")
