@@ -15,6 +15,7 @@ import drivers  # noqa: E402
 import meshes  # noqa: E402
 import run  # noqa: E402
 import table  # noqa: E402
+from markdown_tables import read_rows  # noqa: E402
 
 SQUARE = "v 0 0 1\nv 2 0 1\nv 2 2 1\nv 0 2 1\nf 1 2 3\nf 1 3 4\n"
 SCENE = """gravity: [0, 0, -9.81]
@@ -167,6 +168,12 @@ class Tables(unittest.TestCase):
         self.assertIn("1.1 times over 1.00 s", lines[0])
         rows.pop()
         self.assertIn("not measured", table.judge_goals(rows))
+
+    def test_the_page_holds_the_committed_rows(self):
+        texts = table.make_texts(read_rows(HERE.parent / "peers.csv"))
+        page = (HERE.parents[1] / "docs" / "benchmarks.md").read_text(encoding="utf-8")
+        for name, text in texts.items():
+            self.assertIn(f"<!-- begin {name} -->\n{text}\n<!-- end {name} -->", page)
 
 
 if __name__ == "__main__":
