@@ -19,10 +19,9 @@ SINGLE_INLINE lanes4 load4(const float *from) {
     memcpy(&a, from, sizeof a);
     return a;
 }
-/* Three numbers and one that is ignored: the next, unless that may be another thread's. */
-SINGLE_INLINE lanes4 load_own(const float *from, const int has_next) {
-    lanes4 a = {0};
-    memcpy(&a, from, has_next ? sizeof a : 3 * sizeof(float));
+/* Where the next number may be another thread's. */
+SINGLE_INLINE lanes4 load3(const float *from) {
+    lanes4 const a = {from[0], from[1], from[2], 0.0F};
     return a;
 }
 SINGLE_INLINE void store4(float *to, lanes4 a) { memcpy(to, &a, sizeof a); }
@@ -62,12 +61,12 @@ SINGLE_INLINE __m512 load_columns(const float *block) {
     return _mm512_permutexvar_ps(places, _mm512_castps256_ps512(_mm256_loadu_ps(block)));
 }
 /* The three numbers of x, each four times. */
-SINGLE_INLINE __m512 spread(const float *x) {
+SINGLE_INLINE __m512 spread(lanes4 x) {
     __m512i const places = _mm512_setr_epi32(0, 0, 0, 0, 1, 1, 1, 1, 2, 2, 2, 2, 0, 0, 0, 0);
-    return _mm512_permutexvar_ps(places, _mm512_castps128_ps512(_mm_loadu_ps(x)));
+    return _mm512_permutexvar_ps(places, _mm512_castps128_ps512((__m128)x));
 }
 SINGLE_INLINE column_sums no_sums(void) { return _mm512_setzero_ps(); }
-SINGLE_INLINE column_sums add_columns(column_sums sums, const float *block, const float *x) {
+SINGLE_INLINE column_sums add_columns(column_sums sums, const float *block, lanes4 x) {
     return _mm512_add_ps(sums, _mm512_mul_ps(load_columns(block), spread(x)));
 }
 SINGLE_INLINE lanes4 fold(column_sums sums) {
@@ -83,7 +82,7 @@ SINGLE_INLINE column_sums no_sums(void) {
     lanes4 const zero = {0};
     return (column_sums){zero, zero, zero};
 }
-SINGLE_INLINE column_sums add_columns(column_sums sums, const float *block, const float *x) {
+SINGLE_INLINE column_sums add_columns(column_sums sums, const float *block, lanes4 x) {
     lanes4 const low = load4(block), high = load4(block + 2);
     sums.first += low * x[0];
     sums.second += __builtin_shufflevector(low, high, 1, 3, 6, 6) * x[1];
@@ -93,12 +92,17 @@ SINGLE_INLINE column_sums add_columns(column_sums sums, const float *block, cons
 SINGLE_INLINE lanes4 fold(column_sums sums) { return (sums.first + sums.second) + sums.third; }
 #endif
 
+SINGLE_INLINE lanes4 multiply_block(const float *block, lanes4 x) {
+    return fold(add_columns(no_sums(), block, x));
+}
+
 /* The blocks of a row times their columns' numbers. */
 SINGLE_INLINE lanes4 multiply_blocks(const float *values, const uint32_t *columns, uint32_t begin,
                                      uint32_t end, const float *x) {
     column_sums sums = no_sums();
     for (uint32_t k = begin; k < end; k++)
-        sums = add_columns(sums, values + SINGLE_BLOCK * (size_t)k, x + 3 * (size_t)columns[k]);
+        sums =
+            add_columns(sums, values + SINGLE_BLOCK * (size_t)k, load4(x + 3 * (size_t)columns[k]));
     return fold(sums);
 }
 
@@ -152,16 +156,17 @@ float TULLE_KERNEL(single_multiply)(const single_matrix *matrix, const single_ve
 
 float TULLE_KERNEL(single_advance)(const single_vectors *vectors, float alpha, size_t begin,
                                    size_t end) {
-    for (size_t i = 3 * begin; i < 3 * end; i++) vectors->x[i] += vectors->direction[i] * alpha;
-    for (size_t i = 3 * begin; i < 3 * end; i++)
-        vectors->residual[i] -= vectors->product[i] * alpha;
-    const float *const inverse = vectors->inverse;
-    for (size_t v = begin; v < end; v++) {
-        float r[4];
-        store4(r, load_own(vectors->residual + 3 * v, v + 1 < end));
-        store3(vectors->preconditioned + 3 * v,
-               fold(add_columns(no_sums(), inverse + SINGLE_BLOCK * v, r)));
-    }
+    float *restrict const x = vectors->x, *restrict const residual = vectors->residual;
+    const float *restrict const direction = vectors->direction;
+    const float *restrict const product = vectors->product;
+    for (size_t i = 3 * begin; i < 3 * end; i++) x[i] += direction[i] * alpha;
+    for (size_t i = 3 * begin; i < 3 * end; i++) residual[i] -= product[i] * alpha;
+    const float *restrict const inverse = vectors->inverse;
+    float *restrict const z = vectors->preconditioned;
+    for (size_t v = begin; v + 1 < end; v++)
+        store4(z + 3 * v, multiply_block(inverse + SINGLE_BLOCK * v, load4(residual + 3 * v)));
+    for (size_t v = end - 1; v < end; v++)
+        store3(z + 3 * v, multiply_block(inverse + SINGLE_BLOCK * v, load3(residual + 3 * v)));
     return dot(vectors->preconditioned, vectors->residual, 3 * begin, 3 * end);
 }
 
@@ -174,11 +179,14 @@ void TULLE_KERNEL(single_turn)(const single_vectors *vectors, float beta, size_t
 void TULLE_KERNEL(single_turn_corrected)(const single_vectors *vectors,
                                          const single_correction *correction, float beta,
                                          size_t begin, size_t end) {
+    float *restrict const direction = vectors->direction;
+    const float *restrict const z = vectors->preconditioned;
+    const float *restrict const values = correction->values;
+    const uint32_t *restrict const parents = correction->parents;
     for (size_t v = begin; v < end; v++) {
-        lanes4 const z = load4(vectors->preconditioned + 3 * v);
-        lanes4 const c = load4(correction->values + 3 * (size_t)correction->parents[v]);
-        lanes4 const before = load_own(vectors->direction + 3 * v, v + 1 < end);
+        lanes4 const c = load4(values + 3 * (size_t)parents[v]);
         float const share = correction->is_fixed[v] ? 0.0F : 1.0F;
-        store3(vectors->direction + 3 * v, (z + c * share) + before * beta);
+        lanes4 const before = v + 1 < end ? load4(direction + 3 * v) : load3(direction + 3 * v);
+        store3(direction + 3 * v, (load4(z + 3 * v) + c * share) + before * beta);
     }
 }
