@@ -177,16 +177,8 @@ static void find_forces(paper_work *work) {
 /* Norm of the force impulse, as conjugate gradients measure it. */
 static tulle_status measure_force(paper_work *work, conjugate_gradients_problem problem,
                                   double *norm) {
-    double *const zero = ARENA_NEW_ZEROED(work->scene->scratch, double, 3 * problem.vertex_count);
-    if (!zero) return TULLE_ERROR_OUT_OF_MEMORY;
-    conjugate_gradients_result result = {0};
     problem.right_hand_side = work->force;
-    problem.tolerance = 1.0;
-    problem.max_iterations = 0;
-    tulle_status const status =
-        conjugate_gradients_solve(&problem, zero, work->scene->scratch, &result);
-    *norm = result.reference;
-    return status;
+    return conjugate_gradients_measure(&problem, work->scene->scratch, norm);
 }
 
 static tulle_status solve_system(paper_work *work) {

@@ -68,6 +68,7 @@ static tulle_status add_aggregates(solve_run *run) {
 static tulle_status run_stages(solve_run *run) {
     staged_solve *const stages = run->stages;
     tulle_status status = TULLE_OK;
+    stages->has_residual = true;
     if (stages->plain_iterations < PLAIN_ITERATIONS) {
         status = run_single(run, PLAIN_ITERATIONS - stages->plain_iterations);
         stages->plain_iterations += run->used;
@@ -76,6 +77,7 @@ static tulle_status run_stages(solve_run *run) {
     status = add_aggregates(run);
     if (status == TULLE_OK) status = run_single(run, run->limit);
     if (status != TULLE_OK || is_done(run)) return status;
+    stages->has_residual = false;
     run->problem.max_iterations = run->limit - run->used;
     status = conjugate_gradients_solve(&run->problem, run->u, stages->scene->scratch, run->result);
     run->used += run->result->iterations;
@@ -94,6 +96,7 @@ tulle_status solve_in_stages(staged_solve *stages, const conjugate_gradients_pro
                      .u = u,
                      .result = result,
                      .limit = problem->max_iterations};
+    run.problem.residual = stages->residual;
     *result = (conjugate_gradients_result){.reference = problem->reference};
     tulle_status status = TULLE_ERROR_OUT_OF_MEMORY;
     if (run.terms && single_system_make(stages->system->matrix, run.terms, hard_count,

@@ -4,12 +4,15 @@
 
 #include "contact/solve_motion.h"
 
-/* What the solves of one linear system share; zeroed but for the first two before the first. */
+/* What the solves of one linear system share; zeroed but for the first two and room
+ * for the residual before the first. */
 typedef struct staged_solve {
     const contact_scene *scene;
     const motion_system *system; /* with its matrix */
     int plain_iterations;        /* of all solves so far, without aggregates */
     bool has_aggregates;         /* they have the numbers of this matrix */
+    double *residual;            /* 3 a vertex: b - A u after a solve, if has_residual */
+    bool has_residual;
 } staged_solve;
 
 /* Solves as conjugate_gradients_solve does. The rows are those that problem->apply adds to the

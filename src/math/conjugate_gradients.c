@@ -195,6 +195,23 @@ static conjugate_gradients_end iterate(solver *work, double rho, double target, 
     }
 }
 
+tulle_status conjugate_gradients_measure(const conjugate_gradients_problem *problem, arena *scratch,
+                                         double *norm) {
+    arena_mark const mark = arena_get_mark(scratch);
+    size_t const count = problem->vertex_count;
+    solver work = {.problem = problem,
+                   .chunk_count = parallel_chunk_count(count, VERTICES_PER_CHUNK),
+                   .inverse = ARENA_NEW(scratch, double, 9 * count)};
+    work.partials = ARENA_NEW(scratch, double, work.chunk_count);
+    bool const has_memory = work.inverse && work.partials;
+    if (has_memory) {
+        run_pass(&work, invert_diagonal);
+        *norm = sqrt(run_pass(&work, measure_right_hand_side));
+    }
+    arena_release(scratch, mark);
+    return has_memory ? TULLE_OK : TULLE_ERROR_OUT_OF_MEMORY;
+}
+
 tulle_status conjugate_gradients_solve(const conjugate_gradients_problem *problem, double *x,
                                        arena *scratch, conjugate_gradients_result *result) {
     arena_mark const mark = arena_get_mark(scratch);

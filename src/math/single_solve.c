@@ -126,7 +126,8 @@ static bool allocate_solver(single_solver *work, arena *scratch) {
     v->product = allocate_vector(scratch, 3 * count);
     v->preconditioned = allocate_vector(scratch, 3 * count);
     v->inverse = allocate_vector(scratch, SINGLE_BLOCK * count);
-    work->product = ARENA_NEW(scratch, double, 3 * count);
+    double *const residual = work->problem->residual;
+    work->product = residual ? residual : ARENA_NEW(scratch, double, 3 * count);
     work->inverse = ARENA_NEW(scratch, double, 9 * count);
     work->partials = arena_allocate(scratch, work->chunk_count, sizeof *work->partials);
     return v->x && v->residual && v->direction && v->product && v->preconditioned && v->inverse &&
