@@ -25,7 +25,7 @@ typedef struct conjugate_gradients_problem {
     int max_iterations;
     int threads;
     double *residual; /* single_solve puts b - A x of its end here, 3 * vertex_count; null: none */
-    stop_poll *stop; /* asked before each iteration; then it ends as at the limit. May be null */
+    stop_poll *stop;  /* asked before each iteration; then it ends as at the limit. May be null */
 } conjugate_gradients_problem;
 
 typedef enum conjugate_gradients_end {
@@ -52,8 +52,8 @@ tulle_status conjugate_gradients_solve(const conjugate_gradients_problem *proble
                                        arena *scratch, conjugate_gradients_result *result);
 
 /* sqrt(b . P^-1 b) over free vertices, without a product. TULLE_OK or TULLE_ERROR_OUT_OF_MEMORY. */
-tulle_status conjugate_gradients_measure(const conjugate_gradients_problem *problem,
-                                         arena *scratch, double *norm);
+tulle_status conjugate_gradients_measure(const conjugate_gradients_problem *problem, arena *scratch,
+                                         double *norm);
 
 /* The preconditioner's blocks of vertices begin .. end - 1, 9 * vertex_count: zero at fixed ones.
  */
