@@ -37,7 +37,8 @@ make_strip() { # NAME RUN
     [ ${#stills[@]} = 3 ] || { echo "$dir/stills: not three of $2" >&2; exit 1; }
     local scale='scale=400:-1:flags=area'
     ffmpeg -v error -y -i "${stills[0]}" -i "${stills[1]}" -i "${stills[2]}" \
-        -filter_complex "[0]$scale[a];[1]$scale[b];[2]$scale[c];[a][b][c]hstack=3" -update 1 "$target/$1.png" </dev/null
+        -filter_complex "[0]$scale[a];[1]$scale[b];[2]$scale[c];[a][b][c]hstack=3" \
+        -pred mixed -compression_level 9 -update 1 "$target/$1.png" </dev/null
     check_size "$target/$1.png"
 }
 
