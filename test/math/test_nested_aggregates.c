@@ -2,6 +2,7 @@
  * formula with the whole matrix, for grids, graphs of any kind, fixed vertices and stiff terms. */
 #include "math/nested_aggregates.h"
 #include "math/vec3.h"
+#include "support/failing_heap.h"
 #include "support/spring_system.h"
 
 #include <math.h>
@@ -173,11 +174,35 @@ static void test_small(void **state) {
     check_graph(spring_graph_make_grid(7, 1, false), 10.0, 2);
 }
 
+/* Whichever allocation fails, all is given back. */
+static void test_memory(void **state) {
+    (void)state;
+    spring_system system = spring_system_make(spring_graph_make_grid(20, 9, false), 10.0, 1);
+    nested_aggregates *all = NULL;
+    int fails = 0;
+    for (; !all; fails++) {
+        int left = fails;
+        memory heap = failing_heap_make(&left);
+        all = nested_aggregates_build(&heap, &system.matrix);
+        if (all) {
+            left = 0;
+            arena scratch = arena_make(&heap);
+            assert_false(nested_aggregates_set_matrix(all, &system.matrix, NULL, 1, &scratch));
+            arena_destroy(&scratch);
+            nested_aggregates_destroy(&heap, all);
+        }
+        assert_int_equal(heap.bytes_held, 0);
+    }
+    assert_true(fails > 20);
+    spring_system_destroy(&system);
+}
+
 int main(void) {
     struct CMUnitTest const tests[] = {
         cmocka_unit_test(test_grids),
         cmocka_unit_test(test_graphs),
         cmocka_unit_test(test_small),
+        cmocka_unit_test(test_memory),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
