@@ -41,6 +41,8 @@ typedef struct contact_settings {
     double hard_friction;     /* penalty of slip over that of the normal part */
     double push_out_softness; /* compliance of a row times its share of diag(A) */
     double cg_tolerance;      /* preconditioned residual over that of the step's force impulse */
+    double early_share; /* solves that others follow end at this part of their first residual */
+    double early_most;  /* ... though not above this tolerance; 0: none ends early */
     int cg_max_iterations;
 } contact_settings;
 

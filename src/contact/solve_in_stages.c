@@ -36,13 +36,22 @@ typedef struct solve_run {
     int limit, used; /* iterations */
 } solve_run;
 
+/* The stages that follow end where the first was to. */
+static void keep_target(solve_run *run) {
+    if (run->problem.early_share > 0.0 && run->problem.reference > 0.0)
+        run->problem.tolerance = run->result->target / run->problem.reference;
+    run->problem.early_share = 0.0;
+}
+
 /* A single precision solve of at most so many iterations. */
 static tulle_status run_single(solve_run *run, int most) {
     int const left = run->limit - run->used;
     run->problem.max_iterations = left < most ? left : most;
     tulle_status const status =
         single_solve(&run->problem, &run->single, run->u, run->stages->scene->scratch, run->result);
-    if (status == TULLE_OK) run->used += run->result->iterations;
+    if (status != TULLE_OK) return status;
+    run->used += run->result->iterations;
+    keep_target(run);
     return status;
 }
 

@@ -301,6 +301,8 @@ static tulle_status run_conjugate_gradients(motion_solve *solve) {
         .diagonal = solve->diagonal,
         .is_fixed = solve->is_fixed,
         .tolerance = settings->cg_tolerance,
+        .early_share = settings->early_share,
+        .early_most = settings->early_most,
         .reference = solve->reference,
         .max_iterations = settings->cg_max_iterations,
         .threads = solve->scene->threads,
@@ -314,6 +316,7 @@ static tulle_status run_conjugate_gradients(motion_solve *solve) {
     solve->report->cg_iterations += (uint32_t)result.iterations;
     solve->report->cg_residual = fmax(solve->report->cg_residual, result.residual);
     if (result.end != CONJUGATE_GRADIENTS_CONVERGED) solve->report->has_converged = false;
+    if (result.residual > problem.tolerance) solve->report->is_early = true;
     return translate_cloths(solve); /* what the tolerance left over is no momentum */
 }
 

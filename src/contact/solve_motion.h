@@ -27,6 +27,7 @@ typedef struct solve_report {
     double cg_residual; /* largest relative preconditioned residual */
     bool has_converged; /* no solve stopped at its limit */
     bool has_settled;   /* impulses have, in the last round */
+    bool is_early;      /* a solve ended above the tolerance, as settings let it */
     uint64_t stick_count, slip_count, hard_count;
     double violation; /* [m/s] largest violation of a row right after the last solve */
 } solve_report;

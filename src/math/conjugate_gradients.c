@@ -195,6 +195,12 @@ static conjugate_gradients_end iterate(solver *work, double rho, double target, 
     }
 }
 
+double conjugate_gradients_target(const conjugate_gradients_problem *problem, double reference,
+                                  double first) {
+    double const early = fmin(problem->early_share * first, problem->early_most * reference);
+    return fmax(problem->tolerance * reference, early);
+}
+
 tulle_status conjugate_gradients_measure(const conjugate_gradients_problem *problem, arena *scratch,
                                          double *norm) {
     arena_mark const mark = arena_get_mark(scratch);
@@ -227,8 +233,8 @@ tulle_status conjugate_gradients_solve(const conjugate_gradients_problem *proble
     double rho = run_pass(&work, begin_iteration);
     if (!(reference > 0.0)) reference = sqrt(rho);
     *result = (conjugate_gradients_result){.reference = reference};
-    double const target = problem->tolerance * reference;
-    result->end = iterate(&work, rho, target, &result->iterations, &rho);
+    result->target = conjugate_gradients_target(problem, reference, sqrt(rho));
+    result->end = iterate(&work, rho, result->target, &result->iterations, &rho);
     result->residual = reference > 0.0 ? sqrt(rho) / reference : 0.0;
     arena_release(scratch, mark);
     return TULLE_OK;

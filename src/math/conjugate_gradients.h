@@ -22,6 +22,9 @@ typedef struct conjugate_gradients_problem {
     double tolerance;              /* stop at sqrt(r . P^-1 r) <= tolerance * reference */
     double reference;              /* > 0; otherwise sqrt(b . P^-1 b) over free vertices, and the
                                       first residual where that is zero */
+    /* A solve that others follow may end early: at early_share times its first residual, but not
+     * above early_most times the reference. Zero: none */
+    double early_share, early_most;
     int max_iterations;
     int threads;
     double *residual; /* single_solve puts b - A x of its end here, 3 * vertex_count; null: none */
@@ -42,6 +45,7 @@ typedef struct conjugate_gradients_result {
     int iterations;  /* products with A, less the one of the first residual */
     double residual; /* sqrt(r . P^-1 r) / reference at the end */
     double reference;
+    double target; /* residual at which it was to end */
 } conjugate_gradients_result;
 
 /* Solves A x = b from the given x (warm start; fixed entries are data). x then holds the last
@@ -54,6 +58,10 @@ tulle_status conjugate_gradients_solve(const conjugate_gradients_problem *proble
 /* sqrt(b . P^-1 b) over free vertices, without a product. TULLE_OK or TULLE_ERROR_OUT_OF_MEMORY. */
 tulle_status conjugate_gradients_measure(const conjugate_gradients_problem *problem, arena *scratch,
                                          double *norm);
+
+/* Where a solve with this first residual ends. */
+double conjugate_gradients_target(const conjugate_gradients_problem *problem, double reference,
+                                  double first);
 
 /* The preconditioner's blocks of vertices begin .. end - 1, 9 * vertex_count: zero at fixed ones.
  */

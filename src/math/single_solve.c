@@ -301,8 +301,11 @@ static double measure_residual(single_solver *work) {
     return sqrt(run_loop(work, find_residual));
 }
 
-static conjugate_gradients_end run_passes(single_solver *work, double target, double *norm) {
+static conjugate_gradients_end run_passes(single_solver *work, double *target_found, double *norm) {
     *norm = measure_residual(work);
+    double const target =
+        conjugate_gradients_target(work->problem, work->problem->reference, *norm);
+    *target_found = target;
     conjugate_gradients_end end = CONJUGATE_GRADIENTS_CONVERGED;
     for (int pass = 0; pass < MOST_PASSES; pass++) {
         if (!isfinite(*norm)) return CONJUGATE_GRADIENTS_NOT_FINITE;
@@ -334,7 +337,7 @@ tulle_status single_solve(const conjugate_gradients_problem *problem, const sing
     run_loop(&work, invert_diagonal);
     double norm;
     *result = (conjugate_gradients_result){.reference = problem->reference};
-    result->end = run_passes(&work, problem->tolerance * problem->reference, &norm);
+    result->end = run_passes(&work, &result->target, &norm);
     result->iterations = work.iterations;
     result->residual = problem->reference > 0.0 ? norm / problem->reference : 0.0;
     arena_release(scratch, mark);

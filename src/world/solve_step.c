@@ -21,9 +21,10 @@
  * this share of what the step takes anyway; so often at most. */
 static const double EXCESS_SHARE = 0.5;
 enum { LINEARISATIONS_MAX = 3 };
-/* Solves that only tell whether springs must be linearised anew, and about what, end at so many
- * times the residual that others get, but not above a hundredth: the next ones go on from them. */
-static const double EARLY_SHARE = 30.0, EARLY_MOST = 0.01;
+/* Solves that tell whether springs must be linearised anew, and about what, end at this part of
+ * their first residual, but not above so many times the tolerance, or a hundredth: the next go on
+ * from them. At rest the first residual is small, and they are as exact as others. */
+static const double EARLY_SHARE = 0.01, EARLY_TOLERANCES = 30.0, EARLY_MOST = 0.01;
 
 /* A step that ends with more energy than it may is solved anew, with impulses that settle better:
  * the most rounds of others, then twice as many each time, while that makes it less; so often at
@@ -78,6 +79,8 @@ static tulle_status run_solve_motion(step_context *context, bool is_first) {
     report->cg_iterations += solved.cg_iterations;
     if (solved.cg_residual > report->cg_residual) report->cg_residual = solved.cg_residual;
     if (!solved.has_converged) report->cg_converged = 0;
+    context->has_settled = solved.has_settled && !solved.is_early &&
+                           (int)solved.solve_count >= context->scene.settings.solve_rounds;
     report->stick_contacts = solved.stick_count;
     report->slip_contacts = solved.slip_count;
     report->hard_contacts = solved.hard_count;
@@ -109,8 +112,8 @@ static tulle_status check_springs(const step_context *context, bool *is_false) {
 
 static void make_quick(contact_settings *settings) {
     settings->solve_rounds = settings->solve_rounds_landing = 1;
-    double const tolerance = settings->cg_tolerance;
-    settings->cg_tolerance = fmax(fmin(EARLY_SHARE * tolerance, EARLY_MOST), tolerance);
+    settings->early_share = EARLY_SHARE;
+    settings->early_most = fmin(EARLY_TOLERANCES * settings->cg_tolerance, EARLY_MOST);
 }
 
 /* Solves until the springs' energy is what the system takes it for and impulses have settled. Until
@@ -118,8 +121,7 @@ static void make_quick(contact_settings *settings) {
 static tulle_status solve_with_true_springs(step_context *context, bool is_first) {
     contact_settings *const settings = &context->scene.settings;
     contact_settings const given = *settings;
-    bool is_quick = !context->scene.paper && context->world->cloth_vertex_count > 0;
-    bool is_false = false;
+    bool is_quick = !context->scene.paper, is_false = false;
     int linearisations = 0;
     tulle_status status = TULLE_OK;
     for (;;) {
@@ -134,7 +136,7 @@ static tulle_status solve_with_true_springs(step_context *context, bool is_first
             if (status != TULLE_OK) break;
             linearisations++;
             is_quick = true;
-        } else if (!is_quick) {
+        } else if (context->has_settled || !is_quick) {
             break;
         } else {
             is_quick = false;

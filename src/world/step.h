@@ -67,6 +67,7 @@ typedef struct step_context {
     pair_source source;
     double *mean_velocity;   /* [m/s] u, all vertices */
     double lost_energy;      /* [J] that this substep loses; only with bodies */
+    bool has_settled;        /* the impulses of the last solve have, and it did not end early */
     double *guess;           /* [m/s] u about which springs are linearised */
     double *predicted, *end; /* [m] all vertices */
     double *bounds;          /* [m] ends of the paths that the candidate pairs were found for */
