@@ -23,7 +23,7 @@ typedef float lanes16 __attribute__((vector_size(64)));
 /* A sheet that folds in waves of some cells: stretched here, compressed there. */
 typedef struct bench_cloth {
     size_t side, vertex_count, triangle_count;
-    double *rest, *positions, *velocities, *u, *inverse;
+    double *rest, *positions, *velocities, *u;
     uint32_t *triangles;
     memory heap;
     arena scratch;

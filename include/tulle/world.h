@@ -254,7 +254,8 @@ typedef struct tulle_step_report {
                                                 took */
     double total_seconds;                    /* [s] wall clock; at least the sum of the stages */
     uint32_t solve_count, cg_iterations;
-    double cg_residual;     /* largest relative preconditioned residual of the solves */
+    double cg_residual;     /* largest relative preconditioned residual of the solves, but for
+                               those that end early because others follow */
     int cg_converged;       /* 0: a solve stopped at its limit */
     uint64_t box_pairs;     /* feature pairs whose swept boxes met, over all searches of stage 7 */
     uint64_t tested_pairs;  /* that the cheapest tests of stages 10 and 11 did not prove apart, over

@@ -4,8 +4,8 @@
 
 #include "contact/solve_motion.h"
 
-/* What the solves of one linear system share; zeroed but for the first two and room
- * for the residual before the first. */
+/* What the solves of one linear system share; zeroed but for the first two and room for the
+ * residual before the first. */
 typedef struct staged_solve {
     const contact_scene *scene;
     const motion_system *system; /* with its matrix */

@@ -314,9 +314,11 @@ static tulle_status run_conjugate_gradients(motion_solve *solve) {
     if (stop_is_wanted(solve->scene->stop)) return TULLE_ERROR_INTERRUPTED;
     solve->report->solve_count++;
     solve->report->cg_iterations += (uint32_t)result.iterations;
-    solve->report->cg_residual = fmax(solve->report->cg_residual, result.residual);
     if (result.end != CONJUGATE_GRADIENTS_CONVERGED) solve->report->has_converged = false;
-    if (result.residual > problem.tolerance) solve->report->is_early = true;
+    if (result.end == CONJUGATE_GRADIENTS_CONVERGED && result.residual > problem.tolerance)
+        solve->report->is_early = true;
+    else
+        solve->report->cg_residual = fmax(solve->report->cg_residual, result.residual);
     return translate_cloths(solve); /* what the tolerance left over is no momentum */
 }
 

@@ -24,7 +24,7 @@ typedef struct motion_system {
 /* What the solve did, for tulle_step_report. */
 typedef struct solve_report {
     uint32_t solve_count, cg_iterations;
-    double cg_residual; /* largest relative preconditioned residual */
+    double cg_residual; /* largest relative preconditioned residual, early solves left out */
     bool has_converged; /* no solve stopped at its limit */
     bool has_settled;   /* impulses have, in the last round */
     bool is_early;      /* a solve ended above the tolerance, as settings let it */

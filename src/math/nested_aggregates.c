@@ -9,8 +9,8 @@
 
 #include <string.h>
 
-/* No further level when one has this few aggregates or fewer, or when it is hardly coarser than the
- * one below: pieces of a cloth never join. */
+/* No further level when this few members or fewer have neighbours, or when their aggregates are
+ * hardly fewer than they. Pieces of a cloth never join: what has no neighbour does not count. */
 enum { FEW_AGGREGATES = 8 };
 static const double LEAST_SHRINKAGE = 0.7;
 
@@ -122,9 +122,8 @@ static bool make_coarse_graph(memory *heap, const member_graph *graph, const agg
 static bool allocate_numbers(memory *heap, aggregate_level *level) {
     level->matrix_blocks = memory_allocate_zeroed(heap, 9 * level->count, sizeof(double));
     level->blocks = memory_allocate_zeroed(heap, 9 * level->count, sizeof(double));
-    level->inverse = memory_allocate_zeroed(heap, 9 * level->count + SINGLE_PADDING, sizeof(float));
-    level->residual =
-        memory_allocate_zeroed(heap, 3 * level->count + SINGLE_PADDING, sizeof(float));
+    level->inverse = memory_allocate_zeroed(heap, 9 * level->count, sizeof(float));
+    level->residual = memory_allocate_zeroed(heap, 3 * level->count, sizeof(float));
     level->correction =
         memory_allocate_zeroed(heap, 3 * level->count + SINGLE_PADDING, sizeof(float));
     return level->matrix_blocks && level->blocks && level->inverse && level->residual &&
@@ -137,13 +136,24 @@ static void release_level(memory *heap, aggregate_level *level) {
     memory_release(heap, level->members, level->member_count * sizeof(uint32_t));
     memory_release(heap, level->matrix_blocks, 9 * level->count * sizeof(double));
     memory_release(heap, level->blocks, 9 * level->count * sizeof(double));
-    memory_release(heap, level->inverse, (9 * level->count + SINGLE_PADDING) * sizeof(float));
-    memory_release(heap, level->residual, (3 * level->count + SINGLE_PADDING) * sizeof(float));
+    memory_release(heap, level->inverse, 9 * level->count * sizeof(float));
+    memory_release(heap, level->residual, 3 * level->count * sizeof(float));
     memory_release(heap, level->correction, (3 * level->count + SINGLE_PADDING) * sizeof(float));
 }
 
-/* The aggregates of a graph as a new level; false: no memory. A level that is hardly coarser than
- * its members, or has none, is not kept. */
+/* Members without another neighbour. */
+static size_t count_alone(const member_graph *graph) {
+    size_t count = 0;
+    for (size_t m = 0; m < graph->count; m++) {
+        bool is_alone = true;
+        for (uint32_t k = graph->begin[m]; k < graph->begin[m + 1]; k++)
+            is_alone &= graph->neighbours[k] == m;
+        count += is_alone;
+    }
+    return count;
+}
+
+/* The aggregates of a graph as a new level, unless it is hardly coarser; false: no memory. */
 static bool add_level(memory *heap, nested_aggregates *all, const member_graph *graph) {
     aggregate_level level = {.member_count = graph->count};
     uint32_t *const before = memory_allocate(heap, graph->count * sizeof(uint32_t));
@@ -151,7 +161,9 @@ static bool add_level(memory *heap, nested_aggregates *all, const member_graph *
     bool ok = before && level.parents;
     if (ok) level.count = choose_parents(graph, level.parents, before);
     memory_release(heap, before, graph->count * sizeof(uint32_t));
-    bool const is_coarser = (double)level.count <= LEAST_SHRINKAGE * (double)graph->count;
+    size_t const alone = count_alone(graph);
+    bool const is_coarser =
+        (double)(level.count - alone) <= LEAST_SHRINKAGE * (double)(graph->count - alone);
     if (ok && is_coarser) ok = list_members(heap, &level) && allocate_numbers(heap, &level);
     if (ok && is_coarser)
         all->levels[all->level_count++] = level;
@@ -164,7 +176,8 @@ static bool add_levels(memory *heap, nested_aggregates *all, const block_matrix 
     /* the matrix is lent: its rows name each vertex itself too, which does no harm */
     member_graph graph = {all->vertex_count, matrix->row_begin, matrix->columns};
     bool ok = true;
-    for (size_t l = 0; ok && l < AGGREGATE_LEVELS_MAX && graph.count > FEW_AGGREGATES; l++) {
+    for (size_t l = 0; ok && l < AGGREGATE_LEVELS_MAX; l++) {
+        if (graph.count - count_alone(&graph) <= FEW_AGGREGATES) break;
         ok = add_level(heap, all, &graph);
         if (!ok || all->level_count == l) break;
         member_graph coarse;

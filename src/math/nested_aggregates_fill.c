@@ -162,8 +162,8 @@ static void restrict_chunk(void *context, size_t begin, size_t end, size_t chunk
         float r[3] = {0.0F, 0.0F, 0.0F};
         for (uint32_t i = level->member_begin[a]; i < level->member_begin[a + 1]; i++) {
             const float *const from = task->below + 3 * (size_t)level->members[i];
-            float const share = is_fixed && is_fixed[level->members[i]] ? 0.0F : 1.0F;
-            for (size_t k = 0; k < 3; k++) r[k] += share * from[k];
+            if (is_fixed && is_fixed[level->members[i]]) continue;
+            for (size_t k = 0; k < 3; k++) r[k] += from[k];
         }
         const float *const m = level->inverse + 9 * a;
         for (size_t k = 0; k < 3; k++) {

@@ -21,7 +21,7 @@ bool single_system_make(const block_matrix *matrix, const matrix_term *terms, si
                         int threads, arena *scratch, single_system *system);
 
 /* Solves as conjugate_gradients_solve does, to the same residual, measured in double precision with
- * problem->apply, which must be the system's matrix with its terms. The preconditioner are the
+ * problem->apply, which must be the system's matrix with its terms. The preconditioner is the
  * blocks of the diagonal, with those of aggregates if the system has them. Where single precision
  * comes no nearer the iteration ends with CONJUGATE_GRADIENTS_STALLED; x is then still better than
  * before. */

@@ -29,7 +29,7 @@ static void check_partition(const nested_aggregates *all) {
     for (size_t l = 0; l < all->level_count; l++) {
         const aggregate_level *const level = &all->levels[l];
         assert_int_equal(level->member_count, count);
-        assert_true((double)level->count <= 0.7 * (double)count);
+        assert_true(level->count <= count);
         assert_int_equal(level->member_begin[0], 0);
         assert_int_equal(level->member_begin[level->count], count);
         for (size_t a = 0; a < level->count; a++) {
@@ -117,8 +117,12 @@ static void check_correction(spring_system *system, const spring_matrix *matrix)
         double const value = (double)first->correction[3 * (size_t)first->parents[i / 3] + i % 3];
         assert_true(fabs(value - expected[i]) <= 1e-5 * scale);
     }
-    for (int threads = 2; threads <= 8; threads *= 2)
+    for (int threads = 1; threads <= 8; threads *= 2) {
+        assert_true(nested_aggregates_set_matrix(all, &system->matrix, system->is_fixed, threads,
+                                                 &scratch));
+        nested_aggregates_set_terms(all, matrix->terms, matrix->term_count, threads);
         assert_true(nested_aggregates_correct(all, r, threads) == found);
+    }
     arena_destroy(&scratch);
     free(r), free(expected);
     nested_aggregates_destroy(&system->heap, all);
@@ -157,6 +161,29 @@ static void test_grids(void **state) {
     check_graph(spring_graph_make_grid(24, 24, false), 1000.0, 0);
     check_graph(spring_graph_make_grid(30, 17, true), 1000.0, 11);
     check_graph(spring_graph_make_grid(200, 2, false), 1e5, 3);
+}
+
+/* A sheet of several chunks: the first level has 400 aggregates. */
+static void test_large_grid(void **state) {
+    (void)state;
+    check_graph(spring_graph_make_grid(60, 60, false), 1000.0, 31);
+}
+
+/* Pieces that can join no other do not keep the rest from coarser levels. */
+static void test_pieces(void **state) {
+    (void)state;
+    enum { SIDE = 40, ALONE = 2000 };
+    spring_graph graph = spring_graph_make_grid(SIDE, SIDE, false);
+    graph.vertex_count += ALONE;
+    spring_system system = spring_system_make(graph, 10.0, 2);
+    nested_aggregates *const all = nested_aggregates_build(&system.heap, &system.matrix);
+    assert_non_null(all);
+    check_partition(all);
+    assert_true(all->level_count >= 2);
+    size_t const least = all->levels[all->level_count - 1].count - ALONE;
+    assert_in_range(least, 1, SIDE * SIDE / 20);
+    nested_aggregates_destroy(&system.heap, all);
+    spring_system_destroy(&system);
 }
 
 static void test_graphs(void **state) {
@@ -199,10 +226,9 @@ static void test_memory(void **state) {
 
 int main(void) {
     struct CMUnitTest const tests[] = {
-        cmocka_unit_test(test_grids),
-        cmocka_unit_test(test_graphs),
-        cmocka_unit_test(test_small),
-        cmocka_unit_test(test_memory),
+        cmocka_unit_test(test_grids),  cmocka_unit_test(test_large_grid),
+        cmocka_unit_test(test_pieces), cmocka_unit_test(test_graphs),
+        cmocka_unit_test(test_small),  cmocka_unit_test(test_memory),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -47,6 +47,7 @@ static uint64_t run_small_world(int threads, uint32_t refinement, int steps) {
         if (tulle_world_step(world, 1.0 / 90.0, &report, &error) != TULLE_OK) {
             fail_msg("step %d: %s", i, error.message);
         }
+        assert_true(report.cg_converged && report.cg_residual <= def.cg_tolerance);
         contacts += report.contacts;
     }
     assert_true(contacts > 100);

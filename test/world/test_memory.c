@@ -116,6 +116,20 @@ static void failed_allocation_leaves_the_world_as_it_was(void **state) {
     tulle_mesh_destroy(&sphere);
 }
 
+/* Cloth large enough for solves in single precision. */
+static void failed_allocation_leaves_large_cloth_as_it_was(void **state) {
+    (void)state;
+    tulle_mesh sheet = small_sheet(0.3, 33, 0.2062), sphere = make_sphere(0.2, 4);
+    tulle_cloth_def cloth = tulle_cloth_def_default();
+    cloth.mesh = tulle_mesh_get_view(&sheet);
+    tulle_obstacle_def obstacle = tulle_obstacle_def_default();
+    obstacle.mesh = tulle_mesh_get_view(&sphere);
+    failing_heap heap = {0};
+    fail_every_allocation(make_def(&heap), &heap, &cloth, &obstacle, 2);
+    tulle_mesh_destroy(&sheet);
+    tulle_mesh_destroy(&sphere);
+}
+
 /* A rigid body that lands on the sheet. */
 static void failed_allocation_leaves_bodies_as_they_were(void **state) {
     (void)state;
@@ -153,9 +167,8 @@ static void failed_allocation_undoes_an_appearance(void **state) {
     tulle_mesh_destroy(&sphere);
 }
 
-static void steady_step_makes_no_heap_call(void **state) {
-    (void)state;
-    tulle_mesh sheet = small_sheet(0.3, 9, 0.01);
+static void check_steady_steps(unsigned side) {
+    tulle_mesh sheet = small_sheet(0.3, side, 0.01);
     tulle_shape_def box = tulle_shape_def_default(TULLE_SHAPE_BOX);
     box.size[0] = box.size[1] = 0.5;
     box.size[2] = 0.1;
@@ -183,6 +196,12 @@ static void steady_step_makes_no_heap_call(void **state) {
     tulle_world_destroy(world);
     tulle_mesh_destroy(&sheet);
     tulle_mesh_destroy(&table);
+}
+
+static void steady_step_makes_no_heap_call(void **state) {
+    (void)state;
+    check_steady_steps(9);
+    check_steady_steps(36); /* solves in single precision */
 }
 
 static void stage_times_add_up(void **state) {
@@ -215,6 +234,7 @@ static void stage_times_add_up(void **state) {
 int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(failed_allocation_leaves_the_world_as_it_was),
+        cmocka_unit_test(failed_allocation_leaves_large_cloth_as_it_was),
         cmocka_unit_test(failed_allocation_leaves_bodies_as_they_were),
         cmocka_unit_test(failed_allocation_undoes_an_appearance),
         cmocka_unit_test(steady_step_makes_no_heap_call),

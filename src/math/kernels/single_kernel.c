@@ -165,8 +165,8 @@ float TULLE_KERNEL(single_advance)(const single_vectors *vectors, float alpha, s
     float *restrict const z = vectors->preconditioned;
     for (size_t v = begin; v + 1 < end; v++)
         store4(z + 3 * v, multiply_block(inverse + SINGLE_BLOCK * v, load4(residual + 3 * v)));
-    for (size_t v = end - 1; v < end; v++)
-        store3(z + 3 * v, multiply_block(inverse + SINGLE_BLOCK * v, load3(residual + 3 * v)));
+    size_t const last = end - 1; /* chunks are not empty; the next one's numbers are others' */
+    store3(z + 3 * last, multiply_block(inverse + SINGLE_BLOCK * last, load3(residual + 3 * last)));
     return dot(vectors->preconditioned, vectors->residual, 3 * begin, 3 * end);
 }
 
