@@ -9,10 +9,10 @@
 
 #include <string.h>
 
-/* No further level when this few members or fewer have neighbours, or when their aggregates are
- * hardly fewer than they. Pieces of a cloth never join: what has no neighbour does not count. */
+/* No further level when this few members or fewer have neighbours: pieces of a cloth never join, so
+ * what has none does not count. All that have one share an aggregate, so a level has at most half
+ * as many of these as the one below. */
 enum { FEW_AGGREGATES = 8 };
-static const double LEAST_SHRINKAGE = 0.7;
 
 /* Neighbours of the members of a level: with themselves, or without. */
 typedef struct member_graph {
@@ -153,7 +153,7 @@ static size_t count_alone(const member_graph *graph) {
     return count;
 }
 
-/* The aggregates of a graph as a new level, unless it is hardly coarser; false: no memory. */
+/* The aggregates of a graph as a new level; false: no memory. */
 static bool add_level(memory *heap, nested_aggregates *all, const member_graph *graph) {
     aggregate_level level = {.member_count = graph->count};
     uint32_t *const before = memory_allocate(heap, graph->count * sizeof(uint32_t));
@@ -161,11 +161,8 @@ static bool add_level(memory *heap, nested_aggregates *all, const member_graph *
     bool ok = before && level.parents;
     if (ok) level.count = choose_parents(graph, level.parents, before);
     memory_release(heap, before, graph->count * sizeof(uint32_t));
-    size_t const alone = count_alone(graph);
-    bool const is_coarser =
-        (double)(level.count - alone) <= LEAST_SHRINKAGE * (double)(graph->count - alone);
-    if (ok && is_coarser) ok = list_members(heap, &level) && allocate_numbers(heap, &level);
-    if (ok && is_coarser)
+    ok = ok && list_members(heap, &level) && allocate_numbers(heap, &level);
+    if (ok)
         all->levels[all->level_count++] = level;
     else
         release_level(heap, &level);
@@ -179,7 +176,7 @@ static bool add_levels(memory *heap, nested_aggregates *all, const block_matrix 
     for (size_t l = 0; ok && l < AGGREGATE_LEVELS_MAX; l++) {
         if (graph.count - count_alone(&graph) <= FEW_AGGREGATES) break;
         ok = add_level(heap, all, &graph);
-        if (!ok || all->level_count == l) break;
+        if (!ok) break;
         member_graph coarse;
         ok = make_coarse_graph(heap, &graph, &all->levels[l], &coarse);
         if (l > 0) release_graph(heap, &graph);

@@ -29,17 +29,19 @@ static void check_partition(const nested_aggregates *all) {
     for (size_t l = 0; l < all->level_count; l++) {
         const aggregate_level *const level = &all->levels[l];
         assert_int_equal(level->member_count, count);
-        assert_true(level->count <= count);
         assert_int_equal(level->member_begin[0], 0);
         assert_int_equal(level->member_begin[level->count], count);
+        size_t alone = 0; /* members that have an aggregate to themselves */
         for (size_t a = 0; a < level->count; a++) {
             assert_true(level->member_begin[a] < level->member_begin[a + 1]);
+            alone += level->member_begin[a] + 1 == level->member_begin[a + 1];
             for (uint32_t i = level->member_begin[a]; i < level->member_begin[a + 1]; i++) {
                 assert_int_equal(level->parents[level->members[i]], a);
                 if (i > level->member_begin[a])
                     assert_true(level->members[i] > level->members[i - 1]);
             }
         }
+        assert_true(2 * (level->count - alone) <= count - alone);
         count = level->count;
     }
 }

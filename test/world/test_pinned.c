@@ -50,6 +50,7 @@ static swing run(int threads) {
         if (report.solve_count > result.most_solves) result.most_solves = report.solve_count;
         if (report.cg_iterations > result.most_iterations)
             result.most_iterations = report.cg_iterations;
+        /* the time of release lies within one step, which may end either way */
         if (i + 1 != HELD_STEPS) check_place(world, &sheet, i < HELD_STEPS);
     }
     result.hash = tulle_world_get_state_hash(world);
