@@ -1,5 +1,5 @@
 /* Times passes of the detector on inputs that bench/make_inputs.sh makes of scenes.
- * Usage: bench_detect [options] [kinds] [angles] [growth] [busy] [alarms]
+ * Usage: bench_detect [options] [kinds] [angles] [lasting] [growth] [busy] [alarms]
  * (no table named: all)
  *   --runs DIR      recorded runs (default: build/bench_inputs)
  *   --input NAME    this input only
@@ -21,11 +21,9 @@ typedef struct bench_table {
     void (*print)(const bench_options *options);
 } bench_table;
 
-static const bench_table tables[] = {{"kinds", print_kinds},
-                                     {"angles", print_angles},
-                                     {"growth", print_growth},
-                                     {"busy", print_busy},
-                                     {"alarms", print_alarms}};
+static const bench_table tables[] = {{"kinds", print_kinds},     {"angles", print_angles},
+                                     {"lasting", print_lasting}, {"growth", print_growth},
+                                     {"busy", print_busy},       {"alarms", print_alarms}};
 enum { TABLE_COUNT = sizeof tables / sizeof *tables };
 
 static void fail(const char *what, const char *word) {

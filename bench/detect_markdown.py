@@ -85,6 +85,25 @@ def print_angles(rows):
                      "patches [ms]", "total [ms]", "/ refit", "/ bvox"], out)
 
 
+def print_lasting(rows):
+    names = []
+    for row in rows:
+        if row["input"] not in names:
+            names.append(row["input"])
+    out = []
+    for name in names:
+        of_input = [row for row in rows if row["input"] == name]
+        refit = next(r for r in of_input if r["run"] == "refit")
+        for row in of_input:
+            out.append([name, row["run"], f"{share(row):.0f} %", row["patches"],
+                        f"{number(row, 'patches_median_ms'):.2f}", f"{number(row, 'mean_ms'):.2f}",
+                        f"{number(row, 'total_median_ms'):.2f}", f"{number(row, 'total_p90_ms'):.2f}",
+                        f"{number(row, 'mean_ms') / number(refit, 'mean_ms'):.2f}",
+                        f"{number(row, 'total_median_ms') / number(refit, 'total_median_ms'):.2f}"])
+    print_table(["input", "run", "triangles in patches", "patches", "patches [ms]", "mean [ms]",
+                 "median [ms]", "9th decile [ms]", "mean / refit", "median / refit"], out)
+
+
 def print_growth(rows):
     for table, what in (("growth", "motion of 0.1 edges at every size"),
                         ("growth-same-motion", "motion as simulated, the same in metres")):
@@ -140,7 +159,8 @@ def main():
     if len(sys.argv) < 2:
         sys.exit(__doc__)
     rows = read_rows(sys.argv[1])
-    printers = {"kinds": print_kinds, "angles": print_angles, "growth": print_growth,
+    printers = {"kinds": print_kinds, "angles": print_angles, "lasting": print_lasting,
+                "growth": print_growth,
                 "busy": print_busy, "alarms": print_alarms}
     texts = {}
     for name, printer in printers.items():

@@ -28,6 +28,8 @@ void print_kinds(const bench_options *options);
 void print_angles(const bench_options *options);
 /* The same draped cloth with 5k to 1.3M triangles. */
 void print_growth(const bench_options *options);
+/* Consecutive steps of runs, for several alpha_max. */
+void print_lasting(const bench_options *options);
 /* A pass beside a foreign busy loop on one of two processors. */
 void print_busy(const bench_options *options);
 /* Reported pairs that do not touch, by rational arithmetic. */

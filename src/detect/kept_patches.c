@@ -23,6 +23,7 @@ enum {
     RETRY_WAIT_MIN = 128,       /* [calls] */
     RETRY_WAIT_MAX = 4096,      /* [calls] */
     USEFUL_PERCENT = 15,        /* of triangles inside patches, without their rims; fewer: off */
+    GROWN_DEAD_SHARE = 8,       /* after growth: of triangles in patches, to be worth it */
     COMPACT_TRIANGLE_MIN = 1024 /* dead ones that are not worth a new layout */
 };
 
@@ -266,7 +267,11 @@ static tulle_status grow_first(kept_patches *patches, const growth_input *input,
     schedule->is_off = 0;
     schedule->regrow_wait = REGROW_WAIT_MIN;
     schedule->regrow_at = schedule->call_count + REGROW_WAIT_MIN;
-    return grow_kept_patches(patches, input, counts);
+    tulle_status const status = grow_kept_patches(patches, input, counts);
+    if (status != TULLE_OK || !input->rules->has_certificate || input->rules->grows_anew)
+        return status;
+    if (!patches->scratch) release_cones(patches);
+    return merge_patches(patches, input, counts);
 }
 
 /* After growth: lets all patches go where they cost more than they save. To check an edge of a
@@ -322,8 +327,9 @@ static tulle_status keep_patches(kept_patches *patches, const growth_input *inpu
     if (input->rules->has_certificate && !input->rules->keeps_all && has_grown)
         switch_off(patches, input->step->set);
     uint64_t const dead = schedule->dead_triangle_count;
+    uint64_t const covered = measure_cover(patches, input->step->set).covered;
     bool const compacts =
-        dead > COMPACT_TRIANGLE_MIN && dead > measure_cover(patches, input->step->set).covered;
+        dead > COMPACT_TRIANGLE_MIN && dead > (has_grown ? covered / GROWN_DEAD_SHARE : covered);
     if (compacts) status = compact_patches(patches);
     if (has_grown || compacts) shrink_patches(patches);
     return status;

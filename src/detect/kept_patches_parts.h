@@ -119,6 +119,13 @@ typedef struct growth_input {
 } growth_input;
 tulle_status grow_kept_patches(kept_patches *patches, const growth_input *input,
                                patch_counts *counts);
+/* Joins patches that are certified together. */
+tulle_status merge_patches(kept_patches *patches, const growth_input *input, patch_counts *counts);
+/* While a patch is grown again: may join. */
+#define LABEL_PASSED UINT32_MAX
+/* Grows a patch from a triangle among those that bear LABEL_PASSED, as a disc. Fills the queue, and
+ * returns how many joined. */
+size_t spread_among_passed(kept_patches *patches, uint32_t seed, uint32_t label);
 /* Makes what is left of patch `index`, which has failed, a patch again, or dissolves it. */
 tulle_status repair_patch(kept_patches *patches, const growth_input *input, uint32_t index,
                           patch_counts *counts);

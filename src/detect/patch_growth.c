@@ -21,9 +21,6 @@ enum {
     LOOKED_AT_MAX = 3 /* triangles that one growth looks at, over all triangles */
 };
 
-/* While a patch is grown again: may join. */
-#define LABEL_PASSED UINT32_MAX
-
 /* [rad] For the rounding of the limit, and of coordinates far from the origin. */
 static const double LIMIT_SLACK = 1e-7;
 
@@ -96,8 +93,7 @@ static size_t spread_by_cone(kept_patches *patches, const patch_rules *rules, ui
     return joined;
 }
 
-/* The same among triangles with LABEL_PASSED. */
-static size_t spread_among_passed(kept_patches *patches, uint32_t seed, uint32_t label) {
+size_t spread_among_passed(kept_patches *patches, uint32_t seed, uint32_t label) {
     growth_scratch *const growth = &patches->growth;
     size_t joined = 0;
     start_patch(patches);
