@@ -1,9 +1,16 @@
-/* base/arena.c - see arena.h. A list of blocks, each at least twice the last. */
+/* base/arena.c - see arena.h. A list of blocks; once all is released, one that has room for the
+ * most that was in use at once, as ends of blocks that are too short for what comes next are lost.
+ */
 #include "base/arena.h"
 
 #include <string.h>
 
-enum { FIRST_BLOCK_BYTES = 1 << 16, ALIGNMENT = 64 };
+enum {
+    FIRST_BLOCK_BYTES = 1 << 16,
+    GROWTH_SHARE = 4, /* a block has at least this part of what those before it have */
+    SPARE_SHARE = 16, /* room beyond the most that was in use */
+    ALIGNMENT = 64
+};
 
 struct arena_block {
     arena_block *next;
@@ -13,19 +20,27 @@ struct arena_block {
 
 arena arena_make(memory *heap) { return (arena){.heap = heap}; }
 
-void arena_destroy(arena *scratch) {
-    for (arena_block *block = scratch->first; block;) {
+/* The blocks after the current one, which hold nothing. */
+static void release_rest(arena *scratch) {
+    arena_block **const link = scratch->current ? &scratch->current->next : &scratch->first;
+    for (arena_block *block = *link; block;) {
         arena_block *const next = block->next;
+        scratch->capacity -= block->capacity;
         memory_release(scratch->heap, block->payload, block->capacity);
         memory_release(scratch->heap, block, sizeof *block);
         block = next;
     }
-    scratch->first = scratch->current = NULL;
+    *link = NULL;
 }
 
-static arena_block *append_block(arena *scratch, size_t byte_count) {
-    size_t capacity = scratch->current ? 2 * scratch->current->capacity : FIRST_BLOCK_BYTES;
-    if (capacity < byte_count) capacity = byte_count;
+void arena_destroy(arena *scratch) {
+    scratch->current = NULL;
+    release_rest(scratch);
+    scratch->used = scratch->most_used = 0;
+}
+
+/* After the current block, which is the last. */
+static arena_block *append_block(arena *scratch, size_t capacity) {
     arena_block *const block = memory_allocate(scratch->heap, sizeof *block);
     if (!block) return NULL;
     block->payload = memory_allocate(scratch->heap, capacity);
@@ -35,12 +50,19 @@ static arena_block *append_block(arena *scratch, size_t byte_count) {
     }
     block->capacity = capacity;
     block->used = 0;
-    block->next = scratch->current ? scratch->current->next : scratch->first;
+    block->next = NULL;
     if (scratch->current)
         scratch->current->next = block;
     else
         scratch->first = block;
+    scratch->capacity += capacity;
     return block;
+}
+
+static size_t choose_capacity(const arena *scratch, size_t byte_count) {
+    size_t capacity = scratch->capacity / GROWTH_SHARE;
+    if (capacity < FIRST_BLOCK_BYTES) capacity = FIRST_BLOCK_BYTES;
+    return capacity < byte_count ? byte_count : capacity;
 }
 
 void *arena_allocate(arena *scratch, size_t count, size_t size) {
@@ -52,15 +74,15 @@ void *arena_allocate(arena *scratch, size_t count, size_t size) {
         if (block) block->used = 0;
     }
     if (!block) {
-        arena_block *last = scratch->current ? scratch->current : scratch->first;
-        while (last && last->next) last = last->next;
-        scratch->current = last;
-        block = append_block(scratch, byte_count);
+        release_rest(scratch); /* all too short */
+        block = append_block(scratch, choose_capacity(scratch, byte_count));
         if (!block) return NULL;
     }
     scratch->current = block;
     void *const pointer = block->payload + block->used;
     block->used += byte_count;
+    scratch->used += byte_count;
+    if (scratch->used > scratch->most_used) scratch->most_used = scratch->used;
     return pointer;
 }
 
@@ -71,15 +93,24 @@ void *arena_allocate_zeroed(arena *scratch, size_t count, size_t size) {
 }
 
 arena_mark arena_get_mark(const arena *scratch) {
-    return (arena_mark){scratch->current, scratch->current ? scratch->current->used : 0};
+    return (arena_mark){scratch->current, scratch->current ? scratch->current->used : 0,
+                        scratch->used};
+}
+
+/* One block in place of several; none where memory is short, then the next call makes some. */
+static void join_blocks(arena *scratch) {
+    if (!scratch->first || !scratch->first->next) return;
+    release_rest(scratch);
+    (void)append_block(scratch, scratch->most_used + scratch->most_used / SPARE_SHARE);
 }
 
 void arena_release(arena *scratch, arena_mark mark) {
+    scratch->used = mark.all_used;
+    scratch->current = mark.block;
     if (mark.block) {
         mark.block->used = mark.used;
-        scratch->current = mark.block;
     } else {
         if (scratch->first) scratch->first->used = 0;
-        scratch->current = NULL;
+        join_blocks(scratch);
     }
 }

@@ -1,6 +1,6 @@
-/* base/arena.h - scratch memory of one step: allocate forward, release back to a mark. Blocks stay
- * for the next step, so a steady step makes no heap call. Not thread-safe: one arena a worker, or
- * allocate before the parallel region. */
+/* base/arena.h - scratch memory of one step: allocate forward, release back to a mark. When all is
+ * released one block stays for the next step, so a steady step makes no heap call. Not thread-safe:
+ * one arena a worker, or allocate before the parallel region. */
 #ifndef TULLE_BASE_ARENA_H
 #define TULLE_BASE_ARENA_H
 
@@ -10,10 +10,12 @@ typedef struct arena_block arena_block;
 typedef struct arena {
     memory *heap;
     arena_block *first, *current;
+    size_t capacity;        /* [bytes] of all blocks */
+    size_t used, most_used; /* [bytes] handed out now, and at most so far */
 } arena;
 typedef struct arena_mark {
     arena_block *block;
-    size_t used;
+    size_t used, all_used; /* [bytes] of the block, of the arena */
 } arena_mark;
 
 arena arena_make(memory *heap);
