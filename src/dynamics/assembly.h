@@ -19,16 +19,20 @@ typedef struct assembly {
     const environment *surroundings;
     coefficients factor;
     linear_system *system;
-    double *start_velocities;  /* w of that table, 3 a vertex */
+    double *start_velocities; /* w of that table, 3 a vertex */
+    /* Of the wind. */
+    vec3 *triangle_forces, *triangle_sources; /* per corner, f and f - D w */
+    vec3 *triangle_drags; /* g: D of a corner by a corner is -g g^T; until springs are gathered */
+    vec3 *air_velocities; /* until triangles are filled */
+    /* Of springs. */
     double *guessed_positions; /* x0 + h guess, 3 a vertex; null without a guess */
     symmetric3 *spring_blocks; /* alpha D + beta K, negated, of the first end by the first end */
     vec3 *spring_forces, *spring_sources; /* f and f - D w at the first end */
+    /* Of hinges. */
     vec3 *hinge_deviations;
-    vec3 *hinge_forces;                   /* 4 a hinge */
+    vec3 *hinge_moments;                  /* of hinges that are flat at rest ... */
+    vec3 *hinge_forces;                   /* ... 4 a hinge instead, where one is not; else null */
     bend_damping_response *bend_dampings; /* by triangle; null without bending damping */
-    vec3 *air_velocities;
-    vec3 *triangle_forces, *triangle_sources, *triangle_drags; /* per corner; D of a corner by a
-                                                                  corner is -g g^T, g the drag */
     bool has_wind, is_bdf2;
 } assembly;
 
@@ -42,7 +46,10 @@ void assembly_fill_hinges(void *context, size_t begin, size_t end, size_t chunk,
 void assembly_sample_wind(void *context, size_t begin, size_t end, size_t chunk, int worker);
 void assembly_fill_triangles(void *context, size_t begin, size_t end, size_t chunk, int worker);
 
-/* assembly_rows.c: rows of a range of vertices, after all slots. */
-void assembly_gather_rows(void *context, size_t begin, size_t end, size_t chunk, int worker);
+/* assembly_rows.c: rows of a range of vertices, after all slots of a kind. Until the last pass the
+ * forces of the system are those so far, and the right-hand side has their sources, f - D w. */
+void assembly_gather_springs(void *context, size_t begin, size_t end, size_t chunk, int worker);
+void assembly_gather_hinges(void *context, size_t begin, size_t end, size_t chunk, int worker);
+void assembly_finish_rows(void *context, size_t begin, size_t end, size_t chunk, int worker);
 
 #endif

@@ -102,10 +102,14 @@ void assembly_fill_hinges(void *context, size_t begin, size_t end, size_t chunk,
         for (int side = 0; side < 2 && work->bend_dampings; side++) {
             uint32_t const place = hinge->sides[side];
             damping_moment =
-                vec3_add(damping_moment, work->bend_dampings[place / 3].moments[place % 3]);
+                vec3_add(damping_moment,
+                         bend_get_damping_moment(&work->bend_dampings[place / 3], place % 3));
         }
-        bend_get_forces(hinge, work->state->positions, moment, damping_moment,
-                        work->hinge_forces + 4 * h);
+        if (work->hinge_forces)
+            bend_get_forces(hinge, work->state->positions, moment, damping_moment,
+                            work->hinge_forces + 4 * h);
+        else
+            work->hinge_moments[h] = vec3_add(moment, damping_moment);
     }
 }
 

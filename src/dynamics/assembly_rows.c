@@ -1,5 +1,5 @@
 /* dynamics/assembly_rows.c - each vertex gathers its row of the matrix and of the right-hand side
- * from the slots of its elements, in a fixed order. */
+ * from the slots of its elements, in a fixed order: springs, hinges, triangles. */
 #include "dynamics/assembly.h"
 
 #include <math.h>
@@ -23,6 +23,17 @@ typedef struct vertex_sum {
     vec3 force, source; /* f and f - D w */
     symmetric3 diagonal;
 } vertex_sum;
+
+/* Forces and sources so far; the diagonal has the springs' part from the first pass. */
+static void load_sum(const linear_system *system, size_t vertex, vertex_sum *sum) {
+    sum->force = vec3_load(system->forces, vertex);
+    sum->source = vec3_load(system->right_hand_side, vertex);
+}
+
+static void store_sum(linear_system *system, size_t vertex, const vertex_sum *sum) {
+    vec3_store(system->forces, vertex, sum->force);
+    vec3_store(system->right_hand_side, vertex, sum->source);
+}
 
 /* Blocks of one row off the diagonal, and the springs' part of the sums. */
 static void gather_springs(const assembly *work, uint32_t vertex, vertex_sum *sum) {
@@ -52,13 +63,18 @@ static void gather_hinges(const assembly *work, uint32_t vertex, vertex_sum *sum
     const cloth_model *const model = work->model;
     for (size_t k = model->vertex_hinges.begin[vertex]; k < model->vertex_hinges.begin[vertex + 1];
          k++) {
-        vec3 const force = work->hinge_forces[model->vertex_hinges.items[k]];
+        uint32_t const use = model->vertex_hinges.items[k];
+        vec3 const force = work->hinge_forces
+                               ? work->hinge_forces[use]
+                               : bend_get_flat_force(&model->hinges[use / 4], use % 4,
+                                                     work->hinge_moments[use / 4]);
         sum->force = vec3_add(sum->force, force);
         sum->source = vec3_add(sum->source, force);
     }
     const adjacency *const uses = &model->vertex_triangles;
     for (size_t k = uses->begin[vertex]; work->bend_dampings && k < uses->begin[vertex + 1]; k++) {
-        vec3 const force = work->bend_dampings[uses->items[k] / 3].forces[uses->items[k] % 3];
+        vec3 const force =
+            bend_get_damping_force(&work->bend_dampings[uses->items[k] / 3], uses->items[k] % 3);
         sum->force = vec3_add(sum->force, force);
         sum->source = vec3_add(sum->source, force);
     }
@@ -81,8 +97,13 @@ static void gather_triangles(const assembly *work, uint32_t vertex, vertex_sum *
         uint32_t const triangle = uses->items[k] / 3;
         sum->force = vec3_add(sum->force, work->triangle_forces[triangle]);
         sum->source = vec3_add(sum->source, work->triangle_sources[triangle]);
-        add_drag(work, triangle, &sum->diagonal);
     }
+}
+
+static void add_drags(const assembly *work, uint32_t vertex, symmetric3 *diagonal) {
+    const adjacency *const uses = &work->model->vertex_triangles;
+    for (size_t k = uses->begin[vertex]; k < uses->begin[vertex + 1]; k++)
+        add_drag(work, uses->items[k] / 3, diagonal);
 }
 
 /* M a of the table in compute_forces.c, divided by the mass. */
@@ -97,7 +118,7 @@ static vec3 get_start(const assembly *work, uint32_t vertex) {
     return vec3_add_scaled(start, previous, -c * (1.0 - c));
 }
 
-void assembly_gather_rows(void *context, size_t begin, size_t end, size_t chunk, int worker) {
+void assembly_gather_springs(void *context, size_t begin, size_t end, size_t chunk, int worker) {
     (void)chunk, (void)worker;
     assembly *const work = context;
     const cloth_model *const model = work->model;
@@ -115,13 +136,36 @@ void assembly_gather_rows(void *context, size_t begin, size_t end, size_t chunk,
                                     vec3_load(work->state->velocities, v), -damping);
         sum.source = vec3_add_scaled(sum.force, w, damping);
         gather_springs(work, vertex, &sum);
-        if (model->has_bending) gather_hinges(work, vertex, &sum);
-        if (work->has_wind) gather_triangles(work, vertex, &sum);
+        if (work->has_wind) add_drags(work, vertex, &sum.diagonal);
         store_block(system->matrix.values + 9 * position, &sum.diagonal);
         store_block(system->diagonal + 9 * v, &sum.diagonal);
+        store_sum(system, v, &sum);
+    }
+}
+
+void assembly_gather_hinges(void *context, size_t begin, size_t end, size_t chunk, int worker) {
+    (void)chunk, (void)worker;
+    assembly *const work = context;
+    for (size_t v = begin; v < end; v++) {
+        vertex_sum sum;
+        load_sum(work->system, v, &sum);
+        gather_hinges(work, (uint32_t)v, &sum);
+        store_sum(work->system, v, &sum);
+    }
+}
+
+void assembly_finish_rows(void *context, size_t begin, size_t end, size_t chunk, int worker) {
+    (void)chunk, (void)worker;
+    assembly *const work = context;
+    linear_system *const system = work->system;
+    for (size_t v = begin; v < end; v++) {
+        uint32_t const vertex = (uint32_t)v;
+        vertex_sum sum;
+        load_sum(system, v, &sum);
+        if (work->has_wind) gather_triangles(work, vertex, &sum);
         vec3_store(system->forces, v, sum.force);
         vec3_store(system->right_hand_side, v,
-                   vec3_add_scaled(vec3_scale(get_start(work, vertex), mass), sum.source,
-                                   work->factor.gamma));
+                   vec3_add_scaled(vec3_scale(get_start(work, vertex), work->model->masses[v]),
+                                   sum.source, work->factor.gamma));
     }
 }

@@ -63,7 +63,7 @@ vec3 bend_get_deviation(const cloth_hinge *hinge, const double *positions) {
 void bend_get_forces(const cloth_hinge *hinge, const double *positions, vec3 moment,
                      vec3 damping_moment, vec3 forces[4]) {
     vec3 const all = vec3_add(moment, damping_moment);
-    for (int k = 0; k < 4; k++) forces[k] = vec3_scale(all, -hinge->weights[k]);
+    for (size_t k = 0; k < 4; k++) forces[k] = bend_get_flat_force(hinge, k, all);
     if (hinge->rest_curvature == 0.0) return;
     vec3 normal;
     hinge_frame const frame = get_frame(hinge, positions, &normal);

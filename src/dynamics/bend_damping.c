@@ -75,13 +75,12 @@ static double bound_turning(const bend_damping_input *input, const triangle_fram
            (frame->double_area * frame->double_area);
 }
 
-/* Forces -(dn/dx)^T y on the corners. */
-static void get_turning_forces(const triangle_frame *frame, vec3 y, vec3 forces[3]) {
+/* Forces -(dn/dx)^T y on corners 1 and 2. */
+static void get_turning_forces(const triangle_frame *frame, vec3 y, vec3 forces[2]) {
     vec3 const across = vec3_scale(vec3_add_scaled(y, frame->normal, -vec3_dot(frame->normal, y)),
                                    1.0 / frame->double_area);
-    forces[1] = vec3_cross(across, frame->right);
-    forces[2] = vec3_cross(frame->left, across);
-    forces[0] = vec3_scale(vec3_add(forces[1], forces[2]), -1.0);
+    forces[0] = vec3_cross(across, frame->right);
+    forces[1] = vec3_cross(frame->left, across);
 }
 
 void bend_evaluate_damping(const bend_damping_input *input, bend_damping_response *response) {
@@ -101,11 +100,12 @@ void bend_evaluate_damping(const bend_damping_input *input, bend_damping_respons
     }
     double const share = bound_turning(input, &frame, vectors) / TURNING_SHARE;
     double const kept = share > 1.0 ? 1.0 / share : 1.0;
+    response->normal = frame.normal;
     vec3 sum = {0.0, 0.0, 0.0};
     for (int a = 0; a < 3; a++) {
         double moment = 0.0;
         for (int b = 0; b < 3; b++) moment += kept * damping->couplings[a][b] * rates[b];
-        response->moments[a] = vec3_scale(frame.normal, moment);
+        response->moments[a] = moment;
         sum = vec3_add_scaled(sum, vectors[a], moment);
     }
     get_turning_forces(&frame, sum, response->forces);

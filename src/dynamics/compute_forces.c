@@ -23,8 +23,10 @@
  * damping by positions are dropped. Every integrator stays consistent with f0; steps in which one
  * of these acts are of first order.
  *
- * Passes: elements fill their own slots (assembly_elements.c); then each vertex gathers its row in
- * a fixed order (assembly_rows.c). No two threads write the same number.
+ * Passes, of springs, then of hinges: elements fill their own slots (assembly_elements.c); then
+ * each vertex adds them to its row in a fixed order (assembly_rows.c). No two threads write the
+ * same number. Slots are released before those of the next kind are made: they are most of the
+ * memory of a step.
  *
  * Based on: Baraff, Witkin, Large steps in cloth simulation, 1998; Choi, Ko, Stable but responsive
  * cloth, 2002; Wong, Baciu, Dynamic interaction between deformable surfaces and nonsmooth objects,
@@ -55,33 +57,83 @@ static void fill_start_velocities(void *context, size_t begin, size_t end, size_
             work->state->positions[i] + work->state->time_step * work->state->guess[i];
 }
 
-static bool allocate_assembly(assembly *work, arena *scratch) {
-    const cloth_model *const model = work->model;
-    size_t const vertices = model->vertex_count, springs = model->spring_count;
-    size_t const hinges = model->has_bending ? model->hinge_count : 0;
-    size_t const triangles = work->has_wind ? model->triangle_count : 0;
-    work->start_velocities = ARENA_NEW(scratch, double, 3 * vertices);
+/* ---- triangles: wind ---- */
+
+static bool fill_wind(assembly *work, int threads, arena *scratch) {
+    size_t const vertices = work->model->vertex_count, triangles = work->model->triangle_count;
+    work->triangle_drags = ARENA_NEW(scratch, vec3, triangles);
+    arena_mark const mark = arena_get_mark(scratch);
+    work->air_velocities = ARENA_NEW(scratch, vec3, vertices);
+    if (!work->triangle_drags || !work->air_velocities) return false;
+    parallel_for(vertices, VERTICES_PER_CHUNK, threads, assembly_sample_wind, work);
+    parallel_for(triangles, SPRINGS_PER_CHUNK, threads, assembly_fill_triangles, work);
+    arena_release(scratch, mark);
+    return true;
+}
+
+/* ---- springs ---- */
+
+static bool add_springs(assembly *work, int threads, arena *scratch) {
+    size_t const vertices = work->model->vertex_count, springs = work->model->spring_count;
     if (work->state->guess) {
         work->guessed_positions = ARENA_NEW(scratch, double, 3 * vertices);
         if (!work->guessed_positions) return false;
     }
+    parallel_for(vertices, VERTICES_PER_CHUNK, threads, fill_start_velocities, work);
+    if (work->has_wind && !fill_wind(work, threads, scratch)) return false;
     work->spring_blocks = ARENA_NEW(scratch, symmetric3, springs);
     work->spring_forces = ARENA_NEW(scratch, vec3, springs);
     work->spring_sources = ARENA_NEW(scratch, vec3, springs);
+    if (!work->spring_blocks || !work->spring_forces || !work->spring_sources) return false;
+    parallel_for(springs, SPRINGS_PER_CHUNK, threads, assembly_fill_springs, work);
+    parallel_for(vertices, VERTICES_PER_CHUNK, threads, assembly_gather_springs, work);
+    return true;
+}
+
+/* ---- hinges ---- */
+
+static bool add_hinges(assembly *work, int threads, arena *scratch) {
+    const cloth_model *const model = work->model;
+    size_t const hinges = model->hinge_count;
     work->hinge_deviations = ARENA_NEW(scratch, vec3, hinges);
-    work->hinge_forces = ARENA_NEW(scratch, vec3, 4 * hinges);
+    if (model->has_curved_rest)
+        work->hinge_forces = ARENA_NEW(scratch, vec3, 4 * hinges);
+    else
+        work->hinge_moments = ARENA_NEW(scratch, vec3, hinges);
     if (model->has_bend_damping) {
         work->bend_dampings = ARENA_NEW(scratch, bend_damping_response, model->triangle_count);
         if (!work->bend_dampings) return false;
     }
-    work->air_velocities = ARENA_NEW(scratch, vec3, work->has_wind ? vertices : 0);
+    if (!work->hinge_deviations || (!work->hinge_forces && !work->hinge_moments)) return false;
+    parallel_for(hinges, HINGES_PER_CHUNK, threads, assembly_evaluate_hinges, work);
+    if (model->has_bend_damping)
+        parallel_for(model->triangle_count, HINGES_PER_CHUNK, threads, assembly_damp_bending, work);
+    parallel_for(hinges, HINGES_PER_CHUNK, threads, assembly_fill_hinges, work);
+    parallel_for(model->vertex_count, VERTICES_PER_CHUNK, threads, assembly_gather_hinges, work);
+    return true;
+}
+
+/* ---- all ---- */
+
+/* What outlives the passes. */
+static bool allocate_assembly(assembly *work, arena *scratch) {
+    size_t const triangles = work->has_wind ? work->model->triangle_count : 0;
+    work->start_velocities = ARENA_NEW(scratch, double, 3 * work->model->vertex_count);
     work->triangle_forces = ARENA_NEW(scratch, vec3, triangles);
     work->triangle_sources = ARENA_NEW(scratch, vec3, triangles);
-    work->triangle_drags = ARENA_NEW(scratch, vec3, triangles);
-    return work->start_velocities && work->spring_blocks && work->spring_forces &&
-           work->spring_sources && work->hinge_deviations && work->hinge_forces &&
-           work->air_velocities && work->triangle_forces && work->triangle_sources &&
-           work->triangle_drags;
+    return work->start_velocities && work->triangle_forces && work->triangle_sources;
+}
+
+static bool fill_system(assembly *work, int threads, arena *scratch) {
+    if (!allocate_assembly(work, scratch)) return false;
+    arena_mark const mark = arena_get_mark(scratch);
+    bool ok = add_springs(work, threads, scratch);
+    arena_release(scratch, mark);
+    if (ok && work->model->has_bending) ok = add_hinges(work, threads, scratch);
+    if (ok)
+        parallel_for(work->model->vertex_count, VERTICES_PER_CHUNK, threads, assembly_finish_rows,
+                     work);
+    return ok;
 }
 
 /* c of the table: from its value at full order (damping 0) to 1 (damping 1). */
@@ -119,28 +171,7 @@ tulle_status compute_forces(const cloth_model *model, const motion_state *state,
     system->force_time = work.factor.gamma;
     system->share = work.factor.share;
     arena_mark const mark = arena_get_mark(scratch);
-    if (!allocate_assembly(&work, scratch)) {
-        arena_release(scratch, mark);
-        return TULLE_ERROR_OUT_OF_MEMORY;
-    }
-    size_t const vertices = model->vertex_count;
-    int const threads = options.threads;
-    parallel_for(vertices, VERTICES_PER_CHUNK, threads, fill_start_velocities, &work);
-    parallel_for(model->spring_count, SPRINGS_PER_CHUNK, threads, assembly_fill_springs, &work);
-    if (model->has_bending) {
-        parallel_for(model->hinge_count, HINGES_PER_CHUNK, threads, assembly_evaluate_hinges,
-                     &work);
-        if (model->has_bend_damping)
-            parallel_for(model->triangle_count, HINGES_PER_CHUNK, threads, assembly_damp_bending,
-                         &work);
-        parallel_for(model->hinge_count, HINGES_PER_CHUNK, threads, assembly_fill_hinges, &work);
-    }
-    if (work.has_wind) {
-        parallel_for(vertices, VERTICES_PER_CHUNK, threads, assembly_sample_wind, &work);
-        parallel_for(model->triangle_count, SPRINGS_PER_CHUNK, threads, assembly_fill_triangles,
-                     &work);
-    }
-    parallel_for(vertices, VERTICES_PER_CHUNK, threads, assembly_gather_rows, &work);
+    bool const ok = fill_system(&work, options.threads, scratch);
     arena_release(scratch, mark);
-    return TULLE_OK;
+    return ok ? TULLE_OK : TULLE_ERROR_OUT_OF_MEMORY;
 }
