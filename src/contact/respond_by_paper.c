@@ -186,7 +186,9 @@ static tulle_status solve_system(paper_work *work) {
     const motion_system *const system = work->system;
     size_t const count = scene->cloth_vertex_count;
     double *const right_hand_side = ARENA_NEW(scene->scratch, double, 3 * count);
-    if (!right_hand_side) return TULLE_ERROR_OUT_OF_MEMORY;
+    double *const diagonal = ARENA_NEW(scene->scratch, double, 9 * count);
+    if (!right_hand_side || !diagonal) return TULLE_ERROR_OUT_OF_MEMORY;
+    block_matrix_get_diagonal(system->matrix, diagonal);
     for (size_t i = 0; i < 3 * count; i++)
         right_hand_side[i] = system->right_hand_side[i] + work->impulses[i];
     for (size_t i = 0; i < count; i++) {
@@ -196,7 +198,7 @@ static tulle_status solve_system(paper_work *work) {
                                            .apply = system->apply,
                                            .apply_context = system->apply_context,
                                            .right_hand_side = right_hand_side,
-                                           .diagonal = system->diagonal,
+                                           .diagonal = diagonal,
                                            .is_fixed = work->is_held,
                                            .tolerance = scene->settings.cg_tolerance,
                                            .max_iterations = scene->settings.cg_max_iterations,

@@ -69,6 +69,7 @@ static bool allocate_solve(motion_solve *solve) {
     if (!solve->stages.residual || !solve->sums || !solve->right_hand_side || !solve->diagonal ||
         !solve->is_fixed || !solve->hard_rows)
         return false;
+    block_matrix_get_diagonal(solve->system->matrix, solve->diagonal);
     for (size_t i = 0; i < cloth_count; i++)
         solve->is_fixed[i] = !(solve->scene->inverse_mass[i] > 0.0);
     for (size_t i = cloth_count; i < count; i++)
@@ -113,7 +114,7 @@ static void add_hard_row(motion_solve *solve, contact_row *row) {
 static void prepare_round(motion_solve *solve) {
     size_t const count = solve->scene->cloth_vertex_count;
     memcpy(solve->right_hand_side, solve->system->right_hand_side, 3 * count * sizeof(double));
-    memcpy(solve->diagonal, solve->system->diagonal, 9 * count * sizeof(double));
+    block_matrix_get_diagonal(solve->system->matrix, solve->diagonal);
     fill_body_system(solve->scene, solve->right_hand_side, solve->diagonal);
     solve->hard_count = 0;
     for (size_t i = 0; i < solve->list->rows.count; i++) {
@@ -283,7 +284,7 @@ static tulle_status solve_linear(motion_solve *solve, conjugate_gradients_proble
     solve->is_cloth_only = true;
     problem->vertex_count = solve->scene->cloth_vertex_count;
     precondition_bodies(solve->scene, solve->diagonal, solve->right_hand_side, solve->u);
-    tulle_status const status = solve->system->matrix
+    tulle_status const status = solve->system->aggregates
                                     ? solve_in_stages(&solve->stages, problem, solve->hard_rows,
                                                       solve->hard_count, solve->u, result)
                                     : conjugate_gradients_solve(problem, solve->u, scratch, result);
@@ -327,7 +328,7 @@ static tulle_status measure_norm(motion_solve *solve, const double *vector, doub
     conjugate_gradients_problem const problem = {
         .vertex_count = solve->scene->cloth_vertex_count,
         .right_hand_side = vector,
-        .diagonal = solve->system->diagonal,
+        .diagonal = solve->diagonal, /* no row is in it yet */
         .is_fixed = solve->is_fixed,
         .threads = solve->scene->threads,
     };
@@ -353,8 +354,7 @@ static tulle_status find_reference(motion_solve *solve) {
 static tulle_status run_rounds(motion_solve *solve) {
     const contact_settings *const settings = &solve->scene->settings;
     row_list *const list = solve->list;
-    prepare_hard_rows(solve->scene, solve->system->diagonal, list->rows.data, list->rows.count,
-                      solve->u);
+    prepare_hard_rows(solve->scene, solve->diagonal, list->rows.data, list->rows.count, solve->u);
     for (int round = 0; round < settings->solve_rounds_landing; round++) {
         uint32_t const before = solve->report->cg_iterations;
         prepare_round(solve);

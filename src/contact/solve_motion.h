@@ -11,14 +11,14 @@
  * u. */
 typedef struct motion_system {
     const double *right_hand_side; /* [N s] 3 * cloth_vertex_count */
-    const double *diagonal;        /* [kg] 9 * cloth_vertex_count, 3x3 blocks of A's diagonal */
+    const block_matrix *matrix;    /* A */
     linear_operator apply; /* A x over the cloth vertices; for example linear_system_apply */
     void *apply_context;
     const double *forces;          /* [N] f(x0, v0), 3 * cloth_vertex_count */
     double force_time;             /* [s] right_hand_side holds force_time f */
     const double *start;           /* [m/s] cloth velocities at the start of the step; null: u */
-    const block_matrix *matrix;    /* A, to be solved in single precision; null: in double */
-    nested_aggregates *aggregates; /* of `matrix`, for a preconditioner; null: none */
+    nested_aggregates *aggregates; /* of A, for a preconditioner of a solve in single precision;
+                                      null: the solve is in double precision */
 } motion_system;
 
 /* What the solve did, for tulle_step_report. */

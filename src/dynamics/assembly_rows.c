@@ -12,10 +12,9 @@ static void add_drag(const assembly *work, uint32_t triangle, symmetric3 *block)
     symmetric3_add(block, &drag);
 }
 
-static void store_block(double *target, const symmetric3 *block) {
-    const double *const m = block->m;
-    double const full[9] = {m[0], m[1], m[2], m[1], m[3], m[4], m[2], m[4], m[5]};
-    for (int i = 0; i < 9; i++) target[i] = full[i];
+static void store_block(linear_system *system, size_t position, const symmetric3 *block) {
+    for (size_t i = 0; i < BLOCK_NUMBERS; i++)
+        system->matrix.values[BLOCK_NUMBERS * position + i] = block->m[i];
 }
 
 /* What a vertex gathers. */
@@ -54,7 +53,7 @@ static void gather_springs(const assembly *work, uint32_t vertex, vertex_sum *su
             add_drag(work, spring->triangles[0], &block);
             add_drag(work, spring->triangles[1], &block);
         }
-        store_block(work->system->matrix.values + 9 * k, &block);
+        store_block(work->system, k, &block);
     }
 }
 
@@ -137,8 +136,7 @@ void assembly_gather_springs(void *context, size_t begin, size_t end, size_t chu
         sum.source = vec3_add_scaled(sum.force, w, damping);
         gather_springs(work, vertex, &sum);
         if (work->has_wind) add_drags(work, vertex, &sum.diagonal);
-        store_block(system->matrix.values + 9 * position, &sum.diagonal);
-        store_block(system->diagonal + 9 * v, &sum.diagonal);
+        store_block(system, position, &sum.diagonal);
         store_sum(system, v, &sum);
     }
 }

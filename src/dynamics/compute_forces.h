@@ -30,7 +30,6 @@ typedef struct environment {
 typedef struct linear_system {
     block_matrix matrix;     /* A [kg] */
     double *right_hand_side; /* b [kg m/s], 3 * vertex_count */
-    double *diagonal;        /* diagonal blocks of A, 9 * vertex_count */
     double *forces;          /* f(x0, v0) [N], 3 * vertex_count, all forces with damping and wind */
     double force_time;       /* [s] b holds force_time times the forces: h for implicit Euler */
     tulle_integrator integrator; /* used: BDF2 falls back to implicit Euler without history */
@@ -38,7 +37,8 @@ typedef struct linear_system {
     size_t vertex_count;
 } linear_system;
 
-/* Allocates a system with the model's pattern; values are undefined until compute_forces. */
+/* Allocates a system with the model's pattern, which is borrowed; values are undefined until
+ * compute_forces. */
 tulle_status linear_system_build(memory *heap, const cloth_model *model, linear_system *system);
 void linear_system_destroy(memory *heap, linear_system *system);
 

@@ -10,9 +10,8 @@ tulle_status linear_system_build(memory *heap, const cloth_model *model, linear_
         block_matrix_build(heap, model->vertex_count, blocks, scalars, &result.matrix);
     if (status != TULLE_OK) return status;
     result.right_hand_side = memory_allocate_zeroed(heap, 3 * model->vertex_count, sizeof(double));
-    result.diagonal = memory_allocate_zeroed(heap, 9 * model->vertex_count, sizeof(double));
     result.forces = memory_allocate_zeroed(heap, 3 * model->vertex_count, sizeof(double));
-    if (!result.right_hand_side || !result.diagonal || !result.forces) {
+    if (!result.right_hand_side || !result.forces) {
         linear_system_destroy(heap, &result);
         return TULLE_ERROR_OUT_OF_MEMORY;
     }
@@ -24,7 +23,6 @@ void linear_system_destroy(memory *heap, linear_system *system) {
     size_t const count = system->vertex_count;
     block_matrix_destroy(heap, &system->matrix);
     memory_release(heap, system->right_hand_side, 3 * count * sizeof(double));
-    memory_release(heap, system->diagonal, 9 * count * sizeof(double));
     memory_release(heap, system->forces, 3 * count * sizeof(double));
     *system = (linear_system){0};
 }

@@ -1,8 +1,7 @@
 /* math/block_matrix.c - pattern and product of the vertex matrix, see block_matrix.h.
  *
  * The product adds the columns of each block times one entry of x, in vectors of four lanes whose
- * last lane is ignored: a block is nine doubles, so the vector of its last column reads the first
- * number of the next block. That is why `values` has padding at its end. */
+ * last lane is ignored. */
 #include "math/block_matrix.h"
 
 #include "base/parallel.h"
@@ -11,19 +10,9 @@
 #include <string.h>
 
 /* Rows a chunk: about 100 KB of blocks, small enough to balance and large enough to pay. */
-enum { ROWS_PER_CHUNK = 256, VALUE_PADDING = 3 };
+enum { ROWS_PER_CHUNK = 256 };
 
-static bool copy_pattern(memory *heap, block_pattern pattern, size_t row_count, uint32_t **begin,
-                         uint32_t **columns) {
-    size_t const count = pattern.begin ? pattern.begin[row_count] : 0;
-    *begin = memory_allocate_zeroed(heap, row_count + 1, sizeof(uint32_t));
-    *columns = memory_allocate(heap, count * sizeof(uint32_t));
-    if (!*begin || !*columns) return false;
-    if (!pattern.begin) return true;
-    memcpy(*begin, pattern.begin, (row_count + 1) * sizeof(uint32_t));
-    if (count) memcpy(*columns, pattern.columns, count * sizeof(uint32_t));
-    return true;
-}
+const size_t block_places[BLOCK_NUMBERS] = {0, 1, 2, 4, 5, 8};
 
 uint32_t block_matrix_find(const block_matrix *matrix, uint32_t row, uint32_t column) {
     uint32_t low = matrix->row_begin[row], high = matrix->row_begin[row + 1];
@@ -42,15 +31,20 @@ tulle_status block_matrix_build(memory *heap, size_t row_count, block_pattern bl
                                 block_pattern scalars, block_matrix *result) {
     block_matrix matrix = {.row_count = row_count,
                            .block_count = blocks.begin[row_count],
-                           .scalar_count = scalars.begin ? scalars.begin[row_count] : 0};
-    bool const ok =
-        copy_pattern(heap, blocks, row_count, &matrix.row_begin, &matrix.columns) &
-        copy_pattern(heap, scalars, row_count, &matrix.scalar_begin, &matrix.scalar_columns);
+                           .scalar_count = scalars.begin ? scalars.begin[row_count] : 0,
+                           .row_begin = blocks.begin,
+                           .columns = blocks.columns,
+                           .scalar_begin = scalars.begin,
+                           .scalar_columns = scalars.columns};
+    if (!scalars.begin)
+        matrix.scalar_begin = matrix.no_scalars =
+            memory_allocate_zeroed(heap, row_count + 1, sizeof(uint32_t));
     matrix.diagonal_positions = memory_allocate(heap, row_count * sizeof(uint32_t));
     matrix.values =
-        memory_allocate_zeroed(heap, 9 * matrix.block_count + VALUE_PADDING, sizeof(double));
+        memory_allocate_zeroed(heap, BLOCK_NUMBERS * matrix.block_count, sizeof(double));
     matrix.scalar_values = memory_allocate_zeroed(heap, matrix.scalar_count, sizeof(double));
-    if (!ok || !matrix.diagonal_positions || !matrix.values || !matrix.scalar_values) {
+    if (!matrix.scalar_begin || !matrix.diagonal_positions || !matrix.values ||
+        !matrix.scalar_values) {
         block_matrix_destroy(heap, &matrix);
         return TULLE_ERROR_OUT_OF_MEMORY;
     }
@@ -61,13 +55,9 @@ tulle_status block_matrix_build(memory *heap, size_t row_count, block_pattern bl
 }
 
 void block_matrix_destroy(memory *heap, block_matrix *matrix) {
-    memory_release(heap, matrix->row_begin, (matrix->row_count + 1) * sizeof(uint32_t));
-    memory_release(heap, matrix->columns, matrix->block_count * sizeof(uint32_t));
+    memory_release(heap, matrix->no_scalars, (matrix->row_count + 1) * sizeof(uint32_t));
     memory_release(heap, matrix->diagonal_positions, matrix->row_count * sizeof(uint32_t));
-    memory_release(heap, matrix->values,
-                   (9 * matrix->block_count + VALUE_PADDING) * sizeof(double));
-    memory_release(heap, matrix->scalar_begin, (matrix->row_count + 1) * sizeof(uint32_t));
-    memory_release(heap, matrix->scalar_columns, matrix->scalar_count * sizeof(uint32_t));
+    memory_release(heap, matrix->values, BLOCK_NUMBERS * matrix->block_count * sizeof(double));
     memory_release(heap, matrix->scalar_values, matrix->scalar_count * sizeof(double));
     *matrix = (block_matrix){0};
 }
@@ -91,11 +81,12 @@ static void multiply_rows(void *context, size_t begin, size_t end, size_t chunk,
     for (size_t row = begin; row < end; row++) {
         lanes4 sum0 = {0}, sum1 = {0}, sum2 = {0}, sum3 = {0}, sum4 = {0};
         for (size_t k = matrix->row_begin[row]; k < matrix->row_begin[row + 1]; k++) {
-            const double *const block = values + 9 * k;
+            const double *const block = values + BLOCK_NUMBERS * k;
             const double *const entry = x + 3 * (size_t)matrix->columns[k];
-            sum0 += *(const lanes4 *)block * entry[0];
-            sum1 += *(const lanes4 *)(block + 3) * entry[1];
-            sum2 += *(const lanes4 *)(block + 6) * entry[2];
+            lanes4 const low = *(const lanes4 *)block, high = *(const lanes4 *)(block + 2);
+            sum0 += low * entry[0];
+            sum1 += __builtin_shufflevector(low, high, 1, 3, 6, 6) * entry[1];
+            sum2 += __builtin_shufflevector(low, high, 2, 6, 7, 7) * entry[2];
         }
         /* Even and odd entries in two sums, so that additions need not wait for one another. */
         size_t const end_scalar = matrix->scalar_begin[row + 1];
@@ -120,7 +111,10 @@ void block_matrix_multiply(const block_matrix *matrix, const double *x, double *
 }
 
 void block_matrix_get_diagonal(const block_matrix *matrix, double *diagonal) {
-    for (size_t row = 0; row < matrix->row_count; row++)
-        memcpy(diagonal + 9 * row, matrix->values + 9 * (size_t)matrix->diagonal_positions[row],
-               9 * sizeof(double));
+    for (size_t row = 0; row < matrix->row_count; row++) {
+        const double *const m =
+            matrix->values + BLOCK_NUMBERS * (size_t)matrix->diagonal_positions[row];
+        double const full[9] = {m[0], m[1], m[2], m[1], m[3], m[4], m[2], m[4], m[5]};
+        memcpy(diagonal + 9 * row, full, sizeof full);
+    }
 }

@@ -1,23 +1,30 @@
 /* math/block_matrix.h - a sparse symmetric matrix over vertices: 3x3 blocks where two vertices
  * share a mesh edge, and multiples of the 3x3 identity where they are coupled more loosely
- * (bending), so that the wide stencil costs one number a pair. Both patterns are stored in full
- * (both triangles), rows ascending, and are fixed once built; only values change. */
+ * (bending), so that the wide stencil costs one number a pair. Both patterns are in full (both
+ * triangles), rows ascending, and fixed; only values change. Each block is symmetric, too. */
 #ifndef TULLE_MATH_BLOCK_MATRIX_H
 #define TULLE_MATH_BLOCK_MATRIX_H
 
 #include "base/memory.h"
 
+/* A symmetric 3x3 block is six numbers: xx, xy, xz, yy, yz, zz. */
+enum { BLOCK_NUMBERS = 6 };
+/* Where they are in one of nine. */
+extern const size_t block_places[BLOCK_NUMBERS];
+
 typedef struct block_matrix {
-    size_t row_count;             /* vertices */
-    size_t block_count;           /* 3x3 blocks, the diagonal ones included */
-    size_t scalar_count;          /* multiples of the identity */
-    uint32_t *row_begin;          /* row_count + 1, into columns and values / 9 */
-    uint32_t *columns;            /* ascending in a row */
-    uint32_t *diagonal_positions; /* row_count: index of the diagonal block */
-    double *values;               /* 9 * block_count (+ 3 of padding), each block column-major */
-    uint32_t *scalar_begin;       /* row_count + 1, into scalar_columns and scalar_values */
-    uint32_t *scalar_columns;     /* ascending in a row */
-    double *scalar_values;        /* scalar_count */
+    size_t row_count;    /* vertices */
+    size_t block_count;  /* 3x3 blocks, the diagonal ones included */
+    size_t scalar_count; /* multiples of the identity */
+    /* The patterns, borrowed. */
+    const uint32_t *row_begin;      /* row_count + 1, into columns and blocks */
+    const uint32_t *columns;        /* ascending in a row */
+    const uint32_t *scalar_begin;   /* row_count + 1, into scalar_columns and scalar_values */
+    const uint32_t *scalar_columns; /* ascending in a row */
+    uint32_t *no_scalars;           /* in place of a pattern without scalars; else null */
+    uint32_t *diagonal_positions;   /* row_count: index of the diagonal block */
+    double *values;                 /* BLOCK_NUMBERS * block_count */
+    double *scalar_values;          /* scalar_count */
 } block_matrix;
 
 /* The pattern as compressed rows: begin has row_count + 1 entries; columns ascending and unique in
@@ -26,12 +33,13 @@ typedef struct block_pattern {
     const uint32_t *begin, *columns;
 } block_pattern;
 
-/* Copies the patterns and zeroes all values. scalar.begin null: no scalar part. */
+/* Borrows the patterns, which must outlive the matrix, and zeroes all values. scalars.begin null:
+ * no scalar part. */
 tulle_status block_matrix_build(memory *heap, size_t row_count, block_pattern blocks,
                                 block_pattern scalars, block_matrix *result);
 void block_matrix_destroy(memory *heap, block_matrix *matrix);
 
-/* Index of block (row, column) in columns and values / 9; TULLE_NONE if it is not in the pattern.
+/* Index of block (row, column) in columns; TULLE_NONE if it is not in the pattern.
  */
 uint32_t block_matrix_find(const block_matrix *matrix, uint32_t row, uint32_t column);
 
@@ -40,7 +48,7 @@ uint32_t block_matrix_find(const block_matrix *matrix, uint32_t row, uint32_t co
 void block_matrix_multiply(const block_matrix *matrix, const double *x, double *result,
                            int threads);
 
-/* Copies the diagonal blocks, 9 * row_count doubles. */
+/* The diagonal blocks in full, 9 * row_count doubles. */
 void block_matrix_get_diagonal(const block_matrix *matrix, double *diagonal);
 
 #endif

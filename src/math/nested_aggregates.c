@@ -171,7 +171,8 @@ static bool add_level(memory *heap, nested_aggregates *all, const member_graph *
 
 static bool add_levels(memory *heap, nested_aggregates *all, const block_matrix *matrix) {
     /* the matrix is lent: its rows name each vertex itself too, which does no harm */
-    member_graph graph = {all->vertex_count, matrix->row_begin, matrix->columns};
+    member_graph graph = {all->vertex_count, (uint32_t *)(uintptr_t)matrix->row_begin,
+                          (uint32_t *)(uintptr_t)matrix->columns};
     bool ok = true;
     for (size_t l = 0; ok && l < AGGREGATE_LEVELS_MAX; l++) {
         if (graph.count - count_alone(&graph) <= FEW_AGGREGATES) break;

@@ -29,13 +29,20 @@ static void add_block(double *to, const double *block) {
     for (size_t i = 0; i < 9; i++) to[i] += block[i];
 }
 
+/* One of six numbers. */
+static void add_matrix_block(double *to, const double *m) {
+    double const full[9] = {m[0], m[1], m[2], m[1], m[3], m[4], m[2], m[4], m[5]};
+    add_block(to, full);
+}
+
 /* Adds the entries of a row to its aggregate's sums. */
 static void add_row(const fill_task *task, size_t row, double *sums) {
     const nested_aggregates *const all = task->all;
     const block_matrix *const matrix = task->matrix;
     for (uint32_t k = matrix->row_begin[row]; k < matrix->row_begin[row + 1]; k++)
         if (all->block_levels[k] < all->level_count && !all->is_fixed[matrix->columns[k]])
-            add_block(sums + 9 * (size_t)all->block_levels[k], matrix->values + 9 * (size_t)k);
+            add_matrix_block(sums + 9 * (size_t)all->block_levels[k],
+                             matrix->values + BLOCK_NUMBERS * (size_t)k);
     for (uint32_t k = matrix->scalar_begin[row]; k < matrix->scalar_begin[row + 1]; k++) {
         if (all->scalar_levels[k] >= all->level_count || all->is_fixed[matrix->scalar_columns[k]])
             continue;

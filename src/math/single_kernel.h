@@ -10,12 +10,10 @@
 
 enum { SINGLE_PADDING = 16 };
 
-/* A symmetric 3x3 block is six numbers: xx, xy, xz, yy, yz, zz. */
+/* A symmetric 3x3 block is six numbers, those of block_matrix.h. */
 enum { SINGLE_BLOCK = 6 };
 
-/* A block_matrix in single precision; values have SINGLE_PADDING more numbers at their end. Not
- * only the matrix, each block of it is symmetric: a third less to read where reading is what takes
- * the time. */
+/* A block_matrix in single precision; values have SINGLE_PADDING more numbers at their end. */
 typedef struct single_matrix {
     const uint32_t *row_begin, *columns, *scalar_begin, *scalar_columns;
     float *values; /* SINGLE_BLOCK a block */

@@ -28,9 +28,6 @@ enum { MOST_PASSES = 4 };
 /* A pass that leaves more than this part of the residual is the last. */
 #define PASS_LEAST 0.5
 
-/* Where the numbers of a symmetric block are in one of nine. */
-static const size_t PLACES[SINGLE_BLOCK] = {0, 1, 2, 4, 5, 8};
-
 /* ---- the matrix ---- */
 
 typedef struct copy_task {
@@ -42,9 +39,9 @@ static void copy_rows(void *context, size_t begin, size_t end, size_t chunk, int
     (void)chunk, (void)worker;
     const copy_task *const task = context;
     const block_matrix *const matrix = task->matrix;
-    for (size_t k = matrix->row_begin[begin]; k < matrix->row_begin[end]; k++)
-        for (size_t i = 0; i < SINGLE_BLOCK; i++)
-            task->copy->values[SINGLE_BLOCK * k + i] = (float)matrix->values[9 * k + PLACES[i]];
+    for (size_t i = SINGLE_BLOCK * (size_t)matrix->row_begin[begin];
+         i < SINGLE_BLOCK * (size_t)matrix->row_begin[end]; i++)
+        task->copy->values[i] = (float)matrix->values[i];
     for (size_t i = matrix->scalar_begin[begin]; i < matrix->scalar_begin[end]; i++)
         task->copy->scalar_values[i] = (float)matrix->scalar_values[i];
 }
@@ -69,7 +66,7 @@ static void add_term(single_system *system, const matrix_term *term) {
                                                                                term->vertices[j]);
             double const scale = term->weights[i] * term->weights[j];
             for (size_t k = 0; k < SINGLE_BLOCK; k++)
-                block[k] += (float)(scale * term->stiffness.m[PLACES[k]]);
+                block[k] += (float)(scale * term->stiffness.m[block_places[k]]);
         }
 }
 
@@ -150,7 +147,8 @@ static void invert_diagonal(void *context, size_t begin, size_t end, size_t chun
     invert_blocks(work->problem, begin, end, work->inverse);
     for (size_t v = begin; v < end; v++)
         for (size_t i = 0; i < SINGLE_BLOCK; i++)
-            work->vectors.inverse[SINGLE_BLOCK * v + i] = (float)work->inverse[9 * v + PLACES[i]];
+            work->vectors.inverse[SINGLE_BLOCK * v + i] =
+                (float)work->inverse[9 * v + block_places[i]];
 }
 
 static vec3 apply_inverse(const single_solver *work, size_t vertex, vec3 r) {

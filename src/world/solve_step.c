@@ -52,13 +52,12 @@ static tulle_status run_solve_motion(step_context *context, bool is_first) {
     tulle_world *const world = context->world;
     linear_system_operator system_operator = {&world->system, world->threads};
     motion_system const system = {.right_hand_side = world->system.right_hand_side,
-                                  .diagonal = world->system.diagonal,
+                                  .matrix = &world->system.matrix,
                                   .apply = linear_system_apply,
                                   .apply_context = &system_operator,
                                   .forces = world->system.forces,
                                   .force_time = world->system.force_time,
                                   .start = is_first ? NULL : context->state->velocities,
-                                  .matrix = world->aggregates ? &world->system.matrix : NULL,
                                   .aggregates = world->aggregates};
     if (is_first) {
         memcpy(context->mean_velocity, context->state->velocities,

@@ -25,6 +25,7 @@ typedef struct fixture {
     linear_system system;
     size_t vertex_count;
     double *rest, *x, *v, *mean, *previous_mean, *previous_v, *next_v;
+    double *diagonal; /* of the system, by fixture_find_diagonal */
     uint8_t *is_fixed;
     environment surroundings;
     double previous_step, time;
@@ -58,6 +59,7 @@ static inline fixture *fixture_make(const double *rest, size_t vertex_count,
     assert_int_equal(linear_system_build(&f->heap, &f->model, &f->system), TULLE_OK);
     size_t const n = 3 * vertex_count;
     f->rest = copy_doubles(rest, n);
+    f->diagonal = copy_doubles(NULL, 3 * n);
     f->x = copy_doubles(rest, n);
     f->v = copy_doubles(NULL, n);
     f->mean = copy_doubles(NULL, n);
@@ -78,7 +80,7 @@ static inline void fixture_free(fixture *f) {
     arena_destroy(&f->scratch);
     assert_int_equal(f->heap.bytes_held, 0);
     free(f->rest), free(f->x), free(f->v), free(f->mean), free(f->previous_mean);
-    free(f->previous_v), free(f->next_v), free(f->is_fixed), free(f);
+    free(f->previous_v), free(f->next_v), free(f->is_fixed), free(f->diagonal), free(f);
 }
 
 static inline motion_state fixture_state(const fixture *f, double h) {
@@ -99,14 +101,20 @@ static inline void fixture_assemble(fixture *f, tulle_integrator integrator, dou
                      TULLE_OK);
 }
 
+/* The diagonal blocks of the system as assembled. */
+static inline void fixture_find_diagonal(fixture *f) {
+    block_matrix_get_diagonal(&f->system.matrix, f->diagonal);
+}
+
 /* Solves the system as assembled, from the guess x; fixed vertices keep theirs. */
 static inline void fixture_solve(fixture *f, double *x) {
     linear_system_operator matrix = {&f->system, f->threads};
+    fixture_find_diagonal(f);
     conjugate_gradients_problem const problem = {.vertex_count = f->vertex_count,
                                                  .apply = linear_system_apply,
                                                  .apply_context = &matrix,
                                                  .right_hand_side = f->system.right_hand_side,
-                                                 .diagonal = f->system.diagonal,
+                                                 .diagonal = f->diagonal,
                                                  .is_fixed = f->is_fixed,
                                                  .tolerance = f->tolerance,
                                                  .max_iterations = 20000,

@@ -22,6 +22,7 @@ static double random_signed(uint64_t *random) { return 2.0 * random_uniform(rand
 typedef struct ring {
     memory heap;
     block_matrix matrix;
+    uint32_t *begin, *columns, *far_begin, *far_columns; /* its patterns */
 } ring;
 
 static void fill_pattern(size_t count, const int *offsets, int offset_count, uint32_t *begin,
@@ -41,27 +42,26 @@ static void fill_pattern(size_t count, const int *offsets, int offset_count, uin
 static void ring_make(ring *r, size_t count, double dominance) {
     r->heap = memory_default();
     int const near[] = {-1, 0, 1}, far[] = {-5, -2, 2, 5};
-    uint32_t *const begin = malloc((count + 1) * 4), *const columns = malloc(3 * count * 4);
-    uint32_t *const far_begin = malloc((count + 1) * 4), *const far_columns = malloc(4 * count * 4);
-    fill_pattern(count, near, 3, begin, columns);
-    fill_pattern(count, far, 4, far_begin, far_columns);
-    assert_int_equal(block_matrix_build(&r->heap, count, (block_pattern){begin, columns},
-                                        (block_pattern){far_begin, far_columns}, &r->matrix),
+    r->begin = malloc((count + 1) * 4), r->columns = malloc(3 * count * 4);
+    r->far_begin = malloc((count + 1) * 4), r->far_columns = malloc(4 * count * 4);
+    fill_pattern(count, near, 3, r->begin, r->columns);
+    fill_pattern(count, far, 4, r->far_begin, r->far_columns);
+    assert_int_equal(block_matrix_build(&r->heap, count, (block_pattern){r->begin, r->columns},
+                                        (block_pattern){r->far_begin, r->far_columns}, &r->matrix),
                      TULLE_OK);
-    free(begin), free(columns), free(far_begin), free(far_columns);
     uint64_t random = 11;
     block_matrix *const m = &r->matrix;
     for (uint32_t v = 0; v < count; v++) {
         uint32_t const other = (uint32_t)((v + 1) % count);
-        double *const a = m->values + 9 * (size_t)block_matrix_find(m, v, other);
-        double *const b = m->values + 9 * (size_t)block_matrix_find(m, other, v);
-        for (int i = 0; i < 9; i++) a[i] = random_signed(&random);
-        for (int i = 0; i < 3; i++)
-            for (int j = 0; j < 3; j++) b[3 * i + j] = a[3 * j + i];
-        double *const d = m->values + 9 * (size_t)m->diagonal_positions[v];
-        for (int i = 0; i < 3; i++)
-            for (int j = 0; j <= i; j++) d[3 * i + j] = d[3 * j + i] = random_signed(&random);
-        for (int i = 0; i < 3; i++) d[4 * i] = dominance + fabs(d[4 * i]);
+        double *const a = m->values + BLOCK_NUMBERS * (size_t)block_matrix_find(m, v, other);
+        double *const b = m->values + BLOCK_NUMBERS * (size_t)block_matrix_find(m, other, v);
+        for (int i = 0; i < BLOCK_NUMBERS; i++) a[i] = b[i] = random_signed(&random);
+        double *const d = m->values + BLOCK_NUMBERS * (size_t)m->diagonal_positions[v];
+        for (int i = 0; i < BLOCK_NUMBERS; i++) {
+            bool const is_own = block_places[i] % 4 == 0;
+            d[i] = random_signed(&random);
+            if (is_own) d[i] = dominance + fabs(d[i]);
+        }
         for (uint32_t k = m->scalar_begin[v]; k < m->scalar_begin[v + 1]; k++)
             m->scalar_values[k] = 0.01 * (double)(v + m->scalar_columns[k]);
     }
@@ -69,6 +69,7 @@ static void ring_make(ring *r, size_t count, double dominance) {
 
 static void ring_free(ring *r) {
     block_matrix_destroy(&r->heap, &r->matrix);
+    free(r->begin), free(r->columns), free(r->far_begin), free(r->far_columns);
     assert_int_equal(r->heap.bytes_held, 0);
 }
 
@@ -78,9 +79,12 @@ static void make_dense(const block_matrix *m, double *dense) {
     memset(dense, 0, n * n * sizeof(double));
     for (size_t v = 0; v < m->row_count; v++) {
         for (size_t k = m->row_begin[v]; k < m->row_begin[v + 1]; k++)
-            for (size_t i = 0; i < 3; i++)
-                for (size_t j = 0; j < 3; j++)
-                    dense[(3 * v + i) * n + 3 * m->columns[k] + j] += m->values[9 * k + 3 * j + i];
+            for (size_t i = 0; i < BLOCK_NUMBERS; i++) {
+                size_t const row = block_places[i] / 3, column = block_places[i] % 3;
+                double const value = m->values[BLOCK_NUMBERS * k + i];
+                dense[(3 * v + row) * n + 3 * m->columns[k] + column] += value;
+                if (row != column) dense[(3 * v + column) * n + 3 * m->columns[k] + row] += value;
+            }
         for (size_t k = m->scalar_begin[v]; k < m->scalar_begin[v + 1]; k++)
             for (size_t i = 0; i < 3; i++)
                 dense[(3 * v + i) * n + 3 * m->scalar_columns[k] + i] += m->scalar_values[k];
@@ -254,7 +258,7 @@ static void ends_are_told_apart(void **state) {
     for (int i = 0; i < ENTRIES; i++) assert_true(fabs(x[i]) < 1e-10);
     /* Not positive definite, and not a number. */
     for (int i = 0; i < ENTRIES; i++) b[i] = 1.0;
-    for (size_t k = 0; k < 9 * r.matrix.block_count; k++) r.matrix.values[k] *= -1.0;
+    for (size_t k = 0; k < BLOCK_NUMBERS * r.matrix.block_count; k++) r.matrix.values[k] *= -1.0;
     memset(x, 0, sizeof x);
     assert_int_equal(solve(in, x).end, CONJUGATE_GRADIENTS_NOT_POSITIVE);
     r.matrix.values[40] = NAN;

@@ -347,7 +347,7 @@ static tulle_status run_substep(mini_world *world, double h) {
     if (status != TULLE_OK) return status;
     linear_system_operator matrix = {&world->system, world->threads};
     motion_system const motion = {.right_hand_side = world->system.right_hand_side,
-                                  .diagonal = world->system.diagonal,
+                                  .matrix = &world->system.matrix,
                                   .apply = linear_system_apply,
                                   .apply_context = &matrix,
                                   .forces = world->system.forces,

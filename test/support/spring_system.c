@@ -78,19 +78,23 @@ static void fill_scalars(block_matrix *m, double stiffness, uint64_t *seed) {
 
 void spring_system_fill(spring_system *system, double stiffness, uint64_t seed) {
     block_matrix *const m = &system->matrix;
-    memset(m->values, 0, 9 * m->block_count * sizeof(double));
+    memset(m->values, 0, BLOCK_NUMBERS * m->block_count * sizeof(double));
     for (size_t v = 0; v < m->row_count; v++)
-        for (size_t i = 0; i < 9; i += 4)
-            m->values[9 * (size_t)m->diagonal_positions[v] + i] = 0.5 + random_uniform(&seed);
+        for (size_t i = 0; i < BLOCK_NUMBERS; i++)
+            if (block_places[i] % 4 == 0)
+                m->values[BLOCK_NUMBERS * (size_t)m->diagonal_positions[v] + i] =
+                    0.5 + random_uniform(&seed);
     for (size_t e = 0; e < system->mesh.edge_count; e++) {
         const uint32_t *const ends = system->mesh.edges[e];
         double const n[3] = {random_signed(&seed), random_signed(&seed), random_signed(&seed)};
         double const k = stiffness * random_uniform(&seed);
-        for (size_t i = 0; i < 9; i++) {
-            double const value = k * (n[i / 3] * n[i % 3] + (i % 4 == 0 ? 0.1 : 0.0));
+        for (size_t i = 0; i < BLOCK_NUMBERS; i++) {
+            size_t const at = block_places[i];
+            double const value = k * (n[at / 3] * n[at % 3] + (at % 4 == 0 ? 0.1 : 0.0));
             for (size_t a = 0; a < 2; a++) {
-                m->values[9 * (size_t)m->diagonal_positions[ends[a]] + i] += value;
-                m->values[9 * (size_t)block_matrix_find(m, ends[a], ends[1 - a]) + i] -= value;
+                size_t const other = block_matrix_find(m, ends[a], ends[1 - a]);
+                m->values[BLOCK_NUMBERS * (size_t)m->diagonal_positions[ends[a]] + i] += value;
+                m->values[BLOCK_NUMBERS * other + i] -= value;
             }
         }
     }
@@ -131,7 +135,9 @@ spring_system spring_system_make(spring_graph mesh, double stiffness, uint64_t s
     assert_int_equal(block_matrix_build(&system.heap, count, (block_pattern){begin, columns},
                                         (block_pattern){scalar_begin, scalars}, &system.matrix),
                      TULLE_OK);
-    free(begin), free(columns), free(place), free(scalar_begin), free(scalars);
+    free(place);
+    system.patterns[0] = begin, system.patterns[1] = columns;
+    system.patterns[2] = scalar_begin, system.patterns[3] = scalars;
     system.is_fixed = calloc(count, 1);
     spring_system_fill(&system, stiffness, seed);
     return system;
@@ -139,6 +145,7 @@ spring_system spring_system_make(spring_graph mesh, double stiffness, uint64_t s
 
 void spring_system_destroy(spring_system *system) {
     block_matrix_destroy(&system->heap, &system->matrix);
+    for (int i = 0; i < 4; i++) free(system->patterns[i]);
     free(system->mesh.edges), free(system->is_fixed);
 }
 
@@ -149,9 +156,12 @@ void spring_system_multiply(const spring_system *system, const spring_matrix *ma
         double sum[3] = {0.0, 0.0, 0.0};
         for (uint32_t k = m->row_begin[v]; k < m->row_begin[v + 1]; k++) {
             if (system->is_fixed[m->columns[k]]) continue;
-            for (size_t i = 0; i < 3; i++)
-                for (size_t j = 0; j < 3; j++)
-                    sum[i] += m->values[9 * k + 3 * j + i] * x[3 * m->columns[k] + j];
+            for (size_t i = 0; i < BLOCK_NUMBERS; i++) {
+                size_t const row = block_places[i] / 3, column = block_places[i] % 3;
+                double const value = m->values[BLOCK_NUMBERS * k + i];
+                sum[row] += value * x[3 * m->columns[k] + column];
+                if (row != column) sum[column] += value * x[3 * m->columns[k] + row];
+            }
         }
         for (uint32_t k = m->scalar_begin[v]; k < m->scalar_begin[v + 1]; k++)
             for (size_t i = 0; i < 3 && !system->is_fixed[m->scalar_columns[k]]; i++)

@@ -24,6 +24,7 @@ typedef struct spring_system {
     memory heap;
     spring_graph mesh;
     block_matrix matrix;
+    uint32_t *patterns[4]; /* that the matrix borrows */
     uint8_t *is_fixed;
 } spring_system;
 
