@@ -28,7 +28,7 @@ bool paths_stay_in_bounds(const contact_scene *scene, const pair_source *source,
     if (!(reach >= 0.0)) return false;
     for (size_t i = 0; i < 3 * scene->vertex_count; i++) {
         if (is_slot(scene, i / 3)) continue; /* their bodies' vertices count */
-        double const a = scene->x0[i], b = source->bounds[i];
+        double const b = source->bounds[i], a = source->is_straight ? b : scene->x0[i];
         double const low = a < b ? a : b, high = a < b ? b : a;
         if (!(x1[i] >= low - reach && x1[i] <= high + reach)) return false;
     }

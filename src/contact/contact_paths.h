@@ -2,8 +2,10 @@
  *
  * Contract. pair_source holds the candidates for paths x0 -> bounds with boxes widened by
  * margin / 2. They are complete for other paths x0 -> x1 as long as every vertex stays in the box
- * of its own path x0 -> bounds widened by (margin - xi) / 2. Stages 10 and 11 check this before
- * every test and call `renew` when a vertex has left, so no test ever runs on an incomplete list.
+ * of its own path x0 -> bounds widened by (margin - xi) / 2, or, where pairs that straight paths
+ * keep apart were left out, ends in the box of its end in `bounds` widened by as much. Stages 10
+ * and 11 check this before every test and call `renew` when a vertex has left, so no test ever runs
+ * on an incomplete list.
  *
  * Stage 2 notes the pairs that start near each other. Along short paths no other pair can come
  * under xi, and the tests look at those alone (near_pairs.h).
@@ -19,6 +21,8 @@
 typedef struct pair_source {
     const pair_list *pairs;
     const double *bounds; /* [m] 3 * vertex_count, x1 that the pairs were found for */
+    bool is_straight;     /* pairs that the paths to `bounds` keep apart were left out; set by renew
+                             and adapt */
     double margin;        /* [m] > xi, that the pairs were found with; at least the largest
                              separation_distance for stage 2 */
     /* Those that start near; null: not known. Set by stage 2; renew and adapt, where they change

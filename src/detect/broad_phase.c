@@ -194,10 +194,14 @@ tulle_status build_trees(broad_phase *broad, const surface_set *set, const doubl
     return TULLE_OK;
 }
 
-void broad_phase_follow_paths(broad_phase *broad) {
-    if (broad->method != BROAD_PHASE_REFIT || broad->follows_paths) return;
-    broad->follows_paths = true;
+void broad_phase_follow_paths(broad_phase *broad, path_following how) {
+    if (broad->method != BROAD_PHASE_REFIT || broad->following == how) return;
+    broad->following = how;
     for (size_t s = 0; s < broad->surface_count; s++) broad->trees[s].is_fitted = false;
+}
+
+bool broad_phase_is_straight(const broad_phase *broad) {
+    return broad->is_straight || broad->following == PATHS_ALWAYS;
 }
 
 void broad_phase_set_patches(broad_phase *broad, patch_labels patches) { broad->patches = patches; }

@@ -95,7 +95,7 @@ struct broad_phase {
     vertex_record *records;
     vertex_box *vertex_boxes; /* of each record */
     surface_tree *trees;
-    bool follows_paths; /* pairs that straight paths keep apart may be left out */
+    path_following following;
     leaf_slabs *slabs; /* of each leaf; null unless paths are followed, and as long as blocks are */
     tree_leaf *leaves;
     size_t leaf_capacity;
@@ -166,7 +166,7 @@ bool fit_vertex_boxes(broad_phase *broad, const surface_set *set, const double *
 bool fit_trees(broad_phase *broad, const surface_set *set, int threads);
 void release_blocks(broad_phase *broad);
 /* Slabs of all leaves where they are fitted, as blocks are; else null. */
-leaf_slabs *find_slabs(const broad_phase *broad);
+const leaf_slabs *find_slabs(const broad_phase *broad);
 /* What boxes of leaves are fitted from. */
 leaf_fit make_leaf_fit(const broad_phase *broad);
 

@@ -105,7 +105,8 @@ bool fit_vertex_boxes(broad_phase *broad, const surface_set *set, const double *
         motion += task->motion;
         count += (double)(task->end - task->begin);
     }
-    broad->is_straight = broad->follows_paths && motion > LONG_MOTION * broad->mean_edge * count;
+    broad->is_straight =
+        broad->following != PATHS_IN_BOXES && motion > LONG_MOTION * broad->mean_edge * count;
     return is_finite;
 }
 
@@ -175,8 +176,8 @@ static bool needs_blocks(const broad_phase *broad, const surface_tree *tree) {
     return broad->has_all_blocks && !(tree->is_fitted && tree->has_blocks);
 }
 
-leaf_slabs *find_slabs(const broad_phase *broad) {
-    return broad->has_all_blocks ? broad->slabs : NULL;
+const leaf_slabs *find_slabs(const broad_phase *broad) {
+    return broad->has_all_blocks && broad_phase_is_straight(broad) ? broad->slabs : NULL;
 }
 
 static void fit_lowest_task(void *context, size_t begin, size_t end, size_t chunk, int worker) {
@@ -185,9 +186,10 @@ static void fit_lowest_task(void *context, size_t begin, size_t end, size_t chun
     const fit_task *const task = &broad->fit_tasks[chunk];
     surface_tree *const tree = &broad->trees[task->surface];
     leaf_fit const fit = make_leaf_fit(broad);
-    if (!tree->is_fitted || (broad->follows_paths && needs_blocks(broad, tree)))
+    leaf_slabs *const slabs = broad->has_all_blocks ? broad->slabs : NULL;
+    if (!tree->is_fitted || (slabs && needs_blocks(broad, tree)))
         TULLE_PICK_KERNEL(fit_lowest_nodes)
-    (&fit, tree->nodes.data, find_slabs(broad), task->begin, task->end);
+    (&fit, tree->nodes.data, slabs, task->begin, task->end);
     const tree_node *const first = &tree->nodes.data[task->begin];
     const tree_node *const last = &tree->nodes.data[task->end - 1];
     if (needs_blocks(broad, tree))
@@ -243,9 +245,10 @@ static bool prepare_blocks(broad_phase *broad) {
     broad->block_capacity =
         LEAF_HEADER * broad->leaf_capacity + GROUP_FLOATS * (size_t)broad->group_count;
     broad->blocks = memory_allocate_zeroed(heap, broad->block_capacity, sizeof *broad->blocks);
-    if (broad->follows_paths)
+    bool const needs_slabs = broad->following != PATHS_IN_BOXES;
+    if (needs_slabs)
         broad->slabs = memory_allocate_zeroed(heap, broad->leaf_capacity, sizeof *broad->slabs);
-    if (broad->blocks && (broad->slabs || !broad->follows_paths)) return true;
+    if (broad->blocks && (broad->slabs || !needs_slabs)) return true;
     release_blocks(broad);
     return false;
 }

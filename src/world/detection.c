@@ -70,7 +70,10 @@ tulle_status world_start_detection(tulle_world *world) {
     tulle_status status =
         broad_phase_create(&world->heap, &world->set, world->rest,
                            choose_trees(world->def.detection.method), &world->broad);
-    if (status == TULLE_OK) broad_phase_set_stop(world->broad, &world->stop);
+    if (status == TULLE_OK) {
+        broad_phase_set_stop(world->broad, &world->stop);
+        broad_phase_follow_paths(world->broad, PATHS_WHERE_LONG);
+    }
     if (status == TULLE_OK && uses_patches(world)) {
         world->patch_rules = make_rules(world);
         status = kept_patches_create(&world->heap, &world->set, &world->patches);
@@ -128,7 +131,7 @@ static tulle_status build_patches(step_context *context, const double *x1) {
 }
 
 /* Boxes of x0 -> bounds; pairs but those within the present patches. */
-static tulle_status search_boxes(step_context *context, const pair_source *source,
+static tulle_status search_boxes(step_context *context, pair_source *source,
                                  const double *bounds) {
     tulle_world *const world = context->world;
     double *const seconds = context->report->stage_seconds;
@@ -136,6 +139,7 @@ static tulle_status search_boxes(step_context *context, const pair_source *sourc
     tulle_status status = build_trees(world->broad, &world->set, context->state->positions, bounds,
                                       source->margin, world->threads);
     double const middle = timer_now();
+    source->is_straight = broad_phase_is_straight(world->broad);
     if (status == TULLE_OK) {
         status = find_pairs(world->broad, &world->set, world->threads, &world->pairs, NULL);
     }

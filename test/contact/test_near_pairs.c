@@ -144,10 +144,37 @@ static void renewed_pairs_have_none(void **state) {
     mini_world_destroy(&world);
 }
 
+/* Where pairs that straight paths keep apart were left out, what stops on its way is not covered,
+ * though it stays in the box of its path; what ends nearly where the pairs were found is. */
+static void pairs_of_straight_paths_cover_their_ends(void **state) {
+    (void)state;
+    uint64_t random = 8;
+    mini_world world;
+    make_three_layers(&world, &random);
+    size_t const count = 3 * world.vertex_count;
+    for (size_t i = 0; i < count; i++) world.x1[i] = world.x0[i] + 0.05;
+    pair_source source = find_mini_pairs(&world, world.x1);
+    contact_scene const scene = get_mini_scene(&world, TIME_STEP);
+    double const reach = 0.5 * (source.margin - scene.settings.minimum_gap);
+    for (int is_straight = 0; is_straight < 2; is_straight++) {
+        source.is_straight = is_straight;
+        for (size_t i = 0; i < count; i++) world.x1[i] = world.x0[i] + 0.05 - 0.99 * reach;
+        assert_true(paths_stay_in_bounds(&scene, &source, world.x1));
+        world.x1[4] -= 0.02 * reach;
+        assert_int_equal(paths_stay_in_bounds(&scene, &source, world.x1), !is_straight);
+        memcpy(world.x1, world.x0, count * sizeof(double));
+        assert_int_equal(paths_stay_in_bounds(&scene, &source, world.x1), !is_straight);
+        for (size_t i = 0; i < count; i++) world.x1[i] = world.x0[i] + 0.05 + 1.01 * reach;
+        assert_false(paths_stay_in_bounds(&scene, &source, world.x1));
+    }
+    mini_world_destroy(&world);
+}
+
 int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(near_pairs_find_what_all_pairs_find),
         cmocka_unit_test(renewed_pairs_have_none),
+        cmocka_unit_test(pairs_of_straight_paths_cover_their_ends),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
