@@ -42,7 +42,8 @@ void broad_phase_set_stop(broad_phase *broad, stop_poll *stop);
 
 /* From the next build_trees on, pairs that the straight paths x0 -> x1 keep farther apart than the
  * margin, along one axis or diagonal, may be left out of searches where that is cheap, though their
- * boxes meet: always, or only where paths are long. For refitted trees; others leave out none. */
+ * boxes meet: always, or only where paths are long and neighbours go together. For refitted trees;
+ * others leave out none. */
 typedef enum path_following { PATHS_IN_BOXES, PATHS_WHERE_LONG, PATHS_ALWAYS } path_following;
 void broad_phase_follow_paths(broad_phase *broad, path_following how);
 /* Whether such pairs are left out, which all paths may meet that end elsewhere in their boxes. */

@@ -50,11 +50,18 @@ typedef struct voxel_group {
     uint32_t voxel; /* of the group among the groups */
 } voxel_group;
 
+/* [m] Sums over some vertices: of their ways along the axes, and of what these differ by from those
+ * of vertices nearby. */
+typedef struct way_sums {
+    double own, relative;
+} way_sums;
+
 /* A range of vertices, or of lowest nodes, of one surface. */
 typedef struct fit_task {
     uint32_t surface, begin, end;
     bool is_finite;
     double motion; /* of its vertices, added up */
+    way_sums ways; /* where paths are followed if they are long */
 } fit_task;
 
 /* Two nodes whose boxes meet, or one node against itself. */

