@@ -124,7 +124,7 @@ static void long_paths_alone_are_followed(void **state) {
     uint64_t seed = 17;
     double const margin = 0.03, gap = 0.01;
     size_t missing = 0, straight_count = 0;
-    for (int round = 0; round < 40; round++) {
+    for (int round = 0; round < 120; round++) {
         soup_scene *const soup = make_scene(&heap, &seed, 120);
         if (round % 4 == 0) memcpy(soup->x1, soup->x0, 3 * soup->vertex_count * sizeof(double));
         move_together(soup, round % 4 == 0 ? 1e-6 : 0.6 * (round % 4));
@@ -149,7 +149,7 @@ static void long_paths_alone_are_followed(void **state) {
         free_scene(&heap, soup);
     }
     print_message("%zu pairs left out of %zu scenes\n", missing, straight_count);
-    assert_true(straight_count > 10 && straight_count < 30); /* some move every which way */
+    assert_true(straight_count > 10 && straight_count < 90); /* some move every which way */
     assert_true(missing > 1000);
     assert_int_equal(heap.bytes_held, 0);
 }
