@@ -61,8 +61,7 @@ void assembly_evaluate_hinges(void *context, size_t begin, size_t end, size_t ch
     (void)chunk, (void)worker;
     assembly *const work = context;
     for (size_t h = begin; h < end; h++)
-        work->hinge_deviations[h] =
-            bend_get_deviation(&work->model->hinges[h], work->state->positions);
+        work->hinge_deviations[h] = bend_get_deviation(work->model, h, work->state->positions);
 }
 
 void assembly_damp_bending(void *context, size_t begin, size_t end, size_t chunk, int worker) {
@@ -77,12 +76,10 @@ void assembly_damp_bending(void *context, size_t begin, size_t end, size_t chunk
             uint32_t const count = uses[corners[k] + 1] - uses[corners[k]];
             if (count > most) most = count;
         }
-        bend_damping_input const input = {.damping = &model->bend_dampings[t],
-                                          .corners = corners,
-                                          .hinges = model->hinges,
+        bend_damping_input const input = {.model = model,
+                                          .triangle = t,
                                           .positions = work->state->positions,
                                           .velocities = work->state->velocities,
-                                          .masses = model->masses,
                                           .time_step = work->state->time_step,
                                           .triangles_at_a_vertex = most};
         bend_evaluate_damping(&input, &work->bend_dampings[t]);
@@ -95,21 +92,17 @@ void assembly_fill_hinges(void *context, size_t begin, size_t end, size_t chunk,
     const cloth_model *const model = work->model;
     for (size_t h = begin; h < end; h++) {
         const cloth_hinge *const hinge = &model->hinges[h];
-        vec3 moment = {0.0, 0.0, 0.0}, damping_moment = {0.0, 0.0, 0.0};
-        for (size_t k = model->coupling_begin[h]; k < model->coupling_begin[h + 1]; k++)
-            moment = vec3_add_scaled(moment, work->hinge_deviations[model->coupling_hinges[k]],
-                                     model->couplings[k]);
+        hinge_moments moments = {.elastic = bend_get_moment(model, h, work->hinge_deviations)};
         for (int side = 0; side < 2 && work->bend_dampings; side++) {
             uint32_t const place = hinge->sides[side];
-            damping_moment =
-                vec3_add(damping_moment,
+            moments.damping =
+                vec3_add(moments.damping,
                          bend_get_damping_moment(&work->bend_dampings[place / 3], place % 3));
         }
         if (work->hinge_forces)
-            bend_get_forces(hinge, work->state->positions, moment, damping_moment,
-                            work->hinge_forces + 4 * h);
+            bend_get_forces(model, h, work->state->positions, moments, work->hinge_forces + 4 * h);
         else
-            work->hinge_moments[h] = vec3_add(moment, damping_moment);
+            work->hinge_moments[h] = vec3_add(moments.elastic, moments.damping);
     }
 }
 

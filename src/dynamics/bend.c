@@ -18,13 +18,14 @@ typedef struct hinge_frame {
     double length;     /* |a x m| */
 } hinge_frame;
 
-static hinge_frame get_frame(const cloth_hinge *hinge, const double *positions, vec3 *normal) {
+static hinge_frame get_frame(const cloth_hinge *hinge, const cloth_hinge_rest *rest,
+                             const double *positions, vec3 *normal) {
     vec3 const x0 = vec3_load(positions, hinge->vertices[0]);
     vec3 const left = vec3_sub(vec3_load(positions, hinge->vertices[2]), x0);
     vec3 const right = vec3_sub(vec3_load(positions, hinge->vertices[3]), x0);
     hinge_frame frame = {.edge = vec3_sub(vec3_load(positions, hinge->vertices[1]), x0)};
-    frame.across = vec3_sub(vec3_scale(left, hinge->inv_double_areas[0]),
-                            vec3_scale(right, hinge->inv_double_areas[1]));
+    frame.across = vec3_sub(vec3_scale(left, rest->inv_double_areas[0]),
+                            vec3_scale(right, rest->inv_double_areas[1]));
     vec3 const sum = vec3_cross(frame.edge, frame.across);
     frame.length = vec3_norm(sum);
     bool const is_folded = !(frame.length > FOLDED_LIMIT);
@@ -32,22 +33,23 @@ static hinge_frame get_frame(const cloth_hinge *hinge, const double *positions, 
     return frame;
 }
 
-/* Adds s (dn/dx_k)^T y to each corner: the gradient of s n . y at fixed y. */
-static void add_normal_gradient(const cloth_hinge *hinge, const hinge_frame *frame, vec3 normal,
-                                vec3 y, double s, vec3 corners[4]) {
-    vec3 const tangential =
-        vec3_scale(vec3_add_scaled(y, normal, -vec3_dot(normal, y)), s / frame->length);
+/* Adds r (dn/dx_k)^T y to each corner: the gradient of r n . y at fixed y, r the curvature. */
+static void add_normal_gradient(const cloth_hinge_rest *rest, const hinge_frame *frame, vec3 normal,
+                                vec3 y, vec3 corners[4]) {
+    vec3 const tangential = vec3_scale(vec3_add_scaled(y, normal, -vec3_dot(normal, y)),
+                                       rest->curvature / frame->length);
     vec3 const by_edge = vec3_cross(frame->across, tangential);
     vec3 const by_across = vec3_cross(tangential, frame->edge);
-    vec3 const by_left = vec3_scale(by_across, hinge->inv_double_areas[0]);
-    vec3 const by_right = vec3_scale(by_across, -hinge->inv_double_areas[1]);
+    vec3 const by_left = vec3_scale(by_across, rest->inv_double_areas[0]);
+    vec3 const by_right = vec3_scale(by_across, -rest->inv_double_areas[1]);
     corners[1] = vec3_add(corners[1], by_edge);
     corners[2] = vec3_add(corners[2], by_left);
     corners[3] = vec3_add(corners[3], by_right);
     corners[0] = vec3_sub(corners[0], vec3_add(by_edge, vec3_add(by_left, by_right)));
 }
 
-vec3 bend_get_deviation(const cloth_hinge *hinge, const double *positions) {
+vec3 bend_get_deviation(const cloth_model *model, size_t number, const double *positions) {
+    const cloth_hinge *const hinge = &model->hinges[number];
     /* Weights sum to zero: offsets from the first corner keep rounding small far from the origin.
      */
     vec3 const origin = vec3_load(positions, hinge->vertices[0]);
@@ -55,18 +57,20 @@ vec3 bend_get_deviation(const cloth_hinge *hinge, const double *positions) {
     for (int k = 1; k < 4; k++)
         c = vec3_add_scaled(c, vec3_sub(vec3_load(positions, hinge->vertices[k]), origin),
                             hinge->weights[k]);
-    if (hinge->rest_curvature == 0.0) return c;
-    get_frame(hinge, positions, &normal);
-    return vec3_add_scaled(c, normal, -hinge->rest_curvature);
+    if (!model->hinge_rests || model->hinge_rests[number].curvature == 0.0) return c;
+    get_frame(hinge, &model->hinge_rests[number], positions, &normal);
+    return vec3_add_scaled(c, normal, -model->hinge_rests[number].curvature);
 }
 
-void bend_get_forces(const cloth_hinge *hinge, const double *positions, vec3 moment,
-                     vec3 damping_moment, vec3 forces[4]) {
-    vec3 const all = vec3_add(moment, damping_moment);
+void bend_get_forces(const cloth_model *model, size_t number, const double *positions,
+                     hinge_moments moments, vec3 forces[4]) {
+    const cloth_hinge *const hinge = &model->hinges[number];
+    const cloth_hinge_rest *const rest = &model->hinge_rests[number];
+    vec3 const all = vec3_add(moments.elastic, moments.damping);
     for (size_t k = 0; k < 4; k++) forces[k] = bend_get_flat_force(hinge, k, all);
-    if (hinge->rest_curvature == 0.0) return;
+    if (rest->curvature == 0.0) return;
     vec3 normal;
-    hinge_frame const frame = get_frame(hinge, positions, &normal);
+    hinge_frame const frame = get_frame(hinge, rest, positions, &normal);
     if (vec3_norm2(normal) == 0.0) return;
-    add_normal_gradient(hinge, &frame, normal, moment, hinge->rest_curvature, forces);
+    add_normal_gradient(rest, &frame, normal, moments.elastic, forces);
 }

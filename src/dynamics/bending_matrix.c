@@ -17,6 +17,8 @@
  * the legs of a right-triangle mesh, and depends on the direction; the shape operator does not. */
 #include "dynamics/bending_matrix.h"
 
+#include "dynamics/bend.h"
+
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
@@ -29,26 +31,28 @@ static const double FLAT_ANGLE = 1e-7;
 
 /* Adds the outward conormal of the triangle (e0, e1, opposite), times the edge length, to the
  * weights; corner is the opposite one's place. */
-static void add_conormal(const double *positions, cloth_hinge *hinge, int corner) {
+static void add_conormal(const double *positions, cloth_hinge *hinge, const cloth_hinge_rest *rest,
+                         int corner) {
     vec3 const origin = vec3_load(positions, hinge->vertices[0]);
     vec3 const edge = vec3_sub(vec3_load(positions, hinge->vertices[1]), origin);
     vec3 const side = vec3_sub(vec3_load(positions, hinge->vertices[corner]), origin);
     double const foot = vec3_dot(side, edge) / vec3_norm2(edge);
-    double const slope = vec3_norm2(edge) * hinge->inv_double_areas[corner - 2];
+    double const slope = vec3_norm2(edge) * rest->inv_double_areas[corner - 2];
     hinge->weights[corner] -= slope;
     hinge->weights[0] += slope * (1.0 - foot);
     hinge->weights[1] += slope * foot;
 }
 
 /* Signed rest value of c along the hinge normal; zero for a fold that is only rounding. */
-static double measure_rest_curvature(const double *positions, const cloth_hinge *hinge) {
+static double measure_rest_curvature(const double *positions, const cloth_hinge *hinge,
+                                     const cloth_hinge_rest *rest) {
     vec3 const x0 = vec3_load(positions, hinge->vertices[0]);
     vec3 const x1 = vec3_load(positions, hinge->vertices[1]);
     vec3 const x2 = vec3_load(positions, hinge->vertices[2]);
     vec3 const x3 = vec3_load(positions, hinge->vertices[3]);
     vec3 const edge = vec3_sub(x1, x0);
-    vec3 const cross = vec3_sub(vec3_scale(vec3_sub(x2, x0), hinge->inv_double_areas[0]),
-                                vec3_scale(vec3_sub(x3, x0), hinge->inv_double_areas[1]));
+    vec3 const cross = vec3_sub(vec3_scale(vec3_sub(x2, x0), rest->inv_double_areas[0]),
+                                vec3_scale(vec3_sub(x3, x0), rest->inv_double_areas[1]));
     vec3 const normal = vec3_normalize(vec3_cross(edge, cross));
     vec3 c = {0.0, 0.0, 0.0};
     for (int k = 0; k < 4; k++)
@@ -76,23 +80,24 @@ static uint32_t find_edge(const topology *surface, uint32_t triangle, uint32_t e
 }
 
 /* Fills hinge geometry and its softening in (0, 1]. */
-static double fill_hinge(const bending_input *input, size_t edge, cloth_hinge *hinge) {
+static double fill_hinge(const bending_input *input, size_t edge, cloth_hinge *hinge,
+                         cloth_hinge_rest *rest) {
     double softening = 1.0;
     for (size_t k = 0; k < 2; k++) {
         uint32_t const triangle = input->surface->edge_triangles[2 * edge + k];
         double const area = input->areas[input->triangle_numbers[triangle]];
         hinge->vertices[k] = input->surface->edges[2 * edge + k];
         hinge->vertices[2 + k] = input->surface->edge_opposites[2 * edge + k];
-        hinge->inv_double_areas[k] = 0.5 / area;
+        rest->inv_double_areas[k] = 0.5 / area;
         hinge->sides[k] = 3 * input->triangle_numbers[triangle] +
                           find_edge(input->surface, triangle, (uint32_t)edge);
         double const quality =
             measure_quality(input, input->surface->triangles + 3 * (size_t)triangle, area);
         softening = fmin(softening, quality / SLIVER_RATIO);
     }
-    add_conormal(input->rest_positions, hinge, 2);
-    add_conormal(input->rest_positions, hinge, 3);
-    hinge->rest_curvature = measure_rest_curvature(input->rest_positions, hinge);
+    add_conormal(input->rest_positions, hinge, rest, 2);
+    add_conormal(input->rest_positions, hinge, rest, 3);
+    rest->curvature = measure_rest_curvature(input->rest_positions, hinge, rest);
     return softening;
 }
 
@@ -114,80 +119,81 @@ typedef struct coupling_builder {
     const double *softening;     /* by hinge */
 } coupling_builder;
 
-/* Appends the couplings of `hinge` (edge `edge`) through one of its triangles; the coupling with
- * itself goes to place `self`. Returns the next free place. */
-static uint32_t add_couplings(const coupling_builder *build, size_t edge, uint32_t triangle,
-                              uint32_t self, uint32_t place) {
+/* Fills the couplings of the hinge of an edge through one of its triangles. */
+static void add_couplings(const coupling_builder *build, size_t edge, size_t side) {
     const bending_input *const input = build->input;
     cloth_model *const model = build->model;
+    uint32_t const triangle = input->surface->edge_triangles[2 * edge + side];
     uint32_t const number = input->triangle_numbers[triangle];
     cloth_bend_damping *const in_triangle = &model->bend_dampings[number];
     const uint32_t *const corners = input->surface->triangles + 3 * (size_t)triangle;
     const uint32_t *const edges = input->surface->triangle_edges + 3 * (size_t)triangle;
     uint32_t const hinge = build->edge_hinges[edge];
     size_t const own = find_edge(input->surface, triangle, (uint32_t)edge);
+    size_t const self = HINGE_COUPLINGS * (size_t)hinge;
+    size_t place = self + 1 + 2 * side;
     uint32_t const material_index =
         input->vertex_materials ? input->vertex_materials[corners[0]] : 0;
     const tulle_material *const material = &input->materials[material_index];
     double const stiffness = material->bend_stiffness / (4.0 * input->areas[number]);
     in_triangle->rest_double_area = 2.0 * input->areas[number];
+    in_triangle->time = material->bend_damping;
     for (size_t k = 0; k < 3; k++) {
         uint32_t const other = build->edge_hinges[edges[k]];
-        in_triangle->hinges[k] = other;
+        size_t const at = k == own ? self : place++;
+        model->triangle_hinges[3 * (size_t)number + k] = other;
         if (other == TULLE_NONE) continue;
-        uint32_t const at = other == hinge ? self : place++;
         double const value = stiffness * build->softening[hinge] * build->softening[other] *
                              square_cosine(input->rest_positions, corners, own, k);
-        model->coupling_hinges[at] = other;
         model->couplings[at] += value;
         model->damping_couplings[at] += value * material->bend_damping;
-        in_triangle->couplings[own][k] = value * material->bend_damping;
+        if (k == own) in_triangle->own[k] = value * material->bend_damping;
         model->has_bending |= value > 0.0;
         model->has_bend_damping |= value * material->bend_damping > 0.0;
     }
-    return place;
 }
 
-/* At most five couplings a hinge: itself and two more in each triangle. */
 static bool build_couplings(memory *heap, coupling_builder *build) {
     cloth_model *const model = build->model;
-    size_t const room = 5 * model->hinge_count;
-    model->coupling_begin = memory_allocate_zeroed(heap, model->hinge_count + 1, sizeof(uint32_t));
-    model->coupling_hinges = memory_allocate_zeroed(heap, room, sizeof(uint32_t));
+    size_t const room = HINGE_COUPLINGS * model->hinge_count;
+    model->triangle_hinges =
+        memory_allocate_zeroed(heap, 3 * model->triangle_count, sizeof(uint32_t));
     model->couplings = memory_allocate_zeroed(heap, room, sizeof(double));
     model->damping_couplings = memory_allocate_zeroed(heap, room, sizeof(double));
     model->bend_dampings =
         memory_allocate_zeroed(heap, model->triangle_count, sizeof *model->bend_dampings);
-    if (!model->coupling_begin || !model->coupling_hinges || !model->couplings ||
-        !model->damping_couplings || !model->bend_dampings)
+    if (!model->triangle_hinges || !model->couplings || !model->damping_couplings ||
+        !model->bend_dampings)
         return false;
-    uint32_t place = 0;
-    for (size_t edge = 0; edge < model->spring_count; edge++) {
-        uint32_t const hinge = build->edge_hinges[edge];
-        if (hinge == TULLE_NONE) continue;
-        uint32_t const self = place++;
-        model->coupling_begin[hinge] = self;
-        for (size_t k = 0; k < 2; k++)
-            place = add_couplings(build, edge, build->input->surface->edge_triangles[2 * edge + k],
-                                  self, place);
-    }
-    model->coupling_begin[model->hinge_count] = place;
+    for (size_t t = 0; t < 3 * model->triangle_count; t++) model->triangle_hinges[t] = TULLE_NONE;
+    for (size_t edge = 0; edge < model->spring_count; edge++)
+        for (size_t side = 0; side < 2 && build->edge_hinges[edge] != TULLE_NONE; side++)
+            add_couplings(build, edge, side);
     return true;
+}
+
+static void release_hinge_rests(memory *heap, cloth_model *model) {
+    memory_release(heap, model->hinge_rests, model->hinge_count * sizeof *model->hinge_rests);
+    model->hinge_rests = NULL;
 }
 
 bool bending_build_hinges(memory *heap, const bending_input *input, cloth_model *model) {
     uint32_t *const edge_hinges = memory_allocate(heap, model->spring_count * sizeof(uint32_t));
     double *const softening = memory_allocate(heap, model->hinge_count * sizeof(double));
-    bool ok = edge_hinges && softening;
+    model->hinge_rests =
+        memory_allocate_zeroed(heap, model->hinge_count, sizeof *model->hinge_rests);
+    bool ok = edge_hinges && softening && model->hinge_rests;
     if (ok) {
         uint32_t hinge = 0;
         for (size_t edge = 0; edge < model->spring_count; edge++) {
             edge_hinges[edge] = TULLE_NONE;
             if (input->surface->edge_triangles[2 * edge + 1] == TULLE_NONE) continue;
-            softening[hinge] = fill_hinge(input, edge, &model->hinges[hinge]);
-            model->has_curved_rest |= model->hinges[hinge].rest_curvature != 0.0;
+            cloth_hinge_rest *const rest = &model->hinge_rests[hinge];
+            softening[hinge] = fill_hinge(input, edge, &model->hinges[hinge], rest);
+            model->has_curved_rest |= rest->curvature != 0.0;
             edge_hinges[edge] = hinge++;
         }
+        if (!model->has_curved_rest) release_hinge_rests(heap, model);
         ok = build_couplings(heap, &(coupling_builder){input, model, edge_hinges, softening});
     }
     memory_release(heap, edge_hinges, model->spring_count * sizeof(uint32_t));
@@ -217,15 +223,17 @@ static bool collect_row(memory *heap, const cloth_model *model, uint32_t vertex,
          u < model->vertex_hinges.begin[vertex + 1]; u++) {
         uint32_t const hinge = model->vertex_hinges.items[u] / 4;
         double const weight = model->hinges[hinge].weights[model->vertex_hinges.items[u] % 4];
-        uint32_t const end = model->coupling_begin[hinge + 1];
-        for (uint32_t k = model->coupling_begin[hinge]; k < end; k++) {
-            const cloth_hinge *const other = &model->hinges[model->coupling_hinges[k]];
+        uint32_t hinges[HINGE_COUPLINGS];
+        size_t places[HINGE_COUPLINGS];
+        size_t const count = bend_list_couplings(model, hinge, hinges, places);
+        for (size_t k = 0; k < count; k++) {
+            const cloth_hinge *const other = &model->hinges[hinges[k]];
             if (!ARRAY_RESERVE(heap, row, 4)) return false;
             for (int corner = 0; corner < 4; corner++) {
                 double const product = weight * other->weights[corner];
                 row->data[row->count] = (row_entry){other->vertices[corner], (uint32_t)row->count,
-                                                    product * model->couplings[k],
-                                                    product * model->damping_couplings[k]};
+                                                    product * model->couplings[places[k]],
+                                                    product * model->damping_couplings[places[k]]};
                 row->count++;
             }
         }
@@ -275,7 +283,8 @@ static bool keep_scalars(memory *heap, cloth_model *model, const entry_array *re
 }
 
 static void release_damping_couplings(memory *heap, cloth_model *model) {
-    memory_release(heap, model->damping_couplings, 5 * model->hinge_count * sizeof(double));
+    memory_release(heap, model->damping_couplings,
+                   HINGE_COUPLINGS * model->hinge_count * sizeof(double));
     model->damping_couplings = NULL;
 }
 
@@ -304,10 +313,9 @@ bool bending_build_matrix(memory *heap, cloth_model *model) {
 }
 
 void bending_destroy(memory *heap, cloth_model *model) {
-    size_t const room = 5 * model->hinge_count;
-    memory_release(heap, model->coupling_begin, (model->hinge_count + 1) * sizeof(uint32_t));
-    memory_release(heap, model->coupling_hinges, room * sizeof(uint32_t));
-    memory_release(heap, model->couplings, room * sizeof(double));
+    memory_release(heap, model->triangle_hinges, 3 * model->triangle_count * sizeof(uint32_t));
+    memory_release(heap, model->couplings, HINGE_COUPLINGS * model->hinge_count * sizeof(double));
+    release_hinge_rests(heap, model);
     release_damping_couplings(heap, model);
     release_bend_dampings(heap, model);
     memory_release(heap, model->scalar_begin, (model->vertex_count + 1) * sizeof(uint32_t));

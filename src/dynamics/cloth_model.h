@@ -36,10 +36,14 @@ typedef struct cloth_spring {
 typedef struct cloth_hinge {
     uint32_t vertices[4];
     double weights[4];
-    double inv_double_areas[2]; /* [1/m^2] 1 / (2 rest area) of the triangle at corner 2 and at 3 */
-    uint32_t sides[2];     /* 3 * triangle + edge there, of the triangle at corner 2 and at 3 */
-    double rest_curvature; /* [m] rest value of c along the hinge normal, signed; 0: flat */
+    uint32_t sides[2]; /* 3 * triangle + edge there, of the triangle at corner 2 and at 3 */
 } cloth_hinge;
+
+/* The rest shape of a hinge, where any hinge is not flat. */
+typedef struct cloth_hinge_rest {
+    double inv_double_areas[2]; /* [1/m^2] 1 / (2 rest area) of the triangle at corner 2 and at 3 */
+    double curvature;           /* [m] rest value of c along the hinge normal, signed; 0: flat */
+} cloth_hinge_rest;
 
 /* One triangle, for wind. */
 typedef struct cloth_triangle {
@@ -48,10 +52,13 @@ typedef struct cloth_triangle {
 
 /* Bending damping in one triangle: of the rates of n . c of its hinges, n the triangle's normal. */
 typedef struct cloth_bend_damping {
-    uint32_t hinges[3];      /* edge k joins corners k and k + 1; TULLE_NONE on the border */
-    double couplings[3][3];  /* [N s/m] symmetric, never negative; zero on the border */
+    double own[3];           /* [N s/m] coupling of each hinge with itself; zero on the border */
+    double time;             /* [s] couplings of two hinges times this */
     double rest_double_area; /* [m^2] */
 } cloth_bend_damping;
+
+/* A hinge is coupled with itself and with two hinges in each of its triangles. */
+enum { HINGE_COUPLINGS = 5 };
 
 typedef struct cloth_model {
     size_t vertex_count, spring_count, hinge_count, triangle_count;
@@ -60,9 +67,12 @@ typedef struct cloth_model {
     cloth_spring *springs;
     cloth_hinge *hinges;
     cloth_triangle *triangles;
-    /* Bending energy is 1/2 sum_ij couplings_ij d_i . d_j over hinges i, j, with d_i = c_i - rest:
-     * compressed rows, at most five entries each [N/m]. */
-    uint32_t *coupling_begin, *coupling_hinges;
+    cloth_hinge_rest *hinge_rests; /* null where all are flat */
+    /* Hinges of edges of triangles: edge k joins corners k and k + 1; TULLE_NONE on the border. */
+    uint32_t *triangle_hinges;
+    /* Bending energy is 1/2 sum_ij couplings_ij d_i . d_j over hinges i, j, with d_i = c_i - rest.
+     * Of a hinge: with itself, then with the next two edges in the order of each triangle, the one
+     * at corner 2 first; see bend_list_couplings. */
     double *couplings, *damping_couplings; /* [N/m]; [N s/m] while the model is built */
     cloth_bend_damping *bend_dampings;     /* triangle_count; null without bending damping */
     adjacency vertex_springs;              /* 2 * spring + end */

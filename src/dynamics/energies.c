@@ -51,7 +51,7 @@ static void measure_hinges(void *context, size_t begin, size_t end, size_t chunk
     (void)chunk, (void)worker;
     energy_task *const task = context;
     for (size_t h = begin; h < end; h++) {
-        task->deviations[h] = bend_get_deviation(&task->model->hinges[h], task->positions);
+        task->deviations[h] = bend_get_deviation(task->model, h, task->positions);
     }
 }
 
@@ -62,10 +62,7 @@ static void couple_hinges(void *context, size_t begin, size_t end, size_t chunk,
     const cloth_model *const model = task->model;
     double energy = 0.0;
     for (size_t h = begin; h < end; h++) {
-        vec3 moment = {0.0, 0.0, 0.0};
-        for (size_t k = model->coupling_begin[h]; k < model->coupling_begin[h + 1]; k++)
-            moment = vec3_add_scaled(moment, task->deviations[model->coupling_hinges[k]],
-                                     model->couplings[k]);
+        vec3 const moment = bend_get_moment(model, h, task->deviations);
         energy += 0.5 * vec3_dot(moment, task->deviations[h]);
     }
     task->first[chunk] = energy;
