@@ -204,6 +204,12 @@ bool broad_phase_is_straight(const broad_phase *broad) {
     return broad->is_straight || broad->following == PATHS_ALWAYS;
 }
 
+void broad_phase_drop_records(broad_phase *broad) {
+    memory_release(broad->heap, broad->records, broad->vertex_count * sizeof *broad->records);
+    broad->records = NULL;
+    broad->tables.records = NULL;
+}
+
 void broad_phase_set_patches(broad_phase *broad, patch_labels patches) { broad->patches = patches; }
 
 void broad_phase_set_stop(broad_phase *broad, stop_poll *stop) { broad->stop = stop; }

@@ -48,6 +48,9 @@ typedef enum path_following { PATHS_IN_BOXES, PATHS_WHERE_LONG, PATHS_ALWAYS } p
 void broad_phase_follow_paths(broad_phase *broad, path_following how);
 /* Whether such pairs are left out, which all paths may meet that end elsewhere in their boxes. */
 bool broad_phase_is_straight(const broad_phase *broad);
+/* For users of find_pairs alone: without the positions in pair_tables, which are null from then on.
+ */
+void broad_phase_drop_records(broad_phase *broad);
 
 typedef struct search_counts {
     uint64_t leaf_pair_count, candidate_count;

@@ -99,8 +99,8 @@ struct broad_phase {
     bool is_labelled;          /* no node needs a new label */
     patch_labels node_patches; /* from which nodes have their labels */
     uint32_t *record_vertices; /* vertex of each record; null: records are in vertex order */
-    vertex_record *records;
-    vertex_box *vertex_boxes; /* of each record */
+    vertex_record *records;    /* null where they are not kept */
+    vertex_box *vertex_boxes;  /* of each record */
     surface_tree *trees;
     path_following following;
     leaf_slabs *slabs; /* of each leaf; null unless paths are followed, and as long as blocks are */

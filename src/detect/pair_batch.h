@@ -21,7 +21,7 @@ typedef struct pair_tables {
     const uint32_t *vertex_corners;                                      /* slot -> record */
     const uint32_t *edge_corners;                                        /* 2 a slot */
     const uint32_t *triangle_corners;                                    /* 3 a slot */
-    const vertex_record *records;                                        /* 64-byte aligned */
+    const vertex_record *records; /* 64-byte aligned; or null */
 } pair_tables;
 
 /* Pairs of one kind: vertex slots and triangle slots, or two edge slots in either order. */

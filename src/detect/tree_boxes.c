@@ -71,21 +71,24 @@ typedef struct vertex_context {
     vertex_fit fit;
 } vertex_context;
 
-static double sum_way(const vertex_record *record, const vertex_record *other) {
+static double sum_way(const vertex_fit *fit, uint32_t record, const uint32_t *other) {
+    size_t const at = 3 * (size_t)(fit->vertices ? fit->vertices[record] : record);
+    size_t const beside = other ? 3 * (size_t)(fit->vertices ? fit->vertices[*other] : *other) : 0;
     double sum = 0.0;
-    for (int k = 0; k < 3; k++) {
-        double const way = record->end[k] - record->start[k];
-        sum += fabs(other ? way - (other->end[k] - other->start[k]) : way);
+    for (size_t k = 0; k < 3; k++) {
+        double const way = fit->x1[at + k] - fit->x0[at + k];
+        sum += fabs(other ? way - (fit->x1[beside + k] - fit->x0[beside + k]) : way);
     }
     return sum;
 }
 
 /* Records are in the order of leaves, so those some way on belong to a leaf nearby. */
-static way_sums sample_ways(const vertex_record *records, uint32_t begin, uint32_t end) {
+static way_sums sample_ways(const vertex_fit *fit, uint32_t begin, uint32_t end) {
     way_sums sums = {0.0, 0.0};
     for (uint32_t i = begin; end - i > RECORDS_APART; i += RECORDS_APART) {
-        sums.own += sum_way(&records[i], NULL);
-        sums.relative += sum_way(&records[i], &records[i + RECORDS_APART]);
+        uint32_t const other = i + RECORDS_APART;
+        sums.own += sum_way(fit, i, NULL);
+        sums.relative += sum_way(fit, i, &other);
     }
     return sums;
 }
@@ -97,7 +100,7 @@ static void fit_vertex_task(void *context, size_t begin, size_t end, size_t chun
     task->is_finite =
         TULLE_PICK_KERNEL(fit_vertices)(&vertices->fit, task->begin, task->end, &task->motion);
     if (vertices->broad->following == PATHS_WHERE_LONG)
-        task->ways = sample_ways(vertices->fit.records, task->begin, task->end);
+        task->ways = sample_ways(&vertices->fit, task->begin, task->end);
 }
 
 bool fit_vertex_boxes(broad_phase *broad, const surface_set *set, const double *x0,

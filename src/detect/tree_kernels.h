@@ -74,7 +74,7 @@ typedef struct vertex_fit {
     const uint32_t *vertices; /* of each record; null: the record's own number */
     const double *x0, *x1;
     double origin[8], scale[8], half[8]; /* for both ends; the fourth of each is 0 */
-    vertex_record *records;
+    vertex_record *records;              /* null: none */
     vertex_box *boxes;
 } vertex_fit;
 

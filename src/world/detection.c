@@ -73,6 +73,7 @@ tulle_status world_start_detection(tulle_world *world) {
     if (status == TULLE_OK) {
         broad_phase_set_stop(world->broad, &world->stop);
         broad_phase_follow_paths(world->broad, PATHS_WHERE_LONG);
+        broad_phase_drop_records(world->broad);
     }
     if (status == TULLE_OK && uses_patches(world)) {
         world->patch_rules = make_rules(world);

@@ -267,9 +267,11 @@ tulle_status world_start(tulle_world *world, bool is_judged, tulle_error *error)
                          "the world has no cloth and no rigid body; add one before it starts");
     }
     tulle_status const status = start_stages(world, is_judged, error);
-    if (status == TULLE_OK)
-        world->is_started = true;
-    else
+    if (status != TULLE_OK) {
         world_release_start(world);
+        return status;
+    }
+    world->is_started = true;
+    if (is_judged) world_release_first_cloth(world); /* else it may have to start again */
     return status;
 }

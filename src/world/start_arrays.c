@@ -51,6 +51,23 @@ bool world_allocate_start(tulle_world *world) {
            allocate_state(world, &world->now) && allocate_state(world, &world->next);
 }
 
+void world_release_first_cloth(tulle_world *world) {
+    memory *const heap = &world->heap;
+    for (size_t i = 0; i < world->cloths.count; i++) {
+        world_cloth *const cloth = &world->cloths.data[i];
+        size_t const vector_bytes = 3 * cloth->mesh.vertex_count * sizeof(double);
+        memory_release(heap, cloth->rest, vector_bytes);
+        memory_release(heap, cloth->velocities, vector_bytes);
+        memory_release(heap, cloth->mesh.triangles,
+                       3 * cloth->mesh.triangle_count * sizeof(uint32_t));
+        cloth->rest = cloth->velocities = NULL;
+        cloth->mesh.triangles = NULL;
+        if (cloth->pin_count > 0) continue;
+        memory_release(heap, cloth->mesh.positions, vector_bytes);
+        cloth->mesh.positions = NULL;
+    }
+}
+
 void world_release_start(tulle_world *world) {
     memory *const heap = &world->heap;
     size_t const n = world->vertex_count, surface_count = world_surface_count(world);

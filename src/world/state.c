@@ -283,5 +283,6 @@ tulle_status tulle_world_load_state(tulle_world *world, const void *bytes, size_
     if (status != TULLE_OK) return status;
     status = load_state(world, bytes, byte_count, error);
     if (status != TULLE_OK && !was_started) world_release_start(world); /* not judged */
+    if (status == TULLE_OK) world_release_first_cloth(world);
     return status;
 }

@@ -32,7 +32,8 @@ typedef struct world_pin {
     double release_time; /* [s] */
 } world_pin;
 
-/* Owned positions and triangles, in the object's own numbering. */
+/* Owned positions and triangles, in the object's own numbering. Of cloth until the world has
+ * started: then null, but for positions of what is pinned. */
 typedef struct world_mesh {
     double *positions; /* [m] */
     uint32_t *triangles;
@@ -42,8 +43,8 @@ typedef struct world_mesh {
 typedef struct world_cloth {
     char name[WORLD_NAME_BYTES];
     world_mesh mesh;    /* start positions */
-    double *rest;       /* [m] 3 * vertex_count */
-    double *velocities; /* [m/s] at the start */
+    double *rest;       /* [m] 3 * vertex_count; null once the world has started */
+    double *velocities; /* [m/s] at the start; the same */
     tulle_material material;
     double grain[3];
     uint32_t contact_material; /* among the world's, or TULLE_NONE */
@@ -238,6 +239,8 @@ tulle_status world_make_body(tulle_world *world, world_obstacle *obstacle, tulle
 tulle_status world_start(tulle_world *world, bool is_judged, tulle_error *error);
 /* start_arrays.c: releases what the start made; fine before it. */
 void world_release_start(tulle_world *world);
+/* start_arrays.c: releases what cloths were at first, of which the start made its own. */
+void world_release_first_cloth(tulle_world *world);
 
 /* kinematics.c: where obstacles and pins are to be at `end_time` (targets), and which vertices are
  * pinned at `time`. */

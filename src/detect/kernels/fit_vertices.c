@@ -121,7 +121,8 @@ bool TULLE_KERNEL(fit_vertices)(const vertex_fit *fit, size_t begin, size_t end,
         part_sides sides[PARTS][2];
         for (int part = 0; part < PARTS; part++) {
             path_part const at = load_part(fit->x0 + 3 * vertex, fit->x1 + 3 * vertex, part);
-            memcpy((char *)&fit->records[i] + sizeof at * (size_t)part, &at, sizeof at);
+            if (fit->records)
+                memcpy((char *)&fit->records[i] + sizeof at * (size_t)part, &at, sizeof at);
             doubt += at - at;
             x[part] = clamp((at - origin) * scale);
             find_sides(x[part], half, tiny, sides[part]);
