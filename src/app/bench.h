@@ -12,7 +12,7 @@
 #include <stdio.h>
 
 enum {
-    BENCH_SIZE_COUNT = 5,
+    BENCH_SIZE_COUNT = 6,
     BENCH_OVERRIDE_MAX = 3, /* of one scene in one size */
     BENCH_THREADS_MAX = 8,  /* numbers of threads in one call */
     BENCH_PATH_SIZE = 1024  /* [bytes] */
@@ -25,6 +25,7 @@ typedef struct bench_size {
     const char *name;    /* "9.8k" */
     uint32_t step_count; /* that are timed; fewer where they take long */
     bool is_quick;       /* of --quick alone */
+    bool is_apart;       /* not among "all" */
     bool is_small;       /* small enough to count its instructions */
 } bench_size;
 extern const bench_size bench_sizes[BENCH_SIZE_COUNT];
@@ -34,7 +35,8 @@ typedef struct bench_scene {
     const char *name;
     const char *file;      /* below the directory of scenes, without .yaml */
     uint32_t capture_step; /* steps from the start to the captured input */
-    const char *overrides[BENCH_SIZE_COUNT][BENCH_OVERRIDE_MAX]; /* all null: as the file says */
+    bool is_apart;         /* not among "all" */
+    const char *overrides[BENCH_SIZE_COUNT][BENCH_OVERRIDE_MAX]; /* all null: not in this size */
 } bench_scene;
 extern const bench_scene bench_scenes[];
 extern const size_t bench_scene_count;
@@ -42,6 +44,10 @@ extern const size_t bench_scene_count;
 /* Index of a name, or the count where there is none. */
 size_t bench_find_scene(const char *name);
 size_t bench_find_size(const char *name);
+
+static inline bool bench_has_size(const bench_scene *of, size_t size) {
+    return of->overrides[size][0] != NULL;
+}
 
 /* ---- the session ---- */
 
@@ -98,7 +104,7 @@ tulle_status bench_make_steps(tulle_world *world, double time_step, uint32_t cou
 
 /* ---- bench_table.c, bench_compare.c: what the rows say ---- */
 
-/* Two Markdown tables: times, then counts. */
+/* Markdown tables: times, counts, and of scenes in several sizes what a particle takes. */
 void bench_print_tables(const bench_rows *rows, FILE *stream);
 /* Numbers of measures: of all that both have, and of those that got worse: slower times, more
  * memory or instructions, other counts or results. */

@@ -10,6 +10,7 @@
 #include "base/error.h"
 #include "base/timer.h"
 
+#include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 #include <time.h>
@@ -44,6 +45,22 @@ static void heap_release(void *context, void *block, size_t byte_count) {
     counted_heap *const heap = context;
     if (block) heap->held -= byte_count;
     free(block);
+}
+
+/* Most that the process held in memory since the last call, input and program and all, in bytes;
+ * empty where the system does not tell. From here on what is held now counts. */
+static void take_most_resident(char text[BENCH_TEXT_SIZE]) {
+    text[0] = '\0';
+    FILE *const file = fopen("/proc/self/status", "r");
+    char line[256];
+    unsigned long kilobytes = 0;
+    while (file && fgets(line, sizeof line, file))
+        if (sscanf(line, "VmHWM: %lu kB", &kilobytes) == 1)
+            snprintf(text, BENCH_TEXT_SIZE, "%llu", 1024ULL * kilobytes);
+    if (file) fclose(file);
+    FILE *const reset = fopen("/proc/self/clear_refs", "w");
+    if (!reset || fputs("5", reset) < 0) text[0] = '\0';
+    if (reset && fclose(reset) != 0) text[0] = '\0';
 }
 
 /* ---- counts ---- */
@@ -256,6 +273,8 @@ static bool put_rows(bench_session *self, bench_row row, const scene *loaded, co
     if (is_put) is_put = put_value(self, row, BENCH_MEMORY, "most_bytes", (double)made->heap->most);
     if (is_put)
         is_put = put_value(self, row, BENCH_MEMORY, "allocator_calls", (double)made->heap->calls);
+    take_most_resident(row.text);
+    if (is_put && row.text[0]) is_put = put(self, row, BENCH_ABOUT, "most_resident");
     if (is_put) is_put = put_hash(self, row, "start", outcome->start_hash);
     if (is_put) is_put = put_hash(self, row, "end", outcome->end_hash);
     snprintf(row.text, sizeof row.text, "%u", made->made);
@@ -289,7 +308,9 @@ static tulle_status measure_threads(bench_session *self, repeats *made, bench_ro
     if (status == TULLE_OK && !made->samples)
         status = error_set(error, TULLE_ERROR_OUT_OF_MEMORY, "out of memory for the measures");
     if (status == TULLE_OK) {
+        char unused[BENCH_TEXT_SIZE];
         tulle_world_set_stop_request(built.world, is_stopped, NULL);
+        take_most_resident(unused);
         status = make_repeats(made, self->most_seconds, error);
     }
     scene_destroy_world(&built);

@@ -7,7 +7,7 @@
 
 enum {
     FIRST_BLOCK_BYTES = 1 << 16,
-    GROWTH_SHARE = 4, /* a block has at least this part of what those before it have */
+    GROWTH_SHARE = 16, /* a block has at least this part of what those before it have */
     SPARE_SHARE = 16, /* room beyond the most that was in use */
     ALIGNMENT = 64
 };
