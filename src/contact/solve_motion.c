@@ -338,6 +338,7 @@ static tulle_status measure_norm(motion_solve *solve, const double *vector, doub
 /* Residuals are measured against the force impulse b - A u at the velocities of the start. */
 static tulle_status find_reference(motion_solve *solve) {
     size_t const size = 3 * solve->scene->cloth_vertex_count;
+    arena_mark const mark = arena_get_mark(solve->scene->scratch);
     double *const impulse = ARENA_NEW(solve->scene->scratch, double, size);
     if (!impulse) return TULLE_ERROR_OUT_OF_MEMORY;
     solve->system->apply(solve->system->apply_context,
@@ -348,6 +349,7 @@ static tulle_status find_reference(motion_solve *solve) {
     if (status == TULLE_OK)
         status = measure_norm(solve, solve->system->right_hand_side, &of_momentum);
     solve->reference = fmax(solve->reference, LEAST_REFERENCE * of_momentum);
+    arena_release(solve->scene->scratch, mark);
     return status;
 }
 

@@ -68,9 +68,9 @@ void assembly_damp_bending(void *context, size_t begin, size_t end, size_t chunk
     (void)chunk, (void)worker;
     assembly *const work = context;
     const cloth_model *const model = work->model;
-    const uint32_t *const uses = model->vertex_triangles.begin;
+    const uint32_t *const uses = model->surface->vertex_triangles.begin;
     for (size_t t = begin; t < end; t++) {
-        const uint32_t *const corners = model->triangles[t].vertices;
+        const uint32_t *const corners = cloth_get_corners(model, t);
         uint32_t most = 0;
         for (int k = 0; k < 3; k++) {
             uint32_t const count = uses[corners[k] + 1] - uses[corners[k]];
@@ -121,7 +121,7 @@ void assembly_fill_triangles(void *context, size_t begin, size_t end, size_t chu
     assembly *const work = context;
     double const third = 1.0 / 3.0;
     for (size_t t = begin; t < end; t++) {
-        const uint32_t *const vertices = work->model->triangles[t].vertices;
+        const uint32_t *const vertices = cloth_get_corners(work->model, t);
         vec3 corners[3], relative = {0.0, 0.0, 0.0}, start = {0.0, 0.0, 0.0};
         for (int k = 0; k < 3; k++) {
             corners[k] = vec3_load(work->state->positions, vertices[k]);

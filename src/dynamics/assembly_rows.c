@@ -37,9 +37,11 @@ static void store_sum(linear_system *system, size_t vertex, const vertex_sum *su
 /* Blocks of one row off the diagonal, and the springs' part of the sums. */
 static void gather_springs(const assembly *work, uint32_t vertex, vertex_sum *sum) {
     const cloth_model *const model = work->model;
+    const adjacency *const around = &model->surface->vertex_edges;
+    const uint32_t *edges = around->items + around->begin[vertex]; /* as neighbours ascend */
     for (size_t k = model->block_begin[vertex]; k < model->block_begin[vertex + 1]; k++) {
-        uint32_t const s = model->block_springs[k];
-        if (s == TULLE_NONE) continue;
+        if (model->block_columns[k] == vertex) continue;
+        uint32_t const s = *edges++;
         const cloth_spring *const spring = &model->springs[s];
         double const sign = spring->vertices[0] == vertex ? 1.0 : -1.0;
         sum->force = vec3_add_scaled(sum->force, work->spring_forces[s], sign);
@@ -50,14 +52,14 @@ static void gather_springs(const assembly *work, uint32_t vertex, vertex_sum *su
         symmetric3 block = symmetric3_make(bend, 0.0, (vec3){0.0, 0.0, 0.0});
         for (int i = 0; i < 6; i++) block.m[i] -= work->spring_blocks[s].m[i];
         if (work->has_wind) {
-            add_drag(work, spring->triangles[0], &block);
-            add_drag(work, spring->triangles[1], &block);
+            add_drag(work, model->surface->edge_triangles[2 * (size_t)s], &block);
+            add_drag(work, model->surface->edge_triangles[2 * (size_t)s + 1], &block);
         }
         store_block(work->system, k, &block);
     }
 }
 
-/* Forces of hinges, the bending matrix of the row, and the source -D w of bending damping. */
+/* Forces of hinges, and the source -D w of bending damping. */
 static void gather_hinges(const assembly *work, uint32_t vertex, vertex_sum *sum) {
     const cloth_model *const model = work->model;
     for (size_t k = model->vertex_hinges.begin[vertex]; k < model->vertex_hinges.begin[vertex + 1];
@@ -70,16 +72,16 @@ static void gather_hinges(const assembly *work, uint32_t vertex, vertex_sum *sum
         sum->force = vec3_add(sum->force, force);
         sum->source = vec3_add(sum->source, force);
     }
-    const adjacency *const uses = &model->vertex_triangles;
+    const adjacency *const uses = &model->surface->vertex_triangles;
     for (size_t k = uses->begin[vertex]; work->bend_dampings && k < uses->begin[vertex + 1]; k++) {
-        vec3 const force =
-            bend_get_damping_force(&work->bend_dampings[uses->items[k] / 3], uses->items[k] % 3);
+        uint32_t const triangle = uses->items[k];
+        const uint32_t *const corners = cloth_get_corners(model, triangle);
+        size_t const corner = corners[0] == vertex ? 0 : corners[1] == vertex ? 1 : 2;
+        vec3 const force = bend_get_damping_force(&work->bend_dampings[triangle], corner);
         sum->force = vec3_add(sum->force, force);
         sum->source = vec3_add(sum->source, force);
     }
     for (size_t k = model->scalar_begin[vertex]; k < model->scalar_begin[vertex + 1]; k++) {
-        work->system->matrix.scalar_values[k] = work->factor.alpha * model->bend_scalar_damping[k] +
-                                                work->factor.beta * model->bend_scalars[k];
         sum->source = vec3_add_scaled(sum->source,
                                       vec3_load(work->start_velocities, model->scalar_columns[k]),
                                       model->bend_scalar_damping[k]);
@@ -91,18 +93,18 @@ static void gather_hinges(const assembly *work, uint32_t vertex, vertex_sum *sum
 }
 
 static void gather_triangles(const assembly *work, uint32_t vertex, vertex_sum *sum) {
-    const adjacency *const uses = &work->model->vertex_triangles;
+    const adjacency *const uses = &work->model->surface->vertex_triangles;
     for (size_t k = uses->begin[vertex]; k < uses->begin[vertex + 1]; k++) {
-        uint32_t const triangle = uses->items[k] / 3;
+        uint32_t const triangle = uses->items[k];
         sum->force = vec3_add(sum->force, work->triangle_forces[triangle]);
         sum->source = vec3_add(sum->source, work->triangle_sources[triangle]);
     }
 }
 
 static void add_drags(const assembly *work, uint32_t vertex, symmetric3 *diagonal) {
-    const adjacency *const uses = &work->model->vertex_triangles;
+    const adjacency *const uses = &work->model->surface->vertex_triangles;
     for (size_t k = uses->begin[vertex]; k < uses->begin[vertex + 1]; k++)
-        add_drag(work, uses->items[k] / 3, diagonal);
+        add_drag(work, uses->items[k], diagonal);
 }
 
 /* M a of the table in compute_forces.c, divided by the mass. */

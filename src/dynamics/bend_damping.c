@@ -28,7 +28,7 @@ typedef struct triangle_frame {
 } triangle_frame;
 
 static const uint32_t *get_corners(const bend_damping_input *input) {
-    return input->model->triangles[input->triangle].vertices;
+    return cloth_get_corners(input->model, input->triangle);
 }
 
 static triangle_frame get_frame(const bend_damping_input *input) {

@@ -85,12 +85,11 @@ static double fill_hinge(const bending_input *input, size_t edge, cloth_hinge *h
     double softening = 1.0;
     for (size_t k = 0; k < 2; k++) {
         uint32_t const triangle = input->surface->edge_triangles[2 * edge + k];
-        double const area = input->areas[input->triangle_numbers[triangle]];
+        double const area = input->areas[triangle];
         hinge->vertices[k] = input->surface->edges[2 * edge + k];
         hinge->vertices[2 + k] = input->surface->edge_opposites[2 * edge + k];
         rest->inv_double_areas[k] = 0.5 / area;
-        hinge->sides[k] = 3 * input->triangle_numbers[triangle] +
-                          find_edge(input->surface, triangle, (uint32_t)edge);
+        hinge->sides[k] = 3 * triangle + find_edge(input->surface, triangle, (uint32_t)edge);
         double const quality =
             measure_quality(input, input->surface->triangles + 3 * (size_t)triangle, area);
         softening = fmin(softening, quality / SLIVER_RATIO);
@@ -124,8 +123,7 @@ static void add_couplings(const coupling_builder *build, size_t edge, size_t sid
     const bending_input *const input = build->input;
     cloth_model *const model = build->model;
     uint32_t const triangle = input->surface->edge_triangles[2 * edge + side];
-    uint32_t const number = input->triangle_numbers[triangle];
-    cloth_bend_damping *const in_triangle = &model->bend_dampings[number];
+    cloth_bend_damping *const in_triangle = &model->bend_dampings[triangle];
     const uint32_t *const corners = input->surface->triangles + 3 * (size_t)triangle;
     const uint32_t *const edges = input->surface->triangle_edges + 3 * (size_t)triangle;
     uint32_t const hinge = build->edge_hinges[edge];
@@ -135,13 +133,13 @@ static void add_couplings(const coupling_builder *build, size_t edge, size_t sid
     uint32_t const material_index =
         input->vertex_materials ? input->vertex_materials[corners[0]] : 0;
     const tulle_material *const material = &input->materials[material_index];
-    double const stiffness = material->bend_stiffness / (4.0 * input->areas[number]);
-    in_triangle->rest_double_area = 2.0 * input->areas[number];
+    double const stiffness = material->bend_stiffness / (4.0 * input->areas[triangle]);
+    in_triangle->rest_double_area = 2.0 * input->areas[triangle];
     in_triangle->time = material->bend_damping;
     for (size_t k = 0; k < 3; k++) {
         uint32_t const other = build->edge_hinges[edges[k]];
         size_t const at = k == own ? self : place++;
-        model->triangle_hinges[3 * (size_t)number + k] = other;
+        model->triangle_hinges[3 * (size_t)triangle + k] = other;
         if (other == TULLE_NONE) continue;
         double const value = stiffness * build->softening[hinge] * build->softening[other] *
                              square_cosine(input->rest_positions, corners, own, k);

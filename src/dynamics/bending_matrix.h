@@ -6,14 +6,12 @@
 
 #include "dynamics/cloth_model.h"
 
-/* Borrowed input; triangle_numbers maps triangles of the surface to those of the model, areas [m^2]
- * are by number in the model. */
+/* Borrowed input; areas [m^2] of triangles. */
 typedef struct bending_input {
     const topology *surface;
     const double *rest_positions;
     const tulle_material *materials;
     const uint32_t *vertex_materials;
-    const uint32_t *triangle_numbers;
     const double *areas;
 } bending_input;
 

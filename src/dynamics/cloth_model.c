@@ -29,8 +29,10 @@ static void count_parts(const cloth_model_def *def, cloth_model *model) {
     const topology *const surface = def->surface;
     size_t const limit = def->vertex_count;
     model->vertex_count = limit;
-    for (size_t t = 0; t < surface->triangle_count; t++)
-        if (surface->triangles[3 * t] < limit) model->triangle_count++;
+    model->surface = surface;
+    while (model->triangle_count < surface->triangle_count &&
+           surface->triangles[3 * model->triangle_count] < limit)
+        model->triangle_count++;
     while (model->spring_count < surface->edge_count &&
            surface->edges[2 * model->spring_count] < limit)
         model->spring_count++;
@@ -38,27 +40,20 @@ static void count_parts(const cloth_model_def *def, cloth_model *model) {
         if (surface->edge_triangles[2 * e + 1] != TULLE_NONE) model->hinge_count++;
 }
 
-/* Copies the cloth's triangles, spreads their mass, and notes each one's number in the model and
- * its rest area. */
-static tulle_status fill_triangles(const cloth_model_def *def, cloth_model *model,
-                                   uint32_t *triangle_numbers, double *areas, tulle_error *error) {
-    const topology *const surface = def->surface;
-    size_t number = 0;
-    for (size_t t = 0; t < surface->triangle_count; t++) {
-        const uint32_t *const corners = surface->triangles + 3 * t;
-        if (corners[0] >= def->vertex_count) continue;
+/* Spreads the triangles' mass and notes their rest areas. */
+static tulle_status fill_triangles(const cloth_model_def *def, cloth_model *model, double *areas,
+                                   tulle_error *error) {
+    for (size_t t = 0; t < model->triangle_count; t++) {
+        const uint32_t *const corners = cloth_get_corners(model, t);
         double const area = measure_area(def->rest_positions, corners);
         if (!(area > 0.0) || !isfinite(area))
             return error_set(error, TULLE_ERROR_INVALID_MESH,
                              "triangle %zu (vertices %u, %u, %u) has no area in the rest shape; "
                              "remove it or move its vertices apart",
                              t, corners[0], corners[1], corners[2]);
-        for (int k = 0; k < 3; k++) {
-            model->triangles[number].vertices[k] = corners[k];
+        for (int k = 0; k < 3; k++)
             model->masses[corners[k]] += get_material(def, corners[k])->area_density * area / 3.0;
-        }
-        triangle_numbers[t] = (uint32_t)number;
-        areas[number++] = area;
+        areas[t] = area;
     }
     for (size_t v = 0; v < def->vertex_count; v++) {
         if (!(model->masses[v] > 0.0))
@@ -70,8 +65,7 @@ static tulle_status fill_triangles(const cloth_model_def *def, cloth_model *mode
 }
 
 static tulle_status fill_springs(const cloth_model_def *def, cloth_model *model,
-                                 const uint32_t *triangle_numbers, const double *areas,
-                                 tulle_error *error) {
+                                 const double *areas, tulle_error *error) {
     const topology *const surface = def->surface;
     for (size_t e = 0; e < model->spring_count; e++) {
         cloth_spring *const spring = &model->springs[e];
@@ -79,8 +73,7 @@ static tulle_status fill_springs(const cloth_model_def *def, cloth_model *model,
         for (int k = 0; k < 2; k++) {
             uint32_t const triangle = surface->edge_triangles[2 * e + (size_t)k];
             spring->vertices[k] = surface->edges[2 * e + (size_t)k];
-            spring->triangles[k] = triangle == TULLE_NONE ? TULLE_NONE : triangle_numbers[triangle];
-            if (triangle != TULLE_NONE) area += areas[spring->triangles[k]];
+            if (triangle != TULLE_NONE) area += areas[triangle];
         }
         double const length =
             vec3_norm(vec3_sub(vec3_load(def->rest_positions, spring->vertices[1]),
@@ -112,15 +105,12 @@ static void fill_block_pattern(const topology *surface, cloth_model *model) {
             uint32_t const other = ends[0] == v ? ends[1] : ends[0];
             if (other > v && !has_diagonal) {
                 has_diagonal = true;
-                model->block_columns[position] = v;
-                model->block_springs[position++] = TULLE_NONE;
+                model->block_columns[position++] = v;
             }
-            model->block_columns[position] = other;
-            model->block_springs[position++] = edge;
+            model->block_columns[position++] = other;
         }
         if (has_diagonal) continue;
-        model->block_columns[position] = v;
-        model->block_springs[position++] = TULLE_NONE;
+        model->block_columns[position++] = v;
     }
     model->block_begin[model->vertex_count] = position;
 }
@@ -143,10 +133,6 @@ static bool build_uses(memory *heap, size_t vertex_count, size_t use_count,
     return true;
 }
 
-static const uint32_t *get_triangle_use(const cloth_model *model, size_t use) {
-    return &model->triangles[use / 3].vertices[use % 3];
-}
-
 static const uint32_t *get_hinge_use(const cloth_model *model, size_t use) {
     return &model->hinges[use / 4].vertices[use % 4];
 }
@@ -158,27 +144,21 @@ static bool allocate_model(memory *heap, cloth_model *model) {
     model->air_damping = memory_allocate_zeroed(heap, vertices, sizeof(double));
     model->springs = memory_allocate_zeroed(heap, model->spring_count, sizeof *model->springs);
     model->hinges = memory_allocate_zeroed(heap, model->hinge_count, sizeof *model->hinges);
-    model->triangles =
-        memory_allocate_zeroed(heap, model->triangle_count, sizeof *model->triangles);
     model->block_begin = memory_allocate_zeroed(heap, vertices + 1, sizeof(uint32_t));
     model->block_columns = memory_allocate_zeroed(heap, model->block_count, sizeof(uint32_t));
-    model->block_springs = memory_allocate_zeroed(heap, model->block_count, sizeof(uint32_t));
     return model->masses && model->air_damping && model->springs && model->hinges &&
-           model->triangles && model->block_begin && model->block_columns && model->block_springs;
+           model->block_begin && model->block_columns;
 }
 
 /* Everything, given room for the triangles' numbers and areas. */
 static tulle_status build_parts(memory *heap, const cloth_model_def *def, cloth_model *model,
-                                uint32_t *triangle_numbers, double *areas, tulle_error *error) {
-    tulle_status status = fill_triangles(def, model, triangle_numbers, areas, error);
-    if (status == TULLE_OK) status = fill_springs(def, model, triangle_numbers, areas, error);
+                                double *areas, tulle_error *error) {
+    tulle_status status = fill_triangles(def, model, areas, error);
+    if (status == TULLE_OK) status = fill_springs(def, model, areas, error);
     if (status != TULLE_OK) return status;
     fill_block_pattern(def->surface, model);
-    if (!build_uses(heap, model->vertex_count, 3 * model->triangle_count, get_triangle_use, model,
-                    &model->vertex_triangles))
-        return error_set(error, TULLE_ERROR_OUT_OF_MEMORY, "no memory for the cloth's triangles");
-    bending_input const input = {def->surface,          def->rest_positions, def->materials,
-                                 def->vertex_materials, triangle_numbers,    areas};
+    bending_input const input = {def->surface, def->rest_positions, def->materials,
+                                 def->vertex_materials, areas};
     if (!bending_build_hinges(heap, &input, model) ||
         !build_uses(heap, model->vertex_count, 4 * model->hinge_count, get_hinge_use, model,
                     &model->vertex_hinges) ||
@@ -191,17 +171,14 @@ tulle_status cloth_model_build(memory *heap, const cloth_model_def *def, cloth_m
                                tulle_error *error) {
     cloth_model result = {0};
     count_parts(def, &result);
-    size_t const all = def->surface->triangle_count;
-    uint32_t *const numbers = memory_allocate_zeroed(heap, all, sizeof(uint32_t));
-    double *const areas = memory_allocate_zeroed(heap, all, sizeof(double));
+    double *const areas = memory_allocate_zeroed(heap, result.triangle_count, sizeof(double));
     tulle_status status;
-    if (allocate_model(heap, &result) && numbers && areas)
-        status = build_parts(heap, def, &result, numbers, areas, error);
+    if (allocate_model(heap, &result) && areas)
+        status = build_parts(heap, def, &result, areas, error);
     else
         status = error_set(error, TULLE_ERROR_OUT_OF_MEMORY,
                            "no memory for the model of %zu cloth vertices", def->vertex_count);
-    memory_release(heap, numbers, all * sizeof(uint32_t));
-    memory_release(heap, areas, all * sizeof(double));
+    memory_release(heap, areas, result.triangle_count * sizeof(double));
     if (status != TULLE_OK)
         cloth_model_destroy(heap, &result);
     else
@@ -220,11 +197,8 @@ void cloth_model_destroy(memory *heap, cloth_model *model) {
     memory_release(heap, model->air_damping, vertices * sizeof(double));
     memory_release(heap, model->springs, model->spring_count * sizeof *model->springs);
     memory_release(heap, model->hinges, model->hinge_count * sizeof *model->hinges);
-    memory_release(heap, model->triangles, model->triangle_count * sizeof *model->triangles);
     memory_release(heap, model->block_begin, (vertices + 1) * sizeof(uint32_t));
     memory_release(heap, model->block_columns, model->block_count * sizeof(uint32_t));
-    memory_release(heap, model->block_springs, model->block_count * sizeof(uint32_t));
-    destroy_uses(heap, &model->vertex_triangles);
     destroy_uses(heap, &model->vertex_hinges);
     bending_destroy(heap, model);
     *model = (cloth_model){0};

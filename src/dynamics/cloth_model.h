@@ -11,10 +11,11 @@
 
 /* Input of cloth_model_build; borrowed. */
 typedef struct cloth_model_def {
-    size_t vertex_count;          /* cloth vertices; those of the topology from here on (obstacles)
-                                     are ignored, with their triangles and edges */
-    const topology *surface;      /* of the cloths, or of cloths and obstacles together */
-    const double *rest_positions; /* [m] 3 * vertex_count */
+    size_t vertex_count;     /* cloth vertices; those of the topology from here on (obstacles)
+                                are ignored, with their triangles and edges */
+    const topology *surface; /* of the cloths, or of cloths and then obstacles together; outlives
+                                the model */
+    const double *rest_positions;    /* [m] 3 * vertex_count */
     const tulle_material *materials; /* material_count, validated by material_validate */
     size_t material_count;
     const uint32_t *vertex_materials; /* vertex_count indices into materials; null: all use 0 */
@@ -23,11 +24,10 @@ typedef struct cloth_model_def {
 /* One spring for each mesh edge. */
 typedef struct cloth_spring {
     uint32_t vertices[2];
-    uint32_t triangles[2]; /* of the model; the second is TULLE_NONE on the border */
-    double rest_length;    /* [m] > 0 */
-    double stiffness;      /* [N/m] near the rest length */
-    double stiffening;     /* [1/m^2] see spring_get_tension; 0: linear */
-    double damping;        /* [N s/m] */
+    double rest_length; /* [m] > 0 */
+    double stiffness;   /* [N/m] near the rest length */
+    double stiffening;  /* [1/m^2] see spring_get_tension; 0: linear */
+    double damping;     /* [N s/m] */
 } cloth_spring;
 
 /* One hinge for each edge with two triangles: edge ends 0 and 1, opposite corners 2 and 3. The
@@ -45,11 +45,6 @@ typedef struct cloth_hinge_rest {
     double curvature;           /* [m] rest value of c along the hinge normal, signed; 0: flat */
 } cloth_hinge_rest;
 
-/* One triangle, for wind. */
-typedef struct cloth_triangle {
-    uint32_t vertices[3];
-} cloth_triangle;
-
 /* Bending damping in one triangle: of the rates of n . c of its hinges, n the triangle's normal. */
 typedef struct cloth_bend_damping {
     double own[3];           /* [N s/m] coupling of each hinge with itself; zero on the border */
@@ -66,7 +61,7 @@ typedef struct cloth_model {
     double *air_damping; /* [1/s] vertex_count */
     cloth_spring *springs;
     cloth_hinge *hinges;
-    cloth_triangle *triangles;
+    const topology *surface;       /* borrowed; springs are its edges, in their order */
     cloth_hinge_rest *hinge_rests; /* null where all are flat */
     /* Hinges of edges of triangles: edge k joins corners k and k + 1; TULLE_NONE on the border. */
     uint32_t *triangle_hinges;
@@ -77,15 +72,18 @@ typedef struct cloth_model {
     cloth_bend_damping *bend_dampings;     /* triangle_count; null without bending damping */
     adjacency vertex_springs;              /* 2 * spring + end */
     adjacency vertex_hinges;               /* 4 * hinge + corner */
-    adjacency vertex_triangles;            /* 3 * triangle + corner */
     /* The system matrix's patterns and the constant bending matrix on them (stiffness [N/m] and
      * damping [N s/m]): one scalar for each block and each scalar position. */
-    uint32_t *block_begin, *block_columns, *block_springs; /* TULLE_NONE on the diagonal */
+    uint32_t *block_begin, *block_columns;
     uint32_t *scalar_begin, *scalar_columns;
     double *bend_blocks, *bend_block_damping, *bend_scalars, *bend_scalar_damping;
     size_t block_count, scalar_count;
     bool has_curved_rest, has_bend_damping, has_bending;
 } cloth_model;
+
+static inline const uint32_t *cloth_get_corners(const cloth_model *model, size_t triangle) {
+    return model->surface->triangles + 3 * triangle;
+}
 
 /* Builds the model. Vertices without a triangle, triangles without area and edges of no length are
  * TULLE_ERROR_INVALID_MESH (the vertices are named). */

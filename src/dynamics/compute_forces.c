@@ -170,6 +170,8 @@ tulle_status compute_forces(const cloth_model *model, const motion_state *state,
                      .is_bdf2 = system->integrator == TULLE_INTEGRATOR_BDF2};
     system->force_time = work.factor.gamma;
     system->share = work.factor.share;
+    system->matrix.scalar_factors[0] = work.factor.alpha;
+    system->matrix.scalar_factors[1] = work.factor.beta;
     arena_mark const mark = arena_get_mark(scratch);
     bool const ok = fill_system(&work, options.threads, scratch);
     arena_release(scratch, mark);

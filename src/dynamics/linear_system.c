@@ -9,6 +9,8 @@ tulle_status linear_system_build(memory *heap, const cloth_model *model, linear_
     tulle_status const status =
         block_matrix_build(heap, model->vertex_count, blocks, scalars, &result.matrix);
     if (status != TULLE_OK) return status;
+    result.matrix.scalar_parts[0] = model->bend_scalar_damping;
+    result.matrix.scalar_parts[1] = model->bend_scalars;
     result.right_hand_side = memory_allocate_zeroed(heap, 3 * model->vertex_count, sizeof(double));
     result.forces = memory_allocate_zeroed(heap, 3 * model->vertex_count, sizeof(double));
     if (!result.right_hand_side || !result.forces) {

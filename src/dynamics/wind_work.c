@@ -26,7 +26,7 @@ static void measure_triangles(void *context, size_t begin, size_t end, size_t ch
     for (size_t t = begin; t < end; t++) {
         vec3 corners[3], relative = {0.0, 0.0, 0.0}, start = relative, mean = relative;
         for (int k = 0; k < 3; k++) {
-            size_t const v = task->model->triangles[t].vertices[k];
+            size_t const v = cloth_get_corners(task->model, t)[k];
             corners[k] = vec3_load(state->positions, v);
             vec3 const air = wind_get_velocity(task->wind, corners[k], state->time, &cell);
             vec3 const velocity = vec3_load(state->velocities, v);

@@ -42,9 +42,7 @@ tulle_status block_matrix_build(memory *heap, size_t row_count, block_pattern bl
     matrix.diagonal_positions = memory_allocate(heap, row_count * sizeof(uint32_t));
     matrix.values =
         memory_allocate_zeroed(heap, BLOCK_NUMBERS * matrix.block_count, sizeof(double));
-    matrix.scalar_values = memory_allocate_zeroed(heap, matrix.scalar_count, sizeof(double));
-    if (!matrix.scalar_begin || !matrix.diagonal_positions || !matrix.values ||
-        !matrix.scalar_values) {
+    if (!matrix.scalar_begin || !matrix.diagonal_positions || !matrix.values) {
         block_matrix_destroy(heap, &matrix);
         return TULLE_ERROR_OUT_OF_MEMORY;
     }
@@ -58,7 +56,6 @@ void block_matrix_destroy(memory *heap, block_matrix *matrix) {
     memory_release(heap, matrix->no_scalars, (matrix->row_count + 1) * sizeof(uint32_t));
     memory_release(heap, matrix->diagonal_positions, matrix->row_count * sizeof(uint32_t));
     memory_release(heap, matrix->values, BLOCK_NUMBERS * matrix->block_count * sizeof(double));
-    memory_release(heap, matrix->scalar_values, matrix->scalar_count * sizeof(double));
     *matrix = (block_matrix){0};
 }
 
@@ -93,11 +90,11 @@ static void multiply_rows(void *context, size_t begin, size_t end, size_t chunk,
         for (size_t k = matrix->scalar_begin[row]; k < end_scalar; k++) {
             size_t const column = matrix->scalar_columns[k];
             const double *const entry = column == last ? last_entry : x + 3 * column;
-            sum3 += matrix->scalar_values[k] * *(const lanes4 *)entry;
+            sum3 += block_matrix_get_scalar(matrix, k) * *(const lanes4 *)entry;
             if (++k == end_scalar) break;
             size_t const next_column = matrix->scalar_columns[k];
             const double *const next = next_column == last ? last_entry : x + 3 * next_column;
-            sum4 += matrix->scalar_values[k] * *(const lanes4 *)next;
+            sum4 += block_matrix_get_scalar(matrix, k) * *(const lanes4 *)next;
         }
         lanes4 const sum = (sum0 + sum1) + (sum2 + (sum3 + sum4));
         for (size_t i = 0; i < 3; i++) task->result[3 * row + i] = sum[i];

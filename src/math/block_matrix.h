@@ -19,13 +19,20 @@ typedef struct block_matrix {
     /* The patterns, borrowed. */
     const uint32_t *row_begin;      /* row_count + 1, into columns and blocks */
     const uint32_t *columns;        /* ascending in a row */
-    const uint32_t *scalar_begin;   /* row_count + 1, into scalar_columns and scalar_values */
+    const uint32_t *scalar_begin;   /* row_count + 1, into scalar_columns */
     const uint32_t *scalar_columns; /* ascending in a row */
     uint32_t *no_scalars;           /* in place of a pattern without scalars; else null */
     uint32_t *diagonal_positions;   /* row_count: index of the diagonal block */
     double *values;                 /* BLOCK_NUMBERS * block_count */
-    double *scalar_values;          /* scalar_count */
+    /* Scalars are sums of two, borrowed: see block_matrix_get_scalar. Set by the user. */
+    const double *scalar_parts[2]; /* scalar_count each */
+    double scalar_factors[2];
 } block_matrix;
+
+static inline double block_matrix_get_scalar(const block_matrix *matrix, size_t index) {
+    return matrix->scalar_factors[0] * matrix->scalar_parts[0][index] +
+           matrix->scalar_factors[1] * matrix->scalar_parts[1][index];
+}
 
 /* The pattern as compressed rows: begin has row_count + 1 entries; columns ascending and unique in
  * a row. The block pattern holds every diagonal entry; both patterns are symmetric. */

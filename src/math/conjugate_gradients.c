@@ -71,18 +71,14 @@ static bool invert_block(const double *a, double *inverse) {
     return true;
 }
 
-void invert_blocks(const conjugate_gradients_problem *problem, size_t begin, size_t end,
-                   double *inverses) {
-    for (size_t vertex = begin; vertex < end; vertex++) {
-        const double *const block = problem->diagonal + 9 * vertex;
-        double *const inverse = inverses + 9 * vertex;
-        bool const fixed = problem->is_fixed && problem->is_fixed[vertex];
-        if (!fixed && invert_block(block, inverse)) continue;
-        for (int i = 0; i < 9; i++) inverse[i] = 0.0;
-        for (int i = 0; i < 9 && !fixed; i += 4) {
-            double const reciprocal = 1.0 / block[i];
-            inverse[i] = block[i] > 0.0 && isfinite(reciprocal) ? reciprocal : 1.0;
-        }
+void invert_block_of(const conjugate_gradients_problem *problem, size_t vertex, double inverse[9]) {
+    const double *const block = problem->diagonal + 9 * vertex;
+    bool const fixed = problem->is_fixed && problem->is_fixed[vertex];
+    if (!fixed && invert_block(block, inverse)) return;
+    for (int i = 0; i < 9; i++) inverse[i] = 0.0;
+    for (int i = 0; i < 9 && !fixed; i += 4) {
+        double const reciprocal = 1.0 / block[i];
+        inverse[i] = block[i] > 0.0 && isfinite(reciprocal) ? reciprocal : 1.0;
     }
 }
 
@@ -90,7 +86,7 @@ static void invert_diagonal(void *context, size_t begin, size_t end, size_t chun
     (void)worker;
     solver *const work = context;
     work->partials[chunk] = 0.0;
-    invert_blocks(work->problem, begin, end, work->inverse);
+    for (size_t v = begin; v < end; v++) invert_block_of(work->problem, v, work->inverse + 9 * v);
 }
 
 static inline vec3 apply_inverse(const solver *work, size_t vertex, vec3 r) {

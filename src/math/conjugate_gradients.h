@@ -63,9 +63,7 @@ tulle_status conjugate_gradients_measure(const conjugate_gradients_problem *prob
 double conjugate_gradients_target(const conjugate_gradients_problem *problem, double reference,
                                   double first);
 
-/* The preconditioner's blocks of vertices begin .. end - 1, 9 * vertex_count: zero at fixed ones.
- */
-void invert_blocks(const conjugate_gradients_problem *problem, size_t begin, size_t end,
-                   double *inverses);
+/* The preconditioner's block of a vertex, symmetric: zero at a fixed one. */
+void invert_block_of(const conjugate_gradients_problem *problem, size_t vertex, double inverse[9]);
 
 #endif

@@ -47,7 +47,8 @@ static void add_row(const fill_task *task, size_t row, double *sums) {
         if (all->scalar_levels[k] >= all->level_count || all->is_fixed[matrix->scalar_columns[k]])
             continue;
         double *const to = sums + 9 * (size_t)all->scalar_levels[k];
-        for (size_t i = 0; i < 9; i += 4) to[i] += matrix->scalar_values[k];
+        double const value = block_matrix_get_scalar(matrix, k);
+        for (size_t i = 0; i < 9; i += 4) to[i] += value;
     }
 }
 
@@ -133,7 +134,7 @@ static void invert_chunk(void *context, size_t begin, size_t end, size_t chunk, 
     for (size_t a = begin; a < end; a++) {
         conjugate_gradients_problem const problem = {.diagonal = level->blocks + 9 * a};
         double inverse[9];
-        invert_blocks(&problem, 0, 1, inverse);
+        invert_block_of(&problem, 0, inverse);
         for (size_t i = 0; i < 9; i++) level->inverse[9 * a + i] = (float)inverse[i];
     }
 }

@@ -43,7 +43,7 @@ static void copy_rows(void *context, size_t begin, size_t end, size_t chunk, int
          i < SINGLE_BLOCK * (size_t)matrix->row_begin[end]; i++)
         task->copy->values[i] = (float)matrix->values[i];
     for (size_t i = matrix->scalar_begin[begin]; i < matrix->scalar_begin[end]; i++)
-        task->copy->scalar_values[i] = (float)matrix->scalar_values[i];
+        task->copy->scalar_values[i] = (float)block_matrix_get_scalar(matrix, i);
 }
 
 /* Whether all blocks of a term are in the pattern. */
@@ -101,7 +101,7 @@ typedef struct single_solver {
     const conjugate_gradients_problem *problem;
     const single_system *system;
     single_vectors vectors;
-    double *x, *product, *inverse; /* in double precision */
+    double *x, *product, *inverse; /* in double precision; inverse: six numbers a block */
     double *partials;              /* one a chunk */
     size_t chunk_count;
     double scale; /* of the residual in single precision */
@@ -125,7 +125,7 @@ static bool allocate_solver(single_solver *work, arena *scratch) {
     v->inverse = allocate_vector(scratch, SINGLE_BLOCK * count);
     double *const residual = work->problem->residual;
     work->product = residual ? residual : ARENA_NEW(scratch, double, 3 * count);
-    work->inverse = ARENA_NEW(scratch, double, 9 * count);
+    work->inverse = ARENA_NEW(scratch, double, BLOCK_NUMBERS *count);
     work->partials = arena_allocate(scratch, work->chunk_count, sizeof *work->partials);
     return v->x && v->residual && v->direction && v->product && v->preconditioned && v->inverse &&
            work->product && work->inverse && work->partials;
@@ -144,17 +144,20 @@ static void invert_diagonal(void *context, size_t begin, size_t end, size_t chun
     (void)worker;
     single_solver *const work = context;
     work->partials[chunk] = 0.0;
-    invert_blocks(work->problem, begin, end, work->inverse);
-    for (size_t v = begin; v < end; v++)
-        for (size_t i = 0; i < SINGLE_BLOCK; i++)
-            work->vectors.inverse[SINGLE_BLOCK * v + i] =
-                (float)work->inverse[9 * v + block_places[i]];
+    for (size_t v = begin; v < end; v++) {
+        double full[9];
+        invert_block_of(work->problem, v, full);
+        for (size_t i = 0; i < BLOCK_NUMBERS; i++) {
+            work->inverse[BLOCK_NUMBERS * v + i] = full[block_places[i]];
+            work->vectors.inverse[SINGLE_BLOCK * v + i] = (float)full[block_places[i]];
+        }
+    }
 }
 
 static vec3 apply_inverse(const single_solver *work, size_t vertex, vec3 r) {
-    const double *const m = work->inverse + 9 * vertex;
-    return (vec3){m[0] * r.x + m[1] * r.y + m[2] * r.z, m[3] * r.x + m[4] * r.y + m[5] * r.z,
-                  m[6] * r.x + m[7] * r.y + m[8] * r.z};
+    const double *const m = work->inverse + BLOCK_NUMBERS * vertex;
+    return (vec3){m[0] * r.x + m[1] * r.y + m[2] * r.z, m[1] * r.x + m[3] * r.y + m[4] * r.z,
+                  m[2] * r.x + m[4] * r.y + m[5] * r.z};
 }
 
 /* r = b - A x into `product`; sums r . P^-1 r. */

@@ -23,6 +23,7 @@ typedef struct ring {
     memory heap;
     block_matrix matrix;
     uint32_t *begin, *columns, *far_begin, *far_columns; /* its patterns */
+    double *scalars;
 } ring;
 
 static void fill_pattern(size_t count, const int *offsets, int offset_count, uint32_t *begin,
@@ -51,6 +52,9 @@ static void ring_make(ring *r, size_t count, double dominance) {
                      TULLE_OK);
     uint64_t random = 11;
     block_matrix *const m = &r->matrix;
+    r->scalars = malloc(m->scalar_count * sizeof(double));
+    m->scalar_parts[0] = m->scalar_parts[1] = r->scalars;
+    m->scalar_factors[0] = 0.25, m->scalar_factors[1] = 0.75;
     for (uint32_t v = 0; v < count; v++) {
         uint32_t const other = (uint32_t)((v + 1) % count);
         double *const a = m->values + BLOCK_NUMBERS * (size_t)block_matrix_find(m, v, other);
@@ -63,13 +67,13 @@ static void ring_make(ring *r, size_t count, double dominance) {
             if (is_own) d[i] = dominance + fabs(d[i]);
         }
         for (uint32_t k = m->scalar_begin[v]; k < m->scalar_begin[v + 1]; k++)
-            m->scalar_values[k] = 0.01 * (double)(v + m->scalar_columns[k]);
+            r->scalars[k] = 0.01 * (double)(v + m->scalar_columns[k]);
     }
 }
 
 static void ring_free(ring *r) {
     block_matrix_destroy(&r->heap, &r->matrix);
-    free(r->begin), free(r->columns), free(r->far_begin), free(r->far_columns);
+    free(r->begin), free(r->columns), free(r->far_begin), free(r->far_columns), free(r->scalars);
     assert_int_equal(r->heap.bytes_held, 0);
 }
 
@@ -87,7 +91,8 @@ static void make_dense(const block_matrix *m, double *dense) {
             }
         for (size_t k = m->scalar_begin[v]; k < m->scalar_begin[v + 1]; k++)
             for (size_t i = 0; i < 3; i++)
-                dense[(3 * v + i) * n + 3 * m->scalar_columns[k] + i] += m->scalar_values[k];
+                dense[(3 * v + i) * n + 3 * m->scalar_columns[k] + i] +=
+                    block_matrix_get_scalar(m, k);
     }
 }
 

@@ -32,7 +32,7 @@ static conjugate_gradients_problem make_problem(solve_context *context, const do
     for (size_t v = 0; v < matrix->row_count; v++)
         for (uint32_t k = matrix->scalar_begin[v]; k < matrix->scalar_begin[v + 1]; k++)
             for (size_t i = 0; i < 9 && matrix->scalar_columns[k] == v; i += 4)
-                diagonal[9 * v + i] += matrix->scalar_values[k];
+                diagonal[9 * v + i] += block_matrix_get_scalar(matrix, k);
     return (conjugate_gradients_problem){.vertex_count = context->system->matrix.row_count,
                                          .apply = apply_matrix,
                                          .apply_context = context,

@@ -61,18 +61,18 @@ spring_graph spring_graph_make_random(size_t vertex_count, size_t edge_count, ui
 }
 
 /* Springs between each vertex and the one SCALAR_REACH after it. */
-static void fill_scalars(block_matrix *m, double stiffness, uint64_t *seed) {
-    memset(m->scalar_values, 0, m->scalar_count * sizeof(double));
+static void fill_scalars(const block_matrix *m, double *scalars, double stiffness, uint64_t *seed) {
+    memset(scalars, 0, m->scalar_count * sizeof(double));
     for (size_t v = 0; v + SCALAR_REACH < m->row_count; v++) {
         uint32_t const begin = m->scalar_begin[v], end = m->scalar_begin[v + 1];
         uint32_t const other = m->scalar_begin[v + SCALAR_REACH];
         uint32_t const own = begin + (m->scalar_columns[begin] < v);
         uint32_t const others_own = other + (m->scalar_columns[other] < v + SCALAR_REACH);
         double const k = stiffness * random_uniform(seed);
-        m->scalar_values[own] += k;
-        m->scalar_values[others_own] += k;
-        m->scalar_values[end - 1] -= k;
-        m->scalar_values[other] -= k;
+        scalars[own] += k;
+        scalars[others_own] += k;
+        scalars[end - 1] -= k;
+        scalars[other] -= k;
     }
 }
 
@@ -98,7 +98,7 @@ void spring_system_fill(spring_system *system, double stiffness, uint64_t seed) 
             }
         }
     }
-    fill_scalars(m, 0.05 * stiffness, &seed);
+    fill_scalars(m, system->scalars, 0.05 * stiffness, &seed);
 }
 
 spring_system spring_system_make(spring_graph mesh, double stiffness, uint64_t seed) {
@@ -138,6 +138,9 @@ spring_system spring_system_make(spring_graph mesh, double stiffness, uint64_t s
     free(place);
     system.patterns[0] = begin, system.patterns[1] = columns;
     system.patterns[2] = scalar_begin, system.patterns[3] = scalars;
+    system.scalars = calloc(system.matrix.scalar_count, sizeof(double));
+    system.matrix.scalar_parts[0] = system.matrix.scalar_parts[1] = system.scalars;
+    system.matrix.scalar_factors[0] = 1.0;
     system.is_fixed = calloc(count, 1);
     spring_system_fill(&system, stiffness, seed);
     return system;
@@ -146,6 +149,7 @@ spring_system spring_system_make(spring_graph mesh, double stiffness, uint64_t s
 void spring_system_destroy(spring_system *system) {
     block_matrix_destroy(&system->heap, &system->matrix);
     for (int i = 0; i < 4; i++) free(system->patterns[i]);
+    free(system->scalars);
     free(system->mesh.edges), free(system->is_fixed);
 }
 
@@ -165,7 +169,7 @@ void spring_system_multiply(const spring_system *system, const spring_matrix *ma
         }
         for (uint32_t k = m->scalar_begin[v]; k < m->scalar_begin[v + 1]; k++)
             for (size_t i = 0; i < 3 && !system->is_fixed[m->scalar_columns[k]]; i++)
-                sum[i] += m->scalar_values[k] * x[3 * m->scalar_columns[k] + i];
+                sum[i] += block_matrix_get_scalar(m, k) * x[3 * m->scalar_columns[k] + i];
         for (size_t i = 0; i < 3; i++) y[3 * v + i] = system->is_fixed[v] ? 0.0 : sum[i];
     }
     for (size_t t = 0; t < matrix->term_count; t++) {

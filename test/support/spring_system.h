@@ -24,7 +24,8 @@ typedef struct spring_system {
     memory heap;
     spring_graph mesh;
     block_matrix matrix;
-    uint32_t *patterns[4]; /* that the matrix borrows */
+    uint32_t *patterns[4]; /* that the matrix borrows, */
+    double *scalars;       /* as well as these */
     uint8_t *is_fixed;
 } spring_system;
 
