@@ -73,16 +73,14 @@ typedef struct bench_session {
 
 /* ---- bench_input.c: a state of the scene in the middle of contact ---- */
 
-/* A saved state. */
+/* Where a saved state is. It is read for each repeat: large ones would count in what is held. */
 typedef struct bench_input {
     char path[2 * BENCH_PATH_SIZE];
-    char *bytes;
-    size_t byte_count;
 } bench_input;
 
 /* The scene in a size; prints what is wrong with it. Gives an exit code. */
 int bench_load_scene(const bench_session *self, const bench_case *which, scene **loaded);
-/* The input of a case from the directory, or made and put there. Release with free(bytes). */
+/* The input of a case in the directory, made and put there if it is not. */
 int bench_get_input(bench_session *self, const bench_case *which, scene *loaded,
                     bench_input *input);
 /* The hash of a short simulation: two builds of one fingerprint nearly always make the same inputs,

@@ -7,6 +7,7 @@
 #include "app/bench.h"
 #include "app/commands.h"
 #include "app/interrupt.h"
+#include "app/whole_file.h"
 #include "base/error.h"
 #include "base/timer.h"
 
@@ -179,8 +180,12 @@ static void add_sample(repeats *self, const tulle_step_report *reports, double p
 static tulle_status load_input(const repeats *self, tulle_error *error) {
     const bench_input *const input = self->input;
     tulle_error fault = {0};
-    tulle_status const status =
-        tulle_world_load_state(self->world, input->bytes, input->byte_count, &fault);
+    char *bytes = NULL;
+    size_t byte_count = 0;
+    tulle_status status = whole_file_read(input->path, &bytes, &byte_count, error);
+    if (status != TULLE_OK) return status;
+    status = tulle_world_load_state(self->world, bytes, byte_count, &fault);
+    free(bytes);
     if (status == TULLE_OK || status == TULLE_ERROR_OUT_OF_MEMORY) {
         if (status != TULLE_OK) *error = fault;
         return status;
@@ -349,7 +354,6 @@ int bench_measure_case(bench_session *self, const bench_case *which) {
                           bench_sizes[which->size].name);
         app_print_error("bench", &error);
     }
-    free(input.bytes);
     scene_destroy(loaded);
     return code != APP_EXIT_FINE ? code : app_exit_for_run(status);
 }

@@ -4,6 +4,9 @@
 
 #include <stdio.h>
 #include <string.h>
+#ifdef __GLIBC__
+#include <malloc.h>
+#endif
 
 typedef struct subcommand {
     const char *name;
@@ -24,7 +27,7 @@ static const subcommand subcommands[] = {
     {NULL, NULL, NULL},
 };
 
-enum { SUBCOMMAND_MAX = sizeof subcommands / sizeof subcommands[0] };
+enum { SUBCOMMAND_MAX = sizeof subcommands / sizeof subcommands[0], LARGE_BLOCK_BYTES = 1 << 20 };
 
 static void print_help(FILE *stream) {
     fputs("usage: tulle SUBCOMMAND ...\n\n"
@@ -52,7 +55,16 @@ static int refuse(const char *name) {
     return APP_EXIT_BAD_INPUT;
 }
 
+/* Large blocks go back to the system when they are released: otherwise what a scene needs only
+ * while it starts stays with the process, in pieces. */
+static void return_large_blocks(void) {
+#ifdef __GLIBC__
+    (void)mallopt(M_MMAP_THRESHOLD, LARGE_BLOCK_BYTES);
+#endif
+}
+
 int main(int argc, char **argv) {
+    return_large_blocks();
     if (argc < 2) {
         print_help(stderr);
         return APP_EXIT_BAD_INPUT;

@@ -8,7 +8,7 @@
 enum {
     FIRST_BLOCK_BYTES = 1 << 16,
     GROWTH_SHARE = 16, /* a block has at least this part of what those before it have */
-    SPARE_SHARE = 16, /* room beyond the most that was in use */
+    SPARE_SHARE = 16,  /* room beyond the most that was in use */
     ALIGNMENT = 64
 };
 
@@ -63,6 +63,13 @@ static size_t choose_capacity(const arena *scratch, size_t byte_count) {
     size_t capacity = scratch->capacity / GROWTH_SHARE;
     if (capacity < FIRST_BLOCK_BYTES) capacity = FIRST_BLOCK_BYTES;
     return capacity < byte_count ? byte_count : capacity;
+}
+
+void arena_reserve(arena *scratch, size_t byte_count) {
+    if (scratch->used > 0 || (scratch->first && scratch->first->capacity >= byte_count)) return;
+    scratch->current = NULL;
+    release_rest(scratch);
+    (void)append_block(scratch, byte_count);
 }
 
 void *arena_allocate(arena *scratch, size_t count, size_t size) {

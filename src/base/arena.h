@@ -23,6 +23,9 @@ void arena_destroy(arena *scratch);
 /* 64-byte aligned, uninitialised, null when memory is short. */
 void *arena_allocate(arena *scratch, size_t count, size_t size);
 void *arena_allocate_zeroed(arena *scratch, size_t count, size_t size);
+/* Makes an empty arena one block of at least so many bytes, where there is memory for it: room that
+ * is used at once later on need not be in blocks that were made for less. */
+void arena_reserve(arena *scratch, size_t byte_count);
 arena_mark arena_get_mark(const arena *scratch);
 void arena_release(arena *scratch, arena_mark mark);
 /* Typed: ARENA_NEW(scratch, double, n). */

@@ -114,6 +114,9 @@ static void fill_arrays(tulle_world *world) {
     }
 }
 
+/* [bytes] of scratch that a step without contact takes for each vertex of cloth. */
+enum { SCRATCH_BYTES = 640 };
+
 /* Cloth of fewer vertices is solved as fast in double precision (20 x 20; 45 x 45 slower). */
 enum { SINGLE_VERTICES = 1000 };
 
@@ -236,6 +239,7 @@ static tulle_status start_stages(tulle_world *world, bool is_judged, tulle_error
     if (status == TULLE_OK && is_judged) status = judge_start(world, error);
     if (status != TULLE_OK) return status;
     if (world_start_detection(world) != TULLE_OK) return no_memory(error);
+    arena_reserve(&world->scratch, SCRATCH_BYTES * world->cloth_vertex_count);
     world->def_hash = hash_defs(world);
     return TULLE_OK;
 }

@@ -58,10 +58,7 @@ void world_release_first_cloth(tulle_world *world) {
         size_t const vector_bytes = 3 * cloth->mesh.vertex_count * sizeof(double);
         memory_release(heap, cloth->rest, vector_bytes);
         memory_release(heap, cloth->velocities, vector_bytes);
-        memory_release(heap, cloth->mesh.triangles,
-                       3 * cloth->mesh.triangle_count * sizeof(uint32_t));
         cloth->rest = cloth->velocities = NULL;
-        cloth->mesh.triangles = NULL;
         if (cloth->pin_count > 0) continue;
         memory_release(heap, cloth->mesh.positions, vector_bytes);
         cloth->mesh.positions = NULL;

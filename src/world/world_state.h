@@ -32,8 +32,8 @@ typedef struct world_pin {
     double release_time; /* [s] */
 } world_pin;
 
-/* Owned positions and triangles, in the object's own numbering. Of cloth until the world has
- * started: then null, but for positions of what is pinned. */
+/* Owned positions and triangles, in the object's own numbering. Once the world has started there
+ * are no positions of cloth that is not pinned. */
 typedef struct world_mesh {
     double *positions; /* [m] */
     uint32_t *triangles;

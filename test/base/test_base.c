@@ -114,6 +114,20 @@ static void an_empty_arena_is_one_block(void **state) {
     assert_int_equal(heap.bytes_held, 0);
 }
 
+static void a_reserved_arena_is_one_block(void **state) {
+    (void)state;
+    memory heap = memory_default();
+    arena scratch = arena_make(&heap);
+    arena_reserve(&scratch, 1000000);
+    uint64_t const before = heap.allocate_count;
+    for (int i = 0; i < 10; i++) assert_non_null(arena_allocate(&scratch, 1, 99000));
+    arena_reserve(&scratch, 5000000); /* it is in use: stays as it is */
+    assert_int_equal(heap.allocate_count, before);
+    assert_true(heap.bytes_held < 1001000);
+    arena_destroy(&scratch);
+    assert_int_equal(heap.bytes_held, 0);
+}
+
 static void arena_reuses_its_blocks(void **state) {
     (void)state;
     memory heap = memory_default();
@@ -175,6 +189,7 @@ int main(void) {
         cmocka_unit_test(sorting_keeps_items_and_orders_keys),
         cmocka_unit_test(arena_reuses_its_blocks),
         cmocka_unit_test(an_empty_arena_is_one_block),
+        cmocka_unit_test(a_reserved_arena_is_one_block),
         cmocka_unit_test(chunks_do_not_depend_on_threads),
         cmocka_unit_test(hash_is_fixed_and_sensitive),
     };

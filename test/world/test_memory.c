@@ -116,6 +116,49 @@ static void check_failed_allocations(unsigned side, int step_count) {
     tulle_mesh_destroy(&sphere);
 }
 
+/* An allocator that counts. */
+typedef struct counting_heap {
+    size_t held, most; /* [bytes] */
+} counting_heap;
+
+static void *counting_allocate(void *context, size_t byte_count) {
+    counting_heap *const heap = context;
+    heap->held += byte_count;
+    if (heap->held > heap->most) heap->most = heap->held;
+    return malloc(byte_count);
+}
+
+static void counting_release(void *context, void *pointer, size_t byte_count) {
+    counting_heap *const heap = context;
+    heap->held -= byte_count;
+    free(pointer);
+}
+
+/* Large cloth that falls, from its start on: what a particle takes at most. Written down so that it
+ * does not creep back: a million particles are to fit into 3 GB. */
+static void a_particle_takes_little_memory(void **state) {
+    (void)state;
+    enum { SIDE = 200, STEPS = 3, BYTES_A_PARTICLE = 3000 };
+    counting_heap heap = {0};
+    tulle_world_def def = tulle_world_def_default();
+    def.threads = 1;
+    def.allocator = (tulle_allocator){counting_allocate, counting_release, &heap, 0};
+    tulle_mesh sheet = small_sheet(2.0, SIDE, 1.0);
+    tulle_cloth_def cloth = tulle_cloth_def_default();
+    cloth.mesh = tulle_mesh_get_view(&sheet);
+    tulle_world *world = NULL;
+    assert_int_equal(tulle_world_create(&def, &world, NULL), TULLE_OK);
+    assert_int_equal(tulle_world_add_cloth(world, &cloth, NULL, NULL), TULLE_OK);
+    for (int i = 0; i < STEPS; i++)
+        assert_int_equal(tulle_world_step(world, STEP, NULL, NULL), TULLE_OK);
+    size_t const each = heap.most / sheet.vertex_count;
+    if (each > BYTES_A_PARTICLE)
+        fail_msg("%zu bytes a particle, more than %d", each, BYTES_A_PARTICLE);
+    tulle_world_destroy(world);
+    assert_int_equal(heap.held, 0);
+    tulle_mesh_destroy(&sheet);
+}
+
 static void failed_allocation_leaves_the_world_as_it_was(void **state) {
     (void)state;
     check_failed_allocations(4, 3);
@@ -225,6 +268,7 @@ static void stage_times_add_up(void **state) {
 
 int main(void) {
     const struct CMUnitTest tests[] = {
+        cmocka_unit_test(a_particle_takes_little_memory),
         cmocka_unit_test(failed_allocation_leaves_the_world_as_it_was),
         cmocka_unit_test(failed_allocation_leaves_bodies_as_they_were),
         cmocka_unit_test(failed_allocation_undoes_an_appearance),
