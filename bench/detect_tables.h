@@ -32,6 +32,8 @@ void print_growth(const bench_options *options);
 void print_lasting(const bench_options *options);
 /* A pass beside a foreign busy loop on one of two processors. */
 void print_busy(const bench_options *options);
+/* What each stage has to move and does, beside what the machine can. */
+void print_floor(const bench_options *options);
 /* Reported pairs that do not touch, by rational arithmetic. */
 void print_alarms(const bench_options *options);
 
