@@ -7,31 +7,41 @@
 #include "dynamics/compute_forces.h"
 #include "dynamics/wind.h"
 
-enum { TRIANGLES_PER_CHUNK = 1024 };
+enum { VERTICES_PER_CHUNK = 256, TRIANGLES_PER_CHUNK = 1024 };
 
 typedef struct wind_task {
     const cloth_model *model;
     const motion_state *state;
     const tulle_wind *wind;
     const double *mean;
-    double *sums; /* by chunk */
+    vec3 *relative; /* [m/s] to the air, of each vertex */
+    double *sums;   /* by chunk */
 } wind_task;
+
+static void sample_wind(void *context, size_t begin, size_t end, size_t chunk, int worker) {
+    (void)chunk, (void)worker;
+    wind_task *const task = context;
+    const motion_state *const state = task->state;
+    gust_cell cell = {0};
+    for (size_t v = begin; v < end; v++) {
+        vec3 const place = vec3_load(state->positions, v);
+        task->relative[v] = vec3_sub(vec3_load(state->velocities, v),
+                                     wind_get_velocity(task->wind, place, state->time, &cell));
+    }
+}
 
 static void measure_triangles(void *context, size_t begin, size_t end, size_t chunk, int worker) {
     (void)worker;
     wind_task *const task = context;
     const motion_state *const state = task->state;
-    gust_cell cell = {0};
     double sum = 0.0;
     for (size_t t = begin; t < end; t++) {
         vec3 corners[3], relative = {0.0, 0.0, 0.0}, start = relative, mean = relative;
         for (int k = 0; k < 3; k++) {
             size_t const v = cloth_get_corners(task->model, t)[k];
             corners[k] = vec3_load(state->positions, v);
-            vec3 const air = wind_get_velocity(task->wind, corners[k], state->time, &cell);
-            vec3 const velocity = vec3_load(state->velocities, v);
-            start = vec3_add_scaled(start, velocity, 1.0 / 3.0);
-            relative = vec3_add_scaled(relative, vec3_sub(velocity, air), 1.0 / 3.0);
+            start = vec3_add_scaled(start, vec3_load(state->velocities, v), 1.0 / 3.0);
+            relative = vec3_add_scaled(relative, task->relative[v], 1.0 / 3.0);
             mean = vec3_add_scaled(mean, vec3_load(task->mean, v), 1.0 / 3.0);
         }
         wind_response const response =
@@ -52,8 +62,11 @@ tulle_status measure_wind_work(const cloth_model *model, const motion_state *sta
     arena_mark const mark = arena_get_mark(scratch);
     size_t const count = model->triangle_count;
     size_t const chunks = parallel_chunk_count(count, TRIANGLES_PER_CHUNK);
-    wind_task task = {model, state, options.wind, mean, ARENA_NEW(scratch, double, chunks)};
-    if (!task.sums) return TULLE_ERROR_OUT_OF_MEMORY;
+    wind_task task = {.model = model, .state = state, .wind = options.wind, .mean = mean};
+    task.relative = ARENA_NEW(scratch, vec3, model->vertex_count);
+    task.sums = ARENA_NEW(scratch, double, chunks);
+    if (!task.relative || !task.sums) return TULLE_ERROR_OUT_OF_MEMORY;
+    parallel_for(model->vertex_count, VERTICES_PER_CHUNK, options.threads, sample_wind, &task);
     parallel_for(count, TRIANGLES_PER_CHUNK, options.threads, measure_triangles, &task);
     for (size_t i = 0; i < chunks; i++) *work += state->time_step * task.sums[i];
     arena_release(scratch, mark);
