@@ -13,7 +13,7 @@
 /* Boxes are widened by this share of the mean edge beyond the separation distance, so that paths
  * which the solve bends a little stay inside the candidates that were found for the predicted ones.
  */
-static const double PAIR_MARGIN_EDGE_SHARE = 0.25;
+static const double PAIR_MARGIN_EDGE_SHARE = 0.05;
 
 /* Patches are certified with this much more than half the separation distance, so that no rounding
  * of a distance tells a candidate from one that was left out. */
