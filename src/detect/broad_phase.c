@@ -85,6 +85,13 @@ static bool reserve_parts(broad_phase *broad, const surface_set *set) {
            reserve_slots(heap, &broad->edges, broad->edge_count, 2);
 }
 
+static void release_boxes(broad_phase *broad) {
+    if (!broad->scratch)
+        memory_release(broad->heap, broad->vertex_boxes,
+                       broad->vertex_count * sizeof *broad->vertex_boxes);
+    broad->vertex_boxes = NULL;
+}
+
 void broad_phase_destroy(broad_phase *broad) {
     if (!broad) return;
     memory *const heap = broad->heap;
@@ -92,7 +99,7 @@ void broad_phase_destroy(broad_phase *broad) {
     for (size_t s = 0; broad->trees && s < broad->surface_count; s++)
         ARRAY_FREE(heap, &broad->trees[s].nodes);
     memory_release(heap, broad->trees, broad->surface_count * sizeof *broad->trees);
-    memory_release(heap, broad->vertex_boxes, broad->vertex_count * sizeof *broad->vertex_boxes);
+    release_boxes(broad);
     memory_release(heap, broad->records, broad->vertex_count * sizeof *broad->records);
     memory_release(heap, broad->record_vertices,
                    broad->vertex_count * sizeof *broad->record_vertices);
@@ -174,6 +181,13 @@ tulle_status build_trees(broad_phase *broad, const surface_set *set, const doubl
             broad->trees[s].is_fitted = false;
     }
     broad->margin = margin;
+    if (broad->scratch) {
+        broad->vertex_boxes = ARENA_NEW(broad->scratch, vertex_box, broad->vertex_count);
+        if (!broad->vertex_boxes) {
+            broad->margin = -1.0;
+            return TULLE_ERROR_OUT_OF_MEMORY;
+        }
+    }
     if (!fit_vertex_boxes(broad, set, x0, x1, threads)) {
         broad->margin = -1.0;
         return TULLE_ERROR_INVALID_ARGUMENT;
@@ -204,10 +218,12 @@ bool broad_phase_is_straight(const broad_phase *broad) {
     return broad->is_straight || broad->following == PATHS_ALWAYS;
 }
 
-void broad_phase_drop_records(broad_phase *broad) {
+void broad_phase_use_scratch(broad_phase *broad, arena *scratch) {
     memory_release(broad->heap, broad->records, broad->vertex_count * sizeof *broad->records);
     broad->records = NULL;
     broad->tables.records = NULL;
+    release_boxes(broad);
+    broad->scratch = scratch;
 }
 
 void broad_phase_set_patches(broad_phase *broad, patch_labels patches) { broad->patches = patches; }

@@ -8,6 +8,7 @@
 #ifndef TULLE_DETECT_BROAD_PHASE_H
 #define TULLE_DETECT_BROAD_PHASE_H
 
+#include "base/arena.h"
 #include "base/stop.h"
 #include "detect/pair_batch.h"
 #include "detect/patch_labels.h"
@@ -49,8 +50,9 @@ void broad_phase_follow_paths(broad_phase *broad, path_following how);
 /* Whether such pairs are left out, which all paths may meet that end elsewhere in their boxes. */
 bool broad_phase_is_straight(const broad_phase *broad);
 /* For users of find_pairs alone: without the positions in pair_tables, which are null from then on.
- */
-void broad_phase_drop_records(broad_phase *broad);
+ * Boxes of vertices are in the arena from each build_trees on; find_pairs is to be called before
+ * that is released. */
+void broad_phase_use_scratch(broad_phase *broad, arena *scratch);
 
 typedef struct search_counts {
     uint64_t leaf_pair_count, candidate_count;

@@ -101,6 +101,7 @@ struct broad_phase {
     uint32_t *record_vertices; /* vertex of each record; null: records are in vertex order */
     vertex_record *records;    /* null where they are not kept */
     vertex_box *vertex_boxes;  /* of each record */
+    arena *scratch;            /* where these are, made by each build_trees; null: on the heap */
     surface_tree *trees;
     path_following following;
     leaf_slabs *slabs; /* of each leaf; null unless paths are followed, and as long as blocks are */

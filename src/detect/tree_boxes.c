@@ -112,6 +112,13 @@ bool fit_vertex_boxes(broad_phase *broad, const surface_set *set, const double *
             task_count = append_tasks(broad, task_count, s, range->vertex_begin, range->vertex_end,
                                       VERTICES_PER_TASK);
     }
+    size_t const new_count = task_count;
+    for (uint32_t s = 0; broad->scratch && s < set->surface_count; s++) {
+        const surface_range *const range = &set->surfaces[s];
+        if (range->is_present && broad->trees[s].is_fitted)
+            task_count = append_tasks(broad, task_count, s, range->vertex_begin, range->vertex_end,
+                                      VERTICES_PER_TASK);
+    }
     vertex_context context = {.broad = broad,
                               .fit = {.vertices = broad->record_vertices,
                                       .x0 = x0,
@@ -128,7 +135,7 @@ bool fit_vertex_boxes(broad_phase *broad, const surface_set *set, const double *
     bool is_finite = true;
     double motion = 0.0, count = 0.0;
     way_sums ways = {0.0, 0.0};
-    for (size_t i = 0; i < task_count; i++) {
+    for (size_t i = 0; i < new_count; i++) {
         const fit_task *const task = &broad->fit_tasks[i];
         is_finite = is_finite && task->is_finite;
         motion += task->motion;

@@ -73,7 +73,7 @@ tulle_status world_start_detection(tulle_world *world) {
     if (status == TULLE_OK) {
         broad_phase_set_stop(world->broad, &world->stop);
         broad_phase_follow_paths(world->broad, PATHS_WHERE_LONG);
-        broad_phase_drop_records(world->broad);
+        broad_phase_use_scratch(world->broad, &world->scratch);
     }
     if (status == TULLE_OK && uses_patches(world)) {
         world->patch_rules = make_rules(world);
@@ -136,6 +136,7 @@ static tulle_status search_boxes(step_context *context, pair_source *source, con
     tulle_world *const world = context->world;
     double *const seconds = context->report->stage_seconds;
     double const start = timer_now();
+    arena_mark const mark = arena_get_mark(&world->scratch);
     tulle_status status = build_trees(world->broad, &world->set, context->state->positions, bounds,
                                       source->margin, world->threads);
     double const middle = timer_now();
@@ -143,6 +144,7 @@ static tulle_status search_boxes(step_context *context, pair_source *source, con
     if (status == TULLE_OK) {
         status = find_pairs(world->broad, &world->set, world->threads, &world->pairs, NULL);
     }
+    arena_release(&world->scratch, mark);
     seconds[STAGE_BUILD_TREES] += middle - start;
     seconds[STAGE_FIND_PAIRS] += timer_now() - middle;
     if (status != TULLE_OK) return status;
