@@ -138,7 +138,7 @@ static void counting_release(void *context, void *pointer, size_t byte_count) {
  * does not creep back: a million particles are to fit into 3 GB. */
 static void a_particle_takes_little_memory(void **state) {
     (void)state;
-    enum { SIDE = 200, STEPS = 3, BYTES_A_PARTICLE = 3000 };
+    enum { SIDE = 200, STEPS = 3, BYTES_A_PARTICLE = 2950 };
     counting_heap heap = {0};
     tulle_world_def def = tulle_world_def_default();
     def.threads = 1;
