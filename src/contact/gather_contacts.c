@@ -197,13 +197,18 @@ static tulle_status fill_rows(gathering *work, pair_source *source, row_list *li
     source->near_pairs = &list->near_pairs;
     work->events = found.events;
     work->choices = ARENA_NEW(scene->scratch, uint8_t, found.count);
-    if (!work->choices || !ARRAY_RESERVE(scene->heap, &list->rows, found.count))
-        return TULLE_ERROR_OUT_OF_MEMORY;
-    work->rows = list->rows.data;
+    /* there are many more events than rows that are kept */
+    work->rows = ARENA_NEW(scene->scratch, contact_row, found.count);
+    if (!work->choices || !work->rows) return TULLE_ERROR_OUT_OF_MEMORY;
     size_t kept = 0;
     status = select_rows(work, found.count, &kept);
+    if (status == TULLE_OK && !ARRAY_RESERVE(scene->heap, &list->rows, kept))
+        status = TULLE_ERROR_OUT_OF_MEMORY;
+    if (status == TULLE_OK) {
+        if (kept > 0) memcpy(list->rows.data, work->rows, kept * sizeof *work->rows);
+        list->rows.count = kept;
+    }
     add_time(&times->select_admissible, &start);
-    if (status == TULLE_OK) list->rows.count = kept;
     return status;
 }
 
