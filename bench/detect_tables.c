@@ -192,7 +192,7 @@ static void print_angle_row(const detect_input *input, const measured_run *run,
 }
 
 static void print_angle_table(const bench_options *options, const detect_input *input) {
-    measured_run runs[ANGLE_COUNT + 3];
+    measured_run runs[ANGLE_COUNT + 4]; /* refit, bvox, the default, the paper's */
     size_t count = 0;
     runs[count++] = make_run(TULLE_DETECT_REFIT, options->threads[0]);
     runs[count++] = make_run(TULLE_DETECT_BVOX, options->threads[0]);
