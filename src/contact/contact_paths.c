@@ -3,6 +3,10 @@
 
 #include "contact/body_paths.h"
 
+/* A test of paths calls a pair a hit up to a twentieth of its separation above it, see
+ * detect/time_of_impact.c: what is not among the pairs keeps more than that. */
+#define HIT_RESERVE 1.06
+
 void propose_paths(const contact_scene *scene, const double *u, double *x1) {
     for (size_t vertex = 0; vertex < scene->vertex_count; vertex++) {
         if (is_slot(scene, vertex)) continue;
@@ -22,9 +26,10 @@ void prescribe_motion(const contact_scene *scene, double *u) {
 }
 
 bool paths_stay_in_bounds(const contact_scene *scene, const pair_source *source, const double *x1) {
-    /* A triangle's path box, widened by xi / 2, then lies in the box that was searched. A millionth
-     * less covers the rounding of these sums. */
-    double const reach = 0.5 * (source->margin - scene->settings.minimum_gap) * (1.0 - 1e-6);
+    /* A triangle's path box, widened by half of what a test may call a hit, then lies in the box
+     * that was searched. A millionth less covers the rounding of these sums. */
+    double const hit = HIT_RESERVE * scene->settings.minimum_gap;
+    double const reach = 0.5 * (source->margin - hit) * (1.0 - 1e-6);
     if (!(reach >= 0.0)) return false;
     for (size_t i = 0; i < 3 * scene->vertex_count; i++) {
         if (is_slot(scene, i / 3)) continue; /* their bodies' vertices count */

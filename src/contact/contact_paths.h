@@ -2,10 +2,10 @@
  *
  * Contract. pair_source holds the candidates for paths x0 -> bounds with boxes widened by
  * margin / 2. They are complete for other paths x0 -> x1 as long as every vertex stays in the box
- * of its own path x0 -> bounds widened by (margin - xi) / 2, or, where pairs that straight paths
- * keep apart were left out, ends in the box of its end in `bounds` widened by as much. Stages 10
- * and 11 check this before every test and call `renew` when a vertex has left, so no test ever runs
- * on an incomplete list.
+ * of its own path x0 -> bounds widened by (margin - 1.06 xi) / 2, or, where pairs that straight
+ * paths keep apart were left out, ends in the box of its end in `bounds` widened by as much. Stages
+ * 10 and 11 check this before every test and call `renew` when a vertex has left, so no test ever
+ * runs on an incomplete list.
  *
  * Stage 2 notes the pairs that start near each other. Along short paths no other pair can come
  * under xi, and the tests look at those alone (near_pairs.h).

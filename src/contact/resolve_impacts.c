@@ -115,12 +115,13 @@ static void renew_paths(impact_work *work) {
             memcmp(work->x1 + 3 * i, work->x1_tested + 3 * i, 3 * sizeof(double)) != 0;
 }
 
-/* Finds hits on the present paths; a partial test without hits is followed by a full one. */
+/* Finds hits on the present paths; a partial test without hits is followed by a full one. Pairs
+ * that were found anew are no reason for a full one: what was tested on paths that are still the
+ * same was complete for them, and so hits do not depend on when pairs are searched. */
 static tulle_status test_paths(impact_work *work, pair_events *hits) {
-    uint64_t const renew_count = work->source->renew_count;
     tulle_status status = ensure_pairs_cover(work->scene, work->source, work->x1);
     if (status != TULLE_OK) return status;
-    bool const is_partial = work->is_partial && work->source->renew_count == renew_count;
+    bool const is_partial = work->is_partial;
     status =
         find_hits(work->scene, work->source, work->x1, is_partial ? work->has_changed : NULL, hits);
     work->report->tested_pairs += hits->measured_count;
