@@ -72,8 +72,9 @@ typedef struct tulle_detect_def {
                                       most 1e150 */
     tulle_detect_method method;
     tulle_detect_cone cone; /* of methods with patches */
-    double max_angle; /* [rad] alpha_max, > 0 and < pi/2: widest cone in which a patch grows. A kept
-                         one may widen up to a half-space while it is certified; with
+    double max_angle; /* [rad] alpha_max, > 0 and < pi/2: widest cone in which a patch grows. Merged
+                         with others, or kept, it may be wider, up to a half-space, while it is
+                         certified; with
                          has_certificate 0 it may not */
     int has_certificate;    /* 1: only patches that are proven not to touch themselves are skipped.
                                0: every patch is, the paper's own rule, which misses collisions */

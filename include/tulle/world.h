@@ -37,10 +37,11 @@ typedef enum tulle_integrator {
 typedef struct tulle_world_detection {
     tulle_detect_method method;
     tulle_detect_cone cone; /* of methods with patches */
-    double max_angle;    /* [rad] alpha_max, > 0 and < pi/2: widest cone in which a patch grows */
-    int has_certificate; /* 1: only patches that are proven not to touch themselves are skipped.
-                            0: every patch is, the paper's own rule: the promise then holds only
-                            for pairs that do not lie within one patch */
+    double max_angle;       /* [rad] alpha_max, > 0 and < pi/2: widest cone in which a patch grows;
+                               certified ones may be       wider once they are merged or kept */
+    int has_certificate;    /* 1: only patches that are proven not to touch themselves are skipped.
+                               0: every patch is, the paper's own rule: the promise then holds only
+                               for pairs that do not lie within one patch */
     int grows_patches_anew; /* 1: patches are grown for every search; 0: kept from step to step and
                                checked again. TULLE_DETECT_PAPER always grows */
 } tulle_world_detection;

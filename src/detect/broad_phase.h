@@ -4,7 +4,8 @@
  * Candidates are all pairs (vertex, triangle) with the vertex not a corner of it, and (edge, edge)
  * without a shared vertex, whose boxes over the whole step, each widened by half the margin and
  * outward against rounding, meet; among surfaces that may collide. All methods give the same list,
- * but for pairs within patches. */
+ * but for pairs within patches and, where straight paths are followed, pairs that these keep apart.
+ */
 #ifndef TULLE_DETECT_BROAD_PHASE_H
 #define TULLE_DETECT_BROAD_PHASE_H
 

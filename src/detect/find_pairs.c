@@ -1,6 +1,6 @@
 /* detect/find_pairs.c - stage 7 as a list: takes fitted trees, gives the sorted list of all feature
  * pairs whose boxes meet. What the search finds goes to the writers of its workers; sorting makes
- * the list the same for any method and number of threads. */
+ * the list the same for any number of threads. */
 #include "detect/broad_phase_parts.h"
 
 /* A pair_consumer; context: the broad phase. */

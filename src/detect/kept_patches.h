@@ -2,12 +2,13 @@
  * kept from step to step.
  *
  * A patch is an edge-connected set of triangles whose normals lie within one cone of at most
- * max_angle about its axis zeta for the whole of the step on which it grew. With has_certificate it
- * is a topological disc, and *certified* for each step on which it is used: all its normals stay
- * within a right angle of the axis, and the projection of its boundary along it stays simple. Then
- * no two of its features touch, see certificate.h for the theorem. A certificate with a reach r > 0
- * holds for all motions whose vertices differ from the given ones by at most r at any time, so all
- * pairs within a patch that share no vertex keep more than 2 r.
+ * max_angle about its axis zeta for the whole of the step on which it grew, but for what was merged
+ * with it. With has_certificate it is a topological disc, and *certified* for each step on which it
+ * is used: all its normals stay within a right angle of the axis, and the projection of its
+ * boundary along it stays simple. Then no two of its features touch, see certificate.h for the
+ * theorem. A certificate with a reach r > 0 holds for all motions whose vertices differ from the
+ * given ones by at most r at any time, so all pairs within a patch that share no vertex keep more
+ * than 2 r.
  *
  * Patches never span surfaces. Labels are 1 .. label_count, PATCH_ISOLATED (0) for triangles
  * outside patches; a label may be unused. */

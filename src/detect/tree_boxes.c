@@ -103,6 +103,23 @@ static void fit_vertex_task(void *context, size_t begin, size_t end, size_t chun
         task->ways = sample_ways(&vertices->fit, task->begin, task->end);
 }
 
+/* Of surfaces that may move: whether a static one was fitted now or before must not matter. */
+static bool paths_are_long(const broad_phase *broad, const surface_set *set, size_t task_count) {
+    double motion = 0.0, count = 0.0;
+    way_sums ways = {0.0, 0.0};
+    for (size_t i = 0; i < task_count; i++) {
+        const fit_task *const task = &broad->fit_tasks[i];
+        if (set->surfaces[task->surface].is_static) continue;
+        motion += task->motion;
+        ways.own += task->ways.own;
+        ways.relative += task->ways.relative;
+        count += (double)(task->end - task->begin);
+    }
+    bool const moves_together =
+        broad->following == PATHS_ALWAYS || ways.relative < RELATIVE_MOTION * ways.own;
+    return moves_together && motion > LONG_MOTION * broad->mean_edge * count;
+}
+
 bool fit_vertex_boxes(broad_phase *broad, const surface_set *set, const double *x0,
                       const double *x1, int threads) {
     size_t task_count = 0;
@@ -133,19 +150,9 @@ bool fit_vertex_boxes(broad_phase *broad, const surface_set *set, const double *
     }
     parallel_for(task_count, 1, threads, fit_vertex_task, &context);
     bool is_finite = true;
-    double motion = 0.0, count = 0.0;
-    way_sums ways = {0.0, 0.0};
-    for (size_t i = 0; i < new_count; i++) {
-        const fit_task *const task = &broad->fit_tasks[i];
-        is_finite = is_finite && task->is_finite;
-        motion += task->motion;
-        ways.own += task->ways.own, ways.relative += task->ways.relative;
-        count += (double)(task->end - task->begin);
-    }
-    bool const moves_together =
-        broad->following == PATHS_ALWAYS || ways.relative < RELATIVE_MOTION * ways.own;
-    broad->is_straight = broad->following != PATHS_IN_BOXES && moves_together &&
-                         motion > LONG_MOTION * broad->mean_edge * count;
+    for (size_t i = 0; i < new_count; i++) is_finite = is_finite && broad->fit_tasks[i].is_finite;
+    broad->is_straight =
+        broad->following != PATHS_IN_BOXES && paths_are_long(broad, set, new_count);
     return is_finite;
 }
 

@@ -198,8 +198,9 @@ static bool patches_cover(const step_context *context, const double *x1) {
            patches_hold(world->patches, &paths, &rules);
 }
 
-/* The boxes stay those of the paths that the pairs were found for: what is tested outside patches
- * is then the same, whatever the patches are. */
+/* The boxes stay those of the paths that the pairs were found for: what may
+ * be left out because of them is then the same, but for what slabs leave out, which patches go
+ * without. */
 static tulle_status adapt_pairs(pair_source *source, const double *x1) {
     step_context *const context = source->context;
     if (!context->world->patches) return TULLE_OK;
