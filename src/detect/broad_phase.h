@@ -57,6 +57,8 @@ void broad_phase_use_scratch(broad_phase *broad, arena *scratch);
 
 typedef struct search_counts {
     uint64_t leaf_pair_count, candidate_count;
+    uint64_t near_pair_count; /* pairs of leaves that a search without patches visits at least: of
+                                 surfaces that meet themselves, a leaf with itself or a neighbour */
 } search_counts;
 /* Stage 7, streaming: every candidate goes to `consume` once, in batches, from `threads` workers in
  * one parallel loop; what remains in their batches at the end comes from the calling thread. counts

@@ -30,6 +30,7 @@ typedef struct surface_tree {
     uint32_t level_begin[MOST_LEVELS];
     uint32_t level_count;            /* of nodes */
     uint32_t leaf_begin, leaf_count; /* in the leaves of the broad phase */
+    uint32_t near_pair_count;        /* leaves, and pairs of neighbours among them */
     bool is_fitted;                  /* boxes are those of the last build_trees */
     bool has_blocks;                 /* so are the blocks of its leaves */
 } surface_tree;

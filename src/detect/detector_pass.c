@@ -113,6 +113,9 @@ static tulle_status search(tulle_detector *detector, detector_pass *pass) {
         if (status != TULLE_OK) return status;
         parallel_for((size_t)detector->threads, 1, detector->threads, flush_worker, &flush);
         pass->statistics.leaf_pairs = counts.leaf_pair_count;
+        if (detector->patches)
+            kept_patches_tell_search(detector->patches, counts.leaf_pair_count,
+                                     counts.near_pair_count);
     } while (!narrow_phase_finish(detector->narrow, &status) && status == TULLE_OK);
     return status;
 }

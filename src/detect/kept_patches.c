@@ -1,29 +1,17 @@
-/* detect/kept_patches.c - see kept_patches.h. When patches are checked, repaired, grown and given
- * up; how is in patch_growth.c and kept_patches_check.c.
- *
- * What fails is repaired as long as credit lasts, which grows with the calls, and dissolved after
- * that; much isolated makes growth again, more rarely each time that it brings little. Patches that
- * cover little, small ones in particular, cost more than they save: then all are let go, and tried
- * again after a number of calls that doubles. All of this counts calls and triangles, never time,
- * so runs can be repeated. */
+/* detect/kept_patches.c - see kept_patches.h. How patches are checked, repaired and grown in a
+ * call; when is in patch_schedule.c, how to grow and check in patch_growth.c and
+ * kept_patches_check.c. */
 #include "detect/kept_patches_parts.h"
 
 #include <string.h>
 
 enum {
-    KEPT_MINIMUM = 32,          /* [triangles] smaller patches hold hardly a leaf of a tree */
-    RIM_WIDTH = 3,              /* [triangles a boundary edge] whose pairs lie partly outside */
-    CREDIT_SHARE = 64,          /* of all triangles may be looked at by growth, one in that many a
-                                   call */
-    REPAIR_SHARE = 4,           /* a repair costs that part of a growth */
-    ISOLATED_SHARE = 8,         /* growth waits until one in that many triangles is isolated */
-    GAIN_SHARE = 4,             /* it paid when one in that many of those found a patch */
-    REGROW_WAIT_MIN = 8,        /* [calls] */
-    REGROW_WAIT_MAX = 1024,     /* [calls] */
-    RETRY_WAIT_MIN = 128,       /* [calls] */
-    RETRY_WAIT_MAX = 4096,      /* [calls] */
-    USEFUL_PERCENT = 15,        /* of triangles inside patches, without their rims; fewer: off */
-    GROWN_DEAD_SHARE = 8,       /* after growth: of triangles in patches, to be worth it */
+    KEPT_MINIMUM = 32,    /* [triangles] smaller patches hold hardly a leaf of a tree */
+    RIM_WIDTH = 3,        /* [triangles a boundary edge] whose pairs lie partly outside */
+    LARGE_SHARE = 16,     /* of all triangles: patches of more than one in that many are large */
+    LARGE_MINIMUM = 1024, /* [triangles] and at least that many */
+    USEFUL_PERCENT = 15,  /* of triangles inside patches, without their rims; fewer: off */
+    GROWN_DEAD_SHARE = 8, /* after growth: of triangles in patches, to be worth it */
     COMPACT_TRIANGLE_MIN = 1024 /* dead ones that are not worth a new layout */
 };
 
@@ -83,13 +71,8 @@ tulle_status kept_patches_create(memory *heap, const surface_set *set, kept_patc
     return TULLE_OK;
 }
 
-void kept_patches_destroy(kept_patches *patches) {
-    if (!patches) return;
+static void release_patches(kept_patches *patches) {
     memory *const heap = patches->heap;
-    size_t const triangle_bytes = patches->topo->triangle_count * sizeof(uint32_t);
-    memory_release(heap, patches->neighbours, 3 * triangle_bytes);
-    memory_release(heap, patches->triangle_surface, triangle_bytes);
-    memory_release(heap, patches->labels, triangle_bytes);
     ARRAY_FREE(heap, &patches->patches);
     ARRAY_FREE(heap, &patches->triangles);
     ARRAY_FREE(heap, &patches->corners);
@@ -99,12 +82,28 @@ void kept_patches_destroy(kept_patches *patches) {
     ARRAY_FREE(heap, &patches->tasks);
     ARRAY_FREE(heap, &patches->contour_scratch);
     release_growth(patches);
+}
+
+void kept_patches_destroy(kept_patches *patches) {
+    if (!patches) return;
+    memory *const heap = patches->heap;
+    size_t const triangle_bytes = patches->topo->triangle_count * sizeof(uint32_t);
+    memory_release(heap, patches->neighbours, 3 * triangle_bytes);
+    memory_release(heap, patches->triangle_surface, triangle_bytes);
+    memory_release(heap, patches->labels, triangle_bytes);
+    release_patches(patches);
     memory_release(heap, patches, sizeof *patches);
 }
 
 void kept_patches_keep_room(kept_patches *patches, arena *scratch) {
     release_cones(patches);
     patches->scratch = scratch;
+}
+
+void let_patches_go(kept_patches *patches) {
+    drop_patches(patches);
+    if (!patches->scratch) release_patches(patches);
+    schedule_retry(&patches->schedule);
 }
 
 void drop_patches(kept_patches *patches) {
@@ -165,41 +164,75 @@ static void count_patches(const kept_patches *patches, patch_counts *counts) {
     }
 }
 
-/* Lays all patches out anew, in the order of their labels, without gaps. */
-static tulle_status compact_patches(kept_patches *patches) {
-    if (patches->schedule.dead_triangle_count == 0) return TULLE_OK;
-    tulle_status status = reserve_growth(patches);
-    if (status != TULLE_OK) return status;
-    size_t kept = 0, at = 0;
+/* Moves `count` items of an array from one place to one before it. Returns the end. */
+static uint32_t move_down(uint32_t *items, uint32_t from, uint32_t count, uint32_t to) {
+    memmove(items + to, items + from, count * sizeof *items);
+    return to + count;
+}
+
+/* The live patch whose triangles begin at a place; null where those of none do. */
+static kept_patch *find_patch_at(const kept_patches *patches, size_t place) {
+    uint32_t const label = patches->labels[patches->triangles.data[place]];
+    if (label == PATCH_ISOLATED) return NULL;
+    kept_patch *const patch = &patches->patches.data[label - 1];
+    return patch->triangle_begin == place ? patch : NULL;
+}
+
+/* Closes the gaps between patches, which lie in the same order in all arrays. */
+static void close_gaps(kept_patches *patches) {
+    uint32_t triangles = 0, vertices = 0, loops = 0;
+    for (size_t place = 0; place < patches->triangles.count;) {
+        kept_patch *const patch = find_patch_at(patches, place);
+        place += patch ? patch->triangle_count : 1;
+        if (!patch) continue;
+        kept_patch const old = *patch;
+        patch->triangle_begin = triangles;
+        patch->vertex_begin = vertices;
+        patch->loop_begin = loops;
+        move_down(patches->corners.data, 3 * old.triangle_begin, 3 * old.triangle_count,
+                  3 * triangles);
+        triangles =
+            move_down(patches->triangles.data, old.triangle_begin, old.triangle_count, triangles);
+        vertices = move_down(patches->vertices.data, old.vertex_begin, old.vertex_count, vertices);
+        loops = move_down(patches->loops.data, old.loop_begin, old.loop_count, loops);
+    }
+    patches->triangles.count = triangles;
+    patches->corners.count = 3 * (size_t)triangles;
+    patches->vertices.count = patches->points.count = vertices;
+    patches->loops.count = loops;
+}
+
+/* Without gaps, also between labels, whose order stays. */
+static void compact_patches(kept_patches *patches) {
+    close_gaps(patches);
+    uint32_t kept = 0;
     for (size_t i = 0; i < patches->patches.count; i++) {
         kept_patch const patch = patches->patches.data[i];
         if (patch.triangle_count == 0) continue;
-        memcpy(patches->growth.queue + at, patches->triangles.data + patch.triangle_begin,
-               patch.triangle_count * sizeof(uint32_t));
-        at += patch.triangle_count;
         patches->patches.data[kept++] = patch;
+        const uint32_t *const list = patches->triangles.data + patch.triangle_begin;
+        for (size_t k = 0; k < patch.triangle_count; k++) patches->labels[list[k]] = kept;
     }
-    drop_patches(patches);
-    at = 0;
-    for (size_t i = 0; i < kept && status == TULLE_OK; i++) {
-        kept_patch const patch = patches->patches.data[i];
-        status = append_patch(patches, patches->growth.queue + at, patch.triangle_count, patch.axis,
-                              patch.loop_count > 0);
-        if (status == TULLE_OK) patches->patches.data[i].verdict = patch.verdict;
-        at += patch.triangle_count;
-    }
-    return status;
+    patches->patches.count = kept;
+    patches->version++;
+    patches->has_tasks = false;
+    patches->schedule.dead_triangle_count = 0;
 }
 
-/* ---- the schedule ---- */
+/* ---- a call ---- */
 
-static void spend_credit(patch_schedule *schedule, uint64_t triangles) {
-    schedule->credit -= triangles < schedule->credit ? triangles : schedule->credit;
+/* Large ones are grown again instead: cut about their own axis they lose most of their triangles.
+ */
+static bool is_repairable(kept_patches *patches, const kept_patch *patch) {
+    uint64_t most = patches->topo->triangle_count / LARGE_SHARE;
+    if (most < LARGE_MINIMUM) most = LARGE_MINIMUM;
+    return patch->verdict != PATCH_LEFT &&
+           (patch->triangle_count <= most || patches->rules.keeps_all) &&
+           pay_repair(&patches->schedule, patch->triangle_count);
 }
 
 static tulle_status mend_patches(kept_patches *patches, const growth_input *input,
                                  patch_counts *counts) {
-    patch_schedule *const schedule = &patches->schedule;
     for (uint32_t i = 0; i < patches->patches.count; i++) {
         kept_patch const old = patches->patches.data[i];
         if (old.triangle_count == 0) continue;
@@ -207,9 +240,7 @@ static tulle_status mend_patches(kept_patches *patches, const growth_input *inpu
             counts->kept_count++;
             continue;
         }
-        uint64_t const cost = old.triangle_count / REPAIR_SHARE;
-        if (old.verdict != PATCH_LEFT && schedule->credit >= cost) {
-            spend_credit(schedule, cost);
+        if (is_repairable(patches, &old)) {
             tulle_status const status = repair_patch(patches, input, i, counts);
             if (status != TULLE_OK) return status;
         } else {
@@ -226,24 +257,16 @@ static tulle_status mend_patches(kept_patches *patches, const growth_input *inpu
 
 static tulle_status grow_isolated(kept_patches *patches, const growth_input *input,
                                   patch_counts *counts, bool *has_grown) {
-    patch_schedule *const schedule = &patches->schedule;
     cover const before = measure_cover(patches, input->step->set);
     uint64_t const isolated = before.meeting > before.covered ? before.meeting - before.covered : 0;
-    if (isolated * ISOLATED_SHARE < before.meeting || isolated < input->minimum ||
-        schedule->call_count < schedule->regrow_at || schedule->credit < isolated)
+    if (isolated < input->minimum || !is_growth_due(patches, isolated, before.meeting))
         return TULLE_OK;
     *has_grown = true;
     uint64_t const looked_at = counts->grown_triangle_count;
     tulle_status const status = grow_kept_patches(patches, input, counts);
     if (status != TULLE_OK) return status;
-    spend_credit(schedule, counts->grown_triangle_count - looked_at);
-    uint64_t const gain = measure_cover(patches, input->step->set).covered - before.covered;
-    bool const paid = gain * GAIN_SHARE >= isolated;
-    uint64_t const longer = 2 * schedule->regrow_wait;
-    schedule->regrow_wait = paid                       ? REGROW_WAIT_MIN
-                            : longer > REGROW_WAIT_MAX ? REGROW_WAIT_MAX
-                                                       : longer;
-    schedule->regrow_at = schedule->call_count + schedule->regrow_wait;
+    uint64_t const gained = measure_cover(patches, input->step->set).covered - before.covered;
+    pay_growth(&patches->schedule, counts->grown_triangle_count - looked_at, isolated, gained);
     return TULLE_OK;
 }
 
@@ -264,33 +287,21 @@ static tulle_status grow_first(kept_patches *patches, const growth_input *input,
     patch_schedule *const schedule = &patches->schedule;
     drop_patches(patches);
     schedule->has_grown = 1;
-    schedule->is_off = 0;
-    schedule->regrow_wait = REGROW_WAIT_MIN;
-    schedule->regrow_at = schedule->call_count + REGROW_WAIT_MIN;
+    schedule->grown_at = schedule->call_count;
+    schedule->regrow_at = schedule->regrow_wait = 0;
     tulle_status const status = grow_kept_patches(patches, input, counts);
+    schedule->is_off = 0;
     if (status != TULLE_OK || !input->rules->has_certificate || input->rules->grows_anew)
         return status;
     if (!patches->scratch) release_cones(patches);
     return merge_patches(patches, input, counts);
 }
 
-/* After growth: lets all patches go where they cost more than they save. To check an edge of a
- * boundary again takes about 100 ns, as much as a triangle inside a patch saves the search; to
- * check a triangle takes an eighth. */
-static void switch_off(kept_patches *patches, const surface_set *set) {
-    patch_schedule *const schedule = &patches->schedule;
+/* After growth, before a search has told: whether patches may save more than they cost. To check an
+ * edge of a boundary again costs as much as a triangle inside a patch saves the search. */
+static bool may_pay(const kept_patches *patches, const surface_set *set) {
     cover const now = measure_cover(patches, set);
-    if (now.useful * 100 >= now.meeting * USEFUL_PERCENT + now.rims * 100) {
-        if (schedule->retry_wait > RETRY_WAIT_MIN && now.useful * 2 >= now.meeting)
-            schedule->retry_wait = RETRY_WAIT_MIN;
-        return;
-    }
-    drop_patches(patches);
-    if (!patches->scratch) release_growth(patches);
-    schedule->is_off = 1;
-    schedule->retry_at = schedule->call_count + schedule->retry_wait;
-    schedule->retry_wait =
-        schedule->retry_wait < RETRY_WAIT_MAX / 2 ? 2 * schedule->retry_wait : RETRY_WAIT_MAX;
+    return now.useful * 100 >= now.meeting * USEFUL_PERCENT + now.rims * 100;
 }
 
 static bool rules_are_alike(const patch_rules *a, const patch_rules *b) {
@@ -299,18 +310,10 @@ static bool rules_are_alike(const patch_rules *a, const patch_rules *b) {
            a->keeps_all == b->keeps_all;
 }
 
-static void reset_schedule(kept_patches *patches) {
-    patches->schedule = (patch_schedule){.retry_wait = RETRY_WAIT_MIN};
-}
-
 static tulle_status keep_patches(kept_patches *patches, const growth_input *input,
                                  patch_counts *counts) {
     patch_schedule *const schedule = &patches->schedule;
-    uint64_t const triangle_count = patches->topo->triangle_count;
-    schedule->call_count++;
-    schedule->credit += triangle_count / CREDIT_SHARE + 1;
-    if (schedule->credit > triangle_count || !schedule->has_grown)
-        schedule->credit = triangle_count;
+    judge_last_search(patches, measure_cover(patches, input->step->set).rims);
     if (schedule->is_off && schedule->call_count < schedule->retry_at) return TULLE_OK;
     tulle_status status = TULLE_OK;
     bool has_grown = !schedule->has_grown || schedule->is_off;
@@ -324,13 +327,14 @@ static tulle_status keep_patches(kept_patches *patches, const growth_input *inpu
         if (status == TULLE_OK) status = grow_isolated(patches, input, counts, &has_grown);
     }
     if (status != TULLE_OK) return status;
-    if (input->rules->has_certificate && !input->rules->keeps_all && has_grown)
-        switch_off(patches, input->step->set);
+    if (input->rules->has_certificate && !input->rules->keeps_all && has_grown &&
+        !may_pay(patches, input->step->set))
+        let_patches_go(patches);
     uint64_t const dead = schedule->dead_triangle_count;
     uint64_t const covered = measure_cover(patches, input->step->set).covered;
     bool const compacts =
         dead > COMPACT_TRIANGLE_MIN && dead > (has_grown ? covered / GROWN_DEAD_SHARE : covered);
-    if (compacts) status = compact_patches(patches);
+    if (compacts) compact_patches(patches);
     if (has_grown || compacts) shrink_patches(patches);
     return status;
 }

@@ -64,6 +64,11 @@ void kept_patches_keep_room(kept_patches *patches, arena *scratch);
 tulle_status update_patches(kept_patches *patches, const patch_step *step, const patch_rules *rules,
                             patch_counts *counts);
 
+/* What the search with the present patches came to, for the next update: pairs of leaves that it
+ * visited, and those of them that it would visit in any case without patches. Patches which save
+ * less than they cost are let go at the next call; what they save pays for growth. */
+void kept_patches_tell_search(kept_patches *patches, uint64_t pair_count, uint64_t near_count);
+
 /* Whether all patches in use are certified for this step too; nothing that later calls depend on
  * changes. With has_certificate false only the cones are checked. */
 bool patches_hold(const kept_patches *patches, const patch_step *step, const patch_rules *rules);

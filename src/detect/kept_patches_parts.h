@@ -52,10 +52,26 @@ typedef struct patch_schedule {
     uint64_t call_count;
     uint64_t regrow_at, regrow_wait; /* [calls] */
     uint64_t retry_at, retry_wait;   /* [calls] while switched off */
-    uint64_t credit;                 /* triangles that repairs and growth may look at */
+    uint64_t grown_at;               /* [calls] since when patches are in use */
+    uint64_t credit;                 /* [pairs of leaves] for repairs and growth */
     uint64_t dead_triangle_count;    /* in `triangles`, of labels not used any more */
-    uint32_t is_off, has_grown;
+    /* Pairs of leaves: of the last search and, of those, what any search visits; of the last
+     * search without patches, fading; what patches cost when they were let go. */
+    uint64_t seen_pairs, near_pairs, pairs_without, pairs_with;
+    uint32_t is_off, has_grown, is_told;
 } patch_schedule;
+
+/* patch_schedule.c */
+void reset_schedule(kept_patches *patches);
+/* Begins a call: judges by the last search whether patches in use pay, and lets them go otherwise.
+ * edge_count: of all boundaries. */
+void judge_last_search(kept_patches *patches, uint64_t edge_count);
+/* Patches have been let go: says when they are tried again. */
+void schedule_retry(patch_schedule *schedule);
+bool is_growth_due(const kept_patches *patches, uint64_t isolated, uint64_t meeting);
+bool pay_repair(patch_schedule *schedule, uint64_t triangle_count);
+/* Pays growth and says when the next may be. */
+void pay_growth(patch_schedule *schedule, uint64_t looked_at, uint64_t isolated, uint64_t gained);
 
 /* Scratch of growth; one entry a triangle or a vertex. */
 typedef struct growth_scratch {
@@ -104,6 +120,8 @@ double project_patch(kept_patches *patches, const kept_patch *patch, const patch
 
 /* Leaves no patches. */
 void drop_patches(kept_patches *patches);
+/* Until the next try, and gives back what they took. */
+void let_patches_go(kept_patches *patches);
 
 /* Prepares tasks and scratch after patches have changed. */
 tulle_status prepare_checks(kept_patches *patches, int threads);

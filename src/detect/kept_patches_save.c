@@ -9,7 +9,7 @@
 
 #include <string.h>
 
-static const uint64_t SAVED_MAGIC = 0x3130686374617074; /* "tpatch01" */
+static const uint64_t SAVED_MAGIC = 0x3230686374617074; /* "tpatch02" */
 
 typedef struct saved_header {
     uint64_t magic, triangle_count, vertex_count;
@@ -88,9 +88,8 @@ static bool header_fits(const kept_patches *patches, const saved_header *header,
     return header->max_angle > 0.0 && header->max_angle < 1.5707963267948966 &&
            header->reach >= 0.0 && header->cone <= CONE_PAPER && header->has_certificate <= 1 &&
            header->grows_anew <= 1 && header->keeps_all <= 1 && schedule->call_count > 0 &&
-           schedule->is_off <= 1 && schedule->has_grown <= 1 &&
-           schedule->credit <= triangle_count && schedule->regrow_wait <= UINT32_MAX &&
-           schedule->retry_wait <= UINT32_MAX;
+           schedule->is_off <= 1 && schedule->has_grown <= 1 && schedule->is_told <= 1 &&
+           schedule->regrow_wait <= UINT32_MAX && schedule->retry_wait <= UINT32_MAX;
 }
 
 /* One patch from its record; its triangles are copied for their alignment. */

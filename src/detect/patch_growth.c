@@ -17,8 +17,9 @@
 #include "base/parallel.h"
 
 enum {
-    CONE_CHUNK = 512, /* triangles; some 40 microseconds */
-    LOOKED_AT_MAX = 3 /* triangles that one growth looks at, over all triangles */
+    CONE_CHUNK = 512,  /* triangles; some 40 microseconds */
+    LOOKED_AT_MAX = 3, /* triangles that one growth looks at, over all triangles */
+    YIELD_SHARE = 4    /* one in that many must have found a patch when all might have been */
 };
 
 /* [rad] For the rounding of the limit, and of coordinates far from the origin. */
@@ -247,6 +248,14 @@ static void find_cones(void *context, size_t begin, size_t end, size_t chunk, in
     }
 }
 
+/* Whether growth had better end before all triangles are tried: there is a limit to what it looks
+ * at, and where patches were let go before, hardly one may hold now either. */
+static bool is_futile(const kept_patches *patches, uint64_t looked_at, uint64_t kept) {
+    uint64_t const triangle_count = patches->topo->triangle_count;
+    if (looked_at > LOOKED_AT_MAX * triangle_count) return true;
+    return patches->schedule.is_off && looked_at > triangle_count && kept * YIELD_SHARE < looked_at;
+}
+
 tulle_status grow_kept_patches(kept_patches *patches, const growth_input *input,
                                patch_counts *counts) {
     tulle_status status = reserve_growth(patches);
@@ -256,12 +265,10 @@ tulle_status grow_kept_patches(kept_patches *patches, const growth_input *input,
     size_t const triangle_count = patches->topo->triangle_count;
     cone_run run = {patches, input};
     parallel_for(triangle_count, CONE_CHUNK, input->step->threads, find_cones, &run);
-    uint64_t looked_at = 0;
-    for (uint32_t seed = 0; seed < triangle_count;) {
-        if (!is_free(patches, seed) || looked_at > LOOKED_AT_MAX * (uint64_t)triangle_count) {
-            seed++;
-            continue;
-        }
+    uint64_t looked_at = 0, kept = 0;
+    for (uint32_t seed = 0; seed < triangle_count; seed++) {
+        if (!is_free(patches, seed)) continue;
+        if (is_futile(patches, looked_at, kept)) break;
         if (!ARRAY_RESERVE(patches->heap, &patches->patches, 1)) return TULLE_ERROR_OUT_OF_MEMORY;
         uint32_t const label = (uint32_t)(patches->patches.count + 1);
         normal_cone cone;
@@ -270,6 +277,7 @@ tulle_status grow_kept_patches(kept_patches *patches, const growth_input *input,
         kept_patch patch = {.axis = cone.axis};
         status = settle_patch(patches, input, joined, &patch, label);
         if (status != TULLE_OK) return status;
+        kept += patch.triangle_count;
         if (patch.triangle_count > 0) patches->patches.count++;
     }
     counts->grown_triangle_count += looked_at;

@@ -180,6 +180,17 @@ static void find_neighbours(dealer *deal) {
                     around->begin[v + 1] - around->begin[v]);
 }
 
+/* Those of the highest number of neighbours are not counted. */
+static uint32_t count_near_pairs(const dealer *deal) {
+    uint32_t count = deal->leaf_count;
+    for (uint32_t l = 0; l < deal->leaf_count; l++) {
+        const uint32_t *const neighbours = deal->leaves[l].neighbours;
+        if (neighbours[0] == LEAF_ANY) continue;
+        for (size_t i = 0; i < LEAF_NEIGHBOURS && neighbours[i] != 0; i++) count++;
+    }
+    return count;
+}
+
 /* Lists the records of the corners of each leaf, each once; false when memory is short. */
 static bool list_corners(const dealer *deal) {
     broad_phase *const broad = deal->broad;
@@ -211,7 +222,7 @@ static uint32_t *allocate_unset(memory *heap, size_t count) {
 
 tulle_status assign_even_slots(broad_phase *broad, const surface_set *set, uint32_t surface) {
     const surface_range *const range = &set->surfaces[surface];
-    const surface_tree *const tree = &broad->trees[surface];
+    surface_tree *const tree = &broad->trees[surface];
     memory *const heap = broad->heap;
     size_t const vertices = range->vertex_end - range->vertex_begin;
     size_t const edges = range->edge_end - range->edge_begin;
@@ -232,6 +243,7 @@ tulle_status assign_even_slots(broad_phase *broad, const surface_set *set, uint3
         open_ranges(&deal);
         fill_slots(&deal);
         find_neighbours(&deal);
+        tree->near_pair_count = count_near_pairs(&deal);
         has_room = list_corners(&deal) && mask_leaves(broad, tree) == TULLE_OK;
     }
     memory_release(heap, deal.triangle_leaf, (triangles + 1) * sizeof(uint32_t));

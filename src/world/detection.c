@@ -141,9 +141,11 @@ static tulle_status search_boxes(step_context *context, pair_source *source, con
                                       source->margin, world->threads);
     double const middle = timer_now();
     source->is_straight = broad_phase_is_straight(world->broad);
-    if (status == TULLE_OK) {
-        status = find_pairs(world->broad, &world->set, world->threads, &world->pairs, NULL);
-    }
+    search_counts counts;
+    if (status == TULLE_OK)
+        status = find_pairs(world->broad, &world->set, world->threads, &world->pairs, &counts);
+    if (status == TULLE_OK && world->patches)
+        kept_patches_tell_search(world->patches, counts.leaf_pair_count, counts.near_pair_count);
     arena_release(&world->scratch, mark);
     seconds[STAGE_BUILD_TREES] += middle - start;
     seconds[STAGE_FIND_PAIRS] += timer_now() - middle;

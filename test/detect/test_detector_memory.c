@@ -43,9 +43,9 @@ static void make_triangles(uint32_t side) {
         }
 }
 
-/* A square of 1 m, folded once along the middle, 2 cm apart, with waves that move on with time. */
+/* A square of 1 m, folded once along the middle, 12 cm apart, with waves that move on with time. */
 static void place(uint32_t side, double time, double *positions) {
-    double const bend = 0.01, half = 0.5 * (1.0 - 3.141592653589793 * bend);
+    double const bend = 0.06, half = 0.5 * (1.0 - 3.141592653589793 * bend);
     for (uint32_t i = 0; i < (side + 1) * (side + 1); i++) {
         double const u = (double)(i % (side + 1)) / side, v = (double)(i / (side + 1)) / side;
         double const wave = 0.004 * sin(15.0 * u + 9.0 * v + time);

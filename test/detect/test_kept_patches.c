@@ -117,7 +117,8 @@ static long_run run_long(int threads, int reload_every, bool is_checked) {
     patch_scene scene;
     patch_scene_make(&scene, PATCH_SHEET, 20, &seed);
     kept_patches *patches = create(&scene);
-    patch_rules const rules = make_rules(60.0, false, 0.0);
+    patch_rules rules = make_rules(60.0, false, 0.0);
+    rules.keeps_all = true; /* so that there are some at each step */
     long_run total = {0};
     size_t const bytes = 3 * scene.vertex_count * sizeof(double);
     double *const base = malloc(bytes), *const before = malloc(bytes);
