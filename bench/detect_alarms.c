@@ -52,7 +52,7 @@ static void write_alarm_csv(FILE *csv, const char *name, double factor, int moti
             (unsigned long long)counts->candidates, (unsigned long long)counts->filtered,
             (unsigned long long)counts->tested, (unsigned long long)counts->events);
     for (int s = 0; s < 3 * STAGE_COUNT; s++) fputc(',', csv);
-    fprintf(csv, ",%d,%llu,%llu,%llu,%llu,\n", motion_count, (unsigned long long)counts->coplanar,
+    fprintf(csv, ",%d,%llu,%llu,%llu,%llu,,\n", motion_count, (unsigned long long)counts->coplanar,
             (unsigned long long)counts->touching, (unsigned long long)counts->missed,
             (unsigned long long)counts->false_alarms);
     fflush(csv);

@@ -38,7 +38,9 @@ typedef struct measured_run {
     double first_seconds; /* the first pass, which shapes trees and grows patches */
     size_t bytes_held;    /* by the detector, after the last pass */
     spread times[STAGE_COUNT];
-    double mean_seconds; /* of a pass, where passes are of different steps; else 0 */
+    /* Where passes are of different steps, means of a pass: of all of it, and of its patches and
+     * its search without trees and events; else 0. */
+    double mean_seconds, mean_part_seconds;
 } measured_run;
 
 /* rounds measured passes of each, each after a pass over the step before. */

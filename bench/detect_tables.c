@@ -46,7 +46,7 @@ void write_csv_header(FILE *csv) {
     for (int s = 0; s < STAGE_COUNT; s++)
         fprintf(csv, ",%s_median_ms,%s_min_ms,%s_p90_ms", stage_names[s], stage_names[s],
                 stage_names[s]);
-    fputs(",motions,coplanar_pairs,touching,missed,false_alarms,mean_ms\n", csv);
+    fputs(",motions,coplanar_pairs,touching,missed,false_alarms,mean_ms,mean_part_ms\n", csv);
 }
 
 void write_csv(FILE *csv, const char *table, const detect_input *input, const measured_run *run) {
@@ -67,7 +67,10 @@ void write_csv(FILE *csv, const char *table, const detect_input *input, const me
         fprintf(csv, ",%.4f,%.4f,%.4f", MS * run->times[s].median, MS * run->times[s].least,
                 MS * run->times[s].ninth_decile);
     fputs(",,,,,,", csv); /* columns of false alarms */
-    if (run->mean_seconds > 0.0) fprintf(csv, "%.4f", MS * run->mean_seconds);
+    if (run->mean_seconds > 0.0)
+        fprintf(csv, "%.4f,%.4f", MS * run->mean_seconds, MS * run->mean_part_seconds);
+    else
+        fputc(',', csv);
     fputc('\n', csv);
     fflush(csv);
 }
