@@ -6,7 +6,7 @@
 #include "math/single_kernel.h"
 
 #include <string.h>
-#ifdef __AVX512F__
+#ifdef __AVX2__
 #include <immintrin.h>
 #endif
 
@@ -53,26 +53,51 @@ SINGLE_INLINE float dot(const float *a, const float *b, size_t begin, size_t end
 }
 
 #ifdef __AVX512F__
-/* Sums of the columns of blocks: three times four lanes. */
+/* Products of the six numbers of a block, twice side by side, with those of x that they meet in
+ * the upper triangle, and in the lower one; other lanes are ignored. */
 typedef __m512 column_sums;
-/* The columns of a block, from six numbers; eight are read. */
-SINGLE_INLINE __m512 load_columns(const float *block) {
-    __m512i const places = _mm512_setr_epi32(0, 1, 2, 0, 1, 3, 4, 0, 2, 4, 5, 0, 0, 0, 0, 0);
-    return _mm512_permutexvar_ps(places, _mm512_castps256_ps512(_mm256_loadu_ps(block)));
+/* Six numbers, and two after them. */
+SINGLE_INLINE __m512 load_twice(const float *block) {
+    return _mm512_broadcast_f32x8(_mm256_loadu_ps(block));
 }
-/* The three numbers of x, each four times. */
 SINGLE_INLINE __m512 spread(lanes4 x) {
-    __m512i const places = _mm512_setr_epi32(0, 0, 0, 0, 1, 1, 1, 1, 2, 2, 2, 2, 0, 0, 0, 0);
+    __m512i const places = _mm512_setr_epi32(0, 1, 2, 1, 2, 2, 0, 0, 0, 0, 0, 0, 1, 0, 0, 0);
     return _mm512_permutexvar_ps(places, _mm512_castps128_ps512((__m128)x));
 }
 SINGLE_INLINE column_sums no_sums(void) { return _mm512_setzero_ps(); }
 SINGLE_INLINE column_sums add_columns(column_sums sums, const float *block, lanes4 x) {
-    return _mm512_add_ps(sums, _mm512_mul_ps(load_columns(block), spread(x)));
+    return _mm512_add_ps(sums, _mm512_mul_ps(load_twice(block), spread(x)));
+}
+SINGLE_INLINE lanes4 pick(column_sums sums, int first, int second, int third) {
+    __m512i const places = _mm512_castsi128_si512(_mm_setr_epi32(first, second, third, 0));
+    return (lanes4)_mm512_castps512_ps128(_mm512_permutexvar_ps(places, sums));
 }
 SINGLE_INLINE lanes4 fold(column_sums sums) {
-    lanes4 const second = (lanes4)_mm512_extractf32x4_ps(sums, 1);
-    lanes4 const third = (lanes4)_mm512_extractf32x4_ps(sums, 2);
-    return ((lanes4)_mm512_castps512_ps128(sums) + second) + third;
+    return (pick(sums, 0, 9, 10) + pick(sums, 1, 3, 12)) + pick(sums, 2, 4, 5);
+}
+#elif defined __AVX2__
+typedef struct column_sums {
+    __m256 upper, lower;
+} column_sums;
+SINGLE_INLINE column_sums no_sums(void) {
+    return (column_sums){_mm256_setzero_ps(), _mm256_setzero_ps()};
+}
+SINGLE_INLINE column_sums add_columns(column_sums sums, const float *block, lanes4 x) {
+    __m256i const upper = _mm256_setr_epi32(0, 1, 2, 1, 2, 2, 0, 0);
+    __m256i const lower = _mm256_setr_epi32(0, 0, 0, 0, 1, 0, 0, 0);
+    __m256 const numbers = _mm256_loadu_ps(block), wide = _mm256_castps128_ps256((__m128)x);
+    __m256 const u = _mm256_mul_ps(numbers, _mm256_permutevar8x32_ps(wide, upper));
+    __m256 const l = _mm256_mul_ps(numbers, _mm256_permutevar8x32_ps(wide, lower));
+    return (column_sums){_mm256_add_ps(sums.upper, u), _mm256_add_ps(sums.lower, l)};
+}
+SINGLE_INLINE lanes4 pick(__m256 sums, int first, int second, int third) {
+    __m256i const places = _mm256_setr_epi32(first, second, third, 0, 0, 0, 0, 0);
+    return (lanes4)_mm256_castps256_ps128(_mm256_permutevar8x32_ps(sums, places));
+}
+SINGLE_INLINE lanes4 fold(column_sums sums) {
+    lanes4 const first = (lanes4)_mm256_castps256_ps128(_mm256_blend_ps(sums.upper, sums.lower, 6));
+    lanes4 const second = pick(_mm256_blend_ps(sums.upper, sums.lower, 16), 1, 3, 4);
+    return (first + second) + pick(sums.upper, 2, 4, 5);
 }
 #else
 typedef struct column_sums {
@@ -97,24 +122,25 @@ SINGLE_INLINE lanes4 multiply_block(const float *block, lanes4 x) {
 }
 
 /* The blocks of a row times their columns' numbers. */
-SINGLE_INLINE lanes4 multiply_blocks(const float *values, const uint32_t *columns, uint32_t begin,
-                                     uint32_t end, const float *x) {
+SINGLE_INLINE lanes4 multiply_blocks(const float *values, const uint32_t *columns, size_t count,
+                                     const float *x) {
     column_sums sums = no_sums();
-    for (uint32_t k = begin; k < end; k++)
-        sums =
-            add_columns(sums, values + SINGLE_BLOCK * (size_t)k, load4(x + 3 * (size_t)columns[k]));
+#pragma GCC unroll 4
+    for (size_t k = 0; k < count; k++)
+        sums = add_columns(sums, values + SINGLE_BLOCK * k, load4(x + 3 * (size_t)columns[k]));
     return fold(sums);
 }
 
 /* Even and odd scalars in two sums, so that additions need not wait for one another. */
-SINGLE_INLINE lanes4 multiply_scalars(const float *values, const uint32_t *columns, uint32_t begin,
-                                      uint32_t end, const float *x) {
-    uint32_t k = begin;
+SINGLE_INLINE lanes4 multiply_scalars(const float *values, const uint32_t *columns, size_t count,
+                                      const float *x) {
+    size_t k = 0;
     lanes4 even = {0}, odd = {0};
 #ifdef __AVX512F__
+    __m256i const places = _mm256_setr_epi32(0, 0, 0, 0, 1, 1, 1, 1);
     __m256 both = _mm256_setzero_ps();
-    for (; k + 2 <= end; k += 2) {
-        __m256i const places = _mm256_setr_epi32(0, 0, 0, 0, 1, 1, 1, 1);
+#pragma GCC unroll 4
+    for (; k + 2 <= count; k += 2) {
         __m256 const first = _mm256_castps128_ps256(_mm_loadu_ps(x + 3 * (size_t)columns[k]));
         __m256 const entries =
             _mm256_insertf128_ps(first, _mm_loadu_ps(x + 3 * (size_t)columns[k + 1]), 1);
@@ -125,12 +151,13 @@ SINGLE_INLINE lanes4 multiply_scalars(const float *values, const uint32_t *colum
     even = (lanes4)_mm256_castps256_ps128(both);
     odd = (lanes4)_mm256_extractf128_ps(both, 1);
 #else
-    for (; k + 2 <= end; k += 2) {
+#pragma GCC unroll 2
+    for (; k + 2 <= count; k += 2) {
         even += load4(x + 3 * (size_t)columns[k]) * values[k];
         odd += load4(x + 3 * (size_t)columns[k + 1]) * values[k + 1];
     }
 #endif
-    if (k < end) even += load4(x + 3 * (size_t)columns[k]) * values[k];
+    if (k < count) even += load4(x + 3 * (size_t)columns[k]) * values[k];
     return even + odd;
 }
 
@@ -141,10 +168,11 @@ float TULLE_KERNEL(single_multiply)(const single_matrix *matrix, const single_ve
     const single_matrix m = *matrix;
     lanes4 sum = {0};
     for (size_t row = begin; row < end; row++) {
-        lanes4 const y =
-            multiply_blocks(m.values, m.columns, m.row_begin[row], m.row_begin[row + 1], x) +
-            multiply_scalars(m.scalar_values, m.scalar_columns, m.scalar_begin[row],
-                             m.scalar_begin[row + 1], x);
+        size_t const block = m.row_begin[row], scalar = m.scalar_begin[row];
+        lanes4 const y = multiply_blocks(m.values + SINGLE_BLOCK * block, m.columns + block,
+                                         m.row_begin[row + 1] - block, x) +
+                         multiply_scalars(m.scalar_values + scalar, m.scalar_columns + scalar,
+                                          m.scalar_begin[row + 1] - scalar, x);
         sum += y * load4(x + 3 * row);
         if (row + 1 < end)
             store4(product + 3 * row, y); /* the next row puts its first number right */
