@@ -122,8 +122,9 @@ static bool make_coarse_graph(memory *heap, const member_graph *graph, const agg
 static bool allocate_numbers(memory *heap, aggregate_level *level) {
     level->matrix_blocks = memory_allocate_zeroed(heap, 9 * level->count, sizeof(double));
     level->blocks = memory_allocate_zeroed(heap, 9 * level->count, sizeof(double));
-    level->inverse = memory_allocate_zeroed(heap, 9 * level->count, sizeof(float));
-    level->residual = memory_allocate_zeroed(heap, 3 * level->count, sizeof(float));
+    level->inverse = memory_allocate_zeroed(heap, 9 * level->count + SINGLE_PADDING, sizeof(float));
+    level->residual =
+        memory_allocate_zeroed(heap, 3 * level->count + SINGLE_PADDING, sizeof(float));
     level->correction =
         memory_allocate_zeroed(heap, 3 * level->count + SINGLE_PADDING, sizeof(float));
     return level->matrix_blocks && level->blocks && level->inverse && level->residual &&
@@ -136,8 +137,8 @@ static void release_level(memory *heap, aggregate_level *level) {
     memory_release(heap, level->members, level->member_count * sizeof(uint32_t));
     memory_release(heap, level->matrix_blocks, 9 * level->count * sizeof(double));
     memory_release(heap, level->blocks, 9 * level->count * sizeof(double));
-    memory_release(heap, level->inverse, 9 * level->count * sizeof(float));
-    memory_release(heap, level->residual, 3 * level->count * sizeof(float));
+    memory_release(heap, level->inverse, (9 * level->count + SINGLE_PADDING) * sizeof(float));
+    memory_release(heap, level->residual, (3 * level->count + SINGLE_PADDING) * sizeof(float));
     memory_release(heap, level->correction, (3 * level->count + SINGLE_PADDING) * sizeof(float));
 }
 

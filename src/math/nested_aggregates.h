@@ -21,8 +21,8 @@ typedef struct aggregate_level {
     uint32_t *members;      /* member_count, ascending in an aggregate */
     double *matrix_blocks;  /* 9 * count: G of the matrix without terms */
     double *blocks;         /* 9 * count: G */
-    float *inverse;         /* 9 * count of G^-1 */
-    float *residual;        /* 3 * count: P^T r */
+    float *inverse;         /* 9 * count of G^-1, and padding */
+    float *residual;        /* 3 * count: P^T r, and padding */
     float *correction;      /* 3 * count and padding: at last, of all levels from this one up */
 } aggregate_level;
 
@@ -48,8 +48,8 @@ void nested_aggregates_set_terms(nested_aggregates *aggregates, const matrix_ter
                                  size_t count, int threads);
 
 /* The correction sum P_l G_l^-1 P_l^T r as values of the first level's aggregates (levels[0]
- * .correction), for r of 3 * vertex_count floats; returns r . correction. The same bits for any
- * number of threads. */
+ * .correction), for r of 3 * vertex_count floats and one more; returns r . correction. The same
+ * bits for any number of threads. */
 double nested_aggregates_correct(nested_aggregates *aggregates, const float *r, int threads);
 
 #endif

@@ -159,26 +159,42 @@ typedef struct correct_task {
     const float *below; /* residual of the level below */
 } correct_task;
 
+typedef float lanes4 __attribute__((vector_size(16)));
+
+/* Three numbers and the one after them, which is ignored. */
+static inline lanes4 load4(const float *from) {
+    lanes4 a;
+    memcpy(&a, from, sizeof a);
+    return a;
+}
+
+/* Sum of r over the members of aggregate a. */
+static lanes4 sum_residual(const correct_task *task, size_t a) {
+    const aggregate_level *const level = task->level;
+    const uint32_t *const members = level->members;
+    const uint8_t *const is_fixed = task->level == task->all->levels ? task->all->is_fixed : NULL;
+    lanes4 sum = {0.0F, 0.0F, 0.0F, 0.0F};
+    for (size_t i = level->member_begin[a]; i < level->member_begin[a + 1]; i++) {
+        if (is_fixed && is_fixed[members[i]]) continue;
+        sum += load4(task->below + 3 * (size_t)members[i]);
+    }
+    return sum;
+}
+
 /* Residual and own correction of a level's aggregates; sums their dots. */
 static void restrict_chunk(void *context, size_t begin, size_t end, size_t chunk, int worker) {
     (void)worker;
     const correct_task *const task = context;
     const aggregate_level *const level = task->level;
-    const uint8_t *const is_fixed = task->level == task->all->levels ? task->all->is_fixed : NULL;
     double dot = 0.0;
     for (size_t a = begin; a < end; a++) {
-        float r[3] = {0.0F, 0.0F, 0.0F};
-        for (uint32_t i = level->member_begin[a]; i < level->member_begin[a + 1]; i++) {
-            const float *const from = task->below + 3 * (size_t)level->members[i];
-            if (is_fixed && is_fixed[level->members[i]]) continue;
-            for (size_t k = 0; k < 3; k++) r[k] += from[k];
-        }
+        lanes4 const r = sum_residual(task, a);
         const float *const m = level->inverse + 9 * a;
+        lanes4 const z = (load4(m) * r[0] + load4(m + 3) * r[1]) + load4(m + 6) * r[2];
         for (size_t k = 0; k < 3; k++) {
-            float const z = m[k] * r[0] + m[3 + k] * r[1] + m[6 + k] * r[2];
             level->residual[3 * a + k] = r[k];
-            level->correction[3 * a + k] = z;
-            dot += (double)r[k] * (double)z;
+            level->correction[3 * a + k] = z[k];
+            dot += (double)r[k] * (double)z[k];
         }
     }
     task->all->partials[chunk] = dot;
