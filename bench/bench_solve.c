@@ -107,7 +107,7 @@ static bench_cloth *make_cloth(size_t side, int threads) {
           "the forces");
     const block_matrix *const matrix = &cloth->system.matrix;
     cloth->diagonal = room(9 * cloth->vertex_count, sizeof(double));
-    block_matrix_get_diagonal(matrix, cloth->diagonal);
+    block_matrix_get_diagonal(matrix, cloth->diagonal, 2);
     check(single_system_make(matrix, NULL, 0, threads, &cloth->scratch, &cloth->single),
           "the copy");
     cloth->aggregates = nested_aggregates_build(&cloth->heap, matrix);

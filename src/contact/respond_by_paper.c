@@ -188,7 +188,7 @@ static tulle_status solve_system(paper_work *work) {
     double *const right_hand_side = ARENA_NEW(scene->scratch, double, 3 * count);
     double *const diagonal = ARENA_NEW(scene->scratch, double, 9 * count);
     if (!right_hand_side || !diagonal) return TULLE_ERROR_OUT_OF_MEMORY;
-    block_matrix_get_diagonal(system->matrix, diagonal);
+    block_matrix_get_diagonal(system->matrix, diagonal, scene->threads);
     for (size_t i = 0; i < 3 * count; i++)
         right_hand_side[i] = system->right_hand_side[i] + work->impulses[i];
     for (size_t i = 0; i < count; i++) {

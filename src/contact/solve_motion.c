@@ -69,7 +69,7 @@ static bool allocate_solve(motion_solve *solve) {
     if (!solve->stages.residual || !solve->sums || !solve->right_hand_side || !solve->diagonal ||
         !solve->is_fixed || !solve->hard_rows)
         return false;
-    block_matrix_get_diagonal(solve->system->matrix, solve->diagonal);
+    block_matrix_get_diagonal(solve->system->matrix, solve->diagonal, solve->scene->threads);
     for (size_t i = 0; i < cloth_count; i++)
         solve->is_fixed[i] = !(solve->scene->inverse_mass[i] > 0.0);
     for (size_t i = cloth_count; i < count; i++)
@@ -114,7 +114,7 @@ static void add_hard_row(motion_solve *solve, contact_row *row) {
 static void prepare_round(motion_solve *solve) {
     size_t const count = solve->scene->cloth_vertex_count;
     memcpy(solve->right_hand_side, solve->system->right_hand_side, 3 * count * sizeof(double));
-    block_matrix_get_diagonal(solve->system->matrix, solve->diagonal);
+    block_matrix_get_diagonal(solve->system->matrix, solve->diagonal, solve->scene->threads);
     fill_body_system(solve->scene, solve->right_hand_side, solve->diagonal);
     solve->hard_count = 0;
     for (size_t i = 0; i < solve->list->rows.count; i++) {

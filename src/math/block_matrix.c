@@ -107,11 +107,23 @@ void block_matrix_multiply(const block_matrix *matrix, const double *x, double *
     parallel_for(matrix->row_count, ROWS_PER_CHUNK, threads, multiply_rows, &task);
 }
 
-void block_matrix_get_diagonal(const block_matrix *matrix, double *diagonal) {
-    for (size_t row = 0; row < matrix->row_count; row++) {
+typedef struct diagonal_task {
+    const block_matrix *matrix;
+    double *diagonal;
+} diagonal_task;
+
+static void copy_diagonal(void *context, size_t begin, size_t end, size_t chunk, int worker) {
+    (void)chunk, (void)worker;
+    const diagonal_task *const task = context;
+    for (size_t row = begin; row < end; row++) {
         const double *const m =
-            matrix->values + BLOCK_NUMBERS * (size_t)matrix->diagonal_positions[row];
+            task->matrix->values + BLOCK_NUMBERS * (size_t)task->matrix->diagonal_positions[row];
         double const full[9] = {m[0], m[1], m[2], m[1], m[3], m[4], m[2], m[4], m[5]};
-        memcpy(diagonal + 9 * row, full, sizeof full);
+        memcpy(task->diagonal + 9 * row, full, sizeof full);
     }
+}
+
+void block_matrix_get_diagonal(const block_matrix *matrix, double *diagonal, int threads) {
+    diagonal_task task = {matrix, diagonal};
+    parallel_for(matrix->row_count, ROWS_PER_CHUNK, threads, copy_diagonal, &task);
 }

@@ -56,6 +56,6 @@ void block_matrix_multiply(const block_matrix *matrix, const double *x, double *
                            int threads);
 
 /* The diagonal blocks in full, 9 * row_count doubles. */
-void block_matrix_get_diagonal(const block_matrix *matrix, double *diagonal);
+void block_matrix_get_diagonal(const block_matrix *matrix, double *diagonal, int threads);
 
 #endif

@@ -103,7 +103,7 @@ static inline void fixture_assemble(fixture *f, tulle_integrator integrator, dou
 
 /* The diagonal blocks of the system as assembled. */
 static inline void fixture_find_diagonal(fixture *f) {
-    block_matrix_get_diagonal(&f->system.matrix, f->diagonal);
+    block_matrix_get_diagonal(&f->system.matrix, f->diagonal, 2);
 }
 
 /* Solves the system as assembled, from the guess x; fixed vertices keep theirs. */

@@ -82,7 +82,7 @@ static void check_part(const grid *part, tulle_material material, const double *
     assert_memory_equal(f->system.forces, together->forces + 3 * first, bytes);
     assert_memory_equal(f->system.right_hand_side, together->right_hand_side + 3 * first, bytes);
     double *const diagonals = malloc(9 * together->vertex_count * sizeof(double));
-    block_matrix_get_diagonal(&together->matrix, diagonals);
+    block_matrix_get_diagonal(&together->matrix, diagonals, 2);
     fixture_find_diagonal(f);
     assert_memory_equal(f->diagonal, diagonals + 9 * first, 3 * bytes);
     free(diagonals);

@@ -112,7 +112,7 @@ static void product_equals_dense_product(void **state) {
         assert_true(fabs(sum - y[i]) < 1e-13);
     }
     double diagonal[9 * VERTICES];
-    block_matrix_get_diagonal(&r.matrix, diagonal);
+    block_matrix_get_diagonal(&r.matrix, diagonal, 2);
     for (size_t v = 0; v < VERTICES; v++)
         for (size_t i = 0; i < 3; i++)
             for (size_t j = 0; j < 3; j++)
@@ -143,7 +143,7 @@ static conjugate_gradients_result solve(solve_input in, double *x) {
     memory heap = memory_default();
     arena scratch = arena_make(&heap);
     double *const diagonal = malloc(9 * in.matrix->row_count * sizeof(double));
-    block_matrix_get_diagonal(in.matrix, diagonal);
+    block_matrix_get_diagonal(in.matrix, diagonal, 2);
     operator_context context = {in.matrix, in.threads};
     conjugate_gradients_problem const problem = {.vertex_count = in.matrix->row_count,
                                                  .apply = apply,
@@ -319,7 +319,7 @@ static void failing_memory_is_reported(void **state) {
     memory heap = memory_make((tulle_allocator){.byte_limit = 1000});
     arena scratch = arena_make(&heap);
     double b[ENTRIES] = {1.0}, x[ENTRIES] = {0.5}, diagonal[9 * VERTICES];
-    block_matrix_get_diagonal(&r.matrix, diagonal);
+    block_matrix_get_diagonal(&r.matrix, diagonal, 2);
     operator_context context = {&r.matrix, 1};
     conjugate_gradients_problem const problem = {.vertex_count = VERTICES,
                                                  .apply = apply,

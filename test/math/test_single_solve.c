@@ -28,7 +28,7 @@ static conjugate_gradients_problem make_problem(solve_context *context, const do
                                                 double *diagonal, double tolerance,
                                                 int max_iterations) {
     const block_matrix *const matrix = &context->system->matrix;
-    block_matrix_get_diagonal(matrix, diagonal);
+    block_matrix_get_diagonal(matrix, diagonal, 2);
     for (size_t v = 0; v < matrix->row_count; v++)
         for (uint32_t k = matrix->scalar_begin[v]; k < matrix->scalar_begin[v + 1]; k++)
             for (size_t i = 0; i < 9 && matrix->scalar_columns[k] == v; i += 4)
