@@ -19,12 +19,12 @@
 #include "contact/contact_types.h"
 
 typedef struct pair_source {
-    const pair_list *pairs;
-    const double *bounds; /* [m] 3 * vertex_count, x1 that the pairs were found for */
-    bool is_straight;     /* pairs that the paths to `bounds` keep apart were left out; set by renew
-                             and adapt */
-    double margin;        /* [m] > xi, that the pairs were found with; at least the largest
-                             separation_distance for stage 2 */
+    const pair_list *pairs; /* in any order */
+    const double *bounds;   /* [m] 3 * vertex_count, x1 that the pairs were found for */
+    bool is_straight; /* pairs that the paths to `bounds` keep apart were left out; set by renew
+                         and adapt */
+    double margin;    /* [m] > xi, that the pairs were found with; at least the largest
+                         separation_distance for stage 2 */
     /* Those that start near; null: not known. Set by stage 2; renew and adapt, where they change
      * the pairs, reset it. */
     const near_pair_list *near_pairs;

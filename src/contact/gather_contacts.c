@@ -33,16 +33,6 @@ typedef struct gathering {
     size_t vertex_event_count; /* they come before those of edges */
 } gathering;
 
-static bool may_touch(const void *context, feature_kind kind, feature_pair pair) {
-    const gathering *const work = context;
-    uint32_t vertices[4];
-    vec3 start[4], end[4];
-    feature_pair_vertices(work->scene->set->topo, kind, pair, vertices);
-    load_points(work->scene->x0, vertices, start);
-    load_points(work->predicted, vertices, end);
-    return !middles_separate(kind, start, end, work->largest_separation, work->largest_contact);
-}
-
 /* Time 0 for a pair that is near now, else when the path first comes within the contact distance.
  */
 static scan_verdict measure_touch(const void *context, pair_event *event) {
@@ -187,7 +177,12 @@ static tulle_status fill_rows(gathering *work, pair_source *source, row_list *li
     const contact_scene *const scene = work->scene;
     contact_times unused, *const times = scene->times ? scene->times : &unused;
     unused = (contact_times){0};
-    pair_scan const scan = {may_touch, measure_touch, work, true};
+    pair_scan const scan = {.x1 = work->predicted,
+                            .at_start = work->largest_separation,
+                            .at_end = work->largest_contact,
+                            .measure = measure_touch,
+                            .context = work,
+                            .notes_near_pairs = true};
     pair_events found;
     double start = timer_now();
     tulle_status status = scan_pairs(scene, source->pairs, &scan, &found);

@@ -73,7 +73,7 @@ tulle_status pick_pairs(const contact_scene *scene, const pair_source *source, c
 
 /* No pair that is further apart than the nearest of now will be then. */
 tulle_status pick_pairs_for_nearest(const contact_scene *scene, const pair_source *source,
-                                    const double *x1, pair_list *picked) {
+                                    const double *x1, double *limit, pair_list *picked) {
     const near_pair_list *const list = source->near_pairs;
     *picked = *source->pairs;
     if (!list || list->pairs.count == 0) return TULLE_OK;
@@ -83,5 +83,6 @@ tulle_status pick_pairs_for_nearest(const contact_scene *scene, const pair_sourc
     feature_pair_vertices(scene->set->topo, nearest->kind, nearest->pair, vertices);
     load_points(x1, vertices, points);
     double const distance = sqrt(closest_of_pair(nearest->kind, points).distance2);
+    *limit = fmin(*limit, nextafter(distance, (double)INFINITY));
     return pick_pairs(scene, source, x1, distance, picked);
 }

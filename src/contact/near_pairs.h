@@ -16,8 +16,9 @@ void near_pair_list_destroy(near_pair_list *list, memory *heap);
 tulle_status pick_pairs(const contact_scene *scene, const pair_source *source, const double *x1,
                         double limit, pair_list *picked);
 
-/* Those that may be the nearest pair at x1. */
+/* Those that may be the nearest pair at x1. *limit [m] becomes a smaller one where a pair among
+ * them, which is not ignored, is known to be under it. */
 tulle_status pick_pairs_for_nearest(const contact_scene *scene, const pair_source *source,
-                                    const double *x1, pair_list *picked);
+                                    const double *x1, double *limit, pair_list *picked);
 
 #endif

@@ -1,5 +1,5 @@
-/* contact/pair_rules.h - which distances hold for a pair, which pairs are ignored, and the cheapest
- * proof that a pair stays apart. */
+/* contact/pair_rules.h - which distances hold for a pair, which pairs are ignored, and a cheap
+ * proof that a pair is apart. */
 #ifndef TULLE_CONTACT_PAIR_RULES_H
 #define TULLE_CONTACT_PAIR_RULES_H
 
@@ -29,13 +29,6 @@ static inline void load_points(const double *positions, const uint32_t vertices[
     for (int k = 0; k < 4; k++) points[k] = vec3_load(positions, vertices[k]);
 }
 
-/* The vector from the middle of the second feature to the middle of the first. */
-static inline vec3 middle_direction(feature_kind kind, const vec3 p[4]) {
-    if (kind == FEATURE_VERTEX_TRIANGLE)
-        return vec3_add_scaled(p[0], vec3_add(vec3_add(p[1], p[2]), p[3]), -1.0 / 3.0);
-    return vec3_scale(vec3_sub(vec3_add(p[0], p[1]), vec3_add(p[2], p[3])), 0.5);
-}
-
 /* Smallest extent along `direction` of the first feature less the largest of the second. */
 static inline double corner_gap(feature_kind kind, vec3 direction, const vec3 p[4]) {
     double const a = vec3_dot(direction, p[0]), b = vec3_dot(direction, p[1]);
@@ -45,21 +38,9 @@ static inline double corner_gap(feature_kind kind, vec3 direction, const vec3 p[
     return (a < b ? a : b) - later;
 }
 
-/* True when the direction between the middles proves that the pair is further apart than at_start
- * at t = 0 and, if at_end <= at_start, than at_end for all t: gaps between corners along a fixed
- * direction are linear in t. Distances [m] include the rounding slack. */
-static inline bool middles_separate(feature_kind kind, const vec3 start[4], const vec3 end[4],
-                                    double at_start, double at_end) {
-    vec3 const direction = middle_direction(kind, start);
-    double const norm2 = vec3_norm2(direction);
-    double const gap0 = corner_gap(kind, direction, start);
-    if (!(gap0 > 0.0) || !(gap0 * gap0 > at_start * at_start * norm2)) return false;
-    double const gap1 = corner_gap(kind, direction, end);
-    return gap1 > 0.0 && gap1 * gap1 > at_end * at_end * norm2;
-}
-
-/* The same for the normal that both features have in common: no two points of theirs are nearer
- * than it tells, which is all of the distance where they lie flat on one another. */
+/* True when the normal that both features have in common proves that they are further apart than
+ * `distance` [m], which includes the rounding slack: no two points of theirs are nearer than it
+ * tells, which is all of the distance where they lie flat on one another. */
 static inline bool common_normal_separates(feature_kind kind, const vec3 points[4],
                                            double distance) {
     bool const is_vertex = kind == FEATURE_VERTEX_TRIANGLE;

@@ -1,14 +1,17 @@
-/* contact/pair_scan.c - see pair_scan.h. The filter runs over fixed chunks; each notes its
- * survivors in its own part of one index array. The survivors, moved together, go through the full
- * test; what passes is moved together again. */
+/* contact/pair_scan.c - see pair_scan.h. The cheap test runs over fixed chunks; each copies its
+ * survivors to its own part of one array. The survivors, moved together and sorted, go through the
+ * full test; what passes is moved together again. */
 #include "contact/pair_scan.h"
 
 #include "base/parallel.h"
+#include "contact/pair_filter.h"
+#include "contact/sort_pairs.h"
 
 #include <string.h>
 
 enum {
-    FILTER_CHUNK = 2048, /* pairs; some 40 microseconds */
+    FILTER_CHUNK = 4096, /* pairs; some 30 microseconds */
+    FILTER_PART = 512,   /* of these, picked at a time */
     MEASURE_CHUNK = 64   /* pairs; some 20 to 50 microseconds */
 };
 /* Times of pairs that are dropped. */
@@ -17,33 +20,56 @@ enum {
 #define DROPPED_NEAR (-3.0)
 
 typedef struct scan_work {
-    const pair_list *pairs;
     const pair_scan *scan;
-    uint32_t *survivors; /* indices over vertex/triangle, then edge/edge pairs */
-    uint32_t *survivor_counts;
+    pair_filter filter;
+    feature_kind kind;          /* being filtered */
+    const feature_pair *pairs;  /* of that kind */
+    feature_pair *kept;         /* FILTER_CHUNK for each chunk */
+    uint32_t *kept_counts;      /* of each chunk */
+    feature_pair *survivors[2]; /* by feature_kind, sorted */
+    size_t survivor_counts[2];
     pair_event *events;
     stop_poll *stop;
 } scan_work;
 
-static feature_pair get_pair(const pair_list *pairs, size_t index, feature_kind *kind) {
-    size_t const vertex_count = pairs->vertex_triangle.count;
-    *kind = index < vertex_count ? FEATURE_VERTEX_TRIANGLE : FEATURE_EDGE_EDGE;
-    return index < vertex_count ? pairs->vertex_triangle.data[index]
-                                : pairs->edge_edge.data[index - vertex_count];
+/* Copies the pairs of which a vertex has changed; returns how many. */
+static size_t pick_changed(const scan_work *work, const feature_pair *pairs, size_t count,
+                           feature_pair *picked) {
+    const bool *const changed = work->scan->has_changed;
+    size_t picked_count = 0;
+    for (size_t i = 0; i < count; i++) {
+        uint32_t v[4];
+        feature_pair_vertices(work->filter.topo, work->kind, pairs[i], v);
+        picked[picked_count] = pairs[i];
+        picked_count += changed[v[0]] | changed[v[1]] | changed[v[2]] | changed[v[3]];
+    }
+    return picked_count;
 }
 
 static void filter_chunk(void *context, size_t begin, size_t end, size_t chunk, int worker) {
     scan_work *const work = context;
-    uint32_t count = 0;
-    work->survivor_counts[chunk] = 0;
+    feature_pair *const kept = work->kept + chunk * FILTER_CHUNK;
+    size_t kept_count = 0;
+    work->kept_counts[chunk] = 0;
     if (stop_is_wanted_by(work->stop, worker)) return;
-    for (size_t i = begin; i < end; i++) {
-        feature_kind kind;
-        feature_pair const pair = get_pair(work->pairs, i, &kind);
-        if (work->scan->filter(work->scan->context, kind, pair))
-            work->survivors[begin + count++] = (uint32_t)i;
+    for (size_t i = begin; i < end; i += FILTER_PART) {
+        const feature_pair *part = work->pairs + i;
+        size_t count = end - i < FILTER_PART ? end - i : FILTER_PART;
+        feature_pair picked[FILTER_PART];
+        if (work->scan->has_changed) {
+            count = pick_changed(work, part, count, picked);
+            part = picked;
+        }
+        kept_count += TULLE_PICK_KERNEL(filter_pairs)(&work->filter, work->kind, part, count,
+                                                      kept + kept_count);
     }
-    work->survivor_counts[chunk] = count;
+    work->kept_counts[chunk] = (uint32_t)kept_count;
+}
+
+static feature_pair get_survivor(const scan_work *work, size_t index, feature_kind *kind) {
+    size_t const vertex_count = work->survivor_counts[FEATURE_VERTEX_TRIANGLE];
+    *kind = index < vertex_count ? FEATURE_VERTEX_TRIANGLE : FEATURE_EDGE_EDGE;
+    return work->survivors[*kind][index < vertex_count ? index : index - vertex_count];
 }
 
 static void measure_chunk(void *context, size_t begin, size_t end, size_t chunk, int worker) {
@@ -52,7 +78,7 @@ static void measure_chunk(void *context, size_t begin, size_t end, size_t chunk,
     if (stop_is_wanted_by(work->stop, worker)) return;
     for (size_t i = begin; i < end; i++) {
         pair_event *const event = &work->events[i];
-        event->pair = get_pair(work->pairs, work->survivors[i], &event->kind);
+        event->pair = get_survivor(work, i, &event->kind);
         scan_verdict const verdict = work->scan->measure(work->scan->context, event);
         if (verdict == SCAN_DROP) event->time = DROPPED;
         if (verdict == SCAN_DROP_TURNING) event->time = DROPPED_TURNING;
@@ -60,14 +86,48 @@ static void measure_chunk(void *context, size_t begin, size_t end, size_t chunk,
     }
 }
 
-static size_t compact_survivors(scan_work *work, size_t pair_count) {
+/* Moves together what the chunks kept; returns how many. */
+static size_t join_chunks(const scan_work *work, size_t chunk_count) {
     size_t count = 0;
-    for (size_t chunk = 0; chunk < parallel_chunk_count(pair_count, FILTER_CHUNK); chunk++) {
-        memmove(work->survivors + count, work->survivors + chunk * FILTER_CHUNK,
-                work->survivor_counts[chunk] * sizeof *work->survivors);
-        count += work->survivor_counts[chunk];
+    for (size_t chunk = 0; chunk < chunk_count; chunk++) {
+        memmove(work->kept + count, work->kept + chunk * FILTER_CHUNK,
+                work->kept_counts[chunk] * sizeof *work->kept);
+        count += work->kept_counts[chunk];
     }
     return count;
+}
+
+/* Survivors of one kind, sorted. */
+static tulle_status filter_kind(const contact_scene *scene, scan_work *work, feature_kind kind,
+                                size_t pair_count) {
+    size_t const chunk_count = parallel_chunk_count(pair_count, FILTER_CHUNK);
+    work->kind = kind;
+    work->kept = ARENA_NEW(scene->scratch, feature_pair, chunk_count * FILTER_CHUNK);
+    work->kept_counts = ARENA_NEW(scene->scratch, uint32_t, chunk_count);
+    if (!work->kept || !work->kept_counts) return TULLE_ERROR_OUT_OF_MEMORY;
+    parallel_for(pair_count, FILTER_CHUNK, scene->threads, filter_chunk, work);
+    size_t const count = join_chunks(work, chunk_count);
+    work->survivors[kind] = work->kept;
+    work->survivor_counts[kind] = count;
+    return sort_pairs(scene->scratch, scene->threads, work->kept, count,
+                      kind == FEATURE_VERTEX_TRIANGLE ? scene->vertex_count
+                                                      : scene->set->topo->edge_count);
+}
+
+static tulle_status filter_all(const contact_scene *scene, const pair_list *pairs,
+                               scan_work *work) {
+    const pair_scan *const scan = work->scan;
+    work->filter = (pair_filter){scene->set->topo, make_records(scene, scene->x0, scan->x1),
+                                 scan->at_start, scan->at_end};
+    if (!work->filter.records) return TULLE_ERROR_OUT_OF_MEMORY;
+    tulle_status status = TULLE_OK;
+    for (int kind = 0; kind < 2 && status == TULLE_OK; kind++) {
+        bool const is_edge_edge = kind == FEATURE_EDGE_EDGE;
+        work->pairs = is_edge_edge ? pairs->edge_edge.data : pairs->vertex_triangle.data;
+        status = filter_kind(scene, work, (feature_kind)kind,
+                             is_edge_edge ? pairs->edge_edge.count : pairs->vertex_triangle.count);
+    }
+    return status;
 }
 
 /* Keeps the events, and copies what is near. */
@@ -87,15 +147,12 @@ static void compact_events(pair_event *near_pairs, pair_events *result) {
 tulle_status scan_pairs(const contact_scene *scene, const pair_list *pairs, const pair_scan *scan,
                         pair_events *result) {
     size_t const pair_count = pairs->vertex_triangle.count + pairs->edge_edge.count;
-    scan_work work = {.pairs = pairs, .scan = scan, .stop = scene->stop};
+    scan_work work = {.scan = scan, .stop = scene->stop};
     *result = (pair_events){0};
     if (pair_count >= UINT32_MAX) return TULLE_ERROR_LIMIT;
-    work.survivors = ARENA_NEW(scene->scratch, uint32_t, pair_count);
-    work.survivor_counts =
-        ARENA_NEW(scene->scratch, uint32_t, parallel_chunk_count(pair_count, FILTER_CHUNK));
-    if (!work.survivors || !work.survivor_counts) return TULLE_ERROR_OUT_OF_MEMORY;
-    parallel_for(pair_count, FILTER_CHUNK, scene->threads, filter_chunk, &work);
-    size_t const survivor_count = compact_survivors(&work, pair_count);
+    tulle_status const status = filter_all(scene, pairs, &work);
+    if (status != TULLE_OK) return status;
+    size_t const survivor_count = work.survivor_counts[0] + work.survivor_counts[1];
     work.events = ARENA_NEW(scene->scratch, pair_event, survivor_count);
     pair_event *const near_pairs =
         scan->notes_near_pairs ? ARENA_NEW(scene->scratch, pair_event, survivor_count) : NULL;

@@ -13,8 +13,6 @@ typedef struct pair_event {
     double distance; /* [m] at the start; only where the test sets it */
 } pair_event;
 
-/* Cheap test: false drops the pair. Runs on several threads. */
-typedef bool (*pair_filter)(const void *context, feature_kind kind, feature_pair pair);
 typedef enum scan_verdict {
     SCAN_DROP,
     SCAN_DROP_TURNING, /* dropped, and counted: proven apart by a plane that turns with the pair */
@@ -25,24 +23,30 @@ typedef enum scan_verdict {
  * near pair. Runs on several threads. */
 typedef scan_verdict (*pair_measure)(const void *context, pair_event *event);
 
+/* The cheap test drops pairs that the direction between their middles keeps further apart than
+ * at_start at the start and than at_end along x0 -> x1 (pair_filter.h). */
 typedef struct pair_scan {
-    pair_filter filter;
+    const double *x1;        /* [m] 3 * vertex_count */
+    double at_start, at_end; /* [m] with rounding slack */
+    const bool *has_changed; /* vertex_count; pairs none of whose vertices has a mark are dropped;
+                                null: none is */
     pair_measure measure;
-    const void *context;
+    const void *context; /* of measure */
     bool notes_near_pairs;
 } pair_scan;
 
 typedef struct pair_events {
-    pair_event *events; /* in scratch; in the order of the list, vertex/triangle first */
+    pair_event *events; /* in scratch; by (kind, first, second) */
     size_t count;
-    uint64_t measured_count;      /* pairs that passed the filter */
+    uint64_t measured_count;      /* pairs that passed the cheap test */
     uint64_t turning_count;       /* of these SCAN_DROP_TURNING */
     const pair_event *near_pairs; /* events and SCAN_DROP_NEAR, in the same order; in scratch; null
                                      where the scan does not ask for them */
     size_t near_count;
 } pair_events;
 
-/* The events stay in the scene's scratch arena until the caller releases its mark. */
+/* The pairs may be in any order. The events stay in the scene's scratch arena until the caller
+ * releases its mark. */
 tulle_status scan_pairs(const contact_scene *scene, const pair_list *pairs, const pair_scan *scan,
                         pair_events *result);
 

@@ -75,5 +75,8 @@ const pair_tables *broad_phase_get_tables(const broad_phase *broad);
  */
 tulle_status find_pairs(broad_phase *broad, const surface_set *set, int threads, pair_list *pairs,
                         search_counts *counts);
+/* The same in an order that may depend on the threads, which takes less time. */
+tulle_status find_unsorted_pairs(broad_phase *broad, const surface_set *set, int threads,
+                                 pair_list *pairs, search_counts *counts);
 
 #endif

@@ -1,6 +1,6 @@
-/* detect/find_pairs.c - stage 7 as a list: takes fitted trees, gives the sorted list of all feature
- * pairs whose boxes meet. What the search finds goes to the writers of its workers; sorting makes
- * the list the same for any number of threads. */
+/* detect/find_pairs.c - stage 7 as a list: takes fitted trees, gives the list of all feature pairs
+ * whose boxes meet. What the search finds goes to the writers of its workers; sorting makes the
+ * list the same for any number of threads. */
 #include "detect/broad_phase_parts.h"
 
 /* A pair_consumer; context: the broad phase. */
@@ -30,18 +30,16 @@ static tulle_status search_once(broad_phase *broad, const surface_set *set, int 
 }
 
 static bool reserve_results(broad_phase *broad, pair_list *pairs) {
-    for (int kind = 0; kind < 2; kind++)
-        if (!pair_store_reserve_sorting(broad->heap, &broad->stores[kind])) return false;
     return ARRAY_RESERVE(broad->heap, &pairs->vertex_triangle,
                          broad->stores[FEATURE_VERTEX_TRIANGLE].keys.capacity) &&
            ARRAY_RESERVE(broad->heap, &pairs->edge_edge,
                          broad->stores[FEATURE_EDGE_EDGE].keys.capacity);
 }
 
-tulle_status find_pairs(broad_phase *broad, const surface_set *set, int threads, pair_list *pairs,
-                        search_counts *counts) {
+/* Searches until the stores hold all, and empties the list. */
+static tulle_status fill_stores(broad_phase *broad, const surface_set *set, int threads,
+                                pair_list *pairs, search_counts *counts) {
     pairs->vertex_triangle.count = pairs->edge_edge.count = 0;
-    if (threads < 1) threads = 1;
     broad->writers.count = 0;
     if (!ARRAY_RESERVE(broad->heap, &broad->writers, 2 * (size_t)threads))
         return TULLE_ERROR_OUT_OF_MEMORY;
@@ -56,7 +54,28 @@ tulle_status find_pairs(broad_phase *broad, const surface_set *set, int threads,
             if (status != TULLE_OK) return status;
         }
     }
-    if (!reserve_results(broad, pairs)) return TULLE_ERROR_OUT_OF_MEMORY;
+    return reserve_results(broad, pairs) ? TULLE_OK : TULLE_ERROR_OUT_OF_MEMORY;
+}
+
+tulle_status find_unsorted_pairs(broad_phase *broad, const surface_set *set, int threads,
+                                 pair_list *pairs, search_counts *counts) {
+    tulle_status const status = fill_stores(broad, set, threads < 1 ? 1 : threads, pairs, counts);
+    if (status != TULLE_OK) return status;
+    pairs->vertex_triangle.count =
+        pair_store_copy(&broad->stores[FEATURE_VERTEX_TRIANGLE], pairs->vertex_triangle.data);
+    pairs->edge_edge.count =
+        pair_store_copy(&broad->stores[FEATURE_EDGE_EDGE], pairs->edge_edge.data);
+    return TULLE_OK;
+}
+
+tulle_status find_pairs(broad_phase *broad, const surface_set *set, int threads, pair_list *pairs,
+                        search_counts *counts) {
+    if (threads < 1) threads = 1;
+    tulle_status const status = fill_stores(broad, set, threads, pairs, counts);
+    if (status != TULLE_OK) return status;
+    for (int kind = 0; kind < 2; kind++)
+        if (!pair_store_reserve_sorting(broad->heap, &broad->stores[kind]))
+            return TULLE_ERROR_OUT_OF_MEMORY;
     pairs->vertex_triangle.count = pair_store_sort(&broad->stores[FEATURE_VERTEX_TRIANGLE], threads,
                                                    pairs->vertex_triangle.data);
     pairs->edge_edge.count =

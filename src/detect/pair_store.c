@@ -68,6 +68,18 @@ void pair_writer_claim(pair_writer *writer) {
     writer->end = writer->cursor + KEY_BLOCK;
 }
 
+size_t pair_store_copy(const pair_store *store, feature_pair *pairs) {
+    size_t const key_count = atomic_load(&store->block_count) * KEY_BLOCK;
+    uint64_t const mask = ((uint64_t)1 << store->shift) - 1;
+    size_t count = 0;
+    for (size_t i = 0; i < key_count; i++) {
+        uint64_t const key = store->keys.data[i];
+        pairs[count] = (feature_pair){(uint32_t)(key >> store->shift), (uint32_t)(key & mask)};
+        count += key != KEY_NONE;
+    }
+    return count;
+}
+
 static size_t count_chunks(size_t key_count) { return parallel_chunk_count(key_count, SORT_CHUNK); }
 
 bool pair_store_reserve_sorting(memory *heap, pair_store *store) {

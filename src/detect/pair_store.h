@@ -53,6 +53,9 @@ static inline void pair_writer_add(pair_writer *writer, uint32_t first, uint32_t
     *writer->cursor++ = (uint64_t)first << writer->shift | second;
 }
 
+/* Copies the pairs into `pairs`, which has room for all blocks, in an order that depends on who
+ * wrote what; returns their number. */
+size_t pair_store_copy(const pair_store *store, feature_pair *pairs);
 /* Makes room for sorting; false when memory is short. */
 bool pair_store_reserve_sorting(memory *heap, pair_store *store);
 /* Sorts by (first, second) into `pairs`, which has room for all blocks; returns their number. */

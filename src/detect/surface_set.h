@@ -50,8 +50,8 @@ typedef struct feature_pair {
     uint32_t first, second;
 } feature_pair;
 
-/* Candidates, each pair once, sorted by (first, second). Owned by the caller's heap; grows, never
- * drops. */
+/* Candidates, each pair once, sorted by (first, second) where nothing else is said. Owned by the
+ * caller's heap; grows, never drops. */
 typedef struct pair_list {
     ARRAY(feature_pair) vertex_triangle;
     ARRAY(feature_pair) edge_edge;

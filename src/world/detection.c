@@ -143,7 +143,8 @@ static tulle_status search_boxes(step_context *context, pair_source *source, con
     source->is_straight = broad_phase_is_straight(world->broad);
     search_counts counts;
     if (status == TULLE_OK)
-        status = find_pairs(world->broad, &world->set, world->threads, &world->pairs, &counts);
+        status =
+            find_unsorted_pairs(world->broad, &world->set, world->threads, &world->pairs, &counts);
     if (status == TULLE_OK && world->patches)
         kept_patches_tell_search(world->patches, counts.leaf_pair_count, counts.near_pair_count);
     arena_release(&world->scratch, mark);

@@ -1,5 +1,5 @@
 /* Tests of the pairs that start near find the same hits, at the same times, and the same smallest
- * gap as tests of all pairs; along short paths they look at few. */
+ * gap as tests of all pairs, in whatever order; along short paths they look at few. */
 #include "base/hash.h"
 #include "contact/near_pairs.h"
 #include "contact/path_test.h"
@@ -52,11 +52,57 @@ static void check_equal_hits(const pair_events *a, const pair_events *b) {
     }
 }
 
-/* Hits of x0 -> x1 with and without near pairs; returns how many. */
-static size_t compare_tests(mini_world *world, const pair_source *source, size_t *picked_count) {
+static void check_equal_gaps(const smallest_gap *a, const smallest_gap *b) {
+    assert_true(a->distance == b->distance);
+    if (!isfinite(a->distance)) return;
+    assert_int_equal(a->kind, b->kind);
+    assert_int_equal(a->pair.first, b->pair.first);
+    assert_int_equal(a->pair.second, b->pair.second);
+}
+
+static void shuffle_pairs(feature_pair *pairs, size_t count, uint64_t *random) {
+    for (size_t i = count; i > 1; i--) {
+        size_t const other = (size_t)(random_next(random) % i);
+        feature_pair const swapped = pairs[i - 1];
+        pairs[i - 1] = pairs[other];
+        pairs[other] = swapped;
+    }
+}
+
+/* The smallest distance at x1, of equal ones the first by (kind, first, second). */
+static smallest_gap find_gap_one_by_one(const mini_world *world, double limit) {
+    smallest_gap best = {.distance = (double)INFINITY};
+    for (int kind = 0; kind < 2; kind++) {
+        size_t const count =
+            kind == 0 ? world->pairs.vertex_triangle.count : world->pairs.edge_edge.count;
+        for (size_t i = 0; i < count; i++) {
+            feature_pair const pair =
+                kind == 0 ? world->pairs.vertex_triangle.data[i] : world->pairs.edge_edge.data[i];
+            uint32_t vertices[4];
+            vec3 points[4];
+            feature_pair_vertices(&world->topo, (feature_kind)kind, pair, vertices);
+            for (int k = 0; k < 4; k++) points[k] = vec3_load(world->x1, vertices[k]);
+            double const distance = sqrt(closest_of_pair((feature_kind)kind, points).distance2);
+            bool const comes_first =
+                (feature_kind)kind == best.kind &&
+                (pair.first < best.pair.first ||
+                 (pair.first == best.pair.first && pair.second < best.pair.second));
+            if (!(distance < limit)) continue;
+            if (distance < best.distance || (distance == best.distance && comes_first))
+                best = (smallest_gap){distance, (feature_kind)kind, pair};
+        }
+    }
+    return best;
+}
+
+/* Hits of x0 -> x1 with near pairs, and with all pairs in some order; returns how many. */
+static size_t compare_tests(mini_world *world, const pair_source *source, uint64_t *random,
+                            size_t *picked_count) {
     contact_scene const scene = get_mini_scene(world, TIME_STEP);
     pair_source all = *source;
     all.near_pairs = NULL;
+    shuffle_pairs(world->pairs.vertex_triangle.data, world->pairs.vertex_triangle.count, random);
+    shuffle_pairs(world->pairs.edge_edge.data, world->pairs.edge_edge.count, random);
     arena_mark const mark = arena_get_mark(&world->scratch);
     pair_events hits, all_hits;
     smallest_gap gap, all_gap;
@@ -72,12 +118,9 @@ static size_t compare_tests(mini_world *world, const pair_source *source, size_t
     check_equal_hits(&hits, &all_hits);
     assert_int_equal(find_smallest_gap(&scene, source, world->x1, 3e-3, &gap), TULLE_OK);
     assert_int_equal(find_smallest_gap(&scene, &all, world->x1, 3e-3, &all_gap), TULLE_OK);
-    assert_true(gap.distance == all_gap.distance);
-    if (isfinite(gap.distance)) {
-        assert_int_equal(gap.kind, all_gap.kind);
-        assert_int_equal(gap.pair.first, all_gap.pair.first);
-        assert_int_equal(gap.pair.second, all_gap.pair.second);
-    }
+    smallest_gap const plain_gap = find_gap_one_by_one(world, 3e-3);
+    check_equal_gaps(&gap, &plain_gap);
+    check_equal_gaps(&all_gap, &plain_gap);
     assert_int_equal(pick_pairs(&scene, source, world->x1, world->settings.minimum_gap, &picked),
                      TULLE_OK);
     *picked_count = picked.vertex_triangle.count + picked.edge_edge.count;
@@ -113,7 +156,7 @@ static void near_pairs_find_what_all_pairs_find(void **state) {
         for (double way = 1e-6; way < 1e-2; way *= 1.7) {
             size_t picked_count;
             move_by_chance(&world, way, 2.0 * way, &random);
-            size_t const hit_count = compare_tests(&world, &source, &picked_count);
+            size_t const hit_count = compare_tests(&world, &source, &random, &picked_count);
             bool const is_short = picked_count < pair_count;
             *(is_short ? &short_hits : &long_hits) += hit_count;
             if (way < 1e-4) assert_true(picked_count < pair_count / 4);

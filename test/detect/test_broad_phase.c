@@ -93,6 +93,30 @@ static void assert_same_pairs(const pair_list *a, const pair_list *b) {
                             a->edge_edge.count * sizeof(feature_pair));
 }
 
+static int compare_pairs(const void *a, const void *b) {
+    const feature_pair *const x = a, *const y = b;
+    if (x->first != y->first) return x->first < y->first ? -1 : 1;
+    return (x->second > y->second) - (x->second < y->second);
+}
+
+static void sort_list(pair_list *pairs) {
+    if (pairs->vertex_triangle.count)
+        qsort(pairs->vertex_triangle.data, pairs->vertex_triangle.count, sizeof(feature_pair),
+              compare_pairs);
+    if (pairs->edge_edge.count)
+        qsort(pairs->edge_edge.data, pairs->edge_edge.count, sizeof(feature_pair), compare_pairs);
+}
+
+/* The list that is not sorted has the same pairs. */
+static void check_unsorted(memory *heap, broad_phase *broad, const soup_scene *of, int threads,
+                           const pair_list *sorted) {
+    pair_list pairs = {0};
+    assert_int_equal(find_unsorted_pairs(broad, &of->set, threads, &pairs, NULL), TULLE_OK);
+    sort_list(&pairs);
+    assert_same_pairs(&pairs, sorted);
+    free_pairs(heap, &pairs);
+}
+
 static void find_with(memory *heap, const soup_scene *of, broad_phase_method method, double margin,
                       int threads, pair_list *pairs) {
     search_counts counts;
@@ -101,6 +125,7 @@ static void find_with(memory *heap, const soup_scene *of, broad_phase_method met
     assert_int_equal(build_trees(broad, &of->set, of->x0, of->x1, margin, threads), TULLE_OK);
     assert_int_equal(find_pairs(broad, &of->set, threads, pairs, &counts), TULLE_OK);
     assert_int_equal(counts.candidate_count, pairs->vertex_triangle.count + pairs->edge_edge.count);
+    check_unsorted(heap, broad, of, threads, pairs);
     broad_phase_destroy(broad);
 }
 

@@ -256,7 +256,8 @@ static tulle_status renew_pairs(pair_source *source, const double *x1) {
     tulle_status status =
         build_trees(world->broad, &world->set, world->x0, x1, source->margin, world->threads);
     if (status == TULLE_OK)
-        status = find_pairs(world->broad, &world->set, world->threads, &world->pairs, NULL);
+        status =
+            find_unsorted_pairs(world->broad, &world->set, world->threads, &world->pairs, NULL);
     return status;
 }
 

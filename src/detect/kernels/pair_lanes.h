@@ -10,7 +10,7 @@ typedef struct slot_lanes {
     uint32_t first[DOUBLE_LANES], second[DOUBLE_LANES];
 } slot_lanes;
 
-/* One vector from point to point at the start and the end. */
+/* One vector, of a point or from point to point, at the start and the end. */
 typedef struct moving_lanes {
     vec3x8 start, end;
 } moving_lanes;
@@ -99,6 +99,12 @@ SIMD_INLINE moving_lanes load_difference(const vertex_record *const a[DOUBLE_LAN
         rows[k] = double8_load(a[k]->start) - double8_load(b[k]->start);
     return transpose_rows(rows);
 }
+
+SIMD_INLINE moving_lanes load_moving(const vertex_record *const from[DOUBLE_LANES]) {
+    double8 rows[DOUBLE_LANES];
+    for (int k = 0; k < DOUBLE_LANES; k++) rows[k] = double8_load(from[k]->start);
+    return transpose_rows(rows);
+}
 #else
 SIMD_INLINE moving_lanes load_difference(const vertex_record *const a[DOUBLE_LANES],
                                          const vertex_record *const b[DOUBLE_LANES]) {
@@ -110,6 +116,19 @@ SIMD_INLINE moving_lanes load_difference(const vertex_record *const a[DOUBLE_LAN
         to.end.x[k] = a[k]->end[0] - b[k]->end[0];
         to.end.y[k] = a[k]->end[1] - b[k]->end[1];
         to.end.z[k] = a[k]->end[2] - b[k]->end[2];
+    }
+    return to;
+}
+
+SIMD_INLINE moving_lanes load_moving(const vertex_record *const from[DOUBLE_LANES]) {
+    moving_lanes to;
+    for (int k = 0; k < DOUBLE_LANES; k++) {
+        to.start.x[k] = from[k]->start[0];
+        to.start.y[k] = from[k]->start[1];
+        to.start.z[k] = from[k]->start[2];
+        to.end.x[k] = from[k]->end[0];
+        to.end.y[k] = from[k]->end[1];
+        to.end.z[k] = from[k]->end[2];
     }
     return to;
 }

@@ -1,0 +1,33 @@
+/* contact/pair_filter.h - the cheapest test of candidate pairs, eight at a time.
+ *
+ * Let d be the direction from the middle of the second feature to that of the first at the start of
+ * the step, the gap g(t) the smallest extent of the first feature along d less the largest of the
+ * second. No two points of the features are nearer than g(t) / |d|. If g(0) > s0 |d| and
+ * g(1) > s1 |d|, the pair is further apart than s0 at the start and, if s1 <= s0, than s1 for all
+ * t: gaps between corners along a fixed direction are linear in t. Both distances include the
+ * rounding slack (find_rounding_slack), which covers what g may be off. */
+#ifndef TULLE_CONTACT_PAIR_FILTER_H
+#define TULLE_CONTACT_PAIR_FILTER_H
+
+#include "contact/contact_types.h"
+#include "detect/pair_batch.h"
+#include "math/kernel_target.h"
+
+typedef struct pair_filter {
+    const topology *topo;
+    const vertex_record *records; /* of all vertices, see make_records */
+    double at_start, at_end;      /* [m] s0 and s1, with rounding slack */
+} pair_filter;
+
+/* Copies the pairs that this does not prove apart, in their order; returns how many. `kept` has
+ * room for `count`. */
+TULLE_DECLARE_KERNEL(size_t, filter_pairs,
+                     (const pair_filter *filter, feature_kind kind, const feature_pair *pairs,
+                      size_t count, feature_pair *kept))
+
+/* The paths start -> end of all vertices of the scene in its scratch arena; null when memory is
+ * short. */
+const vertex_record *make_records(const contact_scene *scene, const double *start,
+                                  const double *end);
+
+#endif
