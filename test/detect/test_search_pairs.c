@@ -85,34 +85,6 @@ static void tables_lead_to_positions(void **state) {
     }
 }
 
-static bool triangle_has(const soup_scene *of, size_t triangle, uint32_t vertex) {
-    const uint32_t *const corners = of->topo.triangles + 3 * triangle;
-    return corners[0] == vertex || corners[1] == vertex || corners[2] == vertex;
-}
-
-/* The labels below 32 of all triangles that have these vertices, one bit each, without that of
- * label 0. */
-static uint32_t find_labels(const soup_scene *of, const uint32_t *labels, const uint32_t *vertices,
-                            int count) {
-    uint32_t found = 0;
-    for (size_t t = 0; t < of->topo.triangle_count; t++) {
-        bool has_all = true;
-        for (int k = 0; k < count; k++) has_all = has_all && triangle_has(of, t, vertices[k]);
-        if (has_all && labels[t] != 0) found |= 1U << labels[t];
-    }
-    return found;
-}
-
-/* Whether both features belong to triangles of one patch: the triangle of a pair itself, and any
- * around its vertex; any triangle at each edge. */
-static bool within_patch(const soup_scene *of, const uint32_t *labels, feature_kind kind,
-                         feature_pair pair, const uint32_t v[4]) {
-    if (kind == FEATURE_EDGE_EDGE)
-        return (find_labels(of, labels, v, 2) & find_labels(of, labels, v + 2, 2)) != 0;
-    return labels[pair.second] != 0 &&
-           (find_labels(of, labels, v, 1) & 1U << labels[pair.second]) != 0;
-}
-
 /* Missing pairs, all of which must lie within one patch. */
 static size_t count_missing(const soup_scene *of, const uint32_t *labels, const key_list *all,
                             const key_list *kept) {
@@ -122,12 +94,7 @@ static size_t count_missing(const soup_scene *of, const uint32_t *labels, const 
             at++;
             continue;
         }
-        feature_kind const kind = (feature_kind)(all->keys[i] >> 62);
-        feature_pair const pair = {(uint32_t)(all->keys[i] >> 31 & 0x7fffffff),
-                                   (uint32_t)(all->keys[i] & 0x7fffffff)};
-        uint32_t v[4];
-        feature_pair_vertices(&of->topo, kind, pair, v);
-        assert_true(within_patch(of, labels, kind, pair, v));
+        assert_true(pair_is_within_patch(of, labels, all->keys[i]));
         missing++;
     }
     assert_int_equal(at, kept->count);
@@ -235,11 +202,8 @@ static void a_patch_over_everything_leaves_nothing(void **state) {
 static key_list keep_meeting(const soup_scene *of, const key_list *all) {
     key_list kept = {.keys = malloc((all->count + 1) * sizeof *kept.keys)};
     for (size_t i = 0; i < all->count; i++) {
-        feature_kind const kind = (feature_kind)(all->keys[i] >> 62);
-        feature_pair const pair = {(uint32_t)(all->keys[i] >> 31 & 0x7fffffff),
-                                   (uint32_t)(all->keys[i] & 0x7fffffff)};
         uint32_t v[4];
-        feature_pair_vertices(&of->topo, kind, pair, v);
+        find_pair_vertices(of, all->keys[i], v);
         size_t const a = surface_of(of, v[0]), b = surface_of(of, v[3]);
         if (a == b && of->surfaces[a].ignores_self) continue;
         if (of->set.collides && !of->set.collides[a * of->set.surface_count + b]) continue;

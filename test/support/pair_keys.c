@@ -2,7 +2,9 @@
 #include "support/pair_keys.h"
 
 #include "base/hash.h"
+#include "geom/distance.h"
 
+#include <math.h>
 #include <setjmp.h>
 #include <stdarg.h>
 #include <stddef.h>
@@ -11,9 +13,21 @@
 
 #include <cmocka.h>
 
-static uint64_t make_key(feature_kind kind, feature_pair pair) {
+uint64_t make_key(feature_kind kind, feature_pair pair) {
     return (uint64_t)kind << 62 | (uint64_t)pair.first << 31 | pair.second;
 }
+
+feature_kind get_key_kind(uint64_t key) { return (feature_kind)(key >> 62); }
+
+static feature_pair get_key_pair(uint64_t key) {
+    return (feature_pair){(uint32_t)(key >> 31 & 0x7fffffff), (uint32_t)(key & 0x7fffffff)};
+}
+
+void find_pair_vertices(const soup_scene *of, uint64_t key, uint32_t vertices[4]) {
+    feature_pair_vertices(&of->topo, get_key_kind(key), get_key_pair(key), vertices);
+}
+
+/* ---- searches ---- */
 
 /* A pair_consumer; context: a key_list for each worker. */
 static void collect_keys(void *context, const pair_tables *tables, const pair_batch *batch,
@@ -95,4 +109,74 @@ broad_phase *make_trees(memory *heap, const soup_scene *of, broad_phase_method m
     assert_int_equal(broad_phase_create(heap, &of->set, of->x0, method, &broad), TULLE_OK);
     assert_int_equal(build_trees(broad, &of->set, of->x0, of->x1, 0.02, 2), TULLE_OK);
     return broad;
+}
+
+/* ---- what may be left out ---- */
+
+static bool triangle_has(const soup_scene *of, size_t triangle, uint32_t vertex) {
+    const uint32_t *const corners = of->topo.triangles + 3 * triangle;
+    return corners[0] == vertex || corners[1] == vertex || corners[2] == vertex;
+}
+
+/* Whether the patch `label` has a triangle with these vertices. */
+static bool patch_has(const soup_scene *of, const uint32_t *labels, uint32_t label,
+                      const uint32_t *vertices, int count) {
+    const adjacency *const around = &of->topo.vertex_triangles;
+    for (uint32_t i = around->begin[vertices[0]]; i < around->begin[vertices[0] + 1]; i++) {
+        uint32_t const triangle = around->items[i];
+        if (labels[triangle] == label && triangle_has(of, triangle, vertices[count - 1]))
+            return true;
+    }
+    return false;
+}
+
+bool pair_is_within_patch(const soup_scene *of, const uint32_t *labels, uint64_t key) {
+    uint32_t v[4];
+    find_pair_vertices(of, key, v);
+    if (get_key_kind(key) == FEATURE_VERTEX_TRIANGLE) {
+        uint32_t const label = labels[get_key_pair(key).second];
+        return label != 0 && patch_has(of, labels, label, v, 1);
+    }
+    const adjacency *const around = &of->topo.vertex_triangles;
+    for (uint32_t i = around->begin[v[0]]; i < around->begin[v[0] + 1]; i++) {
+        uint32_t const triangle = around->items[i], label = labels[triangle];
+        if (label != 0 && triangle_has(of, triangle, v[1]) &&
+            patch_has(of, labels, label, v + 2, 2))
+            return true;
+    }
+    return false;
+}
+
+/* Ends of the paths of a pair, each within a box of `reach` around that of now: both features
+ * towards each other. */
+static void bend_ends(feature_kind kind, double reach, vec3 ends[4]) {
+    int const own = kind == FEATURE_EDGE_EDGE ? 2 : 1; /* points of the first feature */
+    vec3 middles[2] = {{0.0, 0.0, 0.0}, {0.0, 0.0, 0.0}};
+    for (int k = 0; k < 4; k++)
+        middles[k >= own] =
+            vec3_add(middles[k >= own], vec3_scale(ends[k], 1.0 / (k < own ? own : 4 - own)));
+    vec3 const way = vec3_sub(middles[1], middles[0]);
+    vec3 const bend = {copysign(reach, way.x), copysign(reach, way.y), copysign(reach, way.z)};
+    for (int k = 0; k < 4; k++) ends[k] = vec3_add_scaled(ends[k], bend, k < own ? 1.0 : -1.0);
+}
+
+double sample_pair_distance(const soup_scene *of, uint64_t key, double reach) {
+    enum { TIMES = 33 };
+    feature_kind const kind = get_key_kind(key);
+    uint32_t v[4];
+    vec3 ends[4];
+    find_pair_vertices(of, key, v);
+    for (int k = 0; k < 4; k++) ends[k] = vec3_load(of->x1, v[k]);
+    bend_ends(kind, reach, ends);
+    double least = INFINITY;
+    for (int i = 0; i < TIMES; i++) {
+        vec3 points[4];
+        for (int k = 0; k < 4; k++)
+            points[k] = vec3_lerp(vec3_load(of->x0, v[k]), ends[k], (double)i / (TIMES - 1));
+        closest_points const closest = kind == FEATURE_VERTEX_TRIANGLE
+                                           ? closest_vertex_triangle(points)
+                                           : closest_edge_edge(points);
+        least = fmin(least, vec3_norm(closest.difference));
+    }
+    return least;
 }

@@ -14,6 +14,17 @@ typedef struct key_list {
     size_t count;
 } key_list;
 
+uint64_t make_key(feature_kind kind, feature_pair pair);
+feature_kind get_key_kind(uint64_t key);
+void find_pair_vertices(const soup_scene *of, uint64_t key, uint32_t vertices[4]);
+
+/* Whether both features belong to triangles of one patch: the triangle of a pair itself, and any
+ * around its vertex; any triangle at each edge. */
+bool pair_is_within_patch(const soup_scene *of, const uint32_t *labels, uint64_t key);
+/* [m] The least distance of a pair at some times on its paths, which end off by `reach` along each
+ * axis, both features towards each other. */
+double sample_pair_distance(const soup_scene *of, uint64_t key, double reach);
+
 /* All pairs of a streaming search, sorted; each comes once. */
 key_list search_keys(broad_phase *broad, const surface_set *set, int threads);
 /* The same of find_pairs. */
