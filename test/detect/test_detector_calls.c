@@ -409,7 +409,7 @@ static void a_byte_limit_holds(void **state) {
     assert_true(failures > 5);
 }
 
-/* A warm detector asks for no memory. */
+/* The same states again need no more room than before, and no other patches. */
 static void steady_calls_make_no_heap_call(void **state) {
     (void)state;
     for (int method = 0; method < METHOD_COUNT; method++) {
