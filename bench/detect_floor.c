@@ -24,33 +24,6 @@ typedef struct floor_stage {
     double seconds, floor_seconds;
 } floor_stage;
 
-static tulle_detector *create(const detect_input *input) {
-    measured_run run = make_run(TULLE_DETECT_REFIT, 1);
-    tulle_detect_def *const def = &run.def;
-    def->triangles = input->triangles;
-    def->triangle_count = input->triangle_count;
-    def->vertex_count = input->vertex_count;
-    def->rest = input->rest;
-    def->surfaces = input->surfaces;
-    def->surface_count = input->surface_count;
-    tulle_detector *detector;
-    tulle_error error;
-    if (tulle_detector_create(def, &detector, &error) == TULLE_OK) return detector;
-    fprintf(stderr, "bench_detect: %s: %s\n", input->name, error.message);
-    exit(4);
-}
-
-static tulle_detect_statistics run_pass(const detect_input *input, tulle_detector *detector,
-                                        int step) {
-    tulle_detect_result result;
-    tulle_error error;
-    if (tulle_detector_find_events(detector, input->states[step], input->states[step + 1], &result,
-                                   &error) == TULLE_OK)
-        return result.statistics;
-    fprintf(stderr, "bench_detect: %s: %s\n", input->name, error.message);
-    exit(4);
-}
-
 /* Trees: positions in, records, boxes, slabs, blocks and nodes out. Pairs of leaves: both blocks.
  * Filters: the records of four vertices. */
 static void fill_stages(const detect_input *input, const broad_phase *broad,
@@ -111,9 +84,10 @@ static void keep_less(double *least, double seconds) {
 /* What is read lies in a working set of the blocks, or the records, of the whole cloth. */
 static void measure_rounds(const bench_options *options, const detect_input *input,
                            floor_stage stages[FLOOR_STAGES]) {
-    tulle_detector *const detector = create(input);
-    run_pass(input, detector, 0);
-    tulle_detect_statistics counts = run_pass(input, detector, 1);
+    measured_run run = make_run(TULLE_DETECT_REFIT, 1);
+    tulle_detector *const detector = make_detector(input, &run);
+    (void)find_step(input, detector, 0);
+    tulle_detect_statistics counts = find_step(input, detector, 1).statistics;
     const broad_phase *const broad = detector->broad;
     fill_stages(input, broad, &counts, stages);
     size_t const sets[FLOOR_STAGES] = {0, broad->block_capacity * sizeof *broad->blocks,
@@ -125,8 +99,8 @@ static void measure_rounds(const bench_options *options, const detect_input *inp
     memset(to, 1, room); /* pages are there */
     memset(from, 1, room);
     for (int round = 0; round < options->rounds; round++) {
-        run_pass(input, detector, 0);
-        counts = run_pass(input, detector, 1);
+        (void)find_step(input, detector, 0);
+        counts = find_step(input, detector, 1).statistics;
         double const seconds[FLOOR_STAGES] = {counts.tree_seconds, counts.traversal_seconds,
                                               counts.filter_seconds};
         for (int k = 0; k < FLOOR_STAGES; k++) {

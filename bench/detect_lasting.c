@@ -39,33 +39,15 @@ typedef struct lasting_run {
 static void create(const detect_input *input, int threads, int width, lasting_run *run) {
     *run = (lasting_run){0};
     run->measured = make_run(width > 0 ? TULLE_DETECT_PATCHES : TULLE_DETECT_REFIT, threads);
-    tulle_detect_def *const def = &run->measured.def;
-    if (width > 0) def->max_angle = width * DEGREE;
-    def->triangles = input->triangles;
-    def->triangle_count = input->triangle_count;
-    def->vertex_count = input->vertex_count;
-    def->rest = input->rest;
-    def->surfaces = input->surfaces;
-    def->surface_count = input->surface_count;
-    tulle_error error;
-    run->measured.status = tulle_detector_create(def, &run->detector, &error);
-    if (run->measured.status == TULLE_OK) return;
-    fprintf(stderr, "bench_detect: %s: %s\n", input->name, error.message);
-    exit(4);
+    if (width > 0) run->measured.def.max_angle = width * DEGREE;
+    run->detector = make_detector(input, &run->measured);
 }
 
 /* step < 0: not measured. */
 static void run_pass(const detect_input *input, lasting_run *run, int step) {
-    tulle_detect_result result;
-    tulle_error error;
     double const begin = timer_now();
-    tulle_status const status = tulle_detector_find_events(run->detector, input->states[1],
-                                                           input->states[2], &result, &error);
+    tulle_detect_result const result = find_step(input, run->detector, 1);
     double const total = timer_now() - begin;
-    if (status != TULLE_OK) {
-        fprintf(stderr, "bench_detect: %s: %s\n", input->name, error.message);
-        exit(4);
-    }
     run->measured.counts = result.statistics;
     run->measured.event_count = result.event_count;
     if (step < 0) return;

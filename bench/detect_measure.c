@@ -54,15 +54,39 @@ static double processor_now(void) {
     return (double)now.tv_sec + 1e-9 * (double)now.tv_nsec;
 }
 
+static void take_input(const detect_input *input, tulle_detect_def *def) {
+    def->triangles = input->triangles;
+    def->triangle_count = input->triangle_count;
+    def->vertex_count = input->vertex_count;
+    def->rest = input->rest;
+    def->surfaces = input->surfaces;
+    def->surface_count = input->surface_count;
+}
+
+tulle_detector *make_detector(const detect_input *input, measured_run *run) {
+    tulle_detector *detector;
+    tulle_error error;
+    take_input(input, &run->def);
+    run->status = tulle_detector_create(&run->def, &detector, &error);
+    if (run->status == TULLE_OK) return detector;
+    fprintf(stderr, "bench_detect: %s: %s\n", input->name, error.message);
+    exit(4);
+}
+
+tulle_detect_result find_step(const detect_input *input, tulle_detector *detector, int step) {
+    tulle_detect_result result;
+    tulle_error error;
+    if (tulle_detector_find_events(detector, input->states[step], input->states[step + 1], &result,
+                                   &error) == TULLE_OK)
+        return result;
+    fprintf(stderr, "bench_detect: %s: %s\n", input->name, error.message);
+    exit(4);
+}
+
 static void create(const detect_input *input, measured_run *run, bench_detector *bench) {
     tulle_detect_def def = run->def;
     tulle_error error;
-    def.triangles = input->triangles;
-    def.triangle_count = input->triangle_count;
-    def.vertex_count = input->vertex_count;
-    def.rest = input->rest;
-    def.surfaces = input->surfaces;
-    def.surface_count = input->surface_count;
+    take_input(input, &def);
     def.allocator = (tulle_allocator){
         .allocate = count_allocate, .release = count_release, .context = &bench->bytes_held};
     run->status = tulle_detector_create(&def, &bench->detector, &error);

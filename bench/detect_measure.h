@@ -43,6 +43,11 @@ typedef struct measured_run {
     double mean_seconds, mean_part_seconds;
 } measured_run;
 
+/* A detector of the run's def for the input, and a pass of it over step 0 or 1; where either fails
+ * the program ends with a message. */
+tulle_detector *make_detector(const detect_input *input, measured_run *run);
+tulle_detect_result find_step(const detect_input *input, tulle_detector *detector, int step);
+
 /* rounds measured passes of each, each after a pass over the step before. */
 void measure_runs(const detect_input *input, measured_run *runs, size_t count, int rounds);
 
