@@ -152,8 +152,9 @@ static tulle_world_def make_def(const choice *of, int threads) {
 
 /* What a run of some steps came to. */
 typedef struct outcome {
-    uint64_t hash, contacts, searches, dissolved, box_pairs, straight; /* straight: steps */
-    double patch_share; /* mean share of the cloth's triangles that lie in patches */
+    uint64_t hash, contacts, searches, dissolved, box_pairs;
+    uint64_t straight, both; /* steps whose last search followed straight paths; patches too */
+    double patch_share;      /* mean share of the cloth's triangles that lie in patches */
 } outcome;
 
 static outcome run(const stage_set *set, const choice *of, int threads, int count, bool is_judged) {
@@ -169,6 +170,7 @@ static outcome run(const stage_set *set, const choice *of, int threads, int coun
         result.dissolved += report.patches_dissolved;
         result.box_pairs += report.box_pairs;
         result.straight += broad_phase_is_straight(world->broad);
+        result.both += broad_phase_is_straight(world->broad) && report.patches > 0;
         result.patch_share +=
             (double)report.patch_triangles / (double)set->cloth.triangle_count / count;
         assert_true(report.patches_certified ==
@@ -204,6 +206,7 @@ static uint64_t compare_choices(const char *scene, const stage_set *set, int cou
         if (uses_patches(&choices[k])) assert_true(found.patch_share > 0.1);
         if (found.hash != expected.hash) fail_msg("%s differs from refit", choices[k].name);
         if (k == VOXELS) all = found;
+        if (k == PATCHES) sum->both += found.both;
         if (found.searches == all.searches) assert_true(found.box_pairs <= all.box_pairs);
         if (k == PATCHES && found.searches == all.searches) saved = all.box_pairs - found.box_pairs;
     }
@@ -240,7 +243,7 @@ static void every_method_weathers_storms_alike(void **state) {
         saved += compare_choices("storm", &set, 12, &sum);
         destroy_set(&set);
     }
-    assert_true(saved > 0 && sum.straight > 0 && sum.contacts > 0);
+    assert_true(saved > 0 && sum.straight > 0 && sum.both > 0 && sum.contacts > 0);
 }
 
 /* Patches are there while the strip is smooth, and go where it folds onto itself. */
