@@ -117,8 +117,11 @@ SINGLE_INLINE column_sums add_columns(column_sums sums, const float *block, lane
 SINGLE_INLINE lanes4 fold(column_sums sums) { return (sums.first + sums.second) + sums.third; }
 #endif
 
-SINGLE_INLINE lanes4 multiply_block(const float *block, lanes4 x) {
-    return fold(add_columns(no_sums(), block, x));
+/* One block alone, in narrow registers, whose rearrangements are cheap. */
+SINGLE_INLINE lanes4 multiply_block(const float *block, const float *x) {
+    lanes4 const low = load4(block), high = load4(block + 2);
+    return (low * x[0] + __builtin_shufflevector(low, high, 1, 3, 6, 6) * x[1]) +
+           __builtin_shufflevector(low, high, 2, 6, 7, 7) * x[2];
 }
 
 /* The blocks of a row times their columns' numbers. */
@@ -192,9 +195,9 @@ float TULLE_KERNEL(single_advance)(const single_vectors *vectors, float alpha, s
     const float *restrict const inverse = vectors->inverse;
     float *restrict const z = vectors->preconditioned;
     for (size_t v = begin; v + 1 < end; v++)
-        store4(z + 3 * v, multiply_block(inverse + SINGLE_BLOCK * v, load4(residual + 3 * v)));
+        store4(z + 3 * v, multiply_block(inverse + SINGLE_BLOCK * v, residual + 3 * v));
     size_t const last = end - 1; /* chunks are not empty; the next one's numbers are others' */
-    store3(z + 3 * last, multiply_block(inverse + SINGLE_BLOCK * last, load3(residual + 3 * last)));
+    store3(z + 3 * last, multiply_block(inverse + SINGLE_BLOCK * last, residual + 3 * last));
     return dot(vectors->preconditioned, vectors->residual, 3 * begin, 3 * end);
 }
 
