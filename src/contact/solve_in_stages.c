@@ -29,6 +29,7 @@ typedef struct solve_run {
     staged_solve *stages;
     conjugate_gradients_problem problem;
     single_system single;
+    single_solver *solver;
     const matrix_term *terms;
     size_t term_count;
     double *u;
@@ -43,16 +44,13 @@ static void keep_target(solve_run *run) {
     run->problem.early_share = 0.0;
 }
 
-/* A single precision solve of at most so many iterations. */
-static tulle_status run_single(solve_run *run, int most) {
+/* At most so many iterations in single precision. */
+static void run_single(solve_run *run, int most) {
     int const left = run->limit - run->used;
     run->problem.max_iterations = left < most ? left : most;
-    tulle_status const status =
-        single_solve(&run->problem, &run->single, run->u, run->stages->scene->scratch, run->result);
-    if (status != TULLE_OK) return status;
+    single_solver_run(run->solver, run->result);
     run->used += run->result->iterations;
     keep_target(run);
-    return status;
 }
 
 static bool is_done(const solve_run *run) {
@@ -76,16 +74,18 @@ static tulle_status add_aggregates(solve_run *run) {
 
 static tulle_status run_stages(solve_run *run) {
     staged_solve *const stages = run->stages;
-    tulle_status status = TULLE_OK;
     stages->has_residual = true;
+    run->solver = single_solver_make(&run->problem, &run->single, run->u, stages->scene->scratch);
+    if (!run->solver) return TULLE_ERROR_OUT_OF_MEMORY;
     if (stages->plain_iterations < PLAIN_ITERATIONS) {
-        status = run_single(run, PLAIN_ITERATIONS - stages->plain_iterations);
+        run_single(run, PLAIN_ITERATIONS - stages->plain_iterations);
         stages->plain_iterations += run->used;
-        if (status != TULLE_OK || is_done(run)) return status;
+        if (is_done(run)) return TULLE_OK;
     }
-    status = add_aggregates(run);
-    if (status == TULLE_OK) status = run_single(run, run->limit);
-    if (status != TULLE_OK || is_done(run)) return status;
+    tulle_status status = add_aggregates(run);
+    if (status != TULLE_OK) return status;
+    run_single(run, run->limit);
+    if (is_done(run)) return TULLE_OK;
     stages->has_residual = false;
     run->problem.max_iterations = run->limit - run->used;
     status = conjugate_gradients_solve(&run->problem, run->u, stages->scene->scratch, run->result);

@@ -97,7 +97,7 @@ bool single_system_make(const block_matrix *matrix, const matrix_term *terms, si
 
 /* ---- the solve ---- */
 
-typedef struct single_solver {
+struct single_solver {
     const conjugate_gradients_problem *problem;
     const single_system *system;
     single_vectors vectors;
@@ -105,9 +105,10 @@ typedef struct single_solver {
     double *partials;              /* one a chunk */
     size_t chunk_count;
     double scale; /* of the residual in single precision */
+    double norm;  /* of b - A x in double precision, which is in `product` */
     float step;   /* alpha or beta of the loop */
     int iterations;
-} single_solver;
+};
 
 static float *allocate_vector(arena *scratch, size_t count) {
     return ARENA_NEW_ZEROED(scratch, float, count + SINGLE_PADDING);
@@ -302,45 +303,55 @@ static double measure_residual(single_solver *work) {
     return sqrt(run_loop(work, find_residual));
 }
 
-static conjugate_gradients_end run_passes(single_solver *work, double *target_found, double *norm) {
-    *norm = measure_residual(work);
+static conjugate_gradients_end run_passes(single_solver *work, double *target_found) {
     double const target =
-        conjugate_gradients_target(work->problem, work->problem->reference, *norm);
+        conjugate_gradients_target(work->problem, work->problem->reference, work->norm);
     *target_found = target;
     conjugate_gradients_end end = CONJUGATE_GRADIENTS_CONVERGED;
     for (int pass = 0; pass < MOST_PASSES; pass++) {
-        if (!isfinite(*norm)) return CONJUGATE_GRADIENTS_NOT_FINITE;
-        if (*norm <= target) return CONJUGATE_GRADIENTS_CONVERGED;
+        if (!isfinite(work->norm)) return CONJUGATE_GRADIENTS_NOT_FINITE;
+        if (work->norm <= target) return CONJUGATE_GRADIENTS_CONVERGED;
         if (end == CONJUGATE_GRADIENTS_ITERATION_LIMIT) return end;
-        work->scale = 1.0 / *norm;
+        work->scale = 1.0 / work->norm;
         double const norm2 = run_loop(work, begin_pass);
-        end = iterate(work, norm2, fmax(PASS_AIM * target / *norm, PASS_DEPTH));
+        end = iterate(work, norm2, fmax(PASS_AIM * target / work->norm, PASS_DEPTH));
         if (end == CONJUGATE_GRADIENTS_NOT_FINITE || end == CONJUGATE_GRADIENTS_NOT_POSITIVE)
             return end;
         run_loop(work, end_pass);
-        double const before = *norm;
-        *norm = measure_residual(work);
-        if (*norm > target && !(*norm < PASS_LEAST * before) &&
+        double const before = work->norm;
+        work->norm = measure_residual(work);
+        if (work->norm > target && !(work->norm < PASS_LEAST * before) &&
             end == CONJUGATE_GRADIENTS_CONVERGED)
             return CONJUGATE_GRADIENTS_STALLED;
     }
-    return *norm <= target ? CONJUGATE_GRADIENTS_CONVERGED : CONJUGATE_GRADIENTS_STALLED;
+    return work->norm <= target ? CONJUGATE_GRADIENTS_CONVERGED : CONJUGATE_GRADIENTS_STALLED;
+}
+
+single_solver *single_solver_make(const conjugate_gradients_problem *problem,
+                                  const single_system *system, double *x, arena *scratch) {
+    single_solver *const work = ARENA_NEW(scratch, single_solver, 1);
+    if (!work) return NULL;
+    *work = (single_solver){.problem = problem, .system = system, .x = x};
+    if (!allocate_solver(work, scratch)) return NULL;
+    run_loop(work, invert_diagonal);
+    work->norm = measure_residual(work);
+    return work;
+}
+
+void single_solver_run(single_solver *solver, conjugate_gradients_result *result) {
+    double const reference = solver->problem->reference;
+    solver->iterations = 0;
+    *result = (conjugate_gradients_result){.reference = reference};
+    result->end = run_passes(solver, &result->target);
+    result->iterations = solver->iterations;
+    result->residual = reference > 0.0 ? solver->norm / reference : 0.0;
 }
 
 tulle_status single_solve(const conjugate_gradients_problem *problem, const single_system *system,
                           double *x, arena *scratch, conjugate_gradients_result *result) {
     arena_mark const mark = arena_get_mark(scratch);
-    single_solver work = {.problem = problem, .system = system, .x = x};
-    if (!allocate_solver(&work, scratch)) {
-        arena_release(scratch, mark);
-        return TULLE_ERROR_OUT_OF_MEMORY;
-    }
-    run_loop(&work, invert_diagonal);
-    double norm;
-    *result = (conjugate_gradients_result){.reference = problem->reference};
-    result->end = run_passes(&work, &result->target, &norm);
-    result->iterations = work.iterations;
-    result->residual = problem->reference > 0.0 ? norm / problem->reference : 0.0;
+    single_solver *const solver = single_solver_make(problem, system, x, scratch);
+    if (solver) single_solver_run(solver, result);
     arena_release(scratch, mark);
-    return TULLE_OK;
+    return solver ? TULLE_OK : TULLE_ERROR_OUT_OF_MEMORY;
 }

@@ -20,6 +20,14 @@ typedef struct single_system {
 bool single_system_make(const block_matrix *matrix, const matrix_term *terms, size_t term_count,
                         int threads, arena *scratch, single_system *system);
 
+/* A solve that may be run in parts, with other limits, tolerances or aggregates each time. */
+typedef struct single_solver single_solver;
+/* Problem, system and x stay borrowed, and the solver lies in the arena. Null: no memory. */
+single_solver *single_solver_make(const conjugate_gradients_problem *problem,
+                                  const single_system *system, double *x, arena *scratch);
+/* Goes on from x, by max_iterations more at most. */
+void single_solver_run(single_solver *solver, conjugate_gradients_result *result);
+
 /* Solves as conjugate_gradients_solve does, to the same residual, measured in double precision with
  * problem->apply, which must be the system's matrix with its terms. The preconditioner is the
  * blocks of the diagonal, with those of aggregates if the system has them. Where single precision
