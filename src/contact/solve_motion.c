@@ -111,10 +111,11 @@ static void add_hard_row(motion_solve *solve, contact_row *row) {
 
 /* Right-hand side, diagonal and hard rows of a round. A hard row takes part while it carries load
  * or is violated; otherwise it would pull. */
-static void prepare_round(motion_solve *solve) {
+static void prepare_round(motion_solve *solve, bool is_first) {
     size_t const count = solve->scene->cloth_vertex_count;
     memcpy(solve->right_hand_side, solve->system->right_hand_side, 3 * count * sizeof(double));
-    block_matrix_get_diagonal(solve->system->matrix, solve->diagonal, solve->scene->threads);
+    if (!is_first) /* the first round's has no rows in it yet */
+        block_matrix_get_diagonal(solve->system->matrix, solve->diagonal, solve->scene->threads);
     fill_body_system(solve->scene, solve->right_hand_side, solve->diagonal);
     solve->hard_count = 0;
     for (size_t i = 0; i < solve->list->rows.count; i++) {
@@ -359,7 +360,7 @@ static tulle_status run_rounds(motion_solve *solve) {
     prepare_hard_rows(solve->scene, solve->diagonal, list->rows.data, list->rows.count, solve->u);
     for (int round = 0; round < settings->solve_rounds_landing; round++) {
         uint32_t const before = solve->report->cg_iterations;
-        prepare_round(solve);
+        prepare_round(solve, round == 0);
         tulle_status const status = run_conjugate_gradients(solve);
         if (status != TULLE_OK || list->rows.count == 0) return status;
         round_result const result = end_round(solve->scene, list, solve->sums, solve->u);
