@@ -11,6 +11,7 @@
 #include "contact/contact_rows.h"
 #include "contact/hidden_rows.h"
 #include "contact/near_pairs.h"
+#include "contact/pair_filter.h"
 #include "contact/row_motion.h"
 #include "contact/select_admissible.h"
 
@@ -25,6 +26,7 @@ typedef struct gathering {
     const contact_scene *scene;
     const contact_store *store;
     const double *predicted;
+    const vertex_record *now_and_rest;          /* x0 and the rest shape */
     double largest_contact, largest_separation; /* [m] with rounding slack */
     const pair_event *events;
     contact_row *rows;         /* one an event */
@@ -34,29 +36,42 @@ typedef struct gathering {
 } gathering;
 
 /* Time 0 for a pair that is near now, else when the path first comes within the contact distance.
- */
-static scan_verdict measure_touch(const void *context, pair_event *event) {
-    const gathering *const work = context;
+ * event->distance is known; rest: the distance in the rest shape. */
+static scan_verdict measure_touch(const gathering *work, pair_event *event, double rest) {
     const contact_scene *const scene = work->scene;
     feature_kind const kind = event->kind;
     uint32_t vertices[4];
-    moving_pair paths;
     feature_pair_vertices(scene->set->topo, kind, event->pair, vertices);
-    load_points(scene->x0, vertices, paths.start);
-    load_points(work->predicted, vertices, paths.end);
-    pair_distances const distances = find_pair_distances(scene, kind, vertices);
-    event->distance = sqrt(closest_of_pair(kind, paths.start).distance2);
+    pair_distances const distances = limit_pair_distances(scene, kind, vertices, rest);
     event->time = 0.0;
     if (event->distance >= distances.separation) {
         bool const is_near = event->distance < work->largest_separation &&
                              !pair_is_ignored(scene, kind, event->pair);
         scan_verdict const drop = is_near ? SCAN_DROP_NEAR : SCAN_DROP;
+        moving_pair paths;
+        load_points(scene->x0, vertices, paths.start);
+        load_points(work->predicted, vertices, paths.end);
         if (pair_stays_apart(kind, &paths, distances.contact)) return drop;
         toi_result const result = time_of_impact(kind, &paths, distances.contact);
         if (result.state == TOI_SEPARATED) return drop;
         event->time = result.lower_bound;
     }
     return pair_is_ignored(scene, kind, event->pair) ? SCAN_DROP : SCAN_EVENT;
+}
+
+static void measure_touches(const void *context, feature_kind kind, pair_event *events,
+                            size_t count, scan_verdict *verdicts) {
+    const gathering *const work = context;
+    feature_pair pairs[SCAN_MOST];
+    double distances[2][SCAN_MOST];
+    for (size_t i = 0; i < count; i++) pairs[i] = events[i].pair;
+    TULLE_PICK_KERNEL(measure_distances)
+    (work->scene->set->topo, work->now_and_rest, kind, pairs, count,
+     (double *[2]){distances[0], distances[1]});
+    for (size_t i = 0; i < count; i++) {
+        events[i].distance = distances[0][i];
+        verdicts[i] = measure_touch(work, &events[i], distances[1][i]);
+    }
 }
 
 /* Contacts of the step before are held to a wider tolerance; so are new rows that one of them may
@@ -180,11 +195,13 @@ static tulle_status fill_rows(gathering *work, pair_source *source, row_list *li
     pair_scan const scan = {.x1 = work->predicted,
                             .at_start = work->largest_separation,
                             .at_end = work->largest_contact,
-                            .measure = measure_touch,
+                            .measure = measure_touches,
                             .context = work,
                             .notes_near_pairs = true};
     pair_events found;
     double start = timer_now();
+    work->now_and_rest = make_records(scene, scene->x0, scene->rest);
+    if (!work->now_and_rest) return TULLE_ERROR_OUT_OF_MEMORY;
     tulle_status status = scan_pairs(scene, source->pairs, &scan, &found);
     if (status == TULLE_OK) status = note_near_pairs(scene, &found, &list->near_pairs);
     add_time(&times->test_pairs, &start);

@@ -25,6 +25,12 @@ TULLE_DECLARE_KERNEL(size_t, filter_pairs,
                      (const pair_filter *filter, feature_kind kind, const feature_pair *pairs,
                       size_t count, feature_pair *kept))
 
+/* Distances [m] of pairs at the start and at the end of the records, those of closest_of_pair to
+ * the bit, where positions are finite. */
+TULLE_DECLARE_KERNEL(void, measure_distances,
+                     (const topology *topo, const vertex_record *records, feature_kind kind,
+                      const feature_pair *pairs, size_t count, double *distances[2]))
+
 /* The paths start -> end of all vertices of the scene in its scratch arena; null when memory is
  * short. */
 const vertex_record *make_records(const contact_scene *scene, const double *start,

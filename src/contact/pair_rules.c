@@ -29,17 +29,20 @@ const contact_law *find_contact_law(const contact_scene *scene, const uint32_t v
     return &scene->laws[a * scene->set->surface_count + b];
 }
 
-pair_distances find_pair_distances(const contact_scene *scene, feature_kind kind,
-                                   const uint32_t vertices[4]) {
+static bool is_of_one_surface(const contact_scene *scene, feature_kind kind,
+                              const uint32_t vertices[4]) {
+    return scene->vertex_surface[vertices[0]] ==
+           scene->vertex_surface[vertices[second_index(kind)]];
+}
+
+pair_distances limit_pair_distances(const contact_scene *scene, feature_kind kind,
+                                    const uint32_t vertices[4], double rest) {
     const contact_law *const law = find_contact_law(scene, vertices, kind);
     pair_distances distances = {law->contact_distance, law->separation_distance,
                                 scene->settings.minimum_gap};
-    uint32_t const surface = scene->vertex_surface[vertices[0]];
-    if (surface != scene->vertex_surface[vertices[second_index(kind)]]) return distances;
-    vec3 points[4];
-    load_points(scene->rest, vertices, points);
-    double const rest = sqrt(closest_of_pair(kind, points).distance2);
-    if (rest < OVERLAPPING_REST * law->contact_distance) return distances;
+    if (!is_of_one_surface(scene, kind, vertices) ||
+        rest < OVERLAPPING_REST * law->contact_distance)
+        return distances;
     if (CONTACT_PART_OF_REST * rest < distances.contact) {
         distances.separation *= CONTACT_PART_OF_REST * rest / distances.contact;
         distances.contact = CONTACT_PART_OF_REST * rest;
@@ -47,6 +50,16 @@ pair_distances find_pair_distances(const contact_scene *scene, feature_kind kind
     if (MINIMUM_PART_OF_REST * rest < distances.minimum)
         distances.minimum = MINIMUM_PART_OF_REST * rest;
     return distances;
+}
+
+pair_distances find_pair_distances(const contact_scene *scene, feature_kind kind,
+                                   const uint32_t vertices[4]) {
+    if (!is_of_one_surface(scene, kind, vertices))
+        return limit_pair_distances(scene, kind, vertices, 0.0);
+    vec3 points[4];
+    load_points(scene->rest, vertices, points);
+    double const rest = sqrt(closest_of_pair(kind, points).distance2);
+    return limit_pair_distances(scene, kind, vertices, rest);
 }
 
 double find_minimum_gap(double minimum, double start_distance) {

@@ -14,6 +14,10 @@ typedef struct pair_distances {
 
 pair_distances find_pair_distances(const contact_scene *scene, feature_kind kind,
                                    const uint32_t vertices[4]);
+/* The same where the distance [m] in the rest shape is known; read of pairs of one surface alone.
+ */
+pair_distances limit_pair_distances(const contact_scene *scene, feature_kind kind,
+                                    const uint32_t vertices[4], double rest);
 /* The gap [m] that a pair must keep over a step that it starts at start_distance [m]. */
 double find_minimum_gap(double minimum, double start_distance);
 const contact_law *find_contact_law(const contact_scene *scene, const uint32_t vertices[4],

@@ -11,8 +11,7 @@
 
 enum {
     FILTER_CHUNK = 4096, /* pairs; some 30 microseconds */
-    FILTER_PART = 512,   /* of these, picked at a time */
-    MEASURE_CHUNK = 64   /* pairs; some 20 to 50 microseconds */
+    FILTER_PART = 512    /* of these, picked at a time */
 };
 /* Times of pairs that are dropped. */
 #define DROPPED (-1.0)
@@ -66,24 +65,35 @@ static void filter_chunk(void *context, size_t begin, size_t end, size_t chunk, 
     work->kept_counts[chunk] = (uint32_t)kept_count;
 }
 
-static feature_pair get_survivor(const scan_work *work, size_t index, feature_kind *kind) {
-    size_t const vertex_count = work->survivor_counts[FEATURE_VERTEX_TRIANGLE];
-    *kind = index < vertex_count ? FEATURE_VERTEX_TRIANGLE : FEATURE_EDGE_EDGE;
-    return work->survivors[*kind][index < vertex_count ? index : index - vertex_count];
+/* Survivors begin .. end - 1 of one kind, whose events are from `event` on. */
+static void measure_kind(const scan_work *work, feature_kind kind, size_t begin, size_t end,
+                         pair_event *event) {
+    scan_verdict verdicts[SCAN_MOST];
+    size_t const count = end - begin;
+    for (size_t i = 0; i < count; i++) {
+        event[i].kind = kind;
+        event[i].pair = work->survivors[kind][begin + i];
+    }
+    work->scan->measure(work->scan->context, kind, event, count, verdicts);
+    for (size_t i = 0; i < count; i++) {
+        if (verdicts[i] == SCAN_DROP) event[i].time = DROPPED;
+        if (verdicts[i] == SCAN_DROP_TURNING) event[i].time = DROPPED_TURNING;
+        if (verdicts[i] == SCAN_DROP_NEAR) event[i].time = DROPPED_NEAR;
+    }
 }
 
+/* Vertices and triangles come first. */
 static void measure_chunk(void *context, size_t begin, size_t end, size_t chunk, int worker) {
     (void)chunk;
     scan_work *const work = context;
     if (stop_is_wanted_by(work->stop, worker)) return;
-    for (size_t i = begin; i < end; i++) {
-        pair_event *const event = &work->events[i];
-        event->pair = get_survivor(work, i, &event->kind);
-        scan_verdict const verdict = work->scan->measure(work->scan->context, event);
-        if (verdict == SCAN_DROP) event->time = DROPPED;
-        if (verdict == SCAN_DROP_TURNING) event->time = DROPPED_TURNING;
-        if (verdict == SCAN_DROP_NEAR) event->time = DROPPED_NEAR;
-    }
+    size_t const first_edge = work->survivor_counts[FEATURE_VERTEX_TRIANGLE];
+    size_t const middle = end < first_edge ? end : begin > first_edge ? begin : first_edge;
+    if (begin < middle)
+        measure_kind(work, FEATURE_VERTEX_TRIANGLE, begin, middle, work->events + begin);
+    if (middle < end)
+        measure_kind(work, FEATURE_EDGE_EDGE, middle - first_edge, end - first_edge,
+                     work->events + middle);
 }
 
 /* Moves together what the chunks kept; returns how many. */
@@ -157,7 +167,7 @@ tulle_status scan_pairs(const contact_scene *scene, const pair_list *pairs, cons
     pair_event *const near_pairs =
         scan->notes_near_pairs ? ARENA_NEW(scene->scratch, pair_event, survivor_count) : NULL;
     if (!work.events || (scan->notes_near_pairs && !near_pairs)) return TULLE_ERROR_OUT_OF_MEMORY;
-    parallel_for(survivor_count, MEASURE_CHUNK, scene->threads, measure_chunk, &work);
+    parallel_for(survivor_count, SCAN_MOST, scene->threads, measure_chunk, &work);
     if (stop_is_wanted(scene->stop)) return TULLE_ERROR_INTERRUPTED;
     result->events = work.events;
     result->measured_count = survivor_count;

@@ -19,9 +19,11 @@ typedef enum scan_verdict {
     SCAN_DROP_NEAR,    /* dropped, but noted among the near pairs */
     SCAN_EVENT
 } scan_verdict;
-/* Full test: what becomes of the pair of `event`. Sets the time of an event, and the distance of a
- * near pair. Runs on several threads. */
-typedef scan_verdict (*pair_measure)(const void *context, pair_event *event);
+/* Full test: what becomes of the pairs of `count` events of one kind, SCAN_MOST at most. Sets the
+ * times of events, and the distances of near pairs. Runs on several threads. */
+enum { SCAN_MOST = 64 };
+typedef void (*pair_measure)(const void *context, feature_kind kind, pair_event *events,
+                             size_t count, scan_verdict *verdicts);
 
 /* The cheap test drops pairs that the direction between their middles keeps further apart than
  * at_start at the start and than at_end along x0 -> x1 (pair_filter.h). */

@@ -36,8 +36,7 @@ static bool is_at_rest(const moving_pair *paths) {
     return memcmp(paths->start, paths->end, sizeof paths->start) == 0;
 }
 
-static scan_verdict measure_hit(const void *context, pair_event *event) {
-    const path_test *const test = context;
+static scan_verdict measure_hit(const path_test *test, pair_event *event) {
     feature_kind const kind = event->kind;
     feature_pair const pair = event->pair;
     uint32_t vertices[4];
@@ -54,6 +53,12 @@ static scan_verdict measure_hit(const void *context, pair_event *event) {
     return pair_is_ignored(test->scene, kind, pair) ? SCAN_DROP : SCAN_EVENT;
 }
 
+static void measure_hits(const void *context, feature_kind kind, pair_event *events, size_t count,
+                         scan_verdict *verdicts) {
+    (void)kind;
+    for (size_t i = 0; i < count; i++) verdicts[i] = measure_hit(context, &events[i]);
+}
+
 tulle_status find_hits(const contact_scene *scene, const pair_source *source, const double *x1,
                        const bool *has_changed, pair_events *hits) {
     path_test const test = {.scene = scene, .x1 = x1};
@@ -63,7 +68,7 @@ tulle_status find_hits(const contact_scene *scene, const pair_source *source, co
                             .at_start = minimum,
                             .at_end = minimum,
                             .has_changed = has_changed,
-                            .measure = measure_hit,
+                            .measure = measure_hits,
                             .context = &test};
     double const start = timer_now();
     pair_list pairs;

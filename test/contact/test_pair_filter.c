@@ -1,5 +1,6 @@
 /* The cheap test of pairs keeps the same ones as its formula does one pair at a time, on every
- * vector width, and what it drops is as far apart as it says; what is kept is sorted. */
+ * vector width, and what it drops is as far apart as it says; distances are those of
+ * closest_of_pair; what is kept is sorted. */
 #include "base/hash.h"
 #include "contact/pair_filter.h"
 #include "contact/pair_rules.h"
@@ -126,6 +127,50 @@ static void keeps_what_the_formula_keeps(void **state) {
     free(pairs);
 }
 
+/* Points of small whole coordinates: most features are degenerate or touch. */
+static void make_degenerate_pairs(random_pairs *to, uint64_t *random) {
+    make_random_pairs(to, random);
+    for (size_t i = 0; i < VERTICES; i++)
+        for (size_t k = 0; k < 3; k++) {
+            to->records[i].start[k] = pick(3, random);
+            to->records[i].end[k] = pick(3, random) + (i % 3 ? 0.0 : 1e-9 * pick(3, random));
+        }
+}
+
+static void check_measured(const random_pairs *of, feature_kind kind) {
+    double start[PAIRS], end[PAIRS];
+    TULLE_PICK_KERNEL(measure_distances)
+    (&of->topo, of->records, kind, of->pairs, PAIRS, (double *[2]){start, end});
+    for (size_t i = 0; i < PAIRS; i++)
+        for (int time = 0; time < 2; time++) {
+            vec3 points[4];
+            get_points(of, kind, of->pairs[i], time, points);
+            bool is_finite = true;
+            for (int k = 0; k < 4; k++)
+                is_finite = is_finite && isfinite(vec3_norm2(points[k])) && fabs(points[k].x) < 1e3;
+            double const distance = sqrt(closest_of_pair(kind, points).distance2);
+            if (is_finite) assert_true((time == 0 ? start : end)[i] == distance);
+        }
+}
+
+static void measures_distances_to_the_bit(void **state) {
+    (void)state;
+    random_pairs *const pairs = calloc(1, sizeof *pairs);
+    assert_non_null(pairs);
+    uint64_t random = 5;
+    for (int round = 0; round < 40; round++) {
+        if (round % 2)
+            make_random_pairs(pairs, &random);
+        else
+            make_degenerate_pairs(pairs, &random);
+        for (int target = 0; target < KERNEL_TARGET_COUNT; target++) {
+            if (!kernel_target_force((kernel_target)target)) continue;
+            for (int kind = 0; kind < 2; kind++) check_measured(pairs, (feature_kind)kind);
+        }
+    }
+    free(pairs);
+}
+
 static int compare_pairs(const void *a, const void *b) {
     const feature_pair *const x = a, *const y = b;
     if (x->first != y->first) return x->first < y->first ? -1 : 1;
@@ -160,6 +205,7 @@ static void sorts_pairs(void **state) {
 int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(keeps_what_the_formula_keeps),
+        cmocka_unit_test(measures_distances_to_the_bit),
         cmocka_unit_test(sorts_pairs),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);

@@ -1,17 +1,6 @@
 /* contact/kernels/pair_filter_kernel.c - see pair_filter.h. */
+#include "contact/kernels/pair_points.h"
 #include "contact/pair_filter.h"
-#include "detect/kernels/pair_lanes.h"
-
-/* The records of the four points of up to eight pairs; lanes beyond repeat the last pair. */
-SIMD_INLINE void find_points(const pair_filter *filter, feature_kind kind,
-                             const feature_pair *pairs, size_t lane_count, record_lanes *to) {
-    for (size_t k = 0; k < DOUBLE_LANES; k++) {
-        uint32_t vertices[4];
-        feature_pair_vertices(filter->topo, kind, pairs[k < lane_count ? k : lane_count - 1],
-                              vertices);
-        for (int i = 0; i < 4; i++) to->points[i][k] = filter->records + vertices[i];
-    }
-}
 
 /* d: from the middle of the second feature to that of the first. */
 SIMD_INLINE vec3x8 find_direction(feature_kind kind, const moving_lanes p[4]) {
@@ -40,10 +29,8 @@ SIMD_INLINE bool8 exceeds(double8 gap, double bound2, double8 norm2) {
 /* Lanes that are kept. */
 SIMD_INLINE lane_mask keep_lanes(const pair_filter *filter, feature_kind kind,
                                  const feature_pair *pairs, size_t lane_count) {
-    record_lanes records;
-    find_points(filter, kind, pairs, lane_count, &records);
     moving_lanes p[4];
-    for (int k = 0; k < 4; k++) p[k] = load_moving(records.points[k]);
+    load_pair_points(filter->topo, filter->records, kind, pairs, lane_count, p);
     vec3x8 const direction = find_direction(kind, p);
     double8 const norm2 = vec3x8_dot(direction, direction);
     double8 start[4], end[4];

@@ -77,24 +77,38 @@ SIMD_INLINE void find_foot_lanes(const triangle_products *p, double8 foot[2]) {
     foot[1] = double8_select(at_a, zero, f1);
 }
 
-/* d: vertex less each corner. */
-SIMD_INLINE closest_lanes find_closest_vertex_triangle(const vec3x8 d[4]) {
+/* Vectors of a vertex and a triangle: the vertex less each corner, and two edges from the first
+ * corner. */
+typedef struct triangle_lanes {
+    vec3x8 from_corner[3], u, v;
+} triangle_lanes;
+
+/* Not of thin triangles, whose lanes go to *thin. */
+SIMD_INLINE vec3x8 find_sound_difference(const triangle_lanes *at, lane_mask *thin) {
     double8 const one = double8_fill(1.0);
-    vec3x8 const u = vec3x8_sub(d[0], d[1]), v = vec3x8_sub(d[0], d[2]);
+    vec3x8 const u = at->u, v = at->v, offset = at->from_corner[0];
     double8 const uu = vec3x8_dot(u, u), uv = vec3x8_dot(u, v), vv = vec3x8_dot(v, v);
-    double8 const a_u = vec3x8_dot(u, d[0]), a_v = vec3x8_dot(v, d[0]);
+    double8 const a_u = vec3x8_dot(u, offset), a_v = vec3x8_dot(v, offset);
     double8 const longer2 = double8_max(uu, vv), determinant = uu * vv - uv * uv;
     bool8 const is_sound = bool8_and(double8_greater(determinant, SOUND_RATIO * longer2 * longer2),
                                      double8_greater(determinant, double8_fill(DETERMINANT_MIN)));
     double8 foot[2];
     triangle_products const products = {uu, uv, vv, a_u, a_v, determinant};
     find_foot_lanes(&products, foot);
-    vec3x8 difference = vec3x8_add_scaled(vec3x8_add_scaled(d[0], u, -foot[0]), v, -foot[1]);
-    difference = vec3x8_select(at_least(foot[1], one), d[2], difference);
-    difference = vec3x8_select(at_least(foot[0], one), d[1], difference);
-    lane_mask const thin = ~bool8_bits(is_sound) & 0xff;
+    vec3x8 difference = vec3x8_add_scaled(vec3x8_add_scaled(offset, u, -foot[0]), v, -foot[1]);
+    difference = vec3x8_select(at_least(foot[1], one), at->from_corner[2], difference);
+    difference = vec3x8_select(at_least(foot[0], one), at->from_corner[1], difference);
+    *thin = ~bool8_bits(is_sound) & 0xff;
+    return difference;
+}
+
+/* d: vertex less each corner. */
+SIMD_INLINE closest_lanes find_closest_vertex_triangle(const vec3x8 d[4]) {
+    triangle_lanes const at = {{d[0], d[1], d[2]}, vec3x8_sub(d[0], d[1]), vec3x8_sub(d[0], d[2])};
+    lane_mask thin;
+    vec3x8 difference = find_sound_difference(&at, &thin);
     if (thin) find_thin_differences(d, thin, &difference);
-    return (closest_lanes){difference, u, v};
+    return (closest_lanes){difference, at.u, at.v};
 }
 
 /* Part of a orthogonal to base. */
@@ -137,11 +151,10 @@ static void find_parallel_parameters(const closest_lanes *edges, vec3x8 offset, 
     *t = double8_select(parallel, double8_select(swapped, at[0], at[1]), *t);
 }
 
-/* d: corners of the first edge less those of the second, 00 01 10 11. */
-SIMD_INLINE closest_lanes find_closest_edge_edge(const vec3x8 d[4]) {
+/* The difference from d: corners of the first edge less those of the second, 00 01 10 11. */
+SIMD_INLINE vec3x8 find_edge_difference(const vec3x8 d[4], vec3x8 u, vec3x8 v) {
     double8 const zero = double8_fill(0.0), one = double8_fill(1.0);
-    closest_lanes result = {.u = vec3x8_sub(d[2], d[0]), .v = vec3x8_sub(d[0], d[1])};
-    vec3x8 const u = result.u, v = result.v, offset = vec3x8_neg(d[0]);
+    vec3x8 const offset = vec3x8_neg(d[0]);
     double8 const uu = vec3x8_dot(u, u), uv = vec3x8_dot(u, v), vv = vec3x8_dot(v, v);
     double8 const determinant = uu * vv - uv * uv;
     bool8 const is_sound = bool8_and(double8_greater(determinant, SOUND_RATIO * uu * vv),
@@ -152,19 +165,51 @@ SIMD_INLINE closest_lanes find_closest_edge_edge(const vec3x8 d[4]) {
     double8 s = clamp_unit(s_free);
     bool8 const is_free = double8_equal(s, s_free);
     double8 t = double8_select(is_free, t_free, clamp_unit((uv * s - v_q) / vv));
+    closest_lanes const edges = {.u = u, .v = v};
     lane_mask const parallel = ~bool8_bits(is_sound) & 0xff;
-    if (parallel) find_parallel_parameters(&result, offset, bool8_not(is_sound), &s, &t);
+    if (parallel) find_parallel_parameters(&edges, offset, bool8_not(is_sound), &s, &t);
     bool8 const at_end_first = at_least(s, one), at_end_second = at_least(t, one);
-    vec3x8 const from = vec3x8_select(at_end_second, d[1], d[0]);
-    vec3x8 difference = vec3x8_select(at_end_first, vec3x8_add(u, from), from);
+    vec3x8 difference = vec3x8_select(at_end_first, vec3x8_select(at_end_second, d[3], d[2]),
+                                      vec3x8_select(at_end_second, d[1], d[0]));
     difference = vec3x8_add_scaled(difference, u, double8_select(at_end_first, zero, s));
-    result.difference = vec3x8_add_scaled(difference, v, double8_select(at_end_second, zero, -t));
-    return result;
+    return vec3x8_add_scaled(difference, v, double8_select(at_end_second, zero, -t));
+}
+
+SIMD_INLINE closest_lanes find_closest_edge_edge(const vec3x8 d[4]) {
+    vec3x8 const u = vec3x8_sub(d[2], d[0]), v = vec3x8_sub(d[0], d[1]);
+    /* as closest_edge_edge finds them from points about the first one */
+    const vec3x8 corners[4] = {d[0], d[1], vec3x8_add(u, d[0]), vec3x8_add(u, d[1])};
+    return (closest_lanes){find_edge_difference(corners, u, v), u, v};
 }
 
 SIMD_INLINE closest_lanes find_closest(feature_kind kind, const vec3x8 d[4]) {
     return kind == FEATURE_VERTEX_TRIANGLE ? find_closest_vertex_triangle(d)
                                            : find_closest_edge_edge(d);
+}
+
+/* The squared distances of the pairs of four points each. */
+SIMD_INLINE double8 find_distances2(feature_kind kind, const vec3x8 p[4]) {
+    vec3x8 difference;
+    if (kind == FEATURE_VERTEX_TRIANGLE) {
+        triangle_lanes const at = {
+            {vec3x8_sub(p[0], p[1]), vec3x8_sub(p[0], p[2]), vec3x8_sub(p[0], p[3])},
+            vec3x8_sub(p[2], p[1]),
+            vec3x8_sub(p[3], p[1])};
+        lane_mask thin;
+        difference = find_sound_difference(&at, &thin);
+        double8 distances2 = vec3x8_dot(difference, difference);
+        for (; thin; thin &= thin - 1) {
+            int const k = __builtin_ctz(thin);
+            const vec3 points[4] = {vec3x8_get(p[0], k), vec3x8_get(p[1], k), vec3x8_get(p[2], k),
+                                    vec3x8_get(p[3], k)};
+            distances2[k] = closest_vertex_triangle(points).distance2;
+        }
+        return distances2;
+    }
+    const vec3x8 corners[4] = {vec3x8_sub(p[0], p[2]), vec3x8_sub(p[0], p[3]),
+                               vec3x8_sub(p[1], p[2]), vec3x8_sub(p[1], p[3])};
+    difference = find_edge_difference(corners, vec3x8_sub(p[1], p[0]), vec3x8_sub(p[3], p[2]));
+    return vec3x8_dot(difference, difference);
 }
 
 #endif
