@@ -7,6 +7,7 @@
 
 #include "base/parallel.h"
 #include "base/timer.h"
+#include "contact/apart_pairs.h"
 #include "contact/carry_over.h"
 #include "contact/contact_rows.h"
 #include "contact/hidden_rows.h"
@@ -27,6 +28,7 @@ typedef struct gathering {
     const contact_store *store;
     const double *predicted;
     const vertex_record *now_and_rest;          /* x0 and the rest shape */
+    pair_tables tables;                         /* of x0 -> predicted */
     double largest_contact, largest_separation; /* [m] with rounding slack */
     const pair_event *events;
     contact_row *rows;         /* one an event */
@@ -35,43 +37,76 @@ typedef struct gathering {
     size_t vertex_event_count; /* they come before those of edges */
 } gathering;
 
-/* Time 0 for a pair that is near now, else when the path first comes within the contact distance.
- * event->distance is known; rest: the distance in the rest shape. */
-static scan_verdict measure_touch(const gathering *work, pair_event *event, double rest) {
+/* The time is when the path of a pair that is not near now first comes within the contact distance.
+ */
+static scan_verdict measure_approach(const gathering *work, pair_event *event, double contact) {
     const contact_scene *const scene = work->scene;
     feature_kind const kind = event->kind;
     uint32_t vertices[4];
+    moving_pair paths;
     feature_pair_vertices(scene->set->topo, kind, event->pair, vertices);
-    pair_distances const distances = limit_pair_distances(scene, kind, vertices, rest);
-    event->time = 0.0;
-    if (event->distance >= distances.separation) {
-        bool const is_near = event->distance < work->largest_separation &&
-                             !pair_is_ignored(scene, kind, event->pair);
-        scan_verdict const drop = is_near ? SCAN_DROP_NEAR : SCAN_DROP;
-        moving_pair paths;
-        load_points(scene->x0, vertices, paths.start);
-        load_points(work->predicted, vertices, paths.end);
-        if (pair_stays_apart(kind, &paths, distances.contact)) return drop;
-        toi_result const result = time_of_impact(kind, &paths, distances.contact);
-        if (result.state == TOI_SEPARATED) return drop;
-        event->time = result.lower_bound;
-    }
-    return pair_is_ignored(scene, kind, event->pair) ? SCAN_DROP : SCAN_EVENT;
+    load_points(scene->x0, vertices, paths.start);
+    load_points(work->predicted, vertices, paths.end);
+    if (pair_stays_apart(kind, &paths, contact)) return SCAN_DROP;
+    toi_result const result = time_of_impact(kind, &paths, contact);
+    event->time = result.lower_bound;
+    return result.state == TOI_SEPARATED ? SCAN_DROP : SCAN_EVENT;
 }
 
-static void measure_touches(const void *context, feature_kind kind, pair_event *events,
-                            size_t count, scan_verdict *verdicts) {
-    const gathering *const work = context;
+/* Verdicts on pairs that are not near now: `indices` of those in the query. */
+static void measure_approaches(const gathering *work, const apart_query *far,
+                               const uint8_t *indices, pair_event *events, scan_verdict *verdicts) {
+    bool is_apart[SCAN_MOST];
+    find_apart(&work->tables, far, is_apart);
+    for (size_t k = 0; k < far->count; k++) {
+        size_t const i = indices[k];
+        verdicts[i] =
+            is_apart[k] ? SCAN_DROP : measure_approach(work, &events[i], far->separations[k]);
+        if (verdicts[i] == SCAN_DROP && events[i].distance < work->largest_separation)
+            verdicts[i] = SCAN_DROP_NEAR;
+    }
+}
+
+/* Distances [m] of pairs at x0 and in the rest shape. */
+typedef struct scan_distances {
+    double now[SCAN_MOST], rest[SCAN_MOST];
+} scan_distances;
+
+static void find_distances(const gathering *work, feature_kind kind, const pair_event *events,
+                           size_t count, scan_distances *to) {
     feature_pair pairs[SCAN_MOST];
-    double distances[2][SCAN_MOST];
     for (size_t i = 0; i < count; i++) pairs[i] = events[i].pair;
     TULLE_PICK_KERNEL(measure_distances)
     (work->scene->set->topo, work->now_and_rest, kind, pairs, count,
-     (double *[2]){distances[0], distances[1]});
+     (double *[2]){to->now, to->rest});
+}
+
+/* Time 0 for a pair that is near now. */
+static void measure_touches(const void *context, feature_kind kind, pair_event *events,
+                            size_t count, scan_verdict *verdicts) {
+    const gathering *const work = context;
+    const contact_scene *const scene = work->scene;
+    scan_distances distances;
+    apart_query far = {.kind = kind, .count = 0};
+    uint8_t indices[SCAN_MOST];
+    find_distances(work, kind, events, count, &distances);
     for (size_t i = 0; i < count; i++) {
-        events[i].distance = distances[0][i];
-        verdicts[i] = measure_touch(work, &events[i], distances[1][i]);
+        uint32_t vertices[4];
+        feature_pair_vertices(scene->set->topo, kind, events[i].pair, vertices);
+        pair_distances const limits =
+            limit_pair_distances(scene, kind, vertices, distances.rest[i]);
+        events[i].distance = distances.now[i];
+        events[i].time = 0.0;
+        verdicts[i] = SCAN_EVENT;
+        if (!(events[i].distance >= limits.separation)) continue;
+        indices[far.count] = (uint8_t)i;
+        far.pairs[far.count] = events[i].pair;
+        far.separations[far.count++] = limits.contact;
     }
+    measure_approaches(work, &far, indices, events, verdicts);
+    for (size_t i = 0; i < count; i++)
+        if (verdicts[i] != SCAN_DROP && pair_is_ignored(scene, kind, events[i].pair))
+            verdicts[i] = SCAN_DROP;
 }
 
 /* Contacts of the step before are held to a wider tolerance; so are new rows that one of them may
@@ -192,16 +227,17 @@ static tulle_status fill_rows(gathering *work, pair_source *source, row_list *li
     const contact_scene *const scene = work->scene;
     contact_times unused, *const times = scene->times ? scene->times : &unused;
     unused = (contact_times){0};
-    pair_scan const scan = {.x1 = work->predicted,
+    double start = timer_now();
+    pair_scan const scan = {.records = make_records(scene, scene->x0, work->predicted),
                             .at_start = work->largest_separation,
                             .at_end = work->largest_contact,
                             .measure = measure_touches,
                             .context = work,
                             .notes_near_pairs = true};
     pair_events found;
-    double start = timer_now();
     work->now_and_rest = make_records(scene, scene->x0, scene->rest);
-    if (!work->now_and_rest) return TULLE_ERROR_OUT_OF_MEMORY;
+    if (!work->now_and_rest || !make_feature_tables(scene, scan.records, &work->tables))
+        return TULLE_ERROR_OUT_OF_MEMORY;
     tulle_status status = scan_pairs(scene, source->pairs, &scan, &found);
     if (status == TULLE_OK) status = note_near_pairs(scene, &found, &list->near_pairs);
     add_time(&times->test_pairs, &start);

@@ -127,9 +127,7 @@ static tulle_status filter_kind(const contact_scene *scene, scan_work *work, fea
 static tulle_status filter_all(const contact_scene *scene, const pair_list *pairs,
                                scan_work *work) {
     const pair_scan *const scan = work->scan;
-    work->filter = (pair_filter){scene->set->topo, make_records(scene, scene->x0, scan->x1),
-                                 scan->at_start, scan->at_end};
-    if (!work->filter.records) return TULLE_ERROR_OUT_OF_MEMORY;
+    work->filter = (pair_filter){scene->set->topo, scan->records, scan->at_start, scan->at_end};
     tulle_status status = TULLE_OK;
     for (int kind = 0; kind < 2 && status == TULLE_OK; kind++) {
         bool const is_edge_edge = kind == FEATURE_EDGE_EDGE;

@@ -4,6 +4,7 @@
 #define TULLE_CONTACT_PAIR_SCAN_H
 
 #include "contact/contact_types.h"
+#include "detect/pair_batch.h"
 
 /* A pair that passed both tests. */
 typedef struct pair_event {
@@ -28,8 +29,8 @@ typedef void (*pair_measure)(const void *context, feature_kind kind, pair_event 
 /* The cheap test drops pairs that the direction between their middles keeps further apart than
  * at_start at the start and than at_end along x0 -> x1 (pair_filter.h). */
 typedef struct pair_scan {
-    const double *x1;        /* [m] 3 * vertex_count */
-    double at_start, at_end; /* [m] with rounding slack */
+    const vertex_record *records; /* paths x0 -> x1 of all vertices, see make_records */
+    double at_start, at_end;      /* [m] with rounding slack */
     const bool *has_changed; /* vertex_count; pairs none of whose vertices has a mark are dropped;
                                 null: none is */
     pair_measure measure;

@@ -1,13 +1,15 @@
 /* contact/path_test.c - see path_test.h.
  *
- * The test is a chain from cheap to dear: no vertex moved relative to the others; the direction
- * between the middles separates; the closest direction separates; a plane that turns from the
+ * The test is a chain from cheap to dear: the direction between the middles separates; an axis or
+ * the closest direction at the start separates, both eight pairs at a time; no vertex moved
+ * relative to the others; the closest direction at the end separates; a plane that turns from the
  * closest direction at the start to that at the end separates; conservative advancement with the
  * pair's own gap. Each link is a proof, so a pair that leaves the chain is safe. */
 #include "contact/path_test.h"
 
 #include "base/parallel.h"
 #include "base/timer.h"
+#include "contact/apart_pairs.h"
 #include "contact/near_pairs.h"
 #include "contact/pair_filter.h"
 #include "contact/pair_rules.h"
@@ -22,6 +24,7 @@ enum {
 typedef struct path_test {
     const contact_scene *scene;
     const double *x1;
+    pair_tables tables; /* of x0 -> x1 */
 } path_test;
 
 static moving_pair load_paths(const path_test *test, const uint32_t vertices[4]) {
@@ -55,23 +58,32 @@ static scan_verdict measure_hit(const path_test *test, pair_event *event) {
 
 static void measure_hits(const void *context, feature_kind kind, pair_event *events, size_t count,
                          scan_verdict *verdicts) {
-    (void)kind;
-    for (size_t i = 0; i < count; i++) verdicts[i] = measure_hit(context, &events[i]);
+    const path_test *const test = context;
+    apart_query query = {.kind = kind, .count = count};
+    bool is_apart[SCAN_MOST];
+    for (size_t i = 0; i < count; i++) {
+        query.pairs[i] = events[i].pair;
+        query.separations[i] = test->scene->settings.minimum_gap;
+    }
+    find_apart(&test->tables, &query, is_apart);
+    for (size_t i = 0; i < count; i++)
+        verdicts[i] = is_apart[i] ? SCAN_DROP : measure_hit(test, &events[i]);
 }
 
 tulle_status find_hits(const contact_scene *scene, const pair_source *source, const double *x1,
                        const bool *has_changed, pair_events *hits) {
-    path_test const test = {.scene = scene, .x1 = x1};
+    double const start = timer_now();
+    path_test test = {.scene = scene, .x1 = x1};
     /* [m] xi with rounding slack */
     double const minimum = scene->settings.minimum_gap + find_rounding_slack(scene, x1);
-    pair_scan const scan = {.x1 = x1,
+    pair_scan const scan = {.records = make_records(scene, scene->x0, x1),
                             .at_start = minimum,
                             .at_end = minimum,
                             .has_changed = has_changed,
                             .measure = measure_hits,
                             .context = &test};
-    double const start = timer_now();
     pair_list pairs;
+    if (!make_feature_tables(scene, scan.records, &test.tables)) return TULLE_ERROR_OUT_OF_MEMORY;
     tulle_status status = pick_pairs(scene, source, x1, minimum, &pairs);
     if (status == TULLE_OK) status = scan_pairs(scene, &pairs, &scan, hits);
     if (scene->times) scene->times->test_pairs += timer_now() - start;

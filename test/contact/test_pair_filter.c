@@ -2,6 +2,7 @@
  * vector width, and what it drops is as far apart as it says; distances are those of
  * closest_of_pair; what is kept is sorted. */
 #include "base/hash.h"
+#include "contact/apart_pairs.h"
 #include "contact/pair_filter.h"
 #include "contact/pair_rules.h"
 #include "contact/sort_pairs.h"
@@ -171,6 +172,54 @@ static void measures_distances_to_the_bit(void **state) {
     free(pairs);
 }
 
+/* Returns how many pairs are marked; pair_stays_apart is true of them. */
+static size_t check_apart(const random_pairs *of, feature_kind kind, double separation) {
+    static uint32_t numbers[VERTICES];
+    for (uint32_t i = 0; i < VERTICES; i++) numbers[i] = i;
+    pair_tables const tables = {.vertex_corners = numbers,
+                                .edge_corners = of->edges,
+                                .triangle_corners = of->triangles,
+                                .records = of->records};
+    apart_query query = {.kind = kind, .count = SCAN_MOST - 3};
+    bool is_apart[SCAN_MOST];
+    size_t marked_count = 0;
+    memcpy(query.pairs, of->pairs, sizeof query.pairs);
+    for (size_t i = 0; i < SCAN_MOST; i++) query.separations[i] = separation * (double)(i % 3);
+    find_apart(&tables, &query, is_apart);
+    for (size_t i = 0; i < query.count; i++) {
+        moving_pair paths;
+        get_points(of, kind, query.pairs[i], 0.0, paths.start);
+        get_points(of, kind, query.pairs[i], 1.0, paths.end);
+        if (is_apart[i]) assert_true(pair_stays_apart(kind, &paths, query.separations[i]));
+        marked_count += is_apart[i];
+    }
+    return marked_count;
+}
+
+static void marks_what_stays_apart(void **state) {
+    (void)state;
+    random_pairs *const pairs = calloc(1, sizeof *pairs);
+    assert_non_null(pairs);
+    uint64_t random = 9;
+    size_t marked_count = 0;
+    for (int round = 0; round < 60; round++) {
+        if (round % 2)
+            make_random_pairs(pairs, &random);
+        else
+            make_degenerate_pairs(pairs, &random);
+        size_t const before = marked_count;
+        for (int target = 0; target < KERNEL_TARGET_COUNT; target++) {
+            if (!kernel_target_force((kernel_target)target)) continue;
+            marked_count = before;
+            for (int kind = 0; kind < 2; kind++)
+                marked_count +=
+                    check_apart(pairs, (feature_kind)kind, 0.2 * random_uniform(&random));
+        }
+    }
+    assert_in_range(marked_count, 1500, 60 * 2 * SCAN_MOST - 1500);
+    free(pairs);
+}
+
 static int compare_pairs(const void *a, const void *b) {
     const feature_pair *const x = a, *const y = b;
     if (x->first != y->first) return x->first < y->first ? -1 : 1;
@@ -206,6 +255,7 @@ int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(keeps_what_the_formula_keeps),
         cmocka_unit_test(measures_distances_to_the_bit),
+        cmocka_unit_test(marks_what_stays_apart),
         cmocka_unit_test(sorts_pairs),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
