@@ -129,11 +129,24 @@ bool pair_is_ignored(const contact_scene *scene, feature_kind kind, feature_pair
                                            : edge_pair_is_ignored(scene, pair);
 }
 
+/* The largest size of a value, of several lanes at a time. */
+static double find_largest(const double *values, size_t count) {
+    enum { LANES = 8 };
+    double largest[LANES] = {0.0};
+    size_t i = 0;
+    for (; i + LANES <= count; i += LANES)
+        for (size_t k = 0; k < LANES; k++) {
+            double const size = fabs(values[i + k]);
+            largest[k] = size > largest[k] ? size : largest[k];
+        }
+    for (; i < count; i++) largest[0] = fabs(values[i]) > largest[0] ? fabs(values[i]) : largest[0];
+    for (size_t k = 1; k < LANES; k++)
+        if (largest[k] > largest[0]) largest[0] = largest[k];
+    return largest[0];
+}
+
 double find_rounding_slack(const contact_scene *scene, const double *x1) {
-    double largest = 0.0;
-    for (size_t i = 0; i < 3 * scene->vertex_count; i++) {
-        if (fabs(scene->x0[i]) > largest) largest = fabs(scene->x0[i]);
-        if (fabs(x1[i]) > largest) largest = fabs(x1[i]);
-    }
-    return SLACK_ROUNDINGS * DBL_EPSILON * largest;
+    double const before = find_largest(scene->x0, 3 * scene->vertex_count);
+    double const after = find_largest(x1, 3 * scene->vertex_count);
+    return SLACK_ROUNDINGS * DBL_EPSILON * (before > after ? before : after);
 }
