@@ -165,8 +165,8 @@ static void count_patches(const kept_patches *patches, patch_counts *counts) {
 }
 
 /* Moves `count` items of an array from one place to one before it. Returns the end. */
-static uint32_t move_down(uint32_t *items, uint32_t from, uint32_t count, uint32_t to) {
-    memmove(items + to, items + from, count * sizeof *items);
+static size_t move_down(uint32_t *items, size_t from, size_t count, size_t to) {
+    if (count > 0) memmove(items + to, items + from, count * sizeof *items);
     return to + count;
 }
 
@@ -180,24 +180,24 @@ static kept_patch *find_patch_at(const kept_patches *patches, size_t place) {
 
 /* Closes the gaps between patches, which lie in the same order in all arrays. */
 static void close_gaps(kept_patches *patches) {
-    uint32_t triangles = 0, vertices = 0, loops = 0;
+    size_t triangles = 0, vertices = 0, loops = 0;
     for (size_t place = 0; place < patches->triangles.count;) {
         kept_patch *const patch = find_patch_at(patches, place);
         place += patch ? patch->triangle_count : 1;
         if (!patch) continue;
         kept_patch const old = *patch;
-        patch->triangle_begin = triangles;
-        patch->vertex_begin = vertices;
-        patch->loop_begin = loops;
-        move_down(patches->corners.data, 3 * old.triangle_begin, 3 * old.triangle_count,
-                  3 * triangles);
+        patch->triangle_begin = (uint32_t)triangles;
+        patch->vertex_begin = (uint32_t)vertices;
+        patch->loop_begin = (uint32_t)loops;
+        move_down(patches->corners.data, 3 * (size_t)old.triangle_begin,
+                  3 * (size_t)old.triangle_count, 3 * triangles);
         triangles =
             move_down(patches->triangles.data, old.triangle_begin, old.triangle_count, triangles);
         vertices = move_down(patches->vertices.data, old.vertex_begin, old.vertex_count, vertices);
         loops = move_down(patches->loops.data, old.loop_begin, old.loop_count, loops);
     }
     patches->triangles.count = triangles;
-    patches->corners.count = 3 * (size_t)triangles;
+    patches->corners.count = 3 * triangles;
     patches->vertices.count = patches->points.count = vertices;
     patches->loops.count = loops;
 }

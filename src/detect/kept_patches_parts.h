@@ -62,6 +62,9 @@ typedef struct patch_schedule {
 } patch_schedule;
 
 /* patch_schedule.c */
+/* Whether a saved one may have come about. */
+bool schedule_is_possible(const patch_schedule *schedule, uint64_t triangle_count,
+                          uint64_t kept_triangle_count);
 void reset_schedule(kept_patches *patches);
 /* Begins a call: judges by the last search whether patches in use pay, and lets them go otherwise.
  * edge_count: of all boundaries. */

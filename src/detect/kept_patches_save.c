@@ -76,7 +76,6 @@ static bool is_axis(const double axis[3]) {
 
 static bool header_fits(const kept_patches *patches, const saved_header *header, size_t size) {
     uint64_t const triangle_count = patches->topo->triangle_count;
-    const patch_schedule *const schedule = &header->schedule;
     if (header->magic != SAVED_MAGIC || header->triangle_count != triangle_count ||
         header->vertex_count != patches->topo->vertex_count ||
         header->kept_triangle_count > triangle_count ||
@@ -87,9 +86,8 @@ static bool header_fits(const kept_patches *patches, const saved_header *header,
         return false;
     return header->max_angle > 0.0 && header->max_angle < 1.5707963267948966 &&
            header->reach >= 0.0 && header->cone <= CONE_PAPER && header->has_certificate <= 1 &&
-           header->grows_anew <= 1 && header->keeps_all <= 1 && schedule->call_count > 0 &&
-           schedule->is_off <= 1 && schedule->has_grown <= 1 && schedule->is_told <= 1 &&
-           schedule->regrow_wait <= UINT32_MAX && schedule->retry_wait <= UINT32_MAX;
+           header->grows_anew <= 1 && header->keeps_all <= 1 &&
+           schedule_is_possible(&header->schedule, triangle_count, header->kept_triangle_count);
 }
 
 /* One patch from its record; its triangles are copied for their alignment. */

@@ -32,6 +32,14 @@ void reset_schedule(kept_patches *patches) {
         (patch_schedule){.retry_wait = RETRY_WAIT_MIN, .credit = patches->topo->triangle_count};
 }
 
+bool schedule_is_possible(const patch_schedule *schedule, uint64_t triangle_count,
+                          uint64_t kept_triangle_count) {
+    return schedule->call_count > 0 && schedule->is_off <= 1 && schedule->has_grown <= 1 &&
+           schedule->is_told <= 1 && !(schedule->is_off && kept_triangle_count > 0) &&
+           schedule->credit <= CREDIT_MOST * triangle_count &&
+           schedule->regrow_wait <= UINT32_MAX && schedule->retry_wait <= UINT32_MAX;
+}
+
 void kept_patches_tell_search(kept_patches *patches, uint64_t pair_count, uint64_t near_count) {
     patch_schedule *const schedule = &patches->schedule;
     schedule->seen_pairs = pair_count;
@@ -48,13 +56,19 @@ void schedule_retry(patch_schedule *schedule) {
         schedule->retry_wait < RETRY_WAIT_MAX / 2 ? 2 * schedule->retry_wait : RETRY_WAIT_MAX;
 }
 
+/* Patches that were measured against too little are tried again at once, if nothing was known then
+ * or what was known had faded: not again and again in a few calls. */
 static void judge_search_without(patch_schedule *schedule) {
-    bool const was_known = schedule->pairs_without > 0;
+    uint64_t const lasted = schedule->call_count - 1 - schedule->grown_at;
+    bool const was_known = schedule->pairs_without > 0 && lasted < FADING;
     schedule->pairs_without = schedule->seen_pairs;
     bool const paid =
         schedule->pairs_with > 0 &&
         schedule->pairs_with + schedule->pairs_without / RETRY_SHARE < schedule->pairs_without;
-    if (paid && !was_known) schedule->retry_at = schedule->call_count;
+    if (paid && !was_known) {
+        schedule->retry_at = schedule->call_count;
+        schedule->retry_wait = RETRY_WAIT_MIN;
+    }
     schedule->pairs_with = 0;
 }
 

@@ -1,5 +1,5 @@
 /* When patches are let go, tried again and grown, by what searches tell of them. */
-#include "detect/kept_patches.h"
+#include "detect/kept_patches_parts.h"
 
 #include "base/hash.h"
 #include "support/patch_scene.h"
@@ -123,9 +123,57 @@ static void a_search_without_patches_tells_better(void **state) {
     int lasted = 0;
     for (; with.counts.patch_count == 1 && lasted < 1000; lasted++) call(&with, 10000, 9000);
     assert_true(lasted > 30 && lasted < 300);
-    /* the second time it is known already: no try at once */
-    call(&with, 20000, 9000);
-    assert_int_equal(with.counts.patch_count, 0);
+    end(&with);
+}
+
+/* So patches that save against layers, not against what is near on the mesh, are in use nearly
+ * always. */
+static void what_saves_against_layers_comes_back(void **state) {
+    (void)state;
+    static const uint64_t with_patches[] = {10000, 12000, 11000}, without[] = {20000, 20000, 30000};
+    for (int k = 0; k < 3; k++) {
+        schedule_case with;
+        begin(&with, 8);
+        int used = 0, grown = 0;
+        for (int i = 0; i < 2000; i++) {
+            update(&with);
+            bool const is_used = with.counts.patch_count > 0;
+            used += is_used;
+            grown += with.counts.grown_triangle_count > 0;
+            kept_patches_tell_search(with.patches, is_used ? with_patches[k] : without[k],
+                                     with_patches[k] - 1000);
+        }
+        assert_true(used > 1900);
+        assert_true(grown < 50);
+        end(&with);
+    }
+}
+
+/* Saved bytes that say that patches are let go while there are some are refused, and so is more
+ * credit than there can be. */
+static void impossible_schedules_are_refused(void **state) {
+    (void)state;
+    schedule_case with;
+    begin(&with, 9);
+    call(&with, 200, 1000);
+    call(&with, 200, 1000);
+    size_t const size = kept_patches_get_saved_size(with.patches);
+    void *const bytes = malloc(size);
+    kept_patches *again = NULL;
+    assert_non_null(bytes);
+    assert_int_equal(kept_patches_create(&with.scene.heap, &with.scene.set, &again), TULLE_OK);
+    patch_schedule const good = with.patches->schedule;
+    for (int k = 0; k < 3; k++) {
+        with.patches->schedule = good;
+        if (k == 0) with.patches->schedule.is_off = 1;
+        if (k == 1) with.patches->schedule.credit = UINT64_MAX / 2;
+        kept_patches_save(with.patches, bytes);
+        assert_int_equal(kept_patches_load(again, bytes, size),
+                         k < 2 ? TULLE_ERROR_INVALID_ARGUMENT : TULLE_OK);
+        assert_int_equal(kept_patches_get_label_count(again), k < 2 ? 0 : 1);
+    }
+    free(bytes);
+    kept_patches_destroy(again);
     end(&with);
 }
 
@@ -194,7 +242,9 @@ int main(void) {
         cmocka_unit_test(what_saves_stays),
         cmocka_unit_test(boundaries_count),
         cmocka_unit_test(a_search_without_patches_tells_better),
+        cmocka_unit_test(what_saves_against_layers_comes_back),
         cmocka_unit_test(what_is_saved_pays_for_growth),
+        cmocka_unit_test(impossible_schedules_are_refused),
         cmocka_unit_test(saved_schedules_go_on),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
