@@ -11,6 +11,7 @@ enum {
     LARGE_SHARE = 16,     /* of all triangles: patches of more than one in that many are large */
     LARGE_MINIMUM = 1024, /* [triangles] and at least that many */
     USEFUL_PERCENT = 15,  /* of triangles inside patches, without their rims; fewer: off */
+    MERGED_FIRST = 4,     /* triangles that merging looks at, over all, after growth of all */
     GROWN_DEAD_SHARE = 8, /* after growth: of triangles in patches, to be worth it */
     COMPACT_TRIANGLE_MIN = 1024 /* dead ones that are not worth a new layout */
 };
@@ -289,12 +290,27 @@ static tulle_status grow_first(kept_patches *patches, const growth_input *input,
     schedule->has_grown = 1;
     schedule->grown_at = schedule->call_count;
     schedule->regrow_at = schedule->regrow_wait = 0;
+    pay_merging(schedule, 0, true);
     tulle_status const status = grow_kept_patches(patches, input, counts);
     schedule->is_off = 0;
     if (status != TULLE_OK || !input->rules->has_certificate || input->rules->grows_anew)
         return status;
     if (!patches->scratch) release_cones(patches);
-    return merge_patches(patches, input, counts);
+    return merge_patches(patches, input, MERGED_FIRST * patches->topo->triangle_count, counts);
+}
+
+/* From time to time, where patches were cut or grown since. */
+static tulle_status merge_again(kept_patches *patches, const growth_input *input,
+                                patch_counts *counts) {
+    if (!input->rules->has_certificate || !is_merging_due(patches)) return TULLE_OK;
+    tulle_status status = reserve_growth(patches);
+    if (status != TULLE_OK) return status;
+    uint64_t const looked_at = counts->grown_triangle_count;
+    uint64_t const dead = patches->schedule.dead_triangle_count;
+    status = merge_patches(patches, input, patches->topo->triangle_count, counts);
+    pay_merging(&patches->schedule, counts->grown_triangle_count - looked_at,
+                patches->schedule.dead_triangle_count > dead);
+    return status;
 }
 
 /* After growth, before a search has told: whether patches may save more than they cost. To check an
@@ -325,6 +341,8 @@ static tulle_status keep_patches(kept_patches *patches, const growth_input *inpu
         check_patches(patches, input->step, input->rules);
         status = mend_patches(patches, input, counts);
         if (status == TULLE_OK) status = grow_isolated(patches, input, counts, &has_grown);
+        if (has_grown || counts->split_count > 0) schedule->has_changed = 1;
+        if (status == TULLE_OK) status = merge_again(patches, input, counts);
     }
     if (status != TULLE_OK) return status;
     if (input->rules->has_certificate && !input->rules->keeps_all && has_grown &&

@@ -52,6 +52,7 @@ typedef struct patch_schedule {
     uint64_t call_count;
     uint64_t regrow_at, regrow_wait; /* [calls] */
     uint64_t retry_at, retry_wait;   /* [calls] while switched off */
+    uint64_t merge_at, merge_wait;   /* [calls] */
     uint64_t grown_at;               /* [calls] since when patches are in use */
     uint64_t credit;                 /* [pairs of leaves] for repairs and growth */
     uint64_t dead_triangle_count;    /* in `triangles`, of labels not used any more */
@@ -59,6 +60,7 @@ typedef struct patch_schedule {
      * search without patches, fading; what patches cost when they were let go. */
     uint64_t seen_pairs, near_pairs, pairs_without, pairs_with;
     uint32_t is_off, has_grown, is_told;
+    uint32_t has_changed; /* since patches were last merged, some were cut or grown */
 } patch_schedule;
 
 /* patch_schedule.c */
@@ -73,6 +75,9 @@ void judge_last_search(kept_patches *patches, uint64_t edge_count);
 void schedule_retry(patch_schedule *schedule);
 bool is_growth_due(const kept_patches *patches, uint64_t isolated, uint64_t meeting);
 bool pay_repair(patch_schedule *schedule, uint64_t triangle_count);
+bool is_merging_due(const kept_patches *patches);
+/* Pays merging and says when the next may be. */
+void pay_merging(patch_schedule *schedule, uint64_t looked_at, bool has_merged);
 /* Pays growth and says when the next may be. */
 void pay_growth(patch_schedule *schedule, uint64_t looked_at, uint64_t isolated, uint64_t gained);
 
@@ -140,8 +145,9 @@ typedef struct growth_input {
 } growth_input;
 tulle_status grow_kept_patches(kept_patches *patches, const growth_input *input,
                                patch_counts *counts);
-/* Joins patches that are certified together. */
-tulle_status merge_patches(kept_patches *patches, const growth_input *input, patch_counts *counts);
+/* Joins patches that are certified together; looks at some `budget` triangles at most. */
+tulle_status merge_patches(kept_patches *patches, const growth_input *input, uint64_t budget,
+                           patch_counts *counts);
 /* While a patch is grown again: may join. */
 #define LABEL_PASSED UINT32_MAX
 /* Grows a patch from a triangle among those that bear LABEL_PASSED, as a disc. Fills the queue, and

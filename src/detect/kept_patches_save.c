@@ -9,7 +9,7 @@
 
 #include <string.h>
 
-static const uint64_t SAVED_MAGIC = 0x3230686374617074; /* "tpatch02" */
+static const uint64_t SAVED_MAGIC = 0x3330686374617074; /* "tpatch03" */
 
 typedef struct saved_header {
     uint64_t magic, triangle_count, vertex_count;

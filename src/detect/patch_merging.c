@@ -1,4 +1,5 @@
-/* detect/patch_merging.c - joins neighbouring patches after growth; see kept_patches_parts.h.
+/* detect/patch_merging.c - joins neighbouring patches after growth, and again from time to time;
+ * see kept_patches_parts.h.
  *
  * Breadth-first growth meets steep parts last and goes round them, so small patches are left
  * between large ones, with long boundaries, whose pairs the search has to look at. A small patch
@@ -9,8 +10,7 @@
 #include "detect/kept_patches_parts.h"
 
 enum {
-    MOST_PASSES = 4,     /* over all patches */
-    LOOKED_AT_SHARE = 4, /* triangles that merging looks at, over all triangles */
+    MOST_PASSES = 4, /* over all patches */
     NEIGHBOURS_TRIED = 4,
     FEWEST_SHARED = 3, /* edges */
     LEFT_OUT_SHARE = 8 /* one triangle in that many of a small patch, at most, finds no place */
@@ -122,6 +122,7 @@ static tulle_status try_merging(kept_patches *patches, const growth_input *input
     if (*is_merged) {
         patches->schedule.dead_triangle_count += (uint64_t)a.triangle_count + b.triangle_count;
         patches->patches.data[small].triangle_count = 0;
+        patches->version++;
         commit_patch(patches, &merged, large + 1);
     } else {
         relabel_patch(patches, &a, large + 1);
@@ -150,8 +151,8 @@ static tulle_status merge_small(kept_patches *patches, const growth_input *input
     return TULLE_OK;
 }
 
-tulle_status merge_patches(kept_patches *patches, const growth_input *input, patch_counts *counts) {
-    uint64_t const budget = LOOKED_AT_SHARE * (uint64_t)patches->topo->triangle_count;
+tulle_status merge_patches(kept_patches *patches, const growth_input *input, uint64_t budget,
+                           patch_counts *counts) {
     uint64_t looked_at = 0;
     bool has_merged = true;
     for (int pass = 0; pass < MOST_PASSES && has_merged; pass++) {

@@ -23,6 +23,8 @@ enum {
     FADING = 64,            /* [calls] */
     REGROW_WAIT_MIN = 8,    /* [calls] */
     REGROW_WAIT_MAX = 1024, /* [calls] */
+    MERGE_WAIT_MIN = 64,    /* [calls] */
+    MERGE_WAIT_MAX = 4096,  /* [calls] */
     RETRY_WAIT_MIN = 128,   /* [calls] */
     RETRY_WAIT_MAX = 4096   /* [calls] */
 };
@@ -35,9 +37,11 @@ void reset_schedule(kept_patches *patches) {
 bool schedule_is_possible(const patch_schedule *schedule, uint64_t triangle_count,
                           uint64_t kept_triangle_count) {
     return schedule->call_count > 0 && schedule->is_off <= 1 && schedule->has_grown <= 1 &&
-           schedule->is_told <= 1 && !(schedule->is_off && kept_triangle_count > 0) &&
+           schedule->is_told <= 1 && schedule->has_changed <= 1 &&
+           !(schedule->is_off && kept_triangle_count > 0) &&
            schedule->credit <= CREDIT_MOST * triangle_count &&
-           schedule->regrow_wait <= UINT32_MAX && schedule->retry_wait <= UINT32_MAX;
+           schedule->regrow_wait <= UINT32_MAX && schedule->retry_wait <= UINT32_MAX &&
+           schedule->merge_wait <= UINT32_MAX;
 }
 
 void kept_patches_tell_search(kept_patches *patches, uint64_t pair_count, uint64_t near_count) {
@@ -118,6 +122,22 @@ bool pay_repair(patch_schedule *schedule, uint64_t triangle_count) {
     if (schedule->credit < cost) return false;
     spend(schedule, cost);
     return true;
+}
+
+bool is_merging_due(const kept_patches *patches) {
+    const patch_schedule *const schedule = &patches->schedule;
+    return schedule->has_changed && schedule->call_count >= schedule->merge_at &&
+           schedule->credit >= GROWTH_COST * (uint64_t)patches->topo->triangle_count;
+}
+
+void pay_merging(patch_schedule *schedule, uint64_t looked_at, bool has_merged) {
+    spend(schedule, GROWTH_COST * looked_at);
+    uint64_t const longer = 2 * schedule->merge_wait;
+    schedule->merge_wait = has_merged                ? MERGE_WAIT_MIN
+                           : longer > MERGE_WAIT_MAX ? MERGE_WAIT_MAX
+                                                     : longer;
+    schedule->merge_at = schedule->call_count + schedule->merge_wait;
+    schedule->has_changed = 0;
 }
 
 void pay_growth(patch_schedule *schedule, uint64_t looked_at, uint64_t isolated, uint64_t gained) {

@@ -205,6 +205,35 @@ static void what_is_saved_pays_for_growth(void **state) {
     }
 }
 
+/* What was cut and grown again is merged once the sheet is smooth, not at once. */
+static void what_was_cut_is_merged_again(void **state) {
+    (void)state;
+    schedule_case with;
+    begin(&with, 10);
+    size_t const bytes = 3 * with.scene.vertex_count * sizeof(double);
+    double *const smooth = malloc(bytes);
+    assert_non_null(smooth);
+    memcpy(smooth, with.scene.x1, bytes);
+    for (int i = 0; i < 20; i++) call(&with, 200, 2000);
+    crumple_half(&with);
+    call(&with, 200, 2000);
+    memcpy(with.scene.x1, smooth, bytes);
+    uint64_t most = 0;
+    int merged_at = 0;
+    for (int i = 1; i < 200; i++) {
+        call(&with, 200, 2000);
+        if (with.counts.patch_count > most) most = with.counts.patch_count;
+        if (with.counts.patch_count < most && merged_at == 0) merged_at = i;
+    }
+    assert_true(most > 1);
+    assert_true(merged_at > 10);
+    assert_true(with.counts.patch_count < most);
+    assert_int_equal(with.counts.triangle_count, with.scene.triangle_count);
+    assert_patches_are_discs(&with.scene, kept_patches_get_labels(with.patches));
+    free(smooth);
+    end(&with);
+}
+
 /* A schedule that is saved and loaded goes on as if it had not been. */
 static void saved_schedules_go_on(void **state) {
     (void)state;
@@ -245,6 +274,7 @@ int main(void) {
         cmocka_unit_test(what_saves_against_layers_comes_back),
         cmocka_unit_test(what_is_saved_pays_for_growth),
         cmocka_unit_test(impossible_schedules_are_refused),
+        cmocka_unit_test(what_was_cut_is_merged_again),
         cmocka_unit_test(saved_schedules_go_on),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
