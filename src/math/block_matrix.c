@@ -77,9 +77,13 @@ static void multiply_rows(void *context, size_t begin, size_t end, size_t chunk,
     double const last_entry[4] = {x[3 * last], x[3 * last + 1], x[3 * last + 2], 0.0};
     for (size_t row = begin; row < end; row++) {
         lanes4 sum0 = {0}, sum1 = {0}, sum2 = {0}, sum3 = {0}, sum4 = {0};
-        for (size_t k = matrix->row_begin[row]; k < matrix->row_begin[row + 1]; k++) {
-            const double *const block = values + BLOCK_NUMBERS * k;
-            const double *const entry = x + 3 * (size_t)matrix->columns[k];
+        const uint32_t *const columns = matrix->columns + matrix->row_begin[row];
+        const double *const blocks = values + BLOCK_NUMBERS * (size_t)matrix->row_begin[row];
+        size_t const count = matrix->row_begin[row + 1] - matrix->row_begin[row];
+#pragma GCC unroll 4
+        for (size_t k = 0; k < count; k++) {
+            const double *const block = blocks + BLOCK_NUMBERS * k;
+            const double *const entry = x + 3 * (size_t)columns[k];
             lanes4 const low = *(const lanes4 *)block, high = *(const lanes4 *)(block + 2);
             sum0 += low * entry[0];
             sum1 += __builtin_shufflevector(low, high, 1, 3, 6, 6) * entry[1];
