@@ -12,6 +12,7 @@
 #include "math/single_solve.h"
 
 #include "base/parallel.h"
+#include "math/apart_terms.h"
 #include "math/vec3.h"
 
 #include <math.h>
@@ -100,6 +101,7 @@ bool single_system_make(const block_matrix *matrix, const matrix_term *terms, si
 struct single_solver {
     const conjugate_gradients_problem *problem;
     const single_system *system;
+    apart_terms apart;
     single_vectors vectors;
     double *x, *product, *inverse; /* in double precision; inverse: six numbers a block */
     double *partials;              /* one a chunk */
@@ -129,7 +131,9 @@ static bool allocate_solver(single_solver *work, arena *scratch) {
     work->inverse = ARENA_NEW(scratch, double, BLOCK_NUMBERS *count);
     work->partials = arena_allocate(scratch, work->chunk_count, sizeof *work->partials);
     return v->x && v->residual && v->direction && v->product && v->preconditioned && v->inverse &&
-           work->product && work->inverse && work->partials;
+           work->product && work->inverse && work->partials &&
+           apart_terms_make(work->system->apart, work->system->apart_count, count,
+                            VERTICES_PER_CHUNK, scratch, &work->apart);
 }
 
 /* Runs a loop over all vertices; the sum of its partials. */
@@ -202,16 +206,19 @@ static void end_pass(void *context, size_t begin, size_t end, size_t chunk, int 
         work->x[i] += (double)work->vectors.x[i] / work->scale;
 }
 
+/* The product with what is in the pattern; what is not is pulled, and added by `advance`. */
 static void multiply(void *context, size_t begin, size_t end, size_t chunk, int worker) {
     (void)worker;
     single_solver *const work = context;
     work->partials[chunk] =
         (double)TULLE_PICK_KERNEL(single_multiply)(&work->system->copy, &work->vectors, begin, end);
+    apart_terms_pull(&work->apart, chunk, work->vectors.direction);
 }
 
 static void advance(void *context, size_t begin, size_t end, size_t chunk, int worker) {
     (void)worker;
     single_solver *const work = context;
+    apart_terms_add(&work->apart, chunk, work->vectors.product);
     work->partials[chunk] =
         (double)TULLE_PICK_KERNEL(single_advance)(&work->vectors, work->step, begin, end);
 }
@@ -229,28 +236,6 @@ static void turn_corrected(void *context, size_t begin, size_t end, size_t chunk
     single_correction const correction = {aggregates->levels[0].correction,
                                           aggregates->levels[0].parents, aggregates->is_fixed};
     TULLE_PICK_KERNEL(single_turn_corrected)(&work->vectors, &correction, work->step, begin, end);
-}
-
-/* Adds the terms outside the pattern to A p; returns their part of p . A p. */
-static double multiply_apart(single_solver *work) {
-    double curvature = 0.0;
-    for (size_t t = 0; t < work->system->apart_count; t++) {
-        const matrix_term *const term = work->system->apart[t];
-        double velocity[3] = {0.0, 0.0, 0.0};
-        for (size_t k = 0; k < 4; k++)
-            for (size_t i = 0; i < 3 && term->vertices[k] != TULLE_NONE; i++)
-                velocity[i] += term->weights[k] *
-                               (double)work->vectors.direction[3 * (size_t)term->vertices[k] + i];
-        vec3 const way = vec3_load(velocity, 0);
-        vec3 const pull = mat3_multiply_vec3(&term->stiffness, way);
-        curvature += vec3_dot(way, pull);
-        vec3_store(velocity, 0, pull);
-        for (size_t k = 0; k < 4; k++)
-            for (size_t i = 0; i < 3 && term->vertices[k] != TULLE_NONE; i++)
-                work->vectors.product[3 * (size_t)term->vertices[k] + i] +=
-                    (float)(term->weights[k] * velocity[i]);
-    }
-    return curvature;
 }
 
 static bool has_aggregates(const single_solver *work) {
@@ -283,7 +268,7 @@ static conjugate_gradients_end iterate(single_solver *work, double norm2, double
             stop_is_wanted(work->problem->stop))
             return CONJUGATE_GRADIENTS_ITERATION_LIMIT;
         double curvature = run_loop(work, multiply);
-        curvature += multiply_apart(work);
+        curvature += apart_terms_sum_curvature(&work->apart);
         work->iterations++;
         if (!isfinite(curvature)) return CONJUGATE_GRADIENTS_NOT_FINITE;
         if (!(curvature > 0.0 && descent > 0.0)) return CONJUGATE_GRADIENTS_NOT_POSITIVE;
