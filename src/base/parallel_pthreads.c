@@ -5,7 +5,7 @@
  * meets what it left in its own cache.
  *
  * Each thread that runs loops keeps helper threads of its own, made on demand and ended with it.
- * Between loops a helper looks out for work for some microseconds, then sleeps, so that loops which
+ * Between loops a helper looks out for work for a moment, then sleeps, so that loops which
  * follow each other closely start fast and helpers do not take the processor from others that need
  * it. The thread sanitizer follows every step of this.
  *
@@ -22,11 +22,13 @@
 #define _GNU_SOURCE /* sched_getaffinity */
 #include "base/memory.h"
 #include "base/parallel_backend.h"
+#include "base/timer.h"
 
 #include <pthread.h>
 #include <sched.h>
 #include <semaphore.h>
 #include <stdatomic.h>
+#include <stdbool.h>
 #include <stdint.h>
 #include <unistd.h>
 
@@ -35,9 +37,13 @@ enum {
     LIMIT_BITS = 16, /* of a ticket: how many helpers take part */
     GATE_BITS = 17,  /* of a gate, below the number of its loop: helpers inside, and whether open */
     GATE_OPEN = 1 << 16,
-    SPIN_COUNT = 500, /* looks before sleeping, 5 to 25 microseconds */
+    LOOKS = 64, /* between two readings of the clock, a microsecond or a few */
     STOP_LIMIT = (1 << LIMIT_BITS) - 1
 };
+
+/* How long one looks before it sleeps [s]. To wake a helper takes the caller some 5 microseconds,
+ * and it comes 30 later; between two loops of a solve a caller works alone for about 10. */
+static const double SPIN_TIME = 50e-6;
 
 typedef struct helper_team helper_team;
 typedef struct helper {
@@ -63,7 +69,7 @@ struct helper_team {
     const parallel_loop *loop;
     int range_count;
     chunk_range ranges[MAX_HELPERS + 1]; /* by worker */
-    atomic_int spin_count;               /* 0 where there are more threads than processors */
+    atomic_bool has_room;                /* no more threads than processors: one may look */
     int processor_count;
     pid_t process;
     int helper_count;
@@ -78,6 +84,21 @@ static void look_again(void) {
 #if defined(__x86_64__) || defined(__i386__)
     __builtin_ia32_pause();
 #endif
+}
+
+typedef bool (*look)(void *context);
+
+/* Looks until it sees what it looks for, for SPIN_TIME at most; false: it did not. */
+static bool look_for(const helper_team *team, look sees, void *context) {
+    if (!atomic_load(&team->has_room)) return false;
+    double const end = timer_now() + SPIN_TIME;
+    do {
+        for (int i = 0; i < LOOKS; i++) {
+            if (sees(context)) return true;
+            look_again();
+        }
+    } while (timer_now() < end);
+    return false;
 }
 
 /* The first chunk of a range. */
@@ -117,28 +138,33 @@ static void leave_gate(helper_team *team) {
     if ((gate & (2 * GATE_OPEN - 1)) == 1) sem_post(&team->is_done);
 }
 
+static bool sees_post(void *semaphore) { return sem_trywait(semaphore) == 0; }
+
 /* Called by the caller when no chunk is left: no more helpers enter, then those inside leave. */
 static void close_gate(helper_team *team) {
     uint64_t const gate = atomic_fetch_sub(&team->gate, GATE_OPEN);
     if ((gate & (GATE_OPEN - 1)) == 0) return;
-    int const spin_count = atomic_load(&team->spin_count);
-    for (int i = 0; i < spin_count; i++) {
-        if (sem_trywait(&team->is_done) == 0) return;
-        look_again();
-    }
-    await_post(&team->is_done);
+    if (!look_for(team, sees_post, &team->is_done)) await_post(&team->is_done);
+}
+
+/* A ticket, and the one that was there before. */
+typedef struct ticket_watch {
+    helper_team *team;
+    uint64_t seen, ticket;
+} ticket_watch;
+
+static bool sees_ticket(void *context) {
+    ticket_watch *const watch = context;
+    watch->ticket = atomic_load(&watch->team->ticket);
+    return watch->ticket != watch->seen;
 }
 
 /* The first ticket that is not `seen`. */
 static uint64_t await_ticket(helper *self, uint64_t seen) {
     helper_team *const team = self->team;
+    ticket_watch watch = {.team = team, .seen = seen};
     for (;;) {
-        int const spin_count = atomic_load(&team->spin_count);
-        for (int i = 0; i < spin_count; i++) {
-            uint64_t const ticket = atomic_load(&team->ticket);
-            if (ticket != seen) return ticket;
-            look_again();
-        }
+        if (look_for(team, sees_ticket, &watch)) return watch.ticket;
         atomic_store(&self->is_asleep, 1);
         uint64_t const ticket = atomic_load(&team->ticket);
         if (ticket != seen && atomic_exchange(&self->is_asleep, 0)) return ticket;
@@ -248,7 +274,7 @@ void parallel_backend_run(const parallel_loop *loop, int threads) {
     }
     int const helper_count = start_helpers(team, threads - 1);
     uint64_t const number = (atomic_load(&team->ticket) >> LIMIT_BITS) + 1;
-    atomic_store(&team->spin_count, threads <= team->processor_count ? SPIN_COUNT : 0);
+    atomic_store(&team->has_room, threads <= team->processor_count);
     open_gate(team, loop, number, helper_count + 1);
     publish_ticket(team, number << LIMIT_BITS | (uint64_t)helper_count, helper_count);
     take_chunks(team, loop, 0);
