@@ -87,18 +87,28 @@ void linear_system_apply(void *context, const double *x, double *y);
 void finish_velocities(const linear_system *system, const motion_state *state,
                        const uint8_t *is_fixed, const double *mean, double *velocities);
 
+typedef struct elastic_energies {
+    double stretch, bend; /* [J] */
+    double max_stretch;   /* largest edge length over rest length */
+} elastic_energies;
 typedef struct cloth_energies {
-    double kinetic, gravity, stretch, bend; /* [J]; gravity is zero at the origin */
-    double max_stretch;                     /* largest edge length over rest length */
+    double kinetic, gravity; /* [J]; gravity is zero at the origin */
+    elastic_energies elastic;
 } cloth_energies;
 typedef struct energy_options {
     vec3 gravity; /* [m/s^2] */
     int threads;
 } energy_options;
-/* Energies of a state. Sums run over fixed blocks: bits do not depend on `threads`. Returns
- * TULLE_OK or TULLE_ERROR_OUT_OF_MEMORY. */
+/* Energies of a state, and the elastic ones alone. Sums run over fixed blocks: bits do not depend
+ * on `threads`. They return TULLE_OK or TULLE_ERROR_OUT_OF_MEMORY. */
 tulle_status compute_energies(const cloth_model *model, const double *positions,
                               const double *velocities, energy_options options, arena *scratch,
                               cloth_energies *energies);
+tulle_status compute_elastic_energies(const cloth_model *model, const double *positions,
+                                      int threads, arena *scratch, elastic_energies *energies);
+/* Kinetic and gravity energy. */
+tulle_status compute_motion_energies(const cloth_model *model, const double *positions,
+                                     const double *velocities, energy_options options,
+                                     arena *scratch, cloth_energies *energies);
 
 #endif

@@ -74,39 +74,66 @@ static double sum_chunks(const double *values, size_t count) {
     return sum;
 }
 
-tulle_status compute_energies(const cloth_model *model, const double *positions,
-                              const double *velocities, energy_options options, arena *scratch,
-                              cloth_energies *energies) {
+/* Room for the sums of `count` items at most. */
+static bool allocate_sums(energy_task *task, size_t count, arena *scratch) {
+    size_t const chunks = parallel_chunk_count(count, ITEMS_PER_CHUNK);
+    task->first = ARENA_NEW(scratch, double, chunks);
+    task->second = ARENA_NEW(scratch, double, chunks);
+    return task->first && task->second;
+}
+
+tulle_status compute_motion_energies(const cloth_model *model, const double *positions,
+                                     const double *velocities, energy_options options,
+                                     arena *scratch, cloth_energies *energies) {
     arena_mark const mark = arena_get_mark(scratch);
-    size_t const most =
-        model->spring_count > model->vertex_count ? model->spring_count : model->vertex_count;
-    size_t const chunks = parallel_chunk_count(most, ITEMS_PER_CHUNK);
+    size_t const count = model->vertex_count, chunks = parallel_chunk_count(count, ITEMS_PER_CHUNK);
     energy_task task = {.model = model,
                         .positions = positions,
                         .velocities = velocities,
-                        .gravity = options.gravity,
-                        .deviations = ARENA_NEW(scratch, vec3, model->hinge_count),
-                        .first = ARENA_NEW(scratch, double, chunks),
-                        .second = ARENA_NEW(scratch, double, chunks)};
-    if (!task.deviations || !task.first || !task.second) {
-        arena_release(scratch, mark);
-        return TULLE_ERROR_OUT_OF_MEMORY;
+                        .gravity = options.gravity};
+    bool const has_memory = allocate_sums(&task, count, scratch);
+    if (has_memory) {
+        parallel_for(count, ITEMS_PER_CHUNK, options.threads, measure_vertices, &task);
+        energies->kinetic = sum_chunks(task.first, chunks);
+        energies->gravity = sum_chunks(task.second, chunks);
     }
-    int const threads = options.threads;
-    *energies = (cloth_energies){0};
-    parallel_for(model->vertex_count, ITEMS_PER_CHUNK, threads, measure_vertices, &task);
-    size_t count = parallel_chunk_count(model->vertex_count, ITEMS_PER_CHUNK);
-    energies->kinetic = sum_chunks(task.first, count);
-    energies->gravity = sum_chunks(task.second, count);
-    parallel_for(model->spring_count, ITEMS_PER_CHUNK, threads, measure_springs, &task);
-    count = parallel_chunk_count(model->spring_count, ITEMS_PER_CHUNK);
-    energies->stretch = sum_chunks(task.first, count);
-    for (size_t i = 0; i < count; i++)
-        energies->max_stretch = fmax(energies->max_stretch, task.second[i]);
-    parallel_for(model->hinge_count, ITEMS_PER_CHUNK, threads, measure_hinges, &task);
-    parallel_for(model->hinge_count, ITEMS_PER_CHUNK, threads, couple_hinges, &task);
-    energies->bend =
-        sum_chunks(task.first, parallel_chunk_count(model->hinge_count, ITEMS_PER_CHUNK));
     arena_release(scratch, mark);
-    return TULLE_OK;
+    return has_memory ? TULLE_OK : TULLE_ERROR_OUT_OF_MEMORY;
+}
+
+static void measure_elastic(energy_task *task, int threads, elastic_energies *energies) {
+    const cloth_model *const model = task->model;
+    *energies = (elastic_energies){0};
+    parallel_for(model->spring_count, ITEMS_PER_CHUNK, threads, measure_springs, task);
+    size_t const count = parallel_chunk_count(model->spring_count, ITEMS_PER_CHUNK);
+    energies->stretch = sum_chunks(task->first, count);
+    for (size_t i = 0; i < count; i++)
+        energies->max_stretch = fmax(energies->max_stretch, task->second[i]);
+    parallel_for(model->hinge_count, ITEMS_PER_CHUNK, threads, measure_hinges, task);
+    parallel_for(model->hinge_count, ITEMS_PER_CHUNK, threads, couple_hinges, task);
+    energies->bend =
+        sum_chunks(task->first, parallel_chunk_count(model->hinge_count, ITEMS_PER_CHUNK));
+}
+
+tulle_status compute_elastic_energies(const cloth_model *model, const double *positions,
+                                      int threads, arena *scratch, elastic_energies *energies) {
+    arena_mark const mark = arena_get_mark(scratch);
+    size_t const most =
+        model->spring_count > model->hinge_count ? model->spring_count : model->hinge_count;
+    energy_task task = {.model = model,
+                        .positions = positions,
+                        .deviations = ARENA_NEW(scratch, vec3, model->hinge_count)};
+    bool const has_memory = task.deviations && allocate_sums(&task, most, scratch);
+    if (has_memory) measure_elastic(&task, threads, energies);
+    arena_release(scratch, mark);
+    return has_memory ? TULLE_OK : TULLE_ERROR_OUT_OF_MEMORY;
+}
+
+tulle_status compute_energies(const cloth_model *model, const double *positions,
+                              const double *velocities, energy_options options, arena *scratch,
+                              cloth_energies *energies) {
+    tulle_status const status =
+        compute_motion_energies(model, positions, velocities, options, scratch, energies);
+    if (status != TULLE_OK) return status;
+    return compute_elastic_energies(model, positions, options.threads, scratch, &energies->elastic);
 }

@@ -10,16 +10,34 @@
  * start, is not worth another solve. */
 static const double GRAVITY_SHARE = 1e-6, KINETIC_SHARE = 1e-12;
 
-static tulle_status measure(const step_context *context, const double *positions,
-                            const double *velocities, cloth_energies *energies) {
+/* Elastic energies are those `known`, and become known if they are not. */
+static tulle_status measure(step_context *context, const double *positions,
+                            elastic_energies *elastic, bool *is_known, cloth_energies *energies) {
     tulle_world *const world = context->world;
     energy_options const options = {vec3_load(world->def.gravity, 0), world->threads};
-    return compute_energies(world->model, positions, velocities, options, &world->scratch,
-                            energies);
+    tulle_status status = compute_motion_energies(
+        world->model, positions, context->state->velocities, options, &world->scratch, energies);
+    if (status == TULLE_OK && !*is_known)
+        status = compute_elastic_energies(world->model, positions, world->threads, &world->scratch,
+                                          elastic);
+    *is_known |= status == TULLE_OK;
+    energies->elastic = *elastic;
+    return status;
+}
+
+tulle_status world_measure_state(step_context *context, cloth_energies *energies) {
+    world_motion_state *const state = context->state;
+    return measure(context, state->positions, &state->elastic, &state->has_elastic, energies);
+}
+
+/* With the velocities of the start. */
+static tulle_status measure_end(step_context *context, cloth_energies *energies) {
+    return measure(context, context->end, &context->end_elastic, &context->has_end_elastic,
+                   energies);
 }
 
 static double get_potential(const cloth_energies *energies) {
-    return energies->gravity + energies->stretch + energies->bend;
+    return energies->gravity + energies->elastic.stretch + energies->elastic.bend;
 }
 
 /* Work [J] of what holds cloth vertices, but for what their contacts ask: u . (A u - b). */
@@ -56,13 +74,13 @@ static double measure_kinetic(const step_context *context, bool is_held) {
     return sum;
 }
 
-tulle_status world_find_kinetic_limit(const step_context *context, kinetic_limit *limit) {
+tulle_status world_find_kinetic_limit(step_context *context, kinetic_limit *limit) {
     tulle_world *const world = context->world;
     world_motion_state const *const state = context->state;
     double wind, pins;
     cloth_energies start, end;
-    tulle_status status = measure(context, state->positions, state->velocities, &start);
-    if (status == TULLE_OK) status = measure(context, context->end, state->velocities, &end);
+    tulle_status status = world_measure_state(context, &start);
+    if (status == TULLE_OK) status = measure_end(context, &end);
     if (status == TULLE_OK)
         status = measure_wind_work(world->model, &context->dynamics, context->mean_velocity,
                                    (wind_work_options){&world->def.wind, world->threads},

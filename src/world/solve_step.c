@@ -185,6 +185,7 @@ tulle_status world_solve_step(step_context *context, impact_report *impacts, dou
         world_end_stage(context, STAGE_SOLVE_MOTION, start);
         set_body_lifts(&context->scene, &context->world->rows);
         propose_paths(&context->scene, context->mean_velocity, context->end);
+        context->has_end_elastic = false; /* impacts move on from there, and are measured then */
         world_end_stage(context, STAGE_PROPOSE_PATHS, start);
         status = run_resolve_impacts(context, impacts);
         world_end_stage(context, STAGE_RESOLVE_IMPACTS, start);

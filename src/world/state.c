@@ -241,6 +241,7 @@ static tulle_status load_state(tulle_world *world, const void *bytes, size_t byt
     take(&cursor, next->is_released, world->obstacles.count);
     take(&cursor, next->particles, world_particle_count(world));
     take(&cursor, next->rests, world->body_count * sizeof *next->rests);
+    next->has_elastic = false;
     next->hold_count = header.hold_count;
     take(&cursor, next->holds, header.hold_count * sizeof *next->holds);
     if (!world_holds_are_valid(world, next))

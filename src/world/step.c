@@ -46,6 +46,8 @@ static void copy_state(const tulle_world *world, const world_motion_state *sourc
         memcpy(target->rests, source->rests, world->body_count * sizeof *target->rests);
     target->previous_time_step = source->previous_time_step;
     target->lost_energy = source->lost_energy;
+    target->elastic = source->elastic;
+    target->has_elastic = source->has_elastic;
     memcpy(target->holds, source->holds, source->hold_count * sizeof *source->holds);
     target->hold_count = source->hold_count;
     target->time = source->time;
@@ -210,11 +212,8 @@ static void end_step(tulle_world *world) {
 static tulle_status measure(step_context *context) {
     tulle_world *const world = context->world;
     tulle_step_report *const report = context->report;
-    cloth_energies energies = {0};
-    tulle_status const status =
-        compute_energies(world->model, context->state->positions, context->state->velocities,
-                         (energy_options){vec3_load(world->def.gravity, 0), world->threads},
-                         &world->scratch, &energies);
+    cloth_energies energies;
+    tulle_status const status = world_measure_state(context, &energies);
     if (status != TULLE_OK) {
         return error_set(context->error, status, "no memory left for the energies");
     }
@@ -222,8 +221,8 @@ static tulle_status measure(step_context *context) {
         world_measure_bodies(world, context->state->positions, context->state->velocities);
     report->kinetic_energy = energies.kinetic + bodies.kinetic;
     report->gravity_energy = energies.gravity + bodies.gravity;
-    report->elastic_energy = energies.stretch + energies.bend;
-    report->max_stretch = energies.max_stretch;
+    report->elastic_energy = energies.elastic.stretch + energies.elastic.bend;
+    report->max_stretch = energies.elastic.max_stretch;
     return TULLE_OK;
 }
 

@@ -70,8 +70,10 @@ typedef struct step_context {
     bool has_settled;        /* the impulses of the last solve have, and it did not end early */
     double *guess;           /* [m/s] u about which springs are linearised */
     double *predicted, *end; /* [m] all vertices */
-    double *bounds;          /* [m] ends of the paths that the candidate pairs were found for */
-    double *certified_end;   /* [m] ends of the paths that the patches are certified for */
+    elastic_energies end_elastic; /* of the cloths at `end`, where has_end_elastic */
+    bool has_end_elastic;
+    double *bounds;        /* [m] ends of the paths that the candidate pairs were found for */
+    double *certified_end; /* [m] ends of the paths that the patches are certified for */
     commit_report commit;
     commit_report blocked;    /* the last commit of the step that named a blocking pair */
     contact_times nested;     /* [s] since the last end of a stage */
@@ -114,7 +116,11 @@ typedef struct kinetic_limit {
     double start;  /* [J] kinetic energy at the start */
     double energy; /* [J] */
 } kinetic_limit;
-tulle_status world_find_kinetic_limit(const step_context *context, kinetic_limit *limit);
+tulle_status world_find_kinetic_limit(step_context *context, kinetic_limit *limit);
+
+/* Energies of the cloths in context->state; the elastic ones are measured once for the same
+ * positions. */
+tulle_status world_measure_state(step_context *context, cloth_energies *energies);
 
 /* Energy [J] that the substep, ending with u at context->end, has beyond what it may and a small
  * slack. */

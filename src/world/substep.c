@@ -185,6 +185,7 @@ static tulle_status run_commit_safely(step_context *context, bool is_clean) {
     commit_report *const commit = &context->commit;
     tulle_status const status = commit_safely(&context->scene, &context->source, is_clean,
                                               context->mean_velocity, context->end, commit);
+    context->has_end_elastic &= is_clean; /* else a rescue may have moved the ends */
     tulle_step_report *const report = context->report;
     report->tested_pairs += commit->tested_pairs;
     report->turning_pairs += commit->turning_pairs;
@@ -317,6 +318,8 @@ static tulle_status accept_paths(step_context *context) {
     if (context->scene.paper)
         memcpy(state->particles, context->paper.after, world->cloth_vertex_count);
     memcpy(state->positions, context->end, 3 * world->vertex_count * sizeof(double));
+    state->elastic = context->end_elastic;
+    state->has_elastic = context->has_end_elastic;
     state->time += context->passed;
     world_follow_carriers(context);
     return TULLE_OK;
@@ -375,7 +378,7 @@ static tulle_status run_stages(step_context *context) {
 
 tulle_status world_advance(step_context *context) {
     arena_mark const mark = arena_get_mark(&context->world->scratch);
-    context->is_rejected = context->has_woken = false;
+    context->is_rejected = context->has_woken = context->has_end_elastic = false;
     context->passed = 0.0;
     tulle_status status = prepare(context);
     if (status == TULLE_OK) status = run_stages(context);

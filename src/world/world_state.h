@@ -116,11 +116,13 @@ typedef struct world_motion_state {
     double *previous_velocities; /* [m/s] at the start of the last step, all vertices (BDF2) */
     double previous_time_step;   /* [s] of that step; 0: none, or it was shortened */
     double lost_energy;          /* [J] in the last substep; 0 without bodies */
-    double time;                 /* [s] */
-    uint8_t *is_released;        /* per obstacle: let through by on_pinch: release */
-    uint8_t *is_present;         /* per obstacle */
-    uint8_t *particles;          /* particle_state of world_particle_count vertices */
-    body_rest *rests;            /* per body */
+    elastic_energies elastic;    /* of the cloths at `positions`, where has_elastic; not saved */
+    bool has_elastic;
+    double time;          /* [s] */
+    uint8_t *is_released; /* per obstacle: let through by on_pinch: release */
+    uint8_t *is_present;  /* per obstacle */
+    uint8_t *particles;   /* particle_state of world_particle_count vertices */
+    body_rest *rests;     /* per body */
     world_hold holds[HOLDS_MAX];
     uint64_t hold_count;
     contact_store contacts;

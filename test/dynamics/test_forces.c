@@ -115,7 +115,9 @@ static void check_gradient(fixture *f, double tolerance) {
         f->x[i] = kept - step;
         compute_energies(&f->model, f->x, f->v, options, &f->scratch, &less);
         f->x[i] = kept;
-        gradient[i] = (more.stretch + more.bend - less.stretch - less.bend) / (2.0 * step);
+        gradient[i] =
+            (more.elastic.stretch + more.elastic.bend - less.elastic.stretch - less.elastic.bend) /
+            (2.0 * step);
     }
     fixture_assemble(f, TULLE_INTEGRATOR_IMPLICIT_EULER, 0.01);
     double const scale = largest(f->system.forces, n);

@@ -359,7 +359,7 @@ static void bending_energy_is_that_of_a_plate(void **state) {
                                                   &energies),
                                  TULLE_OK);
                 double const exact = 0.5 * 1e-4 * curvature * curvature * side * side;
-                double const ratio = energies.bend / exact;
+                double const ratio = energies.elastic.bend / exact;
                 assert_true(ratio > 1.0 - 1.2 / (double)cells && ratio < most[pattern]);
                 fixture_free(f);
             }

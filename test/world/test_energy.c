@@ -1,7 +1,9 @@
 /* Energy of cloth that lands, through the public interface: it falls from step to step, but for the
- * work of what moves; and the balance costs nothing where it holds. */
+ * work of what moves; the balance costs nothing where it holds, and reports tell the energies of
+ * the state. */
 #include "support/small_world.h"
 #include "support/test_support.h"
+#include "world/world_state.h"
 
 #include <math.h>
 
@@ -23,11 +25,28 @@ static void add_needles(tulle_world *world) {
     tulle_mesh_destroy(&floor);
 }
 
+/* What a step measured on its way is kept, and must be that of the state it came to. */
+static void check_energies(tulle_world *world, const tulle_step_report *report) {
+    world_motion_state const *const now = &world->now;
+    energy_options const options = {vec3_load(world->def.gravity, 0), world->threads};
+    cloth_energies measured;
+    assert_int_equal(compute_energies(world->model, now->positions, now->velocities, options,
+                                      &world->scratch, &measured),
+                     TULLE_OK);
+    assert_true(report->kinetic_energy == measured.kinetic);
+    assert_true(report->gravity_energy == measured.gravity);
+    assert_true(report->elastic_energy == measured.elastic.stretch + measured.elastic.bend);
+    assert_true(report->max_stretch == measured.elastic.max_stretch);
+    assert_true(now->has_elastic);
+    assert_memory_equal(&now->elastic, &measured.elastic, sizeof measured.elastic);
+}
+
 static tulle_step_report take_any_step(tulle_world *world, double time_step) {
     tulle_step_report report = {0};
     tulle_error error = {0};
     if (tulle_world_step(world, time_step, &report, &error) != TULLE_OK)
         fail_msg("%s", error.message);
+    check_energies(world, &report);
     return report;
 }
 
@@ -142,9 +161,36 @@ static void stiff_cloth_gains_little(void **state) {
     assert_true(calm_count >= 3);
 }
 
+/* Paths that a rescue changed have other energies than those that were measured before. */
+static void rescued_states_are_measured_anew(void **state) {
+    (void)state;
+    tulle_world_def def = tulle_world_def_default();
+    tulle_world *world;
+    def.impact_rounds = 0;
+    assert_int_equal(tulle_world_create(&def, &world, NULL), TULLE_OK);
+    tulle_mesh sheet = small_sheet(1.0, 17, 0.35);
+    double velocities[3 * 17 * 17];
+    for (size_t v = 0; v < 17 * 17; v++)
+        vec3_store(velocities, v, vec3_make(3.0, 0.0, v % 2 ? -9.0 : -12.0));
+    tulle_cloth_def cloth = tulle_cloth_def_default();
+    cloth.mesh = tulle_mesh_get_view(&sheet);
+    cloth.velocities = velocities;
+    assert_int_equal(tulle_world_add_cloth(world, &cloth, NULL, NULL), TULLE_OK);
+    add_needles(world);
+    uint64_t rescues = 0;
+    for (int i = 0; i < 30; i++) {
+        tulle_step_report const report = take_any_step(world, 1.0 / 30.0);
+        rescues += report.rescue_impact_zones + report.rescue_component_scalings +
+                   report.rescue_global_scalings;
+    }
+    assert_true(rescues > 0);
+    tulle_mesh_destroy(&sheet);
+    tulle_world_destroy(world);
+}
+
 int main(void) {
-    const struct CMUnitTest tests[] = {cmocka_unit_test(landings_gain_nothing),
-                                       cmocka_unit_test(lifting_needs_no_more_solves),
-                                       cmocka_unit_test(stiff_cloth_gains_little)};
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(landings_gain_nothing), cmocka_unit_test(rescued_states_are_measured_anew),
+        cmocka_unit_test(lifting_needs_no_more_solves), cmocka_unit_test(stiff_cloth_gains_little)};
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
