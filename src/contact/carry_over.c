@@ -33,7 +33,7 @@ enum { SLID_RANK = 5, SAME_KIND_RANK = 10 };
 
 typedef struct heir_search {
     const contact_scene *scene;
-    contact_row *rows; /* candidates: the rows, then the reserve */
+    contact_row *const *rows; /* candidates: the rows, then the reserve */
     size_t count;
     uint32_t *begin, *items; /* candidates without contact around each vertex */
 } heir_search;
@@ -121,7 +121,7 @@ static contact_row *find_heir(const heir_search *search, const stored_contact *c
     double best_cosine = 0.0;
     for (int k = 0; k < own_count; k++)
         for (uint32_t i = search->begin[v[k]]; i < search->begin[v[k] + 1]; i++) {
-            contact_row *const row = &search->rows[search->items[i]];
+            contact_row *const row = search->rows[search->items[i]];
             double row_side;
             int const rank = row->is_old ? 0 : rank_heir(search->scene, contact, v, row, &row_side);
             if (rank == 0 || rank < best_rank) continue;
@@ -143,12 +143,12 @@ static bool list_candidates(heir_search *search) {
     search->items = ARENA_NEW(scratch, uint32_t, 4 * search->count);
     if (!search->begin || !search->items) return false;
     for (size_t i = 0; i < search->count; i++)
-        for (int k = 0; k < 4 && !search->rows[i].is_old; k++)
-            search->begin[search->rows[i].vertices[k] + 2]++;
+        for (int k = 0; k < 4 && !search->rows[i]->is_old; k++)
+            search->begin[search->rows[i]->vertices[k] + 2]++;
     for (size_t v = 0; v < vertex_count; v++) search->begin[v + 2] += search->begin[v + 1];
     for (size_t i = 0; i < search->count; i++)
-        for (int k = 0; k < 4 && !search->rows[i].is_old; k++)
-            search->items[search->begin[search->rows[i].vertices[k] + 1]++] = (uint32_t)i;
+        for (int k = 0; k < 4 && !search->rows[i]->is_old; k++)
+            search->items[search->begin[search->rows[i]->vertices[k] + 1]++] = (uint32_t)i;
     return true;
 }
 
@@ -160,20 +160,21 @@ static bool comes_before(const contact_row *a, const contact_row *b) {
 
 /* Merges the sorted rows begin .. end-1 into the sorted ones before them; from the back, which
  * needs a copy of the later ones only. */
-static void merge_rows(contact_row *rows, size_t begin, const contact_row *later,
+static void merge_rows(contact_row **rows, size_t begin, contact_row *const *later,
                        size_t later_count) {
     for (size_t place = begin + later_count; later_count > 0;) {
-        bool const is_later = begin == 0 || comes_before(&rows[begin - 1], &later[later_count - 1]);
+        bool const is_later = begin == 0 || comes_before(rows[begin - 1], later[later_count - 1]);
         rows[--place] = is_later ? later[--later_count] : rows[--begin];
     }
 }
 
 /* Marks the contacts that have a row. */
-static void mark_present(const contact_store *store, const contact_row *rows, size_t count,
+static void mark_present(const contact_store *store, contact_row *const *rows, size_t count,
                          bool *is_present) {
+    contact_reader reader = {.store = store};
     for (size_t i = 0; i < count; i++) {
-        if (!rows[i].is_old) continue;
-        const stored_contact *const contact = find_contact(store, rows[i].kind, rows[i].pair);
+        if (!rows[i]->is_old) continue;
+        const stored_contact *const contact = read_contact(&reader, rows[i]->kind, rows[i]->pair);
         if (contact) is_present[contact - store->contacts.data] = true;
     }
 }
@@ -193,13 +194,13 @@ static void hand_over(const heir_search *search, const contact_store *store,
 }
 
 tulle_status carry_over_contacts(const contact_scene *scene, const contact_store *store,
-                                 contact_row *rows, size_t *count, const contact_row *reserve,
+                                 contact_row **rows, size_t *count, contact_row *const *reserve,
                                  size_t reserve_count) {
     if (store->contacts.count == 0 || *count + reserve_count == 0) return TULLE_OK;
     arena_mark const mark = arena_get_mark(scene->scratch);
     heir_search search = {.scene = scene, .rows = rows, .count = *count + reserve_count};
     bool *const is_present = ARENA_NEW_ZEROED(scene->scratch, bool, store->contacts.count);
-    contact_row *const later = ARENA_NEW(scene->scratch, contact_row, reserve_count);
+    contact_row **const later = ARENA_NEW(scene->scratch, contact_row *, reserve_count);
     if (reserve_count > 0) memcpy(rows + *count, reserve, reserve_count * sizeof *reserve);
     bool const has_room = is_present && later && list_candidates(&search);
     if (has_room) {
@@ -207,7 +208,7 @@ tulle_status carry_over_contacts(const contact_scene *scene, const contact_store
         hand_over(&search, store, is_present);
         size_t later_count = 0;
         for (size_t i = *count; i < search.count; i++)
-            if (rows[i].is_old) later[later_count++] = rows[i];
+            if (rows[i]->is_old) later[later_count++] = rows[i];
         merge_rows(rows, *count, later, later_count);
         *count += later_count;
     }

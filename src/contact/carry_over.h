@@ -14,7 +14,7 @@ void restore_contact(const contact_scene *scene, contact_row *row, const stored_
  * for reserve_count more; reserve sorted, too, of other pairs. Out: rows and *count with those of
  * the reserve that are kept. */
 tulle_status carry_over_contacts(const contact_scene *scene, const contact_store *store,
-                                 contact_row *rows, size_t *count, const contact_row *reserve,
+                                 contact_row **rows, size_t *count, contact_row *const *reserve,
                                  size_t reserve_count);
 
 #endif

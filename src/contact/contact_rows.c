@@ -57,23 +57,40 @@ static void set_row_gap(const contact_scene *scene, contact_row *row) {
     set_row_friction(scene, row);
 }
 
-bool make_contact_row(const contact_scene *scene, const double *x1, const pair_event *event,
-                      contact_row *row) {
-    *row = (contact_row){.kind = event->kind, .pair = event->pair, .friction_cap = -1.0};
-    feature_pair_vertices(scene->set->topo, event->kind, event->pair, row->vertices);
+closest_points find_contact_points(const contact_scene *scene, const double *x1,
+                                   const pair_event *event, uint32_t vertices[4]) {
     vec3 points[4];
+    feature_pair_vertices(scene->set->topo, event->kind, event->pair, vertices);
     for (int k = 0; k < 4; k++)
-        points[k] = vec3_lerp(vec3_load(scene->x0, row->vertices[k]),
-                              vec3_load(x1, row->vertices[k]), event->time);
-    closest_points const closest = closest_of_pair(event->kind, points);
-    row->normal = vec3_normalize(closest.difference);
-    for (int k = 0; k < 4; k++) row->weights[k] = closest.weights[k];
+        points[k] =
+            vec3_lerp(vec3_load(scene->x0, vertices[k]), vec3_load(x1, vertices[k]), event->time);
+    return closest_of_pair(event->kind, points);
+}
+
+void begin_contact_row(const contact_scene *scene, const pair_event *event,
+                       const uint32_t vertices[4], const closest_points *closest,
+                       contact_row *row) {
+    *row = (contact_row){.kind = event->kind, .pair = event->pair, .friction_cap = -1.0};
+    memcpy(row->vertices, vertices, sizeof row->vertices);
+    memcpy(row->weights, closest->weights, sizeof row->weights);
+    row->normal = vec3_normalize(closest->difference);
     set_row_bodies(scene, row);
+}
+
+bool finish_contact_row(const contact_scene *scene, contact_row *row) {
     set_row_mobility(scene, row);
     if (!(row->inverse_mass > find_least_mobility(scene, row))) return false;
     if (!(vec3_norm2(row->normal) > 0.5)) return false;
     set_row_gap(scene, row);
     return true;
+}
+
+bool make_contact_row(const contact_scene *scene, const double *x1, const pair_event *event,
+                      contact_row *row) {
+    uint32_t vertices[4];
+    closest_points const closest = find_contact_points(scene, x1, event, vertices);
+    begin_contact_row(scene, event, vertices, &closest, row);
+    return finish_contact_row(scene, row);
 }
 
 static const affine_map *find_carrier(const contact_scene *scene, const contact_row *row) {

@@ -11,6 +11,16 @@
 bool make_contact_row(const contact_scene *scene, const double *x1, const pair_event *event,
                       contact_row *row);
 
+/* The same in three steps, since most rows are dropped after the first or the second. The closest
+ * points of the event's time, and the pair's vertices: */
+closest_points find_contact_points(const contact_scene *scene, const double *x1,
+                                   const pair_event *event, uint32_t vertices[4]);
+/* the row's frame and bodies: */
+void begin_contact_row(const contact_scene *scene, const pair_event *event,
+                       const uint32_t vertices[4], const closest_points *closest, contact_row *row);
+/* and all that follows from these; false as make_contact_row. */
+bool finish_contact_row(const contact_scene *scene, contact_row *row);
+
 /* Puts the normal of an admissible row of cloth with an obstacle that stands or shifts into the
  * normal cone of the obstacle's feature at that time along x0 -> x1. A row may lean by the slope
  * tolerance; on a flat of many triangles that would lift what slides by as much of its way. */

@@ -108,20 +108,34 @@ tulle_status add_contacts(contact_store *store, memory *heap, const stored_conta
     return TULLE_OK;
 }
 
-const stored_contact *find_contact(const contact_store *store, feature_kind kind,
-                                   feature_pair pair) {
+contact_reader read_contacts_from(const contact_store *store, feature_kind kind,
+                                  feature_pair pair) {
     stored_contact const key = {.kind = (uint32_t)kind, .first = pair.first, .second = pair.second};
     size_t low = 0, high = store->contacts.count;
     while (low < high) {
         size_t const middle = low + (high - low) / 2;
-        int const order = compare_keys(&store->contacts.data[middle], &key);
-        if (order == 0) return &store->contacts.data[middle];
-        if (order < 0)
+        if (compare_keys(&store->contacts.data[middle], &key) < 0)
             low = middle + 1;
         else
             high = middle;
     }
-    return NULL;
+    return (contact_reader){store, low};
+}
+
+const stored_contact *read_contact(contact_reader *reader, feature_kind kind, feature_pair pair) {
+    stored_contact const key = {.kind = (uint32_t)kind, .first = pair.first, .second = pair.second};
+    const stored_contact *const contacts = reader->store->contacts.data;
+    size_t const count = reader->store->contacts.count;
+    int order = 1;
+    while (reader->next < count && (order = compare_keys(&contacts[reader->next], &key)) < 0)
+        reader->next++;
+    return order == 0 ? &contacts[reader->next] : NULL;
+}
+
+const stored_contact *find_contact(const contact_store *store, feature_kind kind,
+                                   feature_pair pair) {
+    contact_reader reader = read_contacts_from(store, kind, pair);
+    return read_contact(&reader, kind, pair);
 }
 
 void contact_store_destroy(contact_store *store, memory *heap) {

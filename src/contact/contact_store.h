@@ -20,6 +20,17 @@ tulle_status reserve_contacts(contact_store *store, memory *heap, size_t row_cou
 const stored_contact *find_contact(const contact_store *store, feature_kind kind,
                                    feature_pair pair);
 
+/* The same for keys in ascending order of (kind, pair), one after the other. A zeroed reader with
+ * its store is at the first contact. */
+typedef struct contact_reader {
+    const contact_store *store;
+    size_t next;
+} contact_reader;
+
+/* The reader that goes on from this key. */
+contact_reader read_contacts_from(const contact_store *store, feature_kind kind, feature_pair pair);
+const stored_contact *read_contact(contact_reader *reader, feature_kind kind, feature_pair pair);
+
 void contact_store_destroy(contact_store *store, memory *heap);
 uint64_t contact_store_hash(const contact_store *store, uint64_t hash);
 

@@ -37,26 +37,33 @@ static bool find_sides(const contact_scene *scene, const contact_row *row, row_s
     return true;
 }
 
-void note_near_plane(const contact_scene *scene, const double *ends, const contact_row *row,
-                     size_t index, near_plane *planes) {
+void find_near_plane(const contact_scene *scene, const double *ends, const contact_row *row,
+                     near_plane *plane) {
     row_sides sides;
+    plane->distance = 0.0;
     if (row->kind != FEATURE_VERTEX_TRIANGLE || !find_sides(scene, row, &sides)) return;
     if (sides.moved_begin != 0) return;
     vec3 points[4];
     for (int k = 0; k < 4; k++) points[k] = vec3_load(scene->x0, row->vertices[k]);
     closest_points const closest = closest_of_pair(FEATURE_VERTEX_TRIANGLE, points);
     double const distance = sqrt(closest.distance2);
-    near_plane *const plane = &planes[row->vertices[0]];
-    if (!(distance > 0.0) || (plane->distance > 0.0 && plane->distance <= distance)) return;
+    if (!(distance > 0.0)) return;
     vec3 const normal = vec3_scale(closest.difference, 1.0 / distance);
     if (vec3_norm(vec3_sub(row->normal, normal)) > scene->settings.slope_tolerance) return;
     vec3 const point = vec3_sub(points[0], closest.difference);
-    *plane = (near_plane){
-        .distance = distance, .row = index, .normal = normal, .point = point, .end = point};
+    *plane = (near_plane){.distance = distance, .normal = normal, .point = point, .end = point};
     for (int k = 1; k < 4; k++)
         plane->end =
             vec3_add_scaled(plane->end, vec3_sub(vec3_load(ends, row->vertices[k]), points[k]),
                             -closest.weights[k]);
+}
+
+void note_near_plane(near_planes *planes, uint32_t vertex, size_t index) {
+    double const distance = planes->of_rows[index].distance;
+    uint32_t *const nearest = &planes->nearest[vertex];
+    if (!(distance > 0.0)) return;
+    if (*nearest == TULLE_NONE || planes->of_rows[*nearest].distance > distance)
+        *nearest = (uint32_t)index;
 }
 
 static bool lies_behind(const near_plane *plane, vec3 from, vec3 point, double slope,
@@ -92,17 +99,18 @@ static bool are_one_plane(const contact_scene *scene, const near_plane *a, const
 
 /* The planes of all vertices that the row pushes must agree: between two that do not, what spans
  * them may hang over an edge. */
-bool row_is_hidden(const contact_scene *scene, const double *ends, const near_plane *planes,
+bool row_is_hidden(const contact_scene *scene, const double *ends, const near_planes *planes,
                    const contact_row *row, size_t index) {
     const near_plane *first = NULL;
     row_sides sides;
     if (!find_sides(scene, row, &sides)) return false;
     for (int k = sides.moved_begin; k < sides.moved_end; k++) {
         if (fabs(row->weights[k]) < RIM_WEIGHT) continue;
-        const near_plane *const plane = &planes[row->vertices[k]];
+        uint32_t const nearest = planes->nearest[row->vertices[k]];
+        if (nearest == TULLE_NONE || nearest == index) return false;
+        const near_plane *const plane = &planes->of_rows[nearest];
         if (!first) first = plane;
-        if (!(plane->distance > 0.0) || plane->row == index ||
-            !are_one_plane(scene, first, plane) || !hides(scene, ends, plane, row, &sides))
+        if (!are_one_plane(scene, first, plane) || !hides(scene, ends, plane, row, &sides))
             return false;
     }
     return first != NULL;

@@ -33,9 +33,11 @@ static void keeps_the_sum_of_each_pair(void **state) {
     contact_store store = {0};
     assert_int_equal(update_contacts(&store, &heap, &list, 0.01), TULLE_OK);
     assert_true(store.contacts.count < 500 && store.time_step == 0.01);
+    contact_reader all = {.store = &store};
     for (int kind = 0; kind < 2; kind++)
         for (uint32_t a = 0; a < 20; a++)
             for (uint32_t b = 0; b < 20; b++) {
+                feature_pair const pair = {a, b};
                 double sum = 0.0;
                 bool is_there = false;
                 for (size_t i = 0; i < list.rows.count; i++) {
@@ -45,9 +47,12 @@ static void keeps_the_sum_of_each_pair(void **state) {
                     sum += row->impulse.x;
                     is_there = true;
                 }
-                const stored_contact *const found =
-                    find_contact(&store, (feature_kind)kind, (feature_pair){a, b});
+                const stored_contact *const found = find_contact(&store, (feature_kind)kind, pair);
                 assert_int_equal(found != NULL, is_there);
+                contact_reader here = read_contacts_from(&store, (feature_kind)kind, pair);
+                assert_ptr_equal(read_contact(&here, (feature_kind)kind, pair), found);
+                if (b % 3 == 0) /* some contacts are passed over */
+                    assert_ptr_equal(read_contact(&all, (feature_kind)kind, pair), found);
                 if (found) assert_true(fabs(found->impulse[0] - sum) < 1e-14);
             }
     contact_store_destroy(&store, &heap);
