@@ -13,8 +13,13 @@
 
 #include <string.h>
 
-/* Aggregates a chunk: a sum of one chunk is the unit of every dot. */
-enum { AGGREGATES_PER_CHUNK = 256 };
+/* Aggregates of one sum, the unit of every dot, and of a chunk of a loop; a level of one sum is too
+ * little to share. */
+enum { AGGREGATES_PER_SUM = 256, AGGREGATES_PER_CHUNK = 64 };
+
+static size_t choose_chunk(size_t count) {
+    return count > AGGREGATES_PER_SUM ? AGGREGATES_PER_CHUNK : AGGREGATES_PER_SUM;
+}
 
 /* Sums that go up: of an aggregate of level l, one block for each level from l on. */
 typedef struct fill_task {
@@ -91,7 +96,7 @@ bool nested_aggregates_set_matrix(nested_aggregates *aggregates, const block_mat
         task.below = l == 0 ? NULL : task.sums;
         task.sums = ARENA_NEW(scratch, double, 9 * (aggregates->level_count - l) * count);
         ok = task.sums != NULL;
-        if (ok) parallel_for(count, AGGREGATES_PER_CHUNK, threads, sum_members, &task);
+        if (ok) parallel_for(count, choose_chunk(count), threads, sum_members, &task);
     }
     arena_release(scratch, mark);
     return ok;
@@ -147,8 +152,8 @@ void nested_aggregates_set_terms(nested_aggregates *aggregates, const matrix_ter
     }
     for (size_t t = 0; t < count; t++) add_term(aggregates, &terms[t]);
     for (size_t l = 0; l < aggregates->level_count; l++)
-        parallel_for(aggregates->levels[l].count, AGGREGATES_PER_CHUNK, threads, invert_chunk,
-                     &aggregates->levels[l]);
+        parallel_for(aggregates->levels[l].count, choose_chunk(aggregates->levels[l].count),
+                     threads, invert_chunk, &aggregates->levels[l]);
 }
 
 /* ---- the correction ---- */
@@ -181,12 +186,11 @@ static lanes4 sum_residual(const correct_task *task, size_t a) {
     return sum;
 }
 
-/* Residual and own correction of a level's aggregates; sums their dots. */
+/* Residual and own correction of a level's aggregates. */
 static void restrict_chunk(void *context, size_t begin, size_t end, size_t chunk, int worker) {
-    (void)worker;
+    (void)chunk, (void)worker;
     const correct_task *const task = context;
     const aggregate_level *const level = task->level;
-    double dot = 0.0;
     for (size_t a = begin; a < end; a++) {
         lanes4 const r = sum_residual(task, a);
         const float *const m = level->inverse + 9 * a;
@@ -194,10 +198,35 @@ static void restrict_chunk(void *context, size_t begin, size_t end, size_t chunk
         for (size_t k = 0; k < 3; k++) {
             level->residual[3 * a + k] = r[k];
             level->correction[3 * a + k] = z[k];
-            dot += (double)r[k] * (double)z[k];
         }
     }
-    task->all->partials[chunk] = dot;
+}
+
+static double find_partial(const aggregate_level *level, size_t begin, size_t end) {
+    double dot = 0.0;
+    for (size_t i = 3 * begin; i < 3 * end; i++)
+        dot += (double)level->residual[i] * (double)level->correction[i];
+    return dot;
+}
+
+/* Dots of residual and own correction, four side by side: each waits for its last addition. */
+static void find_partials(const aggregate_level *level, double *partials) {
+    enum { AT_ONCE = 4, NUMBERS = 3 * AGGREGATES_PER_SUM };
+    size_t begin = 0;
+    for (; begin + AT_ONCE * AGGREGATES_PER_SUM <= level->count;
+         begin += AT_ONCE * AGGREGATES_PER_SUM, partials += AT_ONCE) {
+        const float *const r = level->residual + 3 * begin, *const z =
+                                                                level->correction + 3 * begin;
+        double dots[AT_ONCE] = {0.0};
+        for (size_t i = 0; i < NUMBERS; i++)
+            for (size_t s = 0; s < AT_ONCE; s++)
+                dots[s] += (double)r[NUMBERS * s + i] * (double)z[NUMBERS * s + i];
+        memcpy(partials, dots, sizeof dots);
+    }
+    for (; begin < level->count; begin += AGGREGATES_PER_SUM) {
+        size_t const end = begin + AGGREGATES_PER_SUM;
+        *partials++ = find_partial(level, begin, end < level->count ? end : level->count);
+    }
 }
 
 /* Adds the corrections of the level above. */
@@ -213,9 +242,11 @@ double nested_aggregates_correct(nested_aggregates *aggregates, const float *r, 
     correct_task task = {.all = aggregates, .below = r};
     for (size_t l = 0; l < aggregates->level_count; l++) {
         task.level = &aggregates->levels[l];
-        parallel_for(task.level->count, AGGREGATES_PER_CHUNK, threads, restrict_chunk, &task);
-        size_t const chunks = parallel_chunk_count(task.level->count, AGGREGATES_PER_CHUNK);
-        for (size_t chunk = 0; chunk < chunks; chunk++) dot += aggregates->partials[chunk];
+        size_t const count = task.level->count;
+        parallel_for(count, choose_chunk(count), threads, restrict_chunk, &task);
+        find_partials(task.level, aggregates->partials);
+        for (size_t i = 0; i < parallel_chunk_count(count, AGGREGATES_PER_SUM); i++)
+            dot += aggregates->partials[i];
         task.below = task.level->residual;
     }
     for (size_t l = aggregates->level_count; l-- > 1;)
