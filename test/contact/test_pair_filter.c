@@ -63,18 +63,36 @@ static void get_points(const random_pairs *of, feature_kind kind, feature_pair p
     }
 }
 
+/* The gap along a direction, from vectors between the points. */
+static double find_gap(feature_kind kind, vec3 direction, const vec3 p[4]) {
+    if (kind == FEATURE_VERTEX_TRIANGLE) {
+        double gap = vec3_dot(direction, vec3_sub(p[0], p[3]));
+        for (int k = 2; k > 0; k--) {
+            double const other = vec3_dot(direction, vec3_sub(p[0], p[k]));
+            gap = other < gap ? other : gap;
+        }
+        return gap;
+    }
+    double const first = vec3_dot(direction, vec3_sub(p[1], p[0]));
+    double const second = vec3_dot(direction, vec3_sub(p[3], p[2]));
+    return vec3_dot(direction, vec3_sub(p[0], p[2])) + (first < 0.0 ? first : 0.0) -
+           (second > 0.0 ? second : 0.0);
+}
+
 /* The formula of pair_filter.h. */
 static bool is_separated(const random_pairs *of, feature_kind kind, feature_pair pair,
                          double at_start, double at_end) {
     vec3 p[4], end[4];
     get_points(of, kind, pair, 0.0, p);
     get_points(of, kind, pair, 1.0, end);
-    vec3 const direction =
-        kind == FEATURE_VERTEX_TRIANGLE
-            ? vec3_add_scaled(p[0], vec3_add(vec3_add(p[1], p[2]), p[3]), -1.0 / 3.0)
-            : vec3_scale(vec3_sub(vec3_add(p[0], p[1]), vec3_add(p[2], p[3])), 0.5);
+    vec3 const sum = vec3_add(vec3_add(vec3_sub(p[0], p[1]), vec3_sub(p[0], p[2])),
+                              vec3_sub(p[0], p[3])); /* of a vertex and a triangle */
+    vec3 const edges = vec3_sub(vec3_sub(p[1], p[0]), vec3_sub(p[3], p[2]));
+    vec3 const direction = kind == FEATURE_VERTEX_TRIANGLE
+                               ? vec3_scale(sum, 1.0 / 3.0)
+                               : vec3_add_scaled(vec3_sub(p[0], p[2]), edges, 0.5);
     double const norm2 = vec3_norm2(direction);
-    double const gap0 = corner_gap(kind, direction, p), gap1 = corner_gap(kind, direction, end);
+    double const gap0 = find_gap(kind, direction, p), gap1 = find_gap(kind, direction, end);
     return gap0 > 0.0 && gap0 * gap0 > at_start * at_start * norm2 && gap1 > 0.0 &&
            gap1 * gap1 > at_end * at_end * norm2;
 }
