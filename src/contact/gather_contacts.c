@@ -50,37 +50,38 @@ static void measure_approaches(const gathering *work, const apart_query *far,
     }
 }
 
-/* Distances [m] of pairs at x0 and in the rest shape. */
-typedef struct scan_distances {
-    double now[SCAN_MOST], rest[SCAN_MOST];
-} scan_distances;
+/* Of pairs at x0 and in the rest shape. */
+typedef struct scan_measures {
+    double now[SCAN_MOST], rest[SCAN_MOST]; /* [m] distances */
+    bool is_at_end[SCAN_MOST];
+} scan_measures;
 
-static void find_distances(const gathering *work, feature_kind kind, const pair_event *events,
-                           size_t count, scan_distances *to) {
+static void measure_scan(const gathering *work, feature_kind kind, const pair_event *events,
+                         size_t count, scan_measures *to) {
     feature_pair pairs[SCAN_MOST];
+    pair_measures const measures = {to->now, to->rest, to->is_at_end};
     for (size_t i = 0; i < count; i++) pairs[i] = events[i].pair;
     TULLE_PICK_KERNEL(measure_distances)
-    (work->scene->set->topo, work->now_and_rest, kind, pairs, count,
-     (double *[2]){to->now, to->rest});
+    (work->scene->set->topo, work->now_and_rest, kind, pairs, count, &measures);
 }
 
-/* Time 0 for a pair that is near now. */
+/* Time 0 for a pair that is near now. Two edges that touch at an end are no event: rows of them are
+ * left to the vertex's own (select_admissible.h). */
 static void measure_touches(const void *context, feature_kind kind, pair_event *events,
                             size_t count, scan_verdict *verdicts) {
     const gathering *const work = context;
     const contact_scene *const scene = work->scene;
-    scan_distances distances;
+    scan_measures measures;
     apart_query far = {.kind = kind, .count = 0};
     uint8_t indices[SCAN_MOST];
-    find_distances(work, kind, events, count, &distances);
+    measure_scan(work, kind, events, count, &measures);
     for (size_t i = 0; i < count; i++) {
         uint32_t vertices[4];
         feature_pair_vertices(scene->set->topo, kind, events[i].pair, vertices);
-        pair_distances const limits =
-            limit_pair_distances(scene, kind, vertices, distances.rest[i]);
-        events[i].distance = distances.now[i];
+        pair_distances const limits = limit_pair_distances(scene, kind, vertices, measures.rest[i]);
+        events[i].distance = measures.now[i];
         events[i].time = 0.0;
-        verdicts[i] = SCAN_EVENT;
+        verdicts[i] = measures.is_at_end[i] ? SCAN_DROP_NEAR : SCAN_EVENT;
         if (!(events[i].distance >= limits.separation)) continue;
         indices[far.count] = (uint8_t)i;
         far.pairs[far.count] = events[i].pair;

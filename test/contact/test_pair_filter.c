@@ -5,6 +5,7 @@
 #include "contact/apart_pairs.h"
 #include "contact/pair_filter.h"
 #include "contact/pair_rules.h"
+#include "contact/select_admissible.h"
 #include "contact/sort_pairs.h"
 #include "support/test_support.h"
 
@@ -158,8 +159,10 @@ static void make_degenerate_pairs(random_pairs *to, uint64_t *random) {
 
 static void check_measured(const random_pairs *of, feature_kind kind) {
     double start[PAIRS], end[PAIRS];
+    bool is_at_end[PAIRS];
+    pair_measures const measures = {start, end, is_at_end};
     TULLE_PICK_KERNEL(measure_distances)
-    (&of->topo, of->records, kind, of->pairs, PAIRS, (double *[2]){start, end});
+    (&of->topo, of->records, kind, of->pairs, PAIRS, &measures);
     for (size_t i = 0; i < PAIRS; i++)
         for (int time = 0; time < 2; time++) {
             vec3 points[4];
@@ -167,8 +170,12 @@ static void check_measured(const random_pairs *of, feature_kind kind) {
             bool is_finite = true;
             for (int k = 0; k < 4; k++)
                 is_finite = is_finite && isfinite(vec3_norm2(points[k])) && fabs(points[k].x) < 1e3;
-            double const distance = sqrt(closest_of_pair(kind, points).distance2);
-            if (is_finite) assert_true((time == 0 ? start : end)[i] == distance);
+            if (!is_finite) continue;
+            closest_points const closest = closest_of_pair(kind, points);
+            assert_true((time == 0 ? start : end)[i] == sqrt(closest.distance2));
+            bool const is_edge_edge = kind == FEATURE_EDGE_EDGE;
+            if (time == 0)
+                assert_int_equal(is_at_end[i], is_edge_edge && is_on_rim(closest.weights));
         }
 }
 

@@ -151,10 +151,9 @@ static void find_parallel_parameters(const closest_lanes *edges, vec3x8 offset, 
     *t = double8_select(parallel, double8_select(swapped, at[0], at[1]), *t);
 }
 
-/* The difference from d: corners of the first edge less those of the second, 00 01 10 11. */
-SIMD_INLINE vec3x8 find_edge_difference(const vec3x8 d[4], vec3x8 u, vec3x8 v) {
-    double8 const zero = double8_fill(0.0), one = double8_fill(1.0);
-    vec3x8 const offset = vec3x8_neg(d[0]);
+/* The parameters s and t of the closest points on two edges u and v; offset: from the first one's
+ * first corner to the second one's. */
+SIMD_INLINE void find_edge_feet(vec3x8 offset, vec3x8 u, vec3x8 v, double8 feet[2]) {
     double8 const uu = vec3x8_dot(u, u), uv = vec3x8_dot(u, v), vv = vec3x8_dot(v, v);
     double8 const determinant = uu * vv - uv * uv;
     bool8 const is_sound = bool8_and(double8_greater(determinant, SOUND_RATIO * uu * vv),
@@ -168,6 +167,15 @@ SIMD_INLINE vec3x8 find_edge_difference(const vec3x8 d[4], vec3x8 u, vec3x8 v) {
     closest_lanes const edges = {.u = u, .v = v};
     lane_mask const parallel = ~bool8_bits(is_sound) & 0xff;
     if (parallel) find_parallel_parameters(&edges, offset, bool8_not(is_sound), &s, &t);
+    feet[0] = s;
+    feet[1] = t;
+}
+
+/* The difference from d: corners of the first edge less those of the second, 00 01 10 11. */
+SIMD_INLINE vec3x8 find_edge_difference(const vec3x8 d[4], vec3x8 u, vec3x8 v,
+                                        const double8 feet[2]) {
+    double8 const zero = double8_fill(0.0), one = double8_fill(1.0);
+    double8 const s = feet[0], t = feet[1];
     bool8 const at_end_first = at_least(s, one), at_end_second = at_least(t, one);
     vec3x8 difference = vec3x8_select(at_end_first, vec3x8_select(at_end_second, d[3], d[2]),
                                       vec3x8_select(at_end_second, d[1], d[0]));
@@ -179,7 +187,9 @@ SIMD_INLINE closest_lanes find_closest_edge_edge(const vec3x8 d[4]) {
     vec3x8 const u = vec3x8_sub(d[2], d[0]), v = vec3x8_sub(d[0], d[1]);
     /* as closest_edge_edge finds them from points about the first one */
     const vec3x8 corners[4] = {d[0], d[1], vec3x8_add(u, d[0]), vec3x8_add(u, d[1])};
-    return (closest_lanes){find_edge_difference(corners, u, v), u, v};
+    double8 feet[2];
+    find_edge_feet(vec3x8_neg(corners[0]), u, v, feet);
+    return (closest_lanes){find_edge_difference(corners, u, v, feet), u, v};
 }
 
 SIMD_INLINE closest_lanes find_closest(feature_kind kind, const vec3x8 d[4]) {
@@ -187,28 +197,31 @@ SIMD_INLINE closest_lanes find_closest(feature_kind kind, const vec3x8 d[4]) {
                                            : find_closest_edge_edge(d);
 }
 
-/* The squared distances of the pairs of four points each. */
-SIMD_INLINE double8 find_distances2(feature_kind kind, const vec3x8 p[4]) {
-    vec3x8 difference;
-    if (kind == FEATURE_VERTEX_TRIANGLE) {
-        triangle_lanes const at = {
-            {vec3x8_sub(p[0], p[1]), vec3x8_sub(p[0], p[2]), vec3x8_sub(p[0], p[3])},
-            vec3x8_sub(p[2], p[1]),
-            vec3x8_sub(p[3], p[1])};
-        lane_mask thin;
-        difference = find_sound_difference(&at, &thin);
-        double8 distances2 = vec3x8_dot(difference, difference);
-        for (; thin; thin &= thin - 1) {
-            int const k = __builtin_ctz(thin);
-            const vec3 points[4] = {vec3x8_get(p[0], k), vec3x8_get(p[1], k), vec3x8_get(p[2], k),
-                                    vec3x8_get(p[3], k)};
-            distances2[k] = closest_vertex_triangle(points).distance2;
-        }
-        return distances2;
+/* The squared distances of vertices and triangles. */
+SIMD_INLINE double8 find_vertex_distances2(const vec3x8 p[4]) {
+    triangle_lanes const at = {
+        {vec3x8_sub(p[0], p[1]), vec3x8_sub(p[0], p[2]), vec3x8_sub(p[0], p[3])},
+        vec3x8_sub(p[2], p[1]),
+        vec3x8_sub(p[3], p[1])};
+    lane_mask thin;
+    vec3x8 const difference = find_sound_difference(&at, &thin);
+    double8 distances2 = vec3x8_dot(difference, difference);
+    for (; thin; thin &= thin - 1) {
+        int const k = __builtin_ctz(thin);
+        const vec3 points[4] = {vec3x8_get(p[0], k), vec3x8_get(p[1], k), vec3x8_get(p[2], k),
+                                vec3x8_get(p[3], k)};
+        distances2[k] = closest_vertex_triangle(points).distance2;
     }
+    return distances2;
+}
+
+/* The same of edges, with the parameters of the closest points. */
+SIMD_INLINE double8 find_edge_distances2(const vec3x8 p[4], double8 feet[2]) {
     const vec3x8 corners[4] = {vec3x8_sub(p[0], p[2]), vec3x8_sub(p[0], p[3]),
                                vec3x8_sub(p[1], p[2]), vec3x8_sub(p[1], p[3])};
-    difference = find_edge_difference(corners, vec3x8_sub(p[1], p[0]), vec3x8_sub(p[3], p[2]));
+    vec3x8 const u = vec3x8_sub(p[1], p[0]), v = vec3x8_sub(p[3], p[2]);
+    find_edge_feet(vec3x8_neg(corners[0]), u, v, feet);
+    vec3x8 const difference = find_edge_difference(corners, u, v, feet);
     return vec3x8_dot(difference, difference);
 }
 
