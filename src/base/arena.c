@@ -99,6 +99,11 @@ void *arena_allocate_zeroed(arena *scratch, size_t count, size_t size) {
     return pointer;
 }
 
+size_t arena_get_room(const arena *scratch) {
+    const arena_block *const block = scratch->current ? scratch->current : scratch->first;
+    return block ? block->capacity - block->used : 0;
+}
+
 arena_mark arena_get_mark(const arena *scratch) {
     return (arena_mark){scratch->current, scratch->current ? scratch->current->used : 0,
                         scratch->used};

@@ -26,6 +26,8 @@ void *arena_allocate_zeroed(arena *scratch, size_t count, size_t size);
 /* Makes an empty arena one block of at least so many bytes, where there is memory for it: room that
  * is used at once later on need not be in blocks that were made for less. */
 void arena_reserve(arena *scratch, size_t byte_count);
+/* [bytes] that can be handed out without another block: what the current one has left. */
+size_t arena_get_room(const arena *scratch);
 arena_mark arena_get_mark(const arena *scratch);
 void arena_release(arena *scratch, arena_mark mark);
 /* Typed: ARENA_NEW(scratch, double, n). */

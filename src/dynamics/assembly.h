@@ -20,18 +20,16 @@ typedef struct assembly {
     coefficients factor;
     linear_system *system;
     double *start_velocities; /* w of that table, 3 a vertex */
+    force_terms terms;        /* those of the state, or slots of this stage alone */
+    bool is_renewed;          /* the terms are complete, and so are the forces */
     /* Of the wind. */
-    vec3 *triangle_forces, *triangle_sources; /* per corner, f and f - D w */
-    vec3 *triangle_drags; /* g: D of a corner by a corner is -g g^T; until springs are gathered */
-    vec3 *air_velocities; /* until triangles are filled */
+    vec3 *triangle_forces; /* per corner; null when renewed */
     /* Of springs. */
     double *guessed_positions; /* x0 + h guess, 3 a vertex; null without a guess */
     symmetric3 *spring_blocks; /* alpha D + beta K, negated, of the first end by the first end */
-    vec3 *spring_forces, *spring_sources; /* f and f - D w at the first end */
+    vec3 *spring_forces, *spring_sources; /* f and f - D w at the first end; no f when renewed */
     /* Of hinges. */
     vec3 *hinge_deviations;
-    vec3 *hinge_moments;                  /* of hinges that are flat at rest ... */
-    vec3 *hinge_forces;                   /* ... 4 a hinge instead, where one is not; else null */
     bend_damping_response *bend_dampings; /* by triangle; null without bending damping */
     bool has_wind, is_bdf2;
 } assembly;
@@ -51,5 +49,7 @@ void assembly_fill_triangles(void *context, size_t begin, size_t end, size_t chu
 void assembly_gather_springs(void *context, size_t begin, size_t end, size_t chunk, int worker);
 void assembly_gather_hinges(void *context, size_t begin, size_t end, size_t chunk, int worker);
 void assembly_finish_rows(void *context, size_t begin, size_t end, size_t chunk, int worker);
+/* All of it at once, but the forces, from complete terms and slots of springs. */
+void assembly_renew_rows(void *context, size_t begin, size_t end, size_t chunk, int worker);
 
 #endif

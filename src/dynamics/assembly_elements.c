@@ -34,11 +34,16 @@ void assembly_fill_springs(void *context, size_t begin, size_t end, size_t chunk
     (void)chunk, (void)worker;
     assembly *const work = context;
     coefficients const factor = work->factor;
+    bool const is_mean = work->system->integrator == TULLE_INTEGRATOR_CRANK_NICOLSON;
+    bool const needs_start = work->spring_forces || is_mean || !work->guessed_positions;
     for (size_t s = begin; s < end; s++) {
         const cloth_spring *const spring = &work->model->springs[s];
-        spring_response response =
-            spring_evaluate(spring, work->state->positions, work->state->velocities);
-        work->spring_forces[s] = vec3_add(response.elastic_force, response.damping_force);
+        spring_response response = {0};
+        if (needs_start) {
+            response = spring_evaluate(spring, work->state->positions, work->state->velocities);
+            if (work->spring_forces)
+                work->spring_forces[s] = vec3_add(response.elastic_force, response.damping_force);
+        }
         if (work->guessed_positions) linearise_at_guess(work, spring, &response);
         double const across = factor.beta * fmax(response.across, 0.0);
         double const axial = factor.beta * response.axial;
@@ -82,7 +87,7 @@ void assembly_damp_bending(void *context, size_t begin, size_t end, size_t chunk
                                           .velocities = work->state->velocities,
                                           .time_step = work->state->time_step,
                                           .triangles_at_a_vertex = most};
-        bend_evaluate_damping(&input, &work->bend_dampings[t]);
+        bend_evaluate_damping(&input, &work->bend_dampings[t], work->terms.bend_forces + 2 * t);
     }
 }
 
@@ -99,10 +104,11 @@ void assembly_fill_hinges(void *context, size_t begin, size_t end, size_t chunk,
                 vec3_add(moments.damping,
                          bend_get_damping_moment(&work->bend_dampings[place / 3], place % 3));
         }
-        if (work->hinge_forces)
-            bend_get_forces(model, h, work->state->positions, moments, work->hinge_forces + 4 * h);
+        if (work->terms.hinge_forces)
+            bend_get_forces(model, h, work->state->positions, moments,
+                            work->terms.hinge_forces + 4 * h);
         else
-            work->hinge_moments[h] = vec3_add(moments.elastic, moments.damping);
+            work->terms.hinge_moments[h] = vec3_add(moments.elastic, moments.damping);
     }
 }
 
@@ -111,7 +117,7 @@ void assembly_sample_wind(void *context, size_t begin, size_t end, size_t chunk,
     assembly *const work = context;
     gust_cell cell = {0};
     for (size_t v = begin; v < end; v++)
-        work->air_velocities[v] =
+        work->terms.air_velocities[v] =
             wind_get_velocity(&work->surroundings->wind, vec3_load(work->state->positions, v),
                               work->state->time, &cell);
 }
@@ -126,15 +132,15 @@ void assembly_fill_triangles(void *context, size_t begin, size_t end, size_t chu
         for (int k = 0; k < 3; k++) {
             corners[k] = vec3_load(work->state->positions, vertices[k]);
             relative = vec3_add(relative, vec3_sub(vec3_load(work->state->velocities, vertices[k]),
-                                                   work->air_velocities[vertices[k]]));
+                                                   work->terms.air_velocities[vertices[k]]));
             start = vec3_add(start, vec3_load(work->start_velocities, vertices[k]));
         }
         wind_response const response = wind_evaluate(work->surroundings->wind.drag_coefficient,
                                                      corners, vec3_scale(relative, third));
         work->triangle_forces[t] = vec3_scale(response.force, third);
-        work->triangle_drags[t] = vec3_scale(response.normal, third * sqrt(response.drag));
-        vec3 const g = work->triangle_drags[t];
-        work->triangle_sources[t] =
+        vec3 const g = vec3_scale(response.normal, third * sqrt(response.drag));
+        work->terms.triangle_drags[t] = g;
+        work->terms.triangle_sources[t] =
             vec3_add_scaled(work->triangle_forces[t], g, vec3_dot(g, start));
     }
 }

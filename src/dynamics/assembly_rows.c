@@ -7,7 +7,7 @@
 /* Adds the drag of a triangle to a block. */
 static void add_drag(const assembly *work, uint32_t triangle, symmetric3 *block) {
     if (triangle == TULLE_NONE) return;
-    vec3 const g = work->triangle_drags[triangle];
+    vec3 const g = work->terms.triangle_drags[triangle];
     symmetric3 const drag = symmetric3_make(0.0, work->factor.alpha, g);
     symmetric3_add(block, &drag);
 }
@@ -44,7 +44,8 @@ static void gather_springs(const assembly *work, uint32_t vertex, vertex_sum *su
         uint32_t const s = *edges++;
         const cloth_spring *const spring = &model->springs[s];
         double const sign = spring->vertices[0] == vertex ? 1.0 : -1.0;
-        sum->force = vec3_add_scaled(sum->force, work->spring_forces[s], sign);
+        if (work->spring_forces)
+            sum->force = vec3_add_scaled(sum->force, work->spring_forces[s], sign);
         sum->source = vec3_add_scaled(sum->source, work->spring_sources[s], sign);
         symmetric3_add(&sum->diagonal, &work->spring_blocks[s]);
         double const bend = work->factor.alpha * model->bend_block_damping[k] +
@@ -65,19 +66,20 @@ static void gather_hinges(const assembly *work, uint32_t vertex, vertex_sum *sum
     for (size_t k = model->vertex_hinges.begin[vertex]; k < model->vertex_hinges.begin[vertex + 1];
          k++) {
         uint32_t const use = model->vertex_hinges.items[k];
-        vec3 const force = work->hinge_forces
-                               ? work->hinge_forces[use]
+        vec3 const force = work->terms.hinge_forces
+                               ? work->terms.hinge_forces[use]
                                : bend_get_flat_force(&model->hinges[use / 4], use % 4,
-                                                     work->hinge_moments[use / 4]);
+                                                     work->terms.hinge_moments[use / 4]);
         sum->force = vec3_add(sum->force, force);
         sum->source = vec3_add(sum->source, force);
     }
     const adjacency *const uses = &model->surface->vertex_triangles;
-    for (size_t k = uses->begin[vertex]; work->bend_dampings && k < uses->begin[vertex + 1]; k++) {
+    for (size_t k = uses->begin[vertex]; work->terms.bend_forces && k < uses->begin[vertex + 1];
+         k++) {
         uint32_t const triangle = uses->items[k];
         const uint32_t *const corners = cloth_get_corners(model, triangle);
         size_t const corner = corners[0] == vertex ? 0 : corners[1] == vertex ? 1 : 2;
-        vec3 const force = bend_get_damping_force(&work->bend_dampings[triangle], corner);
+        vec3 const force = bend_get_damping_force(work->terms.bend_forces + 2 * triangle, corner);
         sum->force = vec3_add(sum->force, force);
         sum->source = vec3_add(sum->source, force);
     }
@@ -96,8 +98,9 @@ static void gather_triangles(const assembly *work, uint32_t vertex, vertex_sum *
     const adjacency *const uses = &work->model->surface->vertex_triangles;
     for (size_t k = uses->begin[vertex]; k < uses->begin[vertex + 1]; k++) {
         uint32_t const triangle = uses->items[k];
-        sum->force = vec3_add(sum->force, work->triangle_forces[triangle]);
-        sum->source = vec3_add(sum->source, work->triangle_sources[triangle]);
+        if (work->triangle_forces)
+            sum->force = vec3_add(sum->force, work->triangle_forces[triangle]);
+        sum->source = vec3_add(sum->source, work->terms.triangle_sources[triangle]);
     }
 }
 
@@ -119,27 +122,38 @@ static vec3 get_start(const assembly *work, uint32_t vertex) {
     return vec3_add_scaled(start, previous, -c * (1.0 - c));
 }
 
+/* The row of the matrix, and sums of the vertex itself and its springs. */
+static void fill_row(const assembly *work, uint32_t vertex, vertex_sum *sum) {
+    const cloth_model *const model = work->model;
+    linear_system *const system = work->system;
+    double const mass = model->masses[vertex], damping = mass * model->air_damping[vertex];
+    vec3 const w = vec3_load(work->start_velocities, vertex);
+    size_t const position = system->matrix.diagonal_positions[vertex];
+    double const own = mass + work->factor.alpha * (damping + model->bend_block_damping[position]) +
+                       work->factor.beta * model->bend_blocks[position];
+    sum->diagonal = symmetric3_make(own, 0.0, (vec3){0.0, 0.0, 0.0});
+    sum->force = vec3_add_scaled(vec3_scale(work->surroundings->gravity, mass),
+                                 vec3_load(work->state->velocities, vertex), -damping);
+    sum->source = vec3_add_scaled(sum->force, w, damping);
+    gather_springs(work, vertex, sum);
+    if (work->has_wind) add_drags(work, vertex, &sum->diagonal);
+    store_block(system, position, &sum->diagonal);
+}
+
+/* The right-hand side from all sources. */
+static void finish_source(const assembly *work, uint32_t vertex, vec3 source) {
+    vec3_store(work->system->right_hand_side, vertex,
+               vec3_add_scaled(vec3_scale(get_start(work, vertex), work->model->masses[vertex]),
+                               source, work->factor.gamma));
+}
+
 void assembly_gather_springs(void *context, size_t begin, size_t end, size_t chunk, int worker) {
     (void)chunk, (void)worker;
     assembly *const work = context;
-    const cloth_model *const model = work->model;
-    linear_system *const system = work->system;
     for (size_t v = begin; v < end; v++) {
-        uint32_t const vertex = (uint32_t)v;
-        double const mass = model->masses[v], damping = mass * model->air_damping[v];
-        vec3 const w = vec3_load(work->start_velocities, v);
-        size_t const position = system->matrix.diagonal_positions[v];
-        double const own = mass +
-                           work->factor.alpha * (damping + model->bend_block_damping[position]) +
-                           work->factor.beta * model->bend_blocks[position];
-        vertex_sum sum = {.diagonal = symmetric3_make(own, 0.0, (vec3){0.0, 0.0, 0.0})};
-        sum.force = vec3_add_scaled(vec3_scale(work->surroundings->gravity, mass),
-                                    vec3_load(work->state->velocities, v), -damping);
-        sum.source = vec3_add_scaled(sum.force, w, damping);
-        gather_springs(work, vertex, &sum);
-        if (work->has_wind) add_drags(work, vertex, &sum.diagonal);
-        store_block(system, position, &sum.diagonal);
-        store_sum(system, v, &sum);
+        vertex_sum sum;
+        fill_row(work, (uint32_t)v, &sum);
+        store_sum(work->system, v, &sum);
     }
 }
 
@@ -164,8 +178,19 @@ void assembly_finish_rows(void *context, size_t begin, size_t end, size_t chunk,
         load_sum(system, v, &sum);
         if (work->has_wind) gather_triangles(work, vertex, &sum);
         vec3_store(system->forces, v, sum.force);
-        vec3_store(system->right_hand_side, v,
-                   vec3_add_scaled(vec3_scale(get_start(work, vertex), work->model->masses[v]),
-                                   sum.source, work->factor.gamma));
+        finish_source(work, vertex, sum.source);
+    }
+}
+
+void assembly_renew_rows(void *context, size_t begin, size_t end, size_t chunk, int worker) {
+    (void)chunk, (void)worker;
+    assembly *const work = context;
+    for (size_t v = begin; v < end; v++) {
+        uint32_t const vertex = (uint32_t)v;
+        vertex_sum sum;
+        fill_row(work, vertex, &sum);
+        if (work->model->has_bending) gather_hinges(work, vertex, &sum);
+        if (work->has_wind) gather_triangles(work, vertex, &sum);
+        finish_source(work, vertex, sum.source);
     }
 }

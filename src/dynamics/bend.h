@@ -58,16 +58,13 @@ void bend_get_forces(const cloth_model *model, size_t hinge, const double *posit
 typedef struct bend_damping_response {
     vec3 normal;       /* n; zero where the triangle is damped by nothing */
     double moments[3]; /* [N] along n, to the damping moment of the hinge of each edge */
-    vec3 forces[2];    /* [N] on corners 1 and 2, from the turning of n */
 } bend_damping_response;
 static inline vec3 bend_get_damping_moment(const bend_damping_response *response, size_t edge) {
     return vec3_scale(response->normal, response->moments[edge]);
 }
-static inline vec3 bend_get_damping_force(const bend_damping_response *response, size_t corner) {
-    if (corner > 0) return response->forces[corner - 1];
-    bool const has_any = vec3_norm2(response->normal) > 0.0;
-    return has_any ? vec3_scale(vec3_add(response->forces[0], response->forces[1]), -1.0)
-                   : (vec3){0.0, 0.0, 0.0};
+/* On a corner, from those on corners 1 and 2. */
+static inline vec3 bend_get_damping_force(const vec3 forces[2], size_t corner) {
+    return corner > 0 ? forces[corner - 1] : vec3_neg(vec3_add(forces[0], forces[1]));
 }
 
 typedef struct bend_damping_input {
@@ -77,6 +74,8 @@ typedef struct bend_damping_input {
     double time_step;                     /* [s] */
     double triangles_at_a_vertex;         /* most at one of the corners */
 } bend_damping_input;
-void bend_evaluate_damping(const bend_damping_input *input, bend_damping_response *response);
+/* The response, and forces [N] on corners 1 and 2 from the turning of n. */
+void bend_evaluate_damping(const bend_damping_input *input, bend_damping_response *response,
+                           vec3 forces[2]);
 
 #endif

@@ -106,10 +106,12 @@ static bool get_couplings(const bend_damping_input *input, uint32_t a, double co
     return true;
 }
 
-void bend_evaluate_damping(const bend_damping_input *input, bend_damping_response *response) {
+void bend_evaluate_damping(const bend_damping_input *input, bend_damping_response *response,
+                           vec3 forces[2]) {
     const cloth_model *const model = input->model;
     const uint32_t *const hinges = model->triangle_hinges + 3 * input->triangle;
     *response = (bend_damping_response){0};
+    forces[0] = forces[1] = (vec3){0.0, 0.0, 0.0};
     triangle_frame const frame = get_frame(input);
     if (!(frame.double_area >
           FLATTENED_LIMIT * model->bend_dampings[input->triangle].rest_double_area))
@@ -135,5 +137,5 @@ void bend_evaluate_damping(const bend_damping_input *input, bend_damping_respons
         response->moments[a] = moment;
         sum = vec3_add_scaled(sum, vectors[a], moment);
     }
-    get_turning_forces(&frame, sum, response->forces);
+    get_turning_forces(&frame, sum, forces);
 }

@@ -26,7 +26,8 @@
  * Passes, of springs, then of hinges: elements fill their own slots (assembly_elements.c); then
  * each vertex adds them to its row in a fixed order (assembly_rows.c). No two threads write the
  * same number. Slots are released before those of the next kind are made: they are most of the
- * memory of a step.
+ * memory of a step. Terms that do not depend on the guess may be kept from the first linearisation
+ * of a step; the others then add the same numbers in the same order, in one pass.
  *
  * Based on: Baraff, Witkin, Large steps in cloth simulation, 1998; Choi, Ko, Stable but responsive
  * cloth, 2002; Wong, Baciu, Dynamic interaction between deformable surfaces and nonsmooth objects,
@@ -57,14 +58,19 @@ static void fill_start_velocities(void *context, size_t begin, size_t end, size_
             work->state->positions[i] + work->state->time_step * work->state->guess[i];
 }
 
+/* Slots of this stage, where the state keeps none. */
+static bool provide(vec3 **slots, size_t count, arena *scratch) {
+    if (!*slots) *slots = ARENA_NEW(scratch, vec3, count);
+    return *slots != NULL;
+}
+
 /* ---- triangles: wind ---- */
 
 static bool fill_wind(assembly *work, int threads, arena *scratch) {
     size_t const vertices = work->model->vertex_count, triangles = work->model->triangle_count;
-    work->triangle_drags = ARENA_NEW(scratch, vec3, triangles);
+    if (!provide(&work->terms.triangle_drags, triangles, scratch)) return false;
     arena_mark const mark = arena_get_mark(scratch);
-    work->air_velocities = ARENA_NEW(scratch, vec3, vertices);
-    if (!work->triangle_drags || !work->air_velocities) return false;
+    if (!provide(&work->terms.air_velocities, vertices, scratch)) return false;
     parallel_for(vertices, VERTICES_PER_CHUNK, threads, assembly_sample_wind, work);
     parallel_for(triangles, SPRINGS_PER_CHUNK, threads, assembly_fill_triangles, work);
     arena_release(scratch, mark);
@@ -80,31 +86,37 @@ static bool add_springs(assembly *work, int threads, arena *scratch) {
         if (!work->guessed_positions) return false;
     }
     parallel_for(vertices, VERTICES_PER_CHUNK, threads, fill_start_velocities, work);
-    if (work->has_wind && !fill_wind(work, threads, scratch)) return false;
+    if (work->has_wind && !work->is_renewed && !fill_wind(work, threads, scratch)) return false;
     work->spring_blocks = ARENA_NEW(scratch, symmetric3, springs);
-    work->spring_forces = ARENA_NEW(scratch, vec3, springs);
+    if (!work->is_renewed) work->spring_forces = ARENA_NEW(scratch, vec3, springs);
     work->spring_sources = ARENA_NEW(scratch, vec3, springs);
-    if (!work->spring_blocks || !work->spring_forces || !work->spring_sources) return false;
+    if (!work->spring_blocks || !work->spring_sources) return false;
+    if (!work->is_renewed && !work->spring_forces) return false;
     parallel_for(springs, SPRINGS_PER_CHUNK, threads, assembly_fill_springs, work);
-    parallel_for(vertices, VERTICES_PER_CHUNK, threads, assembly_gather_springs, work);
+    parallel_for(vertices, VERTICES_PER_CHUNK, threads,
+                 work->is_renewed ? assembly_renew_rows : assembly_gather_springs, work);
     return true;
 }
 
 /* ---- hinges ---- */
 
+static bool provide_bending(const cloth_model *model, force_terms *terms, arena *scratch) {
+    if (model->has_bend_damping &&
+        !provide(&terms->bend_forces, 2 * model->triangle_count, scratch))
+        return false;
+    return model->has_curved_rest ? provide(&terms->hinge_forces, 4 * model->hinge_count, scratch)
+                                  : provide(&terms->hinge_moments, model->hinge_count, scratch);
+}
+
 static bool add_hinges(assembly *work, int threads, arena *scratch) {
     const cloth_model *const model = work->model;
     size_t const hinges = model->hinge_count;
     work->hinge_deviations = ARENA_NEW(scratch, vec3, hinges);
-    if (model->has_curved_rest)
-        work->hinge_forces = ARENA_NEW(scratch, vec3, 4 * hinges);
-    else
-        work->hinge_moments = ARENA_NEW(scratch, vec3, hinges);
+    if (!work->hinge_deviations || !provide_bending(model, &work->terms, scratch)) return false;
     if (model->has_bend_damping) {
         work->bend_dampings = ARENA_NEW(scratch, bend_damping_response, model->triangle_count);
         if (!work->bend_dampings) return false;
     }
-    if (!work->hinge_deviations || (!work->hinge_forces && !work->hinge_moments)) return false;
     parallel_for(hinges, HINGES_PER_CHUNK, threads, assembly_evaluate_hinges, work);
     if (model->has_bend_damping)
         parallel_for(model->triangle_count, HINGES_PER_CHUNK, threads, assembly_damp_bending, work);
@@ -119,9 +131,27 @@ static bool add_hinges(assembly *work, int threads, arena *scratch) {
 static bool allocate_assembly(assembly *work, arena *scratch) {
     size_t const triangles = work->has_wind ? work->model->triangle_count : 0;
     work->start_velocities = ARENA_NEW(scratch, double, 3 * work->model->vertex_count);
-    work->triangle_forces = ARENA_NEW(scratch, vec3, triangles);
-    work->triangle_sources = ARENA_NEW(scratch, vec3, triangles);
-    return work->start_velocities && work->triangle_forces && work->triangle_sources;
+    if (!work->is_renewed) work->triangle_forces = ARENA_NEW(scratch, vec3, triangles);
+    return work->start_velocities && (work->is_renewed || work->triangle_forces) &&
+           provide(&work->terms.triangle_sources, triangles, scratch);
+}
+
+/* Slots that outlive the stage. */
+static bool keep_terms(const assembly *work, force_terms *terms, arena *scratch) {
+    const cloth_model *const model = work->model;
+    bool const ok =
+        !work->has_wind || (provide(&terms->triangle_drags, model->triangle_count, scratch) &&
+                            provide(&terms->triangle_sources, model->triangle_count, scratch) &&
+                            provide(&terms->air_velocities, model->vertex_count, scratch));
+    return ok && (!model->has_bending || provide_bending(model, terms, scratch));
+}
+
+size_t measure_force_terms(const cloth_model *model, const tulle_wind *wind) {
+    size_t count = 0;
+    if (wind->drag_coefficient > 0.0) count += 2 * model->triangle_count + model->vertex_count;
+    if (model->has_bending) count += (model->has_curved_rest ? 4 : 1) * model->hinge_count;
+    if (model->has_bend_damping) count += 2 * model->triangle_count;
+    return count * sizeof(vec3);
 }
 
 static bool fill_system(assembly *work, int threads, arena *scratch) {
@@ -129,6 +159,7 @@ static bool fill_system(assembly *work, int threads, arena *scratch) {
     arena_mark const mark = arena_get_mark(scratch);
     bool ok = add_springs(work, threads, scratch);
     arena_release(scratch, mark);
+    if (work->is_renewed) return ok;
     if (ok && work->model->has_bending) ok = add_hinges(work, threads, scratch);
     if (ok)
         parallel_for(work->model->vertex_count, VERTICES_PER_CHUNK, threads, assembly_finish_rows,
@@ -172,8 +203,14 @@ tulle_status compute_forces(const cloth_model *model, const motion_state *state,
     system->share = work.factor.share;
     system->matrix.scalar_factors[0] = work.factor.alpha;
     system->matrix.scalar_factors[1] = work.factor.beta;
+    force_terms *const kept = state->terms;
+    work.is_renewed = kept && kept->is_complete;
+    if (kept && !work.is_renewed && !keep_terms(&work, kept, scratch))
+        return TULLE_ERROR_OUT_OF_MEMORY;
+    if (kept) work.terms = *kept;
     arena_mark const mark = arena_get_mark(scratch);
     bool const ok = fill_system(&work, options.threads, scratch);
     arena_release(scratch, mark);
+    if (kept) kept->is_complete = ok;
     return ok ? TULLE_OK : TULLE_ERROR_OUT_OF_MEMORY;
 }

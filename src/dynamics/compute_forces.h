@@ -10,6 +10,20 @@
 #include "base/arena.h"
 #include "dynamics/cloth_model.h"
 
+#include <stdbool.h>
+
+/* What compute_forces makes of x0 and v0 alone, wherever springs are linearised: by vertex,
+ * triangle and hinge, as the model has wind, bending and its damping; else null. */
+typedef struct force_terms {
+    vec3 *air_velocities;   /* [m/s] of the wind at each vertex */
+    vec3 *triangle_sources; /* per corner, f - D w */
+    vec3 *triangle_drags;   /* g: D of a corner by a corner is -g g^T */
+    vec3 *hinge_moments;    /* of hinges that are flat at rest ... */
+    vec3 *hinge_forces;     /* ... 4 a hinge instead, where one is not */
+    vec3 *bend_forces;      /* 2 a triangle, see bend_get_damping_force */
+    bool is_complete;
+} force_terms;
+
 /* Where the cloth is at the start of the step; arrays of 3 * vertex_count, borrowed. */
 typedef struct motion_state {
     const double *positions;           /* x0 [m] */
@@ -20,6 +34,7 @@ typedef struct motion_state {
     double previous_time_step;         /* [s]; 0: none */
     double time;                       /* [s] at the start of the step; gusts depend on it */
     const double *guess; /* [m/s] springs are linearised about x0 + h guess; null: about x0 */
+    force_terms *terms;  /* kept from the first linearisation to the next; null: none are */
 } motion_state;
 
 typedef struct environment {
@@ -42,7 +57,9 @@ typedef struct linear_system {
 tulle_status linear_system_build(memory *heap, const cloth_model *model, linear_system *system);
 void linear_system_destroy(memory *heap, linear_system *system);
 
-/* Fills the system. No heap in the steady state: scratch comes from the arena and is released.
+/* Fills the system. No heap in the steady state: scratch comes from the arena and is released, but
+ * for the state's terms where these are not complete. With complete ones, of the same x0, v0, step
+ * and surroundings, only what depends on the guess is made anew: the forces stay as they are.
  * BDF2 needs previous_mean, previous_velocities and an unchanged time step. Returns TULLE_OK or
  * TULLE_ERROR_OUT_OF_MEMORY. Bits do not depend on `threads`. */
 typedef struct force_options {
@@ -53,6 +70,9 @@ typedef struct force_options {
 tulle_status compute_forces(const cloth_model *model, const motion_state *state,
                             const environment *surroundings, force_options options, arena *scratch,
                             linear_system *system);
+
+/* [bytes] of scratch that the terms of a state take. */
+size_t measure_force_terms(const cloth_model *model, const tulle_wind *wind);
 
 /* By how much the springs' energy at x0 + h u exceeds what the linear system reckons with, and the
  * energy that a step of implicit Euler always takes. More excess than that may feed the cloth. */

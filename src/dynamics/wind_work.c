@@ -23,10 +23,13 @@ static void sample_wind(void *context, size_t begin, size_t end, size_t chunk, i
     wind_task *const task = context;
     const motion_state *const state = task->state;
     gust_cell cell = {0};
+    const vec3 *const known =
+        state->terms && state->terms->is_complete ? state->terms->air_velocities : NULL;
     for (size_t v = begin; v < end; v++) {
         vec3 const place = vec3_load(state->positions, v);
-        task->relative[v] = vec3_sub(vec3_load(state->velocities, v),
-                                     wind_get_velocity(task->wind, place, state->time, &cell));
+        vec3 const air =
+            known ? known[v] : wind_get_velocity(task->wind, place, state->time, &cell);
+        task->relative[v] = vec3_sub(vec3_load(state->velocities, v), air);
     }
 }
 

@@ -38,8 +38,22 @@ enum { ROOM_LEVELS = 2 };
  * of it; very stiff cloth that the solve has lost gains a hundred times it. */
 static const double GAIN_MAX = 0.1;
 
+/* [bytes] of scratch for each vertex of cloth that other stages may need while terms are kept. */
+enum { SCRATCH_BESIDE_TERMS = 640 };
+
+/* Terms are kept for later linearisations where that takes no more memory than a step takes anyway:
+ * with contacts, whose detection has taken more than what comes after it. */
+static void choose_terms(step_context *context) {
+    tulle_world *const world = context->world;
+    size_t const needed = SCRATCH_BESIDE_TERMS * world->cloth_vertex_count +
+                          measure_force_terms(world->model, &world->def.wind);
+    context->terms = (force_terms){0};
+    context->dynamics.terms = arena_get_room(&world->scratch) > needed ? &context->terms : NULL;
+}
+
 tulle_status world_compute_forces(step_context *context) {
     tulle_world *const world = context->world;
+    if (!context->dynamics.guess) choose_terms(context);
     environment const surroundings = {vec3_load(world->def.gravity, 0), world->def.wind};
     force_options const options = {world->def.integrator, world->threads, context->damping};
     return compute_forces(world->model, &context->dynamics, &surroundings, options, &world->scratch,

@@ -64,6 +64,7 @@ typedef struct step_context {
     contact_scene scene;
     paper_rules paper; /* of the scene, by the paper's response */
     motion_state dynamics;
+    force_terms terms; /* of `dynamics`, where there is room for them */
     pair_source source;
     double *mean_velocity;   /* [m/s] u, all vertices */
     double lost_energy;      /* [J] that this substep loses; only with bodies */

@@ -142,6 +142,83 @@ static void excess_is_energy_beyond_the_model(void **state) {
     fixture_free(f);
 }
 
+/* A system in numbers: blocks, right-hand side and forces. */
+typedef struct system_numbers {
+    double *values;
+    size_t count;
+} system_numbers;
+
+static system_numbers copy_system(const fixture *f) {
+    size_t const blocks = BLOCK_NUMBERS * f->system.matrix.block_count, n = 3 * f->vertex_count;
+    system_numbers all = {malloc((blocks + 2 * n) * sizeof(double)), blocks + 2 * n};
+    memcpy(all.values, f->system.matrix.values, blocks * sizeof(double));
+    memcpy(all.values + blocks, f->system.right_hand_side, n * sizeof(double));
+    memcpy(all.values + blocks + n, f->system.forces, n * sizeof(double));
+    return all;
+}
+
+/* Linearised about x0 and then about u, with terms that are kept in between or without. */
+static system_numbers assemble_twice(fixture *f, tulle_integrator integrator, const double *u,
+                                     force_terms *terms) {
+    force_options const options = {integrator, 2, 0.25};
+    motion_state now = fixture_state(f, 0.01);
+    now.terms = terms;
+    arena_mark const mark = arena_get_mark(&f->scratch);
+    for (int k = 0; k < 2; k++) {
+        size_t const used = f->scratch.used;
+        assert_int_equal(
+            compute_forces(&f->model, &now, &f->surroundings, options, &f->scratch, &f->system),
+            TULLE_OK);
+        size_t const kept = f->scratch.used - used;
+        if (terms && k == 0)
+            assert_in_range(kept, measure_force_terms(&f->model, &f->surroundings.wind),
+                            measure_force_terms(&f->model, &f->surroundings.wind) + 6 * 64);
+        else
+            assert_int_equal(kept, 0);
+        now.guess = u;
+    }
+    arena_release(&f->scratch, mark);
+    return copy_system(f);
+}
+
+/* Kept terms save time alone: the same bits, flat at rest or curved, in wind or without. */
+static void kept_terms_give_the_same_system(void **state) {
+    (void)state;
+    for (int k = 0; k < 24; k++) {
+        double u[3 * 30];
+        fixture *f = make_case(k & 1 ? 0.1 : 0.0, u);
+        tulle_material material;
+        assert_int_equal(tulle_material_preset("cotton", &material), TULLE_OK);
+        if (k & 2) f->x[3 * 7 + 1] += 0.03;
+        fixture *const curved =
+            fixture_make(k & 2 ? f->x : f->rest, 30, f->surface.triangles,
+                         f->surface.triangle_count, material); /* with damping of bending */
+        memcpy(curved->x, f->x, 90 * sizeof(double));
+        memcpy(curved->v, f->v, 90 * sizeof(double));
+        fixture_free(f);
+        f = curved;
+        assert_int_equal(f->model.has_curved_rest, (k & 2) != 0);
+        assert_true(f->model.has_bend_damping);
+        for (size_t i = 0; i < 90; i++) f->x[i] += 0.001 * f->v[i];
+        for (size_t i = 0; i < 90; i++) f->previous_mean[i] = f->previous_v[i] = 0.9 * f->v[i];
+        f->previous_step = 0.01;
+        if (k & 4) {
+            f->surroundings.wind.drag_coefficient = 0.6;
+            f->surroundings.wind.gust_strength = 1.0;
+        }
+        tulle_integrator const integrator = k < 8    ? TULLE_INTEGRATOR_IMPLICIT_EULER
+                                            : k < 16 ? TULLE_INTEGRATOR_CRANK_NICOLSON
+                                                     : TULLE_INTEGRATOR_BDF2;
+        force_terms terms = {0};
+        system_numbers const made = assemble_twice(f, integrator, u, NULL);
+        system_numbers const kept = assemble_twice(f, integrator, u, &terms);
+        assert_true(terms.is_complete);
+        assert_memory_equal(made.values, kept.values, made.count * sizeof(double));
+        free(made.values), free(kept.values);
+        fixture_free(f);
+    }
+}
+
 /* u . (b - A u) of the system with wind less that of the system without. */
 static void wind_works_as_the_system_reckons(void **state) {
     (void)state;
@@ -175,6 +252,7 @@ int main(void) {
     const struct CMUnitTest tests[] = {cmocka_unit_test(system_is_exact_at_the_guess),
                                        cmocka_unit_test(stiffening_cloth_takes_few_turns),
                                        cmocka_unit_test(excess_is_energy_beyond_the_model),
+                                       cmocka_unit_test(kept_terms_give_the_same_system),
                                        cmocka_unit_test(wind_works_as_the_system_reckons)};
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
