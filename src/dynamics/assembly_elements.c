@@ -15,14 +15,14 @@ static void linearise_at_guess(const assembly *work, const cloth_spring *spring,
                                spring_response *response) {
     vec3 const at_start = response->elastic_force;
     vec3 const guessed = get_difference(spring, work->guessed_positions);
-    vec3 const edge =
+    spring_edge const edge =
         spring_limit_guess(spring, get_difference(spring, work->state->positions), guessed);
     *response = spring_evaluate_edge(spring, edge, get_difference(spring, work->state->velocities));
     vec3 const n = response->direction;
     vec3 const drift =
         vec3_add(vec3_scale(get_difference(spring, work->state->guess), work->state->time_step),
-                 vec3_sub(edge, guessed));
-    double const across = fmax(response->across, 0.0);
+                 vec3_sub(edge.edge, guessed));
+    double const across = response->across > 0.0 ? response->across : 0.0;
     double const along = (response->axial - across) * vec3_dot(n, drift);
     vec3 force = vec3_add_scaled(response->elastic_force, n, -along);
     force = vec3_add_scaled(force, drift, -across);
@@ -45,7 +45,7 @@ void assembly_fill_springs(void *context, size_t begin, size_t end, size_t chunk
                 work->spring_forces[s] = vec3_add(response.elastic_force, response.damping_force);
         }
         if (work->guessed_positions) linearise_at_guess(work, spring, &response);
-        double const across = factor.beta * fmax(response.across, 0.0);
+        double const across = factor.beta * (response.across > 0.0 ? response.across : 0.0);
         double const axial = factor.beta * response.axial;
         bool const has_length = vec3_norm2(response.direction) > 0.0;
         /* Without a direction the axial stiffness acts in all of them. */

@@ -5,7 +5,7 @@
 #include <math.h>
 
 /* Adds the drag of a triangle to a block. */
-static void add_drag(const assembly *work, uint32_t triangle, symmetric3 *block) {
+static inline void add_drag(const assembly *work, uint32_t triangle, symmetric3 *block) {
     if (triangle == TULLE_NONE) return;
     vec3 const g = work->terms.triangle_drags[triangle];
     symmetric3 const drag = symmetric3_make(0.0, work->factor.alpha, g);

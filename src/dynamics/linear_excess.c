@@ -18,7 +18,8 @@ typedef struct excess_task {
     const cloth_model *model;
     const motion_state *state;
     const double *mean;
-    double *sums; /* by chunk */
+    size_t spring_chunks;
+    double *sums; /* by chunk, of springs, then of vertices */
 } excess_task;
 
 /* Difference vector of a spring at x0 + h u; null u: at x0. */
@@ -31,43 +32,57 @@ static vec3 get_difference(const excess_task *task, const cloth_spring *spring, 
                            task->state->time_step);
 }
 
-static void measure_springs(void *context, size_t begin, size_t end, size_t chunk, int worker) {
-    (void)worker;
-    excess_task *const task = context;
+static double measure_springs(const excess_task *task, size_t begin, size_t end) {
+    const double *const guess = task->state->guess;
     double sum = 0.0;
     for (size_t s = begin; s < end; s++) {
         const cloth_spring *const spring = &task->model->springs[s];
-        vec3 const from = spring_limit_guess(spring, get_difference(task, spring, NULL),
-                                             get_difference(task, spring, task->state->guess));
+        vec3 const start = get_difference(task, spring, NULL);
+        spring_edge const from =
+            guess ? spring_limit_guess(spring, start, get_difference(task, spring, guess))
+                  : spring_make_edge(start);
         vec3 const to = get_difference(task, spring, task->mean);
-        vec3 const d = vec3_sub(to, from);
-        double const length = vec3_norm(from), rest = spring->rest_length;
+        vec3 const d = vec3_sub(to, from.edge);
+        double const length = from.length, rest = spring->rest_length;
         if (!(length > 0.0)) continue;
-        double const along = vec3_dot(from, d) / length;
-        double const across2 = fmax(vec3_norm2(d) - along * along, 0.0);
+        double const along = vec3_dot(from.edge, d) / length;
+        double const beside2 = vec3_norm2(d) - along * along,
+                     across2 = beside2 > 0.0 ? beside2 : 0.0;
         spring_law const law = spring_get_law(spring, length - rest);
+        double const pull = law.tension / length;
         double const reckoned = law.energy + (law.tension + 0.5 * law.slope * along) * along +
-                                0.5 * fmax(law.tension / length, 0.0) * across2;
+                                0.5 * (pull > 0.0 ? pull : 0.0) * across2;
         sum += spring_get_law(spring, vec3_norm(to) - rest).energy - reckoned;
     }
-    task->sums[chunk] = sum;
+    return sum;
 }
 
-static void measure_inertia(void *context, size_t begin, size_t end, size_t chunk, int worker) {
-    (void)worker;
-    excess_task *const task = context;
+static double measure_inertia(const excess_task *task, size_t begin, size_t end) {
     double sum = 0.0;
     for (size_t v = begin; v < end; v++)
         sum +=
             0.5 * task->model->masses[v] *
             vec3_norm2(vec3_sub(vec3_load(task->mean, v), vec3_load(task->state->velocities, v)));
-    task->sums[chunk] = sum;
+    return sum;
 }
 
-static double add_up(excess_task *task, size_t count, int threads, parallel_body measure) {
-    parallel_for(count, ITEMS_PER_CHUNK, threads, measure, task);
+/* Springs in chunks, then vertices. */
+static void measure_chunks(void *context, size_t begin, size_t end, size_t chunk, int worker) {
+    (void)chunk, (void)worker;
+    excess_task *const task = context;
+    for (size_t i = begin; i < end; i++) {
+        bool const is_spring = i < task->spring_chunks;
+        size_t const count = is_spring ? task->model->spring_count : task->model->vertex_count;
+        size_t const first = ITEMS_PER_CHUNK * (is_spring ? i : i - task->spring_chunks);
+        size_t const last = count - first < ITEMS_PER_CHUNK ? count : first + ITEMS_PER_CHUNK;
+        task->sums[i] =
+            is_spring ? measure_springs(task, first, last) : measure_inertia(task, first, last);
+    }
+}
+
+static double add_up(const double *sums, size_t count) {
     double sum = 0.0;
-    for (size_t i = 0; i < parallel_chunk_count(count, ITEMS_PER_CHUNK); i++) sum += task->sums[i];
+    for (size_t i = 0; i < count; i++) sum += sums[i];
     return sum;
 }
 
@@ -75,16 +90,17 @@ tulle_status measure_linear_excess(const cloth_model *model, const motion_state 
                                    const double *mean, int threads, arena *scratch,
                                    linear_excess *excess) {
     arena_mark const mark = arena_get_mark(scratch);
-    size_t const most =
-        model->spring_count > model->vertex_count ? model->spring_count : model->vertex_count;
-    excess_task task = {
-        .model = model,
-        .state = state,
-        .mean = mean,
-        .sums = ARENA_NEW(scratch, double, parallel_chunk_count(most, ITEMS_PER_CHUNK))};
+    size_t const spring_chunks = parallel_chunk_count(model->spring_count, ITEMS_PER_CHUNK);
+    size_t const vertex_chunks = parallel_chunk_count(model->vertex_count, ITEMS_PER_CHUNK);
+    excess_task task = {.model = model,
+                        .state = state,
+                        .mean = mean,
+                        .spring_chunks = spring_chunks,
+                        .sums = ARENA_NEW(scratch, double, spring_chunks + vertex_chunks)};
     if (!task.sums) return TULLE_ERROR_OUT_OF_MEMORY;
-    excess->springs = add_up(&task, model->spring_count, threads, measure_springs);
-    excess->inertia = add_up(&task, model->vertex_count, threads, measure_inertia);
+    parallel_for(spring_chunks + vertex_chunks, 1, threads, measure_chunks, &task);
+    excess->springs = add_up(task.sums, spring_chunks);
+    excess->inertia = add_up(task.sums + spring_chunks, vertex_chunks);
     arena_release(scratch, mark);
     return TULLE_OK;
 }

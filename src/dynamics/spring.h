@@ -54,18 +54,61 @@ static inline spring_law spring_get_law(const cloth_spring *spring, double exten
     return law;
 }
 
-/* The difference vector about which a spring is linearised: `guess`, shortened to half a
- * stiffening strain beyond what it has at the start, `start`. A guess may be far off, as where a
- * vertex was stopped and its neighbours not yet, and the tangent at a high tension pushes a spring
- * apart that turns out to be only a little shorter. */
-vec3 spring_limit_guess(const cloth_spring *spring, vec3 start, vec3 guess);
+/* A spring's difference vector. */
+typedef struct spring_edge {
+    vec3 edge;     /* [m] from the first end to the second */
+    double length; /* [m] */
+} spring_edge;
+static inline spring_edge spring_make_edge(vec3 edge) {
+    return (spring_edge){edge, vec3_norm(edge)};
+}
 
-/* Evaluates one spring whose ends differ by `edge`, in velocity by `rate`. */
-spring_response spring_evaluate_edge(const cloth_spring *spring, vec3 edge, vec3 rate);
+/* How far beyond the start a guess is believed [stiffening strains]: landings on spikes take more
+ * solves and leave longer edges with 1 and 2. */
+#define GUESS_STRAINS 0.5
+
+/* A guess may be far off, as where a vertex was stopped and its neighbours not yet, and the tangent
+ * at a high tension pushes a spring apart that turns out to be only a little shorter. This one is
+ * longer than it may be. */
+spring_edge spring_shorten_guess(const cloth_spring *spring, vec3 start, spring_edge guess);
+
+/* The difference vector about which a spring is linearised: `guess`, shortened to half a
+ * stiffening strain beyond what it has at the start, `start`. */
+static inline spring_edge spring_limit_guess(const cloth_spring *spring, vec3 start, vec3 guess) {
+    spring_edge const given = spring_make_edge(guess);
+    /* few are longer by so much than at rest; a little more than that, so that rounding is no
+     * matter */
+    double const extension = (1.0 + 1e-9) * given.length - spring->rest_length;
+    bool const may_be_long = extension > 0.0 && spring->stiffening * extension * extension >
+                                                    (1.0 - 1e-6) * GUESS_STRAINS * GUESS_STRAINS;
+    return may_be_long ? spring_shorten_guess(spring, start, given) : given;
+}
+
+/* Evaluates one spring with this difference vector, whose ends differ in velocity by `rate`. */
+static inline spring_response spring_evaluate_edge(const cloth_spring *spring, spring_edge edge,
+                                                   vec3 rate) {
+    double const length = edge.length;
+    /* A spring of no length has no direction and exerts no force. */
+    if (!(length > 0.0)) return (spring_response){.axial = spring->stiffness};
+    vec3 const n = vec3_scale(edge.edge, 1.0 / length);
+    spring_law const law = spring_get_law(spring, length - spring->rest_length);
+    return (spring_response){
+        .elastic_force = vec3_scale(n, law.tension),
+        .damping_force = vec3_scale(n, spring->damping * vec3_dot(n, rate)),
+        .axial = law.slope,
+        .across = law.tension / length,
+        .direction = n,
+    };
+}
 
 /* The same at positions x and velocities v. */
-spring_response spring_evaluate(const cloth_spring *spring, const double *positions,
-                                const double *velocities);
+static inline spring_response spring_evaluate(const cloth_spring *spring, const double *positions,
+                                              const double *velocities) {
+    size_t const a = spring->vertices[0], b = spring->vertices[1];
+    vec3 const edge = vec3_sub(vec3_load(positions, b), vec3_load(positions, a));
+    vec3 const rate = vec3_sub(vec3_load(velocities, b), vec3_load(velocities, a));
+    return spring_evaluate_edge(spring, spring_make_edge(edge), rate);
+}
 
 /* [J] elastic energy at positions x */
 double spring_measure_energy(const cloth_spring *spring, const double *positions);

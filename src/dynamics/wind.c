@@ -39,8 +39,8 @@ static void fill_cell(uint64_t seed, const int64_t corner[4], gust_cell *cell) {
 /* Splits a coordinate into lattice point and smoothed fraction 3 s^2 - 2 s^3. Places beyond 2^53
  * spacings have no fraction left; they are held inside the range of the integer. */
 static double split_coordinate(double value, int64_t *point) {
-    double const limited = fmin(fmax(value, -9e15), 9e15);
-    double const base = floor(limited);
+    double const above = value > -9e15 ? value : -9e15, limited = above < 9e15 ? above : 9e15;
+    double const whole = (double)(int64_t)limited, base = whole > limited ? whole - 1.0 : whole;
     double const s = limited - base;
     *point = (int64_t)base;
     return s * s * (3.0 - 2.0 * s);
@@ -62,13 +62,15 @@ vec3 wind_get_velocity(const tulle_wind *wind, vec3 place, double time, gust_cel
     if (!is_same) fill_cell(wind->seed, corner, cell);
     vec3 sum = {0.0, 0.0, 0.0};
     double squares = 0.0;
+    double weights[16] = {1.0};
+    for (int axis = 0; axis < 4; axis++)
+        for (int point = 0; point < 1 << axis; point++) {
+            weights[point + (1 << axis)] = weights[point] * fractions[axis];
+            weights[point] *= 1.0 - fractions[axis];
+        }
     for (int point = 0; point < 16; point++) {
-        double weight = 1.0;
-        for (int axis = 0; axis < 4; axis++)
-            weight *= (point >> axis) & 1 ? fractions[axis] : 1.0 - fractions[axis];
-        const double *const value = cell->values[point];
-        sum = vec3_add_scaled(sum, (vec3){value[0], value[1], value[2]}, weight);
-        squares += weight * weight;
+        sum = vec3_add_scaled(sum, vec3_load(cell->values[point], 0), weights[point]);
+        squares += weights[point] * weights[point];
     }
     return vec3_add_scaled(mean, sum, wind->gust_strength / sqrt(squares));
 }
@@ -78,8 +80,8 @@ wind_response wind_evaluate(double drag_coefficient, const vec3 corners[3],
     vec3 const w = relative_velocity;
     vec3 const cross =
         vec3_cross(vec3_sub(corners[1], corners[0]), vec3_sub(corners[2], corners[0]));
-    double const area = 0.5 * vec3_norm(cross);
-    vec3 const n = vec3_normalize(cross);
+    double const double_area = vec3_norm(cross), area = 0.5 * double_area;
+    vec3 const n = double_area > 0.0 ? vec3_scale(cross, 1.0 / double_area) : (vec3){0.0, 0.0, 0.0};
     double const speed = vec3_norm(w), through = vec3_dot(n, w);
     if (!(speed > 0.0)) return (wind_response){.normal = n};
     double const scale = drag_coefficient * area;
