@@ -4,7 +4,7 @@
 
 #include <math.h>
 
-static vec3 get_difference(const cloth_spring *spring, const double *values) {
+static inline vec3 get_difference(const cloth_spring *spring, const double *values) {
     return vec3_sub(vec3_load(values, spring->vertices[1]), vec3_load(values, spring->vertices[0]));
 }
 

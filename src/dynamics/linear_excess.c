@@ -22,26 +22,23 @@ typedef struct excess_task {
     double *sums; /* by chunk, of springs, then of vertices */
 } excess_task;
 
-/* Difference vector of a spring at x0 + h u; null u: at x0. */
-static vec3 get_difference(const excess_task *task, const cloth_spring *spring, const double *u) {
-    const double *const x = task->state->positions;
-    size_t const a = spring->vertices[0], b = spring->vertices[1];
-    vec3 const start = vec3_sub(vec3_load(x, b), vec3_load(x, a));
-    if (!u) return start;
-    return vec3_add_scaled(start, vec3_sub(vec3_load(u, b), vec3_load(u, a)),
-                           task->state->time_step);
+/* Of the values at a spring's ends. */
+static inline vec3 get_difference(const cloth_spring *spring, const double *values) {
+    return vec3_sub(vec3_load(values, spring->vertices[1]), vec3_load(values, spring->vertices[0]));
 }
 
 static double measure_springs(const excess_task *task, size_t begin, size_t end) {
     const double *const guess = task->state->guess;
+    double const h = task->state->time_step;
     double sum = 0.0;
     for (size_t s = begin; s < end; s++) {
         const cloth_spring *const spring = &task->model->springs[s];
-        vec3 const start = get_difference(task, spring, NULL);
+        vec3 const start = get_difference(spring, task->state->positions);
         spring_edge const from =
-            guess ? spring_limit_guess(spring, start, get_difference(task, spring, guess))
+            guess ? spring_limit_guess(spring, start,
+                                       vec3_add_scaled(start, get_difference(spring, guess), h))
                   : spring_make_edge(start);
-        vec3 const to = get_difference(task, spring, task->mean);
+        vec3 const to = vec3_add_scaled(start, get_difference(spring, task->mean), h);
         vec3 const d = vec3_sub(to, from.edge);
         double const length = from.length, rest = spring->rest_length;
         if (!(length > 0.0)) continue;

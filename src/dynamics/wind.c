@@ -62,33 +62,17 @@ vec3 wind_get_velocity(const tulle_wind *wind, vec3 place, double time, gust_cel
     if (!is_same) fill_cell(wind->seed, corner, cell);
     vec3 sum = {0.0, 0.0, 0.0};
     double squares = 0.0;
-    double weights[16] = {1.0};
-    for (int axis = 0; axis < 4; axis++)
-        for (int point = 0; point < 1 << axis; point++) {
-            weights[point + (1 << axis)] = weights[point] * fractions[axis];
-            weights[point] *= 1.0 - fractions[axis];
-        }
+    double parts[4][2];
+    for (int axis = 0; axis < 4; axis++) {
+        parts[axis][0] = 1.0 - fractions[axis];
+        parts[axis][1] = fractions[axis];
+    }
+    double const sides[4] = {parts[0][0] * parts[1][0], parts[0][1] * parts[1][0],
+                             parts[0][0] * parts[1][1], parts[0][1] * parts[1][1]};
     for (int point = 0; point < 16; point++) {
-        sum = vec3_add_scaled(sum, vec3_load(cell->values[point], 0), weights[point]);
-        squares += weights[point] * weights[point];
+        double const weight = sides[point & 3] * parts[2][point >> 2 & 1] * parts[3][point >> 3];
+        sum = vec3_add_scaled(sum, vec3_load(cell->values[point], 0), weight);
+        squares += weight * weight;
     }
     return vec3_add_scaled(mean, sum, wind->gust_strength / sqrt(squares));
-}
-
-wind_response wind_evaluate(double drag_coefficient, const vec3 corners[3],
-                            vec3 relative_velocity) {
-    vec3 const w = relative_velocity;
-    vec3 const cross =
-        vec3_cross(vec3_sub(corners[1], corners[0]), vec3_sub(corners[2], corners[0]));
-    double const double_area = vec3_norm(cross), area = 0.5 * double_area;
-    vec3 const n = double_area > 0.0 ? vec3_scale(cross, 1.0 / double_area) : (vec3){0.0, 0.0, 0.0};
-    double const speed = vec3_norm(w), through = vec3_dot(n, w);
-    if (!(speed > 0.0)) return (wind_response){.normal = n};
-    double const scale = drag_coefficient * area;
-    /* -df/dw = k A (|w| n n^T + (n . w) n w^T / |w|). The second term is not symmetric; of its w
-     * only the part along n is kept, which leaves a positive semi-definite matrix that is exact for
-     * changes of velocity along the normal. */
-    return (wind_response){.force = vec3_scale(n, -scale * speed * through),
-                           .drag = scale * (speed + through * through / speed),
-                           .normal = n};
 }

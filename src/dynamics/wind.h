@@ -23,6 +23,22 @@ typedef struct wind_response {
 
 /* Drag on a triangle with the given corners whose velocity relative to the air is w:
  * -k_f A |w| (n . w) n. */
-wind_response wind_evaluate(double drag_coefficient, const vec3 corners[3], vec3 relative_velocity);
+static inline wind_response wind_evaluate(double drag_coefficient, const vec3 corners[3],
+                                          vec3 relative_velocity) {
+    vec3 const w = relative_velocity;
+    vec3 const cross =
+        vec3_cross(vec3_sub(corners[1], corners[0]), vec3_sub(corners[2], corners[0]));
+    double const double_area = vec3_norm(cross), area = 0.5 * double_area;
+    vec3 const n = double_area > 0.0 ? vec3_scale(cross, 1.0 / double_area) : (vec3){0.0, 0.0, 0.0};
+    double const speed = vec3_norm(w), through = vec3_dot(n, w);
+    if (!(speed > 0.0)) return (wind_response){.normal = n};
+    double const scale = drag_coefficient * area;
+    /* -df/dw = k A (|w| n n^T + (n . w) n w^T / |w|). The second term is not symmetric; of its w
+     * only the part along n is kept, which leaves a positive semi-definite matrix that is exact for
+     * changes of velocity along the normal. */
+    return (wind_response){.force = vec3_scale(n, -scale * speed * through),
+                           .drag = scale * (speed + through * through / speed),
+                           .normal = n};
+}
 
 #endif
