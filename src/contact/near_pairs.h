@@ -11,8 +11,9 @@ tulle_status note_near_pairs(const contact_scene *scene, const pair_events *foun
                              near_pair_list *list);
 void near_pair_list_destroy(near_pair_list *list, memory *heap);
 
-/* Those of the source's pairs that may come nearer than `limit` [m] along x0 -> x1: all of them
- * where paths are long. In the scene's scratch arena, or the source's own; not to be changed. */
+/* Those of the source's pairs that may come nearer than `limit` [m] along x0 -> x1, and others: all
+ * of vertices that go far, and where most do, all. In the scene's scratch arena, or the source's
+ * own; not to be changed. */
 tulle_status pick_pairs(const contact_scene *scene, const pair_source *source, const double *x1,
                         double limit, pair_list *picked);
 

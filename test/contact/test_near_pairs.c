@@ -20,6 +20,13 @@ static void move_by_chance(mini_world *world, double way, double obstacle_way, u
     }
 }
 
+/* Most vertices hardly, every seventh one of cloth by up to `way` [m] a component. */
+static void move_some_by_chance(mini_world *world, double way, uint64_t *random) {
+    move_by_chance(world, 1e-5, 0.0, random);
+    for (size_t i = 0; i < 3 * world->cloth_vertex_count; i++)
+        if (i / 3 % 7 == 0) world->x1[i] += way * (2.0 * random_uniform(random) - 1.0);
+}
+
 static void make_three_layers(mini_world *world, uint64_t *random) {
     *world = mini_world_make();
     world->contact_distance = 3e-3;
@@ -166,6 +173,35 @@ static void near_pairs_find_what_all_pairs_find(void **state) {
     assert_true(short_hits > 100 && long_hits > 1000);
 }
 
+/* Where some vertices go far, all pairs of these are tested, and of the others the near ones. */
+static void fast_vertices_are_tested_against_all(void **state) {
+    (void)state;
+    size_t hit_count = 0, partial_count = 0;
+    for (uint64_t seed = 1; seed <= 30; seed++) {
+        uint64_t random = seed;
+        mini_world world;
+        make_three_layers(&world, &random);
+        move_some_by_chance(&world, 0.02, &random);
+        pair_source source = find_mini_pairs(&world, world.x1);
+        contact_scene const scene = get_mini_scene(&world, TIME_STEP);
+        assert_int_equal(gather_contacts(&scene, &world.store, world.x0, &source, &world.rows),
+                         TULLE_OK);
+        size_t const near_count = source.near_pairs->pairs.count;
+        size_t const pair_count =
+            source.pairs->vertex_triangle.count + source.pairs->edge_edge.count;
+        for (double way = 1e-3; way < 2e-2; way *= 1.7) {
+            size_t picked_count;
+            move_some_by_chance(&world, way, &random);
+            size_t const found = compare_tests(&world, &source, &random, &picked_count);
+            if (picked_count <= near_count || picked_count >= pair_count) continue;
+            partial_count++;
+            hit_count += found;
+        }
+        mini_world_destroy(&world);
+    }
+    assert_true(partial_count > 50 && hit_count > 1000);
+}
+
 /* Pairs that were found anew have no near pairs until stage 2 notes them. */
 static void renewed_pairs_have_none(void **state) {
     (void)state;
@@ -216,6 +252,7 @@ static void pairs_of_straight_paths_cover_their_ends(void **state) {
 int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(near_pairs_find_what_all_pairs_find),
+        cmocka_unit_test(fast_vertices_are_tested_against_all),
         cmocka_unit_test(renewed_pairs_have_none),
         cmocka_unit_test(pairs_of_straight_paths_cover_their_ends),
     };
