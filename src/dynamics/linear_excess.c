@@ -8,9 +8,7 @@
  * or takes energy only. */
 #include "base/parallel.h"
 #include "dynamics/compute_forces.h"
-#include "dynamics/spring.h"
-
-#include <math.h>
+#include "dynamics/excess_kernel.h"
 
 enum { ITEMS_PER_CHUNK = 1024 };
 
@@ -18,41 +16,10 @@ typedef struct excess_task {
     const cloth_model *model;
     const motion_state *state;
     const double *mean;
+    excess_motion motion;
     size_t spring_chunks;
     double *sums; /* by chunk, of springs, then of vertices */
 } excess_task;
-
-/* Of the values at a spring's ends. */
-static inline vec3 get_difference(const cloth_spring *spring, const double *values) {
-    return vec3_sub(vec3_load(values, spring->vertices[1]), vec3_load(values, spring->vertices[0]));
-}
-
-static double measure_springs(const excess_task *task, size_t begin, size_t end) {
-    const double *const guess = task->state->guess;
-    double const h = task->state->time_step;
-    double sum = 0.0;
-    for (size_t s = begin; s < end; s++) {
-        const cloth_spring *const spring = &task->model->springs[s];
-        vec3 const start = get_difference(spring, task->state->positions);
-        spring_edge const from =
-            guess ? spring_limit_guess(spring, start,
-                                       vec3_add_scaled(start, get_difference(spring, guess), h))
-                  : spring_make_edge(start);
-        vec3 const to = vec3_add_scaled(start, get_difference(spring, task->mean), h);
-        vec3 const d = vec3_sub(to, from.edge);
-        double const length = from.length, rest = spring->rest_length;
-        if (!(length > 0.0)) continue;
-        double const along = vec3_dot(from.edge, d) / length;
-        double const beside2 = vec3_norm2(d) - along * along,
-                     across2 = beside2 > 0.0 ? beside2 : 0.0;
-        spring_law const law = spring_get_law(spring, length - rest);
-        double const pull = law.tension / length;
-        double const reckoned = law.energy + (law.tension + 0.5 * law.slope * along) * along +
-                                0.5 * (pull > 0.0 ? pull : 0.0) * across2;
-        sum += spring_get_law(spring, vec3_norm(to) - rest).energy - reckoned;
-    }
-    return sum;
-}
 
 static double measure_inertia(const excess_task *task, size_t begin, size_t end) {
     double sum = 0.0;
@@ -72,8 +39,9 @@ static void measure_chunks(void *context, size_t begin, size_t end, size_t chunk
         size_t const count = is_spring ? task->model->spring_count : task->model->vertex_count;
         size_t const first = ITEMS_PER_CHUNK * (is_spring ? i : i - task->spring_chunks);
         size_t const last = count - first < ITEMS_PER_CHUNK ? count : first + ITEMS_PER_CHUNK;
-        task->sums[i] =
-            is_spring ? measure_springs(task, first, last) : measure_inertia(task, first, last);
+        task->sums[i] = is_spring ? TULLE_PICK_KERNEL(sum_excess)(task->model->springs + first,
+                                                                  last - first, &task->motion)
+                                  : measure_inertia(task, first, last);
     }
 }
 
@@ -92,6 +60,7 @@ tulle_status measure_linear_excess(const cloth_model *model, const motion_state 
     excess_task task = {.model = model,
                         .state = state,
                         .mean = mean,
+                        .motion = {state->positions, state->guess, mean, state->time_step},
                         .spring_chunks = spring_chunks,
                         .sums = ARENA_NEW(scratch, double, spring_chunks + vertex_chunks)};
     if (!task.sums) return TULLE_ERROR_OUT_OF_MEMORY;

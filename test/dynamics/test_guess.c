@@ -1,5 +1,6 @@
 /* Springs linearised about a guess: at the guess itself the linear system must be the true equation
  * of implicit Euler, and excess energy must vanish. */
+#include "dynamics/excess_kernel.h"
 #include "dynamics/fixture.h"
 
 #include <math.h>
@@ -142,6 +143,66 @@ static void excess_is_energy_beyond_the_model(void **state) {
     fixture_free(f);
 }
 
+/* One spring's, by the words of linear_excess.c. */
+static double find_excess(const cloth_spring *spring, const excess_motion *motion) {
+    vec3 ends[3][2], step[2] = {{0.0, 0.0, 0.0}, {0.0, 0.0, 0.0}};
+    for (size_t k = 0; k < 2; k++) {
+        size_t const v = spring->vertices[k];
+        ends[0][k] = vec3_load(motion->positions, v);
+        ends[1][k] = motion->guess ? vec3_load(motion->guess, v) : step[0];
+        ends[2][k] = vec3_load(motion->mean, v);
+    }
+    vec3 const start = vec3_sub(ends[0][1], ends[0][0]);
+    for (int k = 0; k < 2; k++)
+        step[k] =
+            vec3_add_scaled(start, vec3_sub(ends[k + 1][1], ends[k + 1][0]), motion->time_step);
+    vec3 const from = spring_limit_guess(spring, start, step[0]).edge, to = step[1];
+    double const length = vec3_norm(from), rest = spring->rest_length;
+    if (!(length > 0.0)) return 0.0;
+    vec3 const d = vec3_sub(to, from);
+    double const along = vec3_dot(from, d) / length;
+    spring_law const law = spring_get_law(spring, length - rest);
+    double const reckoned =
+        law.energy + (law.tension + 0.5 * law.slope * along) * along +
+        0.5 * fmax(law.tension / length, 0.0) * fmax(vec3_norm2(d) - along * along, 0.0);
+    return spring_get_law(spring, vec3_norm(to) - rest).energy - reckoned;
+}
+
+/* Springs of any length, some far too long, some of none, of any number: the same bits as one at a
+ * time, on every width. */
+static void excess_is_the_same_on_every_width(void **state) {
+    (void)state;
+    enum { VERTICES = 40, SPRINGS = 70 };
+    uint64_t random = 5;
+    double x[3 * VERTICES], guess[3 * VERTICES], mean[3 * VERTICES];
+    cloth_spring springs[SPRINGS];
+    for (int i = 0; i < 3 * VERTICES; i++) {
+        x[i] = random_signed(&random);
+        guess[i] = 3.0 * random_signed(&random);
+        mean[i] = 3.0 * random_signed(&random);
+    }
+    for (int i = 0; i < 3; i++) x[3 + i] = x[i], guess[3 + i] = guess[i];
+    for (uint32_t s = 0; s < SPRINGS; s++)
+        springs[s] = (cloth_spring){
+            .vertices = {s % 11 == 0 ? 0 : s % VERTICES, s % 11 == 0 ? 1 : (7 * s + 3) % VERTICES},
+            .rest_length = 0.1 + 1.5 * random_uniform(&random),
+            .stiffness = 100.0 + s,
+            .stiffening = s % 3 == 0 ? 0.0 : 30.0 * random_uniform(&random)};
+    kernel_target const usual = kernel_target_get();
+    for (int target = 0; target < KERNEL_TARGET_COUNT; target++) {
+        if (!kernel_target_force((kernel_target)target)) continue;
+        for (size_t count = 0; count <= SPRINGS; count++)
+            for (int k = 0; k < 2; k++) {
+                excess_motion const motion = {x, k ? guess : NULL, mean, 0.1};
+                double sum = 0.0;
+                for (size_t s = 0; s < count; s++) sum += find_excess(&springs[s], &motion);
+                double const measured = TULLE_PICK_KERNEL(sum_excess)(springs, count, &motion);
+                assert_memory_equal(&measured, &sum, sizeof sum);
+            }
+    }
+    assert_true(kernel_target_force(usual));
+}
+
 /* A system in numbers: blocks, right-hand side and forces. */
 typedef struct system_numbers {
     double *values;
@@ -252,6 +313,7 @@ int main(void) {
     const struct CMUnitTest tests[] = {cmocka_unit_test(system_is_exact_at_the_guess),
                                        cmocka_unit_test(stiffening_cloth_takes_few_turns),
                                        cmocka_unit_test(excess_is_energy_beyond_the_model),
+                                       cmocka_unit_test(excess_is_the_same_on_every_width),
                                        cmocka_unit_test(kept_terms_give_the_same_system),
                                        cmocka_unit_test(wind_works_as_the_system_reckons)};
     return cmocka_run_group_tests(tests, NULL, NULL);

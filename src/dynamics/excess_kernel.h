@@ -1,0 +1,19 @@
+/* dynamics/excess_kernel.h - how far the springs' energy is from what a linear system reckons with,
+ * see linear_excess.c; kernel. */
+#ifndef TULLE_DYNAMICS_EXCESS_KERNEL_H
+#define TULLE_DYNAMICS_EXCESS_KERNEL_H
+
+#include "dynamics/spring.h"
+#include "math/kernel_target.h"
+
+/* Where springs are linearised and where they go: x0 [m], two mean velocities [m/s] and h [s]. */
+typedef struct excess_motion {
+    const double *positions, *guess, *mean; /* guess null: about x0 */
+    double time_step;
+} excess_motion;
+
+/* [J] V - V reckoned, of these springs one after the other. */
+TULLE_DECLARE_KERNEL(double, sum_excess,
+                     (const cloth_spring *springs, size_t count, const excess_motion *motion))
+
+#endif
