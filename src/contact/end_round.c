@@ -52,29 +52,30 @@ static bool may_drift(const contact_scene *scene, const friction_sums *all, cons
     return false;
 }
 
-round_result end_round(const contact_scene *scene, row_list *list, friction_sums *sums, double *u) {
+tulle_status end_round(const contact_scene *scene, row_list *list, friction_sums *sums, double *u,
+                       round_result *result) {
     double const count = (double)list->rows.count;
     double violation2 = 0.0, misfit2 = 0.0;
-    round_result result = {0};
+    *result = (round_result){0};
     memset(sums, 0, scene->set->surface_count * sizeof *sums);
     for (size_t i = 0; i < list->rows.count; i++) {
         contact_row *const row = &list->rows.data[i];
         double const violation = find_row_violation(row, u);
-        result.largest_violation = fmax(result.largest_violation, violation);
+        result->largest_violation = fmax(result->largest_violation, violation);
         violation2 += violation * violation;
         harden(row, violation);
         if (!row->is_in_matrix) continue;
         vec3 const misfit = update_hard_row(row, u);
         double const missed = vec3_norm(misfit) / row->slip_penalty;
         misfit2 += missed * missed;
-        result.largest_misfit = fmax(result.largest_misfit, missed);
+        result->largest_misfit = fmax(result->largest_misfit, missed);
         add_to_sums(scene, row, u, misfit, sums);
     }
-    project_impulses(scene, list->rows.data, list->rows.count, u);
-    result.violation = sqrt(violation2 / count);
-    result.misfit = sqrt(misfit2 / count);
-    result.may_drift = may_drift(scene, sums, u);
-    return result;
+    tulle_status const status = project_impulses(scene, list->rows.data, list->rows.count, u);
+    result->violation = sqrt(violation2 / count);
+    result->misfit = sqrt(misfit2 / count);
+    result->may_drift = may_drift(scene, sums, u);
+    return status;
 }
 
 /* Rounds go on until little is left; those that cost little, until nothing is. */

@@ -23,7 +23,8 @@ typedef struct round_result {
 
 /* Takes the velocities u of a solve; gives the impulses after it. Rows that are violated become
  * hard. `sums`: room for one of each surface. */
-round_result end_round(const contact_scene *scene, row_list *list, friction_sums *sums, double *u);
+tulle_status end_round(const contact_scene *scene, row_list *list, friction_sums *sums, double *u,
+                       round_result *result);
 
 /* Whether rounds may end after one of so many iterations. */
 bool round_has_settled(const contact_settings *settings, const round_result *result,

@@ -128,11 +128,11 @@ static void limit_energy(const contact_scene *scene, double allowed, const doubl
     for (size_t i = 0; i < size; i++) v1[i] = before[i] + part * (v1[i] - before[i]);
 }
 
-static void project_velocities(const contact_scene *scene, contact_row *rows, size_t count,
-                               double *v1) {
+static tulle_status project_velocities(const contact_scene *scene, contact_row *rows, size_t count,
+                                       double *v1) {
     contact_scene end_scene = *scene;
     end_scene.settings.impulse_sweeps = END_SWEEPS;
-    project_impulses(&end_scene, rows, count, v1);
+    return project_impulses(&end_scene, rows, count, v1);
 }
 
 /* Rows and velocities of one call. */
@@ -144,7 +144,8 @@ static tulle_status find_ends(const contact_scene *scene, const row_list *list, 
     if (!rows || !before) return TULLE_ERROR_OUT_OF_MEMORY;
     memcpy(before, v1, size * sizeof(double));
     size_t const count = copy_loaded_rows(list, ends->is_inelastic, rows);
-    project_velocities(scene, rows, count, v1);
+    tulle_status const status = project_velocities(scene, rows, count, v1);
+    if (status != TULLE_OK) return status;
     for (size_t i = 0; i < count; i++) {
         double const speed = vec3_dot(rows[i].normal, get_relative_velocity(&rows[i], v1));
         ends->approach = fmax(ends->approach, rows[i].bias - speed);

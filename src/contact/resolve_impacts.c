@@ -137,8 +137,7 @@ static tulle_status test_paths(impact_work *work, pair_events *hits) {
 static tulle_status respond(impact_work *work, size_t first_new) {
     if (work->scene->paper)
         return respond_to_impacts_by_paper(work->scene, work->list, first_new, work->u);
-    project_impulses(work->scene, work->list->rows.data, work->list->rows.count, work->u);
-    return TULLE_OK;
+    return project_impulses(work->scene, work->list->rows.data, work->list->rows.count, work->u);
 }
 
 static tulle_status run_rounds(impact_work *work) {

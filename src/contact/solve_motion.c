@@ -361,9 +361,11 @@ static tulle_status run_rounds(motion_solve *solve) {
     for (int round = 0; round < settings->solve_rounds_landing; round++) {
         uint32_t const before = solve->report->cg_iterations;
         prepare_round(solve, round == 0);
-        tulle_status const status = run_conjugate_gradients(solve);
+        tulle_status status = run_conjugate_gradients(solve);
         if (status != TULLE_OK || list->rows.count == 0) return status;
-        round_result const result = end_round(solve->scene, list, solve->sums, solve->u);
+        round_result result;
+        status = end_round(solve->scene, list, solve->sums, solve->u, &result);
+        if (status != TULLE_OK) return status;
         solve->report->violation = result.largest_violation;
         bool const has_all = round + 1 >= settings->solve_rounds;
         solve->report->has_settled =
@@ -373,8 +375,8 @@ static tulle_status run_rounds(motion_solve *solve) {
     bool const rests = solve->report->violation <= LEAST_VIOLATION;
     for (size_t i = 0; i < list->rows.count; i++) list->rows.data[i].is_in_matrix = false;
     /* what the tolerance of the solve leaves of rest; more would give springs energy */
-    if (rests) project_impulses(solve->scene, list->rows.data, list->rows.count, solve->u);
-    return TULLE_OK;
+    if (!rests) return TULLE_OK;
+    return project_impulses(solve->scene, list->rows.data, list->rows.count, solve->u);
 }
 
 static void count_states(const row_list *list, solve_report *report) {
