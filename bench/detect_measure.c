@@ -1,5 +1,4 @@
 /* bench/detect_measure.c - see detect_measure.h. */
-#define _POSIX_C_SOURCE 200809L /* clock_gettime */
 #include "detect_measure.h"
 
 #include "detect/detector_parts.h"
@@ -8,7 +7,6 @@
 
 #include <stdio.h>
 #include <stdlib.h>
-#include <time.h>
 
 const char *const stage_names[STAGE_COUNT] = {
     "patches", "trees", "traversal", "filters", "impact", "search", "events", "total", "processor"};
@@ -46,12 +44,6 @@ spread spread_of(double *values, size_t count) {
     return (spread){.median = values[count / 2],
                     .least = values[0],
                     .ninth_decile = values[count * 9 / 10 < count ? count * 9 / 10 : count - 1]};
-}
-
-static double processor_now(void) {
-    struct timespec now;
-    clock_gettime(CLOCK_PROCESS_CPUTIME_ID, &now);
-    return (double)now.tv_sec + 1e-9 * (double)now.tv_nsec;
 }
 
 static void take_input(const detect_input *input, tulle_detect_def *def) {
@@ -132,10 +124,10 @@ static void note_times(const measured_run *run, bench_detector *bench, int round
 static void measure_round(const detect_input *input, measured_run *run, bench_detector *bench,
                           int round) {
     run_pass(input, 0, run, bench);
-    double const processor = processor_now(), begin = timer_now();
+    double const processor = timer_processor_now(), begin = timer_now();
     run_pass(input, 1, run, bench);
     double const total = timer_now() - begin;
-    if (round >= 0) note_times(run, bench, round, total, processor_now() - processor);
+    if (round >= 0) note_times(run, bench, round, total, timer_processor_now() - processor);
 }
 
 void measure_runs(const detect_input *input, measured_run *runs, size_t count, int rounds) {

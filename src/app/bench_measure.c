@@ -14,7 +14,6 @@
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
-#include <time.h>
 
 enum {
     STEPS_MAX = 16,
@@ -130,13 +129,6 @@ typedef struct repeats {
     case_outcome *outcome;
 } repeats;
 
-/* [s] of all threads together. */
-static double processor_now(void) {
-    struct timespec now;
-    clock_gettime(CLOCK_PROCESS_CPUTIME_ID, &now);
-    return (double)now.tv_sec + 1e-9 * (double)now.tv_nsec;
-}
-
 static int is_stopped(void *context) {
     (void)context;
     return interrupt_is_pending();
@@ -202,11 +194,11 @@ static tulle_status make_repeat(repeats *self, tulle_error *error) {
     found.start_hash = tulle_world_get_state_hash(world);
     if (status == TULLE_OK) status = tulle_world_step(world, self->time_step, NULL, error);
     self->heap->calls = 0;
-    double const begin = processor_now();
+    double const begin = timer_processor_now();
     if (status == TULLE_OK)
         status = bench_make_steps(world, self->time_step, self->step_count, reports, error);
     if (status != TULLE_OK) return status;
-    add_sample(self, reports, processor_now() - begin);
+    add_sample(self, reports, timer_processor_now() - begin);
     found.end_hash = tulle_world_get_state_hash(world);
     sum_counts(reports, self->step_count, found.counts);
     return judge_outcome(self->outcome, &found, error);
