@@ -202,6 +202,62 @@ static void fast_vertices_are_tested_against_all(void **state) {
     assert_true(partial_count > 50 && hit_count > 1000);
 }
 
+/* Two level sheets, `height` [m] apart, one turned over the other. */
+static void make_two_sheets(mini_world *world, double height, double angle) {
+    *world = mini_world_make();
+    world->contact_distance = 3e-3;
+    mini_grid const lower = make_mini_grid(11, 11, vec3_make(-0.1, -0.1, 0.0),
+                                           vec3_make(0.2, 0.0, 0.0), vec3_make(0.0, 0.2, 0.0));
+    vec3 const across = {0.2 * cos(angle), 0.2 * sin(angle), 0.0};
+    vec3 const along = {-across.y, across.x, 0.0};
+    vec3 const origin = vec3_add(vec3_scale(vec3_add(across, along), -0.5), (vec3){0, 0, height});
+    mini_grid upper = make_mini_grid(11, 11, origin, across, along), sheets[2] = {lower, upper};
+    for (int i = 0; i < 2; i++) add_mini_surface(world, sheets[i].mesh, false);
+    start_mini_world(world);
+    for (int i = 0; i < 2; i++) free_mini_grid(&sheets[i]);
+}
+
+/* Vertices within `radius` [m] of the middle go towards the other sheet by `way` [m], of which the
+ * lower ones have `share`. */
+static void close_sheets(mini_world *world, double radius, double way, double share) {
+    memcpy(world->x1, world->x0, 3 * world->vertex_count * sizeof(double));
+    for (size_t v = 0; v < world->vertex_count; v++) {
+        if (!(hypot(world->x0[3 * v], world->x0[3 * v + 1]) < radius)) continue;
+        world->x1[3 * v + 2] += world->vertex_surface[v] == 0 ? share * way : (share - 1.0) * way;
+    }
+}
+
+/* What starts just beyond the largest separation distance and meets after the shortest ways that
+ * lead there is found: vertices that go hardly further than half of it are fast. */
+static void shortest_ways_to_a_hit_are_tested(void **state) {
+    (void)state;
+    static const double shares[] = {0.5, 0.500001, 0.0, 1.0, 0.3};
+    for (int turn = 1; turn <= 8; turn++) {
+        mini_world world;
+        contact_settings const settings = contact_settings_default();
+        double const height = 4.5e-3 * (1.0 + 1e-5), way = height - settings.minimum_gap;
+        make_two_sheets(&world, height, 0.19 * turn);
+        close_sheets(&world, 0.06, 4.0 * height, 0.5);
+        pair_source source = find_mini_pairs(&world, world.x1);
+        contact_scene const scene = get_mini_scene(&world, TIME_STEP);
+        assert_true(scene.largest_separation < height);
+        assert_int_equal(gather_contacts(&scene, &world.store, world.x0, &source, &world.rows),
+                         TULLE_OK);
+        assert_int_equal(source.near_pairs->pairs.count, 0);
+        uint64_t random = (uint64_t)turn;
+        for (size_t i = 0; i < sizeof shares / sizeof shares[0]; i++) {
+            size_t picked_count;
+            close_sheets(&world, 0.06, way * (1.0 + 1e-5), shares[i]);
+            assert_true(compare_tests(&world, &source, &random, &picked_count) > 100);
+            close_sheets(&world, 0.01, 4.0 * height, shares[i]); /* one vertex of each */
+            assert_true(compare_tests(&world, &source, &random, &picked_count) > 10);
+            assert_true(picked_count <
+                        source.pairs->vertex_triangle.count + source.pairs->edge_edge.count);
+        }
+        mini_world_destroy(&world);
+    }
+}
+
 /* Pairs that were found anew have no near pairs until stage 2 notes them. */
 static void renewed_pairs_have_none(void **state) {
     (void)state;
@@ -253,6 +309,7 @@ int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(near_pairs_find_what_all_pairs_find),
         cmocka_unit_test(fast_vertices_are_tested_against_all),
+        cmocka_unit_test(shortest_ways_to_a_hit_are_tested),
         cmocka_unit_test(renewed_pairs_have_none),
         cmocka_unit_test(pairs_of_straight_paths_cover_their_ends),
     };
