@@ -5,14 +5,13 @@
  *
  * Based on: Wong, Baciu, Dynamic interaction between deformable surfaces and nonsmooth objects,
  * 2005, section 6, Fig. 7. */
-#define _POSIX_C_SOURCE 200809L
 #include "app/interrupt.h"
 #include "app/reproduce_fig7.h"
 #include "base/error.h"
 #include "base/parallel.h"
+#include "base/timer.h"
 
 #include <inttypes.h>
-#include <time.h>
 
 enum { PARTS = 9 };
 const char *const fig7_rules_names[FIG7_RULES] = {"paper", "proven", "patches", "bvox"};
@@ -36,13 +35,6 @@ tulle_status fig7_pass_begin(fig7_pass *pass, const char *label, tulle_error *er
              pass->has_obstacles ? " obstacles" : "");
     snprintf(file, sizeof file, "measured/fig7_%s%g.csv", label, pass->angle);
     return reproduce_kept_open(pass->self, file, head, &pass->kept, error);
-}
-
-/* [s] of this process. */
-static double get_processor_time(void) {
-    struct timespec now = {0};
-    clock_gettime(CLOCK_PROCESS_CPUTIME_ID, &now);
-    return (double)now.tv_sec + 1e-9 * (double)now.tv_nsec;
 }
 
 /* The stages, which the wall clock tells, make up `total`. */
@@ -72,10 +64,10 @@ static tulle_status ask(const fig7_pass *pass, tulle_detector *detector,
     tulle_status status = TULLE_OK;
     if (warms_up)
         status = tulle_detector_find_events(detector, frames->start, frames->start, &result, error);
-    double const begin = get_processor_time();
+    double const begin = timer_processor_now();
     if (status == TULLE_OK)
         status = tulle_detector_find_events(detector, frames->start, frames->end, &result, error);
-    double const taken = get_processor_time() - begin;
+    double const taken = timer_processor_now() - begin;
     if (status == TULLE_OK)
         *times = get_times(&result, is_alone ? taken : result.statistics.total_seconds);
     return status;

@@ -41,8 +41,9 @@ enum {
     STOP_LIMIT = (1 << LIMIT_BITS) - 1
 };
 
-/* How long one looks before it sleeps [s]. To wake a helper takes the caller some 5 microseconds,
- * and it comes 30 later; between two loops of a solve a caller works alone for about 10. */
+/* How long one looks before it sleeps [s]. Between two loops of a solve a caller works alone for
+ * some 10 microseconds. With 6 a helper slept 200 times in a step of 10,000 particles, and waking
+ * it took a twelfth of the caller's time; 100 gain no more than 50. */
 static const double SPIN_TIME = 50e-6;
 
 typedef struct helper_team helper_team;

@@ -14,6 +14,11 @@
 
 /* Over the relative rounding of distances and ways. */
 #define LENGTH_ROUNDING 1e-9
+/* Where more than this part of all vertices is fast, all pairs are taken: a pair has four, so
+ * hardly any would be left out. */
+#define MOST_FAST 0.5
+
+enum { PICK_CHUNK = 4096 /* pairs; some 10 microseconds */ };
 
 tulle_status note_near_pairs(const contact_scene *scene, const pair_events *found,
                              near_pair_list *list) {
@@ -30,11 +35,6 @@ tulle_status note_near_pairs(const contact_scene *scene, const pair_events *foun
 }
 
 void near_pair_list_destroy(near_pair_list *list, memory *heap) { ARRAY_FREE(heap, &list->pairs); }
-
-/* Where more than this part of all vertices is fast, all pairs are taken. */
-#define MOST_FAST 0.5
-
-enum { PICK_CHUNK = 4096 /* pairs; some 10 microseconds */ };
 
 /* No pair is of two scripted obstacles. */
 static double find_longest_approach(const contact_scene *scene, const double *x1) {
@@ -126,7 +126,7 @@ static size_t mark_fast(const contact_scene *scene, const double *x1, double mos
     size_t count = 0;
     for (size_t i = 0; i < scene->vertex_count; i++) {
         double const way2 = vec3_norm2(vec3_sub(vec3_load(x1, i), vec3_load(scene->x0, i)));
-        is_fast[i] = !(way2 <= most * most);
+        is_fast[i] = !is_slot(scene, i) && !(way2 <= most * most);
         count += is_fast[i];
     }
     return count;

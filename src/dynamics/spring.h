@@ -66,6 +66,9 @@ static inline spring_edge spring_make_edge(vec3 edge) {
 /* How far beyond the start a guess is believed [stiffening strains]: landings on spikes take more
  * solves and leave longer edges with 1 and 2. */
 #define GUESS_STRAINS 0.5
+/* Far over what rounding does to lengths and to squares of strains. */
+#define GUESS_LENGTH_ROUNDING 1e-9
+#define GUESS_STRAIN_ROUNDING 1e-6
 
 /* A guess may be far off, as where a vertex was stopped and its neighbours not yet, and the tangent
  * at a high tension pushes a spring apart that turns out to be only a little shorter. This one is
@@ -78,9 +81,10 @@ static inline spring_edge spring_limit_guess(const cloth_spring *spring, vec3 st
     spring_edge const given = spring_make_edge(guess);
     /* few are longer by so much than at rest; a little more than that, so that rounding is no
      * matter */
-    double const extension = (1.0 + 1e-9) * given.length - spring->rest_length;
-    bool const may_be_long = extension > 0.0 && spring->stiffening * extension * extension >
-                                                    (1.0 - 1e-6) * GUESS_STRAINS * GUESS_STRAINS;
+    double const extension = (1.0 + GUESS_LENGTH_ROUNDING) * given.length - spring->rest_length;
+    bool const may_be_long =
+        extension > 0.0 && spring->stiffening * extension * extension >
+                               (1.0 - GUESS_STRAIN_ROUNDING) * GUESS_STRAINS * GUESS_STRAINS;
     return may_be_long ? spring_shorten_guess(spring, start, given) : given;
 }
 

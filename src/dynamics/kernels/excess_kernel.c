@@ -72,9 +72,10 @@ SIMD_INLINE law_lanes get_law(double8 k, double8 c, double8 extension) {
 /* spring_limit_guess: lanes that may be too long are rare and shortened one by one. */
 SIMD_INLINE vec3x8 limit_guess(const cloth_spring *springs, const spring_batch *batch, size_t begin,
                                size_t count, vec3x8 start, vec3x8 guess) {
-    double8 const extension = (1.0 + 1e-9) * get_length(guess) - double8_load(batch->rest + begin);
+    double8 const extension =
+        (1.0 + GUESS_LENGTH_ROUNDING) * get_length(guess) - double8_load(batch->rest + begin);
     double8 const strains2 = double8_load(batch->stiffening + begin) * extension * extension;
-    double8 const few = double8_fill((1.0 - 1e-6) * GUESS_STRAINS * GUESS_STRAINS);
+    double8 const few = double8_fill((1.0 - GUESS_STRAIN_ROUNDING) * GUESS_STRAINS * GUESS_STRAINS);
     lane_mask which = bool8_bits(
         bool8_and(double8_greater(extension, double8_fill(0.0)), double8_greater(strains2, few)));
     for (; which; which &= which - 1) {
