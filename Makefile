@@ -79,7 +79,7 @@ coverage:
 	@if command -v gcovr >/dev/null; then gcovr --root . --filter src/ build/coverage; \
 	else echo "gcovr is missing: apt-get install gcovr"; fi
 
-# Library, program and some tests compiled for arm64, the tests run by an emulator: docs/portability.md. Some minutes.
+# Library, program and some tests compiled for arm64, the tests run by an emulator: docs/contributing/portability.md. Some minutes.
 check-arm64:
 	@$(INSTALL_PACKAGES) build test portability
 	@sh tools/check_arm64.sh $(JOBS); code=$$?; [ $$code = 77 ] || exit $$code
@@ -89,7 +89,7 @@ check-portability: check-arm64
 	@$(MAKE) --no-print-directory build-tests
 	@cd $(BUILD) && $(CTEST) -R 'tools\.(baseline|oldest_processor)'
 
-# What the stages of a step cost: docs/benchmarks.md. Inputs are made once (2k and 9.8k: some minutes), then measured;
+# What the stages of a step cost: docs/experiments/benchmarks.md. Inputs are made once (2k and 9.8k: some minutes), then measured;
 # tables are printed, all measures are in build/bench.csv. BENCH_SCENES and BENCH_OPTIONS choose others, as
 # BENCH_OPTIONS='--particles all --threads 1'.
 BENCH_SCENES ?= all
@@ -107,14 +107,14 @@ bench-compare:
 	@$(MAKE) --no-print-directory build-program
 	@$(BENCH) --particles 0.4k,2k,9.8k --instructions --compare bench/baseline.csv $(BENCH_OPTIONS)
 
-# The tables of docs/detect_benchmarks.md: makes the inputs once (half an hour), then measures.
+# The tables of docs/experiments/detection.md: makes the inputs once (half an hour), then measures.
 bench-detect:
 	@$(INSTALL_PACKAGES) build test
 	@$(MAKE) --no-print-directory build-tests
 	@sh bench/make_inputs.sh $(BUILD)/tulle build/bench_inputs
 	@$(BUILD)/bench/bench_detect --paper --csv build/bench_detect.csv
 
-# Tulle beside Blender, MuJoCo and Bullet in the same scenes, one after the other (an hour): docs/benchmarks.md. What is not
+# Tulle beside Blender, MuJoCo and Bullet in the same scenes, one after the other (an hour): docs/experiments/benchmarks.md. What is not
 # there is skipped and told; PEERS_OPTIONS='--limit 60 --tools Tulle,Blender' chooses less. Rows are in build/peers.csv.
 PEERS_OPTIONS ?=
 bench-peers:
@@ -158,7 +158,7 @@ help:
 	@echo "make              release build: $(BUILD)/tulle, libtulle.so and libtulle.a beside it"
 	@echo "make demo         cloth falls on needles, every frame is judged (installs missing packages)"
 	@echo "make pictures     runs all scenes and makes the pictures of README.md (an hour)"
-	@echo "make paper-pictures DIR=reproduced   the pictures of docs/reproduce.md, of what tulle reproduce all left there"
+	@echo "make paper-pictures DIR=reproduced   the pictures of docs/experiments/paper.md, of what tulle reproduce all left there"
 	@echo "make test         all quick tests (installs missing packages)"
 	@echo "make test-long    all tests, the whole scenes too"
 	@echo "make test-asan    the quick tests under the address and undefined-behaviour sanitizers"

@@ -8,7 +8,7 @@ SCENES = ("sphere", "spikes")
 INTERVAL = 1 / 24  # s between frames of the peers; Tulle's scenes have their own
 TULLE_SETTINGS = "the scene as it is in scenes/: steps of 1/90 s, preset cotton; one thread"
 
-# Of the preset cotton, docs/materials.md, which the scenes use.
+# Of the preset cotton, docs/guide/materials.md, which the scenes use.
 COTTON = {"area_density": 0.150, "stretch": 300.0, "bend": 1.0e-5, "stretch_damping": 5e-4, "bend_damping": 2e-3,
           "air_damping": 0.05, "friction": 0.40}  # fmt: skip
 SELF_FRICTION = 0.3  # contact.friction of a scene
@@ -28,7 +28,7 @@ class Physics:
         self.mass = COTTON["area_density"] * cloth.area
         self.vertex_count = len(cloth.vertices)
         self.mean_edge = cloth.mean_edge
-        self.thickness = min(0.2 * cloth.mean_edge, 0.005)  # Tulle's contact distance, docs/pipeline.md
+        self.thickness = min(0.2 * cloth.mean_edge, 0.005)  # Tulle's contact distance, docs/method/index.md
 
     def get_friction(self, mesh):
         """Of an obstacle's OBJ file; copies of an obstacle are NAME.NUMBER."""

@@ -5,7 +5,7 @@
  * triangle of which it is no corner, and every pair of edges that share no vertex, is proven to
  * stay more than its separation apart over the whole motion, or is reported as an event. Nothing
  * is missed, whatever the motion; a few events may be near misses (see tulle_detect_state).
- * Vertices without triangles meet nothing. How to use it: docs/detect.md, the library.
+ * Vertices without triangles meet nothing. How to use it: docs/guide/detect.md, the library.
  *
  *     tulle_detect_def def = tulle_detect_def_default();
  *     def.triangles = triangles; def.triangle_count = m; def.vertex_count = n;

@@ -1,5 +1,5 @@
 /* tulle/run.h - the directory that a run leaves: written frame by frame, read back whole or cut
- * short. docs/formats.md describes every file in it.
+ * short. docs/guide/formats.md describes every file in it.
  *
  * Killed at any moment, the directory stays readable up to its last whole frame, and the run can go
  * on from its last checkpoint. */

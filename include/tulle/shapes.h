@@ -1,5 +1,6 @@
 /* tulle/shapes.h - generated meshes: cloth in many cuts and the obstacles of the paper's scenes.
- * All are oriented manifolds, solids are closed. docs/shapes.md shows which field each shape uses.
+ * All are oriented manifolds, solids are closed. docs/guide/shapes.md shows which field each shape
+ * uses.
  */
 #ifndef TULLE_SHAPES_H
 #define TULLE_SHAPES_H

@@ -1,5 +1,5 @@
-/* tulle/world.h - the simulated world: cloth, obstacles, time. See docs/pipeline.md for what a step
- * does.
+/* tulle/world.h - the simulated world: cloth, obstacles, time. See docs/method/index.md for what a
+ * step does.
  *
  * The promise: no accepted state holds an intersection of cloth with itself, other cloth or an
  * obstacle (beyond those that the caller told the world to ignore), and none is passed through on
@@ -33,7 +33,7 @@ typedef enum tulle_integrator {
 /* How a world finds the pairs of features that come near each other. With a certificate every
  * choice keeps the promise of the step and leads to the same states, bit for bit, unless two
  * features of one patch come together by over 14 contact distances within a step (350 with the
- * distances derived by default; docs/pipeline.md, stage 5); they differ in time. */
+ * distances derived by default; docs/method/update_patches.md); they differ in time. */
 typedef struct tulle_world_detection {
     tulle_detect_method method;
     tulle_detect_cone cone; /* of methods with patches */

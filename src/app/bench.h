@@ -1,5 +1,6 @@
 /* app/bench.h - what the parts of `tulle bench` share: scenes in several sizes, rows of measures,
- * and the steps from a captured input to a comparison. docs/benchmarks.md tells what is measured.
+ * and the steps from a captured input to a comparison. docs/experiments/benchmarks.md tells what is
+ * measured.
  */
 #ifndef TULLE_APP_BENCH_H
 #define TULLE_APP_BENCH_H

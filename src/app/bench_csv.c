@@ -1,5 +1,5 @@
-/* app/bench_csv.c - measures as CSV, a line each; docs/benchmarks.md describes the columns. No
- * field holds a comma, a quote or a line end, so none is quoted. */
+/* app/bench_csv.c - measures as CSV, a line each; docs/experiments/benchmarks.md describes the
+ * columns. No field holds a comma, a quote or a line end, so none is quoted. */
 #define _POSIX_C_SOURCE 200809L
 #include "app/bench_rows.h"
 #include "app/whole_file.h"

@@ -1,5 +1,5 @@
 /* app/detect_report.h - what `tulle detect` prints to standard output, as text or as one JSON
- * document; docs/detect.md tells both. */
+ * document; docs/guide/detect.md tells both. */
 #ifndef TULLE_APP_DETECT_REPORT_H
 #define TULLE_APP_DETECT_REPORT_H
 

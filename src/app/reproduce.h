@@ -1,6 +1,6 @@
 /* app/reproduce.h - `tulle reproduce`: what its parts share. A figure of the paper is a line of a
  * table (reproduce_figures.c): the runs that it is made of and the function that makes its files.
- * docs/reproduce.md describes every file.
+ * docs/experiments/paper.md describes every file.
  *
  * Functions that return int give an exit code of the program, and have printed what went wrong. */
 #ifndef TULLE_APP_REPRODUCE_H

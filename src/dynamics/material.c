@@ -1,4 +1,4 @@
-/* dynamics/material.c - material presets and the ranges of material values. docs/materials.md
+/* dynamics/material.c - material presets and the ranges of material values. docs/guide/materials.md
  * explains the numbers.
  *
  * Area density and bending rigidity lie in the ranges that fabric-testing textbooks print for such

@@ -1,5 +1,6 @@
 /* geom/loop_subdivision.c - tulle_subdivision: checks of what is given, the levels one after the
- * other, and the product of rows and values. See loop_subdivision.h and docs/subdivision.md. */
+ * other, and the product of rows and values. See loop_subdivision.h and docs/method/subdivision.md.
+ */
 #include "geom/loop_subdivision.h"
 
 #include "base/error.h"

@@ -1,5 +1,5 @@
-/* scene/documentation.c - prints docs/scene.md from the table of keys, the units, the shapes and
- * the material presets. */
+/* scene/documentation.c - prints docs/guide/scene.md from the table of keys, the units, the shapes
+ * and the material presets. */
 #include "scene/keys.h"
 
 #include "tulle/shapes.h"

@@ -1,6 +1,6 @@
 /* scene/keys.c - the table of keys: what a scene file may say. Parsing, range checks, defaults,
- * canonical text and docs/scene.md all come from it. This part: the file's own keys, time, wind,
- * contact and solver; the other parts are keys_mesh.c, keys_cloth.c and keys_obstacle.c. */
+ * canonical text and docs/guide/scene.md all come from it. This part: the file's own keys, time,
+ * wind, contact and solver; the other parts are keys_mesh.c, keys_cloth.c and keys_obstacle.c. */
 #include "scene/keys_table.h"
 
 static const schema_key time_table[] = {

@@ -1,5 +1,5 @@
 /* scene/keys.h - the structs that the table of keys fills, one for each map of a scene file. Field
- * meanings, units and ranges are in the table (keys.c) and docs/scene.md. */
+ * meanings, units and ranges are in the table (keys.c) and docs/guide/scene.md. */
 #ifndef TULLE_SCENE_KEYS_H
 #define TULLE_SCENE_KEYS_H
 

@@ -1,8 +1,9 @@
 /* scene/scene.h - scene files: YAML text in, a checked scene and a world out.
  *
  * scene_load reads the file, applies overrides, checks every key against the table that also prints
- * docs/scene.md, reads or generates all meshes, places copies and resolves pins. Nothing is written
- * to disk. scene_build_world then adds everything to a new world through the public headers. */
+ * docs/guide/scene.md, reads or generates all meshes, places copies and resolves pins. Nothing is
+ * written to disk. scene_build_world then adds everything to a new world through the public
+ * headers. */
 #ifndef TULLE_SCENE_SCENE_H
 #define TULLE_SCENE_SCENE_H
 
@@ -83,7 +84,7 @@ tulle_status scene_build_world(scene *loaded, int threads, const tulle_allocator
 /* Destroys the world and releases the id arrays; zeroes the struct. */
 void scene_destroy_world(scene_world *built);
 
-/* Prints docs/scene.md from the table of keys. */
+/* Prints docs/guide/scene.md from the table of keys. */
 void scene_print_documentation(FILE *stream);
 
 #endif

@@ -2,7 +2,7 @@
  *
  * Based on: Wong, Baciu, Dynamic interaction between deformable surfaces and nonsmooth objects,
  * 2005, section 3. Departures: a patch is skipped only when it is proven not to touch itself, and
- * patches live from step to step; docs/pipeline.md, stage 5. */
+ * patches live from step to step; docs/method/update_patches.md. */
 #include "world/detection.h"
 
 #include "base/timer.h"

@@ -9,7 +9,7 @@
  * With the certificate the promise of the step therefore does not depend on patches. States do not
  * either, bit for bit, but for near misses that a test calls hits: those of two features of one
  * patch that come together by over 14 contact distances (350 by default) within a step, see
- * docs/pipeline.md, stage 5. Without the certificate both depend on them. */
+ * docs/method/update_patches.md. Without the certificate both depend on them. */
 #ifndef TULLE_WORLD_DETECTION_H
 #define TULLE_WORLD_DETECTION_H
 

@@ -3,7 +3,7 @@
  * Takes the state at the start of the substep; gives the state at its end, `passed` seconds later,
  * proven free of intersection. Positions and velocities change in accept_paths alone.
  * Based on: Wong, Baciu, Dynamic interaction between deformable surfaces and nonsmooth objects,
- * 2005 (the stages and their order); docs/pipeline.md tells where we depart from it. */
+ * 2005 (the stages and their order); docs/method/index.md tells where we depart from it. */
 #include "base/error.h"
 #include "base/timer.h"
 #include "contact/body_paths.h"

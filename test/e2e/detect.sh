@@ -62,7 +62,7 @@ for method in $methods; do
     said '^vertex_face 3 0 0\.(5|49[0-9]*) hit$'
 done
 detect drop_0.obj drop_1.obj --json
-# What --help, the manual and docs/detect.md say of the defaults.
+# What --help, the manual and docs/guide/detect.md say of the defaults.
 values settings.method='"patches"' settings.cone='"bernstein"' settings.alpha_max_degrees=60 settings.certificate=true \
     settings.patches='"keep"' settings.thickness=0 settings.minimum_separation=0 settings.repeat=0 settings.earliest=false
 detect crossing_0.obj crossing_1.obj

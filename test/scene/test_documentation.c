@@ -1,4 +1,5 @@
-/* docs/scene.md is what the table of keys prints. With TULLE_UPDATE_DOCS=1 this program writes it.
+/* docs/guide/scene.md is what the table of keys prints. With TULLE_UPDATE_DOCS=1 this program
+ * writes it.
  */
 #define _POSIX_C_SOURCE 200809L
 #include "scene/scene.h"

@@ -1,8 +1,8 @@
 #!/usr/bin/env python3
-"""Writes the rows of tulle_validate into docs/validation.md.
+"""Writes the rows of tulle_validate into docs/experiments/validation.md.
 
-Usage: test/validation/fill_tables.py validation CSV [--fill docs/validation.md]
-       test/validation/fill_tables.py responses CSV CSV [...] [--fill docs/validation.md]
+Usage: test/validation/fill_tables.py validation CSV [--fill docs/experiments/validation.md]
+       test/validation/fill_tables.py responses CSV CSV [...] [--fill docs/experiments/validation.md]
 
 The table between the marks `begin NAME` and `end NAME`: `validation` has all rows of one file,
 `responses` those of several, one column each. Without --fill it is printed.
