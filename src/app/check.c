@@ -6,6 +6,7 @@
 #define _POSIX_C_SOURCE 200809L
 #include "app/check_run.h"
 #include "app/commands.h"
+#include "app/frame_range.h"
 #include "app/mesh_file.h"
 #include "app/options.h"
 #include "base/arena.h"
@@ -21,6 +22,7 @@ typedef struct check_options {
     long threads;
     int is_together;
     option_list obstacles;
+    const char *frames; /* of run directories; null: all */
     check_report report;
 } check_options;
 
@@ -89,12 +91,17 @@ static tulle_status check_directory(const check_options *options, const char *pa
         return error_set_at(error, TULLE_ERROR_INVALID_ARGUMENT, path, 0, 0,
                             "--together and --obstacle go with mesh files; a run directory brings "
                             "its own obstacles");
-    return check_run_directory(path, (int)options->threads, &options->report, totals, error);
+    check_run_choice const choice = {options->frames, (int)options->threads};
+    return check_run_directory(path, choice, &options->report, totals, error);
 }
 
 static tulle_status check_operands(const check_options *options, char **operands, size_t count,
                                    check_totals *totals, tulle_error *error) {
     tulle_status status = TULLE_OK;
+    for (size_t i = 0; options->frames && i < count; i++)
+        if (!is_directory(operands[i]))
+            return error_set_at(error, TULLE_ERROR_INVALID_ARGUMENT, operands[i], 0, 0,
+                                "--frames goes with run directories; a file is one frame");
     if (options->is_together) {
         for (size_t i = 0; i < count; i++)
             if (is_directory(operands[i]))
@@ -110,32 +117,18 @@ static tulle_status check_operands(const check_options *options, char **operands
 int app_check(int argc, char **argv) {
     check_options options = {.report = {.list_limit = -1}};
     const option_spec specs[] = {
-        {.name = "threads",
-         .letter = 't',
-         .kind = OPTION_INTEGER,
-         .value = &options.threads,
-         .argument = "N",
-         .help = "threads; 0: one for each processor (default)",
-         .maximum = THREAD_MAX},
-        {.name = "json",
-         .kind = OPTION_FLAG,
-         .value = &options.report.is_json,
-         .help = "one JSON object a line instead of text"},
-        {.name = "list",
-         .kind = OPTION_INTEGER,
-         .value = &options.report.list_limit,
-         .argument = "N",
-         .help = "list at most N pairs a frame; the sums count all (default: all)",
-         .maximum = LIST_MAX},
-        {.name = "together",
-         .kind = OPTION_FLAG,
-         .value = &options.is_together,
-         .help = "judge all files as the cloths of one frame"},
-        {.name = "obstacle",
-         .kind = OPTION_LIST,
-         .value = &options.obstacles,
-         .argument = "FILE",
-         .help = "a mesh file to judge every file against; may be repeated"},
+        {"threads", 't', OPTION_INTEGER, &options.threads, "N",
+         "threads; 0: one for each processor (default)", 0, THREAD_MAX, NULL},
+        {"frames", 'n', OPTION_TEXT, &options.frames, "RANGE", "of runs: " FRAME_RANGE_HELP, 0, 0,
+         NULL},
+        {"json", 0, OPTION_FLAG, &options.report.is_json, NULL,
+         "one JSON object a line instead of text", 0, 0, NULL},
+        {"list", 0, OPTION_INTEGER, &options.report.list_limit, "N",
+         "list at most N pairs a frame; the sums count all (default: all)", 0, LIST_MAX, NULL},
+        {"together", 0, OPTION_FLAG, &options.is_together, NULL,
+         "judge all files as the cloths of one frame", 0, 0, NULL},
+        {"obstacle", 0, OPTION_LIST, &options.obstacles, "FILE",
+         "a mesh file to judge every file against; may be repeated", 0, 0, NULL},
     };
     const command_spec command = {
         .name = "check",

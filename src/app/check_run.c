@@ -2,16 +2,20 @@
  * thread, judged side by side, and printed in order. */
 #include "app/check_run.h"
 
+#include "app/frame_range.h"
 #include "app/progress_bar.h"
 #include "base/arena.h"
 #include "base/error.h"
 #include "base/parallel.h"
 #include "tulle/run.h"
 
+#include <stdio.h>
+
 typedef struct run_check {
     const char *directory;
     tulle_run_reader *reader;
     const tulle_run_info *info;
+    frame_range range;       /* the frames that are judged */
     tulle_mesh_view *meshes; /* of every body, as its OBJ file holds it */
     check_frame *slots;      /* slot_count frames being judged side by side */
     double **positions;      /* slot_count times body_count; null for static bodies */
@@ -40,20 +44,23 @@ static bool allocate_slot(run_check *self, arena *scratch, size_t slot) {
     return true;
 }
 
-static tulle_status open_run(run_check *self, arena *scratch, tulle_error *error) {
+static tulle_status open_run(run_check *self, const char *frames, arena *scratch,
+                             tulle_error *error) {
     size_t const body_count = self->info->body_count;
     if (self->info->frame_count == 0)
         return error_set_at(error, TULLE_ERROR_INVALID_ARGUMENT, self->directory, 0, 0,
                             "the run holds no whole frame yet, so there is nothing to judge");
-    self->slot_count = (size_t)self->threads < self->info->frame_count ? (size_t)self->threads
-                                                                       : self->info->frame_count;
+    tulle_status status = frame_range_read(NULL, frames, frame_range_make(self->info->frame_count),
+                                           &self->range, error);
+    if (status != TULLE_OK) return status;
+    size_t const frame_count = frame_range_get_count(self->range);
+    self->slot_count = (size_t)self->threads < frame_count ? (size_t)self->threads : frame_count;
     self->meshes = ARENA_NEW_ZEROED(scratch, tulle_mesh_view, body_count);
     self->slots = ARENA_NEW_ZEROED(scratch, check_frame, self->slot_count);
     self->positions = ARENA_NEW_ZEROED(scratch, double *, self->slot_count *body_count);
     if (!self->meshes || !self->slots || !self->positions) return report_memory(self, error);
     for (size_t body = 0; body < body_count; body++) {
-        tulle_status const status =
-            tulle_run_reader_get_mesh(self->reader, body, &self->meshes[body], error);
+        status = tulle_run_reader_get_mesh(self->reader, body, &self->meshes[body], error);
         if (status != TULLE_OK) return status;
     }
     for (size_t slot = 0; slot < self->slot_count; slot++)
@@ -103,17 +110,19 @@ static tulle_status report_slots(run_check *self, size_t count, const check_repo
             check_report_frame(report, frame, totals);
         tulle_check_result_destroy(&frame->result);
     }
+    if (report->is_json) fflush(stdout); /* programs read the lines while frames are judged */
     return status;
 }
 
 static tulle_status judge_run(run_check *self, const check_report *report, check_totals *totals,
                               tulle_error *error) {
-    uint32_t const frame_count = self->info->frame_count;
+    uint32_t const frame_count = frame_range_get_count(self->range);
     tulle_status status = TULLE_OK;
     for (uint32_t first = 0; first < frame_count && status == TULLE_OK;) {
         size_t count = 0;
         while (count < self->slot_count && first + count < frame_count && status == TULLE_OK) {
-            status = read_frame(self, count, first + (uint32_t)count, error);
+            status = read_frame(self, count, frame_range_get(self->range, first + (uint32_t)count),
+                                error);
             if (status == TULLE_OK) count++;
         }
         check_frames_judge(self->slots, count, self->threads);
@@ -128,17 +137,18 @@ static tulle_status judge_run(run_check *self, const check_report *report, check
     return status;
 }
 
-tulle_status check_run_directory(const char *directory, int threads, const check_report *report,
-                                 check_totals *totals, tulle_error *error) {
+tulle_status check_run_directory(const char *directory, check_run_choice choice,
+                                 const check_report *report, check_totals *totals,
+                                 tulle_error *error) {
     run_check self = {.directory = directory,
-                      .threads = parallel_resolve_threads(threads),
+                      .threads = parallel_resolve_threads(choice.threads),
                       .bar = progress_bar_begin()};
     tulle_status status = tulle_run_reader_open(directory, &self.reader, error);
     if (status != TULLE_OK) return status;
     self.info = tulle_run_reader_get_info(self.reader);
     memory heap = memory_default();
     arena scratch = arena_make(&heap);
-    status = open_run(&self, &scratch, error);
+    status = open_run(&self, choice.frames, &scratch, error);
     if (status == TULLE_OK) status = judge_run(&self, report, totals, error);
     arena_destroy(&scratch);
     tulle_run_reader_close(self.reader);

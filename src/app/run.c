@@ -388,6 +388,7 @@ static int run_scene(run_session *session, const char *progress, tulle_error *er
         return status == TULLE_ERROR_DISK_FULL ? APP_EXIT_CANNOT_GO_ON : app_exit_for_input(status);
     }
     progress_begin(&session->progress, progress);
+    progress_show_begin(session, !is_new);
     session->checkpoint_time = timer_now();
     session->totals.smallest_gap = INFINITY;
     if (is_new) say_what_is_ignored(session);

@@ -78,6 +78,14 @@ static void print_json_step(const run_session *session, const tulle_step_report 
     fflush(stderr);
 }
 
+void progress_show_begin(run_session *session, bool goes_on) {
+    if (session->progress.kind != PROGRESS_JSON) return;
+    fprintf(stderr, "{\"event\":\"begin\",\"goes_on\":%s,\"step\":%llu,\"steps\":%llu}\n",
+            goes_on ? "true" : "false", (unsigned long long)session->checkpoint_step,
+            (unsigned long long)session->wanted_steps);
+    fflush(stderr);
+}
+
 void progress_show_step(run_session *session, const tulle_step_report *report) {
     run_progress *const progress = &session->progress;
     char facts[FACTS_SIZE];

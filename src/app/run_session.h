@@ -94,6 +94,9 @@ tulle_status run_write_left(const run_session *session, tulle_error *error);
 
 /* kind: "auto", "json" or "none". */
 void progress_begin(run_progress *progress, const char *kind);
+/* Before anything is written to the directory, which is the run's own from here on. goes_on: from a
+ * checkpoint. */
+void progress_show_begin(run_session *session, bool goes_on);
 void progress_show_step(run_session *session, const tulle_step_report *report);
 /* Within a step: shows one that takes long. */
 void progress_show_step_under_way(run_session *session);
