@@ -11,7 +11,7 @@ CTEST := ctest --output-on-failure -j $(JOBS)
 CHECK_PACKAGES := TULLE_NO_INSTALL=1 sh tools/install_packages.sh
 INSTALL_PACKAGES := sh tools/install_packages.sh
 
-.PHONY: all demo pictures paper-pictures test test-long test-asan test-tsan coverage check-arm64 check-portability bench bench-compare bench-detect bench-peers validate install format check-format layers sizes clean help
+.PHONY: all demo pictures paper-pictures test test-long test-asan test-tsan coverage check-arm64 check-portability bench bench-compare bench-detect bench-peers validate docs test-docs install format check-format layers sizes clean help
 .NOTPARALLEL:
 
 # The program at build/release/tulle, libtulle.so and libtulle.a beside it.
@@ -136,6 +136,21 @@ validate:
 	if command -v gnuplot >/dev/null; then cd build/validation && for f in *.gnuplot; do gnuplot -d "$$f"; done; fi; \
 	exit $$code
 
+# The book as a static site with search: docs/ and the pages of the public headers. It needs no network; the search needs a
+# server, as `python3 -m http.server --directory build/site`.
+docs:
+	@$(INSTALL_PACKAGES) docs
+	@python3 tools/make_book.py build/book
+	@mkdocs build --quiet --strict
+	@echo "the book is in build/site; look at it: python3 -m http.server 8000 --directory build/site"
+
+# Every public name has its comment, every link leads somewhere, the site builds without a warning and asks no other host.
+test-docs: docs
+	@python3 tools/make_reference.py --self-test
+	@python3 tools/check_links.py --self-test
+	@python3 tools/check_links.py
+	@sh tools/check_site.sh build/site
+
 install: all
 	@cmake --install $(BUILD) --prefix $(PREFIX)
 
@@ -171,6 +186,8 @@ help:
 	@echo "make bench-peers  the same scenes in Blender, MuJoCo and Bullet (installs them; an hour)"
 	@echo "make validate     the physics of contact, measured against expected (hours)"
 	@echo "make coverage     lines that the quick tests run"
+	@echo "make docs         the book as a static site with search, build/site (installs mkdocs and doxygen)"
+	@echo "make test-docs    the same; every public name has its comment, every link leads somewhere"
 	@echo "make install      to PREFIX (default /usr/local)"
 	@echo "make format       lay out the code; check-format, layers, sizes: check the rules of the house"
 	@echo "make clean        remove build/"

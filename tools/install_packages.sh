@@ -1,6 +1,6 @@
 #!/bin/sh
 # Installs the Debian packages that a build or the tests need and that are missing; does nothing when all is there.
-# usage: install_packages.sh ROLE...      ROLE: build, test, bench, peers, portability
+# usage: install_packages.sh ROLE...      ROLE: build, test, bench, peers, portability, docs
 #   TULLE_NO_INSTALL=1   only says what is missing; fails if it cannot be done without
 set -eu
 
@@ -47,8 +47,14 @@ needs() {
         echo "qemu-user      program:qemu-aarch64 optional"
         echo "binutils       program:objdump     optional"
         ;;
+    docs)
+        echo "python3        program:python3     needed"
+        echo "mkdocs         program:mkdocs      needed"
+        echo "mkdocs-material file:/usr/lib/python3/dist-packages/material/base.html needed"
+        echo "doxygen        program:doxygen     needed"
+        ;;
     *)
-        echo "install_packages.sh: unknown role \"$1\"; the roles are build, test, bench, peers and portability" >&2
+        echo "install_packages.sh: unknown role \"$1\"; the roles are build, test, bench, peers, portability and docs" >&2
         exit 2
         ;;
     esac

@@ -1,0 +1,152 @@
+#!/usr/bin/env python3
+"""Checks the links of README.md and of the book: every file and every anchor that a page names is there, and every page of
+docs/ stands in the `nav` of mkdocs.yml.
+
+usage: check_links.py [ROOT]        exit 1 if a link leads nowhere or a page is missing in the book's contents
+       check_links.py --self-test   shows it each fault
+
+The anchor of a link to a page is a heading's: its words in small letters, joined by "-". The anchor of a link to a header
+is a name that the header declares; the site turns such a link into one to the page of the header.
+"""
+import os
+import posixpath
+import re
+import sys
+import tempfile
+
+FENCE = re.compile(r"^( *)(```|~~~).*?^\1\2[ \t]*$", re.S | re.M)
+CODE = re.compile(r"(`+)(?!`).*?(?<!`)\1(?!`)", re.S)
+LINK = re.compile(r"\]\(\s*<?([^()\s<>]+)>?(?:\s+\"[^\"]*\")?\s*\)|(?:src|href)=\"([^\"]+)\"")
+HEADING = re.compile(r"^#{1,6} +(.*?)\s*(?:\{#([\w-]+)\})?\s*$", re.M)
+ANCHOR = re.compile(r"\b(?:id|name)=\"([^\"]+)\"")
+SCHEME = re.compile(r"^[a-z][a-z0-9+.-]*:")
+NAV_PAGE = re.compile(r"^\s*- (?:[^:#\n]+: *)?([\w/-]+\.md)\s*$", re.M)
+
+
+def read(path):
+    with open(path, encoding="utf-8") as file:
+        return file.read()
+
+
+def strip_code(text):
+    """The page without code, in which nothing is a link; lines stay where they are."""
+    blank = lambda match: "\n" * match.group(0).count("\n")
+    return CODE.sub(blank, FENCE.sub(blank, text))
+
+
+def make_slug(heading):
+    """The anchor of a heading: as Python-Markdown makes it, and as forges do wherever no sign is dropped between spaces."""
+    words = re.sub(r"\[([^\]]*)\]\([^)]*\)", r"\1", heading).replace("`", "")
+    words = re.sub(r"[^\w\s-]", "", words).strip().lower()
+    return re.sub(r"[-\s]+", "-", words)
+
+
+def get_anchors(path):
+    text = read(path)
+    if not path.endswith(".md"):
+        return set(re.findall(r"\b(?:tulle|TULLE)_\w+", text))
+    anchors, counts = set(), {}
+    for words, name in HEADING.findall(FENCE.sub("", text)):
+        slug = name or make_slug(words)
+        counts[slug] = counts.get(slug, -1) + 1
+        anchors.add(f"{slug}_{counts[slug]}" if counts[slug] else slug)
+    return anchors | set(ANCHOR.findall(text))
+
+
+def find_pages(root):
+    pages = ["README.md"]
+    for folder, _, names in os.walk(os.path.join(root, "docs")):
+        here = os.path.relpath(folder, root).replace(os.sep, "/")
+        pages += [posixpath.join(here, name) for name in names if name.endswith(".md")]
+    return sorted(pages)
+
+
+def find_links(text):
+    """(line, target) of each link that stays within the project."""
+    plain = strip_code(text)
+    for match in LINK.finditer(plain):
+        target = match.group(1) or match.group(2)
+        if not SCHEME.match(target) and not target.startswith("//"):
+            yield plain.count("\n", 0, match.start()) + 1, target
+
+
+def find_faults(root):
+    faults = []
+    pages = find_pages(root)
+    for page in pages:
+        for line, target in find_links(read(os.path.join(root, page))):
+            path, _, anchor = target.partition("#")
+            place = posixpath.normpath(posixpath.join(posixpath.dirname(page), path)) if path else page
+            found = os.path.join(root, place)
+            if place.startswith("../") or not os.path.exists(found):
+                faults.append(f"{page}:{line}: the link to {target} leads nowhere")
+            elif anchor and (os.path.isdir(found) or anchor not in get_anchors(found)):
+                faults.append(f"{page}:{line}: {place} has no anchor {anchor}")
+    contents = NAV_PAGE.findall(read(os.path.join(root, "mkdocs.yml")).partition("\nnav:")[2])
+    wanted = [page[len("docs/"):] for page in pages if page.startswith("docs/")]
+    wanted += [f"reference/{name}" for name in find_reference_pages(root)]
+    faults += [f"mkdocs.yml: nav lacks {page}" for page in wanted if page not in contents]
+    faults += [f"mkdocs.yml: nav names {page}, which is not there" for page in contents if page not in wanted]
+    faults += [f"mkdocs.yml: nav names {page} twice" for page in sorted(set(contents)) if contents.count(page) > 1]
+    return faults
+
+
+def find_reference_pages(root):
+    """The pages that tools/make_reference.py makes, a header each: world.md of tulle/world.h, io_run.md of tulle_io/run.h."""
+    pages = []
+    for folder, prefix in (("tulle", ""), ("tulle_io", "io_")):
+        path = os.path.join(root, "include", folder)
+        names = sorted(os.listdir(path)) if os.path.isdir(path) else []
+        pages += [prefix + name[:-2] + ".md" for name in names if name.endswith(".h")]
+    return pages
+
+
+SELF_TEST = (  # page, contents beyond index.md, faults
+    ("[a](index.md) ![b](p.png) <img src=\"p.png\"> [c](#the-head) [d](https://x.org/y)", "", 0),
+    ("[a](index.md#the-head) [b](../include/tulle/x.h#tulle_x) [c](../README.md)", "", 0),
+    ("`[a](nowhere.md)`\n\n```\n[b](nowhere.md)\n```\n", "", 0),
+    ("[a](nowhere.md)", "", 1),
+    ("![a](nowhere.png) <a href=\"nowhere.md\">b</a>", "", 2),
+    ("[a](index.md#nothing) [b](#nothing)", "", 2),
+    ("[a](../include/tulle/x.h#tulle_nothing)", "", 1),
+    ("[a](../../outside.md)", "", 1),
+    ("", "  - B: b.md\n", 1),
+    ("", "  - index.md\n", 1),
+)
+
+
+def self_test():
+    wrong = 0
+    for text, contents, expected in SELF_TEST + (("", None, 1),):
+        with tempfile.TemporaryDirectory() as root:
+            files = {"README.md": "# R\n", "docs/index.md": "# The `head`\n" + text, "docs/p.png": "",
+                     "include/tulle/x.h": "int tulle_x;\n"}
+            files["mkdocs.yml"] = "nav:\n" if contents is None else "x: 1\nnav:\n  - T: index.md\n  - reference/x.md\n" + contents
+            if contents is None:
+                files["mkdocs.yml"] = "x: 1\nnav:\n  - T: index.md\n"
+            for path, words in files.items():
+                os.makedirs(os.path.dirname(os.path.join(root, path)), exist_ok=True)
+                with open(os.path.join(root, path), "w", encoding="utf-8") as file:
+                    file.write(words)
+            faults = find_faults(root)
+        if len(faults) != expected:
+            wrong += 1
+            print(f"self-test {text!r}, {contents!r}: {faults}")
+    count = len(SELF_TEST) + 1
+    print(f"self-test: {count - wrong} of {count} cases right")
+    return 1 if wrong else 0
+
+
+def main():
+    if sys.argv[1:] == ["--self-test"]:
+        return self_test()
+    root = sys.argv[1] if len(sys.argv) > 1 else os.path.dirname(os.path.dirname(os.path.abspath(__file__)))
+    faults = find_faults(root)
+    for fault in faults:
+        print(fault)
+    print(f"links: {len(find_pages(root))} pages, {len(faults)} faults")
+    return 1 if faults else 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())
