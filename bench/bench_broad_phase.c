@@ -3,7 +3,7 @@
  * times [ms] as CSV. Usage: bench_broad_phase [rounds] */
 #include "base/hash.h"
 #include "base/timer.h"
-#include "detect/broad_phase.h"
+#include "detect/trees/broad_phase.h"
 
 #include <stdio.h>
 #include <stdlib.h>

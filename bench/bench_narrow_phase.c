@@ -4,8 +4,8 @@
  * nanoseconds for each pair that the part is given. Usage: bench_narrow_phase [rounds] */
 #define _POSIX_C_SOURCE 200809L /* clock_gettime */
 #include "base/hash.h"
-#include "detect/impact_pool.h"
-#include "detect/narrow_phase.h"
+#include "detect/impact/impact_pool.h"
+#include "detect/impact/narrow_phase.h"
 
 #include <stdio.h>
 #include <stdlib.h>

@@ -3,8 +3,8 @@
  * round; one thread. */
 #include "detect_tables.h"
 
-#include "detect/broad_phase_parts.h"
-#include "detect/detector_parts.h"
+#include "detect/detector/detector_parts.h"
+#include "detect/trees/broad_phase_parts.h"
 
 #include "base/timer.h"
 

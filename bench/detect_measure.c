@@ -1,7 +1,7 @@
 /* bench/detect_measure.c - see detect_measure.h. */
 #include "detect_measure.h"
 
-#include "detect/detector_parts.h"
+#include "detect/detector/detector_parts.h"
 
 #include "base/timer.h"
 

@@ -1,6 +1,7 @@
-# Files of src/*/kernels/ are compiled once for each vector width of the processor family; the program picks one when it
+# Files of src/**/kernels/ are compiled once for each vector width of the processor family; the program picks one when it
 # runs. Every function in them carries the name TULLE_KERNEL(name), so name_base, name_avx2, name_avx512.
-file(GLOB kernel_sources CONFIGURE_DEPENDS ${PROJECT_SOURCE_DIR}/src/*/kernels/*.c)
+file(GLOB_RECURSE kernel_sources CONFIGURE_DEPENDS ${PROJECT_SOURCE_DIR}/src/*.c)
+list(FILTER kernel_sources INCLUDE REGEX "/kernels/")
 set(tulle_kernel_targets base)
 if(CMAKE_SYSTEM_PROCESSOR MATCHES "^(x86_64|AMD64|amd64)$" AND CMAKE_C_COMPILER_ID MATCHES "GNU|Clang")
     list(APPEND tulle_kernel_targets avx2 avx512)

@@ -1,7 +1,8 @@
 # libtulle, shared and static, from the same object files: every folder of src/ but scene/, render/ and app/.
 set(library_sources)
 foreach(folder base math geom detect dynamics contact world check io)
-    file(GLOB sources CONFIGURE_DEPENDS ${PROJECT_SOURCE_DIR}/src/${folder}/*.c)
+    file(GLOB_RECURSE sources CONFIGURE_DEPENDS ${PROJECT_SOURCE_DIR}/src/${folder}/*.c)
+    list(FILTER sources EXCLUDE REGEX "/kernels/") # kernels.cmake compiles these
     list(APPEND library_sources ${sources})
 endforeach()
 

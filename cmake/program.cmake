@@ -9,7 +9,7 @@ set(tulle_app_libraries EXPAT::EXPAT ZLIB::ZLIB)
 set(TULLE_EMBREE "auto" CACHE STRING "ray traced pictures with Embree 3: on, off, auto (when it is installed)")
 set_property(CACHE TULLE_EMBREE PROPERTY STRINGS auto on off)
 file(GLOB scene_sources CONFIGURE_DEPENDS ${PROJECT_SOURCE_DIR}/src/scene/*.c)
-file(GLOB app_sources CONFIGURE_DEPENDS ${PROJECT_SOURCE_DIR}/src/app/*.c)
+file(GLOB_RECURSE app_sources CONFIGURE_DEPENDS ${PROJECT_SOURCE_DIR}/src/app/*.c)
 
 if(scene_sources)
     add_library(tulle_scene STATIC ${scene_sources})
@@ -50,7 +50,7 @@ target_link_libraries(tulle_program PRIVATE tulle_flags $<TARGET_NAME_IF_EXISTS:
 set_target_properties(tulle_program PROPERTIES OUTPUT_NAME tulle)
 # Where the installed scenes of the paper lie, seen from the program.
 file(RELATIVE_PATH scenes_from_program /${CMAKE_INSTALL_BINDIR} /${CMAKE_INSTALL_DATADIR}/tulle/scenes)
-set_source_files_properties(${PROJECT_SOURCE_DIR}/src/app/reproduce_runs.c ${PROJECT_SOURCE_DIR}/src/app/bench.c PROPERTIES
+set_source_files_properties(${PROJECT_SOURCE_DIR}/src/app/reproduce_runs.c ${PROJECT_SOURCE_DIR}/src/app/bench/bench.c PROPERTIES
     COMPILE_DEFINITIONS "TULLE_SCENES_FROM_PROGRAM=\"${scenes_from_program}\"")
 
 # The examples, against the shared library as their readers will.

@@ -6,10 +6,10 @@
  * 2005, section 6. */
 #define _POSIX_C_SOURCE 200809L
 #include "app/reproduce.h"
+#include "app/cli/interrupt.h"
+#include "app/cli/options.h"
 #include "app/commands.h"
-#include "app/interrupt.h"
-#include "app/options.h"
-#include "app/render_options.h"
+#include "app/render/options.h"
 #include "base/text.h"
 #include "base/timer.h"
 

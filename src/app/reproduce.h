@@ -6,7 +6,7 @@
 #ifndef TULLE_APP_REPRODUCE_H
 #define TULLE_APP_REPRODUCE_H
 
-#include "app/progress_bar.h"
+#include "app/cli/progress_bar.h"
 
 #include "tulle/detect.h"
 #include "tulle/run.h"

@@ -5,9 +5,9 @@
  * The build is the hash of the program's own file: any change of the program or of how it was
  * compiled is another build. */
 #define _POSIX_C_SOURCE 200809L
+#include "app/cli/whole_file.h"
 #include "app/commands.h"
 #include "app/reproduce_kept.h"
-#include "app/whole_file.h"
 #include "base/hash.h"
 #include "base/parallel.h"
 

@@ -8,8 +8,8 @@
  *
  * Based on: Wong, Baciu, Dynamic interaction between deformable surfaces and nonsmooth objects,
  * 2005, sections 3.2, 3.3 and 7. */
+#include "app/cli/interrupt.h"
 #include "app/commands.h"
-#include "app/interrupt.h"
 #include "app/reproduce_kept.h"
 #include "base/error.h"
 

@@ -5,7 +5,7 @@
  *
  * Based on: Wong, Baciu, Dynamic interaction between deformable surfaces and nonsmooth objects,
  * 2005, section 6, Fig. 7. */
-#include "app/interrupt.h"
+#include "app/cli/interrupt.h"
 #include "app/reproduce_fig7.h"
 #include "base/error.h"
 #include "base/parallel.h"

@@ -1,7 +1,7 @@
 /* app/reproduce_judge.c - the exact judge over every frame of the runs of `tulle reproduce`, and
  * the table of runs: sizes, machine time, contacts, rescues and what the judge found. */
+#include "app/cli/interrupt.h"
 #include "app/commands.h"
-#include "app/interrupt.h"
 #include "app/reproduce_kept.h"
 #include "base/error.h"
 

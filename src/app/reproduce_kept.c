@@ -1,7 +1,7 @@
 /* app/reproduce_kept.c - see reproduce_kept.h. */
 #include "app/reproduce_kept.h"
 
-#include "app/whole_file.h"
+#include "app/cli/whole_file.h"
 #include "base/error.h"
 #include "base/timer.h"
 

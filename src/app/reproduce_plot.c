@@ -2,9 +2,9 @@
 #define _POSIX_C_SOURCE 200809L
 #include "app/reproduce_plot.h"
 
+#include "app/cli/interrupt.h"
 #include "app/commands.h"
-#include "app/gnuplot.h"
-#include "app/interrupt.h"
+#include "app/info/gnuplot.h"
 
 #include <stdlib.h>
 #include <string.h>

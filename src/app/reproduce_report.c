@@ -2,9 +2,9 @@
  * all that the directory of the results holds. Tables show the text of the CSV files as it is;
  * plots are set in as SVG, stills as data URIs. */
 #define _POSIX_C_SOURCE 200809L
+#include "app/cli/whole_file.h"
 #include "app/commands.h"
 #include "app/reproduce.h"
-#include "app/whole_file.h"
 #include "base/parallel.h"
 
 #include <ctype.h>

@@ -1,7 +1,7 @@
 /* app/reproduce_runs.c - the runs of `tulle reproduce`: where the scenes are, which runs are whole,
  * and `tulle run` for those that are not. */
 #define _POSIX_C_SOURCE 200809L
-#include "app/beside_program.h"
+#include "app/cli/beside_program.h"
 #include "app/commands.h"
 #include "app/reproduce.h"
 #include "base/error.h"

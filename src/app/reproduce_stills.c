@@ -1,11 +1,11 @@
 /* app/reproduce_stills.c - Figs. 8 and 9 and the stills of Fig. 6: three pictures of each run, by
  * `tulle render`. */
 #define _POSIX_C_SOURCE 200809L
+#include "app/cli/interrupt.h"
+#include "app/cli/whole_file.h"
 #include "app/commands.h"
-#include "app/interrupt.h"
-#include "app/render_options.h"
+#include "app/render/options.h"
 #include "app/reproduce.h"
-#include "app/whole_file.h"
 #include "render/render.h"
 
 #include <stdlib.h>

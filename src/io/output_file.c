@@ -4,7 +4,7 @@
 
 #include "base/memory.h"
 #include "io/file_data.h"
-#include "io/number.h"
+#include "io/text/number.h"
 #include "io/unflushed.h"
 
 #include "tulle/io.h"

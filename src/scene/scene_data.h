@@ -1,6 +1,6 @@
 /* scene/scene_data.h - what a loaded scene holds, for the files of this folder. */
-#ifndef TULLE_SCENE_DATA_H
-#define TULLE_SCENE_DATA_H
+#ifndef TULLE_SCENE_SCENE_DATA_H
+#define TULLE_SCENE_SCENE_DATA_H
 
 #include "scene/keys.h"
 #include "scene/pose.h"

@@ -5,9 +5,9 @@
  * the defs' own positions each time, so nothing drifts. */
 #include "base/error.h"
 #include "math/vec3.h"
-#include "world/bodies.h"
-#include "world/bodies_sleep.h"
-#include "world/inside.h"
+#include "world/bodies/bodies.h"
+#include "world/bodies/bodies_sleep.h"
+#include "world/start/inside.h"
 
 #include <math.h>
 #include <stdio.h>

@@ -6,9 +6,9 @@
  * say of it, but no position. Little-endian, doubles as they are. */
 #include "base/error.h"
 #include "base/hash.h"
-#include "world/bodies.h"
-#include "world/detection.h"
-#include "world/holds.h"
+#include "world/bodies/bodies.h"
+#include "world/pinch/holds.h"
+#include "world/step/detection.h"
 
 #include <math.h>
 #include <string.h>

@@ -4,13 +4,13 @@
  * each rigid body (bodies.h), then obstacles.
  * Surfaces are numbered the same way: surface i is cloth i, surface cloth_count + j is obstacle j.
  */
-#ifndef TULLE_WORLD_STATE_H
-#define TULLE_WORLD_STATE_H
+#ifndef TULLE_WORLD_WORLD_STATE_H
+#define TULLE_WORLD_WORLD_STATE_H
 
 #include "base/arena.h"
-#include "contact/contact_store.h"
-#include "detect/broad_phase.h"
-#include "detect/kept_patches.h"
+#include "contact/rows/contact_store.h"
+#include "detect/patches/kept_patches.h"
+#include "detect/trees/broad_phase.h"
 #include "dynamics/compute_forces.h"
 #include "dynamics/rigid_body.h"
 #include "geom/topology.h"

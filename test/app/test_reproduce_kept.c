@@ -1,7 +1,7 @@
 /* Rows that `tulle reproduce` keeps: found in any order, never under another head, and of a file
  * that was cut anywhere only whole rows. */
+#include "app/cli/whole_file.h"
 #include "app/reproduce_kept.h"
-#include "app/whole_file.h"
 
 #include <setjmp.h>
 #include <stdarg.h>

@@ -8,7 +8,7 @@
  * - what the process allocates in a step is what the world's allocator was asked for;
  * - steps that need no more than steps before them make no call: those from the last state on are
  *   made twice, and the second time nothing may be allocated or released. */
-#include "app/bench.h"
+#include "app/bench/bench.h"
 
 #include <setjmp.h>
 #include <stdarg.h>

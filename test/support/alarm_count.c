@@ -6,7 +6,7 @@
  * error bound shows never coplanar, or apart, need no rationals. */
 #include "support/alarm_count.h"
 
-#include "detect/detector_parts.h"
+#include "detect/detector/detector_parts.h"
 #include "support/exact_ccd.h"
 #include "support/patch_judge.h"
 

@@ -2,7 +2,7 @@
 #ifndef TULLE_TEST_CONE_TIGHTNESS_H
 #define TULLE_TEST_CONE_TIGHTNESS_H
 
-#include "detect/normal_cone.h"
+#include "detect/patches/normal_cone.h"
 #include "support/wide_normals.h"
 
 #include <stdio.h>

@@ -3,7 +3,7 @@
 #ifndef TULLE_TEST_EXACT_CCD_H
 #define TULLE_TEST_EXACT_CCD_H
 
-#include "detect/time_of_impact.h"
+#include "detect/impact/time_of_impact.h"
 
 /* Do the closed features share a point at some t in [0, t_end], t_end <= 1? */
 bool exact_pair_touches(feature_kind kind, const moving_pair *pair, double t_end);

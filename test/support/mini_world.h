@@ -5,13 +5,13 @@
 #ifndef TULLE_TEST_SUPPORT_MINI_WORLD_H
 #define TULLE_TEST_SUPPORT_MINI_WORLD_H
 
-#include "contact/commit_safely.h"
-#include "contact/gather_contacts.h"
-#include "contact/resolve_impacts.h"
-#include "contact/respond_by_paper.h"
-#include "contact/solve_motion.h"
-#include "contact/stick_anchors.h"
-#include "detect/broad_phase.h"
+#include "contact/commit/commit_safely.h"
+#include "contact/commit/resolve_impacts.h"
+#include "contact/paper/respond_by_paper.h"
+#include "contact/rows/gather_contacts.h"
+#include "contact/rows/stick_anchors.h"
+#include "contact/solve/solve_motion.h"
+#include "detect/trees/broad_phase.h"
 #include "dynamics/compute_forces.h"
 
 enum { MINI_MAX_SURFACES = 16 };

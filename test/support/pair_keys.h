@@ -3,7 +3,7 @@
 #ifndef TULLE_TEST_PAIR_KEYS_H
 #define TULLE_TEST_PAIR_KEYS_H
 
-#include "detect/broad_phase.h"
+#include "detect/trees/broad_phase.h"
 #include "support/soup_scene.h"
 
 enum { MAX_THREADS = 8, MAX_PAIRS = 600000 };

@@ -1,7 +1,7 @@
 /* support/patch_rules.c - see patch_rules.h. */
 #include "support/patch_rules.h"
 #include "base/hash.h"
-#include "detect/certificate.h"
+#include "detect/patches/certificate.h"
 
 #include <setjmp.h>
 #include <stdarg.h>

@@ -2,7 +2,7 @@
 #ifndef TULLE_TEST_PATCH_RULES_H
 #define TULLE_TEST_PATCH_RULES_H
 
-#include "detect/kept_patches.h"
+#include "detect/patches/kept_patches.h"
 #include "support/patch_search.h"
 
 typedef struct rule_state {

@@ -2,7 +2,7 @@
 #ifndef TULLE_TEST_SUPPORT_PATCH_SCENE_H
 #define TULLE_TEST_SUPPORT_PATCH_SCENE_H
 
-#include "detect/kept_patches.h"
+#include "detect/patches/kept_patches.h"
 
 typedef enum patch_shape {
     PATCH_SHEET,    /* a waving square */

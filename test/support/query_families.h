@@ -2,7 +2,7 @@
 #ifndef TULLE_TEST_QUERY_FAMILIES_H
 #define TULLE_TEST_QUERY_FAMILIES_H
 
-#include "detect/time_of_impact.h"
+#include "detect/impact/time_of_impact.h"
 
 #include <stdint.h>
 

@@ -3,7 +3,7 @@
 #ifndef TULLE_TEST_QUERY_FILE_H
 #define TULLE_TEST_QUERY_FILE_H
 
-#include "detect/time_of_impact.h"
+#include "detect/impact/time_of_impact.h"
 
 #include <stdio.h>
 

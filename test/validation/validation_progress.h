@@ -4,7 +4,7 @@
 #ifndef TULLE_TEST_VALIDATION_PROGRESS_H
 #define TULLE_TEST_VALIDATION_PROGRESS_H
 
-#include "app/progress_bar.h"
+#include "app/cli/progress_bar.h"
 
 #include <stddef.h>
 

@@ -1,0 +1,161 @@
+/* app/check/check.c - `tulle check`: exact intersection test of mesh files and of every frame of
+ * runs.
+ *
+ * Input: mesh files, each a frame of its own (or, with --together, the cloths of one frame), and
+ * run directories. Output: a line a frame, a line an intersecting pair, a closing line with the
+ * sums; the exit code says whether there was any intersection. */
+#define _POSIX_C_SOURCE 200809L
+#include "app/check/run.h"
+#include "app/cli/frame_range.h"
+#include "app/cli/mesh_file.h"
+#include "app/cli/options.h"
+#include "app/commands.h"
+#include "base/arena.h"
+#include "base/error.h"
+#include "base/parallel.h"
+#include "tulle/run.h"
+
+#include <sys/stat.h>
+
+enum { THREAD_MAX = 256, LIST_MAX = 1000000000, OPERAND_MAX = 100000 };
+
+typedef struct check_options {
+    long threads;
+    int is_together;
+    option_list obstacles;
+    const char *frames; /* of run directories; null: all */
+    check_report report;
+} check_options;
+
+static bool is_directory(const char *path) {
+    struct stat status;
+    return stat(path, &status) == 0 && S_ISDIR(status.st_mode);
+}
+
+static tulle_status read_mesh(const char *path, tulle_mesh *mesh, tulle_error *error) {
+    tulle_status const status = mesh_file_read(path, mesh, NULL, error);
+    if (status != TULLE_OK || mesh->triangle_count > 0) return status;
+    tulle_mesh_destroy(mesh);
+    return error_set_at(error, TULLE_ERROR_INVALID_MESH, path, 0, 0,
+                        "the file holds no triangles, so there is nothing to judge");
+}
+
+/* Judges one frame of which the meshes are given: first the cloths, then the obstacles. */
+static tulle_status judge_meshes(const check_options *options, check_frame *frame,
+                                 const tulle_mesh *meshes, size_t cloth_count,
+                                 check_totals *totals) {
+    for (size_t i = 0; i < frame->body_count; i++)
+        frame->bodies[i] = (tulle_check_body){tulle_mesh_get_view(&meshes[i]), i >= cloth_count};
+    check_frames_judge(frame, 1, parallel_resolve_threads((int)options->threads));
+    if (frame->status == TULLE_OK) check_report_frame(&options->report, frame, totals);
+    tulle_check_result_destroy(&frame->result);
+    return frame->status;
+}
+
+/* Judges the files as the cloths of one frame, with the obstacles that the options name. */
+static tulle_status check_files(const check_options *options, char **files, size_t file_count,
+                                check_totals *totals, tulle_error *error) {
+    memory heap = memory_default();
+    arena scratch = arena_make(&heap);
+    size_t const body_count = file_count + options->obstacles.count;
+    check_frame frame = {.source = file_count > 1 ? "all files together" : files[0],
+                         .number = CHECK_FRAME_OF_FILE,
+                         .bodies = ARENA_NEW(&scratch, tulle_check_body, body_count),
+                         .names = ARENA_NEW(&scratch, const char *, body_count)};
+    tulle_mesh *const meshes = ARENA_NEW(&scratch, tulle_mesh, body_count);
+    tulle_status status = TULLE_OK;
+    if (!frame.bodies || !frame.names || !meshes)
+        status = error_set(error, TULLE_ERROR_OUT_OF_MEMORY, "no memory for %zu files", body_count);
+    while (status == TULLE_OK && frame.body_count < body_count) {
+        size_t const i = frame.body_count;
+        frame.names[i] = i < file_count ? files[i] : options->obstacles.items[i - file_count];
+        meshes[i] = (tulle_mesh){0};
+        status = read_mesh(frame.names[i], &meshes[i], error);
+        if (status == TULLE_OK) frame.body_count++;
+    }
+    if (status == TULLE_OK) {
+        status = judge_meshes(options, &frame, meshes, file_count, totals);
+        if (status != TULLE_OK)
+            error_set_at(error, status, frame.source, 0, 0, "%s", frame.error.message);
+    }
+    for (size_t i = 0; i < frame.body_count; i++) tulle_mesh_destroy(&meshes[i]);
+    arena_destroy(&scratch);
+    return status;
+}
+
+static tulle_status check_directory(const check_options *options, const char *path,
+                                    check_totals *totals, tulle_error *error) {
+    if (!tulle_run_is_directory(path))
+        return error_set_at(error, TULLE_ERROR_INVALID_ARGUMENT, path, 0, 0,
+                            "this directory holds no run.json; name a run directory or mesh files");
+    if (options->is_together || options->obstacles.count > 0)
+        return error_set_at(error, TULLE_ERROR_INVALID_ARGUMENT, path, 0, 0,
+                            "--together and --obstacle go with mesh files; a run directory brings "
+                            "its own obstacles");
+    check_run_choice const choice = {options->frames, (int)options->threads};
+    return check_run_directory(path, choice, &options->report, totals, error);
+}
+
+static tulle_status check_operands(const check_options *options, char **operands, size_t count,
+                                   check_totals *totals, tulle_error *error) {
+    tulle_status status = TULLE_OK;
+    for (size_t i = 0; options->frames && i < count; i++)
+        if (!is_directory(operands[i]))
+            return error_set_at(error, TULLE_ERROR_INVALID_ARGUMENT, operands[i], 0, 0,
+                                "--frames goes with run directories; a file is one frame");
+    if (options->is_together) {
+        for (size_t i = 0; i < count; i++)
+            if (is_directory(operands[i]))
+                return check_directory(options, operands[i], totals, error);
+        return check_files(options, operands, count, totals, error);
+    }
+    for (size_t i = 0; i < count && status == TULLE_OK; i++)
+        status = is_directory(operands[i]) ? check_directory(options, operands[i], totals, error)
+                                           : check_files(options, &operands[i], 1, totals, error);
+    return status;
+}
+
+int app_check(int argc, char **argv) {
+    check_options options = {.report = {.list_limit = -1}};
+    const option_spec specs[] = {
+        {"threads", 't', OPTION_INTEGER, &options.threads, "N",
+         "threads; 0: one for each processor (default)", 0, THREAD_MAX, NULL},
+        {"frames", 'n', OPTION_TEXT, &options.frames, "RANGE", "of runs: " FRAME_RANGE_HELP, 0, 0,
+         NULL},
+        {"json", 0, OPTION_FLAG, &options.report.is_json, NULL,
+         "one JSON object a line instead of text", 0, 0, NULL},
+        {"list", 0, OPTION_INTEGER, &options.report.list_limit, "N",
+         "list at most N pairs a frame; the sums count all (default: all)", 0, LIST_MAX, NULL},
+        {"together", 0, OPTION_FLAG, &options.is_together, NULL,
+         "judge all files as the cloths of one frame", 0, 0, NULL},
+        {"obstacle", 0, OPTION_LIST, &options.obstacles, "FILE",
+         "a mesh file to judge every file against; may be repeated", 0, 0, NULL},
+    };
+    const command_spec command = {
+        .name = "check",
+        .operands = "FILE|DIR ...",
+        .summary = "Judges with exact arithmetic whether triangles intersect: in mesh files (OBJ, "
+                   "PLY, STL, VTP)\n"
+                   "and in every frame of run directories, cloth with cloth, with itself and with\n"
+                   "obstacles. Exit code 0: nowhere, 1: somewhere, 2: input that cannot be judged.",
+        .options = specs,
+        .option_count = sizeof specs / sizeof specs[0],
+        .operand_minimum = 1,
+        .operand_maximum = OPERAND_MAX};
+    size_t operand_count = 0;
+    options_outcome const outcome = options_parse(&command, argc, argv, &operand_count);
+    if (outcome != OPTIONS_READ) return options_exit(outcome);
+
+    check_totals totals = {0};
+    tulle_error error = {0};
+    tulle_status const status = check_operands(&options, argv, operand_count, &totals, &error);
+    if (status != TULLE_OK) {
+        int const written = app_finish_output("check");
+        app_print_error("check", &error);
+        return written != APP_EXIT_FINE ? written : app_exit_for_input(status);
+    }
+    check_report_totals(&options.report, &totals);
+    int const written = app_finish_output("check");
+    if (written != APP_EXIT_FINE) return written;
+    return totals.intersection_count > 0 ? APP_EXIT_FALSE : APP_EXIT_FINE;
+}

@@ -1,0 +1,156 @@
+/* app/check/run.c - see check_run.h. Frames are read one after the other into slots, one for each
+ * thread, judged side by side, and printed in order. */
+#include "app/check/run.h"
+
+#include "app/cli/frame_range.h"
+#include "app/cli/progress_bar.h"
+#include "base/arena.h"
+#include "base/error.h"
+#include "base/parallel.h"
+#include "tulle/run.h"
+
+#include <stdio.h>
+
+typedef struct run_check {
+    const char *directory;
+    tulle_run_reader *reader;
+    const tulle_run_info *info;
+    frame_range range;       /* the frames that are judged */
+    tulle_mesh_view *meshes; /* of every body, as its OBJ file holds it */
+    check_frame *slots;      /* slot_count frames being judged side by side */
+    double **positions;      /* slot_count times body_count; null for static bodies */
+    size_t slot_count;
+    int threads;
+    progress_bar bar;
+} run_check;
+
+static tulle_status report_memory(const run_check *self, tulle_error *error) {
+    return error_set_at(error, TULLE_ERROR_OUT_OF_MEMORY, self->directory, 0, 0,
+                        "no memory for %zu frames; use fewer threads", self->slot_count);
+}
+
+static bool allocate_slot(run_check *self, arena *scratch, size_t slot) {
+    size_t const body_count = self->info->body_count;
+    check_frame *const frame = &self->slots[slot];
+    frame->bodies = ARENA_NEW_ZEROED(scratch, tulle_check_body, body_count);
+    frame->names = ARENA_NEW_ZEROED(scratch, const char *, body_count);
+    if (!frame->bodies || !frame->names) return false;
+    for (size_t body = 0; body < body_count; body++) {
+        if (self->info->bodies[body].is_static) continue;
+        double *const positions = ARENA_NEW(scratch, double, 3 * self->meshes[body].vertex_count);
+        if (!positions) return false;
+        self->positions[slot * body_count + body] = positions;
+    }
+    return true;
+}
+
+static tulle_status open_run(run_check *self, const char *frames, arena *scratch,
+                             tulle_error *error) {
+    size_t const body_count = self->info->body_count;
+    if (self->info->frame_count == 0)
+        return error_set_at(error, TULLE_ERROR_INVALID_ARGUMENT, self->directory, 0, 0,
+                            "the run holds no whole frame yet, so there is nothing to judge");
+    tulle_status status = frame_range_read(NULL, frames, frame_range_make(self->info->frame_count),
+                                           &self->range, error);
+    if (status != TULLE_OK) return status;
+    size_t const frame_count = frame_range_get_count(self->range);
+    self->slot_count = (size_t)self->threads < frame_count ? (size_t)self->threads : frame_count;
+    self->meshes = ARENA_NEW_ZEROED(scratch, tulle_mesh_view, body_count);
+    self->slots = ARENA_NEW_ZEROED(scratch, check_frame, self->slot_count);
+    self->positions = ARENA_NEW_ZEROED(scratch, double *, self->slot_count *body_count);
+    if (!self->meshes || !self->slots || !self->positions) return report_memory(self, error);
+    for (size_t body = 0; body < body_count; body++) {
+        status = tulle_run_reader_get_mesh(self->reader, body, &self->meshes[body], error);
+        if (status != TULLE_OK) return status;
+    }
+    for (size_t slot = 0; slot < self->slot_count; slot++)
+        if (!allocate_slot(self, scratch, slot)) return report_memory(self, error);
+    return TULLE_OK;
+}
+
+/* Fills slot number `slot` with the frame. */
+static tulle_status read_frame(run_check *self, size_t slot, uint32_t number, tulle_error *error) {
+    check_frame *const frame = &self->slots[slot];
+    frame->source = self->directory;
+    frame->number = (long)number;
+    frame->body_count = 0;
+    tulle_status status =
+        tulle_run_reader_get_frame(self->reader, number, &frame->time, NULL, NULL);
+    if (status != TULLE_OK)
+        return error_set_at(error, status, self->directory, 0, 0, "frame %u cannot be read",
+                            (unsigned)number);
+    for (size_t body = 0; body < self->info->body_count; body++) {
+        const tulle_run_body_info *const info = &self->info->bodies[body];
+        if (!tulle_run_reader_is_present(self->reader, number, body)) continue;
+        tulle_mesh_view mesh = self->meshes[body];
+        double *const positions = self->positions[slot * self->info->body_count + body];
+        if (positions) {
+            status = tulle_run_reader_read_positions(self->reader, number, body, positions, error);
+            if (status != TULLE_OK) return status;
+            mesh.positions = positions;
+        }
+        frame->names[frame->body_count] = info->name;
+        frame->bodies[frame->body_count++] =
+            (tulle_check_body){mesh, info->is_obstacle && !info->is_dynamic};
+    }
+    return TULLE_OK;
+}
+
+/* Prints the judged slots in order up to the first that failed. */
+static tulle_status report_slots(run_check *self, size_t count, const check_report *report,
+                                 check_totals *totals, tulle_error *error) {
+    tulle_status status = TULLE_OK;
+    progress_bar_clear(&self->bar);
+    for (size_t slot = 0; slot < count; slot++) {
+        check_frame *const frame = &self->slots[slot];
+        if (status == TULLE_OK && frame->status != TULLE_OK)
+            status = error_set_at(error, frame->status, self->directory, 0, 0, "frame %ld: %s",
+                                  frame->number, frame->error.message);
+        else if (status == TULLE_OK)
+            check_report_frame(report, frame, totals);
+        tulle_check_result_destroy(&frame->result);
+    }
+    if (report->is_json) fflush(stdout); /* programs read the lines while frames are judged */
+    return status;
+}
+
+static tulle_status judge_run(run_check *self, const check_report *report, check_totals *totals,
+                              tulle_error *error) {
+    uint32_t const frame_count = frame_range_get_count(self->range);
+    tulle_status status = TULLE_OK;
+    for (uint32_t first = 0; first < frame_count && status == TULLE_OK;) {
+        size_t count = 0;
+        while (count < self->slot_count && first + count < frame_count && status == TULLE_OK) {
+            status = read_frame(self, count, frame_range_get(self->range, first + (uint32_t)count),
+                                error);
+            if (status == TULLE_OK) count++;
+        }
+        check_frames_judge(self->slots, count, self->threads);
+        tulle_status const judged = report_slots(self, count, report, totals, error);
+        if (judged != TULLE_OK) status = judged;
+        first += (uint32_t)count;
+        progress_bar_show(&self->bar, first, frame_count,
+                          "%u of %u frames judged, %llu intersections", first, frame_count,
+                          (unsigned long long)totals->intersection_count);
+    }
+    progress_bar_clear(&self->bar);
+    return status;
+}
+
+tulle_status check_run_directory(const char *directory, check_run_choice choice,
+                                 const check_report *report, check_totals *totals,
+                                 tulle_error *error) {
+    run_check self = {.directory = directory,
+                      .threads = parallel_resolve_threads(choice.threads),
+                      .bar = progress_bar_begin()};
+    tulle_status status = tulle_run_reader_open(directory, &self.reader, error);
+    if (status != TULLE_OK) return status;
+    self.info = tulle_run_reader_get_info(self.reader);
+    memory heap = memory_default();
+    arena scratch = arena_make(&heap);
+    status = open_run(&self, choice.frames, &scratch, error);
+    if (status == TULLE_OK) status = judge_run(&self, report, totals, error);
+    arena_destroy(&scratch);
+    tulle_run_reader_close(self.reader);
+    return status;
+}

@@ -1,0 +1,13 @@
+/* app/cli/interrupt.h - ends long work cleanly when the user asks for it. */
+#ifndef TULLE_APP_CLI_INTERRUPT_H
+#define TULLE_APP_CLI_INTERRUPT_H
+
+#include <stdbool.h>
+
+/* From now on SIGINT and SIGTERM only set a flag, which the work looks at between its parts; a
+ * second one ends the process. Closed pipes and file-size limits become errors of the writes. */
+void interrupt_catch(void);
+/* Whether one has come since. */
+bool interrupt_is_pending(void);
+
+#endif

@@ -1,0 +1,10 @@
+/* app/cli/json_text.h - texts and numbers as JSON has them, to standard output. */
+#ifndef TULLE_APP_CLI_JSON_TEXT_H
+#define TULLE_APP_CLI_JSON_TEXT_H
+
+/* In quotes, escaped. Bytes that are no UTF-8 become U+FFFD, so that the document can be read. */
+void json_print_text(const char *text);
+/* With the fewest digits that read back to the same double; null for what is not finite. */
+void json_print_double(double value);
+
+#endif

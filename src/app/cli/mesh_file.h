@@ -1,0 +1,13 @@
+/* app/cli/mesh_file.h - reads the mesh files that the program takes: those of the library, and VTP.
+ */
+#ifndef TULLE_APP_CLI_MESH_FILE_H
+#define TULLE_APP_CLI_MESH_FILE_H
+
+#include "app/vtp/vtp_read.h"
+
+/* Reads a mesh by its name: .vtp as vtp_read, all others as tulle_mesh_read. passed_over may be
+ * null; of the others nothing is counted. */
+tulle_status mesh_file_read(const char *path, tulle_mesh *mesh, vtp_passed_over *passed_over,
+                            tulle_error *error);
+
+#endif

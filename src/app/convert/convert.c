@@ -1,0 +1,324 @@
+/* app/convert/convert.c - `tulle convert`: meshes, point caches, runs and numbered files from one
+ * format to another, with other axes and units, subdivided or not.
+ *
+ * All that can be wrong with the names, the options and the input's structure is found before the
+ * first file is written. Frames go through one by one: read, subdivided and judged, turned and
+ * scaled, written. */
+#include "app/cli/axes.h"
+#include "app/cli/interrupt.h"
+#include "app/cli/options.h"
+#include "app/cli/progress_bar.h"
+#include "app/commands.h"
+#include "app/convert/judge.h"
+#include "app/convert/target.h"
+#include "base/error.h"
+
+#include <math.h>
+#include <stdio.h>
+#include <stdlib.h>
+
+enum { FILES_SIZE = 2 * NUMBERED_PATH_SIZE + 64 /* [bytes] of a text that names files */ };
+
+/* The words of the command line. */
+typedef struct convert_words {
+    const char *mesh, *body, *frame, *frames, *pvd;
+    const char *from_up, *up, *from_unit, *unit;
+    long levels;
+} convert_words;
+
+typedef struct convert_session {
+    convert_source source;
+    convert_target target;
+    axes_change change;
+    frame_range frames;
+    long levels;                         /* of subdivision; 0: none */
+    tulle_subdivision *subdivision;      /* null: none */
+    convert_judge judge;                 /* of subdivided frames */
+    double *read, *written;              /* positions; the same where there is no subdivision */
+    size_t vertex_count, triangle_count; /* of what is written */
+    const uint32_t *triangles;
+    bool is_writing; /* a failure is one of the output */
+} convert_session;
+
+static options_outcome read_words(int argc, char **argv, convert_words *words) {
+    const option_spec options[] = {
+        {"mesh", 'm', OPTION_TEXT, &words->mesh, "FILE",
+         "the mesh whose points a point cache (.pc2) moves", 0, 0, NULL},
+        {"body", 'b', OPTION_TEXT, &words->body, "NAME", "body of a run (default: its only cloth)",
+         0, 0, NULL},
+        {"frame", 0, OPTION_TEXT, &words->frame, "N", "one frame; last: the last", 0, 0, NULL},
+        {"frames", 0, OPTION_TEXT, &words->frames, "RANGE", FRAME_RANGE_HELP, 0, 0, NULL},
+        {"subdivide", 0, OPTION_INTEGER, &words->levels, "N",
+         "smooth by N steps of Loop subdivision; each makes four triangles of one", 0,
+         TULLE_SUBDIVISION_LEVELS_MAX, NULL},
+        {"up", 0, OPTION_CHOICE, &words->up, "y|z", "axis that points up in TO (default: z)", 0, 0,
+         axes_up_choices},
+        {"from-up", 0, OPTION_CHOICE, &words->from_up, "y|z",
+         "axis that points up in FROM (default: z, as Tulle has it)", 0, 0, axes_up_choices},
+        {"units", 0, OPTION_CHOICE, &words->unit, "m|cm|mm|in|ft",
+         "unit of length of TO (default: m)", 0, 0, axes_unit_choices},
+        {"from-units", 0, OPTION_CHOICE, &words->from_unit, "m|cm|mm|in|ft",
+         "unit of length of FROM (default: m, as Tulle has it)", 0, 0, axes_unit_choices},
+        {"pvd", 0, OPTION_TEXT, &words->pvd, "FILE.pvd",
+         "also write a ParaView collection of the numbered VTP files with their times", 0, 0, NULL},
+    };
+    const command_spec command = {
+        .name = "convert",
+        .operands = "FROM TO",
+        .summary =
+            "Converts FROM, a mesh (.obj, .ply, .stl, .vtp), a point cache (.pc2), the directory\n"
+            "of a run, or numbered meshes (frame_%04d.obj or 'frame_*.obj'), to TO, a mesh, a\n"
+            "point cache, or numbered meshes (out_%04d.vtp, numbered as the frames they come\n"
+            "from). Says what became of frames, axes and units, and what was lost. Whether a\n"
+            "subdivided surface intersects is judged and said; it changes no exit code.",
+        .options = options,
+        .option_count = sizeof options / sizeof options[0],
+        .operand_minimum = 2,
+        .operand_maximum = 2};
+    size_t operand_count = 0;
+    return options_parse(&command, argc, argv, &operand_count);
+}
+
+/* ---- preparation ---- */
+
+static tulle_status choose_frames(convert_session *session, const convert_words *words,
+                                  tulle_error *error) {
+    const convert_source *const source = &session->source;
+    if (source->needs_frames_named && !words->frame && !words->frames)
+        return error_set_at(error, TULLE_ERROR_INVALID_ARGUMENT, source->path, 0, 0,
+                            "there is no file of number %u; --frames names those to be read",
+                            source->gap);
+    return frame_range_read(words->frame, words->frames, source->frames, &session->frames, error);
+}
+
+static tulle_status make_subdivision(convert_session *session, tulle_error *error) {
+    if (session->source.mesh.triangle_count == 0)
+        return error_set_at(error, TULLE_ERROR_INVALID_ARGUMENT, session->source.path, 0, 0,
+                            "--subdivide needs triangles, and there are none%s",
+                            session->source.kind == SOURCE_CACHE ? "; give their file by --mesh"
+                                                                 : "");
+    tulle_subdivision_def def = tulle_subdivision_def_default();
+    def.levels = (int)session->levels;
+    tulle_status status = tulle_subdivision_create(tulle_mesh_get_view(&session->source.mesh), &def,
+                                                   &session->subdivision, error);
+    if (status == TULLE_OK) status = convert_judge_open(&session->source, &session->judge, error);
+    if (status != TULLE_OK) return status;
+    session->vertex_count = tulle_subdivision_get_vertex_count(session->subdivision);
+    session->triangle_count = tulle_subdivision_get_triangle_count(session->subdivision);
+    session->triangles = tulle_subdivision_get_triangles(session->subdivision);
+    return TULLE_OK;
+}
+
+static tulle_status prepare(convert_session *session, char **operands, const convert_words *words,
+                            tulle_error *error) {
+    session->change = axes_change_make((axes_frame){words->from_up, words->from_unit},
+                                       (axes_frame){words->up, words->unit});
+    session->levels = words->levels;
+    source_options const options = {operands[0], words->mesh, words->body};
+    tulle_status status = convert_target_open(operands[1], words->pvd, &session->target, error);
+    if (status == TULLE_OK) status = convert_source_open(&options, &session->source, error);
+    if (status == TULLE_OK) status = choose_frames(session, words, error);
+    if (status == TULLE_OK)
+        status = convert_target_check(&session->target, &session->source, session->frames, error);
+    if (status != TULLE_OK) return status;
+    session->vertex_count = session->source.mesh.vertex_count;
+    session->triangle_count = session->source.mesh.triangle_count;
+    session->triangles = session->source.mesh.triangles;
+    if (session->levels > 0) status = make_subdivision(session, error);
+    if (status != TULLE_OK) return status;
+    session->read = calloc(session->source.mesh.vertex_count, 3 * sizeof(double));
+    session->written =
+        session->subdivision ? calloc(session->vertex_count, 3 * sizeof(double)) : session->read;
+    if (!session->read || !session->written)
+        return error_set(error, TULLE_ERROR_OUT_OF_MEMORY, "out of memory for %zu vertices",
+                         session->vertex_count);
+    return TULLE_OK;
+}
+
+static void release(convert_session *session) {
+    convert_target_close(&session->target);
+    if (session->subdivision) free(session->written);
+    free(session->read);
+    convert_judge_close(&session->judge);
+    tulle_subdivision_destroy(session->subdivision);
+    convert_source_close(&session->source);
+}
+
+/* ---- frames ---- */
+
+static tulle_mesh_view view_written(const convert_session *session) {
+    return (tulle_mesh_view){session->written, session->vertex_count, session->triangles,
+                             session->triangle_count};
+}
+
+static tulle_status subdivide(convert_session *session, uint32_t frame, progress_bar *bar,
+                              tulle_error *error) {
+    tulle_status status =
+        tulle_subdivision_apply(session->subdivision, session->read, 3, session->written, error);
+    if (status != TULLE_OK) return status;
+    tulle_mesh_view simulated = tulle_mesh_get_view(&session->source.mesh);
+    simulated.positions = session->read;
+    subdivided_verdict verdict;
+    status = convert_judge_frame(&session->judge, frame, simulated, view_written(session), &verdict,
+                                 error);
+    if (status == TULLE_OK && verdict.pair_count > 0) {
+        progress_bar_clear(bar);
+        app_print_message("convert", "%s", verdict.text);
+    }
+    return status;
+}
+
+static tulle_status check_finite(const convert_session *session, uint32_t frame,
+                                 tulle_error *error) {
+    for (size_t i = 0; i < 3 * session->vertex_count; i++)
+        if (!isfinite(session->written[i]))
+            return error_set_at(error, TULLE_ERROR_INVALID_MESH, session->source.path, 0, 0,
+                                "frame %u: vertex %zu is too far away for these units", frame,
+                                i / 3);
+    return TULLE_OK;
+}
+
+static tulle_status convert_frame(convert_session *session, uint32_t frame, progress_bar *bar,
+                                  tulle_error *error) {
+    session->is_writing = false;
+    tulle_status status = convert_source_read(&session->source, frame, session->read, error);
+    if (status == TULLE_OK && session->subdivision) status = subdivide(session, frame, bar, error);
+    if (status != TULLE_OK) return status;
+    axes_apply(&session->change, session->written, session->vertex_count);
+    status = check_finite(session, frame, error);
+    if (status != TULLE_OK) return status;
+    if (interrupt_is_pending()) return error_set(error, TULLE_ERROR_INTERRUPTED, "interrupted");
+    session->is_writing = true;
+    return convert_target_write(&session->target, frame, view_written(session), error);
+}
+
+static tulle_status convert_frames(convert_session *session, tulle_error *error) {
+    uint32_t const count = frame_range_get_count(session->frames);
+    progress_bar bar = progress_bar_begin();
+    tulle_status status = TULLE_OK;
+    for (uint32_t i = 0; i < count && status == TULLE_OK; i++) {
+        status = convert_frame(session, frame_range_get(session->frames, i), &bar, error);
+        char rest[PROGRESS_DURATION_SIZE];
+        progress_format_duration(progress_bar_estimate_rest(&bar, i + 1, count), rest);
+        if (count > 1)
+            progress_bar_show(&bar, i + 1, count, "frame %u of %u  rest %s", i + 1, count, rest);
+    }
+    progress_bar_clear(&bar);
+    if (status != TULLE_OK) return status;
+    if (interrupt_is_pending()) return error_set(error, TULLE_ERROR_INTERRUPTED, "interrupted");
+    session->is_writing = true;
+    return convert_target_finish(&session->target, &session->source, session->frames, error);
+}
+
+/* ---- report ---- */
+
+static void print_frames(const convert_session *session) {
+    frame_range const frames = session->frames;
+    uint32_t const count = frame_range_get_count(frames);
+    if (session->source.kind == SOURCE_MESH) return;
+    if (count == 1)
+        printf("  %-11s %u\n", "frame", frames.first);
+    else if (frames.step == 1)
+        printf("  %-11s %u to %u: %u\n", "frames", frames.first, frames.last, count);
+    else
+        printf("  %-11s %u to %u in steps of %u: %u\n", "frames", frames.first, frames.last,
+               frames.step, count);
+    if (count > 1 && session->target.format == CONVERT_PC2 &&
+        (frames.first != 0 || frames.step != 1))
+        printf("  %-11s the point cache counts them from 0\n", "");
+    uint32_t const absent = convert_source_count_absent(&session->source, frames);
+    if (absent > 0)
+        printf("  %-11s in %u of them the body is not in the scene; written all the same\n", "",
+               absent);
+}
+
+static void print_counts(const convert_session *session) {
+    const tulle_mesh *const mesh = &session->source.mesh;
+    printf("  %-11s %zu vertices, %zu triangles\n", "mesh", mesh->vertex_count,
+           mesh->triangle_count);
+    if (!session->subdivision) return;
+    printf("  %-11s %ld time%s: %zu vertices, %zu triangles\n", "subdivided", session->levels,
+           session->levels == 1 ? "" : "s", session->vertex_count, session->triangle_count);
+    char text[SUBDIVIDED_TEXT_SIZE];
+    subdivided_totals_describe(&session->judge.totals, text);
+    printf("  %-11s %s\n", "judged", text);
+}
+
+/* Prints a line of what was lost; the first one has the label. */
+#define PRINT_LOSS(count, ...)                                                                     \
+    (printf("  %-11s ", (count)++ == 0 ? "loss" : ""), printf(__VA_ARGS__), (void)putchar('\n'))
+
+static void print_losses(const convert_session *session) {
+    const convert_source *const source = &session->source;
+    const convert_target *const target = &session->target;
+    int count = 0;
+    if (convert_target_is_float(target) && target->worst_rounding > 0.0)
+        PRINT_LOSS(count, "positions are rounded to float, by %.2g %s at most",
+                   target->worst_rounding, session->change.to.unit);
+    if (target->format == CONVERT_STL)
+        PRINT_LOSS(count,
+                   "each triangle has corners of its own; a reader makes one vertex of those "
+                   "with the same coordinates");
+    if (target->format == CONVERT_PC2 && session->triangle_count > 0)
+        PRINT_LOSS(count, "the point cache holds no triangles; keep them in a mesh file");
+    if (source->kind != SOURCE_RUN && convert_get_format(source->path) == CONVERT_STL)
+        PRINT_LOSS(count, "corners of %zu triangles in the same place became %zu vertices",
+                   source->mesh.triangle_count, source->mesh.vertex_count);
+    if (source->passed_over.vertex_cells > 0)
+        PRINT_LOSS(count, "%llu vertex cells of the VTP file are passed over",
+                   (unsigned long long)source->passed_over.vertex_cells);
+    if (source->passed_over.lines > 0)
+        PRINT_LOSS(count, "%llu lines of the VTP file are passed over",
+                   (unsigned long long)source->passed_over.lines);
+    if (source->kind == SOURCE_CACHE &&
+        (source->cache_info.start_frame != 0.0 || source->cache_info.frame_step != 1.0))
+        PRINT_LOSS(count, "the cache began at %g with a frame every %g; that is not kept",
+                   source->cache_info.start_frame, source->cache_info.frame_step);
+    if (count == 0) PRINT_LOSS(count, "none");
+}
+
+static void print_report(const convert_session *session) {
+    char files[FILES_SIZE];
+    if (convert_target_describe(&session->target, files, sizeof files)) printf("%s\n", files);
+    if (session->target.pvd_path) printf("%s\n", session->target.pvd_path);
+    convert_source_print(&session->source);
+    print_frames(session);
+    print_counts(session);
+    axes_print(&session->change);
+    print_losses(session);
+}
+
+static int fail(const convert_session *session, tulle_status status, const tulle_error *error) {
+    char files[FILES_SIZE];
+    app_print_error("convert", error);
+    if (convert_target_describe(&session->target, files, sizeof files))
+        app_print_message("convert", "whole and there: %s; nothing else was written", files);
+    else if (status == TULLE_ERROR_INTERRUPTED)
+        app_print_message("convert", "nothing was written");
+    return session->is_writing ? app_exit_for_run(status) : app_exit_for_input(status);
+}
+
+int app_convert(int argc, char **argv) {
+    convert_words words = {.from_up = "z", .up = "z", .from_unit = "m", .unit = "m"};
+    options_outcome const outcome = read_words(argc, argv, &words);
+    if (outcome != OPTIONS_READ) return options_exit(outcome);
+    convert_session *const session = calloc(1, sizeof *session);
+    if (!session) {
+        app_print_message("convert", "out of memory");
+        return APP_EXIT_OUT_OF_MEMORY;
+    }
+    tulle_error error = {0};
+    interrupt_catch();
+    tulle_status status = prepare(session, argv, &words, &error);
+    if (status == TULLE_OK) status = convert_frames(session, &error);
+    int code = APP_EXIT_FINE;
+    if (status == TULLE_OK) {
+        print_report(session);
+        code = app_finish_output("convert");
+    } else {
+        code = fail(session, status, &error);
+    }
+    release(session);
+    free(session);
+    return code;
+}

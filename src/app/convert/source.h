@@ -1,0 +1,67 @@
+/* app/convert/source.h - what `tulle convert` reads: a mesh file, a point cache with the mesh that
+ * it moves, a body of a run, or numbered mesh files. All frames have the same vertices and
+ * triangles. */
+#ifndef TULLE_APP_CONVERT_SOURCE_H
+#define TULLE_APP_CONVERT_SOURCE_H
+
+#include "app/cli/frame_range.h"
+#include "app/cli/mesh_file.h"
+#include "app/cli/numbered_files.h"
+
+#include "tulle/io.h"
+#include "tulle/run.h"
+
+#include <stdbool.h>
+#include <sys/types.h>
+
+typedef enum source_kind { SOURCE_MESH, SOURCE_CACHE, SOURCE_RUN, SOURCE_FILES } source_kind;
+
+/* A file, whatever it is called. */
+typedef struct file_identity {
+    dev_t device;
+    ino_t node;
+} file_identity;
+
+typedef struct convert_source {
+    source_kind kind;
+    const char *path;        /* as the user gave it */
+    tulle_mesh mesh;         /* at rest, or in the first frame; no triangles: points alone */
+    frame_range frames;      /* that there are */
+    bool needs_frames_named; /* the frames there are have gaps, so not all can be meant */
+    uint32_t gap;            /* the first of them */
+    tulle_pc2 *cache;
+    tulle_pc2_info cache_info;
+    tulle_run_reader *run;
+    size_t body;
+    numbered_files files;
+    vtp_passed_over passed_over;
+    file_identity *inputs; /* all files that are read */
+    size_t input_count;
+} convert_source;
+
+typedef struct source_options {
+    const char *path;
+    const char *mesh_path; /* --mesh, or null */
+    const char *body;      /* --body, or null */
+} source_options;
+
+/* Opens what the options name; release with convert_source_close, also after a failure. */
+tulle_status convert_source_open(const source_options *options, convert_source *source,
+                                 tulle_error *error);
+void convert_source_close(convert_source *source);
+
+/* Positions of a frame, 3 * mesh.vertex_count, finite. */
+tulle_status convert_source_read(convert_source *source, uint32_t frame, double *positions,
+                                 tulle_error *error);
+/* [s] of a frame of a run; the frame's number for the others. */
+double convert_source_get_time(const convert_source *source, uint32_t frame);
+/* The name of the body, or of the file. */
+const char *convert_source_get_name(const convert_source *source);
+/* Whether the path names a file that is read. */
+bool convert_source_reads(const convert_source *source, const char *path);
+/* Frames of a range in which the body of a run is not in the scene. */
+uint32_t convert_source_count_absent(const convert_source *source, frame_range frames);
+/* Prints the line "from" of the report. */
+void convert_source_print(const convert_source *source);
+
+#endif

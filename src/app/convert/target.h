@@ -1,0 +1,45 @@
+/* app/convert/target.h - what `tulle convert` writes: one mesh file, a point cache, or numbered
+ * mesh files. One file appears whole or not at all; of numbered files each does. */
+#ifndef TULLE_APP_CONVERT_TARGET_H
+#define TULLE_APP_CONVERT_TARGET_H
+
+#include "app/convert/names.h"
+#include "app/convert/source.h"
+
+typedef struct convert_target {
+    const char *path; /* as the user gave it */
+    convert_format format;
+    bool is_numbered;
+    name_pattern pattern;     /* of numbered files */
+    const char *pvd_path;     /* a collection of numbered VTP files, or null */
+    tulle_pc2_writer *writer; /* of a point cache, under the temporary name */
+    char temporary[NUMBERED_PATH_SIZE], final[NUMBERED_PATH_SIZE];
+    uint32_t written_count;             /* frames */
+    uint32_t first_number, last_number; /* of those */
+    double worst_rounding;              /* in the output's unit; 0: every number is a float */
+} convert_target;
+
+/* Takes the name apart and looks whether files may be made there. Errors:
+ * TULLE_ERROR_INVALID_ARGUMENT. */
+tulle_status convert_target_open(const char *path, const char *pvd_path, convert_target *target,
+                                 tulle_error *error);
+/* Refuses targets that are read, and several frames for one mesh file. */
+tulle_status convert_target_check(const convert_target *target, const convert_source *source,
+                                  frame_range frames, tulle_error *error);
+
+/* Writes a frame; its positions must be finite. */
+tulle_status convert_target_write(convert_target *target, uint32_t frame, tulle_mesh_view mesh,
+                                  tulle_error *error);
+/* Gives a point cache its name, writes the collection. */
+tulle_status convert_target_finish(convert_target *target, const convert_source *source,
+                                   frame_range frames, tulle_error *error);
+/* Removes what is not finished; null fields are fine. */
+void convert_target_close(convert_target *target);
+
+/* Whether positions are rounded to float. */
+bool convert_target_is_float(const convert_target *target);
+/* Prints which files are there: "out.obj" or "out_0000.vtp to out_0020.vtp, 21 files"; false when
+ * none is. */
+bool convert_target_describe(const convert_target *target, char *text, size_t size);
+
+#endif

@@ -1,0 +1,218 @@
+/* app/detect/detect.c - `tulle detect`: what collides between two states of a moving triangle
+ * surface.
+ *
+ * Input: two mesh files with the same triangles. Output: events, candidates at every stage, patches
+ * and times, as text or JSON; on demand each event. Finding events is no failure: an event may be a
+ * near miss, and judging is what `tulle check` does. */
+#include "app/cli/options.h"
+#include "app/commands.h"
+#include "app/detect/report.h"
+#include "base/error.h"
+#include "scene/units.h"
+
+#include <math.h>
+#include <stdio.h>
+#include <string.h>
+
+enum { THREAD_MAX = 256 };
+static const double RIGHT_ANGLE = 1.5707963267948966; /* [rad] */
+/* A plain number above any angle in radians that makes sense is one in degrees. */
+static const double LEAST_PLAIN_DEGREES = 2.0;
+
+static const char *const switch_names[] = {"on", "off", NULL};
+static const char *const patches_names[] = {"keep", "grow", NULL};
+
+/* What the command line says, before it is made numbers; null: the default of the library. */
+typedef struct detect_words {
+    const char *method, *cone, *alpha_max, *thickness, *minimum_separation, *certificate, *patches;
+    long threads, repeat;
+    int is_json, has_list, is_earliest;
+} detect_words;
+
+/* long: a table of the options */
+static options_outcome read_words(int argc, char **argv, detect_words *words) {
+    const option_spec specs[] = {
+        {.name = "method",
+         .letter = 'm',
+         .kind = OPTION_CHOICE,
+         .value = &words->method,
+         .argument = "patches|refit|bvox|paper",
+         .help = "how pairs are found (default: patches)",
+         .choices = detect_method_names},
+        {.name = "cone",
+         .kind = OPTION_CHOICE,
+         .value = &words->cone,
+         .argument = "bernstein|paper",
+         .help = "cones that bound the normals of moving triangles (default: bernstein)",
+         .choices = detect_cone_names},
+        {.name = "alpha-max",
+         .kind = OPTION_TEXT,
+         .value = &words->alpha_max,
+         .argument = "ANGLE",
+         .help = "widest cone in which a patch grows, above 0, below 90deg (default: 60deg)"},
+        {.name = "thickness",
+         .kind = OPTION_TEXT,
+         .value = &words->thickness,
+         .argument = "LENGTH",
+         .help = "nearer than this is a hit; in metres or with a unit, as 1mm (default: 0)"},
+        {.name = "minimum-separation",
+         .kind = OPTION_TEXT,
+         .value = &words->minimum_separation,
+         .argument = "LENGTH",
+         .help = "added to the thickness (default: 0)"},
+        {.name = "certificate",
+         .kind = OPTION_CHOICE,
+         .value = &words->certificate,
+         .argument = "on|off",
+         .help = "off: patches are skipped by their cones alone; misses collisions (default: on)",
+         .choices = switch_names},
+        {.name = "patches",
+         .kind = OPTION_CHOICE,
+         .value = &words->patches,
+         .argument = "keep|grow",
+         .help = "keep patches from call to call, or grow them anew (default: keep)",
+         .choices = patches_names},
+        {.name = "threads",
+         .letter = 't',
+         .kind = OPTION_INTEGER,
+         .value = &words->threads,
+         .argument = "N",
+         .help = "threads; 0: one for each processor (default); the events do not depend on it",
+         .maximum = THREAD_MAX},
+        {.name = "repeat",
+         .letter = 'r',
+         .kind = OPTION_INTEGER,
+         .value = &words->repeat,
+         .argument = "N",
+         .help = "ask again N times, for the times (default: 0)",
+         .maximum = DETECT_REPEAT_MAX},
+        {.name = "list",
+         .letter = 'l',
+         .kind = OPTION_FLAG,
+         .value = &words->has_list,
+         .help = "print each event: kind, features, time, state"},
+        {.name = "earliest",
+         .kind = OPTION_FLAG,
+         .value = &words->is_earliest,
+         .help = "find only the earliest event"},
+        {.name = "json",
+         .kind = OPTION_FLAG,
+         .value = &words->is_json,
+         .help = "one JSON document instead of text"},
+    };
+    const command_spec command = {
+        .name = "detect",
+        .operands = "START END",
+        .summary = "Finds what collides while the vertices of a surface move in straight lines "
+                   "from where START\n"
+                   "has them to where END has them (OBJ, PLY, VTP with the same triangles): "
+                   "vertices with\n"
+                   "triangles and edges with edges. What touches or crosses at the start is told "
+                   "apart. Tells\n"
+                   "events, candidates at every stage, patches and times. Exit code 0 with events "
+                   "and without.",
+        .options = specs,
+        .option_count = sizeof specs / sizeof specs[0],
+        .operand_minimum = 2,
+        .operand_maximum = 2};
+    size_t operand_count = 0;
+    return options_parse(&command, argc, argv, &operand_count);
+}
+
+static int find_name(const char *const *names, const char *name) {
+    int index = 0;
+    while (strcmp(names[index], name) != 0) index++;
+    return index;
+}
+
+static tulle_status read_angle(const char *text, double *angle, tulle_error *error) {
+    double plain = 0.0;
+    bool const is_plain = number_read(text, UNIT_NONE, &plain) == NUMBER_READ;
+    if (is_plain && plain > 0.0 && plain < LEAST_PLAIN_DEGREES)
+        return error_set(error, TULLE_ERROR_INVALID_ARGUMENT,
+                         "--alpha-max: \"%.80s\" could be meant in degrees or in radians; give a "
+                         "unit, as 60deg or 1rad",
+                         text);
+    double value = plain * RIGHT_ANGLE / 90.0;
+    if ((is_plain || number_read(text, UNIT_ANGLE, &value) == NUMBER_READ) && value > 0.0 &&
+        value < RIGHT_ANGLE) {
+        *angle = value;
+        return TULLE_OK;
+    }
+    return error_set(error, TULLE_ERROR_INVALID_ARGUMENT,
+                     "--alpha-max: \"%.80s\" should be an angle above 0 and below 90deg, as 60deg",
+                     text);
+}
+
+static tulle_status read_length(const char *name, const char *text, double *length,
+                                tulle_error *error) {
+    double value = 0.0;
+    if (number_read(text, UNIT_LENGTH, &value) == NUMBER_READ && value >= 0.0) {
+        *length = value;
+        return TULLE_OK;
+    }
+    return error_set(error, TULLE_ERROR_INVALID_ARGUMENT,
+                     "--%s: \"%.80s\" should be a length of 0 or more, in metres or with a unit, "
+                     "as 1mm",
+                     name, text);
+}
+
+static tulle_status make_passes(const detect_words *words, detect_passes *passes,
+                                tulle_error *error) {
+    *passes = (detect_passes){.def = tulle_detect_def_default(),
+                              .repeat_count = (uint32_t)words->repeat,
+                              .is_earliest = words->is_earliest != 0};
+    tulle_detect_def *const def = &passes->def;
+    if (words->method)
+        def->method = (tulle_detect_method)find_name(detect_method_names, words->method);
+    if (words->cone) def->cone = (tulle_detect_cone)find_name(detect_cone_names, words->cone);
+    if (words->certificate) def->has_certificate = strcmp(words->certificate, "on") == 0;
+    if (words->patches) def->grows_patches_anew = strcmp(words->patches, "grow") == 0;
+    def->threads = (int)words->threads;
+    tulle_status status = TULLE_OK;
+    if (words->alpha_max) status = read_angle(words->alpha_max, &def->max_angle, error);
+    if (status == TULLE_OK && words->thickness)
+        status = read_length("thickness", words->thickness, &def->thickness, error);
+    if (status == TULLE_OK && words->minimum_separation)
+        status = read_length("minimum-separation", words->minimum_separation,
+                             &def->minimum_separation, error);
+    return status;
+}
+
+/* Reads, searches and reports; the exit code. */
+static int detect(const detect_words *words, detect_report *report, detect_passes *passes,
+                  detect_frames *frames, tulle_error *error) {
+    tulle_status status = make_passes(words, passes, error);
+    if (status == TULLE_OK)
+        status = detect_frames_read(report->start_path, report->end_path, frames, error);
+    if (status != TULLE_OK) return app_exit_for_input(status);
+    status =
+        detect_frames_count_crossings(frames, (int)words->threads, &report->crossing_count, error);
+    if (status == TULLE_OK) status = detect_passes_run(passes, frames, error);
+    if (status != TULLE_OK) {
+        if (status == TULLE_ERROR_INVALID_MESH && !error->file[0])
+            snprintf(error->file, sizeof error->file, "%s", report->start_path);
+        return app_exit_for_run(status);
+    }
+    if (words->is_json)
+        detect_report_json(report, passes);
+    else
+        detect_report_text(report, passes);
+    return app_finish_output("detect");
+}
+
+int app_detect(int argc, char **argv) {
+    detect_words words = {0};
+    options_outcome const outcome = read_words(argc, argv, &words);
+    if (outcome != OPTIONS_READ) return options_exit(outcome);
+    detect_report report = {
+        .start_path = argv[0], .end_path = argv[1], .has_list = words.has_list != 0};
+    detect_passes passes;
+    detect_frames frames = {0};
+    tulle_error error = {0};
+    int const code = detect(&words, &report, &passes, &frames, &error);
+    if (error.status != TULLE_OK) app_print_error("detect", &error);
+    detect_passes_destroy(&passes);
+    detect_frames_destroy(&frames);
+    return code;
+}

@@ -1,0 +1,180 @@
+/* app/info/gnuplot.c - see gnuplot.h. gnuplot is started without a shell, reads its commands from a
+ * temporary file and draws to its standard output, which is a temporary file beside the target: no
+ * name that a user gave is ever part of a command. */
+#define _POSIX_C_SOURCE 200809L
+#include "app/info/gnuplot.h"
+
+#include "app/cli/interrupt.h"
+#include "app/commands.h"
+
+#include <errno.h>
+#include <fcntl.h>
+#include <spawn.h>
+#include <stdbool.h>
+#include <string.h>
+#include <sys/stat.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+extern char **environ;
+
+enum { PATH_SIZE = 4096, TERMINAL_SIZE = 160 };
+
+typedef struct plot_format {
+    const char *extension, *terminal; /* terminal: a format for width and height */
+    const char *ending;               /* stands near the end of every whole file */
+    double unit;                      /* of the size, in pixels: inches are 1 / 0.007 */
+} plot_format;
+
+static const plot_format formats[] = {
+    {".svg", "svg size %.0f,%.0f enhanced font 'Helvetica,11' background rgb 'white'", "</svg>",
+     1.0},
+    {".png", "pngcairo size %.0f,%.0f enhanced font 'Sans,10' background rgb 'white'", "IEND", 1.0},
+    {".pdf", "pdfcairo size %.4gin,%.4gin enhanced font 'Sans,9'", "%%EOF", 0.007},
+};
+/* [bytes] of a file's end that hold its ending. */
+enum { ENDING_SIZE = 64 };
+
+static const plot_format *find_format(const char *path) {
+    size_t const length = strlen(path);
+    for (size_t i = 0; i < sizeof formats / sizeof formats[0]; i++)
+        if (length > 4 && strcmp(path + length - 4, formats[i].extension) == 0) return &formats[i];
+    return NULL;
+}
+
+/* Whether a file ends as its format does. gnuplot ends well although its disk was full. */
+static bool is_whole(int file, const plot_format *format) {
+    struct stat facts;
+    char end[ENDING_SIZE + 1] = {0};
+    if (fstat(file, &facts) != 0) return false;
+    off_t const from = facts.st_size > ENDING_SIZE ? facts.st_size - ENDING_SIZE : 0;
+    ssize_t const count = pread(file, end, ENDING_SIZE, from);
+    size_t const length = strlen(format->ending);
+    for (ssize_t i = 0; i + (ssize_t)length <= count; i++)
+        if (memcmp(end + i, format->ending, length) == 0) return true;
+    return false;
+}
+
+/* Starts gnuplot with these files; 0 or an errno. */
+static int start_gnuplot(int input, int output, int messages, pid_t *process) {
+    char name[] = "gnuplot", defaults[] = "-d"; /* -d: no settings of the user's */
+    char *const arguments[] = {name, defaults, NULL};
+    posix_spawn_file_actions_t actions;
+    int code = posix_spawn_file_actions_init(&actions);
+    if (code) return code;
+    code = posix_spawn_file_actions_adddup2(&actions, input, STDIN_FILENO);
+    if (!code) code = posix_spawn_file_actions_adddup2(&actions, output, STDOUT_FILENO);
+    if (!code) code = posix_spawn_file_actions_adddup2(&actions, messages, STDERR_FILENO);
+    if (!code) code = posix_spawnp(process, name, &actions, NULL, arguments, environ);
+    posix_spawn_file_actions_destroy(&actions);
+    return code;
+}
+
+/* The line of gnuplot's messages that says what is wrong: the last that holds letters. */
+static void find_reason(FILE *messages, char reason[256]) {
+    char line[256];
+    strcpy(reason, "it said nothing");
+    rewind(messages);
+    while (fgets(line, sizeof line, messages)) {
+        line[strcspn(line, "\n")] = '\0';
+        if (line[strspn(line, " \t^")] != '\0') memcpy(reason, line, sizeof line);
+    }
+}
+
+/* Runs gnuplot to its end. Prints what went wrong; returns an exit code. */
+static int run_gnuplot(const char *command, FILE *script, int output, FILE *messages) {
+    pid_t process = 0;
+    rewind(script);
+    int const code = start_gnuplot(fileno(script), output, fileno(messages), &process);
+    if (code == ENOENT) {
+        app_print_message(command, "plots need the program gnuplot, which is not on the PATH; "
+                                   "install it (Debian's package is gnuplot-nox)");
+        return APP_EXIT_BAD_INPUT;
+    }
+    if (code) {
+        app_print_message(command, "gnuplot cannot be started: %s", strerror(code));
+        return APP_EXIT_CANNOT_GO_ON;
+    }
+    int state = 0;
+    while (waitpid(process, &state, 0) < 0)
+        if (errno != EINTR) return APP_EXIT_CANNOT_GO_ON;
+    if (interrupt_is_pending()) return APP_EXIT_INTERRUPTED;
+    if (WIFEXITED(state) && WEXITSTATUS(state) == 0) return APP_EXIT_FINE;
+    if (WIFEXITED(state) && WEXITSTATUS(state) == 127) { /* a spawn that could not find it */
+        app_print_message(command,
+                          "plots need the program gnuplot (Debian's package is gnuplot-nox)");
+        return APP_EXIT_BAD_INPUT;
+    }
+    char reason[256];
+    find_reason(messages, reason);
+    app_print_message(command, "gnuplot failed: %s", reason);
+    return APP_EXIT_CANNOT_GO_ON;
+}
+
+static void write_script(FILE *script, const gnuplot_plot *plot, const plot_format *format) {
+    char terminal[TERMINAL_SIZE];
+    /* the formats are those of the table above */
+#pragma GCC diagnostic push
+#pragma GCC diagnostic ignored "-Wformat-nonliteral"
+    snprintf(terminal, sizeof terminal, format->terminal, plot->width * format->unit,
+             plot->height * format->unit);
+#pragma GCC diagnostic pop
+    plot->write(script, plot->content, terminal);
+}
+
+/* Draws to a temporary file beside `path` and moves it there. */
+static int draw(const char *command, const gnuplot_plot *plot, const char *path,
+                const plot_format *format) {
+    char temporary[PATH_SIZE];
+    int const length = snprintf(temporary, sizeof temporary, "%s.%ld.tmp", path, (long)getpid());
+    if (length >= PATH_SIZE) {
+        app_print_message(command, "the name of the plot is longer than %d bytes", PATH_SIZE);
+        return APP_EXIT_BAD_INPUT;
+    }
+    struct stat facts;
+    bool const is_taken = stat(path, &facts) == 0 && !S_ISREG(facts.st_mode);
+    int const output = is_taken ? -1 : open(temporary, O_CREAT | O_EXCL | O_RDWR | O_CLOEXEC, 0666);
+    if (output < 0) {
+        app_print_message(command, "%s: cannot be written: %s", path,
+                          is_taken ? "is there and no file" : strerror(errno));
+        return !is_taken && errno == ENOSPC ? APP_EXIT_CANNOT_GO_ON : APP_EXIT_BAD_INPUT;
+    }
+    FILE *const script = tmpfile(), *const messages = tmpfile();
+    int code = APP_EXIT_CANNOT_GO_ON;
+    if (script && messages) {
+        write_script(script, plot, format);
+        if (fflush(script) == 0 && !ferror(script))
+            code = run_gnuplot(command, script, output, messages);
+        else
+            app_print_message(command, "a temporary file cannot be written: %s", strerror(errno));
+    } else {
+        app_print_message(command, "no temporary file can be made: %s", strerror(errno));
+    }
+    if (script) fclose(script);
+    if (messages) fclose(messages);
+    if (code == APP_EXIT_FINE && !is_whole(output, format)) {
+        app_print_message(
+            command, "%s: gnuplot did not write it to its end; is there room on the disk?", path);
+        code = APP_EXIT_CANNOT_GO_ON;
+    }
+    bool const is_flushed = fsync(output) == 0;
+    bool const is_closed = close(output) == 0;
+    if (code == APP_EXIT_FINE && (!is_flushed || !is_closed || rename(temporary, path) != 0)) {
+        app_print_message(command, "%s: cannot be written: %s", path, strerror(errno));
+        code = APP_EXIT_CANNOT_GO_ON;
+    }
+    if (code != APP_EXIT_FINE) unlink(temporary);
+    return code;
+}
+
+int gnuplot_draw(const char *command, const gnuplot_plot *plot, const char *path) {
+    const plot_format *const format = find_format(path);
+    if (!format) {
+        app_print_message(command, "%s: a plot is an .svg, .png or .pdf file", path);
+        return APP_EXIT_BAD_INPUT;
+    }
+    interrupt_catch();
+    return draw(command, plot, path, format);
+}
+
+bool gnuplot_takes(const char *path) { return find_format(path) != NULL; }

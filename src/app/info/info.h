@@ -1,0 +1,22 @@
+/* app/info/info.h - what `tulle info` prints of each kind of file. Each prints to standard output
+ * and returns the library's status, with `error` filled on failure. */
+#ifndef TULLE_APP_INFO_INFO_H
+#define TULLE_APP_INFO_INFO_H
+
+#include "app/cli/options.h"
+
+#include "tulle/base.h"
+
+#include <stdbool.h>
+
+/* A mesh file: sizes, topology, quality, what it can be used for. */
+tulle_status info_print_mesh(const char *path, tulle_error *error);
+/* A PC2 point cache: vertices, frames, bounds of the first and last frame. */
+tulle_status info_print_cache(const char *path, tulle_error *error);
+/* A run directory: scene, frames, bodies, how it ended. */
+tulle_status info_print_run(const char *path, tulle_error *error);
+/* A scene file with other values for some of its keys: frames, sizes, contact distance. Prints what
+ * is wrong with it; the exit code of the program. */
+int info_print_scene(const char *path, const option_list *overrides, bool is_json);
+
+#endif

@@ -1,0 +1,106 @@
+/* app/info/mesh.c - what `tulle info` prints of a mesh file and of a point cache. */
+#include "app/info/info.h"
+
+#include "app/cli/mesh_file.h"
+
+#include "tulle/io.h"
+#include "tulle/mesh.h"
+
+#include <math.h>
+#include <stdio.h>
+#include <stdlib.h>
+
+static const double DEGREES_PER_RADIAN = 57.29577951308232;
+
+static void print_bounds(const double minimum[3], const double maximum[3]) {
+    for (int axis = 0; axis < 3; axis++) {
+        printf("  %-16s %c  %.6g .. %.6g m\n", axis == 0 ? "bounds" : "", "xyz"[axis],
+               minimum[axis], maximum[axis]);
+    }
+}
+
+static void print_counts(const tulle_mesh_info *info) {
+    printf("  %-16s %zu (%zu used by no triangle)\n", "vertices", info->vertex_count,
+           info->unreferenced_vertex_count);
+    printf("  %-16s %zu (%zu degenerate)\n", "triangles", info->triangle_count,
+           info->degenerate_triangle_count);
+    printf("  %-16s %zu (%zu on the boundary in %zu loops, %zu with three or more triangles)\n",
+           "edges", info->edge_count, info->boundary_edge_count, info->boundary_loop_count,
+           info->nonmanifold_edge_count);
+    printf("  %-16s %zu\n", "pieces", info->component_count);
+    printf("  %-16s %ld\n", "V - E + F", info->euler_characteristic);
+}
+
+static void print_quality(const tulle_mesh_info *info) {
+    printf("  %-16s %.6g m^2\n", "area", info->area);
+    printf("  %-16s %.6g least, %.6g mean, %.6g greatest [m]\n", "edge length",
+           info->edge_length_min, info->edge_length_mean, info->edge_length_max);
+    printf("  %-16s %.4g deg\n", "smallest angle", info->angle_min * DEGREES_PER_RADIAN);
+}
+
+static void print_use(tulle_mesh_view mesh, tulle_mesh_role role, const char *label) {
+    tulle_error reason = {0};
+    tulle_status const status = tulle_mesh_validate(mesh, role, &reason);
+    printf("  %-16s %s\n", label, status == TULLE_OK ? "can be used" : reason.message);
+}
+
+tulle_status info_print_mesh(const char *path, tulle_error *error) {
+    tulle_mesh mesh = {0};
+    tulle_status status = mesh_file_read(path, &mesh, NULL, error);
+    if (status != TULLE_OK) return status;
+    tulle_mesh_view const view = tulle_mesh_get_view(&mesh);
+    tulle_mesh_info info;
+    status = tulle_mesh_get_info(view, &info, error);
+    if (status == TULLE_OK) {
+        printf("%s: triangle mesh\n", path);
+        print_counts(&info);
+        print_bounds(info.bounds_min, info.bounds_max);
+        print_quality(&info);
+        print_use(view, TULLE_MESH_ROLE_CLOTH, "as cloth");
+        print_use(view, TULLE_MESH_ROLE_OBSTACLE, "as obstacle");
+    } else if (error->file[0] == '\0') {
+        snprintf(error->file, sizeof error->file, "%s", path);
+    }
+    tulle_mesh_destroy(&mesh);
+    return status;
+}
+
+/* Reads a frame and prints the box about its points. */
+static tulle_status print_frame_bounds(tulle_pc2 *cache, uint32_t frame, uint32_t vertex_count,
+                                       tulle_error *error) {
+    double *const positions = calloc((size_t)vertex_count + 1, 3 * sizeof *positions);
+    if (!positions) {
+        *error = (tulle_error){.status = TULLE_ERROR_OUT_OF_MEMORY,
+                               .message = "not enough memory for a frame of the cache"};
+        return error->status;
+    }
+    tulle_status const status = tulle_pc2_read_frame(cache, frame, positions, error);
+    if (status == TULLE_OK) {
+        double minimum[3] = {INFINITY, INFINITY, INFINITY};
+        double maximum[3] = {-INFINITY, -INFINITY, -INFINITY};
+        for (size_t i = 0; i < 3 * (size_t)vertex_count; i++) {
+            minimum[i % 3] = fmin(minimum[i % 3], positions[i]);
+            maximum[i % 3] = fmax(maximum[i % 3], positions[i]);
+        }
+        printf("  frame %u\n", frame);
+        print_bounds(minimum, maximum);
+    }
+    free(positions);
+    return status;
+}
+
+tulle_status info_print_cache(const char *path, tulle_error *error) {
+    tulle_pc2 *cache = NULL;
+    tulle_pc2_info info;
+    tulle_status status = tulle_pc2_open(path, &cache, &info, error);
+    if (status != TULLE_OK) return status;
+    printf("%s: point cache (PC2)\n", path);
+    printf("  %-16s %u\n", "vertices", info.vertex_count);
+    printf("  %-16s %u, first %.6g, one every %.6g\n", "frames", info.frame_count, info.start_frame,
+           info.frame_step);
+    if (info.frame_count > 0) status = print_frame_bounds(cache, 0, info.vertex_count, error);
+    if (info.frame_count > 1 && status == TULLE_OK)
+        status = print_frame_bounds(cache, info.frame_count - 1, info.vertex_count, error);
+    tulle_pc2_close(cache);
+    return status;
+}

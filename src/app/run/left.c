@@ -1,0 +1,52 @@
+/* app/run/left.c - the pairs of triangles for which a start was refused, as CSV: names of the two
+ * objects, number of the triangle in each, its three vertices. */
+#include "app/run/session.h"
+
+#include <errno.h>
+#include <stdio.h>
+#include <string.h>
+
+static const char *get_name(const run_session *session, uint32_t object) {
+    size_t const cloth_count = session->built.cloth_count;
+    return object < cloth_count ? scene_get_cloth_name(session->scene, object)
+                                : scene_get_obstacle_name(session->scene, object - cloth_count);
+}
+
+/* "sleeve",7,1,2,9 */
+static void print_triangle(FILE *file, const run_session *session, uint32_t object,
+                           uint32_t triangle) {
+    size_t const cloth_count = session->built.cloth_count;
+    tulle_mesh_view const mesh =
+        object < cloth_count ? scene_get_cloth_mesh(session->scene, object)
+                             : scene_get_obstacle_mesh(session->scene, object - cloth_count);
+    uint32_t const *const corners = mesh.triangles + 3 * (size_t)triangle;
+    fputc('"', file);
+    for (const char *letter = get_name(session, object); *letter; letter++) {
+        if (*letter == '"') fputc('"', file);
+        fputc(*letter, file);
+    }
+    fprintf(file, "\",%u,%u,%u,%u", triangle, corners[0], corners[1], corners[2]);
+}
+
+tulle_status run_write_left(const run_session *session, tulle_error *error) {
+    const char *const path = session->options.left_path;
+    if (!path) return TULLE_OK;
+    FILE *const file = fopen(path, "w");
+    size_t count = 0;
+    tulle_intersection const *const pairs =
+        tulle_world_get_intersections(session->built.world, &count);
+    if (file) fprintf(file, "object_a,triangle_a,a0,a1,a2,object_b,triangle_b,b0,b1,b2\n");
+    for (size_t i = 0; file && i < count; i++) {
+        print_triangle(file, session, pairs[i].object_a, pairs[i].triangle_a);
+        fputc(',', file);
+        print_triangle(file, session, pairs[i].object_b, pairs[i].triangle_b);
+        fputc('\n', file);
+    }
+    bool const is_faulty = file && ferror(file);
+    if (file && fclose(file) == 0 && !is_faulty) return TULLE_OK;
+    *error = (tulle_error){.status = TULLE_ERROR_IO};
+    snprintf(error->message, sizeof error->message, "cannot write the pairs that intersect: %s",
+             strerror(errno));
+    snprintf(error->file, sizeof error->file, "%s", path);
+    return error->status;
+}

@@ -1,0 +1,166 @@
+/* contact/commit/commit_safely.c - stage 11, see commit_safely.h.
+ *
+ * Nothing is accepted but what a test of all candidates passed. If the paths of stage 10 are not
+ * clean, in this order: impact zones; component scaling; one factor for the whole scene, obstacles
+ * included, by which time is shortened. A common factor below every time of impact leaves only
+ * parts of paths that were tested, so the last resort passes unless a pair starts at its gap.
+ *
+ * Based on: Provot 1997; Bridson, Fedkiw, Anderson 2002; Harmon, Vouga, Tamstorf, Grinspun, Robust
+ * treatment of simultaneous collisions, 2008. Departure: Wong and Baciu stop single particles at
+ * their own times, which moves their neighbours' paths into new intersections; here connected
+ * components stop together, and the result is tested again. */
+#include "contact/commit/commit_safely.h"
+
+#include "contact/commit/impact_zones.h"
+#include "contact/commit/scale_components.h"
+#include "contact/pairs/body_paths.h"
+#include "contact/pairs/pair_rules.h"
+#include "contact/pairs/path_test.h"
+
+#include <string.h>
+
+/* A smaller part of the time step is no progress: the scene is blocked. */
+#define MINIMUM_FRACTION 1e-6
+/* Part of the smallest time of impact that the whole scene goes. */
+#define PART_OF_TIME 0.9
+/* Component rounds from which on components stop where they are. */
+#define STOP_ROUND 8
+
+typedef struct commit_work {
+    const contact_scene *scene;
+    pair_source *source;
+    double *u, *x1;
+    commit_report *report;
+    bool is_clean;
+} commit_work;
+
+/* Tests all candidates on the present paths. The hits stay in scratch. */
+static tulle_status test_all(commit_work *work, pair_events *hits) {
+    *hits = (pair_events){0};
+    tulle_status status = ensure_pairs_cover(work->scene, work->source, work->x1);
+    if (status != TULLE_OK) return status;
+    status = find_hits(work->scene, work->source, work->x1, NULL, hits);
+    work->report->tested_pairs += hits->measured_count;
+    work->report->turning_pairs += hits->turning_count;
+    work->is_clean = status == TULLE_OK && hits->count == 0;
+    return status;
+}
+
+static tulle_status run_zone_rounds(commit_work *work) {
+    impact_zones zones;
+    if (!impact_zones_make(&zones, work->scene)) return TULLE_ERROR_OUT_OF_MEMORY;
+    for (int round = 0; round < work->scene->settings.zone_rounds; round++) {
+        arena_mark const mark = arena_get_mark(work->scene->scratch);
+        pair_events hits;
+        tulle_status status = test_all(work, &hits);
+        if (status == TULLE_OK && !work->is_clean)
+            status = project_impact_zones(work->scene, &zones, &hits, work->u, work->x1,
+                                          &work->report->impact_zones);
+        arena_release(work->scene->scratch, mark);
+        if (status != TULLE_OK || work->is_clean) return status;
+    }
+    return TULLE_OK;
+}
+
+static double *copy_paths(const contact_scene *scene, const double *x1) {
+    double *const copy = ARENA_NEW(scene->scratch, double, 3 * scene->vertex_count);
+    if (copy) memcpy(copy, x1, 3 * scene->vertex_count * sizeof(double));
+    return copy;
+}
+
+static tulle_status run_component_rounds(commit_work *work) {
+    const contact_scene *const scene = work->scene;
+    scaled_components components;
+    const double *const base = copy_paths(scene, work->x1);
+    if (!base || !scaled_components_make(&components, scene, base, work->u))
+        return TULLE_ERROR_OUT_OF_MEMORY;
+    for (int round = 0;; round++) {
+        arena_mark const mark = arena_get_mark(scene->scratch);
+        pair_events hits;
+        tulle_status const status = test_all(work, &hits);
+        size_t scaled_count = 0;
+        if (status == TULLE_OK && !work->is_clean && round < scene->settings.component_rounds)
+            scaled_count =
+                scale_components(scene, &components, &hits, round >= STOP_ROUND, work->u, work->x1);
+        work->report->component_scalings += scaled_count;
+        arena_release(scene->scratch, mark);
+        if (status != TULLE_OK || scaled_count == 0) return status;
+    }
+}
+
+/* The earliest hit stands for what blocks the scene. */
+static const pair_event *find_earliest(const pair_events *hits) {
+    const pair_event *earliest = &hits->events[0];
+    for (size_t i = 1; i < hits->count; i++)
+        if (hits->events[i].time < earliest->time) earliest = &hits->events[i];
+    return earliest;
+}
+
+static void report_blocking(commit_report *report, const pair_event *hit) {
+    report->has_blocking = true;
+    report->blocking_kind = hit->kind;
+    report->blocking_pair = hit->pair;
+}
+
+/* x1 = x0 + fraction (base - x0) for every vertex; bodies go the first part of their way. */
+static void shorten_paths(commit_work *work, const double *base, double fraction) {
+    for (size_t i = 0; i < 3 * work->scene->vertex_count; i++) {
+        double const start = work->scene->x0[i];
+        work->x1[i] = start + fraction * (base[i] - start);
+    }
+    place_bodies(work->scene, work->u, fraction, work->x1);
+}
+
+static tulle_status shorten_time(commit_work *work) {
+    const contact_scene *const scene = work->scene;
+    const double *const base = copy_paths(scene, work->x1);
+    if (!base) return TULLE_ERROR_OUT_OF_MEMORY;
+    for (;;) {
+        arena_mark const mark = arena_get_mark(scene->scratch);
+        pair_events hits;
+        tulle_status const status = test_all(work, &hits);
+        if (status == TULLE_OK && !work->is_clean) {
+            const pair_event *const earliest = find_earliest(&hits);
+            work->report->fraction *= PART_OF_TIME * earliest->time;
+            work->report->outcome = COMMIT_SHORTENED;
+            work->report->global_scalings++;
+            report_blocking(work->report, earliest);
+        }
+        arena_release(scene->scratch, mark);
+        if (status != TULLE_OK || work->is_clean) return status;
+        if (!(work->report->fraction >= MINIMUM_FRACTION)) break;
+        shorten_paths(work, base, work->report->fraction);
+    }
+    work->report->outcome = COMMIT_BLOCKED;
+    work->report->fraction = 0.0;
+    memcpy(work->x1, scene->x0, 3 * scene->vertex_count * sizeof(double));
+    return TULLE_OK;
+}
+
+static tulle_status rescue(commit_work *work) {
+    tulle_status status = run_zone_rounds(work);
+    if (status == TULLE_OK && !work->is_clean) status = run_component_rounds(work);
+    if (status == TULLE_OK && !work->is_clean) status = shorten_time(work);
+    return status;
+}
+
+static tulle_status report_smallest_gap(commit_work *work) {
+    smallest_gap smallest;
+    tulle_status const status = find_smallest_gap(work->scene, work->source, work->x1,
+                                                  work->scene->largest_separation, &smallest);
+    work->report->smallest_gap = smallest.distance;
+    work->report->smallest_kind = smallest.kind;
+    work->report->smallest_pair = smallest.pair;
+    return status;
+}
+
+tulle_status commit_safely(const contact_scene *scene, pair_source *source, bool is_clean,
+                           double *u, double *x1, commit_report *report) {
+    *report = (commit_report){.outcome = COMMIT_CLEAN, .fraction = 1.0, .smallest_gap = INFINITY};
+    commit_work work = {scene, source, u, x1, report, is_clean};
+    arena_mark const mark = arena_get_mark(scene->scratch);
+    tulle_status status = is_clean ? TULLE_OK : rescue(&work);
+    if (status == TULLE_OK) status = report_smallest_gap(&work);
+    arena_release(scene->scratch, mark);
+    return status;
+}

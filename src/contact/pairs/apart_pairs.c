@@ -1,0 +1,44 @@
+/* contact/pairs/apart_pairs.c - see apart_pairs.h. The kernel that takes pairs into the pool of
+ * stage 8 leaves those out that it proves apart. */
+#include "contact/pairs/apart_pairs.h"
+
+#include "detect/impact/impact_pool.h"
+
+bool make_feature_tables(const contact_scene *scene, const vertex_record *records,
+                         pair_tables *tables) {
+    const topology *const topo = scene->set->topo;
+    uint32_t *const numbers = ARENA_NEW(scene->scratch, uint32_t, scene->vertex_count);
+    *tables = (pair_tables){.vertex_corners = numbers,
+                            .edge_corners = topo->edges,
+                            .triangle_corners = topo->triangles,
+                            .records = records};
+    for (size_t i = 0; numbers && i < scene->vertex_count; i++) numbers[i] = (uint32_t)i;
+    return numbers && records;
+}
+
+/* The pool has its pairs in the order of the query. */
+static void mark_pool(const apart_query *query, const impact_pool *pool, bool *is_apart) {
+    size_t i = 0;
+    for (size_t k = 0; k < pool->count; k++) {
+        uint32_t const first = (uint32_t)pool->rows[ROW_FIRST][k];
+        uint32_t const second = (uint32_t)pool->rows[ROW_SECOND][k];
+        while (query->pairs[i].first != first || query->pairs[i].second != second) i++;
+        is_apart[i] = false;
+    }
+}
+
+void find_apart(const pair_tables *tables, const apart_query *query, bool is_apart[SCAN_MOST]) {
+    _Static_assert((int)SCAN_MOST <= (int)IMPACT_POOL_SIZE, "the pool must have room for all");
+    uint32_t first[SCAN_MOST], second[SCAN_MOST], odd[SCAN_MOST];
+    impact_pool pool;
+    pool.count = pool.filtered_count = 0;
+    for (size_t i = 0; i < query->count; i++) {
+        first[i] = query->pairs[i].first;
+        second[i] = query->pairs[i].second;
+        is_apart[i] = true;
+    }
+    slot_pairs const pairs = {query->kind, query->count, first, second, query->separations};
+    size_t const odd_count = TULLE_PICK_KERNEL(begin_impacts)(tables, &pairs, &pool, odd);
+    mark_pool(query, &pool, is_apart);
+    for (size_t i = 0; i < odd_count; i++) is_apart[odd[i]] = false;
+}

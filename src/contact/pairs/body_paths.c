@@ -1,0 +1,63 @@
+/* contact/pairs/body_paths.c - see body_paths.h.
+ *
+ * Impulses of a step act at its start: u holds the velocity and the angular velocity w after them,
+ * and the spin is I w with the inertia at x0. From there the body moves freely, so a body that
+ * nothing touches keeps its spin and energy but for rounding. */
+#include "contact/pairs/body_paths.h"
+
+#include <math.h>
+#include <string.h>
+
+vec3 pack_orientation(quaternion q) {
+    double const sign = q.w < 0.0 ? -1.0 : 1.0, scale = sign / (1.0 + fabs(q.w));
+    return vec3_make(scale * q.x, scale * q.y, scale * q.z);
+}
+
+quaternion unpack_orientation(vec3 p) {
+    double const square = vec3_norm2(p), scale = 2.0 / (1.0 + square);
+    return (quaternion){(1.0 - square) / (1.0 + square), scale * p.x, scale * p.y, scale * p.z};
+}
+
+void set_body_lifts(const contact_scene *scene, const row_list *list) {
+    for (size_t b = 0; b < scene->body_count; b++) scene->bodies[b].lift = scene->bodies[b].fall;
+    for (size_t i = 0; scene->body_count > 0 && i < list->rows.count; i++) {
+        const contact_row *const row = &list->rows.data[i];
+        if (!row->has_body || !(vec3_norm2(row->impulse) > 0.0)) continue;
+        for (int side = 0; side < 2; side++)
+            if (row->slots[side] != TULLE_NONE)
+                scene->bodies[(row->slots[side] - scene->cloth_vertex_count) / 2].lift =
+                    vec3_make(0.0, 0.0, 0.0);
+    }
+}
+
+static void spoil(double *values, size_t count) {
+    for (size_t i = 0; i < count; i++) values[i] = NAN;
+}
+
+void place_body(const contact_scene *scene, size_t index, const double *u, double share,
+                double *x1) {
+    const contact_body *const body = &scene->bodies[index];
+    size_t const slot = get_body_slot(scene, index), begin = body->vertex_begin;
+    size_t const count = body->vertex_end - begin;
+    rigid_state state = body->start;
+    state.spin = mat3_multiply_vec3(&body->inertia, vec3_load(u, slot + 1));
+    vec3 const velocity = vec3_add(vec3_load(u, slot), body->lift);
+    if (!rigid_drift(body->body, velocity, share * scene->time_step, &state)) {
+        spoil(x1 + 3 * slot, 6);
+        spoil(x1 + 3 * begin, 3 * count);
+        return;
+    }
+    vec3_store(x1, slot, state.position);
+    vec3_store(x1, slot + 1, pack_orientation(state.orientation));
+    rigid_place(&state, body->points, count, x1 + 3 * begin);
+}
+
+void place_bodies(const contact_scene *scene, const double *u, double share, double *x1) {
+    for (size_t b = 0; b < scene->body_count; b++) {
+        size_t const slot = 3 * (size_t)get_body_slot(scene, b);
+        if (scene->bodies[b].is_free)
+            place_body(scene, b, u, share, x1);
+        else
+            memcpy(x1 + slot, scene->x0 + slot, 6 * sizeof(double));
+    }
+}

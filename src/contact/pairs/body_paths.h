@@ -1,0 +1,33 @@
+/* contact/pairs/body_paths.h - where rigid bodies go in a step. */
+#ifndef TULLE_CONTACT_PAIRS_BODY_PATHS_H
+#define TULLE_CONTACT_PAIRS_BODY_PATHS_H
+
+#include "contact/contact_types.h"
+
+/* [rad] Turn of a step, at most, for the next to hold. */
+#define BODY_TURN_MAX 0.4
+/* A vertex at distance r of the centre of a free body that turns by an angle a = |w| h, w at the
+ * start, leaves the chord of its way by at most this times r a^2. Its acceleration beside the
+ * centre's even motion is at most |w|^2 r + |dw/dt| r, where |dw/dt| <= |w|^2 / sqrt 3 by Euler's
+ * equations, as no moment is more than the sum of the others; a path leaves its chord by no more
+ * than an eighth of that times h^2; and |w| gains no more than 0.3 of itself in a turn of
+ * BODY_TURN_MAX. */
+#define BODY_CHORD_FACTOR 0.36
+
+/* Orientations among positions: modified Rodrigues parameters, (x, y, z) / (1 + w) of the
+ * quaternion with w >= 0. Both ways lose no more than rounding. */
+vec3 pack_orientation(quaternion q);
+quaternion unpack_orientation(vec3 parameters);
+
+/* Tells how free bodies fall: those that no row of the list holds go with the mean of their
+ * velocities at the start and the end, others with that at the end. */
+void set_body_lifts(const contact_scene *scene, const row_list *list);
+
+/* Moves a free body on by `share` of the step with u: x1 of its slots and its vertices. The
+ * rotation is that of a free body with the spin that u stands for. Where that cannot be computed,
+ * as beyond 99 turns, x1 becomes NaN. */
+void place_body(const contact_scene *scene, size_t body, const double *u, double share, double *x1);
+/* The same of all free bodies; slots of the others keep x0. */
+void place_bodies(const contact_scene *scene, const double *u, double share, double *x1);
+
+#endif

@@ -1,0 +1,45 @@
+/* contact/pairs/pair_filter.h - the cheapest test of candidate pairs, eight at a time.
+ *
+ * Let d be the direction from the middle of the second feature to that of the first at the start of
+ * the step, the gap g(t) the smallest extent of the first feature along d less the largest of the
+ * second. No two points of the features are nearer than g(t) / |d|. If g(0) > s0 |d| and
+ * g(1) > s1 |d|, the pair is further apart than s0 at the start and, if s1 <= s0, than s1 for all
+ * t: gaps between corners along a fixed direction are linear in t. Both distances include the
+ * rounding slack (find_rounding_slack), which covers what g may be off. */
+#ifndef TULLE_CONTACT_PAIRS_PAIR_FILTER_H
+#define TULLE_CONTACT_PAIRS_PAIR_FILTER_H
+
+#include "contact/contact_types.h"
+#include "detect/impact/pair_batch.h"
+#include "math/kernel_target.h"
+
+typedef struct pair_filter {
+    const topology *topo;
+    const vertex_record *records; /* of all vertices, see make_records */
+    double at_start, at_end;      /* [m] s0 and s1, with rounding slack */
+} pair_filter;
+
+/* Copies the pairs that this does not prove apart, in their order; returns how many. `kept` has
+ * room for `count`. */
+TULLE_DECLARE_KERNEL(size_t, filter_pairs,
+                     (const pair_filter *filter, feature_kind kind, const feature_pair *pairs,
+                      size_t count, feature_pair *kept))
+
+/* What is measured of pairs, an entry each. */
+typedef struct pair_measures {
+    double *start, *end; /* [m] distances there, those of closest_of_pair to the bit */
+    bool *is_at_end;     /* of two edges: at the start a closest point is an end of an edge; a
+                            weight of closest_of_pair is under RIM_WEIGHT */
+} pair_measures;
+
+/* Measures pairs at the start and at the end of the records, where positions are finite. */
+TULLE_DECLARE_KERNEL(void, measure_distances,
+                     (const topology *topo, const vertex_record *records, feature_kind kind,
+                      const feature_pair *pairs, size_t count, const pair_measures *measures))
+
+/* The paths start -> end of all vertices of the scene in its scratch arena; null when memory is
+ * short. */
+const vertex_record *make_records(const contact_scene *scene, const double *start,
+                                  const double *end);
+
+#endif

@@ -1,0 +1,181 @@
+/* contact/pairs/path_test.c - see path_test.h.
+ *
+ * The test is a chain from cheap to dear: the direction between the middles separates; an axis or
+ * the closest direction at the start separates, both eight pairs at a time; no vertex moved
+ * relative to the others; the closest direction at the end separates; a plane that turns from the
+ * closest direction at the start to that at the end separates; conservative advancement with the
+ * pair's own gap. Each link is a proof, so a pair that leaves the chain is safe. */
+#include "contact/pairs/path_test.h"
+
+#include "base/parallel.h"
+#include "base/timer.h"
+#include "contact/pairs/apart_pairs.h"
+#include "contact/pairs/near_pairs.h"
+#include "contact/pairs/pair_filter.h"
+#include "contact/pairs/pair_rules.h"
+
+#include <string.h>
+
+enum {
+    GAP_CHUNK = 8192, /* pairs; some 60 microseconds */
+    GAP_PART = 512    /* of these, filtered at a time with the smallest gap so far */
+};
+
+typedef struct path_test {
+    const contact_scene *scene;
+    const double *x1;
+    pair_tables tables; /* of x0 -> x1 */
+} path_test;
+
+static moving_pair load_paths(const path_test *test, const uint32_t vertices[4]) {
+    moving_pair paths;
+    load_points(test->scene->x0, vertices, paths.start);
+    load_points(test->x1, vertices, paths.end);
+    return paths;
+}
+
+/* True when all four points rest: then nothing can change, however near they are. */
+static bool is_at_rest(const moving_pair *paths) {
+    return memcmp(paths->start, paths->end, sizeof paths->start) == 0;
+}
+
+static scan_verdict measure_hit(const path_test *test, pair_event *event) {
+    feature_kind const kind = event->kind;
+    feature_pair const pair = event->pair;
+    uint32_t vertices[4];
+    feature_pair_vertices(test->scene->set->topo, kind, pair, vertices);
+    moving_pair const paths = load_paths(test, vertices);
+    if (is_at_rest(&paths)) return SCAN_DROP;
+    apart_proof const proof = prove_apart(kind, &paths, test->scene->settings.minimum_gap);
+    if (proof != APART_UNPROVEN) return proof == APART_BY_TURNING ? SCAN_DROP_TURNING : SCAN_DROP;
+    double const start = sqrt(closest_of_pair(kind, paths.start).distance2);
+    double const minimum = find_pair_distances(test->scene, kind, vertices).minimum;
+    toi_result const result = time_of_impact(kind, &paths, find_minimum_gap(minimum, start));
+    if (result.state == TOI_SEPARATED) return SCAN_DROP;
+    event->time = result.lower_bound;
+    return pair_is_ignored(test->scene, kind, pair) ? SCAN_DROP : SCAN_EVENT;
+}
+
+static void measure_hits(const void *context, feature_kind kind, pair_event *events, size_t count,
+                         scan_verdict *verdicts) {
+    const path_test *const test = context;
+    apart_query query = {.kind = kind, .count = count};
+    bool is_apart[SCAN_MOST];
+    for (size_t i = 0; i < count; i++) {
+        query.pairs[i] = events[i].pair;
+        query.separations[i] = test->scene->settings.minimum_gap;
+    }
+    find_apart(&test->tables, &query, is_apart);
+    for (size_t i = 0; i < count; i++)
+        verdicts[i] = is_apart[i] ? SCAN_DROP : measure_hit(test, &events[i]);
+}
+
+tulle_status find_hits(const contact_scene *scene, const pair_source *source, const double *x1,
+                       const bool *has_changed, pair_events *hits) {
+    double const start = timer_now();
+    path_test test = {.scene = scene, .x1 = x1};
+    /* [m] xi with rounding slack */
+    double const minimum = scene->settings.minimum_gap + find_rounding_slack(scene, x1);
+    pair_scan const scan = {.records = make_records(scene, scene->x0, x1),
+                            .at_start = minimum,
+                            .at_end = minimum,
+                            .has_changed = has_changed,
+                            .measure = measure_hits,
+                            .context = &test};
+    pair_list pairs;
+    if (!make_feature_tables(scene, scan.records, &test.tables)) return TULLE_ERROR_OUT_OF_MEMORY;
+    tulle_status status = pick_pairs(scene, source, x1, minimum, &pairs);
+    if (status == TULLE_OK) status = scan_pairs(scene, &pairs, &scan, hits);
+    if (scene->times) scene->times->test_pairs += timer_now() - start;
+    return status;
+}
+
+typedef struct gap_search {
+    const contact_scene *scene;
+    const vertex_record *records; /* at rest at x1 */
+    const double *x1;
+    double limit, slack;
+    const feature_pair *pairs;
+    feature_kind kind;
+    smallest_gap *smallest; /* one a chunk */
+} gap_search;
+
+/* Of equal distances that of the first pair in (first, second) is the smallest, so that it does not
+ * depend on the order of the pairs. */
+static bool is_smaller(double distance, feature_pair pair, const smallest_gap *than) {
+    if (distance != than->distance) return distance < than->distance;
+    return pair.first != than->pair.first ? pair.first < than->pair.first
+                                          : pair.second < than->pair.second;
+}
+
+/* Improves `best` by a pair that may be nearer. */
+static void measure_gap(const gap_search *search, feature_pair pair, smallest_gap *best) {
+    feature_kind const kind = search->kind;
+    uint32_t vertices[4];
+    vec3 points[4];
+    feature_pair_vertices(search->scene->set->topo, kind, pair, vertices);
+    load_points(search->x1, vertices, points);
+    if (common_normal_separates(kind, points, best->distance + search->slack)) return;
+    double const distance = sqrt(closest_of_pair(kind, points).distance2);
+    if (!is_smaller(distance, pair, best) || pair_is_ignored(search->scene, kind, pair)) return;
+    best->distance = distance;
+    best->pair = pair;
+}
+
+/* The limit stands for a pair that none precedes. */
+static void search_chunk(void *context, size_t begin, size_t end, size_t chunk, int worker) {
+    (void)worker;
+    const gap_search *const search = context;
+    smallest_gap best = {.distance = search->limit, .kind = search->kind};
+    feature_pair kept[GAP_PART];
+    for (size_t i = begin; i < end; i += GAP_PART) {
+        double const bound = best.distance + search->slack;
+        pair_filter const filter = {search->scene->set->topo, search->records, bound, bound};
+        size_t const count =
+            TULLE_PICK_KERNEL(filter_pairs)(&filter, search->kind, search->pairs + i,
+                                            end - i < GAP_PART ? end - i : GAP_PART, kept);
+        for (size_t k = 0; k < count; k++) measure_gap(search, kept[k], &best);
+    }
+    search->smallest[chunk] = best;
+}
+
+/* Improves `result` by the pairs of one kind; of equal distances a vertex comes first. */
+static tulle_status search_kind(gap_search *search, feature_kind kind, const feature_pair *pairs,
+                                size_t count, smallest_gap *result) {
+    size_t const chunk_count = parallel_chunk_count(count, GAP_CHUNK);
+    search->kind = kind;
+    search->pairs = pairs;
+    search->smallest = ARENA_NEW(search->scene->scratch, smallest_gap, chunk_count);
+    if (!search->smallest) return TULLE_ERROR_OUT_OF_MEMORY;
+    parallel_for(count, GAP_CHUNK, search->scene->threads, search_chunk, search);
+    for (size_t chunk = 0; chunk < chunk_count; chunk++) {
+        smallest_gap const found = search->smallest[chunk];
+        if (found.distance < search->limit &&
+            (result->kind != kind || is_smaller(found.distance, found.pair, result)))
+            *result = found;
+    }
+    return TULLE_OK;
+}
+
+tulle_status find_smallest_gap(const contact_scene *scene, const pair_source *source,
+                               const double *x1, double limit, smallest_gap *result) {
+    arena_mark const mark = arena_get_mark(scene->scratch);
+    gap_search search = {.scene = scene,
+                         .records = make_records(scene, x1, x1),
+                         .x1 = x1,
+                         .limit = limit,
+                         .slack = find_rounding_slack(scene, x1)};
+    pair_list pairs;
+    *result = (smallest_gap){.distance = (double)INFINITY};
+    if (!search.records) return TULLE_ERROR_OUT_OF_MEMORY;
+    tulle_status status = pick_pairs_for_nearest(scene, source, x1, &search.limit, &pairs);
+    if (status == TULLE_OK)
+        status = search_kind(&search, FEATURE_VERTEX_TRIANGLE, pairs.vertex_triangle.data,
+                             pairs.vertex_triangle.count, result);
+    search.limit = fmin(search.limit, result->distance);
+    if (status == TULLE_OK)
+        status = search_kind(&search, FEATURE_EDGE_EDGE, pairs.edge_edge.data,
+                             pairs.edge_edge.count, result);
+    arena_release(scene->scratch, mark);
+    return status;
+}

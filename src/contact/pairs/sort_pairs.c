@@ -1,0 +1,93 @@
+/* contact/pairs/sort_pairs.c - see sort_pairs.h. Keys are spread over about as many buckets as
+ * there are keys, by ranges of their first features, then each bucket is sorted. All keys differ,
+ * so the order depends on nothing else. */
+#include "contact/pairs/sort_pairs.h"
+
+#include "base/parallel.h"
+#include "base/sort.h"
+
+enum {
+    BUCKET_CHUNK = 4096, /* buckets; some 40 microseconds */
+    INSERTION_MOST = 40  /* keys: fewer are faster sorted by insertion */
+};
+
+typedef struct pair_buckets {
+    feature_pair *pairs; /* sorted: the keys of all buckets */
+    uint64_t *keys;      /* first << 32 | second */
+    uint32_t *ends;      /* of each bucket, in `keys` */
+} pair_buckets;
+
+static uint64_t make_key(feature_pair pair) { return (uint64_t)pair.first << 32 | pair.second; }
+
+static bool is_sorted(const feature_pair *pairs, size_t count) {
+    for (size_t i = 1; i < count; i++)
+        if (make_key(pairs[i - 1]) > make_key(pairs[i])) return false;
+    return true;
+}
+
+static void sort_by_insertion(uint64_t *keys, size_t count) {
+    for (size_t i = 1; i < count; i++) {
+        uint64_t const key = keys[i];
+        size_t at = i;
+        for (; at > 0 && keys[at - 1] > key; at--) keys[at] = keys[at - 1];
+        keys[at] = key;
+    }
+}
+
+static int compare_keys(const void *a, const void *b) {
+    uint64_t const x = *(const uint64_t *)a, y = *(const uint64_t *)b;
+    return (x > y) - (x < y);
+}
+
+static void sort_buckets(void *context, size_t begin, size_t end, size_t chunk, int worker) {
+    (void)chunk, (void)worker;
+    const pair_buckets *const buckets = context;
+    size_t const first = begin > 0 ? buckets->ends[begin - 1] : 0;
+    for (size_t b = begin, from = first; b < end; from = buckets->ends[b++]) {
+        uint64_t *const keys = buckets->keys + from;
+        size_t const count = buckets->ends[b] - from;
+        if (count <= INSERTION_MOST)
+            sort_by_insertion(keys, count);
+        else
+            sort_in_place(keys, count, sizeof *keys, compare_keys);
+    }
+    for (size_t i = first; i < buckets->ends[end - 1]; i++)
+        buckets->pairs[i] =
+            (feature_pair){(uint32_t)(buckets->keys[i] >> 32), (uint32_t)buckets->keys[i]};
+}
+
+/* Keys go to their buckets, of 2^shift first features each. */
+static void fill_buckets(const pair_buckets *buckets, size_t count, size_t bucket_count,
+                         unsigned shift) {
+    uint32_t *const places = buckets->ends;
+    for (size_t i = 0; i < count; i++) places[buckets->pairs[i].first >> shift]++;
+    uint32_t begin = 0;
+    for (size_t b = 0; b < bucket_count; b++) {
+        uint32_t const bucket_size = places[b];
+        places[b] = begin;
+        begin += bucket_size;
+    }
+    for (size_t i = 0; i < count; i++) {
+        feature_pair const pair = buckets->pairs[i];
+        buckets->keys[places[pair.first >> shift]++] = make_key(pair);
+    }
+}
+
+tulle_status sort_pairs(arena *scratch, int threads, feature_pair *pairs, size_t count,
+                        size_t first_count) {
+    if (is_sorted(pairs, count)) return TULLE_OK;
+    arena_mark const mark = arena_get_mark(scratch);
+    unsigned shift = 0;
+    while (first_count >> shift > count) shift++;
+    size_t const bucket_count = (first_count >> shift) + 1;
+    pair_buckets buckets = {.pairs = pairs,
+                            .keys = ARENA_NEW(scratch, uint64_t, count),
+                            .ends = ARENA_NEW_ZEROED(scratch, uint32_t, bucket_count)};
+    bool const has_room = buckets.keys && buckets.ends;
+    if (has_room) {
+        fill_buckets(&buckets, count, bucket_count, shift);
+        parallel_for(bucket_count, BUCKET_CHUNK, threads, sort_buckets, &buckets);
+    }
+    arena_release(scratch, mark);
+    return has_room ? TULLE_OK : TULLE_ERROR_OUT_OF_MEMORY;
+}

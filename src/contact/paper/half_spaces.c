@@ -1,0 +1,163 @@
+/* contact/paper/half_spaces.c - see half_spaces.h.
+ *
+ * Dual active sets: starting at v, the half-space that is missed by most joins the active planes,
+ * of which at most three are independent; the multipliers of the active planes stay >= 0 on the way
+ * (a plane whose multiplier reaches zero leaves), so that every iterate is the nearest point to v
+ * of the active planes and the distance from v grows with each. The normals that are active are
+ * kept as Q R, orthogonalised twice.
+ *
+ * Based on: Goldfarb, Idnani, A numerically stable dual method for solving strictly convex
+ * quadratic programs, 1983. Departure: Q R is made anew for every change; there are at most three
+ * columns. */
+#include "contact/paper/half_spaces.h"
+
+/* Half-spaces are missed from this part of the largest number on: some hundred roundings. */
+#define MISSED_PART 2e-14
+/* A normal whose part outside the span of the active ones is shorter than this lies in it. */
+#define INDEPENDENT_SINE 1e-14
+/* The same as a part of the tolerance: what a parallel normal hides must not be missed. */
+#define INDEPENDENT_PART 0.25
+/* Multiplier directions under this are zero: no plane leaves because of rounding. */
+#define LEAST_DIRECTION 1e-14
+/* Changes of the active planes in units of the count; cycles only by rounding. */
+enum { CHANGES_PER_PLANE = 8, CHANGES_LEAST = 64 };
+
+typedef struct active_planes {
+    const half_space *spaces;
+    half_space_rules rules;
+    size_t members[3];
+    double multipliers[3];
+    int count;
+    vec3 q[3];
+    double r[3][3]; /* upper triangle: normal of member k = sum_j q[j] r[j][k] */
+} active_planes;
+
+static double get_offset(const half_space *space, half_space_rules rules) {
+    return fmin(fmax(space->offset, rules.low), rules.high);
+}
+
+/* How far v is outside. */
+static double find_missing(const half_space *space, half_space_rules rules, vec3 v) {
+    return get_offset(space, rules) - vec3_dot(space->normal, v);
+}
+
+double find_violation(const half_space *spaces, size_t count, vec3 v) {
+    double largest = 0.0;
+    for (size_t i = 0; i < count; i++)
+        largest = fmax(largest, find_missing(&spaces[i], OFFSETS_AS_GIVEN, v));
+    return largest;
+}
+
+/* The part of a vector outside the span of the active normals; its coordinates within it. */
+static vec3 find_outer_part(const active_planes *active, vec3 vector, double coordinates[3]) {
+    for (int j = 0; j < 3; j++) coordinates[j] = 0.0;
+    for (int pass = 0; pass < 2; pass++)
+        for (int j = 0; j < active->count; j++) {
+            double const along = vec3_dot(active->q[j], vector);
+            coordinates[j] += along;
+            vector = vec3_add_scaled(vector, active->q[j], -along);
+        }
+    return vector;
+}
+
+/* Adds a plane whose normal is independent of those that are there. */
+static void add_column(active_planes *active, size_t member, double multiplier) {
+    double coordinates[3];
+    vec3 const outer = find_outer_part(active, active->spaces[member].normal, coordinates);
+    int const k = active->count;
+    double const norm = vec3_norm(outer);
+    active->q[k] = vec3_scale(outer, 1.0 / norm);
+    for (int j = 0; j < k; j++) active->r[j][k] = coordinates[j];
+    active->r[k][k] = norm;
+    active->members[k] = member;
+    active->multipliers[k] = multiplier;
+    active->count = k + 1;
+}
+
+static void drop_plane(active_planes *active, int dropped) {
+    active_planes const old = *active;
+    active->count = 0;
+    for (int k = 0; k < old.count; k++)
+        if (k != dropped) add_column(active, old.members[k], old.multipliers[k]);
+}
+
+/* R x = coordinates */
+static void solve_triangle(const active_planes *active, const double coordinates[3], double x[3]) {
+    for (int k = active->count - 1; k >= 0; k--) {
+        double sum = coordinates[k];
+        for (int j = k + 1; j < active->count; j++) sum -= active->r[k][j] * x[j];
+        x[k] = sum / active->r[k][k];
+    }
+}
+
+/* The nearest point to v on all active planes at once. */
+static vec3 find_point_on_planes(const active_planes *active, vec3 v) {
+    double shift[3];
+    vec3 point = v;
+    for (int k = 0; k < active->count; k++) {
+        double sum = find_missing(&active->spaces[active->members[k]], active->rules, v);
+        for (int j = 0; j < k; j++) sum -= active->r[j][k] * shift[j];
+        shift[k] = sum / active->r[k][k];
+    }
+    for (int k = 0; k < active->count; k++) point = vec3_add_scaled(point, active->q[k], shift[k]);
+    return point;
+}
+
+/* Makes the plane `entering` active, dropping others as their multipliers reach zero. False when
+ * the half-spaces contradict. *point is where the active planes are left. */
+static bool enter_plane(active_planes *active, size_t entering, vec3 v, vec3 *point) {
+    half_space const *const space = &active->spaces[entering];
+    double const sine = fmax(INDEPENDENT_SINE, INDEPENDENT_PART * active->rules.tolerance);
+    double multiplier = 0.0;
+    for (;;) {
+        double coordinates[3], direction[3];
+        vec3 const outer = find_outer_part(active, space->normal, coordinates);
+        solve_triangle(active, coordinates, direction);
+        double const norm2 = vec3_norm2(outer);
+        bool const is_free = active->count < 3 && norm2 > sine * sine;
+        double const missing = find_missing(space, active->rules, *point);
+        double length = is_free ? missing / norm2 : (double)INFINITY;
+        int leaving = -1;
+        for (int k = 0; k < active->count; k++) {
+            if (!(direction[k] > LEAST_DIRECTION)) continue;
+            double const until = active->multipliers[k] / direction[k];
+            if (until >= length) continue;
+            length = until;
+            leaving = k;
+        }
+        if (!is_free && leaving < 0) return false;
+        for (int k = 0; k < active->count; k++)
+            active->multipliers[k] = fmax(active->multipliers[k] - length * direction[k], 0.0);
+        multiplier += length;
+        if (is_free) *point = vec3_add_scaled(*point, outer, length);
+        if (leaving < 0) {
+            add_column(active, entering, multiplier);
+            *point = find_point_on_planes(active, v);
+            return true;
+        }
+        drop_plane(active, leaving);
+    }
+}
+
+bool find_nearest_point(const half_space *spaces, size_t count, half_space_rules rules, vec3 v,
+                        vec3 *nearest) {
+    active_planes active = {.spaces = spaces, .rules = rules};
+    double size = fmax(fabs(v.x), fmax(fabs(v.y), fabs(v.z)));
+    for (size_t i = 0; i < count; i++) size = fmax(size, fabs(get_offset(&spaces[i], rules)));
+    vec3 point = v;
+    for (size_t change = 0; change < CHANGES_PER_PLANE * count + CHANGES_LEAST; change++) {
+        double const reach = fmax(size, vec3_norm(point));
+        double largest = fmax(MISSED_PART, rules.tolerance) * reach;
+        size_t entering = count;
+        for (size_t i = 0; i < count; i++) {
+            double const missing = find_missing(&spaces[i], rules, point);
+            if (missing <= largest) continue;
+            largest = missing;
+            entering = i;
+        }
+        if (entering == count) break;
+        if (!enter_plane(&active, entering, v, &point)) return false;
+    }
+    *nearest = point;
+    return true;
+}

@@ -1,0 +1,146 @@
+/* contact/paper/motion_space.c - see motion_space.h.
+ *
+ * The widest cone inside half-spaces {n_k . v >= 0}: with w the smallest vector for which every
+ * n_k . w >= 1, its axis is w / |w| and the sine of its angle 1 / |w|, since a direction x makes at
+ * least the angle asin(min n_k . x) with every boundary. */
+#include "contact/paper/motion_space.h"
+
+/* [rad] half of pi */
+#define RIGHT_ANGLE 1.5707963267948966
+/* Normals of features that are a hundredth of a millimetre apart are good for this much: a vector
+ * misses a half-space only by more than this part of it. */
+#define NORMAL_TOLERANCE 1e-9
+/* |w|^2 of a cone that is a half-space but for rounding. */
+#define HALF_SPACE_NORM2 (1.0 + 1e-12)
+/* |w| beyond which a cone has no angle to speak of: under a millionth. */
+#define EMPTY_NORM 1e6
+/* Two axes nearer to opposite than this (the square of a sine) have no plane in common. */
+#define OPPOSITE_SINE2 1e-24
+/* A projection may go this many times as far as the largest violation. */
+#define WEDGE_REACH 20.0
+/* Soft half-spaces: a miss counts as much as a way this many times as long, squared. */
+#define SOFT_STIFFNESS (WEDGE_REACH * WEDGE_REACH)
+/* Rounds of a soft projection, and the square of the relative change that ends it. */
+enum { SOFT_ROUNDS_MAX = 64 };
+#define SOFT_CHANGE2 1e-28
+
+static bool cone_is_empty(const canonical_cone *cone) { return !(vec3_norm2(cone->axis) > 0.0); }
+
+vec3 canonical_cone_project(const canonical_cone *cone, vec3 v) {
+    vec3 const zero = {0.0, 0.0, 0.0};
+    if (cone_is_empty(cone)) return zero;
+    double const along = vec3_dot(v, cone->axis);
+    double const cosine = cone->angle < RIGHT_ANGLE ? cos(cone->angle) : 0.0;
+    if (along >= cosine * vec3_norm(v)) return v;
+    vec3 const across = vec3_normalize(vec3_add_scaled(v, cone->axis, -along));
+    vec3 const boundary = vec3_add_scaled(vec3_scale(cone->axis, cosine), across, sin(cone->angle));
+    double const length = vec3_dot(v, boundary);
+    return length > 0.0 ? vec3_scale(boundary, length) : zero;
+}
+
+canonical_cone canonical_cone_intersect(const canonical_cone *a, const canonical_cone *b) {
+    canonical_cone const empty = {{0.0, 0.0, 0.0}, 0.0};
+    if (cone_is_empty(a) || cone_is_empty(b)) return empty;
+    vec3 const cross = vec3_cross(a->axis, b->axis);
+    double const between = atan2(vec3_norm(cross), vec3_dot(a->axis, b->axis));
+    if (between + a->angle <= b->angle) return *a;
+    if (between + b->angle <= a->angle) return *b;
+    if (between >= a->angle + b->angle || vec3_norm2(cross) < OPPOSITE_SINE2) return empty;
+    /* the common arc runs on the great circle of the axes from between - b to a, seen from a */
+    double const turn = 0.5 * (a->angle + between - b->angle);
+    vec3 const across = vec3_normalize(vec3_cross(cross, a->axis));
+    return (canonical_cone){
+        vec3_normalize(vec3_add_scaled(vec3_scale(a->axis, cos(turn)), across, sin(turn))),
+        0.5 * (a->angle + b->angle - between)};
+}
+
+canonical_cone canonical_cone_inscribe(const half_space *spaces, size_t count) {
+    canonical_cone const empty = {{0.0, 0.0, 0.0}, 0.0};
+    vec3 w;
+    if (!find_nearest_point(spaces, count, (half_space_rules){1.0, 1.0, NORMAL_TOLERANCE},
+                            (vec3){0.0, 0.0, 0.0}, &w))
+        return empty;
+    double const norm2 = vec3_norm2(w);
+    if (norm2 > EMPTY_NORM * EMPTY_NORM) return empty;
+    double const angle = norm2 <= HALF_SPACE_NORM2 ? RIGHT_ANGLE : atan2(1.0, sqrt(norm2 - 1.0));
+    return (canonical_cone){vec3_normalize(w), angle};
+}
+
+motion_space motion_space_make(tulle_motion_space kind, const half_space *half_spaces,
+                               size_t count) {
+    motion_space space = {.kind = kind, .half_spaces = half_spaces, .count = count};
+    if (kind == TULLE_MOTION_SPACE_CONE && count > 0)
+        space.cone = canonical_cone_inscribe(half_spaces, count);
+    return space;
+}
+
+bool motion_space_contains(const motion_space *space, vec3 v) {
+    bool const has_offsets = space->kind == TULLE_MOTION_SPACE_POLYHEDRAL;
+    double const size = vec3_norm(v);
+    for (size_t i = 0; i < space->count; i++) {
+        half_space const *const plane = &space->half_spaces[i];
+        double const offset = has_offsets ? plane->offset : 0.0;
+        double const slack = NORMAL_TOLERANCE * (size + fabs(offset));
+        if (vec3_dot(plane->normal, v) < offset - slack) return false;
+    }
+    return true;
+}
+
+/* Least of |x - v|^2 + SOFT_STIFFNESS sum missing^2 over the half-spaces that `point` misses. */
+static vec3 solve_missed(const motion_space *space, vec3 v, vec3 point) {
+    mat3 matrix = mat3_identity(1.0);
+    vec3 right = v;
+    for (size_t i = 0; i < space->count; i++) {
+        half_space const *const plane = &space->half_spaces[i];
+        if (!(find_violation(plane, 1, point) > 0.0)) continue;
+        mat3 const outer = mat3_outer(plane->normal, plane->normal, SOFT_STIFFNESS);
+        mat3_add_scaled(&matrix, &outer, 1.0);
+        right = vec3_add_scaled(right, plane->normal, SOFT_STIFFNESS * plane->offset);
+    }
+    /* symmetric: rows are columns */
+    double const *const m = matrix.m;
+    vec3 const rows[3] = {{m[0], m[1], m[2]}, {m[3], m[4], m[5]}, {m[6], m[7], m[8]}};
+    vec3 const yz = vec3_cross(rows[1], rows[2]), zx = vec3_cross(rows[2], rows[0]);
+    vec3 const xy = vec3_cross(rows[0], rows[1]);
+    double const scale = 1.0 / vec3_dot(rows[0], yz);
+    return (vec3){scale * vec3_dot(yz, right), scale * vec3_dot(zx, right),
+                  scale * vec3_dot(xy, right)};
+}
+
+/* Newton's method, which ends when the half-spaces that are missed stay the same. */
+static vec3 find_soft_point(const motion_space *space, vec3 v) {
+    vec3 point = v;
+    for (int round = 0; round < SOFT_ROUNDS_MAX; round++) {
+        vec3 const next = solve_missed(space, v, point);
+        double const change2 = vec3_norm2(vec3_sub(next, point));
+        point = next;
+        if (change2 <= SOFT_CHANGE2 * vec3_norm2(point)) break;
+    }
+    return point;
+}
+
+/* The nearest point of the half-spaces, offsets at most `high`; false where there is none, or it is
+ * the far end of a sharp wedge. */
+static bool project_on_planes(const motion_space *space, double high, vec3 v, vec3 *nearest) {
+    half_space_rules const rules = {-(double)INFINITY, high, NORMAL_TOLERANCE};
+    if (!find_nearest_point(space->half_spaces, space->count, rules, v, nearest)) return false;
+    double violation = 0.0;
+    for (size_t i = 0; i < space->count; i++) {
+        half_space const *const plane = &space->half_spaces[i];
+        violation = fmax(violation, fmin(plane->offset, high) - vec3_dot(plane->normal, v));
+    }
+    return vec3_norm(vec3_sub(*nearest, v)) <= WEDGE_REACH * violation;
+}
+
+static vec3 project_on_polyhedron(const motion_space *space, vec3 v) {
+    vec3 nearest;
+    if (!(find_violation(space->half_spaces, space->count, v) > 0.0)) return v;
+    if (project_on_planes(space, (double)INFINITY, v, &nearest)) return nearest;
+    if (project_on_planes(space, 0.0, v, &nearest)) return nearest;
+    return find_soft_point(space, v);
+}
+
+vec3 motion_space_project(const motion_space *space, vec3 v) {
+    if (space->kind == TULLE_MOTION_SPACE_POLYHEDRAL) return project_on_polyhedron(space, v);
+    return motion_space_contains(space, v) ? v : canonical_cone_project(&space->cone, v);
+}

@@ -1,0 +1,372 @@
+/* contact/paper/respond_by_paper.c - see respond_by_paper.h.
+ *
+ * Before the solve, every vertex with an old contact: F is the sum of the forces at the start of
+ * the step. Inside the motion space Z nothing changes. Else, with F_T = F . Z and F_N = F - F_T:
+ *      sticks, |F_T| <= mu_s |F_N|:       force 0
+ *      sticks otherwise:                  starts with F_T - mu_d |F_N| F_T / |F_T|
+ *      slides, v in Z, |F_T| > mu_d |F_N|:  F_T - mu_d |F_N| F_T / |F_T|
+ *      slides otherwise, v_T = v . Z:     sticks when |F_T| <= mu_d |F_N| and friction stops v_T
+ *                                         within the step, else F_T - mu_d |F_N| v_T / |v_T|.
+ * What this takes from or adds to a vertex goes to the right-hand side of the solve as an impulse.
+ * After the solve, v -> v . Z; a vertex with a new contact gets
+ *      v_T - mu_d |v_N| v_T / |v_T| - k_c v_N,   or -k_c v_N where |v_T| < mu_d |v_N|,
+ * and keeps of v_N the part until the time at which the contact distance is reached.
+ *
+ * Everything is per vertex: what a vertex loses no other gains, and a load is not handed on.
+ *
+ * Based on: Wong, Baciu, Dynamic interaction between deformable surfaces and nonsmooth objects,
+ * 2005, sections 4, 5 and 5.2. Departures: with polyhedral spaces forces and velocities are those
+ * relative to what is touched, and F is measured by the velocity v0 + h F / m that it leads to. A
+ * sliding vertex with v in Z and |F_T| <= mu_d |F_N|, which the paper leaves open, is treated as if
+ * v were not in Z. A vertex in contact has the law of the row that it presses most. */
+#include "contact/paper/respond_by_paper.h"
+
+#include "base/parallel.h"
+#include "contact/pairs/pair_rules.h"
+#include "contact/paper/vertex_spaces.h"
+#include "contact/solve/project_impulses.h"
+
+#include <string.h>
+
+enum { VERTEX_CHUNK = 128 };
+/* A row whose gap is over its contact distance by less than this part is touched. */
+#define TOUCHING_PART 1e-3
+
+typedef struct paper_work {
+    const contact_scene *scene;
+    const motion_system *system;
+    row_list *list;
+    double *u;
+    solve_report *report;
+    vertex_spaces spaces;
+    size_t first_new; /* rows from here on are new whatever they say */
+    double *seen;     /* [m/s] velocities that a pass reads while it writes u */
+    double *force;    /* [N s] h F of each vertex */
+    double *impulses; /* [N s] what contact gave each vertex */
+    uint8_t *is_held; /* for the solve */
+} paper_work;
+
+static bool allocate_work(paper_work *work) {
+    arena *const scratch = work->scene->scratch;
+    size_t const cloth_count = work->scene->cloth_vertex_count;
+    work->seen = ARENA_NEW(scratch, double, 3 * work->scene->vertex_count);
+    work->force = ARENA_NEW_ZEROED(scratch, double, 3 * cloth_count);
+    work->impulses = ARENA_NEW_ZEROED(scratch, double, 3 * cloth_count);
+    work->is_held = ARENA_NEW_ZEROED(scratch, uint8_t, cloth_count);
+    return work->seen && work->force && work->impulses && work->is_held;
+}
+
+/* An impulse [N s] on a vertex. */
+static void add_impulse(paper_work *work, uint32_t vertex, vec3 impulse) {
+    vec3_store(work->impulses, vertex, vec3_add(vec3_load(work->impulses, vertex), impulse));
+}
+
+/* ---- before the solve ---- */
+
+/* Old contacts: rows of the step before, or touched by a vertex that was in contact. */
+static bool is_old_contact(const void *context, uint32_t vertex, const contact_row *row) {
+    const paper_work *const work = context;
+    if (row->is_old) return true;
+    contact_law const *const law = find_contact_law(work->scene, row->vertices, row->kind);
+    double const excess = -row->bias * work->scene->time_step;
+    return work->scene->paper->before[vertex] != PARTICLE_FREE &&
+           excess <= TOUCHING_PART * law->contact_distance;
+}
+
+/* Force and velocity of a vertex as the analysis sees them, all in m/s: forces as what they change
+ * within the step. */
+typedef struct contact_motion {
+    vec3 normal_force, tangential_force, velocity;
+    bool is_free;     /* F lies in Z */
+    bool is_in_space; /* v lies in Z */
+} contact_motion;
+
+static contact_motion split_motion(const paper_work *work, uint32_t vertex, const vertex_space *at,
+                                   bool sticks) {
+    motion_space const *const space = &at->space;
+    vec3 const v0 = vec3_sub(vec3_load(work->u, vertex), at->reference);
+    vec3 const force =
+        vec3_scale(vec3_load(work->force, vertex), work->scene->inverse_mass[vertex]);
+    contact_motion motion = {.is_in_space = motion_space_contains(space, v0)};
+    if (!sticks) motion.velocity = motion.is_in_space ? v0 : motion_space_project(space, v0);
+    bool const is_relative = space->kind == TULLE_MOTION_SPACE_POLYHEDRAL;
+    vec3 const whole = is_relative ? vec3_add(v0, force) : force;
+    vec3 const kept = motion_space_project(space, whole);
+    motion.is_free = motion_space_contains(space, whole);
+    motion.normal_force = vec3_sub(whole, kept);
+    motion.tangential_force = is_relative ? vec3_sub(kept, motion.velocity) : kept;
+    return motion;
+}
+
+/* |a| less `size`, along the direction of `against`. */
+static vec3 reduce(vec3 a, double size, vec3 against) {
+    return vec3_add_scaled(a, vec3_normalize(against), -size);
+}
+
+/* The change of velocity that is left of F, and the state that follows. */
+static vec3 analyse_friction(const contact_motion *motion, const contact_law *law, uint8_t *state) {
+    vec3 const zero = {0.0, 0.0, 0.0}, tangential = motion->tangential_force;
+    double const normal_size = vec3_norm(motion->normal_force), size = vec3_norm(tangential);
+    double const limit = law->dynamic_friction * normal_size;
+    double const static_limit = law->static_friction * normal_size;
+    if (*state == PARTICLE_STICKS) {
+        if (size <= static_limit) return zero;
+        *state = PARTICLE_SLIDES;
+        return reduce(tangential, limit, tangential);
+    }
+    if (motion->is_in_space && size > limit) return reduce(tangential, limit, tangential);
+    double const speed = vec3_norm(motion->velocity);
+    if (size <= limit && limit - size >= speed) {
+        *state = PARTICLE_STICKS;
+        return zero;
+    }
+    return reduce(tangential, limit, speed > 0.0 ? motion->velocity : tangential);
+}
+
+static void analyse_vertex(paper_work *work, uint32_t vertex) {
+    paper_rules const *const rules = work->scene->paper;
+    uint8_t *const state = &rules->after[vertex];
+    space_choice const choice = {.filter = is_old_contact, .context = work};
+    vertex_space const at = find_vertex_space(&work->spaces, vertex, choice);
+    *state = PARTICLE_FREE;
+    if (at.space.count == 0) return;
+    *state = rules->before[vertex] == PARTICLE_STICKS ? PARTICLE_STICKS : PARTICLE_SLIDES;
+    contact_motion const motion = split_motion(work, vertex, &at, *state == PARTICLE_STICKS);
+    if (motion.is_free) {
+        *state = PARTICLE_SLIDES;
+        return;
+    }
+    bool const is_relative = at.space.kind == TULLE_MOTION_SPACE_POLYHEDRAL;
+    vec3 const v0 = vec3_sub(vec3_load(work->u, vertex), at.reference);
+    double const inverse_mass = work->scene->inverse_mass[vertex];
+    vec3 const force = vec3_scale(vec3_load(work->force, vertex), inverse_mass);
+    vec3 const pressing = is_relative ? vec3_add(v0, force) : force;
+    const contact_row *const row = find_pressed_row(&work->spaces, vertex, &at, choice, pressing);
+    if (!row) return;
+    vec3 const left =
+        analyse_friction(&motion, find_contact_law(work->scene, row->vertices, row->kind), state);
+    bool const sticks = *state == PARTICLE_STICKS;
+    vec3 const end = sticks ? (vec3){0.0, 0.0, 0.0} : vec3_add(motion.velocity, left);
+    vec3 const change = vec3_sub(end, vec3_add(v0, force));
+    add_impulse(work, vertex, vec3_scale(change, 1.0 / inverse_mass));
+}
+
+static void analyse_chunk(void *context, size_t begin, size_t end, size_t chunk, int worker) {
+    (void)chunk, (void)worker;
+    for (size_t i = begin; i < end; i++) analyse_vertex(context, (uint32_t)i);
+}
+
+/* h F, or the part of h that the integrator counts at once, and the velocities v0 + h F / m that
+ * planes are carried along with. */
+static void find_forces(paper_work *work) {
+    const contact_scene *const scene = work->scene;
+    const motion_system *const system = work->system;
+    memcpy(work->seen, work->u, 3 * scene->vertex_count * sizeof(double));
+    for (size_t i = 0; i < scene->cloth_vertex_count; i++) {
+        vec3 const force = vec3_scale(vec3_load(system->forces, i), system->force_time);
+        vec3_store(work->force, i, force);
+        if (!(scene->inverse_mass[i] > 0.0)) continue;
+        vec3_store(work->seen, i,
+                   vec3_add_scaled(vec3_load(work->u, i), force, scene->inverse_mass[i]));
+    }
+    find_shared_motions(&work->spaces, work->seen);
+}
+
+/* ---- the solve ---- */
+
+/* Norm of the force impulse, as conjugate gradients measure it. */
+static tulle_status measure_force(paper_work *work, conjugate_gradients_problem problem,
+                                  double *norm) {
+    problem.right_hand_side = work->force;
+    return conjugate_gradients_measure(&problem, work->scene->scratch, norm);
+}
+
+static tulle_status solve_system(paper_work *work) {
+    const contact_scene *const scene = work->scene;
+    const motion_system *const system = work->system;
+    size_t const count = scene->cloth_vertex_count;
+    double *const right_hand_side = ARENA_NEW(scene->scratch, double, 3 * count);
+    double *const diagonal = ARENA_NEW(scene->scratch, double, 9 * count);
+    if (!right_hand_side || !diagonal) return TULLE_ERROR_OUT_OF_MEMORY;
+    block_matrix_get_diagonal(system->matrix, diagonal, scene->threads);
+    for (size_t i = 0; i < 3 * count; i++)
+        right_hand_side[i] = system->right_hand_side[i] + work->impulses[i];
+    for (size_t i = 0; i < count; i++) {
+        if (!(scene->inverse_mass[i] > 0.0)) work->is_held[i] = 1;
+    }
+    conjugate_gradients_problem problem = {.vertex_count = count,
+                                           .apply = system->apply,
+                                           .apply_context = system->apply_context,
+                                           .right_hand_side = right_hand_side,
+                                           .diagonal = diagonal,
+                                           .is_fixed = work->is_held,
+                                           .tolerance = scene->settings.cg_tolerance,
+                                           .max_iterations = scene->settings.cg_max_iterations,
+                                           .threads = scene->threads,
+                                           .stop = scene->stop};
+    tulle_status status = measure_force(work, problem, &problem.reference);
+    conjugate_gradients_result result;
+    if (status == TULLE_OK)
+        status = conjugate_gradients_solve(&problem, work->u, scene->scratch, &result);
+    if (status != TULLE_OK) return status;
+    if (stop_is_wanted(scene->stop)) return TULLE_ERROR_INTERRUPTED;
+    work->report->solve_count = 1;
+    work->report->cg_iterations = (uint32_t)result.iterations;
+    work->report->cg_residual = result.residual;
+    work->report->has_converged = result.end == CONJUGATE_GRADIENTS_CONVERGED;
+    return TULLE_OK;
+}
+
+/* ---- after the solve ---- */
+
+/* A new pair that is apart and does not come near is no contact. */
+static void drop_rows_apart(paper_work *work) {
+    row_list *const list = work->list;
+    size_t kept = 0;
+    for (size_t i = 0; i < list->rows.count; i++) {
+        const contact_row *const row = &list->rows.data[i];
+        double const speed = vec3_dot(row->normal, get_relative_velocity(row, work->u));
+        if (row->is_old || row->bias >= 0.0 || speed < row->bias) list->rows.data[kept++] = *row;
+    }
+    list->rows.count = list->gathered_count = work->first_new = kept;
+}
+
+/* The time, in parts of the step, until a vertex's new contacts reach the contact distance; 1 where
+ * none is hit. */
+static double find_collision_time(const paper_work *work, uint32_t vertex) {
+    const vertex_spaces *const spaces = &work->spaces;
+    double time = 1.0;
+    for (uint32_t i = spaces->begin[vertex]; i < spaces->begin[vertex + 1]; i++) {
+        size_t const index = spaces->entries[i] / 4;
+        const contact_row *const row = &work->list->rows.data[index];
+        if (index < work->first_new && is_old_contact(work, vertex, row)) continue;
+        double const speed = vec3_dot(row->normal, get_relative_velocity(row, work->seen));
+        if (speed < fmin(row->bias, 0.0)) time = fmin(time, fmin(row->bias, 0.0) / speed);
+    }
+    return time;
+}
+
+/* Impact of a vertex; false when its own velocity [m/s] hits nothing. */
+static bool find_impact(const paper_work *work, uint32_t vertex, double time, uint8_t *state,
+                        vec3 *velocity) {
+    space_choice const choice = {.is_closed = true};
+    vertex_space const at = find_vertex_space(&work->spaces, vertex, choice);
+    vec3 const before = vec3_sub(*velocity, at.reference);
+    const contact_row *const row = find_pressed_row(&work->spaces, vertex, &at, choice, before);
+    if (!row || motion_space_contains(&at.space, before)) return false;
+    contact_law const *const law = find_contact_law(work->scene, row->vertices, row->kind);
+    vec3 const tangential = motion_space_project(&at.space, before);
+    vec3 const normal = vec3_sub(before, tangential);
+    double const limit = law->dynamic_friction * vec3_norm(normal);
+    vec3 end = vec3_scale(normal, law->restitution > 0.0 ? -law->restitution : time);
+    *state = PARTICLE_STICKS;
+    if (vec3_norm(tangential) >= limit) {
+        *state = PARTICLE_SLIDES;
+        end = vec3_add(end, reduce(tangential, limit, tangential));
+    }
+    *velocity = vec3_add(end, at.reference);
+    return true;
+}
+
+static void project_vertex(paper_work *work, uint32_t vertex) {
+    uint8_t *const state = &work->scene->paper->after[vertex];
+    if (work->spaces.begin[vertex] == work->spaces.begin[vertex + 1]) return;
+    vec3 const before = vec3_load(work->seen, vertex);
+    double const time = find_collision_time(work, vertex);
+    vec3 end = before;
+    if (*state == PARTICLE_FREE) *state = PARTICLE_SLIDES;
+    if (!(time < 1.0) || !find_impact(work, vertex, time, state, &end)) {
+        vertex_space const at = find_vertex_space(&work->spaces, vertex, (space_choice){0});
+        end =
+            vec3_add(motion_space_project(&at.space, vec3_sub(before, at.reference)), at.reference);
+    }
+    vec3_store(work->u, vertex, end);
+    add_impulse(work, vertex,
+                vec3_scale(vec3_sub(end, before), 1.0 / work->scene->inverse_mass[vertex]));
+}
+
+static void project_chunk(void *context, size_t begin, size_t end, size_t chunk, int worker) {
+    (void)chunk, (void)worker;
+    for (size_t i = begin; i < end; i++) project_vertex(context, (uint32_t)i);
+}
+
+/* Each row's share of what its vertices took, for reports and for what is stored. */
+static void share_impulses(paper_work *work) {
+    for (size_t i = 0; i < work->list->rows.count; i++) {
+        contact_row *const row = &work->list->rows.data[i];
+        vec3 sum = {0.0, 0.0, 0.0};
+        bool sticks = false;
+        for (int k = 0; k < 4; k++) {
+            uint32_t const vertex = row->vertices[k];
+            if (vertex >= work->scene->cloth_vertex_count) continue;
+            uint32_t const rows = work->spaces.begin[vertex + 1] - work->spaces.begin[vertex];
+            if (rows == 0) continue;
+            double const side = row->weights[k] >= 0.0 ? 1.0 : -1.0;
+            sum = vec3_add_scaled(sum, vec3_load(work->impulses, vertex), side / rows);
+            if (work->scene->paper->after[vertex] == PARTICLE_STICKS && row->weights[k] != 0.0)
+                sticks = true;
+        }
+        row->impulse = vec3_add(row->impulse, sum);
+        bool const is_loaded = vec3_norm2(row->impulse) > 0.0;
+        row->state = !is_loaded ? ROW_OPEN : sticks ? ROW_STICKS : ROW_SLIDES;
+    }
+}
+
+/* Velocities onto their motion spaces, all from the same velocities. */
+static tulle_status project_velocities(paper_work *work) {
+    const contact_scene *const scene = work->scene;
+    if (!vertex_spaces_make(&work->spaces, scene, work->list, scene->paper->motion_space))
+        return TULLE_ERROR_OUT_OF_MEMORY;
+    memcpy(work->seen, work->u, 3 * scene->vertex_count * sizeof(double));
+    find_shared_motions(&work->spaces, work->seen);
+    parallel_for(scene->cloth_vertex_count, VERTEX_CHUNK, scene->threads, project_chunk, work);
+    share_impulses(work);
+    return TULLE_OK;
+}
+
+static void count_states(const paper_work *work) {
+    for (size_t i = 0; i < work->list->rows.count; i++) {
+        work->report->stick_count += work->list->rows.data[i].state == ROW_STICKS;
+        work->report->slip_count += work->list->rows.data[i].state == ROW_SLIDES;
+    }
+}
+
+static tulle_status run_response(paper_work *work) {
+    const contact_scene *const scene = work->scene;
+    row_list *const list = work->list;
+    for (size_t i = 0; i < list->rows.count; i++) {
+        list->rows.data[i].impulse = (vec3){0.0, 0.0, 0.0};
+        list->rows.data[i].is_hard = false;
+    }
+    if (!allocate_work(work) ||
+        !vertex_spaces_make(&work->spaces, scene, list, scene->paper->motion_space))
+        return TULLE_ERROR_OUT_OF_MEMORY;
+    find_forces(work);
+    parallel_for(scene->cloth_vertex_count, VERTEX_CHUNK, scene->threads, analyse_chunk, work);
+    tulle_status status = solve_system(work);
+    if (status != TULLE_OK) return status;
+    drop_rows_apart(work);
+    status = project_velocities(work);
+    if (status == TULLE_OK) count_states(work);
+    return status;
+}
+
+tulle_status respond_by_paper(const contact_scene *scene, const motion_system *system,
+                              row_list *list, double *u, solve_report *report) {
+    *report = (solve_report){.has_converged = true};
+    arena_mark const mark = arena_get_mark(scene->scratch);
+    paper_work work = {.scene = scene, .system = system, .list = list, .u = u, .report = report};
+    tulle_status const status = run_response(&work);
+    arena_release(scene->scratch, mark);
+    return status;
+}
+
+tulle_status respond_to_impacts_by_paper(const contact_scene *scene, row_list *list,
+                                         size_t first_new, double *u) {
+    arena_mark const mark = arena_get_mark(scene->scratch);
+    paper_work work = {.scene = scene, .list = list, .u = u, .first_new = first_new};
+    tulle_status const status =
+        allocate_work(&work) ? project_velocities(&work) : TULLE_ERROR_OUT_OF_MEMORY;
+    arena_release(scene->scratch, mark);
+    return status;
+}

@@ -1,0 +1,139 @@
+/* contact/paper/vertex_spaces.c - see vertex_spaces.h.
+ *
+ * A row keeps its features apart by a plane through the contact point: corners of the first feature
+ * stay before it, those of the second behind it. With V the velocity of the sides together, a the
+ * share of the relative velocity that a side takes and s >= 0 how far a corner lies from the plane
+ * through its side's contact point, a corner of the first feature may move with
+ *      n . u >= n . V + a bias - s / h,
+ * where bias is the row's (contact_rows.c). Both sides at their limits move exactly as the row
+ * asks.
+ *
+ * Based on: Wong, Baciu, Dynamic interaction between deformable surfaces and nonsmooth objects,
+ * 2005, section 4. Departure: planes of polyhedral spaces move; theirs stand still (kind cone). */
+#include "contact/paper/vertex_spaces.h"
+
+static int count_first_corners(const contact_row *row) {
+    return row->kind == FEATURE_VERTEX_TRIANGLE ? 1 : 2;
+}
+
+static bool has_entry(const vertex_spaces *spaces, uint32_t vertex) {
+    return vertex < spaces->scene->cloth_vertex_count && spaces->scene->inverse_mass[vertex] > 0.0;
+}
+
+static void fill_entries(vertex_spaces *spaces) {
+    const row_list *const list = spaces->list;
+    size_t const vertex_count = spaces->scene->cloth_vertex_count;
+    for (size_t i = 0; i < list->rows.count; i++)
+        for (int k = 0; k < 4; k++)
+            if (has_entry(spaces, list->rows.data[i].vertices[k]))
+                spaces->begin[list->rows.data[i].vertices[k] + 1]++;
+    for (size_t i = 0; i < vertex_count; i++) spaces->begin[i + 1] += spaces->begin[i];
+    /* filled from the back, so that begin[i] ends where the entries of i begin */
+    for (size_t i = list->rows.count; i-- > 0;)
+        for (int k = 3; k >= 0; k--) {
+            uint32_t const vertex = list->rows.data[i].vertices[k];
+            if (has_entry(spaces, vertex))
+                spaces->entries[--spaces->begin[vertex + 1]] = (uint32_t)(4 * i) + (uint32_t)k;
+        }
+    /* now begin[i + 1] is where those of i begin */
+    for (size_t i = 0; i < vertex_count; i++) spaces->begin[i] = spaces->begin[i + 1];
+}
+
+bool vertex_spaces_make(vertex_spaces *spaces, const contact_scene *scene, const row_list *list,
+                        tulle_motion_space kind) {
+    arena *const scratch = scene->scratch;
+    size_t const row_count = list->rows.count;
+    *spaces = (vertex_spaces){.scene = scene, .list = list, .kind = kind};
+    spaces->begin = ARENA_NEW_ZEROED(scratch, uint32_t, scene->cloth_vertex_count + 1);
+    spaces->entries = ARENA_NEW(scratch, uint32_t, 4 * row_count);
+    spaces->planes = ARENA_NEW(scratch, half_space, 4 * row_count);
+    spaces->shared = ARENA_NEW(scratch, shared_motion, row_count);
+    if (!spaces->begin || !spaces->entries || !spaces->planes || !spaces->shared) return false;
+    fill_entries(spaces);
+    uint32_t total = 0;
+    for (size_t i = 0; i < row_count; i++)
+        for (int k = 0; k < 4; k++) total += has_entry(spaces, list->rows.data[i].vertices[k]);
+    spaces->begin[scene->cloth_vertex_count] = total;
+    return true;
+}
+
+/* The weighted point of one side of a row in an array of vectors. */
+static vec3 blend_side(const contact_row *row, bool is_first, const double *array) {
+    int const split = count_first_corners(row);
+    vec3 sum = {0.0, 0.0, 0.0};
+    for (int k = is_first ? 0 : split; k < (is_first ? split : 4); k++)
+        sum = vec3_add_scaled(sum, vec3_load(array, row->vertices[k]), fabs(row->weights[k]));
+    return sum;
+}
+
+void find_shared_motions(vertex_spaces *spaces, const double *velocities) {
+    for (size_t i = 0; i < spaces->list->rows.count; i++) {
+        const contact_row *const row = &spaces->list->rows.data[i];
+        double mobility[2] = {0.0, 0.0};
+        for (int k = 0; k < 4; k++)
+            mobility[k >= count_first_corners(row)] +=
+                row->weights[k] * row->weights[k] * spaces->scene->inverse_mass[row->vertices[k]];
+        double const share = mobility[0] / (mobility[0] + mobility[1]);
+        spaces->shared[i] = (shared_motion){
+            vec3_lerp(blend_side(row, true, velocities), blend_side(row, false, velocities), share),
+            share};
+    }
+}
+
+/* The half-space of a corner, seen from a frame that stands still. */
+static half_space make_plane(const vertex_spaces *spaces, uint32_t entry, bool is_closed) {
+    const contact_row *const row = &spaces->list->rows.data[entry / 4];
+    int const corner = (int)(entry % 4);
+    bool const is_first = corner < count_first_corners(row);
+    vec3 const normal = is_first ? row->normal : vec3_neg(row->normal);
+    if (spaces->kind == TULLE_MOTION_SPACE_CONE) return (half_space){normal, 0.0};
+    shared_motion const *const shared = &spaces->shared[entry / 4];
+    double const offset = vec3_dot(normal, shared->velocity);
+    if (is_closed) return (half_space){normal, offset};
+    double const *const x0 = spaces->scene->x0;
+    vec3 const arm = vec3_sub(vec3_load(x0, row->vertices[corner]), blend_side(row, is_first, x0));
+    double const behind = fmax(vec3_dot(normal, arm), 0.0) / spaces->scene->time_step;
+    double const share = is_first ? shared->first_share : 1.0 - shared->first_share;
+    return (half_space){normal, offset + share * row->bias - behind};
+}
+
+static bool takes_part(const space_choice *choice, uint32_t vertex, const contact_row *row) {
+    return !choice->filter || choice->filter(choice->context, vertex, row);
+}
+
+vertex_space find_vertex_space(const vertex_spaces *spaces, uint32_t vertex, space_choice choice) {
+    vertex_space result = {.reference = {0.0, 0.0, 0.0}};
+    uint32_t const begin = spaces->begin[vertex];
+    half_space *const planes = spaces->planes + begin;
+    vec3 sum = {0.0, 0.0, 0.0};
+    size_t count = 0;
+    for (uint32_t i = begin; i < spaces->begin[vertex + 1]; i++) {
+        uint32_t const entry = spaces->entries[i];
+        if (!takes_part(&choice, vertex, &spaces->list->rows.data[entry / 4])) continue;
+        planes[count++] = make_plane(spaces, entry, choice.is_closed);
+        sum = vec3_add(sum, spaces->shared[entry / 4].velocity);
+    }
+    if (spaces->kind == TULLE_MOTION_SPACE_POLYHEDRAL && count > 0) {
+        result.reference = vec3_scale(sum, 1.0 / (double)count);
+        for (size_t i = 0; i < count; i++)
+            planes[i].offset -= vec3_dot(planes[i].normal, result.reference);
+    }
+    result.space = motion_space_make(spaces->kind, planes, count);
+    return result;
+}
+
+const contact_row *find_pressed_row(const vertex_spaces *spaces, uint32_t vertex,
+                                    const vertex_space *space, space_choice choice, vec3 velocity) {
+    const contact_row *pressed = NULL;
+    double largest = 0.0;
+    size_t plane = 0;
+    for (uint32_t i = spaces->begin[vertex]; i < spaces->begin[vertex + 1]; i++) {
+        const contact_row *const row = &spaces->list->rows.data[spaces->entries[i] / 4];
+        if (!takes_part(&choice, vertex, row)) continue;
+        double const missing = find_violation(&space->space.half_spaces[plane++], 1, velocity);
+        if (missing <= largest) continue;
+        largest = missing;
+        pressed = row;
+    }
+    return pressed;
+}

@@ -1,0 +1,20 @@
+/* contact/rows/carry_over.h - impulses of contacts that changed their features. */
+#ifndef TULLE_CONTACT_ROWS_CARRY_OVER_H
+#define TULLE_CONTACT_ROWS_CARRY_OVER_H
+
+#include "contact/contact_types.h"
+
+/* The row of a contact of the step before takes its impulse (times `scale`), hardness and state. */
+void restore_contact(const contact_scene *scene, contact_row *row, const stored_contact *contact,
+                     double scale);
+
+/* Hands each contact of the store that has no row any more to at most one row that has no contact:
+ * among `rows`, or among `reserve`, rows that are only kept when a contact is handed to them. Each
+ * row takes one contact at most, so nothing is doubled. In: rows sorted by (kind, pair), with room
+ * for reserve_count more; reserve sorted, too, of other pairs. Out: rows and *count with those of
+ * the reserve that are kept. */
+tulle_status carry_over_contacts(const contact_scene *scene, const contact_store *store,
+                                 contact_row **rows, size_t *count, contact_row *const *reserve,
+                                 size_t reserve_count);
+
+#endif

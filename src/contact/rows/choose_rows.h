@@ -1,0 +1,12 @@
+/* contact/rows/choose_rows.h - stage 9: the rows of the pairs that stage 2 found. */
+#ifndef TULLE_CONTACT_ROWS_CHOOSE_ROWS_H
+#define TULLE_CONTACT_ROWS_CHOOSE_ROWS_H
+
+#include "contact/pairs/pair_scan.h"
+
+/* Replaces the rows of the list (its array lives on scene->heap) by those of the admissible events
+ * along x0 -> predicted, with the contacts of the store carried over to them. */
+tulle_status choose_rows(const contact_scene *scene, const contact_store *store,
+                         const double *predicted, const pair_events *found, row_list *list);
+
+#endif

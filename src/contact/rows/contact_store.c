@@ -1,0 +1,210 @@
+/* contact/rows/contact_store.c - stage 12, see contact_store.h.
+ *
+ * The store is an array sorted by (kind, first, second), looked up by bisection. A pair may own
+ * several rows (one gathered, some from impacts); their impulses act on nearly the same points, so
+ * their sum is what the pair carries. State and age are the largest of them, the normal is that of
+ * the oldest row. */
+#include "contact/rows/contact_store.h"
+
+#include "base/hash.h"
+
+#include <math.h>
+#include <string.h>
+
+static int compare_keys(const stored_contact *a, const stored_contact *b) {
+    if (a->kind != b->kind) return a->kind < b->kind ? -1 : 1;
+    if (a->first != b->first) return a->first < b->first ? -1 : 1;
+    if (a->second != b->second) return a->second < b->second ? -1 : 1;
+    return 0;
+}
+
+/* Moves item `hole` down the heap of `count` contacts (a heap sort needs no memory). */
+static void sift_down(stored_contact *items, size_t hole, size_t count) {
+    stored_contact const item = items[hole];
+    for (size_t child; (child = 2 * hole + 1) < count; hole = child) {
+        if (child + 1 < count && compare_keys(&items[child], &items[child + 1]) < 0) child++;
+        if (compare_keys(&items[child], &item) <= 0) break;
+        items[hole] = items[child];
+    }
+    items[hole] = item;
+}
+
+static void sort_contacts(stored_contact *items, size_t count) {
+    for (size_t i = count / 2; i-- > 0;) sift_down(items, i, count);
+    for (size_t end = count; end-- > 1;) {
+        stored_contact const largest = items[0];
+        items[0] = items[end];
+        items[end] = largest;
+        sift_down(items, 0, end);
+    }
+}
+
+static bool is_sorted(const stored_contact *items, size_t count) {
+    for (size_t i = 1; i < count; i++)
+        if (compare_keys(&items[i - 1], &items[i]) >= 0) return false;
+    return true;
+}
+
+/* Makes one contact of each run of equal keys; returns how many there are. */
+static size_t merge_equal_keys(stored_contact *items, size_t count) {
+    size_t kept = 0;
+    for (size_t i = 0; i < count; i++) {
+        if (kept > 0 && compare_keys(&items[kept - 1], &items[i]) == 0) {
+            for (int k = 0; k < 3; k++) items[kept - 1].impulse[k] += items[i].impulse[k];
+            items[kept - 1].is_hard |= items[i].is_hard;
+            if (items[i].state > items[kept - 1].state) items[kept - 1].state = items[i].state;
+            if (items[i].age > items[kept - 1].age) {
+                items[kept - 1].age = items[i].age;
+                memcpy(items[kept - 1].normal, items[i].normal, sizeof items[i].normal);
+                memcpy(items[kept - 1].anchor, items[i].anchor, sizeof items[i].anchor);
+            }
+        } else {
+            items[kept++] = items[i];
+        }
+    }
+    return kept;
+}
+
+tulle_status reserve_contacts(contact_store *store, memory *heap, size_t row_count) {
+    if (row_count <= store->contacts.capacity) return TULLE_OK;
+    bool const has_room = ARRAY_RESERVE(heap, &store->contacts, row_count - store->contacts.count);
+    return has_room ? TULLE_OK : TULLE_ERROR_OUT_OF_MEMORY;
+}
+
+tulle_status update_contacts(contact_store *store, memory *heap, const row_list *list,
+                             double time_step) {
+    tulle_status const status = reserve_contacts(store, heap, list->rows.count);
+    if (status != TULLE_OK) return status;
+    stored_contact *const contacts = store->contacts.data;
+    for (size_t i = 0; i < list->rows.count; i++) {
+        const contact_row *const row = &list->rows.data[i];
+        /* a contact that rebounds carries nothing into the next step */
+        vec3 const impulse = vec3_scale(row->impulse, row->rebound > 0.0 ? 0.0 : 1.0);
+        contacts[i] = (stored_contact){.kind = (uint32_t)row->kind,
+                                       .first = row->pair.first,
+                                       .second = row->pair.second,
+                                       .is_hard = row->is_hard,
+                                       .state = (uint32_t)row->state,
+                                       .age = row->age == UINT32_MAX ? row->age : row->age + 1,
+                                       .impulse = {impulse.x, impulse.y, impulse.z},
+                                       .normal = {row->normal.x, row->normal.y, row->normal.z},
+                                       .anchor = {row->anchor.x, row->anchor.y, row->anchor.z}};
+    }
+    if (!is_sorted(contacts, list->rows.count)) sort_contacts(contacts, list->rows.count);
+    store->contacts.count = merge_equal_keys(contacts, list->rows.count);
+    store->time_step = store->contacts.count > 0 ? time_step : 0.0;
+    return TULLE_OK;
+}
+
+tulle_status add_contacts(contact_store *store, memory *heap, const stored_contact *contacts,
+                          size_t count, double time_step) {
+    if (count == 0) return TULLE_OK;
+    tulle_status const status = reserve_contacts(store, heap, store->contacts.count + count);
+    if (status != TULLE_OK) return status;
+    memcpy(store->contacts.data + store->contacts.count, contacts, count * sizeof *contacts);
+    store->contacts.count += count;
+    sort_contacts(store->contacts.data, store->contacts.count);
+    store->time_step = time_step;
+    return TULLE_OK;
+}
+
+contact_reader read_contacts_from(const contact_store *store, feature_kind kind,
+                                  feature_pair pair) {
+    stored_contact const key = {.kind = (uint32_t)kind, .first = pair.first, .second = pair.second};
+    size_t low = 0, high = store->contacts.count;
+    while (low < high) {
+        size_t const middle = low + (high - low) / 2;
+        if (compare_keys(&store->contacts.data[middle], &key) < 0)
+            low = middle + 1;
+        else
+            high = middle;
+    }
+    return (contact_reader){store, low};
+}
+
+const stored_contact *read_contact(contact_reader *reader, feature_kind kind, feature_pair pair) {
+    stored_contact const key = {.kind = (uint32_t)kind, .first = pair.first, .second = pair.second};
+    const stored_contact *const contacts = reader->store->contacts.data;
+    size_t const count = reader->store->contacts.count;
+    int order = 1;
+    while (reader->next < count && (order = compare_keys(&contacts[reader->next], &key)) < 0)
+        reader->next++;
+    return order == 0 ? &contacts[reader->next] : NULL;
+}
+
+const stored_contact *find_contact(const contact_store *store, feature_kind kind,
+                                   feature_pair pair) {
+    contact_reader reader = read_contacts_from(store, kind, pair);
+    return read_contact(&reader, kind, pair);
+}
+
+void contact_store_destroy(contact_store *store, memory *heap) {
+    ARRAY_FREE(heap, &store->contacts);
+    store->time_step = 0.0;
+}
+
+uint64_t contact_store_hash(const contact_store *store, uint64_t hash) {
+    uint64_t const count = store->contacts.count;
+    hash = hash_bytes(hash, &count, sizeof count);
+    hash = hash_bytes(hash, &store->time_step, sizeof store->time_step);
+    return hash_bytes(hash, store->contacts.data, store->contacts.count * sizeof(stored_contact));
+}
+
+/* Block: count (8 bytes), time step (8 bytes), contacts. */
+typedef struct store_header {
+    uint64_t count;
+    double time_step;
+} store_header;
+
+size_t contact_store_get_size(const contact_store *store) {
+    return sizeof(store_header) + store->contacts.count * sizeof(stored_contact);
+}
+
+void contact_store_save(const contact_store *store, void *bytes) {
+    store_header const header = {store->contacts.count, store->time_step};
+    memcpy(bytes, &header, sizeof header);
+    if (header.count > 0)
+        memcpy((char *)bytes + sizeof header, store->contacts.data,
+               store->contacts.count * sizeof(stored_contact));
+}
+
+static bool is_valid_contact(const stored_contact *contact) {
+    for (int k = 0; k < 3; k++)
+        if (!isfinite(contact->impulse[k]) || !isfinite(contact->normal[k]) ||
+            !isfinite(contact->anchor[k]))
+            return false;
+    return contact->kind <= FEATURE_EDGE_EDGE && contact->is_hard <= 1 &&
+           contact->state <= ROW_SLIDES;
+}
+
+/* Checks a block without relying on its alignment. */
+static bool is_valid_block(const char *bytes, size_t byte_count, store_header *header) {
+    if (byte_count < sizeof *header) return false;
+    memcpy(header, bytes, sizeof *header);
+    if (header->count > (byte_count - sizeof *header) / sizeof(stored_contact)) return false;
+    if (byte_count != sizeof *header + header->count * sizeof(stored_contact)) return false;
+    if (!isfinite(header->time_step) || header->time_step < 0.0) return false;
+    if ((header->count > 0) != (header->time_step > 0.0)) return false;
+    stored_contact last = {0}, contact;
+    for (size_t i = 0; i < header->count; i++) {
+        memcpy(&contact, bytes + sizeof *header + i * sizeof contact, sizeof contact);
+        if (!is_valid_contact(&contact) || (i > 0 && compare_keys(&last, &contact) >= 0))
+            return false;
+        last = contact;
+    }
+    return true;
+}
+
+tulle_status contact_store_load(contact_store *store, memory *heap, const void *bytes,
+                                size_t byte_count) {
+    store_header header;
+    if (!is_valid_block(bytes, byte_count, &header)) return TULLE_ERROR_INVALID_ARGUMENT;
+    tulle_status const status = reserve_contacts(store, heap, (size_t)header.count);
+    if (status != TULLE_OK) return status;
+    if (header.count > 0)
+        memcpy(store->contacts.data, (const char *)bytes + sizeof header,
+               (size_t)header.count * sizeof(stored_contact));
+    store->contacts.count = (size_t)header.count;
+    store->time_step = header.time_step;
+    return TULLE_OK;
+}

@@ -1,0 +1,46 @@
+/* contact/rows/contact_store.h - stage 12 and the contacts that live from step to step. */
+#ifndef TULLE_CONTACT_ROWS_CONTACT_STORE_H
+#define TULLE_CONTACT_ROWS_CONTACT_STORE_H
+
+#include "contact/contact_types.h"
+
+/* Stage 12. Replaces the store's contents by the rows of an accepted step of length time_step [s]:
+ * every pair once, impulses of its rows summed. Fails only for want of memory; the store is then
+ * as it was. reserve_contacts before the point of no return makes failure impossible. */
+tulle_status update_contacts(contact_store *store, memory *heap, const row_list *list,
+                             double time_step);
+/* Adds contacts of pairs that are not in the store, of a step of length time_step [s]. Fails only
+ * for want of memory; the store is then as it was. */
+tulle_status add_contacts(contact_store *store, memory *heap, const stored_contact *contacts,
+                          size_t count, double time_step);
+/* Makes room for `row_count` contacts. */
+tulle_status reserve_contacts(contact_store *store, memory *heap, size_t row_count);
+
+/* The contact of a pair, or null. */
+const stored_contact *find_contact(const contact_store *store, feature_kind kind,
+                                   feature_pair pair);
+
+/* The same for keys in ascending order of (kind, pair), one after the other. A zeroed reader with
+ * its store is at the first contact. */
+typedef struct contact_reader {
+    const contact_store *store;
+    size_t next;
+} contact_reader;
+
+/* The reader that goes on from this key. */
+contact_reader read_contacts_from(const contact_store *store, feature_kind kind, feature_pair pair);
+const stored_contact *read_contact(contact_reader *reader, feature_kind kind, feature_pair pair);
+
+void contact_store_destroy(contact_store *store, memory *heap);
+uint64_t contact_store_hash(const contact_store *store, uint64_t hash);
+
+/* The store as bytes (a little-endian block without padding), for the checkpoint. */
+size_t contact_store_get_size(const contact_store *store);
+void contact_store_save(const contact_store *store, void *bytes);
+/* Reads a block of byte_count bytes; INVALID_ARGUMENT when it is not one (wrong size, unsorted,
+ * values not finite), the store is then as it was. Whether indices fit the mesh does not matter:
+ * unknown pairs are never looked up. */
+tulle_status contact_store_load(contact_store *store, memory *heap, const void *bytes,
+                                size_t byte_count);
+
+#endif

@@ -1,0 +1,37 @@
+/* contact/rows/hidden_rows.h - rows with an obstacle that a nearer one makes idle. */
+#ifndef TULLE_CONTACT_ROWS_HIDDEN_ROWS_H
+#define TULLE_CONTACT_ROWS_HIDDEN_ROWS_H
+
+#include "contact/pairs/pair_scan.h"
+
+/* The plane of an obstacle near a vertex of cloth or of a free body. */
+typedef struct near_plane {
+    double distance; /* [m] of the vertex from it; 0: there is none */
+    vec3 normal;     /* unit, towards the vertex */
+    vec3 point;      /* [m] nearest to the vertex now ... */
+    vec3 end;        /* [m] ... and where the obstacle takes it */
+} near_plane;
+
+/* The planes of rows, and which of them is that of the nearest obstacle to each vertex. */
+typedef struct near_planes {
+    near_plane *of_rows;
+    uint32_t *nearest; /* of each vertex: a row, or TULLE_NONE */
+} near_planes;
+
+/* Finds the plane of a row: there is one if it is a vertex/triangle row of now with a scripted
+ * obstacle and pushes that way. ends [m]: predicted. */
+void find_near_plane(const contact_scene *scene, const double *ends, const contact_row *row,
+                     near_plane *plane);
+
+/* Makes the plane of row `index` that of the vertex, if it is nearer than what is there. */
+void note_near_plane(near_planes *planes, uint32_t vertex, size_t index);
+
+/* Whether the row's obstacle's feature lies behind the plane of a nearer one of the same vertices
+ * of cloth or of a free body: that one keeps them away from it, too. Where an obstacle is flat a
+ * row a vertex is left; where triangles or obstacles lie flush without sharing vertices, the rim of
+ * the next one is no edge to stop at. The nearest row of a vertex is never hidden. Of the row only
+ * kind, vertices, weights and is_old are read; `index` tells it from others. */
+bool row_is_hidden(const contact_scene *scene, const double *ends, const near_planes *planes,
+                   const contact_row *row, size_t index);
+
+#endif

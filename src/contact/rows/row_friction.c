@@ -1,0 +1,196 @@
+/* contact/rows/row_friction.c - see row_friction.h.
+ *
+ * Static or dynamic: a contact that slips faster than slip_speed at the start of the step is one
+ * that slides; its friction is bounded by the dynamic coefficient, that of all others by the static
+ * one. The bound holds for the whole step. A sliding contact that friction can stop within the step
+ * is stopped by it, and sticks from the next step on. A patch that is held has rows that yield a
+ * little while load moves to their neighbours: they are far slower than slip_speed, so their bound
+ * stays, and with it the sum over the patch.
+ *
+ * Grain: the bound is an ellipse with the axes mu along the grain and mu times a factor across it.
+ * The grain goes with the deformed triangle. Where both sides have one, the logarithms of their
+ * tensors add: factors multiply where grains agree.
+ *
+ * Based on: Wong, Baciu, Dynamic interaction between deformable surfaces and nonsmooth objects,
+ * 2005, 5.2 (sticking and sliding contacts); Moreau 1988 (slip along the normal of the bound's
+ * edge, the rule of largest dissipation). Departure: the paper decides by forces before the solve,
+ * here the solve itself decides whether friction stops the slip. */
+#include "contact/rows/row_friction.h"
+
+#include "contact/pairs/pair_rules.h"
+#include "contact/rows/row_motion.h"
+
+/* Newton steps for the nearest point of an ellipse; from a start below the root they rise to it. */
+#define ELLIPSE_STEPS 60
+/* Factors are not taken below this where two grains meet: logarithms. */
+#define LEAST_FACTOR 1e-6
+/* A grain nearer to the normal than this sine has no direction in the tangent plane. */
+#define LEAST_GRAIN 1e-6
+
+/* A tensor of the tangent plane: 1 + (factor - 1) across across^T. */
+typedef struct grain_tensor {
+    vec3 across; /* unit */
+    double factor;
+} grain_tensor;
+
+/* Adds the image of the rest direction under the triangle's deformation from rest to x0. */
+static void add_carried_grain(const contact_scene *scene, uint32_t triangle, vec3 grain,
+                              vec3 *sum) {
+    const uint32_t *const corner = scene->set->topo->triangles + 3 * (size_t)triangle;
+    vec3 const origin = vec3_load(scene->rest, corner[0]);
+    vec3 const a = vec3_sub(vec3_load(scene->rest, corner[1]), origin);
+    vec3 const b = vec3_sub(vec3_load(scene->rest, corner[2]), origin);
+    double const aa = vec3_norm2(a), ab = vec3_dot(a, b), bb = vec3_norm2(b);
+    double const determinant = aa * bb - ab * ab;
+    if (!(determinant > 0.0)) return;
+    double const ga = vec3_dot(grain, a), gb = vec3_dot(grain, b);
+    double const s = (bb * ga - ab * gb) / determinant, t = (aa * gb - ab * ga) / determinant;
+    vec3 const now = vec3_load(scene->x0, corner[0]);
+    *sum = vec3_add_scaled(*sum, vec3_sub(vec3_load(scene->x0, corner[1]), now), s);
+    *sum = vec3_add_scaled(*sum, vec3_sub(vec3_load(scene->x0, corner[2]), now), t);
+}
+
+static bool triangle_has(const topology *topo, uint32_t triangle, uint32_t vertex) {
+    const uint32_t *const corner = topo->triangles + 3 * (size_t)triangle;
+    return corner[0] == vertex || corner[1] == vertex || corner[2] == vertex;
+}
+
+/* Sum over the triangles that have all of the feature's vertices. */
+static vec3 carry_grain(const contact_scene *scene, const uint32_t *vertices, int count,
+                        vec3 grain) {
+    const adjacency *const around = &scene->set->topo->vertex_triangles;
+    vec3 sum = {0.0, 0.0, 0.0};
+    for (uint32_t i = around->begin[vertices[0]]; i < around->begin[vertices[0] + 1]; i++) {
+        bool has_all = true;
+        for (int k = 1; k < count; k++)
+            has_all &= triangle_has(scene->set->topo, around->items[i], vertices[k]);
+        if (has_all) add_carried_grain(scene, around->items[i], grain, &sum);
+    }
+    return sum;
+}
+
+/* The tensor of one side; false when it has no grain. */
+static bool find_tensor(const contact_scene *scene, const contact_row *row, int first, int count,
+                        grain_tensor *tensor) {
+    const uint32_t *const vertices = row->vertices + first;
+    const surface_grain *const grain = &scene->grains[scene->vertex_surface[vertices[0]]];
+    if (grain->across == 1.0) return false;
+    vec3 const carried = carry_grain(scene, vertices, count, grain->direction);
+    vec3 const across = vec3_cross(row->normal, carried);
+    double const size = vec3_norm(across);
+    if (!(size > LEAST_GRAIN * vec3_norm(carried))) return false;
+    *tensor = (grain_tensor){vec3_scale(across, 1.0 / size), grain->across};
+    return true;
+}
+
+/* Principal axes of ln a P + ln b Q in the plane of both directions. */
+static void join_tensors(const grain_tensor *a, const grain_tensor *b, contact_row *row) {
+    double const p = log(fmax(a->factor, LEAST_FACTOR)), q = log(fmax(b->factor, LEAST_FACTOR));
+    vec3 const along = vec3_cross(a->across, row->normal);
+    double const c = vec3_dot(b->across, a->across), s = vec3_dot(b->across, along);
+    double const xx = p + q * c * c, xy = q * c * s, yy = q * s * s; /* x: across of a */
+    double const middle = 0.5 * (xx + yy), difference = 0.5 * (xx - yy);
+    double const half = sqrt(difference * difference + xy * xy);
+    double const angle = 0.5 * atan2(2.0 * xy, xx - yy);
+    vec3 const major = vec3_add_scaled(vec3_scale(a->across, cos(angle)), along, sin(angle));
+    row->grain = vec3_cross(major, row->normal);
+    row->friction_across = exp(middle + half);
+    row->friction_along = exp(middle - half);
+}
+
+static void set_grain(const contact_scene *scene, contact_row *row) {
+    row->friction_along = row->friction_across = 1.0;
+    if (!scene->grains) return;
+    int const first_count = row->kind == FEATURE_VERTEX_TRIANGLE ? 1 : 2;
+    grain_tensor first, second;
+    bool const has_first = find_tensor(scene, row, 0, first_count, &first);
+    bool const has_second = find_tensor(scene, row, first_count, 4 - first_count, &second);
+    if (has_first && has_second) {
+        join_tensors(&first, &second, row);
+    } else if (has_first || has_second) {
+        const grain_tensor *const only = has_first ? &first : &second;
+        row->grain = vec3_cross(only->across, row->normal);
+        row->friction_across = only->factor;
+    }
+}
+
+void set_row_friction(const contact_scene *scene, contact_row *row) {
+    const contact_law *const law = find_contact_law(scene, row->vertices, row->kind);
+    vec3 const velocity =
+        scene->v0 ? get_relative_velocity(row, scene->v0) : vec3_make(0.0, 0.0, 0.0);
+    row->approach = vec3_dot(velocity, row->normal);
+    row->fall = find_row_fall(scene, row);
+    vec3 const slip = vec3_add_scaled(velocity, row->normal, -row->approach);
+    row->static_friction = law->static_friction;
+    row->dynamic_friction = law->dynamic_friction;
+    row->restitution = law->restitution;
+    row->is_sliding = vec3_norm(slip) > scene->settings.slip_speed;
+    row->friction = row->is_sliding ? law->dynamic_friction : law->static_friction;
+    set_grain(scene, row);
+}
+
+/* One coordinate of the nearest point, and its terms of the ellipse's equation and slope. */
+static double shrink(double half_axis, double coordinate, double t, double *value, double *slope) {
+    double const square = half_axis * half_axis;
+    if (!(square + t > 0.0)) return 0.0;
+    double const part = half_axis * coordinate / (square + t);
+    *value += part * part;
+    *slope -= 2.0 * part * part / (square + t);
+    return square * coordinate / (square + t);
+}
+
+/* (x, y) outside of the ellipse with half axes a and b becomes its nearest point
+ * (a^2 x / (a^2 + t), b^2 y / (b^2 + t)): t > 0 makes it lie on the ellipse. */
+static void project_on_ellipse(double a, double b, double *x, double *y) {
+    double t = fmax(fmax(a * (fabs(*x) - a), b * (fabs(*y) - b)), 0.0);
+    double near_x = 0.0, near_y = 0.0;
+    for (int step = 0; step < ELLIPSE_STEPS; step++) {
+        double value = -1.0, slope = 0.0;
+        near_x = shrink(a, *x, t, &value, &slope);
+        near_y = shrink(b, *y, t, &value, &slope);
+        if (!(value > 1e-15) || !(slope < 0.0)) break;
+        double const next = t - value / slope;
+        if (!(next > t)) break;
+        t = next;
+    }
+    *x = near_x;
+    *y = near_y;
+}
+
+static bool is_in_ellipse(double a, double b, double x, double y) {
+    return b * b * x * x + a * a * y * y <= a * a * b * b && fabs(x) <= a && fabs(y) <= b;
+}
+
+vec3 limit_friction(const contact_row *row, double normal, vec3 tangential, bool *is_inside) {
+    double const cap = row->friction * normal;
+    if (row->friction_along == row->friction_across) {
+        double const size = vec3_norm(tangential), limit = cap * row->friction_along;
+        *is_inside = !(size > limit);
+        return *is_inside ? tangential : vec3_scale(tangential, limit / size);
+    }
+    double const a = cap * row->friction_along, b = cap * row->friction_across;
+    vec3 const across = vec3_cross(row->normal, row->grain);
+    double x = vec3_dot(tangential, row->grain), y = vec3_dot(tangential, across);
+    *is_inside = is_in_ellipse(a, b, x, y);
+    if (*is_inside) return tangential;
+    project_on_ellipse(a, b, &x, &y);
+    return vec3_add_scaled(vec3_scale(row->grain, x), across, y);
+}
+
+/* r / (r + d): r the radius of curvature of the bound at the point, d the distance to the trial. */
+double measure_bound_follow(const contact_row *row, double normal, vec3 friction, vec3 trial) {
+    double const distance = vec3_norm(vec3_sub(trial, friction));
+    double radius = vec3_norm(friction);
+    if (row->friction_along != row->friction_across) {
+        double const cap = row->friction * normal;
+        double const a = cap * row->friction_along, b = cap * row->friction_across;
+        double const x = vec3_dot(friction, row->grain);
+        double const y = vec3_dot(friction, vec3_cross(row->normal, row->grain));
+        if (!(a > 0.0)) return fabs(y) < b ? 1.0 : 0.0; /* a segment */
+        if (!(b > 0.0)) return fabs(x) < a ? 1.0 : 0.0;
+        double const steep_x = x / (a * a), steep_y = y / (b * b);
+        double const slope = sqrt(steep_x * steep_x + steep_y * steep_y);
+        radius = a * a * b * b * slope * slope * slope;
+    }
+    return radius + distance > 0.0 ? radius / (radius + distance) : 0.0;
+}

@@ -1,0 +1,82 @@
+/* contact/rows/row_motion.h - how a row moves with what it touches: vertices, and rigid bodies
+ * through the two slots of each.
+ *
+ * A side of a row that lies on a body moves by  s V + w x a,  V and w the body's slots, s = 1 for
+ * the first side and -1 for the second, a = sum w_i r_i its arm. Its own vertices then say nothing.
+ * An impulse p on the row acts s p on the body, and a x p on its spin. */
+#ifndef TULLE_CONTACT_ROWS_ROW_MOTION_H
+#define TULLE_CONTACT_ROWS_ROW_MOTION_H
+
+#include "contact/contact_types.h"
+
+/* sum w_i x_i over the four vertices, whatever they belong to. */
+static inline vec3 blend_row_vertices(const contact_row *row, const double *x) {
+    vec3 sum = vec3_scale(vec3_load(x, row->vertices[0]), row->weights[0]);
+    for (int k = 1; k < 4; k++)
+        sum = vec3_add_scaled(sum, vec3_load(x, row->vertices[k]), row->weights[k]);
+    return sum;
+}
+
+/* 0 or 1: the side that vertex k of the row belongs to. */
+static inline int get_row_side(const contact_row *row, int k) {
+    return k >= (row->kind == FEATURE_VERTEX_TRIANGLE ? 1 : 2);
+}
+
+/* Whether vertex k counts by itself, not by the slots of a body. */
+static inline bool is_row_vertex(const contact_row *row, int k) {
+    return !row->has_body || row->slots[get_row_side(row, k)] == TULLE_NONE;
+}
+
+/* The part of bodies in the relative velocity, of velocities u. */
+vec3 get_body_velocity(const contact_row *row, const double *u);
+/* The same with the vertices that count by themselves. */
+vec3 get_coupled_velocity(const contact_row *row, const double *u);
+
+/* Velocity of the first feature relative to the second at the contact [m/s], less row->turning:
+ * what a scripted obstacle that turns gives to whatever rides on it, tangentially, and along the
+ * normal what the turn of the row's frame to the end of the step takes from the gap. */
+static inline vec3 get_relative_velocity(const contact_row *row, const double *u) {
+    vec3 const of_points =
+        row->has_body ? get_coupled_velocity(row, u) : blend_row_vertices(row, u);
+    return vec3_sub(of_points, row->turning);
+}
+
+/* The part of it that vertices and bodies with mass have. */
+vec3 get_free_velocity(const contact_scene *scene, const contact_row *row, const double *u);
+
+/* The next three see the unknowns of the solve: cloth vertices, those before cloth_count, and
+ * slots. Their part of the relative velocity [m/s]: */
+vec3 get_solved_velocity(const contact_row *row, size_t cloth_count, const double *u);
+/* adds J^T impulse: */
+void add_row_impulse(const contact_row *row, size_t cloth_count, vec3 impulse, double *sum);
+/* adds J^T stiffness J to diagonal blocks of 9 doubles. */
+void add_row_blocks(const contact_row *row, size_t cloth_count, const mat3 *stiffness,
+                    double *blocks);
+/* n . J D^-1 J^T n [1/kg] with D the diagonal blocks of a matrix over unknowns; what has no mass
+ * counts nothing. */
+double measure_row_mobility(const contact_scene *scene, const contact_row *row,
+                            const double *blocks);
+
+/* The tangential part of the row's turning: points of the two sides are a gap apart, so what turns
+ * together would seem to slip, and friction would undo the turn. Needs normal and gap; rows of
+ * bodies have arms. */
+void set_row_turning(const contact_scene *scene, contact_row *row);
+
+/* Changes u of all that has mass by an impulse on the row, in the metric of the masses. */
+void move_row(const contact_scene *scene, const contact_row *row, vec3 impulse, double *u);
+
+/* Fills what the row knows of bodies, from vertices and weights; and of mass: inverse_mass, and for
+ * bodies the answer to normal and tangential impulses. Needs the normal. */
+void set_row_bodies(const contact_scene *scene, contact_row *row);
+void set_row_mobility(const contact_scene *scene, contact_row *row);
+
+/* [m/s] What gravity adds in the step to the row's normal velocity. */
+double find_row_fall(const contact_scene *scene, const contact_row *row);
+
+/* [m] What predicted turns of bodies add to the row's gap beyond h w x arm. */
+double find_row_curvature(const contact_scene *scene, const contact_row *row);
+
+/* [rad] By how much the row's sides may turn in the step, as predicted. */
+double find_row_turn(const contact_scene *scene, const contact_row *row);
+
+#endif

@@ -1,0 +1,65 @@
+/* contact/rows/stick_anchors.c - see stick_anchors.h.
+ *
+ * Friction that sticks holds velocities at zero, as well as a few rounds find it; what is left of
+ * each step would add up. So a contact keeps the tangential way d that its two sides have gone past
+ * each other since it began to stick, and friction aims at the speed -s d / h instead of rest,
+ * within the same Coulomb bound: errors are undone, not summed. The way is that of the material
+ * points in contact, step by step, so the anchor goes along with what moves or turns, and from face
+ * to face with the contact.
+ *
+ * A contact that slides, at the start of the step or by its bound at the end, lets go; then it
+ * begins anew. Offsets are kept to what asks for a fraction of the speed that counts as slip, so
+ * that no anchor ever makes a contact slide. They fade within MEMORY: what many contacts of one
+ * piece of cloth have gathered along different ways does not fit together for ever, and without
+ * fading a pinched sheet trembles.
+ *
+ * Based on: Cundall, Strack, A discrete numerical model for granular assemblies, 1979 (tangential
+ * offset of a contact, bounded by friction); Baumgarte 1972 (a share of the error a step).
+ * Departure: no spring, so no stiffness: the offset sets a speed, the solve finds the force. */
+#include "contact/rows/stick_anchors.h"
+
+#include "contact/rows/row_motion.h"
+
+/* Undoing is never faster than this share of the speed that counts as slip. */
+#define SPEED_SHARE 0.5
+
+/* [s] Offsets fade by e in this time; half to three times as long does as well. */
+#define MEMORY 1.0
+
+static double find_largest_offset(const contact_scene *scene) {
+    const contact_settings *const settings = &scene->settings;
+    return SPEED_SHARE * settings->slip_speed * scene->time_step / settings->anchor_share;
+}
+
+static vec3 limit_offset(vec3 offset, double largest) {
+    double const size = vec3_norm(offset);
+    return size > largest ? vec3_scale(offset, largest / size) : offset;
+}
+
+static vec3 remove_normal(vec3 vector, vec3 normal) {
+    return vec3_add_scaled(vector, normal, -vec3_dot(normal, vector));
+}
+
+void take_anchor(const contact_scene *scene, contact_row *row, vec3 offset) {
+    bool const is_held = row->is_old && row->old_state == ROW_STICKS && !row->is_sliding;
+    if (!is_held || !(scene->settings.anchor_share > 0.0)) offset = vec3_make(0.0, 0.0, 0.0);
+    row->anchor = limit_offset(remove_normal(offset, row->normal), find_largest_offset(scene));
+    row->return_velocity =
+        vec3_scale(row->anchor, -scene->settings.anchor_share / scene->time_step);
+}
+
+void move_anchors(const contact_scene *scene, const double *x1, row_list *list) {
+    if (scene->paper || !(scene->settings.anchor_share > 0.0)) return;
+    double const largest = find_largest_offset(scene);
+    double const kept = fmax(1.0 - scene->time_step / MEMORY, 0.0);
+    for (size_t i = 0; i < list->rows.count; i++) {
+        contact_row *const row = &list->rows.data[i];
+        bool const goes_on = row->state == ROW_STICKS && row->old_state == ROW_STICKS;
+        vec3 const points =
+            vec3_sub(blend_row_vertices(row, x1), blend_row_vertices(row, scene->x0));
+        vec3 const way = vec3_add_scaled(points, row->turning, -scene->time_step);
+        vec3 const offset = vec3_add_scaled(remove_normal(way, row->normal), row->anchor, kept);
+        row->anchor =
+            goes_on && !row->is_sliding ? limit_offset(offset, largest) : vec3_make(0.0, 0.0, 0.0);
+    }
+}

@@ -1,0 +1,157 @@
+/* contact/solve/hard_rows.c - see hard_rows.h.
+ *
+ * Normal part: K has k n n^T, and the multiplier grows by k times what is missing, clamped to push
+ * only. One round leaves about 1 / (1 + k c) of a violation, c the row's compliance in A.
+ *
+ * Friction: the trial is the tangential multiplier less k times the slip. Inside of its bound it
+ * holds the row, and K has k for slip too. Outside, the row slides with the nearest point of the
+ * bound; there K has the derivative of that point, k r / (r + d) along the bound, r its radius of
+ * curvature and d the distance to the trial, about the slip of the last solve. A sliding row that a
+ * solve turned back is held in the next round with the friction that it had; a reversed trial would
+ * go to and fro.
+ *
+ * Based on: Hestenes, Multiplier and gradient methods, 1969; Alart, Curnier, A mixed formulation
+ * for frictional contact problems prone to Newton like solution methods, 1991 (the trial, its
+ * projection and derivative). Departures: bounds follow the normal multiplier from round to round,
+ * and their change with it is not in the matrix, which stays symmetric. */
+#include "contact/solve/hard_rows.h"
+
+#include "contact/rows/row_friction.h"
+#include "contact/rows/row_motion.h"
+#include "contact/solve/project_impulses.h"
+
+#include <math.h>
+
+static double get_normal_impulse(const contact_row *row) {
+    return vec3_dot(row->normal, row->impulse);
+}
+
+static vec3 get_friction(const contact_row *row) {
+    return vec3_add_scaled(row->impulse, row->normal, -get_normal_impulse(row));
+}
+
+void prepare_hard_rows(const contact_scene *scene, const double *diagonal, contact_row *rows,
+                       size_t count, const double *u) {
+    const contact_settings *const settings = &scene->settings;
+    for (size_t i = 0; i < count; i++) {
+        contact_row *const row = &rows[i];
+        double const mobility = measure_row_mobility(scene, row, diagonal);
+        row->stiffness = mobility > 0.0 ? settings->hard_stiffness / mobility : 0.0;
+        row->compliance = settings->push_out_softness * mobility;
+        row->slip_penalty = settings->hard_friction * row->stiffness;
+        row->is_in_matrix = false;
+        row->is_hard &= row->stiffness > 0.0; /* as carried over */
+        harden(row, find_row_violation(row, u));
+    }
+}
+
+vec3 get_slip(const contact_row *row, const double *u) {
+    vec3 const velocity = get_relative_velocity(row, u);
+    return vec3_add_scaled(velocity, row->normal, -vec3_dot(row->normal, velocity));
+}
+
+static void set_friction(contact_row *row, vec3 friction) {
+    row->impulse = vec3_add_scaled(friction, row->normal, get_normal_impulse(row));
+}
+
+static void hold(contact_row *row, vec3 friction) {
+    set_friction(row, friction);
+    row->state = ROW_STICKS;
+    row->slip_pull = row->slip_penalty;
+    row->slip_free = vec3_make(0.0, 0.0, 0.0);
+    row->slip_target = row->return_velocity;
+}
+
+/* The bounded trial does not change along the normal of the bound. */
+static void slide(contact_row *row, vec3 friction, vec3 trial, vec3 slip) {
+    set_friction(row, friction);
+    row->state = ROW_SLIDES;
+    row->slip_pull =
+        row->slip_penalty * measure_bound_follow(row, row->friction_cap, friction, trial);
+    row->slip_free = vec3_normalize(vec3_sub(trial, friction));
+    row->slip_target = slip;
+}
+
+static bool has_friction(const contact_row *row) { return row->friction * row->friction_cap > 0.0; }
+
+/* The next friction of a row by its trial; returns what it is by the trial itself. */
+static vec3 try_friction(contact_row *row, vec3 trial, vec3 slip) {
+    bool is_inside;
+    vec3 const friction = limit_friction(row, row->friction_cap, trial, &is_inside);
+    if (is_inside && has_friction(row))
+        hold(row, friction);
+    else
+        slide(row, friction, trial, slip);
+    return friction;
+}
+
+/* Before the first round of a row in the matrix: as it was, in the step before or after the
+ * projection of other rows; a new one slides if it comes with slip. */
+static void start_friction(const contact_settings *settings, contact_row *row, const double *u) {
+    vec3 const slip = get_slip(row, u), before = get_friction(row);
+    bool const is_new = row->state == ROW_OPEN, is_fast = vec3_norm(slip) > settings->slip_speed;
+    row->friction_cap = fmax(get_normal_impulse(row), 0.0);
+    if (row->state == ROW_SLIDES || (is_new && is_fast) || !has_friction(row)) {
+        try_friction(row, vec3_add_scaled(before, slip, -row->slip_penalty), slip);
+    } else {
+        bool is_inside;
+        hold(row, limit_friction(row, row->friction_cap, before, &is_inside));
+    }
+}
+
+void find_pull(const contact_settings *settings, contact_row *row, const double *u) {
+    if (!row->is_in_matrix) start_friction(settings, row, u);
+    row->pull = mat3_outer(row->normal, row->normal, row->stiffness - row->slip_pull);
+    mat3 const all = mat3_identity(row->slip_pull);
+    mat3 const along = mat3_outer(row->slip_free, row->slip_free, -row->slip_pull);
+    mat3_add_scaled(&row->pull, &all, 1.0);
+    mat3_add_scaled(&row->pull, &along, 1.0);
+}
+
+vec3 find_pull_target(const contact_row *row) {
+    return vec3_add_scaled(row->slip_target, row->normal, get_wanted_speed(row));
+}
+
+bool row_is_slow(const contact_row *row, const double *u) {
+    return vec3_dot(row->normal, get_relative_velocity(row, u)) < get_wanted_speed(row);
+}
+
+/* Pushed by an impulse that is too large, a vertex flies off and drags its neighbours apart. A row
+ * that pulled has failed by the speed that the pull cost, however well it met what it wanted. */
+double find_row_violation(const contact_row *row, const double *u) {
+    double const missing =
+        get_wanted_speed(row) - vec3_dot(row->normal, get_relative_velocity(row, u));
+    double const penalty = row->is_in_matrix ? row->stiffness * missing : 0.0;
+    double const acted = get_normal_impulse(row) + penalty;
+    if (acted < 0.0 && row->is_in_matrix) return -acted / row->stiffness;
+    return acted > 0.0 ? fabs(missing) : fmax(missing, 0.0);
+}
+
+/* The next friction after a solve; returns its misfit. */
+static vec3 update_friction(contact_row *row, vec3 slip) {
+    vec3 past = vec3_sub(slip, row->slip_target);
+    past = vec3_add_scaled(past, row->slip_free, -vec3_dot(past, row->slip_free));
+    vec3 const before = get_friction(row);
+    vec3 const taken = vec3_add_scaled(before, past, -row->slip_pull);
+    bool const turned_back = row->state == ROW_SLIDES && vec3_dot(slip, row->slip_free) > 0.0;
+    vec3 const trial =
+        vec3_add_scaled(before, vec3_sub(slip, row->return_velocity), -row->slip_penalty);
+    vec3 const misfit = vec3_sub(try_friction(row, trial, slip), taken);
+    if (turned_back && has_friction(row)) {
+        bool is_inside;
+        hold(row, limit_friction(row, row->friction_cap, before, &is_inside));
+    }
+    return misfit;
+}
+
+vec3 update_hard_row(contact_row *row, const double *u) {
+    double const speed = vec3_dot(row->normal, get_relative_velocity(row, u));
+    double const before = get_normal_impulse(row);
+    double const acted = before + row->stiffness * (get_wanted_speed(row) - speed);
+    row->friction_cap = fmax(acted, 0.0);
+    vec3 const misfit = update_friction(row, get_slip(row, u));
+    row->impulse = vec3_add_scaled(row->impulse, row->normal, row->friction_cap - before);
+    if (!(acted > 0.0)) row->state = ROW_OPEN;
+    if (acted < 0.0) row->is_hard = false;
+    return misfit;
+}

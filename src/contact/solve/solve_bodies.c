@@ -1,0 +1,98 @@
+/* contact/solve/solve_bodies.c - see solve_bodies.h. */
+#include "contact/solve/solve_bodies.h"
+
+#include <string.h>
+
+void fill_body_system(const contact_scene *scene, double *right_hand_side, double *diagonal) {
+    for (size_t b = 0; b < scene->body_count; b++) {
+        const contact_body *const body = &scene->bodies[b];
+        size_t const slot = get_body_slot(scene, b);
+        bool const is_free = body->is_free;
+        vec3 const zero = {0.0, 0.0, 0.0};
+        mat3 const mass = mat3_identity(is_free ? body->body->mass : 1.0);
+        mat3 const inertia = is_free ? body->inertia : mat3_identity(1.0);
+        vec3_store(right_hand_side, slot, is_free ? body->momentum : zero);
+        vec3_store(right_hand_side, slot + 1, is_free ? body->spin : zero);
+        memcpy(diagonal + 9 * slot, &mass, sizeof mass);
+        memcpy(diagonal + 9 * (slot + 1), &inertia, sizeof inertia);
+    }
+}
+
+void start_bodies(const contact_scene *scene, double *u) {
+    for (size_t b = 0; b < scene->body_count; b++) {
+        const contact_body *const body = &scene->bodies[b];
+        size_t const slot = get_body_slot(scene, b);
+        memset(u + 3 * slot, 0, 6 * sizeof(double));
+        if (!body->is_free) continue;
+        vec3_store(u, slot, vec3_scale(body->momentum, 1.0 / body->body->mass));
+        vec3_store(u, slot + 1, mat3_multiply_vec3(&body->inverse_inertia, body->spin));
+    }
+}
+
+void start_pressed_bodies(const contact_scene *scene, const row_list *list, double *u) {
+    for (size_t i = 0; i < list->rows.count; i++) {
+        const contact_row *const row = &list->rows.data[i];
+        if (!row->has_body || !(vec3_dot(row->normal, row->impulse) > 0.0)) continue;
+        for (int side = 0; side < 2; side++) {
+            size_t const slot = row->slots[side];
+            if (slot != TULLE_NONE) memcpy(u + 3 * slot, scene->v0 + 3 * slot, 6 * sizeof(double));
+        }
+    }
+}
+
+void apply_bodies(const contact_scene *scene, const double *x, double *y) {
+    for (size_t b = 0; b < scene->body_count; b++) {
+        const contact_body *const body = &scene->bodies[b];
+        size_t const slot = get_body_slot(scene, b);
+        memset(y + 3 * slot, 0, 6 * sizeof(double));
+        if (!body->is_free) continue;
+        vec3_store(y, slot, vec3_scale(vec3_load(x, slot), body->body->mass));
+        vec3_store(y, slot + 1, mat3_multiply_vec3(&body->inertia, vec3_load(x, slot + 1)));
+    }
+}
+
+/* Solves block x = b by Cramer's rule; the block is symmetric and positive definite. */
+static vec3 solve_block(const double *m, vec3 b) {
+    vec3 const c0 = {m[0], m[3], m[6]}, c1 = {m[1], m[4], m[7]}, c2 = {m[2], m[5], m[8]};
+    vec3 const n = vec3_cross(c1, c2);
+    double const scale = 1.0 / vec3_dot(c0, n);
+    return vec3_make(scale * vec3_dot(b, n), scale * vec3_dot(c0, vec3_cross(b, c2)),
+                     scale * vec3_dot(c0, vec3_cross(c1, b)));
+}
+
+void precondition_bodies(const contact_scene *scene, const double *diagonal, const double *r,
+                         double *z) {
+    for (size_t b = 0; b < scene->body_count; b++)
+        for (size_t slot = get_body_slot(scene, b), k = 0; k < 2; k++, slot++) {
+            vec3 const zero = {0.0, 0.0, 0.0};
+            bool const is_free = scene->bodies[b].is_free;
+            vec3_store(z, slot,
+                       is_free ? solve_block(diagonal + 9 * slot, vec3_load(r, slot)) : zero);
+        }
+}
+
+void sum_body_residuals(const contact_scene *scene, const double *residual, vec3 *total,
+                        double *mass) {
+    for (size_t b = 0; b < scene->body_count; b++) {
+        if (!scene->bodies[b].is_free) continue;
+        *total = vec3_add(*total, vec3_load(residual, get_body_slot(scene, b)));
+        *mass += scene->bodies[b].body->mass;
+    }
+}
+
+void shift_bodies(const contact_scene *scene, const double *residual, const vec3 *velocity,
+                  double *shift) {
+    for (size_t b = 0; b < scene->body_count; b++) {
+        const contact_body *const body = &scene->bodies[b];
+        size_t const slot = get_body_slot(scene, b);
+        memset(shift + 3 * slot, 0, 6 * sizeof(double));
+        if (!body->is_free) continue;
+        if (velocity) {
+            vec3_store(shift, slot, *velocity);
+            continue;
+        }
+        vec3_store(shift, slot, vec3_scale(vec3_load(residual, slot), 1.0 / body->body->mass));
+        vec3_store(shift, slot + 1,
+                   mat3_multiply_vec3(&body->inverse_inertia, vec3_load(residual, slot + 1)));
+    }
+}

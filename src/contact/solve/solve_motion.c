@@ -1,0 +1,407 @@
+/* contact/solve/solve_motion.c - stage 3, see solve_motion.h.
+ *
+ * Round: solve  A u = b + J^T p  by conjugate gradients, with the impulses p of the round before
+ * (of the step before in the first round). Rows that are violated, or carry load, become hard: with
+ * penalties on their normal part and on their slip they join A, and p is their multiplier
+ * (hard_rows.c). So impulses act inside the implicit solve, in the metric of A. Other rows, and
+ * those between bodies alone, have their total impulses projected on the Coulomb cones in the
+ * metric of the true masses after each solve. At the fixed point neither changes anything.
+ *
+ * Based on: Moreau 1988 and Jean 1999 as in project_impulses.c; for hard rows see there.
+ * Departure: contact dynamics project every impulse in the metric of the masses. Where a tip or a
+ * plane carries stiff cloth that corrects too little a round, by the ratio of A's diagonal to the
+ * mass, and the last projection feeds the springs energy. */
+#include "contact/solve/solve_motion.h"
+
+#include "contact/rows/row_motion.h"
+#include "contact/solve/end_round.h"
+#include "contact/solve/hard_rows.h"
+#include "contact/solve/project_impulses.h"
+#include "contact/solve/solve_bodies.h"
+#include "contact/solve/solve_in_stages.h"
+
+#include <string.h>
+
+/* Residuals are not driven below this part of the momentum's: free flight has no force to compare
+ * with. */
+#define LEAST_REFERENCE 1e-12
+
+/* With bodies on cloth a solve also ends below this share of the net impulse at the velocities of
+ * the start, J^T p included: what they are about to change. The force impulse of the cloth under a
+ * body at rest is its weight's, however little it moves; a residual of 1e-4 of that feeds each step
+ * into the next, and over minutes slips a stack along. The net impulse dies out with the motion.
+ * Three boxes on a sheet, damped by 3/s, creep by 1.4e-7 to 1.7e-7 m in 30 s with shares of 1e-4 to
+ * 0.1, and by 4e-5 m without; with the tolerance alone a tenth or a hundredth of itself 2e-6
+ * and 1.3e-4. */
+#define NET_SHARE 0.01
+/* Net impulses are not told apart below this part of the force impulse; 1e-7 does as well. */
+#define LEAST_NET 1e-9
+/* ... nor below this part of all impulses, far over what rounding leaves of their sum. */
+#define LEAST_NET_OF_ALL 1e-13
+
+typedef struct motion_solve {
+    const contact_scene *scene;
+    const motion_system *system;
+    row_list *list;
+    double *u;
+    solve_report *report;
+    double *right_hand_side, *diagonal; /* of the round */
+    uint8_t *is_fixed;
+    contact_row **hard_rows;
+    size_t hard_count;
+    friction_sums *sums; /* of each surface */
+    double reference;
+    double net_target; /* residual that solves with bodies get below; negative: not known yet */
+    staged_solve stages;
+    bool is_cloth_only; /* vectors of the system have no entries of slots now */
+} motion_solve;
+
+static bool allocate_solve(motion_solve *solve) {
+    arena *const scratch = solve->scene->scratch;
+    size_t const cloth_count = solve->scene->cloth_vertex_count;
+    size_t const count = get_solved_count(solve->scene);
+    solve->right_hand_side = ARENA_NEW(scratch, double, 3 * count);
+    solve->diagonal = ARENA_NEW(scratch, double, 9 * count);
+    solve->is_fixed = ARENA_NEW(scratch, uint8_t, count);
+    solve->hard_rows = ARENA_NEW(scratch, contact_row *, solve->list->rows.count);
+    solve->sums = ARENA_NEW(scratch, friction_sums, solve->scene->set->surface_count);
+    solve->stages.residual = ARENA_NEW(scratch, double, 3 * count);
+    if (!solve->stages.residual || !solve->sums || !solve->right_hand_side || !solve->diagonal ||
+        !solve->is_fixed || !solve->hard_rows)
+        return false;
+    block_matrix_get_diagonal(solve->system->matrix, solve->diagonal, solve->scene->threads);
+    for (size_t i = 0; i < cloth_count; i++)
+        solve->is_fixed[i] = !(solve->scene->inverse_mass[i] > 0.0);
+    for (size_t i = cloth_count; i < count; i++)
+        solve->is_fixed[i] = !solve->scene->bodies[(i - cloth_count) / 2].is_free;
+    return true;
+}
+
+/* y = A x + sum over hard rows of J^T K J x */
+static void apply_with_hard_rows(void *context, const double *x, double *y) {
+    const motion_solve *const solve = context;
+    size_t const cloth_count = solve->scene->cloth_vertex_count;
+    solve->system->apply(solve->system->apply_context, x, y);
+    if (!solve->is_cloth_only) apply_bodies(solve->scene, x, y);
+    for (size_t i = 0; i < solve->hard_count; i++) {
+        const contact_row *const row = solve->hard_rows[i];
+        vec3 const velocity = get_solved_velocity(row, cloth_count, x);
+        add_row_impulse(row, cloth_count, mat3_multiply_vec3(&row->pull, velocity), y);
+    }
+}
+
+/* Adds J^T impulse to the right-hand side of unknowns. */
+static void add_impulse(const motion_solve *solve, const contact_row *row, vec3 impulse) {
+    add_row_impulse(row, solve->scene->cloth_vertex_count, impulse, solve->right_hand_side);
+}
+
+static void add_hard_row(motion_solve *solve, contact_row *row) {
+    size_t const cloth_count = solve->scene->cloth_vertex_count;
+    find_pull(&solve->scene->settings, row, solve->u);
+    add_row_blocks(row, cloth_count, &row->pull, solve->diagonal);
+    /* less what obstacles contribute: the operator knows unknowns only */
+    vec3 target = vec3_add(find_pull_target(row), row->turning);
+    for (int k = 0; k < 4; k++)
+        if (row->vertices[k] >= cloth_count && is_row_vertex(row, k))
+            target =
+                vec3_add_scaled(target, vec3_load(solve->u, row->vertices[k]), -row->weights[k]);
+    add_impulse(solve, row, vec3_add(row->impulse, mat3_multiply_vec3(&row->pull, target)));
+    solve->hard_rows[solve->hard_count++] = row;
+}
+
+/* Right-hand side, diagonal and hard rows of a round. A hard row takes part while it carries load
+ * or is violated; otherwise it would pull. */
+static void prepare_round(motion_solve *solve, bool is_first) {
+    size_t const count = solve->scene->cloth_vertex_count;
+    memcpy(solve->right_hand_side, solve->system->right_hand_side, 3 * count * sizeof(double));
+    if (!is_first) /* the first round's has no rows in it yet */
+        block_matrix_get_diagonal(solve->system->matrix, solve->diagonal, solve->scene->threads);
+    fill_body_system(solve->scene, solve->right_hand_side, solve->diagonal);
+    solve->hard_count = 0;
+    for (size_t i = 0; i < solve->list->rows.count; i++) {
+        contact_row *const row = &solve->list->rows.data[i];
+        bool const carries = vec3_dot(row->normal, row->impulse) > 0.0;
+        if (row->is_hard && (carries || row_is_slow(row, solve->u))) {
+            add_hard_row(solve, row);
+            row->is_in_matrix = true;
+        } else {
+            add_impulse(solve, row, row->impulse);
+            row->friction_cap = -1.0;
+            row->is_in_matrix = false;
+        }
+    }
+}
+
+/* Sum of residuals and mass of a cloth; false when it is an obstacle or has held vertices. */
+static bool sum_residuals(const contact_scene *scene, const surface_range *range,
+                          const double *residual, vec3 *sum, double *mass) {
+    *sum = vec3_make(0.0, 0.0, 0.0);
+    *mass = 0.0;
+    if (range->is_obstacle) return false;
+    for (uint32_t v = range->vertex_begin; v < range->vertex_end; v++) {
+        *sum = vec3_add(*sum, vec3_load(residual, v));
+        *mass += 1.0 / scene->inverse_mass[v];
+    }
+    return isfinite(*mass);
+}
+
+/* Mean residual over mass, as a velocity, of each cloth without held vertices, or of all of them
+ * together; zero elsewhere. The same of free bodies, which turn too, but not together. */
+static void find_translations(const motion_solve *solve, bool is_common, const double *residual,
+                              double *shift) {
+    const surface_set *const set = solve->scene->set;
+    vec3 sum, total = {0.0, 0.0, 0.0};
+    double mass, total_mass = 0.0;
+    for (size_t s = 0; s < set->surface_count; s++) {
+        if (!sum_residuals(solve->scene, &set->surfaces[s], residual, &sum, &mass)) continue;
+        total = vec3_add(total, sum);
+        total_mass += mass;
+    }
+    sum_body_residuals(solve->scene, residual, &total, &total_mass);
+    vec3 const common = vec3_scale(total, total_mass > 0.0 ? 1.0 / total_mass : 0.0);
+    shift_bodies(solve->scene, residual, is_common ? &common : NULL, shift);
+    memset(shift, 0, 3 * solve->scene->cloth_vertex_count * sizeof(double));
+    for (size_t s = 0; s < set->surface_count; s++) {
+        const surface_range *const range = &set->surfaces[s];
+        if (!sum_residuals(solve->scene, range, residual, &sum, &mass)) continue;
+        vec3 const velocity = is_common ? common : vec3_scale(sum, 1.0 / mass);
+        for (uint32_t v = range->vertex_begin; v < range->vertex_end; v++)
+            vec3_store(shift, v, velocity);
+    }
+}
+
+static double dot(const double *a, const double *b, size_t size) {
+    double sum = 0.0;
+    for (size_t i = 0; i < size; i++) sum += a[i] * b[i];
+    return sum;
+}
+
+/* b - A u: that of the last solve, where it left one, or into `room`. */
+static const double *find_residual(motion_solve *solve, double *room) {
+    size_t const size = 3 * get_solved_count(solve->scene);
+    bool const is_known = solve->stages.has_residual && solve->scene->body_count == 0;
+    solve->stages.has_residual = false; /* u moves on */
+    if (is_known) return solve->stages.residual;
+    apply_with_hard_rows(solve, solve->u, room);
+    for (size_t i = 0; i < size; i++) room[i] = solve->right_hand_side[i] - room[i];
+    return room;
+}
+
+/* Moves u down along one direction of rigid translations, as far as is best. */
+static void descend_translations(motion_solve *solve, bool is_common, double *work[3]) {
+    size_t const size = 3 * get_solved_count(solve->scene);
+    const double *const residual = find_residual(solve, work[0]);
+    double *const shift = work[1], *const image = work[2];
+    find_translations(solve, is_common, residual, shift);
+    double const down = dot(shift, residual, size);
+    if (!(down > 0.0)) return;
+    apply_with_hard_rows(solve, shift, image);
+    double const curvature = dot(shift, image, size);
+    if (!(curvature > 0.0)) return;
+    for (size_t i = 0; i < size; i++) solve->u[i] += down / curvature * shift[i];
+}
+
+static size_t count_free_objects(const motion_solve *solve) {
+    const surface_set *const set = solve->scene->set;
+    size_t count = 0;
+    for (size_t s = 0; s < set->surface_count; s++) {
+        const surface_range *const range = &set->surfaces[s];
+        bool is_free = !range->is_obstacle;
+        for (uint32_t v = range->vertex_begin; is_free && v < range->vertex_end; v++)
+            is_free = solve->scene->inverse_mass[v] > 0.0;
+        count += is_free;
+    }
+    for (size_t b = 0; b < solve->scene->body_count; b++) count += solve->scene->bodies[b].is_free;
+    return count;
+}
+
+/* Improves u along the rigid translations of free cloths. The residual hardly sees a small force on
+ * all of a cloth, such as what pulls it along when it just begins to slip: its preconditioner
+ * divides by the stiffness. Without this such forces are lost in the tolerance, and linear momentum
+ * is kept to the tolerance only. Hard rows couple cloths; all together they still move freely. */
+static tulle_status translate_cloths(motion_solve *solve) {
+    arena *const scratch = solve->scene->scratch;
+    size_t const size = 3 * get_solved_count(solve->scene);
+    arena_mark const mark = arena_get_mark(scratch);
+    double *work[3];
+    bool has_memory = true;
+    for (int i = 0; i < 3; i++) {
+        work[i] = ARENA_NEW(scratch, double, size);
+        has_memory &= work[i] != NULL;
+    }
+    if (has_memory) descend_translations(solve, false, work);
+    if (has_memory && solve->hard_count > 0 && count_free_objects(solve) > 1)
+        descend_translations(solve, true, work);
+    arena_release(scratch, mark);
+    return has_memory ? TULLE_OK : TULLE_ERROR_OUT_OF_MEMORY;
+}
+
+static bool has_hard_bodies(const motion_solve *solve) {
+    bool has_body = false;
+    for (size_t i = 0; i < solve->hard_count; i++) has_body |= solve->hard_rows[i]->has_body;
+    return has_body;
+}
+
+/* From the impulses of the first solve with bodies: one of no iterations, at the velocities of the
+ * start. */
+static tulle_status find_net_target(motion_solve *solve,
+                                    const conjugate_gradients_problem *problem) {
+    const contact_scene *const scene = solve->scene;
+    arena_mark const mark = arena_get_mark(scene->scratch);
+    double *const start = ARENA_NEW(scene->scratch, double, 3 * problem->vertex_count);
+    if (!start) return TULLE_ERROR_OUT_OF_MEMORY;
+    for (size_t i = 0; i < problem->vertex_count; i++)
+        vec3_store(start, i, vec3_load(solve->is_fixed[i] ? solve->u : scene->v0, i));
+    conjugate_gradients_problem measure = *problem;
+    measure.reference = 0.0; /* that is, of the right-hand side */
+    measure.max_iterations = 0;
+    conjugate_gradients_result result;
+    tulle_status const status = conjugate_gradients_solve(&measure, start, scene->scratch, &result);
+    arena_release(scene->scratch, mark);
+    if (status != TULLE_OK) return status;
+    if (!(solve->reference > 0.0)) solve->reference = result.reference; /* no cloth can move */
+    double const least = fmax(LEAST_NET * solve->reference, LEAST_NET_OF_ALL * result.reference);
+    solve->net_target = fmax(NET_SHARE * result.residual * result.reference, least);
+    return TULLE_OK;
+}
+
+/* Bodies and cloth together. */
+static tulle_status solve_with_bodies(motion_solve *solve, conjugate_gradients_problem *problem,
+                                      conjugate_gradients_result *result) {
+    bool const is_known = solve->net_target >= 0.0;
+    tulle_status const status = is_known ? TULLE_OK : find_net_target(solve, problem);
+    if (status != TULLE_OK) return status;
+    problem->reference = solve->reference;
+    if (solve->reference > 0.0)
+        problem->tolerance = fmin(problem->tolerance, solve->net_target / solve->reference);
+    return conjugate_gradients_solve(problem, solve->u, solve->scene->scratch, result);
+}
+
+/* Bodies that no hard row joins to cloth are solved by themselves, at once. */
+static tulle_status solve_linear(motion_solve *solve, conjugate_gradients_problem *problem,
+                                 conjugate_gradients_result *result) {
+    arena *const scratch = solve->scene->scratch;
+    if (has_hard_bodies(solve)) return solve_with_bodies(solve, problem, result);
+    solve->is_cloth_only = true;
+    problem->vertex_count = solve->scene->cloth_vertex_count;
+    precondition_bodies(solve->scene, solve->diagonal, solve->right_hand_side, solve->u);
+    tulle_status const status = solve->system->aggregates
+                                    ? solve_in_stages(&solve->stages, problem, solve->hard_rows,
+                                                      solve->hard_count, solve->u, result)
+                                    : conjugate_gradients_solve(problem, solve->u, scratch, result);
+    solve->is_cloth_only = false;
+    return status;
+}
+
+static tulle_status run_conjugate_gradients(motion_solve *solve) {
+    const contact_settings *const settings = &solve->scene->settings;
+    conjugate_gradients_problem problem = {
+        .vertex_count = get_solved_count(solve->scene),
+        .apply = apply_with_hard_rows,
+        .apply_context = solve,
+        .right_hand_side = solve->right_hand_side,
+        .diagonal = solve->diagonal,
+        .is_fixed = solve->is_fixed,
+        .tolerance = settings->cg_tolerance,
+        .early_share = settings->early_share,
+        .early_most = settings->early_most,
+        .reference = solve->reference,
+        .max_iterations = settings->cg_max_iterations,
+        .threads = solve->scene->threads,
+        .stop = solve->scene->stop,
+    };
+    conjugate_gradients_result result;
+    tulle_status const status = solve_linear(solve, &problem, &result);
+    if (status != TULLE_OK) return status;
+    if (stop_is_wanted(solve->scene->stop)) return TULLE_ERROR_INTERRUPTED;
+    solve->report->solve_count++;
+    solve->report->cg_iterations += (uint32_t)result.iterations;
+    if (result.end != CONJUGATE_GRADIENTS_CONVERGED) solve->report->has_converged = false;
+    if (result.end == CONJUGATE_GRADIENTS_CONVERGED && result.residual > problem.tolerance)
+        solve->report->is_early = true;
+    else
+        solve->report->cg_residual = fmax(solve->report->cg_residual, result.residual);
+    return translate_cloths(solve); /* what the tolerance left over is no momentum */
+}
+
+/* Norm of `vector` as conjugate gradients measure it. */
+static tulle_status measure_norm(motion_solve *solve, const double *vector, double *norm) {
+    conjugate_gradients_problem const problem = {
+        .vertex_count = solve->scene->cloth_vertex_count,
+        .right_hand_side = vector,
+        .diagonal = solve->diagonal, /* no row is in it yet */
+        .is_fixed = solve->is_fixed,
+        .threads = solve->scene->threads,
+    };
+    return conjugate_gradients_measure(&problem, solve->scene->scratch, norm);
+}
+
+/* Residuals are measured against the force impulse b - A u at the velocities of the start. */
+static tulle_status find_reference(motion_solve *solve) {
+    size_t const size = 3 * solve->scene->cloth_vertex_count;
+    arena_mark const mark = arena_get_mark(solve->scene->scratch);
+    double *const impulse = ARENA_NEW(solve->scene->scratch, double, size);
+    if (!impulse) return TULLE_ERROR_OUT_OF_MEMORY;
+    solve->system->apply(solve->system->apply_context,
+                         solve->system->start ? solve->system->start : solve->u, impulse);
+    for (size_t i = 0; i < size; i++) impulse[i] = solve->system->right_hand_side[i] - impulse[i];
+    double of_momentum = 0.0;
+    tulle_status status = measure_norm(solve, impulse, &solve->reference);
+    if (status == TULLE_OK)
+        status = measure_norm(solve, solve->system->right_hand_side, &of_momentum);
+    solve->reference = fmax(solve->reference, LEAST_REFERENCE * of_momentum);
+    arena_release(solve->scene->scratch, mark);
+    return status;
+}
+
+static tulle_status run_rounds(motion_solve *solve) {
+    const contact_settings *const settings = &solve->scene->settings;
+    row_list *const list = solve->list;
+    prepare_hard_rows(solve->scene, solve->diagonal, list->rows.data, list->rows.count, solve->u);
+    for (int round = 0; round < settings->solve_rounds_landing; round++) {
+        uint32_t const before = solve->report->cg_iterations;
+        prepare_round(solve, round == 0);
+        tulle_status status = run_conjugate_gradients(solve);
+        if (status != TULLE_OK || list->rows.count == 0) return status;
+        round_result result;
+        status = end_round(solve->scene, list, solve->sums, solve->u, &result);
+        if (status != TULLE_OK) return status;
+        solve->report->violation = result.largest_violation;
+        bool const has_all = round + 1 >= settings->solve_rounds;
+        solve->report->has_settled =
+            round_has_settled(settings, &result, solve->report->cg_iterations - before);
+        if (has_all && solve->report->has_settled) break;
+    }
+    bool const rests = solve->report->violation <= LEAST_VIOLATION;
+    for (size_t i = 0; i < list->rows.count; i++) list->rows.data[i].is_in_matrix = false;
+    /* what the tolerance of the solve leaves of rest; more would give springs energy */
+    if (!rests) return TULLE_OK;
+    return project_impulses(solve->scene, list->rows.data, list->rows.count, solve->u);
+}
+
+static void count_states(const row_list *list, solve_report *report) {
+    for (size_t i = 0; i < list->rows.count; i++) {
+        report->stick_count += list->rows.data[i].state == ROW_STICKS;
+        report->slip_count += list->rows.data[i].state == ROW_SLIDES;
+        report->hard_count += list->rows.data[i].is_hard;
+    }
+}
+
+tulle_status solve_motion(const contact_scene *scene, const motion_system *system, row_list *list,
+                          double *u, solve_report *report) {
+    *report = (solve_report){.has_converged = true, .has_settled = true};
+    arena_mark const mark = arena_get_mark(scene->scratch);
+    motion_solve solve = {.scene = scene,
+                          .system = system,
+                          .list = list,
+                          .u = u,
+                          .report = report,
+                          .net_target = -1.0,
+                          .stages = {.scene = scene, .system = system}};
+    tulle_status status = allocate_solve(&solve) ? TULLE_OK : TULLE_ERROR_OUT_OF_MEMORY;
+    if (status == TULLE_OK) status = find_reference(&solve);
+    if (status == TULLE_OK) status = run_rounds(&solve);
+    count_states(list, report);
+    arena_release(scene->scratch, mark);
+    return status;
+}

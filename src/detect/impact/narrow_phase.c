@@ -1,0 +1,280 @@
+/* detect/impact/narrow_phase.c - stage 8 in batches, see narrow_phase.h.
+ *
+ * Each worker takes its pairs through the filters at once, eight at a time; what survives waits in
+ * the worker's pool of that kind until it is full, then goes through conservative advancement.
+ * Pairs out of the range of the kernels are tested one by one. Events go to blocks of a shared
+ * store and are sorted at the end, so neither they nor their order depend on who tested what. */
+#include "detect/impact/narrow_phase.h"
+
+#include "base/timer.h"
+#include "detect/impact/impact_pool.h"
+#include "detect/impact/narrow_events.h"
+
+#include <string.h>
+
+enum { FILTER_PART = 512 }; /* pairs of a batch that are filtered at a time */
+
+/* No event is later: everything is wanted. */
+static const double NO_LIMIT = 2.0;
+
+typedef struct narrow_worker {
+    narrow_phase_counts counts;
+    impact_pool pools[2]; /* of each feature_kind */
+    impact_result results[IMPACT_POOL_SIZE];
+    uint32_t first[FILTER_PART + 8], second[FILTER_PART + 8]; /* pairs being filtered */
+    double separations[FILTER_PART + 8];
+    uint32_t odd[IMPACT_POOL_SIZE];
+    event_writer writer;
+} narrow_worker;
+
+struct narrow_phase {
+    memory *heap;
+    narrow_phase_input input;
+    narrow_worker *workers;
+    int worker_count; /* allocated */
+    event_store store;
+    bool has_separation;     /* some pairs keep one */
+    _Atomic double earliest; /* smallest time of an event so far, for only_earliest */
+};
+
+tulle_status narrow_phase_create(memory *heap, narrow_phase **result) {
+    narrow_phase *const narrow = memory_allocate_zeroed(heap, 1, sizeof *narrow);
+    if (!narrow) return TULLE_ERROR_OUT_OF_MEMORY;
+    narrow->heap = heap;
+    *result = narrow;
+    return TULLE_OK;
+}
+
+static void free_workers(narrow_phase *narrow) {
+    memory_release(narrow->heap, narrow->workers,
+                   (size_t)narrow->worker_count * sizeof *narrow->workers);
+    narrow->workers = NULL;
+    narrow->worker_count = 0;
+}
+
+void narrow_phase_destroy(narrow_phase *narrow) {
+    if (!narrow) return;
+    memory *const heap = narrow->heap;
+    free_workers(narrow);
+    event_store_free(heap, &narrow->store);
+    memory_release(heap, narrow, sizeof *narrow);
+}
+
+static bool make_workers(narrow_phase *narrow, int threads) {
+    if (threads > narrow->worker_count) {
+        free_workers(narrow);
+        narrow->workers =
+            memory_allocate_zeroed(narrow->heap, (size_t)threads, sizeof *narrow->workers);
+        if (!narrow->workers) return false;
+        narrow->worker_count = threads;
+    }
+    for (int w = 0; w < threads; w++) {
+        narrow_worker *const worker = &narrow->workers[w];
+        worker->counts = (narrow_phase_counts){0};
+        worker->pools[0].count = worker->pools[1].count = 0;
+        worker->pools[0].filtered_count = worker->pools[1].filtered_count = 0;
+        event_writer_start(&worker->writer, &narrow->store);
+    }
+    return true;
+}
+
+tulle_status narrow_phase_start(narrow_phase *narrow, const narrow_phase_input *input) {
+    narrow->input = *input;
+    atomic_store(&narrow->earliest, NO_LIMIT);
+    size_t const pair_count =
+        input->vertex_surface ? input->set->surface_count * input->set->surface_count : 1;
+    narrow->has_separation = false;
+    for (size_t i = 0; i < pair_count; i++)
+        narrow->has_separation = narrow->has_separation || !(input->separations[i] == 0.0);
+    if (!event_store_start(narrow->heap, &narrow->store, input->threads) ||
+        !make_workers(narrow, input->threads))
+        return TULLE_ERROR_OUT_OF_MEMORY;
+    return TULLE_OK;
+}
+
+static void find_records(const pair_tables *tables, feature_kind kind, uint32_t first,
+                         uint32_t second, uint32_t records[4]) {
+    if (kind == FEATURE_VERTEX_TRIANGLE) {
+        records[0] = tables->vertex_corners[first];
+        memcpy(records + 1, tables->triangle_corners + 3 * (size_t)second, 3 * sizeof *records);
+    } else {
+        memcpy(records, tables->edge_corners + 2 * (size_t)first, 2 * sizeof *records);
+        memcpy(records + 2, tables->edge_corners + 2 * (size_t)second, 2 * sizeof *records);
+    }
+}
+
+static void load_pair(const pair_tables *tables, feature_kind kind, uint32_t first, uint32_t second,
+                      moving_pair *pair, uint32_t records[4]) {
+    find_records(tables, kind, first, second, records);
+    for (int k = 0; k < 4; k++) {
+        pair->start[k] = vec3_load(tables->records[records[k]].start, 0);
+        pair->end[k] = vec3_load(tables->records[records[k]].end, 0);
+    }
+}
+
+static double find_separation(const narrow_phase_input *input, feature_kind kind,
+                              const uint32_t records[4]) {
+    if (!input->vertex_surface) return input->separations[0];
+    size_t const a = input->vertex_surface[records[0]];
+    size_t const b = input->vertex_surface[records[kind == FEATURE_EDGE_EDGE ? 2 : 1]];
+    return input->separations[a * input->set->surface_count + b];
+}
+
+static double find_slot_separation(const narrow_phase *narrow, const pair_tables *tables,
+                                   feature_kind kind, uint32_t first, uint32_t second) {
+    uint32_t records[4] = {0};
+    if (narrow->input.vertex_surface) find_records(tables, kind, first, second, records);
+    return find_separation(&narrow->input, kind, records);
+}
+
+/* Edges in ascending order of their features, so that results do not depend on the tree. */
+static void order_slots(const pair_tables *tables, feature_kind kind, uint32_t *first,
+                        uint32_t *second) {
+    if (kind == FEATURE_EDGE_EDGE &&
+        tables->edge_features[*first] > tables->edge_features[*second]) {
+        uint32_t const swapped = *first;
+        *first = *second;
+        *second = swapped;
+    }
+}
+
+static uint64_t make_key(const pair_tables *tables, feature_kind kind, uint32_t first,
+                         uint32_t second) {
+    return kind == FEATURE_VERTEX_TRIANGLE
+               ? (uint64_t)tables->vertex_features[first] << 32 | tables->triangle_features[second]
+               : (uint64_t)tables->edge_features[first] << 32 | tables->edge_features[second];
+}
+
+static void lower_earliest(narrow_phase *narrow, double time) {
+    double known = atomic_load_explicit(&narrow->earliest, memory_order_relaxed);
+    while (time < known && !atomic_compare_exchange_weak(&narrow->earliest, &known, time)) {}
+}
+
+static void add_event(narrow_phase *narrow, const pair_tables *tables, feature_kind kind,
+                      const impact_result *result, narrow_worker *own) {
+    event_writer_add(&own->writer,
+                     (raw_event){.key = make_key(tables, kind, result->first, result->second),
+                                 .time = result->time,
+                                 .kind = (uint8_t)kind,
+                                 .state = (uint8_t)result->state});
+    if (narrow->input.only_earliest) lower_earliest(narrow, result->time);
+}
+
+static void advance_pool(narrow_phase *narrow, const pair_tables *tables, feature_kind kind,
+                         bool is_last, narrow_worker *own) {
+    double const began = timer_now();
+    bool const only_earliest = narrow->input.only_earliest;
+    double latest =
+        only_earliest ? atomic_load_explicit(&narrow->earliest, memory_order_relaxed) : NO_LIMIT;
+    size_t const count = TULLE_PICK_KERNEL(advance_impacts)(&own->pools[kind], kind, is_last,
+                                                            only_earliest, &latest, own->results);
+    for (size_t i = 0; i < count; i++) add_event(narrow, tables, kind, &own->results[i], own);
+    own->counts.impact_seconds += timer_now() - began;
+}
+
+/* Pairs that are not finite, or huge or tiny. */
+static void test_odd_pair(narrow_phase *narrow, const pair_tables *tables, const slot_pairs *pairs,
+                          uint32_t index, narrow_worker *own) {
+    moving_pair pair;
+    impact_result result = {.first = pairs->first[index], .second = pairs->second[index]};
+    uint32_t records[4];
+    load_pair(tables, pairs->kind, result.first, result.second, &pair, records);
+    double const separation = find_separation(&narrow->input, pairs->kind, records);
+    if (pair_stays_apart(pairs->kind, &pair, separation)) return;
+    own->counts.pooled_count++;
+    own->counts.tested_count++;
+    toi_result const found = time_of_impact(pairs->kind, &pair, separation);
+    if (found.state == TOI_SEPARATED) return;
+    result.time = found.lower_bound;
+    result.state = found.state;
+    add_event(narrow, tables, pairs->kind, &result, own);
+}
+
+/* Pairs of the batch from `begin` on with their separations, FILTER_PART at most; these are in the
+ * worker's array. */
+static slot_pairs take_part(const narrow_phase *narrow, const pair_tables *tables,
+                            const pair_batch *batch, size_t begin, narrow_worker *own) {
+    size_t const left = batch->count - begin;
+    slot_pairs const pairs = {batch->kind, left < FILTER_PART ? left : FILTER_PART,
+                              batch->first + begin, batch->second + begin,
+                              narrow->has_separation ? own->separations : NULL};
+    for (size_t i = 0; narrow->has_separation && i < pairs.count; i++)
+        own->separations[i] =
+            find_slot_separation(narrow, tables, batch->kind, pairs.first[i], pairs.second[i]);
+    return pairs;
+}
+
+/* Takes pairs through the first direction into the pool, which is emptied whenever it is full. */
+static void begin_pairs(narrow_phase *narrow, const pair_tables *tables, slot_pairs pairs,
+                        narrow_worker *own) {
+    impact_pool *const pool = &own->pools[pairs.kind];
+    while (pairs.count > 0) {
+        size_t const room = IMPACT_POOL_SIZE - pool->count;
+        slot_pairs part = pairs;
+        part.count = pairs.count < room ? pairs.count : room;
+        size_t const before = pool->count;
+        size_t const odd_count = TULLE_PICK_KERNEL(begin_impacts)(tables, &part, pool, own->odd);
+        own->counts.pooled_count += pool->count - before;
+        own->counts.tested_count += pool->count - before;
+        for (size_t i = 0; i < odd_count; i++)
+            test_odd_pair(narrow, tables, &part, own->odd[i], own);
+        pairs.count -= part.count;
+        pairs.first += part.count;
+        pairs.second += part.count;
+        if (pairs.separations) pairs.separations += part.count;
+        if (pool->count > IMPACT_POOL_SIZE / 2)
+            advance_pool(narrow, tables, pairs.kind, false, own);
+    }
+}
+
+void consume_pairs(void *context, const pair_tables *tables, const pair_batch *batch, int worker) {
+    narrow_phase *const narrow = context;
+    narrow_worker *const own = &narrow->workers[worker];
+    double const began = timer_now(), impact_began = own->counts.impact_seconds;
+    for (size_t begin = 0; begin < batch->count; begin += FILTER_PART) {
+        slot_pairs const pairs = take_part(narrow, tables, batch, begin, own);
+        slot_pairs kept = {pairs.kind, 0, own->first, own->second, pairs.separations};
+        kept.count = TULLE_PICK_KERNEL(filter_coplanarity)(tables, &pairs, own->first, own->second,
+                                                           own->separations);
+        for (size_t i = 0; i < kept.count; i++)
+            order_slots(tables, batch->kind, &own->first[i], &own->second[i]);
+        begin_pairs(narrow, tables, kept, own);
+    }
+    own->counts.candidate_count += batch->count;
+    own->counts.filter_seconds += timer_now() - began - (own->counts.impact_seconds - impact_began);
+}
+
+void narrow_phase_flush(narrow_phase *narrow, const pair_tables *tables, int worker) {
+    narrow_worker *const own = &narrow->workers[worker];
+    advance_pool(narrow, tables, FEATURE_VERTEX_TRIANGLE, true, own);
+    advance_pool(narrow, tables, FEATURE_EDGE_EDGE, true, own);
+    event_writer_finish(&own->writer);
+}
+
+bool narrow_phase_finish(narrow_phase *narrow, tulle_status *status) {
+    if (!event_store_is_complete(narrow->heap, &narrow->store, narrow->input.threads, status))
+        return false;
+    if (event_store_sort(narrow->heap, &narrow->store, narrow->input.only_earliest)) return true;
+    *status = TULLE_ERROR_OUT_OF_MEMORY;
+    return false;
+}
+
+const raw_event *narrow_phase_get_events(const narrow_phase *narrow, size_t *count) {
+    *count = narrow->store.sorted.count;
+    return narrow->store.sorted.data;
+}
+
+narrow_phase_counts narrow_phase_get_counts(const narrow_phase *narrow) {
+    narrow_phase_counts sum = {0};
+    for (int w = 0; w < narrow->input.threads; w++) {
+        const narrow_phase_counts *const counts = &narrow->workers[w].counts;
+        sum.candidate_count += counts->candidate_count;
+        sum.pooled_count += counts->pooled_count;
+        sum.tested_count += counts->tested_count - narrow->workers[w].pools[0].filtered_count -
+                            narrow->workers[w].pools[1].filtered_count;
+        sum.filter_seconds += counts->filter_seconds;
+        sum.impact_seconds += counts->impact_seconds;
+    }
+    sum.filtered_count = sum.candidate_count - sum.tested_count;
+    return sum;
+}

@@ -1,0 +1,55 @@
+/* detect/impact/time_of_impact.h - does a moving feature pair come nearer than a minimum
+ * separation, and when at the earliest. Based on: Li, Kaufman, Jiang, Codimensional Incremental
+ * Potential Contact, 2021 (additive CCD); Brochu, Edwards, Bridson 2012. */
+#ifndef TULLE_DETECT_IMPACT_TIME_OF_IMPACT_H
+#define TULLE_DETECT_IMPACT_TIME_OF_IMPACT_H
+
+#include "geom/distance.h"
+
+#include <stdbool.h>
+
+/* Paths of the four points: start + t (end - start). */
+typedef struct moving_pair {
+    vec3 start[4], end[4];
+} moving_pair;
+
+typedef enum toi_state {
+    TOI_SEPARATED,         /* distance > separation for all t in [0, 1] */
+    TOI_HIT,               /* comes near; lower_bound is safe */
+    TOI_TOUCHING_AT_START, /* distance <= separation (or not certainly more) at t = 0; lower_bound
+                              is 0 */
+    TOI_UNRESOLVED         /* iteration limit; counts as a hit; lower_bound is safe */
+} toi_state;
+
+typedef struct toi_result {
+    toi_state state;
+    double lower_bound;     /* in [0, 1]: distance > separation for all t < lower_bound, proven with
+                               rounding; 1 when separated */
+    closest_points closest; /* at lower_bound */
+} toi_result;
+
+/* True when the pair certainly keeps more than `separation` [m] for all t: one fixed direction (an
+ * axis, the closest one at t = 0, then at t = 1) separates the corners at both ends. Outward
+ * rounding. False proves nothing. */
+bool pair_stays_apart(feature_kind kind, const moving_pair *pair, double separation);
+
+/* What proves that a pair keeps its separation. */
+typedef enum apart_proof {
+    APART_UNPROVEN,
+    APART_BY_DIRECTION, /* as pair_stays_apart */
+    APART_BY_TURNING    /* a direction that turns from the closest one at t = 0 to that at t = 1 */
+} apart_proof;
+
+/* pair_stays_apart, then the plane that turns with the pair: with n(t) = n0 + t (n1 - n0) the gaps
+ * n(t) . (a_i - b_j)(t) are quadratic, and their Bernstein coefficients exceed `separation`. Edges
+ * may so rotate about each other. Outward rounding. */
+apart_proof prove_apart(feature_kind kind, const moving_pair *pair, double separation);
+
+/* True when the coplanarity cubic has no root by Bernstein signs with an error bound: the pair
+ * cannot cross (proves nothing about a separation > 0). */
+bool pair_cannot_cross(feature_kind kind, const moving_pair *pair);
+
+/* Conservative advancement from t = 0. separation >= 0 [m]. */
+toi_result time_of_impact(feature_kind kind, const moving_pair *pair, double separation);
+
+#endif

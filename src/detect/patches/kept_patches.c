@@ -1,0 +1,400 @@
+/* detect/patches/kept_patches.c - see kept_patches.h. How patches are checked, repaired and grown
+ * in a call; when is in patch_schedule.c, how to grow and check in patch_growth.c and
+ * kept_patches_check.c. */
+#include "detect/patches/kept_patches_parts.h"
+
+#include <string.h>
+
+enum {
+    KEPT_MINIMUM = 32,    /* [triangles] smaller patches hold hardly a leaf of a tree */
+    RIM_WIDTH = 3,        /* [triangles a boundary edge] whose pairs lie partly outside */
+    LARGE_SHARE = 16,     /* of all triangles: patches of more than one in that many are large */
+    LARGE_MINIMUM = 1024, /* [triangles] and at least that many */
+    USEFUL_PERCENT = 15,  /* of triangles inside patches, without their rims; fewer: off */
+    MERGED_FIRST = 4,     /* triangles that merging looks at, over all, after growth of all */
+    GROWN_DEAD_SHARE = 8, /* after growth: of triangles in patches, to be worth it */
+    COMPACT_TRIANGLE_MIN = 1024 /* dead ones that are not worth a new layout */
+};
+
+/* ---- creation ---- */
+
+static void find_neighbours(kept_patches *patches, const uint32_t *edge_counts) {
+    const topology *const topo = patches->topo;
+    for (size_t i = 0; i < 3 * topo->triangle_count; i++) {
+        uint32_t const edge = topo->triangle_edges[i], own = (uint32_t)(i / 3);
+        const uint32_t *const both = topo->edge_triangles + 2 * (size_t)edge;
+        uint32_t const other = both[0] == own ? both[1] : both[0];
+        patches->neighbours[i] = NEIGHBOUR_BARRED;
+        if (edge_counts[edge] > 2) continue;
+        patches->neighbours[i] = other;
+        if (other == NEIGHBOUR_NONE) continue;
+        /* the other one must run along the edge the other way */
+        uint32_t const from = topo->triangles[i];
+        for (size_t k = 0; k < 3; k++) {
+            if (topo->triangle_edges[3 * (size_t)other + k] == edge &&
+                topo->triangles[3 * (size_t)other + k] == from)
+                patches->neighbours[i] = NEIGHBOUR_BARRED;
+        }
+    }
+}
+
+static tulle_status prepare_topology(kept_patches *patches, const surface_set *set) {
+    const topology *const topo = set->topo;
+    uint32_t *const edge_counts =
+        memory_allocate_zeroed(patches->heap, topo->edge_count, sizeof(uint32_t));
+    if (!edge_counts) return TULLE_ERROR_OUT_OF_MEMORY;
+    for (size_t i = 0; i < 3 * topo->triangle_count; i++) edge_counts[topo->triangle_edges[i]]++;
+    find_neighbours(patches, edge_counts);
+    memory_release(patches->heap, edge_counts, topo->edge_count * sizeof(uint32_t));
+    for (uint32_t s = 0; s < set->surface_count; s++) {
+        for (size_t i = set->surfaces[s].triangle_begin; i < set->surfaces[s].triangle_end; i++)
+            patches->triangle_surface[i] = s;
+    }
+    return TULLE_OK;
+}
+
+tulle_status kept_patches_create(memory *heap, const surface_set *set, kept_patches **result) {
+    kept_patches *const patches = memory_allocate_zeroed(heap, 1, sizeof *patches);
+    if (!patches) return TULLE_ERROR_OUT_OF_MEMORY;
+    size_t const count = set->topo->triangle_count;
+    patches->heap = heap;
+    patches->topo = set->topo;
+    patches->neighbours = memory_allocate_zeroed(heap, 3 * count, sizeof(uint32_t));
+    patches->triangle_surface = memory_allocate_zeroed(heap, count, sizeof(uint32_t));
+    patches->labels = memory_allocate_zeroed(heap, count, sizeof(uint32_t));
+    patches->version = 1;
+    bool const has_arrays = patches->neighbours && patches->triangle_surface && patches->labels;
+    if (!has_arrays || prepare_topology(patches, set) != TULLE_OK) {
+        kept_patches_destroy(patches);
+        return TULLE_ERROR_OUT_OF_MEMORY;
+    }
+    *result = patches;
+    return TULLE_OK;
+}
+
+static void release_patches(kept_patches *patches) {
+    memory *const heap = patches->heap;
+    ARRAY_FREE(heap, &patches->patches);
+    ARRAY_FREE(heap, &patches->triangles);
+    ARRAY_FREE(heap, &patches->corners);
+    ARRAY_FREE(heap, &patches->vertices);
+    ARRAY_FREE(heap, &patches->points);
+    ARRAY_FREE(heap, &patches->loops);
+    ARRAY_FREE(heap, &patches->tasks);
+    ARRAY_FREE(heap, &patches->contour_scratch);
+    release_growth(patches);
+}
+
+void kept_patches_destroy(kept_patches *patches) {
+    if (!patches) return;
+    memory *const heap = patches->heap;
+    size_t const triangle_bytes = patches->topo->triangle_count * sizeof(uint32_t);
+    memory_release(heap, patches->neighbours, 3 * triangle_bytes);
+    memory_release(heap, patches->triangle_surface, triangle_bytes);
+    memory_release(heap, patches->labels, triangle_bytes);
+    release_patches(patches);
+    memory_release(heap, patches, sizeof *patches);
+}
+
+void kept_patches_keep_room(kept_patches *patches, arena *scratch) {
+    release_cones(patches);
+    patches->scratch = scratch;
+}
+
+void let_patches_go(kept_patches *patches) {
+    drop_patches(patches);
+    if (!patches->scratch) release_patches(patches);
+    schedule_retry(&patches->schedule);
+}
+
+void drop_patches(kept_patches *patches) {
+    patches->version++;
+    patches->patches.count = patches->triangles.count = patches->corners.count = 0;
+    patches->vertices.count = patches->points.count = patches->loops.count = 0;
+    patches->tasks.count = 0;
+    patches->has_tasks = false;
+    patches->schedule.dead_triangle_count = 0;
+    if (patches->topo->triangle_count > 0)
+        memset(patches->labels, 0, patches->topo->triangle_count * sizeof *patches->labels);
+}
+
+const uint32_t *kept_patches_get_labels(const kept_patches *patches) { return patches->labels; }
+uint32_t kept_patches_get_label_count(const kept_patches *patches) {
+    return (uint32_t)patches->patches.count;
+}
+patch_labels kept_patches_get_labelling(const kept_patches *patches) {
+    return (patch_labels){.labels = patches->labels,
+                          .label_count = kept_patches_get_label_count(patches),
+                          .version = patches->version};
+}
+
+/* ---- what they cover ---- */
+
+typedef struct cover {
+    uint64_t meeting; /* triangles of surfaces that may have patches */
+    uint64_t covered; /* in patches */
+    uint64_t useful;  /* in patches and not near their boundaries */
+    uint64_t rims;    /* edges on boundaries */
+} cover;
+
+static cover measure_cover(const kept_patches *patches, const surface_set *set) {
+    cover sum = {0, 0, 0, 0};
+    for (uint32_t s = 0; s < set->surface_count; s++) {
+        const surface_range *const range = &set->surfaces[s];
+        if (surface_has_patches(set, s)) sum.meeting += range->triangle_end - range->triangle_begin;
+    }
+    for (size_t i = 0; i < patches->patches.count; i++) {
+        const kept_patch *const patch = &patches->patches.data[i];
+        uint64_t const rim = RIM_WIDTH * (uint64_t)patch->loop_count;
+        if (patch->triangle_count == 0) continue;
+        sum.covered += patch->triangle_count;
+        sum.rims += patch->loop_count;
+        if (patch->triangle_count > rim) sum.useful += patch->triangle_count - rim;
+    }
+    return sum;
+}
+
+static void count_patches(const kept_patches *patches, patch_counts *counts) {
+    for (size_t i = 0; i < patches->patches.count; i++) {
+        const kept_patch *const patch = &patches->patches.data[i];
+        if (patch->triangle_count == 0) continue;
+        counts->patch_count++;
+        counts->triangle_count += patch->triangle_count;
+        counts->star_count += patch->verdict == PATCH_HOLDS_BY_STAR;
+        counts->contour_count += patch->verdict == PATCH_HOLDS_BY_SWEEP;
+    }
+}
+
+/* Moves `count` items of an array from one place to one before it. Returns the end. */
+static size_t move_down(uint32_t *items, size_t from, size_t count, size_t to) {
+    if (count > 0) memmove(items + to, items + from, count * sizeof *items);
+    return to + count;
+}
+
+/* The live patch whose triangles begin at a place; null where those of none do. */
+static kept_patch *find_patch_at(const kept_patches *patches, size_t place) {
+    uint32_t const label = patches->labels[patches->triangles.data[place]];
+    if (label == PATCH_ISOLATED) return NULL;
+    kept_patch *const patch = &patches->patches.data[label - 1];
+    return patch->triangle_begin == place ? patch : NULL;
+}
+
+/* Closes the gaps between patches, which lie in the same order in all arrays. */
+static void close_gaps(kept_patches *patches) {
+    size_t triangles = 0, vertices = 0, loops = 0;
+    for (size_t place = 0; place < patches->triangles.count;) {
+        kept_patch *const patch = find_patch_at(patches, place);
+        place += patch ? patch->triangle_count : 1;
+        if (!patch) continue;
+        kept_patch const old = *patch;
+        patch->triangle_begin = (uint32_t)triangles;
+        patch->vertex_begin = (uint32_t)vertices;
+        patch->loop_begin = (uint32_t)loops;
+        move_down(patches->corners.data, 3 * (size_t)old.triangle_begin,
+                  3 * (size_t)old.triangle_count, 3 * triangles);
+        triangles =
+            move_down(patches->triangles.data, old.triangle_begin, old.triangle_count, triangles);
+        vertices = move_down(patches->vertices.data, old.vertex_begin, old.vertex_count, vertices);
+        loops = move_down(patches->loops.data, old.loop_begin, old.loop_count, loops);
+    }
+    patches->triangles.count = triangles;
+    patches->corners.count = 3 * triangles;
+    patches->vertices.count = patches->points.count = vertices;
+    patches->loops.count = loops;
+}
+
+/* Without gaps, also between labels, whose order stays. */
+static void compact_patches(kept_patches *patches) {
+    close_gaps(patches);
+    uint32_t kept = 0;
+    for (size_t i = 0; i < patches->patches.count; i++) {
+        kept_patch const patch = patches->patches.data[i];
+        if (patch.triangle_count == 0) continue;
+        patches->patches.data[kept++] = patch;
+        const uint32_t *const list = patches->triangles.data + patch.triangle_begin;
+        for (size_t k = 0; k < patch.triangle_count; k++) patches->labels[list[k]] = kept;
+    }
+    patches->patches.count = kept;
+    patches->version++;
+    patches->has_tasks = false;
+    patches->schedule.dead_triangle_count = 0;
+}
+
+/* ---- a call ---- */
+
+/* Large ones are grown again instead: cut about their own axis they lose most of their triangles.
+ */
+static bool is_repairable(kept_patches *patches, const kept_patch *patch) {
+    uint64_t most = patches->topo->triangle_count / LARGE_SHARE;
+    if (most < LARGE_MINIMUM) most = LARGE_MINIMUM;
+    return patch->verdict != PATCH_LEFT &&
+           (patch->triangle_count <= most || patches->rules.keeps_all) &&
+           pay_repair(&patches->schedule, patch->triangle_count);
+}
+
+static tulle_status mend_patches(kept_patches *patches, const growth_input *input,
+                                 patch_counts *counts) {
+    for (uint32_t i = 0; i < patches->patches.count; i++) {
+        kept_patch const old = patches->patches.data[i];
+        if (old.triangle_count == 0) continue;
+        if (verdict_holds((patch_verdict)old.verdict)) {
+            counts->kept_count++;
+            continue;
+        }
+        if (is_repairable(patches, &old)) {
+            tulle_status const status = repair_patch(patches, input, i, counts);
+            if (status != TULLE_OK) return status;
+        } else {
+            dissolve_patch(patches, i);
+        }
+        if (patches->patches.data[i].triangle_count > 0) {
+            counts->split_count++;
+        } else {
+            counts->dissolved_count++;
+        }
+    }
+    return TULLE_OK;
+}
+
+static tulle_status grow_isolated(kept_patches *patches, const growth_input *input,
+                                  patch_counts *counts, bool *has_grown) {
+    cover const before = measure_cover(patches, input->step->set);
+    uint64_t const isolated = before.meeting > before.covered ? before.meeting - before.covered : 0;
+    if (isolated < input->minimum || !is_growth_due(patches, isolated, before.meeting))
+        return TULLE_OK;
+    *has_grown = true;
+    uint64_t const looked_at = counts->grown_triangle_count;
+    tulle_status const status = grow_kept_patches(patches, input, counts);
+    if (status != TULLE_OK) return status;
+    uint64_t const gained = measure_cover(patches, input->step->set).covered - before.covered;
+    pay_growth(&patches->schedule, counts->grown_triangle_count - looked_at, isolated, gained);
+    return TULLE_OK;
+}
+
+/* Gives back what only growth and its slack took, once patches are what they are to be kept. */
+static void shrink_patches(kept_patches *patches) {
+    memory *const heap = patches->heap;
+    if (patches->scratch) return;
+    ARRAY_TRIM(heap, &patches->patches);
+    ARRAY_TRIM(heap, &patches->triangles);
+    ARRAY_TRIM(heap, &patches->corners);
+    ARRAY_TRIM(heap, &patches->vertices);
+    ARRAY_TRIM(heap, &patches->points);
+    ARRAY_TRIM(heap, &patches->loops);
+}
+
+static tulle_status grow_first(kept_patches *patches, const growth_input *input,
+                               patch_counts *counts) {
+    patch_schedule *const schedule = &patches->schedule;
+    drop_patches(patches);
+    schedule->has_grown = 1;
+    schedule->grown_at = schedule->call_count;
+    schedule->regrow_at = schedule->regrow_wait = 0;
+    pay_merging(schedule, 0, true);
+    tulle_status const status = grow_kept_patches(patches, input, counts);
+    schedule->is_off = 0;
+    if (status != TULLE_OK || !input->rules->has_certificate || input->rules->grows_anew)
+        return status;
+    if (!patches->scratch) release_cones(patches);
+    return merge_patches(patches, input, MERGED_FIRST * patches->topo->triangle_count, counts);
+}
+
+/* From time to time, where patches were cut or grown since. */
+static tulle_status merge_again(kept_patches *patches, const growth_input *input,
+                                patch_counts *counts) {
+    if (!input->rules->has_certificate || !is_merging_due(patches)) return TULLE_OK;
+    tulle_status status = reserve_growth(patches);
+    if (status != TULLE_OK) return status;
+    uint64_t const looked_at = counts->grown_triangle_count;
+    uint64_t const dead = patches->schedule.dead_triangle_count;
+    status = merge_patches(patches, input, patches->topo->triangle_count, counts);
+    pay_merging(&patches->schedule, counts->grown_triangle_count - looked_at,
+                patches->schedule.dead_triangle_count > dead);
+    return status;
+}
+
+/* After growth, before a search has told: whether patches may save more than they cost. To check an
+ * edge of a boundary again costs as much as a triangle inside a patch saves the search. */
+static bool may_pay(const kept_patches *patches, const surface_set *set) {
+    cover const now = measure_cover(patches, set);
+    return now.useful * 100 >= now.meeting * USEFUL_PERCENT + now.rims * 100;
+}
+
+static bool rules_are_alike(const patch_rules *a, const patch_rules *b) {
+    return a->cone == b->cone && a->max_angle == b->max_angle &&
+           a->has_certificate == b->has_certificate && a->grows_anew == b->grows_anew &&
+           a->keeps_all == b->keeps_all;
+}
+
+static tulle_status keep_patches(kept_patches *patches, const growth_input *input,
+                                 patch_counts *counts) {
+    patch_schedule *const schedule = &patches->schedule;
+    judge_last_search(patches, measure_cover(patches, input->step->set).rims);
+    if (schedule->is_off && schedule->call_count < schedule->retry_at) return TULLE_OK;
+    tulle_status status = TULLE_OK;
+    bool has_grown = !schedule->has_grown || schedule->is_off;
+    if (has_grown) {
+        status = grow_first(patches, input, counts);
+    } else {
+        status = prepare_checks(patches, input->step->threads);
+        if (status != TULLE_OK) return status;
+        check_patches(patches, input->step, input->rules);
+        status = mend_patches(patches, input, counts);
+        if (status == TULLE_OK) status = grow_isolated(patches, input, counts, &has_grown);
+        if (has_grown || counts->split_count > 0) schedule->has_changed = 1;
+        if (status == TULLE_OK) status = merge_again(patches, input, counts);
+    }
+    if (status != TULLE_OK) return status;
+    if (input->rules->has_certificate && !input->rules->keeps_all && has_grown &&
+        !may_pay(patches, input->step->set))
+        let_patches_go(patches);
+    uint64_t const dead = schedule->dead_triangle_count;
+    uint64_t const covered = measure_cover(patches, input->step->set).covered;
+    bool const compacts =
+        dead > COMPACT_TRIANGLE_MIN && dead > (has_grown ? covered / GROWN_DEAD_SHARE : covered);
+    if (compacts) compact_patches(patches);
+    if (has_grown || compacts) shrink_patches(patches);
+    return status;
+}
+
+tulle_status update_patches(kept_patches *patches, const patch_step *step, const patch_rules *rules,
+                            patch_counts *counts) {
+    *counts = (patch_counts){0};
+    if (!rules_are_alike(&patches->rules, rules)) {
+        drop_patches(patches);
+        reset_schedule(patches);
+    }
+    patches->rules = *rules;
+    bool const keeps_small = !rules->has_certificate || rules->grows_anew || rules->keeps_all;
+    growth_input const input = {step, rules, keeps_small ? 1 : KEPT_MINIMUM};
+    arena_mark const mark = patches->scratch ? arena_get_mark(patches->scratch) : (arena_mark){0};
+    tulle_status status = rules->grows_anew ? grow_first(patches, &input, counts)
+                                            : keep_patches(patches, &input, counts);
+    if (patches->scratch || !rules->grows_anew) release_cones(patches);
+    if (patches->scratch) arena_release(patches->scratch, mark);
+    if (status == TULLE_OK) status = prepare_checks(patches, step->threads);
+    if (status != TULLE_OK) {
+        drop_patches(patches);
+        reset_schedule(patches);
+        *counts = (patch_counts){0};
+        return status;
+    }
+    count_patches(patches, counts);
+    return TULLE_OK;
+}
+
+bool patches_hold(const kept_patches *patches, const patch_step *step, const patch_rules *rules) {
+    /* Checks write to scratch and verdicts, which say nothing until the next check. */
+    kept_patches *const scratch = (kept_patches *)(uintptr_t)patches;
+    if (patches->patches.count == 0) return true;
+    if (!patches->has_tasks) return false;
+    patch_step narrowed = *step;
+    if (narrowed.threads > patches->worker_count) narrowed.threads = patches->worker_count;
+    check_patches(scratch, &narrowed, rules);
+    for (size_t i = 0; i < patches->patches.count; i++) {
+        const kept_patch *const patch = &patches->patches.data[i];
+        if (patch->triangle_count > 0 && !verdict_holds((patch_verdict)patch->verdict))
+            return false;
+    }
+    return true;
+}

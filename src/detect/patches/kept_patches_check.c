@@ -1,0 +1,249 @@
+/* detect/patches/kept_patches_check.c - whether patches hold over a step; see kept_patches_parts.h.
+ *
+ * Small patches are checked whole, several in one task. Large ones are cut: their vertices are
+ * projected first; then their contours and runs of their triangles are tasks of their own. Tasks
+ * are the same for any number of threads, and so is each one's result. */
+#include "detect/patches/kept_patches_parts.h"
+
+#include "base/parallel.h"
+#include "detect/patches/patch_kernel.h"
+#include "detect/patches/planar_contour.h"
+
+enum {
+    LARGE_PATCH = 6144, /* triangles; some 50 microseconds */
+    CHECK_CHUNK = 4096, /* vertices or triangles of a large patch a task */
+    GROUP_SIZE = 4096,  /* triangles of small patches a task */
+    CONTOUR_TESTS =
+        64, /* pairs of boxes and edges looked at, at most, over the boundary's length */
+};
+
+bool surface_has_patches(const surface_set *set, uint32_t surface) {
+    return set->surfaces[surface].is_present && surfaces_may_meet(set, surface, surface);
+}
+
+size_t check_scratch_size(size_t loop_count) {
+    return loop_count * sizeof(planar_path) + planar_contour_scratch_size(loop_count);
+}
+
+static planar_map find_map(const kept_patches *patches, const kept_patch *patch, const double *x0) {
+    return planar_map_make(patch->axis, vec3_load(x0, patches->vertices.data[patch->vertex_begin]));
+}
+
+double project_patch(kept_patches *patches, const kept_patch *patch, const patch_step *step,
+                     size_t begin, size_t end) {
+    planar_map const map = find_map(patches, patch, step->x0);
+    return TULLE_PICK_KERNEL(project_paths)(
+        &map, patches->vertices.data + patch->vertex_begin + begin, end - begin, step->x0, step->x1,
+        patches->points.data + patch->vertex_begin + begin);
+}
+
+static bool all_turn_left(const kept_patches *patches, const kept_patch *patch, size_t begin,
+                          size_t end, double reach) {
+    return TULLE_PICK_KERNEL(patch_turns_left)(
+        patches->points.data + patch->vertex_begin,
+        patches->corners.data + 3 * ((size_t)patch->triangle_begin + begin), end - begin, reach);
+}
+
+static bool all_in_cone(const kept_patches *patches, const kept_patch *patch,
+                        const patch_step *step, double max_angle, size_t begin, size_t end) {
+    const uint32_t *const triangles = patches->triangles.data + patch->triangle_begin;
+    for (size_t i = begin; i < end; i++) {
+        const uint32_t *const corners = patches->topo->triangles + 3 * (size_t)triangles[i];
+        vec3 start[3], finish[3];
+        for (int k = 0; k < 3; k++) {
+            start[k] = vec3_load(step->x0, corners[k]);
+            finish[k] = vec3_load(step->x1, corners[k]);
+        }
+        if (!triangle_faces_axis(start, finish, patch->axis, max_angle, 0.0)) return false;
+    }
+    return true;
+}
+
+/* Of projected vertices. */
+static patch_verdict check_contour(const kept_patches *patches, const kept_patch *patch,
+                                   double reach, void *scratch) {
+    const planar_path *const points = patches->points.data + patch->vertex_begin;
+    const uint32_t *const loop = patches->loops.data + patch->loop_begin;
+    planar_path *const around = scratch;
+    for (size_t i = 0; i < patch->loop_count; i++) around[i] = points[loop[i]];
+    contour_proof const proof =
+        prove_planar_contour(around, patch->loop_count, reach,
+                             CONTOUR_TESTS * (size_t)patch->loop_count, around + patch->loop_count);
+    return proof == CONTOUR_STAR    ? PATCH_HOLDS_BY_STAR
+           : proof == CONTOUR_SWEPT ? PATCH_HOLDS_BY_SWEEP
+                                    : PATCH_CROSSED;
+}
+
+patch_verdict check_patch(kept_patches *patches, const kept_patch *patch, const patch_step *step,
+                          const patch_rules *rules, void *scratch) {
+    if (!rules->has_certificate) {
+        bool const holds =
+            all_in_cone(patches, patch, step, rules->max_angle, 0, patch->triangle_count);
+        return holds ? PATCH_HOLDS_BY_CONE : PATCH_TURNED;
+    }
+    double const size = project_patch(patches, patch, step, 0, patch->vertex_count);
+    double const reach = find_planar_reach(rules->reach, size);
+    if (!(reach > 0.0) || !all_turn_left(patches, patch, 0, patch->triangle_count, reach))
+        return PATCH_TURNED;
+    return check_contour(patches, patch, reach, scratch);
+}
+
+/* ---- tasks ---- */
+
+static bool add_task(kept_patches *patches, check_task task) {
+    if (!ARRAY_RESERVE(patches->heap, &patches->tasks, 1)) return false;
+    patches->tasks.data[patches->tasks.count++] = task;
+    return true;
+}
+
+static bool add_chunks(kept_patches *patches, check_kind kind, uint32_t patch, uint32_t count) {
+    for (uint32_t begin = 0; begin < count; begin += CHECK_CHUNK) {
+        uint32_t const end = count - begin > CHECK_CHUNK ? begin + CHECK_CHUNK : count;
+        if (!add_task(patches,
+                      (check_task){.kind = kind, .patch = patch, .begin = begin, .end = end}))
+            return false;
+    }
+    return true;
+}
+
+/* Projections of large patches first, then their contours, which take longest, then the rest. */
+static bool add_tasks_of_large(kept_patches *patches) {
+    for (int kind = CHECK_PROJECTION; kind <= CHECK_TURNS; kind++) {
+        for (uint32_t i = 0; i < patches->patches.count; i++) {
+            const kept_patch *const patch = &patches->patches.data[i];
+            if (patch->triangle_count <= LARGE_PATCH) continue;
+            uint32_t const count = kind == CHECK_PROJECTION ? patch->vertex_count
+                                   : kind == CHECK_CONTOUR  ? 1
+                                                            : patch->triangle_count;
+            if (!add_chunks(patches, (check_kind)kind, i, count)) return false;
+        }
+    }
+    return true;
+}
+
+static bool add_tasks_of_small(kept_patches *patches) {
+    uint32_t begin = 0, triangle_count = 0;
+    uint32_t const patch_count = (uint32_t)patches->patches.count;
+    for (uint32_t i = 0; i < patch_count; i++) {
+        const kept_patch *const patch = &patches->patches.data[i];
+        if (patch->triangle_count <= LARGE_PATCH) triangle_count += patch->triangle_count;
+        if (triangle_count < GROUP_SIZE && i + 1 < patch_count) continue;
+        if (!add_task(patches, (check_task){.kind = CHECK_WHOLE, .begin = begin, .end = i + 1}))
+            return false;
+        begin = i + 1;
+        triangle_count = 0;
+    }
+    return true;
+}
+
+tulle_status prepare_checks(kept_patches *patches, int threads) {
+    if (patches->has_tasks && patches->worker_count >= threads) return TULLE_OK;
+    patches->tasks.count = 0;
+    if (!add_tasks_of_large(patches) || !add_tasks_of_small(patches))
+        return TULLE_ERROR_OUT_OF_MEMORY;
+    size_t longest = 0;
+    for (size_t i = 0; i < patches->patches.count; i++) {
+        const kept_patch *const patch = &patches->patches.data[i];
+        if (patch->triangle_count > 0 && patch->loop_count > longest) longest = patch->loop_count;
+    }
+    patches->scratch_stride = (check_scratch_size(longest) + 63) / 64 * 64;
+    size_t const needed = patches->scratch_stride * (size_t)threads;
+    patches->contour_scratch.count = 0;
+    if (!ARRAY_RESERVE(patches->heap, &patches->contour_scratch, needed))
+        return TULLE_ERROR_OUT_OF_MEMORY;
+    patches->worker_count = threads;
+    patches->has_tasks = true;
+    return TULLE_OK;
+}
+
+typedef struct check_run {
+    kept_patches *patches;
+    const patch_step *step;
+    const patch_rules *rules;
+    size_t task_begin;
+} check_run;
+
+static uint32_t run_part(const check_run *run, check_task *task, void *scratch) {
+    kept_patches *const patches = run->patches;
+    kept_patch *const patch = &patches->patches.data[task->patch];
+    if (!run->rules->has_certificate) {
+        if (task->kind != CHECK_TURNS) return PATCH_HOLDS_BY_CONE;
+        bool const holds =
+            all_in_cone(patches, patch, run->step, run->rules->max_angle, task->begin, task->end);
+        return holds ? PATCH_HOLDS_BY_CONE : PATCH_TURNED;
+    }
+    if (task->kind == CHECK_PROJECTION) {
+        task->size = project_patch(patches, patch, run->step, task->begin, task->end);
+        return PATCH_HOLDS_BY_STAR;
+    }
+    double const reach = task->size; /* found from the sizes by then */
+    if (!(reach > 0.0)) return PATCH_TURNED;
+    if (task->kind == CHECK_CONTOUR) return check_contour(patches, patch, reach, scratch);
+    return all_turn_left(patches, patch, task->begin, task->end, reach) ? PATCH_HOLDS_BY_STAR
+                                                                        : PATCH_TURNED;
+}
+
+static void run_group(const check_run *run, const check_task *task, void *scratch) {
+    for (uint32_t i = task->begin; i < task->end; i++) {
+        kept_patch *const patch = &run->patches->patches.data[i];
+        if (patch->triangle_count == 0 || patch->triangle_count > LARGE_PATCH) continue;
+        patch->verdict = surface_has_patches(run->step->set, patch->surface)
+                             ? check_patch(run->patches, patch, run->step, run->rules, scratch)
+                             : PATCH_LEFT;
+    }
+}
+
+static void run_tasks(void *context, size_t begin, size_t end, size_t chunk, int worker) {
+    (void)chunk;
+    const check_run *const run = context;
+    kept_patches *const patches = run->patches;
+    void *const scratch = patches->contour_scratch.data + (size_t)worker * patches->scratch_stride;
+    for (size_t i = begin; i < end; i++) {
+        check_task *const task = &patches->tasks.data[run->task_begin + i];
+        if (task->kind == CHECK_WHOLE) {
+            run_group(run, task, scratch);
+        } else {
+            task->verdict = run_part(run, task, scratch);
+        }
+    }
+}
+
+/* Leaves the planar reach of each large patch in the size of its later tasks. */
+static void spread_sizes(check_run *run, size_t projection_count) {
+    check_task *const tasks = run->patches->tasks.data;
+    for (size_t i = projection_count; i < run->patches->tasks.count; i++) {
+        if (tasks[i].kind == CHECK_WHOLE) continue;
+        double size = 0.0;
+        for (size_t k = 0; k < projection_count; k++) {
+            if (tasks[k].patch != tasks[i].patch) continue;
+            double const own = tasks[k].size; /* NaN stays */
+            if (!(own <= size) && !(size != size)) size = own;
+        }
+        tasks[i].size = find_planar_reach(run->rules->reach, size);
+    }
+}
+
+static void gather_verdicts(const check_run *run, size_t projection_count) {
+    kept_patch *const all = run->patches->patches.data;
+    const check_task *const tasks = run->patches->tasks.data;
+    for (size_t i = 0; i < projection_count; i++) all[tasks[i].patch].verdict = PATCH_HOLDS_BY_STAR;
+    for (size_t i = projection_count; i < run->patches->tasks.count; i++) {
+        if (tasks[i].kind == CHECK_WHOLE) continue;
+        kept_patch *const patch = &all[tasks[i].patch];
+        if (tasks[i].verdict > patch->verdict) patch->verdict = tasks[i].verdict;
+        if (!surface_has_patches(run->step->set, patch->surface)) patch->verdict = PATCH_LEFT;
+    }
+}
+
+void check_patches(kept_patches *patches, const patch_step *step, const patch_rules *rules) {
+    check_run run = {patches, step, rules, 0};
+    size_t projection_count = 0;
+    while (projection_count < patches->tasks.count &&
+           patches->tasks.data[projection_count].kind == CHECK_PROJECTION)
+        projection_count++;
+    parallel_for(projection_count, 1, step->threads, run_tasks, &run);
+    spread_sizes(&run, projection_count);
+    run.task_begin = projection_count;
+    parallel_for(patches->tasks.count - projection_count, 1, step->threads, run_tasks, &run);
+    gather_verdicts(&run, projection_count);
+}

@@ -1,0 +1,190 @@
+/* detect/patches/kept_patches_parts.h - what the files of kept patches share.
+ *
+ * A patch keeps its triangles in the order in which they joined, so every first part of that list
+ * is a disc too. It numbers its vertices in the order in which they came, so that the corners of
+ * its triangles and its boundary are small numbers and its projected vertices one dense array.
+ * Large patches have their vertices and corners in the order of the mesh instead, for the sake of
+ * the cache; which corners belong to which triangle does not matter after growth. */
+#ifndef TULLE_DETECT_PATCHES_KEPT_PATCHES_PARTS_H
+#define TULLE_DETECT_PATCHES_KEPT_PATCHES_PARTS_H
+
+#include "detect/patches/certificate.h"
+#include "detect/patches/kept_patches.h"
+#include "detect/patches/planar_path.h"
+
+/* Instead of a neighbour: no triangle is there, or one that no disc may be continued to, because
+ * the edge has more than two triangles or both run along it the same way. */
+#define NEIGHBOUR_NONE UINT32_MAX
+#define NEIGHBOUR_BARRED (UINT32_MAX - 1)
+
+typedef enum patch_verdict {
+    PATCH_HOLDS_BY_STAR,
+    PATCH_HOLDS_BY_SWEEP,
+    PATCH_HOLDS_BY_CONE, /* without certificate */
+    PATCH_TURNED,        /* a triangle may turn away from the axis */
+    PATCH_CROSSED,       /* its boundary may touch itself */
+    PATCH_LEFT           /* its surface is absent, or does not meet itself any more */
+} patch_verdict;
+
+static inline bool verdict_holds(patch_verdict verdict) { return verdict <= PATCH_HOLDS_BY_CONE; }
+
+typedef struct kept_patch {
+    vec3 axis;
+    uint32_t triangle_begin, triangle_count; /* in `triangles`; count 0: the label is unused */
+    uint32_t vertex_begin, vertex_count;     /* in `vertices` */
+    uint32_t loop_begin, loop_count;         /* in `loops`; count 0 where no contour is needed */
+    uint32_t surface;
+    uint32_t verdict; /* patch_verdict of the last check */
+} kept_patch;
+
+/* A share of a check: of one large patch, or some small ones. */
+typedef enum check_kind { CHECK_PROJECTION, CHECK_CONTOUR, CHECK_TURNS, CHECK_WHOLE } check_kind;
+typedef struct check_task {
+    uint32_t kind;       /* check_kind */
+    uint32_t patch;      /* the first; the only one but with CHECK_WHOLE */
+    uint32_t begin, end; /* vertices, triangles or patches */
+    uint32_t verdict;    /* result */
+    double size;         /* result of CHECK_PROJECTION */
+} check_task;
+
+/* What decides when patches are grown; counts only, so that runs can be repeated. */
+typedef struct patch_schedule {
+    uint64_t call_count;
+    uint64_t regrow_at, regrow_wait; /* [calls] */
+    uint64_t retry_at, retry_wait;   /* [calls] while switched off */
+    uint64_t merge_at, merge_wait;   /* [calls] */
+    uint64_t grown_at;               /* [calls] since when patches are in use */
+    uint64_t credit;                 /* [pairs of leaves] for repairs and growth */
+    uint64_t dead_triangle_count;    /* in `triangles`, of labels not used any more */
+    /* Pairs of leaves: of the last search and, of those, what any search visits; of the last
+     * search without patches, fading; what patches cost when they were let go. */
+    uint64_t seen_pairs, near_pairs, pairs_without, pairs_with;
+    uint32_t is_off, has_grown, is_told;
+    uint32_t has_changed; /* since patches were last merged, some were cut or grown */
+} patch_schedule;
+
+/* patch_schedule.c */
+/* Whether a saved one may have come about. */
+bool schedule_is_possible(const patch_schedule *schedule, uint64_t triangle_count,
+                          uint64_t kept_triangle_count);
+void reset_schedule(kept_patches *patches);
+/* Begins a call: judges by the last search whether patches in use pay, and lets them go otherwise.
+ * edge_count: of all boundaries. */
+void judge_last_search(kept_patches *patches, uint64_t edge_count);
+/* Patches have been let go: says when they are tried again. */
+void schedule_retry(patch_schedule *schedule);
+bool is_growth_due(const kept_patches *patches, uint64_t isolated, uint64_t meeting);
+bool pay_repair(patch_schedule *schedule, uint64_t triangle_count);
+bool is_merging_due(const kept_patches *patches);
+/* Pays merging and says when the next may be. */
+void pay_merging(patch_schedule *schedule, uint64_t looked_at, bool has_merged);
+/* Pays growth and says when the next may be. */
+void pay_growth(patch_schedule *schedule, uint64_t looked_at, uint64_t isolated, uint64_t gained);
+
+/* Scratch of growth; one entry a triangle or a vertex. */
+typedef struct growth_scratch {
+    normal_cone *cones; /* of triangles without patch; not valid: not to be used. Null, as limits,
+                           but while all is grown */
+    double *limits;     /* [rad] of triangles: half-angle of the widest patch that they join */
+    uint32_t *queue;    /* triangles in the order in which they joined */
+    uint32_t *local;    /* vertex: its number in the patch; where stamp is the present one */
+    uint32_t *stamps, stamp; /* stamps: of each vertex */
+    uint32_t *next;          /* by local number: the next vertex of the boundary */
+} growth_scratch;
+
+struct kept_patches {
+    memory *heap;
+    const topology *topo;
+    uint32_t *neighbours; /* 3 * triangle_count */
+    uint32_t *triangle_surface;
+    uint32_t *labels;
+    uint64_t version;          /* of the labels; not 0 */
+    ARRAY(kept_patch) patches; /* label k: element k - 1 */
+    ARRAY(uint32_t) triangles;
+    ARRAY(uint32_t) corners; /* 3 * triangles: local numbers of vertices */
+    ARRAY(uint32_t) vertices;
+    ARRAY(planar_path) points; /* of vertices, of the last check */
+    ARRAY(uint32_t) loops;     /* local numbers of vertices, counterclockwise */
+    patch_rules rules;         /* of the last update */
+    patch_schedule schedule;
+    growth_scratch growth;
+    arena *scratch; /* for cones and limits; null: they come from the heap */
+    /* Of checks. */
+    ARRAY(check_task) tasks;
+    bool has_tasks; /* tasks fit the patches */
+    ARRAY(unsigned char) contour_scratch;
+    size_t scratch_stride; /* [bytes] a worker */
+    int worker_count;
+};
+
+/* A whole patch checked at once, by one thread. scratch: for a contour of the patch. */
+patch_verdict check_patch(kept_patches *patches, const kept_patch *patch, const patch_step *step,
+                          const patch_rules *rules, void *scratch);
+/* [bytes] scratch of check_patch for a boundary of that many vertices. */
+size_t check_scratch_size(size_t loop_count);
+/* Projects local vertices begin .. end - 1 of a patch, and returns their size. */
+double project_patch(kept_patches *patches, const kept_patch *patch, const patch_step *step,
+                     size_t begin, size_t end);
+
+/* Leaves no patches. */
+void drop_patches(kept_patches *patches);
+/* Until the next try, and gives back what they took. */
+void let_patches_go(kept_patches *patches);
+
+/* Prepares tasks and scratch after patches have changed. */
+tulle_status prepare_checks(kept_patches *patches, int threads);
+/* Checks all patches and fills their verdicts. */
+void check_patches(kept_patches *patches, const patch_step *step, const patch_rules *rules);
+bool surface_has_patches(const surface_set *set, uint32_t surface);
+
+/* One growth over all triangles without a label. */
+typedef struct growth_input {
+    const patch_step *step;
+    const patch_rules *rules;
+    size_t minimum; /* triangles of the smallest patch that is kept */
+} growth_input;
+tulle_status grow_kept_patches(kept_patches *patches, const growth_input *input,
+                               patch_counts *counts);
+/* Joins patches that are certified together; looks at some `budget` triangles at most. */
+tulle_status merge_patches(kept_patches *patches, const growth_input *input, uint64_t budget,
+                           patch_counts *counts);
+/* While a patch is grown again: may join. */
+#define LABEL_PASSED UINT32_MAX
+/* Grows a patch from a triangle among those that bear LABEL_PASSED, as a disc. Fills the queue, and
+ * returns how many joined. */
+size_t spread_among_passed(kept_patches *patches, uint32_t seed, uint32_t label);
+/* Makes what is left of patch `index`, which has failed, a patch again, or dissolves it. */
+tulle_status repair_patch(kept_patches *patches, const growth_input *input, uint32_t index,
+                          patch_counts *counts);
+/* Its triangles become isolated. */
+void dissolve_patch(kept_patches *patches, uint32_t index);
+/* patch_staging.c */
+/* Allocates scratch of growth but for cones and limits, and these, when there is none. */
+tulle_status reserve_growth(kept_patches *patches);
+tulle_status reserve_cones(kept_patches *patches);
+/* Frees cones and limits, and all of it. */
+void release_cones(kept_patches *patches);
+void release_growth(kept_patches *patches);
+/* From now on no vertex is in the patch that grows. */
+void start_patch(kept_patches *patches);
+static inline bool is_in_patch(const growth_scratch *growth, uint32_t vertex) {
+    return growth->stamps[vertex] == growth->stamp;
+}
+/* Numbers the vertices of the first `count` triangles of `list` and writes list, corners, vertices
+ * and room for points behind all patches. */
+tulle_status stage_patch(kept_patches *patches, const uint32_t *list, size_t count,
+                         kept_patch *patch);
+/* Writes the boundary of a staged patch, whose triangles bear its label, behind all loops.
+ * *is_one is false when it is not one loop through each of its vertices once. */
+tulle_status stage_loop(kept_patches *patches, kept_patch *patch, uint32_t label, bool *is_one);
+/* Makes a staged patch that of its label. */
+void commit_patch(kept_patches *patches, const kept_patch *patch, uint32_t label);
+/* Room for a contour of the patch. */
+tulle_status reserve_contour_scratch(kept_patches *patches, size_t byte_count);
+
+/* Appends a patch of triangles that are a disc in this order (any order without certificate);
+ * INVALID_ARGUMENT where they are none. */
+tulle_status append_patch(kept_patches *patches, const uint32_t *triangles, size_t count, vec3 axis,
+                          bool is_disc);
+
+#endif

@@ -1,0 +1,150 @@
+/* detect/patches/kept_patches_save.c - kept patches as bytes.
+ *
+ * A header; one record a label, used or not; the triangles of all patches, label by label, in the
+ * order in which they joined. All else is made again from these on loading, and by that way
+ * checked: bytes that do not describe discs of this topology are refused. Numbers are in the order
+ * of bytes of this machine, as in the rest of a checkpoint; a header from another order is refused.
+ */
+#include "detect/patches/kept_patches_parts.h"
+
+#include <string.h>
+
+static const uint64_t SAVED_MAGIC = 0x3330686374617074; /* "tpatch03" */
+
+typedef struct saved_header {
+    uint64_t magic, triangle_count, vertex_count;
+    uint64_t patch_count, kept_triangle_count;
+    double max_angle, reach;
+    uint32_t cone, has_certificate, grows_anew, keeps_all;
+    patch_schedule schedule;
+} saved_header;
+
+typedef struct saved_patch {
+    double axis[3];
+    uint64_t triangle_count;
+} saved_patch;
+
+static size_t count_kept_triangles(const kept_patches *patches) {
+    size_t count = 0;
+    for (size_t i = 0; i < patches->patches.count; i++)
+        count += patches->patches.data[i].triangle_count;
+    return count;
+}
+
+size_t kept_patches_get_saved_size(const kept_patches *patches) {
+    if (patches->schedule.call_count == 0) return 0;
+    return sizeof(saved_header) + patches->patches.count * sizeof(saved_patch) +
+           count_kept_triangles(patches) * sizeof(uint32_t);
+}
+
+void kept_patches_save(const kept_patches *patches, void *bytes) {
+    if (patches->schedule.call_count == 0) return;
+    saved_header const header = {.magic = SAVED_MAGIC,
+                                 .triangle_count = patches->topo->triangle_count,
+                                 .vertex_count = patches->topo->vertex_count,
+                                 .patch_count = patches->patches.count,
+                                 .kept_triangle_count = count_kept_triangles(patches),
+                                 .max_angle = patches->rules.max_angle,
+                                 .reach = patches->rules.reach,
+                                 .cone = patches->rules.cone,
+                                 .has_certificate = patches->rules.has_certificate,
+                                 .grows_anew = patches->rules.grows_anew,
+                                 .keeps_all = patches->rules.keeps_all,
+                                 .schedule = patches->schedule};
+    unsigned char *at = bytes;
+    memcpy(at, &header, sizeof header);
+    at += sizeof header;
+    for (size_t i = 0; i < patches->patches.count; i++, at += sizeof(saved_patch)) {
+        const kept_patch *const patch = &patches->patches.data[i];
+        saved_patch const saved = {{patch->axis.x, patch->axis.y, patch->axis.z},
+                                   patch->triangle_count};
+        memcpy(at, &saved, sizeof saved);
+    }
+    for (size_t i = 0; i < patches->patches.count; i++) {
+        const kept_patch *const patch = &patches->patches.data[i];
+        size_t const size = patch->triangle_count * sizeof(uint32_t);
+        if (size == 0) continue;
+        memcpy(at, patches->triangles.data + patch->triangle_begin, size);
+        at += size;
+    }
+}
+
+static bool is_axis(const double axis[3]) {
+    double const length2 = vec3_norm2(vec3_make(axis[0], axis[1], axis[2]));
+    return length2 > 0.99 && length2 < 1.01;
+}
+
+static bool header_fits(const kept_patches *patches, const saved_header *header, size_t size) {
+    uint64_t const triangle_count = patches->topo->triangle_count;
+    if (header->magic != SAVED_MAGIC || header->triangle_count != triangle_count ||
+        header->vertex_count != patches->topo->vertex_count ||
+        header->kept_triangle_count > triangle_count ||
+        header->patch_count > size / sizeof(saved_patch))
+        return false;
+    if (size != sizeof *header + header->patch_count * sizeof(saved_patch) +
+                    header->kept_triangle_count * sizeof(uint32_t))
+        return false;
+    return header->max_angle > 0.0 && header->max_angle < 1.5707963267948966 &&
+           header->reach >= 0.0 && header->cone <= CONE_PAPER && header->has_certificate <= 1 &&
+           header->grows_anew <= 1 && header->keeps_all <= 1 &&
+           schedule_is_possible(&header->schedule, triangle_count, header->kept_triangle_count);
+}
+
+/* One patch from its record; its triangles are copied for their alignment. */
+static tulle_status load_patch(kept_patches *patches, const saved_patch *saved,
+                               const unsigned char *bytes, bool is_disc) {
+    uint32_t *const list = patches->growth.queue;
+    size_t const count = (size_t)saved->triangle_count;
+    if (!is_axis(saved->axis)) return TULLE_ERROR_INVALID_ARGUMENT;
+    if (count > 0) memcpy(list, bytes, count * sizeof(uint32_t));
+    for (size_t i = 0; i < count; i++) {
+        if (list[i] >= patches->topo->triangle_count ||
+            patches->triangle_surface[list[i]] != patches->triangle_surface[list[0]])
+            return TULLE_ERROR_INVALID_ARGUMENT;
+    }
+    vec3 const axis = vec3_make(saved->axis[0], saved->axis[1], saved->axis[2]);
+    return append_patch(patches, list, count, axis, is_disc);
+}
+
+static tulle_status load_all(kept_patches *patches, const unsigned char *bytes,
+                             const saved_header *header) {
+    tulle_status status = reserve_growth(patches);
+    const unsigned char *record = bytes + sizeof *header;
+    const unsigned char *triangles = record + header->patch_count * sizeof(saved_patch);
+    uint64_t left = header->kept_triangle_count;
+    for (uint64_t i = 0; i < header->patch_count && status == TULLE_OK; i++) {
+        saved_patch saved;
+        memcpy(&saved, record, sizeof saved);
+        if (saved.triangle_count > left) return TULLE_ERROR_INVALID_ARGUMENT;
+        status = load_patch(patches, &saved, triangles, header->has_certificate == 1);
+        record += sizeof saved;
+        triangles += saved.triangle_count * sizeof(uint32_t);
+        left -= saved.triangle_count;
+    }
+    if (status == TULLE_OK && left > 0) status = TULLE_ERROR_INVALID_ARGUMENT;
+    return status;
+}
+
+tulle_status kept_patches_load(kept_patches *patches, const void *bytes, size_t size) {
+    drop_patches(patches);
+    patches->schedule = (patch_schedule){0};
+    patches->rules = (patch_rules){0};
+    if (size == 0) return TULLE_OK;
+    saved_header header;
+    if (size < sizeof header) return TULLE_ERROR_INVALID_ARGUMENT;
+    memcpy(&header, bytes, sizeof header);
+    if (!header_fits(patches, &header, size)) return TULLE_ERROR_INVALID_ARGUMENT;
+    tulle_status const status = load_all(patches, bytes, &header);
+    if (status != TULLE_OK) {
+        drop_patches(patches);
+        return status;
+    }
+    patches->rules = (patch_rules){.cone = (cone_rule)header.cone,
+                                   .max_angle = header.max_angle,
+                                   .has_certificate = header.has_certificate == 1,
+                                   .grows_anew = header.grows_anew == 1,
+                                   .reach = header.reach,
+                                   .keeps_all = header.keeps_all == 1};
+    patches->schedule = header.schedule;
+    return TULLE_OK;
+}

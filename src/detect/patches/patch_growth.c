@@ -1,0 +1,340 @@
+/* detect/patches/patch_growth.c - grows patches, as discs where they shall be certified, and cuts
+ * those that fail; see kept_patches_parts.h. patch_staging.c writes them into the arrays of
+ * patches.
+ *
+ * Growth is breadth-first over shared edges from the first triangle that has no patch. A triangle
+ * joins while one cone of at most max_angle holds all, and a disc stays a disc: either it shares
+ * one edge and its third corner is new, or it shares two edges, which then meet at a vertex of the
+ * boundary, and the third edge is not in the patch. The first glues a disc to a disc along an edge,
+ * the second along two edges in a row; so the patch stays a disc, each vertex is on its boundary at
+ * most once, and every first part of the list of triangles is a disc too.
+ *
+ * A patch that is not certified is cut: if triangles may turn away from the axis it is grown again
+ * about the same axis without them; if its boundary may cross itself, its first half, which is the
+ * nearer surroundings of its first triangle, is tried. What is left over may grow patches of its
+ * own. */
+#include "detect/patches/kept_patches_parts.h"
+
+#include "base/parallel.h"
+
+enum {
+    CONE_CHUNK = 512,  /* triangles; some 40 microseconds */
+    LOOKED_AT_MAX = 3, /* triangles that one growth looks at, over all triangles */
+    YIELD_SHARE = 4    /* one in that many must have found a patch when all might have been */
+};
+
+/* [rad] For the rounding of the limit, and of coordinates far from the origin. */
+static const double LIMIT_SLACK = 1e-7;
+
+static const normal_cone no_cone = {{0.0, 0.0, 0.0}, -1.0};
+
+/* ---- what may join ---- */
+
+typedef struct join {
+    int shared_count;
+    size_t edge; /* the last shared one */
+    bool is_barred;
+} join;
+
+static join find_join(const kept_patches *patches, uint32_t triangle, uint32_t label) {
+    join result = {0, 0, false};
+    for (size_t k = 0; k < 3; k++) {
+        uint32_t const other = patches->neighbours[3 * (size_t)triangle + k];
+        if (other == NEIGHBOUR_BARRED) result.is_barred = true;
+        if (other >= NEIGHBOUR_BARRED || patches->labels[other] != label) continue;
+        result.shared_count++;
+        result.edge = k;
+    }
+    return result;
+}
+
+/* Whether patch `label` with this triangle is a disc still. */
+static bool keeps_disc(const kept_patches *patches, uint32_t triangle, uint32_t label) {
+    join const with = find_join(patches, triangle, label);
+    if (with.shared_count == 2) return !with.is_barred;
+    if (with.shared_count != 1) return false;
+    uint32_t const opposite = patches->topo->triangles[3 * (size_t)triangle + (with.edge + 2) % 3];
+    return !is_in_patch(&patches->growth, opposite);
+}
+
+static void take_in(kept_patches *patches, uint32_t triangle, uint32_t label) {
+    patches->labels[triangle] = label;
+    for (size_t k = 0; k < 3; k++)
+        patches->growth.stamps[patches->topo->triangles[3 * (size_t)triangle + k]] =
+            patches->growth.stamp;
+}
+
+static bool is_free(const kept_patches *patches, uint32_t triangle) {
+    return patches->labels[triangle] == PATCH_ISOLATED &&
+           normal_cone_is_valid(patches->growth.cones[triangle]);
+}
+
+/* Fills the queue, and returns how many joined. The cone stays within the limit of every triangle,
+ * so all of them face its axis. */
+static size_t spread_by_cone(kept_patches *patches, const patch_rules *rules, uint32_t seed,
+                             uint32_t label, normal_cone *cone) {
+    growth_scratch *const growth = &patches->growth;
+    size_t joined = 0;
+    *cone = growth->cones[seed];
+    double limit = growth->limits[seed];
+    start_patch(patches);
+    take_in(patches, seed, label);
+    growth->queue[joined++] = seed;
+    for (size_t next = 0; next < joined; next++) {
+        for (size_t k = 0; k < 3; k++) {
+            uint32_t const other = patches->neighbours[3 * (size_t)growth->queue[next] + k];
+            if (other >= NEIGHBOUR_BARRED || !is_free(patches, other)) continue;
+            if (rules->has_certificate && !keeps_disc(patches, other, label)) continue;
+            double const narrower = fmin(limit, growth->limits[other]);
+            if (!normal_cone_merge(cone, &growth->cones[other], narrower, cone)) continue;
+            limit = narrower;
+            take_in(patches, other, label);
+            growth->queue[joined++] = other;
+        }
+    }
+    return joined;
+}
+
+size_t spread_among_passed(kept_patches *patches, uint32_t seed, uint32_t label) {
+    growth_scratch *const growth = &patches->growth;
+    size_t joined = 0;
+    start_patch(patches);
+    take_in(patches, seed, label);
+    growth->queue[joined++] = seed;
+    for (size_t next = 0; next < joined; next++) {
+        for (size_t k = 0; k < 3; k++) {
+            uint32_t const other = patches->neighbours[3 * (size_t)growth->queue[next] + k];
+            if (other >= NEIGHBOUR_BARRED || patches->labels[other] != LABEL_PASSED ||
+                !keeps_disc(patches, other, label))
+                continue;
+            take_in(patches, other, label);
+            growth->queue[joined++] = other;
+        }
+    }
+    return joined;
+}
+
+/* ---- certified, or cut ---- */
+
+static void relabel(kept_patches *patches, const uint32_t *list, size_t begin, size_t end,
+                    uint32_t label) {
+    for (size_t i = begin; i < end; i++) patches->labels[list[i]] = label;
+}
+
+/* A triangle that may not be tried again, if this is a growth of all. */
+static void isolate(kept_patches *patches, uint32_t triangle) {
+    patches->labels[triangle] = PATCH_ISOLATED;
+    if (patches->growth.cones) patches->growth.cones[triangle] = no_cone;
+}
+
+static void give_up(kept_patches *patches, const uint32_t *list, size_t count) {
+    for (size_t i = 0; i < count; i++) isolate(patches, list[i]);
+}
+
+/* Grows the staged patch again without the triangles that may turn. Returns how many joined. */
+static size_t leave_out_turned(kept_patches *patches, const kept_patch *patch, double reach,
+                               uint32_t label) {
+    const planar_path *const points = patches->points.data + patch->vertex_begin;
+    const uint32_t *const corners = patches->corners.data + 3 * (size_t)patch->triangle_begin;
+    const uint32_t *const list = patches->triangles.data + patch->triangle_begin;
+    uint32_t seed = TULLE_NONE;
+    for (size_t i = 0; i < patch->triangle_count; i++) {
+        const uint32_t *const corner = corners + 3 * i;
+        bool const passes = reach > 0.0 && find_turn_sign(&points[corner[0]], &points[corner[1]],
+                                                          &points[corner[2]], reach) == 1;
+        if (passes)
+            patches->labels[list[i]] = LABEL_PASSED;
+        else
+            isolate(patches, list[i]);
+        if (passes && seed == TULLE_NONE) seed = list[i];
+    }
+    size_t const joined = seed == TULLE_NONE ? 0 : spread_among_passed(patches, seed, label);
+    for (size_t i = 0; i < patch->triangle_count; i++) {
+        if (patches->labels[list[i]] == LABEL_PASSED) patches->labels[list[i]] = PATCH_ISOLATED;
+    }
+    return joined;
+}
+
+/* Makes the first `count` triangles of the queue, which bear the label, the patch of that label, or
+ * gives them up. *left: triangles of the patch; 0 without one. */
+static tulle_status settle_patch(kept_patches *patches, const growth_input *input, size_t count,
+                                 kept_patch *patch, uint32_t label) {
+    uint32_t *const list = patches->growth.queue;
+    const patch_rules *const rules = input->rules;
+    bool was_regrown = false;
+    patch->loop_begin = (uint32_t)patches->loops.count, patch->loop_count = 0;
+    while (count >= input->minimum && count > 0) {
+        tulle_status status = stage_patch(patches, list, count, patch);
+        if (status != TULLE_OK) return status;
+        bool is_one = true;
+        if (rules->has_certificate) status = stage_loop(patches, patch, label, &is_one);
+        if (status == TULLE_OK)
+            status = reserve_contour_scratch(patches, check_scratch_size(patch->loop_count));
+        if (status != TULLE_OK) return status;
+        patch->verdict =
+            is_one ? check_patch(patches, patch, input->step, rules, patches->contour_scratch.data)
+                   : PATCH_CROSSED;
+        if (verdict_holds(patch->verdict)) {
+            commit_patch(patches, patch, label);
+            return TULLE_OK;
+        }
+        if (patch->verdict == PATCH_TURNED) {
+            if (was_regrown || !rules->has_certificate) break;
+            was_regrown = true;
+            double const size = project_patch(patches, patch, input->step, 0, patch->vertex_count);
+            count = leave_out_turned(patches, patch, find_planar_reach(rules->reach, size), label);
+        } else {
+            if (count / 2 < input->minimum) break;
+            relabel(patches, list, count / 2, count, PATCH_ISOLATED);
+            count /= 2;
+        }
+    }
+    give_up(patches, list, count);
+    patch->triangle_count = 0;
+    patches->patches.data[label - 1] = *patch;
+    return TULLE_OK;
+}
+
+/* ---- growth of all ---- */
+
+typedef struct cone_run {
+    kept_patches *patches;
+    const growth_input *input;
+} cone_run;
+
+/* How far the axis may lean from the normals of a triangle that shall face it with a reach r: the
+ * bound of find_turn holds when |n| cos(lean) > r p + DISC_TRIANGLE r^2, with p the perimeter in
+ * space, which is no less than in the plane, and 9% for bound_length. Not under max_angle without
+ * reach; negative where r is too much for it. */
+static double find_limit(const vec3 start[3], const vec3 end[3], const patch_rules *rules) {
+    double const reach = rules->reach;
+    if (!(reach > 0.0) || !rules->has_certificate) return rules->max_angle;
+    vec3 const u0 = vec3_sub(start[1], start[0]), v0 = vec3_sub(start[2], start[0]);
+    vec3 const u1 = vec3_sub(end[1], end[0]), v1 = vec3_sub(end[2], end[0]);
+    double const p0 = vec3_norm(u0) + vec3_norm(v0) + vec3_norm(vec3_sub(v0, u0));
+    double const p1 = vec3_norm(u1) + vec3_norm(v1) + vec3_norm(vec3_sub(v1, u1));
+    vec3 const middle = vec3_add(vec3_cross(u0, v1), vec3_cross(u1, v0));
+    double const normal[3] = {vec3_norm(vec3_cross(u0, v0)), 0.5 * vec3_norm(middle),
+                              vec3_norm(vec3_cross(u1, v1))};
+    double const perimeter[3] = {p0, 0.5 * (p0 + p1), p1};
+    double cosine = cos(rules->max_angle);
+    for (int k = 0; k < 3; k++) {
+        double const needed = 1.09 * reach * perimeter[k] + DISC_TRIANGLE * reach * reach;
+        if (!(needed < normal[k])) return -1.0;
+        cosine = fmax(cosine, needed / normal[k]);
+    }
+    return fmin(acos(cosine) - LIMIT_SLACK, rules->max_angle);
+}
+
+static void find_cones(void *context, size_t begin, size_t end, size_t chunk, int worker) {
+    (void)chunk, (void)worker;
+    const cone_run *const run = context;
+    kept_patches *const patches = run->patches;
+    for (size_t i = begin; i < end; i++) {
+        normal_cone *const cone = &patches->growth.cones[i];
+        *cone = no_cone;
+        if (patches->labels[i] != PATCH_ISOLATED ||
+            !surface_has_patches(run->input->step->set, patches->triangle_surface[i]))
+            continue;
+        const uint32_t *const corners = patches->topo->triangles + 3 * i;
+        vec3 start[3], finish[3];
+        for (int k = 0; k < 3; k++) {
+            start[k] = vec3_load(run->input->step->x0, corners[k]);
+            finish[k] = vec3_load(run->input->step->x1, corners[k]);
+        }
+        *cone = normal_cone_of_triangle_by(run->input->rules->cone, start, finish);
+        double const limit = find_limit(start, finish, run->input->rules);
+        patches->growth.limits[i] = limit;
+        if (cone->half_angle > limit) *cone = no_cone;
+    }
+}
+
+/* Whether growth had better end before all triangles are tried: there is a limit to what it looks
+ * at, and where patches were let go before, hardly one may hold now either. */
+static bool is_futile(const kept_patches *patches, uint64_t looked_at, uint64_t kept) {
+    uint64_t const triangle_count = patches->topo->triangle_count;
+    if (looked_at > LOOKED_AT_MAX * triangle_count) return true;
+    return patches->schedule.is_off && looked_at > triangle_count && kept * YIELD_SHARE < looked_at;
+}
+
+tulle_status grow_kept_patches(kept_patches *patches, const growth_input *input,
+                               patch_counts *counts) {
+    tulle_status status = reserve_growth(patches);
+    if (status == TULLE_OK) status = reserve_cones(patches);
+    if (status != TULLE_OK) return status;
+    patches->version++;
+    size_t const triangle_count = patches->topo->triangle_count;
+    cone_run run = {patches, input};
+    parallel_for(triangle_count, CONE_CHUNK, input->step->threads, find_cones, &run);
+    uint64_t looked_at = 0, kept = 0;
+    for (uint32_t seed = 0; seed < triangle_count; seed++) {
+        if (!is_free(patches, seed)) continue;
+        if (is_futile(patches, looked_at, kept)) break;
+        if (!ARRAY_RESERVE(patches->heap, &patches->patches, 1)) return TULLE_ERROR_OUT_OF_MEMORY;
+        uint32_t const label = (uint32_t)(patches->patches.count + 1);
+        normal_cone cone;
+        size_t const joined = spread_by_cone(patches, input->rules, seed, label, &cone);
+        looked_at += joined;
+        kept_patch patch = {.axis = cone.axis};
+        status = settle_patch(patches, input, joined, &patch, label);
+        if (status != TULLE_OK) return status;
+        kept += patch.triangle_count;
+        if (patch.triangle_count > 0) patches->patches.count++;
+    }
+    counts->grown_triangle_count += looked_at;
+    return TULLE_OK;
+}
+
+void dissolve_patch(kept_patches *patches, uint32_t index) {
+    kept_patch *const patch = &patches->patches.data[index];
+    patches->version++;
+    relabel(patches, patches->triangles.data + patch->triangle_begin, 0, patch->triangle_count,
+            PATCH_ISOLATED);
+    patches->schedule.dead_triangle_count += patch->triangle_count;
+    patch->triangle_count = 0;
+    patches->has_tasks = false;
+}
+
+tulle_status repair_patch(kept_patches *patches, const growth_input *input, uint32_t index,
+                          patch_counts *counts) {
+    tulle_status const status = reserve_growth(patches);
+    if (status != TULLE_OK) return status;
+    kept_patch const old = patches->patches.data[index];
+    uint32_t *const queue = patches->growth.queue;
+    for (size_t i = 0; i < old.triangle_count; i++)
+        queue[i] = patches->triangles.data[old.triangle_begin + i];
+    dissolve_patch(patches, index);
+    relabel(patches, queue, 0, old.triangle_count, index + 1);
+    counts->grown_triangle_count += old.triangle_count;
+    kept_patch patch = {.axis = old.axis};
+    return settle_patch(patches, input, old.triangle_count, &patch, index + 1);
+}
+
+tulle_status append_patch(kept_patches *patches, const uint32_t *triangles, size_t count, vec3 axis,
+                          bool is_disc) {
+    tulle_status status = reserve_growth(patches);
+    if (status == TULLE_OK && !ARRAY_RESERVE(patches->heap, &patches->patches, 1))
+        status = TULLE_ERROR_OUT_OF_MEMORY;
+    if (status != TULLE_OK) return status;
+    uint32_t const label = (uint32_t)(patches->patches.count + 1);
+    patches->version++;
+    kept_patch patch = {.axis = axis, .loop_begin = (uint32_t)patches->loops.count};
+    start_patch(patches);
+    bool is_good = true;
+    for (size_t i = 0; i < count && is_good; i++) {
+        is_good = patches->labels[triangles[i]] == PATCH_ISOLATED &&
+                  (!is_disc || i == 0 || keeps_disc(patches, triangles[i], label));
+        if (is_good) take_in(patches, triangles[i], label);
+    }
+    if (!is_good) return TULLE_ERROR_INVALID_ARGUMENT;
+    if (count > 0) status = stage_patch(patches, triangles, count, &patch);
+    if (status == TULLE_OK && is_disc && count > 0) {
+        bool is_one = false;
+        status = stage_loop(patches, &patch, label, &is_one);
+        if (status == TULLE_OK && !is_one) status = TULLE_ERROR_INVALID_ARGUMENT;
+    }
+    if (status != TULLE_OK) return status;
+    patches->patches.count++;
+    commit_patch(patches, &patch, label);
+    return TULLE_OK;
+}

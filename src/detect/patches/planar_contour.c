@@ -1,0 +1,238 @@
+/* detect/patches/planar_contour.c - see planar_contour.h.
+ *
+ * Star test: o(t) is the mean of the points. If cross(a - o, b - o) > 0 for every edge a, b at all
+ * times, the angle about o rises along the polygon, and it rises by a whole number of turns that
+ * cannot change with time, as no point ever meets o. If that number is one, the polygon is simple.
+ *
+ * Else all pairs of edges: two that share a point must meet nowhere else, two that do not must not
+ * meet. A tree of boxes over runs of edges finds the pairs that could; both halves of a run are
+ * tried against one another, so work is near the number of edges for a polygon that is nowhere
+ * near itself. */
+#include "detect/patches/planar_contour.h"
+
+#include <float.h>
+
+/* ---- star ---- */
+
+static planar_path find_middle(const planar_path *points, size_t count) {
+    planar_path sum = {{0.0, 0.0}, {0.0, 0.0}};
+    for (size_t i = 0; i < count; i++) {
+        for (int k = 0; k < 2; k++) sum.x[k] += points[i].x[k], sum.y[k] += points[i].y[k];
+    }
+    double const share = 1.0 / (double)count;
+    return (planar_path){{sum.x[0] * share, sum.x[1] * share},
+                         {sum.y[0] * share, sum.y[1] * share}};
+}
+
+/* Any centre will do; that it is taken to be displaced too costs little. */
+static bool is_star(const planar_path *points, size_t count, double reach) {
+    planar_path const middle = find_middle(points, count);
+    size_t turn_count = 0;
+    for (size_t i = 0; i < count; i++) {
+        const planar_path *const a = &points[i], *const b = &points[i + 1 < count ? i + 1 : 0];
+        if (find_turn_sign(&middle, a, b, reach) != 1) return false;
+        /* Each edge turns by less than half a turn to the left, so one that comes from below the
+         * ray to the right of o to it, or above, crosses it. The differences as rounded are those
+         * of points within the reach, for which all turns have the same sign. */
+        if (a->y[0] - middle.y[0] < 0.0 && b->y[0] - middle.y[0] >= 0.0) turn_count++;
+    }
+    return turn_count == 1;
+}
+
+/* ---- pairs of edges ---- */
+
+typedef struct planar_box {
+    double low[2], high[2];
+} planar_box;
+
+typedef struct contour_sweep {
+    const planar_path *points;
+    size_t count, leaf_count; /* leaf_count: a power of two */
+    double reach;
+    planar_box *boxes; /* 2 * leaf_count; children of i are 2 i and 2 i + 1, the root is 1 */
+    size_t tests_left;
+} contour_sweep;
+
+static size_t find_leaf_count(size_t count) {
+    size_t leaf_count = 1;
+    while (leaf_count < count) leaf_count *= 2;
+    return leaf_count;
+}
+
+size_t planar_contour_scratch_size(size_t count) {
+    return 2 * find_leaf_count(count) * sizeof(planar_box);
+}
+
+static double min4(double a, double b, double c, double d) {
+    double const ab = a < b ? a : b, cd = c < d ? c : d;
+    return ab < cd ? ab : cd;
+}
+static double max4(double a, double b, double c, double d) {
+    double const ab = a > b ? a : b, cd = c > d ? c : d;
+    return ab > cd ? ab : cd;
+}
+
+static void build_boxes(contour_sweep *sweep) {
+    double const reach = sweep->reach;
+    for (size_t i = 0; i < sweep->leaf_count; i++) {
+        planar_box *const box = &sweep->boxes[sweep->leaf_count + i];
+        *box = (planar_box){{DBL_MAX, DBL_MAX}, {-DBL_MAX, -DBL_MAX}};
+        if (i >= sweep->count) continue;
+        const planar_path *const a = &sweep->points[i];
+        const planar_path *const b = &sweep->points[i + 1 < sweep->count ? i + 1 : 0];
+        box->low[0] = min4(a->x[0], a->x[1], b->x[0], b->x[1]) - reach;
+        box->low[1] = min4(a->y[0], a->y[1], b->y[0], b->y[1]) - reach;
+        box->high[0] = max4(a->x[0], a->x[1], b->x[0], b->x[1]) + reach;
+        box->high[1] = max4(a->y[0], a->y[1], b->y[0], b->y[1]) + reach;
+    }
+    for (size_t i = sweep->leaf_count - 1; i > 0; i--) {
+        const planar_box *const a = &sweep->boxes[2 * i], *const b = a + 1;
+        for (int k = 0; k < 2; k++) {
+            sweep->boxes[i].low[k] = a->low[k] < b->low[k] ? a->low[k] : b->low[k];
+            sweep->boxes[i].high[k] = a->high[k] > b->high[k] ? a->high[k] : b->high[k];
+        }
+    }
+}
+
+static bool boxes_meet(const planar_box *a, const planar_box *b) {
+    return a->low[0] <= b->high[0] && b->low[0] <= a->high[0] && a->low[1] <= b->high[1] &&
+           b->low[1] <= a->high[1];
+}
+
+/* Whether direction (x, y), the same at all times, keeps edge a, b before edge c, d by more than
+ * twice the reach at both ends of the step, hence always: along it all points move linearly. */
+static bool keeps_apart(const planar_path *const edge[4], double x, double y, double reach) {
+    double const gap_min = 2.0 * reach * bound_length(x, y);
+    for (int k = 0; k < 2; k++) {
+        double along[4];
+        for (int i = 0; i < 4; i++) along[i] = x * edge[i]->x[k] + y * edge[i]->y[k];
+        double const last = along[0] > along[1] ? along[0] : along[1];
+        double const first = along[2] < along[3] ? along[2] : along[3];
+        if (!(first - last > gap_min)) return false;
+    }
+    return true;
+}
+
+/* Edges a, b and c, d that share no point. */
+static bool are_apart(const planar_path *a, const planar_path *b, const planar_path *c,
+                      const planar_path *d, double reach) {
+    const planar_path *const edge[4] = {a, b, c, d};
+    for (int k = 0; k < 2; k++) {
+        double const x = (c->x[k] + d->x[k]) - (a->x[k] + b->x[k]);
+        double const y = (c->y[k] + d->y[k]) - (a->y[k] + b->y[k]);
+        if (keeps_apart(edge, x, y, reach)) return true;
+    }
+    int const side_c = find_turn_sign(a, b, c, reach);
+    if (side_c != 0 && side_c == find_turn_sign(a, b, d, reach)) return true;
+    int const side_a = find_turn_sign(c, d, a, reach);
+    if (side_a != 0 && side_a == find_turn_sign(c, d, b, reach)) return true;
+    for (int k = 0; k < 2; k++) { /* along either edge, from the first to the second */
+        double const ux = b->x[k] - a->x[k], uy = b->y[k] - a->y[k];
+        double const vx = d->x[k] - c->x[k], vy = d->y[k] - c->y[k];
+        if (keeps_apart(edge, ux, uy, reach) || keeps_apart(edge, -ux, -uy, reach) ||
+            keeps_apart(edge, vx, vy, reach) || keeps_apart(edge, -vx, -vy, reach))
+            return true;
+    }
+    return false;
+}
+
+/* Whether the angle at v between edges to a and b stays over a right one: dot(a - v, b - v) < 0,
+ * whose error by displacements is at most 2 r (|a - v| + |b - v|) + 4 r^2. */
+static bool stays_obtuse(const planar_path *a, const planar_path *v, const planar_path *b,
+                         double reach) {
+    double ux[2], uy[2], wx[2], wy[2], length[2];
+    for (int k = 0; k < 2; k++) {
+        ux[k] = a->x[k] - v->x[k], uy[k] = a->y[k] - v->y[k];
+        wx[k] = b->x[k] - v->x[k], wy[k] = b->y[k] - v->y[k];
+        length[k] = bound_length(ux[k], uy[k]) + bound_length(wx[k], wy[k]);
+    }
+    double const second = 4.0 * reach * reach;
+    double const mixed = 0.5 * ((ux[0] * wx[1] + uy[0] * wy[1]) + (ux[1] * wx[0] + uy[1] * wy[0]));
+    return -(ux[0] * wx[0] + uy[0] * wy[0]) > 2.0 * reach * length[0] + second &&
+           -mixed > reach * (length[0] + length[1]) + second &&
+           -(ux[1] * wx[1] + uy[1] * wy[1]) > 2.0 * reach * length[1] + second;
+}
+
+/* Whether one fixed direction keeps a ahead of v and b behind it. */
+static bool keeps_order(const planar_path *a, const planar_path *v, const planar_path *b, double x,
+                        double y, double reach) {
+    double const gap_min = 2.0 * reach * bound_length(x, y);
+    for (int k = 0; k < 2; k++) {
+        double const middle = x * v->x[k] + y * v->y[k];
+        if (!((x * a->x[k] + y * a->y[k]) - middle > gap_min &&
+              middle - (x * b->x[k] + y * b->y[k]) > gap_min))
+            return false;
+    }
+    return true;
+}
+
+/* Edges a, v and v, b meet only at v. */
+static bool meet_only_at(const planar_path *a, const planar_path *v, const planar_path *b,
+                         double reach) {
+    if (stays_obtuse(a, v, b, reach) || find_turn_sign(v, a, b, reach) != 0) return true;
+    for (int k = 0; k < 2; k++) {
+        if (keeps_order(a, v, b, a->x[k] - b->x[k], a->y[k] - b->y[k], reach)) return true;
+    }
+    return false;
+}
+
+/* Edge i joins points i and i + 1; first < second. */
+static bool edges_are_apart(const contour_sweep *sweep, size_t first, size_t second) {
+    const planar_path *const points = sweep->points;
+    size_t const after = second + 1 < sweep->count ? second + 1 : 0;
+    if (first + 1 == second)
+        return meet_only_at(&points[first], &points[second], &points[after], sweep->reach);
+    if (after == first)
+        return meet_only_at(&points[second], &points[first], &points[first + 1], sweep->reach);
+    return are_apart(&points[first], &points[first + 1], &points[second], &points[after],
+                     sweep->reach);
+}
+
+/* A pair of nodes to look at; the same twice: a node against itself. */
+typedef struct node_pair {
+    uint32_t first, second;
+} node_pair;
+/* Of 32 levels, each leaves at most three pairs behind. */
+enum { SWEEP_STACK_SIZE = 3 * 32 + 4 };
+
+static bool edges_stay_apart(contour_sweep *sweep) {
+    node_pair stack[SWEEP_STACK_SIZE];
+    size_t depth = 0;
+    stack[depth++] = (node_pair){1, 1};
+    while (depth > 0) {
+        node_pair const pair = stack[--depth];
+        if (pair.first == pair.second) {
+            if (pair.first >= sweep->leaf_count) continue;
+            uint32_t const child = 2 * pair.first;
+            stack[depth++] = (node_pair){child, child};
+            stack[depth++] = (node_pair){child + 1, child + 1};
+            stack[depth++] = (node_pair){child, child + 1};
+            continue;
+        }
+        if (sweep->tests_left-- == 0) return false;
+        if (!boxes_meet(&sweep->boxes[pair.first], &sweep->boxes[pair.second])) continue;
+        if (pair.first >= sweep->leaf_count) {
+            if (!edges_are_apart(sweep, pair.first - sweep->leaf_count,
+                                 pair.second - sweep->leaf_count))
+                return false;
+            continue;
+        }
+        for (uint32_t i = 0; i < 4; i++)
+            stack[depth++] = (node_pair){2 * pair.first + (i >> 1), 2 * pair.second + (i & 1)};
+    }
+    return true;
+}
+
+contour_proof prove_planar_contour(const planar_path *points, size_t count, double reach,
+                                   size_t max_tests, void *scratch) {
+    if (count < 3 || count > UINT32_MAX / 4 || !(reach > 0.0)) return CONTOUR_UNPROVEN;
+    if (is_star(points, count, reach)) return CONTOUR_STAR;
+    contour_sweep sweep = {.points = points,
+                           .count = count,
+                           .leaf_count = find_leaf_count(count),
+                           .reach = reach,
+                           .boxes = scratch,
+                           .tests_left = max_tests};
+    build_boxes(&sweep);
+    return edges_stay_apart(&sweep) ? CONTOUR_SWEPT : CONTOUR_UNPROVEN;
+}

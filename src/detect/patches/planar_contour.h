@@ -1,0 +1,19 @@
+/* detect/patches/planar_contour.h - proof that a closed polygon of moving points stays a simple
+ * curve. */
+#ifndef TULLE_DETECT_PATCHES_PLANAR_CONTOUR_H
+#define TULLE_DETECT_PATCHES_PLANAR_CONTOUR_H
+
+#include "detect/patches/certificate.h"
+#include "detect/patches/planar_path.h"
+
+#include <stdint.h>
+
+/* Points in the order of the polygon, at least 3; the last is joined to the first. reach: the
+ * planar reach of all of them, > 0. scratch: planar_contour_scratch_size(count) bytes, 8-byte
+ * aligned. Star-shaped and counterclockwise about its middle, or without contact of any two of its
+ * edges; at most max_tests pairs of boxes and edges are looked at. */
+size_t planar_contour_scratch_size(size_t count);
+contour_proof prove_planar_contour(const planar_path *points, size_t count, double reach,
+                                   size_t max_tests, void *scratch);
+
+#endif

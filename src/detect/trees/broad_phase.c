@@ -1,0 +1,233 @@
+/* detect/trees/broad_phase.c - stage 6 and the life of the broad phase, see broad_phase.h.
+ *
+ * Everything but the lists of pairs, boxes of features and the nodes of voxel trees is reserved at
+ * creation. A surface is fitted again unless it is static and was fitted with the same margin in
+ * the last call. */
+#include "detect/trees/broad_phase_parts.h"
+
+#include "base/parallel.h"
+
+#include <math.h>
+#include <string.h>
+
+/* Room for the node pairs among which stage 7 shares out its work; more only where they all meet.
+ */
+enum { SEARCH_TASKS = 4096, TRIANGLES_PER_TASK = 32 };
+
+static void *allocate(memory *heap, size_t count, size_t size) {
+    return count == 0 ? NULL : memory_allocate_zeroed(heap, count, size);
+}
+
+static bool reserve_slots(memory *heap, slot_list *list, size_t count, uint32_t corner_count) {
+    list->count = count + SLOT_SPARE;
+    list->corner_count = corner_count;
+    list->features = allocate(heap, list->count, sizeof *list->features);
+    list->corners = allocate(heap, corner_count * list->count, sizeof *list->corners);
+    return list->features && list->corners;
+}
+
+static void free_slots(memory *heap, slot_list *list) {
+    memory_release(heap, list->features, list->count * sizeof *list->features);
+    memory_release(heap, list->corners, list->corner_count * list->count * sizeof *list->corners);
+}
+
+/* Leaves are numbered through the surfaces; a voxel tree may need one for each triangle. */
+static void place_leaves(broad_phase *broad, const surface_set *set) {
+    for (size_t s = 0; s < set->surface_count; s++) {
+        const surface_range *const range = &set->surfaces[s];
+        size_t const count = range->triangle_end - range->triangle_begin;
+        broad->trees[s].leaf_begin = (uint32_t)broad->leaf_capacity;
+        uint32_t group;
+        bool const is_refit = broad->method == BROAD_PHASE_REFIT;
+        broad->leaf_capacity += is_refit ? choose_leaf_count(count, &group) : count;
+    }
+}
+
+/* What trees of the method need besides. */
+static bool reserve_method_parts(broad_phase *broad) {
+    memory *const heap = broad->heap;
+    if (broad->method == BROAD_PHASE_REFIT) {
+        broad->record_vertices =
+            allocate(heap, broad->vertex_count, sizeof *broad->record_vertices);
+        return broad->record_vertices || broad->vertex_count == 0;
+    }
+    for (int k = 0; k < 2; k++) {
+        broad->voxel_keys[k] = allocate(heap, broad->triangle_count, sizeof *broad->voxel_keys[k]);
+        if (!broad->voxel_keys[k] && broad->triangle_count > 0) return false;
+    }
+    return true;
+}
+
+static bool reserve_parts(broad_phase *broad, const surface_set *set) {
+    memory *const heap = broad->heap;
+    broad->trees = allocate(heap, broad->surface_count, sizeof *broad->trees);
+    if (!broad->trees && broad->surface_count > 0) return false;
+    place_leaves(broad, set);
+    /* A task takes many vertices or lowest nodes of one surface, and there are fewer nodes than
+     * triangles. */
+    broad->fit_task_capacity =
+        2 * broad->surface_count + (broad->vertex_count + broad->triangle_count) / 32;
+    broad->vertex_boxes = allocate(heap, broad->vertex_count, sizeof *broad->vertex_boxes);
+    broad->records = allocate(heap, broad->vertex_count, sizeof *broad->records);
+    broad->leaves = allocate(heap, broad->leaf_capacity, sizeof *broad->leaves);
+    broad->fit_tasks = allocate(heap, broad->fit_task_capacity, sizeof *broad->fit_tasks);
+    size_t const task_count = broad->triangle_count / TRIANGLES_PER_TASK;
+    for (int k = 0; k < 2; k++)
+        if (!ARRAY_RESERVE(heap, &broad->search_tasks[k],
+                           task_count < SEARCH_TASKS ? task_count : SEARCH_TASKS))
+            return false;
+    return (broad->vertex_boxes || broad->vertex_count == 0) &&
+           (broad->records || broad->vertex_count == 0) &&
+           (broad->leaves || broad->leaf_capacity == 0) &&
+           (broad->fit_tasks || broad->fit_task_capacity == 0) && reserve_method_parts(broad) &&
+           reserve_slots(heap, &broad->triangles, broad->triangle_count, 3) &&
+           reserve_slots(heap, &broad->vertices, broad->vertex_count, 1) &&
+           reserve_slots(heap, &broad->edges, broad->edge_count, 2);
+}
+
+static void release_boxes(broad_phase *broad) {
+    if (!broad->scratch)
+        memory_release(broad->heap, broad->vertex_boxes,
+                       broad->vertex_count * sizeof *broad->vertex_boxes);
+    broad->vertex_boxes = NULL;
+}
+
+void broad_phase_destroy(broad_phase *broad) {
+    if (!broad) return;
+    memory *const heap = broad->heap;
+    release_blocks(broad);
+    for (size_t s = 0; broad->trees && s < broad->surface_count; s++)
+        ARRAY_FREE(heap, &broad->trees[s].nodes);
+    memory_release(heap, broad->trees, broad->surface_count * sizeof *broad->trees);
+    release_boxes(broad);
+    memory_release(heap, broad->records, broad->vertex_count * sizeof *broad->records);
+    memory_release(heap, broad->record_vertices,
+                   broad->vertex_count * sizeof *broad->record_vertices);
+    memory_release(heap, broad->leaves, broad->leaf_capacity * sizeof *broad->leaves);
+    memory_release(heap, broad->fit_tasks, broad->fit_task_capacity * sizeof *broad->fit_tasks);
+    for (int k = 0; k < 2; k++) {
+        memory_release(heap, broad->voxel_keys[k],
+                       broad->triangle_count * sizeof *broad->voxel_keys[k]);
+        ARRAY_FREE(heap, &broad->search_tasks[k]);
+        pair_store_free(heap, &broad->stores[k]);
+    }
+    ARRAY_FREE(heap, &broad->leaf_corners);
+    ARRAY_FREE(heap, &broad->masks);
+    ARRAY_FREE(heap, &broad->voxel_groups);
+    ARRAY_FREE(heap, &broad->root_nodes);
+    ARRAY_FREE(heap, &broad->roots);
+    ARRAY_FREE(heap, &broad->outputs);
+    ARRAY_FREE(heap, &broad->kept_blocks);
+    ARRAY_FREE(heap, &broad->lists);
+    ARRAY_FREE(heap, &broad->writers);
+    free_slots(heap, &broad->triangles);
+    free_slots(heap, &broad->vertices);
+    free_slots(heap, &broad->edges);
+    memory_release(heap, broad, sizeof *broad);
+}
+
+static tulle_status shape_trees(broad_phase *broad, const surface_set *set, const double *rest) {
+    if (!choose_box_frame(broad, set->topo, rest)) return TULLE_ERROR_INVALID_ARGUMENT;
+    if (broad->method != BROAD_PHASE_REFIT) return TULLE_OK;
+    for (uint32_t s = 0; s < set->surface_count; s++) {
+        tulle_status const status = shape_refit_tree(broad, set, s, rest);
+        if (status != TULLE_OK) return status;
+    }
+    ARRAY_TRIM(broad->heap, &broad->leaf_corners);
+    ARRAY_TRIM(broad->heap, &broad->masks);
+    return TULLE_OK;
+}
+
+tulle_status broad_phase_create(memory *heap, const surface_set *set, const double *rest,
+                                broad_phase_method method, broad_phase **result) {
+    *result = NULL;
+    broad_phase *const broad = memory_allocate_zeroed(heap, 1, sizeof *broad);
+    if (!broad) return TULLE_ERROR_OUT_OF_MEMORY;
+    broad->heap = heap;
+    broad->method = method;
+    broad->vertex_count = set->topo->vertex_count;
+    broad->edge_count = set->topo->edge_count;
+    broad->triangle_count = set->topo->triangle_count;
+    broad->surface_count = set->surface_count;
+    broad->margin = -1.0;
+    pair_store_prepare(&broad->stores[FEATURE_VERTEX_TRIANGLE], broad->vertex_count,
+                       broad->triangle_count);
+    pair_store_prepare(&broad->stores[FEATURE_EDGE_EDGE], broad->edge_count, broad->edge_count);
+    tulle_status const status =
+        reserve_parts(broad, set) ? shape_trees(broad, set, rest) : TULLE_ERROR_OUT_OF_MEMORY;
+    if (status != TULLE_OK) {
+        broad_phase_destroy(broad);
+        return status;
+    }
+    broad->tables = (pair_tables){.vertex_features = broad->vertices.features,
+                                  .edge_features = broad->edges.features,
+                                  .triangle_features = broad->triangles.features,
+                                  .vertex_corners = broad->vertices.corners,
+                                  .edge_corners = broad->edges.corners,
+                                  .triangle_corners = broad->triangles.corners,
+                                  .records = broad->records};
+    *result = broad;
+    return TULLE_OK;
+}
+
+tulle_status build_trees(broad_phase *broad, const surface_set *set, const double *x0,
+                         const double *x1, double margin, int threads) {
+    broad->is_built = false;
+    if (set->surface_count != broad->surface_count || !(margin >= 0.0) || !isfinite(margin))
+        return TULLE_ERROR_INVALID_ARGUMENT;
+    for (size_t s = 0; s < set->surface_count; s++) {
+        const surface_range *const range = &set->surfaces[s];
+        if (!range->is_static || !range->is_present || margin != broad->margin)
+            broad->trees[s].is_fitted = false;
+    }
+    broad->margin = margin;
+    if (broad->scratch) {
+        broad->vertex_boxes = ARENA_NEW(broad->scratch, vertex_box, broad->vertex_count);
+        if (!broad->vertex_boxes) {
+            broad->margin = -1.0;
+            return TULLE_ERROR_OUT_OF_MEMORY;
+        }
+    }
+    if (!fit_vertex_boxes(broad, set, x0, x1, threads)) {
+        broad->margin = -1.0;
+        return TULLE_ERROR_INVALID_ARGUMENT;
+    }
+    for (uint32_t s = 0; broad->method != BROAD_PHASE_REFIT && s < set->surface_count; s++) {
+        if (!set->surfaces[s].is_present || broad->trees[s].is_fitted) continue;
+        tulle_status const status = shape_voxel_tree(broad, set, s);
+        if (status != TULLE_OK) {
+            broad->margin = -1.0;
+            return status;
+        }
+    }
+    if (!fit_trees(broad, set, threads)) {
+        broad->margin = -1.0;
+        return TULLE_ERROR_OUT_OF_MEMORY;
+    }
+    broad->is_built = true;
+    return TULLE_OK;
+}
+
+void broad_phase_follow_paths(broad_phase *broad, path_following how) {
+    if (broad->method != BROAD_PHASE_REFIT || broad->following == how) return;
+    broad->following = how;
+    for (size_t s = 0; s < broad->surface_count; s++) broad->trees[s].is_fitted = false;
+}
+
+bool broad_phase_is_straight(const broad_phase *broad) {
+    return broad->is_straight || broad->following == PATHS_ALWAYS;
+}
+
+void broad_phase_use_scratch(broad_phase *broad, arena *scratch) {
+    memory_release(broad->heap, broad->records, broad->vertex_count * sizeof *broad->records);
+    broad->records = NULL;
+    broad->tables.records = NULL;
+    release_boxes(broad);
+    broad->scratch = scratch;
+}
+
+void broad_phase_set_patches(broad_phase *broad, patch_labels patches) { broad->patches = patches; }
+
+void broad_phase_set_stop(broad_phase *broad, stop_poll *stop) { broad->stop = stop; }
+
+const pair_tables *broad_phase_get_tables(const broad_phase *broad) { return &broad->tables; }

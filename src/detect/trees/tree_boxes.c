@@ -1,0 +1,325 @@
+/* detect/trees/tree_boxes.c - boxes of moving vertices, features, leaves and nodes, and labels of
+ * nodes.
+ *
+ * The box of a vertex holds its path widened by margin / 2; all other boxes are unions of those, so
+ * every method sees the same feature boxes bit for bit. Two parallel loops: the first makes the
+ * boxes of vertices, the second those of leaves and of the nodes above them; the few nodes above
+ * those are done at the end. Work is cut into tasks of fixed size; each writes its own boxes only.
+ */
+#include "base/parallel.h"
+#include "detect/trees/broad_phase_parts.h"
+
+#include <math.h>
+
+enum {
+    VERTICES_PER_TASK = 2048, /* some 20 microseconds */
+    RECORDS_APART = 8,        /* two leaves */
+    NODES_PER_TASK = 32       /* some 200 leaves, some 20 microseconds */
+};
+/* Of the mean edge: where vertices move farther, boxes that hold their paths cost more than drift.
+ */
+#define LONG_MOTION 0.2
+/* Of the motion: where what is near on a surface moves more than this against one another, its
+ * paths leave out little. */
+#define RELATIVE_MOTION 0.5
+/* Half a margin in box coordinates counts as no more: it reaches beyond all boxes, which are cut at
+ * 3e38. */
+#define FRAME_REACH 1e39
+
+bool choose_box_frame(broad_phase *broad, const topology *topo, const double *rest) {
+    double low[3] = {0.0, 0.0, 0.0}, high[3] = {0.0, 0.0, 0.0}, extent = 0.0;
+    bool is_first = true;
+    for (size_t i = 0; i < broad->vertex_count; i++) {
+        bool const has_triangle =
+            topo->vertex_triangles.begin[i] < topo->vertex_triangles.begin[i + 1];
+        for (int k = 0; k < 3; k++) {
+            double const x = rest[3 * i + (size_t)k];
+            if (!isfinite(x)) return false;
+            if (!has_triangle) continue; /* may lie far away, and meets nothing */
+            if (is_first || x < low[k]) low[k] = x;
+            if (is_first || x > high[k]) high[k] = x;
+        }
+        is_first = is_first && !has_triangle;
+    }
+    for (int k = 0; k < 3; k++) {
+        broad->origin[k] = 0.5 * low[k] + 0.5 * high[k];
+        extent = fmax(extent, 0.5 * high[k] - 0.5 * low[k]);
+    }
+    int exponent = 0;
+    if (extent > 0.0) frexp(extent, &exponent);
+    if (exponent < -1000) exponent = -1000;
+    broad->scale = ldexp(1.0, -exponent);
+    for (size_t i = 0; i < 3 * topo->edge_count; i++) {
+        const uint32_t *const ends = topo->edges + 2 * (i / 3);
+        double const difference =
+            rest[3 * (size_t)ends[1] + i % 3] - rest[3 * (size_t)ends[0] + i % 3];
+        broad->mean_edge += fabs(difference) * broad->scale / (double)topo->edge_count;
+    }
+    return true;
+}
+
+/* Cuts begin .. end - 1 into tasks. */
+static size_t append_tasks(broad_phase *broad, size_t count, uint32_t surface, uint32_t begin,
+                           uint32_t end, uint32_t size) {
+    for (uint32_t at = begin; at<end; at = end - at> size ? at + size : end)
+        broad->fit_tasks[count++] =
+            (fit_task){.surface = surface, .begin = at, .end = end - at > size ? at + size : end};
+    return count;
+}
+
+typedef struct vertex_context {
+    broad_phase *broad;
+    vertex_fit fit;
+} vertex_context;
+
+static double sum_way(const vertex_fit *fit, uint32_t record, const uint32_t *other) {
+    size_t const at = 3 * (size_t)(fit->vertices ? fit->vertices[record] : record);
+    size_t const beside = other ? 3 * (size_t)(fit->vertices ? fit->vertices[*other] : *other) : 0;
+    double sum = 0.0;
+    for (size_t k = 0; k < 3; k++) {
+        double const way = fit->x1[at + k] - fit->x0[at + k];
+        sum += fabs(other ? way - (fit->x1[beside + k] - fit->x0[beside + k]) : way);
+    }
+    return sum;
+}
+
+/* Records are in the order of leaves, so those some way on belong to a leaf nearby. */
+static way_sums sample_ways(const vertex_fit *fit, uint32_t begin, uint32_t end) {
+    way_sums sums = {0.0, 0.0};
+    for (uint32_t i = begin; end - i > RECORDS_APART; i += RECORDS_APART) {
+        uint32_t const other = i + RECORDS_APART;
+        sums.own += sum_way(fit, i, NULL);
+        sums.relative += sum_way(fit, i, &other);
+    }
+    return sums;
+}
+
+static void fit_vertex_task(void *context, size_t begin, size_t end, size_t chunk, int worker) {
+    (void)begin, (void)end, (void)worker;
+    const vertex_context *const vertices = context;
+    fit_task *const task = &vertices->broad->fit_tasks[chunk];
+    task->is_finite =
+        TULLE_PICK_KERNEL(fit_vertices)(&vertices->fit, task->begin, task->end, &task->motion);
+    if (vertices->broad->following == PATHS_WHERE_LONG)
+        task->ways = sample_ways(&vertices->fit, task->begin, task->end);
+}
+
+/* Of surfaces that may move: whether a static one was fitted now or before must not matter. */
+static bool paths_are_long(const broad_phase *broad, const surface_set *set, size_t task_count) {
+    double motion = 0.0, count = 0.0;
+    way_sums ways = {0.0, 0.0};
+    for (size_t i = 0; i < task_count; i++) {
+        const fit_task *const task = &broad->fit_tasks[i];
+        if (set->surfaces[task->surface].is_static) continue;
+        motion += task->motion;
+        ways.own += task->ways.own;
+        ways.relative += task->ways.relative;
+        count += (double)(task->end - task->begin);
+    }
+    bool const moves_together =
+        broad->following == PATHS_ALWAYS || ways.relative < RELATIVE_MOTION * ways.own;
+    return moves_together && motion > LONG_MOTION * broad->mean_edge * count;
+}
+
+bool fit_vertex_boxes(broad_phase *broad, const surface_set *set, const double *x0,
+                      const double *x1, int threads) {
+    size_t task_count = 0;
+    for (uint32_t s = 0; s < set->surface_count; s++) {
+        const surface_range *const range = &set->surfaces[s];
+        if (range->is_present && !broad->trees[s].is_fitted)
+            task_count = append_tasks(broad, task_count, s, range->vertex_begin, range->vertex_end,
+                                      VERTICES_PER_TASK);
+    }
+    size_t const new_count = task_count;
+    for (uint32_t s = 0; broad->scratch && s < set->surface_count; s++) {
+        const surface_range *const range = &set->surfaces[s];
+        if (range->is_present && broad->trees[s].is_fitted)
+            task_count = append_tasks(broad, task_count, s, range->vertex_begin, range->vertex_end,
+                                      VERTICES_PER_TASK);
+    }
+    vertex_context context = {.broad = broad,
+                              .fit = {.vertices = broad->record_vertices,
+                                      .x0 = x0,
+                                      .x1 = x1,
+                                      .records = broad->records,
+                                      .boxes = broad->vertex_boxes}};
+    for (int k = 0; k < 8; k++) {
+        if (k % 4 == 3) continue;
+        context.fit.origin[k] = broad->origin[k % 4];
+        context.fit.scale[k] = broad->scale;
+        context.fit.half[k] = fmin(0.5 * broad->margin * broad->scale, FRAME_REACH);
+    }
+    parallel_for(task_count, 1, threads, fit_vertex_task, &context);
+    bool is_finite = true;
+    for (size_t i = 0; i < new_count; i++) is_finite = is_finite && broad->fit_tasks[i].is_finite;
+    broad->is_straight =
+        broad->following != PATHS_IN_BOXES && paths_are_long(broad, set, new_count);
+    return is_finite;
+}
+
+/* Puts the box of a child into its lane, and around `box`. */
+static void take_child(tree_node *node, uint32_t lane, const float child[6]) {
+    for (int k = 0; k < 6; k++) node->sides[k][lane] = child[k];
+    for (int k = 0; k < 3; k++) {
+        if (child[k] < node->box[k]) node->box[k] = child[k];
+        if (child[3 + k] > node->box[3 + k]) node->box[3 + k] = child[3 + k];
+    }
+}
+
+/* A node whose children are nodes. */
+static void fit_node(surface_tree *tree, uint32_t index) {
+    tree_node *const node = &tree->nodes.data[index];
+    for (int k = 0; k < 3; k++) {
+        node->box[k] = INFINITY;
+        node->box[3 + k] = -INFINITY;
+    }
+    for (uint32_t c = 0; c < node->child_count; c++)
+        take_child(node, c, tree->nodes.data[node->first + c].box);
+    /* a side below all others and one above them: such a lane meets nothing */
+    for (uint32_t c = node->child_count; c < NODE_LANES; c++)
+        for (int k = 0; k < 3; k++) {
+            node->sides[k][c] = INFINITY;
+            node->sides[3 + k][c] = -INFINITY;
+        }
+}
+
+/* The label that all triangles of a leaf bear, or 0. */
+static uint32_t find_leaf_label(const broad_phase *broad, const tree_leaf *leaf) {
+    const uint32_t *const labels = broad->patches.labels;
+    const uint32_t *const triangles = broad->triangles.features;
+    uint32_t const label = labels[triangles[leaf->triangle_begin]];
+    for (uint32_t slot = leaf->triangle_begin + 1; slot < leaf->triangle_end; slot++)
+        if (labels[triangles[slot]] != label) return 0;
+    return label;
+}
+
+/* The label that all children of a node bear, or 0. */
+static uint32_t find_node_label(const tree_node *node) {
+    for (uint32_t c = 1; c < node->child_count; c++)
+        if (node->labels[c] != node->labels[0]) return 0;
+    return node->labels[0];
+}
+
+static void label_node(const broad_phase *broad, surface_tree *tree, uint32_t index,
+                       bool is_lowest) {
+    tree_node *const node = &tree->nodes.data[index];
+    for (uint32_t c = 0; c < node->child_count; c++)
+        node->labels[c] = is_lowest ? find_leaf_label(broad, &broad->leaves[node->first + c])
+                                    : find_node_label(&tree->nodes.data[node->first + c]);
+}
+
+leaf_fit make_leaf_fit(const broad_phase *broad) {
+    return (leaf_fit){.leaves = broad->leaves,
+                      .triangle_corners = broad->triangles.corners,
+                      .vertex_corners = broad->vertices.corners,
+                      .edge_corners = broad->edges.corners,
+                      .leaf_corners = broad->leaf_corners.data,
+                      .vertex_boxes = broad->vertex_boxes,
+                      .blocks = broad->has_all_blocks ? broad->blocks : NULL,
+                      .is_straight = broad->is_straight};
+}
+
+static bool needs_blocks(const broad_phase *broad, const surface_tree *tree) {
+    return broad->has_all_blocks && !(tree->is_fitted && tree->has_blocks);
+}
+
+const leaf_slabs *find_slabs(const broad_phase *broad) {
+    return broad->has_all_blocks && broad_phase_is_straight(broad) ? broad->slabs : NULL;
+}
+
+static void fit_lowest_task(void *context, size_t begin, size_t end, size_t chunk, int worker) {
+    (void)begin, (void)end, (void)worker;
+    const broad_phase *const broad = context;
+    const fit_task *const task = &broad->fit_tasks[chunk];
+    surface_tree *const tree = &broad->trees[task->surface];
+    leaf_fit const fit = make_leaf_fit(broad);
+    leaf_slabs *const slabs = broad->has_all_blocks ? broad->slabs : NULL;
+    if (!tree->is_fitted || (slabs && needs_blocks(broad, tree)))
+        TULLE_PICK_KERNEL(fit_lowest_nodes)
+    (&fit, tree->nodes.data, slabs, task->begin, task->end);
+    const tree_node *const first = &tree->nodes.data[task->begin];
+    const tree_node *const last = &tree->nodes.data[task->end - 1];
+    if (needs_blocks(broad, tree))
+        TULLE_PICK_KERNEL(fit_leaves)(&fit, first->first, last->first + last->child_count);
+    for (uint32_t i = task->begin; !broad->is_labelled && i < task->end; i++)
+        label_node(broad, tree, i, true);
+}
+
+/* All nodes but the lowest. */
+static void fit_upper_nodes(const broad_phase *broad, surface_tree *tree) {
+    if (tree->level_count < 2) return;
+    for (uint32_t i = tree->level_begin[1]; i < tree->nodes.count; i++) {
+        if (!tree->is_fitted) fit_node(tree, i);
+        if (!broad->is_labelled) label_node(broad, tree, i, false);
+    }
+}
+
+/* Whether nodes bear labels, and have those of the patches already. */
+static void prepare_labels(broad_phase *broad, const surface_set *set) {
+    const patch_labels *const patches = &broad->patches, *const known = &broad->node_patches;
+    broad->has_labels = patches->labels && broad->method != BROAD_PHASE_BVOX;
+    broad->is_labelled = !broad->has_labels;
+    if (!broad->has_labels) return;
+    broad->is_labelled = broad->method == BROAD_PHASE_REFIT && patches->version != 0 &&
+                         patches->labels == known->labels && patches->version == known->version;
+    broad->node_patches = *patches;
+    /* nodes of absent surfaces get none */
+    for (uint32_t s = 0; s < set->surface_count; s++)
+        if (!set->surfaces[s].is_present) broad->node_patches.version = 0;
+}
+
+void release_blocks(broad_phase *broad) {
+    memory *const heap = broad->heap;
+    memory_release(heap, broad->slabs, broad->leaf_capacity * sizeof *broad->slabs);
+    memory_release(heap, broad->blocks, broad->block_capacity * sizeof *broad->blocks);
+    broad->slabs = NULL;
+    broad->blocks = NULL;
+    for (size_t s = 0; broad->trees && s < broad->surface_count; s++)
+        broad->trees[s].has_blocks = false;
+}
+
+/* Blocks and slabs of all leaves of refitted trees, where no patches leave out pairs of leaves;
+ * else workers keep blocks of their own. */
+static bool prepare_blocks(broad_phase *broad) {
+    memory *const heap = broad->heap;
+    broad->has_all_blocks = !broad->has_labels && broad->method == BROAD_PHASE_REFIT;
+    if (!broad->has_all_blocks) {
+        if (broad->blocks) release_blocks(broad);
+        return true;
+    }
+    if (broad->blocks || broad->leaf_capacity == 0) return true;
+    ARRAY_FREE(heap, &broad->kept_blocks);
+    broad->block_capacity =
+        LEAF_HEADER * broad->leaf_capacity + GROUP_FLOATS * (size_t)broad->group_count;
+    broad->blocks = memory_allocate_zeroed(heap, broad->block_capacity, sizeof *broad->blocks);
+    bool const needs_slabs = broad->following != PATHS_IN_BOXES;
+    if (needs_slabs)
+        broad->slabs = memory_allocate_zeroed(heap, broad->leaf_capacity, sizeof *broad->slabs);
+    if (broad->blocks && (broad->slabs || !needs_slabs)) return true;
+    release_blocks(broad);
+    return false;
+}
+
+bool fit_trees(broad_phase *broad, const surface_set *set, int threads) {
+    prepare_labels(broad, set);
+    if (!prepare_blocks(broad)) return false;
+    size_t task_count = 0;
+    for (uint32_t s = 0; s < set->surface_count; s++) {
+        const surface_tree *const tree = &broad->trees[s];
+        bool const has_work =
+            set->surfaces[s].is_present &&
+            (!tree->is_fitted || !broad->is_labelled || needs_blocks(broad, tree));
+        if (has_work && tree->level_count > 0)
+            task_count =
+                append_tasks(broad, task_count, s, 0, tree->level_begin[1], NODES_PER_TASK);
+    }
+    parallel_for(task_count, 1, threads, fit_lowest_task, broad);
+    for (uint32_t s = 0; s < set->surface_count; s++) {
+        surface_tree *const tree = &broad->trees[s];
+        if (!set->surfaces[s].is_present) continue;
+        fit_upper_nodes(broad, tree);
+        tree->has_blocks = broad->has_all_blocks || (tree->is_fitted && tree->has_blocks);
+        tree->is_fitted = true;
+    }
+    return true;
+}

@@ -1,0 +1,254 @@
+/* detect/trees/tree_slots.c - from the order of the triangles of a surface, cut into leaves, to the
+ * slots of its features: every vertex and edge goes to one leaf that has a triangle around it. */
+#include "detect/trees/broad_phase_parts.h"
+
+/* A vertex with more triangles makes its leaves neighbours of all, which saves comparing them all
+ * with all. */
+enum { HUB_TRIANGLES = 64 };
+
+static void assign_slot(slot_list *list, uint32_t slot, uint32_t feature, const uint32_t *corners) {
+    list->features[slot] = feature;
+    for (uint32_t k = 0; k < list->corner_count; k++)
+        list->corners[list->corner_count * (size_t)slot + k] = corners[k];
+}
+
+/* A triangle brings the vertices and edges of which it is the lowest triangle. */
+static void assign_triangle(broad_phase *broad, const topology *topo, uint32_t triangle,
+                            tree_leaf *leaf) {
+    const uint32_t *const corners = topo->triangles + 3 * (size_t)triangle;
+    assign_slot(&broad->triangles, leaf->triangle_end++, triangle, corners);
+    for (int k = 0; k < 3; k++) {
+        uint32_t const vertex = corners[k];
+        const adjacency *const triangles = &topo->vertex_triangles;
+        if (triangles->items[triangles->begin[vertex]] == triangle)
+            assign_slot(&broad->vertices, leaf->vertex_end++, vertex, &vertex);
+        uint32_t const edge = topo->triangle_edges[3 * (size_t)triangle + (size_t)k];
+        if (topo->edge_triangles[2 * (size_t)edge] == triangle)
+            assign_slot(&broad->edges, leaf->edge_end++, edge, topo->edges + 2 * (size_t)edge);
+    }
+}
+
+void assign_slots(broad_phase *broad, const surface_set *set, uint32_t surface) {
+    const surface_range *const range = &set->surfaces[surface];
+    const surface_tree *const tree = &broad->trees[surface];
+    tree_leaf at = {.triangle_end = range->triangle_begin,
+                    .vertex_end = range->vertex_begin,
+                    .edge_end = range->edge_begin,
+                    .neighbours = {LEAF_ANY}};
+    for (uint32_t l = tree->leaf_begin; l < tree->leaf_begin + tree->leaf_count; l++) {
+        tree_leaf *const leaf = &broad->leaves[l];
+        uint32_t const begin = leaf->triangle_begin, end = leaf->triangle_end;
+        at.triangle_begin = at.triangle_end;
+        at.vertex_begin = at.vertex_end;
+        at.edge_begin = at.edge_end;
+        for (uint32_t slot = begin; slot < end; slot++)
+            assign_triangle(broad, set->topo, broad->triangles.features[slot], &at);
+        *leaf = at;
+    }
+}
+
+/* What is needed while the features of one surface are dealt out. Arrays are indexed by what they
+ * hold minus the begin of the surface's range. */
+typedef struct dealer {
+    broad_phase *broad;
+    const topology *topo;
+    const surface_range *range;
+    tree_leaf *leaves;
+    uint32_t leaf_begin, leaf_count;
+    uint32_t *triangle_leaf;           /* leaf of each triangle, counted in the tree */
+    uint32_t *vertex_leaf, *edge_leaf; /* TULLE_NONE: not yet dealt, or without triangle */
+    uint32_t *vertex_slot;
+} dealer;
+
+static uint32_t leaf_of(const dealer *deal, uint32_t triangle) {
+    return deal->triangle_leaf[triangle - deal->range->triangle_begin];
+}
+
+/* To the leaf around the vertex that has fewest; their number is kept in vertex_end. */
+static void deal_vertex(dealer *deal, uint32_t vertex) {
+    uint32_t *const owner = &deal->vertex_leaf[vertex - deal->range->vertex_begin];
+    if (*owner != TULLE_NONE) return;
+    const adjacency *const around = &deal->topo->vertex_triangles;
+    for (uint32_t i = around->begin[vertex]; i < around->begin[vertex + 1]; i++) {
+        uint32_t const leaf = leaf_of(deal, around->items[i]);
+        if (*owner == TULLE_NONE || deal->leaves[leaf].vertex_end < deal->leaves[*owner].vertex_end)
+            *owner = leaf;
+    }
+    deal->leaves[*owner].vertex_end++;
+}
+
+static void deal_edge(dealer *deal, uint32_t edge) {
+    uint32_t *const owner = &deal->edge_leaf[edge - deal->range->edge_begin];
+    if (*owner != TULLE_NONE) return;
+    const uint32_t *const triangles = deal->topo->edge_triangles + 2 * (size_t)edge;
+    *owner = leaf_of(deal, triangles[0]);
+    if (triangles[1] != TULLE_NONE) {
+        uint32_t const other = leaf_of(deal, triangles[1]);
+        if (deal->leaves[other].edge_end < deal->leaves[*owner].edge_end) *owner = other;
+    }
+    deal->leaves[*owner].edge_end++;
+}
+
+static void deal_features(dealer *deal) {
+    const slot_list *const triangles = &deal->broad->triangles;
+    for (uint32_t l = 0; l < deal->leaf_count; l++)
+        for (uint32_t slot = deal->leaves[l].triangle_begin; slot < deal->leaves[l].triangle_end;
+             slot++)
+            deal->triangle_leaf[triangles->features[slot] - deal->range->triangle_begin] = l;
+    for (uint32_t slot = deal->range->triangle_begin; slot < deal->range->triangle_end; slot++)
+        for (size_t k = 0; k < 3; k++) {
+            size_t const corner = 3 * (size_t)triangles->features[slot] + k;
+            deal_vertex(deal, deal->topo->triangles[corner]);
+            deal_edge(deal, deal->topo->triangle_edges[corner]);
+        }
+}
+
+/* Numbers of features become ranges, and ends grow as slots are filled. */
+static void open_ranges(dealer *deal) {
+    uint32_t vertex = deal->range->vertex_begin, edge = deal->range->edge_begin;
+    for (uint32_t l = 0; l < deal->leaf_count; l++) {
+        tree_leaf *const leaf = &deal->leaves[l];
+        uint32_t const vertex_count = leaf->vertex_end, edge_count = leaf->edge_end;
+        leaf->vertex_begin = leaf->vertex_end = vertex;
+        leaf->edge_begin = leaf->edge_end = edge;
+        vertex += vertex_count;
+        edge += edge_count;
+    }
+}
+
+static void fill_slots(dealer *deal) {
+    broad_phase *const broad = deal->broad;
+    const surface_range *const range = deal->range;
+    uint32_t last = range->vertex_end; /* records of vertices without triangles come last */
+    for (uint32_t v = range->vertex_begin; v < range->vertex_end; v++) {
+        uint32_t const owner = deal->vertex_leaf[v - range->vertex_begin];
+        if (owner == TULLE_NONE) {
+            broad->record_vertices[--last] = v;
+            continue;
+        }
+        uint32_t const slot = deal->leaves[owner].vertex_end++;
+        deal->vertex_slot[v - range->vertex_begin] = slot;
+        assign_slot(&broad->vertices, slot, v, &slot);
+        broad->record_vertices[slot] = v;
+    }
+    for (uint32_t e = range->edge_begin; e < range->edge_end; e++) {
+        uint32_t corners[2];
+        for (size_t k = 0; k < 2; k++)
+            corners[k] =
+                deal->vertex_slot[deal->topo->edges[2 * (size_t)e + k] - range->vertex_begin];
+        tree_leaf *const leaf = &deal->leaves[deal->edge_leaf[e - range->edge_begin]];
+        assign_slot(&broad->edges, leaf->edge_end++, e, corners);
+    }
+    for (uint32_t slot = range->triangle_begin; slot < range->triangle_end; slot++) {
+        uint32_t const triangle = broad->triangles.features[slot];
+        uint32_t corners[3];
+        for (size_t k = 0; k < 3; k++)
+            corners[k] = deal->vertex_slot[deal->topo->triangles[3 * (size_t)triangle + k] -
+                                           range->vertex_begin];
+        assign_slot(&broad->triangles, slot, triangle, corners);
+    }
+}
+
+static void add_neighbour(tree_leaf *leaf, uint32_t neighbour) {
+    if (leaf->neighbours[0] == LEAF_ANY) return;
+    for (size_t i = 0; i < LEAF_NEIGHBOURS; i++) {
+        if (leaf->neighbours[i] == neighbour) return;
+        if (leaf->neighbours[i] == 0) { /* no leaf has 0 as neighbour of higher number */
+            leaf->neighbours[i] = neighbour;
+            return;
+        }
+    }
+    leaf->neighbours[0] = LEAF_ANY;
+}
+
+/* Leaves that share a vertex become neighbours. */
+static void join_leaves(dealer *deal, const uint32_t *triangles, uint32_t count) {
+    for (uint32_t i = 0; i < count; i++) {
+        tree_leaf *const leaf = &deal->leaves[leaf_of(deal, triangles[i])];
+        if (count > HUB_TRIANGLES) leaf->neighbours[0] = LEAF_ANY;
+        for (uint32_t j = 0; j < count && leaf->neighbours[0] != LEAF_ANY; j++) {
+            uint32_t const other = leaf_of(deal, triangles[j]);
+            if (deal->leaves + other > leaf) add_neighbour(leaf, deal->leaf_begin + other);
+        }
+    }
+}
+
+static void find_neighbours(dealer *deal) {
+    const adjacency *const around = &deal->topo->vertex_triangles;
+    for (uint32_t v = deal->range->vertex_begin; v < deal->range->vertex_end; v++)
+        join_leaves(deal, around->items + around->begin[v],
+                    around->begin[v + 1] - around->begin[v]);
+}
+
+/* Those of the highest number of neighbours are not counted. */
+static uint32_t count_near_pairs(const dealer *deal) {
+    uint32_t count = deal->leaf_count;
+    for (uint32_t l = 0; l < deal->leaf_count; l++) {
+        const uint32_t *const neighbours = deal->leaves[l].neighbours;
+        if (neighbours[0] == LEAF_ANY) continue;
+        for (size_t i = 0; i < LEAF_NEIGHBOURS && neighbours[i] != 0; i++) count++;
+    }
+    return count;
+}
+
+/* Lists the records of the corners of each leaf, each once; false when memory is short. */
+static bool list_corners(const dealer *deal) {
+    broad_phase *const broad = deal->broad;
+    for (uint32_t l = 0; l < deal->leaf_count; l++) {
+        tree_leaf *const leaf = &deal->leaves[l];
+        if (!ARRAY_RESERVE(broad->heap, &broad->leaf_corners, LEAF_SLOTS)) return false;
+        const uint32_t *const corners = broad->triangles.corners + 3 * (size_t)leaf->triangle_begin;
+        uint32_t *const own = broad->leaf_corners.data + broad->leaf_corners.count;
+        uint32_t count = 0;
+        for (uint32_t i = 0; i < 3 * (leaf->triangle_end - leaf->triangle_begin); i++) {
+            uint32_t at = 0;
+            while (at < count && own[at] != corners[i]) at++;
+            if (at == count) own[count++] = corners[i];
+        }
+        leaf->group_begin = broad->group_count;
+        broad->group_count += count_groups(leaf);
+        leaf->corner_begin = (uint32_t)broad->leaf_corners.count;
+        broad->leaf_corners.count += count;
+        leaf->corner_end = (uint32_t)broad->leaf_corners.count;
+    }
+    return true;
+}
+
+static uint32_t *allocate_unset(memory *heap, size_t count) {
+    uint32_t *const items = memory_allocate(heap, (count + 1) * sizeof *items);
+    for (size_t i = 0; items && i < count; i++) items[i] = TULLE_NONE;
+    return items;
+}
+
+tulle_status assign_even_slots(broad_phase *broad, const surface_set *set, uint32_t surface) {
+    const surface_range *const range = &set->surfaces[surface];
+    surface_tree *const tree = &broad->trees[surface];
+    memory *const heap = broad->heap;
+    size_t const vertices = range->vertex_end - range->vertex_begin;
+    size_t const edges = range->edge_end - range->edge_begin;
+    size_t const triangles = range->triangle_end - range->triangle_begin;
+    dealer deal = {.broad = broad,
+                   .topo = set->topo,
+                   .range = range,
+                   .leaves = broad->leaves + tree->leaf_begin,
+                   .leaf_begin = tree->leaf_begin,
+                   .leaf_count = tree->leaf_count,
+                   .triangle_leaf = allocate_unset(heap, triangles),
+                   .vertex_leaf = allocate_unset(heap, vertices),
+                   .edge_leaf = allocate_unset(heap, edges),
+                   .vertex_slot = allocate_unset(heap, vertices)};
+    bool has_room = deal.triangle_leaf && deal.vertex_leaf && deal.edge_leaf && deal.vertex_slot;
+    if (has_room) {
+        deal_features(&deal);
+        open_ranges(&deal);
+        fill_slots(&deal);
+        find_neighbours(&deal);
+        tree->near_pair_count = count_near_pairs(&deal);
+        has_room = list_corners(&deal) && mask_leaves(broad, tree) == TULLE_OK;
+    }
+    memory_release(heap, deal.triangle_leaf, (triangles + 1) * sizeof(uint32_t));
+    memory_release(heap, deal.vertex_leaf, (vertices + 1) * sizeof(uint32_t));
+    memory_release(heap, deal.edge_leaf, (edges + 1) * sizeof(uint32_t));
+    memory_release(heap, deal.vertex_slot, (vertices + 1) * sizeof(uint32_t));
+    return has_room ? TULLE_OK : TULLE_ERROR_OUT_OF_MEMORY;
+}

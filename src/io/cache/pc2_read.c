@@ -1,0 +1,161 @@
+/* io/cache/pc2_read.c - reads PC2 point caches frame by frame. */
+#define _POSIX_C_SOURCE 200809L
+#include "io/cache/pc2_format.h"
+
+#include "base/error.h"
+#include "base/memory.h"
+#include "io/bytes.h"
+#include "io/file_data.h"
+
+#include <errno.h>
+#include <fcntl.h>
+#include <math.h>
+#include <string.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+struct tulle_pc2 {
+    memory heap;
+    char *path;
+    size_t path_size;
+    unsigned char *frame; /* bytes of one frame */
+    size_t frame_size;
+    int file;
+    tulle_pc2_info info;
+};
+
+uint64_t pc2_size(uint32_t vertex_count, uint32_t frame_count) {
+    return PC2_HEADER_SIZE + (uint64_t)vertex_count * 12 * frame_count;
+}
+
+/* Reads up to byte_count bytes at offset; the number read, or -1 with errno. */
+static ssize_t read_at(int file, unsigned char *bytes, size_t byte_count, uint64_t offset) {
+    size_t done = 0;
+    while (done < byte_count) {
+        ssize_t const count = pread(file, bytes + done, byte_count - done, (off_t)(offset + done));
+        if (count < 0 && errno == EINTR) continue;
+        if (count < 0) return -1;
+        if (count == 0) break;
+        done += (size_t)count;
+    }
+    return (ssize_t)done;
+}
+
+static tulle_status check_header(const char *path, const unsigned char *header, uint64_t file_size,
+                                 tulle_pc2_info *info, tulle_error *error) {
+    if (memcmp(header, "POINTCACHE2", 12) != 0)
+        return error_set_at(error, TULLE_ERROR_PARSE, path, 0, 0,
+                            "byte 0: does not begin with \"POINTCACHE2\"; it is no PC2 file");
+    uint32_t const version = (uint32_t)bytes_load(header + 12, 4);
+    uint32_t const vertex_count = (uint32_t)bytes_load(header + 16, 4);
+    uint32_t const frame_count = (uint32_t)bytes_load(header + PC2_FRAME_COUNT_PLACE, 4);
+    if (version != 1)
+        return error_set_at(error, TULLE_ERROR_PARSE, path, 0, 0,
+                            "byte 12: version %u; only version 1 is known", version);
+    if (vertex_count < 1 || vertex_count > PC2_COUNT_LIMIT || frame_count > PC2_COUNT_LIMIT)
+        return error_set_at(error, TULLE_ERROR_PARSE, path, 0, 0,
+                            "byte 16: %u vertices and %u frames cannot be", vertex_count,
+                            frame_count);
+    if ((file_size - PC2_HEADER_SIZE) / 12 / vertex_count < frame_count)
+        return error_set_at(error, TULLE_ERROR_PARSE, path, 0, 0,
+                            "byte %llu: the file ends here, but %u frames of %u vertices take "
+                            "%llu bytes for each frame; it is cut short",
+                            (unsigned long long)file_size, frame_count, vertex_count,
+                            (unsigned long long)vertex_count * 12);
+    *info = (tulle_pc2_info){.vertex_count = vertex_count,
+                             .frame_count = frame_count,
+                             .start_frame = (double)bytes_to_float(bytes_load(header + 20, 4)),
+                             .frame_step = (double)bytes_to_float(bytes_load(header + 24, 4))};
+    return TULLE_OK;
+}
+
+static tulle_status check_file(const char *path, int file, tulle_pc2_info *info,
+                               tulle_error *error) {
+    struct stat facts;
+    if (fstat(file, &facts) != 0) return file_fail(error, path, errno, "cannot be examined");
+    if (!S_ISREG(facts.st_mode))
+        return error_set_at(error, TULLE_ERROR_IO, path, 0, 0, "is not a regular file");
+    unsigned char header[PC2_HEADER_SIZE];
+    ssize_t const count = read_at(file, header, sizeof header, 0);
+    if (count < 0) return file_fail(error, path, errno, "cannot be read");
+    if (count < PC2_HEADER_SIZE)
+        return error_set_at(error, TULLE_ERROR_PARSE, path, 0, 0,
+                            "byte %zd: the file ends within the header of %d bytes", count,
+                            PC2_HEADER_SIZE);
+    return check_header(path, header, (uint64_t)facts.st_size, info, error);
+}
+
+tulle_status pc2_open_file(const char *path, int flags, int *file, tulle_pc2_info *info,
+                           tulle_error *error) {
+    *file = open(path, flags | O_CLOEXEC | O_NONBLOCK);
+    if (*file < 0) return file_fail(error, path, errno, "cannot be opened");
+    tulle_status const status = check_file(path, *file, info, error);
+    if (status) {
+        close(*file);
+        *file = -1;
+    }
+    return status;
+}
+
+tulle_status tulle_pc2_open(const char *path, tulle_pc2 **cache, tulle_pc2_info *info,
+                            tulle_error *error) {
+    if (!path || !cache)
+        return error_set(error, TULLE_ERROR_INVALID_ARGUMENT, "path and cache may not be null");
+    *cache = NULL;
+    tulle_pc2 made = {.heap = memory_default(), .path_size = strlen(path) + 1};
+    tulle_status const status = pc2_open_file(path, O_RDONLY, &made.file, &made.info, error);
+    if (status) return status;
+    memory heap = made.heap;
+    made.frame_size = (size_t)made.info.vertex_count * 12;
+    /* A header without frames may claim any number of vertices. */
+    if (made.info.frame_count == 0) made.frame_size = 0;
+    made.path = memory_allocate(&heap, made.path_size);
+    made.frame = memory_allocate(&heap, made.frame_size);
+    tulle_pc2 *const result = memory_allocate(&heap, sizeof *result);
+    made.heap = heap;
+    if (!result || !made.path || !made.frame) {
+        close(made.file);
+        memory_release(&heap, made.path, made.path_size);
+        memory_release(&heap, made.frame, made.frame_size);
+        memory_release(&heap, result, sizeof *result);
+        return file_fail(error, path, ENOMEM, "cannot be opened");
+    }
+    memcpy(made.path, path, made.path_size);
+    *result = made;
+    if (info) *info = made.info;
+    *cache = result;
+    return TULLE_OK;
+}
+
+tulle_status tulle_pc2_read_frame(tulle_pc2 *cache, uint32_t frame, double *positions,
+                                  tulle_error *error) {
+    if (!cache || !positions || frame >= cache->info.frame_count)
+        return error_set_at(error, TULLE_ERROR_INVALID_ARGUMENT, cache ? cache->path : NULL, 0, 0,
+                            "there is no frame %u; the cache has %u", frame,
+                            cache ? cache->info.frame_count : 0);
+    uint64_t const offset = pc2_size(cache->info.vertex_count, frame);
+    ssize_t const count = read_at(cache->file, cache->frame, cache->frame_size, offset);
+    if (count < 0) return file_fail(error, cache->path, errno, "cannot be read");
+    if ((size_t)count < cache->frame_size)
+        return error_set_at(error, TULLE_ERROR_PARSE, cache->path, 0, 0,
+                            "byte %llu: the file became shorter; frame %u is cut",
+                            (unsigned long long)offset + (unsigned long long)count, frame);
+    size_t const value_count = 3 * (size_t)cache->info.vertex_count;
+    for (size_t i = 0; i < value_count; i++) {
+        positions[i] = (double)bytes_to_float(bytes_load(cache->frame + 4 * i, 4));
+        if (!isfinite(positions[i]))
+            return error_set_at(error, TULLE_ERROR_PARSE, cache->path, 0, 0,
+                                "byte %llu: coordinate %c of vertex %zu in frame %u is not finite",
+                                (unsigned long long)offset + 4 * i, "xyz"[i % 3], i / 3, frame);
+    }
+    return TULLE_OK;
+}
+
+void tulle_pc2_close(tulle_pc2 *cache) {
+    if (!cache) return;
+    memory heap = cache->heap;
+    close(cache->file);
+    memory_release(&heap, cache->path, cache->path_size);
+    memory_release(&heap, cache->frame, cache->frame_size);
+    memory_release(&heap, cache, sizeof *cache);
+}

@@ -1,0 +1,52 @@
+/* io/mesh/mesh_builder.h - a mesh that grows while a file is read. */
+#ifndef TULLE_IO_MESH_MESH_BUILDER_H
+#define TULLE_IO_MESH_MESH_BUILDER_H
+
+#include "base/memory.h"
+#include "io/file_data.h"
+
+#include "tulle/mesh.h"
+
+typedef struct mesh_builder {
+    memory *heap;
+    ARRAY(double) positions;
+    ARRAY(uint32_t) triangles;
+    uint32_t fan_first, fan_last; /* of the polygon at hand */
+    size_t fan_count;
+} mesh_builder;
+
+mesh_builder mesh_builder_make(memory *heap);
+void mesh_builder_destroy(mesh_builder *builder);
+
+/* False when memory is short. */
+bool mesh_builder_add_vertex(mesh_builder *builder, const double position[3]);
+size_t mesh_builder_get_vertex_count(const mesh_builder *builder);
+
+/* A polygon becomes a fan of triangles around its first corner. */
+void mesh_builder_begin_polygon(mesh_builder *builder);
+bool mesh_builder_add_corner(mesh_builder *builder, uint32_t vertex);
+
+/* Makes the mesh; checks that there are vertices and that all indices are below their number.
+ * Leaves the builder as it is. */
+tulle_status mesh_builder_finish(const mesh_builder *builder, const char *path, tulle_mesh *mesh,
+                                 tulle_error *error);
+
+/* Largest number of vertices and triangles that a mesh may have. */
+#define MESH_COUNT_LIMIT ((size_t)0x7fffffff)
+
+/* The readers of each format. `mesh` is untouched on failure. */
+tulle_status obj_read(memory *heap, const char *path, const file_data *data, tulle_mesh *mesh,
+                      tulle_error *error);
+tulle_status ply_read(memory *heap, const char *path, const file_data *data, tulle_mesh *mesh,
+                      tulle_error *error);
+tulle_status stl_read_binary(memory *heap, const char *path, const file_data *data,
+                             tulle_mesh *mesh, tulle_error *error);
+tulle_status stl_read_text(memory *heap, const char *path, const file_data *data, tulle_mesh *mesh,
+                           tulle_error *error);
+/* Whether the size fits the triangle count in a binary STL header. */
+bool stl_has_binary_size(const file_data *data);
+
+/* Fills error with "out of memory" for the file; returns that status. */
+tulle_status mesh_fail_memory(const char *path, tulle_error *error);
+
+#endif

@@ -1,0 +1,137 @@
+/* io/mesh/obj.c - reads Wavefront OBJ: the positions of `v` and the polygons of `f`. Texture
+ * coordinates, normals, groups, materials, lines and points are passed over; any other statement is
+ * an error. Corners may be v, v/vt, v//vn or v/vt/vn, counted from 1 or, negative, from the end. */
+#include "io/mesh/mesh_builder.h"
+#include "io/text/number.h"
+#include "io/text/text_cursor.h"
+
+#include <string.h>
+
+typedef struct obj_reader {
+    text_cursor text;
+    mesh_builder builder;
+    /* The corner with the largest number, for vertices that come after their faces. */
+    int64_t largest_index;
+    text_cursor largest_place;
+} obj_reader;
+
+static bool is_passed_over(text_word word) {
+    static const char *const names[] = {"vt",       "vn",       "vp",         "g",        "o",
+                                        "s",        "mg",       "usemtl",     "mtllib",   "usemap",
+                                        "maplib",   "l",        "p",          "lod",      "bevel",
+                                        "c_interp", "d_interp", "shadow_obj", "trace_obj"};
+    for (size_t i = 0; i < sizeof names / sizeof names[0]; i++)
+        if (text_word_is(word, names[i])) return true;
+    return false;
+}
+
+/* v x y z, then perhaps w or a colour. */
+static tulle_status read_vertex(obj_reader *reader, tulle_error *error) {
+    static const char *const names[3] = {"x", "y", "z"};
+    double position[3];
+    for (int axis = 0; axis < 3; axis++) {
+        tulle_status const status =
+            text_take_double(&reader->text, names[axis], &position[axis], error);
+        if (status) return status;
+    }
+    for (text_word word = text_take_word(&reader->text); word.length > 0 && word.text[0] != '#';
+         word = text_take_word(&reader->text)) {
+        double ignored;
+        if (number_parse_double(word.text, word.length, &ignored) != NUMBER_READ)
+            return text_fail(&reader->text, word.text, error,
+                             "only numbers may follow the position of a vertex");
+    }
+    return mesh_builder_add_vertex(&reader->builder, position)
+               ? TULLE_OK
+               : mesh_fail_memory(reader->text.path, error);
+}
+
+/* Whether the text after a corner's vertex is /vt, //vn or /vt/vn. */
+static bool is_corner_tail(const char *text, size_t length) {
+    int parts = 0;
+    while (length > 0) {
+        if (*text != '/' || ++parts > 2) return false;
+        const char *const next = length > 1 ? memchr(text + 1, '/', length - 1) : NULL;
+        size_t const part = next ? (size_t)(next - text) - 1 : length - 1;
+        int64_t ignored;
+        if (part > 0 && number_parse_integer(text + 1, part, &ignored) != NUMBER_READ) return false;
+        text += part + 1;
+        length -= part + 1;
+    }
+    return true;
+}
+
+static tulle_status read_corner(obj_reader *reader, text_word word, tulle_error *error) {
+    const char *const slash = memchr(word.text, '/', word.length);
+    size_t const length = slash ? (size_t)(slash - word.text) : word.length;
+    char shown[TEXT_SHOWN_SIZE];
+    int64_t index = 0;
+    if (number_parse_integer(word.text, length, &index) == NUMBER_MALFORMED ||
+        !is_corner_tail(word.text + length, word.length - length))
+        return text_fail(&reader->text, word.text, error,
+                         "\"%s\" should be a corner: v, v/vt, v//vn or v/vt/vn",
+                         text_show_word(word, shown));
+    int64_t const count = (int64_t)mesh_builder_get_vertex_count(&reader->builder);
+    if (index < 0 && index >= -count) index += count + 1;
+    if (index < 1 || index > (int64_t)MESH_COUNT_LIMIT)
+        return text_fail(&reader->text, word.text, error,
+                         "there is no vertex \"%s\"; so far there are %lld, counted from 1",
+                         text_show_word(word, shown), (long long)count);
+    if (index > reader->largest_index) {
+        reader->largest_index = index;
+        reader->largest_place = reader->text;
+        reader->largest_place.at = word.text;
+    }
+    return mesh_builder_add_corner(&reader->builder, (uint32_t)(index - 1))
+               ? TULLE_OK
+               : mesh_fail_memory(reader->text.path, error);
+}
+
+static tulle_status read_face(obj_reader *reader, tulle_error *error) {
+    mesh_builder_begin_polygon(&reader->builder);
+    for (text_word word = text_take_word(&reader->text); word.length > 0 && word.text[0] != '#';
+         word = text_take_word(&reader->text)) {
+        tulle_status const status = read_corner(reader, word, error);
+        if (status) return status;
+    }
+    if (reader->builder.fan_count < 3)
+        return text_fail(&reader->text, NULL, error,
+                         "a face needs at least 3 corners, this has %zu",
+                         reader->builder.fan_count);
+    return TULLE_OK;
+}
+
+static tulle_status read_statement(obj_reader *reader, tulle_error *error) {
+    text_word const word = text_take_word(&reader->text);
+    if (text_word_is(word, "v")) return read_vertex(reader, error);
+    if (text_word_is(word, "f")) return read_face(reader, error);
+    if (word.text[0] == '#' || is_passed_over(word)) return TULLE_OK;
+    char shown[TEXT_SHOWN_SIZE];
+    return text_fail(&reader->text, word.text, error, "\"%s\" is no statement of an OBJ file",
+                     text_show_word(word, shown));
+}
+
+static tulle_status read_statements(obj_reader *reader, tulle_error *error) {
+    while (text_skip_blank_lines(&reader->text)) {
+        tulle_status const status = read_statement(reader, error);
+        if (status) return status;
+        text_next_line(&reader->text);
+    }
+    size_t const count = mesh_builder_get_vertex_count(&reader->builder);
+    if (reader->largest_index > (int64_t)count)
+        return text_fail(&reader->largest_place, NULL, error,
+                         "there is no vertex %lld; the file has %zu, counted from 1",
+                         (long long)reader->largest_index, count);
+    return TULLE_OK;
+}
+
+tulle_status obj_read(memory *heap, const char *path, const file_data *data, tulle_mesh *mesh,
+                      tulle_error *error) {
+    obj_reader reader = {.text = text_cursor_make(path, data->bytes, data->byte_count),
+                         .builder = mesh_builder_make(heap)};
+    reader.text.joins_lines = true;
+    tulle_status status = read_statements(&reader, error);
+    if (!status) status = mesh_builder_finish(&reader.builder, path, mesh, error);
+    mesh_builder_destroy(&reader.builder);
+    return status;
+}

@@ -1,0 +1,238 @@
+/* io/run/run_create.c - makes the directory of a run.
+ *
+ * run.json is written first, so a directory that a killed process left half made is known as a run;
+ * without a checkpoint such a run starts anew. */
+#define _POSIX_C_SOURCE 200809L
+#include "base/error.h"
+#include "io/cache/pc2.h"
+#include "io/file_data.h"
+#include "io/output_file.h"
+#include "io/run/run_report.h"
+#include "io/run/run_writer.h"
+#include "io/unflushed.h"
+
+#include <errno.h>
+#include <math.h>
+#include <stdio.h>
+#include <string.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+tulle_run_def tulle_run_def_default(void) {
+    return (tulle_run_def){.cookie = RUN_DEF_COOKIE, .steps_per_frame = 1};
+}
+
+tulle_status run_writer_check_def(const tulle_run_def *def, tulle_error *error) {
+    if (!def || def->cookie != RUN_DEF_COOKIE)
+        return error_set(error, TULLE_ERROR_INVALID_ARGUMENT,
+                         "the def should come from tulle_run_def_default");
+    if (!def->directory || def->body_count < 1 || def->body_count > RUN_BODY_MAX || !def->bodies)
+        return error_set(error, TULLE_ERROR_INVALID_ARGUMENT,
+                         "a run needs a directory and 1 to %d bodies", RUN_BODY_MAX);
+    if (!(def->time_step > 0.0) || !isfinite(def->time_step) || def->steps_per_frame < 1)
+        return error_set(error, TULLE_ERROR_INVALID_ARGUMENT,
+                         "time_step and steps_per_frame should be above 0");
+    for (size_t i = 0; i < def->body_count; i++) {
+        const tulle_run_body *const body = &def->bodies[i];
+        if (!body->name || body->mesh.vertex_count < 1 || body->mesh.vertex_count > INT32_MAX ||
+            body->mesh.triangle_count > INT32_MAX)
+            return error_set(error, TULLE_ERROR_INVALID_ARGUMENT,
+                             "body %zu needs a name and a mesh of 1 to 2^31 - 1 vertices", i);
+    }
+    return TULLE_OK;
+}
+
+/* ---- a writer in memory ---- */
+
+void run_writer_destroy(tulle_run_writer *writer) {
+    if (!writer) return;
+    size_t const body_count = writer->record.bodies.count;
+    for (size_t i = 0; i < body_count; i++) {
+        if (writer->caches) pc2_writer_release(writer->caches[i]);
+        if (writer->triangles)
+            memory_release(&writer->heap, writer->triangles[i],
+                           writer->record.bodies.data[i].triangle_count * 3 * sizeof(uint32_t));
+    }
+    run_log_close(&writer->report_log);
+    run_log_close(&writer->frames_log);
+    run_log_close(&writer->bodies_log);
+    debug_log_close(&writer->debug);
+    if (writer->lock >= 0) close(writer->lock);
+    memory_release(&writer->heap, writer->caches, body_count * sizeof(void *));
+    memory_release(&writer->heap, writer->triangles, body_count * sizeof(void *));
+    memory_release(&writer->heap, writer->line, run_frames_line_size(body_count));
+    run_frames_destroy(&writer->frames);
+    run_record_destroy(&writer->record);
+    memory heap = memory_default();
+    memory_release(&heap, writer, sizeof *writer);
+}
+
+static bool copy_triangles(tulle_run_writer *writer, const tulle_run_def *def) {
+    if (!def->writes_vtp) return true;
+    memory *const heap = &writer->heap;
+    writer->triangles = memory_allocate_zeroed(heap, def->body_count, sizeof(uint32_t *));
+    if (!writer->triangles) return false;
+    for (size_t i = 0; i < def->body_count; i++) {
+        size_t const size = def->bodies[i].mesh.triangle_count * 3 * sizeof(uint32_t);
+        writer->triangles[i] = memory_allocate(heap, size);
+        if (!writer->triangles[i]) return false;
+        if (size > 0) memcpy(writer->triangles[i], def->bodies[i].mesh.triangles, size);
+    }
+    return true;
+}
+
+tulle_status run_writer_make(const tulle_run_def *def, tulle_run_writer **result,
+                             tulle_error *error) {
+    memory heap = memory_default();
+    tulle_run_writer *const writer = memory_allocate_zeroed(&heap, 1, sizeof *writer);
+    if (!writer) return file_fail(error, def->directory, ENOMEM, "cannot be written");
+    writer->heap = memory_default();
+    writer->lock = writer->report_log.file = writer->frames_log.file = -1;
+    writer->bodies_log.file = -1;
+    writer->debug = debug_log_make(&writer->heap);
+    strcpy(writer->directory, def->directory);
+    writer->record = run_record_make(&writer->heap);
+    writer->frames.heap = &writer->heap;
+    tulle_status status = run_record_describe(&writer->record, def, error);
+    if (!status) {
+        size_t const body_count = def->body_count;
+        writer->caches = memory_allocate_zeroed(&writer->heap, body_count, sizeof(void *));
+        writer->line = memory_allocate(&writer->heap, run_frames_line_size(body_count));
+        if (!writer->caches || !writer->line || !copy_triangles(writer, def))
+            status = file_fail(error, def->directory, ENOMEM, "cannot be written");
+    }
+    if (status)
+        run_writer_destroy(writer);
+    else
+        *result = writer;
+    return status;
+}
+
+/* ---- files ---- */
+
+tulle_status run_writer_write_scene(tulle_run_writer *writer, const tulle_run_def *def,
+                                    tulle_error *error) {
+    if (!def->scene_text) return TULLE_OK;
+    char path[RUN_PATH_SIZE];
+    run_join(path, writer->directory, RUN_FILE_SCENE);
+    return tulle_file_write(path, def->scene_text, strlen(def->scene_text), error);
+}
+
+static tulle_status write_static_vtp(tulle_run_writer *writer, const tulle_run_def *def,
+                                     size_t body, tulle_error *error) {
+    char name[RUN_PATH_SIZE], path[RUN_PATH_SIZE];
+    run_make_vtp_name(&writer->record, body, -1, name);
+    run_join(path, writer->directory, name);
+    return vtp_write_unflushed(path, def->bodies[body].mesh, NULL, error);
+}
+
+static tulle_status write_body(tulle_run_writer *writer, const tulle_run_def *def, size_t body,
+                               tulle_error *error) {
+    const run_body_record *const record = &writer->record.bodies.data[body];
+    char path[RUN_PATH_SIZE];
+    run_join(path, writer->directory, run_record_text(&writer->record, record->mesh_file));
+    tulle_status status = mesh_write_unflushed(path, def->bodies[body].mesh, error);
+    if (status) return status;
+    if (record->is_static)
+        return def->writes_vtp ? write_static_vtp(writer, def, body, error) : TULLE_OK;
+    run_join(path, writer->directory, run_record_text(&writer->record, record->cache_file));
+    return pc2_writer_create_unflushed(path, record->vertex_count, &writer->caches[body], error);
+}
+
+tulle_status run_writer_make_vtp_folder(tulle_run_writer *writer, tulle_error *error) {
+    if (!writer->record.writes_vtp) return TULLE_OK;
+    char path[RUN_PATH_SIZE];
+    run_join(path, writer->directory, RUN_FOLDER_VTP);
+    if (mkdir(path, 0777) == 0 || errno == EEXIST) return TULLE_OK;
+    return file_fail(error, path, errno, "cannot be made");
+}
+
+tulle_status run_writer_write_record(tulle_run_writer *writer, tulle_error *error) {
+    char path[RUN_PATH_SIZE];
+    run_join(path, writer->directory, RUN_FILE_RECORD);
+    return run_record_write(&writer->record, path, error);
+}
+
+static tulle_status create_logs(tulle_run_writer *writer, tulle_error *error) {
+    char path[RUN_PATH_SIZE], heading[RUN_REPORT_LINE_SIZE];
+    run_join(path, writer->directory, RUN_FILE_REPORT);
+    tulle_status const status = run_log_create(&writer->report_log, path, heading,
+                                               run_report_format_heading(heading), error);
+    if (status) return status;
+    run_join(path, writer->directory, RUN_FILE_FRAMES);
+    return run_log_create(&writer->frames_log, path, RUN_FRAMES_HEADING, strlen(RUN_FRAMES_HEADING),
+                          error);
+}
+
+static tulle_status make_files(tulle_run_writer *writer, const tulle_run_def *def,
+                               tulle_error *error) {
+    tulle_status status = run_directory_lock(writer->directory, &writer->lock, error);
+    if (status) return status;
+    run_directory_remove_temporaries(writer->directory);
+    writer->has_unflushed_files = true;
+    status = run_writer_write_record(writer, error);
+    if (!status) status = run_writer_write_scene(writer, def, error);
+    if (!status) status = run_writer_make_vtp_folder(writer, error);
+    for (size_t i = 0; i < def->body_count && !status; i++)
+        status = write_body(writer, def, i, error);
+    if (!status && def->records_debug)
+        status = debug_log_create(&writer->debug, writer->directory, error);
+    if (!status)
+        status = transforms_create(&writer->bodies_log, &writer->record, writer->directory, error);
+    return status ? status : create_logs(writer, error);
+}
+
+/* Removes the files of the run that is there. */
+static tulle_status clear_former(const char *directory, tulle_error *error) {
+    char path[RUN_PATH_SIZE];
+    run_join(path, directory, RUN_FILE_RECORD);
+    int lock = -1;
+    tulle_status status = run_directory_lock(directory, &lock, error);
+    if (status) return status;
+    memory heap = memory_default();
+    run_record record = run_record_make(&heap);
+    bool const is_known = run_record_read(&record, path, NULL) == TULLE_OK;
+    status = run_directory_clear(directory, is_known ? &record : NULL, error);
+    run_record_destroy(&record);
+    close(lock);
+    return status;
+}
+
+static tulle_status check_existing(const char *directory, run_directory_kind kind,
+                                   tulle_run_existing existing, tulle_error *error) {
+    if (kind == RUN_DIRECTORY_OTHER)
+        return error_set_at(error, TULLE_ERROR_INVALID_ARGUMENT, directory, 0, 0,
+                            "holds files that are no run; choose a new or empty directory");
+    if (kind == RUN_DIRECTORY_RUN && existing == TULLE_RUN_REFUSE)
+        return error_set_at(error, TULLE_ERROR_INVALID_ARGUMENT, directory, 0, 0,
+                            "holds a run already; resume it, replace it, or choose another "
+                            "directory");
+    return TULLE_OK;
+}
+
+tulle_status tulle_run_create(const tulle_run_def *def, tulle_run_existing existing,
+                              tulle_run_writer **result, tulle_error *error) {
+    if (!result) return error_set(error, TULLE_ERROR_INVALID_ARGUMENT, "writer may not be null");
+    *result = NULL;
+    run_directory_kind kind = RUN_DIRECTORY_MISSING;
+    tulle_status status = run_writer_check_def(def, error);
+    if (!status) status = run_directory_examine(def->directory, &kind, error);
+    if (!status) status = check_existing(def->directory, kind, existing, error);
+    tulle_run_writer *writer = NULL;
+    if (!status) status = run_writer_make(def, &writer, error);
+    if (status) return status;
+    if (kind == RUN_DIRECTORY_RUN) status = clear_former(def->directory, error);
+    bool const is_made = !status && kind == RUN_DIRECTORY_MISSING;
+    if (is_made && mkdir(def->directory, 0777) != 0) {
+        status = file_fail(error, def->directory, errno, "cannot be made");
+    } else if (!status) {
+        status = make_files(writer, def, error);
+        if (status) run_directory_clear(def->directory, &writer->record, NULL);
+        if (status && is_made) rmdir(def->directory);
+    }
+    if (status)
+        run_writer_destroy(writer);
+    else
+        *result = writer;
+    return status;
+}

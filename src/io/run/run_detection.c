@@ -1,0 +1,124 @@
+/* io/run/run_detection.c - how a run found its pairs and answered contact, as run.json says it:
+ * {"method": "patches", "cone": "bernstein", "alpha_max": 1.047, "certificate": true, "patches":
+ * "keep"}; "response": "paper", "motion_space": "cone" (this only with paper). */
+#include "io/run/run_record.h"
+
+#include <string.h>
+
+/* By tulle_detect_method, tulle_detect_cone and grows_patches_anew. */
+static const char *const method_names[] = {"patches", "refit", "bvox", "paper", NULL};
+static const char *const cone_names[] = {"bernstein", "paper", NULL};
+static const char *const patches_names[] = {"keep", "grow", NULL};
+/* By tulle_response and tulle_motion_space. */
+static const char *const response_names[] = {"coupled", "paper", NULL};
+static const char *const space_names[] = {"cone", "polyhedral", NULL};
+
+/* The name, or null: nothing is said of a value that has none. */
+static const char *get_name(const char *const *names, unsigned index) {
+    for (unsigned i = 0; names[i]; i++)
+        if (i == index) return names[i];
+    return NULL;
+}
+
+void run_detection_write(json_writer *writer, const run_record *record) {
+    tulle_world_detection const *const detection = &record->detection;
+    if (!record->has_detection) return;
+    json_begin(writer, "detection", '{');
+    json_put_string(writer, "method", get_name(method_names, (unsigned)detection->method));
+    json_put_string(writer, "cone", get_name(cone_names, (unsigned)detection->cone));
+    json_put_double(writer, "alpha_max", detection->max_angle);
+    json_put_bool(writer, "certificate", detection->has_certificate != 0);
+    json_put_string(writer, "patches", patches_names[detection->grows_patches_anew != 0]);
+    json_end(writer, '}');
+}
+
+static tulle_status take_choice(const json_document *document, const json_value *object,
+                                const char *key, const char *const *names, int *choice,
+                                tulle_error *error) {
+    const char *name = "";
+    tulle_status const status = json_take_string(document, object, key, &name, error);
+    if (status) return status;
+    for (*choice = 0; names[*choice]; (*choice)++)
+        if (strcmp(name, names[*choice]) == 0) return TULLE_OK;
+    return json_fail(document, object, error, "\"%s\" is not known: \"%.40s\"", key, name);
+}
+
+tulle_status run_detection_read(run_record *record, const json_document *document,
+                                const json_value *root, tulle_error *error) {
+    const json_value *object = NULL;
+    tulle_world_detection detection = {0};
+    int method = 0, cone = 0;
+    if (!json_find(document, root, "detection")) return TULLE_OK;
+    tulle_status status =
+        json_take_member(document, root, "detection", JSON_OBJECT, &object, error);
+    if (!status) status = take_choice(document, object, "method", method_names, &method, error);
+    if (!status) status = take_choice(document, object, "cone", cone_names, &cone, error);
+    if (!status)
+        status = json_take_double(document, object, "alpha_max", &detection.max_angle, error);
+    if (!status)
+        status = json_take_bool(document, object, "certificate", &detection.has_certificate, error);
+    if (!status)
+        status = take_choice(document, object, "patches", patches_names,
+                             &detection.grows_patches_anew, error);
+    if (status) return status;
+    detection.method = (tulle_detect_method)method;
+    detection.cone = (tulle_detect_cone)cone;
+    record->detection = detection;
+    record->has_detection = true;
+    return TULLE_OK;
+}
+
+void run_response_write(json_writer *writer, const run_record *record) {
+    if (!record->has_response) return;
+    json_put_string(writer, "response", get_name(response_names, (unsigned)record->response));
+    if (record->response != TULLE_RESPONSE_PAPER) return;
+    json_put_string(writer, "motion_space", get_name(space_names, (unsigned)record->motion_space));
+}
+
+tulle_status run_response_read(run_record *record, const json_document *document,
+                               const json_value *root, tulle_error *error) {
+    int response = 0, space = TULLE_MOTION_SPACE_POLYHEDRAL;
+    if (!json_find(document, root, "response")) return TULLE_OK;
+    tulle_status status = take_choice(document, root, "response", response_names, &response, error);
+    if (!status && response == TULLE_RESPONSE_PAPER)
+        status = take_choice(document, root, "motion_space", space_names, &space, error);
+    if (status) return status;
+    record->response = (tulle_response)response;
+    record->motion_space = (tulle_motion_space)space;
+    record->has_response = true;
+    return TULLE_OK;
+}
+
+void run_untangle_write(json_writer *writer, const run_record *record) {
+    tulle_untangle_report const *const untangle = &record->untangle;
+    if (!record->has_untangle || untangle->intersections == 0) return;
+    json_begin(writer, "untangle", '{');
+    json_put_unsigned(writer, "intersections", untangle->intersections);
+    json_put_unsigned(writer, "rounds", untangle->rounds);
+    json_put_unsigned(writer, "moved_vertices", untangle->moved_vertices);
+    json_put_double(writer, "largest_displacement", untangle->largest_displacement);
+    json_end(writer, '}');
+}
+
+tulle_status run_untangle_read(run_record *record, const json_document *document,
+                               const json_value *root, tulle_error *error) {
+    if (!json_find(document, root, "untangle")) return TULLE_OK;
+    tulle_untangle_report report = {0};
+    const json_value *object = NULL;
+    double pairs = 0.0, vertices = 0.0;
+    tulle_status status = json_take_member(document, root, "untangle", JSON_OBJECT, &object, error);
+    if (!status) status = json_take_double(document, object, "intersections", &pairs, error);
+    if (!status) status = json_take_whole(document, object, "rounds", &report.rounds, error);
+    if (!status) status = json_take_double(document, object, "moved_vertices", &vertices, error);
+    if (!status)
+        status = json_take_double(document, object, "largest_displacement",
+                                  &report.largest_displacement, error);
+    if (!status && !(pairs >= 0.0 && pairs < 0x1p53 && vertices >= 0.0 && vertices < 0x1p53))
+        status = json_fail(document, object, error, "the counts of \"untangle\" should be whole");
+    if (status) return status;
+    report.intersections = (uint64_t)pairs;
+    report.moved_vertices = (uint64_t)vertices;
+    record->has_untangle = true;
+    record->untangle = report;
+    return TULLE_OK;
+}

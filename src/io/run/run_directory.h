@@ -1,0 +1,38 @@
+/* io/run/run_directory.h - the directory of a run as the file system sees it: what is in it, its
+ * lock, and clearing it. */
+#ifndef TULLE_IO_RUN_RUN_DIRECTORY_H
+#define TULLE_IO_RUN_RUN_DIRECTORY_H
+
+#include "io/run/run_record.h"
+
+enum {
+    RUN_PATH_SIZE = 4096,    /* [bytes] of any path in a run directory, with the zero */
+    RUN_DIRECTORY_MAX = 3500 /* [bytes] of the directory's own path */
+};
+
+typedef enum run_directory_kind {
+    RUN_DIRECTORY_MISSING,
+    RUN_DIRECTORY_EMPTY,
+    RUN_DIRECTORY_RUN,  /* holds a run.json */
+    RUN_DIRECTORY_OTHER /* holds other things only */
+} run_directory_kind;
+
+/* path = directory/name. The directory must be at most RUN_DIRECTORY_MAX bytes long. */
+void run_join(char path[RUN_PATH_SIZE], const char *directory, const char *name);
+/* Also refuses a path that is too long or no directory. */
+tulle_status run_directory_examine(const char *directory, run_directory_kind *kind,
+                                   tulle_error *error);
+/* Keeps other processes from writing here until *lock, a descriptor, is closed. */
+tulle_status run_directory_lock(const char *directory, int *lock, tulle_error *error);
+/* Removes leftovers of writers that were killed: NAME.NUMBER-NUMBER.tmp. */
+void run_directory_remove_temporaries(const char *directory);
+/* Removes the files of the run that the record describes (null: only those that every run has);
+ * run.json goes last. Files that are not there are fine. */
+tulle_status run_directory_clear(const char *directory, const run_record *record,
+                                 tulle_error *error);
+
+/* Names of VTK files. frame < 0: of a static body. */
+void run_make_vtp_name(const run_record *record, size_t body, long frame, char name[RUN_PATH_SIZE]);
+void run_make_pvd_name(const run_record *record, size_t body, char name[RUN_PATH_SIZE]);
+
+#endif

@@ -1,0 +1,161 @@
+/* io/run/run_frames.c - frames.csv: a line for each whole frame. A line is appended after the frame
+ * is in all caches, so the whole lines count the whole frames. */
+#define _POSIX_C_SOURCE 200809L
+#include "base/error.h"
+#include "io/file_data.h"
+#include "io/run/run_record.h"
+#include "io/text/json_read.h"
+#include "io/text/number.h"
+
+#include <stdio.h>
+#include <string.h>
+#include <unistd.h>
+
+void run_frames_destroy(run_frames *frames) {
+    if (!frames->heap) return;
+    ARRAY_FREE(frames->heap, &frames->lines);
+    ARRAY_FREE(frames->heap, &frames->absent);
+}
+
+bool run_frames_add(run_frames *frames, const tulle_run_frame *frame, size_t body_count) {
+    if (!ARRAY_RESERVE(frames->heap, &frames->lines, 1) ||
+        !ARRAY_RESERVE(frames->heap, &frames->absent, body_count))
+        return false;
+    run_frame_line line = {.time = frame->time,
+                           .step = frame->step,
+                           .state_hash = frame->state_hash,
+                           .first_absent = frames->absent.count};
+    for (size_t i = 0; i < body_count; i++)
+        if (frame->is_present && !frame->is_present[i])
+            frames->absent.data[frames->absent.count++] = (uint32_t)i;
+    line.absent_count = frames->absent.count - line.first_absent;
+    frames->lines.data[frames->lines.count++] = line;
+    return true;
+}
+
+void run_frames_truncate(run_frames *frames, size_t count) {
+    if (count >= frames->lines.count) return;
+    frames->absent.count = frames->lines.data[count].first_absent;
+    frames->lines.count = count;
+}
+
+bool run_frames_is_present(const run_frames *frames, size_t frame, size_t body) {
+    const run_frame_line *const line = &frames->lines.data[frame];
+    for (size_t i = 0; i < line->absent_count; i++)
+        if (frames->absent.data[line->first_absent + i] == body) return false;
+    return true;
+}
+
+size_t run_frames_line_size(size_t body_count) { return 150 + 11 * body_count; }
+
+size_t run_frames_format_last(const run_frames *frames, char *text, size_t size) {
+    size_t const index = frames->lines.count - 1;
+    const run_frame_line *const line = &frames->lines.data[index];
+    char time[NUMBER_TEXT_SIZE];
+    number_format_double(line->time, time);
+    size_t length =
+        (size_t)snprintf(text, size, "%zu,%s,%llu,%016llx,", index, time,
+                         (unsigned long long)line->step, (unsigned long long)line->state_hash);
+    for (size_t i = 0; i < line->absent_count && length < size; i++)
+        length += (size_t)snprintf(text + length, size - length, "%s%u", i ? " " : "",
+                                   frames->absent.data[line->first_absent + i]);
+    if (length + 2 > size) return 0;
+    memcpy(text + length, "\n", 2);
+    return length + 1;
+}
+
+/* ---- reading ---- */
+
+/* Text up to the next comma, or to the end of the line. */
+static text_word take_field(text_cursor *text, const char *line_end) {
+    const char *const comma = memchr(text->at, ',', (size_t)(line_end - text->at));
+    const char *const end = comma ? comma : line_end;
+    text_word const field = {text->at, (size_t)(end - text->at)};
+    text->at = comma ? comma + 1 : line_end;
+    return field;
+}
+
+static tulle_status take_count(text_cursor *text, text_word word, uint64_t limit, uint64_t *value,
+                               tulle_error *error) {
+    int64_t number = -1;
+    if (number_parse_integer(word.text, word.length, &number) != NUMBER_READ || number < 0 ||
+        (uint64_t)number >= limit)
+        return text_fail(text, word.text, error, "a whole number from 0 to %llu should be here",
+                         (unsigned long long)(limit - 1));
+    *value = (uint64_t)number;
+    return TULLE_OK;
+}
+
+static tulle_status read_absent(run_frames *frames, text_cursor *text, const char *line_end,
+                                size_t body_count, tulle_error *error) {
+    text_cursor words = *text;
+    words.end = line_end;
+    for (text_word word = text_take_word(&words); word.length > 0; word = text_take_word(&words)) {
+        uint64_t body = 0;
+        tulle_status const status = take_count(text, word, body_count, &body, error);
+        if (status) return status;
+        if (!ARRAY_RESERVE(frames->heap, &frames->absent, 1))
+            return error_set_at(error, TULLE_ERROR_OUT_OF_MEMORY, text->path, 0, 0,
+                                "out of memory while it was read");
+        frames->absent.data[frames->absent.count++] = (uint32_t)body;
+    }
+    text->at = line_end;
+    return TULLE_OK;
+}
+
+static tulle_status read_line(run_frames *frames, text_cursor *text, const char *line_end,
+                              size_t body_count, tulle_error *error) {
+    run_frame_line line = {.first_absent = frames->absent.count};
+    uint64_t index = 0;
+    tulle_status status = take_count(text, take_field(text, line_end), INT32_MAX, &index, error);
+    if (!status && index != frames->lines.count)
+        status = text_fail(text, text->line_start, error, "frame %zu should be here",
+                           frames->lines.count);
+    if (status) return status;
+    text_word const time = take_field(text, line_end);
+    if (number_parse_double(time.text, time.length, &line.time) != NUMBER_READ)
+        return text_fail(text, time.text, error, "a time in seconds should be here");
+    status = take_count(text, take_field(text, line_end), INT64_MAX, &line.step, error);
+    if (status) return status;
+    text_word const hash = take_field(text, line_end);
+    if (!json_parse_hash(hash.text, hash.length, &line.state_hash))
+        return text_fail(text, hash.text, error, "hexadecimal digits should be here");
+    status = read_absent(frames, text, line_end, body_count, error);
+    if (status) return status;
+    line.absent_count = frames->absent.count - line.first_absent;
+    if (!ARRAY_RESERVE(frames->heap, &frames->lines, 1))
+        return error_set_at(error, TULLE_ERROR_OUT_OF_MEMORY, text->path, 0, 0,
+                            "out of memory while it was read");
+    frames->lines.data[frames->lines.count++] = line;
+    return TULLE_OK;
+}
+
+static tulle_status read_lines(run_frames *frames, text_cursor *text, size_t body_count,
+                               tulle_error *error) {
+    size_t const heading = strlen(RUN_FRAMES_HEADING);
+    if ((size_t)(text->end - text->at) < heading) return TULLE_OK; /* killed while it was made */
+    if (memcmp(text->at, RUN_FRAMES_HEADING, heading) != 0)
+        return text_fail(text, NULL, error, "does not begin with \"frame,time,step,...\"");
+    text_next_line(text);
+    tulle_status status = TULLE_OK;
+    while (!status && text->at < text->end) {
+        const char *const line_end = memchr(text->at, '\n', (size_t)(text->end - text->at));
+        if (!line_end) break; /* killed while it was written */
+        status = read_line(frames, text, line_end, body_count, error);
+        text_next_line(text);
+    }
+    return status;
+}
+
+tulle_status run_frames_read(run_frames *frames, memory *heap, const char *path, size_t body_count,
+                             tulle_error *error) {
+    *frames = (run_frames){.heap = heap};
+    if (access(path, F_OK) != 0) return TULLE_OK;
+    file_data data;
+    tulle_status status = file_load(heap, path, 0, &data, error);
+    if (status) return status;
+    text_cursor text = text_cursor_make(path, data.bytes, data.byte_count);
+    status = read_lines(frames, &text, body_count, error);
+    file_release(heap, &data);
+    return status;
+}

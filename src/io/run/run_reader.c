@@ -1,0 +1,291 @@
+/* io/run/run_reader.c - reads a run directory. Whole frames are those that have a line in
+ * frames.csv and are in every cache. */
+#define _POSIX_C_SOURCE 200809L
+#include "base/error.h"
+#include "io/file_data.h"
+#include "io/run/run_checkpoint.h"
+#include "io/run/run_debug.h"
+#include "io/run/run_report.h"
+
+#include "tulle/io.h"
+
+#include <errno.h>
+#include <string.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+/* [bytes] A scene text is written by people. */
+static const size_t scene_size_limit = (size_t)1 << 26;
+
+struct tulle_run_reader {
+    memory heap;
+    char directory[RUN_PATH_SIZE];
+    run_record record;
+    run_frames frames;
+    file_data scene;
+    tulle_run_info info;
+    tulle_run_body_info *bodies;
+    tulle_mesh *meshes;      /* of each body, empty until asked for */
+    run_report_rows reports; /* empty until asked for */
+    debug_file debug;        /* not open until asked for */
+    arena debug_arrays;      /* of the last frame that was asked for */
+};
+
+void tulle_run_reader_close(tulle_run_reader *reader) {
+    if (!reader) return;
+    size_t const body_count = reader->record.bodies.count;
+    if (reader->meshes)
+        for (size_t i = 0; i < body_count; i++) tulle_mesh_destroy(&reader->meshes[i]);
+    memory_release(&reader->heap, reader->bodies, body_count * sizeof *reader->bodies);
+    memory_release(&reader->heap, reader->meshes, body_count * sizeof *reader->meshes);
+    file_release(&reader->heap, &reader->scene);
+    debug_file_close(&reader->debug);
+    arena_destroy(&reader->debug_arrays);
+    ARRAY_FREE(&reader->heap, &reader->reports);
+    run_frames_destroy(&reader->frames);
+    run_record_destroy(&reader->record);
+    memory heap = memory_default();
+    memory_release(&heap, reader, sizeof *reader);
+}
+
+static void describe_bodies(tulle_run_reader *reader) {
+    const run_record *const record = &reader->record;
+    for (size_t i = 0; i < record->bodies.count; i++) {
+        const run_body_record *const body = &record->bodies.data[i];
+        reader->bodies[i] = (tulle_run_body_info){
+            .name = run_record_text(record, body->name),
+            .mesh_file = run_record_text(record, body->mesh_file),
+            .cache_file = body->is_static ? NULL : run_record_text(record, body->cache_file),
+            .is_obstacle = body->is_obstacle,
+            .is_static = body->is_static,
+            .is_dynamic = body->is_dynamic,
+            .vertex_count = body->vertex_count,
+            .triangle_count = body->triangle_count};
+    }
+}
+
+/* [bytes] of debug.bin; 0 without. */
+static uint64_t measure_debug(const tulle_run_reader *reader) {
+    char path[RUN_PATH_SIZE];
+    run_join(path, reader->directory, RUN_FILE_DEBUG);
+    struct stat facts;
+    bool const is_there = reader->record.records_debug && stat(path, &facts) == 0;
+    return is_there ? (uint64_t)facts.st_size : 0;
+}
+
+static void describe_run(tulle_run_reader *reader) {
+    const run_record *const record = &reader->record;
+    reader->info = (tulle_run_info){.version = run_record_text(record, record->version),
+                                    .scene_path = run_record_text(record, record->scene_path),
+                                    .scene_text = reader->scene.bytes,
+                                    .scene_hash = record->scene_hash,
+                                    .seed = record->seed,
+                                    .time_step = record->time_step,
+                                    .steps_per_frame = record->steps_per_frame,
+                                    .wanted_frame_count = record->wanted_frame_count,
+                                    .frame_count = (uint32_t)reader->frames.lines.count,
+                                    .state = record->state,
+                                    .message = run_record_text(record, record->message),
+                                    .bodies = reader->bodies,
+                                    .body_count = record->bodies.count,
+                                    .detection = record->has_detection ? &record->detection : NULL,
+                                    .has_response = record->has_response,
+                                    .response = record->response,
+                                    .motion_space = record->motion_space,
+                                    .has_debug = record->records_debug,
+                                    .debug_byte_count = measure_debug(reader)};
+}
+
+/* Opens the cache of a moving body and checks that it is of this body. */
+static tulle_status open_cache(const tulle_run_reader *reader, size_t body, tulle_pc2 **cache,
+                               tulle_pc2_info *info, tulle_error *error) {
+    const run_body_record *const record = &reader->record.bodies.data[body];
+    char path[RUN_PATH_SIZE];
+    run_join(path, reader->directory, run_record_text(&reader->record, record->cache_file));
+    tulle_status const status = tulle_pc2_open(path, cache, info, error);
+    if (status || info->vertex_count == record->vertex_count) return status;
+    tulle_pc2_close(*cache);
+    return error_set_at(error, TULLE_ERROR_PARSE, path, 0, 0,
+                        "holds %u vertices, but run.json says %u", info->vertex_count,
+                        record->vertex_count);
+}
+
+/* Leaves out frames that a cache lacks. A run killed while its files were made has none. */
+static tulle_status drop_partial_frames(tulle_run_reader *reader, tulle_error *error) {
+    for (size_t i = 0; i < reader->record.bodies.count && reader->frames.lines.count > 0; i++) {
+        if (reader->record.bodies.data[i].is_static) continue;
+        tulle_pc2 *cache = NULL;
+        tulle_pc2_info info;
+        tulle_status const status = open_cache(reader, i, &cache, &info, error);
+        if (status) return status;
+        tulle_pc2_close(cache);
+        run_frames_truncate(&reader->frames, info.frame_count);
+    }
+    return TULLE_OK;
+}
+
+static void look_for_checkpoint(tulle_run_reader *reader) {
+    static const char *const names[] = {RUN_FILE_CHECKPOINT, RUN_FILE_CHECKPOINT_BEFORE};
+    for (int i = 0; i < 2 && !reader->info.has_checkpoint; i++) {
+        char path[RUN_PATH_SIZE];
+        checkpoint_record checkpoint;
+        run_join(path, reader->directory, names[i]);
+        if (checkpoint_read(&reader->heap, path, &checkpoint, NULL)) continue;
+        reader->info.has_checkpoint = 1;
+        reader->info.checkpoint_step = checkpoint.state.step;
+        checkpoint_release(&reader->heap, &checkpoint);
+    }
+}
+
+static tulle_status read_scene(tulle_run_reader *reader, tulle_error *error) {
+    char path[RUN_PATH_SIZE];
+    run_join(path, reader->directory, RUN_FILE_SCENE);
+    if (!reader->record.has_scene_text || access(path, F_OK) != 0) return TULLE_OK;
+    return file_load(&reader->heap, path, scene_size_limit, &reader->scene, error);
+}
+
+static tulle_status read_directory(tulle_run_reader *reader, tulle_error *error) {
+    char path[RUN_PATH_SIZE];
+    run_join(path, reader->directory, RUN_FILE_RECORD);
+    tulle_status status = run_record_read(&reader->record, path, error);
+    if (status) return status;
+    size_t const body_count = reader->record.bodies.count;
+    reader->bodies = memory_allocate(&reader->heap, body_count * sizeof *reader->bodies);
+    reader->meshes = memory_allocate_zeroed(&reader->heap, body_count, sizeof *reader->meshes);
+    if (!reader->bodies || !reader->meshes)
+        return file_fail(error, reader->directory, ENOMEM, "cannot be read");
+    run_join(path, reader->directory, RUN_FILE_FRAMES);
+    status = run_frames_read(&reader->frames, &reader->heap, path, body_count, error);
+    if (!status) status = drop_partial_frames(reader, error);
+    if (!status) status = read_scene(reader, error);
+    if (status) return status;
+    describe_bodies(reader);
+    describe_run(reader);
+    look_for_checkpoint(reader);
+    return TULLE_OK;
+}
+
+tulle_status tulle_run_reader_open(const char *directory, tulle_run_reader **result,
+                                   tulle_error *error) {
+    if (!directory || !result || strlen(directory) > RUN_DIRECTORY_MAX)
+        return error_set(error, TULLE_ERROR_INVALID_ARGUMENT,
+                         "a directory of at most %d bytes should be given", RUN_DIRECTORY_MAX);
+    *result = NULL;
+    memory heap = memory_default();
+    tulle_run_reader *const reader = memory_allocate_zeroed(&heap, 1, sizeof *reader);
+    if (!reader) return file_fail(error, directory, ENOMEM, "cannot be read");
+    reader->heap = memory_default();
+    strcpy(reader->directory, directory);
+    reader->record = run_record_make(&reader->heap);
+    reader->debug.file = -1;
+    reader->debug_arrays = arena_make(&reader->heap);
+    tulle_status const status = read_directory(reader, error);
+    if (status)
+        tulle_run_reader_close(reader);
+    else
+        *result = reader;
+    return status;
+}
+
+const tulle_run_info *tulle_run_reader_get_info(const tulle_run_reader *reader) {
+    return reader ? &reader->info : NULL;
+}
+
+tulle_status tulle_run_reader_get_mesh(tulle_run_reader *reader, size_t body, tulle_mesh_view *mesh,
+                                       tulle_error *error) {
+    if (!reader || !mesh || body >= reader->record.bodies.count)
+        return error_set(error, TULLE_ERROR_INVALID_ARGUMENT, "there is no body %zu", body);
+    const run_body_record *const record = &reader->record.bodies.data[body];
+    tulle_mesh *const kept = &reader->meshes[body];
+    if (kept->vertex_count == 0) {
+        char path[RUN_PATH_SIZE];
+        run_join(path, reader->directory, run_record_text(&reader->record, record->mesh_file));
+        tulle_mesh read = {0};
+        tulle_status const status = tulle_mesh_read(path, &read, error);
+        if (status) return status;
+        if (read.vertex_count != record->vertex_count ||
+            read.triangle_count != record->triangle_count) {
+            error_set_at(error, TULLE_ERROR_PARSE, path, 0, 0,
+                         "has %zu vertices and %zu triangles, but run.json says %u and %u",
+                         read.vertex_count, read.triangle_count, record->vertex_count,
+                         record->triangle_count);
+            tulle_mesh_destroy(&read);
+            return TULLE_ERROR_PARSE;
+        }
+        *kept = read;
+    }
+    *mesh = tulle_mesh_get_view(kept);
+    return TULLE_OK;
+}
+
+tulle_status tulle_run_reader_get_frame(const tulle_run_reader *reader, uint32_t frame,
+                                        double *time, uint64_t *step, uint64_t *state_hash) {
+    if (!reader || frame >= reader->frames.lines.count) return TULLE_ERROR_INVALID_ARGUMENT;
+    const run_frame_line *const line = &reader->frames.lines.data[frame];
+    if (time) *time = line->time;
+    if (step) *step = line->step;
+    if (state_hash) *state_hash = line->state_hash;
+    return TULLE_OK;
+}
+
+int tulle_run_reader_is_present(const tulle_run_reader *reader, uint32_t frame, size_t body) {
+    if (!reader || frame >= reader->frames.lines.count || body >= reader->record.bodies.count)
+        return 0;
+    return run_frames_is_present(&reader->frames, frame, body);
+}
+
+tulle_status tulle_run_reader_read_positions(tulle_run_reader *reader, uint32_t frame, size_t body,
+                                             double *positions, tulle_error *error) {
+    if (!reader || !positions || frame >= reader->frames.lines.count ||
+        body >= reader->record.bodies.count)
+        return error_set(error, TULLE_ERROR_INVALID_ARGUMENT, "there is no body %zu in frame %u",
+                         body, frame);
+    if (reader->record.bodies.data[body].is_static) {
+        tulle_mesh_view mesh;
+        tulle_status const status = tulle_run_reader_get_mesh(reader, body, &mesh, error);
+        if (!status) memcpy(positions, mesh.positions, 3 * mesh.vertex_count * sizeof(double));
+        return status;
+    }
+    tulle_pc2 *cache = NULL;
+    tulle_pc2_info info;
+    tulle_status status = open_cache(reader, body, &cache, &info, error);
+    if (status) return status;
+    status = tulle_pc2_read_frame(cache, frame, positions, error);
+    tulle_pc2_close(cache);
+    return status;
+}
+
+tulle_status tulle_run_reader_read_debug(tulle_run_reader *reader, uint32_t frame,
+                                         const tulle_run_debug **debug, tulle_error *error) {
+    if (debug) *debug = NULL;
+    if (!reader || !debug || frame >= reader->frames.lines.count)
+        return error_set(error, TULLE_ERROR_INVALID_ARGUMENT, "there is no frame %u", frame);
+    if (!reader->record.records_debug)
+        return error_set_at(error, TULLE_ERROR_INVALID_ARGUMENT, reader->directory, 0, 0,
+                            "the run has no debug records; run it again with --record debug");
+    if (reader->debug.file < 0) {
+        tulle_status const status =
+            debug_file_open(&reader->debug, &reader->heap, reader->directory, error);
+        if (status) return status;
+    }
+    arena_release(&reader->debug_arrays, (arena_mark){0});
+    return debug_file_read(&reader->debug, &reader->record, frame, &reader->debug_arrays, debug,
+                           error);
+}
+
+tulle_status tulle_run_reader_get_reports(tulle_run_reader *reader,
+                                          const tulle_step_report **reports, size_t *count,
+                                          tulle_error *error) {
+    if (!reader || !reports || !count)
+        return error_set(error, TULLE_ERROR_INVALID_ARGUMENT, "an argument is null");
+    tulle_status status = TULLE_OK;
+    if (reader->reports.count == 0) {
+        char path[RUN_PATH_SIZE];
+        run_join(path, reader->directory, RUN_FILE_REPORT);
+        status = run_report_read(&reader->heap, path, &reader->reports, error);
+        if (status) reader->reports.count = 0;
+    }
+    *reports = reader->reports.data;
+    *count = reader->reports.count;
+    return status;
+}

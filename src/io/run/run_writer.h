@@ -1,0 +1,42 @@
+/* io/run/run_writer.h - the writer of a run directory, shared by its making (run_create.c,
+ * run_resume.c) and its use (run_write.c). */
+#ifndef TULLE_IO_RUN_RUN_WRITER_H
+#define TULLE_IO_RUN_RUN_WRITER_H
+
+#include "io/run/run_debug.h"
+#include "io/run/run_transforms.h"
+
+#include "tulle/io.h"
+
+#define RUN_DEF_COOKIE UINT32_C(0x52756e31)
+
+struct tulle_run_writer {
+    memory heap;
+    char directory[RUN_PATH_SIZE];
+    int lock; /* descriptor of the locked directory, -1 if none */
+    run_record record;
+    run_frames frames;
+    run_log report_log, frames_log, bodies_log;
+    debug_log debug;
+    tulle_pc2_writer **caches; /* of each body; null for static ones */
+    uint32_t **triangles;      /* of each body, for VTP; null without VTP */
+    bool has_unflushed_files;  /* beside the caches and logs, since the last checkpoint */
+    char *line;                /* of frames.csv, run_frames_line_size bytes */
+};
+
+tulle_status run_writer_check_def(const tulle_run_def *def, tulle_error *error);
+/* A writer in memory, of a checked def; no file is touched. */
+tulle_status run_writer_make(const tulle_run_def *def, tulle_run_writer **result,
+                             tulle_error *error);
+/* Closes and releases everything; files stay as they are. Null is fine. */
+void run_writer_destroy(tulle_run_writer *writer);
+/* Writes all PVD files; does nothing without VTP. */
+tulle_status run_writer_write_collections(tulle_run_writer *writer, tulle_error *error);
+/* scene.yaml, when there is a text. */
+tulle_status run_writer_write_scene(tulle_run_writer *writer, const tulle_run_def *def,
+                                    tulle_error *error);
+/* The folder of VTP files, when they are wanted. */
+tulle_status run_writer_make_vtp_folder(tulle_run_writer *writer, tulle_error *error);
+tulle_status run_writer_write_record(tulle_run_writer *writer, tulle_error *error);
+
+#endif

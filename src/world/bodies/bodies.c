@@ -1,0 +1,303 @@
+/* world/bodies/bodies.c - see bodies.h. */
+#include "world/bodies/bodies.h"
+
+#include "base/error.h"
+#include "contact/pairs/body_paths.h"
+#include "contact/solve/solve_bodies.h"
+#include "geom/mass_properties.h"
+#include "world/bodies/bodies_sleep.h"
+
+#include <math.h>
+#include <string.h>
+
+tulle_status world_make_body(tulle_world *world, world_obstacle *obstacle, tulle_error *error) {
+    tulle_body const *const def = &obstacle->body;
+    if (!def->is_dynamic) return TULLE_OK;
+    if (world->def.response == TULLE_RESPONSE_PAPER) {
+        return error_set(error, TULLE_ERROR_INVALID_ARGUMENT,
+                         "%s: the paper's response knows no rigid bodies that answer; use the "
+                         "coupled response",
+                         obstacle->name);
+    }
+    tulle_mesh_view const mesh = {obstacle->mesh.positions, obstacle->mesh.vertex_count,
+                                  obstacle->mesh.triangles, obstacle->mesh.triangle_count};
+    bool const is_shell = def->area_density > 0.0;
+    mass_properties unit;
+    tulle_status const status =
+        mass_properties_find(&world->heap, mesh, is_shell ? MASS_ON_SURFACE : MASS_IN_VOLUME,
+                             obstacle->name, &unit, error);
+    if (status != TULLE_OK) return status;
+    double density = is_shell ? def->area_density : def->density;
+    if (def->mass > 0.0) density = def->mass / unit.measure;
+    obstacle->rigid = (rigid_body){.mass = density * unit.measure,
+                                   .moments = vec3_scale(unit.moments, density),
+                                   .linear_damping = def->linear_damping,
+                                   .angular_damping = def->angular_damping};
+    obstacle->centre = unit.centre;
+    obstacle->axes = unit.axes;
+    vec3 const moments = obstacle->rigid.moments;
+    double const least = fmin(moments.x, fmin(moments.y, moments.z));
+    if (!isfinite(obstacle->rigid.mass) || !(obstacle->rigid.mass > 0.0) || !(least > 0.0) ||
+        !isfinite(moments.x + moments.y + moments.z)) {
+        return error_set(error, TULLE_ERROR_INVALID_ARGUMENT,
+                         "%s: a mass of %g kg and a moment of inertia of %g kg m^2 cannot be "
+                         "computed with; check the mass or density and the mesh's unit",
+                         obstacle->name, obstacle->rigid.mass, least);
+    }
+    size_t const count = obstacle->mesh.vertex_count;
+    obstacle->points = memory_allocate(&world->heap, 3 * count * sizeof(double));
+    if (!obstacle->points) {
+        return error_set(error, TULLE_ERROR_OUT_OF_MEMORY, "no memory left for %s", obstacle->name);
+    }
+    obstacle->radius = 0.0;
+    for (size_t i = 0; i < count; i++) {
+        vec3 const arm = vec3_sub(vec3_load(mesh.positions, i), unit.centre);
+        vec3_store(obstacle->points, i, quaternion_rotate_back(unit.axes, arm));
+        obstacle->radius = fmax(obstacle->radius, vec3_norm(arm));
+    }
+    return TULLE_OK;
+}
+
+tulle_status world_number_bodies(tulle_world *world) {
+    size_t const cloth_count = world->cloths.count, surface_count = world_surface_count(world);
+    world->body_count = 0;
+    world->has_sleep = false;
+    for (size_t i = 0; i < world->obstacles.count; i++)
+        world->body_count += world->obstacles.data[i].body.is_dynamic != 0;
+    if (world->body_count == 0) return TULLE_OK;
+    world->surface_bodies = memory_allocate(&world->heap, surface_count * sizeof(uint32_t));
+    world->body_obstacles =
+        memory_allocate(&world->heap, world->body_count * sizeof *world->body_obstacles);
+    if (!world->surface_bodies || !world->body_obstacles) return TULLE_ERROR_OUT_OF_MEMORY;
+    uint32_t number = 0;
+    for (size_t s = 0; s < surface_count; s++) {
+        bool const is_body =
+            s >= cloth_count && world->obstacles.data[s - cloth_count].body.is_dynamic;
+        world->surface_bodies[s] = is_body ? number : TULLE_NONE;
+        if (is_body) world->body_obstacles[number++] = (uint32_t)(s - cloth_count);
+    }
+    world_note_sleep(world);
+    return TULLE_OK;
+}
+
+void world_release_bodies(tulle_world *world) {
+    memory *const heap = &world->heap;
+    if (world->surface_bodies)
+        memory_release(heap, world->surface_bodies,
+                       world_surface_count(world) * sizeof *world->surface_bodies);
+    if (world->body_obstacles)
+        memory_release(heap, world->body_obstacles,
+                       world->body_count * sizeof *world->body_obstacles);
+    world->surface_bodies = world->body_obstacles = NULL;
+    world->body_count = 0;
+}
+
+static world_obstacle *get_body(const tulle_world *world, size_t body) {
+    return &world->obstacles.data[world->body_obstacles[body]];
+}
+
+static size_t get_slot(const tulle_world *world, size_t body) {
+    return world->cloth_vertex_count + 2 * body;
+}
+
+static bool is_body(const tulle_world *world, size_t body) {
+    surface_range const *const range =
+        &world->surfaces[world->cloths.count + world->body_obstacles[body]];
+    return range->is_body && range->is_present;
+}
+
+/* Centre and orientation as scripted at `time`. */
+static void find_script_pose(const world_obstacle *obstacle, double time, vec3 *centre,
+                             quaternion *orientation) {
+    quaternion turn;
+    double point[3];
+    vec3_store(point, 0, obstacle->centre);
+    motion_apply(&obstacle->motion, time, point, 1, point);
+    motion_get_rotation(&obstacle->motion, time, &turn);
+    *centre = vec3_load(point, 0);
+    *orientation = quaternion_normalize(quaternion_multiply(turn, obstacle->axes));
+}
+
+void world_place_bodies(tulle_world *world) {
+    world_motion_state *const state = &world->now;
+    for (size_t b = 0; b < world->body_count; b++) {
+        world_obstacle const *const obstacle = get_body(world, b);
+        size_t const slot = get_slot(world, b);
+        vec3 centre;
+        quaternion orientation;
+        find_script_pose(obstacle, 0.0, &centre, &orientation);
+        vec3_store(state->positions, slot, centre);
+        vec3_store(state->positions, slot + 1, pack_orientation(orientation));
+        for (size_t k = slot; k < slot + 2; k++) {
+            vec3_store(world->rest, k, obstacle->centre);
+            world->vertex_surface[k] = (uint32_t)(world->cloths.count + world->body_obstacles[b]);
+        }
+        vec3_store(state->velocities, slot, vec3_load(obstacle->body.velocity, 0));
+        vec3_store(state->velocities, slot + 1, vec3_load(obstacle->body.angular_velocity, 0));
+    }
+    (void)world_free_bodies(world, state);
+    world_mark_bodies(world, state);
+}
+
+bool world_free_bodies(const tulle_world *world, world_motion_state *state) {
+    bool has_changed = false;
+    for (size_t b = 0; b < world->body_count; b++) {
+        body_rest *const rest = &state->rests[b];
+        bool const is_due = state->time >= get_body(world, b)->body.start_time;
+        if (rest->state != BODY_SCRIPTED || !is_due) continue;
+        rest->state = BODY_FREE;
+        has_changed = true;
+    }
+    return has_changed;
+}
+
+void world_mark_bodies(tulle_world *world, const world_motion_state *state) {
+    for (size_t b = 0; b < world->body_count; b++)
+        world->surfaces[world->cloths.count + world->body_obstacles[b]].is_body =
+            state->rests[b].state != BODY_SCRIPTED;
+}
+
+static void prepare_body(step_context *context, size_t index) {
+    tulle_world *const world = context->world;
+    world_motion_state const *const state = context->state;
+    world_obstacle const *const obstacle = get_body(world, index);
+    contact_body *const body = &context->scene.bodies[index];
+    size_t const slot = get_slot(world, index), begin = obstacle->vertex_begin;
+    quaternion const orientation = unpack_orientation(vec3_load(state->positions, slot + 1));
+    *body =
+        (contact_body){.body = &obstacle->rigid,
+                       .points = obstacle->points,
+                       .vertex_begin = obstacle->vertex_begin,
+                       .vertex_end = obstacle->vertex_begin + (uint32_t)obstacle->mesh.vertex_count,
+                       .is_free = is_body(world, index) && !body_sleeps(state, index),
+                       .start = {.position = vec3_load(state->positions, slot),
+                                 .orientation = orientation,
+                                 .velocity = vec3_load(state->velocities, slot)}};
+    memcpy(world->targets + 3 * slot, state->positions + 3 * slot, 6 * sizeof(double));
+    if (!is_body(world, index)) return;
+    memcpy(world->targets + 3 * begin, state->positions + 3 * begin,
+           3 * obstacle->mesh.vertex_count * sizeof(double));
+    body->inertia = rigid_get_inertia(&obstacle->rigid, orientation);
+    body->inverse_inertia = rigid_get_inverse_inertia(&obstacle->rigid, orientation);
+    body->start.spin = mat3_multiply_vec3(&body->inertia, vec3_load(state->velocities, slot + 1));
+}
+
+/* The free turn in the step. */
+static void predict_turn(contact_body *body, double h) {
+    rigid_state end = body->start;
+    end.spin = body->spin;
+    vec3 const velocity = mat3_multiply_vec3(&body->inverse_inertia, body->spin);
+    body->turn = mat3_identity(1.0);
+    body->turn_vector = vec3_make(0.0, 0.0, 0.0);
+    if (!rigid_drift(body->body, end.velocity, h, &end)) return;
+    body->turn_vector = vec3_scale(velocity, h);
+    body->turn = quaternion_to_matrix(
+        quaternion_multiply(end.orientation, quaternion_conjugate(body->start.orientation)));
+}
+
+void world_load_bodies(step_context *context, double share) {
+    double const h = context->time_step, ch = share * h;
+    vec3 const gravity = context->scene.gravity;
+    for (size_t b = 0; b < context->scene.body_count; b++) {
+        contact_body *const body = &context->scene.bodies[b];
+        if (!body->is_free) continue;
+        vec3 const fallen = vec3_add_scaled(body->start.velocity, gravity, ch);
+        body->momentum =
+            vec3_scale(fallen, body->body->mass / (1.0 + ch * body->body->linear_damping));
+        body->spin = vec3_scale(body->start.spin, 1.0 / (1.0 + ch * body->body->angular_damping));
+        body->fall = vec3_scale(gravity, (0.5 - share) * h);
+    }
+}
+
+tulle_status world_prepare_bodies(step_context *context) {
+    tulle_world *const world = context->world;
+    contact_scene *const scene = &context->scene;
+    scene->body_count = world->body_count;
+    scene->surface_bodies = world->surface_bodies;
+    scene->bodies = ARENA_NEW(&world->scratch, contact_body, world->body_count);
+    if (!scene->bodies) return TULLE_ERROR_OUT_OF_MEMORY;
+    for (size_t b = 0; b < world->body_count; b++) prepare_body(context, b);
+    world_load_bodies(context, 1.0);
+    for (size_t b = 0; b < world->body_count; b++) {
+        contact_body *const body = &scene->bodies[b];
+        if (!body->is_free) continue;
+        body->lift = body->fall;
+        predict_turn(body, context->time_step);
+    }
+    return TULLE_OK;
+}
+
+void world_end_bodies(const step_context *context, double *end) {
+    contact_scene const *const scene = &context->scene;
+    double const factor = context->commit.fraction / context->world->system.share;
+    for (size_t b = 0; b < scene->body_count; b++) {
+        size_t const slot = get_body_slot(scene, b);
+        if (!scene->bodies[b].is_free) continue;
+        for (size_t k = slot; k < slot + 2; k++) {
+            vec3 const start = vec3_load(scene->v0, k);
+            vec3 const change = vec3_sub(vec3_load(context->mean_velocity, k), start);
+            vec3_store(end, k, vec3_add_scaled(start, change, factor));
+        }
+    }
+}
+
+/* Slots of a body that follows its script, `end` of the time of the substep's end. */
+static void follow_script(const step_context *context, size_t index, double *end) {
+    tulle_world const *const world = context->world;
+    world_obstacle const *const obstacle = get_body(world, index);
+    size_t const slot = get_slot(world, index);
+    double const from = context->state->time, to = from + context->passed;
+    vec3 centre[2];
+    quaternion orientation[2];
+    find_script_pose(obstacle, from, &centre[0], &orientation[0]);
+    find_script_pose(obstacle, to, &centre[1], &orientation[1]);
+    vec3_store(context->end, slot, centre[1]);
+    vec3_store(context->end, slot + 1, pack_orientation(orientation[1]));
+    bool const moves = obstacle->motion.key_count > 0 && context->passed > 0.0;
+    if (!moves) return;
+    double const rate = 1.0 / context->passed;
+    quaternion const turn =
+        quaternion_multiply(orientation[1], quaternion_conjugate(orientation[0]));
+    vec3 const half = pack_orientation(turn); /* tan(angle / 4) along the axis */
+    double const size = vec3_norm(half);
+    vec3_store(end, slot, vec3_scale(vec3_sub(centre[1], centre[0]), rate));
+    vec3_store(end, slot + 1, size > 0.0 ? vec3_scale(half, 4.0 * atan(size) / size * rate) : half);
+}
+
+void world_finish_bodies(const step_context *context, double *end) {
+    contact_scene const *const scene = &context->scene;
+    context->state->lost_energy = context->lost_energy;
+    for (size_t b = 0; b < scene->body_count; b++) {
+        contact_body const *const body = &scene->bodies[b];
+        size_t const slot = get_body_slot(scene, b);
+        if (!body->is_free) {
+            memcpy(end + 3 * slot, scene->v0 + 3 * slot, 6 * sizeof(double));
+            if (!body_sleeps(context->state, b)) follow_script(context, b, end);
+            continue;
+        }
+        quaternion const orientation = unpack_orientation(vec3_load(context->end, slot + 1));
+        vec3 const spin = mat3_multiply_vec3(&body->inertia, vec3_load(end, slot + 1));
+        mat3 const inverse = rigid_get_inverse_inertia(body->body, orientation);
+        vec3_store(end, slot + 1, mat3_multiply_vec3(&inverse, spin));
+        double const rate = context->passed > 0.0 ? 1.0 / context->passed : 0.0;
+        for (size_t i = 3 * (size_t)body->vertex_begin; i < 3 * (size_t)body->vertex_end; i++)
+            end[i] = rate * (context->end[i] - scene->x0[i]);
+    }
+}
+
+body_energies world_measure_bodies(const tulle_world *world, const double *positions,
+                                   const double *velocities) {
+    body_energies energies = {0};
+    vec3 const gravity = vec3_load(world->def.gravity, 0);
+    for (size_t b = 0; b < world->body_count; b++) {
+        if (!is_body(world, b)) continue;
+        rigid_body const *const rigid = &get_body(world, b)->rigid;
+        size_t const slot = get_slot(world, b);
+        quaternion const orientation = unpack_orientation(vec3_load(positions, slot + 1));
+        vec3 const turn = vec3_load(velocities, slot + 1);
+        energies.kinetic += 0.5 * rigid->mass * vec3_norm2(vec3_load(velocities, slot)) +
+                            0.5 * vec3_dot(turn, rigid_get_spin(rigid, orientation, turn));
+        energies.gravity -= rigid->mass * vec3_dot(gravity, vec3_load(positions, slot));
+    }
+    return energies;
+}

@@ -1,0 +1,45 @@
+/* world/bodies/bodies.h - rigid bodies of a world: obstacles that answer contact.
+ *
+ * Body b has two slots among the vertices, right after those of cloths (contact_body). Their
+ * positions are its centre and its orientation, their velocities those of the centre and the
+ * angular velocity: a state needs nothing else. Until its start time, and while absent, a body is
+ * an obstacle like others, and its slots follow the script. */
+#ifndef TULLE_WORLD_BODIES_BODIES_H
+#define TULLE_WORLD_BODIES_BODIES_H
+
+#include "world/step/step.h"
+
+/* Numbers the bodies; before the surfaces are numbered. */
+tulle_status world_number_bodies(tulle_world *world);
+/* Vertices in the bodies' own coordinates, and slots of the first state, at time 0. */
+void world_place_bodies(tulle_world *world);
+void world_release_bodies(tulle_world *world);
+
+/* Frees bodies whose start time has come at the state's time. True when there is one. */
+bool world_free_bodies(const tulle_world *world, world_motion_state *state);
+/* Which obstacles the state says are bodies, into the surfaces. */
+void world_mark_bodies(tulle_world *world, const world_motion_state *state);
+
+/* What contact reads of the bodies in this substep: context->scene and targets. */
+tulle_status world_prepare_bodies(step_context *context);
+/* Right-hand sides and falls for the share c of the integrator: u = v0 + c (v1 - v0). */
+void world_load_bodies(step_context *context, double share);
+/* Before the laws of impact: velocities of slots as of the integrator, at the inertia of x0; of a
+ * substep that ended early the part of the change that passed. */
+void world_end_bodies(const step_context *context, double *end);
+/* After them: angular velocities at the end's inertia; velocities of the bodies' vertices, and
+ * slots of bodies that are not free as their script says. */
+void world_finish_bodies(const step_context *context, double *end);
+
+/* [J] Energies of free bodies, with inertia of `positions`. */
+typedef struct body_energies {
+    double kinetic, gravity;
+} body_energies;
+body_energies world_measure_bodies(const tulle_world *world, const double *positions,
+                                   const double *velocities);
+
+/* body_access.c: the impulses [N s] of rows on the body of a slot, and their moments [N m s]. */
+void world_sum_contact_impulses(const row_list *rows, size_t slot, double impulse[3],
+                                double moment[3]);
+
+#endif

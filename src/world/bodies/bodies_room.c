@@ -1,0 +1,65 @@
+/* world/bodies/bodies_room.c - see bodies_room.h. */
+#include "world/bodies/bodies_room.h"
+
+#include "contact/rows/row_motion.h"
+
+#include <math.h>
+
+/* Of the energy that the substep before lost. */
+static const double ROOM_SHARE = 0.5;
+
+static bool makes_room(const contact_row *row) { return row->has_body; }
+
+/* [m/s] at which a row keeps the room it has: turning bodies come nearer without that speed. */
+static double find_kept_speed(const step_context *context, const contact_row *row) {
+    return -find_row_curvature(&context->scene, row) / context->time_step;
+}
+
+static double get_push(const contact_row *row) {
+    return fmax(vec3_dot(row->normal, row->impulse), 0.0);
+}
+
+void world_share_room(step_context *context) {
+    row_list *const list = &context->world->rows;
+    double work = 0.0; /* [J] with the impulses of the substep before */
+    for (size_t i = 0; context->scene.body_count > 0 && i < list->rows.count; i++) {
+        contact_row const *const row = &list->rows.data[i];
+        if (makes_room(row))
+            work += get_push(row) * fmax(row->bias - find_kept_speed(context, row), 0.0);
+    }
+    double const budget = ROOM_SHARE * context->state->lost_energy;
+    if (!(work > budget)) return;
+    for (size_t i = 0; i < list->rows.count; i++) {
+        contact_row *const row = &list->rows.data[i];
+        if (!makes_room(row)) continue;
+        double const kept = find_kept_speed(context, row);
+        if (row->bias > kept) row->bias = kept + (row->bias - kept) * (budget / work);
+    }
+}
+
+bool world_ask_less_room(step_context *context, int level) {
+    row_list *const list = &context->world->rows;
+    bool has_changed = false;
+    for (size_t i = 0; context->scene.body_count > 0 && i < list->rows.count; i++) {
+        contact_row *const row = &list->rows.data[i];
+        if (!makes_room(row)) continue;
+        double const kept = level == 0 ? find_kept_speed(context, row) : 0.0;
+        if (!(row->bias > kept)) continue;
+        has_changed |= get_push(row) > 0.0;
+        row->bias = kept;
+    }
+    return has_changed;
+}
+
+void world_note_loss(step_context *context, double gain) {
+    row_list const *const list = &context->world->rows;
+    double work = 0.0; /* [J] of making room */
+    for (size_t i = 0; context->scene.body_count > 0 && i < list->rows.count; i++) {
+        contact_row const *const row = &list->rows.data[i];
+        if (!makes_room(row)) continue;
+        double const speed =
+            vec3_dot(row->normal, get_relative_velocity(row, context->mean_velocity));
+        work += get_push(row) * fmax(speed - find_kept_speed(context, row), 0.0);
+    }
+    context->lost_energy = context->scene.body_count > 0 ? fmax(work - gain, 0.0) : 0.0;
+}

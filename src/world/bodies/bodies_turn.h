@@ -1,0 +1,20 @@
+/* world/bodies/bodies_turn.h - how long a substep may be for the bodies that turn in it.
+ *
+ * Vertices of a body go along chords; what is tested is a shape that shrinks in the midst of a
+ * turn. So no substep turns a body so far that a vertex leaves its chord by much of the contact
+ * distance. */
+#ifndef TULLE_WORLD_BODIES_BODIES_TURN_H
+#define TULLE_WORLD_BODIES_BODIES_TURN_H
+
+#include "world/step/step.h"
+
+/* Cuts *length [s], what the substep may last else, into equal parts in none of which a free body
+ * turns too far with the spin it has. An error names the body for which the step of context would
+ * need too many substeps. */
+tulle_status world_limit_turns(const step_context *context, double *length);
+
+/* Whether a contact of the substep that was solved spins a body up so that it turns too far; then
+ * context->turn_time [s] is what the substep may last. */
+bool world_turns_too_far(step_context *context);
+
+#endif

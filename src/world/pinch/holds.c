@@ -1,0 +1,243 @@
+/* world/pinch/holds.c - see holds.h.
+ *
+ * Takes the targets that the script gives and the holds of the state; gives the targets that
+ * scripted vertices reach. Shifts of obstacles that several holds share come from a projected
+ * Gauss-Seidel on the amounts by which they hold back. */
+#include "world/pinch/holds.h"
+
+#include <math.h>
+#include <string.h>
+
+/* Sweeps over several holds; one is exact after the first. */
+enum { HOLD_SWEEPS = 32 };
+/* Steps that what stands still waits before it is tried again: at first, at most. */
+enum { WAIT_FIRST = 8, WAIT_MOST = 64 };
+/* What comes back to its script loses its lag at this speed [m/s], or with this rate [1/s] where
+ * that is more: as fast as a hand moves. */
+static const double RETURN_SPEED = 0.5, RETURN_RATE = 4.0;
+
+/* [m/s] Obstacles that are held nearer than the cloth takes part at this speed, that at which
+ * contact pushes out what is too near. */
+static const double OPENING_SPEED = 0.05;
+
+static surface_range *get_range(const tulle_world *world, size_t obstacle) {
+    return &world->surfaces[world->cloths.count + obstacle];
+}
+
+bool world_may_hold(const tulle_world *world, size_t obstacle) {
+    size_t const surface = world->cloths.count + obstacle;
+    return !world->surface_bodies || world->surface_bodies[surface] == TULLE_NONE;
+}
+
+vec3 world_get_hold_point(const world_hold *hold, int side, const double *positions) {
+    vec3 point = {0, 0, 0};
+    if (hold->obstacles[side] == TULLE_NONE) return point;
+    for (int k = 0; k < 4; k++)
+        point = vec3_add(
+            point, vec3_scale(vec3_load(positions, hold->points[side][k]), hold->weights[side][k]));
+    return point;
+}
+
+/* ---- the list ---- */
+
+static bool is_same(const world_hold *a, const world_hold *b) {
+    return a->kind == b->kind && a->obstacles[0] == b->obstacles[0] &&
+           a->obstacles[1] == b->obstacles[1];
+}
+
+bool world_add_hold(world_motion_state *state, const world_hold *hold) {
+    size_t k = 0;
+    while (k < state->hold_count && !is_same(&state->holds[k], hold)) k++;
+    if (k == HOLDS_MAX) return false;
+    uint32_t const wait = k < state->hold_count ? 2 * state->holds[k].wait : WAIT_FIRST;
+    if (k == state->hold_count) state->hold_count++;
+    state->holds[k] = *hold;
+    if (hold->kind == HOLD_APART) return true;
+    state->holds[k].wait = state->holds[k].waiting = wait < WAIT_MOST ? wait : WAIT_MOST;
+    return true;
+}
+
+static bool is_tried(const world_hold *hold) {
+    return hold->kind != HOLD_APART && hold->waiting == 0;
+}
+
+bool world_delay_holds(world_motion_state *state) {
+    bool has_any = false;
+    for (size_t k = 0; k < state->hold_count; k++) {
+        if (!is_tried(&state->holds[k])) continue;
+        world_hold const hold = state->holds[k];
+        has_any |= world_add_hold(state, &hold);
+    }
+    return has_any;
+}
+
+bool world_is_held(const tulle_world *world, const world_motion_state *state, size_t obstacle) {
+    for (size_t k = 0; k < state->hold_count; k++) {
+        world_hold const *const hold = &state->holds[k];
+        if (hold->kind == HOLD_ALL
+                ? obstacle == world->obstacles.count
+                : hold->obstacles[0] == obstacle ||
+                      (hold->kind == HOLD_APART && hold->obstacles[1] == obstacle))
+            return true;
+    }
+    return false;
+}
+
+static bool side_is_valid(const tulle_world *world, const world_hold *hold, int side) {
+    uint32_t const obstacle = hold->obstacles[side];
+    if (obstacle == TULLE_NONE) return side == 1 || hold->kind == HOLD_ALL;
+    if (obstacle >= world->obstacles.count) return false;
+    surface_range const *const range = get_range(world, obstacle);
+    for (int k = 0; k < 4; k++) {
+        uint32_t const vertex = hold->points[side][k];
+        if (vertex < range->vertex_begin || vertex >= range->vertex_end ||
+            !isfinite(hold->weights[side][k]))
+            return false;
+    }
+    return true;
+}
+
+bool world_holds_are_valid(const tulle_world *world, const world_motion_state *state) {
+    for (size_t k = 0; k < state->hold_count; k++) {
+        world_hold const *const hold = &state->holds[k];
+        double const sum = hold->normal[0] + hold->normal[1] + hold->normal[2] + hold->gap +
+                           hold->wanted_gap + hold->share + hold->lag;
+        if (hold->kind > HOLD_ALL || hold->cloth >= world_surface_count(world) || !isfinite(sum) ||
+            !side_is_valid(world, hold, 0) || !side_is_valid(world, hold, 1))
+            return false;
+    }
+    return true;
+}
+
+/* ---- targets ---- */
+
+void world_begin_holds(step_context *context) {
+    world_motion_state const *const state = context->state;
+    context->is_script_frozen = false;
+    for (size_t k = 0; k < state->hold_count; k++)
+        context->is_script_frozen |=
+            state->holds[k].kind == HOLD_ALL && !is_tried(&state->holds[k]);
+}
+
+/* How much nearer than the gap the script brings the two points [m]. */
+static double find_excess(const tulle_world *world, const world_hold *hold) {
+    for (int side = 0; side < 2; side++) {
+        uint32_t const obstacle = hold->obstacles[side];
+        if (obstacle != TULLE_NONE && !get_range(world, obstacle)->is_present) return -INFINITY;
+    }
+    vec3 const way = vec3_sub(world_get_hold_point(hold, 1, world->targets),
+                              world_get_hold_point(hold, 0, world->targets));
+    return hold->gap - vec3_dot(vec3_load(hold->normal, 0), way);
+}
+
+/* Amounts [m] by which each hold keeps its points apart. */
+static void find_amounts(const tulle_world *world, const world_motion_state *state,
+                         double amounts[HOLDS_MAX]) {
+    double excess[HOLDS_MAX];
+    for (size_t k = 0; k < state->hold_count; k++) {
+        amounts[k] = 0.0;
+        excess[k] = find_excess(world, &state->holds[k]);
+    }
+    for (int sweep = 0; sweep < HOLD_SWEEPS; sweep++) {
+        for (size_t k = 0; k < state->hold_count; k++) {
+            world_hold const *const hold = &state->holds[k];
+            if (hold->kind != HOLD_APART) continue;
+            double wanted = excess[k];
+            for (size_t other = 0; other < state->hold_count; other++) {
+                world_hold const *const at = &state->holds[other];
+                if (other == k || at->kind != HOLD_APART) continue;
+                double const along =
+                    vec3_dot(vec3_load(hold->normal, 0), vec3_load(at->normal, 0)) * amounts[other];
+                for (int a = 0; a < 2; a++) {
+                    for (int b = 0; b < 2; b++) {
+                        if (hold->obstacles[a] != at->obstacles[b] ||
+                            hold->obstacles[a] == TULLE_NONE)
+                            continue;
+                        double const moved = b == 0 ? -at->share : 1.0 - at->share;
+                        wanted -= (a == 0 ? -1.0 : 1.0) * moved * along;
+                    }
+                }
+            }
+            amounts[k] = fmax(0.0, wanted);
+        }
+    }
+}
+
+static void shift_obstacle(tulle_world *world, uint32_t obstacle, vec3 shift) {
+    if (obstacle == TULLE_NONE || vec3_norm2(shift) == 0.0) return;
+    surface_range const *const range = get_range(world, obstacle);
+    for (size_t v = range->vertex_begin; v < range->vertex_end; v++)
+        vec3_store(world->targets, v, vec3_add(vec3_load(world->targets, v), shift));
+}
+
+/* Whether a hold that is no HOLD_APART is about a vertex. */
+static bool concerns(const step_context *context, const world_hold *hold, size_t vertex) {
+    tulle_world const *const world = context->world;
+    size_t const first = world->cloth_vertex_count + 2 * world->body_count;
+    if (vertex < first)
+        return hold->kind == HOLD_ALL && vertex < world->cloth_vertex_count &&
+               world->active_inverse_masses[vertex] == 0.0;
+    size_t const obstacle = world->vertex_surface[vertex] - world->cloths.count;
+    return world_may_hold(world, obstacle) &&
+           (hold->kind == HOLD_ALL || hold->obstacles[0] == obstacle);
+}
+
+/* Vertices of a hold stand still, or go a part of the way to their targets. */
+static void limit_way(step_context *context, const world_hold *hold, double *lag) {
+    tulle_world *const world = context->world;
+    const double *const positions = context->state->positions;
+    double farthest = 0.0;
+    for (size_t v = 0; v < world->vertex_count; v++) {
+        if (!concerns(context, hold, v)) continue;
+        vec3 const way = vec3_sub(vec3_load(world->targets, v), vec3_load(positions, v));
+        farthest = fmax(farthest, vec3_norm(way));
+    }
+    double const passed = context->state->time + context->time_step - context->step_start;
+    double const left = hold->lag - passed * fmax(RETURN_SPEED, RETURN_RATE * hold->lag);
+    *lag = is_tried(hold) ? fmin(fmax(left, 0.0), farthest) : farthest;
+    if (!(*lag > 0.0)) return;
+    double const share = 1.0 - *lag / farthest;
+    for (size_t v = 0; v < world->vertex_count; v++) {
+        if (!concerns(context, hold, v)) continue;
+        vec3 const start = vec3_load(positions, v), target = vec3_load(world->targets, v);
+        vec3_store(world->targets, v, share > 0.0 ? vec3_lerp(start, target, share) : start);
+    }
+}
+
+void world_hold_targets(step_context *context) {
+    tulle_world *const world = context->world;
+    world_motion_state const *const state = context->state;
+    if (state->hold_count == 0) return;
+    double amounts[HOLDS_MAX];
+    find_amounts(world, state, amounts);
+    for (size_t k = 0; k < state->hold_count; k++) {
+        world_hold const *const hold = &state->holds[k];
+        context->hold_left[k] = amounts[k];
+        if (hold->kind != HOLD_APART) continue;
+        vec3 const normal = vec3_load(hold->normal, 0);
+        shift_obstacle(world, hold->obstacles[0], vec3_scale(normal, -hold->share * amounts[k]));
+        shift_obstacle(world, hold->obstacles[1],
+                       vec3_scale(normal, (1.0 - hold->share) * amounts[k]));
+    }
+    for (size_t k = 0; k < state->hold_count; k++)
+        if (state->holds[k].kind != HOLD_APART)
+            limit_way(context, &state->holds[k], &context->hold_left[k]);
+}
+
+void world_end_holds(step_context *context) {
+    world_motion_state *const state = context->state;
+    size_t kept = 0;
+    for (size_t k = 0; k < state->hold_count; k++) {
+        world_hold hold = state->holds[k];
+        bool const is_apart = hold.kind == HOLD_APART;
+        bool const was_tried = is_tried(&hold);
+        if (is_apart && hold.gap < hold.wanted_gap)
+            hold.gap = fmin(hold.wanted_gap, hold.gap + OPENING_SPEED * context->whole_step);
+        if (!is_apart) hold.lag = context->hold_left[k];
+        if (hold.waiting > 0) hold.waiting--;
+        bool const is_over =
+            (is_apart || was_tried) && !(context->hold_left[k] > 0.0) && !context->is_script_frozen;
+        if (!is_over) state->holds[kept++] = hold;
+    }
+    state->hold_count = kept;
+}

@@ -1,0 +1,218 @@
+/* world/pinch/pinch_sides.c - see pinch_sides.h; and the search for squeezed cloth that a step
+ * tears. */
+#include "world/pinch/pinch_sides.h"
+
+#include "world/pinch/holds.h"
+
+#include <math.h>
+#include <string.h>
+
+/* Contacts of an obstacle have a direction together when the mean of theirs is longer than this. */
+static const double DIRECTION_MIN = 0.3;
+
+/* An edge of squeezed cloth that a step stretches by more than this share of its rest length,
+ * beyond what cloth may have anyway, is torn. */
+static const double TEARING_GROWTH = 0.1, TEARING_FREE = 1.05;
+
+/* Cosine between the directions of two sides that squeeze cloth, at most. */
+static const double SQUEEZE_COSINE = -0.5;
+
+blocked_place world_find_blocked_place(const step_context *context) {
+    tulle_world const *const world = context->world;
+    commit_report const *const commit = &context->blocked;
+    blocked_place place = {0};
+    if (!commit->has_blocking) return place;
+    place.is_pair = true;
+    place.kind = commit->blocking_kind;
+    feature_pair_vertices(&world->topo, commit->blocking_kind, commit->blocking_pair,
+                          place.vertices);
+    uint32_t chosen = place.vertices[0];
+    for (int k = 3; k >= 0; k--)
+        if (world->surfaces[world->vertex_surface[place.vertices[k]]].is_body)
+            chosen = place.vertices[k];
+    for (int k = 3; k >= 0; k--)
+        if (place.vertices[k] < world->cloth_vertex_count) chosen = place.vertices[k];
+    place.surface = world->vertex_surface[chosen];
+    place.position = vec3_load(context->state->positions, chosen);
+    return place;
+}
+
+/* Whether a row touches a vertex of the place or one of its neighbours. */
+static bool row_is_near(const tulle_world *world, const contact_row *row,
+                        const blocked_place *place) {
+    adjacency const *const around = &world->topo.vertex_neighbours;
+    for (int k = 0; k < 4; k++) {
+        uint32_t const vertex = place->vertices[k];
+        for (int j = 0; j < 4; j++) {
+            if (row->vertices[j] == vertex) return true;
+            for (uint32_t i = around->begin[vertex]; i < around->begin[vertex + 1]; i++) {
+                if (around->items[i] == row->vertices[j]) return true;
+            }
+        }
+    }
+    return false;
+}
+
+/* The obstacle of a row between cloth and an obstacle, or SIZE_MAX. */
+static size_t get_row_obstacle(const tulle_world *world, const contact_row *row) {
+    bool has_cloth = false;
+    size_t obstacle = SIZE_MAX;
+    for (int k = 0; k < 4; k++) {
+        size_t const surface = world->vertex_surface[row->vertices[k]];
+        if (surface < world->cloths.count)
+            has_cloth = true;
+        else
+            obstacle = surface - world->cloths.count;
+    }
+    return has_cloth ? obstacle : SIZE_MAX;
+}
+
+/* Adds a row to its obstacle's side: its direction by its load, or alike where none carries any. */
+static void add_row(const tulle_world *world, const contact_row *row, bool by_load,
+                    pinch_side *side) {
+    bool const is_first = row->vertices[0] < world->cloth_vertex_count;
+    double const sign = is_first ? 1.0 : -1.0;
+    double const weight = by_load ? fmax(0.0, vec3_dot(row->normal, row->impulse)) : 1.0;
+    side->direction = vec3_add(side->direction, vec3_scale(row->normal, sign * weight));
+    if (side->is_near && row->gap >= side->gap) return;
+    double sum = 0.0;
+    for (int k = 0; k < 4; k++)
+        if (row->vertices[k] >= world->cloth_vertex_count) sum += row->weights[k];
+    if (sum == 0.0) return;
+    uint32_t own = 0;
+    for (int k = 0; k < 4; k++)
+        if (row->vertices[k] >= world->cloth_vertex_count) own = row->vertices[k];
+    for (int k = 0; k < 4; k++) {
+        bool const is_own = row->vertices[k] >= world->cloth_vertex_count;
+        side->points[k] = is_own ? row->vertices[k] : own;
+        side->weights[k] = is_own ? row->weights[k] / sum : 0.0;
+    }
+    side->gap = row->gap;
+    side->is_near = true;
+}
+
+static double find_load(const tulle_world *world, const blocked_place *place, size_t obstacle,
+                        size_t *count) {
+    double load = 0.0;
+    *count = 0;
+    for (size_t i = 0; i < world->rows.rows.count; i++) {
+        contact_row const *const row = &world->rows.rows.data[i];
+        if (get_row_obstacle(world, row) != obstacle || !row_is_near(world, row, place)) continue;
+        load += fmax(0.0, vec3_dot(row->normal, row->impulse));
+        ++*count;
+    }
+    return load;
+}
+
+/* The pair that blocked may have no row, as where pins hold all of the cloth's side. */
+static void add_blocked_pair(const tulle_world *world, const blocked_place *place,
+                             pinch_side *sides) {
+    if (!place->is_pair) return;
+    contact_row pair = {0};
+    vec3 points[4];
+    for (int k = 0; k < 4; k++) {
+        pair.vertices[k] = place->vertices[k];
+        points[k] = vec3_load(world->now.positions, place->vertices[k]);
+    }
+    size_t const obstacle = get_row_obstacle(world, &pair);
+    if (obstacle == SIZE_MAX || sides[obstacle].is_near) return;
+    closest_points const closest = closest_of_pair(place->kind, points);
+    memcpy(pair.weights, closest.weights, sizeof pair.weights);
+    pair.gap = sqrt(closest.distance2);
+    if (!(pair.gap > 0.0)) return;
+    pair.normal = vec3_scale(closest.difference, 1.0 / pair.gap);
+    add_row(world, &pair, false, &sides[obstacle]);
+    sides[obstacle].has_direction = sides[obstacle].is_near;
+}
+
+void world_find_pinch_sides(const tulle_world *world, const blocked_place *place,
+                            pinch_side *sides) {
+    for (size_t i = 0; i < world->obstacles.count; i++) {
+        size_t count;
+        double const load = find_load(world, place, i, &count);
+        for (size_t r = 0; r < world->rows.rows.count && count > 0; r++) {
+            contact_row const *const row = &world->rows.rows.data[r];
+            if (get_row_obstacle(world, row) == i && row_is_near(world, row, place))
+                add_row(world, row, load > 0.0, &sides[i]);
+        }
+        double const norm = vec3_norm(sides[i].direction);
+        sides[i].has_direction =
+            sides[i].is_near && norm > DIRECTION_MIN * (load > 0.0 ? load : (double)count);
+        if (sides[i].has_direction) sides[i].direction = vec3_scale(sides[i].direction, 1.0 / norm);
+    }
+    add_blocked_pair(world, place, sides);
+}
+
+/* ---- squeezed cloth that tears ---- */
+
+static double find_length(const double *x, size_t a, size_t b) {
+    return vec3_norm(vec3_sub(vec3_load(x, a), vec3_load(x, b)));
+}
+
+static bool edge_tears(const step_context *context, size_t edge) {
+    tulle_world const *const world = context->world;
+    size_t const a = world->topo.edges[2 * edge], b = world->topo.edges[2 * edge + 1];
+    double const rest = find_length(world->rest, a, b);
+    double const before = find_length(world->now.positions, a, b) / rest;
+    double const after = find_length(context->state->positions, a, b) / rest;
+    return after - fmax(before, TEARING_FREE) > TEARING_GROWTH;
+}
+
+/* Whether the point of a side goes along `direction` by more than rounding in this step. */
+static double get_way(const step_context *context, const pinch_side *side, vec3 direction) {
+    double way = 0.0;
+    for (int k = 0; k < 4; k++) {
+        uint32_t const v = side->points[k];
+        vec3 const step = vec3_sub(vec3_load(context->state->positions, v),
+                                   vec3_load(context->world->now.positions, v));
+        way += side->weights[k] * vec3_dot(step, direction);
+    }
+    return way;
+}
+
+/* Whether two sides nearer than the contact distance have come nearer to each other. */
+static bool sides_squeeze(const step_context *context, const pinch_side *a, const pinch_side *b) {
+    double const distance = context->world->contact_distance;
+    if (!a->has_direction || !b->has_direction || a->gap > distance || b->gap > distance ||
+        vec3_dot(a->direction, b->direction) > SQUEEZE_COSINE)
+        return false;
+    vec3 const across = vec3_normalize(vec3_sub(a->direction, b->direction));
+    return get_way(context, a, across) - get_way(context, b, across) >
+           1e-6 * context->world->minimum_gap;
+}
+
+/* Free bodies give way. */
+static bool gives_way(const tulle_world *world, size_t obstacle) {
+    return world->surfaces[world->cloths.count + obstacle].is_body;
+}
+
+/* Whether obstacles squeeze the cloth at a place. */
+static bool is_squeezed(const step_context *context, const blocked_place *place) {
+    tulle_world *const world = context->world;
+    size_t const count = world->obstacles.count;
+    arena_mark const mark = arena_get_mark(&world->scratch);
+    pinch_side *const sides = ARENA_NEW_ZEROED(&world->scratch, pinch_side, count + 1);
+    bool is_so = false;
+    if (sides) world_find_pinch_sides(world, place, sides);
+    for (size_t i = 0; sides && i < count; i++)
+        for (size_t j = i + 1; j < count && !gives_way(world, i); j++)
+            is_so |= !gives_way(world, j) && sides_squeeze(context, &sides[i], &sides[j]);
+    arena_release(&world->scratch, mark);
+    return is_so;
+}
+
+bool world_tears_squeezed(step_context *context) {
+    tulle_world *const world = context->world;
+    bool const may_tear = context->report->max_stretch > TEARING_FREE + TEARING_GROWTH;
+    if (!may_tear || world->obstacles.count < 2 || world->rows.rows.count == 0) return false;
+    for (size_t e = 0; e < world_cloth_edge_count(world); e++) {
+        if (!edge_tears(context, e)) continue;
+        uint32_t const a = world->topo.edges[2 * e], b = world->topo.edges[2 * e + 1];
+        context->torn_place =
+            (blocked_place){.vertices = {a, b, a, b},
+                            .surface = world->vertex_surface[a],
+                            .position = vec3_load(context->world->now.positions, a)};
+        if (is_squeezed(context, &context->torn_place)) return true;
+    }
+    return false;
+}

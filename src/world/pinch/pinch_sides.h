@@ -1,0 +1,24 @@
+/* world/pinch/pinch_sides.h - where cloth is pinched, and what is around that place. */
+#ifndef TULLE_WORLD_PINCH_PINCH_SIDES_H
+#define TULLE_WORLD_PINCH_PINCH_SIDES_H
+
+#include "world/step/step.h"
+
+/* What an obstacle does at the place. */
+typedef struct pinch_side {
+    bool is_near;       /* it touches the cloth there */
+    bool has_direction; /* else its contacts there face each other */
+    vec3 direction;     /* unit: where it pushes the cloth */
+    uint32_t points[4]; /* vertices whose weighted mean is its point nearest to the cloth */
+    double weights[4];
+    double gap; /* [m] there */
+} pinch_side;
+
+/* The place of the pair that blocked the step last. */
+blocked_place world_find_blocked_place(const step_context *context);
+
+/* Fills `sides`, one an obstacle, zeroed before, from the rows of the last substep. */
+void world_find_pinch_sides(const tulle_world *world, const blocked_place *place,
+                            pinch_side *sides);
+
+#endif

@@ -1,0 +1,156 @@
+/* world/start/explain.c - what a world tells about its last step and the one to come: contacts and
+ * patches. Asked for, never needed by a step. */
+#include "base/error.h"
+#include "detect/patches/patches.h"
+#include "geom/distance.h"
+#include "world/world_state.h"
+
+#include <string.h>
+
+/* ---- contacts ---- */
+
+static tulle_contact_state name_state(row_state state) {
+    if (state == ROW_STICKS) return TULLE_CONTACT_STICK;
+    return state == ROW_SLIDES ? TULLE_CONTACT_SLIP : TULLE_CONTACT_OPEN;
+}
+
+/* The row as it is at the end of the step, in the objects' own numberings. */
+static tulle_contact describe_row(const tulle_world *world, const contact_row *row) {
+    bool const is_edges = row->kind == FEATURE_EDGE_EDGE;
+    tulle_contact contact = {.kind = is_edges ? TULLE_CONTACT_EDGE_EDGE : TULLE_CONTACT_VERTEX_FACE,
+                             .state = name_state(row->state),
+                             .is_new = !row->is_old,
+                             .is_hard = row->is_hard};
+    contact.object_a = world->vertex_surface[row->vertices[0]];
+    contact.object_b = world->vertex_surface[row->vertices[is_edges ? 2 : 1]];
+    vec3 points[4], middle = {0.0, 0.0, 0.0};
+    for (int k = 0; k < 4; k++) points[k] = vec3_load(world->now.positions, row->vertices[k]);
+    closest_points const closest = closest_of_pair(row->kind, points);
+    for (int k = 0; k < 4; k++) {
+        uint32_t const object = world->vertex_surface[row->vertices[k]];
+        contact.vertices[k] = row->vertices[k] - world->surfaces[object].vertex_begin;
+        contact.weights[k] = closest.weights[k];
+        middle = vec3_add_scaled(middle, points[k], 0.5 * fabs(closest.weights[k]));
+    }
+    contact.gap = sqrt(closest.distance2);
+    vec3 const normal =
+        contact.gap > 0.0 ? vec3_scale(closest.difference, 1.0 / contact.gap) : row->normal;
+    vec3_store(contact.position, 0, middle);
+    vec3_store(contact.normal, 0, normal);
+    vec3_store(contact.impulse, 0, row->impulse);
+    return contact;
+}
+
+tulle_status tulle_world_get_contacts(tulle_world *world, const tulle_contact **contacts,
+                                      size_t *count, tulle_error *error) {
+    if (!world || !contacts || !count) {
+        return error_set(error, TULLE_ERROR_INVALID_ARGUMENT,
+                         "contacts need a world and a place for array and count");
+    }
+    size_t const row_count = world->accepted_rows.rows.count;
+    if (!world->has_contacts) {
+        world->contacts.count = 0;
+        if (!ARRAY_RESERVE(&world->heap, &world->contacts, row_count)) {
+            return error_set(error, TULLE_ERROR_OUT_OF_MEMORY, "no memory left for %zu contacts",
+                             row_count);
+        }
+        for (size_t i = 0; i < row_count; i++) {
+            world->contacts.data[i] = describe_row(world, &world->accepted_rows.rows.data[i]);
+        }
+        world->contacts.count = row_count;
+        world->has_contacts = true;
+    }
+    *contacts = world->contacts.data;
+    *count = world->contacts.count;
+    return TULLE_OK;
+}
+
+/* ---- patches ---- */
+
+/* [rad] 60 degrees. Wider patches hold valleys whose walls come nearer than contact reaches. */
+static const double MAX_ANGLE_DEFAULT = 1.0471975511965976;
+static const double RIGHT_ANGLE = 1.5707963267948966;
+static const double PATCH_TIME_STEP_MAX = 1.0; /* [s] the longest step of a world */
+
+static tulle_status check_patch_call(const tulle_world *world, tulle_cloth_id id,
+                                     const tulle_patch_options *options, bool has_places,
+                                     tulle_error *error) {
+    if (!world || !options || !has_places || id.generation != 1 ||
+        id.index >= world->cloths.count) {
+        return error_set(error, TULLE_ERROR_INVALID_ARGUMENT,
+                         "patches need a world, a cloth of it, options, and a place for labels and "
+                         "count");
+    }
+    if (!world->is_started) {
+        return error_set(error, TULLE_ERROR_INVALID_ARGUMENT,
+                         "patches can be found once the world has started");
+    }
+    if (!(options->time_step >= 0.0 && options->time_step <= PATCH_TIME_STEP_MAX)) {
+        return error_set(error, TULLE_ERROR_INVALID_ARGUMENT,
+                         "the time step for patches is %g s; it must be 0 to %g s",
+                         options->time_step, PATCH_TIME_STEP_MAX);
+    }
+    if (!(options->max_angle >= 0.0 && options->max_angle < RIGHT_ANGLE)) {
+        return error_set(error, TULLE_ERROR_INVALID_ARGUMENT,
+                         "the angle of patches is %g; it must be over 0 (0: the default) and under "
+                         "pi/2",
+                         options->max_angle);
+    }
+    return TULLE_OK;
+}
+
+/* Patches of surface `index` along the paths that its velocities predict. */
+static tulle_status find_patches(tulle_world *world, size_t index,
+                                 const tulle_patch_options *options, uint32_t *labels,
+                                 size_t *patch_count) {
+    surface_range const *const range = &world->surfaces[index];
+    double *const end = ARENA_NEW(&world->scratch, double, 3 * (size_t)range->vertex_end);
+    if (!end) return TULLE_ERROR_OUT_OF_MEMORY;
+    for (size_t i = 3 * (size_t)range->vertex_begin; i < 3 * (size_t)range->vertex_end; i++) {
+        end[i] = world->now.positions[i] + options->time_step * world->now.velocities[i];
+    }
+    patch_surface const surface = {&world->topo, range->triangle_begin, range->triangle_end,
+                                   world->now.positions, end};
+    patch_settings const settings = {
+        options->max_angle > 0.0 ? options->max_angle : MAX_ANGLE_DEFAULT, world->threads};
+    patch_list list;
+    tulle_status const status = grow_patches(&surface, &settings, &world->scratch, labels, &list);
+    if (status == TULLE_OK) *patch_count = list.count;
+    return status;
+}
+
+/* Labels of the patches in use, counted through the cloth's own in the order of their first
+ * triangles. */
+static tulle_status name_patches_in_use(tulle_world *world, size_t index, uint32_t *labels,
+                                        size_t *patch_count) {
+    surface_range const *const range = &world->surfaces[index];
+    size_t const count = range->triangle_end - range->triangle_begin;
+    *patch_count = 0;
+    if (!world->patches) {
+        memset(labels, 0, count * sizeof *labels);
+        return TULLE_OK;
+    }
+    const uint32_t *const used = kept_patches_get_labels(world->patches) + range->triangle_begin;
+    uint32_t const label_count = kept_patches_get_label_count(world->patches);
+    uint32_t *const names = ARENA_NEW_ZEROED(&world->scratch, uint32_t, (size_t)label_count + 1);
+    if (!names) return TULLE_ERROR_OUT_OF_MEMORY;
+    for (size_t t = 0; t < count; t++) {
+        uint32_t const label = used[t];
+        if (label != PATCH_ISOLATED && names[label] == 0) names[label] = (uint32_t)++ * patch_count;
+        labels[t] = names[label];
+    }
+    return TULLE_OK;
+}
+
+tulle_status tulle_cloth_get_patches(tulle_world *world, tulle_cloth_id id,
+                                     const tulle_patch_options *options, uint32_t *labels,
+                                     size_t *patch_count, tulle_error *error) {
+    tulle_status status = check_patch_call(world, id, options, labels && patch_count, error);
+    if (status != TULLE_OK) return status;
+    arena_mark const mark = arena_get_mark(&world->scratch);
+    status = options->is_in_use ? name_patches_in_use(world, id.index, labels, patch_count)
+                                : find_patches(world, id.index, options, labels, patch_count);
+    arena_release(&world->scratch, mark);
+    if (status != TULLE_OK) return error_set(error, status, "no memory left for patches");
+    return TULLE_OK;
+}

@@ -1,0 +1,29 @@
+/* world/start/inside.h - what lies inside closed obstacles. */
+#ifndef TULLE_WORLD_START_INSIDE_H
+#define TULLE_WORLD_START_INSIDE_H
+
+#include "math/vec3.h"
+#include "world/world_state.h"
+
+/* Solid angle of triangles seen from a point, over 4 pi: the winding number, 1 inside a closed
+ * surface that faces outward, -1 inside one that faces inward, 0 outside. Corners are indices into
+ * `positions`. */
+double find_winding_number(const uint32_t *triangles, size_t triangle_count,
+                           const double *positions, vec3 point);
+
+/* Whether each edge of a surface has two triangles. */
+bool surface_is_closed(const topology *topo, const surface_range *range);
+
+typedef struct inside_question {
+    const char *when; /* "at the start" and the like, for the message */
+    bool is_late;     /* asked in a step: cloth only in what has just appeared */
+} inside_question;
+
+/* TULLE_ERROR_INTERSECTING_START when a piece of cloth that intersects nothing lies inside a
+ * present obstacle that is closed and faces outward, or a piece of an obstacle inside another of
+ * which one is a free body. The winding number decides, so what lies in the hollow of a shell with
+ * an inner surface is not inside. */
+tulle_status world_refuse_inside(tulle_world *world, const double *positions,
+                                 inside_question question, tulle_error *error);
+
+#endif

@@ -1,0 +1,199 @@
+/* world/start/judge.c - asks the exact judge about the present surfaces, and keeps the list of
+ * pairs that are ignored until they come apart. */
+#include "base/error.h"
+#include "base/sort.h"
+#include "math/vec3.h"
+#include "tulle/check.h"
+#include "world/world_state.h"
+
+#include <stdio.h>
+#include <string.h>
+
+enum { NAMED_PAIRS = 3 }; /* intersecting pairs that a message spells out */
+
+static const world_mesh *surface_mesh(const tulle_world *world, size_t surface) {
+    size_t const cloth_count = world->cloths.count;
+    return surface < cloth_count ? &world->cloths.data[surface].mesh
+                                 : &world->obstacles.data[surface - cloth_count].mesh;
+}
+
+/* Present surfaces as bodies of the judge; `surface_of` maps a body to its surface. */
+static size_t collect_bodies(const tulle_world *world, const double *positions,
+                             tulle_check_body *bodies, uint32_t *surface_of) {
+    size_t body_count = 0;
+    for (size_t s = 0; s < world_surface_count(world); s++) {
+        surface_range const *const range = &world->surfaces[s];
+        if (!range->is_present) continue;
+        world_mesh const *const mesh = surface_mesh(world, s);
+        bodies[body_count].mesh =
+            (tulle_mesh_view){positions + 3 * (size_t)range->vertex_begin, mesh->vertex_count,
+                              mesh->triangles, mesh->triangle_count};
+        bodies[body_count].is_obstacle = range->is_obstacle && !range->is_body;
+        surface_of[body_count++] = (uint32_t)s;
+    }
+    return body_count;
+}
+
+tulle_status world_find_intersections(tulle_world *world, const double *positions,
+                                      intersection_list *list, tulle_error *error) {
+    arena_mark const mark = arena_get_mark(&world->scratch);
+    size_t const surface_count = world_surface_count(world);
+    tulle_check_body *const bodies = ARENA_NEW(&world->scratch, tulle_check_body, surface_count);
+    uint32_t *const surface_of = ARENA_NEW(&world->scratch, uint32_t, surface_count);
+    tulle_check_result result = {0};
+    tulle_status status = TULLE_ERROR_OUT_OF_MEMORY;
+    if (bodies && surface_of) {
+        size_t const body_count = collect_bodies(world, positions, bodies, surface_of);
+        status = tulle_check_intersections(bodies, body_count, world->threads, &result, error);
+    }
+    list->count = 0;
+    if (status == TULLE_OK && !ARRAY_RESERVE(&world->heap, list, result.pair_count)) {
+        status = TULLE_ERROR_OUT_OF_MEMORY;
+    }
+    if (status == TULLE_ERROR_OUT_OF_MEMORY) {
+        error_set(error, status, "no memory left for the judge of intersections");
+    }
+    for (size_t i = 0; status == TULLE_OK && i < result.pair_count; i++) {
+        tulle_check_pair const *const pair = &result.pairs[i];
+        list->data[list->count++] = (tulle_intersection){
+            surface_of[pair->body_a], pair->triangle_a, surface_of[pair->body_b], pair->triangle_b};
+    }
+    tulle_check_result_destroy(&result);
+    arena_release(&world->scratch, mark);
+    return status;
+}
+
+/* "triangle 7 of 'cloth 0' (vertices 1, 2, 9; first at 0.1, 0.2, 0.3)" */
+static int describe_triangle(const tulle_world *world, const double *positions, uint32_t surface,
+                             uint32_t triangle, char *text, size_t size) {
+    uint32_t const *const corners = surface_mesh(world, surface)->triangles + 3 * (size_t)triangle;
+    vec3 const first = vec3_load(positions, world->surfaces[surface].vertex_begin + corners[0]);
+    return snprintf(text, size,
+                    "triangle %u of '%s' (vertices %u, %u, %u; the first at %.9g, %.9g, %.9g)",
+                    triangle, world_surface_name(world, surface), corners[0], corners[1],
+                    corners[2], first.x, first.y, first.z);
+}
+
+size_t world_count_intersecting_bodies(const tulle_world *world) {
+    size_t count = 0;
+    for (size_t i = 0; i < world->intersections.count; i++) {
+        tulle_intersection const *const pair = &world->intersections.data[i];
+        count += pair->object_a >= world->cloths.count && pair->object_b >= world->cloths.count;
+    }
+    return count;
+}
+
+tulle_status world_refuse_intersections(const tulle_world *world, const double *positions,
+                                        const char *when, tulle_error *error) {
+    char text[sizeof error->message];
+    size_t const size = sizeof text;
+    size_t const count = world->intersections.count;
+    size_t length =
+        (size_t)snprintf(text, size, "%zu pairs of triangles intersect %s: ", count, when);
+    for (size_t i = 0; i < count && i < NAMED_PAIRS && length < size; i++) {
+        tulle_intersection const *const pair = &world->intersections.data[i];
+        length += (size_t)describe_triangle(world, positions, pair->object_a, pair->triangle_a,
+                                            text + length, size - length);
+        if (length < size) length += (size_t)snprintf(text + length, size - length, " with ");
+        if (length >= size) break;
+        length += (size_t)describe_triangle(world, positions, pair->object_b, pair->triangle_b,
+                                            text + length, size - length);
+        if (length < size) length += (size_t)snprintf(text + length, size - length, "; ");
+    }
+    bool const is_untangled = world->def.start_intersections == TULLE_START_UNTANGLE;
+    bool const is_late = world->is_started; /* only the start is untangled */
+    const char *advice = "move them apart, or set start_intersections to untangle, or to ignore";
+    if (world_count_intersecting_bodies(world) > 0)
+        advice = "move them apart (untangling moves cloth only), or set start_intersections to "
+                 "ignore";
+    if (is_untangled)
+        advice = "move them apart, raise untangle_limit, or set start_intersections to ignore";
+    if (is_late)
+        advice = "let it appear elsewhere or at another time, or set start_intersections to ignore";
+    return error_set(error, TULLE_ERROR_INTERSECTING_START,
+                     "%s%s%s (those pairs then count only after they came apart)", text,
+                     count > NAMED_PAIRS ? "and more; " : "", advice);
+}
+
+static bool is_scripted(const surface_range *surface) {
+    return surface->is_obstacle && !surface->is_body;
+}
+
+/* Whether one pair of triangles intersects, as the judge sees it. */
+static bool pair_intersects(const tulle_world *world, const double *positions,
+                            const tulle_intersection *pair) {
+    uint32_t const surfaces[2] = {pair->object_a, pair->object_b};
+    uint32_t const numbers[2] = {pair->triangle_a, pair->triangle_b};
+    uint32_t corners[2][3];
+    for (size_t k = 0; k < 2; k++) {
+        uint32_t const *const triangle =
+            surface_mesh(world, surfaces[k])->triangles + 3 * (size_t)numbers[k];
+        for (size_t i = 0; i < 3; i++)
+            corners[k][i] = world->surfaces[surfaces[k]].vertex_begin + triangle[i];
+    }
+    if (is_scripted(&world->surfaces[surfaces[0]]) && is_scripted(&world->surfaces[surfaces[1]]))
+        return false;
+    return tulle_check_triangle_pair(positions, corners[0], corners[1], surfaces[0] == surfaces[1]);
+}
+
+static int compare_keys(const void *a, const void *b) {
+    uint64_t const x = *(const uint64_t *)a, y = *(const uint64_t *)b;
+    return (x > y) - (x < y);
+}
+
+/* The ignored pairs as sorted keys of world triangle numbers; room is there already. */
+static void refresh_ignored_keys(tulle_world *world) {
+    for (size_t i = 0; i < world->ignored.count; i++) {
+        tulle_intersection const *const pair = &world->ignored.data[i];
+        uint32_t const a = world->surfaces[pair->object_a].triangle_begin + pair->triangle_a;
+        uint32_t const b = world->surfaces[pair->object_b].triangle_begin + pair->triangle_b;
+        world->ignored_keys.data[i] = ignored_pair_key(a, b);
+    }
+    world->ignored_keys.count = world->ignored.count;
+    sort_in_place(world->ignored_keys.data, world->ignored_keys.count, sizeof(uint64_t),
+                  compare_keys);
+}
+
+tulle_status world_ignore_intersections(tulle_world *world, tulle_error *error) {
+    size_t const count = world->intersections.count;
+    if (!ARRAY_RESERVE(&world->heap, &world->ignored, count) ||
+        !ARRAY_RESERVE(&world->heap, &world->ignored_keys, count)) {
+        return error_set(error, TULLE_ERROR_OUT_OF_MEMORY, "no memory left for ignored pairs");
+    }
+    memcpy(world->ignored.data, world->intersections.data, count * sizeof *world->ignored.data);
+    world->ignored.count = count;
+    refresh_ignored_keys(world);
+    return TULLE_OK;
+}
+
+tulle_status world_keep_ignored(tulle_world *world, tulle_error *error) {
+    size_t const count = world->ignored.count;
+    world->ignored_start.count = 0;
+    if (count > 0 && !ARRAY_RESERVE(&world->heap, &world->ignored_start, count)) {
+        return error_set(error, TULLE_ERROR_OUT_OF_MEMORY, "no memory left for ignored pairs");
+    }
+    if (count > 0) {
+        memcpy(world->ignored_start.data, world->ignored.data, count * sizeof *world->ignored.data);
+    }
+    world->ignored_start.count = count;
+    return TULLE_OK;
+}
+
+void world_restore_ignored(tulle_world *world) {
+    size_t const count = world->ignored_start.count;
+    if (count > 0) {
+        memcpy(world->ignored.data, world->ignored_start.data, count * sizeof *world->ignored.data);
+    }
+    world->ignored.count = count;
+    refresh_ignored_keys(world);
+}
+
+void world_update_ignored(tulle_world *world, const double *positions) {
+    size_t kept = 0;
+    for (size_t i = 0; i < world->ignored.count; i++) {
+        tulle_intersection const pair = world->ignored.data[i];
+        if (pair_intersects(world, positions, &pair)) world->ignored.data[kept++] = pair;
+    }
+    world->ignored.count = kept;
+    refresh_ignored_keys(world);
+}

@@ -1,0 +1,281 @@
+/* world/start/start.c - from separate objects to one numbering: topology, masses, contact laws,
+ * distances, trees, and the judgement of the first state. Runs once, before the first step.
+ * Arrays are in start_arrays.c, laws and distances in start_laws.c. */
+#include "world/start/start.h"
+
+#include "base/error.h"
+#include "base/hash.h"
+#include "world/bodies/bodies.h"
+#include "world/start/inside.h"
+#include "world/step/detection.h"
+#include "world/untangle/untangle.h"
+
+#include <string.h>
+
+static tulle_status no_memory(tulle_error *error) {
+    return error_set(error, TULLE_ERROR_OUT_OF_MEMORY, "no memory left to start the world");
+}
+
+static const world_mesh *object_mesh(const tulle_world *world, size_t surface) {
+    size_t const cloth_count = world->cloths.count;
+    return surface < cloth_count ? &world->cloths.data[surface].mesh
+                                 : &world->obstacles.data[surface - cloth_count].mesh;
+}
+
+/* Ranges of vertices and triangles of every surface, cloths first. */
+static tulle_status number_surfaces(tulle_world *world, size_t *triangle_count,
+                                    tulle_error *error) {
+    size_t const surface_count = world_surface_count(world);
+    size_t vertex_count = 0;
+    *triangle_count = 0;
+    world->surfaces = memory_allocate_zeroed(&world->heap, surface_count, sizeof(surface_range));
+    if (!world->surfaces) return no_memory(error);
+    if (world_number_bodies(world) != TULLE_OK) return no_memory(error);
+    for (size_t s = 0; s < surface_count; s++) {
+        world_mesh const *const mesh = object_mesh(world, s);
+        if (s == world->cloths.count) vertex_count += 2 * world->body_count; /* their slots */
+        if (vertex_count + mesh->vertex_count > INT32_MAX ||
+            *triangle_count + mesh->triangle_count > INT32_MAX) {
+            return error_set(error, TULLE_ERROR_LIMIT,
+                             "all meshes together have over 2^31 - 1 vertices or triangles");
+        }
+        surface_range *const range = &world->surfaces[s];
+        range->vertex_begin = (uint32_t)vertex_count;
+        range->triangle_begin = (uint32_t)*triangle_count;
+        vertex_count += mesh->vertex_count;
+        *triangle_count += mesh->triangle_count;
+        range->vertex_end = (uint32_t)vertex_count;
+        range->triangle_end = (uint32_t)*triangle_count;
+        range->is_obstacle = s >= world->cloths.count;
+        range->is_present = true;
+        if (!range->is_obstacle) {
+            world->cloths.data[s].vertex_begin = range->vertex_begin;
+            world->cloth_vertex_count = vertex_count;
+        } else {
+            world_obstacle *const obstacle = &world->obstacles.data[s - world->cloths.count];
+            obstacle->vertex_begin = range->vertex_begin;
+            range->is_static = obstacle->motion.key_count == 0 && !obstacle->read_frame &&
+                               !obstacle->body.is_dynamic;
+        }
+    }
+    world->vertex_count = vertex_count;
+    return TULLE_OK;
+}
+
+/* Topology of all triangles together, and each surface's range of edges. */
+static tulle_status build_topology(tulle_world *world, size_t triangle_count, tulle_error *error) {
+    arena_mark const mark = arena_get_mark(&world->scratch);
+    uint32_t *const triangles = ARENA_NEW(&world->scratch, uint32_t, 3 * triangle_count);
+    if (!triangles) return no_memory(error);
+    for (size_t s = 0; s < world_surface_count(world); s++) {
+        world_mesh const *const mesh = object_mesh(world, s);
+        surface_range const *const range = &world->surfaces[s];
+        uint32_t *const target = triangles + 3 * (size_t)range->triangle_begin;
+        for (size_t i = 0; i < 3 * mesh->triangle_count; i++) {
+            target[i] = range->vertex_begin + mesh->triangles[i];
+        }
+    }
+    tulle_status const status =
+        topology_build(&world->heap, triangles, triangle_count, world->vertex_count, &world->topo);
+    arena_release(&world->scratch, mark);
+    if (status != TULLE_OK) return no_memory(error);
+    size_t edge = 0;
+    for (size_t s = 0; s < world_surface_count(world); s++) {
+        surface_range *const range = &world->surfaces[s];
+        range->edge_begin = (uint32_t)edge;
+        while (edge < world->topo.edge_count && world->topo.edges[2 * edge] < range->vertex_end) {
+            edge++;
+        }
+        range->edge_end = (uint32_t)edge;
+    }
+    world->set = (surface_set){.topo = &world->topo,
+                               .surfaces = world->surfaces,
+                               .surface_count = world_surface_count(world)};
+    return TULLE_OK;
+}
+
+/* First positions and velocities, rest shapes, surface of each vertex. */
+static void fill_arrays(tulle_world *world) {
+    for (size_t s = 0; s < world_surface_count(world); s++) {
+        world_mesh const *const mesh = object_mesh(world, s);
+        surface_range const *const range = &world->surfaces[s];
+        size_t const offset = 3 * (size_t)range->vertex_begin;
+        size_t const bytes = 3 * mesh->vertex_count * sizeof(double);
+        bool const is_cloth = !range->is_obstacle;
+        memcpy(world->now.positions + offset, mesh->positions, bytes);
+        memcpy(world->rest + offset, is_cloth ? world->cloths.data[s].rest : mesh->positions,
+               bytes);
+        if (is_cloth) {
+            memcpy(world->now.velocities + offset, world->cloths.data[s].velocities, bytes);
+        }
+        for (uint32_t v = range->vertex_begin; v < range->vertex_end; v++) {
+            world->vertex_surface[v] = (uint32_t)s;
+        }
+    }
+}
+
+/* [bytes] of scratch that a step without contact takes for each vertex of cloth. */
+enum { SCRATCH_BYTES = 640 };
+
+/* Cloth of fewer vertices is solved as fast in double precision (20 x 20; 45 x 45 slower). */
+enum { SINGLE_VERTICES = 1000 };
+
+/* Forces and masses of all cloth together. */
+static tulle_status build_model(tulle_world *world, tulle_error *error) {
+    arena_mark const mark = arena_get_mark(&world->scratch);
+    size_t const cloth_count = world->cloths.count;
+    tulle_material *const materials = ARENA_NEW(&world->scratch, tulle_material, cloth_count);
+    if (!materials) return no_memory(error);
+    for (size_t i = 0; i < cloth_count; i++) {
+        materials[i] = world->cloths.data[i].material;
+        /* the paper's springs are linear, and its one solve a step would tear others */
+        if (world->def.response == TULLE_RESPONSE_PAPER) materials[i].stiffening_strain = 0.0;
+    }
+    cloth_model_def const def = {.vertex_count = world->cloth_vertex_count,
+                                 .surface = &world->topo,
+                                 .rest_positions = world->rest,
+                                 .materials = materials,
+                                 .material_count = cloth_count,
+                                 .vertex_materials = world->vertex_surface};
+    world->model = memory_allocate_zeroed(&world->heap, 1, sizeof *world->model);
+    if (!world->model) return no_memory(error);
+    tulle_status status = cloth_model_build(&world->heap, &def, world->model, error);
+    arena_release(&world->scratch, mark);
+    if (status != TULLE_OK) {
+        memory_release(&world->heap, world->model, sizeof *world->model);
+        world->model = NULL;
+        return status;
+    }
+    if (linear_system_build(&world->heap, world->model, &world->system) != TULLE_OK) {
+        return no_memory(error);
+    }
+    if (world->cloth_vertex_count >= SINGLE_VERTICES) {
+        world->aggregates = nested_aggregates_build(&world->heap, &world->system.matrix);
+        if (!world->aggregates) return no_memory(error);
+    }
+    for (size_t v = 0; v < world->cloth_vertex_count; v++) {
+        world->inverse_masses[v] = 1.0 / world->model->masses[v];
+    }
+    return TULLE_OK;
+}
+
+/* Hash of what a saved state must fit: meshes, rest shapes, masses, time scripts. */
+static uint64_t hash_defs(const tulle_world *world) {
+    uint64_t hash = HASH_SEED;
+    size_t const vector_bytes = 3 * world->vertex_count * sizeof(double);
+    hash = hash_bytes(hash, &world->cloths.count, sizeof world->cloths.count);
+    hash = hash_bytes(hash, &world->obstacles.count, sizeof world->obstacles.count);
+    hash = hash_bytes(hash, world->rest, vector_bytes);
+    hash =
+        hash_bytes(hash, world->topo.triangles, 3 * world->topo.triangle_count * sizeof(uint32_t));
+    hash = hash_bytes(hash, world->inverse_masses, world->vertex_count * sizeof(double));
+    hash = hash_bytes(hash, world->laws,
+                      world->set.surface_count * world->set.surface_count * sizeof(contact_law));
+    if (world->grains)
+        hash = hash_bytes(hash, world->grains, world->set.surface_count * sizeof *world->grains);
+    hash = hash_bytes(hash, world->def.gravity, sizeof world->def.gravity);
+    hash = hash_bytes(hash, &world->minimum_gap, sizeof world->minimum_gap);
+    int const choices[2] = {(int)world->def.response, (int)world->def.motion_space};
+    hash = hash_bytes(hash, choices, sizeof choices);
+    for (size_t i = 0; i < world->obstacles.count; i++) {
+        world_obstacle const *const o = &world->obstacles.data[i];
+        hash = hash_bytes(hash, o->motion.keys, o->motion.key_count * sizeof *o->motion.keys);
+        hash = hash_bytes(hash, &o->appear_time, sizeof o->appear_time);
+        if (o->body.is_dynamic) {
+            hash = hash_bytes(hash, &o->rigid, sizeof o->rigid);
+            hash = hash_bytes(hash, &o->body.start_time, sizeof o->body.start_time);
+            double const sleep[2] = {o->body.sleep_speed, o->body.sleep_time};
+            if (sleep[0] > 0.0) hash = hash_bytes(hash, sleep, sizeof sleep);
+        }
+        hash = hash_bytes(hash, &o->disappear_time, sizeof o->disappear_time);
+    }
+    return hash;
+}
+
+/* Obstacles at time 0 and their presence. */
+static tulle_status place_obstacles(tulle_world *world, tulle_error *error) {
+    tulle_status status = world_script_targets(world, 0.0, 0.0, error);
+    if (status != TULLE_OK) return status;
+    size_t const offset = 3 * (world->cloth_vertex_count + 2 * world->body_count);
+    memcpy(world->now.positions + offset, world->targets + offset,
+           (3 * world->vertex_count - offset) * sizeof(double));
+    for (size_t i = 0; i < world->obstacles.count; i++) {
+        bool const is_present = world->obstacles.data[i].appear_time <= 0.0;
+        world->now.is_present[i] = is_present;
+        world->surfaces[world->cloths.count + i].is_present = is_present;
+    }
+    return TULLE_OK;
+}
+
+/* The judgement of the first state, and what is to be done about it. */
+static tulle_status judge_start(tulle_world *world, tulle_error *error) {
+    tulle_status status =
+        world_find_intersections(world, world->now.positions, &world->intersections, error);
+    bool const has_any = world->intersections.count > 0;
+    if (status != TULLE_OK) return status;
+    if (world->def.start_intersections == TULLE_START_IGNORE)
+        return has_any ? world_ignore_intersections(world, error) : TULLE_OK;
+    if (has_any && world->def.start_intersections == TULLE_START_REFUSE)
+        return world_refuse_intersections(world, world->now.positions, "at the start", error);
+    if (has_any) status = world_untangle(world, error);
+    inside_question const question = {.when = "at the start"};
+    return status == TULLE_OK ? world_refuse_inside(world, world->now.positions, question, error)
+                              : status;
+}
+
+static tulle_status start_stages(tulle_world *world, bool is_judged, tulle_error *error) {
+    size_t triangle_count;
+    tulle_status status = number_surfaces(world, &triangle_count, error);
+    if (status == TULLE_OK) status = build_topology(world, triangle_count, error);
+    if (status == TULLE_OK && !world_allocate_start(world)) status = no_memory(error);
+    if (status != TULLE_OK) return status;
+    fill_arrays(world);
+    world_place_bodies(world);
+    status = build_model(world, error);
+    if (status == TULLE_OK) status = world_derive_distances(world, error);
+    if (status == TULLE_OK) status = world_set_grains(world, error);
+    if (status != TULLE_OK) return status;
+    status = place_obstacles(world, error);
+    if (status == TULLE_OK && is_judged) status = judge_start(world, error);
+    if (status != TULLE_OK) return status;
+    if (world_start_detection(world) != TULLE_OK) return no_memory(error);
+    arena_reserve(&world->scratch, SCRATCH_BYTES * world->cloth_vertex_count);
+    world->def_hash = hash_defs(world);
+    return TULLE_OK;
+}
+
+tulle_status tulle_world_start(tulle_world *world, tulle_error *error) {
+    return world_start(world, true, error);
+}
+
+void tulle_world_set_stop_request(tulle_world *world, tulle_stop_request is_stopped,
+                                  void *context) {
+    if (!world) return;
+    world->stop.is_wanted = is_stopped;
+    world->stop.context = context;
+}
+
+static bool has_what_moves(const tulle_world *world) {
+    bool is_found = world->cloths.count > 0;
+    for (size_t i = 0; i < world->obstacles.count; i++)
+        is_found |= world->obstacles.data[i].body.is_dynamic != 0;
+    return is_found;
+}
+
+tulle_status world_start(tulle_world *world, bool is_judged, tulle_error *error) {
+    if (!world) return error_set(error, TULLE_ERROR_INVALID_ARGUMENT, "the world is null");
+    if (world->is_started) return TULLE_OK;
+    atomic_store(&world->stop.is_stopped, false);
+    if (!has_what_moves(world)) {
+        return error_set(error, TULLE_ERROR_INVALID_ARGUMENT,
+                         "the world has no cloth and no rigid body; add one before it starts");
+    }
+    tulle_status const status = start_stages(world, is_judged, error);
+    if (status != TULLE_OK) {
+        world_release_start(world);
+        return status;
+    }
+    world->is_started = true;
+    if (is_judged) world_release_first_cloth(world); /* else it may have to start again */
+    return status;
+}

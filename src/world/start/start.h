@@ -1,0 +1,17 @@
+/* world/start/start.h - parts of the start. */
+#ifndef TULLE_WORLD_START_START_H
+#define TULLE_WORLD_START_START_H
+
+#include "world/world_state.h"
+
+/* start_arrays.c: arrays by numbers of vertices and surfaces; false: no memory, and what there is
+ * is for world_release_start. */
+bool world_allocate_start(tulle_world *world);
+
+/* start_laws.c: contact laws of all pairs of surfaces and the distances that the world reports. */
+tulle_status world_derive_distances(tulle_world *world, tulle_error *error);
+/* start_laws.c: grain of the surfaces, if one of them has friction that depends on the direction.
+ */
+tulle_status world_set_grains(tulle_world *world, tulle_error *error);
+
+#endif

@@ -1,0 +1,109 @@
+/* world/start/start_arrays.c - the arrays that a world has from its start on, and their release. */
+#include "world/bodies/bodies.h"
+#include "world/start/start.h"
+#include "world/step/detection.h"
+
+#include <string.h>
+
+/* Arrays of one motion state. */
+static bool allocate_state(tulle_world *world, world_motion_state *state) {
+    memory *const heap = &world->heap;
+    size_t const n = 3 * world->vertex_count, obstacle_count = world->obstacles.count;
+    state->positions = memory_allocate_zeroed(heap, n, sizeof(double));
+    state->velocities = memory_allocate_zeroed(heap, n, sizeof(double));
+    state->previous_mean = memory_allocate_zeroed(heap, n, sizeof(double));
+    state->previous_velocities = memory_allocate_zeroed(heap, n, sizeof(double));
+    state->is_released = memory_allocate_zeroed(heap, obstacle_count, 1);
+    state->is_present = memory_allocate_zeroed(heap, obstacle_count, 1);
+    state->particles = memory_allocate_zeroed(heap, world_particle_count(world), 1);
+    state->rests = memory_allocate_zeroed(heap, world->body_count, sizeof *state->rests);
+    return state->positions && state->velocities && state->previous_mean && state->particles &&
+           state->previous_velocities && state->is_released && state->is_present && state->rests;
+}
+
+static void release_state(tulle_world *world, world_motion_state *state) {
+    memory *const heap = &world->heap;
+    size_t const vector_bytes = 3 * world->vertex_count * sizeof(double);
+    memory_release(heap, state->positions, vector_bytes);
+    memory_release(heap, state->velocities, vector_bytes);
+    memory_release(heap, state->previous_mean, vector_bytes);
+    memory_release(heap, state->previous_velocities, vector_bytes);
+    memory_release(heap, state->is_released, world->obstacles.count);
+    memory_release(heap, state->is_present, world->obstacles.count);
+    memory_release(heap, state->particles, world_particle_count(world));
+    memory_release(heap, state->rests, world->body_count * sizeof *state->rests);
+    contact_store_destroy(&state->contacts, heap);
+    memset(state, 0, sizeof *state);
+}
+
+bool world_allocate_start(tulle_world *world) {
+    memory *const heap = &world->heap;
+    size_t const n = world->vertex_count, surface_count = world_surface_count(world);
+    world->rest = memory_allocate(heap, 3 * n * sizeof(double));
+    world->targets = memory_allocate_zeroed(heap, 3 * n, sizeof(double));
+    world->inverse_masses = memory_allocate_zeroed(heap, n, sizeof(double));
+    world->active_inverse_masses = memory_allocate_zeroed(heap, n, sizeof(double));
+    world->is_fixed = memory_allocate_zeroed(heap, n, 1);
+    world->vertex_surface = memory_allocate(heap, n * sizeof(uint32_t));
+    world->laws = memory_allocate_zeroed(heap, surface_count * surface_count, sizeof(contact_law));
+    return world->rest && world->targets && world->inverse_masses && world->active_inverse_masses &&
+           world->is_fixed && world->vertex_surface && world->laws &&
+           allocate_state(world, &world->now) && allocate_state(world, &world->next);
+}
+
+void world_release_first_cloth(tulle_world *world) {
+    memory *const heap = &world->heap;
+    for (size_t i = 0; i < world->cloths.count; i++) {
+        world_cloth *const cloth = &world->cloths.data[i];
+        size_t const vector_bytes = 3 * cloth->mesh.vertex_count * sizeof(double);
+        memory_release(heap, cloth->rest, vector_bytes);
+        memory_release(heap, cloth->velocities, vector_bytes);
+        cloth->rest = cloth->velocities = NULL;
+        if (cloth->pin_count > 0) continue;
+        memory_release(heap, cloth->mesh.positions, vector_bytes);
+        cloth->mesh.positions = NULL;
+    }
+}
+
+void world_release_start(tulle_world *world) {
+    memory *const heap = &world->heap;
+    size_t const n = world->vertex_count, surface_count = world_surface_count(world);
+    world_release_detection(world);
+    linear_system_destroy(heap, &world->system);
+    nested_aggregates_destroy(heap, world->aggregates);
+    world->aggregates = NULL;
+    if (world->model) {
+        cloth_model_destroy(heap, world->model);
+        memory_release(heap, world->model, sizeof *world->model);
+    }
+    release_state(world, &world->now);
+    release_state(world, &world->next);
+    world_release_bodies(world);
+    topology_destroy(heap, &world->topo);
+    memory_release(heap, world->surfaces, surface_count * sizeof(surface_range));
+    memory_release(heap, world->rest, 3 * n * sizeof(double));
+    memory_release(heap, world->targets, 3 * n * sizeof(double));
+    memory_release(heap, world->inverse_masses, n * sizeof(double));
+    memory_release(heap, world->active_inverse_masses, n * sizeof(double));
+    memory_release(heap, world->is_fixed, n);
+    memory_release(heap, world->vertex_surface, n * sizeof(uint32_t));
+    memory_release(heap, world->laws, surface_count * surface_count * sizeof(contact_law));
+    if (world->grains) memory_release(heap, world->grains, surface_count * sizeof *world->grains);
+    row_list_destroy(&world->rows, heap);
+    row_list_destroy(&world->accepted_rows, heap);
+    ARRAY_FREE(heap, &world->contacts);
+    ARRAY_FREE(heap, &world->ignored);
+    ARRAY_FREE(heap, &world->ignored_start);
+    ARRAY_FREE(heap, &world->ignored_keys);
+    arena_destroy(&world->scratch);
+    world->model = NULL;
+    world->surfaces = NULL;
+    world->rest = world->targets = world->inverse_masses = world->active_inverse_masses = NULL;
+    world->is_fixed = NULL;
+    world->vertex_surface = NULL;
+    world->laws = NULL;
+    world->grains = NULL;
+    world->vertex_count = world->cloth_vertex_count = 0;
+    world->contact_distance = world->separation_distance = 0.0;
+    world->is_started = false;
+}

@@ -1,0 +1,206 @@
+/* world/start/start_laws.c - contact laws of all pairs of surfaces, and the distances that follow
+ * from materials, meshes and the def. Part of the start. */
+#include "base/error.h"
+#include "world/start/start.h"
+
+#include <math.h>
+
+/* Contact distance of a cloth without a thickness: this share of its mean edge ... */
+static const double CONTACT_EDGE_SHARE = 0.2;
+/* ... but not more than this [m]; thicker looks like felt. */
+static const double CONTACT_DISTANCE_MAX = 5e-3;
+/* Release distance over contact distance. */
+static const double SEPARATION_FACTOR = 1.5;
+/* Minimum gap: this share of the smallest contact distance. */
+static const double MINIMUM_GAP_SHARE = 1.0 / 40.0;
+/* The minimum gap survives rounding to float in files: this many float ulps of the scene's extent.
+ */
+static const double MINIMUM_GAP_ULPS = 4.0;
+/* Largest share of a contact distance that the minimum gap may take. */
+static const double MINIMUM_GAP_LARGEST_SHARE = 0.5;
+
+/* Mean rest edge length of a range of edges [m]. */
+static double mean_edge_length(const tulle_world *world, uint32_t edge_begin, uint32_t edge_end) {
+    double sum = 0.0;
+    for (uint32_t e = edge_begin; e < edge_end; e++) {
+        vec3 const a = vec3_load(world->rest, world->topo.edges[2 * (size_t)e]);
+        vec3 const b = vec3_load(world->rest, world->topo.edges[2 * (size_t)e + 1]);
+        sum += vec3_norm(vec3_sub(a, b));
+    }
+    return edge_end > edge_begin ? sum / (double)(edge_end - edge_begin) : 0.0;
+}
+
+/* Contact distance of one cloth against itself and obstacles [m]. */
+static double cloth_contact_distance(const tulle_world *world, size_t cloth) {
+    if (world->cloths.data[cloth].thickness > 0.0) return world->cloths.data[cloth].thickness;
+    if (world->def.contact_distance > 0.0) return world->def.contact_distance;
+    surface_range const *const range = &world->surfaces[cloth];
+    return fmin(CONTACT_DISTANCE_MAX,
+                CONTACT_EDGE_SHARE * mean_edge_length(world, range->edge_begin, range->edge_end));
+}
+
+/* What a surface brings to a contact; dynamic friction is not negative. */
+typedef struct surface_roughness {
+    double friction, dynamic_friction, restitution;
+} surface_roughness;
+
+static surface_roughness get_roughness(const tulle_world *world, size_t surface) {
+    size_t const cloth_count = world->cloths.count;
+    surface_roughness roughness;
+    if (surface < cloth_count) {
+        tulle_material const *const m = &world->cloths.data[surface].material;
+        roughness = (surface_roughness){m->friction, m->dynamic_friction, m->restitution};
+    } else {
+        world_obstacle const *const o = &world->obstacles.data[surface - cloth_count];
+        roughness = (surface_roughness){o->friction, o->dynamic_friction, o->restitution};
+    }
+    if (roughness.dynamic_friction < 0.0) roughness.dynamic_friction = roughness.friction;
+    return roughness;
+}
+
+/* Coefficients of a pair: what was set for it, or for what it is made of; else geometric means, but
+ * that friction between cloths is the world's. */
+static void set_coefficients(const tulle_world *world, size_t a, size_t b, contact_law *law) {
+    tulle_contact_law const *const given = world_find_pair_law(world, a, b);
+    if (given) {
+        bool const has_dynamic = given->dynamic_friction >= 0.0;
+        law->static_friction = given->static_friction;
+        law->dynamic_friction = has_dynamic ? given->dynamic_friction : given->static_friction;
+        law->restitution = given->restitution;
+        return;
+    }
+    surface_roughness const first = get_roughness(world, a), second = get_roughness(world, b);
+    law->restitution = sqrt(first.restitution * second.restitution);
+    law->static_friction = sqrt(first.friction * second.friction);
+    law->dynamic_friction = sqrt(first.dynamic_friction * second.dynamic_friction);
+    if (a >= world->cloths.count || b >= world->cloths.count) return;
+    double const dynamic = world->def.dynamic_friction_cloth_cloth;
+    law->static_friction = world->def.friction_cloth_cloth;
+    law->dynamic_friction = dynamic < 0.0 ? law->static_friction : dynamic;
+}
+
+/* Contact distance of bodies among themselves and with other obstacles [m]: the least that a cloth
+ * has. */
+static double body_contact_distance(const tulle_world *world) {
+    if (world->def.contact_distance > 0.0) return world->def.contact_distance;
+    double least = CONTACT_DISTANCE_MAX;
+    for (size_t i = 0; i < world->cloths.count; i++)
+        least = fmin(least, cloth_contact_distance(world, i));
+    return least;
+}
+
+static bool has_body(const tulle_world *world, size_t a, size_t b) {
+    return a != b && world->surface_bodies &&
+           (world->surface_bodies[a] != TULLE_NONE || world->surface_bodies[b] != TULLE_NONE);
+}
+
+static contact_law make_law(const tulle_world *world, size_t a, size_t b) {
+    size_t const cloth_count = world->cloths.count;
+    bool const has_cloth_a = a < cloth_count, has_cloth_b = b < cloth_count;
+    contact_law law = {0};
+    if (has_cloth_a && has_cloth_b) {
+        law.contact_distance =
+            0.5 * (cloth_contact_distance(world, a) + cloth_contact_distance(world, b));
+    } else if (has_cloth_a || has_cloth_b) {
+        law.contact_distance = cloth_contact_distance(world, has_cloth_a ? a : b);
+    }
+    bool const is_among_bodies = !has_cloth_a && !has_cloth_b && has_body(world, a, b);
+    if (is_among_bodies) law.contact_distance = body_contact_distance(world);
+    if (has_cloth_a || has_cloth_b || is_among_bodies) set_coefficients(world, a, b, &law);
+    bool const is_given = world->def.separation_distance > 0.0;
+    law.separation_distance =
+        is_given ? world->def.separation_distance : SEPARATION_FACTOR * law.contact_distance;
+    return law;
+}
+
+static double largest_coordinate(const tulle_world *world) {
+    double largest = 0.0;
+    size_t const slots = world->cloth_vertex_count, after = slots + 2 * world->body_count;
+    for (size_t i = 0; i < 3 * world->vertex_count; i++) {
+        if (i / 3 >= slots && i / 3 < after) continue;
+        largest = fmax(largest, fabs(world->now.positions[i]));
+    }
+    return largest;
+}
+
+/* Whether objects of the pair can touch. */
+static bool may_touch(const tulle_world *world, size_t a, size_t b) {
+    return a < world->cloths.count || b < world->cloths.count || has_body(world, a, b);
+}
+
+static tulle_status check_separation(const tulle_world *world, size_t a, size_t b,
+                                     tulle_error *error) {
+    contact_law const *const law = &world->laws[a * world_surface_count(world) + b];
+    if (law->separation_distance >= law->contact_distance) return TULLE_OK;
+    return error_set(error, TULLE_ERROR_INVALID_ARGUMENT,
+                     "the separation distance (delta_s) of %g m is under the contact distance "
+                     "(delta_c, thickness) of %g m between '%s' and '%s'; give at least that, or "
+                     "leave it out: 1.5 times the contact distance",
+                     law->separation_distance, law->contact_distance, world_surface_name(world, a),
+                     world_surface_name(world, b));
+}
+
+/* `smallest`: contact distance of all pairs. */
+static tulle_status check_minimum_gap(const tulle_world *world, double smallest,
+                                      tulle_error *error) {
+    if (world->minimum_gap <= MINIMUM_GAP_LARGEST_SHARE * smallest) return TULLE_OK;
+    if (world->def.minimum_gap > 0.0)
+        return error_set(error, TULLE_ERROR_INVALID_ARGUMENT,
+                         "the minimum gap (xi) of %g m is over half of the smallest contact "
+                         "distance (delta_c, thickness) of %g m; give at most %g m, or leave it "
+                         "out: a fortieth of the contact distance",
+                         world->minimum_gap, smallest, MINIMUM_GAP_LARGEST_SHARE * smallest);
+    return error_set(error, TULLE_ERROR_INVALID_ARGUMENT,
+                     "the minimum gap of %g m, which floats in files need where the scene reaches "
+                     "%g m from the origin, is over half of the contact distance of %g m: move "
+                     "the scene nearer, use thicker cloth, or give the minimum gap (xi) yourself",
+                     world->minimum_gap, largest_coordinate(world), smallest);
+}
+
+/* Contact laws of all pairs of surfaces and the distances that the world reports. */
+tulle_status world_derive_distances(tulle_world *world, tulle_error *error) {
+    size_t const surface_count = world_surface_count(world);
+    double smallest_contact = (double)INFINITY;
+    for (size_t a = 0; a < surface_count; a++) {
+        for (size_t b = 0; b < surface_count; b++) {
+            contact_law const law = make_law(world, a, b);
+            world->laws[a * surface_count + b] = law;
+            if (!may_touch(world, a, b)) continue;
+            tulle_status const status = check_separation(world, a, b, error);
+            if (status != TULLE_OK) return status;
+            world->contact_distance = fmax(world->contact_distance, law.contact_distance);
+            world->separation_distance = fmax(world->separation_distance, law.separation_distance);
+            smallest_contact = fmin(smallest_contact, law.contact_distance);
+        }
+    }
+    double const float_floor = MINIMUM_GAP_ULPS * 0x1p-23 * largest_coordinate(world);
+    world->minimum_gap = world->def.minimum_gap > 0.0
+                             ? world->def.minimum_gap
+                             : fmax(MINIMUM_GAP_SHARE * smallest_contact, float_floor);
+    world->edge_length = mean_edge_length(world, 0, world_cloth_edge_count(world));
+    return check_minimum_gap(world, smallest_contact, error);
+}
+
+static surface_grain get_grain(const tulle_world *world, size_t surface) {
+    size_t const cloth_count = world->cloths.count;
+    if (surface < cloth_count) {
+        world_cloth const *const c = &world->cloths.data[surface];
+        return (surface_grain){vec3_load(c->grain, 0), c->material.friction_across};
+    }
+    world_obstacle const *const o = &world->obstacles.data[surface - cloth_count];
+    return (surface_grain){vec3_load(o->grain, 0), o->friction_across};
+}
+
+/* Grain of the surfaces, if one of them has friction that depends on the direction. */
+tulle_status world_set_grains(tulle_world *world, tulle_error *error) {
+    bool has_grain = false;
+    for (size_t s = 0; s < world_surface_count(world); s++)
+        has_grain |= get_grain(world, s).across != 1.0;
+    if (!has_grain) return TULLE_OK;
+    size_t const count = world_surface_count(world);
+    world->grains = memory_allocate_zeroed(&world->heap, count, sizeof *world->grains);
+    if (!world->grains)
+        return error_set(error, TULLE_ERROR_OUT_OF_MEMORY, "no memory left to start the world");
+    for (size_t s = 0; s < count; s++) world->grains[s] = get_grain(world, s);
+    return TULLE_OK;
+}

@@ -1,0 +1,97 @@
+/* world/step/carriers.c - the affine map by which each scripted obstacle goes through a substep,
+ * for the rescue that lets cloth ride on what moves.
+ *
+ * A step begins with obstacles on their script. Vertices move on straight lines to where the script
+ * has them at the end of the substep; when time is shortened on the way they stop on their chords,
+ * where a turning obstacle is a little smaller than itself. So the map of a substep is not the
+ * script's alone: from the start of the step to now the obstacle has gone through P, to the end of
+ * the substep it goes through the script's S, and the substep's map is S P^-1. */
+#include "world/step/step.h"
+
+#include "base/error.h"
+
+#include <math.h>
+#include <string.h>
+
+/* A map that misses a vertex's target by more than this share of the minimum gap is none; so after
+ * a pinch has held the obstacle back. */
+static const double CARRIER_ERROR_SHARE = 1e-3;
+/* Volume that chords leave of an obstacle, under which its map is not inverted: over a right angle
+ * in one substep. */
+static const double VOLUME_LEFT_MIN = 0.1;
+
+static const affine_map IDENTITY = {{{1, 0, 0, 0, 1, 0, 0, 0, 1}}, {0, 0, 0}};
+
+tulle_status world_begin_carriers(step_context *context) {
+    tulle_world *const world = context->world;
+    size_t const count = world->obstacles.count;
+    context->progress = ARENA_NEW(&world->scratch, affine_map, count);
+    context->script_maps = ARENA_NEW(&world->scratch, affine_map, count);
+    context->step_start = context->state->time;
+    if (!context->progress || !context->script_maps)
+        return error_set(context->error, TULLE_ERROR_OUT_OF_MEMORY, "no memory left for obstacles");
+    for (size_t i = 0; i < count; i++) context->progress[i] = context->script_maps[i] = IDENTITY;
+    return TULLE_OK;
+}
+
+static vec3 get_column(const mat3 *a, size_t c) {
+    return (vec3){a->m[c], a->m[3 + c], a->m[6 + c]};
+}
+
+/* map = whole part^-1; false where `part` leaves too little. */
+static bool divide_maps(const affine_map *whole, const affine_map *part, affine_map *map) {
+    vec3 const a = get_column(&part->matrix, 0), b = get_column(&part->matrix, 1);
+    vec3 const c = get_column(&part->matrix, 2);
+    double const volume = vec3_dot(a, vec3_cross(b, c));
+    if (!(volume >= VOLUME_LEFT_MIN)) return false;
+    mat3 sum = mat3_outer(get_column(&whole->matrix, 0), vec3_cross(b, c), 1.0 / volume);
+    mat3 const second = mat3_outer(get_column(&whole->matrix, 1), vec3_cross(c, a), 1.0 / volume);
+    mat3 const third = mat3_outer(get_column(&whole->matrix, 2), vec3_cross(a, b), 1.0 / volume);
+    mat3_add_scaled(&sum, &second, 1.0);
+    mat3_add_scaled(&sum, &third, 1.0);
+    map->matrix = sum;
+    map->offset = vec3_sub(whole->offset, mat3_multiply_vec3(&sum, part->offset));
+    return true;
+}
+
+/* Whether the map takes the obstacle's vertices from where they are to their targets. */
+static bool map_fits(const step_context *context, const surface_range *range,
+                     const affine_map *map) {
+    tulle_world const *const world = context->world;
+    for (uint32_t v = range->vertex_begin; v < range->vertex_end; v++) {
+        vec3 const moved = vec3_add(
+            mat3_multiply_vec3(&map->matrix, vec3_load(context->state->positions, v)), map->offset);
+        vec3 const error = vec3_sub(moved, vec3_load(world->targets, v));
+        if (vec3_norm(error) > CARRIER_ERROR_SHARE * world->minimum_gap) return false;
+    }
+    return true;
+}
+
+void world_find_carriers(step_context *context) {
+    tulle_world *const world = context->world;
+    double const to = context->state->time + context->time_step;
+    memset(context->carriers, 0, world->set.surface_count * sizeof *context->carriers);
+    for (size_t i = 0; i < world->obstacles.count; i++) {
+        world_motion const *const motion = &world->obstacles.data[i].motion;
+        if (motion->key_count == 0 || context->is_script_frozen) continue;
+        size_t const surface = world->cloths.count + i;
+        affine_map *const map = &context->carrier_maps[surface];
+        affine_map *const script = &context->script_maps[i];
+        motion_get_change(motion, context->step_start, to, &script->matrix, &script->offset);
+        if (divide_maps(script, &context->progress[i], map) &&
+            map_fits(context, &world->surfaces[surface], map))
+            context->carriers[surface] = map;
+    }
+}
+
+static void mix_maps(affine_map *map, const affine_map *other, double share) {
+    for (size_t k = 0; k < 9; k++)
+        map->matrix.m[k] += share * (other->matrix.m[k] - map->matrix.m[k]);
+    map->offset = vec3_lerp(map->offset, other->offset, share);
+}
+
+void world_follow_carriers(step_context *context) {
+    double const share = context->passed / context->time_step;
+    for (size_t i = 0; i < context->world->obstacles.count && !context->is_script_frozen; i++)
+        mix_maps(&context->progress[i], &context->script_maps[i], share);
+}

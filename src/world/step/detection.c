@@ -1,0 +1,225 @@
+/* world/step/detection.c - see detection.h.
+ *
+ * Based on: Wong, Baciu, Dynamic interaction between deformable surfaces and nonsmooth objects,
+ * 2005, section 3. Departures: a patch is skipped only when it is proven not to touch itself, and
+ * patches live from step to step; docs/method/update_patches.md. */
+#include "world/step/detection.h"
+
+#include "base/timer.h"
+
+#include <math.h>
+#include <string.h>
+
+/* Boxes are widened by this share of the mean edge beyond the separation distance, so that paths
+ * which the solve bends a little stay inside the candidates that were found for the predicted ones.
+ */
+static const double PAIR_MARGIN_EDGE_SHARE = 0.05;
+
+/* Patches are certified with this much more than half the separation distance, so that no rounding
+ * of a distance tells a candidate from one that was left out. */
+static const double REACH_RESERVE = 1.0 + 1e-6;
+
+/* A test of paths calls a pair a hit up to a twentieth of its separation above it, see
+ * detect/impact/time_of_impact.c: what is left out keeps more than that. */
+static const double HIT_RESERVE = 1.06;
+
+/* [rad] 89 degrees, for other paths than those the patches were found for. Read only where patches
+ * are used by their cones alone: with a certificate no angle is asked of a kept patch. */
+static const double HOLD_ANGLE = 1.5533430342749535;
+
+/* Stages 10 and 11 take patches that are certified for their paths with this share of the reach, or
+ * more where the minimum gap asks for it. */
+static const double HOLD_REACH_SHARE = 0.25;
+
+static bool uses_patches(const tulle_world *world) {
+    tulle_detect_method const method = world->def.detection.method;
+    return method == TULLE_DETECT_PATCHES || method == TULLE_DETECT_PAPER;
+}
+
+static broad_phase_method choose_trees(tulle_detect_method method) {
+    if (method == TULLE_DETECT_BVOX) return BROAD_PHASE_BVOX;
+    return method == TULLE_DETECT_PAPER ? BROAD_PHASE_PAPER : BROAD_PHASE_REFIT;
+}
+
+/* [m] Inner pairs of patches stay beyond all that stage 2 makes rows of. */
+static double find_reach(const tulle_world *world) {
+    double const hit = HIT_RESERVE * world->contact_distance;
+    return 0.5 * REACH_RESERVE * fmax(world->separation_distance, hit);
+}
+
+/* Inner pairs stay beyond all that stages 10 and 11 call a hit. The minimum gap is at most half of
+ * the contact distance, so this is less than the reach. */
+double world_find_hold_reach(const tulle_world *world) {
+    double const reach = world->patch_rules.reach;
+    double const hit = 0.5 * REACH_RESERVE * HIT_RESERVE * world->minimum_gap;
+    return fmin(fmax(HOLD_REACH_SHARE * reach, hit), reach);
+}
+
+static patch_rules make_rules(const tulle_world *world) {
+    tulle_world_detection const *const detection = &world->def.detection;
+    return (patch_rules){.cone = detection->cone == TULLE_CONE_PAPER ? CONE_PAPER : CONE_BERNSTEIN,
+                         .max_angle = detection->max_angle,
+                         .has_certificate = detection->has_certificate != 0,
+                         .grows_anew = detection->grows_patches_anew ||
+                                       detection->method == TULLE_DETECT_PAPER,
+                         .reach = find_reach(world),
+                         .keeps_all = world->patch_rules.keeps_all};
+}
+
+tulle_status world_start_detection(tulle_world *world) {
+    tulle_status status =
+        broad_phase_create(&world->heap, &world->set, world->rest,
+                           choose_trees(world->def.detection.method), &world->broad);
+    if (status == TULLE_OK) {
+        broad_phase_set_stop(world->broad, &world->stop);
+        broad_phase_follow_paths(world->broad, PATHS_WHERE_LONG);
+        broad_phase_use_scratch(world->broad, &world->scratch);
+    }
+    if (status == TULLE_OK && uses_patches(world)) {
+        world->patch_rules = make_rules(world);
+        status = kept_patches_create(&world->heap, &world->set, &world->patches);
+        if (status == TULLE_OK) kept_patches_keep_room(world->patches, &world->scratch);
+    }
+    return status;
+}
+
+void world_release_detection(tulle_world *world) {
+    if (world->broad) broad_phase_destroy(world->broad);
+    if (world->patches) kept_patches_destroy(world->patches);
+    world->broad = NULL;
+    world->patches = NULL;
+    ARRAY_FREE(&world->heap, &world->kept_patch_bytes);
+    ARRAY_FREE(&world->heap, &world->pairs.vertex_triangle);
+    ARRAY_FREE(&world->heap, &world->pairs.edge_edge);
+}
+
+tulle_status world_keep_patches(tulle_world *world) {
+    world->kept_patch_bytes.count = 0;
+    if (!world->patches) return TULLE_OK;
+    size_t const size = kept_patches_get_saved_size(world->patches);
+    if (!ARRAY_RESERVE(&world->heap, &world->kept_patch_bytes, size))
+        return TULLE_ERROR_OUT_OF_MEMORY;
+    if (size > 0) kept_patches_save(world->patches, world->kept_patch_bytes.data);
+    world->kept_patch_bytes.count = size;
+    return TULLE_OK;
+}
+
+/* Patches that cannot be loaded for want of memory are gone, which is safe. */
+void world_restore_patches(tulle_world *world) {
+    if (!world->patches) return;
+    (void)kept_patches_load(world->patches, world->kept_patch_bytes.data,
+                            world->kept_patch_bytes.count);
+}
+
+/* ---- stages 5, 6 and 7 ---- */
+
+/* Patches that are certified for x0 -> x1. */
+static tulle_status build_patches(step_context *context, const double *x1) {
+    tulle_world *const world = context->world;
+    if (!world->patches) return TULLE_OK;
+    patch_counts counts = {0};
+    patch_step const paths = {&world->set, context->state->positions, x1, world->threads};
+    tulle_status const status =
+        update_patches(world->patches, &paths, &world->patch_rules, &counts);
+    tulle_step_report *const report = context->report;
+    report->patches = counts.patch_count;
+    report->patch_triangles = counts.triangle_count;
+    report->patches_certified = counts.star_count + counts.contour_count;
+    report->patches_dissolved += counts.dissolved_count;
+    memcpy(context->certified_end, x1, 3 * world->vertex_count * sizeof(double));
+    broad_phase_set_patches(world->broad, kept_patches_get_labelling(world->patches));
+    return status;
+}
+
+/* Boxes of x0 -> bounds; pairs but those within the present patches. */
+static tulle_status search_boxes(step_context *context, pair_source *source, const double *bounds) {
+    tulle_world *const world = context->world;
+    double *const seconds = context->report->stage_seconds;
+    double const start = timer_now();
+    arena_mark const mark = arena_get_mark(&world->scratch);
+    tulle_status status = build_trees(world->broad, &world->set, context->state->positions, bounds,
+                                      source->margin, world->threads);
+    double const middle = timer_now();
+    source->is_straight = broad_phase_is_straight(world->broad);
+    search_counts counts;
+    if (status == TULLE_OK)
+        status =
+            find_unsorted_pairs(world->broad, &world->set, world->threads, &world->pairs, &counts);
+    if (status == TULLE_OK && world->patches)
+        kept_patches_tell_search(world->patches, counts.leaf_pair_count, counts.near_pair_count);
+    arena_release(&world->scratch, mark);
+    seconds[STAGE_BUILD_TREES] += middle - start;
+    seconds[STAGE_FIND_PAIRS] += timer_now() - middle;
+    if (status != TULLE_OK) return status;
+    context->report->pair_searches++;
+    context->report->box_pairs += world->pairs.vertex_triangle.count + world->pairs.edge_edge.count;
+    return TULLE_OK;
+}
+
+/* Candidates with the boxes of x0 -> bounds for tests of x0 -> x1. */
+static tulle_status find_candidates(pair_source *source, const double *x1, const double *bounds) {
+    step_context *const context = source->context;
+    double const start = timer_now();
+    source->near_pairs = NULL;
+    tulle_status status = build_patches(context, x1);
+    double const middle = timer_now();
+    context->report->stage_seconds[STAGE_BUILD_PATCHES] += middle - start;
+    if (status == TULLE_OK) status = search_boxes(context, source, bounds);
+    context->search_seconds += timer_now() - start;
+    return status;
+}
+
+static tulle_status renew_pairs(pair_source *source, const double *x1) {
+    step_context *const context = source->context;
+    tulle_status const status = find_candidates(source, x1, x1);
+    if (status != TULLE_OK) return status;
+    memcpy(context->bounds, x1, 3 * context->world->vertex_count * sizeof(double));
+    source->pairs = &context->world->pairs;
+    source->bounds = context->bounds;
+    source->renew_count++;
+    return TULLE_OK;
+}
+
+/* Whether no vertex of a cloth ends farther than `distance` from where the patches were certified
+ * to the end: the certificate's reach then covers both. */
+static bool ends_within(const step_context *context, const double *x1, double distance) {
+    double const limit = distance * distance;
+    for (size_t v = 0; v < context->world->cloth_vertex_count; v++) {
+        vec3 const moved = vec3_sub(vec3_load(x1, v), vec3_load(context->certified_end, v));
+        if (!(vec3_norm2(moved) <= limit)) return false;
+    }
+    return true;
+}
+
+static bool patches_cover(const step_context *context, const double *x1) {
+    tulle_world const *const world = context->world;
+    patch_rules rules = world->patch_rules;
+    rules.reach = world_find_hold_reach(world);
+    rules.max_angle = fmax(rules.max_angle, HOLD_ANGLE);
+    patch_step const paths = {&world->set, context->state->positions, x1, world->threads};
+    return ends_within(context, x1, world->patch_rules.reach - rules.reach) ||
+           patches_hold(world->patches, &paths, &rules);
+}
+
+/* The boxes stay those of the paths that the pairs were found for: what may
+ * be left out because of them is then the same, but for what slabs leave out, which patches go
+ * without. */
+static tulle_status adapt_pairs(pair_source *source, const double *x1) {
+    step_context *const context = source->context;
+    if (!context->world->patches) return TULLE_OK;
+    double const start = timer_now();
+    bool const is_covered = patches_cover(context, x1);
+    double const seconds = timer_now() - start;
+    context->report->stage_seconds[STAGE_BUILD_PATCHES] += seconds;
+    context->search_seconds += seconds;
+    return is_covered ? TULLE_OK : find_candidates(source, x1, context->bounds);
+}
+
+pair_source world_make_pair_source(step_context *context) {
+    tulle_world const *const world = context->world;
+    return (pair_source){.margin = world->separation_distance +
+                                   PAIR_MARGIN_EDGE_SHARE * world->edge_length,
+                         .renew = renew_pairs,
+                         .adapt = adapt_pairs,
+                         .context = context};
+}

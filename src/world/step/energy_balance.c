@@ -1,0 +1,117 @@
+/* world/step/energy_balance.c - the energy that a substep may end with.
+ *
+ * Kinetic energy and the true potentials of springs, bending and gravity may not be more than at
+ * the start and by what was put in from outside: the work of wind, of pins and of obstacles on
+ * their own way. Takes the substep as solved; gives what is left for the kinetic energy. */
+#include "contact/solve/end_velocities.h"
+#include "world/bodies/bodies.h"
+
+/* A gain under this share of the kinetic energy that gravity gives in a step, and of that at the
+ * start, is not worth another solve. */
+static const double GRAVITY_SHARE = 1e-6, KINETIC_SHARE = 1e-12;
+
+/* Elastic energies are those `known`, and become known if they are not. */
+static tulle_status measure(step_context *context, const double *positions,
+                            elastic_energies *elastic, bool *is_known, cloth_energies *energies) {
+    tulle_world *const world = context->world;
+    energy_options const options = {vec3_load(world->def.gravity, 0), world->threads};
+    tulle_status status = compute_motion_energies(
+        world->model, positions, context->state->velocities, options, &world->scratch, energies);
+    if (status == TULLE_OK && !*is_known)
+        status = compute_elastic_energies(world->model, positions, world->threads, &world->scratch,
+                                          elastic);
+    *is_known |= status == TULLE_OK;
+    energies->elastic = *elastic;
+    return status;
+}
+
+tulle_status world_measure_state(step_context *context, cloth_energies *energies) {
+    world_motion_state *const state = context->state;
+    return measure(context, state->positions, &state->elastic, &state->has_elastic, energies);
+}
+
+/* With the velocities of the start. */
+static tulle_status measure_end(step_context *context, cloth_energies *energies) {
+    return measure(context, context->end, &context->end_elastic, &context->has_end_elastic,
+                   energies);
+}
+
+static double get_potential(const cloth_energies *energies) {
+    return energies->gravity + energies->elastic.stretch + energies->elastic.bend;
+}
+
+/* Work [J] of what holds cloth vertices, but for what their contacts ask: u . (A u - b). */
+static tulle_status measure_pins(const step_context *context, double *work) {
+    tulle_world *const world = context->world;
+    const double *const u = context->mean_velocity;
+    bool moves = false;
+    *work = 0.0;
+    for (size_t v = 0; v < world->cloth_vertex_count; v++)
+        moves |= world->is_fixed[v] && vec3_norm2(vec3_load(u, v)) > 0.0;
+    if (!moves) return TULLE_OK;
+    arena_mark const mark = arena_get_mark(&world->scratch);
+    double *const product = ARENA_NEW(&world->scratch, double, 3 * world->cloth_vertex_count);
+    if (!product) return TULLE_ERROR_OUT_OF_MEMORY;
+    linear_system_operator matrix = {&world->system, world->threads};
+    linear_system_apply(&matrix, u, product);
+    for (size_t v = 0; v < world->cloth_vertex_count; v++) {
+        if (!world->is_fixed[v]) continue;
+        vec3 const pull =
+            vec3_sub(vec3_load(product, v), vec3_load(world->system.right_hand_side, v));
+        *work += vec3_dot(pull, vec3_load(u, v));
+    }
+    arena_release(&world->scratch, mark);
+    return TULLE_OK;
+}
+
+/* Kinetic energy [J] of the vertices that are held or of those that are not, with velocities u. */
+static double measure_kinetic(const step_context *context, bool is_held) {
+    tulle_world const *const world = context->world;
+    double sum = 0.0;
+    for (size_t v = 0; v < world->cloth_vertex_count; v++)
+        if ((world->is_fixed[v] != 0) == is_held)
+            sum += 0.5 * world->model->masses[v] * vec3_norm2(vec3_load(context->mean_velocity, v));
+    return sum;
+}
+
+tulle_status world_find_kinetic_limit(step_context *context, kinetic_limit *limit) {
+    tulle_world *const world = context->world;
+    world_motion_state const *const state = context->state;
+    double wind, pins;
+    cloth_energies start, end;
+    tulle_status status = world_measure_state(context, &start);
+    if (status == TULLE_OK) status = measure_end(context, &end);
+    if (status == TULLE_OK)
+        status = measure_wind_work(world->model, &context->dynamics, context->mean_velocity,
+                                   (wind_work_options){&world->def.wind, world->threads},
+                                   &world->scratch, &wind);
+    if (status == TULLE_OK) status = measure_pins(context, &pins);
+    if (status != TULLE_OK) return status;
+    body_energies const before = world_measure_bodies(world, state->positions, state->velocities);
+    body_energies const after = world_measure_bodies(world, context->end, state->velocities);
+    limit->start = start.kinetic + before.kinetic;
+    limit->energy = limit->start + before.gravity - after.gravity + get_potential(&start) -
+                    get_potential(&end) + wind + pins - measure_kinetic(context, true);
+    return TULLE_OK;
+}
+
+tulle_status world_measure_gain(step_context *context, double *gain) {
+    tulle_world *const world = context->world;
+    vec3 const fall = vec3_scale(vec3_load(world->def.gravity, 0), context->time_step);
+    const double *const u = context->mean_velocity;
+    kinetic_limit limit;
+    tulle_status const status = world_find_kinetic_limit(context, &limit);
+    if (status != TULLE_OK) return status;
+    double mass = 0.0;
+    for (size_t v = 0; v < world->cloth_vertex_count; v++) mass += world->model->masses[v];
+    for (size_t b = 0; b < world->body_count; b++)
+        mass += world->obstacles.data[world->body_obstacles[b]].rigid.mass;
+    double const outside =
+        find_obstacle_work(&context->scene, world->rows.rows.data, world->rows.rows.count, u);
+    double const slack =
+        GRAVITY_SHARE * 0.5 * mass * vec3_norm2(fall) + KINETIC_SHARE * limit.start;
+    context->energy_scale = fmax(limit.start, limit.energy) + mass * vec3_norm2(fall);
+    double const bodies = world_measure_bodies(world, context->state->positions, u).kinetic;
+    *gain = measure_kinetic(context, false) + bodies - limit.energy - outside - slack;
+    return TULLE_OK;
+}

@@ -1,0 +1,214 @@
+/* world/untangle/untangle.c - the rounds of untangling, see untangle.h.
+ *
+ * A round finds the pairs of triangles that cross, joins them to contours, decides which
+ * side of each went wrong and moves the cloth a little. It is no motion in time: what passes
+ * through what on the way is free, only the end is judged, exactly. Velocities, rest shapes and
+ * obstacles stay.
+ *
+ * Based on: Baraff, Witkin, Kass, Untangling cloth, 2003; Volino, Magnenat-Thalmann, Resolving
+ * surface collisions through intersection contour minimization, 2006. */
+#include "world/untangle/untangle.h"
+
+#include "base/error.h"
+#include "base/timer.h"
+#include "world/start/inside.h"
+#include "world/untangle/untangle_parts.h"
+
+#include <string.h>
+
+/* Rounds without fewer pairs before the next level of escalation. */
+enum { STALLED_ROUNDS = 40, LEVEL_MAX = 3 };
+/* A stalled state with so many times the fewest pairs of its attempt goes back to that with these.
+ */
+enum { WORSE_FACTOR = 3 };
+/* A clean state waits so many rounds for its gaps to open. */
+enum { GAP_ROUNDS = 60 };
+
+static tulle_status no_memory(tulle_error *error) {
+    return error_set(error, TULLE_ERROR_OUT_OF_MEMORY, "no memory left to untangle the start");
+}
+
+static bool allocate_work(untangling *work) {
+    tulle_world *const world = work->world;
+    arena *const scratch = &world->scratch;
+    size_t const n = world->vertex_count, edge_count = work->topo->edge_count;
+    work->positions = ARENA_NEW(scratch, double, 3 * n);
+    work->best = ARENA_NEW(scratch, double, 3 * n);
+    work->recent = ARENA_NEW(scratch, double, 3 * n);
+    work->mobility = ARENA_NEW_ZEROED(scratch, double, n);
+    work->lengths = ARENA_NEW(scratch, double, edge_count);
+    work->areas = ARENA_NEW_ZEROED(scratch, double, n);
+    work->is_closed = ARENA_NEW(scratch, bool, world->obstacles.count);
+    work->is_inside = ARENA_NEW(scratch, bool, n);
+    work->is_astray = ARENA_NEW(scratch, bool, n);
+    work->shift = ARENA_NEW(scratch, double, 6 * n);
+    work->votes = ARENA_NEW(scratch, double, n);
+    work->region = ARENA_NEW(scratch, uint32_t, n);
+    work->queue = ARENA_NEW(scratch, uint32_t, n);
+    work->cut = ARENA_NEW(scratch, uint32_t, edge_count);
+    work->cut_along = ARENA_NEW(scratch, double, edge_count);
+    work->sets = ARENA_NEW(scratch, uint32_t, n);
+    work->grown = ARENA_NEW(scratch, uint32_t, n);
+    work->set_areas = ARENA_NEW(scratch, double, n);
+    return work->sets && work->grown && work->set_areas && work->positions && work->best &&
+           work->recent && work->mobility && work->lengths && work->areas && work->is_closed &&
+           work->is_inside && work->is_astray && work->shift && work->votes && work->region &&
+           work->queue && work->cut && work->cut_along;
+}
+
+/* Lengths and areas of the start: what the cloth is to keep. */
+static void measure_start(untangling *work) {
+    tulle_world const *const world = work->world;
+    memcpy(work->positions, world->now.positions, 3 * world->vertex_count * sizeof(double));
+    for (size_t v = 0; v < world->cloth_vertex_count; v++)
+        work->mobility[v] = world->is_fixed[v] ? 0.0 : 1.0;
+    for (size_t e = 0; e < work->topo->edge_count; e++)
+        work->lengths[e] =
+            vec3_norm(vec3_sub(vec3_load(work->positions, work->topo->edges[2 * e]),
+                               vec3_load(work->positions, work->topo->edges[2 * e + 1])));
+    for (size_t t = 0; t < work->topo->triangle_count; t++) {
+        uint32_t const *const corners = work->topo->triangles + 3 * t;
+        vec3 const a = vec3_load(work->positions, corners[0]);
+        vec3 const normal = vec3_cross(vec3_sub(vec3_load(work->positions, corners[1]), a),
+                                       vec3_sub(vec3_load(work->positions, corners[2]), a));
+        for (int k = 0; k < 3; k++) work->areas[corners[k]] += vec3_norm(normal) / 6.0;
+    }
+    for (size_t i = 0; i < world->obstacles.count; i++)
+        work->is_closed[i] =
+            surface_is_closed(work->topo, &world->surfaces[world->cloths.count + i]);
+}
+
+/* Begins anew where escalation has not helped: from the start, with another reach of displacements.
+ */
+static void begin_attempt(untangling *work) {
+    tulle_world const *const world = work->world;
+    work->attempt++;
+    work->level = 0;
+    work->recent_count = SIZE_MAX;
+    memcpy(work->positions, world->now.positions, 3 * world->vertex_count * sizeof(double));
+}
+
+/* Keeps the state with the fewest pairs; counts rounds without progress and escalates. True when
+ * the positions are others than those with pair_count pairs. */
+static bool follow_progress(untangling *work, size_t pair_count) {
+    size_t const bytes = 3 * work->world->vertex_count * sizeof(double);
+    if (pair_count < work->best_count) {
+        work->best_count = pair_count;
+        memcpy(work->best, work->positions, bytes);
+    }
+    if (pair_count < work->recent_count) {
+        work->recent_count = pair_count;
+        memcpy(work->recent, work->positions, bytes);
+        work->stalled = 0;
+        if (work->level > 0) work->level--;
+        return false;
+    }
+    if (++work->stalled < STALLED_ROUNDS) return false;
+    work->stalled = 0;
+    if (work->level >= LEVEL_MAX) {
+        begin_attempt(work);
+        return true;
+    }
+    work->level++;
+    if (pair_count <= WORSE_FACTOR * work->recent_count) return false;
+    memcpy(work->positions, work->recent, bytes);
+    return true;
+}
+
+/* One round: judge, contours, sides, motion. */
+static tulle_status run_round(untangling *work, tulle_error *error) {
+    tulle_world *const world = work->world;
+    tulle_status status = find_crossing_pairs(work, &world->intersections);
+    if (status == TULLE_OK && world->intersections.count == 0)
+        status = world_find_intersections(world, work->positions, &world->intersections, error);
+    if (status != TULLE_OK) return status == TULLE_ERROR_OUT_OF_MEMORY ? no_memory(error) : status;
+    if (follow_progress(work, world->intersections.count)) {
+        work->history.sides.count = 0; /* of other positions */
+        return TULLE_OK;
+    }
+    arena_mark const mark = arena_get_mark(&world->scratch);
+    status = find_contours(work, &world->intersections);
+    if (status == TULLE_OK) status = find_sides(work);
+    if (status == TULLE_OK) status = move_apart(work);
+    arena_release(&world->scratch, mark);
+    if (status == TULLE_OK) return status;
+    return status == TULLE_ERROR_OUT_OF_MEMORY
+               ? no_memory(error)
+               : error_set(error, status, "the start cannot be untangled: %s",
+                           tulle_status_text(status));
+}
+
+/* Rounds until the state is clean and its gaps are open, or have had their time. */
+static tulle_status run_rounds(untangling *work, tulle_error *error) {
+    tulle_world *const world = work->world;
+    uint32_t const limit = (uint32_t)world->def.untangle_limit;
+    uint32_t clean_rounds = 0;
+    for (uint32_t round = 0; round < limit; round++) {
+        if (stop_is_wanted(&world->stop))
+            return error_set(error, TULLE_ERROR_INTERRUPTED,
+                             "interrupted after %u rounds of untangling", round);
+        tulle_status const status = run_round(work, error);
+        if (status != TULLE_OK) return status;
+        world->untangle_report.rounds = round + 1;
+        world->untangle_report.left = work->best_count;
+        if (world->intersections.count > 0) continue;
+        if (work->has_gap) {
+            world->untangle_report.keeps_minimum_gap = 1;
+            memcpy(work->best, work->positions, 3 * world->vertex_count * sizeof(double));
+            return TULLE_OK;
+        }
+        if (++clean_rounds >= GAP_ROUNDS) return TULLE_OK;
+    }
+    return TULLE_OK;
+}
+
+/* The best state becomes the start, or is the reason of an error. */
+static tulle_status accept_best(untangling *work, tulle_error *error) {
+    tulle_world *const world = work->world;
+    tulle_status const status =
+        world_find_intersections(world, work->best, &world->intersections, error);
+    if (status != TULLE_OK) return status;
+    tulle_untangle_report *const report = &world->untangle_report;
+    if (world->intersections.count > 0) {
+        char when[WORLD_MESSAGE_BYTES];
+        memcpy(work->positions, work->best, 3 * world->vertex_count * sizeof(double));
+        if (describe_left(work, when, sizeof when) != TULLE_OK) return no_memory(error);
+        return world_refuse_intersections(world, work->best, when, error);
+    }
+    for (size_t v = 0; v < world->cloth_vertex_count; v++) {
+        vec3 const moved = vec3_sub(vec3_load(work->best, v), vec3_load(world->now.positions, v));
+        report->largest_displacement = fmax(report->largest_displacement, vec3_norm(moved));
+        if (vec3_norm2(moved) > 0.0) report->moved_vertices++;
+    }
+    memcpy(world->now.positions, work->best, 3 * world->cloth_vertex_count * sizeof(double));
+    return TULLE_OK;
+}
+
+tulle_status world_untangle(tulle_world *world, tulle_error *error) {
+    if (world_count_intersecting_bodies(world) > 0) return refuse_bodies(world, error);
+    double const start = timer_now();
+    world->untangle_report = (tulle_untangle_report){.intersections = world->intersections.count,
+                                                     .left = world->intersections.count};
+    untangling work = {.world = world,
+                       .topo = &world->topo,
+                       .mean_edge = world->edge_length,
+                       .best_count = SIZE_MAX,
+                       .recent_count = SIZE_MAX};
+    arena_mark const mark = arena_get_mark(&world->scratch);
+    tulle_status status = TULLE_OK;
+    if (!allocate_work(&work) || broad_phase_create(&world->heap, &world->set, world->rest,
+                                                    BROAD_PHASE_REFIT, &work.broad) != TULLE_OK)
+        status = no_memory(error);
+    if (status == TULLE_OK) {
+        measure_start(&work);
+        status = run_rounds(&work, error);
+    }
+    if (status == TULLE_OK) status = accept_best(&work, error);
+    if (work.broad) broad_phase_destroy(work.broad);
+    side_history_destroy(&work.history, &world->heap);
+    ARRAY_FREE(&world->heap, &work.pairs.vertex_triangle);
+    ARRAY_FREE(&world->heap, &work.pairs.edge_edge);
+    arena_release(&world->scratch, mark);
+    world->untangle_report.seconds = timer_now() - start;
+    return status;
+}

@@ -1,0 +1,126 @@
+/* world/untangle/untangle_calm.c - takes the crumples out of the cloth around contours.
+ *
+ * Cloth that many contours have pulled to and fro is folded to and fro, and then has no room to
+ * come apart. Two ways, for neither frees every start: smoothing, in attempts 0, 2, ..., from level
+ * 2 on; opening folds towards the rest shape, in attempts 1, 3, ..., from level 1 on.
+ *
+ * Based on: Mueller et al., Position based dynamics, 2007 (distances across edges). */
+#include "world/untangle/untangle_parts.h"
+
+#include <string.h>
+
+/* Corners on both sides of an edge go apart to this share of their distance in the rest shape. */
+static const double UNFOLDED_SHARE = 0.9;
+/* A level. */
+enum { UNFOLD_RINGS = 2, UNFOLD_SWEEPS = 2 };
+/* Contours of so few crossings are opened that last so many rounds without progress. */
+enum { SHORT_CROSSINGS = 12, SHORT_ROUNDS = 10 };
+enum { SMOOTH_LEVEL = 2, UNFOLD_LEVEL = 1 };
+
+static bool are_of_one(const contour_set *contours, size_t i, size_t k) {
+    return contours->crossings[i].contour == contours->crossings[k].contour;
+}
+
+/* Crossings are sorted by contour. */
+static size_t find_contour_begin(const contour_set *contours, size_t at) {
+    while (at > 0 && are_of_one(contours, at - 1, at)) at--;
+    return at;
+}
+
+static size_t find_contour_end(const contour_set *contours, size_t at) {
+    while (at + 1 < contours->count && are_of_one(contours, at, at + 1)) at++;
+    return at + 1;
+}
+
+/* region: 1 at the crossings of contours with at most `longest`, 2 .. rings + 1 around them, else
+ * 0.
+ */
+static void mark_surroundings(untangling *work, uint32_t rings, size_t longest) {
+    tulle_world const *const world = work->world;
+    adjacency const *const around = &work->topo->vertex_neighbours;
+    memset(work->region, 0, world->vertex_count * sizeof *work->region);
+    for (size_t i = 0, end = 0; i < work->contours.count; i++) {
+        surface_crossing const *const crossing = &work->contours.crossings[i];
+        if (i == end) end = find_contour_end(&work->contours, i);
+        if (end - find_contour_begin(&work->contours, i) > longest) continue;
+        for (size_t k = 0; k < 2; k++)
+            work->region[work->topo->edges[2 * (size_t)crossing->edge + k]] = 1;
+        for (size_t k = 0; k < 3; k++)
+            work->region[work->topo->triangles[3 * (size_t)crossing->triangle + k]] = 1;
+    }
+    for (uint32_t ring = 1; ring <= rings; ring++)
+        for (size_t v = 0; v < world->cloth_vertex_count; v++) {
+            if (work->region[v] != ring) continue;
+            for (uint32_t k = around->begin[v]; k < around->begin[v + 1]; k++)
+                if (work->region[around->items[k]] == 0) work->region[around->items[k]] = ring + 1;
+        }
+}
+
+/* The corner of a triangle that is not on the edge. */
+static uint32_t find_opposite(const topology *topo, uint32_t edge, uint32_t triangle) {
+    uint32_t const *const ends = topo->edges + 2 * (size_t)edge;
+    uint32_t const *const corners = topo->triangles + 3 * (size_t)triangle;
+    for (size_t k = 0; k < 2; k++)
+        if (corners[k] != ends[0] && corners[k] != ends[1]) return corners[k];
+    return corners[2];
+}
+
+/* Each vertex half way to the mean of its neighbours, `level` sweeps. */
+static void smooth_surroundings(untangling *work) {
+    tulle_world const *const world = work->world;
+    adjacency const *const around = &work->topo->vertex_neighbours;
+    double *const smooth = work->shift;
+    mark_surroundings(work, (uint32_t)work->level - 1, SIZE_MAX);
+    for (int sweep = 0; sweep < work->level; sweep++) {
+        for (size_t v = 0; v < world->cloth_vertex_count; v++) {
+            uint32_t const begin = around->begin[v], end = around->begin[v + 1];
+            if (work->region[v] == 0 || work->mobility[v] == 0.0 || begin == end) continue;
+            vec3 sum = {0.0, 0.0, 0.0};
+            for (uint32_t k = begin; k < end; k++)
+                sum = vec3_add(sum, vec3_load(work->positions, around->items[k]));
+            vec3_store(smooth, v,
+                       vec3_lerp(vec3_load(work->positions, v),
+                                 vec3_scale(sum, 1.0 / (double)(end - begin)), 0.5));
+        }
+        for (size_t v = 0; v < world->cloth_vertex_count; v++)
+            if (work->region[v] != 0 && work->mobility[v] > 0.0 &&
+                around->begin[v] < around->begin[v + 1])
+                vec3_store(work->positions, v, vec3_load(smooth, v));
+    }
+}
+
+/* Opens folds. */
+static void unfold_surroundings(untangling *work, int strength, size_t longest) {
+    tulle_world const *const world = work->world;
+    topology const *const topo = work->topo;
+    uint32_t const edge_end = world->surfaces[world->cloths.count - 1].edge_end;
+    mark_surroundings(work, UNFOLD_RINGS * (uint32_t)strength, longest);
+    for (int sweep = 0; sweep < UNFOLD_SWEEPS * strength; sweep++) {
+        for (uint32_t i = 0; i < edge_end; i++) {
+            uint32_t const e = sweep % 2 ? edge_end - 1 - i : i;
+            uint32_t const *const sides = topo->edge_triangles + 2 * (size_t)e;
+            if (work->region[topo->edges[2 * (size_t)e]] == 0 || sides[1] == TULLE_NONE) continue;
+            uint32_t const a = find_opposite(topo, e, sides[0]);
+            uint32_t const b = find_opposite(topo, e, sides[1]);
+            double const mobility = work->mobility[a] + work->mobility[b];
+            vec3 const pa = vec3_load(work->positions, a), pb = vec3_load(work->positions, b);
+            vec3 const way = vec3_sub(pb, pa);
+            double const length = vec3_norm(way);
+            double const rest =
+                vec3_norm(vec3_sub(vec3_load(world->rest, a), vec3_load(world->rest, b)));
+            if (mobility == 0.0 || !(length > 0.0) || length >= UNFOLDED_SHARE * rest) continue;
+            double const missing = (UNFOLDED_SHARE * rest - length) / (length * mobility);
+            vec3_store(work->positions, a, vec3_add_scaled(pa, way, -missing * work->mobility[a]));
+            vec3_store(work->positions, b, vec3_add_scaled(pb, way, missing * work->mobility[b]));
+        }
+    }
+}
+
+void calm_surroundings(untangling *work) {
+    bool const unfolds = work->attempt % 2 != 0;
+    if (unfolds && work->level >= UNFOLD_LEVEL)
+        unfold_surroundings(work, work->level, SIZE_MAX);
+    else if (work->level == 0 && work->stalled >= SHORT_ROUNDS)
+        unfold_surroundings(work, 1, SHORT_CROSSINGS);
+    if (!unfolds && work->level >= SMOOTH_LEVEL) smooth_surroundings(work);
+}

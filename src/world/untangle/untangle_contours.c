@@ -1,0 +1,204 @@
+/* world/untangle/untangle_contours.c - from intersecting triangle pairs to the lines of
+ * intersection.
+ *
+ * In: the judge's pairs. Out: every edge that passes through the other triangle of its pair, once,
+ * with its place on both and the contour to which it belongs. Two pairs are of one contour when
+ * they share a crossing. Signs are exact; a point on a plane counts as above it, so that an edge
+ * meets one of two neighbours.
+ *
+ * Based on: Baraff, Witkin, Kass, Untangling cloth, 2003, section 4; Volino, Magnenat-Thalmann,
+ * Resolving surface collisions through intersection contour minimization, 2006 (pull). */
+#include "world/untangle/untangle_parts.h"
+
+#include "geom/exact_predicates.h"
+#include "geom/union_find.h"
+
+#include <stdlib.h>
+#include <string.h>
+
+enum { CROSSINGS_OF_PAIR = 6 };
+
+/* A crossing as one pair sees it. */
+typedef struct sighting {
+    uint32_t edge, triangle, pair;
+} sighting;
+
+static int compare_sightings(const void *a, const void *b) {
+    sighting const *const x = a, *const y = b;
+    if (x->edge != y->edge) return x->edge < y->edge ? -1 : 1;
+    if (x->triangle != y->triangle) return x->triangle < y->triangle ? -1 : 1;
+    return (x->pair > y->pair) - (x->pair < y->pair);
+}
+
+static int compare_contours(const void *a, const void *b) {
+    surface_crossing const *const x = a, *const y = b;
+    if (x->contour != y->contour) return x->contour < y->contour ? -1 : 1;
+    if (x->edge != y->edge) return x->edge < y->edge ? -1 : 1;
+    return (x->triangle > y->triangle) - (x->triangle < y->triangle);
+}
+
+/* 1 or -1: on which side of the line a b the line p q passes; antisymmetric in p and q. */
+static int passing_side(const double *x, const uint32_t ends[2], uint32_t p, uint32_t q) {
+    uint32_t const low = p < q ? p : q, high = p < q ? q : p;
+    int const sign = orient3d_sign(x + 3 * (size_t)ends[0], x + 3 * (size_t)ends[1],
+                                   x + 3 * (size_t)low, x + 3 * (size_t)high, NULL);
+    int const side = sign < 0 ? -1 : 1;
+    return p < q ? side : -side;
+}
+
+static int plane_side(const double *x, const uint32_t corners[3], uint32_t vertex) {
+    return orient3d_sign(x + 3 * (size_t)corners[0], x + 3 * (size_t)corners[1],
+                         x + 3 * (size_t)corners[2], x + 3 * (size_t)vertex, NULL) < 0
+               ? -1
+               : 1;
+}
+
+static bool edge_crosses(const untangling *work, uint32_t edge, uint32_t triangle) {
+    double const *const x = work->positions;
+    uint32_t const *const ends = work->topo->edges + 2 * (size_t)edge;
+    uint32_t const *const corners = work->topo->triangles + 3 * (size_t)triangle;
+    for (int k = 0; k < 3; k++)
+        if (corners[k] == ends[0] || corners[k] == ends[1]) return false;
+    if (plane_side(x, corners, ends[0]) == plane_side(x, corners, ends[1])) return false;
+    int const side = passing_side(x, ends, corners[0], corners[1]);
+    return side == passing_side(x, ends, corners[1], corners[2]) &&
+           side == passing_side(x, ends, corners[2], corners[0]);
+}
+
+bool triangles_cross(const untangling *work, uint32_t first, uint32_t second) {
+    for (size_t k = 0; k < 3; k++) {
+        if (edge_crosses(work, work->topo->triangle_edges[3 * (size_t)first + k], second) ||
+            edge_crosses(work, work->topo->triangle_edges[3 * (size_t)second + k], first))
+            return true;
+    }
+    return false;
+}
+
+/* Place of the crossing on the edge and in the triangle, clamped against rounding. */
+static void place_crossing(const untangling *work, surface_crossing *crossing) {
+    uint32_t const *const ends = work->topo->edges + 2 * (size_t)crossing->edge;
+    uint32_t const *const corners = work->topo->triangles + 3 * (size_t)crossing->triangle;
+    vec3 const a = vec3_load(work->positions, ends[0]), b = vec3_load(work->positions, ends[1]);
+    vec3 corner[3];
+    for (int k = 0; k < 3; k++) corner[k] = vec3_load(work->positions, corners[k]);
+    vec3 const normal = vec3_cross(vec3_sub(corner[1], corner[0]), vec3_sub(corner[2], corner[0]));
+    double const height[2] = {vec3_dot(normal, vec3_sub(a, corner[0])),
+                              vec3_dot(normal, vec3_sub(b, corner[0]))};
+    double const span = height[0] - height[1];
+    crossing->along = span != 0.0 ? fmin(fmax(height[0] / span, 0.0), 1.0) : 0.5;
+    vec3 const point = vec3_lerp(a, b, crossing->along);
+    double sum = 0.0;
+    for (int k = 0; k < 3; k++) {
+        vec3 const side =
+            vec3_cross(vec3_sub(corner[(k + 1) % 3], point), vec3_sub(corner[(k + 2) % 3], point));
+        crossing->weights[k] = fmax(vec3_dot(normal, side), 0.0);
+        sum += crossing->weights[k];
+    }
+    for (int k = 0; k < 3; k++)
+        crossing->weights[k] = sum > 0.0 ? crossing->weights[k] / sum : 1.0 / 3.0;
+}
+
+static vec3 crossing_point(const untangling *work, const surface_crossing *crossing) {
+    uint32_t const *const ends = work->topo->edges + 2 * (size_t)crossing->edge;
+    return vec3_lerp(vec3_load(work->positions, ends[0]), vec3_load(work->positions, ends[1]),
+                     crossing->along);
+}
+
+/* All sightings of the pairs; pairs without any are loose. */
+static size_t find_sightings(untangling *work, const intersection_list *pairs, sighting *found) {
+    surface_range const *const surfaces = work->world->surfaces;
+    size_t count = 0;
+    for (size_t i = 0; i < pairs->count; i++) {
+        tulle_intersection const *const pair = &pairs->data[i];
+        uint32_t const triangles[2] = {surfaces[pair->object_a].triangle_begin + pair->triangle_a,
+                                       surfaces[pair->object_b].triangle_begin + pair->triangle_b};
+        size_t const before = count;
+        for (size_t k = 0; k < CROSSINGS_OF_PAIR; k++) {
+            uint32_t const edge = work->topo->triangle_edges[3 * (size_t)triangles[k / 3] + k % 3];
+            uint32_t const other = triangles[1 - k / 3];
+            if (edge_crosses(work, edge, other))
+                found[count++] = (sighting){edge, other, (uint32_t)i};
+        }
+        if (count == before) work->contours.loose[work->contours.loose_count++] = *pair;
+    }
+    return count;
+}
+
+/* One crossing for all sightings of it; joins their pairs. first[i]: a crossing of pair i. */
+static void join_sightings(untangling *work, const sighting *found, size_t found_count,
+                           uint32_t *pair_sets, uint32_t *first) {
+    contour_set *const contours = &work->contours;
+    for (size_t i = 0; i < found_count; i++) {
+        sighting const *const seen = &found[i];
+        bool const is_known =
+            i > 0 && found[i - 1].edge == seen->edge && found[i - 1].triangle == seen->triangle;
+        if (is_known) {
+            union_find_join(pair_sets, found[i - 1].pair, seen->pair);
+        } else {
+            surface_crossing *const added = &contours->crossings[contours->count++];
+            *added = (surface_crossing){.edge = seen->edge,
+                                        .triangle = seen->triangle,
+                                        .contour = seen->pair,
+                                        .wrong_end = CROSSING_UNDECIDED};
+            place_crossing(work, added);
+        }
+        uint32_t const here = (uint32_t)contours->count - 1;
+        if (first[seen->pair] == TULLE_NONE) {
+            first[seen->pair] = here;
+            continue;
+        }
+        surface_crossing *const one = &contours->crossings[first[seen->pair]];
+        surface_crossing *const two = &contours->crossings[here];
+        vec3 const way =
+            vec3_normalize(vec3_sub(crossing_point(work, two), crossing_point(work, one)));
+        one->pull = vec3_add(one->pull, way);
+        two->pull = vec3_sub(two->pull, way);
+    }
+}
+
+/* The contour of a pair with one crossing ends at the corner that both triangles share. */
+static void pull_to_shared(untangling *work, const intersection_list *pairs, const uint32_t *first,
+                           const uint32_t *counts) {
+    surface_range const *const surfaces = work->world->surfaces;
+    for (size_t i = 0; i < pairs->count; i++) {
+        if (counts[i] != 1) continue;
+        tulle_intersection const *const pair = &pairs->data[i];
+        uint32_t const a = surfaces[pair->object_a].triangle_begin + pair->triangle_a;
+        uint32_t const b = surfaces[pair->object_b].triangle_begin + pair->triangle_b;
+        for (size_t k = 0; k < 9; k++) {
+            uint32_t const corner = work->topo->triangles[3 * (size_t)a + k / 3];
+            if (corner != work->topo->triangles[3 * (size_t)b + k % 3]) continue;
+            surface_crossing *const crossing = &work->contours.crossings[first[i]];
+            crossing->pull =
+                vec3_add(crossing->pull, vec3_normalize(vec3_sub(vec3_load(work->positions, corner),
+                                                                 crossing_point(work, crossing))));
+            break;
+        }
+    }
+}
+
+tulle_status find_contours(untangling *work, const intersection_list *pairs) {
+    arena *const scratch = &work->world->scratch;
+    size_t const most = CROSSINGS_OF_PAIR * pairs->count;
+    contour_set *const contours = &work->contours;
+    *contours = (contour_set){.crossings = ARENA_NEW(scratch, surface_crossing, most),
+                              .loose = ARENA_NEW(scratch, tulle_intersection, pairs->count)};
+    sighting *const found = ARENA_NEW(scratch, sighting, most);
+    uint32_t *const pair_sets = ARENA_NEW(scratch, uint32_t, pairs->count);
+    uint32_t *const first = ARENA_NEW(scratch, uint32_t, pairs->count);
+    uint32_t *const counts = ARENA_NEW_ZEROED(scratch, uint32_t, pairs->count);
+    if (!contours->crossings || !contours->loose || !found || !pair_sets || !first || !counts)
+        return TULLE_ERROR_OUT_OF_MEMORY;
+    union_find_reset(pair_sets, pairs->count);
+    for (size_t i = 0; i < pairs->count; i++) first[i] = TULLE_NONE;
+    size_t const found_count = find_sightings(work, pairs, found);
+    if (found_count == 0) return TULLE_OK;
+    qsort(found, found_count, sizeof *found, compare_sightings);
+    join_sightings(work, found, found_count, pair_sets, first);
+    for (size_t i = 0; i < found_count; i++) counts[found[i].pair]++;
+    pull_to_shared(work, pairs, first, counts);
+    for (size_t i = 0; i < contours->count; i++)
+        contours->crossings[i].contour = union_find_root(pair_sets, contours->crossings[i].contour);
+    qsort(contours->crossings, contours->count, sizeof *contours->crossings, compare_contours);
+    return TULLE_OK;
+}

@@ -1,0 +1,90 @@
+/* world/untangle/untangle_depth.c - the way out for cloth deep inside an obstacle.
+ *
+ * A contour moves only what is next to it. Where a long strip of a tube lies in an obstacle, both
+ * its sides pull at it while the rest of the tube holds it back. So every vertex of such a strip
+ * votes for the way to the obstacle's surface. The nearest triangle is handed on from neighbour to
+ * neighbour, beginning at the contours, and improved by going to adjoining triangles that are
+ * nearer: neighbours leave by the same wall.
+ *
+ * In: wrong ends of crossings and what is inside. Out: votes.
+ *
+ * Based on: Fisher, Lin, Deformed distance fields for simulation of non-penetrating flexible
+ * bodies, 2001 (penetration depth handed on). */
+#include "geom/distance.h"
+#include "world/untangle/untangle_parts.h"
+
+/* [of the mean edge] Farthest that one vote asks for. */
+static const double WAY_MAX = 1.0;
+
+/* From a vertex to a triangle of the obstacle. */
+typedef struct nearest_point {
+    uint32_t triangle;
+    double distance2; /* [m^2] */
+    vec3 difference;  /* [m] vertex less point */
+} nearest_point;
+
+static nearest_point measure(const untangling *work, uint32_t vertex, uint32_t triangle) {
+    vec3 points[4];
+    points[0] = vec3_load(work->positions, vertex);
+    for (size_t k = 0; k < 3; k++)
+        points[k + 1] = vec3_load(work->positions, work->topo->triangles[3 * (size_t)triangle + k]);
+    closest_points const closest = closest_vertex_triangle(points);
+    return (nearest_point){triangle, closest.distance2, closest.difference};
+}
+
+/* Goes from triangle to triangle while one that shares a corner is nearer. */
+static nearest_point find_nearest(const untangling *work, uint32_t vertex, uint32_t triangle) {
+    adjacency const *const around = &work->topo->vertex_triangles;
+    nearest_point best = measure(work, vertex, triangle);
+    for (uint32_t from = TULLE_NONE; from != best.triangle;) {
+        from = best.triangle;
+        for (size_t k = 0; k < 3; k++) {
+            uint32_t const corner = work->topo->triangles[3 * (size_t)from + k];
+            for (uint32_t i = around->begin[corner]; i < around->begin[corner + 1]; i++) {
+                nearest_point const other = measure(work, vertex, around->items[i]);
+                if (other.distance2 < best.distance2) best = other;
+            }
+        }
+    }
+    return best;
+}
+
+/* Wrong ends inside, each with the triangle that its edge crosses, into the queue. */
+static size_t begin_at_contours(untangling *work, uint32_t *nearest) {
+    size_t count = 0;
+    for (size_t i = 0; i < work->contours.count; i++) {
+        surface_crossing const *const crossing = &work->contours.crossings[i];
+        if (!crossing->is_joint || crossing->wrong_end == CROSSING_UNDECIDED) continue;
+        uint32_t const vertex = work->topo->edges[2 * (size_t)crossing->edge + crossing->wrong_end];
+        if (vertex >= work->world->cloth_vertex_count || !work->is_inside[vertex] ||
+            nearest[vertex] != TULLE_NONE)
+            continue;
+        nearest[vertex] = crossing->triangle;
+        work->queue[count++] = vertex;
+    }
+    return count;
+}
+
+void push_out_of_depth(untangling *work) {
+    adjacency const *const around = &work->topo->vertex_neighbours;
+    uint32_t *const nearest = work->grown;
+    for (size_t v = 0; v < work->world->cloth_vertex_count; v++) nearest[v] = TULLE_NONE;
+    size_t count = begin_at_contours(work, nearest);
+    for (size_t head = 0; head < count; head++) {
+        uint32_t const vertex = work->queue[head];
+        nearest_point const point = find_nearest(work, vertex, nearest[vertex]);
+        nearest[vertex] = point.triangle;
+        double const depth = sqrt(point.distance2);
+        double const way =
+            depth + find_gap(work, vertex, work->topo->triangles[3 * (size_t)point.triangle]);
+        if (depth > 0.0 && work->mobility[vertex] > 0.0)
+            add_vote(work, vertex,
+                     vec3_scale(point.difference, -fmin(way, WAY_MAX * work->mean_edge) / depth));
+        for (uint32_t i = around->begin[vertex]; i < around->begin[vertex + 1]; i++) {
+            uint32_t const next = around->items[i];
+            if (!work->is_inside[next] || nearest[next] != TULLE_NONE) continue;
+            nearest[next] = point.triangle;
+            work->queue[count++] = next;
+        }
+    }
+}

@@ -1,0 +1,157 @@
+/* world/untangle/untangle_joint_sides.c - sides of contours that part a surface only together.
+ *
+ * A tube that lies half in an obstacle crosses it along two lines from border to border. Neither
+ * parts the tube, both do. So contours of one cloth with one obstacle that part nothing each are
+ * cut at once. The region with the largest area (which counts nothing inside a closed obstacle) is
+ * right; from there, the end of a crossing that is more contours away is the wrong one. Contours
+ * that part nothing together either are decided one by one (untangle_open_sides.c).
+ *
+ * Based on: Baraff, Witkin, Kass, Untangling cloth, 2003, section 4. */
+#include "world/untangle/untangle_parts.h"
+
+#include <stdlib.h>
+
+static int compare_ranges(const void *a, const void *b) {
+    contour_range const *const x = a, *const y = b;
+    if (x->obstacle != y->obstacle) return x->obstacle < y->obstacle ? -1 : 1;
+    if (x->cloth != y->cloth) return x->cloth < y->cloth ? -1 : 1;
+    return (x->begin > y->begin) - (x->begin < y->begin);
+}
+
+static uint32_t end_region(const untangling *work, const surface_crossing *crossing, size_t end) {
+    return work->region[work->topo->edges[2 * (size_t)crossing->edge + end]];
+}
+
+/* Contours of one cloth and one obstacle. */
+typedef struct contour_group {
+    const contour_range *ranges;
+    size_t count;
+    flood regions;
+    uint32_t *distances; /* per region: contours between it and the largest one */
+} contour_group;
+
+/* Whether some edge of the group has its ends in two regions. */
+static bool parts_a_surface(const untangling *work, const contour_group *group) {
+    for (size_t k = 0; k < group->count; k++)
+        for (size_t i = group->ranges[k].begin; i < group->ranges[k].end; i++) {
+            surface_crossing const *const crossing = &work->contours.crossings[i];
+            if (end_region(work, crossing, 0) != end_region(work, crossing, 1)) return true;
+        }
+    return false;
+}
+
+/* One region per crossing is nearer than its other one by more than one contour: brings it closer.
+ * True when any was. */
+static bool shorten_distances(const untangling *work, const contour_group *group) {
+    bool has_changed = false;
+    for (size_t k = 0; k < group->count; k++)
+        for (size_t i = group->ranges[k].begin; i < group->ranges[k].end; i++) {
+            surface_crossing const *const crossing = &work->contours.crossings[i];
+            for (size_t end = 0; end < 2; end++) {
+                uint32_t const near = end_region(work, crossing, end) - group->regions.begin;
+                uint32_t const far = end_region(work, crossing, 1 - end) - group->regions.begin;
+                if (group->distances[near] == TULLE_NONE ||
+                    group->distances[far] <= group->distances[near] + 1)
+                    continue;
+                group->distances[far] = group->distances[near] + 1;
+                has_changed = true;
+            }
+        }
+    return has_changed;
+}
+
+/* From the largest region of each piece of surface. */
+static void find_distances(const untangling *work, contour_group *group) {
+    flood const *const regions = &group->regions;
+    for (uint32_t r = 0; r < regions->count; r++) group->distances[r] = TULLE_NONE;
+    for (;;) {
+        uint32_t largest = TULLE_NONE;
+        for (uint32_t r = 0; r < regions->count; r++)
+            if (group->distances[r] == TULLE_NONE &&
+                (largest == TULLE_NONE || regions->weights[r] > regions->weights[largest]))
+                largest = r;
+        if (largest == TULLE_NONE) return;
+        group->distances[largest] = 0;
+        while (shorten_distances(work, group)) continue;
+    }
+}
+
+/* Wrong ends, and aims where an edge is not parted but its triangle is. */
+static void decide_crossing(const untangling *work, const contour_group *group,
+                            surface_crossing *crossing) {
+    uint32_t const begin = group->regions.begin;
+    uint32_t const a = end_region(work, crossing, 0) - begin;
+    uint32_t const b = end_region(work, crossing, 1) - begin;
+    double const *const weights = group->regions.weights;
+    crossing->is_joint = true;
+    if (a != b) {
+        bool const is_equal = group->distances[a] == group->distances[b];
+        bool const is_first = is_equal
+                                  ? weights[a] < weights[b] || (weights[a] == weights[b] && a > b)
+                                  : group->distances[a] > group->distances[b];
+        crossing->wrong_end = is_first ? 0 : 1;
+        return;
+    }
+    uint32_t distances[3], least = TULLE_NONE;
+    for (size_t k = 0; k < 3; k++) {
+        uint32_t const corner = work->topo->triangles[3 * (size_t)crossing->triangle + k];
+        uint32_t const region = work->region[corner];
+        distances[k] = region < begin ? 0 : group->distances[region - begin];
+        if (distances[k] < least) least = distances[k];
+    }
+    bool const is_wrong[3] = {distances[0] > least, distances[1] > least, distances[2] > least};
+    aim_over_corners(work, crossing, is_wrong);
+}
+
+static void decide_alone(untangling *work, const contour_range *range, flood *regions) {
+    if (!range->is_open) return;
+    regions->mark++;
+    regions->begin += regions->count;
+    flood_contours(work, range, 1, regions);
+    if (range->end - range->begin >= OPEN_CROSSINGS_MIN)
+        decide_open_contour(work, range->begin, range->end, regions->mark);
+    mark_astray(work, range->begin, range->end, regions);
+    if (range->end - range->begin < OPEN_CROSSINGS_MIN)
+        orient_short_contour(work, range->begin, range->end);
+}
+
+static void decide_group(untangling *work, contour_group *group) {
+    bool has_open = false;
+    for (size_t k = 0; k < group->count; k++) has_open = has_open || group->ranges[k].is_open;
+    if (!has_open) return;
+    flood_contours(work, group->ranges, group->count, &group->regions);
+    bool const is_parted = parts_a_surface(work, group);
+    if (is_parted) find_distances(work, group);
+    for (size_t k = 0; k < group->count; k++) {
+        contour_range const *const range = &group->ranges[k];
+        if (!is_parted) {
+            decide_alone(work, range, &group->regions);
+            continue;
+        }
+        for (size_t i = range->begin; i < range->end; i++)
+            decide_crossing(work, group, &work->contours.crossings[i]);
+        mark_astray(work, range->begin, range->end, &group->regions);
+    }
+}
+
+tulle_status decide_joint_contours(untangling *work, contour_range *ranges, size_t count,
+                                   flood *regions) {
+    qsort(ranges, count, sizeof *ranges, compare_ranges);
+    contour_group group = {
+        .distances = ARENA_NEW(&work->world->scratch, uint32_t, 2 * work->contours.count + 1)};
+    if (!group.distances) return TULLE_ERROR_OUT_OF_MEMORY;
+    for (size_t begin = 0, end; begin < count; begin = end) {
+        end = begin + 1;
+        while (end < count && ranges[end].obstacle == ranges[begin].obstacle &&
+               ranges[end].cloth == ranges[begin].cloth)
+            end++;
+        regions->mark++;
+        regions->begin += regions->count;
+        group.ranges = ranges + begin;
+        group.count = end - begin;
+        group.regions = *regions;
+        decide_group(work, &group);
+        *regions = group.regions;
+    }
+    return TULLE_OK;
+}

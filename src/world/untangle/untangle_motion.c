@@ -1,0 +1,264 @@
+/* world/untangle/untangle_motion.c - one round's displacement of the cloth.
+ *
+ * Votes. A crossing whose wrong end is known pushes this end and the triangle apart until the end
+ * lies on the right side of the triangle's plane: the contour so wanders over the wrong region
+ * until none is left. An undecided one moves edge and triangle so that the contour gets shorter.
+ * Other pairs that are too near are pushed apart. Votes on a vertex are averaged.
+ *
+ * Spread. Vertices without votes follow their neighbours, less and less with the distance (a
+ * screened Laplace equation for the displacement), so what hangs together moves together and
+ * wrinkles keep their shape. Then edges that became much longer or shorter than at the start are
+ * corrected.
+ *
+ * Escalation. Where rounds bring no progress, displacements reach farther and the surroundings of
+ * contours are smoothed, which unfolds what is crumpled.
+ *
+ * Based on: Baraff, Witkin, Kass, Untangling cloth, 2003; Volino, Magnenat-Thalmann, Resolving
+ * surface collisions through intersection contour minimization, 2006; Mueller et al., Position
+ * based dynamics, 2007 (edge lengths). */
+#include "world/untangle/untangle_parts.h"
+
+#include <string.h>
+
+/* Pairs are pushed apart to this share of their contact distance. */
+static const double GAP_SHARE = 0.6;
+/* [of the mean edge] Farthest that one vote asks for. */
+static const double VOTE_MAX = 1.0;
+/* [of the mean edge] Step of a crossing that shortens its contour. */
+static const double SHORTEN_STEP = 0.5;
+/* Smallest cosine between an edge and the normal of the triangle that it crosses. */
+static const double CROSSING_SLANT = 0.2;
+/* Edges keep between these shares of their length at the start. */
+static const double SHORTEST_SHARE = 0.7, LONGEST_SHARE = 1.05;
+/* Weight of a vertex's own votes over that of one neighbour. */
+static const double VOTE_WEIGHT = 20.0;
+/* [edges] Reach of displacements at level 0 of each attempt, over and over; doubles with each
+ * level.
+ */
+static const double REACHES[] = {5.0, 3.0, 8.0, 2.0};
+enum { REACH_COUNT = 4 };
+enum { SPREAD_SWEEPS = 12, LENGTH_SWEEPS = 4, REACH_LEVEL_MAX = 3 };
+
+void add_vote(untangling *work, uint32_t vertex, vec3 shift) {
+    vec3_store(work->shift, vertex, vec3_add(vec3_load(work->shift, vertex), shift));
+    work->votes[vertex] += 1.0;
+}
+
+/* Moves sum w_i x_i by `change`, shared among the four or five vertices by mobility. */
+static void vote_together(untangling *work, const uint32_t *vertices, const double *weights,
+                          int count, vec3 change) {
+    double sum = 0.0;
+    for (int k = 0; k < count; k++) sum += weights[k] * weights[k] * work->mobility[vertices[k]];
+    if (!(sum > 1e-6)) return;
+    for (int k = 0; k < count; k++) {
+        double const share = work->mobility[vertices[k]] * weights[k] / sum;
+        if (share != 0.0) add_vote(work, vertices[k], vec3_scale(change, share));
+    }
+}
+
+vec3 find_triangle_normal(const untangling *work, uint32_t triangle) {
+    uint32_t const *const corners = work->topo->triangles + 3 * (size_t)triangle;
+    vec3 const a = vec3_load(work->positions, corners[0]);
+    return vec3_normalize(vec3_cross(vec3_sub(vec3_load(work->positions, corners[1]), a),
+                                     vec3_sub(vec3_load(work->positions, corners[2]), a)));
+}
+
+double find_gap(const untangling *work, uint32_t a, uint32_t b) {
+    tulle_world const *const world = work->world;
+    contact_law const *const law =
+        &world
+             ->laws[world->vertex_surface[a] * world->set.surface_count + world->vertex_surface[b]];
+    return GAP_SHARE * law->contact_distance;
+}
+
+/* The wrong end goes through the triangle. */
+static void push_through(untangling *work, const surface_crossing *crossing) {
+    uint32_t const *const ends = work->topo->edges + 2 * (size_t)crossing->edge;
+    uint32_t const *const corners = work->topo->triangles + 3 * (size_t)crossing->triangle;
+    uint32_t const wrong = ends[crossing->wrong_end], right = ends[1 - crossing->wrong_end];
+    vec3 normal = find_triangle_normal(work, crossing->triangle);
+    vec3 const origin = vec3_load(work->positions, corners[0]);
+    if (vec3_dot(normal, vec3_sub(vec3_load(work->positions, right), origin)) < 0.0)
+        normal = vec3_neg(normal);
+    double const height = vec3_dot(normal, vec3_sub(vec3_load(work->positions, wrong), origin));
+    double const way = fmin(find_gap(work, wrong, corners[0]) - height, VOTE_MAX * work->mean_edge);
+    uint32_t const vertices[4] = {wrong, corners[0], corners[1], corners[2]};
+    double const weights[4] = {1.0, -crossing->weights[0], -crossing->weights[1],
+                               -crossing->weights[2]};
+    vote_together(work, vertices, weights, 4, vec3_scale(normal, way));
+}
+
+/* Edge and triangle move so that the contour gets shorter. With the unit edge e, the normal n and
+ * the sum r of directions along the contour, a shift d of the edge moves the crossing by
+ * d - e (n . d) / (n . e), so the steepest way is r - n (e . r) / (n . e). */
+static void shorten_contour(untangling *work, const surface_crossing *crossing) {
+    uint32_t const *const ends = work->topo->edges + 2 * (size_t)crossing->edge;
+    uint32_t const *const corners = work->topo->triangles + 3 * (size_t)crossing->triangle;
+    vec3 const normal = find_triangle_normal(work, crossing->triangle);
+    vec3 const edge = vec3_normalize(
+        vec3_sub(vec3_load(work->positions, ends[1]), vec3_load(work->positions, ends[0])));
+    double slant = vec3_dot(normal, edge);
+    if (fabs(slant) < CROSSING_SLANT) slant = slant < 0.0 ? -CROSSING_SLANT : CROSSING_SLANT;
+    vec3 const way =
+        vec3_add_scaled(crossing->pull, normal, -vec3_dot(edge, crossing->pull) / slant);
+    double const step = SHORTEN_STEP * work->mean_edge / sqrt(1.0 + vec3_norm2(way));
+    uint32_t const vertices[5] = {ends[0], ends[1], corners[0], corners[1], corners[2]};
+    double const weights[5] = {1.0 - crossing->along, crossing->along, -crossing->weights[0],
+                               -crossing->weights[1], -crossing->weights[2]};
+    vote_together(work, vertices, weights, 5, vec3_scale(way, step));
+}
+
+/* Triangles that touch without a crossing (flat on one another) part along a normal, to the sides
+ * that their corners say. */
+static void part_loose(untangling *work, const tulle_intersection *pair) {
+    surface_range const *const surfaces = work->world->surfaces;
+    uint32_t const first = surfaces[pair->object_a].triangle_begin + pair->triangle_a;
+    uint32_t const second = surfaces[pair->object_b].triangle_begin + pair->triangle_b;
+    uint32_t const *const a = work->topo->triangles + 3 * (size_t)first;
+    uint32_t const *const b = work->topo->triangles + 3 * (size_t)second;
+    vec3 const normal = find_triangle_normal(work, second);
+    orientation const side =
+        orient_by_triangles(work->topo, work->positions, first, second, normal);
+    double const gap = find_gap(work, a[0], b[0]) * (side == ORIENTATION_AGAINST ? -1.0 : 1.0);
+    uint32_t const vertices[6] = {a[0], a[1], a[2], b[0], b[1], b[2]};
+    double const third = 1.0 / 3.0, weights[6] = {third, third, third, -third, -third, -third};
+    vote_together(work, vertices, weights, 6, vec3_scale(normal, gap));
+}
+
+static contact_scene make_scene(const untangling *work) {
+    tulle_world *const world = work->world;
+    return (contact_scene){.set = &world->set,
+                           .vertex_count = world->vertex_count,
+                           .cloth_vertex_count = world->cloth_vertex_count,
+                           .vertex_surface = world->vertex_surface,
+                           .rest = world->rest,
+                           .laws = world->laws,
+                           .settings = {.minimum_gap = world->minimum_gap}};
+}
+
+/* Pairs that are near but on the right sides; those of vertices and triangles are remembered. */
+static tulle_status push_near_pairs(untangling *work, const contact_scene *scene, feature_kind kind,
+                                    const feature_pair *pairs, size_t count) {
+    for (size_t i = 0; i < count; i++) {
+        uint32_t v[4];
+        vec3 points[4];
+        feature_pair_vertices(work->topo, kind, pairs[i], v);
+        if (work->mobility[v[0]] + work->mobility[v[1]] + work->mobility[v[2]] +
+                work->mobility[v[3]] ==
+            0.0)
+            continue;
+        load_points(work->positions, v, points);
+        closest_points const closest = closest_of_pair(kind, points);
+        double const distance = sqrt(closest.distance2);
+        pair_distances const distances = find_pair_distances(scene, kind, v);
+        double const wanted = GAP_SHARE * distances.contact;
+        if (distance >= wanted) continue;
+        if (distance < distances.minimum * (1.0 + 1e-6)) work->has_gap = false;
+        if (work->is_astray[v[0]] || work->is_astray[v[1]] || work->is_astray[v[2]] ||
+            work->is_astray[v[3]])
+            continue;
+        vec3 const normal = vec3_normalize(closest.difference);
+        vote_together(work, v, closest.weights, 4, vec3_scale(normal, wanted - distance));
+        if (kind != FEATURE_VERTEX_TRIANGLE) continue;
+        known_side const side = {pairs[i].first, pairs[i].second, normal};
+        tulle_status const status = remember_side(&work->history, &work->world->heap, side);
+        if (status != TULLE_OK) return status;
+    }
+    return TULLE_OK;
+}
+
+static tulle_status push_near(untangling *work) {
+    tulle_world *const world = work->world;
+    contact_scene const scene = make_scene(work);
+    tulle_status status = build_trees(work->broad, &world->set, work->positions, work->positions,
+                                      world->contact_distance, world->threads);
+    if (status == TULLE_OK)
+        status = find_pairs(work->broad, &world->set, world->threads, &work->pairs, NULL);
+    if (status != TULLE_OK) return status;
+    pair_list const *const pairs = &work->pairs;
+    work->has_gap = true;
+    work->history.sides.count = 0;
+    status = push_near_pairs(work, &scene, FEATURE_VERTEX_TRIANGLE, pairs->vertex_triangle.data,
+                             pairs->vertex_triangle.count);
+    if (status != TULLE_OK) return status;
+    return push_near_pairs(work, &scene, FEATURE_EDGE_EDGE, pairs->edge_edge.data,
+                           pairs->edge_edge.count);
+}
+
+/* Averages votes and lets the rest of the cloth follow. */
+static void spread_votes(untangling *work) {
+    tulle_world const *const world = work->world;
+    adjacency const *const around = &work->topo->vertex_neighbours;
+    double *const asked = work->shift + 3 * world->vertex_count; /* second half */
+    int const level = work->level < REACH_LEVEL_MAX ? work->level : REACH_LEVEL_MAX;
+    double const reach = REACHES[work->attempt % REACH_COUNT] * (double)(1 << level);
+    double const screen = 1.0 + 1.5 / (reach * reach);
+    for (size_t v = 0; v < world->cloth_vertex_count; v++) {
+        if (work->votes[v] > 0.0)
+            vec3_store(work->shift, v, vec3_scale(vec3_load(work->shift, v), 1.0 / work->votes[v]));
+        vec3_store(asked, v, vec3_load(work->shift, v));
+    }
+    for (int sweep = 0; sweep < SPREAD_SWEEPS * (1 << level); sweep++) {
+        for (size_t i = 0; i < world->cloth_vertex_count; i++) {
+            size_t const v = sweep % 2 ? world->cloth_vertex_count - 1 - i : i;
+            uint32_t const begin = around->begin[v], end = around->begin[v + 1];
+            if (work->mobility[v] == 0.0 || begin == end) continue;
+            double const own = work->votes[v] > 0.0 ? VOTE_WEIGHT : 0.0;
+            vec3 sum = vec3_scale(vec3_load(asked, v), own);
+            for (uint32_t k = begin; k < end; k++)
+                sum = vec3_add(sum, vec3_load(work->shift, around->items[k]));
+            vec3_store(work->shift, v,
+                       vec3_scale(sum, 1.0 / (own + screen * (double)(end - begin))));
+        }
+    }
+}
+
+static void keep_lengths(untangling *work) {
+    tulle_world const *const world = work->world;
+    uint32_t const edge_end = world_cloth_edge_count(world);
+    for (int sweep = 0; sweep < LENGTH_SWEEPS; sweep++) {
+        for (uint32_t i = 0; i < edge_end; i++) {
+            uint32_t const e = sweep % 2 ? edge_end - 1 - i : i;
+            uint32_t const a = work->topo->edges[2 * (size_t)e];
+            uint32_t const b = work->topo->edges[2 * (size_t)e + 1];
+            double const mobility = work->mobility[a] + work->mobility[b];
+            vec3 const pa = vec3_load(work->positions, a), pb = vec3_load(work->positions, b);
+            vec3 const way = vec3_sub(pb, pa);
+            double const length = vec3_norm(way);
+            double const low = SHORTEST_SHARE * work->lengths[e];
+            double const high = LONGEST_SHARE * work->lengths[e];
+            if (mobility == 0.0 || !(length > 0.0) || (length >= low && length <= high)) continue;
+            double const excess = (length - (length < low ? low : high)) / (length * mobility);
+            vec3_store(work->positions, a, vec3_add_scaled(pa, way, excess * work->mobility[a]));
+            vec3_store(work->positions, b, vec3_add_scaled(pb, way, -excess * work->mobility[b]));
+        }
+    }
+}
+
+tulle_status move_apart(untangling *work) {
+    tulle_world const *const world = work->world;
+    memset(work->shift, 0, 3 * world->vertex_count * sizeof *work->shift);
+    memset(work->votes, 0, world->vertex_count * sizeof *work->votes);
+    tulle_status status = push_near(work);
+    if (status == TULLE_OK) status = remember_crossings(work);
+    if (status != TULLE_OK) return status;
+    bool const is_clean = work->contours.count == 0 && work->contours.loose_count == 0;
+    if (is_clean && work->has_gap) return TULLE_OK;
+    for (size_t i = 0; i < work->contours.count; i++) {
+        surface_crossing const *const crossing = &work->contours.crossings[i];
+        if (crossing->wrong_end == CROSSING_UNDECIDED)
+            shorten_contour(work, crossing);
+        else
+            push_through(work, crossing);
+    }
+    for (size_t i = 0; i < work->contours.loose_count; i++)
+        part_loose(work, &work->contours.loose[i]);
+    push_out_of_depth(work);
+    spread_votes(work);
+    for (size_t v = 0; v < world->cloth_vertex_count; v++)
+        vec3_store(work->positions, v,
+                   vec3_add(vec3_load(work->positions, v), vec3_load(work->shift, v)));
+    calm_surroundings(work);
+    keep_lengths(work);
+    return TULLE_OK;
+}

@@ -1,0 +1,155 @@
+/* world/untangle/untangle_orientation.c - contours too short to part anything.
+ *
+ * One or two crossings that part no surface are a corner that looks through a triangle, or two
+ * ridges that pass over each other. Where rounds have stalled they are decided, by the first of
+ * three rules that can. History: the round before left sides of vertices and triangles, those of
+ * pairs that were near but not astray and of crossings whose wrong end was known; an end of the
+ * edge that is on the other side now went through. Geometric correction with verification: an end
+ * of the edge that is alone on its side of the triangle, with all its neighbours on the other, is
+ * the wrong one if the edge's triangle and the crossed one say so too. Geometric correction of
+ * edges: edge and nearest side of the triangle are a pair, oriented by the vertices opposite them;
+ * they part along their common normal. What stays undecided is shortened.
+ *
+ * In: undecided crossings of a contour. Out: wrong ends, or the ways that edges go; after all
+ * contours, the history for the next round.
+ *
+ * Based on: Wong, Baciu, Dynamic interaction between deformable surfaces and nonsmooth objects,
+ * 2005, section 3.6. Departures: pairs of edges have no history, for it hardly ever decides; the
+ * verification, which always says something, decides nothing alone, for it costs rounds. */
+#include "contact/rows/orientation.h"
+#include "world/untangle/untangle_parts.h"
+
+/* Of escalation: before, contours are shortened, which frees most of them in fewer rounds. */
+enum { ORIENTED_LEVEL = 1 };
+/* Of a crossing whose edges are oriented; that of one on a bent contour is at most 2. */
+static const double ORIENTED_PULL = 2.0;
+/* Least sine between edges that have a common normal. */
+static const double CROSSING_SINE = 0.1;
+
+static vec3 find_point(const untangling *work, const surface_crossing *crossing) {
+    uint32_t const *const ends = work->topo->edges + 2 * (size_t)crossing->edge;
+    return vec3_lerp(vec3_load(work->positions, ends[0]), vec3_load(work->positions, ends[1]),
+                     crossing->along);
+}
+
+/* An end of a crossing edge and the plane of the triangle. */
+typedef struct end_place {
+    oriented_pair question;
+    double height; /* [m] along the question's axis */
+} end_place;
+
+static end_place place_end(const untangling *work, const surface_crossing *crossing, size_t end) {
+    uint32_t const vertex = work->topo->edges[2 * (size_t)crossing->edge + end];
+    vec3 const point = find_point(work, crossing);
+    vec3 const normal = find_triangle_normal(work, crossing->triangle);
+    double const height = vec3_dot(normal, vec3_sub(vec3_load(work->positions, vertex), point));
+    return (end_place){{FEATURE_VERTEX_TRIANGLE, {vertex, crossing->triangle}, normal, point},
+                       height};
+}
+
+static bool is_on_other_side(const end_place *place, orientation side) {
+    return (double)side * place->height < 0.0;
+}
+
+/* The only end of two that is astray, if there is one. */
+static uint32_t choose_end(const bool is_astray[2]) {
+    if (is_astray[0] == is_astray[1]) return CROSSING_UNDECIDED;
+    return is_astray[0] ? 0 : 1;
+}
+
+static uint32_t find_end_by_history(const untangling *work, const surface_crossing *crossing) {
+    bool is_astray[2];
+    for (size_t end = 0; end < 2; end++) {
+        end_place const place = place_end(work, crossing, end);
+        orientation const side =
+            orient_by_history(work->topo, &work->history, place.question.pair, place.question.axis);
+        is_astray[end] = is_on_other_side(&place, side);
+    }
+    return choose_end(is_astray);
+}
+
+/* Ends that come from the other side of the triangle, verified by the triangles. */
+static uint32_t find_end_by_neighbours(const untangling *work, const surface_crossing *crossing) {
+    uint32_t const owner = work->topo->edge_triangles[2 * (size_t)crossing->edge];
+    bool is_astray[2], is_verified[2];
+    for (size_t end = 0; end < 2; end++) {
+        end_place const place = place_end(work, crossing, end);
+        is_astray[end] = is_on_other_side(
+            &place, orient_by_neighbours(work->topo, work->positions, &place.question));
+        is_verified[end] =
+            is_on_other_side(&place, orient_by_triangles(work->topo, work->positions, owner,
+                                                         crossing->triangle, place.question.axis));
+    }
+    uint32_t const end = choose_end(is_astray);
+    return end != CROSSING_UNDECIDED && is_verified[end] ? end : CROSSING_UNDECIDED;
+}
+
+/* The side of the triangle that the crossing is nearest to. */
+static uint32_t find_nearest_side(const untangling *work, const surface_crossing *crossing) {
+    uint32_t const *const corners = work->topo->triangles + 3 * (size_t)crossing->triangle;
+    size_t far = 0;
+    for (size_t k = 1; k < 3; k++)
+        if (crossing->weights[k] < crossing->weights[far]) far = k;
+    for (size_t k = 0; k < 3; k++) {
+        uint32_t const side = work->topo->triangle_edges[3 * (size_t)crossing->triangle + k];
+        uint32_t const *const ends = work->topo->edges + 2 * (size_t)side;
+        if (ends[0] != corners[far] && ends[1] != corners[far]) return side;
+    }
+    return work->topo->triangle_edges[3 * (size_t)crossing->triangle];
+}
+
+static vec3 edge_vector(const untangling *work, uint32_t edge) {
+    uint32_t const *const ends = work->topo->edges + 2 * (size_t)edge;
+    return vec3_sub(vec3_load(work->positions, ends[1]), vec3_load(work->positions, ends[0]));
+}
+
+/* Edge and side part along their common normal. */
+static void orient_edges(const untangling *work, surface_crossing *crossing) {
+    uint32_t const side = find_nearest_side(work, crossing);
+    vec3 const a = vec3_normalize(edge_vector(work, crossing->edge));
+    vec3 const b = vec3_normalize(edge_vector(work, side));
+    vec3 const normal = vec3_cross(a, b);
+    if (vec3_norm(normal) < CROSSING_SINE) return;
+    oriented_pair const question = {FEATURE_EDGE_EDGE,
+                                    {crossing->edge, side},
+                                    vec3_normalize(normal),
+                                    find_point(work, crossing)};
+    orientation const way = orient_by_neighbours(work->topo, work->positions, &question);
+    if (way == ORIENTATION_UNDECIDED) return;
+    crossing->pull = vec3_scale(question.axis, ORIENTED_PULL * (double)way);
+}
+
+void orient_short_contour(untangling *work, size_t begin, size_t end) {
+    if (work->level < ORIENTED_LEVEL) return;
+    for (size_t i = begin; i < end; i++) {
+        surface_crossing *const crossing = &work->contours.crossings[i];
+        if (crossing->wrong_end != CROSSING_UNDECIDED) continue;
+        crossing->wrong_end = find_end_by_history(work, crossing);
+        if (crossing->wrong_end == CROSSING_UNDECIDED)
+            crossing->wrong_end = find_end_by_neighbours(work, crossing);
+        if (crossing->wrong_end == CROSSING_UNDECIDED) orient_edges(work, crossing);
+    }
+}
+
+/* Both ends of the edge belong where the right one is. */
+static tulle_status remember_crossing(untangling *work, const surface_crossing *crossing) {
+    end_place const right = place_end(work, crossing, 1 - crossing->wrong_end);
+    vec3 const axis = right.question.axis;
+    vec3 const normal = right.height < 0.0 ? vec3_neg(axis) : axis;
+    tulle_status status = TULLE_OK;
+    for (size_t end = 0; end < 2 && status == TULLE_OK; end++) {
+        uint32_t const vertex = work->topo->edges[2 * (size_t)crossing->edge + end];
+        status = remember_side(&work->history, &work->world->heap,
+                               (known_side){vertex, crossing->triangle, normal});
+    }
+    return status;
+}
+
+tulle_status remember_crossings(untangling *work) {
+    tulle_status status = TULLE_OK;
+    for (size_t i = 0; i < work->contours.count && status == TULLE_OK; i++)
+        if (work->contours.crossings[i].wrong_end != CROSSING_UNDECIDED)
+            status = remember_crossing(work, &work->contours.crossings[i]);
+    settle_history(&work->history);
+    return status;
+}

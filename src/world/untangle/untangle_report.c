@@ -1,0 +1,132 @@
+/* world/untangle/untangle_report.c - what untangling could not free, or does not try to, in words.
+ *
+ * In: the state with the fewest pairs of triangles that cross. Out: between which surfaces they
+ * are, in how many lines of intersection, and pins that keep cloth inside an obstacle. */
+#include "world/untangle/untangle_parts.h"
+
+#include "base/error.h"
+
+#include <stdio.h>
+#include <stdlib.h>
+
+/* Pairs of surfaces that a message names. */
+enum { NAMED_SURFACES = 3 };
+
+/* Of two surfaces, a < b or the same. */
+typedef struct surface_count {
+    uint32_t a, b;
+    uint32_t pairs;
+} surface_count;
+
+static int compare_surfaces(const void *one, const void *two) {
+    tulle_intersection const *const x = one, *const y = two;
+    if (x->object_a != y->object_a) return x->object_a < y->object_a ? -1 : 1;
+    if (x->object_b != y->object_b) return x->object_b < y->object_b ? -1 : 1;
+    if (x->triangle_a != y->triangle_a) return x->triangle_a < y->triangle_a ? -1 : 1;
+    return (x->triangle_b > y->triangle_b) - (x->triangle_b < y->triangle_b);
+}
+
+static int compare_counts(const void *one, const void *two) {
+    surface_count const *const x = one, *const y = two;
+    if (x->pairs != y->pairs) return x->pairs > y->pairs ? -1 : 1;
+    if (x->a != y->a) return x->a < y->a ? -1 : 1;
+    return (x->b > y->b) - (x->b < y->b);
+}
+
+/* "3 of 'a' with 'b', 2 of 'b' with itself"; the length. */
+static size_t write_surfaces(const tulle_world *world, const surface_count *counts, size_t count,
+                             char *text, size_t size) {
+    size_t length = 0;
+    for (size_t i = 0; i < count && i < NAMED_SURFACES && length < size; i++) {
+        bool const is_self = counts[i].a == counts[i].b;
+        length += (size_t)snprintf(
+            text + length, size - length, "%s%u of '%s' with %s%s%s", i > 0 ? ", " : "",
+            counts[i].pairs, world_surface_name(world, counts[i].a), is_self ? "" : "'",
+            is_self ? "itself" : world_surface_name(world, counts[i].b), is_self ? "" : "'");
+    }
+    if (count > NAMED_SURFACES && length < size)
+        length += (size_t)snprintf(text + length, size - length, ", %zu other pairs of surfaces",
+                                   count - NAMED_SURFACES);
+    return length;
+}
+
+static size_t count_contours(const contour_set *contours) {
+    size_t count = contours->loose_count;
+    for (size_t i = 0; i < contours->count; i++)
+        if (i == 0 || contours->crossings[i].contour != contours->crossings[i - 1].contour) count++;
+    return count;
+}
+
+/* Pairs by surfaces, most first; sorts the list by surfaces. */
+static size_t count_by_surfaces(intersection_list *list, surface_count *counts) {
+    size_t count = 0;
+    qsort(list->data, list->count, sizeof *list->data, compare_surfaces);
+    for (size_t i = 0; i < list->count; i++) {
+        tulle_intersection const *const pair = &list->data[i];
+        if (count == 0 || counts[count - 1].a != pair->object_a ||
+            counts[count - 1].b != pair->object_b)
+            counts[count++] = (surface_count){pair->object_a, pair->object_b, 0};
+        counts[count - 1].pairs++;
+    }
+    qsort(counts, count, sizeof *counts, compare_counts);
+    return count;
+}
+
+/* Of cloth in a closed obstacle. */
+static size_t count_held_inside(const untangling *work) {
+    size_t count = 0;
+    for (size_t v = 0; v < work->world->cloth_vertex_count; v++)
+        count += work->is_inside[v] && work->world->is_fixed[v];
+    return count;
+}
+
+static void write_text(const untangling *work, const surface_count *counts, size_t count,
+                       char *text, size_t size) {
+    tulle_world const *const world = work->world;
+    tulle_untangle_report const *const report = &world->untangle_report;
+    size_t length = (size_t)snprintf(
+        text, size,
+        "after %u rounds of untangling (%llu at the start; in %zu lines: ", report->rounds,
+        (unsigned long long)report->intersections, count_contours(&work->contours));
+    if (length < size) length += write_surfaces(world, counts, count, text + length, size - length);
+    size_t const held = count_held_inside(work);
+    if (held > 0 && length < size)
+        length +=
+            (size_t)snprintf(text + length, size - length,
+                             "; %zu pinned vertices lie inside an obstacle, where they stay", held);
+    if (length < size) (void)snprintf(text + length, size - length, ")");
+}
+
+tulle_status describe_left(untangling *work, char *text, size_t size) {
+    tulle_world *const world = work->world;
+    intersection_list *const left = &world->intersections;
+    surface_count *const counts = ARENA_NEW(&world->scratch, surface_count, left->count);
+    if (!counts) return TULLE_ERROR_OUT_OF_MEMORY;
+    size_t const count = count_by_surfaces(left, counts);
+    tulle_status status = find_contours(work, left);
+    if (status == TULLE_OK) status = find_sides(work);
+    if (status == TULLE_OK) write_text(work, counts, count, text, size);
+    return status;
+}
+
+tulle_status refuse_bodies(tulle_world *world, tulle_error *error) {
+    char text[WORLD_MESSAGE_BYTES / 2];
+    arena_mark const mark = arena_get_mark(&world->scratch);
+    intersection_list *const list = &world->intersections;
+    surface_count *const counts = ARENA_NEW(&world->scratch, surface_count, list->count);
+    if (!counts)
+        return error_set(error, TULLE_ERROR_OUT_OF_MEMORY, "no memory left to judge the start");
+    size_t const count = count_by_surfaces(list, counts);
+    size_t kept = 0;
+    for (size_t i = 0; i < count; i++)
+        if (counts[i].a >= world->cloths.count && counts[i].b >= world->cloths.count)
+            counts[kept++] = counts[i];
+    (void)write_surfaces(world, counts, kept, text, sizeof text);
+    arena_release(&world->scratch, mark);
+    return error_set(error, TULLE_ERROR_INTERSECTING_START,
+                     "%zu pairs of triangles intersect at the start in which no cloth takes part "
+                     "(%s), and untangling moves cloth only; move the objects apart, or set "
+                     "start_intersections to ignore (those pairs then count only after they came "
+                     "apart)",
+                     world_count_intersecting_bodies(world), text);
+}

@@ -1,0 +1,151 @@
+/* world/untangle/untangle_search.c - the pairs of triangles that cross, round after round.
+ *
+ * Triangles sorted along the axis in which the scene is longest are compared with those that begin
+ * before they end; boxes that meet are tested exactly. This finds every pair in which an edge
+ * passes through a triangle, in less time than the judge, which stays the one who says that a state
+ * is clean.
+ *
+ * Based on: Baraff, Dynamic simulation of non-penetrating rigid bodies, 1992 (sort and sweep). */
+#include "world/untangle/untangle_parts.h"
+
+#include <stdlib.h>
+
+/* A triangle's box, the axis of the sweep first. */
+typedef struct sorted_triangle {
+    double low[3], high[3];
+    uint32_t triangle, surface;
+} sorted_triangle;
+
+static int compare_lows(const void *a, const void *b) {
+    sorted_triangle const *const x = a, *const y = b;
+    if (x->low[0] != y->low[0]) return x->low[0] < y->low[0] ? -1 : 1;
+    return (x->triangle > y->triangle) - (x->triangle < y->triangle);
+}
+
+/* Triangles of cloth, or of obstacles, sorted by where they begin along the axis. */
+typedef struct sorted_triangles {
+    sorted_triangle *boxes;
+    size_t count;
+} sorted_triangles;
+
+static size_t find_longest_axis(const double low[3], const double high[3]) {
+    size_t axis = 0;
+    for (size_t c = 1; c < 3; c++)
+        if (high[c] - low[c] > high[axis] - low[axis]) axis = c;
+    return axis;
+}
+
+/* The box of all cloth. */
+static void find_cloth_box(const untangling *work, double low[3], double high[3]) {
+    for (size_t c = 0; c < 3; c++) low[c] = high[c] = work->positions[c];
+    for (size_t i = 0; i < 3 * work->world->cloth_vertex_count; i++) {
+        low[i % 3] = fmin(low[i % 3], work->positions[i]);
+        high[i % 3] = fmax(high[i % 3], work->positions[i]);
+    }
+}
+
+static sorted_triangle make_box(const untangling *work, uint32_t surface, uint32_t triangle,
+                                size_t axis) {
+    uint32_t const *const corners = work->topo->triangles + 3 * (size_t)triangle;
+    sorted_triangle box = {.triangle = triangle, .surface = surface};
+    for (size_t c = 0; c < 3; c++) {
+        size_t const from = (c + axis) % 3;
+        double const x[3] = {work->positions[3 * (size_t)corners[0] + from],
+                             work->positions[3 * (size_t)corners[1] + from],
+                             work->positions[3 * (size_t)corners[2] + from]};
+        box.low[c] = fmin(x[0], fmin(x[1], x[2]));
+        box.high[c] = fmax(x[0], fmax(x[1], x[2]));
+    }
+    return box;
+}
+
+/* Boxes of all triangles that reach into the box of the cloth. */
+static void fill_boxes(const untangling *work, sorted_triangles *cloth,
+                       sorted_triangles *obstacles) {
+    tulle_world const *const world = work->world;
+    double low[3], high[3];
+    find_cloth_box(work, low, high);
+    size_t const axis = find_longest_axis(low, high);
+    for (uint32_t s = 0; s < world->set.surface_count; s++) {
+        surface_range const *const range = &world->surfaces[s];
+        sorted_triangles *const list = range->is_obstacle ? obstacles : cloth;
+        for (uint32_t t = range->triangle_begin; t < range->triangle_end && range->is_present;
+             t++) {
+            sorted_triangle const box = make_box(work, s, t, axis);
+            bool is_near = true;
+            for (size_t c = 0; c < 3; c++)
+                is_near = is_near && box.low[c] <= high[(c + axis) % 3] &&
+                          box.high[c] >= low[(c + axis) % 3];
+            if (is_near) list->boxes[list->count++] = box;
+        }
+    }
+    if (cloth->count > 0) qsort(cloth->boxes, cloth->count, sizeof *cloth->boxes, compare_lows);
+    if (obstacles->count > 0)
+        qsort(obstacles->boxes, obstacles->count, sizeof *obstacles->boxes, compare_lows);
+}
+
+static bool boxes_meet(const sorted_triangle *a, const sorted_triangle *b) {
+    return a->low[1] <= b->high[1] && b->low[1] <= a->high[1] && a->low[2] <= b->high[2] &&
+           b->low[2] <= a->high[2];
+}
+
+/* Adds the pair if the triangles cross; false when memory is short. */
+static bool add_if_crossing(untangling *work, const sorted_triangle *a, const sorted_triangle *b,
+                            intersection_list *list) {
+    tulle_world *const world = work->world;
+    if (!boxes_meet(a, b) || !surfaces_may_meet(&world->set, a->surface, b->surface)) return true;
+    if (!triangles_cross(work, a->triangle, b->triangle)) return true;
+    if (!ARRAY_RESERVE(&world->heap, list, 1)) return false;
+    bool const is_ordered = a->triangle < b->triangle; /* surfaces ascend with triangles */
+    sorted_triangle const *const first = is_ordered ? a : b, *const second = is_ordered ? b : a;
+    list->data[list->count++] = (tulle_intersection){
+        first->surface, first->triangle - world->surfaces[first->surface].triangle_begin,
+        second->surface, second->triangle - world->surfaces[second->surface].triangle_begin};
+    return true;
+}
+
+/* First box that begins at `low` or later. */
+static size_t find_first(const sorted_triangles *list, double low) {
+    size_t begin = 0, end = list->count;
+    while (begin < end) {
+        size_t const middle = begin + (end - begin) / 2;
+        if (list->boxes[middle].low[0] < low)
+            begin = middle + 1;
+        else
+            end = middle;
+    }
+    return begin;
+}
+
+/* Compares a box with those of the list from `begin` that begin before it ends. */
+static bool sweep(untangling *work, const sorted_triangle *box, const sorted_triangles *list,
+                  size_t begin, intersection_list *found) {
+    for (size_t i = begin; i < list->count && list->boxes[i].low[0] <= box->high[0]; i++)
+        if (!add_if_crossing(work, box, &list->boxes[i], found)) return false;
+    return true;
+}
+
+tulle_status find_crossing_pairs(untangling *work, intersection_list *list) {
+    arena *const scratch = &work->world->scratch;
+    arena_mark const mark = arena_get_mark(scratch);
+    size_t const most = work->topo->triangle_count;
+    sorted_triangles cloth = {ARENA_NEW(scratch, sorted_triangle, most), 0};
+    sorted_triangles obstacles = {ARENA_NEW(scratch, sorted_triangle, most), 0};
+    bool has_memory = cloth.boxes && obstacles.boxes;
+    list->count = 0;
+    if (has_memory) fill_boxes(work, &cloth, &obstacles);
+    for (size_t i = 0; i < cloth.count && has_memory; i++) {
+        sorted_triangle const *const box = &cloth.boxes[i];
+        has_memory = sweep(work, box, &cloth, i + 1, list) &&
+                     sweep(work, box, &obstacles, find_first(&obstacles, box->low[0]), list);
+    }
+    /* cloth that begins after the obstacle; equal beginnings were met above */
+    for (size_t i = 0; i < obstacles.count && has_memory; i++) {
+        sorted_triangle const *const box = &obstacles.boxes[i];
+        size_t begin = find_first(&cloth, box->low[0]);
+        while (begin < cloth.count && cloth.boxes[begin].low[0] == box->low[0]) begin++;
+        has_memory = sweep(work, box, &cloth, begin, list);
+    }
+    arena_release(scratch, mark);
+    return has_memory ? TULLE_OK : TULLE_ERROR_OUT_OF_MEMORY;
+}

@@ -1,0 +1,221 @@
+/* Stages 10 and 11 on random violent displacements: whatever the motion, the state that comes out
+ * is free of intersection by the exact judge, keeps the minimum gap, and nothing touched on the way
+ * there, by rational arithmetic over all pairs of features. Resting, moving and turning obstacles.
+ */
+#include "base/hash.h"
+#include "contact/pairs/pair_rules.h"
+#include "support/exact_ccd.h"
+#include "support/mini_world.h"
+#include "support/test_support.h"
+
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#define TIME_STEP (1.0 / 90.0)
+
+enum { EXACT_EVERY = 8 }; /* one case of so many is tested in rational arithmetic */
+
+static double random_signed(uint64_t *state) { return 2.0 * random_uniform(state) - 1.0; }
+
+static vec3 random_vector(uint64_t *state, double size) {
+    vec3 const v = {random_signed(state), random_signed(state), random_signed(state)};
+    return vec3_scale(v, size);
+}
+
+/* Two crumpled sheets, one above the other, and an obstacle below and one above. */
+static void make_violent_world(mini_world *world, uint64_t seed, int threads) {
+    uint64_t random = seed;
+    *world = mini_world_make();
+    world->threads = threads;
+    world->contact_distance = 2e-3;
+    world->use_brute_force = seed % 4 == 0;
+    uint32_t const columns = 4 + (uint32_t)(random_next(&random) % 5);
+    for (int i = 0; i < 2; i++) {
+        mini_grid sheet = make_mini_grid(columns, 5, vec3_make(-0.05, -0.05, 0.004 * i),
+                                         vec3_make(0.1, 0.0, 0.0), vec3_make(0.0, 0.1, 0.0));
+        for (size_t k = 2; k < 3 * sheet.mesh.vertex_count; k += 3)
+            sheet.positions[k] += 1e-3 * random_signed(&random);
+        add_mini_surface(world, sheet.mesh, false);
+        free_mini_grid(&sheet);
+    }
+    double const height[2] = {-0.004, 0.009};
+    for (int i = 0; i < 2; i++) {
+        mini_grid plate = make_mini_grid(4, 4, vec3_make(-0.07, -0.06, height[i]),
+                                         vec3_make(0.15, 0.0, 0.001), vec3_make(0.0, 0.15, 0.0));
+        add_mini_surface(world, plate.mesh, true);
+        free_mini_grid(&plate);
+    }
+    start_mini_world(world);
+    assert_int_equal(judge_mini_world(world), 0);
+}
+
+/* How obstacles move in one case. */
+typedef enum obstacle_motion { OBSTACLES_REST, OBSTACLES_MOVE, OBSTACLES_TURN } obstacle_motion;
+
+static void move_affinely(mini_world *world, size_t surface, mat3 matrix, vec3 offset) {
+    world->maps[surface] = (affine_map){matrix, offset};
+    world->carriers[surface] = &world->maps[surface];
+    for (uint32_t i = world->surfaces[surface].vertex_begin;
+         i < world->surfaces[surface].vertex_end; i++) {
+        vec3 const turned = mat3_multiply_vec3(&matrix, vec3_load(world->x0, i));
+        vec3_store(world->targets, i, vec3_add(turned, offset));
+    }
+}
+
+static mat3 make_turn(double angle) {
+    return (mat3){{cos(angle), 0.0, sin(angle), 0.0, 1.0, 0.0, -sin(angle), 0.0, cos(angle)}};
+}
+
+/* Random velocities of all sizes, obstacles as said; fills targets, u and x1. */
+static void make_violent_motion(mini_world *world, uint64_t *random, obstacle_motion motion) {
+    double const size = pow(10.0, -3.0 + 3.0 * random_uniform(random));
+    memcpy(world->targets, world->x0, 3 * world->vertex_count * sizeof(double));
+    for (size_t s = 2; s < 4; s++) {
+        world->carriers[s] = NULL;
+        if (motion == OBSTACLES_REST) continue;
+        double const angle = motion == OBSTACLES_TURN ? 0.1 * random_signed(random) : 0.0;
+        double const closing = (s == 2 ? 1.0 : -1.0) * 0.003 * random_uniform(random);
+        vec3 const offset = vec3_add(random_vector(random, 2e-3), vec3_make(0.0, 0.0, closing));
+        move_affinely(world, s, make_turn(angle), offset);
+    }
+    vec3 const common = random_vector(random, 0.05 / TIME_STEP);
+    for (size_t i = 0; i < world->vertex_count; i++)
+        vec3_store(world->u, i, vec3_add(common, random_vector(random, size / TIME_STEP)));
+    contact_scene const scene = get_mini_scene(world, TIME_STEP);
+    prescribe_motion(&scene, world->u);
+    propose_paths(&scene, world->u, world->x1);
+}
+
+static void assert_velocities_match(const mini_world *world, const commit_report *report) {
+    double const time = report->fraction * TIME_STEP;
+    for (size_t i = 0; i < 3 * world->cloth_vertex_count; i++)
+        assert_true(fabs(world->x0[i] + time * world->u[i] - world->x1[i]) < 1e-12);
+}
+
+static void accept_paths(mini_world *world) {
+    memcpy(world->x0, world->x1, 3 * world->vertex_count * sizeof(double));
+}
+
+typedef struct violence_counts {
+    uint64_t zones, components, global, blocked, clean, exact_tests;
+    double smallest_gap;
+} violence_counts;
+
+static tulle_status run_last_stages(mini_world *world, pair_source *source) {
+    contact_scene const scene = get_mini_scene(world, TIME_STEP);
+    world->rows.rows.count = 0;
+    tulle_status const status =
+        resolve_impacts(&scene, source, &world->rows, world->u, world->x1, &world->impacts);
+    if (status != TULLE_OK) return status;
+    return commit_safely(&scene, source, world->impacts.is_clean, world->u, world->x1,
+                         &world->commit);
+}
+
+static bool boxes_of_paths_meet(const moving_pair *paths, int first_count) {
+    for (int axis = 0; axis < 3; axis++) {
+        double low[2] = {INFINITY, INFINITY}, high[2] = {-INFINITY, -INFINITY};
+        for (int k = 0; k < 4; k++) {
+            int const side = k < first_count ? 0 : 1;
+            double start[3], end[3];
+            vec3_store(start, 0, paths->start[k]);
+            vec3_store(end, 0, paths->end[k]);
+            low[side] = fmin(low[side], fmin(start[axis], end[axis]));
+            high[side] = fmax(high[side], fmax(start[axis], end[axis]));
+        }
+        if (low[0] > high[1] || low[1] > high[0]) return false;
+    }
+    return true;
+}
+
+/* Fails when the pair may touch and does, at any time of x0 -> x1. */
+static void assert_never_touches(const mini_world *world, feature_kind kind, uint32_t first,
+                                 uint32_t second, violence_counts *counts) {
+    int const first_count = kind == FEATURE_VERTEX_TRIANGLE ? 1 : 2;
+    uint32_t v[4];
+    feature_pair_vertices(&world->topo, kind, (feature_pair){first, second}, v);
+    for (int i = 0; i < first_count; i++)
+        for (int k = first_count; k < 4; k++)
+            if (v[i] == v[k]) return;
+    if (v[0] >= world->cloth_vertex_count && v[3] >= world->cloth_vertex_count) return;
+    moving_pair paths;
+    load_points(world->x0, v, paths.start);
+    load_points(world->x1, v, paths.end);
+    if (!boxes_of_paths_meet(&paths, first_count)) return;
+    counts->exact_tests++;
+    if (exact_pair_touches(kind, &paths, 1.0))
+        fail_msg("pair %u, %u of kind %d touches on its way", first, second, (int)kind);
+}
+
+/* All pairs of features, found without any tree, in rational arithmetic. */
+static void assert_paths_are_free(const mini_world *world, violence_counts *counts) {
+    const topology *const topo = &world->topo;
+    for (uint32_t v = 0; v < topo->vertex_count; v++)
+        for (uint32_t t = 0; t < topo->triangle_count; t++)
+            assert_never_touches(world, FEATURE_VERTEX_TRIANGLE, v, t, counts);
+    for (uint32_t a = 0; a < topo->edge_count; a++)
+        for (uint32_t b = a + 1; b < topo->edge_count; b++)
+            assert_never_touches(world, FEATURE_EDGE_EDGE, a, b, counts);
+}
+
+static void run_violent_case(uint64_t seed, obstacle_motion motion, violence_counts *counts) {
+    mini_world world;
+    make_violent_world(&world, seed, 1);
+    world.settings.impact_rounds = (int)(seed % 3);
+    uint64_t random = seed + 77;
+    for (int step = 0; step < 3; step++) {
+        make_violent_motion(&world, &random, motion);
+        pair_source source = find_mini_pairs(&world, world.x1);
+        assert_int_equal(run_last_stages(&world, &source), TULLE_OK);
+        counts->zones += world.commit.impact_zones;
+        counts->components += world.commit.component_scalings;
+        counts->global += world.commit.global_scalings;
+        counts->blocked += world.commit.outcome == COMMIT_BLOCKED;
+        counts->clean += world.impacts.is_clean;
+        counts->smallest_gap = fmin(counts->smallest_gap, world.commit.smallest_gap);
+        if (world.commit.outcome != COMMIT_BLOCKED) assert_velocities_match(&world, &world.commit);
+        if (seed % EXACT_EVERY == 0) assert_paths_are_free(&world, counts);
+        accept_paths(&world);
+        assert_int_equal(judge_mini_world(&world), 0);
+    }
+    mini_world_destroy(&world);
+}
+
+static void run_violent_cases(obstacle_motion motion, uint64_t first_seed) {
+    int const case_count = getenv("TULLE_TEST_LONG") ? 3000 : 25;
+    violence_counts counts = {.smallest_gap = INFINITY};
+    for (int i = 0; i < case_count; i++)
+        run_violent_case(first_seed + (uint64_t)i, motion, &counts);
+    print_message("%d steps: %llu clean after impacts, %llu zones, %llu components, %llu global, "
+                  "%llu blocked, smallest gap %.3g m\n",
+                  3 * case_count, (unsigned long long)counts.clean,
+                  (unsigned long long)counts.zones, (unsigned long long)counts.components,
+                  (unsigned long long)counts.global, (unsigned long long)counts.blocked,
+                  counts.smallest_gap);
+    assert_true(counts.zones > 0 && counts.components > 0 && counts.exact_tests > 1000);
+    assert_true(counts.smallest_gap >= contact_settings_default().minimum_gap);
+}
+
+static void violence_over_resting_obstacles(void **state) {
+    (void)state;
+    run_violent_cases(OBSTACLES_REST, 1000);
+}
+
+static void violence_over_moving_obstacles(void **state) {
+    (void)state;
+    run_violent_cases(OBSTACLES_MOVE, 50000);
+}
+
+static void violence_over_turning_obstacles(void **state) {
+    (void)state;
+    run_violent_cases(OBSTACLES_TURN, 90000);
+}
+
+int main(void) {
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(violence_over_resting_obstacles),
+        cmocka_unit_test(violence_over_moving_obstacles),
+        cmocka_unit_test(violence_over_turning_obstacles),
+    };
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}

@@ -1,0 +1,289 @@
+/* Run directories: what is written comes back, existing directories are spared, runs are resumed.
+ */
+#define _XOPEN_SOURCE 700
+#include "io/run/run_report.h"
+
+#include "io/run_support.h"
+
+static void a_run_comes_back(void **state) {
+    (void)state;
+    const char *const directory = test_path("whole");
+    run_whole(directory, FRAME_COUNT);
+    assert_int_equal(count_files(directory), FILE_COUNT);
+    assert_int_equal(assert_sound(directory), FRAME_COUNT + 1);
+    assert_true(tulle_run_is_directory(directory));
+    assert_false(tulle_run_is_directory(test_folder));
+    tulle_run_reader *reader = NULL;
+    assert_int_equal(tulle_run_reader_open(directory, &reader, NULL), TULLE_OK);
+    const tulle_run_info *const info = tulle_run_reader_get_info(reader);
+    assert_string_equal(info->scene_path, "scenes/test.yaml");
+    assert_string_equal(info->scene_text, "cloth: []\n");
+    assert_string_equal(info->message, "all is well");
+    assert_int_equal(info->state, TULLE_RUN_FINISHED);
+    assert_true(info->scene_hash == UINT64_C(0x123456789abcdef0) && info->seed == UINT64_MAX);
+    assert_true(info->time_step == 0.01);
+    assert_int_equal(info->steps_per_frame, STEPS_PER_FRAME);
+    assert_int_equal(info->wanted_frame_count, FRAME_COUNT);
+    assert_int_equal(info->body_count, BODY_COUNT);
+    assert_string_equal(info->bodies[1].name, "odd name/..");
+    assert_string_equal(info->bodies[2].cache_file, "Sheet-2.pc2");
+    assert_null(info->bodies[3].cache_file);
+    assert_int_equal(info->has_checkpoint, 1);
+    assert_int_equal(info->checkpoint_step, FRAME_COUNT * STEPS_PER_FRAME);
+    tulle_mesh_view mesh;
+    assert_int_equal(tulle_run_reader_get_mesh(reader, 0, &mesh, NULL), TULLE_OK);
+    assert_memory_equal(mesh.positions, cloth_positions, sizeof cloth_positions);
+    assert_memory_equal(mesh.triangles, cloth_triangles, sizeof cloth_triangles);
+    double positions[3 * CLOTH_VERTICES];
+    assert_int_equal(tulle_run_reader_read_positions(reader, FRAME_COUNT + 1, 0, positions, NULL),
+                     TULLE_ERROR_INVALID_ARGUMENT);
+    assert_int_equal(tulle_run_reader_get_frame(reader, FRAME_COUNT + 1, NULL, NULL, NULL),
+                     TULLE_ERROR_INVALID_ARGUMENT);
+    tulle_run_reader_close(reader);
+}
+
+static void existing_directories_are_spared(void **state) {
+    (void)state;
+    const char *const directory = test_path("spared");
+    tulle_run_def const def = make_def(directory, FRAME_COUNT);
+    tulle_run_writer *writer = NULL;
+    tulle_error error;
+    assert_int_equal(mkdir(directory, 0777), 0);
+    put_text(test_path("spared/mine.txt"), "precious");
+    for (int existing = 0; existing < 2; existing++)
+        assert_int_equal(tulle_run_create(&def, (tulle_run_existing)existing, &writer, &error),
+                         TULLE_ERROR_INVALID_ARGUMENT);
+    tulle_run_checkpoint checkpoint;
+    assert_int_equal(tulle_run_resume(&def, &writer, &checkpoint, &error),
+                     TULLE_ERROR_INVALID_ARGUMENT);
+    assert_int_equal(count_files(directory), 1);
+    remove(test_path("spared/mine.txt"));
+    run_whole(directory, FRAME_COUNT); /* empty: fine */
+    put_text(test_path("spared/mine.txt"), "precious");
+    assert_int_equal(tulle_run_create(&def, TULLE_RUN_REFUSE, &writer, &error),
+                     TULLE_ERROR_INVALID_ARGUMENT);
+    assert_int_equal(assert_sound(directory), FRAME_COUNT + 1);
+    assert_int_equal(tulle_run_create(&def, TULLE_RUN_REPLACE, &writer, &error), TULLE_OK);
+    assert_int_equal(tulle_run_close(writer, TULLE_RUN_INTERRUPTED, NULL, NULL), TULLE_OK);
+    assert_int_equal(assert_sound(directory), 0);
+    size_t size;
+    free(get_file(test_path("spared/mine.txt"), &size));
+    assert_int_equal(size, 8);
+}
+
+/* A writer killed while it made its very first file. */
+static void a_leftover_of_the_first_file_does_not_matter(void **state) {
+    (void)state;
+    const char *const directory = test_path("leftover");
+    assert_int_equal(mkdir(directory, 0777), 0);
+    put_text(test_path("leftover/run.json.12-0.tmp"), "{");
+    tulle_error error = {0};
+    assert_int_equal(resume_run(directory, FRAME_COUNT, &error), TULLE_OK);
+    assert_same_run(directory, test_path("whole"));
+}
+
+static void a_second_writer_is_kept_out(void **state) {
+    (void)state;
+    tulle_run_def const def = make_def(test_path("locked"), FRAME_COUNT);
+    tulle_run_writer *writer = NULL, *second = NULL;
+    tulle_run_checkpoint checkpoint;
+    tulle_error error;
+    assert_int_equal(tulle_run_create(&def, TULLE_RUN_REFUSE, &writer, NULL), TULLE_OK);
+    assert_int_equal(tulle_run_resume(&def, &second, &checkpoint, &error), TULLE_ERROR_IO);
+    assert_non_null(strstr(error.message, "another process"));
+    assert_int_equal(tulle_run_create(&def, TULLE_RUN_REPLACE, &second, &error), TULLE_ERROR_IO);
+    assert_int_equal(tulle_run_close(writer, TULLE_RUN_FINISHED, NULL, NULL), TULLE_OK);
+}
+
+static void bad_defs_and_places_create_nothing(void **state) {
+    (void)state;
+    tulle_run_writer *writer = NULL;
+    tulle_error error;
+    assert_int_equal(mkdir(test_path("bad"), 0777), 0);
+    tulle_run_def def = make_def(test_path("bad/run"), 1);
+    def.cookie = 0;
+    assert_int_equal(tulle_run_create(&def, TULLE_RUN_REFUSE, &writer, &error),
+                     TULLE_ERROR_INVALID_ARGUMENT);
+    def = make_def(test_path("bad/run"), 1);
+    def.time_step = NAN;
+    assert_int_equal(tulle_run_create(&def, TULLE_RUN_REFUSE, &writer, &error),
+                     TULLE_ERROR_INVALID_ARGUMENT);
+    def = make_def(test_path("bad/missing/run"), 1);
+    assert_int_equal(tulle_run_create(&def, TULLE_RUN_REFUSE, &writer, &error), TULLE_ERROR_IO);
+    def = make_def(test_path("bad/run"), 1);
+    box_positions[5] = NAN; /* found out after the directory was made */
+    assert_int_equal(tulle_run_create(&def, TULLE_RUN_REFUSE, &writer, &error),
+                     TULLE_ERROR_INVALID_MESH);
+    make_bodies();
+    assert_int_equal(count_files(test_path("bad")), 0);
+    put_text(test_path("bad/file"), "x");
+    def = make_def(test_path("bad/file"), 1);
+    assert_int_equal(tulle_run_create(&def, TULLE_RUN_REFUSE, &writer, &error), TULLE_ERROR_IO);
+    assert_int_equal(count_files(test_path("bad")), 1);
+}
+
+static void only_the_same_scene_is_resumed(void **state) {
+    (void)state;
+    const char *const directory = test_path("same");
+    run_whole(directory, 3);
+    tulle_run_writer *writer = NULL;
+    tulle_run_checkpoint checkpoint;
+    tulle_error error;
+    tulle_run_def def = make_def(directory, 3);
+    def.scene_hash++;
+    assert_int_equal(tulle_run_resume(&def, &writer, &checkpoint, &error),
+                     TULLE_ERROR_INVALID_ARGUMENT);
+    assert_non_null(strstr(error.message, "the scene was changed"));
+    def = make_def(directory, 3);
+    def.body_count = 3;
+    assert_int_equal(tulle_run_resume(&def, &writer, &checkpoint, &error),
+                     TULLE_ERROR_INVALID_ARGUMENT);
+    def = make_def(directory, 3);
+    def.time_step = 0.02;
+    assert_int_equal(tulle_run_resume(&def, &writer, &checkpoint, &error),
+                     TULLE_ERROR_INVALID_ARGUMENT);
+    assert_int_equal(assert_sound(directory), 4);
+    /* Longer than before is fine. */
+    assert_int_equal(resume_run(directory, FRAME_COUNT, &error), TULLE_OK);
+    assert_same_run(directory, test_path("whole"));
+}
+
+static void paraview_files(void **state) {
+    (void)state;
+    const char *const directory = test_path("vtk");
+    tulle_run_def def = make_def(directory, FRAME_COUNT);
+    def.writes_vtp = 1;
+    tulle_run_writer *writer = NULL;
+    tulle_run_checkpoint none = {0};
+    assert_int_equal(tulle_run_create(&def, TULLE_RUN_REFUSE, &writer, NULL), TULLE_OK);
+    assert_int_equal(go_on(writer, &none, FRAME_COUNT, NULL), TULLE_OK);
+    assert_int_equal(tulle_run_close(writer, TULLE_RUN_FINISHED, NULL, NULL), TULLE_OK);
+    assert_int_equal(count_files(directory), FILE_COUNT + BODY_COUNT + 1);
+    assert_int_equal(count_files(test_path("vtk/vtp")), 3 * (FRAME_COUNT + 1) + 1);
+    size_t size;
+    char *text = get_file(test_path("vtk/sheet.pvd"), &size);
+    assert_non_null(strstr(text, "timestep=\"0.36\" group=\"\" part=\"0\" "
+                                 "file=\"vtp/sheet.000012.vtp\""));
+    free(text);
+    text = get_file(test_path("vtk/Sheet-2.pvd"), &size); /* gone after step 17 */
+    assert_non_null(strstr(text, "vtp/Sheet-2.000005.vtp"));
+    assert_null(strstr(text, "vtp/Sheet-2.000006.vtp"));
+    free(text);
+    free(get_file(test_path("vtk/vtp/ground.vtp"), &size));
+    /* Replacing removes them all. */
+    def.writes_vtp = 0;
+    assert_int_equal(tulle_run_create(&def, TULLE_RUN_REPLACE, &writer, NULL), TULLE_OK);
+    assert_int_equal(tulle_run_close(writer, TULLE_RUN_FINISHED, NULL, NULL), TULLE_OK);
+    assert_int_equal(count_files(directory), FILE_COUNT - 2);
+}
+
+static void report_lines_fit_their_heading(void **state) {
+    (void)state;
+    char heading[RUN_REPORT_LINE_SIZE], line[RUN_REPORT_LINE_SIZE];
+    tulle_step_report report;
+    memset(&report, 0xff, sizeof report);
+    report.smallest_gap = INFINITY;
+    report.time = 0.25;
+    size_t const length = run_report_format_heading(heading);
+    assert_int_equal(length, strlen(heading));
+    size_t const line_length = run_report_format(&report, line);
+    assert_int_equal(line_length, strlen(line));
+    size_t commas_heading = 0, commas_line = 0;
+    for (const char *c = heading; *c; c++) commas_heading += *c == ',';
+    for (const char *c = line; *c; c++) commas_line += *c == ',';
+    assert_int_equal(commas_heading, run_report_get_column_count() - 1);
+    assert_int_equal(commas_line, commas_heading);
+    assert_non_null(strstr(line, "18446744073709551615,0.25,,"));
+    for (int stage = 0; stage < TULLE_STAGE_COUNT; stage++) {
+        char name[64];
+        snprintf(name, sizeof name, "%s_seconds", tulle_stage_name(stage));
+        assert_string_equal(run_report_get_column_name(3 + (size_t)stage), name);
+    }
+}
+
+/* run.json says how pairs were found; what it does not know or does not say is told apart. */
+static void detection_comes_back(void **state) {
+    (void)state;
+    tulle_world_detection const given = {TULLE_DETECT_PAPER, TULLE_CONE_PAPER, 0.75, 0, 1};
+    for (int k = 0; k < 2; k++) {
+        tulle_run_def def = make_def(test_path(k ? "detection" : "no-detection"), 1);
+        def.detection = k ? &given : NULL;
+        def.has_response = k;
+        def.response = TULLE_RESPONSE_PAPER;
+        def.motion_space = TULLE_MOTION_SPACE_CONE;
+        tulle_run_writer *writer = NULL;
+        assert_int_equal(tulle_run_create(&def, TULLE_RUN_REFUSE, &writer, NULL), TULLE_OK);
+        assert_int_equal(tulle_run_close(writer, TULLE_RUN_FINISHED, NULL, NULL), TULLE_OK);
+        tulle_run_reader *reader = NULL;
+        assert_int_equal(tulle_run_reader_open(def.directory, &reader, NULL), TULLE_OK);
+        const tulle_world_detection *const found = tulle_run_reader_get_info(reader)->detection;
+        assert_int_equal(found != NULL, k);
+        const tulle_run_info *const info = tulle_run_reader_get_info(reader);
+        assert_int_equal(info->has_response, k);
+        if (k) {
+            assert_int_equal(info->response, TULLE_RESPONSE_PAPER);
+            assert_int_equal(info->motion_space, TULLE_MOTION_SPACE_CONE);
+        }
+        if (found) {
+            assert_int_equal(found->method, given.method);
+            assert_int_equal(found->cone, given.cone);
+            assert_true(found->max_angle == given.max_angle);
+            assert_int_equal(found->has_certificate, 0);
+            assert_int_equal(found->grows_patches_anew, 1);
+        }
+        tulle_run_reader_close(reader);
+    }
+}
+
+/* Writes a report of two lines with the first columns only, and reads it. */
+static tulle_status read_short_report(size_t column_count, run_report_rows *rows, memory *heap) {
+    char text[2][RUN_REPORT_LINE_SIZE];
+    tulle_step_report const report = {.step = 7, .pinched = 1, .patches = 3, .smallest_gap = 0.5};
+    run_report_format_heading(text[0]);
+    run_report_format(&report, text[1]);
+    const char *const path = test_path("short.csv");
+    FILE *const file = fopen(path, "w");
+    assert_non_null(file);
+    for (int line = 0; line < 3; line++) {
+        const char *end = text[line > 0];
+        for (size_t i = 0; i < column_count; i++) end += strcspn(end + (i > 0), ",\n") + (i > 0);
+        fprintf(file, "%.*s\n", (int)(end - text[line > 0]), text[line > 0]);
+    }
+    fclose(file);
+    return run_report_read(heap, path, rows, NULL);
+}
+
+static void reports_of_older_runs_are_read(void **state) {
+    (void)state;
+    memory heap = memory_default();
+    size_t const count = run_report_get_column_count();
+    for (size_t columns = 36; columns <= count; columns++) {
+        run_report_rows rows = {0};
+        tulle_status const status = read_short_report(columns, &rows, &heap);
+        assert_int_equal(status, columns < 38 ? TULLE_ERROR_PARSE : TULLE_OK);
+        assert_int_equal(rows.count, columns < 38 ? 0 : 2);
+        for (size_t i = 0; i < rows.count; i++) {
+            assert_int_equal(rows.data[i].step, 7);
+            assert_int_equal(rows.data[i].pinched, 1);
+            assert_int_equal(rows.data[i].patches, columns > 39 ? 3 : 0);
+        }
+        ARRAY_FREE(&heap, &rows);
+    }
+}
+
+int main(void) {
+    make_bodies();
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(a_run_comes_back),
+        cmocka_unit_test(existing_directories_are_spared),
+        cmocka_unit_test(a_leftover_of_the_first_file_does_not_matter),
+        cmocka_unit_test(a_second_writer_is_kept_out),
+        cmocka_unit_test(bad_defs_and_places_create_nothing),
+        cmocka_unit_test(only_the_same_scene_is_resumed),
+        cmocka_unit_test(paraview_files),
+        cmocka_unit_test(report_lines_fit_their_heading),
+        cmocka_unit_test(detection_comes_back),
+        cmocka_unit_test(reports_of_older_runs_are_read),
+    };
+    return cmocka_run_group_tests(tests, make_test_folder, remove_test_folder);
+}
