@@ -1,0 +1,190 @@
+#!/usr/bin/env python3
+"""Counts the functions that a step of the world can reach, and how deep the deepest of them lies.
+
+usage: count_reach.py [ROOT] [--from FUNCTION] [--rooms] [--once FOLDER] [--path FUNCTION] [--limits]
+       count_reach.py --self-test
+
+A function reaches every function whose name stands in its body, as a call or as a callback. A static name means the
+function of the same file; any other name means the one that is visible in all files. A macro reaches what its text
+names. Members (a.name, a->name, .name = ...) and names in comments and texts do not count. Depth is the least number of
+calls that lead to a function, so the depth of the whole is that of the function that lies farthest away.
+
+  --from FUNCTION   where to start (default: tulle_world_step)
+  --rooms           also: functions reached by folder
+  --once FOLDER     also: static functions below src/FOLDER that one function alone names, with their lines
+  --path FUNCTION   also: a shortest chain of calls to FUNCTION
+  --limits          fail if there are more functions, or deeper ones, than the house allows (LIMITS below)
+"""
+import argparse
+import collections
+import os
+import re
+import sys
+import tempfile
+
+sys.path.insert(0, os.path.dirname(os.path.abspath(__file__)))
+import check_sizes  # noqa: E402
+
+LIMITS = {"functions": 900, "depth": 14}
+WORD = re.compile(r"(?<![\w.])(?<!->)[A-Za-z_]\w*")
+MACRO = re.compile(r"^[ \t]*#[ \t]*define[ \t]+([A-Za-z_]\w*)((?:\\\n|[^\n])*)", re.M)
+
+Function = collections.namedtuple("Function", "path name is_static line_count words")
+
+
+def read_functions(root):
+    """All functions below src/, and the words that each macro names."""
+    functions, macros = [], collections.defaultdict(set)
+    for folder, _, names in sorted(os.walk(os.path.join(root, "src"))):
+        for name in sorted(names):
+            if not name.endswith((".c", ".h")):
+                continue
+            full = os.path.join(folder, name)
+            path = os.path.relpath(full, root).replace(os.sep, "/")
+            with open(full, encoding="utf-8") as file:
+                text = file.read()
+            for match in MACRO.finditer(text):
+                macros[match.group(1)].update(WORD.findall(match.group(2)))
+            code = check_sizes.TOKEN.sub(check_sizes.blank, text)
+            for head, opened, closed in check_sizes.split_top_level(code):
+                parsed = check_sizes.parse_head(code[head:opened])
+                if parsed:
+                    functions.append(Function(path, parsed[0], bool(re.search(r"\bstatic\b", code[head:opened])),
+                                              code.count("\n", opened, closed) + 1, frozenset(WORD.findall(code[opened:closed]))))
+    return functions, macros
+
+
+def widen(words, macros):
+    """The words, and those of the macros among them."""
+    seen, waiting = set(words), list(words)
+    while waiting:
+        for word in macros.get(waiting.pop(), ()):
+            if word not in seen:
+                seen.add(word)
+                waiting.append(word)
+    return seen
+
+
+def find_callees(functions, macros):
+    """For each function the functions that it names."""
+    by_name = collections.defaultdict(list)
+    for function in functions:
+        by_name[function.name].append(function)
+    callees = {}
+    for function in functions:
+        named = []
+        for word in sorted(widen(function.words, macros)):
+            candidates = by_name.get(word, ())
+            own = [f for f in candidates if f.path == function.path]
+            named += own or [f for f in candidates if not f.is_static or f.path.endswith(".h")]
+        callees[function] = [f for f in named if f != function]
+    return callees
+
+
+def find_reached(callees, start):
+    """{function: (depth, the function that names it)} of all that `start` reaches, itself at depth 0."""
+    roots = [f for f in callees if f.name == start]
+    if not roots:
+        sys.exit(f"count_reach: there is no function {start} below src/")
+    reached = {root: (0, None) for root in roots}
+    waiting = collections.deque(roots)
+    while waiting:
+        function = waiting.popleft()
+        for callee in callees[function]:
+            if callee not in reached:
+                reached[callee] = (reached[function][0] + 1, function)
+                waiting.append(callee)
+    return reached
+
+
+def print_rooms(reached):
+    rooms = collections.Counter("/".join(f.path.split("/")[1:-1]) for f in reached)
+    for room, count in sorted(rooms.items()):
+        print(f"{count:5}  {room}")
+
+
+def print_once(callees, reached, folder):
+    users = collections.defaultdict(set)
+    for function in reached:
+        for callee in callees[function]:
+            users[callee].add(function)
+    for function in sorted(reached, key=lambda f: (f.path, f.name)):
+        if function.is_static and len(users[function]) == 1 and function.path.startswith(f"src/{folder}"):
+            print(f"{function.path}: {function.name}, {function.line_count} lines, in {next(iter(users[function])).name}")
+
+
+def print_path(reached, name):
+    for function in [f for f in reached if f.name == name]:
+        chain = []
+        while function:
+            chain.append(f"{function.name} ({function.path})")
+            function = reached[function][1]
+        print("\n  ".join(reversed(chain)))
+
+
+SELF_TEST = {
+    "src/world/a.c": """
+/* not_called_in_a_comment */
+#define EACH(list) walk(list)
+static void once(int x) { x++; }
+static int (*const table[])(int) = {unreached};
+void tulle_world_step(void) { once(1); b.member(); c->member(); run(callback); EACH(3); "quoted()"; }
+static void callback(void) { deep(); }
+""",
+    "src/world/b.c": """
+static void once(int x) { wrong(); }
+void walk(int list) { }
+void deep(void) { deeper(); }
+void wrong(void) { }
+void member(void) { }
+void quoted(void) { }
+int unreached(int x) { return x; }
+void not_called_in_a_comment(void) { }
+""",
+    "src/base/c.h": "static inline void deeper(void) { tulle_world_step(); }\n",
+}
+
+
+def self_test():
+    with tempfile.TemporaryDirectory() as root:
+        for path, text in SELF_TEST.items():
+            os.makedirs(os.path.join(root, os.path.dirname(path)), exist_ok=True)
+            with open(os.path.join(root, path), "w", encoding="utf-8") as file:
+                file.write(text)
+        reached = find_reached(find_callees(*read_functions(root)), "tulle_world_step")
+    found = {(f.name, f.path, depth) for f, (depth, _) in reached.items()}
+    expected = {("tulle_world_step", "src/world/a.c", 0), ("once", "src/world/a.c", 1), ("callback", "src/world/a.c", 1),
+                ("walk", "src/world/b.c", 1), ("deep", "src/world/b.c", 2), ("deeper", "src/base/c.h", 3)}
+    if found != expected:
+        print(f"self-test: found {sorted(found)}, expected {sorted(expected)}")
+        return 1
+    print("self-test: reached functions and depths are right")
+    return 0
+
+
+def main():
+    if sys.argv[1:] == ["--self-test"]:
+        return self_test()
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("root", nargs="?", default=os.path.dirname(os.path.dirname(os.path.abspath(__file__))))
+    parser.add_argument("--from", dest="start", default="tulle_world_step")
+    parser.add_argument("--rooms", action="store_true")
+    parser.add_argument("--once", metavar="FOLDER")
+    parser.add_argument("--path", metavar="FUNCTION")
+    parser.add_argument("--limits", action="store_true")
+    options = parser.parse_args()
+    callees = find_callees(*read_functions(options.root))
+    reached = find_reached(callees, options.start)
+    if options.rooms:
+        print_rooms(reached)
+    if options.once is not None:
+        print_once(callees, reached, options.once)
+    if options.path:
+        print_path(reached, options.path)
+    depth = max(depth for depth, _ in reached.values())
+    print(f"{options.start}: {len(reached)} functions in {len({f.path for f in reached})} files, {depth} deep")
+    return int(options.limits and (len(reached) > LIMITS["functions"] or depth > LIMITS["depth"]))
+
+
+if __name__ == "__main__":
+    sys.exit(main())
