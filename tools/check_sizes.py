@@ -4,8 +4,8 @@
 usage: check_sizes.py [ROOT]        prints each breach as FILE:LINE: REASON; exit 1 if there is one
        check_sizes.py --self-test   proves that breaches are found
 
-A file has at most 800 lines (a warning above 400). A function has at most 60 lines from its opening to its closing
-brace, or 100 where the comment above it or at its head holds "long:" and a reason. It has at most 6 parameters.
+A file has at most 800 lines (a warning above 400). A function has at most 100 lines from its opening to its closing
+brace, and at most 6 parameters.
 """
 import os
 import re
@@ -13,9 +13,8 @@ import sys
 import tempfile
 
 FILE_LINES, FILE_WARNING_LINES = 800, 400
-FUNCTION_LINES, LONG_FUNCTION_LINES = 60, 100
+FUNCTION_LINES = 100
 PARAMETERS = 6
-LONG_REASON = re.compile(r"\blong:\s*\w+")
 TOKEN = re.compile(r'/\*.*?\*/|//[^\n]*|"(?:\\.|[^"\\\n])*"|\'(?:\\.|[^\'\\\n])*\'|^[ \t]*#(?:\\\n|[^\n])*', re.S | re.M)
 ATTRIBUTE = re.compile(r"\b__attribute__\s*\(\((?:[^()]|\([^()]*\))*\)\)")
 
@@ -81,16 +80,14 @@ def parse_head(head):
 
 
 def find_functions(text):
-    """Yields (name, first line, line count, parameter count, has a reason to be long)."""
+    """Yields (name, first line, line count, parameter count)."""
     code = TOKEN.sub(blank, text)
     for head, opened, closed in split_top_level(code):
         parsed = parse_head(code[head:opened])
         if not parsed:
             continue
         line_count = code.count("\n", opened, closed) + 1
-        body_head = "\n".join(text[opened:closed].split("\n")[:4])
-        has_reason = bool(LONG_REASON.search(text[head:opened]) or LONG_REASON.search(body_head))
-        yield parsed[0], code.count("\n", 0, opened) + 1, line_count, parsed[1], has_reason
+        yield parsed[0], code.count("\n", 0, opened) + 1, line_count, parsed[1]
 
 
 def judge_text(path, text):
@@ -101,10 +98,9 @@ def judge_text(path, text):
         breaches.append(f"{path}:1: {line_count} lines; at most {FILE_LINES}")
     elif line_count > FILE_WARNING_LINES:
         warnings.append(f"{path}:1: warning: {line_count} lines; aim for at most {FILE_WARNING_LINES}")
-    for name, line, lines, parameters, has_reason in find_functions(text):
-        limit = LONG_FUNCTION_LINES if has_reason else FUNCTION_LINES
-        if lines > limit:
-            breaches.append(f"{path}:{line}: {name} has {lines} lines; at most {limit}")
+    for name, line, lines, parameters in find_functions(text):
+        if lines > FUNCTION_LINES:
+            breaches.append(f"{path}:{line}: {name} has {lines} lines; at most {FUNCTION_LINES}")
         if parameters > PARAMETERS:
             breaches.append(f"{path}:{line}: {name} has {parameters} parameters; at most {PARAMETERS}, then a struct")
     return breaches, warnings
@@ -129,28 +125,24 @@ def judge_tree(root):
     return breaches, warnings, file_count
 
 
-def make_function(lines, above="", inside="", parameters="int a"):
-    return f"{above}static int f({parameters}) {{{inside}\n" + "    x++;\n" * (lines - 2) + "}\n"
+def make_function(lines, parameters="int a"):
+    return f"static int f({parameters}) {{\n" + "    x++;\n" * (lines - 2) + "}\n"
 
 
 # Contents and the text that the one breach must hold (None: no breach).
 SELF_TEST = [
-    (make_function(60), None),
-    (make_function(61), "61 lines"),
-    (make_function(61, above="/* long: a table */\n"), None),
-    (make_function(61, inside=" /* long: a straight-line kernel */"), None),
-    (make_function(61, above="/* long: */\n"), "61 lines"),
-    ("/* long: of another */\nint g(void) { return 0; }\n" + make_function(61), "61 lines"),
-    (make_function(101, above="/* long: a table */\n"), "at most 100"),
+    (make_function(100), None),
+    (make_function(101), "101 lines; at most 100"),
+    ("int g(void) { return 0; }\n" + make_function(101), ":2: f has 101 lines"),
     (make_function(3, parameters="int a, int b, int c, int d, int e, int f"), None),
     (make_function(3, parameters="int a, int b, int c, int d, int e, int f, int g"), "7 parameters"),
     (make_function(3, parameters="int a, int (*b)(int, int), int c, int d, int e, const char *f, ..."), None),
-    ('extern "C" {\n' + make_function(61) + "}\n", "61 lines"),
-    ("#define M(a) \\\n    {{{ \\\n    }\n" + make_function(61), "61 lines"),
-    ("static const char *t = \"{{{\"; /* }}} */ char c = '{';\n" + make_function(61), "61 lines"),
+    ('extern "C" {\n' + make_function(101) + "}\n", "101 lines"),
+    ("#define M(a) \\\n    {{{ \\\n    }\n" + make_function(101), "101 lines"),
+    ("static const char *t = \"{{{\"; /* }}} */ char c = '{';\n" + make_function(101), "101 lines"),
     ("static const int table[] = {\n" + "    1,\n" * 200 + "};\n", None),
     ("struct s {\n" + "    int a;\n" * 200 + "};\n", None),
-    ("__attribute__((target_clones(\"avx2\", \"default\")))\n" + make_function(61), "61 lines"),
+    ("__attribute__((target_clones(\"avx2\", \"default\")))\n" + make_function(101), "101 lines"),
     ("int x;\n" * 801, "801 lines"),
     ("int x;\n" * 800, None),
 ]

@@ -41,7 +41,6 @@ typedef struct bench_words {
 
 /* ---- the command line ---- */
 
-/* long: a table of options. */
 static options_outcome read_words(int argc, char **argv, bench_words *words, size_t *count) {
     const option_spec options[] = {
         {"particles", 'p', OPTION_TEXT, &words->particles, "SIZE,...",

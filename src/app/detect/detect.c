@@ -29,7 +29,6 @@ typedef struct detect_words {
     int is_json, has_list, is_earliest;
 } detect_words;
 
-/* long: a table of the options */
 static options_outcome read_words(int argc, char **argv, detect_words *words) {
     const option_spec specs[] = {
         {.name = "method",
