@@ -50,7 +50,7 @@ needs() {
     docs)
         echo "python3        program:python3     needed"
         echo "mkdocs         program:mkdocs      needed"
-        echo "mkdocs-material file:/usr/lib/python3/dist-packages/material/base.html needed"
+        echo "mkdocs-material file:/usr/share/mkdocs/themes/material/mkdocs_theme.yml needed"
         echo "doxygen        program:doxygen     needed"
         ;;
     *)

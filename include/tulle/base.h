@@ -1,8 +1,13 @@
-/* tulle/base.h - status codes, errors, allocators and views shared by every public header.
+/* tulle/base.h - status codes, errors, allocators and mesh views, which every public header uses.
  *
- * All quantities in this library are in SI units (metres, kilograms, seconds, radians) and in
- * double precision.
- */
+ * All quantities of the library are in SI units: metres, kilograms, seconds, radians. All are
+ * doubles.
+ *
+ * A def is a struct of settings. Its `..._def_default` function makes it; the caller then changes
+ * the fields that matter. A def whose cookie is not set is refused.
+ *
+ * A call that can fail returns a tulle_status. Its last parameter `error` may be null; otherwise
+ * the call writes there what is wrong and what to do about it. */
 #ifndef TULLE_BASE_H
 #define TULLE_BASE_H
 
@@ -19,67 +24,71 @@ extern "C" {
 #define TULLE_API
 #endif
 
+/* Version of the library: MAJOR.MINOR.PATCH. The first number changes when the interface breaks. */
 #define TULLE_VERSION_MAJOR 0
+/* The second number of the version changes when the interface grows. */
 #define TULLE_VERSION_MINOR 1
+/* The third number of the version changes with corrections. */
 #define TULLE_VERSION_PATCH 0
 
-/* Marks "no index" in any uint32_t index of the library. */
+/* Stands for "no index" wherever the library gives a uint32_t index. */
 #define TULLE_NONE UINT32_MAX
 
-/* What every call that can fail returns. Zero is success. */
+/* What a call that can fail returns. Zero is success. */
 typedef enum tulle_status {
-    TULLE_OK = 0,
-    TULLE_ERROR_INVALID_ARGUMENT, /* a value given to the call is out of its range, or a def has no
-                                     cookie */
-    TULLE_ERROR_OUT_OF_MEMORY,    /* the allocator returned null, or its byte limit was met */
-    TULLE_ERROR_IO,               /* a file could not be opened, read, written or renamed */
-    TULLE_ERROR_DISK_FULL,        /* no space left where a file was being written */
-    TULLE_ERROR_PARSE,            /* a file's text or bytes do not follow its format */
-    TULLE_ERROR_INVALID_MESH,     /* indices, topology or coordinates of a mesh cannot be used */
-    TULLE_ERROR_INTERSECTING_START, /* cloth intersects itself, other cloth or an obstacle before
-                                       the first step */
-    TULLE_ERROR_PINCHED, /* cloth is held between obstacles that close on it and on_pinch says stop
-                          */
-    TULLE_ERROR_STEP_FAILED, /* no admissible state was found; the world is as it was before the
-                                step */
+    TULLE_OK = 0, /* success */
+    /* a value is out of its range, an id is stale, or a def has no cookie */
+    TULLE_ERROR_INVALID_ARGUMENT,
+    TULLE_ERROR_OUT_OF_MEMORY, /* the allocator returned null, or its byte limit was met */
+    TULLE_ERROR_IO,            /* a file could not be opened, read, written or renamed */
+    TULLE_ERROR_DISK_FULL,     /* the disk filled up while a file was being written */
+    TULLE_ERROR_PARSE,         /* the text or the bytes of a file do not follow its format */
+    TULLE_ERROR_INVALID_MESH,  /* indices, topology or coordinates of a mesh cannot be used */
+    /* before the first step, cloth intersects itself, another cloth or an obstacle */
+    TULLE_ERROR_INTERSECTING_START,
+    /* obstacles close on cloth and leave it no room, and `on_pinch` says stop */
+    TULLE_ERROR_PINCHED,
+    /* the step found no state without an intersection; the world is as it was before the step */
+    TULLE_ERROR_STEP_FAILED,
     TULLE_ERROR_LIMIT,       /* a documented size limit would be exceeded */
     TULLE_ERROR_INTERRUPTED, /* the caller asked to stop */
-    TULLE_ERROR_UNSUPPORTED, /* the file or option is valid but this build cannot handle it */
-    TULLE_STATUS_COUNT       /* sentinel, never returned */
+    TULLE_ERROR_UNSUPPORTED, /* the file or the option is valid, but this build cannot handle it */
+    TULLE_STATUS_COUNT       /* number of the values above; never returned */
 } tulle_status;
 
-/* A short English phrase for a status; never null, static storage. */
+/* A short English phrase for a status. Never null; the string is static. */
 TULLE_API const char *tulle_status_text(tulle_status status);
 
-/* Details of a failure. Calls that take a `tulle_error *` accept null. On success the struct is
- * untouched. */
+/* What went wrong. Every call that takes a `tulle_error *` accepts null. A call that succeeds
+ * leaves the struct as it was. */
 typedef struct tulle_error {
-    tulle_status status; /* the same value that the call returned */
-    char file[512];      /* path of the offending file; empty if none */
-    int line;            /* 1-based line; 0 if it does not apply */
-    int column;          /* 1-based column; 0 if it does not apply */
-    char message[2048];  /* what is wrong and what to do about it, without file or line, no trailing
-                            newline */
+    tulle_status status; /* the value that the call returned */
+    char file[512];      /* path of the file that caused the error; empty if none did */
+    int line;            /* line in that file, from 1; 0 if there is none */
+    int column;          /* column in that line, from 1; 0 if there is none */
+    /* what is wrong and what to do about it; without file and line, without a newline at the end */
+    char message[2048];
 } tulle_error;
 
-/* Memory of a world comes through these. `allocate` returns null on failure; memory needs alignment
- * of 64 bytes at most, which the library arranges itself. `release` receives the size that was
- * asked for. Both may be called from the thread that called the library, and from its workers, but
- * never concurrently for one world. Both null: malloc and free; one of them alone is refused with
- * INVALID_ARGUMENT. The judge takes memory of its own by malloc, also when a world asks it. */
+/* Where a world or a detector takes its memory. With both functions null it uses malloc and free;
+ * one of them alone is refused with TULLE_ERROR_INVALID_ARGUMENT. The functions may be called from
+ * the thread that called the library and from its workers, but never at the same time for one
+ * world. The judge always uses malloc, also when a world asks it. */
 typedef struct tulle_allocator {
+    /* returns `byte_count` bytes, or null when there are none; any alignment will do */
     void *(*allocate)(void *context, size_t byte_count);
+    /* takes back what `allocate` returned; `byte_count` is the size that was asked for */
     void (*release)(void *context, void *pointer, size_t byte_count);
-    void *context;
+    void *context;     /* handed to both functions; the library never looks at it */
     size_t byte_limit; /* [bytes] most that may be held at once; 0: no limit */
 } tulle_allocator;
 
-/* Triangles over points, borrowed: the library copies what it keeps. */
+/* Triangles over points, borrowed: the caller owns the arrays, the library copies what it keeps. */
 typedef struct tulle_mesh_view {
-    const double *positions; /* [m], 3 * vertex_count */
+    const double *positions; /* [m] 3 * vertex_count: x, y, z of each vertex */
     size_t vertex_count;     /* 1 .. 2^31 - 1 */
-    const uint32_t
-        *triangles; /* 3 * triangle_count vertex indices, counterclockwise seen from outside */
+    /* 3 * triangle_count vertex indices, counterclockwise seen from outside */
+    const uint32_t *triangles;
     size_t triangle_count; /* 0 .. 2^31 - 1 */
 } tulle_mesh_view;
 

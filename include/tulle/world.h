@@ -1,9 +1,15 @@
-/* tulle/world.h - the simulated world: cloth, obstacles, time. See docs/method/index.md for what a
- * step does.
+/* tulle/world.h - the simulated world: cloth, obstacles, rigid bodies and time.
  *
- * The promise: no accepted state holds an intersection of cloth with itself, other cloth or an
- * obstacle (beyond those that the caller told the world to ignore), and none is passed through on
- * the way. A step that cannot keep it returns an error and leaves the world as it was. */
+ * A host makes a world, adds cloths and obstacles, and calls tulle_world_step again and again.
+ * examples/hello_cloth.c is a whole program; docs/method/index.md tells what a step does.
+ *
+ * The promise: no accepted state holds an intersection of cloth with itself, with other cloth or
+ * with an obstacle, and nothing passes through a surface on the way there. Pairs that the caller
+ * told the world to ignore are left out. A step that cannot keep the promise returns an error and
+ * leaves the world as it was.
+ *
+ * A world may be used by one thread at a time. Results do not depend on the number of its own
+ * threads. */
 #ifndef TULLE_WORLD_H
 #define TULLE_WORLD_H
 
@@ -14,496 +20,605 @@
 extern "C" {
 #endif
 
+/* ---- settings of a world ---- */
+
+/* A world. Made by tulle_world_create, released by tulle_world_destroy. */
 typedef struct tulle_world tulle_world;
 
-/* Ids by value; {0, 0} is no object. */
+/* Names a cloth of a world. {0, 0} names none. */
 typedef struct tulle_cloth_id {
-    uint32_t index, generation;
+    uint32_t index;      /* number of the cloth in its world, in the order of adding */
+    uint32_t generation; /* 1 in every id that a world gives */
 } tulle_cloth_id;
+/* Names an obstacle or a rigid body of a world. {0, 0} names none. */
 typedef struct tulle_obstacle_id {
-    uint32_t index, generation;
+    uint32_t index;      /* number of the obstacle in its world, in the order of adding */
+    uint32_t generation; /* 1 in every id that a world gives */
 } tulle_obstacle_id;
 
+/* How a step integrates motion over time. */
 typedef enum tulle_integrator {
-    TULLE_INTEGRATOR_IMPLICIT_EULER,
-    TULLE_INTEGRATOR_CRANK_NICOLSON, /* Wong & Baciu 2005, 5.1 */
-    TULLE_INTEGRATOR_BDF2
+    TULLE_INTEGRATOR_IMPLICIT_EULER, /* backward Euler, first order: robust, damps most */
+    TULLE_INTEGRATOR_CRANK_NICOLSON, /* trapezoidal, second order; Wong & Baciu 2005, 5.1 */
+    TULLE_INTEGRATOR_BDF2            /* two-step backward differences, second order */
 } tulle_integrator;
 
-/* How a world finds the pairs of features that come near each other. With a certificate every
- * choice keeps the promise of the step and leads to the same states, bit for bit, unless two
- * features of one patch come together by over 14 contact distances within a step (350 with the
- * distances derived by default; docs/method/update_patches.md); they differ in time. */
+/* How a world finds the pairs of features that come near each other. The choices differ in time.
+ * With a certificate every choice keeps the promise. All then lead to the same states, bit for bit,
+ * unless two features of one patch approach by over 14 contact distances within a step (350 with
+ * the distances derived by default; docs/method/update_patches.md). */
 typedef struct tulle_world_detection {
-    tulle_detect_method method;
-    tulle_detect_cone cone; /* of methods with patches */
-    double max_angle;       /* [rad] alpha_max, > 0 and < pi/2: widest cone in which a patch grows;
-                               certified ones may be       wider once they are merged or kept */
-    int has_certificate;    /* 1: only patches that are proven not to touch themselves are skipped.
-                               0: every patch is, the paper's own rule: the promise then holds only
-                               for pairs that do not lie within one patch */
-    int grows_patches_anew; /* 1: patches are grown for every search; 0: kept from step to step and
-                               checked again. TULLE_DETECT_PAPER always grows */
+    tulle_detect_method method; /* trees, with patches or without */
+    tulle_detect_cone cone;     /* bound on the normals of a moving triangle, for patches */
+    /* [rad] > 0 and < pi/2: widest cone in which a patch grows (alpha_max). A certified patch that
+     * is merged with another or kept may be wider. */
+    double max_angle;
+    /* 1: a search skips only the inside of patches that are proven not to touch themselves.
+     * 0: it skips the inside of every patch, as the paper does. The promise then holds only for
+     * pairs that do not lie within one patch. */
+    int has_certificate;
+    /* 1: every search grows patches anew. 0: patches are kept from step to step and checked again.
+     * TULLE_DETECT_PAPER always grows them. */
+    int grows_patches_anew;
 } tulle_world_detection;
 
-/* How a world answers contact (stages 3 and 10). The safe commit guards both alike. */
+/* How a world answers contact. The safe commit at the end of a step guards both ways alike. */
 typedef enum tulle_response {
-    TULLE_RESPONSE_COUPLED, /* impulses with friction act inside the implicit solve */
-    TULLE_RESPONSE_PAPER    /* Wong & Baciu 2005, 4 and 5.2: forces projected before the solve,
-                               velocities after it, vertex by vertex */
+    TULLE_RESPONSE_COUPLED, /* contact impulses with friction are part of the implicit solve */
+    /* Wong & Baciu 2005, 4 and 5.2: forces are projected before the solve, velocities after it,
+     * vertex by vertex */
+    TULLE_RESPONSE_PAPER
 } tulle_response;
-/* What a vertex in contact may do, for TULLE_RESPONSE_PAPER. */
+/* The velocities that a vertex in contact may have, for TULLE_RESPONSE_PAPER. */
 typedef enum tulle_motion_space {
-    TULLE_MOTION_SPACE_CONE,      /* the paper's: the widest circular cone inside the half-spaces of
-                                     its contacts, which are fixed in space */
-    TULLE_MOTION_SPACE_POLYHEDRAL /* their whole intersection, which moves with the other side */
+    /* the paper's: the widest circular cone inside the half-spaces of the contacts, which are fixed
+     * in space */
+    TULLE_MOTION_SPACE_CONE,
+    TULLE_MOTION_SPACE_POLYHEDRAL /* the whole intersection of the half-spaces, which move along */
 } tulle_motion_space;
 
+/* What happens when the start intersects. */
 typedef enum tulle_start_intersections {
-    TULLE_START_REFUSE,  /* also cloth wholly inside a closed obstacle that faces outward, and an
-                            obstacle inside another of which one is a body */
-    TULLE_START_IGNORE,  /* such pairs count once they came apart */
-    TULLE_START_UNTANGLE /* cloth is moved before the first step until nothing intersects. Obstacles
-                            that appear into cloth later are refused */
+    /* the start fails; also when cloth lies wholly inside a closed obstacle that faces outwards, or
+     * an obstacle inside another of which one is a rigid body */
+    TULLE_START_REFUSE,
+    TULLE_START_IGNORE, /* a pair counts once it has come apart */
+    /* cloth is moved before the first step until nothing intersects; an obstacle that appears in
+     * cloth later is refused */
+    TULLE_START_UNTANGLE
 } tulle_start_intersections;
+/* What happens when obstacles close on cloth and leave it no room. */
 typedef enum tulle_on_pinch {
-    TULLE_ON_PINCH_STOP,   /* the step fails; the state stays, from before the cloth is torn */
-    TULLE_ON_PINCH_SLOW,   /* obstacles that bring one another too near are held apart until their
-                              script asks for more room; all else goes on */
-    TULLE_ON_PINCH_RELEASE /* the moving ones let the cloth through until they are free of it */
+    TULLE_ON_PINCH_STOP, /* the step fails, before the cloth tears; the state stays */
+    /* the obstacles are held apart until their script asks for more room; all else goes on */
+    TULLE_ON_PINCH_SLOW,
+    TULLE_ON_PINCH_RELEASE /* the moving obstacles let the cloth through until they are free of it
+                            */
 } tulle_on_pinch;
 
-/* Wind: mean velocity plus seeded gusts, the same for the same seed, time and place on every
- * machine. */
+/* Wind: a mean velocity plus gusts. The same seed, time and place give the same gust on every
+ * machine. The force per area is -drag_coefficient |v_rel| (n . v_rel) n, where v_rel is the
+ * velocity of the cloth relative to the air and n its normal. */
 typedef struct tulle_wind {
-    double velocity[3];   /* [m/s] mean */
-    double gust_strength; /* [m/s] standard deviation of each component, >= 0 */
-    double gust_length;   /* [m] correlation length, > 0 */
-    double gust_time;     /* [s] correlation time, > 0 */
-    uint64_t seed;
-    double drag_coefficient; /* [kg/m^3] k_f of  -k_f A |v_rel| (n . v_rel) n  per area, >= 0; 0
-                                turns wind off */
+    double velocity[3];      /* [m/s] mean */
+    double gust_strength;    /* [m/s] standard deviation of each component of the gusts, >= 0 */
+    double gust_length;      /* [m] correlation length, > 0 */
+    double gust_time;        /* [s] correlation time, > 0 */
+    uint64_t seed;           /* of the gusts */
+    double drag_coefficient; /* [kg/m^3] >= 0; 0 turns wind off */
 } tulle_wind;
 
+/* Settings of a world. Made by tulle_world_def_default. */
 typedef struct tulle_world_def {
     uint32_t cookie;   /* set by tulle_world_def_default, checked on use */
-    double gravity[3]; /* [m/s^2] */
-    tulle_wind wind;
-    double contact_distance; /* [m] delta_c; 0: derived from the meshes (thickness where given) */
-    double separation_distance; /* [m] delta_s, at least the contact distance of every pair of
-                                   objects, else the start fails; 0: 1.5 of it */
-    double minimum_gap;         /* [m] xi, at most half of every contact distance; no accepted state
-                                   undercuts it, but that vertices and edges of one cloth that
-                                   rest nearer keep a quarter of their rest distance, and pairs
-                                   that start nearer come no nearer; 0: derived */
-    tulle_integrator integrator;
-    tulle_world_detection detection;
-    tulle_response response;
+    double gravity[3]; /* [m/s^2]; default (0, 0, -9.81) */
+    tulle_wind wind;   /* default: none */
+    /* [m] distance within which contact acts (delta_c), 0 .. 1; 0: derived from the meshes, or from
+     * the thickness where a cloth has one */
+    double contact_distance;
+    /* [m] distance within which pairs are looked for (delta_s). At least the contact distance of
+     * every pair of objects, else the start fails; 0: 1.5 of it. */
+    double separation_distance;
+    /* [m] no accepted state undercuts this gap (xi); at most half of every contact distance;
+     * 0: derived. Two exceptions: vertices and edges of one cloth that rest nearer keep a quarter
+     * of their rest distance; pairs that start nearer come no nearer. */
+    double minimum_gap;
+    tulle_integrator integrator;     /* default TULLE_INTEGRATOR_IMPLICIT_EULER */
+    tulle_world_detection detection; /* default: certified patches that are kept */
+    tulle_response response;         /* default TULLE_RESPONSE_COUPLED */
     tulle_motion_space motion_space; /* of TULLE_RESPONSE_PAPER */
-    double cg_tolerance;             /* 1e-12 .. 1e-1, relative preconditioned residual */
-    int cg_max_iterations;           /* 1 .. 1e6 */
+    double cg_tolerance;             /* relative preconditioned residual, 1e-12 .. 1e-1 */
+    int cg_max_iterations;           /* limit of a linear solve, 1 .. 1e6 */
     int solve_rounds;                /* fewest solves of motion and impulses a step, 1 .. 20 */
     int impulse_sweeps;              /* projected Gauss-Seidel sweeps a round, 1 .. 1000 */
-    int impact_rounds;               /* rounds of stage 10 before the rescue, 0 .. 100 */
-    double friction_cloth_cloth; /* Coulomb coefficient between cloths, 0 .. 10: what holds them */
-    double dynamic_friction_cloth_cloth; /* what slows cloths that slide on one another, 0 ..
-                                            friction_cloth_cloth; negative: the same */
-    tulle_start_intersections start_intersections;
-    int untangle_limit; /* rounds of untangling, 1 .. 1e6; a start that is not clean by then is
-                           refused */
-    tulle_on_pinch on_pinch;
-    int threads; /* 1 .. 256; 0: one per processor. Results do not depend on it */
-    tulle_allocator allocator;
+    int impact_rounds;               /* rounds of impacts before the rescues, 0 .. 100 */
+    double friction_cloth_cloth;     /* static Coulomb coefficient between cloths, 0 .. 10 */
+    /* the coefficient of cloths that slide on one another, 0 .. friction_cloth_cloth; negative: the
+     * static one */
+    double dynamic_friction_cloth_cloth;
+    tulle_start_intersections start_intersections; /* default TULLE_START_REFUSE */
+    int untangle_limit;        /* rounds of untangling, 1 .. 1e6; then the start is refused */
+    tulle_on_pinch on_pinch;   /* default TULLE_ON_PINCH_STOP */
+    int threads;               /* 1 .. 256; 0: one per processor. Results do not depend on it */
+    tulle_allocator allocator; /* zeroed: malloc without a limit */
 } tulle_world_def;
+/* Settings that suit most scenes: earth's gravity, no wind, derived distances. */
 TULLE_API tulle_world_def tulle_world_def_default(void);
 
-/* Material in SI values that do not depend on the mesh. */
+/* ---- materials, motions, cloth and obstacles ---- */
+
+/* A fabric in SI values, which do not depend on the mesh. docs/guide/materials.md explains them. */
 typedef struct tulle_material {
     double area_density;      /* [kg/m^2] > 0 */
     double stretch_stiffness; /* [N/m] force per width and strain, > 0 */
-    double bend_stiffness;    /* [N m] plate bending rigidity, >= 0 */
+    double bend_stiffness;    /* [N m] bending rigidity of a plate, >= 0 */
     double stretch_damping;   /* [s] damping coefficient per stiffness, >= 0 */
-    double bend_damping;      /* [s] >= 0 */
+    double bend_damping;      /* [s] damping coefficient per stiffness, >= 0 */
     double air_damping;       /* [1/s] viscous damping per mass, >= 0 */
-    double friction;         /* Coulomb coefficient of this cloth against obstacles, combined as the
-                                geometric mean, 0 .. 10: what holds a contact that does not slide */
-    double dynamic_friction; /* of contacts that slide, 0 .. friction; negative: the same */
-    double restitution;      /* part of the speed of an impact with which it rebounds, 0 .. 1; the
-                                geometric mean of both sides' counts, between cloths too */
-    double friction_across;  /* factor on both coefficients across the cloth's grain (see
-                                tulle_cloth_def), whatever law they come from, 0 .. 10; 1:
-                                isotropic, as always with TULLE_RESPONSE_PAPER */
-    double stiffening_strain; /* strain s at which cloth pulls twice as hard as stretch_stiffness
-                                 says: by 1 + (strain / s)^2 up to 3 s, then
-                                 with the slope there; 1e-3 .. 1e6; 0: never, as with
-                                 TULLE_RESPONSE_PAPER */
+    /* static Coulomb coefficient against obstacles, 0 .. 10: what holds a contact that does not
+     * slide. The geometric mean of both sides counts. */
+    double friction;
+    double dynamic_friction; /* of contacts that slide, 0 .. friction; negative: the static one */
+    /* part of an impact's speed with which the cloth rebounds, 0 .. 1. The geometric mean of both
+     * sides counts, between cloths too. */
+    double restitution;
+    /* factor on both coefficients at right angles to the cloth's grain (see tulle_cloth_def), 0 ..
+     * 10, whatever law they come from; 1: the same all around, as always with TULLE_RESPONSE_PAPER
+     */
+    double friction_across;
+    /* strain s at which cloth pulls twice as hard as stretch_stiffness says: by 1 + (strain / s)^2
+     * up to 3 s, then with the slope there; 1e-3 .. 1e6. 0: never, as with TULLE_RESPONSE_PAPER. */
+    double stiffening_strain;
 } tulle_material;
-/* Presets cotton, silk, wool, denim, net, rubber-sheet; TULLE_ERROR_INVALID_ARGUMENT for other
- * names. */
+/* Fills `material` with the preset `name`: cotton, silk, wool, denim, net or rubber-sheet. Error:
+ * TULLE_ERROR_INVALID_ARGUMENT for another name. */
 TULLE_API tulle_status tulle_material_preset(const char *name, tulle_material *material);
-/* Name of preset `index` and where its values come from; null when index is past the last. */
+/* Name of the preset number `index`, from 0; static. Null past the last one. */
 TULLE_API const char *tulle_material_preset_name(size_t index);
+/* Where the values of the preset number `index` come from; static. Null past the last one. */
 TULLE_API const char *tulle_material_preset_source(size_t index);
 
-/* A keyframe of a rigid motion: x -> translation + R (x - pivot) + pivot. Between keys: linear or
- * eased (3s^2 - 2s^3), rotation by spherical interpolation. Before the first and after the last key
- * the motion holds still. */
+/* A keyframe of a rigid motion: x -> translation + R (x - pivot) + pivot. */
 typedef struct tulle_keyframe {
-    double time;           /* [s] strictly increasing */
+    double time;           /* [s] later than the keyframe before */
     double translation[3]; /* [m] */
-    double rotation[4];    /* unit quaternion w, x, y, z */
+    double rotation[4];    /* R as a unit quaternion w, x, y, z */
 } tulle_keyframe;
+/* A rigid motion by keyframes. Between two keyframes translation is linear and rotation spherical.
+ * Before the first and after the last one all holds still. */
 typedef struct tulle_motion {
-    const tulle_keyframe *keys;
-    size_t key_count; /* 0: no motion */
-    double pivot[3];  /* [m] */
-    int is_eased;
+    const tulle_keyframe *keys; /* key_count keyframes, copied; null without any */
+    size_t key_count;           /* 0: no motion */
+    double pivot[3];            /* [m] point that rotations turn about */
+    int is_eased;               /* 1: starts and stops gently at each keyframe (3 s^2 - 2 s^3) */
 } tulle_motion;
 
-/* A group of pinned vertices. */
+/* A group of pinned vertices of a cloth: they are held, or follow a motion. */
 typedef struct tulle_pin {
-    const uint32_t *vertices;
-    size_t vertex_count;
-    tulle_motion motion; /* key_count 0: held where they start */
-    double release_time; /* [s] the pin lets go at this time; INFINITY: never */
+    const uint32_t *vertices; /* vertex_count vertex numbers of the cloth, copied */
+    size_t vertex_count;      /* length of `vertices` */
+    tulle_motion motion;      /* key_count 0: the vertices are held where they start */
+    double release_time;      /* [s] when the pin lets go; INFINITY: never */
 } tulle_pin;
 
+/* A cloth to add. Made by tulle_cloth_def_default. tulle_world_add_cloth copies all arrays and
+ * strings. */
 typedef struct tulle_cloth_def {
-    uint32_t cookie;
+    uint32_t cookie;              /* set by tulle_cloth_def_default, checked on use */
     const char *name;             /* for messages; may be null */
-    tulle_mesh_view mesh;         /* start positions */
-    const double *rest_positions; /* [m] 3 * vertex_count, null: the start is the rest shape */
-    tulle_material material;
-    double grain[3]; /* direction in the rest shape, of any length >= 1e-100 where friction_across
-                        is  not 1: that is at right angles to it */
-    const char *contact_material; /* what its surface is in tulle_world_set_material_law, at most 63
-                                     bytes; null: none */
-    double thickness;             /* [m] 0: the world's contact distance decides */
-    const tulle_pin *pins;
-    size_t pin_count;
-    double velocity[3];       /* [m/s] at the start, of all vertices */
-    const double *velocities; /* [m/s] 3 * vertex_count, null: `velocity` */
+    tulle_mesh_view mesh;         /* start positions; an oriented manifold */
+    const double *rest_positions; /* [m] 3 * vertex_count; null: the start is the rest shape */
+    tulle_material material;      /* default: the preset cotton */
+    /* direction in the rest shape; friction_across acts at right angles to it. Any length from
+     * 1e-100 on where friction_across is not 1. */
+    double grain[3];
+    /* what tulle_world_set_material_law calls the surface, at most 63 bytes; null: nothing */
+    const char *contact_material;
+    double thickness;         /* [m] 0: the world's contact distance decides */
+    const tulle_pin *pins;    /* pin_count groups; null without any */
+    size_t pin_count;         /* length of `pins` */
+    double velocity[3];       /* [m/s] of all vertices at the start */
+    const double *velocities; /* [m/s] 3 * vertex_count at the start; null: `velocity` */
 } tulle_cloth_def;
+/* A cloth of cotton without pins; the caller fills in the mesh. */
 TULLE_API tulle_cloth_def tulle_cloth_def_default(void);
 
-/* Frames of a mesh sequence: the caller fills positions (3 * vertex_count, [m]) of frame 0 ..
- * frame_count - 1. */
+/* Gives a frame of a mesh sequence: fills `positions` (3 * vertex_count, [m]) of frame `frame`,
+ * 0 .. frame_count - 1. `context` is frame_context of the obstacle. A status other than TULLE_OK
+ * ends the step with that status. */
 typedef tulle_status (*tulle_frame_reader)(void *context, uint32_t frame, double *positions,
                                            tulle_error *error);
 
-/* A rigid body: an obstacle that answers contact. Its mesh must be closed and face outwards, but
- * for area_density. It collides with cloth, with all obstacles and with other bodies. Only with
- * TULLE_RESPONSE_COUPLED. */
+/* What makes an obstacle a rigid body, which answers contact. Its mesh must face outwards, and be
+ * closed unless area_density is given. It collides with cloth, with all obstacles and with other
+ * bodies. It needs TULLE_RESPONSE_COUPLED. Exactly one of mass, density and area_density is > 0.
+ *
+ * A body falls asleep when no point of it, nor of any body that touches it directly or over others,
+ * was faster than sleep_speed for sleep_time. A sleeping body stands still and costs little. It
+ * wakes, with all that fell asleep with it, when a body that is awake presses on it; when cloth
+ * presses on it so differently that it would gain sleep_speed within a step; when something on a
+ * script moves near it; when an obstacle appears or leaves; and by tulle_obstacle_add_impulse and
+ * tulle_obstacle_wake. */
 typedef struct tulle_body {
     int is_dynamic;             /* 0: the obstacle is no body, and nothing else here counts */
-    double mass;                /* [kg] evenly in the volume; exactly one of the three is > 0 */
+    double mass;                /* [kg] spread evenly over the volume */
     double density;             /* [kg/m^3] of the volume */
     double area_density;        /* [kg/m^2] of the surface: a shell */
     double velocity[3];         /* [m/s] of the centre of mass, at time 0 */
     double angular_velocity[3]; /* [rad/s] at time 0 */
-    double linear_damping, angular_damping; /* [1/s] >= 0 */
-    double start_time; /* [s] the body follows `motion` until then, and goes on as that moved */
-    /* It falls asleep when no point of it, nor of any body that touches it directly or over others,
-       was faster than sleep_speed for sleep_time: then it stands still and costs little until it
-       wakes. It wakes with all that fell asleep with it: when a body that is awake presses on it,
-       when cloth presses on it more or less than when it fell asleep, by what would give it
-       sleep_speed within a step, when something on a script moves near it, when an obstacle
-       appears or leaves, by tulle_obstacle_add_impulse and by tulle_obstacle_wake. */
-    double sleep_speed; /* [m/s] 0: never */
+    double linear_damping;      /* [1/s] >= 0 */
+    double angular_damping;     /* [1/s] >= 0 */
+    double start_time;  /* [s] until then the body follows `motion`; it goes on as that moved */
+    double sleep_speed; /* [m/s] 0: never sleeps */
     double sleep_time;  /* [s] > 0 where sleep_speed is */
 } tulle_body;
 
+/* An obstacle to add: static, on keyframes, deforming by a mesh sequence, or a rigid body. Made by
+ * tulle_obstacle_def_default. tulle_world_add_obstacle copies all arrays and strings. */
 typedef struct tulle_obstacle_def {
-    uint32_t cookie;
-    const char *name;
-    tulle_mesh_view mesh; /* at motion zero, or frame 0 of the sequence */
-    double friction;      /* 0 .. 10, see tulle_material for these three */
-    double dynamic_friction, restitution;
-    double friction_across; /* factor on friction across the grain, as of tulle_material */
-    double grain[3]; /* direction in `mesh`, as of tulle_cloth_def; goes with what moves and deforms
-                        the mesh. Where the surface is at right angles to it, friction has no
-                        direction */
+    uint32_t cookie;         /* set by tulle_obstacle_def_default, checked on use */
+    const char *name;        /* for messages; may be null */
+    tulle_mesh_view mesh;    /* where the motion has it at zero, or frame 0 of the sequence */
+    double friction;         /* static Coulomb coefficient, 0 .. 10; as of tulle_material */
+    double dynamic_friction; /* of contacts that slide, 0 .. friction; negative: the static one */
+    double restitution;      /* 0 .. 1; as of tulle_material */
+    double friction_across;  /* factor on friction across the grain; as of tulle_material */
+    /* direction in `mesh`, as of tulle_cloth_def. It goes with what moves and deforms the mesh.
+     * Where the surface is at right angles to it, friction has no direction. */
+    double grain[3];
     const char *contact_material; /* as of tulle_cloth_def */
     tulle_motion motion;          /* rigid keyframes; key_count 0: static */
-    tulle_frame_reader
-        read_frame; /* null: no sequence; else vertices follow the frames, linearly in between */
-    void *frame_context;
-    uint32_t frame_count;
+    /* null: no sequence. Else vertices follow the frames, linearly in between. */
+    tulle_frame_reader read_frame;
+    void *frame_context;     /* handed to read_frame; lives as long as the world */
+    uint32_t frame_count;    /* frames that read_frame has */
     double frame_start_time; /* [s] time of frame 0 */
     double frame_interval;   /* [s] between frames, > 0 */
-    double appear_time;      /* [s] -INFINITY: there from the start */
-    double disappear_time;   /* [s] INFINITY: stays */
-    tulle_body body;
+    double appear_time;      /* [s] when it comes into the scene; -INFINITY: from the start */
+    double disappear_time;   /* [s] when it leaves the scene; INFINITY: never */
+    tulle_body body;         /* is_dynamic 0: no rigid body */
 } tulle_obstacle_def;
+/* A static obstacle with friction 0.3; the caller fills in the mesh. */
 TULLE_API tulle_obstacle_def tulle_obstacle_def_default(void);
 
-/* A pair of triangles that intersects. Objects are named as in their defs. */
-typedef struct tulle_intersection {
-    uint32_t object_a, triangle_a, object_b,
-        triangle_b; /* object: cloth index, or cloth count + obstacle index */
-} tulle_intersection;
+/* ---- making a world ---- */
 
-/* Names of the twelve stages, in order. */
-#define TULLE_STAGE_COUNT 12
-TULLE_API const char *tulle_stage_name(int stage);
-
-/* What one step did. Counts are sums over the step's substeps and rounds. */
-typedef struct tulle_step_report {
-    uint64_t step;                           /* index of the step, from 0 */
-    double time;                             /* [s] of the world after the step */
-    double stage_seconds[TULLE_STAGE_COUNT]; /* [s] wall clock, each without what stages inside it
-                                                took */
-    double total_seconds;                    /* [s] wall clock; at least the sum of the stages */
-    uint32_t solve_count, cg_iterations;
-    double cg_residual;     /* largest relative preconditioned residual of the solves, but for
-                               those that end early because others follow */
-    int cg_converged;       /* 0: a solve stopped at its limit */
-    uint64_t box_pairs;     /* feature pairs whose swept boxes met, over all searches of stage 7 */
-    uint64_t tested_pairs;  /* that the cheapest tests of stages 10 and 11 did not prove apart, over
-                               all their tests */
-    uint64_t turning_pairs; /* of these proven apart by a plane that turns with the pair */
-    uint64_t contacts;      /* contact rows of the last substep, impacts included */
-    uint64_t new_contacts, stick_contacts, slip_contacts, hard_contacts;
-    uint32_t impact_rounds;
-    uint64_t rescue_impact_zones;       /* rescue 3: zones projected */
-    uint64_t rescue_component_scalings; /* rescue 4: components whose displacement was scaled */
-    uint64_t rescue_global_scalings;    /* rescue 4, 5: the whole scene's time was shortened */
-    uint32_t substeps;                  /* 1 in a healthy step */
-    uint64_t
-        ignored_pairs;   /* triangle pairs that intersected at the start and have not come apart */
-    double smallest_gap; /* [m] over the candidate pairs of the last test, at the end of the step;
-                            INFINITY if none is within the separation distance */
-    double kinetic_energy, gravity_energy, elastic_energy; /* [J] */
-    double max_stretch; /* largest edge length over rest length */
-    int pinched;        /* 1: a pinch between obstacles was found, see tulle_world_last_message, or
-                           one found earlier still holds them back or lets cloth through */
-    uint32_t pair_searches;     /* runs of stages 6 and 7: 1 in a quiet step */
-    uint64_t patches;           /* in use at the end of the step; 0 for methods without */
-    uint64_t patch_triangles;   /* triangles in them */
-    uint64_t patches_certified; /* of them proven not to touch themselves: all, or none without the
-                                   certificate */
-    uint64_t patches_dissolved; /* kept ones that held no more and were dissolved whole in this
-                                   step; not those that were cut or grown again */
-} tulle_step_report;
-
-/* Makes an empty world. Errors: INVALID_ARGUMENT (with a message for `error`), OUT_OF_MEMORY. */
+/* Makes an empty world. `*world` is null after an error. Errors: TULLE_ERROR_INVALID_ARGUMENT (a
+ * value of the def; `error` names it), TULLE_ERROR_OUT_OF_MEMORY. */
 TULLE_API tulle_status tulle_world_create(const tulle_world_def *def, tulle_world **world,
                                           tulle_error *error);
+/* Releases a world and everything that it handed out. Null is fine. */
 TULLE_API void tulle_world_destroy(tulle_world *world);
 
-/* Copies the def's arrays. Only before the first step. Validates the mesh (see tulle_mesh_validate)
- * and all values. */
+/* Adds a cloth and gives its id. Only before the start. Errors: TULLE_ERROR_INVALID_ARGUMENT,
+ * TULLE_ERROR_INVALID_MESH (see tulle_mesh_validate), TULLE_ERROR_OUT_OF_MEMORY. */
 TULLE_API tulle_status tulle_world_add_cloth(tulle_world *world, const tulle_cloth_def *def,
                                              tulle_cloth_id *id, tulle_error *error);
+/* Adds an obstacle or a rigid body and gives its id. Only before the start. Errors as of
+ * tulle_world_add_cloth. */
 TULLE_API tulle_status tulle_world_add_obstacle(tulle_world *world, const tulle_obstacle_def *def,
                                                 tulle_obstacle_id *id, tulle_error *error);
 
-/* What friction and impact of two objects are, instead of what their materials say. Friction along
- * the grains, where the objects have some: the factors across them count as ever. */
+/* Friction and restitution of a pair, in place of what the materials of the two objects say. Where
+ * an object has a grain, its factor across the grain still counts. */
 typedef struct tulle_contact_law {
-    double static_friction;  /* 0 .. 10 */
-    double dynamic_friction; /* 0 .. static_friction; negative: the same */
-    double restitution;      /* 0 .. 1 */
+    double static_friction;  /* Coulomb coefficient of contacts that do not slide, 0 .. 10 */
+    double dynamic_friction; /* of contacts that slide, 0 .. static_friction; negative: the same */
+    double restitution;      /* part of an impact's speed that comes back, 0 .. 1 */
 } tulle_contact_law;
-/* Only before the start; a later call for the same pair replaces an earlier one. Errors:
- * INVALID_ARGUMENT (stale ids, the same cloth twice, values, started), OUT_OF_MEMORY. */
+/* Sets the law of two cloths. Only before the start; a later call for the same pair replaces an
+ * earlier one. Errors: TULLE_ERROR_INVALID_ARGUMENT (a stale id, the same cloth twice, a value, a
+ * world that has started), TULLE_ERROR_OUT_OF_MEMORY. */
 TULLE_API tulle_status tulle_world_set_cloth_cloth_law(tulle_world *world, tulle_cloth_id a,
                                                        tulle_cloth_id b,
                                                        const tulle_contact_law *law,
                                                        tulle_error *error);
+/* Sets the law of a cloth and an obstacle, as tulle_world_set_cloth_cloth_law does. */
 TULLE_API tulle_status tulle_world_set_cloth_obstacle_law(tulle_world *world, tulle_cloth_id cloth,
                                                           tulle_obstacle_id obstacle,
                                                           const tulle_contact_law *law,
                                                           tulle_error *error);
-/* The same of two obstacles of which one at least is a rigid body. */
+/* Sets the law of two obstacles of which one at least is a rigid body, as
+ * tulle_world_set_cloth_cloth_law does. */
 TULLE_API tulle_status tulle_world_set_obstacle_obstacle_law(tulle_world *world,
                                                              tulle_obstacle_id a,
                                                              tulle_obstacle_id b,
                                                              const tulle_contact_law *law,
                                                              tulle_error *error);
-/* The law of all pairs of surfaces of which one is of contact material `a` and the other of `b`, in
- * either order; where both are the same name, also of a cloth on itself. Laws set for two objects
- * go before it. The names must be of objects that were added or of presets (see
- * tulle_material_preset_name). Else as above. */
+/* Sets the law of all pairs of surfaces of which one has the contact material `a` and the other
+ * `b`. With the same name twice it holds for a cloth on itself, too. A law of two objects goes
+ * before it. Each name must be that of an object that was added, or of a preset (see
+ * tulle_material_preset_name). Only before the start; errors as of
+ * tulle_world_set_cloth_cloth_law. */
 TULLE_API tulle_status tulle_world_set_material_law(tulle_world *world, const char *a,
                                                     const char *b, const tulle_contact_law *law,
                                                     tulle_error *error);
 
-/* Prepares the first step: derives distances, builds trees, judges the start. Called by the first
- * step if the caller did not. TULLE_ERROR_INTERSECTING_START names the first pairs in the message;
- * tulle_world_get_intersections gives all of them. */
+/* ---- the start ---- */
+
+/* A pair of triangles that intersects. An object is the index of a cloth, or the number of cloths
+ * plus the index of an obstacle. */
+typedef struct tulle_intersection {
+    uint32_t object_a;   /* first object */
+    uint32_t triangle_a; /* triangle of the first object */
+    uint32_t object_b;   /* second object; may be the first one again */
+    uint32_t triangle_b; /* triangle of the second object */
+} tulle_intersection;
+
+/* Prepares the first step: derives distances, builds trees, judges the start. The first step calls
+ * it if the caller did not. Errors: TULLE_ERROR_INTERSECTING_START (the message names the first
+ * pairs, tulle_world_get_intersections gives all), TULLE_ERROR_INVALID_ARGUMENT (distances that do
+ * not fit), TULLE_ERROR_OUT_OF_MEMORY, TULLE_ERROR_INTERRUPTED, what a frame reader returns. */
 TULLE_API tulle_status tulle_world_start(tulle_world *world, tulle_error *error);
-/* Nonzero ends tulle_world_start or tulle_world_step with TULLE_ERROR_INTERRUPTED: the world is as
- * it was before and can be started or stepped again, to the same bits as if never asked. Asked by
- * the thread that called, before each round of untangling, when tulle_world_get_untangle_report
- * says how far that is, and within a step some thousand times a second, when
- * tulle_world_get_step_progress says how far that is: it should be quick, and may call no other
- * function of the world. Null asks no more. */
+/* Asks a host whether to stop; `context` is what tulle_world_set_stop_request was given. Not 0 ends
+ * tulle_world_start or tulle_world_step with TULLE_ERROR_INTERRUPTED: the world is as it was before
+ * the call and can go on to the same bits. The thread that called the world asks: before each round
+ * of untangling, and some thousand times a second within a step. The function should be quick. Of
+ * the world it may call tulle_world_get_untangle_report and tulle_world_get_step_progress only. */
 typedef int (*tulle_stop_request)(void *context);
+/* Sets the function that is asked, and the `context` that it gets. A null `is_stopped` asks no
+ * more. */
 TULLE_API void tulle_world_set_stop_request(tulle_world *world, tulle_stop_request is_stopped,
                                             void *context);
+/* The pairs of triangles for which the last start, or the last step in which an obstacle appeared,
+ * failed; `*count` of them. Owned by the world, until its next start or step. */
 TULLE_API const tulle_intersection *tulle_world_get_intersections(const tulle_world *world,
                                                                   size_t *count);
 
-/* What untangling did at the start; zeros when it had nothing to do. */
+/* What untangling did at the start. All zero when it had nothing to do. */
 typedef struct tulle_untangle_report {
-    uint64_t intersections; /* pairs of triangles that intersected */
-    uint32_t rounds;
-    uint64_t moved_vertices;
+    uint64_t intersections;      /* pairs of triangles that intersected */
+    uint32_t rounds;             /* rounds of untangling made */
+    uint64_t moved_vertices;     /* vertices that untangling moved */
     double largest_displacement; /* [m] of a vertex */
-    int keeps_minimum_gap; /* 0: some pair that does not intersect is nearer, as in a start that
-                              touches */
+    int keeps_minimum_gap; /* 0: some pair that does not intersect is nearer than the minimum gap */
     double seconds;        /* [s] wall clock */
-    uint64_t left;         /* pairs in the state with the fewest so far; 0: clean */
+    uint64_t left;         /* pairs left in the best state so far; 0: clean */
 } tulle_untangle_report;
+/* What untangling did, or how far it has come while it is under way. */
 TULLE_API tulle_untangle_report tulle_world_get_untangle_report(const tulle_world *world);
 
-/* Moves the world by time_step [s], 0 < time_step <= 1. report and error may be null. After an
- * error the world is as it was, but for tulle_world_last_message and tulle_world_get_intersections.
- * Errors: those of tulle_world_start when it was not called; INVALID_ARGUMENT, OUT_OF_MEMORY;
- * INTERSECTING_START when an obstacle appears into or around cloth; PINCHED; STEP_FAILED when the
- * forces lead to numbers that are not finite, TULLE_RESPONSE_PAPER tears cloth, or a body would
- * turn further than 4096 substeps follow; LIMIT beyond 2^32 candidate pairs; INTERRUPTED by a stop
- * request; what a frame reader returns. */
+/* ---- the step ---- */
+
+/* Number of the stages of a step. */
+#define TULLE_STAGE_COUNT 12
+/* Name of the stage number `stage`, 0 .. TULLE_STAGE_COUNT - 1, in the order in which a step runs
+ * them; static. Null out of range. */
+TULLE_API const char *tulle_stage_name(int stage);
+
+/* What one step did. Counts are sums over the substeps of the step and their rounds. */
+typedef struct tulle_step_report {
+    uint64_t step; /* index of the step, from 0 */
+    double time;   /* [s] of the world after the step */
+    /* [s] wall clock of each stage, without the stages inside it */
+    double stage_seconds[TULLE_STAGE_COUNT];
+    double total_seconds;   /* [s] wall clock; at least the sum of the stages */
+    uint32_t solve_count;   /* solves of the linear system */
+    uint32_t cg_iterations; /* iterations of conjugate gradients, over all solves */
+    /* largest relative preconditioned residual of the solves that no other one follows */
+    double cg_residual;
+    int cg_converged;        /* 0: a solve stopped at its limit of iterations */
+    uint64_t box_pairs;      /* pairs of features whose swept boxes met, over all searches */
+    uint64_t tested_pairs;   /* pairs that the cheapest tests of a path did not prove apart */
+    uint64_t turning_pairs;  /* of the tested pairs: proven apart by a plane that turns with them */
+    uint64_t contacts;       /* contacts of the last substep, impacts included */
+    uint64_t new_contacts;   /* of the contacts: those that the step before did not have */
+    uint64_t stick_contacts; /* of the contacts: those that friction holds */
+    uint64_t slip_contacts;  /* of the contacts: those that slide */
+    uint64_t hard_contacts;  /* of the contacts: those in the matrix of the solve */
+    uint32_t impact_rounds;  /* rounds in which impacts were resolved */
+    uint64_t rescue_impact_zones;       /* rescue 3: impact zones projected */
+    uint64_t rescue_component_scalings; /* rescue 4: groups whose displacement was shortened */
+    uint64_t rescue_global_scalings;    /* rescues 4 and 5: times the whole scene was shortened */
+    uint32_t substeps;                  /* 1 in a healthy step */
+    uint64_t ignored_pairs; /* triangle pairs that intersected at the start and still do */
+    /* [m] over the candidate pairs of the last test, at the end of the step; INFINITY if none is
+     * within the separation distance */
+    double smallest_gap;
+    double kinetic_energy; /* [J] */
+    double gravity_energy; /* [J] 0 at the height of the origin */
+    double elastic_energy; /* [J] of stretching and bending */
+    double max_stretch;    /* largest edge length over rest length */
+    /* 1: a pinch between obstacles was found (see tulle_world_last_message), or an earlier one
+     * still holds them back or lets cloth through */
+    int pinched;
+    uint32_t pair_searches;     /* searches for pairs; 1 in a quiet step */
+    uint64_t patches;           /* patches in use at the end of the step; 0 for methods without */
+    uint64_t patch_triangles;   /* triangles in patches in use */
+    uint64_t patches_certified; /* patches in use that are proven not to touch themselves */
+    /* kept patches that were dissolved whole in this step; not those that were cut or grown again
+     */
+    uint64_t patches_dissolved;
+} tulle_step_report;
+
+/* Moves the world on by `time_step` [s], 0 < time_step <= 1. `report` and `error` may be null.
+ * After an error the world is as it was; only tulle_world_last_message and
+ * tulle_world_get_intersections may differ. Errors:
+ *
+ * those of tulle_world_start, when the caller has not called that;
+ * TULLE_ERROR_INVALID_ARGUMENT, TULLE_ERROR_OUT_OF_MEMORY;
+ * TULLE_ERROR_INTERSECTING_START, when an obstacle appears in or around cloth;
+ * TULLE_ERROR_PINCHED, when obstacles leave cloth no room;
+ * TULLE_ERROR_STEP_FAILED, when forces lead to numbers that are not finite, when
+ * TULLE_RESPONSE_PAPER tears cloth, or when a body turns further than 4096 substeps follow;
+ * TULLE_ERROR_LIMIT, beyond 2^32 candidate pairs;
+ * TULLE_ERROR_INTERRUPTED, by a stop request; and what a frame reader returns. */
 TULLE_API tulle_status tulle_world_step(tulle_world *world, double time_step,
                                         tulle_step_report *report, tulle_error *error);
 
-/* How far the step that is under way has come, for a tulle_stop_request. */
+/* How far the step that is under way has come. For a tulle_stop_request. */
 typedef struct tulle_step_progress {
-    int is_under_way;     /* 0: no step is being made, and all else is 0 */
-    uint64_t step;        /* index of the step, from 0 */
-    uint32_t substep;     /* from 1 */
-    double share;         /* of the step's time that has passed, 0 .. 1; less again when the step is
-                             made anew after a pinch */
-    uint32_t solve_count; /* before this substep */
+    int is_under_way; /* 0: no step is being made, and all else is 0 */
+    uint64_t step;    /* index of the step, from 0 */
+    uint32_t substep; /* number of the substep, from 1 */
+    /* part of the step's time that has passed, 0 .. 1; less again when a pinch makes the step
+     * begin anew */
+    double share;
+    uint32_t solve_count; /* solves of the substeps before this one */
 } tulle_step_progress;
+/* How far the step that is under way has come. */
 TULLE_API tulle_step_progress tulle_world_get_step_progress(const tulle_world *world);
 
+/* ---- reading a world ---- */
+
+/* Time of the world [s], 0 at the start. */
 TULLE_API double tulle_world_get_time(const tulle_world *world);
+/* Number of steps made. */
 TULLE_API uint64_t tulle_world_get_step_count(const tulle_world *world);
-/* Distances in force (after derivation) [m]. */
+/* The distances in force [m], after derivation: `contact`, `separation` and `minimum_gap` as in
+ * tulle_world_def. */
 TULLE_API void tulle_world_get_distances(const tulle_world *world, double *contact,
                                          double *separation, double *minimum_gap);
-/* As the def said. */
+/* How the world detects, as its def said. */
 TULLE_API tulle_world_detection tulle_world_get_detection(const tulle_world *world);
-/* The same of the response; motion_space may be null. */
+/* How the world answers contact, as its def said. `motion_space` may be null. */
 TULLE_API tulle_response tulle_world_get_response(const tulle_world *world,
                                                   tulle_motion_space *motion_space);
-/* What the last step has to say, as that a pinch begins or ends, or that an obstacle appears in
- * cloth and is ignored; static until the next step, empty string if nothing. */
+/* What the last step has to say: for example that a pinch begins or ends, or that an obstacle
+ * appears in cloth and is ignored. Empty if nothing. Owned by the world, until its next step. */
 TULLE_API const char *tulle_world_last_message(const tulle_world *world);
 
-/* Borrowed arrays, valid until the next step: 3 * vertex_count doubles [m] or [m/s]; null for a
+/* Positions of a cloth: 3 * `*vertex_count` doubles [m]. Borrowed until the next step; null for a
  * stale id. */
 TULLE_API const double *tulle_cloth_get_positions(const tulle_world *world, tulle_cloth_id id,
                                                   size_t *vertex_count);
+/* Velocities of a cloth: 3 * `*vertex_count` doubles [m/s]. Borrowed until the next step; null for
+ * a stale id. */
 TULLE_API const double *tulle_cloth_get_velocities(const tulle_world *world, tulle_cloth_id id,
                                                    size_t *vertex_count);
+/* Positions of an obstacle: 3 * `*vertex_count` doubles [m]. Borrowed until the next step; null for
+ * a stale id. */
 TULLE_API const double *tulle_obstacle_get_positions(const tulle_world *world, tulle_obstacle_id id,
                                                      size_t *vertex_count);
-/* Null before the start too. Scripted obstacles bear the mean velocity of the last step. */
+/* Velocities of an obstacle: 3 * `*vertex_count` doubles [m/s]; of one on a script the mean over
+ * the last step. Borrowed until the next step; null for a stale id and before the start. */
 TULLE_API const double *tulle_obstacle_get_velocities(const tulle_world *world,
                                                       tulle_obstacle_id id, size_t *vertex_count);
-/* Where a body is: vertex p of the mesh as given is now at position + R (p - centre). */
+/* 1 while the obstacle is in the scene. */
+TULLE_API int tulle_obstacle_is_present(const tulle_world *world, tulle_obstacle_id id);
+
+/* ---- rigid bodies ---- */
+
+/* Where a body is: vertex p of the mesh as given is at position + R (p - centre). */
 typedef struct tulle_transform {
     double position[3];         /* [m] of the centre of mass */
-    double rotation[4];         /* R, unit quaternion w, x, y, z */
-    double velocity[3];         /* [m/s] of the centre */
+    double rotation[4];         /* R as a unit quaternion w, x, y, z */
+    double velocity[3];         /* [m/s] of the centre of mass */
     double angular_velocity[3]; /* [rad/s] */
     double centre[3];           /* [m] the centre of mass in the mesh as given */
     double mass;                /* [kg] */
-    double inertia[9];          /* [kg m^2] now, about the centre, in the world's axes */
+    double inertia[9];          /* [kg m^2] about the centre of mass, in the world's axes */
 } tulle_transform;
-/* INVALID_ARGUMENT for a stale id, an obstacle that is no body, and before the start. */
+/* Fills `transform` of a body. Error: TULLE_ERROR_INVALID_ARGUMENT for a stale id, for an obstacle
+ * that is no body, and before the start. */
 TULLE_API tulle_status tulle_obstacle_get_transform(const tulle_world *world, tulle_obstacle_id id,
                                                     tulle_transform *transform, tulle_error *error);
-/* Changes the body's velocities at once by an impulse [N s] at `point` [m] of the world. Only while
- * it is present and free; errors as above, and for numbers that are not finite. */
+/* Changes the velocities of a body at once by `impulse` [N s] at `point` [m] of the world. The body
+ * must be present and free. Errors as of tulle_obstacle_get_transform, and for numbers that are not
+ * finite. */
 TULLE_API tulle_status tulle_obstacle_add_impulse(tulle_world *world, tulle_obstacle_id id,
                                                   const double point[3], const double impulse[3],
                                                   tulle_error *error);
-/* What contact gave a body in the last substep of the last accepted step: the sum of the impulses
- * [N s] of its contacts, as tulle_world_get_contacts has them, and of their moments [N m s] about
- * its centre of mass. Divided by the step they are the mean force and torque. Without what rebounds
- * (restitution) add. Zero while nothing touches it or it follows its script; while it sleeps those
- * of the step in which it fell asleep. Errors as above. */
+/* What contact gave a body in the last substep of the last accepted step: `impulse` [N s] is the
+ * sum over its contacts, `angular_impulse` [N m s] the sum of their moments about its centre of
+ * mass. Divided by the substep they are the mean force and torque. What rebounds add (restitution)
+ * is left out. Both are zero while nothing touches the body and while it follows its script. Those
+ * of a sleeping body are from the step in which it fell asleep. Errors as of
+ * tulle_obstacle_get_transform. */
 TULLE_API tulle_status tulle_obstacle_get_contact_impulse(const tulle_world *world,
                                                           tulle_obstacle_id id, double impulse[3],
                                                           double angular_impulse[3],
                                                           tulle_error *error);
 /* 1 while a body sleeps. */
 TULLE_API int tulle_obstacle_is_asleep(const tulle_world *world, tulle_obstacle_id id);
-/* Wakes a body and those that fell asleep with it; one that is awake is slow from now on. Errors as
- * above. */
+/* Wakes a body and those that fell asleep with it. The time that a body must be slow before it
+ * sleeps begins anew. Errors as of tulle_obstacle_get_transform. */
 TULLE_API tulle_status tulle_obstacle_wake(tulle_world *world, tulle_obstacle_id id,
                                            tulle_error *error);
-/* 1 while the obstacle is in the scene. */
-TULLE_API int tulle_obstacle_is_present(const tulle_world *world, tulle_obstacle_id id);
 
+/* ---- contacts and patches ---- */
+
+/* Which features a contact holds apart. */
 typedef enum tulle_contact_kind {
     TULLE_CONTACT_VERTEX_FACE, /* vertices: the vertex, then the corners of the face */
     TULLE_CONTACT_EDGE_EDGE    /* vertices: ends of the first edge, then of the second */
 } tulle_contact_kind;
+/* What friction does at a contact. */
 typedef enum tulle_contact_state {
-    TULLE_CONTACT_OPEN,  /* carries no load */
-    TULLE_CONTACT_STICK, /* held by friction */
-    TULLE_CONTACT_SLIP   /* loaded, at the limit of friction */
+    TULLE_CONTACT_OPEN,  /* the contact carries no load */
+    TULLE_CONTACT_STICK, /* friction holds it */
+    TULLE_CONTACT_SLIP   /* it is loaded and slides */
 } tulle_contact_state;
 
-/* A contact of the last accepted step: a pair of features that the step's solve held apart. Place,
- * normal, weights and gap are those of the closest points at the end of the step. */
+/* A contact of the last accepted step: a pair of features that the solve of the step held apart.
+ * Place, normal, weights and gap are those of the closest points at the end of the step. An object
+ * is the index of a cloth, or the number of cloths plus the index of an obstacle. */
 typedef struct tulle_contact {
-    uint32_t object_a, object_b; /* cloth index, or cloth count + obstacle index; of the first and
-                                    of the second feature; the same in contacts with oneself */
-    uint32_t vertices[4];        /* each within its own object */
-    tulle_contact_kind kind;
-    tulle_contact_state state;
-    int is_new;         /* 1: was no contact in the step before; `state` holds all the same */
-    int is_hard;        /* 1: part of the matrix of the solve, as nearly all that carry load */
-    double weights[4];  /* position on a minus position on b = sum of weights[i] * vertex i: those
-                           of a add up to 1, those of b to -1 */
+    uint32_t object_a;         /* object of the first feature */
+    uint32_t object_b;         /* object of the second feature; may be the first one again */
+    uint32_t vertices[4];      /* each within its own object */
+    tulle_contact_kind kind;   /* vertex and face, or edge and edge */
+    tulle_contact_state state; /* open, stick or slip */
+    int is_new;  /* 1: was no contact in the step before; `state` holds all the same */
+    int is_hard; /* 1: part of the matrix of the solve, as nearly all with a load */
+    /* position on a minus position on b = sum of weights[i] * vertex i; those of a add up to 1,
+     * those of b to -1 */
+    double weights[4];
     double position[3]; /* [m] middle between the two closest points */
     double normal[3];   /* unit, from b to a */
     double gap;         /* [m] distance of the closest points */
     double impulse[3];  /* [N s] on a, over the last substep; the opposite acts on b */
 } tulle_contact;
 
-/* Contacts of the last accepted step, those of impacts included: the rows of its last substep, as
- * counted by tulle_step_report.contacts. A pair may be there twice, from the solve and from an
- * impact. Valid until the next step or load, even one that fails. None before the first step and
- * after tulle_world_load_state, until a step is made. The array is made on the first call after a
- * step; the state hash does not depend on it. Errors: INVALID_ARGUMENT (null), OUT_OF_MEMORY. */
+/* Gives the contacts of the last accepted step, those of impacts included: `*count` of them, as
+ * tulle_step_report counts them. A pair may be there twice, from the solve and from an impact. They
+ * are owned by the world, until its next step or load, even one that fails. There are none before
+ * the first step, nor after tulle_world_load_state until the next step. The first call after a step
+ * makes the array; the state hash does not depend on it. Errors: TULLE_ERROR_INVALID_ARGUMENT
+ * (null), TULLE_ERROR_OUT_OF_MEMORY. */
 TULLE_API tulle_status tulle_world_get_contacts(tulle_world *world, const tulle_contact **contacts,
                                                 size_t *count, tulle_error *error);
 
+/* Which patches to give. A zeroed struct asks for those of the shape as it is. */
 typedef struct tulle_patch_options {
     double time_step; /* [s] length of the coming step, 0 .. 1; 0: patches of the shape as it is */
     double max_angle; /* [rad] alpha_max, > 0 and < pi/2; 0: pi/3 */
-    int is_in_use;    /* 1: the patches that the last step used, whatever the other options: none
-                         before the first step and for methods without patches */
+    /* 1: the patches that the last step used, whatever the other options say; none before the first
+     * step and for methods without patches */
+    int is_in_use;
 } tulle_patch_options;
-/* Patches of a cloth: edge-connected triangles whose normals all stay within max_angle of one axis
- * while every vertex moves on by time_step with its velocity of now: the (zeta, alpha, I)-surfaces
- * of Wong & Baciu 2005, 3.1 to 3.3. They explain what a detection by patches skips, that is pairs
- * within one patch. They are found by their cones alone; a step uses those of them for which it
- * finds a certificate (is_in_use).
- * labels: one for each triangle, 1 .. *patch_count, or 0 for an isolated triangle, whose own normal
- * turns too far. The world must have started; it does not change. Errors: INVALID_ARGUMENT (stale
- * id, not started, options), OUT_OF_MEMORY. */
+/* Finds the patches of a cloth: triangles connected over edges whose normals all stay within
+ * max_angle of one axis while every vertex moves on by time_step with its present velocity. They
+ * explain what detection by patches skips: the pairs within one patch. Only cones are tested here;
+ * a step uses those patches for which it finds a certificate (is_in_use).
+ *
+ * `labels` gets a number for each triangle: 1 .. `*patch_count`, or 0 for an isolated triangle,
+ * whose own normal turns too far. The world must have started; it does not change. Errors:
+ * TULLE_ERROR_INVALID_ARGUMENT (a stale id, not started, options), TULLE_ERROR_OUT_OF_MEMORY.
+ *
+ * Based on: Wong & Baciu 2005, 3.1 to 3.3, the (zeta, alpha, I)-surfaces. */
 TULLE_API tulle_status tulle_cloth_get_patches(tulle_world *world, tulle_cloth_id id,
                                                const tulle_patch_options *options, uint32_t *labels,
                                                size_t *patch_count, tulle_error *error);
 
-/* Hash of everything that decides the future: positions, velocities, contacts with impulses, time,
- * motion state. */
+/* ---- saving and loading ---- */
+
+/* Hash of everything that decides the future: positions, velocities, contacts with their impulses,
+ * time, state of motions. Equal states have equal hashes on every machine. */
 TULLE_API uint64_t tulle_world_get_state_hash(const tulle_world *world);
 
-/* The state as one block of bytes, to be loaded into a world built from the same defs (checked).
- * Free with the release function or tulle_world_free_state. */
+/* Gives the state as one block: `*bytes`, of `*byte_count` bytes, made by the world's allocator.
+ * Free it with tulle_world_free_state. Errors: TULLE_ERROR_INVALID_ARGUMENT (not started),
+ * TULLE_ERROR_OUT_OF_MEMORY. */
 TULLE_API tulle_status tulle_world_save_state(const tulle_world *world, void **bytes,
                                               size_t *byte_count, tulle_error *error);
+/* Frees `bytes`, a block of `byte_count` bytes from tulle_world_save_state of the same world. Null
+ * is fine. */
 TULLE_API void tulle_world_free_state(const tulle_world *world, void *bytes, size_t byte_count);
-/* Takes the place of the first state of a world that has not started, which then is not judged. */
+/* Puts a saved state in place: `bytes`, `byte_count` of them. The world must have been made from
+ * the same defs (this is checked). In a world that has not started it takes the place of the start,
+ * which then is not judged. Errors: TULLE_ERROR_INVALID_ARGUMENT (another world), TULLE_ERROR_PARSE
+ * (bytes cut short or changed), TULLE_ERROR_OUT_OF_MEMORY. */
 TULLE_API tulle_status tulle_world_load_state(tulle_world *world, const void *bytes,
                                               size_t byte_count, tulle_error *error);
 
