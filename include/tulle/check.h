@@ -1,5 +1,6 @@
-/* tulle/check.h - the judge: which pairs of triangles intersect, decided by exact arithmetic on the
- * given doubles. Shares no code with collision detection or response. */
+/* tulle/check.h - the judge: which pairs of triangles intersect. It decides by exact arithmetic on
+ * the doubles that it is given, without a tolerance. It shares no code with collision detection or
+ * response. docs/method/judge.md tells how. */
 #ifndef TULLE_CHECK_H
 #define TULLE_CHECK_H
 
@@ -9,43 +10,52 @@
 extern "C" {
 #endif
 
-/* One body of a frame. Pairs of triangles are judged within and between bodies, except where both
- * bodies are obstacles (obstacles may intersect themselves and one another). */
+/* One body of a frame. Pairs of triangles are judged within a body and between bodies. Pairs of
+ * obstacles are left out: obstacles may intersect themselves and one another. */
 typedef struct tulle_check_body {
-    tulle_mesh_view mesh;
-    int is_obstacle; /* 0: cloth */
+    tulle_mesh_view mesh; /* borrowed for the call */
+    int is_obstacle;      /* 0: cloth */
 } tulle_check_body;
 
-/* One intersecting pair: triangle `triangle_a` of body `body_a` and `triangle_b` of `body_b`;
- * body_a <= body_b, and triangle_a < triangle_b where the bodies are equal. */
+/* A pair of triangles that intersects. body_a <= body_b; where the bodies are equal, triangle_a <
+ * triangle_b. */
 typedef struct tulle_check_pair {
-    uint32_t body_a, triangle_a, body_b, triangle_b;
+    uint32_t body_a;     /* body of the first triangle */
+    uint32_t triangle_a; /* the first triangle, in its body */
+    uint32_t body_b;     /* body of the second triangle */
+    uint32_t triangle_b; /* the second triangle, in its body */
 } tulle_check_pair;
 
+/* The verdict on a frame. */
 typedef struct tulle_check_result {
-    tulle_check_pair *pairs;  /* sorted by (body_a, triangle_a, body_b, triangle_b); release with
-                                 tulle_check_result_destroy */
-    size_t pair_count;        /* intersecting pairs, all of them */
-    size_t tested_pair_count; /* pairs of triangles whose boxes overlapped */
-    size_t exact_count;       /* predicates that the floating-point filter could not decide */
+    /* sorted by body_a, triangle_a, body_b, triangle_b; release with tulle_check_result_destroy */
+    tulle_check_pair *pairs;
+    size_t pair_count;        /* all intersecting pairs */
+    size_t tested_pair_count; /* pairs of triangles whose boxes overlap */
+    size_t exact_count;       /* signs that floating point could not decide */
 } tulle_check_result;
 
-/* Finds every intersecting pair. Two triangles without a shared vertex index intersect when they
- * have a point in common (touching counts). Triangles of one body that share vertices by index
- * intersect when they have a common point outside the shared vertex or edge (so neighbours folded
- * flat onto each other count). Degenerate triangles are judged as the segment or point that they
- * are. Indices must be in range and coordinates finite (TULLE_ERROR_INVALID_MESH). threads: 1 ..
- * 256, 0 for one per processor. The result does not depend on it. More than 2^26 intersecting pairs
- * are refused (TULLE_ERROR_LIMIT). On failure the result is empty. */
+/* Finds every intersecting pair of triangles in `bodies`, `body_count` of them.
+ *
+ * Two triangles that share no vertex number intersect when they have a point in common; touching
+ * counts. Two triangles of one body that share vertices by number intersect when they have a common
+ * point outside the shared vertex or edge, so neighbours folded flat onto each other count. A
+ * triangle without area is judged as the segment or the point that it is.
+ *
+ * `threads`: 1 .. 256, 0 for one per processor; the result does not depend on it. After an error
+ * the result is empty. Errors: TULLE_ERROR_INVALID_MESH (an index out of range, a coordinate that
+ * is not finite), TULLE_ERROR_LIMIT (over 2^26 intersecting pairs), TULLE_ERROR_INVALID_ARGUMENT,
+ * TULLE_ERROR_OUT_OF_MEMORY. */
 TULLE_API tulle_status tulle_check_intersections(const tulle_check_body *bodies, size_t body_count,
                                                  int threads, tulle_check_result *result,
                                                  tulle_error *error);
+/* Releases the pairs and zeroes the struct. Null is fine. */
 TULLE_API void tulle_check_result_destroy(tulle_check_result *result);
 
-/* Whether two triangles intersect, by the same rules; makes no heap call. `first` and `second` are
- * the vertex numbers of their corners, positions [m] hold 3 coordinates a vertex. is_one_body:
- * equal numbers are a shared vertex; 0: they mean nothing. Triangles with a coordinate that is not
- * finite count as intersecting. */
+/* 1 if two triangles intersect by the rules of tulle_check_intersections; makes no heap call.
+ * `first` and `second` are the vertex numbers of their corners; `positions` [m] holds 3 coordinates
+ * for each vertex. `is_one_body` 1: equal numbers are a shared vertex; 0: they mean nothing. A
+ * triangle with a coordinate that is not finite counts as intersecting. */
 TULLE_API int tulle_check_triangle_pair(const double *positions, const uint32_t first[3],
                                         const uint32_t second[3], int is_one_body);
 
