@@ -1,7 +1,8 @@
-/* tulle/io.h - mesh and point-cache files. Every writer writes a temporary name beside the target,
- * then renames: a file appears whole or not at all. Readers name file, line (text) or byte offset
- * (binary) in their errors and have limits on what they allocate: never more than a small multiple
- * of the file's size. */
+/* tulle/io.h - mesh and point-cache files. docs/guide/formats.md describes the formats.
+ *
+ * A writer writes to a temporary name beside the target, then renames it: a file appears whole or
+ * not at all. A reader names the file and the line, or the byte of a binary file, in its errors. It
+ * never allocates more than a small multiple of the file's size. */
 #ifndef TULLE_IO_H
 #define TULLE_IO_H
 
@@ -12,56 +13,70 @@
 extern "C" {
 #endif
 
-/* Reads a triangle mesh; the format follows from the contents and the extension (.obj, .ply, .stl).
- * Polygons are triangulated as fans (convexity is not checked). STL corners with the same
- * coordinates become one vertex. Errors: TULLE_ERROR_IO, TULLE_ERROR_PARSE,
- * TULLE_ERROR_OUT_OF_MEMORY, TULLE_ERROR_LIMIT. */
+/* Reads the triangle mesh in the file `path`; release it with tulle_mesh_destroy. The format
+ * follows from the contents and the extension (.obj, .ply, .stl). Polygons become fans of
+ * triangles, convex or not. STL corners with the same coordinates become one vertex. Errors:
+ * TULLE_ERROR_IO, TULLE_ERROR_PARSE, TULLE_ERROR_OUT_OF_MEMORY, TULLE_ERROR_LIMIT. */
 TULLE_API tulle_status tulle_mesh_read(const char *path, tulle_mesh *mesh, tulle_error *error);
 
-/* Writes OBJ, PLY (binary little endian, double) or STL (binary) by extension. OBJ keeps 17
- * significant digits. */
+/* Writes a mesh to the file `path`, as OBJ, PLY or STL by its extension. OBJ has 17 significant
+ * digits, PLY is binary, little endian, in doubles, STL is binary. Errors: TULLE_ERROR_IO,
+ * TULLE_ERROR_DISK_FULL, TULLE_ERROR_INVALID_ARGUMENT (another extension),
+ * TULLE_ERROR_OUT_OF_MEMORY. */
 TULLE_API tulle_status tulle_mesh_write(const char *path, tulle_mesh_view mesh, tulle_error *error);
 
-/* A PC2 point cache (float32, as Blender's Mesh Cache modifier reads it), opened for reading. */
+/* A PC2 point cache that is read: floats, as Blender's Mesh Cache modifier reads it. Made by
+ * tulle_pc2_open, released by tulle_pc2_close. */
 typedef struct tulle_pc2 tulle_pc2;
+/* What the header of a PC2 file says. */
 typedef struct tulle_pc2_info {
-    uint32_t vertex_count, frame_count;
-    double start_frame, frame_step; /* as the header says, in frames */
+    uint32_t vertex_count; /* vertices of each frame */
+    uint32_t frame_count;  /* frames in the file */
+    double start_frame;    /* number of the first frame */
+    double frame_step;     /* frames from one to the next */
 } tulle_pc2_info;
+/* Opens the PC2 file `path`, makes `*cache`, which is null after an error, and fills `info`.
+ * Errors: TULLE_ERROR_IO, TULLE_ERROR_PARSE, TULLE_ERROR_OUT_OF_MEMORY. */
 TULLE_API tulle_status tulle_pc2_open(const char *path, tulle_pc2 **cache, tulle_pc2_info *info,
                                       tulle_error *error);
-/* Reads frame `frame` (0 based) into positions, 3 * vertex_count doubles [m]. */
+/* Reads frame number `frame`, from 0, into `positions`, 3 * vertex_count doubles [m]. */
 TULLE_API tulle_status tulle_pc2_read_frame(tulle_pc2 *cache, uint32_t frame, double *positions,
                                             tulle_error *error);
+/* Releases a cache. Null is fine. */
 TULLE_API void tulle_pc2_close(tulle_pc2 *cache);
 
-/* A PC2 file being written frame by frame. Each append leaves the file valid: data first, then
- * flushed to disk, then the frame count in the header. Opening with `resume_frame_count` > 0 keeps
- * that many frames of an existing file and drops the rest; 0 starts a new file. Doubles are rounded
- * to float here, to nearest. */
+/* A PC2 file being written. Made by tulle_pc2_writer_open, released by tulle_pc2_writer_close. */
 typedef struct tulle_pc2_writer tulle_pc2_writer;
+/* Opens the PC2 file `path` for frames of `vertex_count` vertices and makes `*writer`, which is
+ * null after an error. `resume_frame_count` > 0 keeps that many frames of an existing file and
+ * drops the rest; 0 starts a new file. Errors: TULLE_ERROR_IO, TULLE_ERROR_DISK_FULL,
+ * TULLE_ERROR_PARSE, TULLE_ERROR_OUT_OF_MEMORY. */
 TULLE_API tulle_status tulle_pc2_writer_open(const char *path, uint32_t vertex_count,
                                              uint32_t resume_frame_count, tulle_pc2_writer **writer,
                                              tulle_error *error);
+/* Appends a frame: `positions`, 3 * vertex_count doubles [m], rounded to the nearest floats. The
+ * file is valid after each append: data is written first and flushed to disk, then the frame count
+ * in the header. */
 TULLE_API tulle_status tulle_pc2_writer_append(tulle_pc2_writer *writer, const double *positions,
                                                tulle_error *error);
-/* Appends from now on leave flushing to disk to tulle_pc2_writer_close: faster, and a power failure
- * may lose frames; a killed process loses none. */
+/* Leaves flushing to disk to tulle_pc2_writer_close, for all appends that follow. This is faster. A
+ * power failure may then lose frames; a killed process loses none. */
 TULLE_API void tulle_pc2_writer_defer_flush(tulle_pc2_writer *writer);
+/* Flushes the file to disk and releases the writer, also when that fails. */
 TULLE_API tulle_status tulle_pc2_writer_close(tulle_pc2_writer *writer, tulle_error *error);
 
-/* Writes one VTK XML PolyData file (.vtp, base64 binary, float64 points) with optional point data
- * `velocities` [m/s] (may be null). */
+/* Writes a mesh to the VTK XML PolyData file `path` (.vtp; float64 points in base64), with the
+ * point data `velocities` [m/s], 3 for each vertex, or null. Errors as of tulle_mesh_write. */
 TULLE_API tulle_status tulle_vtp_write(const char *path, tulle_mesh_view mesh,
                                        const double *velocities, tulle_error *error);
 
-/* Writes a ParaView collection (.pvd) naming `count` files at the given times [s]; paths relative
- * to the collection. */
+/* Writes the ParaView collection `path` (.pvd), which names `count` `files` at their `times` [s].
+ * Paths are relative to the collection. Errors as of tulle_mesh_write. */
 TULLE_API tulle_status tulle_pvd_write(const char *path, const char *const *files,
                                        const double *times, size_t count, tulle_error *error);
 
-/* Replaces the file `path` with `byte_count` bytes, whole or not at all (temporary name, fsync,
- * rename). */
+/* Replaces the file `path` with `byte_count` bytes from `bytes`, whole or not at all: it writes to
+ * a temporary name, flushes to disk, and renames. Errors: TULLE_ERROR_IO, TULLE_ERROR_DISK_FULL. */
 TULLE_API tulle_status tulle_file_write(const char *path, const void *bytes, size_t byte_count,
                                         tulle_error *error);
 

@@ -11,14 +11,15 @@ extern "C" {
 /* A triangle mesh that owns its arrays. Release with tulle_mesh_destroy. A zeroed struct is an
  * empty mesh. */
 typedef struct tulle_mesh {
-    double *positions; /* [m], 3 * vertex_count */
-    size_t vertex_count;
-    uint32_t *triangles; /* 3 * triangle_count */
-    size_t triangle_count;
+    double *positions;     /* [m], 3 * vertex_count */
+    size_t vertex_count;   /* number of vertices */
+    uint32_t *triangles;   /* 3 * triangle_count vertex indices, counterclockwise from outside */
+    size_t triangle_count; /* number of triangles */
 } tulle_mesh;
 
-/* Makes a mesh with uninitialised arrays of the given sizes. Limit: 2^31 - 1 each
- * (TULLE_ERROR_LIMIT). */
+/* Makes a mesh with room for `vertex_count` vertices and `triangle_count` triangles; the arrays are
+ * not initialised. Errors: TULLE_ERROR_LIMIT (over 2^31 - 1 of either), TULLE_ERROR_OUT_OF_MEMORY.
+ */
 TULLE_API tulle_status tulle_mesh_create(size_t vertex_count, size_t triangle_count,
                                          tulle_mesh *mesh, tulle_error *error);
 /* Releases the arrays and zeroes the struct. Null and empty meshes are fine. */
@@ -26,47 +27,57 @@ TULLE_API void tulle_mesh_destroy(tulle_mesh *mesh);
 /* The mesh as a borrowed view. */
 TULLE_API tulle_mesh_view tulle_mesh_get_view(const tulle_mesh *mesh);
 
-/* Applies x -> translation + R * (scale * x), R from unit quaternion rotation (w, x, y, z). scale:
- * per axis, > 0. */
+/* Moves every vertex x to translation + R (scale * x). `scale`: a factor > 0 for each axis;
+ * `rotation`: R as a unit quaternion w, x, y, z; `translation`: [m]. */
 TULLE_API void tulle_mesh_transform(tulle_mesh *mesh, const double scale[3],
                                     const double rotation[4], const double translation[3]);
 
-/* What a mesh is to be used for: cloth must be an oriented 2-manifold (with or without boundary,
- * any number of pieces); an obstacle may be any set of non-degenerate triangles. */
-typedef enum tulle_mesh_role { TULLE_MESH_ROLE_CLOTH, TULLE_MESH_ROLE_OBSTACLE } tulle_mesh_role;
+/* What a mesh is used for. */
+typedef enum tulle_mesh_role {
+    /* an oriented 2-manifold, with or without boundary, in any number of pieces */
+    TULLE_MESH_ROLE_CLOTH,
+    TULLE_MESH_ROLE_OBSTACLE /* any set of triangles that have an area */
+} tulle_mesh_role;
 
-/* Refuses meshes that cannot be simulated, naming the first offender (index, coordinates) and how
- * many there are: no triangles, NaN or infinite coordinates, indices out of range, a triangle that
- * uses a vertex twice, zero-area or needle-thin triangles (height under 1e-9 of the longest edge),
- * duplicate triangles, and for cloth: edges with more than two triangles, neighbours with opposite
- * orientation, vertices whose triangles do not form one fan, unreferenced vertices. Errors:
- * TULLE_ERROR_INVALID_MESH, TULLE_ERROR_OUT_OF_MEMORY. */
+/* Refuses a mesh that cannot be simulated. The message names the first offender, with its index and
+ * coordinates, and how many there are. Refused are: no triangles, NaN or infinite coordinates,
+ * indices out of range, a triangle that uses a vertex twice, zero-area or needle-thin triangles
+ * (height under 1e-9 of the longest edge), duplicate triangles, and for cloth: edges with more than
+ * two triangles, neighbours with opposite orientation, vertices whose triangles do not form one
+ * fan, unreferenced vertices. Errors: TULLE_ERROR_INVALID_MESH, TULLE_ERROR_OUT_OF_MEMORY. */
 TULLE_API tulle_status tulle_mesh_validate(tulle_mesh_view mesh, tulle_mesh_role role,
                                            tulle_error *error);
 
 /* Counts and quality of a mesh, for reports. Needs valid indices; otherwise any triangle soup. */
 typedef struct tulle_mesh_info {
-    size_t vertex_count, triangle_count, edge_count;
-    size_t boundary_edge_count;    /* edges with one triangle */
-    size_t boundary_loop_count;    /* closed loops of boundary edges */
-    size_t nonmanifold_edge_count; /* edges with three or more triangles */
-    size_t unreferenced_vertex_count;
-    size_t degenerate_triangle_count;    /* repeated vertex or zero area */
-    size_t component_count;              /* edge-connected pieces, of triangles */
-    long euler_characteristic;           /* V - E + F over referenced vertices */
-    double bounds_min[3], bounds_max[3]; /* [m] */
-    double area;                         /* [m^2] */
-    double edge_length_min, edge_length_mean, edge_length_max; /* [m] */
-    double angle_min;                                          /* [rad] smallest corner angle */
+    size_t vertex_count;              /* number of vertices */
+    size_t triangle_count;            /* number of triangles */
+    size_t edge_count;                /* number of edges */
+    size_t boundary_edge_count;       /* edges with one triangle */
+    size_t boundary_loop_count;       /* closed loops of boundary edges */
+    size_t nonmanifold_edge_count;    /* edges with three or more triangles */
+    size_t unreferenced_vertex_count; /* vertices without a triangle */
+    size_t degenerate_triangle_count; /* repeated vertex or zero area */
+    size_t component_count;           /* edge-connected pieces, of triangles */
+    long euler_characteristic;        /* V - E + F over referenced vertices */
+    double bounds_min[3];             /* [m] lowest corner */
+    double bounds_max[3];             /* [m] highest corner */
+    double area;                      /* [m^2] */
+    double edge_length_min;           /* [m] shortest edge */
+    double edge_length_mean;          /* [m] mean over all edges */
+    double edge_length_max;           /* [m] longest edge */
+    double angle_min;                 /* [rad] smallest corner angle */
 } tulle_mesh_info;
+/* Measures a mesh. Errors: TULLE_ERROR_INVALID_MESH (an index out of range),
+ * TULLE_ERROR_OUT_OF_MEMORY. */
 TULLE_API tulle_status tulle_mesh_get_info(tulle_mesh_view mesh, tulle_mesh_info *info,
                                            tulle_error *error);
 
-/* Loop subdivision: what is smoothed how. Make with tulle_subdivision_def_default, then change
- * fields. */
+/* Settings of a Loop subdivision. Made by tulle_subdivision_def_default. docs/method/subdivision.md
+ * tells the rules. */
 typedef struct tulle_subdivision_def {
-    uint32_t cookie;
-    int levels; /* 1 .. TULLE_SUBDIVISION_LEVELS_MAX; each makes four triangles of one */
+    uint32_t cookie; /* set by tulle_subdivision_def_default, checked on use */
+    int levels;      /* 1 .. TULLE_SUBDIVISION_LEVELS_MAX; each makes four triangles of one */
     /* [rad] > 0: edges whose two triangles' normals differ by more are creases, which stay sharp;
      * default INFINITY: only the edges below */
     double crease_angle;
@@ -75,15 +86,17 @@ typedef struct tulle_subdivision_def {
      * INFINITY: borders are rounded everywhere */
     double corner_angle;
     const uint32_t *crease_edges; /* further creases: 2 * crease_edge_count vertices of the mesh */
-    size_t crease_edge_count;
+    size_t crease_edge_count;     /* length of `crease_edges` in edges */
     int is_limit; /* not 0 (default): resulting vertices lie on the limit surface; 0: they are the
                      vertices of the last control mesh, a little outside of it */
 } tulle_subdivision_def;
 
+/* Most levels of a subdivision. */
 #define TULLE_SUBDIVISION_LEVELS_MAX 6
 /* Most triangles of a result; making its operator takes some 2.5 GB. */
 #define TULLE_SUBDIVISION_TRIANGLES_MAX (1 << 24)
 
+/* Two levels, no creases by angle, corners from 75 degrees on, vertices on the limit surface. */
 TULLE_API tulle_subdivision_def tulle_subdivision_def_default(void);
 
 /* Turns values at the vertices of one mesh into values at the vertices of the subdivided mesh.
@@ -106,10 +119,13 @@ TULLE_API tulle_status tulle_subdivision_create(tulle_mesh_view mesh,
                                                 tulle_error *error);
 TULLE_API void tulle_subdivision_destroy(tulle_subdivision *subdivision); /* null is fine */
 
-/* Of the result. Triangles: 3 * triangle_count, oriented as those of the mesh, owned by the
- * operator. The vertices of the mesh come first, under their own numbers. */
+/* Number of vertices of the result. The vertices of the mesh come first, under their own numbers.
+ */
 TULLE_API size_t tulle_subdivision_get_vertex_count(const tulle_subdivision *subdivision);
+/* Number of triangles of the result. */
 TULLE_API size_t tulle_subdivision_get_triangle_count(const tulle_subdivision *subdivision);
+/* Triangles of the result: 3 * triangle_count vertex indices, oriented as those of the mesh; owned
+ * by the operator. */
 TULLE_API const uint32_t *tulle_subdivision_get_triangles(const tulle_subdivision *subdivision);
 /* The triangle of the mesh that a triangle of the result is a part of. */
 TULLE_API uint32_t tulle_subdivision_get_parent_triangle(const tulle_subdivision *subdivision,
