@@ -4,7 +4,7 @@
  * Theorem. If for all t in [0, 1] every triangle of the disc has zeta . n(t) > 0 and the projection
  * of its boundary along zeta is a simple closed curve, the projection of the disc is injective for
  * all t; so no two of its features touch. The state at t = 0 need not be known to be free of
- * intersections. Proof: docs/method/update_patches.md.
+ * intersections. Proof: docs/method/certificate.md.
  *
  * All signs carry bounds, rounded outward, and hold for every displacement of vertices up to
  * `reach`. */
