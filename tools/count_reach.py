@@ -6,7 +6,7 @@ usage: count_reach.py [ROOT] [--from FUNCTION] [--rooms] [--once FOLDER] [--path
 
 A function reaches every function whose name stands in its body, as a call or as a callback. A static name means the
 function of the same file; any other name means the one that is visible in all files. A macro reaches what its text
-names. Members (a.name, a->name, .name = ...) and names in comments and texts do not count. Depth is the least number of
+names, and so does a table of functions; its own name is that of the variable. Members (a.name, a->name, .name = ...) and names in comments and texts do not count. Depth is the least number of
 calls that lead to a function, so the depth of the whole is that of the function that lies farthest away.
 
   --from FUNCTION   where to start (default: tulle_world_step)
@@ -29,12 +29,14 @@ LIMITS = {"functions": 900, "depth": 14}
 WORD = re.compile(r"(?<![\w.])(?<!->)[A-Za-z_]\w*")
 MACRO = re.compile(r"^[ \t]*#[ \t]*define[ \t]+([A-Za-z_]\w*)((?:\\\n|[^\n])*)", re.M)
 
+TABLE = re.compile(r"([A-Za-z_]\w*)\s*(?:\[[^\]]*\]\s*)*=\s*$|\(\s*\*\s*(?:const\s+)?([A-Za-z_]\w*)[^()]*\)\s*\([^()]*\)\s*=\s*$")
+
 Function = collections.namedtuple("Function", "path name is_static line_count words")
 
 
 def read_functions(root):
-    """All functions below src/, and the words that each macro names."""
-    functions, macros = [], collections.defaultdict(set)
+    """All functions below src/, the variables with a value in braces, and the words that each macro names."""
+    functions, tables, macros = [], [], collections.defaultdict(set)
     for folder, _, names in sorted(os.walk(os.path.join(root, "src"))):
         for name in sorted(names):
             if not name.endswith((".c", ".h")):
@@ -47,11 +49,13 @@ def read_functions(root):
                 macros[match.group(1)].update(WORD.findall(match.group(2)))
             code = check_sizes.TOKEN.sub(check_sizes.blank, text)
             for head, opened, closed in check_sizes.split_top_level(code):
-                parsed = check_sizes.parse_head(code[head:opened])
-                if parsed:
-                    functions.append(Function(path, parsed[0], bool(re.search(r"\bstatic\b", code[head:opened])),
-                                              code.count("\n", opened, closed) + 1, frozenset(WORD.findall(code[opened:closed]))))
-    return functions, macros
+                parsed, table = check_sizes.parse_head(code[head:opened]), TABLE.search(code[head:opened])
+                if parsed or table:
+                    name = parsed[0] if parsed else table.group(1) or table.group(2)
+                    (functions if parsed else tables).append(
+                        Function(path, name, bool(re.search(r"\bstatic\b", code[head:opened])),
+                                 code.count("\n", opened, closed) + 1, frozenset(WORD.findall(code[opened:closed]))))
+    return functions, tables, macros
 
 
 def widen(words, macros):
@@ -65,19 +69,28 @@ def widen(words, macros):
     return seen
 
 
-def find_callees(functions, macros):
-    """For each function the functions that it names."""
-    by_name = collections.defaultdict(list)
-    for function in functions:
-        by_name[function.name].append(function)
+def find_callees(functions, tables, macros):
+    """For each function the functions that it names, itself or by a table."""
+    by_name, is_table = collections.defaultdict(list), set(tables)
+    for entry in functions + tables:
+        by_name[entry.name].append(entry)
+    named = {}
+    for entry in functions + tables:
+        named[entry] = []
+        for word in sorted(widen(entry.words, macros)):
+            candidates = by_name.get(word, ())
+            own = [f for f in candidates if f.path == entry.path]
+            named[entry] += own or [f for f in candidates if not f.is_static or f.path.endswith(".h")]
     callees = {}
     for function in functions:
-        named = []
-        for word in sorted(widen(function.words, macros)):
-            candidates = by_name.get(word, ())
-            own = [f for f in candidates if f.path == function.path]
-            named += own or [f for f in candidates if not f.is_static or f.path.endswith(".h")]
-        callees[function] = [f for f in named if f != function]
+        seen = dict.fromkeys(named[function])
+        waiting = [entry for entry in seen if entry in is_table]
+        while waiting:
+            for entry in named[waiting.pop()]:
+                if entry not in seen and entry in is_table:
+                    waiting.append(entry)
+                seen.setdefault(entry)
+        callees[function] = [f for f in seen if f != function and f not in is_table]
     return callees
 
 
@@ -128,8 +141,10 @@ SELF_TEST = {
 #define EACH(list) walk(list)
 static void once(int x) { x++; }
 static int (*const table[])(int) = {unreached};
-void tulle_world_step(void) { once(1); b.member(); c->member(); run(callback); EACH(3); "quoted()"; }
+static const struct doings doings = {.does = listed, .other[0] = 1};
+void tulle_world_step(void) { doings.does(); once(1); b.member(); c->member(); run(callback); EACH(3); "quoted()"; }
 static void callback(void) { deep(); }
+static void listed(void) { }
 """,
     "src/world/b.c": """
 static void once(int x) { wrong(); }
@@ -154,6 +169,7 @@ def self_test():
         reached = find_reached(find_callees(*read_functions(root)), "tulle_world_step")
     found = {(f.name, f.path, depth) for f, (depth, _) in reached.items()}
     expected = {("tulle_world_step", "src/world/a.c", 0), ("once", "src/world/a.c", 1), ("callback", "src/world/a.c", 1),
+                ("listed", "src/world/a.c", 1),
                 ("walk", "src/world/b.c", 1), ("deep", "src/world/b.c", 2), ("deeper", "src/base/c.h", 3)}
     if found != expected:
         print(f"self-test: found {sorted(found)}, expected {sorted(expected)}")

@@ -77,11 +77,11 @@ typedef struct contact_times {
 /* How a vertex took part in contact by the paper's response, kept from step to step. */
 typedef enum particle_state { PARTICLE_FREE, PARTICLE_SLIDES, PARTICLE_STICKS } particle_state;
 
-/* The paper's response (respond_by_paper.h). */
+/* What the paper's response reads and writes (paper/paper_response.c). */
 typedef struct paper_rules {
     tulle_motion_space motion_space;
-    const uint8_t *before; /* particle_state of each cloth vertex at the start of the step */
-    uint8_t *after;        /* the same at its end, filled by the response */
+    uint8_t *before; /* particle_state of each cloth vertex at the start of the step */
+    uint8_t *after;  /* the same at its end, filled by the response */
 } paper_rules;
 
 /* A rigid body in one (sub)step. It has two slots among the vertices, right after those of cloths:
@@ -102,6 +102,8 @@ typedef struct contact_body {
     vec3 fall;           /* [m/s] its mean velocity less V while nothing holds it */
     vec3 lift;           /* [m/s] the same in this step: `fall`, or zero where a row holds it */
 } contact_body;
+
+typedef struct contact_response contact_response;
 
 /* Everything about one (sub)step that contact reads. Borrowed; constant while the stages run,
  * but for what `scratch` and `heap` hand out. */
@@ -127,8 +129,9 @@ typedef struct contact_scene {
     const uint64_t *ignored;           /* triangle pairs that may intersect, ascending, see
                                           ignored_pair_key; null: none */
     size_t ignored_count;
-    double time_step;         /* [s] h > 0 */
-    const paper_rules *paper; /* null: the coupled response */
+    double time_step;                 /* [s] h > 0 */
+    const contact_response *response; /* how contact answers, see response.h */
+    const paper_rules *paper;         /* read by the paper's response alone; else null */
     contact_settings settings;
     memory *heap;
     arena *scratch;       /* each stage releases what it took */

@@ -162,6 +162,7 @@ contact_scene get_mini_scene(mini_world *world, double h) {
                            .ignored_count = world->ignored_count,
                            .time_step = h,
                            .settings = world->settings,
+                           .response = world->uses_paper ? &paper_response : &coupled_response,
                            .paper = world->uses_paper ? &world->paper : NULL,
                            .heap = &world->heap,
                            .scratch = &world->scratch,
@@ -318,9 +319,8 @@ static tulle_status run_stages(mini_world *world, double h, const motion_system 
     memcpy(world->u, world->velocities, 3 * world->vertex_count * sizeof(double));
     prescribe_motion(&scene, world->u);
     if (status == TULLE_OK)
-        status = world->uses_paper
-                     ? respond_by_paper(&scene, system, &world->rows, world->u, &world->solve)
-                     : solve_motion(&scene, system, &world->rows, world->u, &world->solve);
+        status =
+            scene.response->solve_motion(&scene, system, &world->rows, world->u, &world->solve);
     count_time(world, 2, &start);
     propose_paths(&scene, world->u, world->x1);
     if (status == TULLE_OK)
@@ -330,7 +330,7 @@ static tulle_status run_stages(mini_world *world, double h, const motion_system 
     if (status == TULLE_OK)
         status = commit_safely(&scene, &source, world->impacts.is_clean, world->u, world->x1,
                                &world->commit);
-    if (status == TULLE_OK) move_anchors(&scene, world->x1, &world->rows);
+    if (status == TULLE_OK) scene.response->keep_contacts(&scene, world->x1, &world->rows);
     count_time(world, 4, &start);
     return status;
 }
@@ -372,7 +372,6 @@ tulle_status step_mini_world(mini_world *world, double h) {
         double *const swapped = world->x0;
         world->x0 = world->x1;
         world->x1 = swapped;
-        memcpy(world->particles[0], world->particles[1], world->cloth_vertex_count);
         memcpy(world->velocities, world->u, 3 * world->vertex_count * sizeof(double));
         world->time += remaining * world->commit.fraction;
         remaining -= remaining * world->commit.fraction;

@@ -7,7 +7,7 @@
 
 #include "contact/commit/commit_safely.h"
 #include "contact/commit/resolve_impacts.h"
-#include "contact/paper/respond_by_paper.h"
+#include "contact/response.h"
 #include "contact/rows/gather_contacts.h"
 #include "contact/rows/stick_anchors.h"
 #include "contact/solve/solve_motion.h"

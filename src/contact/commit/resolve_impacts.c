@@ -3,16 +3,14 @@
  * Each hit becomes a row with the frame of its time of impact, against an obstacle with the normal
  * nearest to it in the normal cone of the feature that is hit, added after those that are there: a
  * pair may own several rows, since the impulse of a row acts along the weights it was made with.
- * Then impulses are projected over all rows (or velocities, by the paper's response), and only
- * pairs with a vertex that moved differently are tested again. Before the paths are called clean
- * every pair is tested on them once. */
+ * Then the response answers to all rows, and only pairs with a vertex that moved differently are
+ * tested again. Before the paths are called clean every pair is tested on them once. */
 #include "contact/commit/resolve_impacts.h"
 
 #include "contact/pairs/body_paths.h"
 #include "contact/pairs/path_test.h"
-#include "contact/paper/respond_by_paper.h"
+#include "contact/response.h"
 #include "contact/rows/contact_rows.h"
-#include "contact/solve/project_impulses.h"
 
 #include <string.h>
 
@@ -99,7 +97,7 @@ static tulle_status append_rows(impact_work *work, const pair_events *hits) {
         times[list->rows.count++ - first_new] = hits->events[i].time;
     }
     tulle_status const status =
-        scene->paper ? TULLE_OK : drop_hits_from_behind(work, first_new, times);
+        scene->response->fits_rows ? drop_hits_from_behind(work, first_new, times) : TULLE_OK;
     work->report->impact_count += list->rows.count - first_new;
     return status;
 }
@@ -133,13 +131,6 @@ static tulle_status test_paths(impact_work *work, pair_events *hits) {
     return status;
 }
 
-/* New velocities, after rows from first_new on were added. */
-static tulle_status respond(impact_work *work, size_t first_new) {
-    if (work->scene->paper)
-        return respond_to_impacts_by_paper(work->scene, work->list, first_new, work->u);
-    return project_impulses(work->scene, work->list->rows.data, work->list->rows.count, work->u);
-}
-
 static tulle_status run_rounds(impact_work *work) {
     const contact_scene *const scene = work->scene;
     for (int round = 0;; round++) {
@@ -153,7 +144,7 @@ static tulle_status run_rounds(impact_work *work) {
         arena_release(scene->scratch, mark);
         if (status != TULLE_OK || is_last) return status;
         work->report->rounds++;
-        status = respond(work, row_count);
+        status = scene->response->answer_impacts(scene, work->list, row_count, work->u);
         if (status != TULLE_OK) return status;
         renew_paths(work);
         work->is_partial = true;

@@ -5,6 +5,7 @@
 
 #include "base/parallel.h"
 #include "contact/commit/select_admissible.h"
+#include "contact/response.h"
 #include "contact/rows/carry_over.h"
 #include "contact/rows/contact_rows.h"
 #include "contact/rows/contact_store.h"
@@ -121,10 +122,10 @@ static void end_rows(void *context, size_t begin, size_t end, size_t chunk, int 
     }
 }
 
-/* The paper's response keeps all rows. */
+/* Where rows are not fitted to obstacles none is hidden. */
 static bool reserve_planes(row_work *work) {
     const contact_scene *const scene = work->scene;
-    if (scene->paper) return true;
+    if (!scene->response->fits_rows) return true;
     near_planes *const planes = &work->planes;
     planes->of_rows = ARENA_NEW(scene->scratch, near_plane, work->vertex_event_count);
     planes->nearest = ARENA_NEW(scene->scratch, uint32_t, scene->vertex_count);

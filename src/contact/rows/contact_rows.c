@@ -10,6 +10,7 @@
  * in `turning`: gap(1) = g0 + h n . (sum w u - turning). */
 #include "contact/rows/contact_rows.h"
 
+#include "contact/response.h"
 #include "contact/rows/normal_cones.h"
 #include "contact/rows/row_friction.h"
 #include "contact/rows/row_motion.h"
@@ -154,7 +155,8 @@ static bool take_normal(const contact_scene *scene, contact_row *row, vec3 norma
 }
 
 void straighten_row(const contact_scene *scene, const double *x1, double time, contact_row *row) {
-    if (scene->paper || !has_scripted_side(scene, row) || !is_shifted_only(scene, row)) return;
+    if (!scene->response->fits_rows || !has_scripted_side(scene, row)) return;
+    if (!is_shifted_only(scene, row)) return;
     vec3 const normal = find_straight_normal(scene, x1, time, row);
     if (memcmp(&normal, &row->normal, sizeof normal) == 0) return;
     /* the way to the obstacle stays what it is: a gap along the new normal is shorter, and a
@@ -165,7 +167,8 @@ void straighten_row(const contact_scene *scene, const double *x1, double time, c
 
 void straighten_impact(const contact_scene *scene, const double *x1, double time,
                        contact_row *row) {
-    if (scene->paper || !has_scripted_side(scene, row) || !is_shifted_only(scene, row)) return;
+    if (!scene->response->fits_rows || !has_scripted_side(scene, row)) return;
+    if (!is_shifted_only(scene, row)) return;
     if (scene->ignored_count > 0) return; /* the sides may start on the wrong ones */
     vec3 const normal = fit_normal_to_cone(scene, x1, row, row->normal, time);
     if (memcmp(&normal, &row->normal, sizeof normal) != 0) take_normal(scene, row, normal);
@@ -247,8 +250,9 @@ static vec3 turn_normal(vec3 normal, vec3 direction) {
 
 void turn_row_to_end(const contact_scene *scene, contact_row *row) {
     vec3 points[4], start[4];
-    if (scene->paper || !scene->v0 || !(row->gap > 0.0) || !has_scripted_side(scene, row)) return;
-    if (!is_shifted_only(scene, row) || !predict_end(scene, row, points)) return;
+    if (!scene->response->fits_rows || !scene->v0 || !(row->gap > 0.0)) return;
+    if (!has_scripted_side(scene, row) || !is_shifted_only(scene, row)) return;
+    if (!predict_end(scene, row, points)) return;
     closest_points const closest = closest_of_pair(row->kind, points);
     contact_row turned = *row;
     turned.normal = turn_normal(row->normal, vec3_normalize(closest.difference));

@@ -49,7 +49,7 @@ void take_anchor(const contact_scene *scene, contact_row *row, vec3 offset) {
 }
 
 void move_anchors(const contact_scene *scene, const double *x1, row_list *list) {
-    if (scene->paper || !(scene->settings.anchor_share > 0.0)) return;
+    if (!(scene->settings.anchor_share > 0.0)) return;
     double const largest = find_largest_offset(scene);
     double const kept = fmax(1.0 - scene->time_step / MEMORY, 0.0);
     for (size_t i = 0; i < list->rows.count; i++) {

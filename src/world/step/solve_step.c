@@ -83,11 +83,8 @@ static tulle_status run_solve_motion(step_context *context, bool is_first) {
     }
     solve_report solved = {0};
     world_load_bodies(context, world->system.share);
-    tulle_status const status =
-        context->scene.paper
-            ? respond_by_paper(&context->scene, &system, &world->rows, context->mean_velocity,
-                               &solved)
-            : solve_motion(&context->scene, &system, &world->rows, context->mean_velocity, &solved);
+    tulle_status const status = context->scene.response->solve_motion(
+        &context->scene, &system, &world->rows, context->mean_velocity, &solved);
     tulle_step_report *const report = context->report;
     report->solve_count += solved.solve_count;
     report->cg_iterations += solved.cg_iterations;

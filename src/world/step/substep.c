@@ -8,7 +8,6 @@
 #include "base/error.h"
 #include "base/timer.h"
 #include "contact/pairs/body_paths.h"
-#include "contact/rows/stick_anchors.h"
 #include "contact/solve/end_velocities.h"
 #include "contact/solve/solve_bodies.h"
 #include "world/bodies/bodies.h"
@@ -140,6 +139,7 @@ static tulle_status prepare(step_context *context) {
         .ignored = world->ignored_keys.data,
         .ignored_count = world->ignored_keys.count,
         .time_step = context->time_step,
+        .response = get_response(world->def.response),
         .paper = world->def.response == TULLE_RESPONSE_PAPER ? &context->paper : NULL,
         .settings = make_settings(context),
         .heap = &world->heap,
@@ -307,7 +307,8 @@ static tulle_status accept_paths(step_context *context) {
     tulle_world *const world = context->world;
     world_motion_state *const state = context->state;
     tulle_status status = accept_velocities(context);
-    if (status == TULLE_OK) move_anchors(&context->scene, context->end, &world->rows);
+    if (status == TULLE_OK)
+        context->scene.response->keep_contacts(&context->scene, context->end, &world->rows);
     /* impulses belong to the whole substep that was solved for, even if less of it passed */
     if (status == TULLE_OK) status = world_keep_resting(context);
     if (status == TULLE_OK)
@@ -316,8 +317,6 @@ static tulle_status accept_paths(step_context *context) {
         status = add_contacts(&state->contacts, &world->heap, context->resting,
                               context->resting_count, context->time_step);
     if (status != TULLE_OK) return fail_step(context, status);
-    if (context->scene.paper)
-        memcpy(state->particles, context->paper.after, world->cloth_vertex_count);
     memcpy(state->positions, context->end, 3 * world->vertex_count * sizeof(double));
     state->elastic = context->end_elastic;
     state->has_elastic = context->has_end_elastic;

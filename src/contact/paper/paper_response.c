@@ -1,4 +1,5 @@
-/* contact/paper/respond_by_paper.c - see respond_by_paper.h.
+/* contact/paper/paper_response.c - the table of the paper's response: stages 7 and 8 by the paper's
+ * own rules. The safe commit guards what comes out.
  *
  * Before the solve, every vertex with an old contact: F is the sum of the forces at the start of
  * the step. Inside the motion space Z nothing changes. Else, with F_T = F . Z and F_N = F - F_T:
@@ -19,7 +20,7 @@
  * relative to what is touched, and F is measured by the velocity v0 + h F / m that it leads to. A
  * sliding vertex with v in Z and |F_T| <= mu_d |F_N|, which the paper leaves open, is treated as if
  * v were not in Z. A vertex in contact has the law of the row that it presses most. */
-#include "contact/paper/respond_by_paper.h"
+#include "contact/response.h"
 
 #include "base/parallel.h"
 #include "contact/pairs/pair_rules.h"
@@ -351,8 +352,10 @@ static tulle_status run_response(paper_work *work) {
     return status;
 }
 
-tulle_status respond_by_paper(const contact_scene *scene, const motion_system *system,
-                              row_list *list, double *u, solve_report *report) {
+/* In: u as for solve_motion. Out: u; rows that are no contact by the paper's rule are dropped, the
+ * impulses of the others say what their vertices took; scene->paper->after. */
+static tulle_status respond_by_paper(const contact_scene *scene, const motion_system *system,
+                                     row_list *list, double *u, solve_report *report) {
     *report = (solve_report){.has_converged = true};
     arena_mark const mark = arena_get_mark(scene->scratch);
     paper_work work = {.scene = scene, .system = system, .list = list, .u = u, .report = report};
@@ -361,8 +364,8 @@ tulle_status respond_by_paper(const contact_scene *scene, const motion_system *s
     return status;
 }
 
-tulle_status respond_to_impacts_by_paper(const contact_scene *scene, row_list *list,
-                                         size_t first_new, double *u) {
+static tulle_status answer_impacts(const contact_scene *scene, row_list *list, size_t first_new,
+                                   double *u) {
     arena_mark const mark = arena_get_mark(scene->scratch);
     paper_work work = {.scene = scene, .list = list, .u = u, .first_new = first_new};
     tulle_status const status =
@@ -370,3 +373,27 @@ tulle_status respond_to_impacts_by_paper(const contact_scene *scene, row_list *l
     arena_release(scene->scratch, mark);
     return status;
 }
+
+/* Vertices in contact end as their motion spaces say. */
+static void mark_plain_ends(const contact_scene *scene, const row_list *list, uint8_t *is_plain) {
+    for (size_t i = 0; i < list->rows.count; i++) {
+        const contact_row *const row = &list->rows.data[i];
+        if (vec3_norm2(row->impulse) == 0.0) continue;
+        for (int k = 0; k < 4; k++)
+            if (row->vertices[k] < scene->cloth_vertex_count) is_plain[row->vertices[k]] = 1;
+    }
+}
+
+static void keep_particles(const contact_scene *scene, const double *x1, row_list *list) {
+    (void)x1, (void)list;
+    memcpy(scene->paper->before, scene->paper->after, scene->cloth_vertex_count);
+}
+
+const contact_response paper_response = {
+    .solve_motion = respond_by_paper,
+    .answer_impacts = answer_impacts,
+    .mark_plain_ends = mark_plain_ends,
+    .end_contacts = NULL,
+    .keep_contacts = keep_particles,
+    .keeps_particles = true,
+};
