@@ -1,5 +1,5 @@
 /* tulle/run.h - the directory that a run leaves: a writer that appends frame by frame, and a
- * reader. docs/guide/formats.md describes every file in it.
+ * reader. docs/guide/run_directory.md describes every file in it.
  *
  * A run that is killed at any moment leaves a directory that can be read up to its last whole
  * frame, and can go on from its last checkpoint. */

@@ -1,5 +1,5 @@
 /* io/run/run_report.c - see run_report.h. The table names each column and where its value is in a
- * tulle_step_report; docs/guide/formats.md says what they mean. */
+ * tulle_step_report; docs/guide/run_directory.md says what they mean. */
 #define _POSIX_C_SOURCE 200809L
 #include "io/run/run_report.h"
 
