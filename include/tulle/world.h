@@ -346,9 +346,10 @@ typedef struct tulle_intersection {
 } tulle_intersection;
 
 /* Prepares the first step: derives distances, builds trees, judges the start. The first step calls
- * it if the caller did not. Errors: TULLE_ERROR_INTERSECTING_START (the message names the first
- * pairs, tulle_world_get_intersections gives all), TULLE_ERROR_INVALID_ARGUMENT (distances that do
- * not fit), TULLE_ERROR_OUT_OF_MEMORY, TULLE_ERROR_INTERRUPTED, what a frame reader returns. */
+ * it if the caller did not. Errors: TULLE_ERROR_INTERSECTING_START (the message says of the deepest
+ * pairs how deep and where, tulle_world_get_intersections gives all), TULLE_ERROR_INVALID_ARGUMENT
+ * (distances that do not fit), TULLE_ERROR_OUT_OF_MEMORY, TULLE_ERROR_INTERRUPTED, what a frame
+ * reader returns. */
 TULLE_API tulle_status tulle_world_start(tulle_world *world, tulle_error *error);
 /* Asks a host whether to stop; `context` is what tulle_world_set_stop_request was given. Not 0 ends
  * tulle_world_start or tulle_world_step with TULLE_ERROR_INTERRUPTED: the world is as it was before
@@ -364,6 +365,15 @@ TULLE_API void tulle_world_set_stop_request(tulle_world *world, tulle_stop_reque
  * failed; `*count` of them. Owned by the world, until its next start or step. */
 TULLE_API const tulle_intersection *tulle_world_get_intersections(const tulle_world *world,
                                                                   size_t *count);
+/* How deep the triangles of a pair lie in each other, and where. */
+typedef struct tulle_overlap {
+    double depth;       /* [m] length of the shortest move of one triangle that parts the two */
+    double position[3]; /* [m] the middle of where they cross */
+} tulle_overlap;
+/* The overlaps of the pairs of tulle_world_get_intersections, in the same order, after a start or a
+ * step failed for them: the deepest pair comes first. `*count` is then the number of the pairs,
+ * else 0 (and the result null). Owned by the world, until its next start or step. */
+TULLE_API const tulle_overlap *tulle_world_get_overlaps(const tulle_world *world, size_t *count);
 
 /* What untangling did at the start. All zero when it had nothing to do. */
 typedef struct tulle_untangle_report {

@@ -181,6 +181,7 @@ static tulle_status check_header(const tulle_world *world, const state_header *h
 static tulle_status take_ignored(tulle_world *world, byte_cursor *cursor, size_t count,
                                  tulle_error *error) {
     world->intersections.count = 0;
+    world->overlaps.count = 0;
     if (!ARRAY_RESERVE(&world->heap, &world->intersections, count)) {
         return error_set(error, TULLE_ERROR_OUT_OF_MEMORY, "no memory left to load the state");
     }

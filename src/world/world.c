@@ -87,6 +87,7 @@ void tulle_world_destroy(tulle_world *world) {
     ARRAY_FREE(heap, &world->contact_materials);
     ARRAY_FREE(heap, &world->material_laws);
     ARRAY_FREE(heap, &world->intersections);
+    ARRAY_FREE(heap, &world->overlaps);
     memory last = world->heap;
     memory_release(&last, world, sizeof *world);
 }
@@ -314,6 +315,11 @@ const char *tulle_world_last_message(const tulle_world *world) {
 const tulle_intersection *tulle_world_get_intersections(const tulle_world *world, size_t *count) {
     if (count) *count = world ? world->intersections.count : 0;
     return world ? world->intersections.data : NULL;
+}
+
+const tulle_overlap *tulle_world_get_overlaps(const tulle_world *world, size_t *count) {
+    if (count) *count = world ? world->overlaps.count : 0;
+    return world && world->overlaps.count > 0 ? world->overlaps.data : NULL;
 }
 
 tulle_untangle_report tulle_world_get_untangle_report(const tulle_world *world) {

@@ -196,10 +196,13 @@ struct tulle_world {
     row_list rows;                         /* of the substep that runs, or ran last */
     row_list accepted_rows;                /* of the last substep of the last accepted step */
     intersection_list intersections;       /* of the start, or of what last appeared */
-    intersection_list ignored;             /* those that have not come apart */
-    intersection_list ignored_start;       /* the ignored ones at the start of the step */
-    ARRAY(uint64_t) ignored_keys;          /* the same as ignored_pair_key, ascending */
-    ARRAY(tulle_contact) contacts; /* accepted_rows as the user sees them, when has_contacts */
+    ARRAY(tulle_overlap)
+    overlaps;                        /* of the intersections, once a start or a step was refused for
+                                        them; else none */
+    intersection_list ignored;       /* those that have not come apart */
+    intersection_list ignored_start; /* the ignored ones at the start of the step */
+    ARRAY(uint64_t) ignored_keys;    /* the same as ignored_pair_key, ascending */
+    ARRAY(tulle_contact) contacts;   /* accepted_rows as the user sees them, when has_contacts */
     bool has_contacts;
     tulle_untangle_report untangle_report; /* of the start */
     arena scratch;
@@ -225,6 +228,12 @@ static inline const char *world_surface_name(const tulle_world *world, size_t su
     size_t const cloth_count = world->cloths.count;
     return surface < cloth_count ? world->cloths.data[surface].name
                                  : world->obstacles.data[surface - cloth_count].name;
+}
+
+static inline const world_mesh *world_surface_mesh(const tulle_world *world, size_t surface) {
+    size_t const cloth_count = world->cloths.count;
+    return surface < cloth_count ? &world->cloths.data[surface].mesh
+                                 : &world->obstacles.data[surface - cloth_count].mesh;
 }
 
 /* pair_laws.c: the law set for two surfaces, else that of their contact materials, or null. */
@@ -258,9 +267,13 @@ tulle_status world_find_intersections(tulle_world *world, const double *position
                                       intersection_list *list, tulle_error *error);
 /* judge.c: how many of world->intersections are without cloth. */
 size_t world_count_intersecting_bodies(const tulle_world *world);
-/* judge.c: fills the error with the first pairs, their vertices and coordinates. */
-tulle_status world_refuse_intersections(const tulle_world *world, const double *positions,
+/* refuse.c: sorts world->intersections by depth, deepest first, and fills the error with the first
+ * pairs: how deep, where, their vertices. */
+tulle_status world_refuse_intersections(tulle_world *world, const double *positions,
                                         const char *when, tulle_error *error);
+/* refuse.c: the same before anything is untangled, where pairs are without cloth; `what` names
+ * them. */
+tulle_status world_refuse_bodies(tulle_world *world, const char *what, tulle_error *error);
 /* judge.c: from now on ignores the pairs in world->intersections; an error leaves them as before.
  */
 tulle_status world_ignore_intersections(tulle_world *world, tulle_error *error);

@@ -31,9 +31,13 @@ message=$(grep '^tulle run: ' stderr)
 count=$(sed 's/^[^0-9]* \([0-9]*\) pairs of triangles intersect.*/\1/' <<<"$message")
 [[ "$message" == *"lines: $count of 'level' with 'post'; "*" pinned vertices lie inside an obstacle"* ]] ||
     fault "the message is: $message"
-[ "$(head -1 left.csv)" = object_a,triangle_a,a0,a1,a2,object_b,triangle_b,b0,b1,b2 ] || fault "the first line is $(head -1 left.csv)"
-[ "$(grep -c '^"level",[0-9]*,[0-9]*,[0-9]*,[0-9]*,"post",[0-9]*,[0-9]*,[0-9]*,[0-9]*$' left.csv)" = "$count" ] ||
+[ "$(head -1 left.csv)" = object_a,triangle_a,a0,a1,a2,object_b,triangle_b,b0,b1,b2,depth,x,y,z ] || fault "the first line is $(head -1 left.csv)"
+[ "$(grep -c '^"level",[0-9]*,[0-9]*,[0-9]*,[0-9]*,"post",[0-9]*,[0-9]*,[0-9]*,[0-9]*,[0-9.e-]*,[0-9.e-]*,[0-9.e-]*,[0-9.e-]*$' left.csv)" = "$count" ] ||
     fault "$count pairs are left, the list has $(wc -l <left.csv) lines"
+tail -n +2 left.csv | cut -d, -f11 | sort -grc || fault "the deepest pair is not the first"
+deepest=$(sed -n 2p left.csv | cut -d, -f11)
+awk -v told="$(sed 's/ m deep at (.*//; s/.* //' <<<"$message")" -v listed="$deepest" \
+    'BEGIN { exit !(told > 0 && told < 1.01 * listed && told > 0.99 * listed) }' || fault "$deepest m in the list; the message is: $message"
 "$TULLE" run held.yaml -o out --progress none --list-left missing/left.csv 2>stderr && fault "exit 0"
 grep -q 'missing/left.csv: cannot write' stderr || fault "nothing said of the file: $(cat stderr)"
 

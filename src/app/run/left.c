@@ -1,5 +1,6 @@
-/* app/run/left.c - the pairs of triangles for which a start was refused, as CSV: names of the two
- * objects, number of the triangle in each, its three vertices. */
+/* app/run/left.c - the pairs of triangles for which a start was refused, as CSV, the deepest first:
+ * names of the two objects, number of the triangle in each, its three vertices, how deep they lie
+ * in each other and where. */
 #include "app/run/session.h"
 
 #include <errno.h>
@@ -35,12 +36,18 @@ tulle_status run_write_left(const run_session *session, tulle_error *error) {
     size_t count = 0;
     tulle_intersection const *const pairs =
         tulle_world_get_intersections(session->built.world, &count);
-    if (file) fprintf(file, "object_a,triangle_a,a0,a1,a2,object_b,triangle_b,b0,b1,b2\n");
-    for (size_t i = 0; file && i < count; i++) {
+    size_t overlap_count = 0;
+    tulle_overlap const *const overlaps =
+        tulle_world_get_overlaps(session->built.world, &overlap_count);
+    if (file)
+        fprintf(file, "object_a,triangle_a,a0,a1,a2,object_b,triangle_b,b0,b1,b2,depth,x,y,z\n");
+    for (size_t i = 0; file && i < count && i < overlap_count; i++) {
         print_triangle(file, session, pairs[i].object_a, pairs[i].triangle_a);
         fputc(',', file);
         print_triangle(file, session, pairs[i].object_b, pairs[i].triangle_b);
-        fputc('\n', file);
+        double const *const position = overlaps[i].position;
+        fprintf(file, ",%.9g,%.9g,%.9g,%.9g\n", overlaps[i].depth, position[0], position[1],
+                position[2]);
     }
     bool const is_faulty = file && ferror(file);
     if (file && fclose(file) == 0 && !is_faulty) return TULLE_OK;

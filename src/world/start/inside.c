@@ -7,6 +7,7 @@
 #include "world/start/inside.h"
 
 #include "base/error.h"
+#include "geom/distance.h"
 
 #include <math.h>
 #include <stdio.h>
@@ -127,11 +128,20 @@ static tulle_status refuse(const holder_search *search, uint32_t vertex,
     else
         (void)snprintf(advice, sizeof advice,
                        "turn the triangles of '%s' round if it is a container", name);
+    double nearest2 = (double)INFINITY; /* [m^2] of the vertex to the holder's surface */
+    for (size_t t = holder->triangle_begin; t < holder->triangle_end; t++) {
+        vec3 points[4] = {vec3_load(x, 0)};
+        for (size_t k = 0; k < 3; k++)
+            points[k + 1] = vec3_load(search->positions, world->topo.triangles[3 * t + k]);
+        nearest2 = fmin(nearest2, closest_vertex_triangle(points).distance2);
+    }
     return error_set(error, TULLE_ERROR_INTERSECTING_START,
-                     "'%s' lies inside '%s' %s (vertex %u at %.9g, %.9g, %.9g), which is closed "
-                     "and faces outward; move it out, %s, or set start_intersections to ignore",
+                     "'%s' lies inside '%s' %s (vertex %u at %.9g, %.9g, %.9g is %.3g m deep), "
+                     "which is closed and faces outward; move it out, %s, or set "
+                     "start_intersections to ignore",
                      world_surface_name(world, held), name, search->question.when,
-                     vertex - world->surfaces[held].vertex_begin, x[0], x[1], x[2], advice);
+                     vertex - world->surfaces[held].vertex_begin, x[0], x[1], x[2], sqrt(nearest2),
+                     advice);
 }
 
 /* Whether some surface may not lie inside another, besides cloth: bodies take part. */

@@ -6,16 +6,7 @@
 #include "tulle/check.h"
 #include "world/world_state.h"
 
-#include <stdio.h>
 #include <string.h>
-
-enum { NAMED_PAIRS = 3 }; /* intersecting pairs that a message spells out */
-
-static const world_mesh *surface_mesh(const tulle_world *world, size_t surface) {
-    size_t const cloth_count = world->cloths.count;
-    return surface < cloth_count ? &world->cloths.data[surface].mesh
-                                 : &world->obstacles.data[surface - cloth_count].mesh;
-}
 
 /* Present surfaces as bodies of the judge; `surface_of` maps a body to its surface. */
 static size_t collect_bodies(const tulle_world *world, const double *positions,
@@ -24,7 +15,7 @@ static size_t collect_bodies(const tulle_world *world, const double *positions,
     for (size_t s = 0; s < world_surface_count(world); s++) {
         surface_range const *const range = &world->surfaces[s];
         if (!range->is_present) continue;
-        world_mesh const *const mesh = surface_mesh(world, s);
+        world_mesh const *const mesh = world_surface_mesh(world, s);
         bodies[body_count].mesh =
             (tulle_mesh_view){positions + 3 * (size_t)range->vertex_begin, mesh->vertex_count,
                               mesh->triangles, mesh->triangle_count};
@@ -47,6 +38,7 @@ tulle_status world_find_intersections(tulle_world *world, const double *position
         status = tulle_check_intersections(bodies, body_count, world->threads, &result, error);
     }
     list->count = 0;
+    world->overlaps.count = 0;
     if (status == TULLE_OK && !ARRAY_RESERVE(&world->heap, list, result.pair_count)) {
         status = TULLE_ERROR_OUT_OF_MEMORY;
     }
@@ -63,17 +55,6 @@ tulle_status world_find_intersections(tulle_world *world, const double *position
     return status;
 }
 
-/* "triangle 7 of 'cloth 0' (vertices 1, 2, 9; first at 0.1, 0.2, 0.3)" */
-static int describe_triangle(const tulle_world *world, const double *positions, uint32_t surface,
-                             uint32_t triangle, char *text, size_t size) {
-    uint32_t const *const corners = surface_mesh(world, surface)->triangles + 3 * (size_t)triangle;
-    vec3 const first = vec3_load(positions, world->surfaces[surface].vertex_begin + corners[0]);
-    return snprintf(text, size,
-                    "triangle %u of '%s' (vertices %u, %u, %u; the first at %.9g, %.9g, %.9g)",
-                    triangle, world_surface_name(world, surface), corners[0], corners[1],
-                    corners[2], first.x, first.y, first.z);
-}
-
 size_t world_count_intersecting_bodies(const tulle_world *world) {
     size_t count = 0;
     for (size_t i = 0; i < world->intersections.count; i++) {
@@ -81,38 +62,6 @@ size_t world_count_intersecting_bodies(const tulle_world *world) {
         count += pair->object_a >= world->cloths.count && pair->object_b >= world->cloths.count;
     }
     return count;
-}
-
-tulle_status world_refuse_intersections(const tulle_world *world, const double *positions,
-                                        const char *when, tulle_error *error) {
-    char text[sizeof error->message];
-    size_t const size = sizeof text;
-    size_t const count = world->intersections.count;
-    size_t length =
-        (size_t)snprintf(text, size, "%zu pairs of triangles intersect %s: ", count, when);
-    for (size_t i = 0; i < count && i < NAMED_PAIRS && length < size; i++) {
-        tulle_intersection const *const pair = &world->intersections.data[i];
-        length += (size_t)describe_triangle(world, positions, pair->object_a, pair->triangle_a,
-                                            text + length, size - length);
-        if (length < size) length += (size_t)snprintf(text + length, size - length, " with ");
-        if (length >= size) break;
-        length += (size_t)describe_triangle(world, positions, pair->object_b, pair->triangle_b,
-                                            text + length, size - length);
-        if (length < size) length += (size_t)snprintf(text + length, size - length, "; ");
-    }
-    bool const is_untangled = world->def.start_intersections == TULLE_START_UNTANGLE;
-    bool const is_late = world->is_started; /* only the start is untangled */
-    const char *advice = "move them apart, or set start_intersections to untangle, or to ignore";
-    if (world_count_intersecting_bodies(world) > 0)
-        advice = "move them apart (untangling moves cloth only), or set start_intersections to "
-                 "ignore";
-    if (is_untangled)
-        advice = "move them apart, raise untangle_limit, or set start_intersections to ignore";
-    if (is_late)
-        advice = "let it appear elsewhere or at another time, or set start_intersections to ignore";
-    return error_set(error, TULLE_ERROR_INTERSECTING_START,
-                     "%s%s%s (those pairs then count only after they came apart)", text,
-                     count > NAMED_PAIRS ? "and more; " : "", advice);
 }
 
 static bool is_scripted(const surface_range *surface) {
@@ -127,7 +76,7 @@ static bool pair_intersects(const tulle_world *world, const double *positions,
     uint32_t corners[2][3];
     for (size_t k = 0; k < 2; k++) {
         uint32_t const *const triangle =
-            surface_mesh(world, surfaces[k])->triangles + 3 * (size_t)numbers[k];
+            world_surface_mesh(world, surfaces[k])->triangles + 3 * (size_t)numbers[k];
         for (size_t i = 0; i < 3; i++)
             corners[k][i] = world->surfaces[surfaces[k]].vertex_begin + triangle[i];
     }

@@ -16,12 +16,6 @@ static tulle_status no_memory(tulle_error *error) {
     return error_set(error, TULLE_ERROR_OUT_OF_MEMORY, "no memory left to start the world");
 }
 
-static const world_mesh *object_mesh(const tulle_world *world, size_t surface) {
-    size_t const cloth_count = world->cloths.count;
-    return surface < cloth_count ? &world->cloths.data[surface].mesh
-                                 : &world->obstacles.data[surface - cloth_count].mesh;
-}
-
 /* Ranges of vertices and triangles of every surface, cloths first. */
 static tulle_status number_surfaces(tulle_world *world, size_t *triangle_count,
                                     tulle_error *error) {
@@ -32,7 +26,7 @@ static tulle_status number_surfaces(tulle_world *world, size_t *triangle_count,
     if (!world->surfaces) return no_memory(error);
     if (world_number_bodies(world) != TULLE_OK) return no_memory(error);
     for (size_t s = 0; s < surface_count; s++) {
-        world_mesh const *const mesh = object_mesh(world, s);
+        world_mesh const *const mesh = world_surface_mesh(world, s);
         if (s == world->cloths.count) vertex_count += 2 * world->body_count; /* their slots */
         if (vertex_count + mesh->vertex_count > INT32_MAX ||
             *triangle_count + mesh->triangle_count > INT32_MAX) {
@@ -68,7 +62,7 @@ static tulle_status build_topology(tulle_world *world, size_t triangle_count, tu
     uint32_t *const triangles = ARENA_NEW(&world->scratch, uint32_t, 3 * triangle_count);
     if (!triangles) return no_memory(error);
     for (size_t s = 0; s < world_surface_count(world); s++) {
-        world_mesh const *const mesh = object_mesh(world, s);
+        world_mesh const *const mesh = world_surface_mesh(world, s);
         surface_range const *const range = &world->surfaces[s];
         uint32_t *const target = triangles + 3 * (size_t)range->triangle_begin;
         for (size_t i = 0; i < 3 * mesh->triangle_count; i++) {
@@ -97,7 +91,7 @@ static tulle_status build_topology(tulle_world *world, size_t triangle_count, tu
 /* First positions and velocities, rest shapes, surface of each vertex. */
 static void fill_arrays(tulle_world *world) {
     for (size_t s = 0; s < world_surface_count(world); s++) {
-        world_mesh const *const mesh = object_mesh(world, s);
+        world_mesh const *const mesh = world_surface_mesh(world, s);
         surface_range const *const range = &world->surfaces[s];
         size_t const offset = 3 * (size_t)range->vertex_begin;
         size_t const bytes = 3 * mesh->vertex_count * sizeof(double);

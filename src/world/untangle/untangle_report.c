@@ -123,10 +123,5 @@ tulle_status refuse_bodies(tulle_world *world, tulle_error *error) {
             counts[kept++] = counts[i];
     (void)write_surfaces(world, counts, kept, text, sizeof text);
     arena_release(&world->scratch, mark);
-    return error_set(error, TULLE_ERROR_INTERSECTING_START,
-                     "%zu pairs of triangles intersect at the start in which no cloth takes part "
-                     "(%s), and untangling moves cloth only; move the objects apart, or set "
-                     "start_intersections to ignore (those pairs then count only after they came "
-                     "apart)",
-                     world_count_intersecting_bodies(world), text);
+    return world_refuse_bodies(world, text, error);
 }

@@ -31,6 +31,46 @@ static tulle_mesh make_sphere(double radius, unsigned resolution) {
     return small_shape(def, 0.0, 0.0, 0.0);
 }
 
+/* A cube of 0.2 m with a corner of another in it, 0.03 m deep: all that crosses is told, the
+ * deepest first, and where. */
+static void refused_start_tells_how_deep_and_where(void **state) {
+    (void)state;
+    tulle_shape_def def = tulle_shape_def_default(TULLE_SHAPE_BOX);
+    def.size[0] = def.size[1] = def.size[2] = 0.2;
+    def.resolution[0] = 2;
+    tulle_mesh lower = small_shape(def, 5.0, 0.0, 0.0), upper = small_shape(def, 5.05, 0.04, 0.17);
+    tulle_world *const world = make_world(tulle_world_def_default());
+    small_add_cloth(world, &upper);
+    small_add_obstacle(world, &lower);
+    size_t count = 1;
+    assert_null(tulle_world_get_overlaps(world, &count));
+    assert_int_equal(count, 0);
+    tulle_error error = {0};
+    assert_int_equal(tulle_world_start(world, &error), TULLE_ERROR_INTERSECTING_START);
+    tulle_overlap const *const overlaps = tulle_world_get_overlaps(world, &count);
+    size_t pair_count = 0;
+    (void)tulle_world_get_intersections(world, &pair_count);
+    assert_true(pair_count > 0);
+    assert_int_equal(count, pair_count);
+    assert_true(overlaps[0].depth > 0.0);
+    double const low[3] = {4.95, -0.06, 0.07}, high[3] = {5.1, 0.1, 0.1};
+    for (size_t i = 0; i < count; i++) {
+        assert_true(overlaps[i].depth >= 0.0);
+        assert_true(i == 0 || overlaps[i].depth <= overlaps[i - 1].depth);
+        for (int c = 0; c < 3; c++) {
+            assert_true(overlaps[i].position[c] > low[c] - 1e-9);
+            assert_true(overlaps[i].position[c] < high[c] + 1e-9);
+        }
+    }
+    char deepest[96];
+    snprintf(deepest, sizeof deepest, ": %.3g m deep at (%.6g, %.6g, %.6g), ", overlaps[0].depth,
+             overlaps[0].position[0], overlaps[0].position[1], overlaps[0].position[2]);
+    if (!strstr(error.message, deepest)) fail_msg("%s: %s", deepest, error.message);
+    tulle_world_destroy(world);
+    tulle_mesh_destroy(&lower);
+    tulle_mesh_destroy(&upper);
+}
+
 static void intersecting_start_is_refused_or_ignored(void **state) {
     (void)state;
     tulle_mesh sheet = small_sheet(1.0, 11, 0.01), sphere = make_sphere(0.2, 10);
@@ -205,6 +245,7 @@ static void distances_that_do_not_fit_are_refused(void **state) {
 
 int main(void) {
     const struct CMUnitTest tests[] = {
+        cmocka_unit_test(refused_start_tells_how_deep_and_where),
         cmocka_unit_test(intersecting_start_is_refused_or_ignored),
         cmocka_unit_test(cloth_inside_a_solid_is_refused),
         cmocka_unit_test(cloth_that_a_solid_appears_around_is_refused),

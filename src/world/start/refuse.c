@@ -1,0 +1,136 @@
+/* world/start/refuse.c - says why a start, or an obstacle that appears, is refused: how deep the
+ * triangles lie in each other, where, which they are, and what can be done about it.
+ *
+ * In: world->intersections and the positions they were found in. Out: the error; the pairs sorted
+ * by depth, and world->overlaps beside them. */
+#include "base/error.h"
+#include "base/sort.h"
+#include "world/start/overlap.h"
+#include "world/world_state.h"
+
+#include <stdio.h>
+
+enum { NAMED_PAIRS = 3 }; /* pairs that a message describes */
+
+typedef struct deep_pair {
+    tulle_overlap overlap;
+    tulle_intersection pair;
+} deep_pair;
+
+/* Deepest first; pairs of the same depth by their numbers. */
+static int compare_depths(const void *one, const void *two) {
+    deep_pair const *const x = one, *const y = two;
+    if (x->overlap.depth != y->overlap.depth) return x->overlap.depth > y->overlap.depth ? -1 : 1;
+    uint32_t const a[4] = {x->pair.object_a, x->pair.triangle_a, x->pair.object_b,
+                           x->pair.triangle_b};
+    uint32_t const b[4] = {y->pair.object_a, y->pair.triangle_a, y->pair.object_b,
+                           y->pair.triangle_b};
+    for (int k = 0; k < 4; k++)
+        if (a[k] != b[k]) return a[k] < b[k] ? -1 : 1;
+    return 0;
+}
+
+static const uint32_t *get_corners(const tulle_world *world, uint32_t surface, uint32_t triangle) {
+    return world_surface_mesh(world, surface)->triangles + 3 * (size_t)triangle;
+}
+
+static void load_corners(const tulle_world *world, const double *positions, uint32_t surface,
+                         uint32_t triangle, vec3 corners[3]) {
+    uint32_t const *const numbers = get_corners(world, surface, triangle);
+    for (size_t k = 0; k < 3; k++)
+        corners[k] = vec3_load(positions, world->surfaces[surface].vertex_begin + numbers[k]);
+}
+
+/* Measures every pair and puts the deepest first. */
+static tulle_status measure_overlaps(tulle_world *world, const double *positions,
+                                     tulle_error *error) {
+    size_t const count = world->intersections.count;
+    arena_mark const mark = arena_get_mark(&world->scratch);
+    deep_pair *const pairs = ARENA_NEW(&world->scratch, deep_pair, count);
+    if (!pairs || !ARRAY_RESERVE(&world->heap, &world->overlaps, count)) {
+        arena_release(&world->scratch, mark);
+        return error_set(error, TULLE_ERROR_OUT_OF_MEMORY, "no memory left to judge the start");
+    }
+    for (size_t i = 0; i < count; i++) {
+        tulle_intersection const pair = world->intersections.data[i];
+        vec3 a[3], b[3];
+        load_corners(world, positions, pair.object_a, pair.triangle_a, a);
+        load_corners(world, positions, pair.object_b, pair.triangle_b, b);
+        triangle_overlap const overlap = measure_overlap(a, b);
+        pairs[i] = (deep_pair){.overlap.depth = overlap.depth, .pair = pair};
+        vec3_store(pairs[i].overlap.position, 0, overlap.position);
+    }
+    sort_in_place(pairs, count, sizeof *pairs, compare_depths);
+    for (size_t i = 0; i < count; i++) {
+        world->overlaps.data[i] = pairs[i].overlap;
+        world->intersections.data[i] = pairs[i].pair;
+    }
+    world->overlaps.count = count;
+    arena_release(&world->scratch, mark);
+    return TULLE_OK;
+}
+
+/* "0.004 m deep at (0.1, 0.2, 0.3), triangle 7 of 'sheet' (vertices 1, 2, 9) with triangle 3 of
+ * 'ball' (vertices 4, 5, 6)"; the length. */
+static size_t describe_pair(const tulle_world *world, size_t index, char *text, size_t size) {
+    tulle_intersection const *const pair = &world->intersections.data[index];
+    tulle_overlap const *const overlap = &world->overlaps.data[index];
+    uint32_t const *const a = get_corners(world, pair->object_a, pair->triangle_a);
+    uint32_t const *const b = get_corners(world, pair->object_b, pair->triangle_b);
+    return (size_t)snprintf(
+        text, size,
+        "%.3g m deep at (%.6g, %.6g, %.6g), triangle %u of '%s' (vertices %u, %u, %u) with "
+        "triangle %u "
+        "of '%s' (vertices %u, %u, %u)",
+        overlap->depth, overlap->position[0], overlap->position[1], overlap->position[2],
+        pair->triangle_a, world_surface_name(world, pair->object_a), a[0], a[1], a[2],
+        pair->triangle_b, world_surface_name(world, pair->object_b), b[0], b[1], b[2]);
+}
+
+tulle_status world_refuse_intersections(tulle_world *world, const double *positions,
+                                        const char *when, tulle_error *error) {
+    tulle_status const status = measure_overlaps(world, positions, error);
+    if (status != TULLE_OK) return status;
+    char text[sizeof error->message];
+    size_t const size = sizeof text;
+    size_t const count = world->intersections.count;
+    size_t length = 0;
+    text[0] = '\0';
+    for (size_t i = 0; i < count && i < NAMED_PAIRS && length < size; i++) {
+        length += (size_t)snprintf(text + length, size - length, "%s", i > 0 ? "; " : "");
+        if (length < size) length += describe_pair(world, i, text + length, size - length);
+    }
+    if (count > NAMED_PAIRS && length < size)
+        (void)snprintf(text + length, size - length, "; and %zu more", count - NAMED_PAIRS);
+    bool const is_untangled = world->def.start_intersections == TULLE_START_UNTANGLE;
+    bool const is_late = world->is_started; /* only the start is untangled */
+    const char *advice = "move them apart, or set start_intersections to untangle, or to ignore";
+    if (world_count_intersecting_bodies(world) > 0)
+        advice = "move them apart (untangling moves cloth only), or set start_intersections to "
+                 "ignore";
+    if (is_untangled)
+        advice = "move them apart, raise untangle_limit, or set start_intersections to ignore";
+    if (is_late)
+        advice = "let it appear elsewhere or at another time, or set start_intersections to ignore";
+    return error_set(error, TULLE_ERROR_INTERSECTING_START,
+                     "%zu pairs of triangles intersect %s: %s. To mend it, %s "
+                     "(an ignored pair counts once it has come apart)",
+                     count, when, text, advice);
+}
+
+tulle_status world_refuse_bodies(tulle_world *world, const char *what, tulle_error *error) {
+    tulle_status const status = measure_overlaps(world, world->now.positions, error);
+    if (status != TULLE_OK) return status;
+    char text[sizeof error->message / 2] = "";
+    for (size_t i = 0; i < world->intersections.count && !text[0]; i++) {
+        tulle_intersection const *const pair = &world->intersections.data[i];
+        if (pair->object_a >= world->cloths.count && pair->object_b >= world->cloths.count)
+            (void)describe_pair(world, i, text, sizeof text);
+    }
+    return error_set(error, TULLE_ERROR_INTERSECTING_START,
+                     "%zu pairs of triangles intersect at the start in which no cloth takes part "
+                     "(%s), and untangling moves cloth only; move the objects apart, or set "
+                     "start_intersections to ignore (an ignored pair counts once it has come "
+                     "apart). The deepest: %s",
+                     world_count_intersecting_bodies(world), what, text);
+}
