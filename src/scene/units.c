@@ -14,6 +14,8 @@ typedef struct unit {
 
 #define DEGREE 0.017453292519943295 /* [rad] */
 #define TURN 6.283185307179586      /* [rad] */
+#define INCH 0.0254                 /* [m] exactly */
+#define FOOT 0.3048                 /* [m] exactly */
 
 /* The SI unit of each dimension comes first. */
 static const unit units[] = {
@@ -23,6 +25,8 @@ static const unit units[] = {
     {UNIT_LENGTH, "cm", 1e-2},
     {UNIT_LENGTH, "mm", 1e-3},
     {UNIT_LENGTH, "um", 1e-6},
+    {UNIT_LENGTH, "in", INCH},
+    {UNIT_LENGTH, "ft", FOOT},
     {UNIT_TIME, "s", 1.0},
     {UNIT_TIME, "ms", 1e-3},
     {UNIT_TIME, "min", 60.0},
@@ -33,8 +37,11 @@ static const unit units[] = {
     {UNIT_VELOCITY, "cm/s", 1e-2},
     {UNIT_VELOCITY, "mm/s", 1e-3},
     {UNIT_VELOCITY, "km/h", 1.0 / 3.6},
+    {UNIT_VELOCITY, "in/s", INCH},
+    {UNIT_VELOCITY, "ft/s", FOOT},
     {UNIT_ACCELERATION, "m/s^2", 1.0},
     {UNIT_ACCELERATION, "cm/s^2", 1e-2},
+    {UNIT_ACCELERATION, "ft/s^2", FOOT},
     {UNIT_AREA_DENSITY, "kg/m^2", 1.0},
     {UNIT_AREA_DENSITY, "g/m^2", 1e-3},
     {UNIT_STIFFNESS, "N/m", 1.0},

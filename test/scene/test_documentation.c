@@ -24,7 +24,7 @@ static void test_page_is_current(void **state) {
     (void)state;
     const char *source = getenv("TULLE_SOURCE_DIR");
     char path[1024];
-    assert_true(snprintf(path, sizeof path, "%s/docs/scene.md", source ? source : ".") > 0);
+    assert_true(snprintf(path, sizeof path, "%s/docs/guide/scene.md", source ? source : ".") > 0);
     size_t length = 0;
     char *page = print_page(&length);
     assert_true(length > 10000);

@@ -130,12 +130,14 @@ static const refusal refusals[] = {
     {"contact: {alpha_max: 1e-13 rad}\n", false, 4, 22,
      "contact.alpha_max: is '1e-13 rad', must be at least 1e-12 rad and at most 1.57 rad"},
     {"gravity: 5\n", false, 4, 10,
-     "gravity: is '5', must be a list of 3, each a number in m/s^2, cm/s^2, as in '2 m/s^2'"},
+     "gravity: is '5', must be a list of 3, each a number in m/s^2, cm/s^2, ft/s^2, as in '2 "
+     "m/s^2'"},
     {"gravity: [0, 1]\n", false, 4, 10,
-     "gravity: is a list of 2, must be a list of 3, each a number in m/s^2, cm/s^2, as in '2 "
+     "gravity: is a list of 2, must be a list of 3, each a number in m/s^2, cm/s^2, ft/s^2, as in "
+     "'2 "
      "m/s^2'"},
     {"gravity: [0, x, 1]\n", false, 4, 14,
-     "gravity: is 'x', must be a number in m/s^2, cm/s^2, as in '2 m/s^2'"},
+     "gravity: is 'x', must be a number in m/s^2, cm/s^2, ft/s^2, as in '2 m/s^2'"},
     {"wind: [1]\n", false, 4, 7,
      "wind: is a list, must be a map with keys velocity, gust_strength, gust_length, gust_time, "
      "drag, seed"},
@@ -179,21 +181,26 @@ static const refusal refusals[] = {
     {"wind: {gust_length: -2 mm}\n", false, 4, 21,
      "wind.gust_length: is '-2 mm', must be above 0 m and at most 1000000 m"},
     {"wind: {gust_length: 2 furlong}\n", false, 4, 21,
-     "wind.gust_length: '2 furlong' has an unknown unit; allowed here: m, km, cm, mm, um"},
+     "wind.gust_length: '2 furlong' has an unknown unit; allowed here: m, km, cm, mm, um, in, ft"},
     {"wind: {gust_length: 2 s}\n", false, 4, 21,
-     "wind.gust_length: '2 s' has an unknown unit; allowed here: m, km, cm, mm, um"},
+     "wind.gust_length: '2 s' has an unknown unit; allowed here: m, km, cm, mm, um, in, ft"},
     {"contact: {friction: 2 m}\n", false, 4, 21,
      "contact.friction: '2 m' has an unknown unit; allowed here: none or %"},
     {"wind: {gust_length: .nan}\n", false, 4, 21,
-     "wind.gust_length: is '.nan', must be finite: a number in m, km, cm, mm, um, as in '2 m'"},
+     "wind.gust_length: is '.nan', must be finite: a number in m, km, cm, mm, um, in, ft, as in '2 "
+     "m'"},
     {"wind: {gust_length: -.INF}\n", false, 4, 21,
-     "wind.gust_length: is '-.INF', must be finite: a number in m, km, cm, mm, um, as in '2 m'"},
+     "wind.gust_length: is '-.INF', must be finite: a number in m, km, cm, mm, um, in, ft, as in "
+     "'2 m'"},
     {"wind: {gust_length: 1e999}\n", false, 4, 21,
-     "wind.gust_length: is '1e999', must be finite: a number in m, km, cm, mm, um, as in '2 m'"},
+     "wind.gust_length: is '1e999', must be finite: a number in m, km, cm, mm, um, in, ft, as in "
+     "'2 m'"},
     {"wind: {gust_length: 1/0}\n", false, 4, 21,
-     "wind.gust_length: is '1/0', must be finite: a number in m, km, cm, mm, um, as in '2 m'"},
+     "wind.gust_length: is '1/0', must be finite: a number in m, km, cm, mm, um, in, ft, as in '2 "
+     "m'"},
     {"contact: {delta_c: twice}\n", false, 4, 20,
-     "contact.delta_c: is 'twice', must be a number in m, km, cm, mm, um, as in '2 m', or the word "
+     "contact.delta_c: is 'twice', must be a number in m, km, cm, mm, um, in, ft, as in '2 m', or "
+     "the word "
      "auto"},
     {"time: {frames: 3, step: -1/90 s}\ncloth: [{mesh: {shape: net}}]\n", true, 1, 25,
      "time.step: is '-1/90 s', must be above 0 s and at most 1 s"},
@@ -274,6 +281,12 @@ static void test_units(void **state) {
     } good[] = {
         {"2", UNIT_LENGTH, 2},
         {"2 mm", UNIT_LENGTH, 0.002},
+        {"2 in", UNIT_LENGTH, 0.0508},
+        {"5 ft", UNIT_LENGTH, 1.524},
+        {"1/8 in", UNIT_LENGTH, 0.003175},
+        {"12 in/s", UNIT_VELOCITY, 0.3048},
+        {"10 ft/s", UNIT_VELOCITY, 3.048},
+        {"-32 ft/s^2", UNIT_ACCELERATION, -9.7536},
         {"2mm", UNIT_LENGTH, 0.002},
         {"-1.5e2 cm", UNIT_LENGTH, -1.5},
         {".5 km", UNIT_LENGTH, 500},
