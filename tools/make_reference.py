@@ -233,17 +233,23 @@ def make_link_to(homes, page):
 
 
 def format_words(words, link):
-    """A comment as Markdown: names are links, signs that Markdown reads are escaped, indented lines are code."""
+    """A comment as Markdown: names are links, signs that Markdown reads are escaped, indented lines are code, and lines
+    that begin with "- " are a list."""
     result = []
     for paragraph in re.split(r"\n\s*\n", words):
         lines = paragraph.split("\n")
+        if lines[0].startswith("- "):
+            items = re.split(r"\n(?=- )", paragraph)
+            result.append("\n".join("- " + format_words(item[2:], link) for item in items))
+            continue
         if all(line.startswith("    ") for line in lines):
             result.append("\n".join(lines))
             continue
         pieces = re.split(r"(`[^`]*`)", " ".join(line.strip() for line in lines))
         for i, piece in enumerate(pieces):
             if i % 2 == 0:
-                piece = re.sub(r"([\\*\[\]<>|])", r"\\\1", piece)
+                piece = piece.replace("&", "&amp;").replace("<", "&lt;").replace(">", "&gt;")
+                piece = re.sub(r"([\\*\[\]|])", r"\\\1", piece)
                 piece = re.sub(r"(?<!\w)_|_(?!\w)", r"\\_", piece)
                 piece = re.sub(r"\bdocs/([\w/]+\.md)", r"[\1](../\1)", piece)
                 pieces[i] = NAME.sub(link, piece)

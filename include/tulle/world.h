@@ -445,14 +445,14 @@ typedef struct tulle_step_report {
  * After an error the world is as it was; only tulle_world_last_message and
  * tulle_world_get_intersections may differ. Errors:
  *
- * those of tulle_world_start, when the caller has not called that;
- * TULLE_ERROR_INVALID_ARGUMENT, TULLE_ERROR_OUT_OF_MEMORY;
- * TULLE_ERROR_INTERSECTING_START, when an obstacle appears in or around cloth;
- * TULLE_ERROR_PINCHED, when obstacles leave cloth no room;
- * TULLE_ERROR_STEP_FAILED, when forces lead to numbers that are not finite, when
- * TULLE_RESPONSE_PAPER tears cloth, or when a body turns further than 4096 substeps follow;
- * TULLE_ERROR_LIMIT, beyond 2^32 candidate pairs;
- * TULLE_ERROR_INTERRUPTED, by a stop request; and what a frame reader returns. */
+ * - those of tulle_world_start, when the caller has not called that;
+ * - TULLE_ERROR_INVALID_ARGUMENT, TULLE_ERROR_OUT_OF_MEMORY;
+ * - TULLE_ERROR_INTERSECTING_START, when an obstacle appears in or around cloth;
+ * - TULLE_ERROR_PINCHED, when obstacles leave cloth no room;
+ * - TULLE_ERROR_STEP_FAILED, when forces lead to numbers that are not finite, when
+ *   TULLE_RESPONSE_PAPER tears cloth, or when a body turns further than 4096 substeps follow;
+ * - TULLE_ERROR_LIMIT, beyond 2^32 candidate pairs;
+ * - TULLE_ERROR_INTERRUPTED, by a stop request; and what a frame reader returns. */
 TULLE_API tulle_status tulle_world_step(tulle_world *world, double time_step,
                                         tulle_step_report *report, tulle_error *error);
 
