@@ -1,60 +1,73 @@
-/* detect/pairs/find_pairs.c - stage 7 as a list: takes fitted trees, gives the list of all feature
- * pairs whose boxes meet. What the search finds goes to the writers of its workers; sorting makes
- * the list the same for any number of threads. */
+/* detect/pairs/find_pairs.c - the candidates as a list: takes fitted trees, gives all feature pairs
+ * whose boxes meet. Each worker of the search writes into blocks of its own in the stores; sorting
+ * makes the list the same for any number of threads. */
 #include "detect/trees/broad_phase_parts.h"
+
+enum { SPARE_BLOCKS = 16 /* beyond what is needed */ };
 
 /* A pair_consumer; context: the broad phase. */
 static void write_pairs(void *context, const pair_tables *tables, const pair_batch *batch,
                         int worker) {
     const broad_phase *const broad = context;
     pair_writer *const writer = &broad->writers.data[2 * worker + (int)batch->kind];
+    pair_store *const store = writer->store;
     for (size_t i = 0; i < batch->count;) {
-        size_t const room = pair_writer_make_room(writer), left = batch->count - i;
+        if (writer->cursor == writer->end) { /* claim the next block */
+            size_t const block =
+                atomic_fetch_add_explicit(&store->block_count, 1, memory_order_relaxed);
+            bool const fits = (block + 1) * KEY_BLOCK <= store->keys.capacity;
+            writer->cursor = fits ? store->keys.data + block * KEY_BLOCK : writer->lost;
+            writer->end = writer->cursor + KEY_BLOCK;
+        }
+        size_t const room = (size_t)(writer->end - writer->cursor), left = batch->count - i;
         size_t const end = i + (left < room ? left : room);
         for (; i < end; i++) {
             feature_pair const pair = pair_batch_get(tables, batch, i);
-            pair_writer_add(writer, pair.first, pair.second);
+            *writer->cursor++ = (uint64_t)pair.first << writer->shift | pair.second;
         }
     }
 }
 
-/* One search; what does not fit into the stores is only counted. */
-static tulle_status search_once(broad_phase *broad, const surface_set *set, int threads,
-                                search_counts *counts) {
-    for (int kind = 0; kind < 2; kind++) pair_store_clear(&broad->stores[kind]);
-    for (int w = 0; w < 2 * threads; w++)
-        pair_writer_start(&broad->writers.data[w], &broad->stores[w % 2]);
-    tulle_status const status = search_pairs(broad, set, threads, write_pairs, broad, counts);
-    for (int w = 0; w < 2 * threads; w++) pair_writer_finish(&broad->writers.data[w]);
-    return status;
-}
-
-static bool reserve_results(broad_phase *broad, pair_list *pairs) {
-    return ARRAY_RESERVE(broad->heap, &pairs->vertex_triangle,
-                         broad->stores[FEATURE_VERTEX_TRIANGLE].keys.capacity) &&
-           ARRAY_RESERVE(broad->heap, &pairs->edge_edge,
-                         broad->stores[FEATURE_EDGE_EDGE].keys.capacity);
-}
-
-/* Searches until the stores hold all, and empties the list. */
+/* Searches until the stores hold all pairs; empties the list and makes room in it. */
 static tulle_status fill_stores(broad_phase *broad, const surface_set *set, int threads,
                                 pair_list *pairs, search_counts *counts) {
     pairs->vertex_triangle.count = pairs->edge_edge.count = 0;
     broad->writers.count = 0;
     if (!ARRAY_RESERVE(broad->heap, &broad->writers, 2 * (size_t)threads))
         return TULLE_ERROR_OUT_OF_MEMORY;
-    bool is_complete = false;
-    while (!is_complete) {
-        tulle_status status = search_once(broad, set, threads, counts);
+    for (bool is_complete = false; !is_complete;) {
+        for (int kind = 0; kind < 2; kind++) atomic_store(&broad->stores[kind].block_count, 0);
+        for (int w = 0; w < 2 * threads; w++) {
+            pair_writer *const writer = &broad->writers.data[w];
+            writer->store = &broad->stores[w % 2];
+            writer->cursor = writer->end = writer->lost;
+            writer->shift = writer->store->shift;
+        }
+        tulle_status const status = search_pairs(broad, set, threads, write_pairs, broad, counts);
+        for (int w = 0; w < 2 * threads; w++) {
+            pair_writer *const writer = &broad->writers.data[w];
+            while (writer->cursor != writer->end) *writer->cursor++ = KEY_NONE;
+        }
         if (status != TULLE_OK) return status;
+
+        /* A store that was too small gets room for a repeat. Next time each writer but one may
+         * leave a block unfinished that is full this time. */
         is_complete = true;
         for (int kind = 0; kind < 2; kind++) {
-            if (!pair_store_is_complete(broad->heap, &broad->stores[kind], threads, &status))
-                is_complete = false;
-            if (status != TULLE_OK) return status;
+            pair_store *const store = &broad->stores[kind];
+            size_t const needed = atomic_load(&store->block_count) + (size_t)threads - 1;
+            if (needed * KEY_BLOCK <= store->keys.capacity) continue;
+            is_complete = false;
+            size_t const room = needed + needed / 4 + SPARE_BLOCKS;
+            if (!ARRAY_RESERVE(broad->heap, &store->keys, room * KEY_BLOCK))
+                return TULLE_ERROR_OUT_OF_MEMORY;
         }
     }
-    return reserve_results(broad, pairs) ? TULLE_OK : TULLE_ERROR_OUT_OF_MEMORY;
+    bool const has_room = ARRAY_RESERVE(broad->heap, &pairs->vertex_triangle,
+                                        broad->stores[FEATURE_VERTEX_TRIANGLE].keys.capacity) &&
+                          ARRAY_RESERVE(broad->heap, &pairs->edge_edge,
+                                        broad->stores[FEATURE_EDGE_EDGE].keys.capacity);
+    return has_room ? TULLE_OK : TULLE_ERROR_OUT_OF_MEMORY;
 }
 
 tulle_status find_unsorted_pairs(broad_phase *broad, const surface_set *set, int threads,
@@ -71,14 +84,16 @@ tulle_status find_unsorted_pairs(broad_phase *broad, const surface_set *set, int
 tulle_status find_pairs(broad_phase *broad, const surface_set *set, int threads, pair_list *pairs,
                         search_counts *counts) {
     if (threads < 1) threads = 1;
-    tulle_status const status = fill_stores(broad, set, threads, pairs, counts);
+    size_t found[2] = {0, 0};
+    tulle_status status = fill_stores(broad, set, threads, pairs, counts);
+    if (status == TULLE_OK)
+        status = pair_store_sort(&broad->stores[FEATURE_VERTEX_TRIANGLE], broad->heap, threads,
+                                 pairs->vertex_triangle.data, &found[FEATURE_VERTEX_TRIANGLE]);
+    if (status == TULLE_OK)
+        status = pair_store_sort(&broad->stores[FEATURE_EDGE_EDGE], broad->heap, threads,
+                                 pairs->edge_edge.data, &found[FEATURE_EDGE_EDGE]);
     if (status != TULLE_OK) return status;
-    for (int kind = 0; kind < 2; kind++)
-        if (!pair_store_reserve_sorting(broad->heap, &broad->stores[kind]))
-            return TULLE_ERROR_OUT_OF_MEMORY;
-    pairs->vertex_triangle.count = pair_store_sort(&broad->stores[FEATURE_VERTEX_TRIANGLE], threads,
-                                                   pairs->vertex_triangle.data);
-    pairs->edge_edge.count =
-        pair_store_sort(&broad->stores[FEATURE_EDGE_EDGE], threads, pairs->edge_edge.data);
+    pairs->vertex_triangle.count = found[FEATURE_VERTEX_TRIANGLE];
+    pairs->edge_edge.count = found[FEATURE_EDGE_EDGE];
     return TULLE_OK;
 }

@@ -3,31 +3,11 @@
  * neighbours of higher number, see leaf_tables. They never change. */
 #include "detect/trees/broad_phase_parts.h"
 
-typedef struct masked_pair {
-    const broad_phase *broad;
-    const tree_leaf *a, *b;
-} masked_pair;
-
 static bool share_vertex(const uint32_t *a, uint32_t a_count, const uint32_t *b, uint32_t b_count) {
     for (uint32_t i = 0; i < a_count; i++)
         for (uint32_t j = 0; j < b_count; j++)
             if (a[i] == b[j]) return true;
     return false;
-}
-
-/* Edges of one group of b; of the leaf itself those after `edge`. */
-static uint16_t mask_edges(const masked_pair *pair, uint32_t edge, uint32_t group) {
-    const uint32_t *const corners = pair->broad->edges.corners;
-    uint32_t const begin = pair->b->edge_begin + GROUP_LANES * group;
-    uint32_t mask = 0;
-    for (uint32_t l = 0; l < GROUP_LANES && begin + l < pair->b->edge_end; l++) {
-        uint32_t const other = begin + l;
-        if (pair->a == pair->b && other <= edge) continue;
-        bool const shares =
-            share_vertex(corners + 2 * (size_t)edge, 2, corners + 2 * (size_t)other, 2);
-        mask |= (uint32_t)!shares << l;
-    }
-    return (uint16_t)mask;
 }
 
 /* Triangles of a leaf of which the vertex in a slot is no corner. */
@@ -41,15 +21,28 @@ static uint16_t mask_triangles(const broad_phase *broad, uint32_t slot, const tr
     return (uint16_t)mask;
 }
 
-static void mask_pair(const masked_pair *pair, uint16_t *to) {
-    const tree_leaf *const a = pair->a, *const b = pair->b;
-    for (uint32_t edge = a->edge_begin; edge < a->edge_end; edge++)
-        for (uint32_t group = 0; group < a->mask_groups; group++)
-            *to++ = mask_edges(pair, edge, group);
-    for (uint32_t v = a->vertex_begin; v < a->vertex_end; v++)
-        *to++ = mask_triangles(pair->broad, v, b);
+/* Writes the masks of leaf a against leaf b: for each edge of a and each group of edges of b, of
+ * the leaf itself those after the edge; then for each vertex the triangles of the other leaf. */
+static void mask_pair(const broad_phase *broad, const tree_leaf *a, const tree_leaf *b,
+                      uint16_t *to) {
+    const uint32_t *const corners = broad->edges.corners;
+    for (uint32_t edge = a->edge_begin; edge < a->edge_end; edge++) {
+        for (uint32_t group = 0; group < a->mask_groups; group++) {
+            uint32_t const begin = b->edge_begin + GROUP_LANES * group;
+            uint32_t mask = 0;
+            for (uint32_t l = 0; l < GROUP_LANES && begin + l < b->edge_end; l++) {
+                uint32_t const other = begin + l;
+                if (a == b && other <= edge) continue;
+                bool const shares =
+                    share_vertex(corners + 2 * (size_t)edge, 2, corners + 2 * (size_t)other, 2);
+                mask |= (uint32_t)!shares << l;
+            }
+            *to++ = (uint16_t)mask;
+        }
+    }
+    for (uint32_t v = a->vertex_begin; v < a->vertex_end; v++) *to++ = mask_triangles(broad, v, b);
     for (uint32_t v = b->vertex_begin; v < b->vertex_end && a != b; v++)
-        *to++ = mask_triangles(pair->broad, v, a);
+        *to++ = mask_triangles(broad, v, a);
 }
 
 tulle_status mask_leaves(broad_phase *broad, const surface_tree *tree) {
@@ -71,9 +64,8 @@ tulle_status mask_leaves(broad_phase *broad, const surface_tree *tree) {
         if (!ARRAY_RESERVE(broad->heap, &broad->masks, room)) return TULLE_ERROR_OUT_OF_MEMORY;
         leaf->mask_begin = (uint32_t)broad->masks.count;
         for (uint32_t i = 0; i <= count; i++) {
-            masked_pair const pair = {broad, leaf,
-                                      i == 0 ? leaf : &broad->leaves[leaf->neighbours[i - 1]]};
-            mask_pair(&pair, broad->masks.data + broad->masks.count);
+            const tree_leaf *const other = i == 0 ? leaf : &broad->leaves[leaf->neighbours[i - 1]];
+            mask_pair(broad, leaf, other, broad->masks.data + broad->masks.count);
             broad->masks.count += leaf->mask_stride;
         }
     }

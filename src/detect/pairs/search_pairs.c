@@ -1,10 +1,10 @@
-/* detect/pairs/search_pairs.c - stage 7: takes fitted trees, gives all feature pairs whose boxes
+/* detect/pairs/search_pairs.c - the search: takes fitted trees, gives all feature pairs whose boxes
  * meet, in batches to a consumer.
  *
- * Starts from the pairs of surfaces that may meet (root_pairs.c), opens their nodes level by level
- * until there are enough pairs of nodes for all workers, and descends from each of those:
- * EXPANDED_PAIRS pairs of the lowest level that has some are opened at a time, so lists stay short
- * and in cache. Of two trees of unequal height the nodes of the higher one are opened alone at
+ * It starts from the pairs of surfaces that may meet (root_pairs.c) and opens their nodes level by
+ * level until there are enough pairs of nodes for all workers. Workers descend from each of those:
+ * they open EXPANDED_PAIRS pairs at a time, of the lowest level that has some, so lists stay short
+ * and in cache. Of two trees of unequal height, the nodes of the higher one are opened alone at
  * first. */
 #include "base/parallel.h"
 #include "detect/trees/broad_phase_parts.h"
@@ -16,88 +16,44 @@ enum {
     LEAVES_A_PLACE = 6  /* of all leaves */
 };
 
-/* Two trees whose pairs of nodes are opened. */
-typedef struct tree_pair {
-    const broad_phase *broad;
-    const tree_node *trees[2];
-    bool is_one_tree;
-} tree_pair;
-
-static tree_pair make_tree_pair(const broad_phase *broad, const uint32_t surface[2]) {
-    return (tree_pair){
-        .broad = broad,
-        .trees = {broad->trees[surface[0]].nodes.data, broad->trees[surface[1]].nodes.data},
-        .is_one_tree = surface[0] == surface[1]};
-}
-
-/* Side k of lane l of a node. */
-static bool lane_meets(const tree_node *node, uint32_t lane, const float box[6]) {
-    float child[6];
-    for (int k = 0; k < 6; k++) child[k] = node->sides[k][lane];
-    return boxes_meet(child, box);
-}
-
-/* Opens one side only: the children of one node that meet the other node. */
-static void open_one_side(const tree_pair *pair, int side, const node_pairs *from, size_t begin,
-                          node_pairs *to) {
-    for (size_t i = begin; i < from->count; i++) {
-        const uint32_t nodes[2] = {from->first[i], from->second[i]};
-        const tree_node *const opened = &pair->trees[side][nodes[side]];
-        const float *const box = pair->trees[1 - side][nodes[1 - side]].box;
-        for (uint32_t c = 0; c < opened->child_count; c++) {
-            if (!lane_meets(opened, c, box)) continue;
-            to->first[to->count] = side == 0 ? opened->first + c : nodes[0];
-            to->second[to->count++] = side == 1 ? opened->first + c : nodes[1];
-        }
-    }
-}
-
-/* Opens the last pairs of a list, whose nodes are of the given levels, into an empty list, and
- * takes them off. */
-static void open_pairs(const tree_pair *pair, const uint32_t level[2], node_pairs *from,
-                       node_pairs *to) {
+/* Opens the last pairs of a list into an empty list, and takes them off. Their nodes belong to the
+ * trees of two surfaces and to the given levels, which become the levels of what is found. */
+static void open_pairs(const broad_phase *broad, const uint32_t surface[2], uint32_t level[2],
+                       node_pairs *from, node_pairs *to) {
+    const tree_node *const trees[2] = {broad->trees[surface[0]].nodes.data,
+                                       broad->trees[surface[1]].nodes.data};
     size_t const begin = from->count > EXPANDED_PAIRS ? from->count - EXPANDED_PAIRS : 0;
     to->count = 0;
-    if (level[0] != level[1]) {
-        open_one_side(pair, level[0] > level[1] ? 0 : 1, from, begin, to);
-    } else {
-        node_search const search = {.trees = {pair->trees[0], pair->trees[1]},
-                                    .label_mask = pair->broad->has_labels ? UINT32_MAX : 0};
+    if (level[0] == level[1]) {
+        node_search const search = {.trees = {trees[0], trees[1]},
+                                    .label_mask = broad->has_labels ? UINT32_MAX : 0};
         TULLE_PICK_KERNEL(open_node_pairs)
         (&search, from->first + begin, from->second + begin, from->count - begin, to);
+        level[0]--;
+        level[1]--;
+    } else { /* the higher node alone: its children that meet the other node */
+        int const side = level[0] > level[1] ? 0 : 1;
+        for (size_t i = begin; i < from->count; i++) {
+            const uint32_t nodes[2] = {from->first[i], from->second[i]};
+            const tree_node *const opened = &trees[side][nodes[side]];
+            const float *const box = trees[1 - side][nodes[1 - side]].box;
+            for (uint32_t c = 0; c < opened->child_count; c++) {
+                float child[6];
+                for (int k = 0; k < 6; k++) child[k] = opened->sides[k][c];
+                if (!boxes_meet(child, box)) continue;
+                to->first[to->count] = side == 0 ? opened->first + c : nodes[0];
+                to->second[to->count++] = side == 1 ? opened->first + c : nodes[1];
+            }
+        }
+        level[side]--;
     }
     from->count = begin;
-}
-
-/* Levels of the pairs that come of opening. */
-static void lower_levels(uint32_t level[2]) {
-    uint32_t const a = level[0], b = level[1];
-    if (a >= b) level[0]--;
-    if (b >= a) level[1]--;
-}
-
-/* Replaces a task by tasks of children, in the other list. */
-static bool split_task(broad_phase *broad, const search_task *task, int to) {
-    node_pairs *const from = &broad->lists.data[0], *const found = &broad->lists.data[1];
-    tree_pair const pair = make_tree_pair(broad, task->surface);
-    from->first[0] = task->node[0];
-    from->second[0] = task->node[1];
-    from->count = 1;
-    search_task child = *task;
-    open_pairs(&pair, task->level, from, found);
-    lower_levels(child.level);
-    if (!ARRAY_RESERVE(broad->heap, &broad->search_tasks[to], found->count)) return false;
-    for (size_t i = 0; i < found->count; i++) {
-        child.node[0] = found->first[i];
-        child.node[1] = found->second[i];
-        broad->search_tasks[to].data[broad->search_tasks[to].count++] = child;
-    }
-    return true;
 }
 
 /* Splits all tasks, level by level, until there are enough; those of lowest nodes stay. Returns the
  * list that holds them, or -1 when memory is short. */
 static int split_tasks(broad_phase *broad, const surface_set *set) {
+    node_pairs *const opened = &broad->lists.data[0], *const found = &broad->lists.data[1];
     int list = 0;
     broad->search_tasks[0].count = 0;
     if (!append_roots(broad, set)) return -1;
@@ -106,13 +62,20 @@ static int split_tasks(broad_phase *broad, const surface_set *set) {
         if (count == 0 || count >= WANTED_TASKS) break;
         broad->search_tasks[1 - list].count = 0;
         for (size_t i = 0; i < count; i++) {
-            search_task const task = broad->search_tasks[list].data[i];
-            if (task.level[0] > 1 || task.level[1] > 1) {
-                if (!split_task(broad, &task, 1 - list)) return -1;
-                continue;
+            search_task task = broad->search_tasks[list].data[i];
+            bool const is_lowest = task.level[0] <= 1 && task.level[1] <= 1;
+            node_pairs *const own = is_lowest ? found : opened;
+            own->first[0] = task.node[0];
+            own->second[0] = task.node[1];
+            own->count = 1;
+            if (!is_lowest) open_pairs(broad, task.surface, task.level, opened, found);
+            if (!ARRAY_RESERVE(broad->heap, &broad->search_tasks[1 - list], found->count))
+                return -1;
+            for (size_t k = 0; k < found->count; k++) {
+                task.node[0] = found->first[k];
+                task.node[1] = found->second[k];
+                broad->search_tasks[1 - list].data[broad->search_tasks[1 - list].count++] = task;
             }
-            if (!ARRAY_RESERVE(broad->heap, &broad->search_tasks[1 - list], 1)) return -1;
-            broad->search_tasks[1 - list].data[broad->search_tasks[1 - list].count++] = task;
         }
         list = 1 - list;
     }
@@ -136,13 +99,14 @@ static void send_batch(const search_context *search, int worker, int kind) {
 }
 
 /* All feature pairs of a list of leaf pairs. */
-static void search_leaves(const search_context *search, const tree_pair *pair, node_pairs *leaves,
+static void search_leaves(const search_context *search, bool is_one_tree, node_pairs *leaves,
                           int worker) {
     broad_phase *const broad = search->broad;
     worker_output *const output = &broad->outputs.data[worker];
     leaf_tables const tables = {
-        .fit = make_leaf_fit(broad), .masks = broad->masks.data, .is_one_tree = pair->is_one_tree};
-    if (find_slabs(broad)) TULLE_PICK_KERNEL(drop_apart_leaves)(find_slabs(broad), leaves);
+        .fit = make_leaf_fit(broad), .masks = broad->masks.data, .is_one_tree = is_one_tree};
+    if (broad->has_all_blocks && broad->slabs && broad_phase_is_straight(broad))
+        TULLE_PICK_KERNEL(drop_apart_leaves)(broad->slabs, leaves);
     output->counts.leaf_pair_count += leaves->count;
     for (size_t done = 0; done < leaves->count;) {
         done =
@@ -154,100 +118,47 @@ static void search_leaves(const search_context *search, const tree_pair *pair, n
     }
 }
 
-static void run_task(const search_context *search, const search_task *task, int worker) {
-    broad_phase *const broad = search->broad;
-    tree_pair const pair = make_tree_pair(broad, task->surface);
-    node_pairs *const lists = broad->lists.data + (size_t)worker * broad->list_count;
-    uint32_t levels[MOST_LEVELS + 1][2] = {{task->level[0], task->level[1]}};
-    lists[0].first[0] = task->node[0];
-    lists[0].second[0] = task->node[1];
-    lists[0].count = 1;
-    for (size_t depth = 0;;) {
-        if (lists[depth].count == 0) {
-            if (depth-- == 0) break;
-            continue;
-        }
-        open_pairs(&pair, levels[depth], &lists[depth], &lists[depth + 1]);
-        levels[depth + 1][0] = levels[depth][0];
-        levels[depth + 1][1] = levels[depth][1];
-        lower_levels(levels[depth + 1]);
-        if (levels[depth + 1][0] == 0)
-            search_leaves(search, &pair, &lists[depth + 1], worker);
-        else
-            depth++;
-    }
-}
-
+/* Descends from each task: depth first, one list of pairs a level. */
 static void run_tasks(void *context, size_t begin, size_t end, size_t chunk, int worker) {
     (void)chunk;
     const search_context *const search = context;
-    if (stop_is_wanted_by(search->broad->stop, worker)) return;
-    for (size_t i = begin; i < end; i++)
-        run_task(search, &search->broad->search_tasks[search->list].data[i], worker);
-}
-
-/* [floats] Room for the block of any leaf: an odd number of cache lines, so that blocks are spread
- * over all parts of a cache. */
-static size_t find_block_stride(const broad_phase *broad) {
-    uint32_t most = 0;
-    for (size_t s = 0; s < broad->surface_count; s++) {
-        const surface_tree *const tree = &broad->trees[s];
-        for (size_t l = 0; l < tree->leaf_count; l++) {
-            uint32_t const count = count_groups(&broad->leaves[tree->leaf_begin + l]);
-            most = count > most ? count : most;
+    broad_phase *const broad = search->broad;
+    node_pairs *const lists = broad->lists.data + (size_t)worker * broad->list_count;
+    if (stop_is_wanted_by(broad->stop, worker)) return;
+    for (size_t i = begin; i < end; i++) {
+        const search_task *const task = &broad->search_tasks[search->list].data[i];
+        uint32_t levels[MOST_LEVELS + 1][2] = {{task->level[0], task->level[1]}};
+        lists[0].first[0] = task->node[0];
+        lists[0].second[0] = task->node[1];
+        lists[0].count = 1;
+        for (size_t depth = 0;;) {
+            if (lists[depth].count == 0) {
+                if (depth-- == 0) break;
+                continue;
+            }
+            levels[depth + 1][0] = levels[depth][0];
+            levels[depth + 1][1] = levels[depth][1];
+            open_pairs(broad, task->surface, levels[depth + 1], &lists[depth], &lists[depth + 1]);
+            if (levels[depth + 1][0] == 0)
+                search_leaves(search, task->surface[0] == task->surface[1], &lists[depth + 1],
+                              worker);
+            else
+                depth++;
         }
     }
-    return LEAF_HEADER + GROUP_FLOATS * (size_t)most;
 }
 
-/* Places of a cache: fewer where there are few leaves. */
-static uint32_t find_place_count(const broad_phase *broad) {
-    size_t const leaves = broad->triangle_count / LEAF_TRIANGLES;
-    uint32_t count = KEPT_BLOCKS;
-    while (count > FEWEST_BLOCKS && count > leaves / LEAVES_A_PLACE) count /= 2;
-    return count;
-}
-
-static bool reserve_caches(broad_phase *broad, int threads) {
-    if (broad->has_all_blocks) return true;
-    if (broad->block_stride == 0 || broad->method != BROAD_PHASE_REFIT)
-        broad->block_stride = find_block_stride(broad);
-    uint32_t const place_count = find_place_count(broad);
-    size_t const stride = broad->block_stride, size = (place_count + 1) * stride;
-    broad->kept_blocks.count = 0;
-    if (!ARRAY_RESERVE(broad->heap, &broad->kept_blocks, (size_t)threads * size)) return false;
-    for (int w = 0; w < threads; w++) {
-        leaf_cache *const cache = &broad->outputs.data[w].cache;
-        cache->blocks = broad->kept_blocks.data + (size_t)w * size;
-        cache->stride = stride;
-        cache->place_count = place_count;
-        for (size_t i = 0; i < place_count; i++) cache->leaves[i] = UINT32_MAX;
-    }
-    return true;
-}
-
-/* Lists and outputs of the workers. */
-static bool reserve_workers(broad_phase *broad, int threads) {
+/* Makes room for the lists, outputs and caches of the workers, and empties them. */
+static bool prepare_workers(broad_phase *broad, int threads) {
     size_t most_levels = 0;
     for (size_t s = 0; s < broad->surface_count; s++)
         if (broad->trees[s].level_count > most_levels) most_levels = broad->trees[s].level_count;
     /* a list for each level and the leaves; voxel trees come to have some levels more or fewer */
     broad->list_count = most_levels + (broad->method == BROAD_PHASE_REFIT ? 1 : 4);
     broad->outputs.count = broad->lists.count = 0;
-    return ARRAY_RESERVE(broad->heap, &broad->outputs, (size_t)threads) &&
-           ARRAY_RESERVE(broad->heap, &broad->lists, (size_t)threads * broad->list_count);
-}
-
-tulle_status search_pairs(broad_phase *broad, const surface_set *set, int threads,
-                          pair_consumer consume, void *context, search_counts *counts) {
-    if (!broad->is_built || set->surface_count != broad->surface_count)
-        return TULLE_ERROR_INVALID_ARGUMENT;
-    if (threads < 1) threads = 1;
-    if (!reserve_workers(broad, threads) || !reserve_caches(broad, threads))
-        return TULLE_ERROR_OUT_OF_MEMORY;
-    search_context search = {.broad = broad, .consume = consume, .context = context};
-    search.list = split_tasks(broad, set);
-    if (search.list < 0) return TULLE_ERROR_OUT_OF_MEMORY;
+    if (!ARRAY_RESERVE(broad->heap, &broad->outputs, (size_t)threads) ||
+        !ARRAY_RESERVE(broad->heap, &broad->lists, (size_t)threads * broad->list_count))
+        return false;
     for (int w = 0; w < threads; w++) {
         worker_output *const output = &broad->outputs.data[w];
         output->counts = (search_counts){0};
@@ -256,6 +167,47 @@ tulle_status search_pairs(broad_phase *broad, const surface_set *set, int thread
             output->batches[kind].count = 0;
         }
     }
+    if (broad->has_all_blocks) return true;
+
+    /* Where there are few leaves, caches have fewer places. Room for the block of any leaf is an
+     * odd number of cache lines, so that blocks are spread over all parts of a cache. */
+    uint32_t place_count = KEPT_BLOCKS;
+    size_t const leaf_count = broad->triangle_count / LEAF_TRIANGLES;
+    while (place_count > FEWEST_BLOCKS && place_count > leaf_count / LEAVES_A_PLACE)
+        place_count /= 2;
+    if (broad->block_stride == 0 || broad->method != BROAD_PHASE_REFIT) {
+        uint32_t most_groups = 0;
+        for (size_t s = 0; s < broad->surface_count; s++) {
+            const tree_leaf *const leaves = broad->leaves + broad->trees[s].leaf_begin;
+            for (size_t l = 0; l < broad->trees[s].leaf_count; l++) {
+                uint32_t const groups = count_groups(&leaves[l]);
+                if (groups > most_groups) most_groups = groups;
+            }
+        }
+        broad->block_stride = LEAF_HEADER + GROUP_FLOATS * (size_t)most_groups;
+    }
+    size_t const size = (place_count + 1) * broad->block_stride;
+    broad->kept_blocks.count = 0;
+    if (!ARRAY_RESERVE(broad->heap, &broad->kept_blocks, (size_t)threads * size)) return false;
+    for (int w = 0; w < threads; w++) {
+        leaf_cache *const cache = &broad->outputs.data[w].cache;
+        cache->blocks = broad->kept_blocks.data + (size_t)w * size;
+        cache->stride = broad->block_stride;
+        cache->place_count = place_count;
+        for (size_t i = 0; i < place_count; i++) cache->leaves[i] = UINT32_MAX;
+    }
+    return true;
+}
+
+tulle_status search_pairs(broad_phase *broad, const surface_set *set, int threads,
+                          pair_consumer consume, void *context, search_counts *counts) {
+    if (!broad->is_built || set->surface_count != broad->surface_count)
+        return TULLE_ERROR_INVALID_ARGUMENT;
+    if (threads < 1) threads = 1;
+    if (!prepare_workers(broad, threads)) return TULLE_ERROR_OUT_OF_MEMORY;
+    search_context search = {.broad = broad, .consume = consume, .context = context};
+    search.list = split_tasks(broad, set);
+    if (search.list < 0) return TULLE_ERROR_OUT_OF_MEMORY;
     parallel_for(broad->search_tasks[search.list].count, 1, threads, run_tasks, &search);
     search_counts total = {0};
     for (int w = 0; w < threads; w++) {

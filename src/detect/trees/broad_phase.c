@@ -1,4 +1,5 @@
-/* detect/trees/broad_phase.c - stage 6 and the life of the broad phase, see broad_phase.h.
+/* detect/trees/broad_phase.c - building the trees, and the life of the broad phase; see
+ * broad_phase.h.
  *
  * Everything but the lists of pairs, boxes of features and the nodes of voxel trees is reserved at
  * creation. A surface is fitted again unless it is static and was fitted with the same margin in
@@ -10,8 +11,7 @@
 #include <math.h>
 #include <string.h>
 
-/* Room for the node pairs among which stage 7 shares out its work; more only where they all meet.
- */
+/* Room for the node pairs that a search shares out among workers; more only where they all meet. */
 enum { SEARCH_TASKS = 4096, TRIANGLES_PER_TASK = 32 };
 
 static void *allocate(memory *heap, size_t count, size_t size) {
@@ -26,43 +26,21 @@ static bool reserve_slots(memory *heap, slot_list *list, size_t count, uint32_t 
     return list->features && list->corners;
 }
 
-static void free_slots(memory *heap, slot_list *list) {
-    memory_release(heap, list->features, list->count * sizeof *list->features);
-    memory_release(heap, list->corners, list->corner_count * list->count * sizeof *list->corners);
-}
+static bool reserve_parts(broad_phase *broad, const surface_set *set) {
+    memory *const heap = broad->heap;
+    bool const is_refit = broad->method == BROAD_PHASE_REFIT;
+    broad->trees = allocate(heap, broad->surface_count, sizeof *broad->trees);
+    if (!broad->trees && broad->surface_count > 0) return false;
 
-/* Leaves are numbered through the surfaces; a voxel tree may need one for each triangle. */
-static void place_leaves(broad_phase *broad, const surface_set *set) {
+    /* Leaves are numbered through the surfaces; a voxel tree may need one for each triangle. */
     for (size_t s = 0; s < set->surface_count; s++) {
         const surface_range *const range = &set->surfaces[s];
         size_t const count = range->triangle_end - range->triangle_begin;
-        broad->trees[s].leaf_begin = (uint32_t)broad->leaf_capacity;
         uint32_t group;
-        bool const is_refit = broad->method == BROAD_PHASE_REFIT;
+        broad->trees[s].leaf_begin = (uint32_t)broad->leaf_capacity;
         broad->leaf_capacity += is_refit ? choose_leaf_count(count, &group) : count;
     }
-}
 
-/* What trees of the method need besides. */
-static bool reserve_method_parts(broad_phase *broad) {
-    memory *const heap = broad->heap;
-    if (broad->method == BROAD_PHASE_REFIT) {
-        broad->record_vertices =
-            allocate(heap, broad->vertex_count, sizeof *broad->record_vertices);
-        return broad->record_vertices || broad->vertex_count == 0;
-    }
-    for (int k = 0; k < 2; k++) {
-        broad->voxel_keys[k] = allocate(heap, broad->triangle_count, sizeof *broad->voxel_keys[k]);
-        if (!broad->voxel_keys[k] && broad->triangle_count > 0) return false;
-    }
-    return true;
-}
-
-static bool reserve_parts(broad_phase *broad, const surface_set *set) {
-    memory *const heap = broad->heap;
-    broad->trees = allocate(heap, broad->surface_count, sizeof *broad->trees);
-    if (!broad->trees && broad->surface_count > 0) return false;
-    place_leaves(broad, set);
     /* A task takes many vertices or lowest nodes of one surface, and there are fewer nodes than
      * triangles. */
     broad->fit_task_capacity =
@@ -76,13 +54,26 @@ static bool reserve_parts(broad_phase *broad, const surface_set *set) {
         if (!ARRAY_RESERVE(heap, &broad->search_tasks[k],
                            task_count < SEARCH_TASKS ? task_count : SEARCH_TASKS))
             return false;
-    return (broad->vertex_boxes || broad->vertex_count == 0) &&
-           (broad->records || broad->vertex_count == 0) &&
-           (broad->leaves || broad->leaf_capacity == 0) &&
-           (broad->fit_tasks || broad->fit_task_capacity == 0) && reserve_method_parts(broad) &&
-           reserve_slots(heap, &broad->triangles, broad->triangle_count, 3) &&
-           reserve_slots(heap, &broad->vertices, broad->vertex_count, 1) &&
-           reserve_slots(heap, &broad->edges, broad->edge_count, 2);
+    bool const has_room = (broad->vertex_boxes || broad->vertex_count == 0) &&
+                          (broad->records || broad->vertex_count == 0) &&
+                          (broad->leaves || broad->leaf_capacity == 0) &&
+                          (broad->fit_tasks || broad->fit_task_capacity == 0) &&
+                          reserve_slots(heap, &broad->triangles, broad->triangle_count, 3) &&
+                          reserve_slots(heap, &broad->vertices, broad->vertex_count, 1) &&
+                          reserve_slots(heap, &broad->edges, broad->edge_count, 2);
+    if (!has_room) return false;
+
+    /* What trees of the method need besides. */
+    if (is_refit) {
+        broad->record_vertices =
+            allocate(heap, broad->vertex_count, sizeof *broad->record_vertices);
+        return broad->record_vertices || broad->vertex_count == 0;
+    }
+    for (int k = 0; k < 2; k++) {
+        broad->voxel_keys[k] = allocate(heap, broad->triangle_count, sizeof *broad->voxel_keys[k]);
+        if (!broad->voxel_keys[k] && broad->triangle_count > 0) return false;
+    }
+    return true;
 }
 
 static void release_boxes(broad_phase *broad) {
@@ -120,22 +111,14 @@ void broad_phase_destroy(broad_phase *broad) {
     ARRAY_FREE(heap, &broad->kept_blocks);
     ARRAY_FREE(heap, &broad->lists);
     ARRAY_FREE(heap, &broad->writers);
-    free_slots(heap, &broad->triangles);
-    free_slots(heap, &broad->vertices);
-    free_slots(heap, &broad->edges);
-    memory_release(heap, broad, sizeof *broad);
-}
-
-static tulle_status shape_trees(broad_phase *broad, const surface_set *set, const double *rest) {
-    if (!choose_box_frame(broad, set->topo, rest)) return TULLE_ERROR_INVALID_ARGUMENT;
-    if (broad->method != BROAD_PHASE_REFIT) return TULLE_OK;
-    for (uint32_t s = 0; s < set->surface_count; s++) {
-        tulle_status const status = shape_refit_tree(broad, set, s, rest);
-        if (status != TULLE_OK) return status;
+    const slot_list *const slots[3] = {&broad->triangles, &broad->vertices, &broad->edges};
+    for (int k = 0; k < 3; k++) {
+        const slot_list *const list = slots[k];
+        memory_release(heap, list->features, list->count * sizeof *list->features);
+        memory_release(heap, list->corners,
+                       list->corner_count * list->count * sizeof *list->corners);
     }
-    ARRAY_TRIM(broad->heap, &broad->leaf_corners);
-    ARRAY_TRIM(broad->heap, &broad->masks);
-    return TULLE_OK;
+    memory_release(heap, broad, sizeof *broad);
 }
 
 tulle_status broad_phase_create(memory *heap, const surface_set *set, const double *rest,
@@ -153,8 +136,15 @@ tulle_status broad_phase_create(memory *heap, const surface_set *set, const doub
     pair_store_prepare(&broad->stores[FEATURE_VERTEX_TRIANGLE], broad->vertex_count,
                        broad->triangle_count);
     pair_store_prepare(&broad->stores[FEATURE_EDGE_EDGE], broad->edge_count, broad->edge_count);
-    tulle_status const status =
-        reserve_parts(broad, set) ? shape_trees(broad, set, rest) : TULLE_ERROR_OUT_OF_MEMORY;
+    tulle_status status = reserve_parts(broad, set) ? TULLE_OK : TULLE_ERROR_OUT_OF_MEMORY;
+    if (status == TULLE_OK && !choose_box_frame(broad, set->topo, rest))
+        status = TULLE_ERROR_INVALID_ARGUMENT;
+    if (method == BROAD_PHASE_REFIT) {
+        for (uint32_t s = 0; status == TULLE_OK && s < set->surface_count; s++)
+            status = shape_refit_tree(broad, set, s, rest);
+        ARRAY_TRIM(heap, &broad->leaf_corners);
+        ARRAY_TRIM(heap, &broad->masks);
+    }
     if (status != TULLE_OK) {
         broad_phase_destroy(broad);
         return status;
@@ -181,28 +171,20 @@ tulle_status build_trees(broad_phase *broad, const surface_set *set, const doubl
             broad->trees[s].is_fitted = false;
     }
     broad->margin = margin;
+    tulle_status status = TULLE_OK;
     if (broad->scratch) {
         broad->vertex_boxes = ARENA_NEW(broad->scratch, vertex_box, broad->vertex_count);
-        if (!broad->vertex_boxes) {
-            broad->margin = -1.0;
-            return TULLE_ERROR_OUT_OF_MEMORY;
-        }
+        if (!broad->vertex_boxes) status = TULLE_ERROR_OUT_OF_MEMORY;
     }
-    if (!fit_vertex_boxes(broad, set, x0, x1, threads)) {
-        broad->margin = -1.0;
-        return TULLE_ERROR_INVALID_ARGUMENT;
-    }
-    for (uint32_t s = 0; broad->method != BROAD_PHASE_REFIT && s < set->surface_count; s++) {
-        if (!set->surfaces[s].is_present || broad->trees[s].is_fitted) continue;
-        tulle_status const status = shape_voxel_tree(broad, set, s);
-        if (status != TULLE_OK) {
-            broad->margin = -1.0;
-            return status;
-        }
-    }
-    if (!fit_trees(broad, set, threads)) {
-        broad->margin = -1.0;
-        return TULLE_ERROR_OUT_OF_MEMORY;
+    if (status == TULLE_OK && !fit_vertex_boxes(broad, set, x0, x1, threads))
+        status = TULLE_ERROR_INVALID_ARGUMENT;
+    for (uint32_t s = 0; broad->method != BROAD_PHASE_REFIT && s < set->surface_count; s++)
+        if (status == TULLE_OK && set->surfaces[s].is_present && !broad->trees[s].is_fitted)
+            status = shape_voxel_tree(broad, set, s);
+    if (status == TULLE_OK && !fit_trees(broad, set, threads)) status = TULLE_ERROR_OUT_OF_MEMORY;
+    if (status != TULLE_OK) {
+        broad->margin = -1.0; /* nothing is fitted for the next call */
+        return status;
     }
     broad->is_built = true;
     return TULLE_OK;

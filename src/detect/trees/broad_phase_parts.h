@@ -174,8 +174,6 @@ bool fit_vertex_boxes(broad_phase *broad, const surface_set *set, const double *
  * when memory is short. */
 bool fit_trees(broad_phase *broad, const surface_set *set, int threads);
 void release_blocks(broad_phase *broad);
-/* Slabs of all leaves where they are fitted, as blocks are; else null. */
-const leaf_slabs *find_slabs(const broad_phase *broad);
 /* What boxes of leaves are fitted from. */
 leaf_fit make_leaf_fit(const broad_phase *broad);
 

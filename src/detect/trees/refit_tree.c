@@ -13,47 +13,16 @@ typedef struct shaper {
     const double *rest;
 } shaper;
 
-/* Three times the centroid. */
-static double find_centroid(const shaper *shape, uint32_t triangle, size_t axis) {
+/* Three times the centroid of a triangle, along an axis. */
+static double sum_corners(const shaper *shape, uint32_t triangle, size_t axis) {
     const uint32_t *const corner = shape->corners + 3 * (size_t)triangle;
     return shape->rest[3 * (size_t)corner[0] + axis] + shape->rest[3 * (size_t)corner[1] + axis] +
            shape->rest[3 * (size_t)corner[2] + axis];
 }
 
-static size_t find_longest_axis(const shaper *shape, size_t begin, size_t end) {
-    size_t longest = 0;
-    double most = -1.0;
-    for (size_t axis = 0; axis < 3; axis++) {
-        double low = find_centroid(shape, shape->order[begin], axis), high = low;
-        for (size_t i = begin + 1; i < end; i++) {
-            double const x = find_centroid(shape, shape->order[i], axis);
-            low = x < low ? x : low;
-            high = x > high ? x : high;
-        }
-        if (high - low > most) {
-            most = high - low;
-            longest = axis;
-        }
-    }
-    return longest;
-}
-
 static bool comes_before(const shaper *shape, size_t axis, uint32_t a, uint32_t b) {
-    double const x = find_centroid(shape, a, axis), y = find_centroid(shape, b, axis);
+    double const x = sum_corners(shape, a, axis), y = sum_corners(shape, b, axis);
     return x < y || (x == y && a < b);
-}
-
-/* The middle one of first, middle and last, against inputs that come sorted. */
-static uint32_t choose_pivot(const shaper *shape, size_t axis, size_t begin, size_t end) {
-    uint32_t a = shape->order[begin], b = shape->order[begin + (end - begin) / 2];
-    uint32_t const c = shape->order[end - 1];
-    if (comes_before(shape, axis, b, a)) {
-        uint32_t const swapped = a;
-        a = b;
-        b = swapped;
-    }
-    if (comes_before(shape, axis, c, a)) return a;
-    return comes_before(shape, axis, c, b) ? c : b;
 }
 
 /* Reorders begin .. end - 1 so that the first `middle - begin` come before all others (quickselect
@@ -61,7 +30,19 @@ static uint32_t choose_pivot(const shaper *shape, size_t axis, size_t begin, siz
 static void select_middle(const shaper *shape, size_t axis, size_t begin, size_t end,
                           size_t middle) {
     while (end - begin > 1) {
-        uint32_t const pivot = choose_pivot(shape, axis, begin, end);
+        /* The pivot is the middle one of first, middle and last, against inputs that come sorted.
+         */
+        uint32_t first = shape->order[begin], pivot = shape->order[begin + (end - begin) / 2];
+        uint32_t const last = shape->order[end - 1];
+        if (comes_before(shape, axis, pivot, first)) {
+            uint32_t const swapped = first;
+            first = pivot;
+            pivot = swapped;
+        }
+        if (comes_before(shape, axis, last, first))
+            pivot = first;
+        else if (comes_before(shape, axis, last, pivot))
+            pivot = last;
         size_t low = begin, high = end - 1;
         for (;;) {
             while (comes_before(shape, axis, shape->order[low], pivot)) low++;
@@ -88,8 +69,21 @@ static void split_triangles(const shaper *shape, size_t count, size_t leaf_count
     if (leaf_end - leaf_begin < 2) return;
     size_t const leaf_middle = (leaf_begin + leaf_end) / 2;
     size_t const begin = count * leaf_begin / leaf_count, end = count * leaf_end / leaf_count;
-    size_t const axis = find_longest_axis(shape, begin, end);
-    select_middle(shape, axis, begin, end, count * leaf_middle / leaf_count);
+    size_t longest = 0;
+    double most = -1.0;
+    for (size_t axis = 0; axis < 3; axis++) {
+        double low = sum_corners(shape, shape->order[begin], axis), high = low;
+        for (size_t i = begin + 1; i < end; i++) {
+            double const x = sum_corners(shape, shape->order[i], axis);
+            low = x < low ? x : low;
+            high = x > high ? x : high;
+        }
+        if (high - low > most) {
+            most = high - low;
+            longest = axis;
+        }
+    }
+    select_middle(shape, longest, begin, end, count * leaf_middle / leaf_count);
     split_triangles(shape, count, leaf_count, leaf_begin, leaf_middle);
     split_triangles(shape, count, leaf_count, leaf_middle, leaf_end);
 }
@@ -100,24 +94,6 @@ uint32_t choose_leaf_count(size_t triangle_count, uint32_t *group) {
     while (needed > (uint32_t)NODE_LANES << levels) levels++;
     *group = (needed + (1U << levels) - 1) >> levels;
     return *group << levels;
-}
-
-/* Levels up to the root. The lowest nodes take `group` leaves, the others NODE_LANES, the root what
- * is left. */
-static bool build_nodes(broad_phase *broad, surface_tree *tree, uint32_t group) {
-    uint32_t first = tree->leaf_begin, count = tree->leaf_count, children = group;
-    if (!ARRAY_RESERVE(broad->heap, &tree->nodes, count / group * 8 / 7 + 2)) return false;
-    do {
-        tree->level_begin[tree->level_count++] = (uint32_t)tree->nodes.count;
-        for (uint32_t i = 0; i < count; i += children)
-            tree->nodes.data[tree->nodes.count++] =
-                (tree_node){.first = first + i, .child_count = children};
-        first = tree->level_begin[tree->level_count - 1];
-        count /= children;
-        children = count < NODE_LANES ? count : NODE_LANES;
-    } while (count > 1);
-    tree->level_begin[tree->level_count] = (uint32_t)tree->nodes.count;
-    return true;
 }
 
 tulle_status shape_refit_tree(broad_phase *broad, const surface_set *set, uint32_t surface,
@@ -139,6 +115,21 @@ tulle_status shape_refit_tree(broad_phase *broad, const surface_set *set, uint32
         leaf->triangle_begin = range->triangle_begin + (uint32_t)(count * l / tree->leaf_count);
         leaf->triangle_end = range->triangle_begin + (uint32_t)(count * (l + 1) / tree->leaf_count);
     }
-    if (!build_nodes(broad, tree, group)) return TULLE_ERROR_OUT_OF_MEMORY;
+
+    /* Levels up to the root: the lowest nodes take `group` leaves, the others NODE_LANES, the root
+     * what is left. */
+    uint32_t first = tree->leaf_begin, left = tree->leaf_count, children = group;
+    if (!ARRAY_RESERVE(broad->heap, &tree->nodes, left / group * 8 / 7 + 2))
+        return TULLE_ERROR_OUT_OF_MEMORY;
+    do {
+        tree->level_begin[tree->level_count++] = (uint32_t)tree->nodes.count;
+        for (uint32_t i = 0; i < left; i += children)
+            tree->nodes.data[tree->nodes.count++] =
+                (tree_node){.first = first + i, .child_count = children};
+        first = tree->level_begin[tree->level_count - 1];
+        left /= children;
+        children = left < NODE_LANES ? left : NODE_LANES;
+    } while (left > 1);
+    tree->level_begin[tree->level_count] = (uint32_t)tree->nodes.count;
     return assign_even_slots(broad, set, surface);
 }

@@ -72,53 +72,30 @@ typedef struct vertex_context {
     vertex_fit fit;
 } vertex_context;
 
-static double sum_way(const vertex_fit *fit, uint32_t record, const uint32_t *other) {
-    size_t const at = 3 * (size_t)(fit->vertices ? fit->vertices[record] : record);
-    size_t const beside = other ? 3 * (size_t)(fit->vertices ? fit->vertices[*other] : *other) : 0;
-    double sum = 0.0;
-    for (size_t k = 0; k < 3; k++) {
-        double const way = fit->x1[at + k] - fit->x0[at + k];
-        sum += fabs(other ? way - (fit->x1[beside + k] - fit->x0[beside + k]) : way);
-    }
-    return sum;
-}
-
-/* Records are in the order of leaves, so those some way on belong to a leaf nearby. */
-static way_sums sample_ways(const vertex_fit *fit, uint32_t begin, uint32_t end) {
-    way_sums sums = {0.0, 0.0};
-    for (uint32_t i = begin; end - i > RECORDS_APART; i += RECORDS_APART) {
-        uint32_t const other = i + RECORDS_APART;
-        sums.own += sum_way(fit, i, NULL);
-        sums.relative += sum_way(fit, i, &other);
-    }
-    return sums;
-}
-
+/* Fits the boxes of some vertices. Where it matters whether paths are long, it also samples the
+ * ways of every RECORDS_APART-th one, against that of the next: records are in the order of leaves,
+ * so those some way on belong to a leaf nearby. */
 static void fit_vertex_task(void *context, size_t begin, size_t end, size_t chunk, int worker) {
     (void)begin, (void)end, (void)worker;
     const vertex_context *const vertices = context;
+    const vertex_fit *const fit = &vertices->fit;
     fit_task *const task = &vertices->broad->fit_tasks[chunk];
-    task->is_finite =
-        TULLE_PICK_KERNEL(fit_vertices)(&vertices->fit, task->begin, task->end, &task->motion);
-    if (vertices->broad->following == PATHS_WHERE_LONG)
-        task->ways = sample_ways(&vertices->fit, task->begin, task->end);
-}
-
-/* Of surfaces that may move: whether a static one was fitted now or before must not matter. */
-static bool paths_are_long(const broad_phase *broad, const surface_set *set, size_t task_count) {
-    double motion = 0.0, count = 0.0;
-    way_sums ways = {0.0, 0.0};
-    for (size_t i = 0; i < task_count; i++) {
-        const fit_task *const task = &broad->fit_tasks[i];
-        if (set->surfaces[task->surface].is_static) continue;
-        motion += task->motion;
-        ways.own += task->ways.own;
-        ways.relative += task->ways.relative;
-        count += (double)(task->end - task->begin);
+    task->is_finite = TULLE_PICK_KERNEL(fit_vertices)(fit, task->begin, task->end, &task->motion);
+    if (vertices->broad->following != PATHS_WHERE_LONG) return;
+    task->ways = (way_sums){0.0, 0.0};
+    for (uint32_t i = task->begin; task->end - i > RECORDS_APART; i += RECORDS_APART) {
+        uint32_t const next = i + RECORDS_APART;
+        size_t const own = 3 * (size_t)(fit->vertices ? fit->vertices[i] : i);
+        size_t const other = 3 * (size_t)(fit->vertices ? fit->vertices[next] : next);
+        double sum = 0.0, relative = 0.0;
+        for (size_t k = 0; k < 3; k++) {
+            double const way = fit->x1[own + k] - fit->x0[own + k];
+            sum += fabs(way);
+            relative += fabs(way - (fit->x1[other + k] - fit->x0[other + k]));
+        }
+        task->ways.own += sum;
+        task->ways.relative += relative;
     }
-    bool const moves_together =
-        broad->following == PATHS_ALWAYS || ways.relative < RELATIVE_MOTION * ways.own;
-    return moves_together && motion > LONG_MOTION * broad->mean_edge * count;
 }
 
 bool fit_vertex_boxes(broad_phase *broad, const surface_set *set, const double *x0,
@@ -150,62 +127,52 @@ bool fit_vertex_boxes(broad_phase *broad, const surface_set *set, const double *
         context.fit.half[k] = fmin(0.5 * broad->margin * broad->scale, FRAME_REACH);
     }
     parallel_for(task_count, 1, threads, fit_vertex_task, &context);
+
+    /* Whether paths are long, by surfaces that may move: whether a static one was fitted in this
+     * call or before must not matter. */
     bool is_finite = true;
-    for (size_t i = 0; i < new_count; i++) is_finite = is_finite && broad->fit_tasks[i].is_finite;
-    broad->is_straight =
-        broad->following != PATHS_IN_BOXES && paths_are_long(broad, set, new_count);
+    double motion = 0.0, count = 0.0;
+    way_sums ways = {0.0, 0.0};
+    for (size_t i = 0; i < new_count; i++) {
+        const fit_task *const task = &broad->fit_tasks[i];
+        is_finite = is_finite && task->is_finite;
+        if (set->surfaces[task->surface].is_static) continue;
+        motion += task->motion;
+        ways.own += task->ways.own;
+        ways.relative += task->ways.relative;
+        count += (double)(task->end - task->begin);
+    }
+    bool const moves_together =
+        broad->following == PATHS_ALWAYS || ways.relative < RELATIVE_MOTION * ways.own;
+    broad->is_straight = broad->following != PATHS_IN_BOXES && moves_together &&
+                         motion > LONG_MOTION * broad->mean_edge * count;
     return is_finite;
 }
 
-/* Puts the box of a child into its lane, and around `box`. */
-static void take_child(tree_node *node, uint32_t lane, const float child[6]) {
-    for (int k = 0; k < 6; k++) node->sides[k][lane] = child[k];
-    for (int k = 0; k < 3; k++) {
-        if (child[k] < node->box[k]) node->box[k] = child[k];
-        if (child[3 + k] > node->box[3 + k]) node->box[3 + k] = child[3 + k];
-    }
-}
-
-/* A node whose children are nodes. */
-static void fit_node(surface_tree *tree, uint32_t index) {
+/* Labels the children of a node, leaves or nodes: each with the label that all below it bear, or
+ * with 0. */
+static void label_children(const broad_phase *broad, surface_tree *tree, uint32_t index,
+                           bool is_lowest) {
     tree_node *const node = &tree->nodes.data[index];
-    for (int k = 0; k < 3; k++) {
-        node->box[k] = INFINITY;
-        node->box[3 + k] = -INFINITY;
-    }
-    for (uint32_t c = 0; c < node->child_count; c++)
-        take_child(node, c, tree->nodes.data[node->first + c].box);
-    /* a side below all others and one above them: such a lane meets nothing */
-    for (uint32_t c = node->child_count; c < NODE_LANES; c++)
-        for (int k = 0; k < 3; k++) {
-            node->sides[k][c] = INFINITY;
-            node->sides[3 + k][c] = -INFINITY;
+    for (uint32_t c = 0; c < node->child_count; c++) {
+        uint32_t label;
+        bool is_one = true;
+        if (is_lowest) {
+            const uint32_t *const labels = broad->patches.labels;
+            const uint32_t *const triangles = broad->triangles.features;
+            const tree_leaf *const leaf = &broad->leaves[node->first + c];
+            label = labels[triangles[leaf->triangle_begin]];
+            for (uint32_t slot = leaf->triangle_begin + 1; is_one && slot < leaf->triangle_end;
+                 slot++)
+                is_one = labels[triangles[slot]] == label;
+        } else {
+            const tree_node *const child = &tree->nodes.data[node->first + c];
+            label = child->labels[0];
+            for (uint32_t k = 1; is_one && k < child->child_count; k++)
+                is_one = child->labels[k] == label;
         }
-}
-
-/* The label that all triangles of a leaf bear, or 0. */
-static uint32_t find_leaf_label(const broad_phase *broad, const tree_leaf *leaf) {
-    const uint32_t *const labels = broad->patches.labels;
-    const uint32_t *const triangles = broad->triangles.features;
-    uint32_t const label = labels[triangles[leaf->triangle_begin]];
-    for (uint32_t slot = leaf->triangle_begin + 1; slot < leaf->triangle_end; slot++)
-        if (labels[triangles[slot]] != label) return 0;
-    return label;
-}
-
-/* The label that all children of a node bear, or 0. */
-static uint32_t find_node_label(const tree_node *node) {
-    for (uint32_t c = 1; c < node->child_count; c++)
-        if (node->labels[c] != node->labels[0]) return 0;
-    return node->labels[0];
-}
-
-static void label_node(const broad_phase *broad, surface_tree *tree, uint32_t index,
-                       bool is_lowest) {
-    tree_node *const node = &tree->nodes.data[index];
-    for (uint32_t c = 0; c < node->child_count; c++)
-        node->labels[c] = is_lowest ? find_leaf_label(broad, &broad->leaves[node->first + c])
-                                    : find_node_label(&tree->nodes.data[node->first + c]);
+        node->labels[c] = is_one ? label : 0;
+    }
 }
 
 leaf_fit make_leaf_fit(const broad_phase *broad) {
@@ -223,10 +190,6 @@ static bool needs_blocks(const broad_phase *broad, const surface_tree *tree) {
     return broad->has_all_blocks && !(tree->is_fitted && tree->has_blocks);
 }
 
-const leaf_slabs *find_slabs(const broad_phase *broad) {
-    return broad->has_all_blocks && broad_phase_is_straight(broad) ? broad->slabs : NULL;
-}
-
 static void fit_lowest_task(void *context, size_t begin, size_t end, size_t chunk, int worker) {
     (void)begin, (void)end, (void)worker;
     const broad_phase *const broad = context;
@@ -242,30 +205,34 @@ static void fit_lowest_task(void *context, size_t begin, size_t end, size_t chun
     if (needs_blocks(broad, tree))
         TULLE_PICK_KERNEL(fit_leaves)(&fit, first->first, last->first + last->child_count);
     for (uint32_t i = task->begin; !broad->is_labelled && i < task->end; i++)
-        label_node(broad, tree, i, true);
+        label_children(broad, tree, i, true);
 }
 
 /* All nodes but the lowest. */
 static void fit_upper_nodes(const broad_phase *broad, surface_tree *tree) {
     if (tree->level_count < 2) return;
     for (uint32_t i = tree->level_begin[1]; i < tree->nodes.count; i++) {
-        if (!tree->is_fitted) fit_node(tree, i);
-        if (!broad->is_labelled) label_node(broad, tree, i, false);
+        tree_node *const node = &tree->nodes.data[i];
+        if (!broad->is_labelled) label_children(broad, tree, i, false);
+        if (tree->is_fitted) continue;
+        for (int k = 0; k < 3; k++) {
+            node->box[k] = INFINITY;
+            node->box[3 + k] = -INFINITY;
+            /* a side below all others and one above them: a lane without child meets nothing */
+            for (uint32_t c = node->child_count; c < NODE_LANES; c++) {
+                node->sides[k][c] = INFINITY;
+                node->sides[3 + k][c] = -INFINITY;
+            }
+        }
+        for (uint32_t c = 0; c < node->child_count; c++) {
+            const float *const child = tree->nodes.data[node->first + c].box;
+            for (int k = 0; k < 6; k++) node->sides[k][c] = child[k];
+            for (int k = 0; k < 3; k++) {
+                if (child[k] < node->box[k]) node->box[k] = child[k];
+                if (child[3 + k] > node->box[3 + k]) node->box[3 + k] = child[3 + k];
+            }
+        }
     }
-}
-
-/* Whether nodes bear labels, and have those of the patches already. */
-static void prepare_labels(broad_phase *broad, const surface_set *set) {
-    const patch_labels *const patches = &broad->patches, *const known = &broad->node_patches;
-    broad->has_labels = patches->labels && broad->method != BROAD_PHASE_BVOX;
-    broad->is_labelled = !broad->has_labels;
-    if (!broad->has_labels) return;
-    broad->is_labelled = broad->method == BROAD_PHASE_REFIT && patches->version != 0 &&
-                         patches->labels == known->labels && patches->version == known->version;
-    broad->node_patches = *patches;
-    /* nodes of absent surfaces get none */
-    for (uint32_t s = 0; s < set->surface_count; s++)
-        if (!set->surfaces[s].is_present) broad->node_patches.version = 0;
 }
 
 void release_blocks(broad_phase *broad) {
@@ -301,7 +268,18 @@ static bool prepare_blocks(broad_phase *broad) {
 }
 
 bool fit_trees(broad_phase *broad, const surface_set *set, int threads) {
-    prepare_labels(broad, set);
+    /* Nodes bear labels where there are patches, and may have theirs already. Those of absent
+     * surfaces get none. */
+    const patch_labels *const patches = &broad->patches, *const known = &broad->node_patches;
+    broad->has_labels = patches->labels && broad->method != BROAD_PHASE_BVOX;
+    broad->is_labelled = !broad->has_labels;
+    if (broad->has_labels) {
+        broad->is_labelled = broad->method == BROAD_PHASE_REFIT && patches->version != 0 &&
+                             patches->labels == known->labels && patches->version == known->version;
+        broad->node_patches = *patches;
+        for (uint32_t s = 0; s < set->surface_count; s++)
+            if (!set->surfaces[s].is_present) broad->node_patches.version = 0;
+    }
     if (!prepare_blocks(broad)) return false;
     size_t task_count = 0;
     for (uint32_t s = 0; s < set->surface_count; s++) {

@@ -12,23 +12,8 @@ static void assign_slot(slot_list *list, uint32_t slot, uint32_t feature, const 
         list->corners[list->corner_count * (size_t)slot + k] = corners[k];
 }
 
-/* A triangle brings the vertices and edges of which it is the lowest triangle. */
-static void assign_triangle(broad_phase *broad, const topology *topo, uint32_t triangle,
-                            tree_leaf *leaf) {
-    const uint32_t *const corners = topo->triangles + 3 * (size_t)triangle;
-    assign_slot(&broad->triangles, leaf->triangle_end++, triangle, corners);
-    for (int k = 0; k < 3; k++) {
-        uint32_t const vertex = corners[k];
-        const adjacency *const triangles = &topo->vertex_triangles;
-        if (triangles->items[triangles->begin[vertex]] == triangle)
-            assign_slot(&broad->vertices, leaf->vertex_end++, vertex, &vertex);
-        uint32_t const edge = topo->triangle_edges[3 * (size_t)triangle + (size_t)k];
-        if (topo->edge_triangles[2 * (size_t)edge] == triangle)
-            assign_slot(&broad->edges, leaf->edge_end++, edge, topo->edges + 2 * (size_t)edge);
-    }
-}
-
 void assign_slots(broad_phase *broad, const surface_set *set, uint32_t surface) {
+    const topology *const topo = set->topo;
     const surface_range *const range = &set->surfaces[surface];
     const surface_tree *const tree = &broad->trees[surface];
     tree_leaf at = {.triangle_end = range->triangle_begin,
@@ -41,8 +26,21 @@ void assign_slots(broad_phase *broad, const surface_set *set, uint32_t surface) 
         at.triangle_begin = at.triangle_end;
         at.vertex_begin = at.vertex_end;
         at.edge_begin = at.edge_end;
-        for (uint32_t slot = begin; slot < end; slot++)
-            assign_triangle(broad, set->topo, broad->triangles.features[slot], &at);
+        for (uint32_t slot = begin; slot < end; slot++) {
+            /* A triangle brings the vertices and edges of which it is the lowest triangle. */
+            uint32_t const triangle = broad->triangles.features[slot];
+            const uint32_t *const corners = topo->triangles + 3 * (size_t)triangle;
+            assign_slot(&broad->triangles, at.triangle_end++, triangle, corners);
+            for (int k = 0; k < 3; k++) {
+                uint32_t const vertex = corners[k];
+                const adjacency *const around = &topo->vertex_triangles;
+                if (around->items[around->begin[vertex]] == triangle)
+                    assign_slot(&broad->vertices, at.vertex_end++, vertex, &vertex);
+                uint32_t const edge = topo->triangle_edges[3 * (size_t)triangle + (size_t)k];
+                if (topo->edge_triangles[2 * (size_t)edge] == triangle)
+                    assign_slot(&broad->edges, at.edge_end++, edge, topo->edges + 2 * (size_t)edge);
+            }
+        }
         *leaf = at;
     }
 }
@@ -64,61 +62,55 @@ static uint32_t leaf_of(const dealer *deal, uint32_t triangle) {
     return deal->triangle_leaf[triangle - deal->range->triangle_begin];
 }
 
-/* To the leaf around the vertex that has fewest; their number is kept in vertex_end. */
-static void deal_vertex(dealer *deal, uint32_t vertex) {
-    uint32_t *const owner = &deal->vertex_leaf[vertex - deal->range->vertex_begin];
-    if (*owner != TULLE_NONE) return;
-    const adjacency *const around = &deal->topo->vertex_triangles;
-    for (uint32_t i = around->begin[vertex]; i < around->begin[vertex + 1]; i++) {
-        uint32_t const leaf = leaf_of(deal, around->items[i]);
-        if (*owner == TULLE_NONE || deal->leaves[leaf].vertex_end < deal->leaves[*owner].vertex_end)
-            *owner = leaf;
-    }
-    deal->leaves[*owner].vertex_end++;
-}
-
-static void deal_edge(dealer *deal, uint32_t edge) {
-    uint32_t *const owner = &deal->edge_leaf[edge - deal->range->edge_begin];
-    if (*owner != TULLE_NONE) return;
-    const uint32_t *const triangles = deal->topo->edge_triangles + 2 * (size_t)edge;
-    *owner = leaf_of(deal, triangles[0]);
-    if (triangles[1] != TULLE_NONE) {
-        uint32_t const other = leaf_of(deal, triangles[1]);
-        if (deal->leaves[other].edge_end < deal->leaves[*owner].edge_end) *owner = other;
-    }
-    deal->leaves[*owner].edge_end++;
-}
-
+/* Deals vertices and edges out: each goes to the leaf around it that has fewest. Meanwhile
+ * vertex_end and edge_end of a leaf are numbers of what it has. */
 static void deal_features(dealer *deal) {
+    const topology *const topo = deal->topo;
     const slot_list *const triangles = &deal->broad->triangles;
+    tree_leaf *const leaves = deal->leaves;
     for (uint32_t l = 0; l < deal->leaf_count; l++)
-        for (uint32_t slot = deal->leaves[l].triangle_begin; slot < deal->leaves[l].triangle_end;
-             slot++)
+        for (uint32_t slot = leaves[l].triangle_begin; slot < leaves[l].triangle_end; slot++)
             deal->triangle_leaf[triangles->features[slot] - deal->range->triangle_begin] = l;
-    for (uint32_t slot = deal->range->triangle_begin; slot < deal->range->triangle_end; slot++)
-        for (size_t k = 0; k < 3; k++) {
-            size_t const corner = 3 * (size_t)triangles->features[slot] + k;
-            deal_vertex(deal, deal->topo->triangles[corner]);
-            deal_edge(deal, deal->topo->triangle_edges[corner]);
+    for (size_t i = 3 * (size_t)deal->range->triangle_begin;
+         i < 3 * (size_t)deal->range->triangle_end; i++) {
+        size_t const corner = 3 * (size_t)triangles->features[i / 3] + i % 3;
+        uint32_t const vertex = topo->triangles[corner], edge = topo->triangle_edges[corner];
+        uint32_t *owner = &deal->vertex_leaf[vertex - deal->range->vertex_begin];
+        if (*owner == TULLE_NONE) {
+            const adjacency *const around = &topo->vertex_triangles;
+            for (uint32_t k = around->begin[vertex]; k < around->begin[vertex + 1]; k++) {
+                uint32_t const leaf = leaf_of(deal, around->items[k]);
+                if (*owner == TULLE_NONE || leaves[leaf].vertex_end < leaves[*owner].vertex_end)
+                    *owner = leaf;
+            }
+            leaves[*owner].vertex_end++;
         }
-}
-
-/* Numbers of features become ranges, and ends grow as slots are filled. */
-static void open_ranges(dealer *deal) {
-    uint32_t vertex = deal->range->vertex_begin, edge = deal->range->edge_begin;
-    for (uint32_t l = 0; l < deal->leaf_count; l++) {
-        tree_leaf *const leaf = &deal->leaves[l];
-        uint32_t const vertex_count = leaf->vertex_end, edge_count = leaf->edge_end;
-        leaf->vertex_begin = leaf->vertex_end = vertex;
-        leaf->edge_begin = leaf->edge_end = edge;
-        vertex += vertex_count;
-        edge += edge_count;
+        owner = &deal->edge_leaf[edge - deal->range->edge_begin];
+        if (*owner == TULLE_NONE) {
+            const uint32_t *const beside = topo->edge_triangles + 2 * (size_t)edge;
+            *owner = leaf_of(deal, beside[0]);
+            if (beside[1] != TULLE_NONE) {
+                uint32_t const other = leaf_of(deal, beside[1]);
+                if (leaves[other].edge_end < leaves[*owner].edge_end) *owner = other;
+            }
+            leaves[*owner].edge_end++;
+        }
     }
 }
 
+/* Numbers of features become ranges of slots, and features go to the slots of their leaves. */
 static void fill_slots(dealer *deal) {
     broad_phase *const broad = deal->broad;
     const surface_range *const range = deal->range;
+    uint32_t vertex_slot = range->vertex_begin, edge_slot = range->edge_begin;
+    for (uint32_t l = 0; l < deal->leaf_count; l++) {
+        tree_leaf *const leaf = &deal->leaves[l];
+        uint32_t const vertex_count = leaf->vertex_end, edge_count = leaf->edge_end;
+        leaf->vertex_begin = leaf->vertex_end = vertex_slot; /* ends grow as slots are filled */
+        leaf->edge_begin = leaf->edge_end = edge_slot;
+        vertex_slot += vertex_count;
+        edge_slot += edge_count;
+    }
     uint32_t last = range->vertex_end; /* records of vertices without triangles come last */
     for (uint32_t v = range->vertex_begin; v < range->vertex_end; v++) {
         uint32_t const owner = deal->vertex_leaf[v - range->vertex_begin];
@@ -162,33 +154,20 @@ static void add_neighbour(tree_leaf *leaf, uint32_t neighbour) {
 }
 
 /* Leaves that share a vertex become neighbours. */
-static void join_leaves(dealer *deal, const uint32_t *triangles, uint32_t count) {
-    for (uint32_t i = 0; i < count; i++) {
-        tree_leaf *const leaf = &deal->leaves[leaf_of(deal, triangles[i])];
-        if (count > HUB_TRIANGLES) leaf->neighbours[0] = LEAF_ANY;
-        for (uint32_t j = 0; j < count && leaf->neighbours[0] != LEAF_ANY; j++) {
-            uint32_t const other = leaf_of(deal, triangles[j]);
-            if (deal->leaves + other > leaf) add_neighbour(leaf, deal->leaf_begin + other);
+static void join_leaves(dealer *deal) {
+    const adjacency *const around = &deal->topo->vertex_triangles;
+    for (uint32_t v = deal->range->vertex_begin; v < deal->range->vertex_end; v++) {
+        const uint32_t *const triangles = around->items + around->begin[v];
+        uint32_t const count = around->begin[v + 1] - around->begin[v];
+        for (uint32_t i = 0; i < count; i++) {
+            tree_leaf *const leaf = &deal->leaves[leaf_of(deal, triangles[i])];
+            if (count > HUB_TRIANGLES) leaf->neighbours[0] = LEAF_ANY;
+            for (uint32_t j = 0; j < count && leaf->neighbours[0] != LEAF_ANY; j++) {
+                uint32_t const other = leaf_of(deal, triangles[j]);
+                if (deal->leaves + other > leaf) add_neighbour(leaf, deal->leaf_begin + other);
+            }
         }
     }
-}
-
-static void find_neighbours(dealer *deal) {
-    const adjacency *const around = &deal->topo->vertex_triangles;
-    for (uint32_t v = deal->range->vertex_begin; v < deal->range->vertex_end; v++)
-        join_leaves(deal, around->items + around->begin[v],
-                    around->begin[v + 1] - around->begin[v]);
-}
-
-/* Those of the highest number of neighbours are not counted. */
-static uint32_t count_near_pairs(const dealer *deal) {
-    uint32_t count = deal->leaf_count;
-    for (uint32_t l = 0; l < deal->leaf_count; l++) {
-        const uint32_t *const neighbours = deal->leaves[l].neighbours;
-        if (neighbours[0] == LEAF_ANY) continue;
-        for (size_t i = 0; i < LEAF_NEIGHBOURS && neighbours[i] != 0; i++) count++;
-    }
-    return count;
 }
 
 /* Lists the records of the corners of each leaf, each once; false when memory is short. */
@@ -240,10 +219,15 @@ tulle_status assign_even_slots(broad_phase *broad, const surface_set *set, uint3
     bool has_room = deal.triangle_leaf && deal.vertex_leaf && deal.edge_leaf && deal.vertex_slot;
     if (has_room) {
         deal_features(&deal);
-        open_ranges(&deal);
         fill_slots(&deal);
-        find_neighbours(&deal);
-        tree->near_pair_count = count_near_pairs(&deal);
+        join_leaves(&deal);
+        /* leaves with the highest number of neighbours are not counted */
+        tree->near_pair_count = tree->leaf_count;
+        for (uint32_t l = 0; l < tree->leaf_count; l++) {
+            const uint32_t *const neighbours = deal.leaves[l].neighbours;
+            for (size_t i = 0; i < LEAF_NEIGHBOURS && neighbours[i] != 0; i++)
+                tree->near_pair_count += neighbours[0] != LEAF_ANY;
+        }
         has_room = list_corners(&deal) && mask_leaves(broad, tree) == TULLE_OK;
     }
     memory_release(heap, deal.triangle_leaf, (triangles + 1) * sizeof(uint32_t));

@@ -32,7 +32,7 @@ typedef struct tree_box {
 } tree_box;
 
 /* Records are in the order of vertices. */
-static tree_box find_triangle_box(const broad_phase *broad, const topology *topo,
+static tree_box make_triangle_box(const broad_phase *broad, const topology *topo,
                                   uint32_t triangle) {
     const uint32_t *const corners = topo->triangles + 3 * (size_t)triangle;
     tree_box box;
@@ -76,21 +76,18 @@ static void grid_cut(voxel_grid *grid) {
     grid->inv_edge = extent > 0.0 ? ldexp(1.0, (int)grid->bits) / extent : 0.0;
 }
 
-/* Bit b of a 10-bit number moves to bit 3 b. */
-static uint32_t spread_bits(uint32_t value) {
-    value = (value | value << 16) & 0x030000ffU;
-    value = (value | value << 8) & 0x0300f00fU;
-    value = (value | value << 4) & 0x030c30c3U;
-    return (value | value << 2) & 0x09249249U;
-}
-
-static uint32_t find_voxel(const voxel_grid *grid, const tree_box *box) {
+/* The voxel of a box: the bits of its three coordinates in turn. */
+static uint32_t choose_voxel(const voxel_grid *grid, const tree_box *box) {
     uint32_t const last = (1U << grid->bits) - 1;
     uint32_t code = 0;
     for (int k = 0; k < 3; k++) {
         double const cell = (double_centre(box, k) - grid->low[k]) * grid->inv_edge;
-        uint32_t const index = cell < (double)last ? (uint32_t)cell : last;
-        code |= spread_bits(index) << k;
+        uint32_t bits = cell < (double)last ? (uint32_t)cell : last;
+        bits = (bits | bits << 16) & 0x030000ffU; /* bit b moves to bit 3 b */
+        bits = (bits | bits << 8) & 0x0300f00fU;
+        bits = (bits | bits << 4) & 0x030c30c3U;
+        bits = (bits | bits << 2) & 0x09249249U;
+        code |= bits << k;
     }
     return code;
 }
@@ -110,8 +107,6 @@ static void sort_by_voxel(uint64_t **keys, uint64_t **spare, size_t count, unsig
     }
 }
 
-static uint32_t voxel_of(uint64_t key) { return (uint32_t)(key >> 32); }
-
 /* ---- groups ---- */
 
 /* What all steps of building one surface's trees share. */
@@ -125,7 +120,7 @@ typedef struct voxel_build {
     uint64_t *keys, *spare; /* voxel and triangle; spare also takes the voxels of a level */
 } voxel_build;
 
-static uint32_t find_group(const voxel_build *build, uint32_t triangle) {
+static uint32_t get_group(const voxel_build *build, uint32_t triangle) {
     if (!build->labels || build->labels[triangle] == 0) return 0;
     return build->labels[triangle] - build->label_min + 1;
 }
@@ -149,7 +144,7 @@ static bool prepare_groups(voxel_build *build) {
 }
 
 /* The box of the centres of a group. */
-static tree_box find_group_box(const voxel_group *group) {
+static tree_box make_group_box(const voxel_group *group) {
     tree_box box;
     for (int k = 0; k < 3; k++) {
         box.low[k] = (float)(0.5 * group->grid.low[k]);
@@ -166,20 +161,20 @@ static void order_groups(voxel_build *build) {
     uint32_t used = 0, begin = 0;
     for (uint32_t i = 0; i < build->triangle_count; i++) {
         uint32_t const triangle = build->triangle_begin + i;
-        tree_box const box = find_triangle_box(build->broad, build->set->topo, triangle);
-        grid_include(&groups[find_group(build, triangle)].grid, &box);
+        tree_box const box = make_triangle_box(build->broad, build->set->topo, triangle);
+        grid_include(&groups[get_group(build, triangle)].grid, &box);
     }
     for (uint32_t g = 0; g < group_count; g++) {
         if (groups[g].grid.count == 0) continue;
         grid_cut(&groups[g].grid);
-        tree_box const box = find_group_box(&groups[g]);
+        tree_box const box = make_group_box(&groups[g]);
         grid_include(&grid, &box);
     }
     grid_cut(&grid);
     for (uint32_t g = 0; g < group_count; g++) {
         if (groups[g].grid.count == 0) continue;
-        tree_box const box = find_group_box(&groups[g]);
-        groups[g].voxel = find_voxel(&grid, &box);
+        tree_box const box = make_group_box(&groups[g]);
+        groups[g].voxel = choose_voxel(&grid, &box);
         build->keys[used++] = (uint64_t)groups[g].voxel << 32 | g;
     }
     sort_by_voxel(&build->keys, &build->spare, used, grid.bits);
@@ -199,14 +194,14 @@ static void sort_triangles(voxel_build *build) {
     for (size_t g = 0; g < broad->voxel_groups.count; g++)
         if (groups[g].grid.bits > bits) bits = groups[g].grid.bits;
     for (uint32_t i = 0; i < count; i++) {
-        tree_box const box = find_triangle_box(broad, build->set->topo, first + i);
-        uint32_t const voxel = find_voxel(&groups[find_group(build, first + i)].grid, &box);
+        tree_box const box = make_triangle_box(broad, build->set->topo, first + i);
+        uint32_t const voxel = choose_voxel(&groups[get_group(build, first + i)].grid, &box);
         build->keys[i] = (uint64_t)voxel << 32 | (first + i);
     }
     sort_by_voxel(&build->keys, &build->spare, count, bits);
     if (broad->voxel_groups.count == 1) return;
     for (uint32_t i = 0; i < count; i++)
-        build->spare[groups[find_group(build, (uint32_t)build->keys[i])].begin++] = build->keys[i];
+        build->spare[groups[get_group(build, (uint32_t)build->keys[i])].begin++] = build->keys[i];
     uint64_t *const sorted = build->spare;
     build->spare = build->keys;
     build->keys = sorted;
@@ -215,9 +210,9 @@ static void sort_triangles(voxel_build *build) {
 /* ---- leaves and nodes ---- */
 
 /* Group and voxel of a triangle in the sorted list. */
-static uint64_t find_code(const voxel_build *build, uint32_t index) {
+static uint64_t make_code(const voxel_build *build, uint32_t index) {
     uint32_t const triangle = (uint32_t)build->keys[index];
-    return (uint64_t)find_group(build, triangle) << 32 | voxel_of(build->keys[index]);
+    return (uint64_t)get_group(build, triangle) << 32 | build->keys[index] >> 32;
 }
 
 /* Runs of one voxel of one group, at most LEAF_TRIANGLES long; their codes go to `spare`. */
@@ -228,9 +223,9 @@ static void build_leaves(voxel_build *build) {
     for (uint32_t i = 0; i < count; i++)
         broad->triangles.features[first + i] = (uint32_t)build->keys[i];
     for (uint32_t begin = 0, end; begin < count; begin = end) {
-        uint64_t const code = find_code(build, begin);
+        uint64_t const code = make_code(build, begin);
         end = begin + 1;
-        while (end < count && end - begin < LEAF_TRIANGLES && find_code(build, end) == code) end++;
+        while (end < count && end - begin < LEAF_TRIANGLES && make_code(build, end) == code) end++;
         tree_leaf *const leaf = &broad->leaves[tree->leaf_begin + tree->leaf_count];
         leaf->triangle_begin = first + begin;
         leaf->triangle_end = first + end;
@@ -246,39 +241,20 @@ static size_t find_run_end(const uint64_t *codes, size_t begin, size_t count, un
     return end;
 }
 
-static size_t count_runs(const uint64_t *codes, size_t count, unsigned shift) {
-    size_t runs = 0;
-    for (size_t begin = 0; begin < count; begin = find_run_end(codes, begin, count, shift)) runs++;
-    return runs;
-}
-
-/* A level of nodes over `count` nodes or leaves from `first` on; their codes become those of the
- * new nodes. */
-static bool build_level(memory *heap, surface_tree *tree, uint64_t *codes, uint32_t first,
-                        size_t count, unsigned shift) {
-    size_t const run_count = count_runs(codes, count, shift);
-    if (!ARRAY_RESERVE(heap, &tree->nodes, run_count)) return false;
-    tree->level_begin[tree->level_count++] = (uint32_t)tree->nodes.count;
-    size_t runs = 0;
-    for (size_t begin = 0, end; begin < count; begin = end) {
-        end = find_run_end(codes, begin, count, shift);
-        codes[runs++] = codes[begin];
-        tree->nodes.data[tree->nodes.count++] =
-            (tree_node){.first = first + (uint32_t)begin, .child_count = (uint32_t)(end - begin)};
-    }
-    return true;
-}
-
 /* Levels up to the root: first those of the groups, then those that join them. A level repeats
  * while runs were cut at NODE_LANES; levels on which nothing merges are left out. */
 static bool build_levels(voxel_build *build) {
+    memory *const heap = build->broad->heap;
     surface_tree *const tree = build->tree;
     uint64_t *const codes = build->spare;
     uint32_t first = tree->leaf_begin;
     size_t count = tree->leaf_count;
     unsigned shift = 0;
     while (count > 1 || tree->level_count == 0) {
-        bool const merges = count_runs(codes, count, shift) < count || count == 1;
+        size_t run_count = 0;
+        for (size_t begin = 0; begin < count; begin = find_run_end(codes, begin, count, shift))
+            run_count++;
+        bool const merges = run_count < count || count == 1;
         if (!merges && shift < 3 * VOXEL_BITS) {
             shift += 3;
         } else if (!merges) { /* one node a group */
@@ -286,9 +262,18 @@ static bool build_levels(voxel_build *build) {
                 codes[i] = build->broad->voxel_groups.data[codes[i] >> 32].voxel;
             shift = 0;
         } else {
-            if (!build_level(build->broad->heap, tree, codes, first, count, shift)) return false;
-            first = tree->level_begin[tree->level_count - 1];
-            count = tree->nodes.count - first;
+            /* a node for each run; its code is that of its first child */
+            uint32_t const level_begin = (uint32_t)tree->nodes.count;
+            if (!ARRAY_RESERVE(heap, &tree->nodes, run_count)) return false;
+            tree->level_begin[tree->level_count++] = level_begin;
+            for (size_t begin = 0, end; begin < count; begin = end) {
+                end = find_run_end(codes, begin, count, shift);
+                codes[tree->nodes.count - level_begin] = codes[begin];
+                tree->nodes.data[tree->nodes.count++] = (tree_node){
+                    .first = first + (uint32_t)begin, .child_count = (uint32_t)(end - begin)};
+            }
+            first = level_begin;
+            count = run_count;
         }
     }
     tree->level_begin[tree->level_count] = (uint32_t)tree->nodes.count;
