@@ -170,50 +170,70 @@ static inline uint32_t find_body(const contact_scene *scene, uint32_t vertex) {
 
 typedef enum row_state { ROW_OPEN, ROW_STICKS, ROW_SLIDES } row_state;
 
-/* One contact: the half-space  n . sum_i w_i u_i >= bias  with friction and its total impulse. */
-typedef struct contact_row {
+/* Where a row is and how it moves. Written when rows are made: in stage 5, or in stage 8 for an
+ * impact. Every later stage reads it; sweeps read it from `vertices` on. */
+typedef struct row_frame {
     feature_kind kind;
     feature_pair pair;
+    bool has_body;         /* a side lies on a free body; else the next four are not set */
+    bool is_without_cloth; /* no vertex of it is of cloth */
+    bool has_end_arms;     /* arms as of the predicted end of the step, else as of x0 */
+    uint32_t slots[2];     /* of each side's body, or TULLE_NONE */
+    vec3 arms[2];          /* [m] sum w_i r_i of each side's body */
+    double gap;            /* [m] n . sum w x0 in the frame the row was made with */
     uint32_t vertices[4];
     double weights[4]; /* signed, see closest_points */
     vec3 normal;       /* unit, from the second feature to the first */
-    double gap;        /* [m] n . sum w x0 in the frame the row was made with */
-    double bias;       /* [m/s] */
-    double static_friction, dynamic_friction, restitution; /* as in contact_law */
-    double approach; /* [m/s] n . sum w v0: negative where the sides come nearer at the start */
-    double fall;     /* [m/s] what gravity adds to it in this step */
-    double friction; /* coefficient in this step, one of the two */
-    vec3 grain;      /* unit tangent; factors on friction along and across it, 1: isotropic */
-    double friction_along, friction_across;
-    vec3 turning; /* [m/s] of what keeps its place: the frame turns until the end of the step, and
-                     tangentially what rides on a scripted obstacle, the gap away from it */
-    vec3 anchor;  /* [m] tangential way since the contact sticks */
-    vec3 return_velocity;  /* [m/s] tangential, that friction aims at: undoes the anchor */
-    vec3 impulse;          /* [N s] total over the step, acts w_i impulse on vertex i */
-    bool has_body;         /* a side lies on a free body; else the rest of this block is not set */
-    uint32_t slots[2];     /* of each side's body, or TULLE_NONE */
-    bool is_without_cloth; /* no vertex of it is of cloth */
-    bool has_end_arms;     /* arms as of the predicted end of the step, else as of x0 */
-    vec3 arms[2];          /* [m] sum w_i r_i of each side's body */
-    vec3 slip_answer;      /* [1/kg] tangential velocity for a unit of normal impulse */
-    double slip_inverse_mass; /* [1/kg] largest answer to a tangential impulse */
-    double inverse_mass;      /* [1/kg] sum w_i^2 / m_i and what bodies add along the normal, > 0 */
-    double stiffness;         /* [kg] penalty of a hard row in the solve */
+    vec3 turning;      /* [m/s] of what keeps its place: the frame turns until the end of the step,
+                          and tangentially what rides on a scripted obstacle, the gap away from it */
+} row_frame;
+
+/* What contact and friction ask of a row. Written when rows are made, from the laws of the surfaces
+ * and the contact of the step before; stage 10 sets the rebound and moves the anchor. The solve
+ * reads it; sweeps read it up to `return_velocity`. */
+typedef struct row_law {
+    double bias;     /* [m/s] normal speed that the row asks for */
+    double friction; /* coefficient in this step: the static or the dynamic one */
+    double friction_along, friction_across; /* factors on it along the grain and across; 1: none */
+    vec3 grain;                             /* unit tangent */
+    vec3 return_velocity; /* [m/s] tangential, that friction aims at: undoes the anchor */
+    vec3 anchor;          /* [m] tangential way since the contact sticks */
+    double restitution;   /* as in contact_law */
+    double approach;     /* [m/s] n . sum w v0: negative where the sides come nearer at the start */
+    double fall;         /* [m/s] what gravity adds to it in this step */
+    double rebound;      /* [m/s] speed at which an impact parts at the end of the step; 0: none */
+    row_state old_state; /* of the contact of the step before; ROW_OPEN for a new row */
+    uint32_t age;        /* steps before this one in which that contact was there */
+    bool is_old;         /* goes on with a contact of the step before */
+    bool is_sliding;     /* slips at the start of the step */
+} row_law;
+
+/* What the solve keeps of a row. Stages 7 and 8 write it, but for the masses, which come with the
+ * frame; sweeps read and write it up to `slip_answer`. Stage 10 stores impulse and state. */
+typedef struct row_solve {
+    vec3 impulse;        /* [N s] total over the step, acts w_i impulse on vertex i */
+    double inverse_mass; /* [1/kg] sum w_i^2 / m_i and what bodies add along the normal, > 0 */
     double compliance;   /* [1/kg] the normal impulse times this is taken off a push-out's speed */
     double friction_cap; /* [N s] normal impulse that bounds friction of a hard row; < 0: its own */
+    row_state state;     /* after the last sweep */
     bool is_hard;        /* takes part in the matrix of the solve, while it carries load */
     bool is_in_matrix;   /* does so in this round */
+    double slip_inverse_mass; /* [1/kg] with a body: largest answer to a tangential impulse */
+    vec3 slip_answer;    /* [1/kg] with a body: tangential velocity for a unit of normal impulse */
+    double stiffness;    /* [kg] penalty of a hard row in the solve */
     double slip_penalty; /* [kg] penalty of its slip */
     mat3 pull;           /* [kg] of a row in the matrix: impulse against a velocity */
     double slip_pull;    /* [kg] the part of slip in it ... */
     vec3 slip_free;      /* unit: not along this; zero: along all tangents ... */
     vec3 slip_target;    /* [m/s] ... and the slip at which that does nothing */
-    double rebound;      /* [m/s] speed at which an impact parts at the end of the step; 0: none */
-    bool is_sliding;     /* slips at the start of the step */
-    bool is_old;         /* goes on with a contact of the step before */
-    row_state old_state; /* that contact's; ROW_OPEN for a new row */
-    uint32_t age;        /* steps before this one in which that contact was there */
-    row_state state;     /* after the last sweep */
+} row_solve;
+
+/* One contact: the half-space  n . sum_i w_i u_i >= bias  with friction and its total impulse. What
+ * sweeps touch lies together: the end of the frame, the begin of the solve, that of the law. */
+typedef struct contact_row {
+    row_frame frame;
+    row_solve solve;
+    row_law law;
 } contact_row;
 
 /* A pair that starts nearer than the scene's largest separation distance, or that stage 2 found to

@@ -84,7 +84,8 @@ static void plate_throws_the_sheet_up(void **state) {
 static double sum_normal_impulses(const mini_world *world) {
     double sum = 0.0;
     for (size_t i = 0; i < world->rows.rows.count; i++)
-        sum += vec3_dot(world->rows.rows.data[i].impulse, world->rows.rows.data[i].normal);
+        sum +=
+            vec3_dot(world->rows.rows.data[i].solve.impulse, world->rows.rows.data[i].frame.normal);
     return sum;
 }
 

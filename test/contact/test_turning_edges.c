@@ -63,8 +63,8 @@ static void measure_step(const mini_world *world, turning_result *result) {
     double force = 0.0;
     for (size_t i = 0; i < world->rows.rows.count; i++) {
         const contact_row *const row = &world->rows.rows.data[i];
-        bool const is_cloth_first = row->vertices[0] < world->cloth_vertex_count;
-        force += (is_cloth_first ? -1.0 : 1.0) * row->impulse.z / TIME_STEP;
+        bool const is_cloth_first = row->frame.vertices[0] < world->cloth_vertex_count;
+        force += (is_cloth_first ? -1.0 : 1.0) * row->solve.impulse.z / TIME_STEP;
     }
     result->smallest_force = fmin(result->smallest_force, force);
     result->largest_force = fmax(result->largest_force, force);

@@ -33,10 +33,10 @@ typedef struct first_hit {
 
 /* The normal towards the cloth of a row between it and an obstacle; zero for others. */
 static vec3 find_cloth_normal(const contact_scene *scene, const contact_row *row) {
-    bool const is_first = row->vertices[0] >= scene->cloth_vertex_count;
-    bool const is_second = row->vertices[3] >= scene->cloth_vertex_count;
-    if (is_first == is_second || row->has_body) return vec3_make(0.0, 0.0, 0.0);
-    return is_first ? vec3_neg(row->normal) : row->normal;
+    bool const is_first = row->frame.vertices[0] >= scene->cloth_vertex_count;
+    bool const is_second = row->frame.vertices[3] >= scene->cloth_vertex_count;
+    if (is_first == is_second || row->frame.has_body) return vec3_make(0.0, 0.0, 0.0);
+    return is_first ? vec3_neg(row->frame.normal) : row->frame.normal;
 }
 
 static void note_first_hits(const contact_scene *scene, const contact_row *row, double time,
@@ -44,8 +44,8 @@ static void note_first_hits(const contact_scene *scene, const contact_row *row, 
     vec3 const normal = find_cloth_normal(scene, row);
     if (vec3_norm2(normal) == 0.0) return;
     for (int k = 0; k < 4; k++) {
-        uint32_t const v = row->vertices[k];
-        if (v >= scene->cloth_vertex_count || row->weights[k] == 0.0) continue;
+        uint32_t const v = row->frame.vertices[k];
+        if (v >= scene->cloth_vertex_count || row->frame.weights[k] == 0.0) continue;
         if (vec3_norm2(firsts[v].normal) == 0.0 || time < firsts[v].time)
             firsts[v] = (first_hit){time, normal};
     }
@@ -55,9 +55,9 @@ static bool comes_from_behind(const contact_scene *scene, const contact_row *row
                               const first_hit *firsts) {
     vec3 const normal = find_cloth_normal(scene, row);
     for (int k = 0; k < 4; k++) {
-        uint32_t const v = row->vertices[k];
-        if (v < scene->cloth_vertex_count && row->weights[k] != 0.0 && firsts[v].time < time &&
-            vec3_dot(firsts[v].normal, normal) < 0.0)
+        uint32_t const v = row->frame.vertices[k];
+        if (v < scene->cloth_vertex_count && row->frame.weights[k] != 0.0 &&
+            firsts[v].time < time && vec3_dot(firsts[v].normal, normal) < 0.0)
             return true;
     }
     return false;

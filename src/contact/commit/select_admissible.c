@@ -80,23 +80,24 @@ static void test_edge_cone(const cone_test *test, uint32_t edge, vec3 contact_po
 static vec3 blend_side(const cone_test *test, const contact_row *row, int begin, int end) {
     vec3 sum = {0.0, 0.0, 0.0};
     for (int k = begin; k < end; k++)
-        sum = vec3_add_scaled(sum, point_at(test, row->vertices[k]), fabs(row->weights[k]));
+        sum = vec3_add_scaled(sum, point_at(test, row->frame.vertices[k]),
+                              fabs(row->frame.weights[k]));
     return sum;
 }
 
 /* Turns the test to the row's first feature, or its second. */
 static void face_feature(cone_test *test, const contact_row *row, bool is_first) {
     const uint32_t *const surface = test->scene->vertex_surface;
-    int const first_count = row->kind == FEATURE_VERTEX_TRIANGLE ? 1 : 2;
-    test->outward = is_first ? vec3_neg(row->normal) : row->normal;
-    test->others = is_first ? row->vertices + first_count : row->vertices;
+    int const first_count = row->frame.kind == FEATURE_VERTEX_TRIANGLE ? 1 : 2;
+    test->outward = is_first ? vec3_neg(row->frame.normal) : row->frame.normal;
+    test->others = is_first ? row->frame.vertices + first_count : row->frame.vertices;
     test->other_count = is_first ? 4 - first_count : first_count;
-    if (surface[row->vertices[0]] != surface[row->vertices[3]]) test->other_count = 0;
+    if (surface[row->frame.vertices[0]] != surface[row->frame.vertices[3]]) test->other_count = 0;
 }
 
 static void test_vertex_row(cone_test *test, const contact_row *row) {
     face_feature(test, row, true);
-    test_vertex_cone(test, row->vertices[0]);
+    test_vertex_cone(test, row->frame.vertices[0]);
     if (!test->is_within[0] && !test->is_within[1]) return;
     face_feature(test, row, false);
     uint32_t feature = 0;
@@ -115,10 +116,10 @@ bool is_on_rim(const double weights[4]) {
 
 static void test_edge_row(cone_test *test, const contact_row *row) {
     face_feature(test, row, true);
-    test_edge_cone(test, row->pair.first, blend_side(test, row, 0, 2));
+    test_edge_cone(test, row->frame.pair.first, blend_side(test, row, 0, 2));
     if (!test->is_within[0] && !test->is_within[1]) return;
     face_feature(test, row, false);
-    test_edge_cone(test, row->pair.second, blend_side(test, row, 2, 4));
+    test_edge_cone(test, row->frame.pair.second, blend_side(test, row, 2, 4));
 }
 
 void test_admissible(const contact_scene *scene, const double *x1, const contact_row *row,
@@ -128,8 +129,8 @@ void test_admissible(const contact_scene *scene, const double *x1, const contact
                       .time = time,
                       .slope_tolerances = {slope_tolerances[0], slope_tolerances[1]},
                       .is_within = is_within};
-    bool const is_edge_row = row->kind == FEATURE_EDGE_EDGE;
-    if (is_edge_row && is_on_rim(row->weights)) is_within[0] = is_within[1] = false;
+    bool const is_edge_row = row->frame.kind == FEATURE_EDGE_EDGE;
+    if (is_edge_row && is_on_rim(row->frame.weights)) is_within[0] = is_within[1] = false;
     if (!is_within[0] && !is_within[1]) return;
     if (is_edge_row)
         test_edge_row(&test, row);
@@ -140,7 +141,7 @@ void test_admissible(const contact_scene *scene, const double *x1, const contact
 static bool triangles_share_vertex(const contact_row *a, const contact_row *b) {
     for (int i = 1; i < 4; i++)
         for (int j = 1; j < 4; j++)
-            if (a->vertices[i] == b->vertices[j]) return true;
+            if (a->frame.vertices[i] == b->frame.vertices[j]) return true;
     return false;
 }
 
@@ -156,12 +157,12 @@ static bool is_redundant(contact_row *const *rows, const rim_label *labels, size
                          size_t end, size_t i) {
     if (labels[i].part == RIM_INSIDE) return false;
     /* Frames of later times tilt a little, which shortens the gap by as much. */
-    double const gap = rows[i]->gap + RIM_GAP_TOLERANCE * fabs(rows[i]->gap);
+    double const gap = rows[i]->frame.gap + RIM_GAP_TOLERANCE * fabs(rows[i]->frame.gap);
     for (size_t j = begin; j < end; j++) {
         bool const is_same =
             labels[j].part == labels[i].part && labels[j].feature == labels[i].feature;
         if (is_same && j < i) return true;
-        if (labels[j].part == RIM_INSIDE && rows[j]->gap <= gap &&
+        if (labels[j].part == RIM_INSIDE && rows[j]->frame.gap <= gap &&
             triangles_share_vertex(rows[i], rows[j]))
             return true;
     }
@@ -175,12 +176,12 @@ static bool has_mirror_row(contact_row *const *rows, const rim_label *labels, si
     size_t low = 0, high = count;
     while (low < high) {
         size_t const middle = low + (high - low) / 2;
-        if (rows[middle]->pair.first < other)
+        if (rows[middle]->frame.pair.first < other)
             low = middle + 1;
         else
             high = middle;
     }
-    for (; low < count && rows[low]->pair.first == other; low++)
+    for (; low < count && rows[low]->frame.pair.first == other; low++)
         if (labels[low].part == RIM_VERTEX && labels[low].feature == vertex) return true;
     return false;
 }
@@ -188,8 +189,8 @@ static bool has_mirror_row(contact_row *const *rows, const rim_label *labels, si
 static void mark_redundant(contact_row *const *rows, const rim_label *labels, size_t count,
                            bool *is_dropped) {
     for (size_t begin = 0, end; begin < count; begin = end) {
-        uint32_t const vertex = rows[begin]->pair.first;
-        for (end = begin; end < count && rows[end]->pair.first == vertex;) end++;
+        uint32_t const vertex = rows[begin]->frame.pair.first;
+        for (end = begin; end < count && rows[end]->frame.pair.first == vertex;) end++;
         for (size_t i = begin; i < end; i++) {
             is_dropped[i] = is_redundant(rows, labels, begin, end, i);
             if (labels[i].part == RIM_VERTEX && labels[i].feature < vertex)
@@ -200,7 +201,8 @@ static void mark_redundant(contact_row *const *rows, const rim_label *labels, si
 
 tulle_status thin_rim_rows(const contact_scene *scene, contact_row **rows, size_t *count) {
     size_t vertex_row_count = 0;
-    while (vertex_row_count < *count && rows[vertex_row_count]->kind == FEATURE_VERTEX_TRIANGLE)
+    while (vertex_row_count < *count &&
+           rows[vertex_row_count]->frame.kind == FEATURE_VERTEX_TRIANGLE)
         vertex_row_count++;
     arena_mark const mark = arena_get_mark(scene->scratch);
     rim_label *const labels = ARENA_NEW(scene->scratch, rim_label, vertex_row_count);

@@ -22,10 +22,10 @@ void set_body_lifts(const contact_scene *scene, const row_list *list) {
     for (size_t b = 0; b < scene->body_count; b++) scene->bodies[b].lift = scene->bodies[b].fall;
     for (size_t i = 0; scene->body_count > 0 && i < list->rows.count; i++) {
         const contact_row *const row = &list->rows.data[i];
-        if (!row->has_body || !(vec3_norm2(row->impulse) > 0.0)) continue;
+        if (!row->frame.has_body || !(vec3_norm2(row->solve.impulse) > 0.0)) continue;
         for (int side = 0; side < 2; side++)
-            if (row->slots[side] != TULLE_NONE)
-                scene->bodies[(row->slots[side] - scene->cloth_vertex_count) / 2].lift =
+            if (row->frame.slots[side] != TULLE_NONE)
+                scene->bodies[(row->frame.slots[side] - scene->cloth_vertex_count) / 2].lift =
                     vec3_make(0.0, 0.0, 0.0);
     }
 }

@@ -67,9 +67,10 @@ static void add_impulse(paper_work *work, uint32_t vertex, vec3 impulse) {
 /* Old contacts: rows of the step before, or touched by a vertex that was in contact. */
 static bool is_old_contact(const void *context, uint32_t vertex, const contact_row *row) {
     const paper_work *const work = context;
-    if (row->is_old) return true;
-    contact_law const *const law = find_contact_law(work->scene, row->vertices, row->kind);
-    double const excess = -row->bias * work->scene->time_step;
+    if (row->law.is_old) return true;
+    contact_law const *const law =
+        find_contact_law(work->scene, row->frame.vertices, row->frame.kind);
+    double const excess = -row->law.bias * work->scene->time_step;
     return work->scene->paper->before[vertex] != PARTICLE_FREE &&
            excess <= TOUCHING_PART * law->contact_distance;
 }
@@ -144,8 +145,8 @@ static void analyse_vertex(paper_work *work, uint32_t vertex) {
     vec3 const pressing = is_relative ? vec3_add(v0, force) : force;
     const contact_row *const row = find_pressed_row(&work->spaces, vertex, &at, choice, pressing);
     if (!row) return;
-    vec3 const left =
-        analyse_friction(&motion, find_contact_law(work->scene, row->vertices, row->kind), state);
+    vec3 const left = analyse_friction(
+        &motion, find_contact_law(work->scene, row->frame.vertices, row->frame.kind), state);
     bool const sticks = *state == PARTICLE_STICKS;
     vec3 const end = sticks ? (vec3){0.0, 0.0, 0.0} : vec3_add(motion.velocity, left);
     vec3 const change = vec3_sub(end, vec3_add(v0, force));
@@ -226,8 +227,9 @@ static void drop_rows_apart(paper_work *work) {
     size_t kept = 0;
     for (size_t i = 0; i < list->rows.count; i++) {
         const contact_row *const row = &list->rows.data[i];
-        double const speed = vec3_dot(row->normal, get_relative_velocity(row, work->u));
-        if (row->is_old || row->bias >= 0.0 || speed < row->bias) list->rows.data[kept++] = *row;
+        double const speed = vec3_dot(row->frame.normal, get_relative_velocity(row, work->u));
+        if (row->law.is_old || row->law.bias >= 0.0 || speed < row->law.bias)
+            list->rows.data[kept++] = *row;
     }
     list->rows.count = list->gathered_count = work->first_new = kept;
 }
@@ -241,8 +243,8 @@ static double find_collision_time(const paper_work *work, uint32_t vertex) {
         size_t const index = spaces->entries[i] / 4;
         const contact_row *const row = &work->list->rows.data[index];
         if (index < work->first_new && is_old_contact(work, vertex, row)) continue;
-        double const speed = vec3_dot(row->normal, get_relative_velocity(row, work->seen));
-        if (speed < fmin(row->bias, 0.0)) time = fmin(time, fmin(row->bias, 0.0) / speed);
+        double const speed = vec3_dot(row->frame.normal, get_relative_velocity(row, work->seen));
+        if (speed < fmin(row->law.bias, 0.0)) time = fmin(time, fmin(row->law.bias, 0.0) / speed);
     }
     return time;
 }
@@ -255,7 +257,8 @@ static bool find_impact(const paper_work *work, uint32_t vertex, double time, ui
     vec3 const before = vec3_sub(*velocity, at.reference);
     const contact_row *const row = find_pressed_row(&work->spaces, vertex, &at, choice, before);
     if (!row || motion_space_contains(&at.space, before)) return false;
-    contact_law const *const law = find_contact_law(work->scene, row->vertices, row->kind);
+    contact_law const *const law =
+        find_contact_law(work->scene, row->frame.vertices, row->frame.kind);
     vec3 const tangential = motion_space_project(&at.space, before);
     vec3 const normal = vec3_sub(before, tangential);
     double const limit = law->dynamic_friction * vec3_norm(normal);
@@ -298,18 +301,19 @@ static void share_impulses(paper_work *work) {
         vec3 sum = {0.0, 0.0, 0.0};
         bool sticks = false;
         for (int k = 0; k < 4; k++) {
-            uint32_t const vertex = row->vertices[k];
+            uint32_t const vertex = row->frame.vertices[k];
             if (vertex >= work->scene->cloth_vertex_count) continue;
             uint32_t const rows = work->spaces.begin[vertex + 1] - work->spaces.begin[vertex];
             if (rows == 0) continue;
-            double const side = row->weights[k] >= 0.0 ? 1.0 : -1.0;
+            double const side = row->frame.weights[k] >= 0.0 ? 1.0 : -1.0;
             sum = vec3_add_scaled(sum, vec3_load(work->impulses, vertex), side / rows);
-            if (work->scene->paper->after[vertex] == PARTICLE_STICKS && row->weights[k] != 0.0)
+            if (work->scene->paper->after[vertex] == PARTICLE_STICKS &&
+                row->frame.weights[k] != 0.0)
                 sticks = true;
         }
-        row->impulse = vec3_add(row->impulse, sum);
-        bool const is_loaded = vec3_norm2(row->impulse) > 0.0;
-        row->state = !is_loaded ? ROW_OPEN : sticks ? ROW_STICKS : ROW_SLIDES;
+        row->solve.impulse = vec3_add(row->solve.impulse, sum);
+        bool const is_loaded = vec3_norm2(row->solve.impulse) > 0.0;
+        row->solve.state = !is_loaded ? ROW_OPEN : sticks ? ROW_STICKS : ROW_SLIDES;
     }
 }
 
@@ -327,8 +331,8 @@ static tulle_status project_velocities(paper_work *work) {
 
 static void count_states(const paper_work *work) {
     for (size_t i = 0; i < work->list->rows.count; i++) {
-        work->report->stick_count += work->list->rows.data[i].state == ROW_STICKS;
-        work->report->slip_count += work->list->rows.data[i].state == ROW_SLIDES;
+        work->report->stick_count += work->list->rows.data[i].solve.state == ROW_STICKS;
+        work->report->slip_count += work->list->rows.data[i].solve.state == ROW_SLIDES;
     }
 }
 
@@ -336,8 +340,8 @@ static tulle_status run_response(paper_work *work) {
     const contact_scene *const scene = work->scene;
     row_list *const list = work->list;
     for (size_t i = 0; i < list->rows.count; i++) {
-        list->rows.data[i].impulse = (vec3){0.0, 0.0, 0.0};
-        list->rows.data[i].is_hard = false;
+        list->rows.data[i].solve.impulse = (vec3){0.0, 0.0, 0.0};
+        list->rows.data[i].solve.is_hard = false;
     }
     if (!allocate_work(work) ||
         !vertex_spaces_make(&work->spaces, scene, list, scene->paper->motion_space))
@@ -378,9 +382,10 @@ static tulle_status answer_impacts(const contact_scene *scene, row_list *list, s
 static void mark_plain_ends(const contact_scene *scene, const row_list *list, uint8_t *is_plain) {
     for (size_t i = 0; i < list->rows.count; i++) {
         const contact_row *const row = &list->rows.data[i];
-        if (vec3_norm2(row->impulse) == 0.0) continue;
+        if (vec3_norm2(row->solve.impulse) == 0.0) continue;
         for (int k = 0; k < 4; k++)
-            if (row->vertices[k] < scene->cloth_vertex_count) is_plain[row->vertices[k]] = 1;
+            if (row->frame.vertices[k] < scene->cloth_vertex_count)
+                is_plain[row->frame.vertices[k]] = 1;
     }
 }
 

@@ -13,7 +13,7 @@
 #include "contact/paper/vertex_spaces.h"
 
 static int count_first_corners(const contact_row *row) {
-    return row->kind == FEATURE_VERTEX_TRIANGLE ? 1 : 2;
+    return row->frame.kind == FEATURE_VERTEX_TRIANGLE ? 1 : 2;
 }
 
 static bool has_entry(const vertex_spaces *spaces, uint32_t vertex) {
@@ -25,13 +25,13 @@ static void fill_entries(vertex_spaces *spaces) {
     size_t const vertex_count = spaces->scene->cloth_vertex_count;
     for (size_t i = 0; i < list->rows.count; i++)
         for (int k = 0; k < 4; k++)
-            if (has_entry(spaces, list->rows.data[i].vertices[k]))
-                spaces->begin[list->rows.data[i].vertices[k] + 1]++;
+            if (has_entry(spaces, list->rows.data[i].frame.vertices[k]))
+                spaces->begin[list->rows.data[i].frame.vertices[k] + 1]++;
     for (size_t i = 0; i < vertex_count; i++) spaces->begin[i + 1] += spaces->begin[i];
     /* filled from the back, so that begin[i] ends where the entries of i begin */
     for (size_t i = list->rows.count; i-- > 0;)
         for (int k = 3; k >= 0; k--) {
-            uint32_t const vertex = list->rows.data[i].vertices[k];
+            uint32_t const vertex = list->rows.data[i].frame.vertices[k];
             if (has_entry(spaces, vertex))
                 spaces->entries[--spaces->begin[vertex + 1]] = (uint32_t)(4 * i) + (uint32_t)k;
         }
@@ -52,7 +52,8 @@ bool vertex_spaces_make(vertex_spaces *spaces, const contact_scene *scene, const
     fill_entries(spaces);
     uint32_t total = 0;
     for (size_t i = 0; i < row_count; i++)
-        for (int k = 0; k < 4; k++) total += has_entry(spaces, list->rows.data[i].vertices[k]);
+        for (int k = 0; k < 4; k++)
+            total += has_entry(spaces, list->rows.data[i].frame.vertices[k]);
     spaces->begin[scene->cloth_vertex_count] = total;
     return true;
 }
@@ -62,7 +63,8 @@ static vec3 blend_side(const contact_row *row, bool is_first, const double *arra
     int const split = count_first_corners(row);
     vec3 sum = {0.0, 0.0, 0.0};
     for (int k = is_first ? 0 : split; k < (is_first ? split : 4); k++)
-        sum = vec3_add_scaled(sum, vec3_load(array, row->vertices[k]), fabs(row->weights[k]));
+        sum = vec3_add_scaled(sum, vec3_load(array, row->frame.vertices[k]),
+                              fabs(row->frame.weights[k]));
     return sum;
 }
 
@@ -72,7 +74,8 @@ void find_shared_motions(vertex_spaces *spaces, const double *velocities) {
         double mobility[2] = {0.0, 0.0};
         for (int k = 0; k < 4; k++)
             mobility[k >= count_first_corners(row)] +=
-                row->weights[k] * row->weights[k] * spaces->scene->inverse_mass[row->vertices[k]];
+                row->frame.weights[k] * row->frame.weights[k] *
+                spaces->scene->inverse_mass[row->frame.vertices[k]];
         double const share = mobility[0] / (mobility[0] + mobility[1]);
         spaces->shared[i] = (shared_motion){
             vec3_lerp(blend_side(row, true, velocities), blend_side(row, false, velocities), share),
@@ -85,16 +88,17 @@ static half_space make_plane(const vertex_spaces *spaces, uint32_t entry, bool i
     const contact_row *const row = &spaces->list->rows.data[entry / 4];
     int const corner = (int)(entry % 4);
     bool const is_first = corner < count_first_corners(row);
-    vec3 const normal = is_first ? row->normal : vec3_neg(row->normal);
+    vec3 const normal = is_first ? row->frame.normal : vec3_neg(row->frame.normal);
     if (spaces->kind == TULLE_MOTION_SPACE_CONE) return (half_space){normal, 0.0};
     shared_motion const *const shared = &spaces->shared[entry / 4];
     double const offset = vec3_dot(normal, shared->velocity);
     if (is_closed) return (half_space){normal, offset};
     double const *const x0 = spaces->scene->x0;
-    vec3 const arm = vec3_sub(vec3_load(x0, row->vertices[corner]), blend_side(row, is_first, x0));
+    vec3 const arm =
+        vec3_sub(vec3_load(x0, row->frame.vertices[corner]), blend_side(row, is_first, x0));
     double const behind = fmax(vec3_dot(normal, arm), 0.0) / spaces->scene->time_step;
     double const share = is_first ? shared->first_share : 1.0 - shared->first_share;
-    return (half_space){normal, offset + share * row->bias - behind};
+    return (half_space){normal, offset + share * row->law.bias - behind};
 }
 
 static bool takes_part(const space_choice *choice, uint32_t vertex, const contact_row *row) {

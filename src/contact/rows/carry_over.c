@@ -41,18 +41,18 @@ typedef struct heir_search {
 /* What a contact gives on to whatever features it has now. */
 static void inherit_contact(const contact_scene *scene, contact_row *row,
                             const stored_contact *contact, double scale, double side) {
-    row->impulse = vec3_scale(vec3_load(contact->impulse, 0), side * scale);
-    row->is_old = true;
-    row->old_state = (row_state)contact->state;
-    row->age = contact->age;
+    row->solve.impulse = vec3_scale(vec3_load(contact->impulse, 0), side * scale);
+    row->law.is_old = true;
+    row->law.old_state = (row_state)contact->state;
+    row->law.age = contact->age;
     take_anchor(scene, row, vec3_scale(vec3_load(contact->anchor, 0), side));
 }
 
 void restore_contact(const contact_scene *scene, contact_row *row, const stored_contact *contact,
                      double scale) {
     inherit_contact(scene, row, contact, scale, 1.0);
-    row->is_hard = contact->is_hard != 0;
-    row->state = row->old_state;
+    row->solve.is_hard = contact->is_hard != 0;
+    row->solve.state = row->law.old_state;
 }
 
 static int count_common(const uint32_t *a, int a_count, const uint32_t *b, int b_count) {
@@ -82,17 +82,18 @@ static int rank_heir(const contact_scene *scene, const stored_contact *contact, 
                      const contact_row *row, double *side) {
     *side = 1.0;
     bool const is_vertex = contact->kind == FEATURE_VERTEX_TRIANGLE;
-    if ((feature_kind)contact->kind != row->kind)
-        return is_vertex ? rank_mixed(v, row->vertices, side) : rank_mixed(row->vertices, v, side);
+    if ((feature_kind)contact->kind != row->frame.kind)
+        return is_vertex ? rank_mixed(v, row->frame.vertices, side)
+                         : rank_mixed(row->frame.vertices, v, side);
     int common = 0;
     bool is_slid = false;
-    if (contact->first == row->pair.first) {
-        common = is_vertex ? count_common(v + 1, 3, row->vertices + 1, 3)
-                           : count_common(v + 2, 2, row->vertices + 2, 2);
-        is_slid = is_on_same_obstacle(scene, v[3], row->vertices[3]);
-    } else if (!is_vertex && contact->second == row->pair.second) {
-        common = count_common(v, 2, row->vertices, 2);
-        is_slid = is_on_same_obstacle(scene, v[0], row->vertices[0]);
+    if (contact->first == row->frame.pair.first) {
+        common = is_vertex ? count_common(v + 1, 3, row->frame.vertices + 1, 3)
+                           : count_common(v + 2, 2, row->frame.vertices + 2, 2);
+        is_slid = is_on_same_obstacle(scene, v[3], row->frame.vertices[3]);
+    } else if (!is_vertex && contact->second == row->frame.pair.second) {
+        common = count_common(v, 2, row->frame.vertices, 2);
+        is_slid = is_on_same_obstacle(scene, v[0], row->frame.vertices[0]);
     }
     if (common > 0) return SAME_KIND_RANK + common;
     return is_slid ? SLID_RANK : 0;
@@ -123,9 +124,10 @@ static contact_row *find_heir(const heir_search *search, const stored_contact *c
         for (uint32_t i = search->begin[v[k]]; i < search->begin[v[k] + 1]; i++) {
             contact_row *const row = search->rows[search->items[i]];
             double row_side;
-            int const rank = row->is_old ? 0 : rank_heir(search->scene, contact, v, row, &row_side);
+            int const rank =
+                row->law.is_old ? 0 : rank_heir(search->scene, contact, v, row, &row_side);
             if (rank == 0 || rank < best_rank) continue;
-            double const cosine = row_side * vec3_dot(normal, row->normal);
+            double const cosine = row_side * vec3_dot(normal, row->frame.normal);
             if (!(cosine >= LEAST_COSINE) || (rank == best_rank && cosine <= best_cosine)) continue;
             best = row;
             best_rank = rank;
@@ -143,19 +145,20 @@ static bool list_candidates(heir_search *search) {
     search->items = ARENA_NEW(scratch, uint32_t, 4 * search->count);
     if (!search->begin || !search->items) return false;
     for (size_t i = 0; i < search->count; i++)
-        for (int k = 0; k < 4 && !search->rows[i]->is_old; k++)
-            search->begin[search->rows[i]->vertices[k] + 2]++;
+        for (int k = 0; k < 4 && !search->rows[i]->law.is_old; k++)
+            search->begin[search->rows[i]->frame.vertices[k] + 2]++;
     for (size_t v = 0; v < vertex_count; v++) search->begin[v + 2] += search->begin[v + 1];
     for (size_t i = 0; i < search->count; i++)
-        for (int k = 0; k < 4 && !search->rows[i]->is_old; k++)
-            search->items[search->begin[search->rows[i]->vertices[k] + 1]++] = (uint32_t)i;
+        for (int k = 0; k < 4 && !search->rows[i]->law.is_old; k++)
+            search->items[search->begin[search->rows[i]->frame.vertices[k] + 1]++] = (uint32_t)i;
     return true;
 }
 
 static bool comes_before(const contact_row *a, const contact_row *b) {
-    if (a->kind != b->kind) return a->kind < b->kind;
-    if (a->pair.first != b->pair.first) return a->pair.first < b->pair.first;
-    return a->pair.second < b->pair.second;
+    if (a->frame.kind != b->frame.kind) return a->frame.kind < b->frame.kind;
+    if (a->frame.pair.first != b->frame.pair.first)
+        return a->frame.pair.first < b->frame.pair.first;
+    return a->frame.pair.second < b->frame.pair.second;
 }
 
 /* Merges the sorted rows begin .. end-1 into the sorted ones before them; from the back, which
@@ -173,8 +176,9 @@ static void mark_present(const contact_store *store, contact_row *const *rows, s
                          bool *is_present) {
     contact_reader reader = {.store = store};
     for (size_t i = 0; i < count; i++) {
-        if (!rows[i]->is_old) continue;
-        const stored_contact *const contact = read_contact(&reader, rows[i]->kind, rows[i]->pair);
+        if (!rows[i]->law.is_old) continue;
+        const stored_contact *const contact =
+            read_contact(&reader, rows[i]->frame.kind, rows[i]->frame.pair);
         if (contact) is_present[contact - store->contacts.data] = true;
     }
 }
@@ -208,7 +212,7 @@ tulle_status carry_over_contacts(const contact_scene *scene, const contact_store
         hand_over(&search, store, is_present);
         size_t later_count = 0;
         for (size_t i = *count; i < search.count; i++)
-            if (rows[i]->is_old) later[later_count++] = rows[i];
+            if (rows[i]->law.is_old) later[later_count++] = rows[i];
         merge_rows(rows, *count, later, later_count);
         *count += later_count;
     }

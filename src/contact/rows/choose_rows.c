@@ -41,12 +41,12 @@ static row_choice choose_row(const row_work *work, const contact_row *row, doubl
     double const turn = find_row_turn(scene, row);
     const double tolerances[2] = {settings->slope_tolerance + turn,
                                   settings->old_slope_tolerance + turn};
-    bool const may_inherit = work->store->contacts.count > 0 && !is_on_rim(row->weights);
-    bool is_within[2] = {!row->is_old, row->is_old || may_inherit};
+    bool const may_inherit = work->store->contacts.count > 0 && !is_on_rim(row->frame.weights);
+    bool is_within[2] = {!row->law.is_old, row->law.is_old || may_inherit};
     test_admissible(scene, work->predicted, row, time, tolerances, is_within);
     if (is_within[0]) return ROW_KEPT;
     if (!is_within[1]) return ROW_DROPPED;
-    return row->is_old ? ROW_KEPT : ROW_RESERVED;
+    return row->law.is_old ? ROW_KEPT : ROW_RESERVED;
 }
 
 /* All that a row has beyond its frame; false when it can not act. */
@@ -76,7 +76,7 @@ static row_choice make_row(const row_work *work, size_t i, contact_reader *reade
     if (is_edge_row && is_on_rim(closest.weights)) return ROW_DROPPED;
     const stored_contact *const kept = read_contact(reader, event->kind, event->pair);
     begin_contact_row(scene, event, vertices, &closest, row);
-    row->is_old = kept != NULL;
+    row->law.is_old = kept != NULL;
     if (is_edge_row && is_hidden(work, row, i)) return ROW_DROPPED;
     row_choice const choice = choose_row(work, row, event->time);
     return choice != ROW_DROPPED && complete_row(work, event, kept, row) ? choice : ROW_DROPPED;

@@ -43,18 +43,21 @@ static vec3 blend_points(const vec3 points[4], const double weights[4]) {
 /* The least inverse mass of a row that acts. */
 static double find_least_mobility(const contact_scene *scene, const contact_row *row) {
     double lightest = 0.0; /* 1 / kg */
-    for (int k = 0; k < 4; k++) lightest = fmax(lightest, scene->inverse_mass[row->vertices[k]]);
-    return row->has_body ? 0.0 : LEAST_FREE_WEIGHT * LEAST_FREE_WEIGHT * lightest;
+    for (int k = 0; k < 4; k++)
+        lightest = fmax(lightest, scene->inverse_mass[row->frame.vertices[k]]);
+    return row->frame.has_body ? 0.0 : LEAST_FREE_WEIGHT * LEAST_FREE_WEIGHT * lightest;
 }
 
 /* What follows from normal, weights and mobility. */
 static void set_row_gap(const contact_scene *scene, contact_row *row) {
     vec3 start[4];
-    for (int k = 0; k < 4; k++) start[k] = vec3_load(scene->x0, row->vertices[k]);
-    pair_distances const distances = find_pair_distances(scene, row->kind, row->vertices);
-    row->gap = vec3_dot(row->normal, blend_points(start, row->weights));
+    for (int k = 0; k < 4; k++) start[k] = vec3_load(scene->x0, row->frame.vertices[k]);
+    pair_distances const distances =
+        find_pair_distances(scene, row->frame.kind, row->frame.vertices);
+    row->frame.gap = vec3_dot(row->frame.normal, blend_points(start, row->frame.weights));
     set_row_turning(scene, row);
-    row->bias = find_bias(scene, row->gap + find_row_curvature(scene, row), distances.contact);
+    row->law.bias =
+        find_bias(scene, row->frame.gap + find_row_curvature(scene, row), distances.contact);
     set_row_friction(scene, row);
 }
 
@@ -71,17 +74,18 @@ closest_points find_contact_points(const contact_scene *scene, const double *x1,
 void begin_contact_row(const contact_scene *scene, const pair_event *event,
                        const uint32_t vertices[4], const closest_points *closest,
                        contact_row *row) {
-    *row = (contact_row){.kind = event->kind, .pair = event->pair, .friction_cap = -1.0};
-    memcpy(row->vertices, vertices, sizeof row->vertices);
-    memcpy(row->weights, closest->weights, sizeof row->weights);
-    row->normal = vec3_normalize(closest->difference);
+    *row = (contact_row){
+        .frame.kind = event->kind, .frame.pair = event->pair, .solve.friction_cap = -1.0};
+    memcpy(row->frame.vertices, vertices, sizeof row->frame.vertices);
+    memcpy(row->frame.weights, closest->weights, sizeof row->frame.weights);
+    row->frame.normal = vec3_normalize(closest->difference);
     set_row_bodies(scene, row);
 }
 
 bool finish_contact_row(const contact_scene *scene, contact_row *row) {
     set_row_mobility(scene, row);
-    if (!(row->inverse_mass > find_least_mobility(scene, row))) return false;
-    if (!(vec3_norm2(row->normal) > 0.5)) return false;
+    if (!(row->solve.inverse_mass > find_least_mobility(scene, row))) return false;
+    if (!(vec3_norm2(row->frame.normal) > 0.5)) return false;
     set_row_gap(scene, row);
     return true;
 }
@@ -96,8 +100,8 @@ bool make_contact_row(const contact_scene *scene, const double *x1, const pair_e
 
 static const affine_map *find_carrier(const contact_scene *scene, const contact_row *row) {
     if (!scene->carriers) return NULL;
-    const affine_map *const first = scene->carriers[scene->vertex_surface[row->vertices[0]]];
-    return first ? first : scene->carriers[scene->vertex_surface[row->vertices[3]]];
+    const affine_map *const first = scene->carriers[scene->vertex_surface[row->frame.vertices[0]]];
+    return first ? first : scene->carriers[scene->vertex_surface[row->frame.vertices[3]]];
 }
 
 /* Whether the scripted side stands still or shifts. What rides on one that turns keeps its place by
@@ -110,8 +114,8 @@ static bool is_shifted_only(const contact_scene *scene, const contact_row *row) 
             largest = fmax(largest, fabs(carrier->matrix.m[i] - (i % 4 == 0 ? 1.0 : 0.0)));
     if (carrier) return largest < TURN_TOLERANCE;
     for (int k = 0; k < 4; k++) {
-        size_t const at = 3 * (size_t)row->vertices[k];
-        if (row->vertices[k] >= scene->cloth_vertex_count &&
+        size_t const at = 3 * (size_t)row->frame.vertices[k];
+        if (row->frame.vertices[k] >= scene->cloth_vertex_count &&
             memcmp(scene->targets + at, scene->x0 + at, 3 * sizeof(double)) != 0)
             return false;
     }
@@ -121,7 +125,8 @@ static bool is_shifted_only(const contact_scene *scene, const contact_row *row) 
 /* Whether one side follows a script: what is outside takes up any couple. */
 static bool has_scripted_side(const contact_scene *scene, const contact_row *row) {
     size_t const cloth_count = scene->cloth_vertex_count;
-    return !row->has_body && (row->vertices[0] >= cloth_count || row->vertices[3] >= cloth_count);
+    return !row->frame.has_body &&
+           (row->frame.vertices[0] >= cloth_count || row->frame.vertices[3] >= cloth_count);
 }
 
 static bool is_near(vec3 a, vec3 b, double tolerance) {
@@ -133,7 +138,7 @@ static bool is_near(vec3 a, vec3 b, double tolerance) {
 static vec3 find_straight_normal(const contact_scene *scene, const double *x1, double time,
                                  const contact_row *row) {
     double const tolerance = scene->settings.slope_tolerance;
-    vec3 const normal = row->normal;
+    vec3 const normal = row->frame.normal;
     vec3 const fitted = fit_normal_to_cone(scene, x1, row, normal, time);
     if (!(vec3_norm2(fitted) > 0.5) || is_near(fitted, normal, tolerance)) return fitted;
     vec3 const mirrored = vec3_normalize(vec3_sub(vec3_scale(fitted, 2.0), normal));
@@ -145,11 +150,11 @@ static vec3 find_straight_normal(const contact_scene *scene, const double *x1, d
 static bool take_normal(const contact_scene *scene, contact_row *row, vec3 normal) {
     if (!(vec3_norm2(normal) > 0.5)) return false;
     contact_row turned = *row;
-    turned.normal = normal;
+    turned.frame.normal = normal;
     set_row_mobility(scene, &turned);
-    if (!(turned.inverse_mass > find_least_mobility(scene, &turned))) return false;
+    if (!(turned.solve.inverse_mass > find_least_mobility(scene, &turned))) return false;
     set_row_gap(scene, &turned);
-    if (!(turned.gap > 0.0)) return false;
+    if (!(turned.frame.gap > 0.0)) return false;
     *row = turned;
     return true;
 }
@@ -158,11 +163,11 @@ void straighten_row(const contact_scene *scene, const double *x1, double time, c
     if (!scene->response->fits_rows || !has_scripted_side(scene, row)) return;
     if (!is_shifted_only(scene, row)) return;
     vec3 const normal = find_straight_normal(scene, x1, time, row);
-    if (memcmp(&normal, &row->normal, sizeof normal) == 0) return;
+    if (memcmp(&normal, &row->frame.normal, sizeof normal) == 0) return;
     /* the way to the obstacle stays what it is: a gap along the new normal is shorter, and a
      * push-out that made up for it would feed stiff cloth energy */
-    double const bias = row->bias;
-    if (take_normal(scene, row, normal)) row->bias = bias;
+    double const bias = row->law.bias;
+    if (take_normal(scene, row, normal)) row->law.bias = bias;
 }
 
 void straighten_impact(const contact_scene *scene, const double *x1, double time,
@@ -170,8 +175,8 @@ void straighten_impact(const contact_scene *scene, const double *x1, double time
     if (!scene->response->fits_rows || !has_scripted_side(scene, row)) return;
     if (!is_shifted_only(scene, row)) return;
     if (scene->ignored_count > 0) return; /* the sides may start on the wrong ones */
-    vec3 const normal = fit_normal_to_cone(scene, x1, row, row->normal, time);
-    if (memcmp(&normal, &row->normal, sizeof normal) != 0) take_normal(scene, row, normal);
+    vec3 const normal = fit_normal_to_cone(scene, x1, row, row->frame.normal, time);
+    if (memcmp(&normal, &row->frame.normal, sizeof normal) != 0) take_normal(scene, row, normal);
 }
 
 static vec3 find_vertex_normal(const contact_scene *scene, uint32_t vertex) {
@@ -208,10 +213,10 @@ static vec3 slide_vertex(const contact_scene *scene, const affine_map *carrier, 
  * the row's points along its normal is left out: contact stops it. */
 static bool predict_end(const contact_scene *scene, const contact_row *row, vec3 points[4]) {
     const affine_map *const carrier = find_carrier(scene, row);
-    double const least = LEAST_WAY * row->gap;
+    double const least = LEAST_WAY * row->frame.gap;
     bool has_moved = false;
     for (int k = 0; k < 4 && !has_moved; k++) {
-        uint32_t const vertex = row->vertices[k];
+        uint32_t const vertex = row->frame.vertices[k];
         vec3 const start = vec3_load(scene->x0, vertex);
         vec3 const end =
             scene->inverse_mass[vertex] > 0.0
@@ -221,13 +226,15 @@ static bool predict_end(const contact_scene *scene, const contact_row *row, vec3
     }
     if (!has_moved) return false;
     for (int k = 0; k < 4; k++) {
-        uint32_t const vertex = row->vertices[k];
+        uint32_t const vertex = row->frame.vertices[k];
         points[k] = scene->inverse_mass[vertex] > 0.0 ? slide_vertex(scene, carrier, vertex)
                                                       : vec3_load(scene->targets, vertex);
     }
-    double const rise = vec3_dot(row->normal, blend_points(points, row->weights)) - row->gap;
+    double const rise =
+        vec3_dot(row->frame.normal, blend_points(points, row->frame.weights)) - row->frame.gap;
     for (int k = 0; k < 4; k++)
-        if (get_row_side(row, k) == 0) points[k] = vec3_add_scaled(points[k], row->normal, -rise);
+        if (get_row_side(row, k) == 0)
+            points[k] = vec3_add_scaled(points[k], row->frame.normal, -rise);
     return true;
 }
 
@@ -250,23 +257,26 @@ static vec3 turn_normal(vec3 normal, vec3 direction) {
 
 void turn_row_to_end(const contact_scene *scene, contact_row *row) {
     vec3 points[4], start[4];
-    if (!scene->response->fits_rows || !scene->v0 || !(row->gap > 0.0)) return;
+    if (!scene->response->fits_rows || !scene->v0 || !(row->frame.gap > 0.0)) return;
     if (!has_scripted_side(scene, row) || !is_shifted_only(scene, row)) return;
     if (!predict_end(scene, row, points)) return;
-    closest_points const closest = closest_of_pair(row->kind, points);
+    closest_points const closest = closest_of_pair(row->frame.kind, points);
     contact_row turned = *row;
-    turned.normal = turn_normal(row->normal, vec3_normalize(closest.difference));
-    if (!(vec3_norm2(turned.normal) > 0.5) || !has_same_rims(row->weights, closest.weights)) return;
+    turned.frame.normal = turn_normal(row->frame.normal, vec3_normalize(closest.difference));
+    if (!(vec3_norm2(turned.frame.normal) > 0.5) ||
+        !has_same_rims(row->frame.weights, closest.weights))
+        return;
     for (int k = 0; k < 4; k++) {
-        turned.weights[k] = closest.weights[k];
-        start[k] = vec3_load(scene->x0, row->vertices[k]);
+        turned.frame.weights[k] = closest.weights[k];
+        start[k] = vec3_load(scene->x0, row->frame.vertices[k]);
     }
     set_row_mobility(scene, &turned);
-    if (!(turned.inverse_mass > find_least_mobility(scene, &turned))) return;
-    double const way = row->gap - vec3_dot(turned.normal, blend_points(start, turned.weights));
-    turned.turning =
-        vec3_add_scaled(row->turning, turned.normal,
-                        way / scene->time_step - vec3_dot(row->turning, turned.normal));
+    if (!(turned.solve.inverse_mass > find_least_mobility(scene, &turned))) return;
+    double const way =
+        row->frame.gap - vec3_dot(turned.frame.normal, blend_points(start, turned.frame.weights));
+    turned.frame.turning =
+        vec3_add_scaled(row->frame.turning, turned.frame.normal,
+                        way / scene->time_step - vec3_dot(row->frame.turning, turned.frame.normal));
     set_row_friction(scene, &turned);
     *row = turned;
 }

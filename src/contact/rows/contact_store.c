@@ -79,16 +79,17 @@ tulle_status update_contacts(contact_store *store, memory *heap, const row_list 
     for (size_t i = 0; i < list->rows.count; i++) {
         const contact_row *const row = &list->rows.data[i];
         /* a contact that rebounds carries nothing into the next step */
-        vec3 const impulse = vec3_scale(row->impulse, row->rebound > 0.0 ? 0.0 : 1.0);
-        contacts[i] = (stored_contact){.kind = (uint32_t)row->kind,
-                                       .first = row->pair.first,
-                                       .second = row->pair.second,
-                                       .is_hard = row->is_hard,
-                                       .state = (uint32_t)row->state,
-                                       .age = row->age == UINT32_MAX ? row->age : row->age + 1,
-                                       .impulse = {impulse.x, impulse.y, impulse.z},
-                                       .normal = {row->normal.x, row->normal.y, row->normal.z},
-                                       .anchor = {row->anchor.x, row->anchor.y, row->anchor.z}};
+        vec3 const impulse = vec3_scale(row->solve.impulse, row->law.rebound > 0.0 ? 0.0 : 1.0);
+        contacts[i] = (stored_contact){
+            .kind = (uint32_t)row->frame.kind,
+            .first = row->frame.pair.first,
+            .second = row->frame.pair.second,
+            .is_hard = row->solve.is_hard,
+            .state = (uint32_t)row->solve.state,
+            .age = row->law.age == UINT32_MAX ? row->law.age : row->law.age + 1,
+            .impulse = {impulse.x, impulse.y, impulse.z},
+            .normal = {row->frame.normal.x, row->frame.normal.y, row->frame.normal.z},
+            .anchor = {row->law.anchor.x, row->law.anchor.y, row->law.anchor.z}};
     }
     if (!is_sorted(contacts, list->rows.count)) sort_contacts(contacts, list->rows.count);
     store->contacts.count = merge_equal_keys(contacts, list->rows.count);

@@ -29,9 +29,9 @@ static bool is_moved(const contact_scene *scene, uint32_t vertex) {
 
 /* False for rows between others. */
 static bool find_sides(const contact_scene *scene, const contact_row *row, row_sides *sides) {
-    bool const is_first = is_moved(scene, row->vertices[0]);
-    bool const is_second = is_moved(scene, row->vertices[3]);
-    int const middle = row->kind == FEATURE_VERTEX_TRIANGLE ? 1 : 2;
+    bool const is_first = is_moved(scene, row->frame.vertices[0]);
+    bool const is_second = is_moved(scene, row->frame.vertices[3]);
+    int const middle = row->frame.kind == FEATURE_VERTEX_TRIANGLE ? 1 : 2;
     if (is_first == is_second) return false;
     *sides = is_first ? (row_sides){0, middle, middle, 4} : (row_sides){middle, 4, 0, middle};
     return true;
@@ -41,21 +41,21 @@ void find_near_plane(const contact_scene *scene, const double *ends, const conta
                      near_plane *plane) {
     row_sides sides;
     plane->distance = 0.0;
-    if (row->kind != FEATURE_VERTEX_TRIANGLE || !find_sides(scene, row, &sides)) return;
+    if (row->frame.kind != FEATURE_VERTEX_TRIANGLE || !find_sides(scene, row, &sides)) return;
     if (sides.moved_begin != 0) return;
     vec3 points[4];
-    for (int k = 0; k < 4; k++) points[k] = vec3_load(scene->x0, row->vertices[k]);
+    for (int k = 0; k < 4; k++) points[k] = vec3_load(scene->x0, row->frame.vertices[k]);
     closest_points const closest = closest_of_pair(FEATURE_VERTEX_TRIANGLE, points);
     double const distance = sqrt(closest.distance2);
     if (!(distance > 0.0)) return;
     vec3 const normal = vec3_scale(closest.difference, 1.0 / distance);
-    if (vec3_norm(vec3_sub(row->normal, normal)) > scene->settings.slope_tolerance) return;
+    if (vec3_norm(vec3_sub(row->frame.normal, normal)) > scene->settings.slope_tolerance) return;
     vec3 const point = vec3_sub(points[0], closest.difference);
     *plane = (near_plane){.distance = distance, .normal = normal, .point = point, .end = point};
     for (int k = 1; k < 4; k++)
-        plane->end =
-            vec3_add_scaled(plane->end, vec3_sub(vec3_load(ends, row->vertices[k]), points[k]),
-                            -closest.weights[k]);
+        plane->end = vec3_add_scaled(plane->end,
+                                     vec3_sub(vec3_load(ends, row->frame.vertices[k]), points[k]),
+                                     -closest.weights[k]);
 }
 
 void note_near_plane(near_planes *planes, uint32_t vertex, size_t index) {
@@ -76,16 +76,16 @@ static bool lies_behind(const near_plane *plane, vec3 from, vec3 point, double s
 /* Whether the obstacle's feature is behind the plane, where both are and where they go. */
 static bool hides(const contact_scene *scene, const double *ends, const near_plane *plane,
                   const contact_row *row, const row_sides *sides) {
-    double const share = row->is_old ? OLD_SHARE * FLAT_SHARE : FLAT_SHARE;
+    double const share = row->law.is_old ? OLD_SHARE * FLAT_SHARE : FLAT_SHARE;
     double const slope = scene->settings.slope_tolerance;
     vec3 touched = {0.0, 0.0, 0.0};
     for (int k = sides->obstacle_begin; k < sides->obstacle_end; k++) {
-        vec3 const start = vec3_load(scene->x0, row->vertices[k]);
-        vec3 const end = vec3_load(ends, row->vertices[k]);
+        vec3 const start = vec3_load(scene->x0, row->frame.vertices[k]);
+        vec3 const end = vec3_load(ends, row->frame.vertices[k]);
         if (!lies_behind(plane, plane->point, start, slope, share) ||
             !lies_behind(plane, plane->end, end, slope, share))
             return false;
-        touched = vec3_add_scaled(touched, start, fabs(row->weights[k]));
+        touched = vec3_add_scaled(touched, start, fabs(row->frame.weights[k]));
     }
     return lies_behind(plane, plane->point, touched, slope, share);
 }
@@ -105,8 +105,8 @@ bool row_is_hidden(const contact_scene *scene, const double *ends, const near_pl
     row_sides sides;
     if (!find_sides(scene, row, &sides)) return false;
     for (int k = sides.moved_begin; k < sides.moved_end; k++) {
-        if (fabs(row->weights[k]) < RIM_WEIGHT) continue;
-        uint32_t const nearest = planes->nearest[row->vertices[k]];
+        if (fabs(row->frame.weights[k]) < RIM_WEIGHT) continue;
+        uint32_t const nearest = planes->nearest[row->frame.vertices[k]];
         if (nearest == TULLE_NONE || nearest == index) return false;
         const near_plane *const plane = &planes->of_rows[nearest];
         if (!first) first = plane;

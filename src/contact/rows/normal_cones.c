@@ -24,7 +24,7 @@ static vec3 point_at(const cone_view *view, uint32_t vertex) {
 rim_part find_rim_part(const topology *topo, const contact_row *row, uint32_t *feature) {
     int zero_count = 0, zero = 0, other = 0;
     for (int k = 0; k < 3; k++) {
-        if (row->weights[1 + k] > -RIM_WEIGHT) {
+        if (row->frame.weights[1 + k] > -RIM_WEIGHT) {
             zero_count++;
             zero = k;
         } else {
@@ -33,10 +33,11 @@ rim_part find_rim_part(const topology *topo, const contact_row *row, uint32_t *f
     }
     if (zero_count == 0) return RIM_INSIDE;
     if (zero_count == 1) {
-        *feature = topo->triangle_edges[3 * (size_t)row->pair.second + (size_t)((zero + 1) % 3)];
+        *feature =
+            topo->triangle_edges[3 * (size_t)row->frame.pair.second + (size_t)((zero + 1) % 3)];
         return RIM_EDGE;
     }
-    *feature = row->vertices[1 + other];
+    *feature = row->frame.vertices[1 + other];
     return RIM_VERTEX;
 }
 
@@ -115,18 +116,18 @@ static vec3 fit_to_vertex(const cone_view *view, uint32_t vertex, vec3 outward) 
 vec3 fit_normal_to_cone(const contact_scene *scene, const double *x1, const contact_row *row,
                         vec3 normal, double time) {
     cone_view const view = {scene, x1, time};
-    bool const is_vertex_row = row->kind == FEATURE_VERTEX_TRIANGLE;
-    if (row->vertices[3] >= scene->cloth_vertex_count) {
-        uint32_t feature = row->pair.second;
+    bool const is_vertex_row = row->frame.kind == FEATURE_VERTEX_TRIANGLE;
+    if (row->frame.vertices[3] >= scene->cloth_vertex_count) {
+        uint32_t feature = row->frame.pair.second;
         rim_part const part =
             is_vertex_row ? find_rim_part(scene->set->topo, row, &feature) : RIM_EDGE;
         if (part == RIM_EDGE) normal = fit_to_edge(&view, feature, normal);
         if (part == RIM_VERTEX) normal = fit_to_vertex(&view, feature, normal);
     }
-    if (row->vertices[0] >= scene->cloth_vertex_count) {
+    if (row->frame.vertices[0] >= scene->cloth_vertex_count) {
         vec3 const outward = vec3_neg(normal);
-        normal = vec3_neg(is_vertex_row ? fit_to_vertex(&view, row->pair.first, outward)
-                                        : fit_to_edge(&view, row->pair.first, outward));
+        normal = vec3_neg(is_vertex_row ? fit_to_vertex(&view, row->frame.pair.first, outward)
+                                        : fit_to_edge(&view, row->frame.pair.first, outward));
     }
     return normal;
 }

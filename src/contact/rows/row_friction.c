@@ -72,11 +72,11 @@ static vec3 carry_grain(const contact_scene *scene, const uint32_t *vertices, in
 /* The tensor of one side; false when it has no grain. */
 static bool find_tensor(const contact_scene *scene, const contact_row *row, int first, int count,
                         grain_tensor *tensor) {
-    const uint32_t *const vertices = row->vertices + first;
+    const uint32_t *const vertices = row->frame.vertices + first;
     const surface_grain *const grain = &scene->grains[scene->vertex_surface[vertices[0]]];
     if (grain->across == 1.0) return false;
     vec3 const carried = carry_grain(scene, vertices, count, grain->direction);
-    vec3 const across = vec3_cross(row->normal, carried);
+    vec3 const across = vec3_cross(row->frame.normal, carried);
     double const size = vec3_norm(across);
     if (!(size > LEAST_GRAIN * vec3_norm(carried))) return false;
     *tensor = (grain_tensor){vec3_scale(across, 1.0 / size), grain->across};
@@ -86,22 +86,22 @@ static bool find_tensor(const contact_scene *scene, const contact_row *row, int 
 /* Principal axes of ln a P + ln b Q in the plane of both directions. */
 static void join_tensors(const grain_tensor *a, const grain_tensor *b, contact_row *row) {
     double const p = log(fmax(a->factor, LEAST_FACTOR)), q = log(fmax(b->factor, LEAST_FACTOR));
-    vec3 const along = vec3_cross(a->across, row->normal);
+    vec3 const along = vec3_cross(a->across, row->frame.normal);
     double const c = vec3_dot(b->across, a->across), s = vec3_dot(b->across, along);
     double const xx = p + q * c * c, xy = q * c * s, yy = q * s * s; /* x: across of a */
     double const middle = 0.5 * (xx + yy), difference = 0.5 * (xx - yy);
     double const half = sqrt(difference * difference + xy * xy);
     double const angle = 0.5 * atan2(2.0 * xy, xx - yy);
     vec3 const major = vec3_add_scaled(vec3_scale(a->across, cos(angle)), along, sin(angle));
-    row->grain = vec3_cross(major, row->normal);
-    row->friction_across = exp(middle + half);
-    row->friction_along = exp(middle - half);
+    row->law.grain = vec3_cross(major, row->frame.normal);
+    row->law.friction_across = exp(middle + half);
+    row->law.friction_along = exp(middle - half);
 }
 
 static void set_grain(const contact_scene *scene, contact_row *row) {
-    row->friction_along = row->friction_across = 1.0;
+    row->law.friction_along = row->law.friction_across = 1.0;
     if (!scene->grains) return;
-    int const first_count = row->kind == FEATURE_VERTEX_TRIANGLE ? 1 : 2;
+    int const first_count = row->frame.kind == FEATURE_VERTEX_TRIANGLE ? 1 : 2;
     grain_tensor first, second;
     bool const has_first = find_tensor(scene, row, 0, first_count, &first);
     bool const has_second = find_tensor(scene, row, first_count, 4 - first_count, &second);
@@ -109,23 +109,21 @@ static void set_grain(const contact_scene *scene, contact_row *row) {
         join_tensors(&first, &second, row);
     } else if (has_first || has_second) {
         const grain_tensor *const only = has_first ? &first : &second;
-        row->grain = vec3_cross(only->across, row->normal);
-        row->friction_across = only->factor;
+        row->law.grain = vec3_cross(only->across, row->frame.normal);
+        row->law.friction_across = only->factor;
     }
 }
 
 void set_row_friction(const contact_scene *scene, contact_row *row) {
-    const contact_law *const law = find_contact_law(scene, row->vertices, row->kind);
+    const contact_law *const law = find_contact_law(scene, row->frame.vertices, row->frame.kind);
     vec3 const velocity =
         scene->v0 ? get_relative_velocity(row, scene->v0) : vec3_make(0.0, 0.0, 0.0);
-    row->approach = vec3_dot(velocity, row->normal);
-    row->fall = find_row_fall(scene, row);
-    vec3 const slip = vec3_add_scaled(velocity, row->normal, -row->approach);
-    row->static_friction = law->static_friction;
-    row->dynamic_friction = law->dynamic_friction;
-    row->restitution = law->restitution;
-    row->is_sliding = vec3_norm(slip) > scene->settings.slip_speed;
-    row->friction = row->is_sliding ? law->dynamic_friction : law->static_friction;
+    row->law.approach = vec3_dot(velocity, row->frame.normal);
+    row->law.fall = find_row_fall(scene, row);
+    vec3 const slip = vec3_add_scaled(velocity, row->frame.normal, -row->law.approach);
+    row->law.restitution = law->restitution;
+    row->law.is_sliding = vec3_norm(slip) > scene->settings.slip_speed;
+    row->law.friction = row->law.is_sliding ? law->dynamic_friction : law->static_friction;
     set_grain(scene, row);
 }
 
@@ -162,30 +160,30 @@ static bool is_in_ellipse(double a, double b, double x, double y) {
 }
 
 vec3 limit_friction(const contact_row *row, double normal, vec3 tangential, bool *is_inside) {
-    double const cap = row->friction * normal;
-    if (row->friction_along == row->friction_across) {
-        double const size = vec3_norm(tangential), limit = cap * row->friction_along;
+    double const cap = row->law.friction * normal;
+    if (row->law.friction_along == row->law.friction_across) {
+        double const size = vec3_norm(tangential), limit = cap * row->law.friction_along;
         *is_inside = !(size > limit);
         return *is_inside ? tangential : vec3_scale(tangential, limit / size);
     }
-    double const a = cap * row->friction_along, b = cap * row->friction_across;
-    vec3 const across = vec3_cross(row->normal, row->grain);
-    double x = vec3_dot(tangential, row->grain), y = vec3_dot(tangential, across);
+    double const a = cap * row->law.friction_along, b = cap * row->law.friction_across;
+    vec3 const across = vec3_cross(row->frame.normal, row->law.grain);
+    double x = vec3_dot(tangential, row->law.grain), y = vec3_dot(tangential, across);
     *is_inside = is_in_ellipse(a, b, x, y);
     if (*is_inside) return tangential;
     project_on_ellipse(a, b, &x, &y);
-    return vec3_add_scaled(vec3_scale(row->grain, x), across, y);
+    return vec3_add_scaled(vec3_scale(row->law.grain, x), across, y);
 }
 
 /* r / (r + d): r the radius of curvature of the bound at the point, d the distance to the trial. */
 double measure_bound_follow(const contact_row *row, double normal, vec3 friction, vec3 trial) {
     double const distance = vec3_norm(vec3_sub(trial, friction));
     double radius = vec3_norm(friction);
-    if (row->friction_along != row->friction_across) {
-        double const cap = row->friction * normal;
-        double const a = cap * row->friction_along, b = cap * row->friction_across;
-        double const x = vec3_dot(friction, row->grain);
-        double const y = vec3_dot(friction, vec3_cross(row->normal, row->grain));
+    if (row->law.friction_along != row->law.friction_across) {
+        double const cap = row->law.friction * normal;
+        double const a = cap * row->law.friction_along, b = cap * row->law.friction_across;
+        double const x = vec3_dot(friction, row->law.grain);
+        double const y = vec3_dot(friction, vec3_cross(row->frame.normal, row->law.grain));
         if (!(a > 0.0)) return fabs(y) < b ? 1.0 : 0.0; /* a segment */
         if (!(b > 0.0)) return fabs(x) < a ? 1.0 : 0.0;
         double const steep_x = x / (a * a), steep_y = y / (b * b);

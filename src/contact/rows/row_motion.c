@@ -14,17 +14,17 @@ static double get_side_sign(int side) { return side == 0 ? 1.0 : -1.0; }
 
 static const contact_body *find_side_body(const contact_scene *scene, const contact_row *row,
                                           int side) {
-    if (!row->has_body || row->slots[side] == TULLE_NONE) return NULL;
-    return &scene->bodies[(row->slots[side] - scene->cloth_vertex_count) / 2];
+    if (!row->frame.has_body || row->frame.slots[side] == TULLE_NONE) return NULL;
+    return &scene->bodies[(row->frame.slots[side] - scene->cloth_vertex_count) / 2];
 }
 
 vec3 get_body_velocity(const contact_row *row, const double *u) {
     vec3 sum = {0.0, 0.0, 0.0};
-    for (int side = 0; side < 2 && row->has_body; side++) {
-        size_t const slot = row->slots[side];
+    for (int side = 0; side < 2 && row->frame.has_body; side++) {
+        size_t const slot = row->frame.slots[side];
         if (slot == TULLE_NONE) continue;
         sum = vec3_add_scaled(sum, vec3_load(u, slot), get_side_sign(side));
-        sum = vec3_add(sum, vec3_cross(vec3_load(u, slot + 1), row->arms[side]));
+        sum = vec3_add(sum, vec3_cross(vec3_load(u, slot + 1), row->frame.arms[side]));
     }
     return sum;
 }
@@ -33,23 +33,23 @@ vec3 get_coupled_velocity(const contact_row *row, const double *u) {
     vec3 sum = get_body_velocity(row, u);
     for (int k = 0; k < 4; k++)
         if (is_row_vertex(row, k))
-            sum = vec3_add_scaled(sum, vec3_load(u, row->vertices[k]), row->weights[k]);
+            sum = vec3_add_scaled(sum, vec3_load(u, row->frame.vertices[k]), row->frame.weights[k]);
     return sum;
 }
 
 vec3 get_free_velocity(const contact_scene *scene, const contact_row *row, const double *u) {
     vec3 sum = get_body_velocity(row, u);
     for (int k = 0; k < 4; k++)
-        if (scene->inverse_mass[row->vertices[k]] > 0.0)
-            sum = vec3_add_scaled(sum, vec3_load(u, row->vertices[k]), row->weights[k]);
+        if (scene->inverse_mass[row->frame.vertices[k]] > 0.0)
+            sum = vec3_add_scaled(sum, vec3_load(u, row->frame.vertices[k]), row->frame.weights[k]);
     return sum;
 }
 
 vec3 get_solved_velocity(const contact_row *row, size_t cloth_count, const double *u) {
-    vec3 sum = row->has_body ? get_body_velocity(row, u) : vec3_make(0.0, 0.0, 0.0);
+    vec3 sum = row->frame.has_body ? get_body_velocity(row, u) : vec3_make(0.0, 0.0, 0.0);
     for (int k = 0; k < 4; k++)
-        if (row->vertices[k] < cloth_count)
-            sum = vec3_add_scaled(sum, vec3_load(u, row->vertices[k]), row->weights[k]);
+        if (row->frame.vertices[k] < cloth_count)
+            sum = vec3_add_scaled(sum, vec3_load(u, row->frame.vertices[k]), row->frame.weights[k]);
     return sum;
 }
 
@@ -58,17 +58,18 @@ static void add_to(double *vectors, size_t index, vec3 vector, double factor) {
 }
 
 static void add_to_bodies(const contact_row *row, vec3 impulse, double *sum) {
-    for (int side = 0; side < 2 && row->has_body; side++) {
-        size_t const slot = row->slots[side];
+    for (int side = 0; side < 2 && row->frame.has_body; side++) {
+        size_t const slot = row->frame.slots[side];
         if (slot == TULLE_NONE) continue;
         add_to(sum, slot, impulse, get_side_sign(side));
-        add_to(sum, slot + 1, vec3_cross(row->arms[side], impulse), 1.0);
+        add_to(sum, slot + 1, vec3_cross(row->frame.arms[side], impulse), 1.0);
     }
 }
 
 void add_row_impulse(const contact_row *row, size_t cloth_count, vec3 impulse, double *sum) {
     for (int k = 0; k < 4; k++)
-        if (row->vertices[k] < cloth_count) add_to(sum, row->vertices[k], impulse, row->weights[k]);
+        if (row->frame.vertices[k] < cloth_count)
+            add_to(sum, row->frame.vertices[k], impulse, row->frame.weights[k]);
     add_to_bodies(row, impulse, sum);
 }
 
@@ -98,12 +99,13 @@ static mat3 turn_stiffness(const mat3 *stiffness, vec3 arm) {
 void add_row_blocks(const contact_row *row, size_t cloth_count, const mat3 *stiffness,
                     double *blocks) {
     for (int k = 0; k < 4; k++)
-        if (row->vertices[k] < cloth_count)
-            add_block(blocks, row->vertices[k], stiffness, row->weights[k] * row->weights[k]);
-    for (int side = 0; side < 2 && row->has_body; side++) {
-        size_t const slot = row->slots[side];
+        if (row->frame.vertices[k] < cloth_count)
+            add_block(blocks, row->frame.vertices[k], stiffness,
+                      row->frame.weights[k] * row->frame.weights[k]);
+    for (int side = 0; side < 2 && row->frame.has_body; side++) {
+        size_t const slot = row->frame.slots[side];
         if (slot == TULLE_NONE) continue;
-        mat3 const of_turn = turn_stiffness(stiffness, row->arms[side]);
+        mat3 const of_turn = turn_stiffness(stiffness, row->frame.arms[side]);
         add_block(blocks, slot, stiffness, 1.0);
         add_block(blocks, slot + 1, &of_turn, 1.0);
     }
@@ -120,44 +122,46 @@ double measure_row_mobility(const contact_scene *scene, const contact_row *row,
                             const double *blocks) {
     double mobility = 0.0;
     for (int k = 0; k < 4; k++) {
-        uint32_t const vertex = row->vertices[k];
+        uint32_t const vertex = row->frame.vertices[k];
         if (!(scene->inverse_mass[vertex] > 0.0)) continue;
         mat3 block;
         memcpy(&block, blocks + 9 * (size_t)vertex, sizeof block);
-        double const mass = vec3_dot(row->normal, mat3_multiply_vec3(&block, row->normal));
-        if (mass > 0.0) mobility += row->weights[k] * row->weights[k] / mass;
+        double const mass =
+            vec3_dot(row->frame.normal, mat3_multiply_vec3(&block, row->frame.normal));
+        if (mass > 0.0) mobility += row->frame.weights[k] * row->frame.weights[k] / mass;
     }
     for (int side = 0; side < 2; side++) {
         const contact_body *const body = find_side_body(scene, row, side);
-        if (body) mobility += measure_body_mobility(body, row->arms[side], row->normal);
+        if (body) mobility += measure_body_mobility(body, row->frame.arms[side], row->frame.normal);
     }
     return mobility;
 }
 
 void set_row_turning(const contact_scene *scene, contact_row *row) {
-    row->turning = vec3_make(0.0, 0.0, 0.0);
-    if (!scene->carriers || row->has_body) return;
+    row->frame.turning = vec3_make(0.0, 0.0, 0.0);
+    if (!scene->carriers || row->frame.has_body) return;
     const affine_map *carrier = NULL;
     for (int k = 0; k < 4 && !carrier; k++)
-        carrier = scene->carriers[scene->vertex_surface[row->vertices[k]]];
+        carrier = scene->carriers[scene->vertex_surface[row->frame.vertices[k]]];
     if (!carrier) return;
-    vec3 const offset = vec3_scale(row->normal, row->gap);
+    vec3 const offset = vec3_scale(row->frame.normal, row->frame.gap);
     vec3 const change = vec3_sub(mat3_multiply_vec3(&carrier->matrix, offset), offset);
-    row->turning = vec3_scale(vec3_add_scaled(change, row->normal, -vec3_dot(change, row->normal)),
-                              1.0 / scene->time_step);
+    row->frame.turning =
+        vec3_scale(vec3_add_scaled(change, row->frame.normal, -vec3_dot(change, row->frame.normal)),
+                   1.0 / scene->time_step);
 }
 
 void move_row(const contact_scene *scene, const contact_row *row, vec3 impulse, double *u) {
     for (int k = 0; k < 4; k++) {
-        uint32_t const vertex = row->vertices[k];
-        double const mobility = row->weights[k] * scene->inverse_mass[vertex];
+        uint32_t const vertex = row->frame.vertices[k];
+        double const mobility = row->frame.weights[k] * scene->inverse_mass[vertex];
         if (mobility != 0.0) add_to(u, vertex, impulse, mobility);
     }
     for (int side = 0; side < 2; side++) {
         const contact_body *const body = find_side_body(scene, row, side);
         if (!body) continue;
-        size_t const slot = row->slots[side];
-        vec3 const turn = vec3_cross(row->arms[side], impulse);
+        size_t const slot = row->frame.slots[side];
+        vec3 const turn = vec3_cross(row->frame.arms[side], impulse);
         add_to(u, slot, impulse, get_side_sign(side) / body->body->mass);
         add_to(u, slot + 1, mat3_multiply_vec3(&body->inverse_inertia, turn), 1.0);
     }
@@ -165,10 +169,11 @@ void move_row(const contact_scene *scene, const contact_row *row, vec3 impulse, 
 
 /* Whether a side can move by what rows do: it is of cloth or a free body. */
 static bool side_may_move(const contact_scene *scene, const contact_row *row, int side) {
-    if (row->slots[side] != TULLE_NONE) return true;
+    if (row->frame.slots[side] != TULLE_NONE) return true;
     bool is_cloth = false;
     for (int k = 0; k < 4; k++)
-        is_cloth |= get_row_side(row, k) == side && row->vertices[k] < scene->cloth_vertex_count;
+        is_cloth |=
+            get_row_side(row, k) == side && row->frame.vertices[k] < scene->cloth_vertex_count;
     return is_cloth;
 }
 
@@ -177,8 +182,8 @@ static vec3 find_side_point(const contact_scene *scene, const contact_row *row, 
     vec3 sum = {0.0, 0.0, 0.0};
     for (int k = 0; k < 4; k++)
         if (get_row_side(row, k) == side)
-            sum =
-                vec3_add_scaled(sum, vec3_load(scene->x0, row->vertices[k]), fabs(row->weights[k]));
+            sum = vec3_add_scaled(sum, vec3_load(scene->x0, row->frame.vertices[k]),
+                                  fabs(row->frame.weights[k]));
     return sum;
 }
 
@@ -187,47 +192,48 @@ static vec3 find_side_point(const contact_scene *scene, const contact_row *row, 
 static void share_point(const contact_scene *scene, contact_row *row) {
     vec3 const first = find_side_point(scene, row, 0), second = find_side_point(scene, row, 1);
     vec3 point = vec3_lerp(first, second, 0.5);
-    if (row->slots[0] == TULLE_NONE) point = first;
-    if (row->slots[1] == TULLE_NONE) point = second;
+    if (row->frame.slots[0] == TULLE_NONE) point = first;
+    if (row->frame.slots[1] == TULLE_NONE) point = second;
     for (int side = 0; side < 2; side++) {
         const contact_body *const body = find_side_body(scene, row, side);
         if (!body) continue;
-        row->arms[side] = vec3_scale(vec3_sub(point, body->start.position), get_side_sign(side));
+        row->frame.arms[side] =
+            vec3_scale(vec3_sub(point, body->start.position), get_side_sign(side));
     }
 }
 
 /* Against what nothing moves, arms are those of the end of the step, where the contact lands below
  * the centre: with those of x0 a rolling ball meets a resistance of first order in its turn. */
 static void choose_arms(const contact_scene *scene, contact_row *row) {
-    row->has_end_arms = !side_may_move(scene, row, 0) || !side_may_move(scene, row, 1);
-    if (!row->has_end_arms) {
+    row->frame.has_end_arms = !side_may_move(scene, row, 0) || !side_may_move(scene, row, 1);
+    if (!row->frame.has_end_arms) {
         share_point(scene, row);
         return;
     }
     for (int side = 0; side < 2; side++) {
         const contact_body *const body = find_side_body(scene, row, side);
-        if (body) row->arms[side] = mat3_multiply_vec3(&body->turn, row->arms[side]);
+        if (body) row->frame.arms[side] = mat3_multiply_vec3(&body->turn, row->frame.arms[side]);
     }
 }
 
 void set_row_bodies(const contact_scene *scene, contact_row *row) {
-    row->has_body = false;
-    row->slots[0] = row->slots[1] = TULLE_NONE;
-    row->arms[0] = row->arms[1] = vec3_make(0.0, 0.0, 0.0);
+    row->frame.has_body = false;
+    row->frame.slots[0] = row->frame.slots[1] = TULLE_NONE;
+    row->frame.arms[0] = row->frame.arms[1] = vec3_make(0.0, 0.0, 0.0);
     for (int k = 0; k < 4; k++) {
-        uint32_t const index = find_body(scene, row->vertices[k]);
+        uint32_t const index = find_body(scene, row->frame.vertices[k]);
         if (index == TULLE_NONE) continue;
         int const side = get_row_side(row, k);
-        vec3 const arm =
-            vec3_sub(vec3_load(scene->x0, row->vertices[k]), scene->bodies[index].start.position);
-        row->has_body = true;
-        row->slots[side] = get_body_slot(scene, index);
-        row->arms[side] = vec3_add_scaled(row->arms[side], arm, row->weights[k]);
+        vec3 const arm = vec3_sub(vec3_load(scene->x0, row->frame.vertices[k]),
+                                  scene->bodies[index].start.position);
+        row->frame.has_body = true;
+        row->frame.slots[side] = get_body_slot(scene, index);
+        row->frame.arms[side] = vec3_add_scaled(row->frame.arms[side], arm, row->frame.weights[k]);
     }
-    if (!row->has_body) return;
-    row->is_without_cloth = true;
+    if (!row->frame.has_body) return;
+    row->frame.is_without_cloth = true;
     for (int k = 0; k < 4; k++)
-        row->is_without_cloth &= row->vertices[k] >= scene->cloth_vertex_count;
+        row->frame.is_without_cloth &= row->frame.vertices[k] >= scene->cloth_vertex_count;
     choose_arms(scene, row);
 }
 
@@ -237,7 +243,7 @@ static vec3 answer_by_bodies(const contact_scene *scene, const contact_row *row,
     for (int side = 0; side < 2; side++) {
         const contact_body *const body = find_side_body(scene, row, side);
         if (!body) continue;
-        vec3 const arm = row->arms[side];
+        vec3 const arm = row->frame.arms[side];
         vec3 const turn = mat3_multiply_vec3(&body->inverse_inertia, vec3_cross(arm, impulse));
         sum = vec3_add_scaled(sum, impulse, 1.0 / body->body->mass);
         sum = vec3_add(sum, vec3_cross(turn, arm));
@@ -255,29 +261,33 @@ static void find_tangents(vec3 normal, vec3 *first, vec3 *second) {
 void set_row_mobility(const contact_scene *scene, contact_row *row) {
     double of_vertices = 0.0;
     for (int k = 0; k < 4; k++)
-        of_vertices += row->weights[k] * row->weights[k] * scene->inverse_mass[row->vertices[k]];
-    row->inverse_mass = of_vertices;
-    if (!row->has_body) return;
+        of_vertices += row->frame.weights[k] * row->frame.weights[k] *
+                       scene->inverse_mass[row->frame.vertices[k]];
+    row->solve.inverse_mass = of_vertices;
+    if (!row->frame.has_body) return;
     vec3 a, b;
-    find_tangents(row->normal, &a, &b);
+    find_tangents(row->frame.normal, &a, &b);
     vec3 const ka = answer_by_bodies(scene, row, a), kb = answer_by_bodies(scene, row, b);
-    vec3 const kn = answer_by_bodies(scene, row, row->normal);
-    row->inverse_mass += vec3_dot(row->normal, kn);
-    row->slip_answer = vec3_add_scaled(kn, row->normal, -vec3_dot(row->normal, kn));
+    vec3 const kn = answer_by_bodies(scene, row, row->frame.normal);
+    row->solve.inverse_mass += vec3_dot(row->frame.normal, kn);
+    row->solve.slip_answer =
+        vec3_add_scaled(kn, row->frame.normal, -vec3_dot(row->frame.normal, kn));
     double const aa = vec3_dot(a, ka), ab = vec3_dot(a, kb), bb = vec3_dot(b, kb);
     double const half = 0.5 * (aa - bb); /* no hypot: its last bits differ between processors */
-    row->slip_inverse_mass =
+    row->solve.slip_inverse_mass =
         of_vertices + 0.5 * (aa + bb) + sqrt(half * half + ab * ab); /* largest eigenvalue */
 }
 
 double find_row_fall(const contact_scene *scene, const contact_row *row) {
     double fall = 0.0;
     for (int k = 0; k < 4; k++)
-        if (scene->inverse_mass[row->vertices[k]] > 0.0)
-            fall += scene->time_step * row->weights[k] * vec3_dot(row->normal, scene->gravity);
-    for (int side = 0; side < 2 && row->has_body; side++)
-        if (row->slots[side] != TULLE_NONE)
-            fall += scene->time_step * get_side_sign(side) * vec3_dot(row->normal, scene->gravity);
+        if (scene->inverse_mass[row->frame.vertices[k]] > 0.0)
+            fall += scene->time_step * row->frame.weights[k] *
+                    vec3_dot(row->frame.normal, scene->gravity);
+    for (int side = 0; side < 2 && row->frame.has_body; side++)
+        if (row->frame.slots[side] != TULLE_NONE)
+            fall += scene->time_step * get_side_sign(side) *
+                    vec3_dot(row->frame.normal, scene->gravity);
     return fall;
 }
 
@@ -286,11 +296,12 @@ double find_row_curvature(const contact_scene *scene, const contact_row *row) {
     for (int side = 0; side < 2; side++) {
         const contact_body *const body = find_side_body(scene, row, side);
         if (!body) continue;
-        vec3 const arm = row->arms[side];
-        vec3 const way = row->has_end_arms ? vec3_sub(arm, multiply_transposed(&body->turn, arm))
-                                           : vec3_sub(mat3_multiply_vec3(&body->turn, arm), arm);
+        vec3 const arm = row->frame.arms[side];
+        vec3 const way = row->frame.has_end_arms
+                             ? vec3_sub(arm, multiply_transposed(&body->turn, arm))
+                             : vec3_sub(mat3_multiply_vec3(&body->turn, arm), arm);
         vec3 const linear = vec3_cross(body->turn_vector, arm);
-        sum += vec3_dot(row->normal, vec3_sub(way, linear));
+        sum += vec3_dot(row->frame.normal, vec3_sub(way, linear));
     }
     return sum;
 }

@@ -11,20 +11,20 @@
 
 /* sum w_i x_i over the four vertices, whatever they belong to. */
 static inline vec3 blend_row_vertices(const contact_row *row, const double *x) {
-    vec3 sum = vec3_scale(vec3_load(x, row->vertices[0]), row->weights[0]);
+    vec3 sum = vec3_scale(vec3_load(x, row->frame.vertices[0]), row->frame.weights[0]);
     for (int k = 1; k < 4; k++)
-        sum = vec3_add_scaled(sum, vec3_load(x, row->vertices[k]), row->weights[k]);
+        sum = vec3_add_scaled(sum, vec3_load(x, row->frame.vertices[k]), row->frame.weights[k]);
     return sum;
 }
 
 /* 0 or 1: the side that vertex k of the row belongs to. */
 static inline int get_row_side(const contact_row *row, int k) {
-    return k >= (row->kind == FEATURE_VERTEX_TRIANGLE ? 1 : 2);
+    return k >= (row->frame.kind == FEATURE_VERTEX_TRIANGLE ? 1 : 2);
 }
 
 /* Whether vertex k counts by itself, not by the slots of a body. */
 static inline bool is_row_vertex(const contact_row *row, int k) {
-    return !row->has_body || row->slots[get_row_side(row, k)] == TULLE_NONE;
+    return !row->frame.has_body || row->frame.slots[get_row_side(row, k)] == TULLE_NONE;
 }
 
 /* The part of bodies in the relative velocity, of velocities u. */
@@ -37,8 +37,8 @@ vec3 get_coupled_velocity(const contact_row *row, const double *u);
  * normal what the turn of the row's frame to the end of the step takes from the gap. */
 static inline vec3 get_relative_velocity(const contact_row *row, const double *u) {
     vec3 const of_points =
-        row->has_body ? get_coupled_velocity(row, u) : blend_row_vertices(row, u);
-    return vec3_sub(of_points, row->turning);
+        row->frame.has_body ? get_coupled_velocity(row, u) : blend_row_vertices(row, u);
+    return vec3_sub(of_points, row->frame.turning);
 }
 
 /* The part of it that vertices and bodies with mass have. */

@@ -41,11 +41,13 @@ static vec3 remove_normal(vec3 vector, vec3 normal) {
 }
 
 void take_anchor(const contact_scene *scene, contact_row *row, vec3 offset) {
-    bool const is_held = row->is_old && row->old_state == ROW_STICKS && !row->is_sliding;
+    bool const is_held =
+        row->law.is_old && row->law.old_state == ROW_STICKS && !row->law.is_sliding;
     if (!is_held || !(scene->settings.anchor_share > 0.0)) offset = vec3_make(0.0, 0.0, 0.0);
-    row->anchor = limit_offset(remove_normal(offset, row->normal), find_largest_offset(scene));
-    row->return_velocity =
-        vec3_scale(row->anchor, -scene->settings.anchor_share / scene->time_step);
+    row->law.anchor =
+        limit_offset(remove_normal(offset, row->frame.normal), find_largest_offset(scene));
+    row->law.return_velocity =
+        vec3_scale(row->law.anchor, -scene->settings.anchor_share / scene->time_step);
 }
 
 void move_anchors(const contact_scene *scene, const double *x1, row_list *list) {
@@ -54,12 +56,13 @@ void move_anchors(const contact_scene *scene, const double *x1, row_list *list) 
     double const kept = fmax(1.0 - scene->time_step / MEMORY, 0.0);
     for (size_t i = 0; i < list->rows.count; i++) {
         contact_row *const row = &list->rows.data[i];
-        bool const goes_on = row->state == ROW_STICKS && row->old_state == ROW_STICKS;
+        bool const goes_on = row->solve.state == ROW_STICKS && row->law.old_state == ROW_STICKS;
         vec3 const points =
             vec3_sub(blend_row_vertices(row, x1), blend_row_vertices(row, scene->x0));
-        vec3 const way = vec3_add_scaled(points, row->turning, -scene->time_step);
-        vec3 const offset = vec3_add_scaled(remove_normal(way, row->normal), row->anchor, kept);
-        row->anchor =
-            goes_on && !row->is_sliding ? limit_offset(offset, largest) : vec3_make(0.0, 0.0, 0.0);
+        vec3 const way = vec3_add_scaled(points, row->frame.turning, -scene->time_step);
+        vec3 const offset =
+            vec3_add_scaled(remove_normal(way, row->frame.normal), row->law.anchor, kept);
+        row->law.anchor = goes_on && !row->law.is_sliding ? limit_offset(offset, largest)
+                                                          : vec3_make(0.0, 0.0, 0.0);
     }
 }

@@ -19,13 +19,15 @@
 static void add_to_sums(const contact_scene *scene, const contact_row *row, const double *u,
                         vec3 misfit, friction_sums *all) {
     vec3 slip = {0.0, 0.0, 0.0};
-    if (row->state == ROW_STICKS) slip = vec3_sub(get_slip(row, u), row->return_velocity);
+    if (row->solve.state == ROW_STICKS) slip = vec3_sub(get_slip(row, u), row->law.return_velocity);
     for (int k = 0; k < 4; k++) {
-        if (row->vertices[k] >= scene->cloth_vertex_count) continue;
-        friction_sums *const sums = &all[scene->vertex_surface[row->vertices[k]]];
-        sums->misfit = vec3_add_scaled(sums->misfit, misfit, row->weights[k]);
-        sums->slip = vec3_add_scaled(sums->slip, slip, row->weights[k] * row->slip_penalty);
-        if (row->state == ROW_STICKS) sums->held += fabs(row->weights[k]) * row->slip_penalty;
+        if (row->frame.vertices[k] >= scene->cloth_vertex_count) continue;
+        friction_sums *const sums = &all[scene->vertex_surface[row->frame.vertices[k]]];
+        sums->misfit = vec3_add_scaled(sums->misfit, misfit, row->frame.weights[k]);
+        sums->slip =
+            vec3_add_scaled(sums->slip, slip, row->frame.weights[k] * row->solve.slip_penalty);
+        if (row->solve.state == ROW_STICKS)
+            sums->held += fabs(row->frame.weights[k]) * row->solve.slip_penalty;
     }
 }
 
@@ -64,9 +66,9 @@ tulle_status end_round(const contact_scene *scene, row_list *list, friction_sums
         result->largest_violation = fmax(result->largest_violation, violation);
         violation2 += violation * violation;
         harden(row, violation);
-        if (!row->is_in_matrix) continue;
+        if (!row->solve.is_in_matrix) continue;
         vec3 const misfit = update_hard_row(row, u);
-        double const missed = vec3_norm(misfit) / row->slip_penalty;
+        double const missed = vec3_norm(misfit) / row->solve.slip_penalty;
         misfit2 += missed * missed;
         result->largest_misfit = fmax(result->largest_misfit, missed);
         add_to_sums(scene, row, u, misfit, sums);

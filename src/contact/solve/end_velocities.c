@@ -28,22 +28,22 @@
 #define RESTING_FALLS 2.0
 
 static bool carries_load(const contact_row *row) {
-    return vec3_dot(row->normal, row->impulse) > 0.0;
+    return vec3_dot(row->frame.normal, row->solve.impulse) > 0.0;
 }
 
 bool row_is_impact(const contact_scene *scene, const contact_row *row) {
-    double const resting = fmax(RESTING_FALLS * fabs(row->fall), scene->settings.slip_speed);
-    return row->approach < -resting;
+    double const resting = fmax(RESTING_FALLS * fabs(row->law.fall), scene->settings.slip_speed);
+    return row->law.approach < -resting;
 }
 
 /* Speed [m/s] at which the row must part at the end; 0: it does not rebound. */
 static double find_rebound(const contact_scene *scene, const contact_row *row) {
-    if (!(row->restitution > 0.0) || !carries_load(row)) return 0.0;
+    if (!(row->law.restitution > 0.0) || !carries_load(row)) return 0.0;
     if (!row_is_impact(scene, row)) return 0.0;
-    double const end = row->approach + row->fall;
-    double part = end < 0.0 ? row->bias / end : 0.0;
+    double const end = row->law.approach + row->law.fall;
+    double part = end < 0.0 ? row->law.bias / end : 0.0;
     part = part < 0.0 ? 0.0 : part > 1.0 ? 1.0 : part;
-    return -row->restitution * (row->approach + part * row->fall);
+    return -row->law.restitution * (row->law.approach + part * row->law.fall);
 }
 
 static uint64_t mark_rebounds(const contact_scene *scene, row_list *list, size_t *loaded_count) {
@@ -51,8 +51,8 @@ static uint64_t mark_rebounds(const contact_scene *scene, row_list *list, size_t
     *loaded_count = 0;
     for (size_t i = 0; i < list->rows.count; i++) {
         contact_row *const row = &list->rows.data[i];
-        row->rebound = find_rebound(scene, row);
-        count += row->rebound > 0.0;
+        row->law.rebound = find_rebound(scene, row);
+        count += row->law.rebound > 0.0;
         *loaded_count += carries_load(row);
     }
     return count;
@@ -61,7 +61,8 @@ static uint64_t mark_rebounds(const contact_scene *scene, row_list *list, size_t
 /* What an obstacle that turns gives to whatever rides on it, without what a frame that is turned to
  * the end of the step takes from the gap: nothing does work by that. */
 static vec3 find_ridden_turning(const contact_row *row) {
-    return vec3_add_scaled(row->turning, row->normal, -vec3_dot(row->turning, row->normal));
+    return vec3_add_scaled(row->frame.turning, row->frame.normal,
+                           -vec3_dot(row->frame.turning, row->frame.normal));
 }
 
 /* Copies of the rows that carry load, with the normal speeds that they must end with. */
@@ -71,12 +72,12 @@ static size_t copy_loaded_rows(const row_list *list, bool is_inelastic, contact_
         if (!carries_load(&list->rows.data[i])) continue;
         contact_row *const row = &rows[count++];
         *row = list->rows.data[i];
-        row->friction_cap = -1.0;
-        row->return_velocity = vec3_make(0.0, 0.0, 0.0);
-        row->turning = find_ridden_turning(row); /* at the end its frame stands */
-        if (row->rebound > 0.0 || is_inelastic) {
-            row->bias = row->rebound; /* 0 where it does not rebound */
-            row->compliance = 0.0;
+        row->solve.friction_cap = -1.0;
+        row->law.return_velocity = vec3_make(0.0, 0.0, 0.0);
+        row->frame.turning = find_ridden_turning(row); /* at the end its frame stands */
+        if (row->law.rebound > 0.0 || is_inelastic) {
+            row->law.bias = row->law.rebound; /* 0 where it does not rebound */
+            row->solve.compliance = 0.0;
         }
     }
     return count;
@@ -86,10 +87,10 @@ double find_obstacle_work(const contact_scene *scene, const contact_row *rows, s
                           const double *u) {
     double work = 0.0;
     for (size_t i = 0; i < count; i++) {
-        vec3 const frame = vec3_sub(rows[i].turning, find_ridden_turning(&rows[i]));
+        vec3 const frame = vec3_sub(rows[i].frame.turning, find_ridden_turning(&rows[i]));
         vec3 const held =
             vec3_sub(get_relative_velocity(&rows[i], u), get_free_velocity(scene, &rows[i], u));
-        work -= vec3_dot(rows[i].impulse, vec3_add(held, frame));
+        work -= vec3_dot(rows[i].solve.impulse, vec3_add(held, frame));
     }
     return work;
 }
@@ -147,8 +148,8 @@ static tulle_status find_ends(const contact_scene *scene, const row_list *list, 
     tulle_status const status = project_velocities(scene, rows, count, v1);
     if (status != TULLE_OK) return status;
     for (size_t i = 0; i < count; i++) {
-        double const speed = vec3_dot(rows[i].normal, get_relative_velocity(&rows[i], v1));
-        ends->approach = fmax(ends->approach, rows[i].bias - speed);
+        double const speed = vec3_dot(rows[i].frame.normal, get_relative_velocity(&rows[i], v1));
+        ends->approach = fmax(ends->approach, rows[i].law.bias - speed);
     }
     double const allowed = ends->kinetic_limit + find_obstacle_work(scene, rows, count, u);
     if (ends->rebound_count > 0) limit_energy(scene, allowed, before, v1);

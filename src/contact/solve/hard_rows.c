@@ -23,11 +23,11 @@
 #include <math.h>
 
 static double get_normal_impulse(const contact_row *row) {
-    return vec3_dot(row->normal, row->impulse);
+    return vec3_dot(row->frame.normal, row->solve.impulse);
 }
 
 static vec3 get_friction(const contact_row *row) {
-    return vec3_add_scaled(row->impulse, row->normal, -get_normal_impulse(row));
+    return vec3_add_scaled(row->solve.impulse, row->frame.normal, -get_normal_impulse(row));
 }
 
 void prepare_hard_rows(const contact_scene *scene, const double *diagonal, contact_row *rows,
@@ -36,48 +36,50 @@ void prepare_hard_rows(const contact_scene *scene, const double *diagonal, conta
     for (size_t i = 0; i < count; i++) {
         contact_row *const row = &rows[i];
         double const mobility = measure_row_mobility(scene, row, diagonal);
-        row->stiffness = mobility > 0.0 ? settings->hard_stiffness / mobility : 0.0;
-        row->compliance = settings->push_out_softness * mobility;
-        row->slip_penalty = settings->hard_friction * row->stiffness;
-        row->is_in_matrix = false;
-        row->is_hard &= row->stiffness > 0.0; /* as carried over */
+        row->solve.stiffness = mobility > 0.0 ? settings->hard_stiffness / mobility : 0.0;
+        row->solve.compliance = settings->push_out_softness * mobility;
+        row->solve.slip_penalty = settings->hard_friction * row->solve.stiffness;
+        row->solve.is_in_matrix = false;
+        row->solve.is_hard &= row->solve.stiffness > 0.0; /* as carried over */
         harden(row, find_row_violation(row, u));
     }
 }
 
 vec3 get_slip(const contact_row *row, const double *u) {
     vec3 const velocity = get_relative_velocity(row, u);
-    return vec3_add_scaled(velocity, row->normal, -vec3_dot(row->normal, velocity));
+    return vec3_add_scaled(velocity, row->frame.normal, -vec3_dot(row->frame.normal, velocity));
 }
 
 static void set_friction(contact_row *row, vec3 friction) {
-    row->impulse = vec3_add_scaled(friction, row->normal, get_normal_impulse(row));
+    row->solve.impulse = vec3_add_scaled(friction, row->frame.normal, get_normal_impulse(row));
 }
 
 static void hold(contact_row *row, vec3 friction) {
     set_friction(row, friction);
-    row->state = ROW_STICKS;
-    row->slip_pull = row->slip_penalty;
-    row->slip_free = vec3_make(0.0, 0.0, 0.0);
-    row->slip_target = row->return_velocity;
+    row->solve.state = ROW_STICKS;
+    row->solve.slip_pull = row->solve.slip_penalty;
+    row->solve.slip_free = vec3_make(0.0, 0.0, 0.0);
+    row->solve.slip_target = row->law.return_velocity;
 }
 
 /* The bounded trial does not change along the normal of the bound. */
 static void slide(contact_row *row, vec3 friction, vec3 trial, vec3 slip) {
     set_friction(row, friction);
-    row->state = ROW_SLIDES;
-    row->slip_pull =
-        row->slip_penalty * measure_bound_follow(row, row->friction_cap, friction, trial);
-    row->slip_free = vec3_normalize(vec3_sub(trial, friction));
-    row->slip_target = slip;
+    row->solve.state = ROW_SLIDES;
+    row->solve.slip_pull = row->solve.slip_penalty *
+                           measure_bound_follow(row, row->solve.friction_cap, friction, trial);
+    row->solve.slip_free = vec3_normalize(vec3_sub(trial, friction));
+    row->solve.slip_target = slip;
 }
 
-static bool has_friction(const contact_row *row) { return row->friction * row->friction_cap > 0.0; }
+static bool has_friction(const contact_row *row) {
+    return row->law.friction * row->solve.friction_cap > 0.0;
+}
 
 /* The next friction of a row by its trial; returns what it is by the trial itself. */
 static vec3 try_friction(contact_row *row, vec3 trial, vec3 slip) {
     bool is_inside;
-    vec3 const friction = limit_friction(row, row->friction_cap, trial, &is_inside);
+    vec3 const friction = limit_friction(row, row->solve.friction_cap, trial, &is_inside);
     if (is_inside && has_friction(row))
         hold(row, friction);
     else
@@ -89,69 +91,74 @@ static vec3 try_friction(contact_row *row, vec3 trial, vec3 slip) {
  * projection of other rows; a new one slides if it comes with slip. */
 static void start_friction(const contact_settings *settings, contact_row *row, const double *u) {
     vec3 const slip = get_slip(row, u), before = get_friction(row);
-    bool const is_new = row->state == ROW_OPEN, is_fast = vec3_norm(slip) > settings->slip_speed;
-    row->friction_cap = fmax(get_normal_impulse(row), 0.0);
-    if (row->state == ROW_SLIDES || (is_new && is_fast) || !has_friction(row)) {
-        try_friction(row, vec3_add_scaled(before, slip, -row->slip_penalty), slip);
+    bool const is_new = row->solve.state == ROW_OPEN,
+               is_fast = vec3_norm(slip) > settings->slip_speed;
+    row->solve.friction_cap = fmax(get_normal_impulse(row), 0.0);
+    if (row->solve.state == ROW_SLIDES || (is_new && is_fast) || !has_friction(row)) {
+        try_friction(row, vec3_add_scaled(before, slip, -row->solve.slip_penalty), slip);
     } else {
         bool is_inside;
-        hold(row, limit_friction(row, row->friction_cap, before, &is_inside));
+        hold(row, limit_friction(row, row->solve.friction_cap, before, &is_inside));
     }
 }
 
 void find_pull(const contact_settings *settings, contact_row *row, const double *u) {
-    if (!row->is_in_matrix) start_friction(settings, row, u);
-    row->pull = mat3_outer(row->normal, row->normal, row->stiffness - row->slip_pull);
-    mat3 const all = mat3_identity(row->slip_pull);
-    mat3 const along = mat3_outer(row->slip_free, row->slip_free, -row->slip_pull);
-    mat3_add_scaled(&row->pull, &all, 1.0);
-    mat3_add_scaled(&row->pull, &along, 1.0);
+    if (!row->solve.is_in_matrix) start_friction(settings, row, u);
+    row->solve.pull = mat3_outer(row->frame.normal, row->frame.normal,
+                                 row->solve.stiffness - row->solve.slip_pull);
+    mat3 const all = mat3_identity(row->solve.slip_pull);
+    mat3 const along =
+        mat3_outer(row->solve.slip_free, row->solve.slip_free, -row->solve.slip_pull);
+    mat3_add_scaled(&row->solve.pull, &all, 1.0);
+    mat3_add_scaled(&row->solve.pull, &along, 1.0);
 }
 
 vec3 find_pull_target(const contact_row *row) {
-    return vec3_add_scaled(row->slip_target, row->normal, get_wanted_speed(row));
+    return vec3_add_scaled(row->solve.slip_target, row->frame.normal, get_wanted_speed(row));
 }
 
 bool row_is_slow(const contact_row *row, const double *u) {
-    return vec3_dot(row->normal, get_relative_velocity(row, u)) < get_wanted_speed(row);
+    return vec3_dot(row->frame.normal, get_relative_velocity(row, u)) < get_wanted_speed(row);
 }
 
 /* Pushed by an impulse that is too large, a vertex flies off and drags its neighbours apart. A row
  * that pulled has failed by the speed that the pull cost, however well it met what it wanted. */
 double find_row_violation(const contact_row *row, const double *u) {
     double const missing =
-        get_wanted_speed(row) - vec3_dot(row->normal, get_relative_velocity(row, u));
-    double const penalty = row->is_in_matrix ? row->stiffness * missing : 0.0;
+        get_wanted_speed(row) - vec3_dot(row->frame.normal, get_relative_velocity(row, u));
+    double const penalty = row->solve.is_in_matrix ? row->solve.stiffness * missing : 0.0;
     double const acted = get_normal_impulse(row) + penalty;
-    if (acted < 0.0 && row->is_in_matrix) return -acted / row->stiffness;
+    if (acted < 0.0 && row->solve.is_in_matrix) return -acted / row->solve.stiffness;
     return acted > 0.0 ? fabs(missing) : fmax(missing, 0.0);
 }
 
 /* The next friction after a solve; returns its misfit. */
 static vec3 update_friction(contact_row *row, vec3 slip) {
-    vec3 past = vec3_sub(slip, row->slip_target);
-    past = vec3_add_scaled(past, row->slip_free, -vec3_dot(past, row->slip_free));
+    vec3 past = vec3_sub(slip, row->solve.slip_target);
+    past = vec3_add_scaled(past, row->solve.slip_free, -vec3_dot(past, row->solve.slip_free));
     vec3 const before = get_friction(row);
-    vec3 const taken = vec3_add_scaled(before, past, -row->slip_pull);
-    bool const turned_back = row->state == ROW_SLIDES && vec3_dot(slip, row->slip_free) > 0.0;
+    vec3 const taken = vec3_add_scaled(before, past, -row->solve.slip_pull);
+    bool const turned_back =
+        row->solve.state == ROW_SLIDES && vec3_dot(slip, row->solve.slip_free) > 0.0;
     vec3 const trial =
-        vec3_add_scaled(before, vec3_sub(slip, row->return_velocity), -row->slip_penalty);
+        vec3_add_scaled(before, vec3_sub(slip, row->law.return_velocity), -row->solve.slip_penalty);
     vec3 const misfit = vec3_sub(try_friction(row, trial, slip), taken);
     if (turned_back && has_friction(row)) {
         bool is_inside;
-        hold(row, limit_friction(row, row->friction_cap, before, &is_inside));
+        hold(row, limit_friction(row, row->solve.friction_cap, before, &is_inside));
     }
     return misfit;
 }
 
 vec3 update_hard_row(contact_row *row, const double *u) {
-    double const speed = vec3_dot(row->normal, get_relative_velocity(row, u));
+    double const speed = vec3_dot(row->frame.normal, get_relative_velocity(row, u));
     double const before = get_normal_impulse(row);
-    double const acted = before + row->stiffness * (get_wanted_speed(row) - speed);
-    row->friction_cap = fmax(acted, 0.0);
+    double const acted = before + row->solve.stiffness * (get_wanted_speed(row) - speed);
+    row->solve.friction_cap = fmax(acted, 0.0);
     vec3 const misfit = update_friction(row, get_slip(row, u));
-    row->impulse = vec3_add_scaled(row->impulse, row->normal, row->friction_cap - before);
-    if (!(acted > 0.0)) row->state = ROW_OPEN;
-    if (acted < 0.0) row->is_hard = false;
+    row->solve.impulse =
+        vec3_add_scaled(row->solve.impulse, row->frame.normal, row->solve.friction_cap - before);
+    if (!(acted > 0.0)) row->solve.state = ROW_OPEN;
+    if (acted < 0.0) row->solve.is_hard = false;
     return misfit;
 }

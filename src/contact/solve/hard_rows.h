@@ -19,8 +19,8 @@ void prepare_hard_rows(const contact_scene *scene, const double *diagonal, conta
 
 /* Lets a row that is violated by so much be in the matrix, unless its sides are all rigid. */
 static inline void harden(contact_row *row, double violation) {
-    if (violation > LEAST_VIOLATION && !row->is_without_cloth && row->stiffness > 0.0)
-        row->is_hard = true;
+    if (violation > LEAST_VIOLATION && !row->frame.is_without_cloth && row->solve.stiffness > 0.0)
+        row->solve.is_hard = true;
 }
 
 /* Sets K = row->pull; for a row that was not in the matrix in the round before, friction by the

@@ -35,43 +35,43 @@
  * then the tangential one, after what the normal part has changed, by no more than the largest
  * answer. Each is a step down for the impulse of least energy. */
 static vec3 find_coupled_impulse(contact_row *row, vec3 velocity) {
-    vec3 const n = row->normal;
-    double const before = vec3_dot(n, row->impulse), speed = vec3_dot(n, velocity);
-    double const normal = before - (speed - get_wanted_speed(row)) / row->inverse_mass;
+    vec3 const n = row->frame.normal;
+    double const before = vec3_dot(n, row->solve.impulse), speed = vec3_dot(n, velocity);
+    double const normal = before - (speed - get_wanted_speed(row)) / row->solve.inverse_mass;
     if (!(normal > 0.0)) {
-        row->state = ROW_OPEN;
+        row->solve.state = ROW_OPEN;
         return vec3_make(0.0, 0.0, 0.0);
     }
-    vec3 const changed = vec3_add_scaled(vec3_sub(velocity, row->return_velocity), row->slip_answer,
-                                         normal - before);
+    vec3 const changed = vec3_add_scaled(vec3_sub(velocity, row->law.return_velocity),
+                                         row->solve.slip_answer, normal - before);
     vec3 const slip = vec3_add_scaled(changed, n, -vec3_dot(n, changed));
-    vec3 const held = vec3_add_scaled(row->impulse, n, -before);
-    vec3 const trial = vec3_add_scaled(held, slip, -1.0 / row->slip_inverse_mass);
+    vec3 const held = vec3_add_scaled(row->solve.impulse, n, -before);
+    vec3 const trial = vec3_add_scaled(held, slip, -1.0 / row->solve.slip_inverse_mass);
     bool is_held;
-    double const bound = row->friction_cap >= 0.0 ? row->friction_cap : normal;
+    double const bound = row->solve.friction_cap >= 0.0 ? row->solve.friction_cap : normal;
     vec3 const tangential = limit_friction(row, bound, trial, &is_held);
-    row->state = is_held ? ROW_STICKS : ROW_SLIDES;
+    row->solve.state = is_held ? ROW_STICKS : ROW_SLIDES;
     return vec3_add_scaled(tangential, n, normal);
 }
 
 /* The nearest total impulse by the rule above; sets the row's state. */
 static vec3 find_impulse(contact_row *row, vec3 velocity) {
-    if (row->has_body) return find_coupled_impulse(row, velocity);
-    double const inverse = 1.0 / row->inverse_mass;
-    vec3 const missing = vec3_add_scaled(vec3_sub(velocity, row->return_velocity), row->normal,
-                                         -get_wanted_speed(row));
-    vec3 const trial = vec3_add_scaled(row->impulse, missing, -inverse);
-    double const normal = vec3_dot(trial, row->normal);
+    if (row->frame.has_body) return find_coupled_impulse(row, velocity);
+    double const inverse = 1.0 / row->solve.inverse_mass;
+    vec3 const missing = vec3_add_scaled(vec3_sub(velocity, row->law.return_velocity),
+                                         row->frame.normal, -get_wanted_speed(row));
+    vec3 const trial = vec3_add_scaled(row->solve.impulse, missing, -inverse);
+    double const normal = vec3_dot(trial, row->frame.normal);
     if (!(normal > 0.0)) {
-        row->state = ROW_OPEN;
+        row->solve.state = ROW_OPEN;
         return vec3_make(0.0, 0.0, 0.0);
     }
     bool is_held;
-    double const bound = row->friction_cap >= 0.0 ? row->friction_cap : normal;
+    double const bound = row->solve.friction_cap >= 0.0 ? row->solve.friction_cap : normal;
     vec3 const tangential =
-        limit_friction(row, bound, vec3_add_scaled(trial, row->normal, -normal), &is_held);
-    row->state = is_held ? ROW_STICKS : ROW_SLIDES;
-    return vec3_add_scaled(tangential, row->normal, normal);
+        limit_friction(row, bound, vec3_add_scaled(trial, row->frame.normal, -normal), &is_held);
+    row->solve.state = is_held ? ROW_STICKS : ROW_SLIDES;
+    return vec3_add_scaled(tangential, row->frame.normal, normal);
 }
 
 /* Whether the row's impulse changed; *speed2 is the square of the speed [m/s] that this gives it at
@@ -79,13 +79,14 @@ static vec3 find_impulse(contact_row *row, vec3 velocity) {
 static bool relax_row(const contact_scene *scene, contact_row *row, double *u, double *speed2) {
     *speed2 = 0.0;
     vec3 const impulse = find_impulse(row, get_relative_velocity(row, u));
-    vec3 const change = vec3_sub(impulse, row->impulse);
+    vec3 const change = vec3_sub(impulse, row->solve.impulse);
     double const size2 = vec3_norm2(change);
     if (!(size2 > 0.0)) return false;
-    row->impulse = impulse;
+    row->solve.impulse = impulse;
     move_row(scene, row, change, u);
-    double const answer =
-        row->has_body ? fmax(row->inverse_mass, row->slip_inverse_mass) : row->inverse_mass;
+    double const answer = row->frame.has_body
+                              ? fmax(row->solve.inverse_mass, row->solve.slip_inverse_mass)
+                              : row->solve.inverse_mass;
     *speed2 = size2 * answer * answer;
     return true;
 }
@@ -123,8 +124,8 @@ static double relax_active(sweeps *all, sweep_row *active) {
     contact_row *const row = &all->rows[active->row];
     double speed2;
     bool const has_changed = relax_row(all->scene, row, all->u, &speed2);
-    for (int k = 0; k < 4 && has_changed; k++) all->change_pass[row->vertices[k]] = all->pass;
-    active->quiet_pass = has_changed || row->has_body ? 0 : all->pass;
+    for (int k = 0; k < 4 && has_changed; k++) all->change_pass[row->frame.vertices[k]] = all->pass;
+    active->quiet_pass = has_changed || row->frame.has_body ? 0 : all->pass;
     return speed2;
 }
 
@@ -134,11 +135,11 @@ static double sweep_rows(sweeps *all, bool has_bodies_only) {
     double largest2 = 0.0;
     all->pass++;
     for (size_t i = 0; i < all->active_count; i++)
-        if (!has_bodies_only || all->rows[all->active[i].row].has_body)
+        if (!has_bodies_only || all->rows[all->active[i].row].frame.has_body)
             largest2 = fmax(largest2, relax_active(all, &all->active[i]));
     all->pass++;
     for (size_t i = all->active_count; i-- > 0;)
-        if (!has_bodies_only || all->rows[all->active[i].row].has_body)
+        if (!has_bodies_only || all->rows[all->active[i].row].frame.has_body)
             largest2 = fmax(largest2, relax_active(all, &all->active[i]));
     return largest2;
 }
@@ -169,15 +170,15 @@ static void run_sweeps(sweeps *all, bool has_bodies_only) {
 static bool list_active(sweeps *all, size_t count) {
     arena *const scratch = all->scene->scratch;
     size_t active_count = 0;
-    for (size_t i = 0; i < count; i++) active_count += !all->rows[i].is_in_matrix;
+    for (size_t i = 0; i < count; i++) active_count += !all->rows[i].solve.is_in_matrix;
     all->active = ARENA_NEW(scratch, sweep_row, active_count);
     all->change_pass = ARENA_NEW_ZEROED(scratch, uint32_t, all->scene->vertex_count);
     if (!all->active || !all->change_pass) return false;
     for (size_t i = 0; i < count; i++) {
-        if (all->rows[i].is_in_matrix) continue;
+        if (all->rows[i].solve.is_in_matrix) continue;
         sweep_row *const active = &all->active[all->active_count++];
         *active = (sweep_row){.row = (uint32_t)i};
-        memcpy(active->vertices, all->rows[i].vertices, sizeof active->vertices);
+        memcpy(active->vertices, all->rows[i].frame.vertices, sizeof active->vertices);
     }
     return true;
 }
@@ -188,7 +189,7 @@ tulle_status project_impulses(const contact_scene *scene, contact_row *rows, siz
     sweeps all = {.scene = scene, .rows = rows, .u = u};
     bool const has_memory = list_active(&all, count);
     bool has_bodies = false;
-    for (size_t i = 0; i < count; i++) has_bodies |= rows[i].has_body;
+    for (size_t i = 0; i < count; i++) has_bodies |= rows[i].frame.has_body;
     if (has_memory && has_bodies) run_sweeps(&all, true);
     if (has_memory) run_sweeps(&all, false);
     arena_release(scene->scratch, mark);

@@ -32,9 +32,10 @@ void start_bodies(const contact_scene *scene, double *u) {
 void start_pressed_bodies(const contact_scene *scene, const row_list *list, double *u) {
     for (size_t i = 0; i < list->rows.count; i++) {
         const contact_row *const row = &list->rows.data[i];
-        if (!row->has_body || !(vec3_dot(row->normal, row->impulse) > 0.0)) continue;
+        if (!row->frame.has_body || !(vec3_dot(row->frame.normal, row->solve.impulse) > 0.0))
+            continue;
         for (int side = 0; side < 2; side++) {
-            size_t const slot = row->slots[side];
+            size_t const slot = row->frame.slots[side];
             if (slot != TULLE_NONE) memcpy(u + 3 * slot, scene->v0 + 3 * slot, 6 * sizeof(double));
         }
     }

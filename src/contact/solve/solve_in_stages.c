@@ -14,11 +14,11 @@ static matrix_term *list_terms(const contact_scene *scene, contact_row *const *h
     matrix_term *const terms = ARENA_NEW(scene->scratch, matrix_term, hard_count);
     for (size_t i = 0; terms && i < hard_count; i++) {
         const contact_row *const row = hard_rows[i];
-        terms[i] = (matrix_term){.stiffness = row->pull};
+        terms[i] = (matrix_term){.stiffness = row->solve.pull};
         for (int k = 0; k < 4; k++) {
-            bool const is_cloth = row->vertices[k] < scene->cloth_vertex_count;
-            terms[i].vertices[k] = is_cloth ? row->vertices[k] : TULLE_NONE;
-            terms[i].weights[k] = row->weights[k];
+            bool const is_cloth = row->frame.vertices[k] < scene->cloth_vertex_count;
+            terms[i].vertices[k] = is_cloth ? row->frame.vertices[k] : TULLE_NONE;
+            terms[i].weights[k] = row->frame.weights[k];
         }
     }
     return terms;

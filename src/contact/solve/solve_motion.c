@@ -86,7 +86,7 @@ static void apply_with_hard_rows(void *context, const double *x, double *y) {
     for (size_t i = 0; i < solve->hard_count; i++) {
         const contact_row *const row = solve->hard_rows[i];
         vec3 const velocity = get_solved_velocity(row, cloth_count, x);
-        add_row_impulse(row, cloth_count, mat3_multiply_vec3(&row->pull, velocity), y);
+        add_row_impulse(row, cloth_count, mat3_multiply_vec3(&row->solve.pull, velocity), y);
     }
 }
 
@@ -98,14 +98,15 @@ static void add_impulse(const motion_solve *solve, const contact_row *row, vec3 
 static void add_hard_row(motion_solve *solve, contact_row *row) {
     size_t const cloth_count = solve->scene->cloth_vertex_count;
     find_pull(&solve->scene->settings, row, solve->u);
-    add_row_blocks(row, cloth_count, &row->pull, solve->diagonal);
+    add_row_blocks(row, cloth_count, &row->solve.pull, solve->diagonal);
     /* less what obstacles contribute: the operator knows unknowns only */
-    vec3 target = vec3_add(find_pull_target(row), row->turning);
+    vec3 target = vec3_add(find_pull_target(row), row->frame.turning);
     for (int k = 0; k < 4; k++)
-        if (row->vertices[k] >= cloth_count && is_row_vertex(row, k))
-            target =
-                vec3_add_scaled(target, vec3_load(solve->u, row->vertices[k]), -row->weights[k]);
-    add_impulse(solve, row, vec3_add(row->impulse, mat3_multiply_vec3(&row->pull, target)));
+        if (row->frame.vertices[k] >= cloth_count && is_row_vertex(row, k))
+            target = vec3_add_scaled(target, vec3_load(solve->u, row->frame.vertices[k]),
+                                     -row->frame.weights[k]);
+    add_impulse(solve, row,
+                vec3_add(row->solve.impulse, mat3_multiply_vec3(&row->solve.pull, target)));
     solve->hard_rows[solve->hard_count++] = row;
 }
 
@@ -120,14 +121,14 @@ static void prepare_round(motion_solve *solve, bool is_first) {
     solve->hard_count = 0;
     for (size_t i = 0; i < solve->list->rows.count; i++) {
         contact_row *const row = &solve->list->rows.data[i];
-        bool const carries = vec3_dot(row->normal, row->impulse) > 0.0;
-        if (row->is_hard && (carries || row_is_slow(row, solve->u))) {
+        bool const carries = vec3_dot(row->frame.normal, row->solve.impulse) > 0.0;
+        if (row->solve.is_hard && (carries || row_is_slow(row, solve->u))) {
             add_hard_row(solve, row);
-            row->is_in_matrix = true;
+            row->solve.is_in_matrix = true;
         } else {
-            add_impulse(solve, row, row->impulse);
-            row->friction_cap = -1.0;
-            row->is_in_matrix = false;
+            add_impulse(solve, row, row->solve.impulse);
+            row->solve.friction_cap = -1.0;
+            row->solve.is_in_matrix = false;
         }
     }
 }
@@ -238,7 +239,7 @@ static tulle_status translate_cloths(motion_solve *solve) {
 
 static bool has_hard_bodies(const motion_solve *solve) {
     bool has_body = false;
-    for (size_t i = 0; i < solve->hard_count; i++) has_body |= solve->hard_rows[i]->has_body;
+    for (size_t i = 0; i < solve->hard_count; i++) has_body |= solve->hard_rows[i]->frame.has_body;
     return has_body;
 }
 
@@ -373,7 +374,7 @@ static tulle_status run_rounds(motion_solve *solve) {
         if (has_all && solve->report->has_settled) break;
     }
     bool const rests = solve->report->violation <= LEAST_VIOLATION;
-    for (size_t i = 0; i < list->rows.count; i++) list->rows.data[i].is_in_matrix = false;
+    for (size_t i = 0; i < list->rows.count; i++) list->rows.data[i].solve.is_in_matrix = false;
     /* what the tolerance of the solve leaves of rest; more would give springs energy */
     if (!rests) return TULLE_OK;
     return project_impulses(solve->scene, list->rows.data, list->rows.count, solve->u);
@@ -381,9 +382,9 @@ static tulle_status run_rounds(motion_solve *solve) {
 
 static void count_states(const row_list *list, solve_report *report) {
     for (size_t i = 0; i < list->rows.count; i++) {
-        report->stick_count += list->rows.data[i].state == ROW_STICKS;
-        report->slip_count += list->rows.data[i].state == ROW_SLIDES;
-        report->hard_count += list->rows.data[i].is_hard;
+        report->stick_count += list->rows.data[i].solve.state == ROW_STICKS;
+        report->slip_count += list->rows.data[i].solve.state == ROW_SLIDES;
+        report->hard_count += list->rows.data[i].solve.is_hard;
     }
 }
 

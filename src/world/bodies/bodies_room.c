@@ -8,7 +8,7 @@
 /* Of the energy that the substep before lost. */
 static const double ROOM_SHARE = 0.5;
 
-static bool makes_room(const contact_row *row) { return row->has_body; }
+static bool makes_room(const contact_row *row) { return row->frame.has_body; }
 
 /* [m/s] at which a row keeps the room it has: turning bodies come nearer without that speed. */
 static double find_kept_speed(const step_context *context, const contact_row *row) {
@@ -16,7 +16,7 @@ static double find_kept_speed(const step_context *context, const contact_row *ro
 }
 
 static double get_push(const contact_row *row) {
-    return fmax(vec3_dot(row->normal, row->impulse), 0.0);
+    return fmax(vec3_dot(row->frame.normal, row->solve.impulse), 0.0);
 }
 
 void world_share_room(step_context *context) {
@@ -25,7 +25,7 @@ void world_share_room(step_context *context) {
     for (size_t i = 0; context->scene.body_count > 0 && i < list->rows.count; i++) {
         contact_row const *const row = &list->rows.data[i];
         if (makes_room(row))
-            work += get_push(row) * fmax(row->bias - find_kept_speed(context, row), 0.0);
+            work += get_push(row) * fmax(row->law.bias - find_kept_speed(context, row), 0.0);
     }
     double const budget = ROOM_SHARE * context->state->lost_energy;
     if (!(work > budget)) return;
@@ -33,7 +33,7 @@ void world_share_room(step_context *context) {
         contact_row *const row = &list->rows.data[i];
         if (!makes_room(row)) continue;
         double const kept = find_kept_speed(context, row);
-        if (row->bias > kept) row->bias = kept + (row->bias - kept) * (budget / work);
+        if (row->law.bias > kept) row->law.bias = kept + (row->law.bias - kept) * (budget / work);
     }
 }
 
@@ -44,9 +44,9 @@ bool world_ask_less_room(step_context *context, int level) {
         contact_row *const row = &list->rows.data[i];
         if (!makes_room(row)) continue;
         double const kept = level == 0 ? find_kept_speed(context, row) : 0.0;
-        if (!(row->bias > kept)) continue;
+        if (!(row->law.bias > kept)) continue;
         has_changed |= get_push(row) > 0.0;
-        row->bias = kept;
+        row->law.bias = kept;
     }
     return has_changed;
 }
@@ -58,7 +58,7 @@ void world_note_loss(step_context *context, double gain) {
         contact_row const *const row = &list->rows.data[i];
         if (!makes_room(row)) continue;
         double const speed =
-            vec3_dot(row->normal, get_relative_velocity(row, context->mean_velocity));
+            vec3_dot(row->frame.normal, get_relative_velocity(row, context->mean_velocity));
         work += get_push(row) * fmax(speed - find_kept_speed(context, row), 0.0);
     }
     context->lost_energy = context->scene.body_count > 0 ? fmax(work - gain, 0.0) : 0.0;

@@ -118,14 +118,14 @@ typedef struct body_press {
 /* The sleeper or other body that a side of a row lies on, or TULLE_NONE. */
 static uint32_t find_side(const tulle_world *world, const contact_row *row, int side) {
     for (int k = 0; k < 4; k++)
-        if (get_row_side(row, k) == side && row->vertices[k] >= world->cloth_vertex_count)
-            return world->surface_bodies[world->vertex_surface[row->vertices[k]]];
+        if (get_row_side(row, k) == side && row->frame.vertices[k] >= world->cloth_vertex_count)
+            return world->surface_bodies[world->vertex_surface[row->frame.vertices[k]]];
     return TULLE_NONE;
 }
 
 static bool is_of_cloth(const tulle_world *world, const contact_row *row, int side) {
     for (int k = 0; k < 4; k++)
-        if (get_row_side(row, k) == side && row->vertices[k] < world->cloth_vertex_count)
+        if (get_row_side(row, k) == side && row->frame.vertices[k] < world->cloth_vertex_count)
             return true;
     return false;
 }
@@ -135,14 +135,14 @@ static vec3 find_side_point(const step_context *context, const contact_row *row,
     vec3 sum = {0.0, 0.0, 0.0};
     for (int k = 0; k < 4; k++)
         if (get_row_side(row, k) == side)
-            sum = vec3_add_scaled(sum, vec3_load(context->state->positions, row->vertices[k]),
-                                  fabs(row->weights[k]));
+            sum = vec3_add_scaled(sum, vec3_load(context->state->positions, row->frame.vertices[k]),
+                                  fabs(row->frame.weights[k]));
     return sum;
 }
 
 static void add_press(const step_context *context, const contact_row *row, int side,
                       body_press *press) {
-    vec3 const impulse = vec3_scale(row->impulse, side == 0 ? 1.0 : -1.0);
+    vec3 const impulse = vec3_scale(row->solve.impulse, side == 0 ? 1.0 : -1.0);
     size_t const slot = get_slot(context->world, find_side(context->world, row, side));
     vec3 const arm = vec3_sub(find_side_point(context, row, 1 - side),
                               vec3_load(context->state->positions, slot));
@@ -157,7 +157,7 @@ static body_press *collect_presses(const step_context *context) {
     body_press *const presses = ARENA_NEW_ZEROED(&world->scratch, body_press, world->body_count);
     for (size_t i = 0; presses && i < world->rows.rows.count; i++) {
         contact_row const *const row = &world->rows.rows.data[i];
-        if (!(vec3_norm2(row->impulse) > 0.0)) continue;
+        if (!(vec3_norm2(row->solve.impulse) > 0.0)) continue;
         for (int side = 0; side < 2; side++) {
             uint32_t const body = find_side(world, row, side);
             uint32_t const other = find_side(world, row, 1 - side);

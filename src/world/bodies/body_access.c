@@ -83,10 +83,10 @@ void world_sum_contact_impulses(const row_list *rows, size_t slot, double impuls
     vec3 sum = {0.0, 0.0, 0.0}, turn = {0.0, 0.0, 0.0};
     for (size_t i = 0; i < rows->rows.count; i++) {
         contact_row const *const row = &rows->rows.data[i];
-        for (int side = 0; side < 2 && row->has_body; side++) {
-            if (row->slots[side] != slot) continue;
-            sum = vec3_add_scaled(sum, row->impulse, side == 0 ? 1.0 : -1.0);
-            turn = vec3_add(turn, vec3_cross(row->arms[side], row->impulse));
+        for (int side = 0; side < 2 && row->frame.has_body; side++) {
+            if (row->frame.slots[side] != slot) continue;
+            sum = vec3_add_scaled(sum, row->solve.impulse, side == 0 ? 1.0 : -1.0);
+            turn = vec3_add(turn, vec3_cross(row->frame.arms[side], row->solve.impulse));
         }
     }
     vec3_store(impulse, 0, sum);

@@ -97,7 +97,7 @@ static void mark_around_body(const tulle_world *world, const blocked_place *plac
                              uint8_t *is_near) {
     if (place->surface < world->cloths.count) return;
     for (size_t i = 0; i < world->rows.rows.count; i++)
-        mark_others(world, world->rows.rows.data[i].vertices, place->surface, is_near);
+        mark_others(world, world->rows.rows.data[i].frame.vertices, place->surface, is_near);
     if (place->is_pair) mark_others(world, place->vertices, place->surface, is_near);
 }
 

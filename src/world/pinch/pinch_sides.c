@@ -44,9 +44,9 @@ static bool row_is_near(const tulle_world *world, const contact_row *row,
     for (int k = 0; k < 4; k++) {
         uint32_t const vertex = place->vertices[k];
         for (int j = 0; j < 4; j++) {
-            if (row->vertices[j] == vertex) return true;
+            if (row->frame.vertices[j] == vertex) return true;
             for (uint32_t i = around->begin[vertex]; i < around->begin[vertex + 1]; i++) {
-                if (around->items[i] == row->vertices[j]) return true;
+                if (around->items[i] == row->frame.vertices[j]) return true;
             }
         }
     }
@@ -58,7 +58,7 @@ static size_t get_row_obstacle(const tulle_world *world, const contact_row *row)
     bool has_cloth = false;
     size_t obstacle = SIZE_MAX;
     for (int k = 0; k < 4; k++) {
-        size_t const surface = world->vertex_surface[row->vertices[k]];
+        size_t const surface = world->vertex_surface[row->frame.vertices[k]];
         if (surface < world->cloths.count)
             has_cloth = true;
         else
@@ -70,24 +70,25 @@ static size_t get_row_obstacle(const tulle_world *world, const contact_row *row)
 /* Adds a row to its obstacle's side: its direction by its load, or alike where none carries any. */
 static void add_row(const tulle_world *world, const contact_row *row, bool by_load,
                     pinch_side *side) {
-    bool const is_first = row->vertices[0] < world->cloth_vertex_count;
+    bool const is_first = row->frame.vertices[0] < world->cloth_vertex_count;
     double const sign = is_first ? 1.0 : -1.0;
-    double const weight = by_load ? fmax(0.0, vec3_dot(row->normal, row->impulse)) : 1.0;
-    side->direction = vec3_add(side->direction, vec3_scale(row->normal, sign * weight));
-    if (side->is_near && row->gap >= side->gap) return;
+    double const weight =
+        by_load ? fmax(0.0, vec3_dot(row->frame.normal, row->solve.impulse)) : 1.0;
+    side->direction = vec3_add(side->direction, vec3_scale(row->frame.normal, sign * weight));
+    if (side->is_near && row->frame.gap >= side->gap) return;
     double sum = 0.0;
     for (int k = 0; k < 4; k++)
-        if (row->vertices[k] >= world->cloth_vertex_count) sum += row->weights[k];
+        if (row->frame.vertices[k] >= world->cloth_vertex_count) sum += row->frame.weights[k];
     if (sum == 0.0) return;
     uint32_t own = 0;
     for (int k = 0; k < 4; k++)
-        if (row->vertices[k] >= world->cloth_vertex_count) own = row->vertices[k];
+        if (row->frame.vertices[k] >= world->cloth_vertex_count) own = row->frame.vertices[k];
     for (int k = 0; k < 4; k++) {
-        bool const is_own = row->vertices[k] >= world->cloth_vertex_count;
-        side->points[k] = is_own ? row->vertices[k] : own;
-        side->weights[k] = is_own ? row->weights[k] / sum : 0.0;
+        bool const is_own = row->frame.vertices[k] >= world->cloth_vertex_count;
+        side->points[k] = is_own ? row->frame.vertices[k] : own;
+        side->weights[k] = is_own ? row->frame.weights[k] / sum : 0.0;
     }
-    side->gap = row->gap;
+    side->gap = row->frame.gap;
     side->is_near = true;
 }
 
@@ -98,7 +99,7 @@ static double find_load(const tulle_world *world, const blocked_place *place, si
     for (size_t i = 0; i < world->rows.rows.count; i++) {
         contact_row const *const row = &world->rows.rows.data[i];
         if (get_row_obstacle(world, row) != obstacle || !row_is_near(world, row, place)) continue;
-        load += fmax(0.0, vec3_dot(row->normal, row->impulse));
+        load += fmax(0.0, vec3_dot(row->frame.normal, row->solve.impulse));
         ++*count;
     }
     return load;
@@ -111,16 +112,16 @@ static void add_blocked_pair(const tulle_world *world, const blocked_place *plac
     contact_row pair = {0};
     vec3 points[4];
     for (int k = 0; k < 4; k++) {
-        pair.vertices[k] = place->vertices[k];
+        pair.frame.vertices[k] = place->vertices[k];
         points[k] = vec3_load(world->now.positions, place->vertices[k]);
     }
     size_t const obstacle = get_row_obstacle(world, &pair);
     if (obstacle == SIZE_MAX || sides[obstacle].is_near) return;
     closest_points const closest = closest_of_pair(place->kind, points);
-    memcpy(pair.weights, closest.weights, sizeof pair.weights);
-    pair.gap = sqrt(closest.distance2);
-    if (!(pair.gap > 0.0)) return;
-    pair.normal = vec3_scale(closest.difference, 1.0 / pair.gap);
+    memcpy(pair.frame.weights, closest.weights, sizeof pair.frame.weights);
+    pair.frame.gap = sqrt(closest.distance2);
+    if (!(pair.frame.gap > 0.0)) return;
+    pair.frame.normal = vec3_scale(closest.difference, 1.0 / pair.frame.gap);
     add_row(world, &pair, false, &sides[obstacle]);
     sides[obstacle].has_direction = sides[obstacle].is_near;
 }

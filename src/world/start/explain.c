@@ -16,28 +16,28 @@ static tulle_contact_state name_state(row_state state) {
 
 /* The row as it is at the end of the step, in the objects' own numberings. */
 static tulle_contact describe_row(const tulle_world *world, const contact_row *row) {
-    bool const is_edges = row->kind == FEATURE_EDGE_EDGE;
+    bool const is_edges = row->frame.kind == FEATURE_EDGE_EDGE;
     tulle_contact contact = {.kind = is_edges ? TULLE_CONTACT_EDGE_EDGE : TULLE_CONTACT_VERTEX_FACE,
-                             .state = name_state(row->state),
-                             .is_new = !row->is_old,
-                             .is_hard = row->is_hard};
-    contact.object_a = world->vertex_surface[row->vertices[0]];
-    contact.object_b = world->vertex_surface[row->vertices[is_edges ? 2 : 1]];
+                             .state = name_state(row->solve.state),
+                             .is_new = !row->law.is_old,
+                             .is_hard = row->solve.is_hard};
+    contact.object_a = world->vertex_surface[row->frame.vertices[0]];
+    contact.object_b = world->vertex_surface[row->frame.vertices[is_edges ? 2 : 1]];
     vec3 points[4], middle = {0.0, 0.0, 0.0};
-    for (int k = 0; k < 4; k++) points[k] = vec3_load(world->now.positions, row->vertices[k]);
-    closest_points const closest = closest_of_pair(row->kind, points);
+    for (int k = 0; k < 4; k++) points[k] = vec3_load(world->now.positions, row->frame.vertices[k]);
+    closest_points const closest = closest_of_pair(row->frame.kind, points);
     for (int k = 0; k < 4; k++) {
-        uint32_t const object = world->vertex_surface[row->vertices[k]];
-        contact.vertices[k] = row->vertices[k] - world->surfaces[object].vertex_begin;
+        uint32_t const object = world->vertex_surface[row->frame.vertices[k]];
+        contact.vertices[k] = row->frame.vertices[k] - world->surfaces[object].vertex_begin;
         contact.weights[k] = closest.weights[k];
         middle = vec3_add_scaled(middle, points[k], 0.5 * fabs(closest.weights[k]));
     }
     contact.gap = sqrt(closest.distance2);
     vec3 const normal =
-        contact.gap > 0.0 ? vec3_scale(closest.difference, 1.0 / contact.gap) : row->normal;
+        contact.gap > 0.0 ? vec3_scale(closest.difference, 1.0 / contact.gap) : row->frame.normal;
     vec3_store(contact.position, 0, middle);
     vec3_store(contact.normal, 0, normal);
-    vec3_store(contact.impulse, 0, row->impulse);
+    vec3_store(contact.impulse, 0, row->solve.impulse);
     return contact;
 }
 

@@ -22,7 +22,8 @@ static bool has_impact(const step_context *context) {
     row_list const *const list = &context->world->rows;
     for (size_t i = 0; i < list->rows.count; i++) {
         contact_row const *const row = &list->rows.data[i];
-        if (row->approach + row->fall < row->bias && row_is_impact(&context->scene, row))
+        if (row->law.approach + row->law.fall < row->law.bias &&
+            row_is_impact(&context->scene, row))
             return true;
     }
     return false;

@@ -177,7 +177,7 @@ static void predict_paths(step_context *context) {
 static void count_contacts(step_context *context) {
     row_list const *const list = &context->world->rows;
     uint64_t new_count = 0;
-    for (size_t i = 0; i < list->rows.count; i++) new_count += !list->rows.data[i].is_old;
+    for (size_t i = 0; i < list->rows.count; i++) new_count += !list->rows.data[i].law.is_old;
     context->report->contacts = list->rows.count;
     context->report->new_contacts = new_count;
 }
@@ -221,7 +221,7 @@ static tulle_status check_rescue(step_context *context) {
  * step before and after: the same for implicit Euler. */
 static void scale_impulses(row_list *list, double factor) {
     for (size_t i = 0; i < list->rows.count; i++)
-        list->rows.data[i].impulse = vec3_scale(list->rows.data[i].impulse, factor);
+        list->rows.data[i].solve.impulse = vec3_scale(list->rows.data[i].solve.impulse, factor);
 }
 
 /* Which vertices end with u itself: those that are held; by the paper's response also those in
@@ -233,9 +233,10 @@ static void mark_plain_ends(const step_context *context, uint8_t *is_plain) {
     if (!context->scene.paper) return;
     for (size_t i = 0; i < world->rows.rows.count; i++) {
         contact_row const *const row = &world->rows.rows.data[i];
-        if (vec3_norm2(row->impulse) == 0.0) continue;
+        if (vec3_norm2(row->solve.impulse) == 0.0) continue;
         for (int k = 0; k < 4; k++)
-            if (row->vertices[k] < world->cloth_vertex_count) is_plain[row->vertices[k]] = 1;
+            if (row->frame.vertices[k] < world->cloth_vertex_count)
+                is_plain[row->frame.vertices[k]] = 1;
     }
 }
 
@@ -254,7 +255,7 @@ static void shorten_changes(const step_context *context, double *end) {
 static bool may_rebound(const tulle_world *world) {
     bool has_restitution = false;
     for (size_t i = 0; i < world->rows.rows.count; i++)
-        has_restitution |= world->rows.rows.data[i].restitution > 0.0;
+        has_restitution |= world->rows.rows.data[i].law.restitution > 0.0;
     return has_restitution;
 }
 

@@ -11,7 +11,7 @@
 /* Rows with impulses that tell them apart, stored. */
 static void store_marked_rows(mini_world *world) {
     for (size_t r = 0; r < world->rows.rows.count; r++)
-        world->rows.rows.data[r].impulse = vec3_make(0.0, (double)(r + 1), 0.0);
+        world->rows.rows.data[r].solve.impulse = vec3_make(0.0, (double)(r + 1), 0.0);
     assert_int_equal(update_contacts(&world->store, &world->heap, &world->rows, TIME_STEP),
                      TULLE_OK);
 }
@@ -26,10 +26,10 @@ static void shift_sheet(mini_world *world, double dx, double dy, double dz) {
 
 /* Index of the stored row whose mark the row bears, or SIZE_MAX; every mark only once. */
 static size_t read_mark(const contact_row *row, bool *is_taken, size_t count) {
-    double const mark = fabs(row->impulse.y);
-    assert_true(row->impulse.x == 0.0 && row->impulse.z == 0.0);
-    assert_int_equal(mark > 0.0, row->is_old);
-    if (!row->is_old) return SIZE_MAX;
+    double const mark = fabs(row->solve.impulse.y);
+    assert_true(row->solve.impulse.x == 0.0 && row->solve.impulse.z == 0.0);
+    assert_int_equal(mark > 0.0, row->law.is_old);
+    if (!row->law.is_old) return SIZE_MAX;
     size_t const index = (size_t)(mark + 0.5) - 1;
     assert_true(index < count && mark == (double)(index + 1));
     assert_false(is_taken[index]);
@@ -62,15 +62,15 @@ static void impulses_slide_with_the_sheet(void **state) {
         for (size_t r = 0; r < world.rows.rows.count; r++) {
             const contact_row *const row = &world.rows.rows.data[r];
             size_t const index = read_mark(row, is_taken, count);
-            bool const is_sheet_vertex = row->kind == FEATURE_VERTEX_TRIANGLE &&
-                                         row->vertices[0] < count_sheet_vertices(&world);
+            bool const is_sheet_vertex = row->frame.kind == FEATURE_VERTEX_TRIANGLE &&
+                                         row->frame.vertices[0] < count_sheet_vertices(&world);
             if (is_sheet_vertex) {
-                assert_true(index < count && before[index].kind == row->kind);
-                assert_int_equal(before[index].pair.first, row->pair.first);
-                changed += before[index].pair.second != row->pair.second;
+                assert_true(index < count && before[index].frame.kind == row->frame.kind);
+                assert_int_equal(before[index].frame.pair.first, row->frame.pair.first);
+                changed += before[index].frame.pair.second != row->frame.pair.second;
             }
-            edge_rows += row->kind == FEATURE_EDGE_EDGE;
-            carried_edge_rows += row->kind == FEATURE_EDGE_EDGE && index < count;
+            edge_rows += row->frame.kind == FEATURE_EDGE_EDGE;
+            carried_edge_rows += row->frame.kind == FEATURE_EDGE_EDGE && index < count;
         }
         mini_world_destroy(&world);
     }
@@ -93,9 +93,10 @@ static void impulses_do_not_change_sides(void **state) {
     size_t old_count = 0;
     for (size_t r = 0; r < world.rows.rows.count; r++) {
         const contact_row *const row = &world.rows.rows.data[r];
-        const stored_contact *const own = find_contact(&world.store, row->kind, row->pair);
-        assert_int_equal(row->is_old, own != NULL);
-        old_count += row->is_old;
+        const stored_contact *const own =
+            find_contact(&world.store, row->frame.kind, row->frame.pair);
+        assert_int_equal(row->law.is_old, own != NULL);
+        old_count += row->law.is_old;
     }
     assert_true(old_count < world.rows.rows.count);
     mini_world_destroy(&world);
@@ -110,12 +111,13 @@ static void unknown_contacts_are_left_alone(void **state) {
     gather_at_rest(&world, TIME_STEP);
     for (size_t r = 0; r < world.rows.rows.count; r++) {
         contact_row *const row = &world.rows.rows.data[r];
-        row->impulse = vec3_make(1.0, 0.0, 0.0);
-        row->pair = (feature_pair){1000000 + (uint32_t)r, 2000000};
+        row->solve.impulse = vec3_make(1.0, 0.0, 0.0);
+        row->frame.pair = (feature_pair){1000000 + (uint32_t)r, 2000000};
     }
     assert_int_equal(update_contacts(&world.store, &world.heap, &world.rows, TIME_STEP), TULLE_OK);
     gather_at_rest(&world, TIME_STEP);
-    for (size_t r = 0; r < world.rows.rows.count; r++) assert_false(world.rows.rows.data[r].is_old);
+    for (size_t r = 0; r < world.rows.rows.count; r++)
+        assert_false(world.rows.rows.data[r].law.is_old);
     mini_world_destroy(&world);
 }
 

@@ -11,8 +11,8 @@
 static void add_row(row_list *list, memory *heap, feature_kind kind, uint32_t a, uint32_t b,
                     double push) {
     assert_true(ARRAY_RESERVE(heap, &list->rows, 1));
-    list->rows.data[list->rows.count++] =
-        (contact_row){.kind = kind, .pair = {a, b}, .impulse = {push, 2.0 * push, 0.0}};
+    list->rows.data[list->rows.count++] = (contact_row){
+        .frame.kind = kind, .frame.pair = {a, b}, .solve.impulse = {push, 2.0 * push, 0.0}};
 }
 
 /* Random rows, some pairs twice; `first` and `second` are small so that keys repeat. */
@@ -42,9 +42,10 @@ static void keeps_the_sum_of_each_pair(void **state) {
                 bool is_there = false;
                 for (size_t i = 0; i < list.rows.count; i++) {
                     const contact_row *const row = &list.rows.data[i];
-                    if ((int)row->kind != kind || row->pair.first != a || row->pair.second != b)
+                    if ((int)row->frame.kind != kind || row->frame.pair.first != a ||
+                        row->frame.pair.second != b)
                         continue;
-                    sum += row->impulse.x;
+                    sum += row->solve.impulse.x;
                     is_there = true;
                 }
                 const stored_contact *const found = find_contact(&store, (feature_kind)kind, pair);

@@ -54,14 +54,14 @@ static void flat_on_flat_pushes_straight_up(void **state) {
         uint32_t row_counts[64] = {0};
         for (size_t r = 0; r < world.rows.rows.count; r++) {
             const contact_row *const row = &world.rows.rows.data[r];
-            bool const is_first_cloth = row->vertices[0] < world.cloth_vertex_count;
+            bool const is_first_cloth = row->frame.vertices[0] < world.cloth_vertex_count;
             /* Beyond the sheet's border a row may tilt by the slope tolerance. */
-            assert_true((is_first_cloth ? 1.0 : -1.0) * row->normal.z > 1.0 - 2e-4);
-            assert_true(fabs(row->gap - height) < 4e-4 * height);
-            if (row->kind == FEATURE_VERTEX_TRIANGLE && is_first_cloth)
-                row_counts[row->vertices[0]]++;
+            assert_true((is_first_cloth ? 1.0 : -1.0) * row->frame.normal.z > 1.0 - 2e-4);
+            assert_true(fabs(row->frame.gap - height) < 4e-4 * height);
+            if (row->frame.kind == FEATURE_VERTEX_TRIANGLE && is_first_cloth)
+                row_counts[row->frame.vertices[0]]++;
             double const bias = fmin((world.contact_distance - height) / TIME_STEP, 0.05);
-            assert_true(fabs(row->bias - bias) < 4e-4 * height / TIME_STEP);
+            assert_true(fabs(row->law.bias - bias) < 4e-4 * height / TIME_STEP);
         }
         for (size_t k = 0; k < world.cloth_vertex_count; k++) assert_int_equal(row_counts[k], 1);
         mini_world_destroy(&world);
@@ -95,13 +95,13 @@ static void normal_impulses_keep_momentum(void **state) {
         double sum = 0.0;
         vec3 lever = {0.0, 0.0, 0.0};
         for (int k = 0; k < 4; k++) {
-            sum += row.weights[k];
-            vec3 const point = vec3_lerp(vec3_load(world.x0, row.vertices[k]),
-                                         vec3_load(world.x1, row.vertices[k]), event.time);
-            lever = vec3_add_scaled(lever, point, row.weights[k]);
+            sum += row.frame.weights[k];
+            vec3 const point = vec3_lerp(vec3_load(world.x0, row.frame.vertices[k]),
+                                         vec3_load(world.x1, row.frame.vertices[k]), event.time);
+            lever = vec3_add_scaled(lever, point, row.frame.weights[k]);
         }
         assert_true(fabs(sum) < 1e-15);
-        assert_true(vec3_norm(vec3_cross(lever, row.normal)) < 1e-14);
+        assert_true(vec3_norm(vec3_cross(lever, row.frame.normal)) < 1e-14);
         assert_true(vec3_norm(lever) > 1e-3);
     }
     mini_world_destroy(&world);
@@ -122,7 +122,7 @@ static void held_features_make_no_row(void **state) {
         gather(&world);
         row_count += world.rows.rows.count;
         for (size_t r = 0; r < world.rows.rows.count; r++)
-            assert_true(world.rows.rows.data[r].inverse_mass > 1e-4 * world.inverse_mass[8]);
+            assert_true(world.rows.rows.data[r].solve.inverse_mass > 1e-4 * world.inverse_mass[8]);
         mini_world_destroy(&world);
     }
     assert_true(row_count > 100);
@@ -168,16 +168,17 @@ static void impulses_come_back(void **state) {
     size_t const count = world.rows.rows.count;
     assert_true(count >= world.cloth_vertex_count);
     for (size_t r = 0; r < count; r++) {
-        assert_false(world.rows.rows.data[r].is_old);
-        world.rows.rows.data[r].impulse = vec3_make(1.0 + (double)r, 0.0, 0.5);
+        assert_false(world.rows.rows.data[r].law.is_old);
+        world.rows.rows.data[r].solve.impulse = vec3_make(1.0 + (double)r, 0.0, 0.5);
     }
     assert_int_equal(update_contacts(&world.store, &world.heap, &world.rows, 2.0 * TIME_STEP),
                      TULLE_OK);
     gather(&world);
     assert_int_equal(world.rows.rows.count, count);
     for (size_t r = 0; r < count; r++) {
-        assert_true(world.rows.rows.data[r].is_old);
-        assert_true(fabs(world.rows.rows.data[r].impulse.x - 0.5 * (1.0 + (double)r)) < 1e-12);
+        assert_true(world.rows.rows.data[r].law.is_old);
+        assert_true(fabs(world.rows.rows.data[r].solve.impulse.x - 0.5 * (1.0 + (double)r)) <
+                    1e-12);
     }
     mini_world_destroy(&world);
 }

@@ -55,10 +55,10 @@ static void check_flat_rows(mini_world *world) {
     size_t of_vertex[64] = {0};
     for (size_t r = 0; r < world->rows.rows.count; r++) {
         const contact_row *const row = &world->rows.rows.data[r];
-        assert_int_equal(row->kind, FEATURE_VERTEX_TRIANGLE);
-        assert_true(row->vertices[0] < world->cloth_vertex_count);
-        assert_true(fabs(row->normal.z - 1.0) < 1e-12);
-        of_vertex[row->vertices[0]]++;
+        assert_int_equal(row->frame.kind, FEATURE_VERTEX_TRIANGLE);
+        assert_true(row->frame.vertices[0] < world->cloth_vertex_count);
+        assert_true(fabs(row->frame.normal.z - 1.0) < 1e-12);
+        of_vertex[row->frame.vertices[0]]++;
     }
     for (size_t v = 0; v < world->cloth_vertex_count; v++) assert_int_equal(of_vertex[v], 1);
 }
@@ -114,7 +114,7 @@ static size_t count_edge_rows(double rise, double slope) {
     gather_sliding(&world);
     size_t count = 0;
     for (size_t r = 0; r < world.rows.rows.count; r++)
-        count += world.rows.rows.data[r].kind == FEATURE_EDGE_EDGE;
+        count += world.rows.rows.data[r].frame.kind == FEATURE_EDGE_EDGE;
     mini_world_destroy(&world);
     free_mini_grid(&left);
     free_mini_grid(&right);

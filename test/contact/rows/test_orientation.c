@@ -22,8 +22,8 @@ static side_history remember_rows(mini_world *world) {
     side_history history = {0};
     for (size_t r = 0; r < world->rows.rows.count; r++) {
         const contact_row *const row = &world->rows.rows.data[r];
-        if (row->kind != FEATURE_VERTEX_TRIANGLE) continue;
-        known_side const side = {row->pair.first, row->pair.second, row->normal};
+        if (row->frame.kind != FEATURE_VERTEX_TRIANGLE) continue;
+        known_side const side = {row->frame.pair.first, row->frame.pair.second, row->frame.normal};
         assert_int_equal(remember_side(&history, &world->heap, side), TULLE_OK);
     }
     settle_history(&history);
@@ -33,9 +33,10 @@ static side_history remember_rows(mini_world *world) {
 static oriented_pair ask_about_row(const mini_world *world, const contact_row *row, double sign) {
     vec3 point = {0.0, 0.0, 0.0};
     for (int k = 0; k < 4; k++)
-        point = vec3_add_scaled(point, vec3_load(world->x0, row->vertices[k]),
-                                0.5 * fabs(row->weights[k]));
-    return (oriented_pair){row->kind, row->pair, vec3_scale(row->normal, sign), point};
+        point = vec3_add_scaled(point, vec3_load(world->x0, row->frame.vertices[k]),
+                                0.5 * fabs(row->frame.weights[k]));
+    return (oriented_pair){row->frame.kind, row->frame.pair, vec3_scale(row->frame.normal, sign),
+                           point};
 }
 
 /* By the first triangle of each feature. */

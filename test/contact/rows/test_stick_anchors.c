@@ -18,9 +18,9 @@ static vec3 random_vector(uint64_t *random, double size) {
 
 static void set_states(mini_world *world, row_state before, row_state after) {
     for (size_t r = 0; r < world->rows.rows.count; r++) {
-        world->rows.rows.data[r].is_old = true;
-        world->rows.rows.data[r].old_state = before;
-        world->rows.rows.data[r].state = after;
+        world->rows.rows.data[r].law.is_old = true;
+        world->rows.rows.data[r].law.old_state = before;
+        world->rows.rows.data[r].solve.state = after;
     }
 }
 
@@ -44,29 +44,30 @@ static void anchors_gather_slip_alone(void **state) {
             move_anchors(&scene, world.x1, &world.rows);
             for (size_t r = 0; r < world.rows.rows.count; r++) {
                 const contact_row *const row = &world.rows.rows.data[r];
-                double const side = row->vertices[0] < count_sheet_vertices(&world) ? 1.0 : -1.0;
+                double const side =
+                    row->frame.vertices[0] < count_sheet_vertices(&world) ? 1.0 : -1.0;
                 double const fading = 1.0 - TIME_STEP; /* of the steps before: 1 s */
                 double const times = step == 1   ? 1.0
                                      : step == 2 ? 1.0 + fading
                                                  : 1.0 + fading + fading * fading;
                 vec3 const expected = vec3_make(side * times * slip.x, side * times * slip.y, 0.0);
-                assert_true(vec3_norm(vec3_sub(row->anchor, expected)) < 1e-15);
+                assert_true(vec3_norm(vec3_sub(row->law.anchor, expected)) < 1e-15);
             }
         }
         for (int step = 0; step < 100; step++) move_anchors(&scene, world.x1, &world.rows);
         for (size_t r = 0; r < world.rows.rows.count; r++) {
             contact_row *const row = &world.rows.rows.data[r];
-            take_anchor(&scene, row, row->anchor);
-            assert_true(vec3_norm(row->anchor) > 0.0);
-            assert_true(vec3_norm(row->return_velocity) <= 0.501 * scene.settings.slip_speed);
-            assert_true(vec3_dot(row->anchor, row->return_velocity) < 0.0);
+            take_anchor(&scene, row, row->law.anchor);
+            assert_true(vec3_norm(row->law.anchor) > 0.0);
+            assert_true(vec3_norm(row->law.return_velocity) <= 0.501 * scene.settings.slip_speed);
+            assert_true(vec3_dot(row->law.anchor, row->law.return_velocity) < 0.0);
         }
         bool const slides_at_start = i % 2 == 0;
         set_states(&world, slides_at_start ? ROW_SLIDES : ROW_STICKS,
                    slides_at_start ? ROW_STICKS : ROW_SLIDES);
         move_anchors(&scene, world.x1, &world.rows);
         for (size_t r = 0; r < world.rows.rows.count; r++)
-            assert_true(vec3_norm(world.rows.rows.data[r].anchor) == 0.0);
+            assert_true(vec3_norm(world.rows.rows.data[r].law.anchor) == 0.0);
         mini_world_destroy(&world);
     }
 }
@@ -86,10 +87,10 @@ static void anchors_go_on_with_the_contact(void **state) {
         vec3 const offset = {1e-5, -2e-6, 0.0};
         for (size_t r = 0; r < world.rows.rows.count; r++) {
             contact_row *const row = &world.rows.rows.data[r];
-            double const side = row->vertices[0] < count_sheet_vertices(&world) ? 1.0 : -1.0;
-            row->anchor = vec3_scale(offset, side);
-            row->impulse = vec3_scale(row->normal, 1e-6);
-            row->state = sticks ? ROW_STICKS : ROW_SLIDES;
+            double const side = row->frame.vertices[0] < count_sheet_vertices(&world) ? 1.0 : -1.0;
+            row->law.anchor = vec3_scale(offset, side);
+            row->solve.impulse = vec3_scale(row->frame.normal, 1e-6);
+            row->solve.state = sticks ? ROW_STICKS : ROW_SLIDES;
         }
         assert_int_equal(update_contacts(&world.store, &world.heap, &world.rows, TIME_STEP),
                          TULLE_OK);
@@ -101,12 +102,13 @@ static void anchors_go_on_with_the_contact(void **state) {
         gather_at_rest(&world, TIME_STEP);
         for (size_t r = 0; r < world.rows.rows.count; r++) {
             const contact_row *const row = &world.rows.rows.data[r];
-            double const side = row->vertices[0] < count_sheet_vertices(&world) ? 1.0 : -1.0;
-            vec3 const expected = vec3_scale(offset, row->is_old && sticks ? side : 0.0);
-            vec3 const tangential =
-                vec3_add_scaled(expected, row->normal, -vec3_dot(row->normal, expected));
-            assert_true(vec3_norm(vec3_sub(row->anchor, tangential)) < 1e-15);
-            changed += row->is_old && !find_contact(&world.store, row->kind, row->pair);
+            double const side = row->frame.vertices[0] < count_sheet_vertices(&world) ? 1.0 : -1.0;
+            vec3 const expected = vec3_scale(offset, row->law.is_old && sticks ? side : 0.0);
+            vec3 const tangential = vec3_add_scaled(expected, row->frame.normal,
+                                                    -vec3_dot(row->frame.normal, expected));
+            assert_true(vec3_norm(vec3_sub(row->law.anchor, tangential)) < 1e-15);
+            changed +=
+                row->law.is_old && !find_contact(&world.store, row->frame.kind, row->frame.pair);
         }
         mini_world_destroy(&world);
     }

@@ -45,21 +45,22 @@ static void make_world(end_world *world, uint64_t *random, double restitution, d
     world->scene.settings.impulse_sweeps = 2000;
     for (size_t r = 0; r < ROW_COUNT; r++) {
         contact_row *const row = &world->rows[r];
-        *row = (contact_row){.normal = vec3_normalize(random_vector(random)),
-                             .friction_cap = -1.0,
-                             .friction = friction,
-                             .restitution = restitution,
-                             .friction_along = 1.0,
-                             .friction_across = 1.0};
+        *row = (contact_row){.frame.normal = vec3_normalize(random_vector(random)),
+                             .solve.friction_cap = -1.0,
+                             .law.friction = friction,
+                             .law.restitution = restitution,
+                             .law.friction_along = 1.0,
+                             .law.friction_across = 1.0};
         double const s = random_uniform(random), t = random_uniform(random);
         double const weights[4] = {1.0 - s, s, -(1.0 - t), -t};
         for (int k = 0; k < 4; k++) {
-            row->vertices[k] =
+            row->frame.vertices[k] =
                 (uint32_t)(random_next(random) % (VERTEX_COUNT / 4)) * 4 + (uint32_t)k;
-            row->weights[k] = weights[k];
-            row->inverse_mass += weights[k] * weights[k] * world->inverse_mass[row->vertices[k]];
+            row->frame.weights[k] = weights[k];
+            row->solve.inverse_mass +=
+                weights[k] * weights[k] * world->inverse_mass[row->frame.vertices[k]];
         }
-        row->approach = vec3_dot(row->normal, get_relative_velocity(row, world->v0));
+        row->law.approach = vec3_dot(row->frame.normal, get_relative_velocity(row, world->v0));
     }
     world->list.rows.data = world->rows;
     world->list.rows.count = ROW_COUNT;
@@ -105,10 +106,10 @@ static void impacts_follow_the_laws(void **state) {
         cut_count += is_cut;
         for (size_t r = 0; r < ROW_COUNT && !is_cut; r++) {
             const contact_row *const row = &world.rows[r];
-            if (row->rebound == 0.0) continue;
-            double const end = vec3_dot(row->normal, get_relative_velocity(row, world.v1));
-            assert_true(row->rebound == -k * row->approach);
-            assert_true(end > row->rebound - 1e-6);
+            if (row->law.rebound == 0.0) continue;
+            double const end = vec3_dot(row->frame.normal, get_relative_velocity(row, world.v1));
+            assert_true(row->law.rebound == -k * row->law.approach);
+            assert_true(end > row->law.rebound - 1e-6);
         }
         arena_destroy(&world.scratch);
     }
@@ -130,15 +131,15 @@ static void two_bodies_part_as_known(void **state) {
         world.v0[2] = -1.5;
         world.v0[5] = is_wall ? 0.0 : 0.25;
         for (int k = 0; k < 2; k++) world.inverse_mass[k] = masses[k];
-        world.rows[0] = (contact_row){.vertices = {0, 1, 2, 3},
-                                      .weights = {1.0, -1.0, 0.0, 0.0},
-                                      .normal = {0.0, 0.0, 1.0},
-                                      .friction_cap = -1.0,
-                                      .restitution = 1.0,
-                                      .friction_along = 1.0,
-                                      .friction_across = 1.0,
-                                      .inverse_mass = masses[0] + masses[1],
-                                      .approach = world.v0[2] - world.v0[5]};
+        world.rows[0] = (contact_row){.frame.vertices = {0, 1, 2, 3},
+                                      .frame.weights = {1.0, -1.0, 0.0, 0.0},
+                                      .frame.normal = {0.0, 0.0, 1.0},
+                                      .solve.friction_cap = -1.0,
+                                      .law.restitution = 1.0,
+                                      .law.friction_along = 1.0,
+                                      .law.friction_across = 1.0,
+                                      .solve.inverse_mass = masses[0] + masses[1],
+                                      .law.approach = world.v0[2] - world.v0[5]};
         world.list.rows.count = 1;
         memcpy(world.u, world.v0, sizeof world.u);
         project_impulses(&world.scene, world.rows, 1, world.u);
@@ -167,8 +168,8 @@ static void inelastic_ends_do_not_approach(void **state) {
         assert_true(ends.approach < 1e-6);
         for (size_t r = 0; r < ROW_COUNT; r++) {
             const contact_row *const row = &world.rows[r];
-            if (!(vec3_dot(row->normal, row->impulse) > 0.0)) continue;
-            assert_true(vec3_dot(row->normal, get_relative_velocity(row, world.v1)) > -1e-6);
+            if (!(vec3_dot(row->frame.normal, row->solve.impulse) > 0.0)) continue;
+            assert_true(vec3_dot(row->frame.normal, get_relative_velocity(row, world.v1)) > -1e-6);
         }
         arena_destroy(&world.scratch);
     }
@@ -218,8 +219,9 @@ static void work_of_what_is_held(void **state) {
     for (size_t v = 2; v < VERTEX_COUNT; v += 4) world.inverse_mass[v] = 0.0;
     double expected = 0.0;
     for (size_t r = 0; r < ROW_COUNT; r++)
-        expected -= world.rows[r].weights[2] *
-                    vec3_dot(world.rows[r].impulse, vec3_load(world.v0, world.rows[r].vertices[2]));
+        expected -= world.rows[r].frame.weights[2] *
+                    vec3_dot(world.rows[r].solve.impulse,
+                             vec3_load(world.v0, world.rows[r].frame.vertices[2]));
     double const work = find_obstacle_work(&world.scene, world.rows, ROW_COUNT, world.v0);
     assert_true(fabs(expected) > 1e-3);
     assert_true(fabs(work - expected) < 1e-14);

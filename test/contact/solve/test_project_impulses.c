@@ -25,12 +25,14 @@ static vec3 random_vector(uint64_t *state) {
 
 static void set_row(row_world *world, contact_row *row, const uint32_t vertices[4],
                     const double weights[4], vec3 normal) {
-    *row = (contact_row){
-        .normal = normal, .friction_cap = -1.0, .friction_along = 1.0, .friction_across = 1.0};
-    memcpy(row->vertices, vertices, sizeof row->vertices);
-    memcpy(row->weights, weights, sizeof row->weights);
+    *row = (contact_row){.frame.normal = normal,
+                         .solve.friction_cap = -1.0,
+                         .law.friction_along = 1.0,
+                         .law.friction_across = 1.0};
+    memcpy(row->frame.vertices, vertices, sizeof row->frame.vertices);
+    memcpy(row->frame.weights, weights, sizeof row->frame.weights);
     for (int k = 0; k < 4; k++)
-        row->inverse_mass += weights[k] * weights[k] * world->inverse_mass[vertices[k]];
+        row->solve.inverse_mass += weights[k] * weights[k] * world->inverse_mass[vertices[k]];
 }
 
 static void start_world(row_world *world, int sweeps) {
@@ -71,20 +73,20 @@ static void one_vertex_meets_a_plane(void **state) {
         vec3_store(world.u, 0, v);
         contact_row row;
         set_row(&world, &row, (uint32_t[4]){0, 1, 2, 3}, (double[4]){1.0, -0.5, -0.25, -0.25}, n);
-        row.friction = 2.0 * random_uniform(&random);
+        row.law.friction = 2.0 * random_uniform(&random);
         project(&world, &row, 1);
         double const approach = fmax(-vec3_dot(v, n), 0.0);
         vec3 const tangential = vec3_add_scaled(v, n, -vec3_dot(v, n));
         double const slip = vec3_norm(tangential);
-        double const kept = fmax(0.0, 1.0 - row.friction * approach / slip);
+        double const kept = fmax(0.0, 1.0 - row.law.friction * approach / slip);
         vec3 expected = vec3_add_scaled(v, n, approach);
         expected = vec3_add_scaled(expected, tangential, kept - 1.0);
         vec3 const difference = vec3_sub(vec3_load(world.u, 0), expected);
         assert_true(vec3_norm(difference) < 1e-14);
         vec3 const impulse = vec3_scale(vec3_sub(expected, v), mass);
-        assert_true(vec3_norm(vec3_sub(impulse, row.impulse)) < 1e-14);
+        assert_true(vec3_norm(vec3_sub(impulse, row.solve.impulse)) < 1e-14);
         row_state const wanted = approach == 0.0 ? ROW_OPEN : kept > 0.0 ? ROW_SLIDES : ROW_STICKS;
-        assert_int_equal(row.state, wanted);
+        assert_int_equal(row.solve.state, wanted);
         end_world(&world);
         sticks += wanted == ROW_STICKS, slides += wanted == ROW_SLIDES, opens += wanted == ROW_OPEN;
     }
@@ -100,13 +102,13 @@ static void impulses_shrink_when_pulled_apart(void **state) {
     contact_row row;
     set_row(&world, &row, (uint32_t[4]){0, 1, 2, 3}, (double[4]){1.0, -1.0, 0.0, 0.0},
             vec3_make(0.0, 0.0, 1.0));
-    row.impulse = vec3_make(0.0, 0.0, 0.5);
+    row.solve.impulse = vec3_make(0.0, 0.0, 0.5);
     world.u[2] = 0.25;
     project(&world, &row, 1);
-    assert_true(fabs(row.impulse.z - 0.375) < 1e-15 && fabs(world.u[2]) < 1e-15);
+    assert_true(fabs(row.solve.impulse.z - 0.375) < 1e-15 && fabs(world.u[2]) < 1e-15);
     world.u[2] = 10.0;
     project(&world, &row, 1);
-    assert_true(row.impulse.z == 0.0 && fabs(world.u[2] - 9.25) < 1e-14);
+    assert_true(row.solve.impulse.z == 0.0 && fabs(world.u[2] - 9.25) < 1e-14);
     end_world(&world);
 }
 
@@ -127,8 +129,8 @@ static void make_random_rows(row_world *world, uint64_t *random, double friction
         for (int k = 0; k < 4; k++)
             sum = vec3_add_scaled(sum, vec3_load(world->x0, vertices[k]), weights[k]);
         set_row(world, &world->rows[r], vertices, weights, vec3_normalize(sum));
-        world->rows[r].friction = friction;
-        world->rows[r].bias = 0.1 * random_signed(random);
+        world->rows[r].law.friction = friction;
+        world->rows[r].law.bias = 0.1 * random_signed(random);
     }
 }
 
@@ -180,8 +182,8 @@ static void passed_over_rows_would_not_change(void **state) {
         make_random_rows(&world, &random, 0.3);
         for (int r = 0; r < ROW_COUNT; r++) {
             /* many are open, and some only until others push */
-            world.rows[r].bias -= (double)(i % 5) * 0.2;
-            world.rows[r].is_in_matrix = r % 7 == 0;
+            world.rows[r].law.bias -= (double)(i % 5) * 0.2;
+            world.rows[r].solve.is_in_matrix = r % 7 == 0;
         }
         memcpy(single.inverse_mass, world.inverse_mass, sizeof world.inverse_mass);
         memcpy(single.u, world.u, sizeof world.u);
@@ -190,10 +192,10 @@ static void passed_over_rows_would_not_change(void **state) {
         for (int s = 0; s < SWEEPS; s++) project(&single, single.rows, ROW_COUNT);
         assert_true(find_difference(single.u, world.u, 3 * VERTEX_COUNT) < 1e-12);
         for (int r = 0; r < ROW_COUNT; r++) {
-            vec3 const impulse = world.rows[r].impulse;
-            assert_true(vec3_norm(vec3_sub(single.rows[r].impulse, impulse)) < 1e-12);
-            assert_int_equal(single.rows[r].state, world.rows[r].state);
-            quiet += vec3_norm2(world.rows[r].impulse) == 0.0;
+            vec3 const impulse = world.rows[r].solve.impulse;
+            assert_true(vec3_norm(vec3_sub(single.rows[r].solve.impulse, impulse)) < 1e-12);
+            assert_int_equal(single.rows[r].solve.state, world.rows[r].solve.state);
+            quiet += vec3_norm2(world.rows[r].solve.impulse) == 0.0;
         }
         end_world(&world);
         end_world(&single);
@@ -204,16 +206,17 @@ static void passed_over_rows_would_not_change(void **state) {
 /* Signorini and Coulomb at the fixed point. */
 static void assert_coulomb(const row_world *world, const contact_row *row) {
     vec3 const velocity = get_relative_velocity(row, world->u);
-    double const speed = vec3_dot(velocity, row->normal) - row->bias;
-    double const normal = vec3_dot(row->impulse, row->normal);
-    vec3 const tangential = vec3_add_scaled(row->impulse, row->normal, -normal);
-    vec3 const slip = vec3_add_scaled(velocity, row->normal, -vec3_dot(velocity, row->normal));
+    double const speed = vec3_dot(velocity, row->frame.normal) - row->law.bias;
+    double const normal = vec3_dot(row->solve.impulse, row->frame.normal);
+    vec3 const tangential = vec3_add_scaled(row->solve.impulse, row->frame.normal, -normal);
+    vec3 const slip =
+        vec3_add_scaled(velocity, row->frame.normal, -vec3_dot(velocity, row->frame.normal));
     assert_true(normal >= -1e-15 && speed > -1e-6);
     assert_true(normal < 1e-6 || speed < 1e-6);
-    assert_true(vec3_norm(tangential) <= row->friction * normal * (1.0 + 1e-9) + 1e-15);
+    assert_true(vec3_norm(tangential) <= row->law.friction * normal * (1.0 + 1e-9) + 1e-15);
     /* Friction opposes slip, and is whole while there is slip. */
     double const power = vec3_dot(tangential, slip);
-    assert_true(fabs(power + row->friction * normal * vec3_norm(slip)) < 1e-5);
+    assert_true(fabs(power + row->law.friction * normal * vec3_norm(slip)) < 1e-5);
 }
 
 static void fixed_point_is_coulomb(void **state) {
@@ -224,7 +227,7 @@ static void fixed_point_is_coulomb(void **state) {
         start_world(&world, 20000);
         make_random_rows(&world, &random, 0.3);
         /* Distinct contacts of a plausible kind: at most one row between two groups of four. */
-        for (int r = 0; r < ROW_COUNT; r++) world.rows[r].bias = 0.0;
+        for (int r = 0; r < ROW_COUNT; r++) world.rows[r].law.bias = 0.0;
         project(&world, world.rows, 12);
         for (int r = 0; r < 12; r++) assert_coulomb(&world, &world.rows[r]);
         end_world(&world);

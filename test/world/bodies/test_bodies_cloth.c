@@ -77,17 +77,18 @@ static double measure_balance(const tulle_world *world, const double *before,
     double total = 0.0;
     for (size_t i = 0; i < world->accepted_rows.rows.count; i++) {
         contact_row const *const row = &world->accepted_rows.rows.data[i];
-        if (!row->has_body) continue;
-        total += vec3_norm(row->impulse);
+        if (!row->frame.has_body) continue;
+        total += vec3_norm(row->solve.impulse);
         for (int k = 0; k < 4; k++)
-            if (row->vertices[k] < world->cloth_vertex_count)
-                add_impulse(before + 3 * (size_t)row->vertices[k],
-                            vec3_scale(row->impulse, row->weights[k]), &linear, &angular);
+            if (row->frame.vertices[k] < world->cloth_vertex_count)
+                add_impulse(before + 3 * (size_t)row->frame.vertices[k],
+                            vec3_scale(row->solve.impulse, row->frame.weights[k]), &linear,
+                            &angular);
         for (int side = 0; side < 2; side++) {
-            if (row->slots[side] == TULLE_NONE) continue;
-            add_impulse(centre, vec3_scale(row->impulse, side == 0 ? 1.0 : -1.0), &linear,
+            if (row->frame.slots[side] == TULLE_NONE) continue;
+            add_impulse(centre, vec3_scale(row->solve.impulse, side == 0 ? 1.0 : -1.0), &linear,
                         &angular);
-            angular = vec3_add(angular, vec3_cross(row->arms[side], row->impulse));
+            angular = vec3_add(angular, vec3_cross(row->frame.arms[side], row->solve.impulse));
         }
     }
     return total > 0.0 ? fmax(vec3_norm(linear), vec3_norm(angular)) / total : 0.0;
