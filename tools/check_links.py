@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Checks the links of README.md and of the book: every file and every anchor that a page names is there, and every page of
+"""Checks the links of README.md, CHANGELOG.md and of the book: every file and every anchor that a page names is there, and every page of
 docs/ stands in the `nav` of mkdocs.yml.
 
 usage: check_links.py [ROOT]        exit 1 if a link leads nowhere or a page is missing in the book's contents
@@ -54,7 +54,7 @@ def get_anchors(path):
 
 
 def find_pages(root):
-    pages = ["README.md"]
+    pages = [name for name in ("README.md", "CHANGELOG.md") if os.path.exists(os.path.join(root, name))]
     for folder, _, names in os.walk(os.path.join(root, "docs")):
         here = os.path.relpath(folder, root).replace(os.sep, "/")
         pages += [posixpath.join(here, name) for name in names if name.endswith(".md")]

@@ -1,8 +1,9 @@
 #!/usr/bin/env python3
-"""Checks that the C code of README.md stands in examples/hello_cloth.c, line for line, and that its links lead somewhere.
+"""Checks that the C code of README.md, and of the book's first C program, stands in examples/hello_cloth.c, line for line.
+README.md has one block of it, of 20 lines at most. Links are check_links.py's.
 
-usage: check_readme.py [ROOT]        exit 1 if a line or a linked file is missing
-       check_readme.py --self-test   proves that both are found
+usage: check_readme.py [ROOT]        exit 1 if a line is missing or in another order
+       check_readme.py --self-test   shows it each fault
 """
 import os
 import re
@@ -10,8 +11,10 @@ import sys
 import tempfile
 
 C_BLOCK = re.compile(r"^```c\n(.*?)^```", re.S | re.M)
-LINK = re.compile(r"\]\(([^)#:]+)\)")
+README = "README.md"
+BOOK = "docs/start/first_program.md"
 EXAMPLE = "examples/hello_cloth.c"
+LINES_MAX = 20
 
 
 def read(root, path):
@@ -24,37 +27,45 @@ def bare_lines(text):
 
 
 def find_faults(root):
-    readme = read(root, "README.md")
-    blocks = C_BLOCK.findall(readme)
-    if len(blocks) != 1:
-        return [f"README.md has {len(blocks)} blocks of C; one, of the lines of {EXAMPLE}, is expected"]
     faults = []
-    wanted, lines = bare_lines(blocks[0]), bare_lines(read(root, EXAMPLE))
-    if "\n".join(wanted) not in "\n".join(lines):
-        missing = [line for line in wanted if line not in lines]
-        faults.append(f"README.md: not in {EXAMPLE}, or in another order: {missing or wanted}")
-    for target in LINK.findall(readme):
-        if not os.path.exists(os.path.join(root, target)):
-            faults.append(f"README.md: the link to {target} leads nowhere")
+    blocks = {page: C_BLOCK.findall(read(root, page)) for page in (README, BOOK)}
+    if len(blocks[README]) != 1:
+        faults.append(f"{README} has {len(blocks[README])} blocks of C; one, of the lines of {EXAMPLE}, is expected")
+    if not blocks[BOOK]:
+        faults.append(f"{BOOK} has no block of C")
+    faults += [f"{README}: {len(bare_lines(block))} lines of C; at most {LINES_MAX} are expected"
+               for block in blocks[README] if len(bare_lines(block)) > LINES_MAX]
+    lines = bare_lines(read(root, EXAMPLE))
+    for page, found in blocks.items():
+        for block in found:
+            wanted = bare_lines(block)
+            if "\n".join(wanted) not in "\n".join(lines):
+                missing = [line for line in wanted if line not in lines]
+                faults.append(f"{page}: not in {EXAMPLE}, or in another order: {missing or wanted}")
     return faults
 
 
+CASES = (  # C of the README, C of the book, faults
+    ("a();\n\nb();\n", "a();\n", 0), ("a();\n", "b();\n", 0), ("b();\na();\n", "a();\n", 1), ("c();\n", "a();\n", 1),
+    ("a();\nb();\n", "c();\n", 1), ("a();\n", "b();\na();\n", 1), ("a();\n", None, 1), (None, "a();\n", 1),
+    ("d();\n" * 21, "a();\n", 1),
+)
+
+
 def self_test():
-    cases = [("a();\n\nb();\n", "docs", 0), ("a();\n", "docs", 0), ("b();\na();\n", "docs", 1),
-             ("c();\n", "docs", 1), ("a();\nb();\n", "nowhere.md", 1)]
     failures = 0
-    for code, link, expected in cases:
+    for readme, book, expected in CASES:
         with tempfile.TemporaryDirectory() as root:
-            os.makedirs(os.path.join(root, "examples"))
-            os.makedirs(os.path.join(root, "docs"))
-            for path, text in (("README.md", f"# R\n[x]({link})\n```c\n{code}```\n"), (EXAMPLE, "  a();\n  b();\n")):
+            pages = {page: "# R\n" if code is None else f"# R\n```c\n{code}```\n" for page, code in ((README, readme), (BOOK, book))}
+            for path, text in (*pages.items(), (EXAMPLE, "  a();\n  b();\n" + "d();\n" * 21)):
+                os.makedirs(os.path.dirname(os.path.join(root, path)), exist_ok=True)
                 with open(os.path.join(root, path), "w", encoding="utf-8") as file:
                     file.write(text)
             faults = find_faults(root)
         if len(faults) != expected:
             failures += 1
-            print(f"self-test {code!r}, {link}: {faults}")
-    print(f"self-test: {len(cases) - failures} of {len(cases)} cases right")
+            print(f"self-test {readme!r}, {book!r}: {faults}")
+    print(f"self-test: {len(CASES) - failures} of {len(CASES)} cases right")
     return 1 if failures else 0
 
 
