@@ -11,7 +11,7 @@ CTEST := ctest --output-on-failure -j $(JOBS)
 CHECK_PACKAGES := TULLE_NO_INSTALL=1 sh tools/install_packages.sh
 INSTALL_PACKAGES := sh tools/install_packages.sh
 
-.PHONY: all demo pictures paper-pictures test test-long test-asan test-tsan coverage check-arm64 check-portability bench bench-compare bench-detect bench-peers validate docs test-docs install format check-format layers sizes clean help
+.PHONY: all demo pictures paper paper-quick paper-pictures test test-long test-asan test-tsan coverage check-arm64 check-portability bench bench-compare bench-detect bench-peers validate docs test-docs install format check-format layers sizes clean help
 .NOTPARALLEL:
 
 # The program at build/release/tulle, libtulle.so and libtulle.a beside it.
@@ -40,10 +40,29 @@ pictures:
 	@$(MAKE) --no-print-directory build-program
 	@bash tools/pictures.sh $(BUILD)/tulle
 
-# The pictures of docs/pictures/paper, of what `tulle reproduce all` left in DIR.
+# The figures and tables of the paper again, with a report in reproduced/report.html (a night), or with coarse cloth and short
+# runs in reproduced-quick (minutes): docs/experiments/paper.md. What was interrupted goes on. PAPER_OPTIONS='--threads 1'
+# and PAPER_FIGURES='fig7 table1' choose.
+PAPER_FIGURES ?= all
+PAPER_OPTIONS ?=
+REPRODUCE := sh paper/reproduce.sh $(PAPER_FIGURES) --tulle $(BUILD)/tulle $(PAPER_OPTIONS)
+paper: build-paper
+	@$(REPRODUCE)
+
+paper-quick: build-paper
+	@$(REPRODUCE) --quick
+
+.PHONY: build-paper
+build-paper:
+	@$(INSTALL_PACKAGES) build paper
+	@$(MAKE) --no-print-directory build-program
+	@cmake --build $(BUILD) -j $(JOBS) --target paper_measure
+
+# The pictures of docs/pictures/paper, of what `make paper` left in DIR.
 DIR ?= reproduced
 paper-pictures:
-	@bash tools/paper_pictures.sh $(DIR)
+	@$(INSTALL_PACKAGES) paper
+	@bash paper/pictures.sh $(DIR)
 
 # Everything quick.
 test:
@@ -173,7 +192,9 @@ help:
 	@echo "make              release build: $(BUILD)/tulle, libtulle.so and libtulle.a beside it"
 	@echo "make demo         cloth falls on needles, every frame is judged (installs missing packages)"
 	@echo "make pictures     runs all scenes and makes the pictures of README.md (an hour)"
-	@echo "make paper-pictures DIR=reproduced   the pictures of docs/experiments/paper.md, of what tulle reproduce all left there"
+	@echo "make paper        the figures and tables of the paper again, with a report (a night; goes on after Ctrl-C)"
+	@echo "make paper-quick  the same with coarse cloth and short runs: minutes"
+	@echo "make paper-pictures DIR=reproduced   the pictures of docs/experiments/paper.md, of what make paper left there"
 	@echo "make test         all quick tests (installs missing packages)"
 	@echo "make test-long    all tests, the whole scenes too"
 	@echo "make test-asan    the quick tests under the address and undefined-behaviour sanitizers"

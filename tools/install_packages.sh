@@ -1,6 +1,6 @@
 #!/bin/sh
 # Installs the Debian packages that a build or the tests need and that are missing; does nothing when all is there.
-# usage: install_packages.sh ROLE...      ROLE: build, test, bench, peers, portability, docs
+# usage: install_packages.sh ROLE...      ROLE: build, test, paper, bench, peers, portability, docs
 #   TULLE_NO_INSTALL=1   only says what is missing; fails if it cannot be done without
 set -eu
 
@@ -29,6 +29,14 @@ needs() {
         echo "python3        program:python3     optional"
         echo "ffmpeg         program:ffmpeg      optional"
         echo "gnuplot-nox    program:gnuplot     optional"
+        echo "python3-numpy  python:numpy        optional"
+        echo "python3-matplotlib python:matplotlib optional"
+        ;;
+    paper)
+        echo "python3        program:python3     needed"
+        echo "python3-numpy  python:numpy        needed"
+        echo "python3-matplotlib python:matplotlib needed"
+        echo "ffmpeg         program:ffmpeg      optional"
         ;;
     bench)
         echo "valgrind       program:valgrind    optional"
@@ -54,7 +62,7 @@ needs() {
         echo "doxygen        program:doxygen     needed"
         ;;
     *)
-        echo "install_packages.sh: unknown role \"$1\"; the roles are build, test, bench, peers, portability and docs" >&2
+        echo "install_packages.sh: unknown role \"$1\"; the roles are build, test, paper, bench, peers, portability and docs" >&2
         exit 2
         ;;
     esac
@@ -66,6 +74,7 @@ is_there() { # PROBE
     case $1 in
     program:*) command -v "${1#program:}" >/dev/null ;;
     file:*) [ -e "${1#file:}" ] ;;
+    python:*) sh "${0%/*}/../paper/find_python.sh" "${1#python:}" >/dev/null ;;
     package:*) command -v pkg-config >/dev/null && pkg-config --exists "${1#package:}" ;;
     header:*) compiles "#include <${1#header:}>" ;;
     cmocka) compiles "#include <stdarg.h>

@@ -47,7 +47,7 @@ def draw(session: Session, panels: list[Panel], file: str) -> None:
         for index, panel in enumerate(panels):
             _draw_panel(figure.add_subplot(len(panels), 1, index + 1), panel)
         picture = io.BytesIO()
-        figure.savefig(picture, format="svg", metadata={"Date": None})
+        figure.savefig(picture, format="svg", metadata=dict.fromkeys(("Creator", "Date", "Format", "Type")))
     write_whole(session.path(file), picture.getvalue())
 
 

@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
-# Makes docs/pictures/paper of what `tulle reproduce all` left in DIR: three stills of each run side by side, and the plots of Fig. 7.
-# usage: paper_pictures.sh [DIR]      default: reproduced
+# Makes docs/pictures/paper of what `make paper` left in DIR: three stills of each run side by side, and the plots of Fig. 7.
+# usage: pictures.sh [DIR]      default: reproduced
 # Needs ffmpeg, with librsvg for the plots.
 set -euo pipefail
 dir=$(realpath "${1:-reproduced}")
@@ -8,7 +8,7 @@ cd "$(dirname "$0")/.."
 target=docs/pictures/paper
 size_limit=300000 # [bytes] of a picture in the repository
 command -v ffmpeg >/dev/null || { echo "pictures are put together by ffmpeg, which is not installed" >&2; exit 2; }
-[ -d "$dir/stills" ] || { echo "$dir holds no stills; tulle reproduce all -o $dir makes them" >&2; exit 2; }
+[ -d "$dir/stills" ] || { echo "$dir holds no stills; make paper makes them" >&2; exit 2; }
 mkdir -p $target
 
 # name, run
