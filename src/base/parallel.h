@@ -17,6 +17,13 @@ void parallel_for(size_t count, size_t chunk_size, int threads, parallel_body bo
 /* Number of chunks that parallel_for makes. */
 size_t parallel_chunk_count(size_t count, size_t chunk_size);
 
+/* Adds up what the chunks left, in their order. */
+static inline double parallel_sum(const double *chunk_sums, size_t chunk_count) {
+    double sum = 0.0;
+    for (size_t chunk = 0; chunk < chunk_count; chunk++) sum += chunk_sums[chunk];
+    return sum;
+}
+
 /* 1 .. 256; 0 becomes the number of processors that this process may use. */
 int parallel_resolve_threads(int threads);
 

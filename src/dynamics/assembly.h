@@ -1,55 +1,80 @@
-/* dynamics/assembly.h - what the passes of compute_forces share, and these passes: bodies of
- * parallel_for over an assembly. */
+/* dynamics/assembly.h - what the files of the forces share while the linear system is filled.
+ *
+ * A force has two functions. fill_...: its elements compute what they bring, in parallel, each into
+ * a slot of its own. gather_...: one vertex adds the slots around it to its row, in a fixed order.
+ * compute_forces.c calls both. */
 #ifndef TULLE_DYNAMICS_ASSEMBLY_H
 #define TULLE_DYNAMICS_ASSEMBLY_H
 
-#include "dynamics/bend.h"
+#include "dynamics/bending.h"
 #include "dynamics/compute_forces.h"
 #include "dynamics/spring.h"
 #include "dynamics/wind.h"
 
-typedef struct coefficients {
-    double alpha, beta, gamma, share; /* share: c of the table in compute_forces.c */
-} coefficients;
+/* Items of a chunk, about 50 microseconds of work each. */
+enum {
+    SPRINGS_PER_CHUNK = 1024,
+    TRIANGLES_PER_CHUNK = 1024,
+    VERTICES_PER_CHUNK = 256,
+    HINGES_PER_CHUNK = 512
+};
 
-/* All of the stage: inputs, and slots of springs, hinges and triangles. */
+/* Which parts of the rows a pass over the vertices brings. */
+typedef enum row_parts {
+    ROW_BEGIN = 1,   /* the matrix; gravity, air damping, springs */
+    ROW_BENDING = 2, /* bending and its damping */
+    ROW_END = 4      /* wind; the right-hand side */
+} row_parts;
+
 typedef struct assembly {
     const cloth_model *model;
     const motion_state *state;
     const environment *surroundings;
-    coefficients factor;
     linear_system *system;
-    double *start_velocities; /* w of that table, 3 a vertex */
-    force_terms terms;        /* those of the state, or slots of this stage alone */
-    bool is_renewed;          /* the terms are complete, and so are the forces */
-    /* Of the wind. */
-    vec3 *triangle_forces; /* per corner; null when renewed */
-    /* Of springs. */
+    arena *scratch;
+    int threads;
+    double alpha, beta, gamma, share; /* of the table in compute_forces.c; share is its c */
+    bool has_wind, is_bdf2;
+    bool is_renewed;           /* the terms are complete, and so are the forces */
+    double *start_velocities;  /* w of that table, 3 a vertex */
     double *guessed_positions; /* x0 + h guess, 3 a vertex; null without a guess */
+    force_terms terms;         /* those of the state, or slots of this stage alone */
+    unsigned row_parts;        /* of the pass that runs */
+    /* Slots of springs. */
     symmetric3 *spring_blocks; /* alpha D + beta K, negated, of the first end by the first end */
     vec3 *spring_forces, *spring_sources; /* f and f - D w at the first end; no f when renewed */
-    /* Of hinges. */
+    /* Slots of bending. */
     vec3 *hinge_deviations;
     bend_damping_response *bend_dampings; /* by triangle; null without bending damping */
-    bool has_wind, is_bdf2;
+    /* Slots of the wind. */
+    vec3 *triangle_forces; /* per corner; null when renewed */
 } assembly;
 
-/* assembly_elements.c: slots of a range of springs, hinges or triangles. Hinges are evaluated all
- * and the damping of bending in triangles before any fills its slots, the wind sampled at all
- * vertices before any triangle. */
-void assembly_fill_springs(void *context, size_t begin, size_t end, size_t chunk, int worker);
-void assembly_evaluate_hinges(void *context, size_t begin, size_t end, size_t chunk, int worker);
-void assembly_damp_bending(void *context, size_t begin, size_t end, size_t chunk, int worker);
-void assembly_fill_hinges(void *context, size_t begin, size_t end, size_t chunk, int worker);
-void assembly_sample_wind(void *context, size_t begin, size_t end, size_t chunk, int worker);
-void assembly_fill_triangles(void *context, size_t begin, size_t end, size_t chunk, int worker);
+/* What a vertex gathers. */
+typedef struct vertex_sum {
+    vec3 force, source; /* f and f - D w */
+    symmetric3 diagonal;
+} vertex_sum;
 
-/* assembly_rows.c: rows of a range of vertices, after all slots of a kind. Until the last pass the
- * forces of the system are those so far, and the right-hand side has their sources, f - D w. */
-void assembly_gather_springs(void *context, size_t begin, size_t end, size_t chunk, int worker);
-void assembly_gather_hinges(void *context, size_t begin, size_t end, size_t chunk, int worker);
-void assembly_finish_rows(void *context, size_t begin, size_t end, size_t chunk, int worker);
-/* All of it at once, but the forces, from complete terms and slots of springs. */
-void assembly_renew_rows(void *context, size_t begin, size_t end, size_t chunk, int worker);
+/* Room for slots of this stage, where the state keeps none. */
+static inline bool provide_slots(vec3 **slots, size_t count, arena *scratch) {
+    if (!*slots) *slots = ARENA_NEW(scratch, vec3, count);
+    return *slots != NULL;
+}
+
+/* Each false: no memory. */
+bool fill_springs(assembly *work);
+bool fill_bending(assembly *work);
+bool fill_wind(assembly *work);
+
+void gather_bending(const assembly *work, uint32_t vertex, vertex_sum *sum);
+void gather_wind(const assembly *work, uint32_t vertex, vertex_sum *sum);
+
+/* bending.c: room for the terms of bending. */
+bool provide_bending_terms(const cloth_model *model, force_terms *terms, arena *scratch);
+/* bending_damping.c: the damping of a range of triangles, a body of parallel_for; and what it
+ * brings to a vertex. */
+void fill_bending_damping(void *context, size_t begin, size_t end, size_t chunk, int worker);
+void gather_bending_damping(const assembly *work, uint32_t vertex, vertex_sum *sum);
 
 #endif

@@ -17,7 +17,7 @@
  * the legs of a right-triangle mesh, and depends on the direction; the shape operator does not. */
 #include "dynamics/bending_matrix.h"
 
-#include "dynamics/bend.h"
+#include "dynamics/bending.h"
 
 #include <math.h>
 #include <stdlib.h>
@@ -29,47 +29,18 @@ static const double SLIVER_RATIO = 0.1;
 /* [rad] Fold angles below this are rounding of a flat rest shape. */
 static const double FLAT_ANGLE = 1e-7;
 
-/* Adds the outward conormal of the triangle (e0, e1, opposite), times the edge length, to the
- * weights; corner is the opposite one's place. */
-static void add_conormal(const double *positions, cloth_hinge *hinge, const cloth_hinge_rest *rest,
-                         int corner) {
-    vec3 const origin = vec3_load(positions, hinge->vertices[0]);
-    vec3 const edge = vec3_sub(vec3_load(positions, hinge->vertices[1]), origin);
-    vec3 const side = vec3_sub(vec3_load(positions, hinge->vertices[corner]), origin);
-    double const foot = vec3_dot(side, edge) / vec3_norm2(edge);
-    double const slope = vec3_norm2(edge) * rest->inv_double_areas[corner - 2];
-    hinge->weights[corner] -= slope;
-    hinge->weights[0] += slope * (1.0 - foot);
-    hinge->weights[1] += slope * foot;
-}
-
 /* Signed rest value of c along the hinge normal; zero for a fold that is only rounding. */
 static double measure_rest_curvature(const double *positions, const cloth_hinge *hinge,
                                      const cloth_hinge_rest *rest) {
     vec3 const x0 = vec3_load(positions, hinge->vertices[0]);
-    vec3 const x1 = vec3_load(positions, hinge->vertices[1]);
-    vec3 const x2 = vec3_load(positions, hinge->vertices[2]);
-    vec3 const x3 = vec3_load(positions, hinge->vertices[3]);
-    vec3 const edge = vec3_sub(x1, x0);
-    vec3 const cross = vec3_sub(vec3_scale(vec3_sub(x2, x0), rest->inv_double_areas[0]),
-                                vec3_scale(vec3_sub(x3, x0), rest->inv_double_areas[1]));
-    vec3 const normal = vec3_normalize(vec3_cross(edge, cross));
-    vec3 c = {0.0, 0.0, 0.0};
-    for (int k = 0; k < 4; k++)
-        c = vec3_add_scaled(c, vec3_sub(vec3_load(positions, hinge->vertices[k]), x0),
-                            hinge->weights[k]);
-    double const value = vec3_dot(normal, c);
+    vec3 const edge = vec3_sub(vec3_load(positions, hinge->vertices[1]), x0);
+    vec3 const left = vec3_sub(vec3_load(positions, hinge->vertices[2]), x0);
+    vec3 const right = vec3_sub(vec3_load(positions, hinge->vertices[3]), x0);
+    vec3 const across = vec3_sub(vec3_scale(left, rest->inv_double_areas[0]),
+                                 vec3_scale(right, rest->inv_double_areas[1]));
+    vec3 const normal = vec3_normalize(vec3_cross(edge, across));
+    double const value = vec3_dot(normal, bend_sum_corners(hinge, positions));
     return fabs(value) > FLAT_ANGLE * vec3_norm(edge) ? value : 0.0;
-}
-
-/* Height over longest edge of a triangle. */
-static double measure_quality(const bending_input *input, const uint32_t *corners, double area) {
-    double longest = 0.0;
-    for (int k = 0; k < 3; k++)
-        longest = fmax(longest,
-                       vec3_norm2(vec3_sub(vec3_load(input->rest_positions, corners[(k + 1) % 3]),
-                                           vec3_load(input->rest_positions, corners[k]))));
-    return 2.0 * area / longest;
 }
 
 /* Place of an edge in one of its triangles. */
@@ -82,21 +53,35 @@ static uint32_t find_edge(const topology *surface, uint32_t triangle, uint32_t e
 /* Fills hinge geometry and its softening in (0, 1]. */
 static double fill_hinge(const bending_input *input, size_t edge, cloth_hinge *hinge,
                          cloth_hinge_rest *rest) {
+    const double *const positions = input->rest_positions;
     double softening = 1.0;
     for (size_t k = 0; k < 2; k++) {
         uint32_t const triangle = input->surface->edge_triangles[2 * edge + k];
+        const uint32_t *const corners = input->surface->triangles + 3 * (size_t)triangle;
         double const area = input->areas[triangle];
         hinge->vertices[k] = input->surface->edges[2 * edge + k];
         hinge->vertices[2 + k] = input->surface->edge_opposites[2 * edge + k];
         rest->inv_double_areas[k] = 0.5 / area;
         hinge->sides[k] = 3 * triangle + find_edge(input->surface, triangle, (uint32_t)edge);
-        double const quality =
-            measure_quality(input, input->surface->triangles + 3 * (size_t)triangle, area);
-        softening = fmin(softening, quality / SLIVER_RATIO);
+        double longest2 = 0.0;
+        for (int i = 0; i < 3; i++)
+            longest2 =
+                fmax(longest2, vec3_norm2(vec3_sub(vec3_load(positions, corners[(i + 1) % 3]),
+                                                   vec3_load(positions, corners[i]))));
+        softening = fmin(softening, 2.0 * area / longest2 / SLIVER_RATIO);
     }
-    add_conormal(input->rest_positions, hinge, rest, 2);
-    add_conormal(input->rest_positions, hinge, rest, 3);
-    rest->curvature = measure_rest_curvature(input->rest_positions, hinge, rest);
+    /* Weights: the outward conormal of each side, times the edge length. */
+    vec3 const origin = vec3_load(positions, hinge->vertices[0]);
+    vec3 const along = vec3_sub(vec3_load(positions, hinge->vertices[1]), origin);
+    for (int side = 0; side < 2; side++) {
+        vec3 const corner = vec3_sub(vec3_load(positions, hinge->vertices[2 + side]), origin);
+        double const foot = vec3_dot(corner, along) / vec3_norm2(along);
+        double const slope = vec3_norm2(along) * rest->inv_double_areas[side];
+        hinge->weights[2 + side] -= slope;
+        hinge->weights[0] += slope * (1.0 - foot);
+        hinge->weights[1] += slope * foot;
+    }
+    rest->curvature = measure_rest_curvature(positions, hinge, rest);
     return softening;
 }
 
@@ -151,36 +136,18 @@ static void add_couplings(const coupling_builder *build, size_t edge, size_t sid
     }
 }
 
-static bool build_couplings(memory *heap, coupling_builder *build) {
-    cloth_model *const model = build->model;
-    size_t const room = HINGE_COUPLINGS * model->hinge_count;
-    model->triangle_hinges =
-        memory_allocate_zeroed(heap, 3 * model->triangle_count, sizeof(uint32_t));
-    model->couplings = memory_allocate_zeroed(heap, room, sizeof(double));
-    model->damping_couplings = memory_allocate_zeroed(heap, room, sizeof(double));
-    model->bend_dampings =
-        memory_allocate_zeroed(heap, model->triangle_count, sizeof *model->bend_dampings);
-    if (!model->triangle_hinges || !model->couplings || !model->damping_couplings ||
-        !model->bend_dampings)
-        return false;
-    for (size_t t = 0; t < 3 * model->triangle_count; t++) model->triangle_hinges[t] = TULLE_NONE;
-    for (size_t edge = 0; edge < model->spring_count; edge++)
-        for (size_t side = 0; side < 2 && build->edge_hinges[edge] != TULLE_NONE; side++)
-            add_couplings(build, edge, side);
-    return true;
-}
-
-static void release_hinge_rests(memory *heap, cloth_model *model) {
-    memory_release(heap, model->hinge_rests, model->hinge_count * sizeof *model->hinge_rests);
-    model->hinge_rests = NULL;
-}
-
 bool bending_build_hinges(memory *heap, const bending_input *input, cloth_model *model) {
+    size_t const hinges = model->hinge_count, triangles = model->triangle_count;
+    size_t const couplings = HINGE_COUPLINGS * hinges;
     uint32_t *const edge_hinges = memory_allocate(heap, model->spring_count * sizeof(uint32_t));
-    double *const softening = memory_allocate(heap, model->hinge_count * sizeof(double));
-    model->hinge_rests =
-        memory_allocate_zeroed(heap, model->hinge_count, sizeof *model->hinge_rests);
-    bool ok = edge_hinges && softening && model->hinge_rests;
+    double *const softening = memory_allocate(heap, hinges * sizeof(double));
+    model->hinge_rests = memory_allocate_zeroed(heap, hinges, sizeof *model->hinge_rests);
+    model->triangle_hinges = memory_allocate_zeroed(heap, 3 * triangles, sizeof(uint32_t));
+    model->couplings = memory_allocate_zeroed(heap, couplings, sizeof(double));
+    model->damping_couplings = memory_allocate_zeroed(heap, couplings, sizeof(double));
+    model->bend_dampings = memory_allocate_zeroed(heap, triangles, sizeof *model->bend_dampings);
+    bool const ok = edge_hinges && softening && model->hinge_rests && model->triangle_hinges &&
+                    model->couplings && model->damping_couplings && model->bend_dampings;
     if (ok) {
         uint32_t hinge = 0;
         for (size_t edge = 0; edge < model->spring_count; edge++) {
@@ -191,11 +158,18 @@ bool bending_build_hinges(memory *heap, const bending_input *input, cloth_model 
             model->has_curved_rest |= rest->curvature != 0.0;
             edge_hinges[edge] = hinge++;
         }
-        if (!model->has_curved_rest) release_hinge_rests(heap, model);
-        ok = build_couplings(heap, &(coupling_builder){input, model, edge_hinges, softening});
+        if (!model->has_curved_rest) {
+            memory_release(heap, model->hinge_rests, hinges * sizeof *model->hinge_rests);
+            model->hinge_rests = NULL;
+        }
+        coupling_builder const build = {input, model, edge_hinges, softening};
+        for (size_t k = 0; k < 3 * triangles; k++) model->triangle_hinges[k] = TULLE_NONE;
+        for (size_t edge = 0; edge < model->spring_count; edge++)
+            for (size_t side = 0; side < 2 && edge_hinges[edge] != TULLE_NONE; side++)
+                add_couplings(&build, edge, side);
     }
     memory_release(heap, edge_hinges, model->spring_count * sizeof(uint32_t));
-    memory_release(heap, softening, model->hinge_count * sizeof(double));
+    memory_release(heap, softening, hinges * sizeof(double));
     return ok;
 }
 
@@ -266,32 +240,6 @@ static bool split_row(memory *heap, cloth_model *model, uint32_t vertex, const e
     return true;
 }
 
-static bool keep_scalars(memory *heap, cloth_model *model, const entry_array *rest) {
-    model->scalar_count = rest->count;
-    model->scalar_columns = memory_allocate(heap, rest->count * sizeof(uint32_t));
-    model->bend_scalars = memory_allocate(heap, rest->count * sizeof(double));
-    model->bend_scalar_damping = memory_allocate(heap, rest->count * sizeof(double));
-    if (!model->scalar_columns || !model->bend_scalars || !model->bend_scalar_damping) return false;
-    for (size_t i = 0; i < rest->count; i++) {
-        model->scalar_columns[i] = rest->data[i].column;
-        model->bend_scalars[i] = rest->data[i].stiffness;
-        model->bend_scalar_damping[i] = rest->data[i].damping;
-    }
-    return true;
-}
-
-static void release_damping_couplings(memory *heap, cloth_model *model) {
-    memory_release(heap, model->damping_couplings,
-                   HINGE_COUPLINGS * model->hinge_count * sizeof(double));
-    model->damping_couplings = NULL;
-}
-
-static void release_bend_dampings(memory *heap, cloth_model *model) {
-    memory_release(heap, model->bend_dampings,
-                   model->triangle_count * sizeof *model->bend_dampings);
-    model->bend_dampings = NULL;
-}
-
 bool bending_build_matrix(memory *heap, cloth_model *model) {
     model->scalar_begin = memory_allocate_zeroed(heap, model->vertex_count + 1, sizeof(uint32_t));
     model->bend_blocks = memory_allocate_zeroed(heap, model->block_count, sizeof(double));
@@ -302,20 +250,40 @@ bool bending_build_matrix(memory *heap, cloth_model *model) {
         ok = collect_row(heap, model, v, &row) && split_row(heap, model, v, &row, &rest);
         model->scalar_begin[v + 1] = (uint32_t)rest.count;
     }
-    ok = ok && keep_scalars(heap, model, &rest);
-    release_damping_couplings(heap, model);
-    if (!model->has_bend_damping) release_bend_dampings(heap, model);
+    if (ok) {
+        model->scalar_count = rest.count;
+        model->scalar_columns = memory_allocate(heap, rest.count * sizeof(uint32_t));
+        model->bend_scalars = memory_allocate(heap, rest.count * sizeof(double));
+        model->bend_scalar_damping = memory_allocate(heap, rest.count * sizeof(double));
+        ok = model->scalar_columns && model->bend_scalars && model->bend_scalar_damping;
+    }
+    for (size_t i = 0; ok && i < rest.count; i++) {
+        model->scalar_columns[i] = rest.data[i].column;
+        model->bend_scalars[i] = rest.data[i].stiffness;
+        model->bend_scalar_damping[i] = rest.data[i].damping;
+    }
+    /* The damping's couplings are in the matrix; its triangles stay where there is any. */
+    memory_release(heap, model->damping_couplings,
+                   HINGE_COUPLINGS * model->hinge_count * sizeof(double));
+    model->damping_couplings = NULL;
+    if (!model->has_bend_damping) {
+        memory_release(heap, model->bend_dampings,
+                       model->triangle_count * sizeof *model->bend_dampings);
+        model->bend_dampings = NULL;
+    }
     ARRAY_FREE(heap, &row);
     ARRAY_FREE(heap, &rest);
     return ok;
 }
 
 void bending_destroy(memory *heap, cloth_model *model) {
+    size_t const couplings = HINGE_COUPLINGS * model->hinge_count;
     memory_release(heap, model->triangle_hinges, 3 * model->triangle_count * sizeof(uint32_t));
-    memory_release(heap, model->couplings, HINGE_COUPLINGS * model->hinge_count * sizeof(double));
-    release_hinge_rests(heap, model);
-    release_damping_couplings(heap, model);
-    release_bend_dampings(heap, model);
+    memory_release(heap, model->couplings, couplings * sizeof(double));
+    memory_release(heap, model->damping_couplings, couplings * sizeof(double));
+    memory_release(heap, model->hinge_rests, model->hinge_count * sizeof *model->hinge_rests);
+    memory_release(heap, model->bend_dampings,
+                   model->triangle_count * sizeof *model->bend_dampings);
     memory_release(heap, model->scalar_begin, (model->vertex_count + 1) * sizeof(uint32_t));
     memory_release(heap, model->scalar_columns, model->scalar_count * sizeof(uint32_t));
     memory_release(heap, model->bend_blocks, model->block_count * sizeof(double));

@@ -17,35 +17,15 @@ static const tulle_material *get_material(const cloth_model_def *def, uint32_t v
     return &def->materials[def->vertex_materials ? def->vertex_materials[vertex] : 0];
 }
 
-static double measure_area(const double *positions, const uint32_t *corners) {
-    vec3 const a = vec3_load(positions, corners[0]);
-    vec3 const b = vec3_sub(vec3_load(positions, corners[1]), a);
-    vec3 const c = vec3_sub(vec3_load(positions, corners[2]), a);
-    return 0.5 * vec3_norm(vec3_cross(b, c));
-}
-
-/* Triangles, edges and their adjacency come first in the topology, because cloth vertices do. */
-static void count_parts(const cloth_model_def *def, cloth_model *model) {
-    const topology *const surface = def->surface;
-    size_t const limit = def->vertex_count;
-    model->vertex_count = limit;
-    model->surface = surface;
-    while (model->triangle_count < surface->triangle_count &&
-           surface->triangles[3 * model->triangle_count] < limit)
-        model->triangle_count++;
-    while (model->spring_count < surface->edge_count &&
-           surface->edges[2 * model->spring_count] < limit)
-        model->spring_count++;
-    for (size_t e = 0; e < model->spring_count; e++)
-        if (surface->edge_triangles[2 * e + 1] != TULLE_NONE) model->hinge_count++;
-}
-
 /* Spreads the triangles' mass and notes their rest areas. */
 static tulle_status fill_triangles(const cloth_model_def *def, cloth_model *model, double *areas,
                                    tulle_error *error) {
     for (size_t t = 0; t < model->triangle_count; t++) {
         const uint32_t *const corners = cloth_get_corners(model, t);
-        double const area = measure_area(def->rest_positions, corners);
+        vec3 const a = vec3_load(def->rest_positions, corners[0]);
+        vec3 const b = vec3_sub(vec3_load(def->rest_positions, corners[1]), a);
+        vec3 const c = vec3_sub(vec3_load(def->rest_positions, corners[2]), a);
+        double const area = 0.5 * vec3_norm(vec3_cross(b, c));
         if (!(area > 0.0) || !isfinite(area))
             return error_set(error, TULLE_ERROR_INVALID_MESH,
                              "triangle %zu (vertices %u, %u, %u) has no area in the rest shape; "
@@ -115,53 +95,35 @@ static void fill_block_pattern(const topology *surface, cloth_model *model) {
     model->block_begin[model->vertex_count] = position;
 }
 
-/* Lists the uses of each vertex: item stride * i + k where vertices[stride * i + k] is the vertex.
- */
-static bool build_uses(memory *heap, size_t vertex_count, size_t use_count,
-                       const uint32_t *(*get)(const cloth_model *, size_t),
-                       const cloth_model *model, adjacency *uses) {
+/* Lists the hinges of each vertex: item 4 * hinge + corner. */
+static bool list_vertex_hinges(memory *heap, cloth_model *model) {
+    adjacency *const uses = &model->vertex_hinges;
+    const cloth_hinge *const hinges = model->hinges;
+    size_t const vertex_count = model->vertex_count, use_count = 4 * model->hinge_count;
     *uses = (adjacency){.count = vertex_count, .item_count = use_count};
     uses->begin = memory_allocate_zeroed(heap, vertex_count + 1, sizeof(uint32_t));
     uses->items = memory_allocate(heap, use_count * sizeof(uint32_t));
     if (!uses->begin || !uses->items) return false;
-    for (size_t use = 0; use < use_count; use++) uses->begin[*get(model, use) + 1]++;
+    for (size_t use = 0; use < use_count; use++)
+        uses->begin[hinges[use / 4].vertices[use % 4] + 1]++;
     for (size_t v = 0; v < vertex_count; v++) uses->begin[v + 1] += uses->begin[v];
     for (size_t use = 0; use < use_count; use++)
-        uses->items[uses->begin[*get(model, use)]++] = (uint32_t)use;
+        uses->items[uses->begin[hinges[use / 4].vertices[use % 4]]++] = (uint32_t)use;
     for (size_t v = vertex_count; v > 0; v--) uses->begin[v] = uses->begin[v - 1];
     uses->begin[0] = 0;
     return true;
 }
 
-static const uint32_t *get_hinge_use(const cloth_model *model, size_t use) {
-    return &model->hinges[use / 4].vertices[use % 4];
-}
-
-static bool allocate_model(memory *heap, cloth_model *model) {
-    size_t const vertices = model->vertex_count;
-    model->block_count = vertices + 2 * model->spring_count;
-    model->masses = memory_allocate_zeroed(heap, vertices, sizeof(double));
-    model->air_damping = memory_allocate_zeroed(heap, vertices, sizeof(double));
-    model->springs = memory_allocate_zeroed(heap, model->spring_count, sizeof *model->springs);
-    model->hinges = memory_allocate_zeroed(heap, model->hinge_count, sizeof *model->hinges);
-    model->block_begin = memory_allocate_zeroed(heap, vertices + 1, sizeof(uint32_t));
-    model->block_columns = memory_allocate_zeroed(heap, model->block_count, sizeof(uint32_t));
-    return model->masses && model->air_damping && model->springs && model->hinges &&
-           model->block_begin && model->block_columns;
-}
-
 /* Everything, given room for the triangles' numbers and areas. */
-static tulle_status build_parts(memory *heap, const cloth_model_def *def, cloth_model *model,
-                                double *areas, tulle_error *error) {
+static tulle_status fill_model(memory *heap, const cloth_model_def *def, cloth_model *model,
+                               double *areas, tulle_error *error) {
     tulle_status status = fill_triangles(def, model, areas, error);
     if (status == TULLE_OK) status = fill_springs(def, model, areas, error);
     if (status != TULLE_OK) return status;
     fill_block_pattern(def->surface, model);
     bending_input const input = {def->surface, def->rest_positions, def->materials,
                                  def->vertex_materials, areas};
-    if (!bending_build_hinges(heap, &input, model) ||
-        !build_uses(heap, model->vertex_count, 4 * model->hinge_count, get_hinge_use, model,
-                    &model->vertex_hinges) ||
+    if (!bending_build_hinges(heap, &input, model) || !list_vertex_hinges(heap, model) ||
         !bending_build_matrix(heap, model))
         return error_set(error, TULLE_ERROR_OUT_OF_MEMORY, "no memory for the cloth's bending");
     return TULLE_OK;
@@ -169,37 +131,54 @@ static tulle_status build_parts(memory *heap, const cloth_model_def *def, cloth_
 
 tulle_status cloth_model_build(memory *heap, const cloth_model_def *def, cloth_model *model,
                                tulle_error *error) {
-    cloth_model result = {0};
-    count_parts(def, &result);
+    const topology *const surface = def->surface;
+    size_t const vertices = def->vertex_count;
+    cloth_model result = {.vertex_count = vertices, .surface = surface};
+
+    /* The cloth's triangles and edges come first in the topology, because its vertices do. */
+    while (result.triangle_count < surface->triangle_count &&
+           surface->triangles[3 * result.triangle_count] < vertices)
+        result.triangle_count++;
+    while (result.spring_count < surface->edge_count &&
+           surface->edges[2 * result.spring_count] < vertices)
+        result.spring_count++;
+    for (size_t e = 0; e < result.spring_count; e++)
+        if (surface->edge_triangles[2 * e + 1] != TULLE_NONE) result.hinge_count++;
+    result.block_count = vertices + 2 * result.spring_count;
+
+    result.masses = memory_allocate_zeroed(heap, vertices, sizeof(double));
+    result.air_damping = memory_allocate_zeroed(heap, vertices, sizeof(double));
+    result.springs = memory_allocate_zeroed(heap, result.spring_count, sizeof *result.springs);
+    result.hinges = memory_allocate_zeroed(heap, result.hinge_count, sizeof *result.hinges);
+    result.block_begin = memory_allocate_zeroed(heap, vertices + 1, sizeof(uint32_t));
+    result.block_columns = memory_allocate_zeroed(heap, result.block_count, sizeof(uint32_t));
     double *const areas = memory_allocate_zeroed(heap, result.triangle_count, sizeof(double));
     tulle_status status;
-    if (allocate_model(heap, &result) && areas)
-        status = build_parts(heap, def, &result, areas, error);
+    if (result.masses && result.air_damping && result.springs && result.hinges &&
+        result.block_begin && result.block_columns && areas)
+        status = fill_model(heap, def, &result, areas, error);
     else
         status = error_set(error, TULLE_ERROR_OUT_OF_MEMORY,
-                           "no memory for the model of %zu cloth vertices", def->vertex_count);
+                           "no memory for the model of %zu cloth vertices", vertices);
     memory_release(heap, areas, result.triangle_count * sizeof(double));
-    if (status != TULLE_OK)
-        cloth_model_destroy(heap, &result);
-    else
+    if (status == TULLE_OK)
         *model = result;
+    else
+        cloth_model_destroy(heap, &result);
     return status;
-}
-
-static void destroy_uses(memory *heap, adjacency *uses) {
-    memory_release(heap, uses->begin, (uses->count + 1) * sizeof(uint32_t));
-    memory_release(heap, uses->items, uses->item_count * sizeof(uint32_t));
 }
 
 void cloth_model_destroy(memory *heap, cloth_model *model) {
     size_t const vertices = model->vertex_count;
+    adjacency *const uses = &model->vertex_hinges;
     memory_release(heap, model->masses, vertices * sizeof(double));
     memory_release(heap, model->air_damping, vertices * sizeof(double));
     memory_release(heap, model->springs, model->spring_count * sizeof *model->springs);
     memory_release(heap, model->hinges, model->hinge_count * sizeof *model->hinges);
     memory_release(heap, model->block_begin, (vertices + 1) * sizeof(uint32_t));
     memory_release(heap, model->block_columns, model->block_count * sizeof(uint32_t));
-    destroy_uses(heap, &model->vertex_hinges);
+    memory_release(heap, uses->begin, (uses->count + 1) * sizeof(uint32_t));
+    memory_release(heap, uses->items, uses->item_count * sizeof(uint32_t));
     bending_destroy(heap, model);
     *model = (cloth_model){0};
 }

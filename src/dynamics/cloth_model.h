@@ -26,7 +26,7 @@ typedef struct cloth_spring {
     uint32_t vertices[2];
     double rest_length; /* [m] > 0 */
     double stiffness;   /* [N/m] near the rest length */
-    double stiffening;  /* [1/m^2] see spring_get_tension; 0: linear */
+    double stiffening;  /* [1/m^2] see spring_compute_law; 0: linear */
     double damping;     /* [N s/m] */
 } cloth_spring;
 
@@ -70,7 +70,6 @@ typedef struct cloth_model {
      * at corner 2 first; see bend_list_couplings. */
     double *couplings, *damping_couplings; /* [N/m]; [N s/m] while the model is built */
     cloth_bend_damping *bend_dampings;     /* triangle_count; null without bending damping */
-    adjacency vertex_springs;              /* 2 * spring + end */
     adjacency vertex_hinges;               /* 4 * hinge + corner */
     /* The system matrix's patterns and the constant bending matrix on them (stiffness [N/m] and
      * damping [N s/m]): one scalar for each block and each scalar position. */

@@ -1,4 +1,14 @@
-/* dynamics/compute_forces.c - stage 1, compute_forces: forces and the system matrix.
+/* dynamics/compute_forces.c - the stage compute_forces: forces and the system matrix.
+ *
+ * The forces of cloth, one a file:
+ *     gravity, drag of the air    begin_row below
+ *     spring.c                    the membrane, with its damping
+ *     bending.c                   bending; its constant matrix is made in bending_matrix.c
+ *     bending_damping.c           damping of bending
+ *     wind.c                      wind and gusts on triangles
+ * fill_system and gather_rows list them in the order in which they act. A new force gets a file
+ * with fill_... and gather_... (assembly.h), a line in each of these two, and its part of the
+ * matrix in begin_row.
  *
  *     A = M - alpha D - beta K,    b = M a + gamma (f0 - D w)
  *
@@ -19,15 +29,15 @@
  * Where K and D are not the exact derivatives, so that A is symmetric positive definite in every
  * state: a spring under compression has no stiffness across itself; drag keeps its part along the
  * normal; the rest-curvature term of bending is taken as constant; bending damping uses the
- * constant matrix, which with M / h is at least half the true one (bend_damping.c); derivatives of
- * damping by positions are dropped. Every integrator stays consistent with f0; steps in which one
- * of these acts are of first order.
+ * constant matrix, which with M / h is at least half the true one (bending_damping.c); derivatives
+ * of damping by positions are dropped. Every integrator stays consistent with f0; steps in which
+ * one of these acts are of first order.
  *
- * Passes, of springs, then of hinges: elements fill their own slots (assembly_elements.c); then
- * each vertex adds them to its row in a fixed order (assembly_rows.c). No two threads write the
- * same number. Slots are released before those of the next kind are made: they are most of the
- * memory of a step. Terms that do not depend on the guess may be kept from the first linearisation
- * of a step; the others then add the same numbers in the same order, in one pass.
+ * A pass of elements is followed by a pass of vertices: elements fill their own slots, then each
+ * vertex adds the slots around it to its row in a fixed order. No two threads write the same
+ * number. Slots are released before those of the next kind are made: they are most of the memory of
+ * a step. Terms that do not depend on the guess may be kept from the first linearisation of a step;
+ * the others then add the same numbers in the same order, in one pass.
  *
  * Based on: Baraff, Witkin, Large steps in cloth simulation, 1998; Choi, Ko, Stable but responsive
  * cloth, 2002; Wong, Baciu, Dynamic interaction between deformable surfaces and nonsmooth objects,
@@ -37,19 +47,16 @@
 #include "base/parallel.h"
 
 #include <math.h>
-
-/* Items a chunk, about 50 microseconds of work each. */
-enum { SPRINGS_PER_CHUNK = 1024, VERTICES_PER_CHUNK = 256, HINGES_PER_CHUNK = 512 };
+#include <string.h>
 
 /* Two steps are the same if they differ by less than the rounding of a sum of times. */
 static const double SAME_STEP = 1e-9;
 
-/* w of the table. */
-static void fill_start_velocities(void *context, size_t begin, size_t end, size_t chunk,
-                                  int worker) {
+/* w of the table, and the positions at the guess. */
+static void fill_starts(void *context, size_t begin, size_t end, size_t chunk, int worker) {
     (void)chunk, (void)worker;
     assembly *const work = context;
-    double const c = work->factor.share, part = work->is_bdf2 ? (1.0 - c) / c : 0.0;
+    double const c = work->share, part = work->is_bdf2 ? (1.0 - c) / c : 0.0;
     for (size_t i = 3 * begin; i < 3 * end; i++)
         work->start_velocities[i] = work->state->velocities[i] +
                                     (work->is_bdf2 ? part * work->state->previous_mean[i] : 0.0);
@@ -58,92 +65,128 @@ static void fill_start_velocities(void *context, size_t begin, size_t end, size_
             work->state->positions[i] + work->state->time_step * work->state->guess[i];
 }
 
-/* Slots of this stage, where the state keeps none. */
-static bool provide(vec3 **slots, size_t count, arena *scratch) {
-    if (!*slots) *slots = ARENA_NEW(scratch, vec3, count);
-    return *slots != NULL;
+/* Adds the drag of a triangle to a block. */
+static inline void add_drag(const assembly *work, uint32_t triangle, symmetric3 *block) {
+    if (triangle == TULLE_NONE) return;
+    symmetric3 const drag = symmetric3_make(0.0, work->alpha, work->terms.triangle_drags[triangle]);
+    symmetric3_add(block, &drag);
 }
 
-/* ---- triangles: wind ---- */
+/* The row of the matrix, of all forces, and the sums of the vertex itself and its springs. */
+static void begin_row(const assembly *work, uint32_t vertex, vertex_sum *sum) {
+    const cloth_model *const model = work->model;
+    block_matrix *const matrix = &work->system->matrix;
+    double const alpha = work->alpha, beta = work->beta;
+    vec3 const none = {0.0, 0.0, 0.0};
 
-static bool fill_wind(assembly *work, int threads, arena *scratch) {
-    size_t const vertices = work->model->vertex_count, triangles = work->model->triangle_count;
-    if (!provide(&work->terms.triangle_drags, triangles, scratch)) return false;
+    /* Mass, gravity and the drag of the air at rest. */
+    double const mass = model->masses[vertex], damping = mass * model->air_damping[vertex];
+    size_t const diagonal = matrix->diagonal_positions[vertex];
+    double const own = mass + alpha * (damping + model->bend_block_damping[diagonal]) +
+                       beta * model->bend_blocks[diagonal];
+    sum->diagonal = symmetric3_make(own, 0.0, none);
+    sum->force = vec3_add_scaled(vec3_scale(work->surroundings->gravity, mass),
+                                 vec3_load(work->state->velocities, vertex), -damping);
+    sum->source = vec3_add_scaled(sum->force, vec3_load(work->start_velocities, vertex), damping);
+
+    /* Springs, and the blocks off the diagonal, each of which belongs to a spring. */
+    const adjacency *const around = &model->surface->vertex_edges;
+    const uint32_t *edges = around->items + around->begin[vertex]; /* as neighbours ascend */
+    for (size_t k = model->block_begin[vertex]; k < model->block_begin[vertex + 1]; k++) {
+        if (model->block_columns[k] == vertex) continue;
+        uint32_t const s = *edges++;
+        double const sign = model->springs[s].vertices[0] == vertex ? 1.0 : -1.0;
+        if (work->spring_forces)
+            sum->force = vec3_add_scaled(sum->force, work->spring_forces[s], sign);
+        sum->source = vec3_add_scaled(sum->source, work->spring_sources[s], sign);
+        symmetric3_add(&sum->diagonal, &work->spring_blocks[s]);
+        double const bend = alpha * model->bend_block_damping[k] + beta * model->bend_blocks[k];
+        symmetric3 block = symmetric3_make(bend, 0.0, none);
+        for (int i = 0; i < 6; i++) block.m[i] -= work->spring_blocks[s].m[i];
+        for (size_t side = 0; work->has_wind && side < 2; side++)
+            add_drag(work, model->surface->edge_triangles[2 * (size_t)s + side], &block);
+        memcpy(matrix->values + BLOCK_NUMBERS * k, block.m, sizeof block.m);
+    }
+
+    const adjacency *const uses = &model->surface->vertex_triangles;
+    for (size_t k = uses->begin[vertex]; work->has_wind && k < uses->begin[vertex + 1]; k++)
+        add_drag(work, uses->items[k], &sum->diagonal);
+    memcpy(matrix->values + BLOCK_NUMBERS * diagonal, sum->diagonal.m, sizeof sum->diagonal.m);
+}
+
+/* The rows of a range of vertices, after all slots of a kind. Until the last pass the forces of the
+ * system are those so far, and the right-hand side has their sources, f - D w. */
+static void gather_rows(void *context, size_t begin, size_t end, size_t chunk, int worker) {
+    (void)chunk, (void)worker;
+    const assembly *const work = context;
+    const motion_state *const state = work->state;
+    linear_system *const system = work->system;
+    double const c = work->share;
+    for (size_t v = begin; v < end; v++) {
+        uint32_t const vertex = (uint32_t)v;
+        vertex_sum sum;
+        if (work->row_parts & ROW_BEGIN) {
+            begin_row(work, vertex, &sum);
+        } else {
+            sum.force = vec3_load(system->forces, v);
+            sum.source = vec3_load(system->right_hand_side, v);
+        }
+        if (work->row_parts & ROW_BENDING) gather_bending(work, vertex, &sum);
+        if (work->row_parts & ROW_END) {
+            if (work->has_wind) gather_wind(work, vertex, &sum);
+            vec3 start = vec3_load(state->velocities, v); /* a of the table */
+            if (work->is_bdf2) {
+                start = vec3_add_scaled(vec3_scale(vec3_load(state->previous_mean, v), 1.0 - c),
+                                        start, c * (2.0 - c));
+                start = vec3_add_scaled(start, vec3_load(state->previous_velocities, v),
+                                        -c * (1.0 - c));
+            }
+            sum.source =
+                vec3_add_scaled(vec3_scale(start, work->model->masses[v]), sum.source, work->gamma);
+        }
+        if (!work->is_renewed) vec3_store(system->forces, v, sum.force);
+        vec3_store(system->right_hand_side, v, sum.source);
+    }
+}
+
+/* A pass over the vertices. */
+static void add_to_rows(assembly *work, unsigned parts) {
+    work->row_parts = parts;
+    parallel_for(work->model->vertex_count, VERTICES_PER_CHUNK, work->threads, gather_rows, work);
+}
+
+/* All forces, in their order. False: no memory. */
+static bool fill_system(assembly *work) {
+    const cloth_model *const model = work->model;
+    arena *const scratch = work->scratch;
+    size_t const triangles = work->has_wind ? model->triangle_count : 0;
+    unsigned const bending = model->has_bending ? ROW_BENDING : 0;
+
+    /* Slots that outlive the passes. */
+    work->start_velocities = ARENA_NEW(scratch, double, 3 * model->vertex_count);
+    if (!work->is_renewed) work->triangle_forces = ARENA_NEW(scratch, vec3, triangles);
+    if (!work->start_velocities || (!work->is_renewed && !work->triangle_forces) ||
+        !provide_slots(&work->terms.triangle_sources, triangles, scratch))
+        return false;
+
     arena_mark const mark = arena_get_mark(scratch);
-    if (!provide(&work->terms.air_velocities, vertices, scratch)) return false;
-    parallel_for(vertices, VERTICES_PER_CHUNK, threads, assembly_sample_wind, work);
-    parallel_for(triangles, SPRINGS_PER_CHUNK, threads, assembly_fill_triangles, work);
-    arena_release(scratch, mark);
-    return true;
-}
-
-/* ---- springs ---- */
-
-static bool add_springs(assembly *work, int threads, arena *scratch) {
-    size_t const vertices = work->model->vertex_count, springs = work->model->spring_count;
     if (work->state->guess) {
-        work->guessed_positions = ARENA_NEW(scratch, double, 3 * vertices);
+        work->guessed_positions = ARENA_NEW(scratch, double, 3 * model->vertex_count);
         if (!work->guessed_positions) return false;
     }
-    parallel_for(vertices, VERTICES_PER_CHUNK, threads, fill_start_velocities, work);
-    if (work->has_wind && !work->is_renewed && !fill_wind(work, threads, scratch)) return false;
-    work->spring_blocks = ARENA_NEW(scratch, symmetric3, springs);
-    if (!work->is_renewed) work->spring_forces = ARENA_NEW(scratch, vec3, springs);
-    work->spring_sources = ARENA_NEW(scratch, vec3, springs);
-    if (!work->spring_blocks || !work->spring_sources) return false;
-    if (!work->is_renewed && !work->spring_forces) return false;
-    parallel_for(springs, SPRINGS_PER_CHUNK, threads, assembly_fill_springs, work);
-    parallel_for(vertices, VERTICES_PER_CHUNK, threads,
-                 work->is_renewed ? assembly_renew_rows : assembly_gather_springs, work);
-    return true;
-}
+    parallel_for(model->vertex_count, VERTICES_PER_CHUNK, work->threads, fill_starts, work);
+    if (work->has_wind && !work->is_renewed && !fill_wind(work)) return false;
+    if (!fill_springs(work)) return false;
+    add_to_rows(work, work->is_renewed ? ROW_BEGIN | bending | ROW_END : ROW_BEGIN);
+    arena_release(scratch, mark);
+    if (work->is_renewed) return true;
 
-/* ---- hinges ---- */
-
-static bool provide_bending(const cloth_model *model, force_terms *terms, arena *scratch) {
-    if (model->has_bend_damping &&
-        !provide(&terms->bend_forces, 2 * model->triangle_count, scratch))
-        return false;
-    return model->has_curved_rest ? provide(&terms->hinge_forces, 4 * model->hinge_count, scratch)
-                                  : provide(&terms->hinge_moments, model->hinge_count, scratch);
-}
-
-static bool add_hinges(assembly *work, int threads, arena *scratch) {
-    const cloth_model *const model = work->model;
-    size_t const hinges = model->hinge_count;
-    work->hinge_deviations = ARENA_NEW(scratch, vec3, hinges);
-    if (!work->hinge_deviations || !provide_bending(model, &work->terms, scratch)) return false;
-    if (model->has_bend_damping) {
-        work->bend_dampings = ARENA_NEW(scratch, bend_damping_response, model->triangle_count);
-        if (!work->bend_dampings) return false;
+    if (bending) {
+        if (!fill_bending(work)) return false;
+        add_to_rows(work, ROW_BENDING);
     }
-    parallel_for(hinges, HINGES_PER_CHUNK, threads, assembly_evaluate_hinges, work);
-    if (model->has_bend_damping)
-        parallel_for(model->triangle_count, HINGES_PER_CHUNK, threads, assembly_damp_bending, work);
-    parallel_for(hinges, HINGES_PER_CHUNK, threads, assembly_fill_hinges, work);
-    parallel_for(model->vertex_count, VERTICES_PER_CHUNK, threads, assembly_gather_hinges, work);
+    add_to_rows(work, ROW_END);
     return true;
-}
-
-/* ---- all ---- */
-
-/* What outlives the passes. */
-static bool allocate_assembly(assembly *work, arena *scratch) {
-    size_t const triangles = work->has_wind ? work->model->triangle_count : 0;
-    work->start_velocities = ARENA_NEW(scratch, double, 3 * work->model->vertex_count);
-    if (!work->is_renewed) work->triangle_forces = ARENA_NEW(scratch, vec3, triangles);
-    return work->start_velocities && (work->is_renewed || work->triangle_forces) &&
-           provide(&work->terms.triangle_sources, triangles, scratch);
-}
-
-/* Slots that outlive the stage. */
-static bool keep_terms(const assembly *work, force_terms *terms, arena *scratch) {
-    const cloth_model *const model = work->model;
-    bool const ok =
-        !work->has_wind || (provide(&terms->triangle_drags, model->triangle_count, scratch) &&
-                            provide(&terms->triangle_sources, model->triangle_count, scratch) &&
-                            provide(&terms->air_velocities, model->vertex_count, scratch));
-    return ok && (!model->has_bending || provide_bending(model, terms, scratch));
 }
 
 size_t measure_force_terms(const cloth_model *model, const tulle_wind *wind) {
@@ -154,62 +197,57 @@ size_t measure_force_terms(const cloth_model *model, const tulle_wind *wind) {
     return count * sizeof(vec3);
 }
 
-static bool fill_system(assembly *work, int threads, arena *scratch) {
-    if (!allocate_assembly(work, scratch)) return false;
-    arena_mark const mark = arena_get_mark(scratch);
-    bool ok = add_springs(work, threads, scratch);
-    arena_release(scratch, mark);
-    if (work->is_renewed) return ok;
-    if (ok && work->model->has_bending) ok = add_hinges(work, threads, scratch);
-    if (ok)
-        parallel_for(work->model->vertex_count, VERTICES_PER_CHUNK, threads, assembly_finish_rows,
-                     work);
-    return ok;
-}
-
-/* c of the table: from its value at full order (damping 0) to 1 (damping 1). */
-static coefficients get_coefficients(tulle_integrator integrator, double h, double damping) {
-    double share = 1.0;
-    if (integrator == TULLE_INTEGRATOR_CRANK_NICOLSON) share = 0.5 + 0.5 * damping;
-    if (integrator == TULLE_INTEGRATOR_BDF2) share = (2.0 + damping) / 3.0;
-    double const gamma = integrator == TULLE_INTEGRATOR_BDF2 ? share * share * h : share * h;
-    return (coefficients){share * h, share * share * h * h, gamma, share};
-}
-
-/* BDF2 needs one earlier step of the same length. */
-static tulle_integrator choose_integrator(tulle_integrator wanted, double damping,
-                                          const motion_state *state) {
-    if (damping >= 1.0) return TULLE_INTEGRATOR_IMPLICIT_EULER;
-    bool const has_history =
-        state->previous_mean && state->previous_velocities &&
-        fabs(state->previous_time_step - state->time_step) <= SAME_STEP * state->time_step;
-    return wanted == TULLE_INTEGRATOR_BDF2 && !has_history ? TULLE_INTEGRATOR_IMPLICIT_EULER
-                                                           : wanted;
+/* Room for the terms that outlive the stage. */
+static bool keep_terms(const assembly *work, force_terms *terms) {
+    const cloth_model *const model = work->model;
+    arena *const scratch = work->scratch;
+    if (work->has_wind &&
+        !(provide_slots(&terms->triangle_drags, model->triangle_count, scratch) &&
+          provide_slots(&terms->triangle_sources, model->triangle_count, scratch) &&
+          provide_slots(&terms->air_velocities, model->vertex_count, scratch)))
+        return false;
+    return !model->has_bending || provide_bending_terms(model, terms, scratch);
 }
 
 tulle_status compute_forces(const cloth_model *model, const motion_state *state,
                             const environment *surroundings, force_options options, arena *scratch,
                             linear_system *system) {
-    system->integrator = choose_integrator(options.integrator, options.damping, state);
+    /* BDF2 needs one earlier step of the same length. */
+    double const h = state->time_step, damping = options.damping;
+    bool const has_history = state->previous_mean && state->previous_velocities &&
+                             fabs(state->previous_time_step - h) <= SAME_STEP * h;
+    system->integrator = options.integrator;
+    if (damping >= 1.0 || (options.integrator == TULLE_INTEGRATOR_BDF2 && !has_history))
+        system->integrator = TULLE_INTEGRATOR_IMPLICIT_EULER;
+
+    /* c of the table: from its value at full order (damping 0) to 1 (damping 1). */
+    bool const is_bdf2 = system->integrator == TULLE_INTEGRATOR_BDF2;
+    double share = 1.0;
+    if (system->integrator == TULLE_INTEGRATOR_CRANK_NICOLSON) share = 0.5 + 0.5 * damping;
+    if (is_bdf2) share = (2.0 + damping) / 3.0;
     assembly work = {.model = model,
                      .state = state,
                      .surroundings = surroundings,
-                     .factor =
-                         get_coefficients(system->integrator, state->time_step, options.damping),
                      .system = system,
+                     .scratch = scratch,
+                     .threads = options.threads,
+                     .alpha = share * h,
+                     .beta = share * share * h * h,
+                     .gamma = is_bdf2 ? share * share * h : share * h,
+                     .share = share,
                      .has_wind = surroundings->wind.drag_coefficient > 0.0,
-                     .is_bdf2 = system->integrator == TULLE_INTEGRATOR_BDF2};
-    system->force_time = work.factor.gamma;
-    system->share = work.factor.share;
-    system->matrix.scalar_factors[0] = work.factor.alpha;
-    system->matrix.scalar_factors[1] = work.factor.beta;
+                     .is_bdf2 = is_bdf2};
+    system->force_time = work.gamma;
+    system->share = share;
+    system->matrix.scalar_factors[0] = work.alpha;
+    system->matrix.scalar_factors[1] = work.beta;
+
     force_terms *const kept = state->terms;
     work.is_renewed = kept && kept->is_complete;
-    if (kept && !work.is_renewed && !keep_terms(&work, kept, scratch))
-        return TULLE_ERROR_OUT_OF_MEMORY;
+    if (kept && !work.is_renewed && !keep_terms(&work, kept)) return TULLE_ERROR_OUT_OF_MEMORY;
     if (kept) work.terms = *kept;
     arena_mark const mark = arena_get_mark(scratch);
-    bool const ok = fill_system(&work, options.threads, scratch);
+    bool const ok = fill_system(&work);
     arena_release(scratch, mark);
     if (kept) kept->is_complete = ok;
     return ok ? TULLE_OK : TULLE_ERROR_OUT_OF_MEMORY;

@@ -1,5 +1,5 @@
-/* dynamics/compute_forces.h - stage 1: forces at the start of the step and the linear system
- * A u = b of the chosen integrator.
+/* dynamics/compute_forces.h - the stage compute_forces: forces at the start of the step and the
+ * linear system A u = b of the chosen integrator.
  *
  * The unknown is the same for every integrator: u [m/s], the mean velocity of the step,
  * x1 = x0 + h u, so that contact rows act on u whatever the integrator. Every A is normalised to
@@ -20,7 +20,7 @@ typedef struct force_terms {
     vec3 *triangle_drags;   /* g: D of a corner by a corner is -g g^T */
     vec3 *hinge_moments;    /* of hinges that are flat at rest ... */
     vec3 *hinge_forces;     /* ... 4 a hinge instead, where one is not */
-    vec3 *bend_forces;      /* 2 a triangle, see bend_get_damping_force */
+    vec3 *bend_forces;      /* 2 a triangle: on its corners 1 and 2, from its damping */
     bool is_complete;
 } force_terms;
 

@@ -21,34 +21,29 @@ typedef struct excess_task {
     double *sums; /* by chunk, of springs, then of vertices */
 } excess_task;
 
-static double measure_inertia(const excess_task *task, size_t begin, size_t end) {
-    double sum = 0.0;
-    for (size_t v = begin; v < end; v++)
-        sum +=
-            0.5 * task->model->masses[v] *
-            vec3_norm2(vec3_sub(vec3_load(task->mean, v), vec3_load(task->state->velocities, v)));
-    return sum;
-}
-
-/* Springs in chunks, then vertices. */
+/* Chunks of springs, then chunks of vertices. */
 static void measure_chunks(void *context, size_t begin, size_t end, size_t chunk, int worker) {
     (void)chunk, (void)worker;
     excess_task *const task = context;
+    const cloth_model *const model = task->model;
     for (size_t i = begin; i < end; i++) {
         bool const is_spring = i < task->spring_chunks;
-        size_t const count = is_spring ? task->model->spring_count : task->model->vertex_count;
+        size_t const count = is_spring ? model->spring_count : model->vertex_count;
         size_t const first = ITEMS_PER_CHUNK * (is_spring ? i : i - task->spring_chunks);
         size_t const last = count - first < ITEMS_PER_CHUNK ? count : first + ITEMS_PER_CHUNK;
-        task->sums[i] = is_spring ? TULLE_PICK_KERNEL(sum_excess)(task->model->springs + first,
-                                                                  last - first, &task->motion)
-                                  : measure_inertia(task, first, last);
+        if (is_spring) {
+            task->sums[i] =
+                TULLE_PICK_KERNEL(sum_excess)(model->springs + first, last - first, &task->motion);
+            continue;
+        }
+        double inertia = 0.0;
+        for (size_t v = first; v < last; v++) {
+            vec3 const change =
+                vec3_sub(vec3_load(task->mean, v), vec3_load(task->state->velocities, v));
+            inertia += 0.5 * model->masses[v] * vec3_norm2(change);
+        }
+        task->sums[i] = inertia;
     }
-}
-
-static double add_up(const double *sums, size_t count) {
-    double sum = 0.0;
-    for (size_t i = 0; i < count; i++) sum += sums[i];
-    return sum;
 }
 
 tulle_status measure_linear_excess(const cloth_model *model, const motion_state *state,
@@ -65,8 +60,8 @@ tulle_status measure_linear_excess(const cloth_model *model, const motion_state 
                         .sums = ARENA_NEW(scratch, double, spring_chunks + vertex_chunks)};
     if (!task.sums) return TULLE_ERROR_OUT_OF_MEMORY;
     parallel_for(spring_chunks + vertex_chunks, 1, threads, measure_chunks, &task);
-    excess->springs = add_up(task.sums, spring_chunks);
-    excess->inertia = add_up(task.sums + spring_chunks, vertex_chunks);
+    excess->springs = parallel_sum(task.sums, spring_chunks);
+    excess->inertia = parallel_sum(task.sums + spring_chunks, vertex_chunks);
     arena_release(scratch, mark);
     return TULLE_OK;
 }

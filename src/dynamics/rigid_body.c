@@ -13,23 +13,23 @@
 #include "dynamics/rigid_body.h"
 
 /* Turn of one part of a step [rad]. */
-#define PART_TURN 0.1
+static const double PART_TURN = 0.1;
 /* Turn in one step [rad] beyond which nothing sensible can be said. */
-#define TURN_MAX 628.0
+static const double TURN_MAX = 628.0;
 /* Newton's iterations of the midpoint; three or four are enough for parts this short. */
-#define MIDPOINT_ITERATIONS 20
+enum { MIDPOINT_ITERATIONS = 20 };
 
 static vec3 divide(vec3 a, vec3 b) { return vec3_make(a.x / b.x, a.y / b.y, a.z / b.z); }
-static vec3 multiply(vec3 a, vec3 b) { return vec3_make(a.x * b.x, a.y * b.y, a.z * b.z); }
 
-vec3 rigid_get_angular_velocity(const rigid_body *body, const rigid_state *state) {
+vec3 rigid_compute_angular_velocity(const rigid_body *body, const rigid_state *state) {
     vec3 const own = quaternion_rotate_back(state->orientation, state->spin);
     return quaternion_rotate(state->orientation, divide(own, body->moments));
 }
 
-vec3 rigid_get_spin(const rigid_body *body, quaternion orientation, vec3 angular_velocity) {
+vec3 rigid_compute_spin(const rigid_body *body, quaternion orientation, vec3 angular_velocity) {
     vec3 const own = quaternion_rotate_back(orientation, angular_velocity);
-    return quaternion_rotate(orientation, multiply(own, body->moments));
+    vec3 const i = body->moments;
+    return quaternion_rotate(orientation, vec3_make(own.x * i.x, own.y * i.y, own.z * i.z));
 }
 
 /* R diag(values) R^T */
@@ -46,19 +46,19 @@ static mat3 turn_diagonal(quaternion orientation, const double values[3]) {
     return result;
 }
 
-mat3 rigid_get_inertia(const rigid_body *body, quaternion orientation) {
+mat3 rigid_compute_inertia(const rigid_body *body, quaternion orientation) {
     const double moments[3] = {body->moments.x, body->moments.y, body->moments.z};
     return turn_diagonal(orientation, moments);
 }
 
-mat3 rigid_get_inverse_inertia(const rigid_body *body, quaternion orientation) {
+mat3 rigid_compute_inverse_inertia(const rigid_body *body, quaternion orientation) {
     const double inverse[3] = {1.0 / body->moments.x, 1.0 / body->moments.y, 1.0 / body->moments.z};
     return turn_diagonal(orientation, inverse);
 }
 
-double rigid_get_kinetic_energy(const rigid_body *body, const rigid_state *state) {
+double rigid_measure_kinetic_energy(const rigid_body *body, const rigid_state *state) {
     return 0.5 * body->mass * vec3_norm2(state->velocity) +
-           0.5 * vec3_dot(state->spin, rigid_get_angular_velocity(body, state));
+           0.5 * vec3_dot(state->spin, rigid_compute_angular_velocity(body, state));
 }
 
 void rigid_apply_impulse(const rigid_body *body, rigid_state *state, vec3 point, vec3 impulse) {
@@ -83,42 +83,33 @@ static vec3 solve3(const mat3 *a, vec3 b) {
         scale);
 }
 
-/* 1 - h/2 ([p]x I^-1 - [w]x) */
-static mat3 get_midpoint_slope(const rigid_body *body, vec3 p, vec3 w, double h) {
-    vec3 const i = body->moments;
-    double const f = 0.5 * h;
-    return (mat3){{1.0, -f * (-p.z / i.y + w.z), -f * (p.y / i.z - w.y), -f * (p.z / i.x - w.z),
-                   1.0, -f * (-p.x / i.z + w.x), -f * (-p.y / i.x + w.y), -f * (p.x / i.y - w.x),
-                   1.0}};
-}
-
-/* P_m of one midpoint step from `start`, by Newton's method until nothing changes any more. */
-static vec3 find_midpoint(const rigid_body *body, vec3 start, double h) {
+/* One midpoint step of the orientation. Newton's method finds P_m; it goes on until nothing changes
+ * any more. */
+static quaternion turn(const rigid_body *body, quaternion q, vec3 spin, double h) {
+    vec3 const start = quaternion_rotate_back(q, spin), i = body->moments;
     vec3 end = start;
     double last = INFINITY;
-    for (int i = 0; i < MIDPOINT_ITERATIONS; i++) {
-        vec3 const p = vec3_lerp(start, end, 0.5), w = divide(p, body->moments);
+    for (int iteration = 0; iteration < MIDPOINT_ITERATIONS; iteration++) {
+        vec3 const p = vec3_lerp(start, end, 0.5), w = divide(p, i);
         vec3 const error = vec3_sub(vec3_sub(end, start), vec3_scale(vec3_cross(p, w), h));
         double const size = vec3_norm(error);
         if (!(size < last)) break;
         last = size;
-        mat3 const slope = get_midpoint_slope(body, p, w, h);
+        double const f = 0.5 * h; /* slope: 1 - h/2 ([p]x I^-1 - [w]x) */
+        mat3 const slope = {{1.0, -f * (-p.z / i.y + w.z), -f * (p.y / i.z - w.y),
+                             -f * (p.z / i.x - w.z), 1.0, -f * (-p.x / i.z + w.x),
+                             -f * (-p.y / i.x + w.y), -f * (p.x / i.y - w.x), 1.0}};
         end = vec3_sub(end, solve3(&slope, error));
     }
-    return vec3_lerp(start, end, 0.5);
-}
-
-/* One midpoint step of the orientation. */
-static quaternion turn(const rigid_body *body, quaternion q, vec3 spin, double h) {
-    vec3 const middle = find_midpoint(body, quaternion_rotate_back(q, spin), h);
-    vec3 const half = vec3_scale(divide(middle, body->moments), 0.5 * h);
+    vec3 const middle = vec3_lerp(start, end, 0.5);
+    vec3 const half = vec3_scale(divide(middle, i), 0.5 * h);
     quaternion const step = {1.0, half.x, half.y, half.z};
     return quaternion_normalize(quaternion_multiply(q, step));
 }
 
 bool rigid_drift(const rigid_body *body, vec3 mean_velocity, double time_step, rigid_state *state) {
     vec3 const position = vec3_add_scaled(state->position, mean_velocity, time_step);
-    double const angle = vec3_norm(rigid_get_angular_velocity(body, state)) * time_step;
+    double const angle = vec3_norm(rigid_compute_angular_velocity(body, state)) * time_step;
     if (!(angle <= TURN_MAX) || !isfinite(position.x + position.y + position.z)) return false;
     double const part_count = ceil(angle / PART_TURN);
     double const outer = 1.0 / (2.0 - cbrt(2.0)), h = time_step / fmax(part_count, 1.0);

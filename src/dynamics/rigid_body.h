@@ -25,14 +25,14 @@ typedef struct rigid_state {
 } rigid_state;
 
 /* [rad/s] in the world's axes */
-vec3 rigid_get_angular_velocity(const rigid_body *body, const rigid_state *state);
+vec3 rigid_compute_angular_velocity(const rigid_body *body, const rigid_state *state);
 /* Spin [kg m^2/s] of the body when it turns with `angular_velocity` [rad/s]. */
-vec3 rigid_get_spin(const rigid_body *body, quaternion orientation, vec3 angular_velocity);
+vec3 rigid_compute_spin(const rigid_body *body, quaternion orientation, vec3 angular_velocity);
 /* I [kg m^2] and I^-1 [1/(kg m^2)] in the world's axes. */
-mat3 rigid_get_inertia(const rigid_body *body, quaternion orientation);
-mat3 rigid_get_inverse_inertia(const rigid_body *body, quaternion orientation);
+mat3 rigid_compute_inertia(const rigid_body *body, quaternion orientation);
+mat3 rigid_compute_inverse_inertia(const rigid_body *body, quaternion orientation);
 /* [J] of translation and rotation */
-double rigid_get_kinetic_energy(const rigid_body *body, const rigid_state *state);
+double rigid_measure_kinetic_energy(const rigid_body *body, const rigid_state *state);
 
 /* An impulse [N s] that acts at `point` [m] of the world. */
 void rigid_apply_impulse(const rigid_body *body, rigid_state *state, vec3 point, vec3 impulse);

@@ -1,11 +1,13 @@
-/* dynamics/spring.c - springs along the edges, with damping along the spring. They are linear while
- * short; stretched by a share s of their length they pull twice, by 2 s five times as hard as
- * linear ones would: yarns straighten and jam.
+/* dynamics/spring.c - the membrane: springs along the edges, with damping along the spring. They
+ * are linear while short; stretched by a share s of their length they pull twice, by 2 s five times
+ * as hard as linear ones would: yarns straighten and jam.
  *
  * Based on: Provot, Deformation constraints in a mass-spring model, 1995; Choi, Ko, Stable but
  * responsive cloth, 2002 (the stiffness across a compressed spring is dropped, see
  * compute_forces.c). The derivative of the damping force with respect to positions is not used. */
-#include "dynamics/spring.h"
+#include "dynamics/assembly.h"
+
+#include "base/parallel.h"
 
 spring_edge spring_shorten_guess(const cloth_spring *spring, vec3 start, spring_edge guess) {
     double const longest =
@@ -14,8 +16,65 @@ spring_edge spring_shorten_guess(const cloth_spring *spring, vec3 start, spring_
     return spring_make_edge(vec3_scale(guess.edge, longest / guess.length));
 }
 
-double spring_measure_energy(const cloth_spring *spring, const double *positions) {
-    double const length = vec3_norm(vec3_sub(vec3_load(positions, spring->vertices[1]),
-                                             vec3_load(positions, spring->vertices[0])));
-    return spring_get_law(spring, length - spring->rest_length).energy;
+/* The response of a spring at the guess, from its response at x0. The elastic force is the one that
+ * the linear system takes as its start: the force at the guess, drawn back along its derivative to
+ * x0. Crank-Nicolson takes 1 - c of the true force at x0. */
+static void linearise_at_guess(const assembly *work, const cloth_spring *spring,
+                               spring_response *response) {
+    vec3 const at_start = response->elastic_force;
+    vec3 const guessed = spring_get_difference(spring, work->guessed_positions);
+    spring_edge const edge =
+        spring_limit_guess(spring, spring_get_difference(spring, work->state->positions), guessed);
+    *response =
+        spring_evaluate_edge(spring, edge, spring_get_difference(spring, work->state->velocities));
+    vec3 const n = response->direction;
+    vec3 const drift = vec3_add(
+        vec3_scale(spring_get_difference(spring, work->state->guess), work->state->time_step),
+        vec3_sub(edge.edge, guessed));
+    double const across = response->across > 0.0 ? response->across : 0.0;
+    double const along = (response->axial - across) * vec3_dot(n, drift);
+    vec3 force = vec3_add_scaled(response->elastic_force, n, -along);
+    force = vec3_add_scaled(force, drift, -across);
+    bool const is_mean = work->system->integrator == TULLE_INTEGRATOR_CRANK_NICOLSON;
+    response->elastic_force = is_mean ? vec3_lerp(at_start, force, work->share) : force;
+}
+
+static void fill_slots(void *context, size_t begin, size_t end, size_t chunk, int worker) {
+    (void)chunk, (void)worker;
+    assembly *const work = context;
+    double const alpha = work->alpha, beta = work->beta;
+    bool const is_mean = work->system->integrator == TULLE_INTEGRATOR_CRANK_NICOLSON;
+    bool const needs_start = work->spring_forces || is_mean || !work->guessed_positions;
+    for (size_t s = begin; s < end; s++) {
+        const cloth_spring *const spring = &work->model->springs[s];
+        spring_response response = {0};
+        if (needs_start) {
+            response = spring_evaluate(spring, work->state->positions, work->state->velocities);
+            if (work->spring_forces)
+                work->spring_forces[s] = vec3_add(response.elastic_force, response.damping_force);
+        }
+        if (work->guessed_positions) linearise_at_guess(work, spring, &response);
+        double const across = beta * (response.across > 0.0 ? response.across : 0.0);
+        double const axial = beta * response.axial;
+        vec3 const n = response.direction;
+        bool const has_length = vec3_norm2(n) > 0.0;
+        /* Without a direction the axial stiffness acts in all of them. */
+        work->spring_blocks[s] =
+            has_length ? symmetric3_make(across, axial - across + alpha * spring->damping, n)
+                       : symmetric3_make(axial, 0.0, n);
+        double const rate = vec3_dot(n, spring_get_difference(spring, work->start_velocities));
+        vec3 const force = vec3_add(response.elastic_force, response.damping_force);
+        work->spring_sources[s] = vec3_add_scaled(force, n, -spring->damping * rate);
+    }
+}
+
+bool fill_springs(assembly *work) {
+    size_t const count = work->model->spring_count;
+    work->spring_blocks = ARENA_NEW(work->scratch, symmetric3, count);
+    if (!work->is_renewed) work->spring_forces = ARENA_NEW(work->scratch, vec3, count);
+    work->spring_sources = ARENA_NEW(work->scratch, vec3, count);
+    if (!work->spring_blocks || !work->spring_sources) return false;
+    if (!work->is_renewed && !work->spring_forces) return false;
+    parallel_for(count, SPRINGS_PER_CHUNK, work->threads, fill_slots, work);
+    return true;
 }

@@ -1,4 +1,4 @@
-/* dynamics/spring.h - stage 1: the springs along edges. */
+/* dynamics/spring.h - one spring: its law, its response, and the guess that it believes. */
 #ifndef TULLE_DYNAMICS_SPRING_H
 #define TULLE_DYNAMICS_SPRING_H
 
@@ -21,6 +21,11 @@ static inline void symmetric3_add(symmetric3 *a, const symmetric3 *b) {
     for (int i = 0; i < 6; i++) a->m[i] += b->m[i];
 }
 
+/* Difference of the values (3 a vertex) at the second end and at the first. */
+static inline vec3 spring_get_difference(const cloth_spring *spring, const double *values) {
+    return vec3_sub(vec3_load(values, spring->vertices[1]), vec3_load(values, spring->vertices[0]));
+}
+
 /* What one spring does at its first end; the second end gets the opposite. */
 typedef struct spring_response {
     vec3 elastic_force;   /* [N] tension times n */
@@ -40,7 +45,7 @@ typedef struct spring_law {
     double slope;   /* [N/m] */
     double energy;  /* [J] */
 } spring_law;
-static inline spring_law spring_get_law(const cloth_spring *spring, double extension) {
+static inline spring_law spring_compute_law(const cloth_spring *spring, double extension) {
     double const k = spring->stiffness, c = spring->stiffening;
     double const most = STIFFENING_STRAINS_MAX * STIFFENING_STRAINS_MAX;
     bool const is_past = extension > 0.0 && c * extension * extension > most;
@@ -95,7 +100,7 @@ static inline spring_response spring_evaluate_edge(const cloth_spring *spring, s
     /* A spring of no length has no direction and exerts no force. */
     if (!(length > 0.0)) return (spring_response){.axial = spring->stiffness};
     vec3 const n = vec3_scale(edge.edge, 1.0 / length);
-    spring_law const law = spring_get_law(spring, length - spring->rest_length);
+    spring_law const law = spring_compute_law(spring, length - spring->rest_length);
     return (spring_response){
         .elastic_force = vec3_scale(n, law.tension),
         .damping_force = vec3_scale(n, spring->damping * vec3_dot(n, rate)),
@@ -108,13 +113,8 @@ static inline spring_response spring_evaluate_edge(const cloth_spring *spring, s
 /* The same at positions x and velocities v. */
 static inline spring_response spring_evaluate(const cloth_spring *spring, const double *positions,
                                               const double *velocities) {
-    size_t const a = spring->vertices[0], b = spring->vertices[1];
-    vec3 const edge = vec3_sub(vec3_load(positions, b), vec3_load(positions, a));
-    vec3 const rate = vec3_sub(vec3_load(velocities, b), vec3_load(velocities, a));
-    return spring_evaluate_edge(spring, spring_make_edge(edge), rate);
+    return spring_evaluate_edge(spring, spring_make_edge(spring_get_difference(spring, positions)),
+                                spring_get_difference(spring, velocities));
 }
-
-/* [J] elastic energy at positions x */
-double spring_measure_energy(const cloth_spring *spring, const double *positions);
 
 #endif

@@ -1,4 +1,4 @@
-/* dynamics/wind.h - stage 1: wind on triangles, and the gusts. */
+/* dynamics/wind.h - the wind at a place, and its drag on one triangle. */
 #ifndef TULLE_DYNAMICS_WIND_H
 #define TULLE_DYNAMICS_WIND_H
 
@@ -13,7 +13,7 @@ typedef struct gust_cell {
 
 /* Wind velocity [m/s] at a place and time: the mean plus gusts. A pure function of its arguments
  * but `cell`, which only saves time. */
-vec3 wind_get_velocity(const tulle_wind *wind, vec3 place, double time, gust_cell *cell);
+vec3 wind_compute_velocity(const tulle_wind *wind, vec3 place, double time, gust_cell *cell);
 
 typedef struct wind_response {
     vec3 force;  /* [N] on the whole triangle */

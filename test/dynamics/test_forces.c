@@ -1,6 +1,6 @@
 /* Forces against their energies, Jacobians against finite differences, momenta, and positive
  * definiteness of the system in every state. */
-#include "dynamics/bend.h"
+#include "dynamics/bending.h"
 #include "dynamics/fixture.h"
 #include "dynamics/spring.h"
 #include "dynamics/wind.h"
@@ -87,15 +87,16 @@ static void springs_stiffen(void **state) {
         for (int k = 0; k < 3; k++) {
             double const extension = strains[k] * a->rest_length;
             double const ratio =
-                spring_get_law(b, extension).tension / spring_get_law(a, extension).tension;
+                spring_compute_law(b, extension).tension / spring_compute_law(a, extension).tension;
             assert_true(fabs(ratio - factors[k]) < 1e-12 * factors[k]);
         }
         double energy = 0.0; /* the tension summed up */
         enum { PARTS = 1000 };
         double const extension = 0.6 * b->rest_length;
         for (int i = 0; i < PARTS; i++)
-            energy += spring_get_law(b, (i + 0.5) * extension / PARTS).tension * extension / PARTS;
-        assert_true(fabs(spring_get_law(b, extension).energy / energy - 1.0) < 1e-5);
+            energy +=
+                spring_compute_law(b, (i + 0.5) * extension / PARTS).tension * extension / PARTS;
+        assert_true(fabs(spring_compute_law(b, extension).energy / energy - 1.0) < 1e-5);
     }
     fixture_free(linear);
     fixture_free(stiff);

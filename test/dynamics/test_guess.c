@@ -161,11 +161,11 @@ static double find_excess(const cloth_spring *spring, const excess_motion *motio
     if (!(length > 0.0)) return 0.0;
     vec3 const d = vec3_sub(to, from);
     double const along = vec3_dot(from, d) / length;
-    spring_law const law = spring_get_law(spring, length - rest);
+    spring_law const law = spring_compute_law(spring, length - rest);
     double const reckoned =
         law.energy + (law.tension + 0.5 * law.slope * along) * along +
         0.5 * fmax(law.tension / length, 0.0) * fmax(vec3_norm2(d) - along * along, 0.0);
-    return spring_get_law(spring, vec3_norm(to) - rest).energy - reckoned;
+    return spring_compute_law(spring, vec3_norm(to) - rest).energy - reckoned;
 }
 
 /* Springs of any length, some far too long, some of none, of any number: the same bits as one at a

@@ -13,7 +13,7 @@ static tulle_wind gusty(uint64_t seed) {
 
 static vec3 sample(const tulle_wind *wind, vec3 place, double time) {
     gust_cell cell = {0};
-    return wind_get_velocity(wind, place, time, &cell);
+    return wind_compute_velocity(wind, place, time, &cell);
 }
 
 static vec3 random_place(uint64_t *random) {
@@ -86,7 +86,7 @@ static void gusts_are_smooth_and_seeded(void **state) {
         if (i % 2) place.x = plane - 1e-9;
         double const time = 100.0 * random_uniform(&random);
         vec3 const here = sample(&wind, place, time);
-        vec3 const again = wind_get_velocity(&wind, place, time, &shared);
+        vec3 const again = wind_compute_velocity(&wind, place, time, &shared);
         assert_true(here.x == again.x && here.y == again.y && here.z == again.z);
         place.x += 2e-9;
         assert_true(vec3_norm(vec3_sub(sample(&wind, place, time), here)) < 1e-6);

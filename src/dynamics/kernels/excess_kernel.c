@@ -46,7 +46,7 @@ SIMD_INLINE double8 get_positive(double8 a) {
     return double8_select(double8_greater(a, zero), a, zero);
 }
 
-/* spring_get_law. */
+/* spring_compute_law. */
 typedef struct law_lanes {
     double8 tension, slope, energy;
 } law_lanes;

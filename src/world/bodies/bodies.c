@@ -177,8 +177,8 @@ static void prepare_body(step_context *context, size_t index) {
     if (!is_body(world, index)) return;
     memcpy(world->targets + 3 * begin, state->positions + 3 * begin,
            3 * obstacle->mesh.vertex_count * sizeof(double));
-    body->inertia = rigid_get_inertia(&obstacle->rigid, orientation);
-    body->inverse_inertia = rigid_get_inverse_inertia(&obstacle->rigid, orientation);
+    body->inertia = rigid_compute_inertia(&obstacle->rigid, orientation);
+    body->inverse_inertia = rigid_compute_inverse_inertia(&obstacle->rigid, orientation);
     body->start.spin = mat3_multiply_vec3(&body->inertia, vec3_load(state->velocities, slot + 1));
 }
 
@@ -277,7 +277,7 @@ void world_finish_bodies(const step_context *context, double *end) {
         }
         quaternion const orientation = unpack_orientation(vec3_load(context->end, slot + 1));
         vec3 const spin = mat3_multiply_vec3(&body->inertia, vec3_load(end, slot + 1));
-        mat3 const inverse = rigid_get_inverse_inertia(body->body, orientation);
+        mat3 const inverse = rigid_compute_inverse_inertia(body->body, orientation);
         vec3_store(end, slot + 1, mat3_multiply_vec3(&inverse, spin));
         double const rate = context->passed > 0.0 ? 1.0 / context->passed : 0.0;
         for (size_t i = 3 * (size_t)body->vertex_begin; i < 3 * (size_t)body->vertex_end; i++)
@@ -296,7 +296,7 @@ body_energies world_measure_bodies(const tulle_world *world, const double *posit
         quaternion const orientation = unpack_orientation(vec3_load(positions, slot + 1));
         vec3 const turn = vec3_load(velocities, slot + 1);
         energies.kinetic += 0.5 * rigid->mass * vec3_norm2(vec3_load(velocities, slot)) +
-                            0.5 * vec3_dot(turn, rigid_get_spin(rigid, orientation, turn));
+                            0.5 * vec3_dot(turn, rigid_compute_spin(rigid, orientation, turn));
         energies.gravity -= rigid->mass * vec3_dot(gravity, vec3_load(positions, slot));
     }
     return energies;

@@ -190,8 +190,8 @@ static double find_change(const step_context *context, size_t body, const body_p
     vec3 const force = vec3_load(rest->force, 0), torque = vec3_load(rest->torque, 0);
     vec3 const push = vec3_add_scaled(vec3_scale(press->impulse, whole), force, -h);
     vec3 const turn = vec3_add_scaled(vec3_scale(press->moment, whole), torque, -h);
-    mat3 const inverse =
-        rigid_get_inverse_inertia(&obstacle->rigid, get_orientation(context->state, world, body));
+    mat3 const inverse = rigid_compute_inverse_inertia(
+        &obstacle->rigid, get_orientation(context->state, world, body));
     double const own_share = obstacle->rigid.mass / find_carried_mass(context, body);
     return own_share * (vec3_norm(push) / obstacle->rigid.mass +
                         vec3_norm(mat3_multiply_vec3(&inverse, turn)) * obstacle->radius);

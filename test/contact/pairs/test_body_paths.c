@@ -39,7 +39,7 @@ static double measure_arc(uint64_t *random, double angle) {
     rigid_state const start = {.orientation = draw_rotation(random)};
     rigid_state moving = start;
     vec3 const axis = vec3_normalize(vec3_make(draw(random), draw(random), draw(random)));
-    moving.spin = rigid_get_spin(&body, start.orientation, vec3_scale(axis, angle));
+    moving.spin = rigid_compute_spin(&body, start.orientation, vec3_scale(axis, angle));
     double const point[3] = {draw(random), draw(random), draw(random)};
     double ends[2][3], now[3], largest = 0.0;
     rigid_state end = moving;

@@ -1,0 +1,138 @@
+/* dynamics/bending.c - bending forces from the hinges' vectors c (see bending_matrix.c).
+ *
+ * Elastic: energy 1/2 sum_ij C_ij d_i . d_j with d = c - r n, r the rest value of c along the hinge
+ * normal n. For a flat rest shape (r = 0) the force is linear in the positions. Otherwise the term
+ * r n follows the hinge, as in Garg, Grinspun, Wardetzky, Zorin, Cubic shells, 2007; the force is
+ * the exact gradient of the energy, so it keeps both momenta.
+ * Damping: bending_damping.c. */
+#include "dynamics/assembly.h"
+
+#include "base/parallel.h"
+
+/* Sides folded onto each other have no hinge normal. Below this length of the sum of their unit
+ * normals (fold angle above 174 degrees) curved rest shapes rest. */
+static const double FOLDED_LIMIT = 0.1;
+
+/* The hinge's normal is along a x m, with a the edge and m the difference of the corners' offsets
+ * over twice the rest areas: the sum of the sides' unit normals where they keep their areas. */
+typedef struct hinge_frame {
+    vec3 edge, across; /* a [m], m [1/m] */
+    double length;     /* |a x m| */
+} hinge_frame;
+
+static hinge_frame compute_frame(const cloth_hinge *hinge, const cloth_hinge_rest *rest,
+                                 const double *positions, vec3 *normal) {
+    vec3 const x0 = vec3_load(positions, hinge->vertices[0]);
+    vec3 const left = vec3_sub(vec3_load(positions, hinge->vertices[2]), x0);
+    vec3 const right = vec3_sub(vec3_load(positions, hinge->vertices[3]), x0);
+    hinge_frame frame = {.edge = vec3_sub(vec3_load(positions, hinge->vertices[1]), x0)};
+    frame.across = vec3_sub(vec3_scale(left, rest->inv_double_areas[0]),
+                            vec3_scale(right, rest->inv_double_areas[1]));
+    vec3 const sum = vec3_cross(frame.edge, frame.across);
+    frame.length = vec3_norm(sum);
+    bool const is_folded = !(frame.length > FOLDED_LIMIT);
+    *normal = is_folded ? (vec3){0.0, 0.0, 0.0} : vec3_scale(sum, 1.0 / frame.length);
+    return frame;
+}
+
+vec3 bend_compute_deviation(const cloth_model *model, size_t number, const double *positions) {
+    const cloth_hinge *const hinge = &model->hinges[number];
+    vec3 const c = bend_sum_corners(hinge, positions);
+    if (!model->hinge_rests || model->hinge_rests[number].curvature == 0.0) return c;
+    vec3 normal;
+    compute_frame(hinge, &model->hinge_rests[number], positions, &normal);
+    return vec3_add_scaled(c, normal, -model->hinge_rests[number].curvature);
+}
+
+/* Forces [N] on the four corners of any hinge: from its elastic moment, and from what damping adds
+ * to it in both of its triangles [N]. The model has hinge_rests. */
+static void compute_corner_forces(const assembly *work, size_t number, vec3 elastic, vec3 damping,
+                                  vec3 forces[4]) {
+    const cloth_hinge *const hinge = &work->model->hinges[number];
+    const cloth_hinge_rest *const rest = &work->model->hinge_rests[number];
+    vec3 const all = vec3_add(elastic, damping);
+    for (size_t k = 0; k < 4; k++) forces[k] = vec3_scale(all, -hinge->weights[k]);
+    if (rest->curvature == 0.0) return;
+    vec3 normal;
+    hinge_frame const frame = compute_frame(hinge, rest, work->state->positions, &normal);
+    if (vec3_norm2(normal) == 0.0) return;
+    /* r (dn/dx_k)^T y: the gradient of r n . y at fixed y, the elastic moment. */
+    vec3 const y = elastic;
+    vec3 const tangential = vec3_scale(vec3_add_scaled(y, normal, -vec3_dot(normal, y)),
+                                       rest->curvature / frame.length);
+    vec3 const by_edge = vec3_cross(frame.across, tangential);
+    vec3 const by_across = vec3_cross(tangential, frame.edge);
+    vec3 const by_left = vec3_scale(by_across, rest->inv_double_areas[0]);
+    vec3 const by_right = vec3_scale(by_across, -rest->inv_double_areas[1]);
+    forces[1] = vec3_add(forces[1], by_edge);
+    forces[2] = vec3_add(forces[2], by_left);
+    forces[3] = vec3_add(forces[3], by_right);
+    forces[0] = vec3_sub(forces[0], vec3_add(by_edge, vec3_add(by_left, by_right)));
+}
+
+static void compute_deviations(void *context, size_t begin, size_t end, size_t chunk, int worker) {
+    (void)chunk, (void)worker;
+    assembly *const work = context;
+    for (size_t h = begin; h < end; h++)
+        work->hinge_deviations[h] = bend_compute_deviation(work->model, h, work->state->positions);
+}
+
+/* Moments of hinges, or forces on their corners where the model has curved rest shapes. */
+static void fill_slots(void *context, size_t begin, size_t end, size_t chunk, int worker) {
+    (void)chunk, (void)worker;
+    assembly *const work = context;
+    const cloth_model *const model = work->model;
+    for (size_t h = begin; h < end; h++) {
+        vec3 const elastic = bend_compute_moment(model, h, work->hinge_deviations);
+        vec3 damping = {0.0, 0.0, 0.0};
+        for (int side = 0; side < 2 && work->bend_dampings; side++) {
+            uint32_t const place = model->hinges[h].sides[side];
+            const bend_damping_response *const in = &work->bend_dampings[place / 3];
+            damping = vec3_add(damping, vec3_scale(in->normal, in->moments[place % 3]));
+        }
+        if (work->terms.hinge_forces)
+            compute_corner_forces(work, h, elastic, damping, work->terms.hinge_forces + 4 * h);
+        else
+            work->terms.hinge_moments[h] = vec3_add(elastic, damping);
+    }
+}
+
+bool provide_bending_terms(const cloth_model *model, force_terms *terms, arena *scratch) {
+    if (model->has_bend_damping &&
+        !provide_slots(&terms->bend_forces, 2 * model->triangle_count, scratch))
+        return false;
+    return model->has_curved_rest
+               ? provide_slots(&terms->hinge_forces, 4 * model->hinge_count, scratch)
+               : provide_slots(&terms->hinge_moments, model->hinge_count, scratch);
+}
+
+bool fill_bending(assembly *work) {
+    const cloth_model *const model = work->model;
+    size_t const hinges = model->hinge_count, triangles = model->triangle_count;
+    work->hinge_deviations = ARENA_NEW(work->scratch, vec3, hinges);
+    if (!work->hinge_deviations || !provide_bending_terms(model, &work->terms, work->scratch))
+        return false;
+    parallel_for(hinges, HINGES_PER_CHUNK, work->threads, compute_deviations, work);
+    if (model->has_bend_damping) {
+        work->bend_dampings = ARENA_NEW(work->scratch, bend_damping_response, triangles);
+        if (!work->bend_dampings) return false;
+        parallel_for(triangles, HINGES_PER_CHUNK, work->threads, fill_bending_damping, work);
+    }
+    parallel_for(hinges, HINGES_PER_CHUNK, work->threads, fill_slots, work);
+    return true;
+}
+
+void gather_bending(const assembly *work, uint32_t vertex, vertex_sum *sum) {
+    const cloth_model *const model = work->model;
+    const adjacency *const uses = &model->vertex_hinges;
+    for (size_t k = uses->begin[vertex]; k < uses->begin[vertex + 1]; k++) {
+        uint32_t const use = uses->items[k], hinge = use / 4;
+        vec3 const force = work->terms.hinge_forces
+                               ? work->terms.hinge_forces[use]
+                               : vec3_scale(work->terms.hinge_moments[hinge],
+                                            -model->hinges[hinge].weights[use % 4]);
+        sum->force = vec3_add(sum->force, force);
+        sum->source = vec3_add(sum->source, force);
+    }
+    gather_bending_damping(work, vertex, sum);
+}

@@ -1,0 +1,62 @@
+/* dynamics/bending.h - bending across edges: what one hinge does, and its damping. */
+#ifndef TULLE_DYNAMICS_BENDING_H
+#define TULLE_DYNAMICS_BENDING_H
+
+#include "dynamics/cloth_model.h"
+
+#include <stdbool.h>
+
+/* A hinge's vector: the sum of values (3 a vertex) at its corners with its weights. The weights sum
+ * to zero; differences from the first corner keep rounding small far from the origin. */
+static inline vec3 bend_sum_corners(const cloth_hinge *hinge, const double *values) {
+    vec3 const origin = vec3_load(values, hinge->vertices[0]);
+    vec3 sum = {0.0, 0.0, 0.0};
+    for (int k = 1; k < 4; k++)
+        sum = vec3_add_scaled(sum, vec3_sub(vec3_load(values, hinge->vertices[k]), origin),
+                              hinge->weights[k]);
+    return sum;
+}
+
+/* Hinges that a hinge is coupled with and the places of these couplings in the model, itself first.
+ * Returns how many there are. */
+static inline size_t bend_list_couplings(const cloth_model *model, size_t hinge,
+                                         uint32_t hinges[HINGE_COUPLINGS],
+                                         size_t places[HINGE_COUPLINGS]) {
+    size_t count = 1, place = HINGE_COUPLINGS * hinge;
+    hinges[0] = (uint32_t)hinge;
+    places[0] = place++;
+    for (int side = 0; side < 2; side++) {
+        uint32_t const own = model->hinges[hinge].sides[side];
+        for (uint32_t edge = own - own % 3; edge < own - own % 3 + 3; edge++) {
+            if (edge == own) continue;
+            hinges[count] = model->triangle_hinges[edge];
+            places[count] = place++;
+            if (hinges[count] != TULLE_NONE) count++;
+        }
+    }
+    return count;
+}
+
+/* sum_j couplings_j d_j, from the deviations d of all hinges [N]. */
+static inline vec3 bend_compute_moment(const cloth_model *model, size_t hinge,
+                                       const vec3 *deviations) {
+    uint32_t hinges[HINGE_COUPLINGS];
+    size_t places[HINGE_COUPLINGS];
+    size_t const count = bend_list_couplings(model, hinge, hinges, places);
+    vec3 moment = {0.0, 0.0, 0.0};
+    for (size_t k = 0; k < count; k++)
+        moment = vec3_add_scaled(moment, deviations[hinges[k]], model->couplings[places[k]]);
+    return moment;
+}
+
+/* d = c - curvature * normal of a hinge [m]; c alone where its sides are folded onto each other. */
+vec3 bend_compute_deviation(const cloth_model *model, size_t hinge, const double *positions);
+
+/* Damping in one triangle, part of the force -sum_ab g_a C_ab (g_b . v): g the gradient of n . c_a,
+ * n the triangle's normal. */
+typedef struct bend_damping_response {
+    vec3 normal;       /* n; zero where the triangle is damped by nothing */
+    double moments[3]; /* [N] along n, to the damping moment of the hinge of each edge */
+} bend_damping_response;
+
+#endif
