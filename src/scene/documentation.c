@@ -41,6 +41,15 @@ static void add_map(map_list *list, const schema_map *map, const char *place) {
     }
 }
 
+/* A link to the section of this title: its anchor is the title in small letters, with "-" for each
+ * blank. */
+static void print_link(const char *title, FILE *stream) {
+    fprintf(stream, "[%s](#", title);
+    for (const char *c = title; *c; c++)
+        fputc(*c == ' ' ? '-' : *c >= 'A' && *c <= 'Z' ? *c - 'A' + 'a' : *c, stream);
+    fputc(')', stream);
+}
+
 static void print_type(const schema_key *key, FILE *stream) {
     switch (key->type) {
     case SCHEMA_NUMBER: fprintf(stream, "%s", unit_dimension_name(key->unit)); break;
@@ -54,10 +63,13 @@ static void print_type(const schema_key *key, FILE *stream) {
     case SCHEMA_NAMES: fprintf(stream, "list of %zu names", key->most_count); break;
     case SCHEMA_INDICES: fprintf(stream, "list of whole numbers and ranges"); break;
     case SCHEMA_MAP:
-        fprintf(stream, "map%s, see %s", key->map->takes_flag ? ", `true` or `false`" : "",
-                key->map->title);
+        fprintf(stream, "map%s, see ", key->map->takes_flag ? ", `true` or `false`" : "");
+        print_link(key->map->title, stream);
         break;
-    case SCHEMA_LIST: fprintf(stream, "list of maps, see %s", key->map->title); break;
+    case SCHEMA_LIST:
+        fprintf(stream, "list of maps, see ");
+        print_link(key->map->title, stream);
+        break;
     case SCHEMA_VECTOR:
     case SCHEMA_INTEGERS:
         fprintf(stream, "list of %zu", key->least_count);
@@ -128,8 +140,7 @@ static void print_map(const map_entry *entry, FILE *stream) {
 }
 
 static void print_units(FILE *stream) {
-    fprintf(stream,
-            "\n## Units\n\n| quantity | SI unit, of plain numbers | units |\n|---|---|---|\n");
+    fprintf(stream, "\n## Units\n\n| quantity | unit of plain numbers | units |\n|---|---|---|\n");
     for (int d = 0; d < UNIT_DIMENSION_COUNT; d++) {
         char names[100];
         unit_list_names((unit_dimension)d, names, sizeof names);
@@ -140,7 +151,8 @@ static void print_units(FILE *stream) {
 
 static void print_shapes(FILE *stream) {
     const schema_key *selector = &mesh_map.keys[schema_find_key(&mesh_map, "shape")];
-    fprintf(stream, "\n## Shapes\n\n| shape | for | keys |\n|---|---|---|\n");
+    fprintf(stream, "\n## Shapes\n\n[Shapes](shapes.md) tells what the keys mean for each.\n\n| "
+                    "shape | for | keys |\n|---|---|---|\n");
     for (int shape = 0; selector->choices[shape]; shape++) {
         fprintf(stream, "| `%s` | %s |", selector->choices[shape],
                 tulle_shape_is_cloth((tulle_shape)shape) ? "cloth" : "obstacles");
@@ -159,37 +171,36 @@ static void print_presets(FILE *stream) {
     fprintf(
         stream,
         "\n## Material presets\n\n| preset | area_density | stretch | stiffening_strain | bend | "
-        "stretch_damping | bend_damping | air_damping | friction | source |\n"
-        "|---|---|---|---|---|---|---|---|---|---|\n");
+        "stretch_damping | bend_damping | air_damping | friction |\n"
+        "|---|---|---|---|---|---|---|---|---|\n");
     const char *name;
     for (size_t i = 0; (name = tulle_material_preset_name(i)); i++) {
         tulle_material m;
         if (tulle_material_preset(name, &m) != TULLE_OK) continue;
-        fprintf(stream, "| `%s` | %g | %g | %g | %g | %g | %g | %g | %g | %s |\n", name,
-                m.area_density, m.stretch_stiffness, m.stiffening_strain, m.bend_stiffness,
-                m.stretch_damping, m.bend_damping, m.air_damping, m.friction,
-                tulle_material_preset_source(i));
+        fprintf(stream, "| `%s` | %g | %g | %g | %g | %g | %g | %g | %g |\n", name, m.area_density,
+                m.stretch_stiffness, m.stiffening_strain, m.bend_stiffness, m.stretch_damping,
+                m.bend_damping, m.air_damping, m.friction);
     }
+    fprintf(stream,
+            "\n[Materials](materials.md) tells what the values mean and where they come from.\n");
 }
 
 static const char introduction[] =
-    "# Scene files\n\n"
-    "A scene is one YAML document, read by `tulle run`. This page is printed from the table that "
-    "the "
-    "reader works by; a test keeps it so.\n\n"
+    "# Scene keys\n\n"
+    "A scene is one YAML document. `tulle run` reads it. The program prints this page from the "
+    "table by which it reads scenes, so the two agree.\n\n"
     "- All values are in SI units. A number may carry a unit: `2 mm`, `30 deg`, `5 km/h`, "
-    "`0.2 kg/m^2`, `1/90 s`. Plain numbers are metres, seconds, radians and so on. z is up.\n"
-    "- A turn is a list of angles about the fixed axes x, then y, then z, as `[0, 90 deg, 0]`, or "
-    "a "
-    "map `{axis: [0, 0, 1], angle: 30 deg}`.\n"
+    "`0.2 kg/m^2`, `1/90 s`; the [units](#units) are at the end. Plain numbers are metres, "
+    "seconds, radians and so on. z is up.\n"
+    "- A turn is a list of angles about the fixed axes x, then y, then z, for example `[0, 90 deg, "
+    "0]`, or a map `{axis: [0, 0, 1], angle: 30 deg}`.\n"
     "- Paths are relative to the scene file.\n"
     "- NaN, infinities, unknown and duplicate keys are errors. Anchors, aliases, tags and several "
     "documents are refused. A file has at most 4 MiB and 200,000 values, nested at most 32 deep; a "
     "scene at most 20,000,000 vertices and 4,096 obstacles.\n"
     "- `--set PATH=VALUE` on the command line replaces or adds a value: `--set time.frames=10`, "
-    "`--set 'cloth[0].mesh.resolution=[40, 40]'`; an empty value removes a key; of keys that "
-    "exclude "
-    "each other the one set wins.\n\n"
+    "`--set 'cloth[0].mesh.resolution=[40, 40]'`. An empty value removes a key. Of keys that "
+    "exclude each other the one that was set wins.\n\n"
     "```yaml\n"
     "time: {step: 1/90 s, duration: 2 s}\n"
     "cloth:\n"

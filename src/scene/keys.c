@@ -81,18 +81,16 @@ static const schema_key wind_table[] = {
      .minimum = 0,
      .maximum = 1e4,
      FIELD(wind_keys, drag),
-     .meaning = "force per area and squared normal velocity of the air against the cloth; 0 turns "
-                "all air forces off"},
+     .meaning = "force per area and squared speed of the air against the cloth; 0 turns wind off"},
     {.name = "seed",
      AUTO_SEED,
      FIELD(wind_keys, seed),
      .meaning = "seed of the gusts; auto: from the scene's seed"},
 };
-const schema_map wind_map = {
-    .title = "Wind",
-    .meaning = "Air that pushes cloth: a mean velocity and seeded gusts that are the same on every "
-               "machine.",
-    MAP_OF(wind_table, wind_keys)};
+const schema_map wind_map = {.title = "Wind",
+                             .meaning = "Air that pushes cloth: a mean velocity and seeded gusts "
+                                        "that are the same on every machine.",
+                             MAP_OF(wind_table, wind_keys)};
 
 /* In the order of tulle_detect_method, tulle_detect_cone, false and true, the same for growing
  * anew, tulle_response, tulle_motion_space, tulle_start_intersections, tulle_on_pinch,
@@ -117,21 +115,21 @@ static const schema_key pair_table[] = {
      .most_count = 2,
      .flags = SCHEMA_REQUIRED,
      FIELD(pair_keys, between),
-     .meaning = "a cloth, and another cloth or an obstacle; or two obstacles, one of them dynamic; "
-                "the name of an obstacle stands for all its copies, twice the same for copies "
-                "among themselves"},
+     .meaning = "a cloth and another cloth or an obstacle, or two obstacles of which one is a "
+                "rigid body; the name of an obstacle stands for all its copies, the same name "
+                "twice for its copies among themselves"},
     {.name = "friction",
      FRICTION_VALUE,
      .flags = SCHEMA_REQUIRED,
      FIELD(pair_keys, friction),
-     .meaning = "Coulomb coefficient: what holds them"},
-    DYNAMIC_FRICTION(pair_keys, "where they slide on one another, at most friction"),
-    RESTITUTION(pair_keys, "part of the speed of an impact with which they part"),
+     .meaning = "Coulomb coefficient of contacts that do not slide"},
+    DYNAMIC_FRICTION(pair_keys, "the coefficient of contacts that slide; at most friction"),
+    RESTITUTION(pair_keys, "part of an impact's speed with which they part"),
 };
 const schema_map pair_map = {
     .title = "Pair",
-    .meaning = "Friction and impact of two objects, instead of what their materials say. Where one "
-               "has a grain, friction is along it.",
+    .meaning = "Friction and restitution of two objects, in place of what their materials say. "
+               "Where one has a grain, this is the friction along it.",
     MAP_OF(pair_table, pair_keys)};
 
 static const schema_key material_pair_table[] = {
@@ -141,22 +139,22 @@ static const schema_key material_pair_table[] = {
      .most_count = 2,
      .flags = SCHEMA_REQUIRED,
      FIELD(pair_keys, between),
-     .meaning = "names of materials, in any order: presets, or what a cloth's material.name or an "
-                "obstacle's material says; twice the same for that material on itself, folds of "
-                "one cloth too"},
+     .meaning = "names of materials, in any order: presets, or what material.name of a cloth or "
+                "material of an obstacle says; the same name twice is for that material on itself, "
+                "folds of one cloth too"},
     {.name = "friction",
      FRICTION_VALUE,
      .flags = SCHEMA_REQUIRED,
      FIELD(pair_keys, friction),
-     .meaning = "Coulomb coefficient: what holds them"},
-    DYNAMIC_FRICTION(pair_keys, "where they slide on one another, at most friction"),
-    RESTITUTION(pair_keys, "part of the speed of an impact with which they part"),
+     .meaning = "Coulomb coefficient of contacts that do not slide"},
+    DYNAMIC_FRICTION(pair_keys, "the coefficient of contacts that slide; at most friction"),
+    RESTITUTION(pair_keys, "part of an impact's speed with which they part"),
 };
 const schema_map material_pair_map = {
     .title = "Pair of materials",
-    .meaning = "Friction and impact of whatever is of these two materials, instead of what the "
-               "objects say on their own; a pair of named objects goes before. Where one has a "
-               "grain, friction is along it.",
+    .meaning = "Friction and restitution of all surfaces of these two materials, in place of what "
+               "the objects say on their own. A pair of named objects goes before. Where one has a "
+               "grain, this is the friction along it.",
     MAP_OF(material_pair_table, pair_keys)};
 
 static const schema_key contact_table[] = {
@@ -167,8 +165,8 @@ static const schema_key contact_table[] = {
     {.name = "delta_s",
      DISTANCE,
      FIELD(contact_keys, delta_s),
-     .meaning =
-         "distance at which contacts end, at least delta_c and every thickness; auto: 1.5 delta_c"},
+     .meaning = "distance beyond which a contact ends, at least delta_c and every thickness; auto: "
+                "1.5 delta_c"},
     {.name = "xi",
      DISTANCE,
      FIELD(contact_keys, xi),
@@ -178,40 +176,40 @@ static const schema_key contact_table[] = {
      FRICTION_VALUE,
      .fallback = "0.3",
      FIELD(contact_keys, friction),
-     .meaning = "Coulomb coefficient between cloths, unless pairs or materials say otherwise: what "
-                "holds them"},
-    DYNAMIC_FRICTION(contact_keys, "between cloths that slide on one another, at most friction"),
+     .meaning = "Coulomb coefficient of cloths that do not slide on one another, unless pairs or "
+                "materials say otherwise"},
+    DYNAMIC_FRICTION(contact_keys,
+                     "the coefficient of cloths that slide on one another; at most friction"),
     {.name = "response",
      .type = SCHEMA_CHOICE,
      .choices = response_names,
      .fallback = "coupled",
      FIELD(contact_keys, response),
-     .meaning =
-         "how contact acts: coupled: impulses inside the solve; paper: forces and velocities "
-         "are projected vertex by vertex, for comparison"},
+     .meaning = "how contact acts. coupled: impulses are part of the solve; paper: forces and "
+                "velocities are projected vertex by vertex, for comparison"},
     {.name = "motion_space",
      .type = SCHEMA_CHOICE,
      .choices = space_names,
      .fallback = "polyhedral",
      FIELD(contact_keys, motion_space),
-     .meaning = "for response paper, where a vertex in contact may move: cone: the widest circular "
-                "cone inside the half-spaces of its contacts, as in the paper; polyhedral: all of "
-                "their intersection"},
+     .meaning = "for response paper, which velocities a vertex in contact may have. cone: the "
+                "widest circular cone inside the half-spaces of its contacts, as in the paper; "
+                "polyhedral: all of their intersection"},
     {.name = "method",
      .type = SCHEMA_CHOICE,
      .choices = method_names,
      .fallback = "patches",
      FIELD(contact_keys, method),
-     .meaning =
-         "how pairs are found: patches: trees that are refitted and skip what lies within one "
-         "certified patch; refit: the same without patches; bvox: voxel trees built anew; "
-         "paper: a voxel tree for each patch. The result is the same, the time is not"},
+     .meaning = "how pairs are found. patches: refitted trees that skip pairs within one certified "
+                "patch; refit: the same without patches; bvox: voxel trees built anew; paper: a "
+                "voxel tree for each patch. The result is the same, the time is not"},
     {.name = "cone",
      .type = SCHEMA_CHOICE,
      .choices = cone_names,
      .fallback = "bernstein",
      FIELD(contact_keys, cone),
-     .meaning = "bound on a moving normal, for patches: bernstein, or the paper's, which is wider"},
+     .meaning = "bound on the normals of a moving triangle, for patches: bernstein, or the "
+                "paper's, which is wider"},
     {.name = "alpha_max",
      .type = SCHEMA_NUMBER,
      .unit = UNIT_ANGLE,
@@ -225,17 +223,15 @@ static const schema_key contact_table[] = {
      .choices = certificate_names,
      .fallback = "on",
      FIELD(contact_keys, certificate),
-     .meaning =
-         "on: only patches that are proven not to touch themselves are skipped; off: all are, "
-         "as in the paper, and cloth may pass through itself within one"},
+     .meaning = "on: only patches that are proven not to touch themselves are skipped; off: all "
+                "are, as in the paper, and cloth may pass through itself within a patch"},
     {.name = "patches",
      .type = SCHEMA_CHOICE,
      .choices = patches_names,
      .fallback = "keep",
      FIELD(contact_keys, patches),
-     .meaning =
-         "keep: patches live on and are checked again; grow: anew for every search, as paper "
-         "always does"},
+     .meaning = "keep: patches are kept and checked again; grow: they are grown anew for every "
+                "search, as paper always does"},
     {.name = "impact_rounds",
      .type = SCHEMA_INTEGER,
      .fallback = "5",
@@ -248,8 +244,9 @@ static const schema_key contact_table[] = {
      .choices = start_names,
      .fallback = "refuse",
      FIELD(contact_keys, start_intersections),
-     .meaning = "what to do with cloth that intersects at the start: refuse the run; ignore those "
-                "pairs until they came apart; untangle: move the cloth until nothing intersects"},
+     .meaning = "what to do with cloth that intersects at the start. refuse: end the run; ignore: "
+                "let these pairs be until they have come apart; untangle: move the cloth until "
+                "nothing intersects"},
     {.name = "untangle_limit",
      .type = SCHEMA_INTEGER,
      .fallback = "2000",
@@ -262,9 +259,8 @@ static const schema_key contact_table[] = {
      .choices = pinch_names,
      .fallback = "stop",
      FIELD(contact_keys, on_pinch),
-     .meaning = "what to do when obstacles close on cloth: stop the run, hold the obstacles until "
-                "there is room, or "
-                "release the cloth"},
+     .meaning = "what to do when obstacles close on cloth. stop: end the run; slow: hold the "
+                "obstacles until there is room; release: let the cloth go"},
     {.name = "pairs",
      .type = SCHEMA_LIST,
      .map = &pair_map,
@@ -336,7 +332,7 @@ static const schema_key scene_table[] = {
      ANY_SEED,
      .fallback = "1",
      FIELD(scene_keys, seed),
-     .meaning = "what every seed that is auto derives from"},
+     .meaning = "every seed that is `auto` follows from it"},
     {.name = "time",
      .type = SCHEMA_MAP,
      .map = &time_map,
@@ -365,7 +361,7 @@ static const schema_key scene_table[] = {
      .minimum = 0,
      .maximum = 1000,
      FIELD(scene_keys, cloth),
-     .meaning = "what is simulated; may be left out where an obstacle is dynamic"},
+     .meaning = "what is simulated; may be left out where an obstacle is a rigid body"},
     {.name = "obstacles",
      .type = SCHEMA_LIST,
      .map = &obstacle_map,

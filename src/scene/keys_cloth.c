@@ -19,11 +19,10 @@ static const schema_key keyframe_table[] = {
      FIELD(keyframe_keys, rotate),
      .meaning = "turn from the start position, about the pivot; between keyframes the shorter way"},
 };
-const schema_map keyframe_map = {
-    .title = "Keyframe",
-    .meaning = "A displacement and a turn at a time. Before the first and after the last keyframe "
-               "all holds still.",
-    MAP_OF(keyframe_table, keyframe_keys)};
+const schema_map keyframe_map = {.title = "Keyframe",
+                                 .meaning = "A displacement and a turn at a time. Before the first "
+                                            "and after the last keyframe all holds still.",
+                                 MAP_OF(keyframe_table, keyframe_keys)};
 
 static const schema_key box_table[] = {
     {.name = "min",
@@ -104,13 +103,11 @@ static const schema_key pin_table[] = {
      FIELD(pin_keys, release),
      .meaning = "when the vertices are let go"},
 };
-const schema_map pin_map = {
-    .title = "Pin",
-    .meaning =
-        "Vertices of a cloth that do not move freely. Points are in scene coordinates, where "
-        "the cloth starts.",
-    MAP_OF(pin_table, pin_keys),
-    .needs_alternative = true};
+const schema_map pin_map = {.title = "Pin",
+                            .meaning = "Vertices of a cloth that do not move freely. Points are in "
+                                       "scene coordinates, where the cloth starts.",
+                            MAP_OF(pin_table, pin_keys),
+                            .needs_alternative = true};
 
 /* In the order of scene_pattern. */
 static const char *const pattern_names[] = {"plain", "weave", "check", NULL};
@@ -142,8 +139,8 @@ static const schema_key cloth_table[] = {
      .minimum = -1e6,
      .maximum = 1e6,
      FIELD(cloth_keys, grain),
-     .meaning = "direction in the mesh as it starts, of any length, that the material's "
-                "friction_across is at right angles to"},
+     .meaning = "direction in the mesh as it starts, of any length; the material's friction_across "
+                "acts at right angles to it"},
     {.name = "thickness",
      .type = SCHEMA_NUMBER,
      .unit = UNIT_LENGTH,
@@ -196,6 +193,5 @@ static const schema_key cloth_table[] = {
      .meaning = "length of a square of the check, or of a period of the weave"},
 };
 const schema_map cloth_map = {.title = "Cloth",
-                              .meaning = "One piece of cloth, or several that share "
-                                         "all values.",
+                              .meaning = "One piece of cloth, or several that share all values.",
                               MAP_OF(cloth_table, cloth_keys)};

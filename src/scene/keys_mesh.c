@@ -140,8 +140,8 @@ static const schema_key mesh_table[] = {
      .applies = ALL_SHAPES & ~(BIT(TETRAHEDRON) | BIT(NET)),
      BY_SHAPE,
      FIELD(mesh_keys, resolution),
-     .meaning = "fineness: vertices along x and y, or around and along; one number where a shape "
-                "has one"},
+     .meaning =
+         "fineness: vertices along x and y, or around and along; one number where a shape has one"},
     {.name = "irregular",
      .type = SCHEMA_BOOL,
      .fallback = "false",
@@ -156,10 +156,9 @@ static const schema_key mesh_table[] = {
 };
 const schema_map mesh_map = {
     .title = "Mesh",
-    .meaning =
-        "Triangles from a file or a generator. Flat cloth lies in the plane z = 0, centred at "
-        "the origin; boxes, spheres, tori and tiles are centred there; other obstacles stand on "
-        "the plane with z up.",
+    .meaning = "Triangles from a file or a generator. Flat cloth lies in the plane z = 0, centred "
+               "at the origin; boxes, spheres, tori and tiles are centred there; other obstacles "
+               "stand on the plane with z up.",
     MAP_OF(mesh_table, mesh_keys),
     .needs_alternative = true,
     .selector = "shape"};
@@ -176,7 +175,7 @@ static const schema_key material_table[] = {
      .type = SCHEMA_NAME,
      .derived = "the preset's",
      FIELD(material_keys, name),
-     .meaning = "what contact.materials calls it"},
+     .meaning = "its name in contact.materials"},
     {.name = "area_density",
      BY_PRESET,
      .unit = UNIT_AREA_DENSITY,
@@ -225,32 +224,32 @@ static const schema_key material_table[] = {
      OF_PRESET,
      FRICTION_VALUE,
      FIELD(material_keys, friction),
-     .meaning = "Coulomb coefficient against obstacles: what holds a contact that does not slide; "
-                "the geometric mean of both counts"},
+     .meaning = "Coulomb coefficient against obstacles of a contact that does not slide; the "
+                "geometric mean of both sides counts"},
     {.name = "dynamic_friction",
      OF_PRESET,
      SAME_FRICTION,
      FIELD(material_keys, dynamic_friction),
-     .meaning = "the same of contacts that slide, at most friction"},
+     .meaning = "the coefficient of a contact that slides; at most friction"},
     {.name = "restitution",
      OF_PRESET,
      RESTITUTION_VALUE,
      FIELD(material_keys, restitution),
-     .meaning = "part of the speed of an impact with which cloth rebounds; the geometric mean of "
-                "both counts, between cloths too"},
+     .meaning = "part of an impact's speed with which the cloth rebounds; the geometric mean of "
+                "both sides counts, between cloths too"},
     {.name = "friction_across",
      OF_PRESET,
      FRICTION_VALUE,
      FIELD(material_keys, friction_across),
-     .meaning = "factor on friction at right angles to the cloth's grain, whatever law that comes "
-                "from; 1: the same all around, as always with response paper"},
+     .meaning = "factor on friction at right angles to the cloth's grain, whichever law the "
+                "friction comes from; 1: the same all around; response paper ignores it"},
     {.name = "stiffening_strain",
      BY_PRESET,
      .minimum = 0,
      .maximum = 1e6,
      FIELD(material_keys, stiffening_strain),
-     .meaning = "strain s at which cloth pulls twice as hard as stretch says: by 1 + (strain / "
-                "s)^2, at least 0.001; 0: never, as with response paper"},
+     .meaning = "strain s, at least 0.001, at which the cloth pulls twice as hard as stretch says; "
+                "the factor is 1 + (strain / s)^2; 0: never; response paper ignores it"},
 };
 const schema_map material_map = {
     .title = "Material",

@@ -44,9 +44,8 @@ static const schema_key sequence_table[] = {
 };
 const schema_map sequence_map = {
     .title = "Mesh sequence",
-    .meaning =
-        "Frames of a deforming mesh; vertices move linearly in between. The obstacle's scale, "
-        "rotate and translate apply to every frame.",
+    .meaning = "Frames of a deforming mesh; vertices move linearly in between. The obstacle's "
+               "scale, rotate and translate apply to every frame.",
     MAP_OF(sequence_table, sequence_keys),
     .needs_alternative = true};
 
@@ -80,9 +79,8 @@ static const schema_key motion_table[] = {
 };
 const schema_map motion_map = {
     .title = "Motion",
-    .meaning =
-        "How an obstacle moves. Displacements and turns are along the axes of the scene; those "
-        "of a copy on a ring or a spiral along the axes of that copy.",
+    .meaning = "How an obstacle moves. Displacements and turns are along the axes of the scene. "
+               "Those of a copy on a ring or a spiral are along the axes of that copy.",
     MAP_OF(motion_table, motion_keys),
     .needs_alternative = true};
 
@@ -129,7 +127,7 @@ static const schema_key dynamic_table[] = {
      ANY_TIME,
      .fallback = "0",
      FIELD(dynamic_keys, start),
-     .meaning = "until then it follows its motion, and goes on as that moved"},
+     .meaning = "until then it follows its motion; then it goes on with that velocity"},
     {.name = "sleep_speed",
      .type = SCHEMA_NUMBER,
      .unit = UNIT_VELOCITY,
@@ -137,9 +135,9 @@ static const schema_key dynamic_table[] = {
      .minimum = 0,
      .maximum = 1000,
      FIELD(dynamic_keys, sleep_speed),
-     .meaning = "it falls asleep, stands still and costs little, when no point of it, nor of what "
-                "it touches, was faster for sleep_time, until something presses on it anew; 0: "
-                "never. 1 cm/s is usual"},
+     .meaning = "it falls asleep when no point of it, nor of what it touches, was faster for "
+                "sleep_time; then it stands still and costs little until something presses on it "
+                "anew; 0: never. 1 cm/s is usual"},
     {.name = "sleep_time",
      .type = SCHEMA_NUMBER,
      .unit = UNIT_TIME,
@@ -148,15 +146,14 @@ static const schema_key dynamic_table[] = {
      .maximum = 1e6,
      .flags = SCHEMA_ABOVE_MINIMUM,
      FIELD(dynamic_keys, sleep_time),
-     .meaning = "for which it is slow before it sleeps"},
+     .meaning = "how long it is slow before it falls asleep"},
 };
 const schema_map dynamic_map = {
     .title = "Rigid body",
-    .meaning =
-        "An obstacle that answers contact: with cloth, with obstacles and with other bodies. "
-        "Its mesh must be closed and face outwards, but for area_density, and may intersect "
-        "nothing at the start. At most one of mass, density and area_density; `dynamic: true` is a "
-        "body with all defaults, `false` none.",
+    .meaning = "An obstacle that answers contact with cloth, with obstacles and with other bodies. "
+               "Its mesh must face outwards, and be closed unless area_density is given. It may "
+               "intersect nothing at the start. Give at most one of mass, density and "
+               "area_density. `dynamic: true` is a body with all defaults, `false` is none.",
     MAP_OF(dynamic_table, dynamic_keys),
     .takes_flag = true};
 
@@ -246,9 +243,8 @@ static const schema_key spiral_table[] = {
 };
 const schema_map spiral_map = {
     .title = "Copies on a spiral",
-    .meaning =
-        "At even distances along a spiral on a sphere about the origin, from the pole on the z "
-        "axis outwards; the z axis of each copy points away from the sphere.",
+    .meaning = "At even distances along a spiral on a sphere about the origin, from the pole on "
+               "the z axis outwards; the z axis of each copy points away from the sphere.",
     MAP_OF(spiral_table, spiral_keys)};
 
 static const char *const order_names[] = {"first-to-last", "last-to-first", NULL};
@@ -280,9 +276,8 @@ static const schema_key copies_table[] = {
 };
 const schema_map copies_map = {
     .title = "Copies",
-    .meaning =
-        "Places an obstacle many times. Each copy is scaled and turned by the obstacle's scale "
-        "and rotate, set down by the layout, and moved by translate.",
+    .meaning = "Places an obstacle many times. Each copy is scaled and turned by the obstacle's "
+               "scale and rotate, set down by the layout, and moved by translate.",
     MAP_OF(copies_table, copies_keys),
     .needs_alternative = true};
 
@@ -306,23 +301,22 @@ static const schema_key obstacle_table[] = {
      .type = SCHEMA_NAME,
      .derived = "none",
      FIELD(obstacle_keys, material),
-     .meaning = "what contact.materials calls its surface: any name, as wood"},
+     .meaning = "name of its surface in contact.materials: any name, for example wood"},
     {.name = "friction",
      FRICTION_VALUE,
      .fallback = "0.3",
      FIELD(obstacle_keys, friction),
-     .meaning =
-         "Coulomb coefficient: what holds cloth; the geometric mean with the cloth's counts"},
-    DYNAMIC_FRICTION(obstacle_keys, "the same where cloth slides, at most friction"),
-    RESTITUTION(obstacle_keys,
-                "part of the speed of an impact with which cloth rebounds; the geometric mean with "
-                "the cloth's counts"),
+     .meaning = "Coulomb coefficient of a contact that does not slide; the geometric mean with the "
+                "cloth's counts"},
+    DYNAMIC_FRICTION(obstacle_keys, "the coefficient of a contact that slides; at most friction"),
+    RESTITUTION(obstacle_keys, "part of an impact's speed with which cloth rebounds; the geometric "
+                               "mean with the cloth's counts"),
     {.name = "friction_across",
      FRICTION_VALUE,
      .derived = "`1`",
      FIELD(obstacle_keys, friction_across),
-     .meaning = "factor on friction at right angles to the grain, whatever law that comes from; 1: "
-                "the same all around, as always with response paper"},
+     .meaning = "factor on friction at right angles to the grain, whichever law the friction comes "
+                "from; 1: the same all around; response paper ignores it"},
     {.name = "grain",
      .type = SCHEMA_VECTOR,
      .derived = "`[1, 0, 0]`",
@@ -331,10 +325,9 @@ static const schema_key obstacle_table[] = {
      .minimum = -1e6,
      .maximum = 1e6,
      FIELD(obstacle_keys, grain),
-     .meaning =
-         "direction in the mesh before its motion, of any length, that friction_across is at "
-         "right angles to; along the axes of the scene, for a copy on a ring or a spiral "
-         "along the axes of that copy. It goes with the motion"},
+     .meaning = "direction in the mesh before its motion, of any length; friction_across acts at "
+                "right angles to it. It is given along the axes of the scene, for a copy on a ring "
+                "or a spiral along the axes of that copy, and goes with the motion"},
     {.name = "motion",
      .type = SCHEMA_MAP,
      .map = &motion_map,
@@ -380,11 +373,10 @@ static const schema_key obstacle_table[] = {
      .flags = SCHEMA_OPTIONAL | SCHEMA_PICTURE,
      FIELD(obstacle_keys, hidden),
      .derived = "`false`",
-     .meaning = "is left out of pictures, so that what it encloses is seen"},
+     .meaning = "leaves it out of pictures, so that what it encloses is seen"},
 };
-const schema_map obstacle_map = {
-    .title = "Obstacle",
-    .meaning =
-        "Something that cloth cannot pass. Obstacles may intersect themselves and one another, "
-        "but for those that are dynamic.",
-    MAP_OF(obstacle_table, obstacle_keys)};
+const schema_map obstacle_map = {.title = "Obstacle",
+                                 .meaning =
+                                     "Something that cloth cannot pass. Obstacles may intersect "
+                                     "themselves and one another; rigid bodies may not.",
+                                 MAP_OF(obstacle_table, obstacle_keys)};

@@ -28,7 +28,7 @@ static const schema_key camera_table[] = {
      POSITIVE_LENGTH(SCHEMA_OPTIONAL | SCHEMA_PICTURE),
      FIELD(camera_keys, distance),
      .derived = "all in view",
-     .meaning = "from the target, of an orbit"},
+     .meaning = "distance of an orbit from the target"},
     {.name = "field_of_view",
      .type = SCHEMA_NUMBER,
      .unit = UNIT_ANGLE,
@@ -46,11 +46,11 @@ static const schema_key camera_table[] = {
      .flags = SCHEMA_OPTIONAL | SCHEMA_PICTURE,
      FIELD(camera_keys, turn),
      .derived = "0",
-     .meaning = "by which the camera goes around the target in the course of a film"},
+     .meaning = "angle by which the camera goes around the target in the course of a film"},
 };
 const schema_map camera_map = {
     .title = "Camera",
-    .meaning = "Where `tulle render` looks from; its option --camera goes before.",
+    .meaning = "Where `tulle render` looks from. Its option --camera goes before these keys.",
     MAP_OF(camera_table, camera_keys)};
 
 /* In the order of scene_floor. */
@@ -69,8 +69,8 @@ static const schema_key picture_table[] = {
      .fallback = "auto",
      .flags = SCHEMA_PICTURE,
      FIELD(picture_keys, floor),
-     .meaning = "an endless floor; auto: a flat ground of the scene is shown endless, and where "
-                "there is none a floor lies below everything; on: always below everything"},
+     .meaning = "an endless floor. auto: a flat ground of the scene is shown endless; where there "
+                "is none, a floor lies below everything; on: always below everything"},
     {.name = "exposure",
      .type = SCHEMA_NUMBER,
      .fallback = "1",
@@ -80,8 +80,8 @@ static const schema_key picture_table[] = {
      FIELD(picture_keys, exposure),
      .meaning = "factor of the brightness"},
 };
-const schema_map picture_map = {
-    .title = "Picture",
-    .meaning = "What `tulle render` shows, and how. A run does not depend on it, and goes on where "
-               "it was cut short although these keys have changed.",
-    MAP_OF(picture_table, picture_keys)};
+const schema_map picture_map = {.title = "Picture",
+                                .meaning =
+                                    "What `tulle render` shows, and how. A run does not depend on "
+                                    "these keys: they may change before it is resumed.",
+                                MAP_OF(picture_table, picture_keys)};
