@@ -263,7 +263,8 @@ static const refusal refusals[] = {
      "contact.materials[0].dynamic_friction: is 0.4, must be at most friction, 0.3"},
     {TIME SHEET "contact:\n  materials: [{between: [silk, silk]}]\n", TULLE_ERROR_PARSE, "s.yaml",
      5, 15,
-     "contact.materials[0]: the key 'friction' is missing: Coulomb coefficient: what holds them"},
+     "contact.materials[0]: the key 'friction' is missing: Coulomb coefficient of contacts that do "
+     "not slide"},
     {TIME SHEET "contact:\n  pairs: [{between: [a, b], friction: 0.3}]\nobstacles:\n  - {mesh: "
                 "{shape: box}, name: a}\n  - {mesh: {shape: box}, name: b}\n",
      TULLE_ERROR_INVALID_ARGUMENT, "s.yaml", 5, 22,
