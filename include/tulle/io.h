@@ -19,6 +19,22 @@ extern "C" {
  * TULLE_ERROR_IO, TULLE_ERROR_PARSE, TULLE_ERROR_OUT_OF_MEMORY, TULLE_ERROR_LIMIT. */
 TULLE_API tulle_status tulle_mesh_read(const char *path, tulle_mesh *mesh, tulle_error *error);
 
+/* What a reader tells of a mesh file beside the mesh. Release with tulle_mesh_source_destroy. */
+typedef struct tulle_mesh_source {
+    size_t vertex_count;      /* vertices of the file */
+    size_t triangle_count;    /* triangles of the file */
+    uint32_t *vertex_lines;   /* line of each vertex in an OBJ file, from 1; else null */
+    uint32_t *triangle_lines; /* line of each triangle in an OBJ file, from 1; else null */
+    char note[1024];          /* what was passed over: kinds, how many, first lines; or empty */
+    int has_passed_shape; /* 1: not only names, normals, textures and materials were passed over */
+} tulle_mesh_source;
+/* Reads the mesh in the file `path`, as tulle_mesh_read does, and fills `source`, which may be null
+ * and is empty after an error. */
+TULLE_API tulle_status tulle_mesh_read_source(const char *path, tulle_mesh *mesh,
+                                              tulle_mesh_source *source, tulle_error *error);
+/* Releases the arrays and zeroes the struct. Null and empty sources are fine. */
+TULLE_API void tulle_mesh_source_destroy(tulle_mesh_source *source);
+
 /* Writes a mesh to the file `path`, as OBJ, PLY or STL by its extension. OBJ has 17 significant
  * digits, PLY is binary, little endian, in doubles, STL is binary. Errors: TULLE_ERROR_IO,
  * TULLE_ERROR_DISK_FULL, TULLE_ERROR_INVALID_ARGUMENT (another extension),

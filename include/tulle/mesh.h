@@ -48,6 +48,31 @@ typedef enum tulle_mesh_role {
 TULLE_API tulle_status tulle_mesh_validate(tulle_mesh_view mesh, tulle_mesh_role role,
                                            tulle_error *error);
 
+/* Where the parts of a mesh stand in the text file it was read from. */
+typedef struct tulle_mesh_lines {
+    const uint32_t *vertices;  /* line of each vertex, from 1; null: not known */
+    const uint32_t *triangles; /* line of each triangle, from 1; null: not known */
+} tulle_mesh_lines;
+/* As tulle_mesh_validate. The message also names the lines of the vertices and triangles it speaks
+ * of, and error->line is that of the first offender. */
+TULLE_API tulle_status tulle_mesh_validate_lines(tulle_mesh_view mesh, tulle_mesh_role role,
+                                                 tulle_mesh_lines lines, tulle_error *error);
+
+/* What tulle_mesh_drop_duplicates found. */
+typedef struct tulle_mesh_duplicates {
+    size_t count;      /* triangles that were dropped */
+    uint32_t dropped;  /* the first of them, by its number before */
+    uint32_t original; /* the triangle with the same corners that was kept, by its number before */
+    uint32_t dropped_line;  /* the entry of `lines` for `dropped`; 0 where lines are null */
+    uint32_t original_line; /* the entry of `lines` for `original`; 0 where lines are null */
+} tulle_mesh_duplicates;
+/* Of triangles with the same three corners, in whatever order, only the first is kept. `lines`: an
+ * entry for each triangle that is moved along with it, or null. Errors: TULLE_ERROR_OUT_OF_MEMORY
+ * (the mesh is as before), TULLE_ERROR_INVALID_ARGUMENT. */
+TULLE_API tulle_status tulle_mesh_drop_duplicates(tulle_mesh *mesh, uint32_t *lines,
+                                                  tulle_mesh_duplicates *duplicates,
+                                                  tulle_error *error);
+
 /* Counts and quality of a mesh, for reports. Needs valid indices; otherwise any triangle soup. */
 typedef struct tulle_mesh_info {
     size_t vertex_count;              /* number of vertices */

@@ -10,11 +10,17 @@
  * own rounding, 1e-16 of a mesh 1e5 edges wide, would turn it by a tenth of a radian. */
 #define THIN_TRIANGLE_RATIO 1e-9
 
-/* As tulle_mesh_validate and tulle_mesh_get_info. */
+/* As tulle_mesh_validate_lines and tulle_mesh_get_info. */
 tulle_status mesh_validate(memory *heap, tulle_mesh_view mesh, tulle_mesh_role role,
-                           tulle_error *error);
+                           tulle_mesh_lines lines, tulle_error *error);
 tulle_status mesh_get_info(memory *heap, tulle_mesh_view mesh, tulle_mesh_info *info,
                            tulle_error *error);
+
+/* Of each triangle that has the same three corners as one of a lower number: the lowest such
+ * number; of all others TULLE_NONE. `originals` has room for each triangle. False when memory is
+ * short. */
+bool mesh_find_duplicates(memory *heap, tulle_mesh_view mesh, uint32_t *originals,
+                          size_t *duplicate_count);
 
 /* Height over the longest edge divided by that edge: sqrt(3)/2 for an equilateral triangle, 0
  * without area. Safe from overflow and underflow for coordinates under 1e300. */

@@ -9,6 +9,7 @@
 #include "geom/union_find.h"
 #include "math/vec3.h"
 
+#include <stdarg.h>
 #include <stdio.h>
 #include <stdlib.h>
 
@@ -27,6 +28,7 @@ typedef struct place_text {
 typedef struct check {
     memory *heap;
     tulle_mesh_view mesh;
+    tulle_mesh_lines lines;
     tulle_error *error;
     topology topo;
     uint32_t *edge_use_counts;
@@ -34,6 +36,39 @@ typedef struct check {
 
 static void note_defect(defect *found, size_t index) {
     if (found->count++ == 0) found->first = index;
+}
+
+/* 0 where lines are not known. */
+static uint32_t get_line(const uint32_t *lines, size_t index) { return lines ? lines[index] : 0; }
+
+/* "7", or "7 (line 23)" where lines are known. */
+static place_text show_number(const uint32_t *lines, size_t index) {
+    place_text shown;
+    uint32_t const line = get_line(lines, index);
+    if (line > 0)
+        snprintf(shown.text, sizeof shown.text, "%zu (line %u)", index, line);
+    else
+        snprintf(shown.text, sizeof shown.text, "%zu", index);
+    return shown;
+}
+
+static place_text show_triangle(const check *c, size_t triangle) {
+    return show_number(c->lines.triangles, triangle);
+}
+
+static place_text show_vertex(const check *c, size_t vertex) {
+    return show_number(c->lines.vertices, vertex);
+}
+
+/* Refuses the mesh. line: of the first offender, 0 where lines are not known. */
+__attribute__((format(printf, 3, 4))) static tulle_status refuse(const check *c, uint32_t line,
+                                                                 const char *format, ...) {
+    char text[sizeof c->error->message];
+    va_list arguments;
+    va_start(arguments, format);
+    (void)vsnprintf(text, sizeof text, format, arguments);
+    va_end(arguments);
+    return error_set_at(c->error, TULLE_ERROR_INVALID_MESH, NULL, (int)line, 0, "%s", text);
 }
 
 /* " (x, y, z)" of a vertex. */
@@ -67,11 +102,12 @@ static tulle_status check_coordinates(const check *c) {
         if (!is_fine) note_defect(&found, v);
     }
     if (found.count == 0) return TULLE_OK;
-    return error_set(
-        c->error, TULLE_ERROR_INVALID_MESH,
-        "vertex %zu has the coordinates %s, which are not finite numbers below %g m%s; "
-        "correct them or remove the vertex",
-        found.first, get_place(c->mesh, found.first).text, COORDINATE_MAX, get_rest(found).text);
+    return refuse(
+        c, get_line(c->lines.vertices, found.first),
+        "vertex %s has the coordinates %s, which are not finite numbers below %g m%s; correct "
+        "them or remove the vertex",
+        show_vertex(c, found.first).text, get_place(c->mesh, found.first).text, COORDINATE_MAX,
+        get_rest(found).text);
 }
 
 static bool has_repeated_corner(const uint32_t *corner) {
@@ -85,11 +121,12 @@ static tulle_status check_repeated_corners(const check *c) {
     if (found.count == 0) return TULLE_OK;
     const uint32_t *const corner = c->mesh.triangles + 3 * found.first;
     uint32_t const twice = corner[0] == corner[1] || corner[0] == corner[2] ? corner[0] : corner[1];
-    return error_set(c->error, TULLE_ERROR_INVALID_MESH,
-                     "triangle %zu (vertices %u, %u, %u) uses vertex %u at %s twice%s; remove "
-                     "degenerate triangles",
-                     found.first, corner[0], corner[1], corner[2], twice,
-                     get_place(c->mesh, twice).text, get_rest(found).text);
+    return refuse(
+        c, get_line(c->lines.triangles, found.first),
+        "triangle %s (vertices %u, %u, %u) uses vertex %s at %s twice%s; remove degenerate "
+        "triangles",
+        show_triangle(c, found.first).text, corner[0], corner[1], corner[2],
+        show_vertex(c, twice).text, get_place(c->mesh, twice).text, get_rest(found).text);
 }
 
 static tulle_status check_heights(const check *c) {
@@ -102,68 +139,36 @@ static tulle_status check_heights(const check *c) {
     if (found.count == 0) return TULLE_OK;
     const uint32_t *const corner = c->mesh.triangles + 3 * found.first;
     double const ratio = triangle_get_height_ratio(c->mesh.positions, corner);
-    return error_set(c->error, TULLE_ERROR_INVALID_MESH,
-                     "triangle %zu (vertices %u at %s, %u at %s, %u at %s) %s: its height is %.3g "
-                     "of its longest edge, at least %g is needed%s; merge or move its vertices",
-                     found.first, corner[0], get_place(c->mesh, corner[0]).text, corner[1],
-                     get_place(c->mesh, corner[1]).text, corner[2],
-                     get_place(c->mesh, corner[2]).text,
-                     ratio > 0.0 ? "is too thin" : "has zero area", ratio, THIN_TRIANGLE_RATIO,
-                     get_rest(found).text);
-}
-
-/* A triangle by its ascending corners. */
-typedef struct triangle_key {
-    uint32_t corners[3], triangle;
-} triangle_key;
-
-static int compare_keys(const void *first, const void *second) {
-    const triangle_key *const a = first, *const b = second;
-    for (int k = 0; k < 3; k++)
-        if (a->corners[k] != b->corners[k]) return a->corners[k] < b->corners[k] ? -1 : 1;
-    return a->triangle < b->triangle ? -1 : a->triangle > b->triangle;
-}
-
-static triangle_key make_key(const uint32_t *corner, uint32_t triangle) {
-    uint32_t low = corner[0], middle = corner[1], high = corner[2], swap;
-    if (low > middle) swap = low, low = middle, middle = swap;
-    if (middle > high) swap = middle, middle = high, high = swap;
-    if (low > middle) swap = low, low = middle, middle = swap;
-    return (triangle_key){{low, middle, high}, triangle};
-}
-
-static bool has_same_corners(const triangle_key *a, const triangle_key *b) {
-    return a->corners[0] == b->corners[0] && a->corners[1] == b->corners[1] &&
-           a->corners[2] == b->corners[2];
+    return refuse(c, get_line(c->lines.triangles, found.first),
+                  "triangle %s (vertices %s at %s, %s at %s, %s at %s) %s: its height is %.3g of "
+                  "its longest edge, at least %g is needed%s; merge or move its vertices",
+                  show_triangle(c, found.first).text, show_vertex(c, corner[0]).text,
+                  get_place(c->mesh, corner[0]).text, show_vertex(c, corner[1]).text,
+                  get_place(c->mesh, corner[1]).text, show_vertex(c, corner[2]).text,
+                  get_place(c->mesh, corner[2]).text, ratio > 0.0 ? "is too thin" : "has zero area",
+                  ratio, THIN_TRIANGLE_RATIO, get_rest(found).text);
 }
 
 static tulle_status check_duplicates(const check *c) {
     size_t const count = c->mesh.triangle_count;
-    triangle_key *const keys = memory_allocate(c->heap, count * sizeof *keys);
-    if (!keys) return report_out_of_memory(c->error, c->mesh);
-    for (size_t t = 0; t < count; t++) keys[t] = make_key(c->mesh.triangles + 3 * t, (uint32_t)t);
-    qsort(keys, count, sizeof *keys, compare_keys);
+    uint32_t *const originals = memory_allocate(c->heap, count * sizeof *originals);
     size_t duplicate_count = 0;
-    uint32_t first = TULLE_NONE, original = TULLE_NONE;
-    for (size_t k = 1, start = 0; k < count; k++) {
-        if (!has_same_corners(&keys[k], &keys[start])) {
-            start = k;
-            continue;
-        }
-        duplicate_count++;
-        if (keys[k].triangle < first) {
-            first = keys[k].triangle;
-            original = keys[start].triangle;
-        }
+    if (!originals || !mesh_find_duplicates(c->heap, c->mesh, originals, &duplicate_count)) {
+        memory_release(c->heap, originals, count * sizeof *originals);
+        return report_out_of_memory(c->error, c->mesh);
     }
-    memory_release(c->heap, keys, count * sizeof *keys);
+    uint32_t first = 0;
+    while (first < count && originals[first] == TULLE_NONE) first++;
+    uint32_t const original = duplicate_count > 0 ? originals[first] : TULLE_NONE;
+    memory_release(c->heap, originals, count * sizeof *originals);
     if (duplicate_count == 0) return TULLE_OK;
     uint32_t const vertex = c->mesh.triangles[3 * (size_t)first];
-    return error_set(c->error, TULLE_ERROR_INVALID_MESH,
-                     "triangle %u has the same three vertices as triangle %u (first vertex %u at "
-                     "%s)%s; remove duplicate triangles",
-                     first, original, vertex, get_place(c->mesh, vertex).text,
-                     get_rest((defect){duplicate_count, first}).text);
+    return refuse(
+        c, get_line(c->lines.triangles, first),
+        "triangle %s has the same three vertices as triangle %s (first vertex %s at %s)%s; remove "
+        "duplicate triangles",
+        show_triangle(c, first).text, show_triangle(c, original).text, show_vertex(c, vertex).text,
+        get_place(c->mesh, vertex).text, get_rest((defect){duplicate_count, first}).text);
 }
 
 static tulle_status check_edge_uses(const check *c) {
@@ -172,12 +177,14 @@ static tulle_status check_edge_uses(const check *c) {
         if (c->edge_use_counts[e] > 2) note_defect(&found, e);
     if (found.count == 0) return TULLE_OK;
     const uint32_t *const ends = c->topo.edges + 2 * found.first;
-    return error_set(c->error, TULLE_ERROR_INVALID_MESH,
-                     "the edge between vertices %u at %s and %u at %s belongs to %u triangles%s; "
-                     "cloth needs at most 2 (non-manifold edge): separate the sheets there",
-                     ends[0], get_place(c->mesh, ends[0]).text, ends[1],
-                     get_place(c->mesh, ends[1]).text, c->edge_use_counts[found.first],
-                     get_rest(found).text);
+    uint32_t const side = c->topo.edge_triangles[2 * found.first];
+    return refuse(
+        c, get_line(c->lines.triangles, side),
+        "the edge between vertices %s at %s and %s at %s belongs to %u triangles, number %s among "
+        "them%s; cloth needs at most 2 (non-manifold edge): separate the sheets there",
+        show_vertex(c, ends[0]).text, get_place(c->mesh, ends[0]).text,
+        show_vertex(c, ends[1]).text, get_place(c->mesh, ends[1]).text,
+        c->edge_use_counts[found.first], show_triangle(c, side).text, get_rest(found).text);
 }
 
 /* Whether the triangle goes along the edge from its smaller to its larger vertex. */
@@ -199,13 +206,14 @@ static tulle_status check_orientation(const check *c) {
     if (found.count == 0) return TULLE_OK;
     const uint32_t *const sides = c->topo.edge_triangles + 2 * found.first;
     const uint32_t *const ends = c->topo.edges + 2 * found.first;
-    return error_set(
-        c->error, TULLE_ERROR_INVALID_MESH,
-        "triangles %u and %u, which share the edge between vertices %u at %s and %u at "
-        "%s, are oriented in opposite ways%s; flip triangles until all normals point "
-        "to one side (a one-sided surface cannot be cloth)",
-        sides[0], sides[1], ends[0], get_place(c->mesh, ends[0]).text, ends[1],
-        get_place(c->mesh, ends[1]).text, get_rest(found).text);
+    return refuse(
+        c, get_line(c->lines.triangles, sides[0]),
+        "triangles %s and %s, which share the edge between vertices %u at %s and %u at %s, are "
+        "oriented in opposite ways%s; flip triangles until all normals point to one side "
+        "(a one-sided surface cannot be cloth)",
+        show_triangle(c, sides[0]).text, show_triangle(c, sides[1]).text, ends[0],
+        get_place(c->mesh, ends[0]).text, ends[1], get_place(c->mesh, ends[1]).text,
+        get_rest(found).text);
 }
 
 /* How many fans the triangles of a vertex form. */
@@ -235,11 +243,11 @@ static tulle_status check_fans(const check *c) {
     }
     memory_release(c->heap, fans, corner_count * sizeof *fans);
     if (found.count == 0) return TULLE_OK;
-    return error_set(c->error, TULLE_ERROR_INVALID_MESH,
-                     "vertex %zu at %s joins %zu separate fans of triangles that share no edge%s "
-                     "(bow tie); give each fan a vertex of its own",
-                     found.first, get_place(c->mesh, found.first).text, first_fan_count,
-                     get_rest(found).text);
+    return refuse(c, get_line(c->lines.vertices, found.first),
+                  "vertex %s at %s joins %zu separate fans of triangles that share no edge%s "
+                  "(bow tie); give each fan a vertex of its own",
+                  show_vertex(c, found.first).text, get_place(c->mesh, found.first).text,
+                  first_fan_count, get_rest(found).text);
 }
 
 static tulle_status check_unreferenced(const check *c) {
@@ -248,9 +256,10 @@ static tulle_status check_unreferenced(const check *c) {
     for (size_t v = 0; v < c->mesh.vertex_count; v++)
         if (begin[v] == begin[v + 1]) note_defect(&found, v);
     if (found.count == 0) return TULLE_OK;
-    return error_set(c->error, TULLE_ERROR_INVALID_MESH,
-                     "vertex %zu at %s belongs to no triangle%s; remove unreferenced vertices",
-                     found.first, get_place(c->mesh, found.first).text, get_rest(found).text);
+    return refuse(c, get_line(c->lines.vertices, found.first),
+                  "vertex %s at %s belongs to no triangle%s; remove unreferenced vertices",
+                  show_vertex(c, found.first).text, get_place(c->mesh, found.first).text,
+                  get_rest(found).text);
 }
 
 /* What cloth needs beyond sound triangles: an oriented 2-manifold. */
@@ -278,8 +287,8 @@ static tulle_status check_manifold(check *c) {
 }
 
 tulle_status mesh_validate(memory *heap, tulle_mesh_view mesh, tulle_mesh_role role,
-                           tulle_error *error) {
-    check c = {.heap = heap, .mesh = mesh, .error = error};
+                           tulle_mesh_lines lines, tulle_error *error) {
+    check c = {.heap = heap, .mesh = mesh, .lines = lines, .error = error};
     if (mesh.triangle_count == 0)
         return error_set(error, TULLE_ERROR_INVALID_MESH,
                          "the mesh has no triangles (%zu vertices); at least one is needed",
@@ -294,6 +303,11 @@ tulle_status mesh_validate(memory *heap, tulle_mesh_view mesh, tulle_mesh_role r
 }
 
 tulle_status tulle_mesh_validate(tulle_mesh_view mesh, tulle_mesh_role role, tulle_error *error) {
+    return tulle_mesh_validate_lines(mesh, role, (tulle_mesh_lines){0}, error);
+}
+
+tulle_status tulle_mesh_validate_lines(tulle_mesh_view mesh, tulle_mesh_role role,
+                                       tulle_mesh_lines lines, tulle_error *error) {
     memory heap = memory_default();
-    return mesh_validate(&heap, mesh, role, error);
+    return mesh_validate(&heap, mesh, role, lines, error);
 }

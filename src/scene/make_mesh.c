@@ -81,23 +81,70 @@ static bool generate(const scene_work *work, const mesh_keys *keys, tulle_mesh *
     return false;
 }
 
+void note_add(const scene_work *work, const char *format, ...) {
+    scene *loaded = work->scene;
+    char text[SCENE_PATH_LIMIT];
+    va_list arguments;
+    va_start(arguments, format);
+    (void)vsnprintf(text, sizeof text, format, arguments);
+    va_end(arguments);
+    for (size_t i = 0; i < loaded->note_count; i++) /* objects may be of the same file */
+        if (strcmp(loaded->notes[i], text) == 0) return;
+    if (loaded->note_count == SCENE_NOTE_LIMIT) return;
+    const char *const kept = copy_text(&loaded->storage, text, strlen(text));
+    if (kept) loaded->notes[loaded->note_count++] = kept;
+}
+
+/* Of triangles that an obstacle has twice, one is as good as two. */
+static tulle_status drop_duplicates(const scene_work *work, const char *path, tulle_mesh *mesh,
+                                    tulle_mesh_source *source, tulle_error *error) {
+    tulle_mesh_duplicates found;
+    tulle_status const status =
+        tulle_mesh_drop_duplicates(mesh, source->triangle_lines, &found, error);
+    if (status != TULLE_OK || found.count == 0) return status;
+    char more[48] = "";
+    if (found.count > 1) snprintf(more, sizeof more, ", and %zu more", found.count - 1);
+    if (found.dropped_line > 0)
+        note_add(
+            work,
+            "%s:%u: triangle %u has the same corners as triangle %u (line %u) and is dropped%s",
+            path, found.dropped_line, found.dropped, found.original, found.original_line, more);
+    else
+        note_add(work, "%s: triangle %u has the same corners as triangle %u and is dropped%s", path,
+                 found.dropped, found.original, more);
+    return TULLE_OK;
+}
+
+tulle_status read_mesh(const scene_work *work, const char *path, tulle_mesh_role role,
+                       tulle_mesh *mesh, tulle_error *error) {
+    tulle_mesh_source source;
+    tulle_status status = tulle_mesh_read_source(path, mesh, &source, error);
+    if (status != TULLE_OK) return status;
+    if (source.has_passed_shape) note_add(work, "%s: %s", path, source.note);
+    if (role == TULLE_MESH_ROLE_OBSTACLE)
+        status = drop_duplicates(work, path, mesh, &source, error);
+    tulle_mesh_lines const lines = {source.vertex_lines, source.triangle_lines};
+    if (status == TULLE_OK)
+        status = tulle_mesh_validate_lines(tulle_mesh_get_view(mesh), role, lines, error);
+    if (status != TULLE_OK && !error->file[0])
+        snprintf(error->file, sizeof error->file, "%s", path);
+    tulle_mesh_source_destroy(&source);
+    return status;
+}
+
 bool make_mesh(const scene_work *work, const mesh_keys *keys, tulle_mesh_role role,
                tulle_mesh *mesh) {
     tulle_error error = {0};
-    const char *path = "";
     if (!schema_is_given(&mesh_map, keys, "file")) {
         if (!generate(work, keys, mesh)) return false;
-    } else {
-        path = resolve_path(work, keys->file);
-        if (!path) return false;
-        if (tulle_mesh_read(path, mesh, &error) != TULLE_OK) {
-            problem_add_error(work->problems, schema_place(keys, "file"), keys->head.path, &error);
-            return false;
-        }
+        if (tulle_mesh_validate(tulle_mesh_get_view(mesh), role, &error) == TULLE_OK) return true;
+        problem_add_error(work->problems, keys->head.place, keys->head.path, &error);
+        return false;
     }
-    if (tulle_mesh_validate(tulle_mesh_get_view(mesh), role, &error) == TULLE_OK) return true;
-    if (!error.file[0]) snprintf(error.file, sizeof error.file, "%s", path);
-    problem_add_error(work->problems, keys->head.place, keys->head.path, &error);
+    const char *const path = resolve_path(work, keys->file);
+    if (!path) return false;
+    if (read_mesh(work, path, role, mesh, &error) == TULLE_OK) return true;
+    problem_add_error(work->problems, schema_place(keys, "file"), keys->head.path, &error);
     return false;
 }
 

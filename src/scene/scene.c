@@ -38,3 +38,6 @@ bool scene_is_obstacle_dynamic(const scene *loaded, size_t index) {
 
 const char *scene_get_canonical_text(const scene *loaded) { return loaded->canonical_text; }
 uint64_t scene_get_hash(const scene *loaded) { return loaded->hash; }
+
+size_t scene_get_note_count(const scene *loaded) { return loaded->note_count; }
+const char *scene_get_note(const scene *loaded, size_t index) { return loaded->notes[index]; }

@@ -36,6 +36,11 @@ tulle_status scene_load(const char *path, const char *const *overrides, size_t o
 /* Null is fine. Worlds built from the scene must be destroyed before (they read its frames). */
 void scene_destroy(scene *loaded);
 
+/* What a user should know of a scene that was loaded, one sentence each: statements of a mesh file
+ * that were passed over, triangles of an obstacle that were dropped. Owned by the scene. */
+size_t scene_get_note_count(const scene *loaded);
+const char *scene_get_note(const scene *loaded, size_t index);
+
 /* Writes one line a problem: "file:line:column: message". */
 void scene_print_problems(const scene_problems *problems, FILE *stream);
 

@@ -12,7 +12,8 @@ enum {
     SCENE_VERTEX_LIMIT = 20000000,  /* of all objects together */
     SCENE_FRAME_LIMIT = 10000000,   /* written frames */
     SCENE_SEQUENCE_LIMIT = 1000000, /* frames of one mesh sequence */
-    SCENE_PATH_LIMIT = 4096         /* [bytes] of a path */
+    SCENE_PATH_LIMIT = 4096,        /* [bytes] of a path */
+    SCENE_NOTE_LIMIT = 20           /* notes; further ones are lost */
 };
 
 typedef struct scene_sequence scene_sequence;
@@ -61,6 +62,8 @@ struct scene {
     uint64_t content_hash; /* of meshes and sequences so far */
     const char *canonical_text;
     uint64_t hash;
+    const char *notes[SCENE_NOTE_LIMIT];
+    size_t note_count;
 };
 
 /* A scene while it is being made: where its objects come from and where problems go. */
@@ -82,6 +85,13 @@ const char *store_text(const scene_work *work, const char *format, ...)
 /* The value of a seed key. */
 uint64_t resolve_seed(const struct scene *loaded, uint64_t seed);
 
+/* Adds to what scene_get_note tells. */
+void note_add(const scene_work *work, const char *format, ...)
+    __attribute__((format(printf, 2, 3)));
+/* Reads a mesh file, drops what an obstacle has twice, validates the mesh for its role; notes what
+ * was passed over and dropped. An error names the file, and the line where it has lines. */
+tulle_status read_mesh(const scene_work *work, const char *path, tulle_mesh_role role,
+                       tulle_mesh *mesh, tulle_error *error);
 /* Reads or generates a mesh and validates it for its role. False after a problem. */
 bool make_mesh(const scene_work *work, const mesh_keys *keys, tulle_mesh_role role,
                tulle_mesh *mesh);

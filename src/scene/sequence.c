@@ -68,6 +68,8 @@ static tulle_status read_file(const scene_sequence *sequence, uint32_t frame, tu
         if (!isfinite(mesh->positions[i]))
             status = error_set_at(error, TULLE_ERROR_INVALID_MESH, path, 0, 0,
                                   "vertex %zu is not finite", i / 3);
+    tulle_mesh_duplicates dropped; /* the first frame's are noted */
+    if (status == TULLE_OK) status = tulle_mesh_drop_duplicates(mesh, NULL, &dropped, error);
     if (status == TULLE_OK && sequence->vertex_count > 0 &&
         mesh->vertex_count != sequence->vertex_count)
         status = error_set_at(error, TULLE_ERROR_INVALID_MESH, path, 0, 0,
@@ -181,8 +183,15 @@ static bool set_range(const scene_work *work, const sequence_keys *keys, uint64_
 }
 
 /* Reads all files, compares their triangles with the mesh's, adds them to the hash. */
-static tulle_status check_files(scene *loaded, scene_sequence *sequence, tulle_mesh *mesh,
+static tulle_status check_files(const scene_work *work, scene_sequence *sequence, tulle_mesh *mesh,
                                 tulle_error *error) {
+    scene *const loaded = work->scene;
+    char first[SCENE_PATH_LIMIT];
+    if (mesh->vertex_count == 0 &&
+        write_file_name(sequence->files, sequence->first, first, sizeof first)) {
+        tulle_status const status = read_mesh(work, first, TULLE_MESH_ROLE_OBSTACLE, mesh, error);
+        if (status != TULLE_OK) return status;
+    }
     for (uint32_t frame = 0; frame < sequence->frame_count; frame++) {
         tulle_mesh read = {0};
         sequence->vertex_count = mesh->vertex_count;
@@ -190,10 +199,6 @@ static tulle_status check_files(scene *loaded, scene_sequence *sequence, tulle_m
         if (status != TULLE_OK) return status;
         loaded->content_hash = hash_bytes(loaded->content_hash, read.positions,
                                           3 * read.vertex_count * sizeof(double));
-        if (mesh->vertex_count == 0) {
-            *mesh = read;
-            continue;
-        }
         bool is_same = read.triangle_count == mesh->triangle_count &&
                        memcmp(read.triangles, mesh->triangles,
                               3 * read.triangle_count * sizeof(uint32_t)) == 0;
@@ -271,7 +276,7 @@ scene_sequence *sequence_open(const scene_work *work, const obstacle_keys *keys,
         has_files ? begin_files(work, from, sequence) : begin_cache(work, from, mesh, sequence);
     if (!is_begun) return NULL;
     tulle_error error = {0};
-    tulle_status status = has_files ? check_files(work->scene, sequence, mesh, &error)
+    tulle_status status = has_files ? check_files(work, sequence, mesh, &error)
                                     : check_cache(work->scene, sequence, mesh, &error);
     if (status == TULLE_OK) return sequence;
     if (!error.file[0]) snprintf(error.file, sizeof error.file, "%s", path);

@@ -353,9 +353,10 @@ static void every_allocation_may_fail(void **state) {
             int left = k;
             memory heap = failing_heap_make(&left);
             tulle_error error = {0};
-            tulle_status const status =
-                what == 0 ? mesh_validate(&heap, s.view, TULLE_MESH_ROLE_CLOTH, &error)
-                          : mesh_get_info(&heap, s.view, &info, &error);
+            tulle_status const status = what == 0
+                                            ? mesh_validate(&heap, s.view, TULLE_MESH_ROLE_CLOTH,
+                                                            (tulle_mesh_lines){0}, &error)
+                                            : mesh_get_info(&heap, s.view, &info, &error);
             assert_int_equal(heap.bytes_held, 0);
             if (status == TULLE_OK) break;
             assert_int_equal(status, TULLE_ERROR_OUT_OF_MEMORY);

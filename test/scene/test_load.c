@@ -221,7 +221,7 @@ static const refusal refusals[] = {
      "read for cloth[0].mesh, "},
     {TIME "cloth:\n  - mesh: {file: bad.obj}\n", TULLE_ERROR_PARSE, "bad.obj", 3, -1,
      "read for cloth[0].mesh, "},
-    {TIME "cloth:\n  - mesh: {file: book.obj}\n", TULLE_ERROR_INVALID_MESH, "book.obj", 0, 0,
+    {TIME "cloth:\n  - mesh: {file: book.obj}\n", TULLE_ERROR_INVALID_MESH, "book.obj", 6, 0,
      "read for cloth[0].mesh, "},
     {TIME "cloth:\n  - mesh: {shape: disc}\n    material: {preset: coton}\n", TULLE_ERROR_PARSE,
      "s.yaml", 4, 24,
@@ -347,6 +347,41 @@ static bool is_as_wanted(const refusal *wanted, const scene_problems *problems) 
            strstr(error->message, wanted->message);
 }
 
+/* Obstacles keep one of two triangles with the same corners; the scene says so, and what it did not
+ * understand in the file. Cloth is refused. */
+static void test_notes(void **state) {
+    (void)state;
+    write_text_file("two.obj", "o x\nv 0 0 0\nv 1 0 0\nv 1 1 0\nseam 1 2\nf 1 2 3\nf 3 2 1\n");
+    write_text_file("t_1.obj", "v 0 0 0\nv 1 0 0\nv 1 1 0\nf 1 2 3\nf 3 2 1\n");
+    write_text_file("t_2.obj", "v 0 0 0\nv 1 0 0\nv 1 2 0\nf 1 2 3\nf 3 2 1\n");
+    scene *loaded =
+        load_good(TIME SHEET "obstacles:\n  - {mesh: {file: two.obj}, translate: [0, 0, -1]}\n"
+                             "  - {mesh: {file: two.obj}, translate: [0, 0, -2]}\n"
+                             "  - {motion: {sequence: {files: t_%d.obj, first: 1, last: 2, "
+                             "interval: 1}}, translate: [0, 0, -3]}\n");
+    for (size_t i = 0; i < 3; i++)
+        assert_int_equal(scene_get_obstacle_mesh(loaded, i).triangle_count, 1);
+    static const char *const notes[] = {
+        "two.obj: passed over: 1 'o' (line 1), 1 'seam' (line 5)",
+        "two.obj:7: triangle 1 has the same corners as triangle 0 (line 6) and is dropped",
+        "t_1.obj:5: triangle 1 has the same corners as triangle 0 (line 4) and is dropped"};
+    assert_int_equal(scene_get_note_count(loaded), 3);
+    for (size_t i = 0; i < 3; i++)
+        if (!strstr(scene_get_note(loaded, i), notes[i])) fail_msg("%s", scene_get_note(loaded, i));
+    scene_destroy(loaded);
+    loaded = load_good(TIME SHEET);
+    assert_int_equal(scene_get_note_count(loaded), 0);
+    scene_destroy(loaded);
+    scene_problems *problems = calloc(1, sizeof *problems);
+    assert_non_null(problems);
+    assert_null(load_text(TIME "cloth:\n  - mesh: {file: two.obj}\n", problems));
+    assert_int_equal(problems->list[0].line, 7);
+    assert_non_null(strstr(problems->list[0].message, "triangle 1 (line 7) has the same three "
+                                                      "vertices as triangle 0 (line 6)"));
+    assert_non_null(strstr(problems->list[0].message, "remove duplicate triangles"));
+    free(problems);
+}
+
 static void test_refusals(void **state) {
     (void)state;
     write_frames();
@@ -447,6 +482,7 @@ int main(void) {
         cmocka_unit_test(test_sequence_of_files),
         cmocka_unit_test(test_sequence_of_cache),
         cmocka_unit_test(test_refusals),
+        cmocka_unit_test(test_notes),
         cmocka_unit_test(test_doubled_pair_of_an_override),
         cmocka_unit_test(test_unreadable_files),
         cmocka_unit_test(test_hash_and_canonical_text),

@@ -407,6 +407,8 @@ static int load_scene(run_session *session, const option_list *overrides) {
     tulle_status const status = scene_load(session->options.scene_path, overrides->items,
                                            overrides->count, &session->scene, problems);
     if (status != TULLE_OK) scene_print_problems(problems, stderr);
+    for (size_t i = 0; status == TULLE_OK && i < scene_get_note_count(session->scene); i++)
+        app_print_message("run", "%s", scene_get_note(session->scene, i));
     free(problems);
     return app_exit_for_input(status);
 }

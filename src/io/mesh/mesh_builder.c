@@ -10,6 +10,8 @@ mesh_builder mesh_builder_make(memory *heap) { return (mesh_builder){.heap = hea
 void mesh_builder_destroy(mesh_builder *builder) {
     ARRAY_FREE(builder->heap, &builder->positions);
     ARRAY_FREE(builder->heap, &builder->triangles);
+    ARRAY_FREE(builder->heap, &builder->vertex_lines);
+    ARRAY_FREE(builder->heap, &builder->triangle_lines);
 }
 
 tulle_status mesh_fail_memory(const char *path, tulle_error *error) {
@@ -19,6 +21,10 @@ tulle_status mesh_fail_memory(const char *path, tulle_error *error) {
 
 bool mesh_builder_add_vertex(mesh_builder *builder, const double position[3]) {
     if (!ARRAY_RESERVE(builder->heap, &builder->positions, 3)) return false;
+    if (builder->keeps_lines) {
+        if (!ARRAY_RESERVE(builder->heap, &builder->vertex_lines, 1)) return false;
+        builder->vertex_lines.data[builder->vertex_lines.count++] = builder->line;
+    }
     memcpy(builder->positions.data + builder->positions.count, position, 3 * sizeof *position);
     builder->positions.count += 3;
     return true;
@@ -34,6 +40,10 @@ bool mesh_builder_add_corner(mesh_builder *builder, uint32_t vertex) {
     if (builder->fan_count == 0) builder->fan_first = vertex;
     if (builder->fan_count >= 2) {
         if (!ARRAY_RESERVE(builder->heap, &builder->triangles, 3)) return false;
+        if (builder->keeps_lines) {
+            if (!ARRAY_RESERVE(builder->heap, &builder->triangle_lines, 1)) return false;
+            builder->triangle_lines.data[builder->triangle_lines.count++] = builder->line;
+        }
         uint32_t *const triangle = builder->triangles.data + builder->triangles.count;
         triangle[0] = builder->fan_first;
         triangle[1] = builder->fan_last;
@@ -70,5 +80,26 @@ tulle_status mesh_builder_finish(const mesh_builder *builder, const char *path, 
     if (index_count > 0)
         memcpy(made.triangles, builder->triangles.data, index_count * sizeof(uint32_t));
     *mesh = made;
+    return TULLE_OK;
+}
+
+tulle_status mesh_builder_take_lines(const mesh_builder *builder, tulle_mesh_source *source) {
+    size_t const vertex_count = builder->vertex_lines.count;
+    size_t const triangle_count = builder->triangle_lines.count;
+    memory heap = memory_default();
+    uint32_t *const vertices = memory_allocate(&heap, vertex_count * sizeof *vertices);
+    uint32_t *const triangles = memory_allocate(&heap, triangle_count * sizeof *triangles);
+    if (!vertices || !triangles) {
+        memory_release(&heap, vertices, vertex_count * sizeof *vertices);
+        memory_release(&heap, triangles, triangle_count * sizeof *triangles);
+        return TULLE_ERROR_OUT_OF_MEMORY;
+    }
+    memcpy(vertices, builder->vertex_lines.data, vertex_count * sizeof *vertices);
+    if (triangle_count > 0)
+        memcpy(triangles, builder->triangle_lines.data, triangle_count * sizeof *triangles);
+    source->vertex_count = vertex_count;
+    source->triangle_count = triangle_count;
+    source->vertex_lines = vertices;
+    source->triangle_lines = triangles;
     return TULLE_OK;
 }

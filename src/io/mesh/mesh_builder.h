@@ -5,7 +5,7 @@
 #include "base/memory.h"
 #include "io/file_data.h"
 
-#include "tulle/mesh.h"
+#include "tulle/io.h"
 
 typedef struct mesh_builder {
     memory *heap;
@@ -13,6 +13,10 @@ typedef struct mesh_builder {
     ARRAY(uint32_t) triangles;
     uint32_t fan_first, fan_last; /* of the polygon at hand */
     size_t fan_count;
+    bool keeps_lines; /* of vertices and triangles, for messages */
+    uint32_t line;    /* of the file, set by the reader */
+    ARRAY(uint32_t) vertex_lines;
+    ARRAY(uint32_t) triangle_lines;
 } mesh_builder;
 
 mesh_builder mesh_builder_make(memory *heap);
@@ -31,12 +35,16 @@ bool mesh_builder_add_corner(mesh_builder *builder, uint32_t vertex);
 tulle_status mesh_builder_finish(const mesh_builder *builder, const char *path, tulle_mesh *mesh,
                                  tulle_error *error);
 
+/* Copies the lines of vertices and triangles; TULLE_ERROR_OUT_OF_MEMORY. */
+tulle_status mesh_builder_take_lines(const mesh_builder *builder, tulle_mesh_source *source);
+
 /* Largest number of vertices and triangles that a mesh may have. */
 #define MESH_COUNT_LIMIT ((size_t)0x7fffffff)
 
-/* The readers of each format. `mesh` is untouched on failure. */
+/* The readers of each format. `mesh` is untouched on failure. `source` is empty, or null if nobody
+ * asks. */
 tulle_status obj_read(memory *heap, const char *path, const file_data *data, tulle_mesh *mesh,
-                      tulle_error *error);
+                      tulle_mesh_source *source, tulle_error *error);
 tulle_status ply_read(memory *heap, const char *path, const file_data *data, tulle_mesh *mesh,
                       tulle_error *error);
 tulle_status stl_read_binary(memory *heap, const char *path, const file_data *data,

@@ -38,13 +38,13 @@ static bool begins_with(const file_data *data, const char *text) {
 }
 
 static tulle_status read_format(memory *heap, const char *path, const file_data *data,
-                                tulle_mesh *mesh, tulle_error *error) {
+                                tulle_mesh *mesh, tulle_mesh_source *source, tulle_error *error) {
     mesh_format const format = find_format(path);
     if (data->byte_count == 0)
         return error_set_at(error, TULLE_ERROR_PARSE, path, 0, 0, "is empty, not a mesh");
     if (begins_with(data, "ply\n") || begins_with(data, "ply\r") || format == FORMAT_PLY)
         return ply_read(heap, path, data, mesh, error);
-    if (format == FORMAT_OBJ) return obj_read(heap, path, data, mesh, error);
+    if (format == FORMAT_OBJ) return obj_read(heap, path, data, mesh, source, error);
     bool const is_solid = begins_with(data, "solid") || begins_with(data, "SOLID");
     if (format == FORMAT_STL || is_solid || stl_has_binary_size(data))
         return is_solid && !stl_has_binary_size(data)
@@ -54,16 +54,30 @@ static tulle_status read_format(memory *heap, const char *path, const file_data 
                         "its format is not known; meshes end in .obj, .ply or .stl");
 }
 
-tulle_status tulle_mesh_read(const char *path, tulle_mesh *mesh, tulle_error *error) {
+tulle_status tulle_mesh_read_source(const char *path, tulle_mesh *mesh, tulle_mesh_source *source,
+                                    tulle_error *error) {
+    if (source) *source = (tulle_mesh_source){0};
     if (!path || !mesh)
         return error_set(error, TULLE_ERROR_INVALID_ARGUMENT, "path and mesh may not be null");
     memory heap = memory_default();
     file_data data;
     tulle_status status = file_load(&heap, path, 0, &data, error);
     if (status) return status;
-    status = read_format(&heap, path, &data, mesh, error);
+    status = read_format(&heap, path, &data, mesh, source, error);
     file_release(&heap, &data);
     return status;
+}
+
+tulle_status tulle_mesh_read(const char *path, tulle_mesh *mesh, tulle_error *error) {
+    return tulle_mesh_read_source(path, mesh, NULL, error);
+}
+
+void tulle_mesh_source_destroy(tulle_mesh_source *source) {
+    if (!source) return;
+    memory heap = memory_default();
+    memory_release(&heap, source->vertex_lines, source->vertex_count * sizeof(uint32_t));
+    memory_release(&heap, source->triangle_lines, source->triangle_count * sizeof(uint32_t));
+    *source = (tulle_mesh_source){0};
 }
 
 /* ---- writing ---- */

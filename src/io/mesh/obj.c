@@ -1,11 +1,22 @@
-/* io/mesh/obj.c - reads Wavefront OBJ: the positions of `v` and the polygons of `f`. Texture
- * coordinates, normals, groups, materials, lines and points are passed over; any other statement is
- * an error. Corners may be v, v/vt, v//vn or v/vt/vn, counted from 1 or, negative, from the end. */
+/* io/mesh/obj.c - reads Wavefront OBJ: the positions of `v` and the polygons of `f`. Corners may be
+ * v, v/vt, v//vn or v/vt/vn, counted from 1 or, negative, from the end. All other statements are
+ * passed over and noted: those of the format, as texture coordinates, groups, materials and lines,
+ * and those that only some program knows, as seams of garments. */
 #include "io/mesh/mesh_builder.h"
 #include "io/text/number.h"
 #include "io/text/text_cursor.h"
 
+#include <stdio.h>
 #include <string.h>
+
+/* Statements of one kind that were passed over. */
+typedef struct passed_kind {
+    char name[TEXT_SHOWN_SIZE];
+    size_t count;
+    int line; /* of the first */
+} passed_kind;
+
+enum { PASSED_KINDS = 12 /* kinds that a note names */ };
 
 typedef struct obj_reader {
     text_cursor text;
@@ -13,16 +24,48 @@ typedef struct obj_reader {
     /* The corner with the largest number, for vertices that come after their faces. */
     int64_t largest_index;
     text_cursor largest_place;
+    passed_kind passed[PASSED_KINDS];
+    size_t passed_count;   /* kinds */
+    passed_kind unnamed;   /* of further kinds together */
+    bool has_passed_shape; /* one of them may say something about the shape */
 } obj_reader;
 
-static bool is_passed_over(text_word word) {
-    static const char *const names[] = {"vt",       "vn",       "vp",         "g",        "o",
-                                        "s",        "mg",       "usemtl",     "mtllib",   "usemap",
-                                        "maplib",   "l",        "p",          "lod",      "bevel",
-                                        "c_interp", "d_interp", "shadow_obj", "trace_obj"};
+/* Names, textures, normals, materials and pictures: the triangles are the same without them. */
+static bool is_dress(text_word word) {
+    static const char *const names[] = {
+        "vt",     "vn",     "g",   "o",     "s",        "mg",       "usemtl",     "mtllib",
+        "usemap", "maplib", "lod", "bevel", "c_interp", "d_interp", "shadow_obj", "trace_obj"};
     for (size_t i = 0; i < sizeof names / sizeof names[0]; i++)
         if (text_word_is(word, names[i])) return true;
     return false;
+}
+
+static void note_passed_over(obj_reader *reader, text_word word) {
+    char name[TEXT_SHOWN_SIZE];
+    text_show_word(word, name);
+    reader->has_passed_shape |= !is_dress(word);
+    size_t k = 0;
+    while (k < reader->passed_count && strcmp(reader->passed[k].name, name) != 0) k++;
+    passed_kind *const kind = k < PASSED_KINDS ? &reader->passed[k] : &reader->unnamed;
+    if (k == reader->passed_count && k < PASSED_KINDS) reader->passed_count++;
+    if (kind->count++ > 0) return;
+    memcpy(kind->name, name, sizeof name);
+    kind->line = reader->text.line;
+}
+
+/* "passed over: 12 'seam' (the first in line 40), 1 'usemtl' (line 3)" */
+static void write_note(const obj_reader *reader, char *note, size_t size) {
+    size_t length = 0;
+    note[0] = '\0';
+    for (size_t k = 0; k < reader->passed_count && length < size; k++) {
+        passed_kind const *const kind = &reader->passed[k];
+        length += (size_t)snprintf(note + length, size - length, "%s%zu '%s' (%sline %d)",
+                                   k == 0 ? "passed over: " : ", ", kind->count, kind->name,
+                                   k == 0 && kind->count > 1 ? "the first in " : "", kind->line);
+    }
+    if (reader->unnamed.count > 0 && length < size)
+        (void)snprintf(note + length, size - length, ", %zu of other kinds (line %d)",
+                       reader->unnamed.count, reader->unnamed.line);
 }
 
 /* v x y z, then perhaps w or a colour. */
@@ -102,13 +145,12 @@ static tulle_status read_face(obj_reader *reader, tulle_error *error) {
 }
 
 static tulle_status read_statement(obj_reader *reader, tulle_error *error) {
+    reader->builder.line = (uint32_t)reader->text.line;
     text_word const word = text_take_word(&reader->text);
     if (text_word_is(word, "v")) return read_vertex(reader, error);
     if (text_word_is(word, "f")) return read_face(reader, error);
-    if (word.text[0] == '#' || is_passed_over(word)) return TULLE_OK;
-    char shown[TEXT_SHOWN_SIZE];
-    return text_fail(&reader->text, word.text, error, "\"%s\" is no statement of an OBJ file",
-                     text_show_word(word, shown));
+    if (word.text[0] != '#') note_passed_over(reader, word);
+    return TULLE_OK;
 }
 
 static tulle_status read_statements(obj_reader *reader, tulle_error *error) {
@@ -126,12 +168,27 @@ static tulle_status read_statements(obj_reader *reader, tulle_error *error) {
 }
 
 tulle_status obj_read(memory *heap, const char *path, const file_data *data, tulle_mesh *mesh,
-                      tulle_error *error) {
-    obj_reader reader = {.text = text_cursor_make(path, data->bytes, data->byte_count),
+                      tulle_mesh_source *source, tulle_error *error) {
+    static const char MARK[] = "\xef\xbb\xbf"; /* some editors put it before UTF-8 text */
+    size_t const mark = strlen(MARK);
+    bool const is_marked = data->byte_count >= mark && memcmp(data->bytes, MARK, mark) == 0;
+    size_t const begin = is_marked ? mark : 0;
+    obj_reader reader = {.text =
+                             text_cursor_make(path, data->bytes + begin, data->byte_count - begin),
                          .builder = mesh_builder_make(heap)};
     reader.text.joins_lines = true;
+    reader.builder.keeps_lines = source != NULL;
     tulle_status status = read_statements(&reader, error);
     if (!status) status = mesh_builder_finish(&reader.builder, path, mesh, error);
+    if (!status && source) {
+        status = mesh_builder_take_lines(&reader.builder, source);
+        if (status) {
+            tulle_mesh_destroy(mesh);
+            status = mesh_fail_memory(path, error);
+        }
+        write_note(&reader, source->note, sizeof source->note);
+        source->has_passed_shape = reader.has_passed_shape;
+    }
     mesh_builder_destroy(&reader.builder);
     return status;
 }

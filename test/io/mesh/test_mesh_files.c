@@ -44,6 +44,97 @@ static void obj_in_many_dresses(void **state) {
     assert_square("f.obj", "v 0 \\\n 0 0\nv 1 0 0\\\r\n\nv 1 1 0\nv 0 1 0\nf 1 2\\\n 3 4\\");
 }
 
+/* As modellers and garment programs write them: kinds, numbers and first lines are noted. */
+static void obj_statements_of_other_tools_are_noted(void **state) {
+    (void)state;
+    static const struct {
+        const char *text, *note;
+        int has_passed_shape;
+    } cases[] = {
+        {"v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nf 1 2 3 4\n", "", 0},
+        {"mtllib a.mtl\no x\nv 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nvt 0 0\nvt 1 0\nvn 0 0 1\n"
+         "g front\nusemtl red\ns 1\nf 1/1/1 2/2/1 3/1/1\ns off\nf 1//1 3//1 4//1\n",
+         "passed over: 1 'mtllib' (line 1), 1 'o' (line 2), 2 'vt' (line 7), 1 'vn' (line 9), 1 "
+         "'g' (line 10), 1 'usemtl' (line 11), 2 's' (line 12)",
+         0},
+        {"\xef\xbb\xbfv 0 0 0\r\nv 1 0 0\r\nv 1 1 0\r\nv 0 1 0\r\nl 1 2 \\\r\n3\r\nseam 1 2\r\n"
+         "p 1\r\nl 3 4\r\nstitch 0.5 1 2\r\nf 1 2 3 4\r\n",
+         "passed over: 2 'l' (the first in line 5), 1 'seam' (line 7), 1 'p' (line 8), 1 'stitch' "
+         "(line 10)",
+         1},
+        {"v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nk1\nk2\nk3\nk4\nk5\nk6\nk7\nk8\nk9\nk10\nk11\nk12\n"
+         "k13 x\nk1\nk14 x\nf 1 2 3 4\n",
+         "passed over: 2 'k1' (the first in line 5), 1 'k2' (line 6), 1 'k3' (line 7), 1 'k4' "
+         "(line "
+         "8), 1 'k5' (line 9), 1 'k6' (line 10), 1 'k7' (line 11), 1 'k8' (line 12), 1 'k9' (line "
+         "13), 1 'k10' (line 14), 1 'k11' (line 15), 1 'k12' (line 16), 2 of other kinds (line 17)",
+         1},
+    };
+    for (size_t i = 0; i < sizeof cases / sizeof cases[0]; i++) {
+        assert_square("noted.obj", cases[i].text);
+        tulle_mesh mesh = {0};
+        tulle_mesh_source source;
+        assert_int_equal(tulle_mesh_read_source(test_path("noted.obj"), &mesh, &source, NULL),
+                         TULLE_OK);
+        assert_string_equal(source.note, cases[i].note);
+        assert_int_equal(source.has_passed_shape, cases[i].has_passed_shape);
+        tulle_mesh_source_destroy(&source);
+        assert_null(source.vertex_lines);
+        tulle_mesh_destroy(&mesh);
+    }
+}
+
+/* What is wrong with a mesh is told with the lines of its file; other formats have none. */
+static void obj_lines_are_kept_for_messages(void **state) {
+    (void)state;
+    put_text(test_path("lines.obj"), "# head\nv 0 0 0\nv 1 0 0\n\nv 1 1 0\nv 0 1 0\n"
+                                     "f 1 2 \\\n3 4\nf 3 2 1\nf 1 3 4\n");
+    tulle_mesh mesh = {0};
+    tulle_mesh_source source;
+    tulle_error error = {0};
+    assert_int_equal(tulle_mesh_read_source(test_path("lines.obj"), &mesh, &source, &error),
+                     TULLE_OK);
+    uint32_t const vertex_lines[] = {2, 3, 5, 6}, triangle_lines[] = {7, 7, 9, 10};
+    assert_int_equal(mesh.triangle_count, 4);
+    assert_memory_equal(source.vertex_lines, vertex_lines, sizeof vertex_lines);
+    assert_memory_equal(source.triangle_lines, triangle_lines, sizeof triangle_lines);
+    tulle_mesh_lines const lines = {source.vertex_lines, source.triangle_lines};
+    for (int role = 0; role < 2; role++) {
+        assert_int_equal(tulle_mesh_validate_lines(tulle_mesh_get_view(&mesh),
+                                                   (tulle_mesh_role)role, lines, &error),
+                         TULLE_ERROR_INVALID_MESH);
+        assert_int_equal(error.line, 9);
+        assert_string_equal(error.message,
+                            "triangle 2 (line 9) has the same three vertices as triangle 0 (line "
+                            "7) (first vertex 2 (line 5) at (1, 1, 0)) (and 1 more like it); "
+                            "remove duplicate triangles");
+    }
+    tulle_mesh_duplicates found;
+    assert_int_equal(tulle_mesh_drop_duplicates(&mesh, source.triangle_lines, &found, &error),
+                     TULLE_OK);
+    assert_int_equal(found.count, 2);
+    assert_int_equal(found.dropped, 2);
+    assert_int_equal(found.original, 0);
+    assert_int_equal(found.dropped_line, 9);
+    assert_int_equal(found.original_line, 7);
+    assert_int_equal(mesh.triangle_count, 2);
+    assert_memory_equal(mesh.triangles, square_fan, sizeof square_fan);
+    assert_int_equal(source.triangle_lines[1], 7);
+    assert_int_equal(tulle_mesh_drop_duplicates(&mesh, NULL, &found, &error), TULLE_OK);
+    assert_int_equal(found.count, 0);
+    assert_int_equal(tulle_mesh_validate(tulle_mesh_get_view(&mesh), TULLE_MESH_ROLE_CLOTH, &error),
+                     TULLE_OK);
+    tulle_mesh_source_destroy(&source);
+    assert_int_equal(tulle_mesh_write(test_path("lines.ply"), tulle_mesh_get_view(&mesh), &error),
+                     TULLE_OK);
+    tulle_mesh_destroy(&mesh);
+    assert_int_equal(tulle_mesh_read_source(test_path("lines.ply"), &mesh, &source, &error),
+                     TULLE_OK);
+    assert_null(source.vertex_lines);
+    assert_string_equal(source.note, "");
+    tulle_mesh_destroy(&mesh);
+}
+
 /* One face with very many corners on one very long line, and numbers of very many digits. */
 static void long_lines_are_read_in_linear_time(void **state) {
     (void)state;
@@ -254,7 +345,7 @@ static const bad_file bad_files[] = {
     {"i.obj", "v 0 -inf 0\n", 1, 5, "should be a finite number"},
     {"big.obj", "v 0 1e999 0\n", 1, 5, "too large"},
     {"t.obj", "v 0 0 0 red\n", 1, 9, "only numbers"},
-    {"w.obj", "v 0 0 0\nvertex 1 2 3\n", 2, 1, "\"vertex\" is no statement"},
+    {"w.obj", "vertex 1 2 3\nface 1 2 3\n", 0, 0, "holds no vertices"},
     {"r.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\nf 1 2 4\n", 5, 7, "there is no vertex 4"},
     {"r2.obj", "f 1 2 9\nv 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n", 1, 7, "there is no vertex 9"},
     {"z.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 0 1 2\n", 4, 3, "there is no vertex \"0\""},
@@ -343,6 +434,8 @@ static void what_is_no_file_is_refused(void **state) {
 int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(obj_in_many_dresses),
+        cmocka_unit_test(obj_statements_of_other_tools_are_noted),
+        cmocka_unit_test(obj_lines_are_kept_for_messages),
         cmocka_unit_test(long_lines_are_read_in_linear_time),
         cmocka_unit_test(ply_text_with_other_elements),
         cmocka_unit_test(ply_binary_of_every_type_and_order),
