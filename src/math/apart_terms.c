@@ -5,45 +5,37 @@
 #include "base/error.h"
 #include "base/parallel.h"
 
-static size_t count_shares(const apart_terms *apart) {
-    size_t count = 0;
-    for (size_t t = 0; t < apart->count; t++)
-        for (size_t k = 0; k < 4; k++) count += apart->terms[t]->vertices[k] != TULLE_NONE;
-    return count;
-}
-
-/* Sorts the shares by chunk; what each chunk has keeps the order of terms. */
-static void sort_shares(apart_terms *apart, size_t chunk_size) {
-    uint32_t *const begin = apart->share_begin;
-    for (size_t t = 0; t < apart->count; t++)
-        for (size_t k = 0; k < 4; k++) {
-            uint32_t const vertex = apart->terms[t]->vertices[k];
-            if (vertex != TULLE_NONE) begin[vertex / chunk_size + 1]++;
-        }
-    for (size_t chunk = 0; chunk < apart->chunk_count; chunk++) begin[chunk + 1] += begin[chunk];
-    for (size_t t = apart->count; t-- > 0;)
-        for (size_t k = 4; k-- > 0;) {
-            uint32_t const vertex = apart->terms[t]->vertices[k];
-            if (vertex == TULLE_NONE) continue;
-            apart->shares[--begin[vertex / chunk_size + 1]] =
-                (apart_share){vertex, (uint32_t)t, apart->terms[t]->weights[k]};
-        }
-    /* each entry has come down to the begin of the chunk before it */
-    for (size_t chunk = 0; chunk < apart->chunk_count; chunk++) begin[chunk] = begin[chunk + 1];
-    begin[apart->chunk_count] = (uint32_t)count_shares(apart);
-}
-
 bool apart_terms_make(const matrix_term *const *terms, size_t count, size_t vertex_count,
                       size_t chunk_size, arena *scratch, apart_terms *apart) {
-    *apart = (apart_terms){.terms = terms,
-                           .count = count,
-                           .chunk_count = parallel_chunk_count(vertex_count, chunk_size)};
+    size_t const chunk_count = parallel_chunk_count(vertex_count, chunk_size);
+    size_t share_count = 0;
+    for (size_t t = 0; t < count; t++)
+        for (size_t k = 0; k < 4; k++) share_count += terms[t]->vertices[k] != TULLE_NONE;
+    *apart = (apart_terms){.terms = terms, .count = count, .chunk_count = chunk_count};
     apart->pulls = ARENA_NEW(scratch, double, 3 * count);
     apart->curvatures = ARENA_NEW(scratch, double, count);
-    apart->share_begin = ARENA_NEW_ZEROED(scratch, uint32_t, apart->chunk_count + 1);
-    apart->shares = ARENA_NEW(scratch, apart_share, count_shares(apart));
+    apart->share_begin = ARENA_NEW_ZEROED(scratch, uint32_t, chunk_count + 1);
+    apart->shares = ARENA_NEW(scratch, apart_share, share_count);
     if (!apart->pulls || !apart->curvatures || !apart->share_begin || !apart->shares) return false;
-    sort_shares(apart, chunk_size);
+
+    /* Sorts the shares by chunk; those of one chunk keep the order of terms. */
+    uint32_t *const begin = apart->share_begin;
+    for (size_t t = 0; t < count; t++)
+        for (size_t k = 0; k < 4; k++) {
+            uint32_t const vertex = terms[t]->vertices[k];
+            if (vertex != TULLE_NONE) begin[vertex / chunk_size + 1]++;
+        }
+    for (size_t chunk = 0; chunk < chunk_count; chunk++) begin[chunk + 1] += begin[chunk];
+    for (size_t t = count; t-- > 0;)
+        for (size_t k = 4; k-- > 0;) {
+            uint32_t const vertex = terms[t]->vertices[k];
+            if (vertex == TULLE_NONE) continue;
+            apart->shares[--begin[vertex / chunk_size + 1]] =
+                (apart_share){vertex, (uint32_t)t, terms[t]->weights[k]};
+        }
+    /* Each entry has come down to the begin of the chunk before it. */
+    for (size_t chunk = 0; chunk < chunk_count; chunk++) begin[chunk] = begin[chunk + 1];
+    begin[chunk_count] = (uint32_t)share_count;
     return true;
 }
 
@@ -60,12 +52,6 @@ void apart_terms_pull(const apart_terms *apart, size_t chunk, const float *direc
         vec3_store(apart->pulls, t, pull);
         apart->curvatures[t] = vec3_dot(vec3_load(way, 0), pull);
     }
-}
-
-double apart_terms_sum_curvature(const apart_terms *apart) {
-    double sum = 0.0;
-    for (size_t t = 0; t < apart->count; t++) sum += apart->curvatures[t];
-    return sum;
 }
 
 void apart_terms_add(const apart_terms *apart, size_t chunk, float *product) {

@@ -20,7 +20,7 @@ typedef struct apart_terms {
     const matrix_term *const *terms;
     size_t count, chunk_count;
     double *pulls;         /* 3 a term: its stiffness times the weighted sum of its vertices */
-    double *curvatures;    /* of each term */
+    double *curvatures;    /* of each term, once it is pulled: direction . term direction */
     uint32_t *share_begin; /* of each chunk */
     apart_share *shares;
 } apart_terms;
@@ -30,8 +30,6 @@ bool apart_terms_make(const matrix_term *const *terms, size_t count, size_t vert
                       size_t chunk_size, arena *scratch, apart_terms *apart);
 /* Pulls and curvatures of the part of the terms that belongs to a chunk; direction: 3 a vertex. */
 void apart_terms_pull(const apart_terms *apart, size_t chunk, const float *direction);
-/* Once all are pulled: direction . terms direction. */
-double apart_terms_sum_curvature(const apart_terms *apart);
 /* Adds the pulls to the product (3 a vertex) of a chunk's vertices, in the order of terms. */
 void apart_terms_add(const apart_terms *apart, size_t chunk, float *product);
 

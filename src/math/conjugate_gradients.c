@@ -26,34 +26,17 @@ typedef struct solver {
     double step; /* alpha or beta of the pass */
 } solver;
 
-static bool allocate_solver(solver *work, arena *scratch) {
-    size_t const count = work->problem->vertex_count;
-    work->chunk_count = parallel_chunk_count(count, VERTICES_PER_CHUNK);
-    work->residual = ARENA_NEW(scratch, double, 3 * count);
-    work->direction = ARENA_NEW(scratch, double, 3 * count);
-    work->product = ARENA_NEW(scratch, double, 3 * count);
-    work->preconditioned = ARENA_NEW(scratch, double, 3 * count);
-    work->inverse = ARENA_NEW(scratch, double, 9 * count);
-    work->partials = ARENA_NEW(scratch, double, work->chunk_count);
-    return work->residual && work->direction && work->product && work->preconditioned &&
-           work->inverse && work->partials;
-}
-
-static double sum_partials(const solver *work) {
-    double sum = 0.0;
-    for (size_t chunk = 0; chunk < work->chunk_count; chunk++) sum += work->partials[chunk];
-    return sum;
-}
-
 /* Runs a pass over all vertices and returns the sum of its partials. */
 static double run_pass(solver *work, parallel_body body) {
     parallel_for(work->problem->vertex_count, VERTICES_PER_CHUNK, work->problem->threads, body,
                  work);
-    return sum_partials(work);
+    return parallel_sum(work->partials, work->chunk_count);
 }
 
-/* Inverse of a symmetric positive definite block by its adjugate; false if it is not one. */
-static bool invert_block(const double *a, double *inverse) {
+void invert_block_of(const conjugate_gradients_problem *problem, size_t vertex, double inverse[9]) {
+    for (int i = 0; i < 9; i++) inverse[i] = 0.0;
+    if (problem->is_fixed && problem->is_fixed[vertex]) return;
+    const double *const a = problem->diagonal + 9 * vertex;
     double const c0 = a[4] * a[8] - a[5] * a[5];
     double const c1 = a[5] * a[2] - a[1] * a[8];
     double const c2 = a[1] * a[5] - a[4] * a[2];
@@ -61,24 +44,17 @@ static bool invert_block(const double *a, double *inverse) {
     double const determinant = a[0] * c0 + a[1] * c1 + a[2] * c2;
     /* Leading minors; the margins keep the inverse of a nearly singular block finite. */
     double const margin = 1e-14 * fabs(a[0] * a[4] * a[8]);
-    if (!(a[0] > 0.0 && minor > 0.0 && determinant > margin) || !isfinite(1.0 / determinant))
-        return false;
-    double const s = 1.0 / determinant;
-    double const c4 = a[0] * a[8] - a[2] * a[2];
-    double const c5 = a[1] * a[2] - a[0] * a[5];
-    double const entries[9] = {c0, c1, c2, c1, c4, c5, c2, c5, minor};
-    for (int i = 0; i < 9; i++) inverse[i] = s * entries[i];
-    return true;
-}
-
-void invert_block_of(const conjugate_gradients_problem *problem, size_t vertex, double inverse[9]) {
-    const double *const block = problem->diagonal + 9 * vertex;
-    bool const fixed = problem->is_fixed && problem->is_fixed[vertex];
-    if (!fixed && invert_block(block, inverse)) return;
-    for (int i = 0; i < 9; i++) inverse[i] = 0.0;
-    for (int i = 0; i < 9 && !fixed; i += 4) {
-        double const reciprocal = 1.0 / block[i];
-        inverse[i] = block[i] > 0.0 && isfinite(reciprocal) ? reciprocal : 1.0;
+    if (a[0] > 0.0 && minor > 0.0 && determinant > margin && isfinite(1.0 / determinant)) {
+        double const s = 1.0 / determinant;
+        double const c4 = a[0] * a[8] - a[2] * a[2];
+        double const c5 = a[1] * a[2] - a[0] * a[5];
+        double const adjugate[9] = {c0, c1, c2, c1, c4, c5, c2, c5, minor};
+        for (int i = 0; i < 9; i++) inverse[i] = s * adjugate[i];
+        return;
+    }
+    for (int i = 0; i < 9; i += 4) {
+        double const reciprocal = 1.0 / a[i];
+        inverse[i] = a[i] > 0.0 && isfinite(reciprocal) ? reciprocal : 1.0;
     }
 }
 
@@ -217,8 +193,17 @@ tulle_status conjugate_gradients_measure(const conjugate_gradients_problem *prob
 tulle_status conjugate_gradients_solve(const conjugate_gradients_problem *problem, double *x,
                                        arena *scratch, conjugate_gradients_result *result) {
     arena_mark const mark = arena_get_mark(scratch);
-    solver work = {.problem = problem, .x = x};
-    if (!allocate_solver(&work, scratch)) {
+    size_t const count = problem->vertex_count;
+    solver work = {
+        .problem = problem, .x = x, .chunk_count = parallel_chunk_count(count, VERTICES_PER_CHUNK)};
+    work.residual = ARENA_NEW(scratch, double, 3 * count);
+    work.direction = ARENA_NEW(scratch, double, 3 * count);
+    work.product = ARENA_NEW(scratch, double, 3 * count);
+    work.preconditioned = ARENA_NEW(scratch, double, 3 * count);
+    work.inverse = ARENA_NEW(scratch, double, 9 * count);
+    work.partials = ARENA_NEW(scratch, double, work.chunk_count);
+    if (!work.residual || !work.direction || !work.product || !work.preconditioned ||
+        !work.inverse || !work.partials) {
         arena_release(scratch, mark);
         return TULLE_ERROR_OUT_OF_MEMORY;
     }

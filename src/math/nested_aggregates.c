@@ -27,38 +27,30 @@ static void release_graph(memory *heap, member_graph *graph) {
     *graph = (member_graph){0};
 }
 
-/* Whether no neighbour of a member is in an aggregate. */
-static bool is_free(const member_graph *graph, const uint32_t *parents, size_t member) {
-    bool all_free = parents[member] == TULLE_NONE;
-    for (uint32_t k = graph->begin[member]; k < graph->begin[member + 1]; k++)
-        all_free &= parents[graph->neighbours[k]] == TULLE_NONE;
-    return all_free;
-}
-
-/* The aggregate of a neighbour, as it was before the second pass; TULLE_NONE if none has one. */
-static uint32_t find_near(const member_graph *graph, const uint32_t *parents, size_t member) {
-    for (uint32_t k = graph->begin[member]; k < graph->begin[member + 1]; k++)
-        if (parents[graph->neighbours[k]] != TULLE_NONE) return parents[graph->neighbours[k]];
-    return TULLE_NONE;
-}
-
 /* Gives every member its aggregate; returns how many there are. `before`: room for the parents of
  * the first pass. */
 static size_t choose_parents(const member_graph *graph, uint32_t *parents, uint32_t *before) {
+    const uint32_t *const neighbours = graph->neighbours;
     size_t count = 0;
     memset(parents, 0xff, graph->count * sizeof(uint32_t));
+    /* A member founds an aggregate with its neighbours where none of them is in one yet. */
     for (size_t m = 0; m < graph->count; m++) {
-        if (!is_free(graph, parents, m)) continue;
+        bool is_free = parents[m] == TULLE_NONE;
+        for (uint32_t k = graph->begin[m]; k < graph->begin[m + 1]; k++)
+            is_free &= parents[neighbours[k]] == TULLE_NONE;
+        if (!is_free) continue;
         parents[m] = (uint32_t)count;
         for (uint32_t k = graph->begin[m]; k < graph->begin[m + 1]; k++)
-            parents[graph->neighbours[k]] = (uint32_t)count;
+            parents[neighbours[k]] = (uint32_t)count;
         count++;
     }
+    /* The others join the aggregate of a neighbour. */
     memcpy(before, parents, graph->count * sizeof(uint32_t));
     for (size_t m = 0; m < graph->count; m++) {
+        uint32_t k = graph->begin[m];
         if (parents[m] != TULLE_NONE) continue;
-        parents[m] = find_near(graph, before, m);
-        if (parents[m] == TULLE_NONE) parents[m] = (uint32_t)count++;
+        while (k < graph->begin[m + 1] && before[neighbours[k]] == TULLE_NONE) k++;
+        parents[m] = k < graph->begin[m + 1] ? before[neighbours[k]] : (uint32_t)count++;
     }
     return count;
 }
@@ -119,18 +111,6 @@ static bool make_coarse_graph(memory *heap, const member_graph *graph, const agg
     return ok;
 }
 
-static bool allocate_numbers(memory *heap, aggregate_level *level) {
-    level->matrix_blocks = memory_allocate_zeroed(heap, 9 * level->count, sizeof(double));
-    level->blocks = memory_allocate_zeroed(heap, 9 * level->count, sizeof(double));
-    level->inverse = memory_allocate_zeroed(heap, 9 * level->count + SINGLE_PADDING, sizeof(float));
-    level->residual =
-        memory_allocate_zeroed(heap, 3 * level->count + SINGLE_PADDING, sizeof(float));
-    level->correction =
-        memory_allocate_zeroed(heap, 3 * level->count + SINGLE_PADDING, sizeof(float));
-    return level->matrix_blocks && level->blocks && level->inverse && level->residual &&
-           level->correction;
-}
-
 static void release_level(memory *heap, aggregate_level *level) {
     memory_release(heap, level->parents, level->member_count * sizeof(uint32_t));
     memory_release(heap, level->member_begin, (level->count + 1) * sizeof(uint32_t));
@@ -142,18 +122,6 @@ static void release_level(memory *heap, aggregate_level *level) {
     memory_release(heap, level->correction, (3 * level->count + SINGLE_PADDING) * sizeof(float));
 }
 
-/* Members without another neighbour. */
-static size_t count_alone(const member_graph *graph) {
-    size_t count = 0;
-    for (size_t m = 0; m < graph->count; m++) {
-        bool is_alone = true;
-        for (uint32_t k = graph->begin[m]; k < graph->begin[m + 1]; k++)
-            is_alone &= graph->neighbours[k] == m;
-        count += is_alone;
-    }
-    return count;
-}
-
 /* The aggregates of a graph as a new level; false: no memory. */
 static bool add_level(memory *heap, nested_aggregates *all, const member_graph *graph) {
     aggregate_level level = {.member_count = graph->count};
@@ -162,7 +130,17 @@ static bool add_level(memory *heap, nested_aggregates *all, const member_graph *
     bool ok = before && level.parents;
     if (ok) level.count = choose_parents(graph, level.parents, before);
     memory_release(heap, before, graph->count * sizeof(uint32_t));
-    ok = ok && list_members(heap, &level) && allocate_numbers(heap, &level);
+    ok = ok && list_members(heap, &level);
+    if (ok) {
+        size_t const blocks = 9 * level.count, vectors = 3 * level.count + SINGLE_PADDING;
+        level.matrix_blocks = memory_allocate_zeroed(heap, blocks, sizeof(double));
+        level.blocks = memory_allocate_zeroed(heap, blocks, sizeof(double));
+        level.inverse = memory_allocate_zeroed(heap, blocks + SINGLE_PADDING, sizeof(float));
+        level.residual = memory_allocate_zeroed(heap, vectors, sizeof(float));
+        level.correction = memory_allocate_zeroed(heap, vectors, sizeof(float));
+        ok = level.matrix_blocks && level.blocks && level.inverse && level.residual &&
+             level.correction;
+    }
     if (ok)
         all->levels[all->level_count++] = level;
     else
@@ -176,7 +154,14 @@ static bool add_levels(memory *heap, nested_aggregates *all, const block_matrix 
                           (uint32_t *)(uintptr_t)matrix->columns};
     bool ok = true;
     for (size_t l = 0; ok && l < AGGREGATE_LEVELS_MAX; l++) {
-        if (graph.count - count_alone(&graph) <= FEW_AGGREGATES) break;
+        size_t joined_count = 0; /* members with another neighbour */
+        for (size_t m = 0; m < graph.count; m++) {
+            bool is_alone = true;
+            for (uint32_t k = graph.begin[m]; k < graph.begin[m + 1]; k++)
+                is_alone &= graph.neighbours[k] == m;
+            joined_count += !is_alone;
+        }
+        if (joined_count <= FEW_AGGREGATES) break;
         ok = add_level(heap, all, &graph);
         if (!ok) break;
         member_graph coarse;
@@ -188,21 +173,21 @@ static bool add_levels(memory *heap, nested_aggregates *all, const block_matrix 
     return ok;
 }
 
-static uint8_t find_common_level(const nested_aggregates *all, uint32_t a, uint32_t b) {
-    size_t level = 0;
-    for (; level < all->level_count; level++) {
-        a = all->levels[level].parents[a];
-        b = all->levels[level].parents[b];
-        if (a == b) break;
-    }
-    return (uint8_t)level;
-}
-
+/* For each entry of a pattern the first level whose aggregates join its row and column. */
 static void find_entry_levels(const nested_aggregates *all, const uint32_t *begin,
                               const uint32_t *columns, uint8_t *levels) {
-    for (uint32_t row = 0; row < all->vertex_count; row++)
-        for (uint32_t k = begin[row]; k < begin[row + 1]; k++)
-            levels[k] = find_common_level(all, row, columns[k]);
+    for (uint32_t row = 0; row < all->vertex_count; row++) {
+        for (uint32_t k = begin[row]; k < begin[row + 1]; k++) {
+            uint32_t a = row, b = columns[k];
+            size_t level = 0;
+            for (; level < all->level_count; level++) {
+                a = all->levels[level].parents[a];
+                b = all->levels[level].parents[b];
+                if (a == b) break;
+            }
+            levels[k] = (uint8_t)level;
+        }
+    }
 }
 
 nested_aggregates *nested_aggregates_build(memory *heap, const block_matrix *matrix) {

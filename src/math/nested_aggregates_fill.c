@@ -8,6 +8,7 @@
  * Schwarz methods, 1992 (diagonal blocks at every level). Departure: aggregates are constant. */
 #include "math/conjugate_gradients.h"
 #include "math/nested_aggregates.h"
+#include "math/single_kernel.h"
 
 #include "base/parallel.h"
 
@@ -30,24 +31,17 @@ typedef struct fill_task {
     double *sums;
 } fill_task;
 
-static void add_block(double *to, const double *block) {
-    for (size_t i = 0; i < 9; i++) to[i] += block[i];
-}
-
-/* One of six numbers. */
-static void add_matrix_block(double *to, const double *m) {
-    double const full[9] = {m[0], m[1], m[2], m[1], m[3], m[4], m[2], m[4], m[5]};
-    add_block(to, full);
-}
-
 /* Adds the entries of a row to its aggregate's sums. */
 static void add_row(const fill_task *task, size_t row, double *sums) {
     const nested_aggregates *const all = task->all;
     const block_matrix *const matrix = task->matrix;
-    for (uint32_t k = matrix->row_begin[row]; k < matrix->row_begin[row + 1]; k++)
-        if (all->block_levels[k] < all->level_count && !all->is_fixed[matrix->columns[k]])
-            add_matrix_block(sums + 9 * (size_t)all->block_levels[k],
-                             matrix->values + BLOCK_NUMBERS * (size_t)k);
+    for (uint32_t k = matrix->row_begin[row]; k < matrix->row_begin[row + 1]; k++) {
+        if (all->block_levels[k] >= all->level_count || all->is_fixed[matrix->columns[k]]) continue;
+        double *const to = sums + 9 * (size_t)all->block_levels[k];
+        const double *const m = matrix->values + BLOCK_NUMBERS * (size_t)k;
+        double const full[9] = {m[0], m[1], m[2], m[1], m[3], m[4], m[2], m[4], m[5]};
+        for (size_t i = 0; i < 9; i++) to[i] += full[i];
+    }
     for (uint32_t k = matrix->scalar_begin[row]; k < matrix->scalar_begin[row + 1]; k++) {
         if (all->scalar_levels[k] >= all->level_count || all->is_fixed[matrix->scalar_columns[k]])
             continue;
@@ -76,7 +70,7 @@ static void sum_members(void *context, size_t begin, size_t end, size_t chunk, i
             for (size_t k = 0; k < size; k++) sums[k] += from[k];
         }
         /* what a level joins counts in all above it */
-        if (size > 9) add_block(sums + 9, sums);
+        for (size_t i = 0; size > 9 && i < 9; i++) sums[9 + i] += sums[i];
         memcpy(level->matrix_blocks + 9 * a, sums, 9 * sizeof(double));
     }
 }
@@ -102,19 +96,7 @@ bool nested_aggregates_set_matrix(nested_aggregates *aggregates, const block_mat
     return ok;
 }
 
-/* The term's vertices become their aggregates, vertices of one aggregate one. */
-static void move_up(const aggregate_level *level, uint32_t *members, double *weights) {
-    for (size_t k = 0; k < 4; k++) {
-        if (members[k] == TULLE_NONE) continue;
-        members[k] = level->parents[members[k]];
-        for (size_t j = 0; j < k && members[k] != TULLE_NONE; j++) {
-            if (members[j] != members[k]) continue;
-            weights[j] += weights[k];
-            members[k] = TULLE_NONE;
-        }
-    }
-}
-
+/* Adds a term to the blocks of all levels. */
 static void add_term(nested_aggregates *all, const matrix_term *term) {
     uint32_t members[4];
     double weights[4];
@@ -124,10 +106,20 @@ static void add_term(nested_aggregates *all, const matrix_term *term) {
         weights[k] = term->weights[k];
     }
     for (size_t l = 0; l < all->level_count; l++) {
-        move_up(&all->levels[l], members, weights);
+        const aggregate_level *const level = &all->levels[l];
+        /* Vertices become their aggregates, vertices of one aggregate one. */
         for (size_t k = 0; k < 4; k++) {
             if (members[k] == TULLE_NONE) continue;
-            double *const to = all->levels[l].blocks + 9 * (size_t)members[k];
+            members[k] = level->parents[members[k]];
+            for (size_t j = 0; j < k && members[k] != TULLE_NONE; j++) {
+                if (members[j] != members[k]) continue;
+                weights[j] += weights[k];
+                members[k] = TULLE_NONE;
+            }
+        }
+        for (size_t k = 0; k < 4; k++) {
+            if (members[k] == TULLE_NONE) continue;
+            double *const to = level->blocks + 9 * (size_t)members[k];
             for (size_t i = 0; i < 9; i++) to[i] += weights[k] * weights[k] * term->stiffness.m[i];
         }
     }
@@ -164,37 +156,21 @@ typedef struct correct_task {
     const float *below; /* residual of the level below */
 } correct_task;
 
-typedef float lanes4 __attribute__((vector_size(16)));
-
-/* Three numbers and the one after them, which is ignored. */
-static inline lanes4 load4(const float *from) {
-    lanes4 a;
-    memcpy(&a, from, sizeof a);
-    return a;
-}
-
-/* Sum of r over the members of aggregate a. */
-static lanes4 sum_residual(const correct_task *task, size_t a) {
-    const aggregate_level *const level = task->level;
-    const uint32_t *const members = level->members;
-    const uint8_t *const is_fixed = task->level == task->all->levels ? task->all->is_fixed : NULL;
-    lanes4 sum = {0.0F, 0.0F, 0.0F, 0.0F};
-    for (size_t i = level->member_begin[a]; i < level->member_begin[a + 1]; i++) {
-        if (is_fixed && is_fixed[members[i]]) continue;
-        sum += load4(task->below + 3 * (size_t)members[i]);
-    }
-    return sum;
-}
-
 /* Residual and own correction of a level's aggregates. */
 static void restrict_chunk(void *context, size_t begin, size_t end, size_t chunk, int worker) {
     (void)chunk, (void)worker;
     const correct_task *const task = context;
     const aggregate_level *const level = task->level;
+    const uint8_t *const is_fixed = level == task->all->levels ? task->all->is_fixed : NULL;
     for (size_t a = begin; a < end; a++) {
-        lanes4 const r = sum_residual(task, a);
+        floats4 r = {0.0F, 0.0F, 0.0F, 0.0F}; /* summed over the members */
+        for (size_t i = level->member_begin[a]; i < level->member_begin[a + 1]; i++) {
+            if (is_fixed && is_fixed[level->members[i]]) continue;
+            r += floats4_load(task->below + 3 * (size_t)level->members[i]);
+        }
         const float *const m = level->inverse + 9 * a;
-        lanes4 const z = (load4(m) * r[0] + load4(m + 3) * r[1]) + load4(m + 6) * r[2];
+        floats4 const z =
+            (floats4_load(m) * r[0] + floats4_load(m + 3) * r[1]) + floats4_load(m + 6) * r[2];
         for (size_t k = 0; k < 3; k++) {
             level->residual[3 * a + k] = r[k];
             level->correction[3 * a + k] = z[k];
@@ -202,39 +178,28 @@ static void restrict_chunk(void *context, size_t begin, size_t end, size_t chunk
     }
 }
 
-static double find_partial(const aggregate_level *level, size_t begin, size_t end) {
-    double dot = 0.0;
-    for (size_t i = 3 * begin; i < 3 * end; i++)
-        dot += (double)level->residual[i] * (double)level->correction[i];
-    return dot;
-}
-
-/* Dots of residual and own correction, four side by side: each waits for its last addition. */
-static void find_partials(const aggregate_level *level, double *partials) {
+/* Dots of residual and own correction of AGGREGATES_PER_SUM aggregates each, four side by side:
+ * each waits for its last addition. Returns how many there are. */
+static size_t compute_dots(const aggregate_level *level, double *dots) {
     enum { AT_ONCE = 4, NUMBERS = 3 * AGGREGATES_PER_SUM };
-    size_t begin = 0;
-    for (; begin + AT_ONCE * AGGREGATES_PER_SUM <= level->count;
-         begin += AT_ONCE * AGGREGATES_PER_SUM, partials += AT_ONCE) {
-        const float *const r = level->residual + 3 * begin, *const z =
-                                                                level->correction + 3 * begin;
-        double dots[AT_ONCE] = {0.0};
-        for (size_t i = 0; i < NUMBERS; i++)
+    size_t const count = 3 * level->count;
+    const float *const r = level->residual, *const z = level->correction;
+    size_t begin = 0, dot_count = 0;
+    for (; begin + AT_ONCE * NUMBERS <= count; begin += AT_ONCE * NUMBERS) {
+        double sums[AT_ONCE] = {0.0};
+        for (size_t i = begin; i < begin + NUMBERS; i++)
             for (size_t s = 0; s < AT_ONCE; s++)
-                dots[s] += (double)r[NUMBERS * s + i] * (double)z[NUMBERS * s + i];
-        memcpy(partials, dots, sizeof dots);
+                sums[s] += (double)r[NUMBERS * s + i] * (double)z[NUMBERS * s + i];
+        memcpy(dots + dot_count, sums, sizeof sums);
+        dot_count += AT_ONCE;
     }
-    for (; begin < level->count; begin += AGGREGATES_PER_SUM) {
-        size_t const end = begin + AGGREGATES_PER_SUM;
-        *partials++ = find_partial(level, begin, end < level->count ? end : level->count);
+    for (; begin < count; begin += NUMBERS) {
+        size_t const end = begin + NUMBERS < count ? begin + NUMBERS : count;
+        double sum = 0.0;
+        for (size_t i = begin; i < end; i++) sum += (double)r[i] * (double)z[i];
+        dots[dot_count++] = sum;
     }
-}
-
-/* Adds the corrections of the level above. */
-static void prolong(const aggregate_level *level, const aggregate_level *above) {
-    for (size_t a = 0; a < level->count; a++) {
-        const float *const from = above->correction + 3 * (size_t)above->parents[a];
-        for (size_t k = 0; k < 3; k++) level->correction[3 * a + k] += from[k];
-    }
+    return dot_count;
 }
 
 double nested_aggregates_correct(nested_aggregates *aggregates, const float *r, int threads) {
@@ -244,12 +209,17 @@ double nested_aggregates_correct(nested_aggregates *aggregates, const float *r, 
         task.level = &aggregates->levels[l];
         size_t const count = task.level->count;
         parallel_for(count, choose_chunk(count), threads, restrict_chunk, &task);
-        find_partials(task.level, aggregates->partials);
-        for (size_t i = 0; i < parallel_chunk_count(count, AGGREGATES_PER_SUM); i++)
-            dot += aggregates->partials[i];
+        size_t const dot_count = compute_dots(task.level, aggregates->partials);
+        for (size_t i = 0; i < dot_count; i++) dot += aggregates->partials[i];
         task.below = task.level->residual;
     }
-    for (size_t l = aggregates->level_count; l-- > 1;)
-        prolong(&aggregates->levels[l - 1], &aggregates->levels[l]);
+    /* Down again: each level adds the correction of the level above. */
+    for (size_t l = aggregates->level_count; l-- > 1;) {
+        const aggregate_level *const above = &aggregates->levels[l];
+        float *const correction = aggregates->levels[l - 1].correction;
+        for (size_t a = 0; a < above->member_count; a++)
+            for (size_t k = 0; k < 3; k++)
+                correction[3 * a + k] += above->correction[3 * (size_t)above->parents[a] + k];
+    }
     return dot;
 }

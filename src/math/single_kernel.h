@@ -7,8 +7,17 @@
 
 #include <stddef.h>
 #include <stdint.h>
+#include <string.h>
 
 enum { SINGLE_PADDING = 16 };
+
+/* Three numbers and the one after them, which is ignored. */
+typedef float floats4 __attribute__((vector_size(16)));
+static inline floats4 floats4_load(const float *from) {
+    floats4 a;
+    memcpy(&a, from, sizeof a);
+    return a;
+}
 
 /* A symmetric 3x3 block is six numbers, those of block_matrix.h. */
 enum { SINGLE_BLOCK = 6 };

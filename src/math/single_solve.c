@@ -23,11 +23,11 @@ enum { VERTICES_PER_CHUNK = 512 };
 /* Passes; a second is rare, more mean that single precision does not see the matrix. */
 enum { MOST_PASSES = 4 };
 /* A pass ends at this part of its residual: what single precision can tell. */
-#define PASS_DEPTH 1e-5
+static const double PASS_DEPTH = 1e-5;
 /* A pass aims this much below the target, so that rounding does not call for another. */
-#define PASS_AIM 0.9
+static const double PASS_AIM = 0.9;
 /* A pass that leaves more than this part of the residual is the last. */
-#define PASS_LEAST 0.5
+static const double PASS_LEAST = 0.5;
 
 /* ---- the matrix ---- */
 
@@ -47,28 +47,26 @@ static void copy_rows(void *context, size_t begin, size_t end, size_t chunk, int
         task->copy->scalar_values[i] = (float)block_matrix_get_scalar(matrix, i);
 }
 
-/* Whether all blocks of a term are in the pattern. */
-static bool is_in_pattern(const block_matrix *matrix, const matrix_term *term) {
-    for (size_t i = 0; i < 4; i++)
-        for (size_t j = i + 1; j < 4; j++)
-            if (term->vertices[i] != TULLE_NONE && term->vertices[j] != TULLE_NONE &&
-                block_matrix_find(matrix, term->vertices[i], term->vertices[j]) == TULLE_NONE)
-                return false;
-    return true;
-}
-
-static void add_term(single_system *system, const matrix_term *term) {
+/* Adds a term to the copy; false where one of its blocks is not in the pattern. */
+static bool add_term(single_system *system, const matrix_term *term) {
+    uint32_t places[4][4];
     for (size_t i = 0; i < 4; i++)
         for (size_t j = 0; j < 4; j++) {
-            if (term->vertices[i] == TULLE_NONE || term->vertices[j] == TULLE_NONE) continue;
-            float *const block =
-                system->copy.values + SINGLE_BLOCK * (size_t)block_matrix_find(system->matrix,
-                                                                               term->vertices[i],
-                                                                               term->vertices[j]);
+            uint32_t const row = term->vertices[i], column = term->vertices[j];
+            places[i][j] = TULLE_NONE;
+            if (row == TULLE_NONE || column == TULLE_NONE) continue;
+            places[i][j] = block_matrix_find(system->matrix, row, column);
+            if (places[i][j] == TULLE_NONE) return false;
+        }
+    for (size_t i = 0; i < 4; i++)
+        for (size_t j = 0; j < 4; j++) {
+            if (places[i][j] == TULLE_NONE) continue;
+            float *const block = system->copy.values + SINGLE_BLOCK * (size_t)places[i][j];
             double const scale = term->weights[i] * term->weights[j];
             for (size_t k = 0; k < SINGLE_BLOCK; k++)
                 block[k] += (float)(scale * term->stiffness.m[block_places[k]]);
         }
+    return true;
 }
 
 bool single_system_make(const block_matrix *matrix, const matrix_term *terms, size_t term_count,
@@ -87,12 +85,8 @@ bool single_system_make(const block_matrix *matrix, const matrix_term *terms, si
     parallel_for(matrix->row_count, VERTICES_PER_CHUNK, threads, copy_rows, &task);
     memset(system->copy.values + SINGLE_BLOCK * matrix->block_count, 0,
            SINGLE_PADDING * sizeof(float));
-    for (size_t t = 0; t < term_count; t++) {
-        if (is_in_pattern(matrix, &terms[t]))
-            add_term(system, &terms[t]);
-        else
-            system->apart[system->apart_count++] = &terms[t];
-    }
+    for (size_t t = 0; t < term_count; t++)
+        if (!add_term(system, &terms[t])) system->apart[system->apart_count++] = &terms[t];
     return true;
 }
 
@@ -112,37 +106,11 @@ struct single_solver {
     int iterations;
 };
 
-static float *allocate_vector(arena *scratch, size_t count) {
-    return ARENA_NEW_ZEROED(scratch, float, count + SINGLE_PADDING);
-}
-
-static bool allocate_solver(single_solver *work, arena *scratch) {
-    size_t const count = work->problem->vertex_count;
-    work->chunk_count = parallel_chunk_count(count, VERTICES_PER_CHUNK);
-    single_vectors *const v = &work->vectors;
-    v->x = allocate_vector(scratch, 3 * count);
-    v->residual = allocate_vector(scratch, 3 * count);
-    v->direction = allocate_vector(scratch, 3 * count);
-    v->product = allocate_vector(scratch, 3 * count);
-    v->preconditioned = allocate_vector(scratch, 3 * count);
-    v->inverse = allocate_vector(scratch, SINGLE_BLOCK * count);
-    double *const residual = work->problem->residual;
-    work->product = residual ? residual : ARENA_NEW(scratch, double, 3 * count);
-    work->inverse = ARENA_NEW(scratch, double, BLOCK_NUMBERS *count);
-    work->partials = arena_allocate(scratch, work->chunk_count, sizeof *work->partials);
-    return v->x && v->residual && v->direction && v->product && v->preconditioned && v->inverse &&
-           work->product && work->inverse && work->partials &&
-           apart_terms_make(work->system->apart, work->system->apart_count, count,
-                            VERTICES_PER_CHUNK, scratch, &work->apart);
-}
-
 /* Runs a loop over all vertices; the sum of its partials. */
 static double run_loop(single_solver *work, parallel_body body) {
     parallel_for(work->problem->vertex_count, VERTICES_PER_CHUNK, work->problem->threads, body,
                  work);
-    double sum = 0.0;
-    for (size_t chunk = 0; chunk < work->chunk_count; chunk++) sum += work->partials[chunk];
-    return sum;
+    return parallel_sum(work->partials, work->chunk_count);
 }
 
 static void invert_diagonal(void *context, size_t begin, size_t end, size_t chunk, int worker) {
@@ -166,7 +134,7 @@ static vec3 apply_inverse(const single_solver *work, size_t vertex, vec3 r) {
 }
 
 /* r = b - A x into `product`; sums r . P^-1 r. */
-static void find_residual(void *context, size_t begin, size_t end, size_t chunk, int worker) {
+static void compute_residual(void *context, size_t begin, size_t end, size_t chunk, int worker) {
     (void)worker;
     single_solver *const work = context;
     double sum = 0.0;
@@ -223,34 +191,32 @@ static void advance(void *context, size_t begin, size_t end, size_t chunk, int w
         (double)TULLE_PICK_KERNEL(single_advance)(&work->vectors, work->step, begin, end);
 }
 
-static void turn(void *context, size_t begin, size_t end, size_t chunk, int worker) {
-    (void)chunk, (void)worker;
-    single_solver *const work = context;
-    TULLE_PICK_KERNEL(single_turn)(&work->vectors, work->step, begin, end);
+static bool has_aggregates(const single_solver *work) {
+    return work->system->aggregates && work->system->aggregates->level_count > 0;
 }
 
-static void turn_corrected(void *context, size_t begin, size_t end, size_t chunk, int worker) {
+/* p = z + beta p; z of the aggregates is not in `preconditioned`. */
+static void turn_chunk(void *context, size_t begin, size_t end, size_t chunk, int worker) {
     (void)chunk, (void)worker;
     single_solver *const work = context;
+    if (!has_aggregates(work)) {
+        TULLE_PICK_KERNEL(single_turn)(&work->vectors, work->step, begin, end);
+        return;
+    }
     const nested_aggregates *const aggregates = work->system->aggregates;
     single_correction const correction = {aggregates->levels[0].correction,
                                           aggregates->levels[0].parents, aggregates->is_fixed};
     TULLE_PICK_KERNEL(single_turn_corrected)(&work->vectors, &correction, work->step, begin, end);
 }
 
-static bool has_aggregates(const single_solver *work) {
-    return work->system->aggregates && work->system->aggregates->level_count > 0;
-}
-
-/* p = z + beta p; z of the aggregates is not in `preconditioned`. */
 static void turn_direction(single_solver *work, double beta) {
     work->step = (float)beta;
-    parallel_body const body = has_aggregates(work) ? turn_corrected : turn;
-    parallel_for(work->problem->vertex_count, VERTICES_PER_CHUNK, work->problem->threads, body,
-                 work);
+    parallel_for(work->problem->vertex_count, VERTICES_PER_CHUNK, work->problem->threads,
+                 turn_chunk, work);
 }
 
-/* z . r less that of the blocks of the diagonal, which is the norm of r squared. */
+/* Applies the aggregates; z . r less that of the blocks of the diagonal, which is the norm of r
+ * squared. */
 static double correct(single_solver *work) {
     if (!has_aggregates(work)) return 0.0;
     return nested_aggregates_correct(work->system->aggregates, work->vectors.residual,
@@ -268,7 +234,7 @@ static conjugate_gradients_end iterate(single_solver *work, double norm2, double
             stop_is_wanted(work->problem->stop))
             return CONJUGATE_GRADIENTS_ITERATION_LIMIT;
         double curvature = run_loop(work, multiply);
-        curvature += apart_terms_sum_curvature(&work->apart);
+        curvature += parallel_sum(work->apart.curvatures, work->apart.count);
         work->iterations++;
         if (!isfinite(curvature)) return CONJUGATE_GRADIENTS_NOT_FINITE;
         if (!(curvature > 0.0 && descent > 0.0)) return CONJUGATE_GRADIENTS_NOT_POSITIVE;
@@ -285,13 +251,10 @@ static conjugate_gradients_end iterate(single_solver *work, double norm2, double
 /* Norm of b - A x by double precision. */
 static double measure_residual(single_solver *work) {
     work->problem->apply(work->problem->apply_context, work->x, work->product);
-    return sqrt(run_loop(work, find_residual));
+    return sqrt(run_loop(work, compute_residual));
 }
 
-static conjugate_gradients_end run_passes(single_solver *work, double *target_found) {
-    double const target =
-        conjugate_gradients_target(work->problem, work->problem->reference, work->norm);
-    *target_found = target;
+static conjugate_gradients_end run_passes(single_solver *work, double target) {
     conjugate_gradients_end end = CONJUGATE_GRADIENTS_CONVERGED;
     for (int pass = 0; pass < MOST_PASSES; pass++) {
         if (!isfinite(work->norm)) return CONJUGATE_GRADIENTS_NOT_FINITE;
@@ -316,8 +279,26 @@ single_solver *single_solver_make(const conjugate_gradients_problem *problem,
                                   const single_system *system, double *x, arena *scratch) {
     single_solver *const work = ARENA_NEW(scratch, single_solver, 1);
     if (!work) return NULL;
-    *work = (single_solver){.problem = problem, .system = system, .x = x};
-    if (!allocate_solver(work, scratch)) return NULL;
+    size_t const count = problem->vertex_count, padded = 3 * count + SINGLE_PADDING;
+    *work = (single_solver){.problem = problem,
+                            .system = system,
+                            .x = x,
+                            .chunk_count = parallel_chunk_count(count, VERTICES_PER_CHUNK)};
+    single_vectors *const v = &work->vectors;
+    v->x = ARENA_NEW_ZEROED(scratch, float, padded);
+    v->residual = ARENA_NEW_ZEROED(scratch, float, padded);
+    v->direction = ARENA_NEW_ZEROED(scratch, float, padded);
+    v->product = ARENA_NEW_ZEROED(scratch, float, padded);
+    v->preconditioned = ARENA_NEW_ZEROED(scratch, float, padded);
+    v->inverse = ARENA_NEW_ZEROED(scratch, float, SINGLE_BLOCK *count + SINGLE_PADDING);
+    work->product = problem->residual ? problem->residual : ARENA_NEW(scratch, double, 3 * count);
+    work->inverse = ARENA_NEW(scratch, double, BLOCK_NUMBERS *count);
+    work->partials = ARENA_NEW(scratch, double, work->chunk_count);
+    if (!v->x || !v->residual || !v->direction || !v->product || !v->preconditioned ||
+        !v->inverse || !work->product || !work->inverse || !work->partials ||
+        !apart_terms_make(system->apart, system->apart_count, count, VERTICES_PER_CHUNK, scratch,
+                          &work->apart))
+        return NULL;
     run_loop(work, invert_diagonal);
     work->norm = measure_residual(work);
     return work;
@@ -327,7 +308,8 @@ void single_solver_run(single_solver *solver, conjugate_gradients_result *result
     double const reference = solver->problem->reference;
     solver->iterations = 0;
     *result = (conjugate_gradients_result){.reference = reference};
-    result->end = run_passes(solver, &result->target);
+    result->target = conjugate_gradients_target(solver->problem, reference, solver->norm);
+    result->end = run_passes(solver, result->target);
     result->iterations = solver->iterations;
     result->residual = reference > 0.0 ? solver->norm / reference : 0.0;
 }
