@@ -4,7 +4,7 @@ include(CMakePackageConfigHelpers)
 install(TARGETS tulle_shared tulle_static EXPORT tulle_targets)
 install(TARGETS tulle_program)
 install(DIRECTORY ${PROJECT_SOURCE_DIR}/include/tulle DESTINATION ${CMAKE_INSTALL_INCLUDEDIR} FILES_MATCHING PATTERN "*.h")
-# `tulle reproduce` and `tulle bench` find these from where the program lies, so an installed tree may be moved.
+# `tulle bench` finds these from where the program lies, so an installed tree may be moved.
 if(EXISTS ${PROJECT_SOURCE_DIR}/scenes/paper)
     install(DIRECTORY ${PROJECT_SOURCE_DIR}/scenes/paper DESTINATION ${CMAKE_INSTALL_DATADIR}/tulle/scenes FILES_MATCHING PATTERN "*.yaml")
 endif()

@@ -48,9 +48,9 @@ add_executable(tulle_program ${app_sources})
 target_include_directories(tulle_program PRIVATE ${PROJECT_SOURCE_DIR}/src)
 target_link_libraries(tulle_program PRIVATE tulle_flags $<TARGET_NAME_IF_EXISTS:tulle_scene> tulle_render ${tulle_app_libraries} tulle_static)
 set_target_properties(tulle_program PROPERTIES OUTPUT_NAME tulle)
-# Where the installed scenes of the paper lie, seen from the program.
+# Where the installed scenes lie, seen from the program.
 file(RELATIVE_PATH scenes_from_program /${CMAKE_INSTALL_BINDIR} /${CMAKE_INSTALL_DATADIR}/tulle/scenes)
-set_source_files_properties(${PROJECT_SOURCE_DIR}/src/app/reproduce_runs.c ${PROJECT_SOURCE_DIR}/src/app/bench/bench.c PROPERTIES
+set_source_files_properties(${PROJECT_SOURCE_DIR}/src/app/bench/bench.c PROPERTIES
     COMPILE_DEFINITIONS "TULLE_SCENES_FROM_PROGRAM=\"${scenes_from_program}\"")
 
 # The examples, against the shared library as their readers will.

@@ -16,16 +16,11 @@ typedef enum app_exit {
 } app_exit;
 
 int app_run(int argc, char **argv);
-/* Told once the run's directory is its own, before anything is written to it: `begins` where no run
- * goes on there. After an error nothing is run. */
-typedef tulle_status (*app_run_opened)(void *context, int begins, tulle_error *error);
-int app_run_and_tell(int argc, char **argv, app_run_opened opened, void *context);
 int app_check(int argc, char **argv);
 int app_detect(int argc, char **argv);
 int app_info(int argc, char **argv);
 int app_render(int argc, char **argv);
 int app_convert(int argc, char **argv);
-int app_reproduce(int argc, char **argv);
 int app_bench(int argc, char **argv);
 
 /* Exit code for a status of the library, met while reading input. */

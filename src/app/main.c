@@ -22,7 +22,6 @@ static const subcommand subcommands[] = {
     {"info", app_info, "what a mesh, a point cache or a run holds"},
     {"render", app_render, "pictures and films of a run"},
     {"convert", app_convert, "meshes, point caches and runs from one format to another"},
-    {"reproduce", app_reproduce, "the figures and tables of the paper again, with a report"},
     {"bench", app_bench, "what the stages of a step cost, from captured inputs"},
     {NULL, NULL, NULL},
 };

@@ -6,6 +6,7 @@
 
 #include "app/cli/interrupt.h"
 #include "app/commands.h"
+#include "app/info/plot.h"
 
 #include <errno.h>
 #include <fcntl.h>
@@ -19,6 +20,7 @@
 extern char **environ;
 
 enum { PATH_SIZE = 4096, TERMINAL_SIZE = 160 };
+enum { PLOT_WIDTH = 1000, PLOT_HEIGHT = 1400 /* [pixels] */ };
 
 typedef struct plot_format {
     const char *extension, *terminal; /* terminal: a format for width and height */
@@ -82,17 +84,17 @@ static void find_reason(FILE *messages, char reason[256]) {
 }
 
 /* Runs gnuplot to its end. Prints what went wrong; returns an exit code. */
-static int run_gnuplot(const char *command, FILE *script, int output, FILE *messages) {
+static int run_gnuplot(FILE *script, int output, FILE *messages) {
     pid_t process = 0;
     rewind(script);
     int const code = start_gnuplot(fileno(script), output, fileno(messages), &process);
     if (code == ENOENT) {
-        app_print_message(command, "plots need the program gnuplot, which is not on the PATH; "
-                                   "install it (Debian's package is gnuplot-nox)");
+        app_print_message("info", "plots need the program gnuplot, which is not on the PATH; "
+                                  "install it (Debian's package is gnuplot-nox)");
         return APP_EXIT_BAD_INPUT;
     }
     if (code) {
-        app_print_message(command, "gnuplot cannot be started: %s", strerror(code));
+        app_print_message("info", "gnuplot cannot be started: %s", strerror(code));
         return APP_EXIT_CANNOT_GO_ON;
     }
     int state = 0;
@@ -101,80 +103,74 @@ static int run_gnuplot(const char *command, FILE *script, int output, FILE *mess
     if (interrupt_is_pending()) return APP_EXIT_INTERRUPTED;
     if (WIFEXITED(state) && WEXITSTATUS(state) == 0) return APP_EXIT_FINE;
     if (WIFEXITED(state) && WEXITSTATUS(state) == 127) { /* a spawn that could not find it */
-        app_print_message(command,
+        app_print_message("info",
                           "plots need the program gnuplot (Debian's package is gnuplot-nox)");
         return APP_EXIT_BAD_INPUT;
     }
     char reason[256];
     find_reason(messages, reason);
-    app_print_message(command, "gnuplot failed: %s", reason);
+    app_print_message("info", "gnuplot failed: %s", reason);
     return APP_EXIT_CANNOT_GO_ON;
 }
 
-static void write_script(FILE *script, const gnuplot_plot *plot, const plot_format *format) {
+static void write_script(FILE *script, const plot_content *content, const plot_format *format) {
     char terminal[TERMINAL_SIZE];
     /* the formats are those of the table above */
 #pragma GCC diagnostic push
 #pragma GCC diagnostic ignored "-Wformat-nonliteral"
-    snprintf(terminal, sizeof terminal, format->terminal, plot->width * format->unit,
-             plot->height * format->unit);
+    snprintf(terminal, sizeof terminal, format->terminal, PLOT_WIDTH * format->unit,
+             PLOT_HEIGHT * format->unit);
 #pragma GCC diagnostic pop
-    plot->write(script, plot->content, terminal);
+    plot_write_script(script, content, terminal);
 }
 
 /* Draws to a temporary file beside `path` and moves it there. */
-static int draw(const char *command, const gnuplot_plot *plot, const char *path,
-                const plot_format *format) {
+static int draw(const plot_content *content, const char *path, const plot_format *format) {
     char temporary[PATH_SIZE];
     int const length = snprintf(temporary, sizeof temporary, "%s.%ld.tmp", path, (long)getpid());
     if (length >= PATH_SIZE) {
-        app_print_message(command, "the name of the plot is longer than %d bytes", PATH_SIZE);
+        app_print_message("info", "the name of the plot is longer than %d bytes", PATH_SIZE);
         return APP_EXIT_BAD_INPUT;
     }
     struct stat facts;
     bool const is_taken = stat(path, &facts) == 0 && !S_ISREG(facts.st_mode);
     int const output = is_taken ? -1 : open(temporary, O_CREAT | O_EXCL | O_RDWR | O_CLOEXEC, 0666);
     if (output < 0) {
-        app_print_message(command, "%s: cannot be written: %s", path,
+        app_print_message("info", "%s: cannot be written: %s", path,
                           is_taken ? "is there and no file" : strerror(errno));
         return !is_taken && errno == ENOSPC ? APP_EXIT_CANNOT_GO_ON : APP_EXIT_BAD_INPUT;
     }
     FILE *const script = tmpfile(), *const messages = tmpfile();
     int code = APP_EXIT_CANNOT_GO_ON;
     if (script && messages) {
-        write_script(script, plot, format);
+        write_script(script, content, format);
         if (fflush(script) == 0 && !ferror(script))
-            code = run_gnuplot(command, script, output, messages);
+            code = run_gnuplot(script, output, messages);
         else
-            app_print_message(command, "a temporary file cannot be written: %s", strerror(errno));
+            app_print_message("info", "a temporary file cannot be written: %s", strerror(errno));
     } else {
-        app_print_message(command, "no temporary file can be made: %s", strerror(errno));
+        app_print_message("info", "no temporary file can be made: %s", strerror(errno));
     }
     if (script) fclose(script);
     if (messages) fclose(messages);
     if (code == APP_EXIT_FINE && !is_whole(output, format)) {
         app_print_message(
-            command, "%s: gnuplot did not write it to its end; is there room on the disk?", path);
+            "info", "%s: gnuplot did not write it to its end; is there room on the disk?", path);
         code = APP_EXIT_CANNOT_GO_ON;
     }
     bool const is_flushed = fsync(output) == 0;
     bool const is_closed = close(output) == 0;
     if (code == APP_EXIT_FINE && (!is_flushed || !is_closed || rename(temporary, path) != 0)) {
-        app_print_message(command, "%s: cannot be written: %s", path, strerror(errno));
+        app_print_message("info", "%s: cannot be written: %s", path, strerror(errno));
         code = APP_EXIT_CANNOT_GO_ON;
     }
     if (code != APP_EXIT_FINE) unlink(temporary);
     return code;
 }
 
-int gnuplot_draw(const char *command, const gnuplot_plot *plot, const char *path) {
-    const plot_format *const format = find_format(path);
-    if (!format) {
-        app_print_message(command, "%s: a plot is an .svg, .png or .pdf file", path);
-        return APP_EXIT_BAD_INPUT;
-    }
+int gnuplot_draw(const plot_content *content, const char *path) {
     interrupt_catch();
-    return draw(command, plot, path, format);
+    return draw(content, path, find_format(path));
 }
 
 bool gnuplot_takes(const char *path) { return find_format(path) != NULL; }

@@ -1,16 +1,10 @@
-/* app/info/plot.c - see info_plot.h. */
+/* app/info/plot.c - see plot.h. */
 #include "app/info/plot.h"
 
 #include "app/commands.h"
 #include "app/info/gnuplot.h"
 
 #include "tulle/run.h"
-
-enum { PLOT_WIDTH = 1000, PLOT_HEIGHT = 1400 /* [pixels] */ };
-
-static void write_script(FILE *script, const void *content, const char *terminal) {
-    plot_write_script(script, content, terminal);
-}
 
 int info_plot_run(const char *directory, const char *path) {
     if (!gnuplot_takes(path)) {
@@ -33,8 +27,7 @@ int info_plot_run(const char *directory, const char *path) {
             "info", "%s: report.csv has no whole line yet, so there is nothing to plot", directory);
         code = APP_EXIT_BAD_INPUT;
     } else {
-        gnuplot_plot const plot = {write_script, &content, PLOT_WIDTH, PLOT_HEIGHT};
-        code = gnuplot_draw("info", &plot, path);
+        code = gnuplot_draw(&content, path);
     }
     tulle_run_reader_close(reader);
     return code;

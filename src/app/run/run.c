@@ -376,8 +376,6 @@ static int run_scene(run_session *session, const char *progress, tulle_error *er
         return APP_EXIT_INTERRUPTED;
     }
     if (status == TULLE_OK) status = open_directory(session, &is_new, error);
-    if (status == TULLE_OK && session->options.opened)
-        status = session->options.opened(session->options.opened_context, is_new, error);
     if (status != TULLE_OK) {
         app_print_error("run", error);
         tulle_error left_error = {0};
@@ -413,14 +411,12 @@ static int load_scene(run_session *session, const option_list *overrides) {
     return app_exit_for_input(status);
 }
 
-int app_run(int argc, char **argv) { return app_run_and_tell(argc, argv, NULL, NULL); }
-
-int app_run_and_tell(int argc, char **argv, app_run_opened opened, void *context) {
+int app_run(int argc, char **argv) {
     run_words words = {.progress = "auto", .record = "plain", .checkpoint = checkpoint_default};
     options_outcome const outcome = read_words(argc, argv, &words);
     if (outcome != OPTIONS_READ) return options_exit(outcome);
     char default_directory[DIRECTORY_SIZE];
-    run_session session = {.options = {.opened = opened, .opened_context = context}};
+    run_session session = {0};
     if (!use_words(&words, argv[0], default_directory, &session.options)) return APP_EXIT_BAD_INPUT;
     int code = load_scene(&session, &words.overrides);
     if (code == APP_EXIT_FINE) {

@@ -45,8 +45,6 @@ typedef struct run_options {
     bool resumes, replaces, writes_vtp, records_debug;
     double checkpoint_seconds; /* between checkpoints; 0: by steps */
     uint64_t checkpoint_steps;
-    app_run_opened opened; /* null: nobody is told */
-    void *opened_context;
 } run_options;
 
 /* Room for what explains a frame; all null unless the run records it. */
