@@ -76,7 +76,8 @@ for signal in INT TERM; do
         fault "resuming after SIG$signal: exit $?"
     same interrupted plain
 done
-head -n 1 interrupted.json | grep -q '^{"event":"step","step":' || fault "progress is no JSON line"
+head -n 1 interrupted.json | grep -q '^{"event":"begin","goes_on":true,"step":' || fault "progress does not begin with its event"
+sed -n 2p interrupted.json | grep -q '^{"event":"step","step":' || fault "progress is no JSON line"
 
 # A run keeps its kind of record.
 "$TULLE" run "$scene" "${body[@]}" -o killed --resume --progress none >kind.out 2>kind.err && fault "plain after debug is taken"
