@@ -171,21 +171,21 @@ static inline uint32_t find_body(const contact_scene *scene, uint32_t vertex) {
 typedef enum row_state { ROW_OPEN, ROW_STICKS, ROW_SLIDES } row_state;
 
 /* Where a row is and how it moves. Written when rows are made: in stage 5, or in stage 8 for an
- * impact. Every later stage reads it; sweeps read it from `vertices` on. */
+ * impact. Every later stage reads it; sweeps read it from `weights` on. */
 typedef struct row_frame {
     feature_kind kind;
     feature_pair pair;
-    bool has_body;         /* a side lies on a free body; else the next four are not set */
-    bool is_without_cloth; /* no vertex of it is of cloth */
+    uint32_t slots[2];     /* of each side's body, or TULLE_NONE; not set without a body */
+    bool is_without_cloth; /* no vertex of it is of cloth; not set without a body */
     bool has_end_arms;     /* arms as of the predicted end of the step, else as of x0 */
-    uint32_t slots[2];     /* of each side's body, or TULLE_NONE */
-    vec3 arms[2];          /* [m] sum w_i r_i of each side's body */
+    vec3 arms[2];          /* [m] sum w_i r_i of each side's body; not set without one */
     double gap;            /* [m] n . sum w x0 in the frame the row was made with */
+    double weights[4];     /* signed, see closest_points */
+    vec3 normal;           /* unit, from the second feature to the first */
+    vec3 turning; /* [m/s] of what keeps its place: the frame turns until the end of the step, and
+                     tangentially what rides on a scripted obstacle, the gap away from it */
     uint32_t vertices[4];
-    double weights[4]; /* signed, see closest_points */
-    vec3 normal;       /* unit, from the second feature to the first */
-    vec3 turning;      /* [m/s] of what keeps its place: the frame turns until the end of the step,
-                          and tangentially what rides on a scripted obstacle, the gap away from it */
+    bool has_body; /* a side lies on a free body */
 } row_frame;
 
 /* What contact and friction ask of a row. Written when rows are made, from the laws of the surfaces
@@ -195,8 +195,8 @@ typedef struct row_law {
     double bias;     /* [m/s] normal speed that the row asks for */
     double friction; /* coefficient in this step: the static or the dynamic one */
     double friction_along, friction_across; /* factors on it along the grain and across; 1: none */
-    vec3 grain;                             /* unit tangent */
     vec3 return_velocity; /* [m/s] tangential, that friction aims at: undoes the anchor */
+    vec3 grain;           /* unit tangent; read where the two factors differ */
     vec3 anchor;          /* [m] tangential way since the contact sticks */
     double restitution;   /* as in contact_law */
     double approach;     /* [m/s] n . sum w v0: negative where the sides come nearer at the start */

@@ -46,6 +46,7 @@ static tulle_status test_all(commit_work *work, pair_events *hits) {
     return status;
 }
 
+/* First: cloth vertices that keep hitting one another move as rigid bodies. */
 static tulle_status run_zone_rounds(commit_work *work) {
     impact_zones zones;
     if (!impact_zones_make(&zones, work->scene)) return TULLE_ERROR_OUT_OF_MEMORY;
@@ -62,17 +63,11 @@ static tulle_status run_zone_rounds(commit_work *work) {
     return TULLE_OK;
 }
 
-static double *copy_paths(const contact_scene *scene, const double *x1) {
-    double *const copy = ARENA_NEW(scene->scratch, double, 3 * scene->vertex_count);
-    if (copy) memcpy(copy, x1, 3 * scene->vertex_count * sizeof(double));
-    return copy;
-}
-
+/* Second: connected components go a part of their way. */
 static tulle_status run_component_rounds(commit_work *work) {
     const contact_scene *const scene = work->scene;
     scaled_components components;
-    const double *const base = copy_paths(scene, work->x1);
-    if (!base || !scaled_components_make(&components, scene, base, work->u))
+    if (!scaled_components_make(&components, scene, work->x1, work->u))
         return TULLE_ERROR_OUT_OF_MEMORY;
     for (int round = 0;; round++) {
         arena_mark const mark = arena_get_mark(scene->scratch);
@@ -88,70 +83,42 @@ static tulle_status run_component_rounds(commit_work *work) {
     }
 }
 
-/* The earliest hit stands for what blocks the scene. */
-static const pair_event *find_earliest(const pair_events *hits) {
-    const pair_event *earliest = &hits->events[0];
-    for (size_t i = 1; i < hits->count; i++)
-        if (hits->events[i].time < earliest->time) earliest = &hits->events[i];
-    return earliest;
-}
-
-static void report_blocking(commit_report *report, const pair_event *hit) {
-    report->has_blocking = true;
-    report->blocking_kind = hit->kind;
-    report->blocking_pair = hit->pair;
-}
-
-/* x1 = x0 + fraction (base - x0) for every vertex; bodies go the first part of their way. */
-static void shorten_paths(commit_work *work, const double *base, double fraction) {
-    for (size_t i = 0; i < 3 * work->scene->vertex_count; i++) {
-        double const start = work->scene->x0[i];
-        work->x1[i] = start + fraction * (base[i] - start);
-    }
-    place_bodies(work->scene, work->u, fraction, work->x1);
-}
-
+/* Last: the whole scene goes a part of its way. */
 static tulle_status shorten_time(commit_work *work) {
     const contact_scene *const scene = work->scene;
-    const double *const base = copy_paths(scene, work->x1);
+    commit_report *const report = work->report;
+    size_t const size = 3 * scene->vertex_count;
+    double *const base = ARENA_NEW(scene->scratch, double, size);
     if (!base) return TULLE_ERROR_OUT_OF_MEMORY;
+    memcpy(base, work->x1, size * sizeof(double));
     for (;;) {
         arena_mark const mark = arena_get_mark(scene->scratch);
         pair_events hits;
         tulle_status const status = test_all(work, &hits);
         if (status == TULLE_OK && !work->is_clean) {
-            const pair_event *const earliest = find_earliest(&hits);
-            work->report->fraction *= PART_OF_TIME * earliest->time;
-            work->report->outcome = COMMIT_SHORTENED;
-            work->report->global_scalings++;
-            report_blocking(work->report, earliest);
+            /* the earliest hit stands for what blocks the scene */
+            const pair_event *earliest = &hits.events[0];
+            for (size_t i = 1; i < hits.count; i++)
+                if (hits.events[i].time < earliest->time) earliest = &hits.events[i];
+            report->fraction *= PART_OF_TIME * earliest->time;
+            report->outcome = COMMIT_SHORTENED;
+            report->global_scalings++;
+            report->has_blocking = true;
+            report->blocking_kind = earliest->kind;
+            report->blocking_pair = earliest->pair;
         }
         arena_release(scene->scratch, mark);
         if (status != TULLE_OK || work->is_clean) return status;
-        if (!(work->report->fraction >= MINIMUM_FRACTION)) break;
-        shorten_paths(work, base, work->report->fraction);
+        if (!(report->fraction >= MINIMUM_FRACTION)) break;
+        /* x1 = x0 + fraction (base - x0); bodies go the first part of their way */
+        for (size_t i = 0; i < size; i++)
+            work->x1[i] = scene->x0[i] + report->fraction * (base[i] - scene->x0[i]);
+        place_bodies(scene, work->u, report->fraction, work->x1);
     }
-    work->report->outcome = COMMIT_BLOCKED;
-    work->report->fraction = 0.0;
-    memcpy(work->x1, scene->x0, 3 * scene->vertex_count * sizeof(double));
+    report->outcome = COMMIT_BLOCKED;
+    report->fraction = 0.0;
+    memcpy(work->x1, scene->x0, size * sizeof(double));
     return TULLE_OK;
-}
-
-static tulle_status rescue(commit_work *work) {
-    tulle_status status = run_zone_rounds(work);
-    if (status == TULLE_OK && !work->is_clean) status = run_component_rounds(work);
-    if (status == TULLE_OK && !work->is_clean) status = shorten_time(work);
-    return status;
-}
-
-static tulle_status report_smallest_gap(commit_work *work) {
-    smallest_gap smallest;
-    tulle_status const status = find_smallest_gap(work->scene, work->source, work->x1,
-                                                  work->scene->largest_separation, &smallest);
-    work->report->smallest_gap = smallest.distance;
-    work->report->smallest_kind = smallest.kind;
-    work->report->smallest_pair = smallest.pair;
-    return status;
 }
 
 tulle_status commit_safely(const contact_scene *scene, pair_source *source, bool is_clean,
@@ -159,8 +126,17 @@ tulle_status commit_safely(const contact_scene *scene, pair_source *source, bool
     *report = (commit_report){.outcome = COMMIT_CLEAN, .fraction = 1.0, .smallest_gap = INFINITY};
     commit_work work = {scene, source, u, x1, report, is_clean};
     arena_mark const mark = arena_get_mark(scene->scratch);
-    tulle_status status = is_clean ? TULLE_OK : rescue(&work);
-    if (status == TULLE_OK) status = report_smallest_gap(&work);
+    tulle_status status = TULLE_OK;
+    if (!work.is_clean) status = run_zone_rounds(&work);
+    if (status == TULLE_OK && !work.is_clean) status = run_component_rounds(&work);
+    if (status == TULLE_OK && !work.is_clean) status = shorten_time(&work);
+    if (status == TULLE_OK) {
+        smallest_gap smallest;
+        status = find_smallest_gap(scene, source, x1, scene->largest_separation, &smallest);
+        report->smallest_gap = smallest.distance;
+        report->smallest_kind = smallest.kind;
+        report->smallest_pair = smallest.pair;
+    }
     arena_release(scene->scratch, mark);
     return status;
 }

@@ -28,37 +28,10 @@ bool impact_zones_make(impact_zones *zones, const contact_scene *scene) {
            vertex_groups_make(&zones->groups, scene->scratch, scene->cloth_vertex_count);
 }
 
-static void join_hit(const contact_scene *scene, impact_zones *zones, const pair_event *hit) {
-    uint32_t vertices[4], first = TULLE_NONE;
-    bool is_held = false;
-    feature_pair_vertices(scene->set->topo, hit->kind, hit->pair, vertices);
-    for (int k = 0; k < 4; k++) {
-        if (!(scene->inverse_mass[vertices[k]] > 0.0)) {
-            is_held = true;
-            continue;
-        }
-        if (first == TULLE_NONE) first = vertices[k];
-        is_held |= zones->is_held[find_group(&zones->groups, vertices[k])];
-        join_groups(&zones->groups, first, vertices[k]);
-    }
-    if (first != TULLE_NONE) zones->is_held[find_group(&zones->groups, first)] |= is_held;
-}
-
-/* Numbers the zones that may move; others get TULLE_NONE. Returns how many there are. */
-static uint32_t number_zones(impact_zones *zones, uint32_t *zone_of) {
-    uint32_t count = 0;
-    for (uint32_t i = 0; i < zones->groups.vertex_count; i++) {
-        uint32_t const group = find_group(&zones->groups, i);
-        if (!zones->groups.is_member[i] || zones->is_held[group])
-            zone_of[i] = TULLE_NONE;
-        else
-            zone_of[i] = group == i ? count++ : zone_of[group];
-    }
-    return count;
-}
-
-static void sum_momenta(const contact_scene *scene, const uint32_t *zone_of, const double *u,
-                        zone_motion *motions, uint32_t count) {
+/* Fills the motions of `count` zones, zeroed before, from the momenta of their vertices. zone_of:
+ * the zone of each vertex. The rotation over the step is h I^-1 L, by Cramer's rule. */
+static void measure_motions(const contact_scene *scene, const uint32_t *zone_of, const double *u,
+                            zone_motion *motions, uint32_t count) {
     for (size_t i = 0; i < scene->cloth_vertex_count; i++) {
         if (zone_of[i] == TULLE_NONE) continue;
         zone_motion *const motion = &motions[zone_of[i]];
@@ -83,41 +56,39 @@ static void sum_momenta(const contact_scene *scene, const uint32_t *zone_of, con
         mat3_add_scaled(&motion->inertia, &round, 1.0);
         mat3_add_scaled(&motion->inertia, &outer, 1.0);
     }
+    for (uint32_t zone = 0; zone < count; zone++) {
+        zone_motion *const motion = &motions[zone];
+        const double *const m = motion->inertia.m;
+        double const margin = INERTIA_MARGIN * (m[0] + m[4] + m[8]);
+        vec3 const a = {m[0] + margin, m[3], m[6]};
+        vec3 const b = {m[1], m[4] + margin, m[7]};
+        vec3 const c = {m[2], m[5], m[8] + margin};
+        vec3 const l = motion->angular_momentum;
+        double const determinant = vec3_dot(a, vec3_cross(b, c));
+        if (!(determinant > 0.0)) continue; /* it does not turn */
+        double const scale = scene->time_step / determinant;
+        motion->turn =
+            vec3_make(scale * vec3_dot(l, vec3_cross(b, c)), scale * vec3_dot(a, vec3_cross(l, c)),
+                      scale * vec3_dot(a, vec3_cross(b, l)));
+    }
 }
 
-/* Rotation over the step from angular momentum: h I^-1 L, by Cramer's rule. */
-static vec3 find_turn(const zone_motion *motion, double time_step) {
-    const double *const m = motion->inertia.m;
-    double const margin = INERTIA_MARGIN * (m[0] + m[4] + m[8]);
-    vec3 const a = {m[0] + margin, m[3], m[6]};
-    vec3 const b = {m[1], m[4] + margin, m[7]};
-    vec3 const c = {m[2], m[5], m[8] + margin};
-    double const determinant = vec3_dot(a, vec3_cross(b, c));
-    if (!(determinant > 0.0)) return vec3_make(0.0, 0.0, 0.0);
-    vec3 const l = motion->angular_momentum;
-    double const scale = time_step / determinant;
-    return vec3_make(scale * vec3_dot(l, vec3_cross(b, c)), scale * vec3_dot(a, vec3_cross(l, c)),
-                     scale * vec3_dot(a, vec3_cross(b, l)));
-}
-
-/* Rodrigues' formula. */
-static vec3 rotate(vec3 arm, vec3 turn) {
-    double const angle = vec3_norm(turn);
-    if (!(angle > 0.0)) return arm;
-    vec3 const axis = vec3_scale(turn, 1.0 / angle);
-    vec3 const across = vec3_cross(axis, arm);
-    vec3 const rotated = vec3_add_scaled(arm, across, sin(angle));
-    return vec3_add_scaled(rotated, vec3_cross(axis, across), 1.0 - cos(angle));
-}
-
+/* Places the vertices of all zones: arms turn by Rodrigues' formula. */
 static void move_zones(const contact_scene *scene, const uint32_t *zone_of,
                        const zone_motion *motions, double *u, double *x1) {
     for (size_t i = 0; i < scene->cloth_vertex_count; i++) {
         if (zone_of[i] == TULLE_NONE) continue;
         const zone_motion *const motion = &motions[zone_of[i]];
-        if (!(vec3_norm(motion->turn) <= LARGEST_TURN)) continue;
+        double const angle = vec3_norm(motion->turn);
+        if (!(angle <= LARGEST_TURN)) continue;
         vec3 const start = vec3_load(scene->x0, i);
-        vec3 const arm = rotate(vec3_sub(start, motion->centre), motion->turn);
+        vec3 arm = vec3_sub(start, motion->centre);
+        if (angle > 0.0) {
+            vec3 const axis = vec3_scale(motion->turn, 1.0 / angle);
+            vec3 const across = vec3_cross(axis, arm);
+            arm = vec3_add_scaled(arm, across, sin(angle));
+            arm = vec3_add_scaled(arm, vec3_cross(axis, across), 1.0 - cos(angle));
+        }
         vec3 const centre = vec3_add_scaled(motion->centre, motion->velocity, scene->time_step);
         vec3 const end = vec3_add(centre, arm);
         vec3_store(x1, i, end);
@@ -128,16 +99,36 @@ static void move_zones(const contact_scene *scene, const uint32_t *zone_of,
 tulle_status project_impact_zones(const contact_scene *scene, impact_zones *zones,
                                   const pair_events *hits, double *u, double *x1,
                                   uint64_t *zone_count) {
-    for (size_t i = 0; i < hits->count; i++) join_hit(scene, zones, &hits->events[i]);
+    vertex_groups *const groups = &zones->groups;
+    for (size_t i = 0; i < hits->count; i++) {
+        uint32_t vertices[4], first = TULLE_NONE;
+        bool is_held = false;
+        feature_pair_vertices(scene->set->topo, hits->events[i].kind, hits->events[i].pair,
+                              vertices);
+        for (int k = 0; k < 4; k++) {
+            if (!(scene->inverse_mass[vertices[k]] > 0.0)) {
+                is_held = true;
+                continue;
+            }
+            if (first == TULLE_NONE) first = vertices[k];
+            is_held |= zones->is_held[find_group(groups, vertices[k])];
+            join_groups(groups, first, vertices[k]);
+        }
+        if (first != TULLE_NONE) zones->is_held[find_group(groups, first)] |= is_held;
+    }
     arena_mark const mark = arena_get_mark(scene->scratch);
     uint32_t *const zone_of = ARENA_NEW(scene->scratch, uint32_t, scene->cloth_vertex_count);
-    uint32_t const count = zone_of ? number_zones(zones, zone_of) : 0;
+    uint32_t count = 0;
+    for (uint32_t i = 0; zone_of && i < groups->vertex_count; i++) {
+        uint32_t const group = find_group(groups, i);
+        zone_of[i] = TULLE_NONE;
+        if (groups->is_member[i] && !zones->is_held[group])
+            zone_of[i] = group == i ? count++ : zone_of[group];
+    }
     zone_motion *const motions = ARENA_NEW_ZEROED(scene->scratch, zone_motion, count);
     bool const has_memory = zone_of && motions;
     if (has_memory) {
-        sum_momenta(scene, zone_of, u, motions, count);
-        for (uint32_t zone = 0; zone < count; zone++)
-            motions[zone].turn = find_turn(&motions[zone], scene->time_step);
+        measure_motions(scene, zone_of, u, motions, count);
         move_zones(scene, zone_of, motions, u, x1);
         *zone_count += count;
     }
