@@ -5,7 +5,6 @@
 #include "contact/pairs/body_paths.h"
 #include "contact/solve/solve_bodies.h"
 #include "geom/mass_properties.h"
-#include "world/bodies/bodies_sleep.h"
 
 #include <math.h>
 #include <string.h>
@@ -76,7 +75,8 @@ tulle_status world_number_bodies(tulle_world *world) {
         world->surface_bodies[s] = is_body ? number : TULLE_NONE;
         if (is_body) world->body_obstacles[number++] = (uint32_t)(s - cloth_count);
     }
-    world_note_sleep(world);
+    for (size_t b = 0; b < world->body_count; b++)
+        world->has_sleep |= get_body(world, b)->body.sleep_speed > 0.0;
     return TULLE_OK;
 }
 
@@ -92,23 +92,9 @@ void world_release_bodies(tulle_world *world) {
     world->body_count = 0;
 }
 
-static world_obstacle *get_body(const tulle_world *world, size_t body) {
-    return &world->obstacles.data[world->body_obstacles[body]];
-}
-
-static size_t get_slot(const tulle_world *world, size_t body) {
-    return world->cloth_vertex_count + 2 * body;
-}
-
-static bool is_body(const tulle_world *world, size_t body) {
-    surface_range const *const range =
-        &world->surfaces[world->cloths.count + world->body_obstacles[body]];
-    return range->is_body && range->is_present;
-}
-
 /* Centre and orientation as scripted at `time`. */
-static void find_script_pose(const world_obstacle *obstacle, double time, vec3 *centre,
-                             quaternion *orientation) {
+static void compute_script_pose(const world_obstacle *obstacle, double time, vec3 *centre,
+                                quaternion *orientation) {
     quaternion turn;
     double point[3];
     vec3_store(point, 0, obstacle->centre);
@@ -122,10 +108,10 @@ void world_place_bodies(tulle_world *world) {
     world_motion_state *const state = &world->now;
     for (size_t b = 0; b < world->body_count; b++) {
         world_obstacle const *const obstacle = get_body(world, b);
-        size_t const slot = get_slot(world, b);
+        size_t const slot = get_first_slot(world, b);
         vec3 centre;
         quaternion orientation;
-        find_script_pose(obstacle, 0.0, &centre, &orientation);
+        compute_script_pose(obstacle, 0.0, &centre, &orientation);
         vec3_store(state->positions, slot, centre);
         vec3_store(state->positions, slot + 1, pack_orientation(orientation));
         for (size_t k = slot; k < slot + 2; k++) {
@@ -153,8 +139,7 @@ bool world_free_bodies(const tulle_world *world, world_motion_state *state) {
 
 void world_mark_bodies(tulle_world *world, const world_motion_state *state) {
     for (size_t b = 0; b < world->body_count; b++)
-        world->surfaces[world->cloths.count + world->body_obstacles[b]].is_body =
-            state->rests[b].state != BODY_SCRIPTED;
+        get_body_surface(world, b)->is_body = state->rests[b].state != BODY_SCRIPTED;
 }
 
 static void prepare_body(step_context *context, size_t index) {
@@ -162,37 +147,24 @@ static void prepare_body(step_context *context, size_t index) {
     world_motion_state const *const state = context->state;
     world_obstacle const *const obstacle = get_body(world, index);
     contact_body *const body = &context->scene.bodies[index];
-    size_t const slot = get_slot(world, index), begin = obstacle->vertex_begin;
+    size_t const slot = get_first_slot(world, index), begin = obstacle->vertex_begin;
     quaternion const orientation = unpack_orientation(vec3_load(state->positions, slot + 1));
     *body =
         (contact_body){.body = &obstacle->rigid,
                        .points = obstacle->points,
                        .vertex_begin = obstacle->vertex_begin,
                        .vertex_end = obstacle->vertex_begin + (uint32_t)obstacle->mesh.vertex_count,
-                       .is_free = is_body(world, index) && !body_sleeps(state, index),
+                       .is_free = body_answers(world, index) && !body_sleeps(state, index),
                        .start = {.position = vec3_load(state->positions, slot),
                                  .orientation = orientation,
                                  .velocity = vec3_load(state->velocities, slot)}};
     memcpy(world->targets + 3 * slot, state->positions + 3 * slot, 6 * sizeof(double));
-    if (!is_body(world, index)) return;
+    if (!body_answers(world, index)) return;
     memcpy(world->targets + 3 * begin, state->positions + 3 * begin,
            3 * obstacle->mesh.vertex_count * sizeof(double));
     body->inertia = rigid_compute_inertia(&obstacle->rigid, orientation);
     body->inverse_inertia = rigid_compute_inverse_inertia(&obstacle->rigid, orientation);
     body->start.spin = mat3_multiply_vec3(&body->inertia, vec3_load(state->velocities, slot + 1));
-}
-
-/* The free turn in the step. */
-static void predict_turn(contact_body *body, double h) {
-    rigid_state end = body->start;
-    end.spin = body->spin;
-    vec3 const velocity = mat3_multiply_vec3(&body->inverse_inertia, body->spin);
-    body->turn = mat3_identity(1.0);
-    body->turn_vector = vec3_make(0.0, 0.0, 0.0);
-    if (!rigid_drift(body->body, end.velocity, h, &end)) return;
-    body->turn_vector = vec3_scale(velocity, h);
-    body->turn = quaternion_to_matrix(
-        quaternion_multiply(end.orientation, quaternion_conjugate(body->start.orientation)));
 }
 
 void world_load_bodies(step_context *context, double share) {
@@ -211,6 +183,7 @@ void world_load_bodies(step_context *context, double share) {
 
 tulle_status world_prepare_bodies(step_context *context) {
     tulle_world *const world = context->world;
+    double const h = context->time_step;
     contact_scene *const scene = &context->scene;
     scene->body_count = world->body_count;
     scene->surface_bodies = world->surface_bodies;
@@ -222,7 +195,16 @@ tulle_status world_prepare_bodies(step_context *context) {
         contact_body *const body = &scene->bodies[b];
         if (!body->is_free) continue;
         body->lift = body->fall;
-        predict_turn(body, context->time_step);
+        /* The free turn in the step. */
+        vec3 const turn_rate = mat3_multiply_vec3(&body->inverse_inertia, body->spin);
+        rigid_state end = body->start;
+        end.spin = body->spin;
+        body->turn = mat3_identity(1.0);
+        body->turn_vector = vec3_make(0.0, 0.0, 0.0);
+        if (!rigid_drift(body->body, end.velocity, h, &end)) continue;
+        body->turn_vector = vec3_scale(turn_rate, h);
+        body->turn = quaternion_to_matrix(
+            quaternion_multiply(end.orientation, quaternion_conjugate(body->start.orientation)));
     }
     return TULLE_OK;
 }
@@ -245,12 +227,12 @@ void world_end_bodies(const step_context *context, double *end) {
 static void follow_script(const step_context *context, size_t index, double *end) {
     tulle_world const *const world = context->world;
     world_obstacle const *const obstacle = get_body(world, index);
-    size_t const slot = get_slot(world, index);
+    size_t const slot = get_first_slot(world, index);
     double const from = context->state->time, to = from + context->passed;
     vec3 centre[2];
     quaternion orientation[2];
-    find_script_pose(obstacle, from, &centre[0], &orientation[0]);
-    find_script_pose(obstacle, to, &centre[1], &orientation[1]);
+    compute_script_pose(obstacle, from, &centre[0], &orientation[0]);
+    compute_script_pose(obstacle, to, &centre[1], &orientation[1]);
     vec3_store(context->end, slot, centre[1]);
     vec3_store(context->end, slot + 1, pack_orientation(orientation[1]));
     bool const moves = obstacle->motion.key_count > 0 && context->passed > 0.0;
@@ -290,9 +272,9 @@ body_energies world_measure_bodies(const tulle_world *world, const double *posit
     body_energies energies = {0};
     vec3 const gravity = vec3_load(world->def.gravity, 0);
     for (size_t b = 0; b < world->body_count; b++) {
-        if (!is_body(world, b)) continue;
+        if (!body_answers(world, b)) continue;
         rigid_body const *const rigid = &get_body(world, b)->rigid;
-        size_t const slot = get_slot(world, b);
+        size_t const slot = get_first_slot(world, b);
         quaternion const orientation = unpack_orientation(vec3_load(positions, slot + 1));
         vec3 const turn = vec3_load(velocities, slot + 1);
         energies.kinetic += 0.5 * rigid->mass * vec3_norm2(vec3_load(velocities, slot)) +

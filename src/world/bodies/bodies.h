@@ -9,6 +9,25 @@
 
 #include "world/step/step.h"
 
+/* The obstacle that is a body, its surface, and the first of its two slots. */
+static inline world_obstacle *get_body(const tulle_world *world, size_t body) {
+    return &world->obstacles.data[world->body_obstacles[body]];
+}
+static inline surface_range *get_body_surface(const tulle_world *world, size_t body) {
+    return &world->surfaces[world->cloths.count + world->body_obstacles[body]];
+}
+static inline size_t get_first_slot(const tulle_world *world, size_t body) {
+    return world->cloth_vertex_count + 2 * body;
+}
+/* Whether a body is there and answers contact; else it follows its script or is absent. */
+static inline bool body_answers(const tulle_world *world, size_t body) {
+    surface_range const *const range = get_body_surface(world, body);
+    return range->is_body && range->is_present;
+}
+static inline bool body_sleeps(const world_motion_state *state, size_t body) {
+    return state->rests[body].state == BODY_SLEEPS;
+}
+
 /* Numbers the bodies; before the surfaces are numbered. */
 tulle_status world_number_bodies(tulle_world *world);
 /* Vertices in the bodies' own coordinates, and slots of the first state, at time 0. */

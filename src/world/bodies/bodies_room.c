@@ -8,14 +8,12 @@
 /* Of the energy that the substep before lost. */
 static const double ROOM_SHARE = 0.5;
 
-static bool makes_room(const contact_row *row) { return row->frame.has_body; }
-
 /* [m/s] at which a row keeps the room it has: turning bodies come nearer without that speed. */
-static double find_kept_speed(const step_context *context, const contact_row *row) {
+static double compute_kept_speed(const step_context *context, const contact_row *row) {
     return -find_row_curvature(&context->scene, row) / context->time_step;
 }
 
-static double get_push(const contact_row *row) {
+static double compute_push(const contact_row *row) {
     return fmax(vec3_dot(row->frame.normal, row->solve.impulse), 0.0);
 }
 
@@ -24,15 +22,15 @@ void world_share_room(step_context *context) {
     double work = 0.0; /* [J] with the impulses of the substep before */
     for (size_t i = 0; context->scene.body_count > 0 && i < list->rows.count; i++) {
         contact_row const *const row = &list->rows.data[i];
-        if (makes_room(row))
-            work += get_push(row) * fmax(row->law.bias - find_kept_speed(context, row), 0.0);
+        if (row->frame.has_body)
+            work += compute_push(row) * fmax(row->law.bias - compute_kept_speed(context, row), 0.0);
     }
     double const budget = ROOM_SHARE * context->state->lost_energy;
     if (!(work > budget)) return;
     for (size_t i = 0; i < list->rows.count; i++) {
         contact_row *const row = &list->rows.data[i];
-        if (!makes_room(row)) continue;
-        double const kept = find_kept_speed(context, row);
+        if (!row->frame.has_body) continue;
+        double const kept = compute_kept_speed(context, row);
         if (row->law.bias > kept) row->law.bias = kept + (row->law.bias - kept) * (budget / work);
     }
 }
@@ -42,10 +40,10 @@ bool world_ask_less_room(step_context *context, int level) {
     bool has_changed = false;
     for (size_t i = 0; context->scene.body_count > 0 && i < list->rows.count; i++) {
         contact_row *const row = &list->rows.data[i];
-        if (!makes_room(row)) continue;
-        double const kept = level == 0 ? find_kept_speed(context, row) : 0.0;
+        if (!row->frame.has_body) continue;
+        double const kept = level == 0 ? compute_kept_speed(context, row) : 0.0;
         if (!(row->law.bias > kept)) continue;
-        has_changed |= get_push(row) > 0.0;
+        has_changed |= compute_push(row) > 0.0;
         row->law.bias = kept;
     }
     return has_changed;
@@ -56,10 +54,10 @@ void world_note_loss(step_context *context, double gain) {
     double work = 0.0; /* [J] of making room */
     for (size_t i = 0; context->scene.body_count > 0 && i < list->rows.count; i++) {
         contact_row const *const row = &list->rows.data[i];
-        if (!makes_room(row)) continue;
+        if (!row->frame.has_body) continue;
         double const speed =
             vec3_dot(row->frame.normal, get_relative_velocity(row, context->mean_velocity));
-        work += get_push(row) * fmax(speed - find_kept_speed(context, row), 0.0);
+        work += compute_push(row) * fmax(speed - compute_kept_speed(context, row), 0.0);
     }
     context->lost_energy = context->scene.body_count > 0 ? fmax(work - gain, 0.0) : 0.0;
 }

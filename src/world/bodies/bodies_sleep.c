@@ -9,31 +9,6 @@
 #include <math.h>
 #include <string.h>
 
-static const world_obstacle *get_body(const tulle_world *world, size_t body) {
-    return &world->obstacles.data[world->body_obstacles[body]];
-}
-
-static size_t get_surface(const tulle_world *world, size_t body) {
-    return world->cloths.count + world->body_obstacles[body];
-}
-
-static size_t get_slot(const tulle_world *world, size_t body) {
-    return world->cloth_vertex_count + 2 * body;
-}
-
-static quaternion get_orientation(const world_motion_state *state, const tulle_world *world,
-                                  size_t body) {
-    return unpack_orientation(vec3_load(state->positions, get_slot(world, body) + 1));
-}
-
-static bool may_sleep(const tulle_world *world, size_t body) {
-    return get_body(world, body)->body.sleep_speed > 0.0;
-}
-
-void world_note_sleep(tulle_world *world) {
-    for (size_t b = 0; b < world->body_count; b++) world->has_sleep |= may_sleep(world, b);
-}
-
 /* ---- waking ---- */
 
 void world_wake_body(const tulle_world *world, world_motion_state *state, size_t body) {
@@ -72,41 +47,32 @@ static swept_box sweep_box(const surface_range *range, const double *start, cons
     return box;
 }
 
-static bool boxes_are_near(const swept_box *a, const swept_box *b, double distance) {
-    for (size_t c = 0; c < 3; c++)
-        if (a->low[c] > b->high[c] + distance || b->low[c] > a->high[c] + distance) return false;
-    return true;
-}
-
-/* Whether an obstacle that is no free body moves in this substep. */
-static bool is_on_the_way(const step_context *context, const surface_range *range) {
-    if (range->is_static || range->is_body || !range->is_present) return false;
-    size_t const begin = 3 * (size_t)range->vertex_begin, end = 3 * (size_t)range->vertex_end;
-    return memcmp(context->world->targets + begin, context->state->positions + begin,
-                  (end - begin) * sizeof(double)) != 0;
-}
-
-static void mark_sleepers(const tulle_world *world, const world_motion_state *state) {
-    for (size_t b = 0; b < world->body_count; b++)
-        world->surfaces[get_surface(world, b)].is_asleep = body_sleeps(state, b);
-}
-
 void world_wake_near_script(step_context *context) {
     tulle_world *const world = context->world;
     world_motion_state *const state = context->state;
+    double const distance = world->separation_distance;
     if (!world->has_sleep) return;
     for (size_t i = 0; i < world->obstacles.count; i++) {
+        /* An obstacle that is no free body and moves in this substep. */
         surface_range const *const range = &world->surfaces[world->cloths.count + i];
-        if (!is_on_the_way(context, range)) continue;
+        if (range->is_static || range->is_body || !range->is_present) continue;
+        size_t const begin = 3 * (size_t)range->vertex_begin, end = 3 * (size_t)range->vertex_end;
+        if (memcmp(world->targets + begin, state->positions + begin,
+                   (end - begin) * sizeof(double)) == 0)
+            continue;
         swept_box const way = sweep_box(range, state->positions, world->targets);
         for (size_t b = 0; b < world->body_count; b++) {
-            swept_box const own = sweep_box(&world->surfaces[get_surface(world, b)],
-                                            state->positions, state->positions);
-            if (boxes_are_near(&own, &way, world->separation_distance))
-                world_wake_body(world, state, b);
+            swept_box const own =
+                sweep_box(get_body_surface(world, b), state->positions, state->positions);
+            bool is_near = true;
+            for (size_t c = 0; c < 3; c++)
+                is_near = is_near && own.low[c] <= way.high[c] + distance &&
+                          way.low[c] <= own.high[c] + distance;
+            if (is_near) world_wake_body(world, state, b);
         }
     }
-    mark_sleepers(world, state);
+    for (size_t b = 0; b < world->body_count; b++)
+        get_body_surface(world, b)->is_asleep = body_sleeps(state, b);
 }
 
 /* What cloth presses on a sleeper with, as an impulse [N s] and its moment [N m s]. */
@@ -115,74 +81,61 @@ typedef struct body_press {
     bool by_body; /* a body that is awake takes part */
 } body_press;
 
-/* The sleeper or other body that a side of a row lies on, or TULLE_NONE. */
-static uint32_t find_side(const tulle_world *world, const contact_row *row, int side) {
-    for (int k = 0; k < 4; k++)
-        if (get_row_side(row, k) == side && row->frame.vertices[k] >= world->cloth_vertex_count)
-            return world->surface_bodies[world->vertex_surface[row->frame.vertices[k]]];
-    return TULLE_NONE;
-}
+/* What a side of a row lies on. */
+typedef struct side_owner {
+    uint32_t body; /* a sleeper or other body; TULLE_NONE: neither */
+    bool is_cloth;
+} side_owner;
 
-static bool is_of_cloth(const tulle_world *world, const contact_row *row, int side) {
-    for (int k = 0; k < 4; k++)
-        if (get_row_side(row, k) == side && row->frame.vertices[k] < world->cloth_vertex_count)
-            return true;
-    return false;
-}
-
-/* The point of a side now. */
-static vec3 find_side_point(const step_context *context, const contact_row *row, int side) {
-    vec3 sum = {0.0, 0.0, 0.0};
-    for (int k = 0; k < 4; k++)
-        if (get_row_side(row, k) == side)
-            sum = vec3_add_scaled(sum, vec3_load(context->state->positions, row->frame.vertices[k]),
-                                  fabs(row->frame.weights[k]));
-    return sum;
-}
-
-static void add_press(const step_context *context, const contact_row *row, int side,
-                      body_press *press) {
-    vec3 const impulse = vec3_scale(row->solve.impulse, side == 0 ? 1.0 : -1.0);
-    size_t const slot = get_slot(context->world, find_side(context->world, row, side));
-    vec3 const arm = vec3_sub(find_side_point(context, row, 1 - side),
-                              vec3_load(context->state->positions, slot));
-    press->impulse = vec3_add(press->impulse, impulse);
-    press->moment = vec3_add(press->moment, vec3_cross(arm, impulse));
+static side_owner find_side_owner(const tulle_world *world, const contact_row *row, int side) {
+    side_owner owner = {.body = TULLE_NONE};
+    for (int k = 0; k < 4; k++) {
+        uint32_t const vertex = row->frame.vertices[k];
+        if (get_row_side(row, k) != side) continue;
+        if (vertex < world->cloth_vertex_count)
+            owner.is_cloth = true;
+        else
+            owner.body = world->surface_bodies[world->vertex_surface[vertex]];
+    }
+    return owner;
 }
 
 /* What cloth presses on each body with, and whether other bodies that are awake do; in the scratch
  * arena, null for want of memory. */
 static body_press *collect_presses(const step_context *context) {
     tulle_world *const world = context->world;
+    double const *const positions = context->state->positions;
     body_press *const presses = ARENA_NEW_ZEROED(&world->scratch, body_press, world->body_count);
     for (size_t i = 0; presses && i < world->rows.rows.count; i++) {
         contact_row const *const row = &world->rows.rows.data[i];
         if (!(vec3_norm2(row->solve.impulse) > 0.0)) continue;
+        side_owner const owners[2] = {find_side_owner(world, row, 0),
+                                      find_side_owner(world, row, 1)};
         for (int side = 0; side < 2; side++) {
-            uint32_t const body = find_side(world, row, side);
-            uint32_t const other = find_side(world, row, 1 - side);
+            uint32_t const body = owners[side].body, other = owners[1 - side].body;
             if (body == TULLE_NONE) continue;
-            if (is_of_cloth(world, row, 1 - side)) add_press(context, row, side, &presses[body]);
             presses[body].by_body |=
                 other != TULLE_NONE && context->state->rests[other].state == BODY_FREE;
+            if (!owners[1 - side].is_cloth) continue;
+            /* The push acts at the point of the cloth. */
+            vec3 point = {0.0, 0.0, 0.0};
+            for (int k = 0; k < 4; k++)
+                if (get_row_side(row, k) == 1 - side)
+                    point = vec3_add_scaled(point, vec3_load(positions, row->frame.vertices[k]),
+                                            fabs(row->frame.weights[k]));
+            vec3 const impulse = vec3_scale(row->solve.impulse, side == 0 ? 1.0 : -1.0);
+            vec3 const arm = vec3_sub(point, vec3_load(positions, get_first_slot(world, body)));
+            presses[body].impulse = vec3_add(presses[body].impulse, impulse);
+            presses[body].moment = vec3_add(presses[body].moment, vec3_cross(arm, impulse));
         }
     }
     return presses;
 }
 
-/* [kg] What a push by cloth moves: a body and those that it carries, whose weight is what cloth
- * pressed on it with against gravity when it fell asleep. */
-static double find_carried_mass(const step_context *context, size_t body) {
-    vec3 const gravity = context->scene.gravity;
-    vec3 const force = vec3_load(context->state->rests[body].force, 0);
-    double const own = get_body(context->world, body)->rigid.mass, norm2 = vec3_norm2(gravity);
-    return norm2 > 0.0 ? fmax(own, -vec3_dot(force, gravity) / norm2) : own;
-}
-
 /* [m/s] By how much a sleeper would be faster than at rest after this substep, with all that it
- * carries: the inertia of a stack is more than this share of its own, so it is found to turn
- * sooner than it does. */
-static double find_change(const step_context *context, size_t body, const body_press *press) {
+ * carries. The inertia of a stack is more than this share of its own, so it is found to turn sooner
+ * than it does. */
+static double compute_change(const step_context *context, size_t body, const body_press *press) {
     tulle_world const *const world = context->world;
     world_obstacle const *const obstacle = get_body(world, body);
     body_rest const *const rest = &context->state->rests[body];
@@ -190,10 +143,17 @@ static double find_change(const step_context *context, size_t body, const body_p
     vec3 const force = vec3_load(rest->force, 0), torque = vec3_load(rest->torque, 0);
     vec3 const push = vec3_add_scaled(vec3_scale(press->impulse, whole), force, -h);
     vec3 const turn = vec3_add_scaled(vec3_scale(press->moment, whole), torque, -h);
-    mat3 const inverse = rigid_compute_inverse_inertia(
-        &obstacle->rigid, get_orientation(context->state, world, body));
-    double const own_share = obstacle->rigid.mass / find_carried_mass(context, body);
-    return own_share * (vec3_norm(push) / obstacle->rigid.mass +
+    quaternion const orientation =
+        unpack_orientation(vec3_load(context->state->positions, get_first_slot(world, body) + 1));
+    mat3 const inverse = rigid_compute_inverse_inertia(&obstacle->rigid, orientation);
+    /* A push by cloth moves the body and those that it carries. Their weight is what cloth pressed
+     * on it with against gravity when it fell asleep. */
+    vec3 const gravity = context->scene.gravity;
+    double const own = obstacle->rigid.mass, norm2 = vec3_norm2(gravity);
+    double const carried =
+        norm2 > 0.0 ? fmax(own, -vec3_dot(force, gravity) / norm2) : own; /* [kg] */
+    double const own_share = own / carried;
+    return own_share * (vec3_norm(push) / own +
                         vec3_norm(mat3_multiply_vec3(&inverse, turn)) * obstacle->radius);
 }
 
@@ -206,7 +166,7 @@ tulle_status world_wake_pressed(step_context *context) {
     if (!presses) return TULLE_ERROR_OUT_OF_MEMORY;
     for (size_t b = 0; b < world->body_count; b++) {
         if (!body_sleeps(context->state, b)) continue;
-        bool const is_pressed = presses[b].by_body || find_change(context, b, &presses[b]) >
+        bool const is_pressed = presses[b].by_body || compute_change(context, b, &presses[b]) >
                                                           get_body(world, b)->body.sleep_speed;
         if (!is_pressed) continue;
         world_wake_body(world, context->state, b);
@@ -218,19 +178,13 @@ tulle_status world_wake_pressed(step_context *context) {
 
 /* ---- contacts that no row tells of ---- */
 
-static uint32_t find_owner(const tulle_world *world, uint32_t kind, uint32_t feature,
-                           bool is_second) {
-    uint32_t vertex = feature;
-    if (kind == FEATURE_EDGE_EDGE)
-        vertex = world->topo.edges[2 * (size_t)feature];
-    else if (is_second)
-        vertex = world->topo.triangles[3 * (size_t)feature];
-    return world->vertex_surface[vertex];
-}
-
 static bool is_resting(const tulle_world *world, const stored_contact *contact) {
-    size_t const a = find_owner(world, contact->kind, contact->first, false);
-    size_t const b = find_owner(world, contact->kind, contact->second, true);
+    bool const has_edges = contact->kind == FEATURE_EDGE_EDGE;
+    uint32_t const first = contact->first, second = contact->second;
+    size_t const vertices[2] = {has_edges ? world->topo.edges[2 * (size_t)first] : first,
+                                has_edges ? world->topo.edges[2 * (size_t)second]
+                                          : world->topo.triangles[3 * (size_t)second]};
+    size_t const a = world->vertex_surface[vertices[0]], b = world->vertex_surface[vertices[1]];
     bool const has_sleeper = world->surfaces[a].is_asleep || world->surfaces[b].is_asleep;
     return has_sleeper && !surfaces_may_meet(&world->set, a, b);
 }
@@ -269,7 +223,8 @@ static void join_bodies(const step_context *context, uint32_t *parents) {
     for (uint32_t b = 0; b < world->body_count; b++) parents[b] = b;
     for (size_t i = 0; i < world->rows.rows.count; i++) {
         contact_row const *const row = &world->rows.rows.data[i];
-        uint32_t const first = find_side(world, row, 0), second = find_side(world, row, 1);
+        uint32_t const first = find_side_owner(world, row, 0).body;
+        uint32_t const second = find_side_owner(world, row, 1).body;
         if (first == TULLE_NONE || second == TULLE_NONE) continue;
         if (rests[first].state == BODY_SCRIPTED || rests[second].state == BODY_SCRIPTED) continue;
         uint32_t const a = find_root(parents, first), b = find_root(parents, second);
@@ -277,17 +232,17 @@ static void join_bodies(const step_context *context, uint32_t *parents) {
     }
 }
 
-/* Counts on while a body is slow; whether it has been for long enough. */
+/* Counts on while a body is slow. True when it has been slow for long enough. */
 static bool count_quiet_time(const step_context *context, size_t body, double time_step) {
     tulle_world const *const world = context->world;
     world_motion_state const *const state = context->state;
     world_obstacle const *const obstacle = get_body(world, body);
     body_rest *const rest = &state->rests[body];
     if (rest->state == BODY_SLEEPS) return true;
-    if (rest->state != BODY_FREE || !may_sleep(world, body) ||
-        !world->surfaces[get_surface(world, body)].is_present)
+    if (rest->state != BODY_FREE || !(obstacle->body.sleep_speed > 0.0) ||
+        !get_body_surface(world, body)->is_present)
         return false;
-    size_t const slot = get_slot(world, body);
+    size_t const slot = get_first_slot(world, body);
     double const speed =
         vec3_norm(vec3_load(state->velocities, slot)) +
         vec3_norm(vec3_load(state->velocities, slot + 1)) * obstacle->radius; /* of any point */
@@ -299,7 +254,7 @@ static void fall_asleep(step_context *context, size_t body, uint32_t group,
                         const body_press *press) {
     tulle_world *const world = context->world;
     world_motion_state *const state = context->state;
-    surface_range const *const range = &world->surfaces[get_surface(world, body)];
+    surface_range const *const range = get_body_surface(world, body);
     size_t const begin = range->vertex_begin;
     body_rest *const rest = &state->rests[body];
     double const rate = 1.0 / context->time_step;
@@ -307,8 +262,9 @@ static void fall_asleep(step_context *context, size_t body, uint32_t group,
     rest->group = group;
     vec3_store(rest->force, 0, vec3_scale(press->impulse, rate));
     vec3_store(rest->torque, 0, vec3_scale(press->moment, rate));
-    world_sum_contact_impulses(&world->rows, get_slot(world, body), rest->impulse, rest->moment);
-    memset(state->velocities + 3 * get_slot(world, body), 0, 6 * sizeof(double));
+    world_sum_contact_impulses(&world->rows, get_first_slot(world, body), rest->impulse,
+                               rest->moment);
+    memset(state->velocities + 3 * get_first_slot(world, body), 0, 6 * sizeof(double));
     memset(state->velocities + 3 * begin, 0, 3 * (range->vertex_end - begin) * sizeof(double));
 }
 

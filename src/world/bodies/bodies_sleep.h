@@ -9,14 +9,7 @@
 #ifndef TULLE_WORLD_BODIES_BODIES_SLEEP_H
 #define TULLE_WORLD_BODIES_BODIES_SLEEP_H
 
-#include "world/step/step.h"
-
-static inline bool body_sleeps(const world_motion_state *state, size_t body) {
-    return state->rests[body].state == BODY_SLEEPS;
-}
-
-/* Whether a body may sleep, into world->has_sleep. */
-void world_note_sleep(tulle_world *world);
+#include "world/bodies/bodies.h"
 
 /* Wakes those that fell asleep with `body`; all. */
 void world_wake_body(const tulle_world *world, world_motion_state *state, size_t body);
@@ -25,9 +18,9 @@ void world_wake_all(const tulle_world *world, world_motion_state *state);
 /* Before a substep, with its targets: wakes what something scripted moves near to, and says which
  * surfaces meet. */
 void world_wake_near_script(step_context *context);
-/* After stage 10: wakes what is pressed, into context->has_woken. */
+/* Once a substep is solved: wakes what is pressed, into context->has_woken. */
 tulle_status world_wake_pressed(step_context *context);
-/* Before update_contacts: the contacts of sleepers with one another and with what stands, of which
+/* Before accept_state: the contacts of sleepers with one another and with what stands, of which
  * no row tells, into context->resting. */
 tulle_status world_keep_resting(step_context *context);
 /* At the end of a step: who falls asleep. */
