@@ -59,12 +59,6 @@ static arena_block *append_block(arena *scratch, size_t capacity) {
     return block;
 }
 
-static size_t choose_capacity(const arena *scratch, size_t byte_count) {
-    size_t capacity = scratch->capacity / GROWTH_SHARE;
-    if (capacity < FIRST_BLOCK_BYTES) capacity = FIRST_BLOCK_BYTES;
-    return capacity < byte_count ? byte_count : capacity;
-}
-
 void arena_reserve(arena *scratch, size_t byte_count) {
     if (scratch->used > 0 || (scratch->first && scratch->first->capacity >= byte_count)) return;
     scratch->current = NULL;
@@ -82,7 +76,9 @@ void *arena_allocate(arena *scratch, size_t count, size_t size) {
     }
     if (!block) {
         release_rest(scratch); /* all too short */
-        block = append_block(scratch, choose_capacity(scratch, byte_count));
+        size_t capacity = scratch->capacity / GROWTH_SHARE;
+        if (capacity < FIRST_BLOCK_BYTES) capacity = FIRST_BLOCK_BYTES;
+        block = append_block(scratch, capacity < byte_count ? byte_count : capacity);
         if (!block) return NULL;
     }
     scratch->current = block;
@@ -109,20 +105,17 @@ arena_mark arena_get_mark(const arena *scratch) {
                         scratch->used};
 }
 
-/* One block in place of several; none where memory is short, then the next call makes some. */
-static void join_blocks(arena *scratch) {
-    if (!scratch->first || !scratch->first->next) return;
-    release_rest(scratch);
-    (void)append_block(scratch, scratch->most_used + scratch->most_used / SPARE_SHARE);
-}
-
 void arena_release(arena *scratch, arena_mark mark) {
     scratch->used = mark.all_used;
     scratch->current = mark.block;
     if (mark.block) {
         mark.block->used = mark.used;
-    } else {
-        if (scratch->first) scratch->first->used = 0;
-        join_blocks(scratch);
+        return;
     }
+    if (!scratch->first) return;
+    scratch->first->used = 0;
+    if (!scratch->first->next) return;
+    /* One block in place of several; none where memory is short, then the next call makes some. */
+    release_rest(scratch);
+    (void)append_block(scratch, scratch->most_used + scratch->most_used / SPARE_SHARE);
 }

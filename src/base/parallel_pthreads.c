@@ -81,12 +81,6 @@ static pthread_once_t team_key_once = PTHREAD_ONCE_INIT;
 static pthread_key_t team_key;
 static bool has_team_key;
 
-static void look_again(void) {
-#if defined(__x86_64__) || defined(__i386__)
-    __builtin_ia32_pause();
-#endif
-}
-
 typedef bool (*look)(void *context);
 
 /* Looks until it sees what it looks for, for SPIN_TIME at most; false: it did not. */
@@ -96,14 +90,16 @@ static bool look_for(const helper_team *team, look sees, void *context) {
     do {
         for (int i = 0; i < LOOKS; i++) {
             if (sees(context)) return true;
-            look_again();
+#if defined(__x86_64__) || defined(__i386__)
+            __builtin_ia32_pause();
+#endif
         }
     } while (timer_now() < end);
     return false;
 }
 
 /* The first chunk of a range. */
-static size_t find_range_begin(const helper_team *team, const parallel_loop *loop, int range) {
+static size_t compute_range_begin(const helper_team *team, const parallel_loop *loop, int range) {
     size_t const count = (size_t)team->range_count, share = loop->chunk_count / count;
     size_t const rest = loop->chunk_count % count, number = (size_t)range;
     return share * number + (number < rest ? number : rest);
@@ -112,7 +108,7 @@ static size_t find_range_begin(const helper_team *team, const parallel_loop *loo
 static void take_chunks(helper_team *team, const parallel_loop *loop, int worker) {
     for (int i = 0; i < team->range_count; i++) {
         int const range = (worker + i) % team->range_count;
-        size_t const end = find_range_begin(team, loop, range + 1);
+        size_t const end = compute_range_begin(team, loop, range + 1);
         for (;;) {
             size_t const chunk = atomic_fetch_add(&team->ranges[range].next, 1);
             if (chunk >= end) break;
@@ -121,32 +117,11 @@ static void take_chunks(helper_team *team, const parallel_loop *loop, int worker
     }
 }
 
-/* Called by a helper: false when loop `number` is over, or another one has begun. */
-static bool enter_gate(helper_team *team, uint64_t number) {
-    uint64_t gate = atomic_load(&team->gate);
-    do {
-        if (gate >> GATE_BITS != number || (gate & GATE_OPEN) == 0) return false;
-    } while (!atomic_compare_exchange_weak(&team->gate, &gate, gate + 1));
-    return true;
-}
-
 static void await_post(sem_t *semaphore) {
     while (sem_wait(semaphore) != 0) continue; /* a signal interrupts it */
 }
 
-static void leave_gate(helper_team *team) {
-    uint64_t const gate = atomic_fetch_sub(&team->gate, 1);
-    if ((gate & (2 * GATE_OPEN - 1)) == 1) sem_post(&team->is_done);
-}
-
 static bool sees_post(void *semaphore) { return sem_trywait(semaphore) == 0; }
-
-/* Called by the caller when no chunk is left: no more helpers enter, then those inside leave. */
-static void close_gate(helper_team *team) {
-    uint64_t const gate = atomic_fetch_sub(&team->gate, GATE_OPEN);
-    if ((gate & (GATE_OPEN - 1)) == 0) return;
-    if (!look_for(team, sees_post, &team->is_done)) await_post(&team->is_done);
-}
 
 /* A ticket, and the one that was there before. */
 typedef struct ticket_watch {
@@ -182,15 +157,6 @@ static void publish_ticket(helper_team *team, uint64_t ticket, int count) {
     }
 }
 
-/* Makes the loop the one that helpers may enter; nobody is inside the gate. */
-static void open_gate(helper_team *team, const parallel_loop *loop, uint64_t number, int threads) {
-    team->loop = loop;
-    team->range_count = threads;
-    for (int i = 0; i < threads; i++)
-        atomic_store(&team->ranges[i].next, find_range_begin(team, loop, i));
-    atomic_store(&team->gate, number << GATE_BITS | GATE_OPEN);
-}
-
 static void *run_helper(void *argument) {
     helper *const self = argument;
     helper_team *const team = self->team;
@@ -200,9 +166,16 @@ static void *run_helper(void *argument) {
         uint64_t const limit = seen & STOP_LIMIT;
         if (limit == STOP_LIMIT) return NULL;
         if ((uint64_t)self->worker > limit) continue;
-        if (!enter_gate(team, seen >> LIMIT_BITS)) continue;
+        /* Enters the gate, unless its loop is over or another one has begun. */
+        uint64_t gate = atomic_load(&team->gate);
+        bool is_inside = false;
+        while (!is_inside && gate >> GATE_BITS == seen >> LIMIT_BITS && (gate & GATE_OPEN) != 0)
+            is_inside = atomic_compare_exchange_weak(&team->gate, &gate, gate + 1);
+        if (!is_inside) continue;
         take_chunks(team, team->loop, self->worker);
-        leave_gate(team);
+        /* The last to leave a closed gate tells the caller. */
+        gate = atomic_fetch_sub(&team->gate, 1);
+        if ((gate & (2 * GATE_OPEN - 1)) == 1) sem_post(&team->is_done);
     }
 }
 
@@ -276,8 +249,16 @@ void parallel_backend_run(const parallel_loop *loop, int threads) {
     int const helper_count = start_helpers(team, threads - 1);
     uint64_t const number = (atomic_load(&team->ticket) >> LIMIT_BITS) + 1;
     atomic_store(&team->has_room, threads <= team->processor_count);
-    open_gate(team, loop, number, helper_count + 1);
+    /* The gate opens to this loop; nobody is inside. */
+    team->loop = loop;
+    team->range_count = helper_count + 1;
+    for (int i = 0; i < team->range_count; i++)
+        atomic_store(&team->ranges[i].next, compute_range_begin(team, loop, i));
+    atomic_store(&team->gate, number << GATE_BITS | GATE_OPEN);
     publish_ticket(team, number << LIMIT_BITS | (uint64_t)helper_count, helper_count);
     take_chunks(team, loop, 0);
-    close_gate(team);
+    /* No chunk is left: no more helpers enter, then those inside leave. */
+    uint64_t const gate = atomic_fetch_sub(&team->gate, GATE_OPEN);
+    if ((gate & (GATE_OPEN - 1)) == 0) return;
+    if (!look_for(team, sees_post, &team->is_done)) await_post(&team->is_done);
 }

@@ -21,18 +21,6 @@ static char *get_item(const sorting *list, size_t index) {
     return list->items + index * list->size;
 }
 
-static void sort_by_insertion(const sorting *list, size_t count) {
-    char item[SIZE_MOST];
-    for (size_t i = 1; i < count; i++) {
-        size_t at = i;
-        while (at > 0 && list->compare(get_item(list, at - 1), get_item(list, i)) > 0) at--;
-        if (at == i) continue;
-        memcpy(item, get_item(list, i), list->size);
-        memmove(get_item(list, at + 1), get_item(list, at), (i - at) * list->size);
-        memcpy(get_item(list, at), item, list->size);
-    }
-}
-
 /* Moves `item` from place `at` down to where no child comes after it. */
 static void sink_item(const sorting *list, const char *item, size_t at, size_t count) {
     for (size_t child = 2 * at + 1; child < count; child = 2 * at + 1) {
@@ -46,25 +34,29 @@ static void sink_item(const sorting *list, const char *item, size_t at, size_t c
     memcpy(get_item(list, at), item, list->size);
 }
 
-static void sort_by_heap(const sorting *list, size_t count) {
-    char item[SIZE_MOST];
-    for (size_t i = count / 2; i-- > 0;) {
-        memcpy(item, get_item(list, i), list->size);
-        sink_item(list, item, i, count);
-    }
-    for (size_t end = count - 1; end > 0; end--) {
-        memcpy(item, get_item(list, end), list->size);
-        memcpy(get_item(list, end), list->items, list->size);
-        sink_item(list, item, 0, end);
-    }
-}
-
 void sort_in_place(void *items, size_t count, size_t size,
                    int (*compare)(const void *, const void *)) {
     assert(size <= SIZE_MOST);
     sorting const list = {items, size, compare};
-    if (count <= INSERTION_MOST)
-        sort_by_insertion(&list, count);
-    else
-        sort_by_heap(&list, count);
+    char item[SIZE_MOST];
+    if (count <= INSERTION_MOST) {
+        for (size_t i = 1; i < count; i++) {
+            size_t at = i;
+            while (at > 0 && compare(get_item(&list, at - 1), get_item(&list, i)) > 0) at--;
+            if (at == i) continue;
+            memcpy(item, get_item(&list, i), size);
+            memmove(get_item(&list, at + 1), get_item(&list, at), (i - at) * size);
+            memcpy(get_item(&list, at), item, size);
+        }
+        return;
+    }
+    for (size_t i = count / 2; i-- > 0;) {
+        memcpy(item, get_item(&list, i), size);
+        sink_item(&list, item, i, count);
+    }
+    for (size_t end = count - 1; end > 0; end--) {
+        memcpy(item, get_item(&list, end), size);
+        memcpy(get_item(&list, end), list.items, size);
+        sink_item(&list, item, 0, end);
+    }
 }
