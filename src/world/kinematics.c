@@ -174,8 +174,8 @@ static bool holds_cloth_inside(const tulle_world *world, const world_obstacle *o
         bool is_near = true;
         for (int c = 0; c < 3; c++) is_near = is_near && x[c] >= low[c] && x[c] <= high[c];
         if (is_near &&
-            fabs(find_winding_number(obstacle->mesh.triangles, obstacle->mesh.triangle_count,
-                                     positions, vec3_load(x, 0))) > 0.5) {
+            fabs(compute_winding_number(obstacle->mesh.triangles, obstacle->mesh.triangle_count,
+                                        positions, vec3_load(x, 0))) > 0.5) {
             return true;
         }
     }

@@ -5,6 +5,7 @@
 #include "contact/pairs/body_paths.h"
 #include "contact/rows/row_motion.h"
 #include "world/bodies/bodies.h"
+#include "world/surface_box.h"
 
 #include <math.h>
 #include <string.h>
@@ -30,23 +31,6 @@ void world_wake_all(const tulle_world *world, world_motion_state *state) {
     }
 }
 
-/* [m] Box of some vertices at two times. */
-typedef struct swept_box {
-    double low[3], high[3];
-} swept_box;
-
-static swept_box sweep_box(const surface_range *range, const double *start, const double *end) {
-    double const most = (double)INFINITY;
-    swept_box box = {{most, most, most}, {-most, -most, -most}};
-    for (size_t v = range->vertex_begin; v < range->vertex_end; v++) {
-        for (size_t c = 0; c < 3; c++) {
-            box.low[c] = fmin(box.low[c], fmin(start[3 * v + c], end[3 * v + c]));
-            box.high[c] = fmax(box.high[c], fmax(start[3 * v + c], end[3 * v + c]));
-        }
-    }
-    return box;
-}
-
 void world_wake_near_script(step_context *context) {
     tulle_world *const world = context->world;
     world_motion_state *const state = context->state;
@@ -60,10 +44,10 @@ void world_wake_near_script(step_context *context) {
         if (memcmp(world->targets + begin, state->positions + begin,
                    (end - begin) * sizeof(double)) == 0)
             continue;
-        swept_box const way = sweep_box(range, state->positions, world->targets);
+        surface_box const way = measure_surface_box(range, state->positions, world->targets);
         for (size_t b = 0; b < world->body_count; b++) {
-            swept_box const own =
-                sweep_box(get_body_surface(world, b), state->positions, state->positions);
+            surface_box const own =
+                measure_surface_box(get_body_surface(world, b), state->positions, state->positions);
             bool is_near = true;
             for (size_t c = 0; c < 3; c++)
                 is_near = is_near && own.low[c] <= way.high[c] + distance &&

@@ -8,6 +8,7 @@
 
 #include "base/error.h"
 #include "geom/distance.h"
+#include "world/surface_box.h"
 
 #include <math.h>
 #include <stdio.h>
@@ -15,8 +16,8 @@
 /* Over this the winding number says inside. Surfaces that face inward (rooms) have no inside. */
 static const double INSIDE_WINDING = 0.5;
 
-double find_winding_number(const uint32_t *triangles, size_t triangle_count,
-                           const double *positions, vec3 point) {
+double compute_winding_number(const uint32_t *triangles, size_t triangle_count,
+                              const double *positions, vec3 point) {
     double sum = 0.0;
     for (size_t t = 0; t < triangle_count; t++) {
         vec3 corner[3];
@@ -58,29 +59,6 @@ static void mark_piece(const topology *topo, uint32_t seed, bool *is_seen, uint3
     }
 }
 
-/* [m] of a surface's vertices. */
-typedef struct surface_box {
-    double low[3], high[3];
-} surface_box;
-
-static surface_box find_box(const surface_range *range, const double *positions) {
-    double const most = (double)INFINITY;
-    surface_box box = {{most, most, most}, {-most, -most, -most}};
-    for (size_t v = range->vertex_begin; v < range->vertex_end; v++) {
-        for (size_t c = 0; c < 3; c++) {
-            box.low[c] = fmin(box.low[c], positions[3 * v + c]);
-            box.high[c] = fmax(box.high[c], positions[3 * v + c]);
-        }
-    }
-    return box;
-}
-
-static bool is_in_box(const surface_box *box, const double *point) {
-    for (size_t c = 0; c < 3; c++)
-        if (point[c] < box->low[c] || point[c] > box->high[c]) return false;
-    return true;
-}
-
 /* What the search for holders reads. */
 typedef struct holder_search {
     const tulle_world *world;
@@ -89,28 +67,28 @@ typedef struct holder_search {
     surface_box *boxes; /* of all surfaces */
 } holder_search;
 
-/* Whether surface `held` may not lie inside obstacle `holder`. */
-static bool is_forbidden(const holder_search *search, size_t held, size_t holder) {
-    tulle_world const *const world = search->world;
-    surface_range const *const a = &world->surfaces[held], *const b = &world->surfaces[holder];
-    if (held == holder || !a->is_present || !b->is_present) return false;
-    if (a->is_obstacle) return a->is_body || b->is_body;
-    return !search->question.is_late || !world->now.is_present[holder - world->cloths.count];
-}
-
 /* The obstacle that has a vertex inside, where that may not be, or null. */
 static const surface_range *find_holder(const holder_search *search, uint32_t vertex) {
     tulle_world const *const world = search->world;
     double const *const point = search->positions + 3 * (size_t)vertex;
+    surface_range const *const held = &world->surfaces[world->vertex_surface[vertex]];
     for (size_t s = world->cloths.count; s < world_surface_count(world); s++) {
         surface_range const *const range = &world->surfaces[s];
-        if (!is_forbidden(search, world->vertex_surface[vertex], s) ||
-            !is_in_box(&search->boxes[s], point))
-            continue;
-        if (!surface_is_closed(&world->topo, range)) continue;
-        if (find_winding_number(world->topo.triangles + 3 * (size_t)range->triangle_begin,
-                                range->triangle_end - range->triangle_begin, search->positions,
-                                vec3_load(point, 0)) > INSIDE_WINDING)
+        if (held == range || !held->is_present || !range->is_present) continue;
+        /* Of two obstacles one is a body. In a step, cloth may lie in what was there before. */
+        bool const is_forbidden =
+            held->is_obstacle
+                ? held->is_body || range->is_body
+                : !search->question.is_late || !world->now.is_present[s - world->cloths.count];
+        if (!is_forbidden) continue;
+        surface_box const *const box = &search->boxes[s];
+        bool is_in_box = true;
+        for (size_t c = 0; c < 3; c++)
+            is_in_box = is_in_box && point[c] >= box->low[c] && point[c] <= box->high[c];
+        if (!is_in_box || !surface_is_closed(&world->topo, range)) continue;
+        if (compute_winding_number(world->topo.triangles + 3 * (size_t)range->triangle_begin,
+                                   range->triangle_end - range->triangle_begin, search->positions,
+                                   vec3_load(point, 0)) > INSIDE_WINDING)
             return range;
     }
     return NULL;
@@ -144,44 +122,33 @@ static tulle_status refuse(const holder_search *search, uint32_t vertex,
                      advice);
 }
 
-/* Whether some surface may not lie inside another, besides cloth: bodies take part. */
-static bool has_bodies(const tulle_world *world) {
-    bool has_any = false;
-    for (size_t s = world->cloths.count; s < world_surface_count(world); s++)
-        has_any |= world->surfaces[s].is_body && world->surfaces[s].is_present;
-    return has_any;
-}
-
-static bool has_edges(const topology *topo, uint32_t vertex) {
-    return topo->vertex_edges.begin[vertex] < topo->vertex_edges.begin[vertex + 1];
-}
-
-static tulle_status refuse_pieces(tulle_world *world, holder_search *search, tulle_error *error) {
-    size_t const count = world->vertex_count, surface_count = world_surface_count(world);
-    bool *const is_seen = ARENA_NEW_ZEROED(&world->scratch, bool, count);
-    uint32_t *const queue = ARENA_NEW(&world->scratch, uint32_t, count);
-    search->boxes = ARENA_NEW(&world->scratch, surface_box, surface_count);
-    if (!is_seen || !queue || !search->boxes)
-        return error_set(error, TULLE_ERROR_OUT_OF_MEMORY, "no memory left to judge the start");
-    for (size_t s = 0; s < surface_count; s++)
-        search->boxes[s] = find_box(&world->surfaces[s], search->positions);
-    size_t const end = has_bodies(world) ? count : world->cloth_vertex_count;
-    for (size_t v = 0; v < end; v++) {
-        uint32_t const vertex = (uint32_t)v;
-        bool const is_cloth = v < world->cloth_vertex_count;
-        if (is_seen[v] || !(is_cloth || has_edges(&world->topo, vertex))) continue;
-        mark_piece(&world->topo, vertex, is_seen, queue);
-        surface_range const *const holder = find_holder(search, vertex);
-        if (holder) return refuse(search, vertex, holder, error);
-    }
-    return TULLE_OK;
-}
-
 tulle_status world_refuse_inside(tulle_world *world, const double *positions,
                                  inside_question question, tulle_error *error) {
     arena_mark const mark = arena_get_mark(&world->scratch);
-    holder_search search = {.world = world, .positions = positions, .question = question};
-    tulle_status const status = refuse_pieces(world, &search, error);
+    size_t const count = world->vertex_count, surface_count = world_surface_count(world);
+    bool *const is_seen = ARENA_NEW_ZEROED(&world->scratch, bool, count);
+    uint32_t *const queue = ARENA_NEW(&world->scratch, uint32_t, count);
+    holder_search search = {.world = world,
+                            .positions = positions,
+                            .question = question,
+                            .boxes = ARENA_NEW(&world->scratch, surface_box, surface_count)};
+    tulle_status status = TULLE_OK;
+    if (!is_seen || !queue || !search.boxes)
+        status = error_set(error, TULLE_ERROR_OUT_OF_MEMORY, "no memory left to judge the start");
+    bool has_bodies = false; /* else only cloth can lie where it may not */
+    for (size_t s = 0; status == TULLE_OK && s < surface_count; s++) {
+        search.boxes[s] = measure_surface_box(&world->surfaces[s], positions, positions);
+        has_bodies |= world->surfaces[s].is_body && world->surfaces[s].is_present;
+    }
+    uint32_t const *const edge_begin = world->topo.vertex_edges.begin;
+    size_t const end = has_bodies ? count : world->cloth_vertex_count;
+    for (size_t v = 0; status == TULLE_OK && v < end; v++) {
+        bool const has_edges = edge_begin[v] < edge_begin[v + 1];
+        if (is_seen[v] || !(v < world->cloth_vertex_count || has_edges)) continue;
+        mark_piece(&world->topo, (uint32_t)v, is_seen, queue);
+        surface_range const *const holder = find_holder(&search, (uint32_t)v);
+        if (holder) status = refuse(&search, (uint32_t)v, holder, error);
+    }
     arena_release(&world->scratch, mark);
     return status;
 }

@@ -8,8 +8,8 @@
 /* Solid angle of triangles seen from a point, over 4 pi: the winding number, 1 inside a closed
  * surface that faces outward, -1 inside one that faces inward, 0 outside. Corners are indices into
  * `positions`. */
-double find_winding_number(const uint32_t *triangles, size_t triangle_count,
-                           const double *positions, vec3 point);
+double compute_winding_number(const uint32_t *triangles, size_t triangle_count,
+                              const double *positions, vec3 point);
 
 /* Whether each edge of a surface has two triangles. */
 bool surface_is_closed(const topology *topo, const surface_range *range);

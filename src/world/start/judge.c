@@ -8,23 +8,6 @@
 
 #include <string.h>
 
-/* Present surfaces as bodies of the judge; `surface_of` maps a body to its surface. */
-static size_t collect_bodies(const tulle_world *world, const double *positions,
-                             tulle_check_body *bodies, uint32_t *surface_of) {
-    size_t body_count = 0;
-    for (size_t s = 0; s < world_surface_count(world); s++) {
-        surface_range const *const range = &world->surfaces[s];
-        if (!range->is_present) continue;
-        world_mesh const *const mesh = world_surface_mesh(world, s);
-        bodies[body_count].mesh =
-            (tulle_mesh_view){positions + 3 * (size_t)range->vertex_begin, mesh->vertex_count,
-                              mesh->triangles, mesh->triangle_count};
-        bodies[body_count].is_obstacle = range->is_obstacle && !range->is_body;
-        surface_of[body_count++] = (uint32_t)s;
-    }
-    return body_count;
-}
-
 tulle_status world_find_intersections(tulle_world *world, const double *positions,
                                       intersection_list *list, tulle_error *error) {
     arena_mark const mark = arena_get_mark(&world->scratch);
@@ -34,7 +17,18 @@ tulle_status world_find_intersections(tulle_world *world, const double *position
     tulle_check_result result = {0};
     tulle_status status = TULLE_ERROR_OUT_OF_MEMORY;
     if (bodies && surface_of) {
-        size_t const body_count = collect_bodies(world, positions, bodies, surface_of);
+        /* Present surfaces are the bodies of the judge. */
+        size_t body_count = 0;
+        for (size_t s = 0; s < surface_count; s++) {
+            surface_range const *const range = &world->surfaces[s];
+            if (!range->is_present) continue;
+            world_mesh const *const mesh = world_surface_mesh(world, s);
+            bodies[body_count] = (tulle_check_body){
+                .mesh = {positions + 3 * (size_t)range->vertex_begin, mesh->vertex_count,
+                         mesh->triangles, mesh->triangle_count},
+                .is_obstacle = range->is_obstacle && !range->is_body};
+            surface_of[body_count++] = (uint32_t)s;
+        }
         status = tulle_check_intersections(bodies, body_count, world->threads, &result, error);
     }
     list->count = 0;
@@ -64,25 +58,22 @@ size_t world_count_intersecting_bodies(const tulle_world *world) {
     return count;
 }
 
-static bool is_scripted(const surface_range *surface) {
-    return surface->is_obstacle && !surface->is_body;
-}
-
 /* Whether one pair of triangles intersects, as the judge sees it. */
 static bool pair_intersects(const tulle_world *world, const double *positions,
                             const tulle_intersection *pair) {
     uint32_t const surfaces[2] = {pair->object_a, pair->object_b};
     uint32_t const numbers[2] = {pair->triangle_a, pair->triangle_b};
     uint32_t corners[2][3];
+    bool has_free = false; /* something that follows no script */
     for (size_t k = 0; k < 2; k++) {
+        surface_range const *const range = &world->surfaces[surfaces[k]];
+        has_free |= !range->is_obstacle || range->is_body;
         uint32_t const *const triangle =
             world_surface_mesh(world, surfaces[k])->triangles + 3 * (size_t)numbers[k];
-        for (size_t i = 0; i < 3; i++)
-            corners[k][i] = world->surfaces[surfaces[k]].vertex_begin + triangle[i];
+        for (size_t i = 0; i < 3; i++) corners[k][i] = range->vertex_begin + triangle[i];
     }
-    if (is_scripted(&world->surfaces[surfaces[0]]) && is_scripted(&world->surfaces[surfaces[1]]))
-        return false;
-    return tulle_check_triangle_pair(positions, corners[0], corners[1], surfaces[0] == surfaces[1]);
+    return has_free &&
+           tulle_check_triangle_pair(positions, corners[0], corners[1], surfaces[0] == surfaces[1]);
 }
 
 static int compare_keys(const void *a, const void *b) {

@@ -249,18 +249,14 @@ void tulle_world_set_stop_request(tulle_world *world, tulle_stop_request is_stop
     world->stop.context = context;
 }
 
-static bool has_what_moves(const tulle_world *world) {
-    bool is_found = world->cloths.count > 0;
-    for (size_t i = 0; i < world->obstacles.count; i++)
-        is_found |= world->obstacles.data[i].body.is_dynamic != 0;
-    return is_found;
-}
-
 tulle_status world_start(tulle_world *world, bool is_judged, tulle_error *error) {
     if (!world) return error_set(error, TULLE_ERROR_INVALID_ARGUMENT, "the world is null");
     if (world->is_started) return TULLE_OK;
     atomic_store(&world->stop.is_stopped, false);
-    if (!has_what_moves(world)) {
+    bool has_what_moves = world->cloths.count > 0;
+    for (size_t i = 0; i < world->obstacles.count; i++)
+        has_what_moves |= world->obstacles.data[i].body.is_dynamic != 0;
+    if (!has_what_moves) {
         return error_set(error, TULLE_ERROR_INVALID_ARGUMENT,
                          "the world has no cloth and no rigid body; add one before it starts");
     }

@@ -20,7 +20,7 @@ static const double MINIMUM_GAP_ULPS = 4.0;
 static const double MINIMUM_GAP_LARGEST_SHARE = 0.5;
 
 /* Mean rest edge length of a range of edges [m]. */
-static double mean_edge_length(const tulle_world *world, uint32_t edge_begin, uint32_t edge_end) {
+static double measure_mean_edge(const tulle_world *world, uint32_t edge_begin, uint32_t edge_end) {
     double sum = 0.0;
     for (uint32_t e = edge_begin; e < edge_end; e++) {
         vec3 const a = vec3_load(world->rest, world->topo.edges[2 * (size_t)e]);
@@ -31,12 +31,12 @@ static double mean_edge_length(const tulle_world *world, uint32_t edge_begin, ui
 }
 
 /* Contact distance of one cloth against itself and obstacles [m]. */
-static double cloth_contact_distance(const tulle_world *world, size_t cloth) {
+static double choose_cloth_distance(const tulle_world *world, size_t cloth) {
     if (world->cloths.data[cloth].thickness > 0.0) return world->cloths.data[cloth].thickness;
     if (world->def.contact_distance > 0.0) return world->def.contact_distance;
     surface_range const *const range = &world->surfaces[cloth];
     return fmin(CONTACT_DISTANCE_MAX,
-                CONTACT_EDGE_SHARE * mean_edge_length(world, range->edge_begin, range->edge_end));
+                CONTACT_EDGE_SHARE * measure_mean_edge(world, range->edge_begin, range->edge_end));
 }
 
 /* What a surface brings to a contact; dynamic friction is not negative. */
@@ -79,16 +79,7 @@ static void set_coefficients(const tulle_world *world, size_t a, size_t b, conta
     law->dynamic_friction = dynamic < 0.0 ? law->static_friction : dynamic;
 }
 
-/* Contact distance of bodies among themselves and with other obstacles [m]: the least that a cloth
- * has. */
-static double body_contact_distance(const tulle_world *world) {
-    if (world->def.contact_distance > 0.0) return world->def.contact_distance;
-    double least = CONTACT_DISTANCE_MAX;
-    for (size_t i = 0; i < world->cloths.count; i++)
-        least = fmin(least, cloth_contact_distance(world, i));
-    return least;
-}
-
+/* Whether a body takes part in a pair of two surfaces. */
 static bool has_body(const tulle_world *world, size_t a, size_t b) {
     return a != b && world->surface_bodies &&
            (world->surface_bodies[a] != TULLE_NONE || world->surface_bodies[b] != TULLE_NONE);
@@ -100,12 +91,19 @@ static contact_law make_law(const tulle_world *world, size_t a, size_t b) {
     contact_law law = {0};
     if (has_cloth_a && has_cloth_b) {
         law.contact_distance =
-            0.5 * (cloth_contact_distance(world, a) + cloth_contact_distance(world, b));
+            0.5 * (choose_cloth_distance(world, a) + choose_cloth_distance(world, b));
     } else if (has_cloth_a || has_cloth_b) {
-        law.contact_distance = cloth_contact_distance(world, has_cloth_a ? a : b);
+        law.contact_distance = choose_cloth_distance(world, has_cloth_a ? a : b);
     }
     bool const is_among_bodies = !has_cloth_a && !has_cloth_b && has_body(world, a, b);
-    if (is_among_bodies) law.contact_distance = body_contact_distance(world);
+    if (is_among_bodies) { /* the least that a cloth has */
+        law.contact_distance = world->def.contact_distance;
+        if (!(law.contact_distance > 0.0)) {
+            law.contact_distance = CONTACT_DISTANCE_MAX;
+            for (size_t i = 0; i < cloth_count; i++)
+                law.contact_distance = fmin(law.contact_distance, choose_cloth_distance(world, i));
+        }
+    }
     if (has_cloth_a || has_cloth_b || is_among_bodies) set_coefficients(world, a, b, &law);
     bool const is_given = world->def.separation_distance > 0.0;
     law.separation_distance =
@@ -113,72 +111,51 @@ static contact_law make_law(const tulle_world *world, size_t a, size_t b) {
     return law;
 }
 
-static double largest_coordinate(const tulle_world *world) {
-    double largest = 0.0;
-    size_t const slots = world->cloth_vertex_count, after = slots + 2 * world->body_count;
-    for (size_t i = 0; i < 3 * world->vertex_count; i++) {
-        if (i / 3 >= slots && i / 3 < after) continue;
-        largest = fmax(largest, fabs(world->now.positions[i]));
-    }
-    return largest;
-}
-
-/* Whether objects of the pair can touch. */
-static bool may_touch(const tulle_world *world, size_t a, size_t b) {
-    return a < world->cloths.count || b < world->cloths.count || has_body(world, a, b);
-}
-
-static tulle_status check_separation(const tulle_world *world, size_t a, size_t b,
-                                     tulle_error *error) {
-    contact_law const *const law = &world->laws[a * world_surface_count(world) + b];
-    if (law->separation_distance >= law->contact_distance) return TULLE_OK;
-    return error_set(error, TULLE_ERROR_INVALID_ARGUMENT,
-                     "the separation distance (delta_s) of %g m is under the contact distance "
-                     "(delta_c, thickness) of %g m between '%s' and '%s'; give at least that, or "
-                     "leave it out: 1.5 times the contact distance",
-                     law->separation_distance, law->contact_distance, world_surface_name(world, a),
-                     world_surface_name(world, b));
-}
-
-/* `smallest`: contact distance of all pairs. */
-static tulle_status check_minimum_gap(const tulle_world *world, double smallest,
-                                      tulle_error *error) {
-    if (world->minimum_gap <= MINIMUM_GAP_LARGEST_SHARE * smallest) return TULLE_OK;
-    if (world->def.minimum_gap > 0.0)
-        return error_set(error, TULLE_ERROR_INVALID_ARGUMENT,
-                         "the minimum gap (xi) of %g m is over half of the smallest contact "
-                         "distance (delta_c, thickness) of %g m; give at most %g m, or leave it "
-                         "out: a fortieth of the contact distance",
-                         world->minimum_gap, smallest, MINIMUM_GAP_LARGEST_SHARE * smallest);
-    return error_set(error, TULLE_ERROR_INVALID_ARGUMENT,
-                     "the minimum gap of %g m, which floats in files need where the scene reaches "
-                     "%g m from the origin, is over half of the contact distance of %g m: move "
-                     "the scene nearer, use thicker cloth, or give the minimum gap (xi) yourself",
-                     world->minimum_gap, largest_coordinate(world), smallest);
-}
-
 /* Contact laws of all pairs of surfaces and the distances that the world reports. */
 tulle_status world_derive_distances(tulle_world *world, tulle_error *error) {
-    size_t const surface_count = world_surface_count(world);
-    double smallest_contact = (double)INFINITY;
+    size_t const surface_count = world_surface_count(world), cloth_count = world->cloths.count;
+    double smallest = (double)INFINITY; /* [m] contact distance of all pairs that can touch */
     for (size_t a = 0; a < surface_count; a++) {
         for (size_t b = 0; b < surface_count; b++) {
             contact_law const law = make_law(world, a, b);
             world->laws[a * surface_count + b] = law;
-            if (!may_touch(world, a, b)) continue;
-            tulle_status const status = check_separation(world, a, b, error);
-            if (status != TULLE_OK) return status;
+            if (a >= cloth_count && b >= cloth_count && !has_body(world, a, b)) continue;
+            if (law.separation_distance < law.contact_distance)
+                return error_set(
+                    error, TULLE_ERROR_INVALID_ARGUMENT,
+                    "the separation distance (delta_s) of %g m is under the contact distance "
+                    "(delta_c, thickness) of %g m between '%s' and '%s'; give at least that, or "
+                    "leave it out: 1.5 times the contact distance",
+                    law.separation_distance, law.contact_distance, world_surface_name(world, a),
+                    world_surface_name(world, b));
             world->contact_distance = fmax(world->contact_distance, law.contact_distance);
             world->separation_distance = fmax(world->separation_distance, law.separation_distance);
-            smallest_contact = fmin(smallest_contact, law.contact_distance);
+            smallest = fmin(smallest, law.contact_distance);
         }
     }
-    double const float_floor = MINIMUM_GAP_ULPS * 0x1p-23 * largest_coordinate(world);
-    world->minimum_gap = world->def.minimum_gap > 0.0
-                             ? world->def.minimum_gap
-                             : fmax(MINIMUM_GAP_SHARE * smallest_contact, float_floor);
-    world->edge_length = mean_edge_length(world, 0, world_cloth_edge_count(world));
-    return check_minimum_gap(world, smallest_contact, error);
+    world->edge_length = measure_mean_edge(world, 0, world_cloth_edge_count(world));
+
+    double extent = 0.0; /* [m] the largest coordinate; the slots of bodies are no places */
+    size_t const slots = world->cloth_vertex_count, after = slots + 2 * world->body_count;
+    for (size_t i = 0; i < 3 * world->vertex_count; i++)
+        if (i / 3 < slots || i / 3 >= after) extent = fmax(extent, fabs(world->now.positions[i]));
+    double const float_floor = MINIMUM_GAP_ULPS * 0x1p-23 * extent;
+    bool const is_given = world->def.minimum_gap > 0.0;
+    world->minimum_gap =
+        is_given ? world->def.minimum_gap : fmax(MINIMUM_GAP_SHARE * smallest, float_floor);
+    double const largest = MINIMUM_GAP_LARGEST_SHARE * smallest;
+    if (world->minimum_gap <= largest) return TULLE_OK;
+    if (is_given)
+        return error_set(error, TULLE_ERROR_INVALID_ARGUMENT,
+                         "the minimum gap (xi) of %g m is over half of the smallest contact "
+                         "distance (delta_c, thickness) of %g m; give at most %g m, or leave it "
+                         "out: a fortieth of the contact distance",
+                         world->minimum_gap, smallest, largest);
+    return error_set(error, TULLE_ERROR_INVALID_ARGUMENT,
+                     "the minimum gap of %g m, which floats in files need where the scene reaches "
+                     "%g m from the origin, is over half of the contact distance of %g m: move "
+                     "the scene nearer, use thicker cloth, or give the minimum gap (xi) yourself",
+                     world->minimum_gap, extent, smallest);
 }
 
 static surface_grain get_grain(const tulle_world *world, size_t surface) {

@@ -27,9 +27,9 @@ static const double ALONG_COSINE = 0.3;
 static const double AIM_PULL = 4.0;
 
 static bool is_inside(const untangling *work, const surface_range *range, vec3 point) {
-    return find_winding_number(work->topo->triangles + 3 * (size_t)range->triangle_begin,
-                               range->triangle_end - range->triangle_begin, work->positions,
-                               point) > INSIDE_WINDING;
+    return compute_winding_number(work->topo->triangles + 3 * (size_t)range->triangle_begin,
+                                  range->triangle_end - range->triangle_begin, work->positions,
+                                  point) > INSIDE_WINDING;
 }
 
 /* Visits all that hangs on `seed` without a cut edge, numbers it and returns its weight: area,
