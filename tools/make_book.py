@@ -63,7 +63,7 @@ class Book:
                 place = os.path.relpath(os.path.join(folder, name), docs).replace(os.sep, "/")
                 if name.endswith(".md"):
                     self.write(place, self.mend_links(place, check_links.read(os.path.join(folder, name))))
-                elif name.endswith((".png", ".svg")):
+                elif name.endswith((".png", ".svg", ".css")):
                     os.makedirs(os.path.dirname(os.path.join(self.out, place)), exist_ok=True)
                     shutil.copy(os.path.join(folder, name), os.path.join(self.out, place))
 

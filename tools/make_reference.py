@@ -149,7 +149,9 @@ def read_struct(path):
     entry.comment = get_text(compound)
     for member in sorted(compound.iter("memberdef"), key=get_line):
         words = get_plain(member.find("definition")).replace(f"{name}::", "")
-        entry.members.append((get_plain(member.find("name")), words + get_plain(member.find("argsstring")), get_text(member)))
+        words = re.sub(r"\* +", "*", words).replace(") (", ")(")
+        words = re.sub(r"(\w)(\*|\(\*)", r"\1 \2", words)
+        entry.members.append((get_plain(member.find("name")), words, get_text(member)))
     return entry
 
 
