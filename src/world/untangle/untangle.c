@@ -78,16 +78,6 @@ static void measure_start(untangling *work) {
             surface_is_closed(work->topo, &world->surfaces[world->cloths.count + i]);
 }
 
-/* Begins anew where escalation has not helped: from the start, with another reach of displacements.
- */
-static void begin_attempt(untangling *work) {
-    tulle_world const *const world = work->world;
-    work->attempt++;
-    work->level = 0;
-    work->recent_count = SIZE_MAX;
-    memcpy(work->positions, world->now.positions, 3 * world->vertex_count * sizeof(double));
-}
-
 /* Keeps the state with the fewest pairs; counts rounds without progress and escalates. True when
  * the positions are others than those with pair_count pairs. */
 static bool follow_progress(untangling *work, size_t pair_count) {
@@ -106,7 +96,11 @@ static bool follow_progress(untangling *work, size_t pair_count) {
     if (++work->stalled < STALLED_ROUNDS) return false;
     work->stalled = 0;
     if (work->level >= LEVEL_MAX) {
-        begin_attempt(work);
+        /* Begins anew: from the start, with another reach of displacements. */
+        work->attempt++;
+        work->level = 0;
+        work->recent_count = SIZE_MAX;
+        memcpy(work->positions, work->world->now.positions, bytes);
         return true;
     }
     work->level++;

@@ -17,21 +17,6 @@ enum { UNFOLD_RINGS = 2, UNFOLD_SWEEPS = 2 };
 enum { SHORT_CROSSINGS = 12, SHORT_ROUNDS = 10 };
 enum { SMOOTH_LEVEL = 2, UNFOLD_LEVEL = 1 };
 
-static bool are_of_one(const contour_set *contours, size_t i, size_t k) {
-    return contours->crossings[i].contour == contours->crossings[k].contour;
-}
-
-/* Crossings are sorted by contour. */
-static size_t find_contour_begin(const contour_set *contours, size_t at) {
-    while (at > 0 && are_of_one(contours, at - 1, at)) at--;
-    return at;
-}
-
-static size_t find_contour_end(const contour_set *contours, size_t at) {
-    while (at + 1 < contours->count && are_of_one(contours, at, at + 1)) at++;
-    return at + 1;
-}
-
 /* region: 1 at the crossings of contours with at most `longest`, 2 .. rings + 1 around them, else
  * 0.
  */
@@ -39,10 +24,14 @@ static void mark_surroundings(untangling *work, uint32_t rings, size_t longest) 
     tulle_world const *const world = work->world;
     adjacency const *const around = &work->topo->vertex_neighbours;
     memset(work->region, 0, world->vertex_count * sizeof *work->region);
-    for (size_t i = 0, end = 0; i < work->contours.count; i++) {
-        surface_crossing const *const crossing = &work->contours.crossings[i];
-        if (i == end) end = find_contour_end(&work->contours, i);
-        if (end - find_contour_begin(&work->contours, i) > longest) continue;
+    surface_crossing const *const crossings = work->contours.crossings;
+    for (size_t i = 0, begin = 0, end = 0; i < work->contours.count; i++) {
+        surface_crossing const *const crossing = &crossings[i];
+        if (i == end) { /* the next contour: crossings are sorted by them */
+            begin = end++;
+            while (end < work->contours.count && crossings[end].contour == crossing->contour) end++;
+        }
+        if (end - begin > longest) continue;
         for (size_t k = 0; k < 2; k++)
             work->region[work->topo->edges[2 * (size_t)crossing->edge + k]] = 1;
         for (size_t k = 0; k < 3; k++)
@@ -54,15 +43,6 @@ static void mark_surroundings(untangling *work, uint32_t rings, size_t longest) 
             for (uint32_t k = around->begin[v]; k < around->begin[v + 1]; k++)
                 if (work->region[around->items[k]] == 0) work->region[around->items[k]] = ring + 1;
         }
-}
-
-/* The corner of a triangle that is not on the edge. */
-static uint32_t find_opposite(const topology *topo, uint32_t edge, uint32_t triangle) {
-    uint32_t const *const ends = topo->edges + 2 * (size_t)edge;
-    uint32_t const *const corners = topo->triangles + 3 * (size_t)triangle;
-    for (size_t k = 0; k < 2; k++)
-        if (corners[k] != ends[0] && corners[k] != ends[1]) return corners[k];
-    return corners[2];
 }
 
 /* Each vertex half way to the mean of its neighbours, `level` sweeps. */
@@ -100,8 +80,8 @@ static void unfold_surroundings(untangling *work, int strength, size_t longest) 
             uint32_t const e = sweep % 2 ? edge_end - 1 - i : i;
             uint32_t const *const sides = topo->edge_triangles + 2 * (size_t)e;
             if (work->region[topo->edges[2 * (size_t)e]] == 0 || sides[1] == TULLE_NONE) continue;
-            uint32_t const a = find_opposite(topo, e, sides[0]);
-            uint32_t const b = find_opposite(topo, e, sides[1]);
+            uint32_t const a = topo->edge_opposites[2 * (size_t)e];
+            uint32_t const b = topo->edge_opposites[2 * (size_t)e + 1];
             double const mobility = work->mobility[a] + work->mobility[b];
             vec3 const pa = vec3_load(work->positions, a), pb = vec3_load(work->positions, b);
             vec3 const way = vec3_sub(pb, pa);

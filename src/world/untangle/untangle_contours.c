@@ -38,7 +38,7 @@ static int compare_contours(const void *a, const void *b) {
 }
 
 /* 1 or -1: on which side of the line a b the line p q passes; antisymmetric in p and q. */
-static int passing_side(const double *x, const uint32_t ends[2], uint32_t p, uint32_t q) {
+static int get_passing_side(const double *x, const uint32_t ends[2], uint32_t p, uint32_t q) {
     uint32_t const low = p < q ? p : q, high = p < q ? q : p;
     int const sign = orient3d_sign(x + 3 * (size_t)ends[0], x + 3 * (size_t)ends[1],
                                    x + 3 * (size_t)low, x + 3 * (size_t)high, NULL);
@@ -46,7 +46,7 @@ static int passing_side(const double *x, const uint32_t ends[2], uint32_t p, uin
     return p < q ? side : -side;
 }
 
-static int plane_side(const double *x, const uint32_t corners[3], uint32_t vertex) {
+static int get_plane_side(const double *x, const uint32_t corners[3], uint32_t vertex) {
     return orient3d_sign(x + 3 * (size_t)corners[0], x + 3 * (size_t)corners[1],
                          x + 3 * (size_t)corners[2], x + 3 * (size_t)vertex, NULL) < 0
                ? -1
@@ -59,10 +59,10 @@ static bool edge_crosses(const untangling *work, uint32_t edge, uint32_t triangl
     uint32_t const *const corners = work->topo->triangles + 3 * (size_t)triangle;
     for (int k = 0; k < 3; k++)
         if (corners[k] == ends[0] || corners[k] == ends[1]) return false;
-    if (plane_side(x, corners, ends[0]) == plane_side(x, corners, ends[1])) return false;
-    int const side = passing_side(x, ends, corners[0], corners[1]);
-    return side == passing_side(x, ends, corners[1], corners[2]) &&
-           side == passing_side(x, ends, corners[2], corners[0]);
+    if (get_plane_side(x, corners, ends[0]) == get_plane_side(x, corners, ends[1])) return false;
+    int const side = get_passing_side(x, ends, corners[0], corners[1]);
+    return side == get_passing_side(x, ends, corners[1], corners[2]) &&
+           side == get_passing_side(x, ends, corners[2], corners[0]);
 }
 
 bool triangles_cross(const untangling *work, uint32_t first, uint32_t second) {
@@ -98,7 +98,7 @@ static void place_crossing(const untangling *work, surface_crossing *crossing) {
         crossing->weights[k] = sum > 0.0 ? crossing->weights[k] / sum : 1.0 / 3.0;
 }
 
-static vec3 crossing_point(const untangling *work, const surface_crossing *crossing) {
+vec3 compute_crossing_point(const untangling *work, const surface_crossing *crossing) {
     uint32_t const *const ends = work->topo->edges + 2 * (size_t)crossing->edge;
     return vec3_lerp(vec3_load(work->positions, ends[0]), vec3_load(work->positions, ends[1]),
                      crossing->along);
@@ -149,8 +149,8 @@ static void join_sightings(untangling *work, const sighting *found, size_t found
         }
         surface_crossing *const one = &contours->crossings[first[seen->pair]];
         surface_crossing *const two = &contours->crossings[here];
-        vec3 const way =
-            vec3_normalize(vec3_sub(crossing_point(work, two), crossing_point(work, one)));
+        vec3 const way = vec3_normalize(
+            vec3_sub(compute_crossing_point(work, two), compute_crossing_point(work, one)));
         one->pull = vec3_add(one->pull, way);
         two->pull = vec3_sub(two->pull, way);
     }
@@ -169,9 +169,9 @@ static void pull_to_shared(untangling *work, const intersection_list *pairs, con
             uint32_t const corner = work->topo->triangles[3 * (size_t)a + k / 3];
             if (corner != work->topo->triangles[3 * (size_t)b + k % 3]) continue;
             surface_crossing *const crossing = &work->contours.crossings[first[i]];
-            crossing->pull =
-                vec3_add(crossing->pull, vec3_normalize(vec3_sub(vec3_load(work->positions, corner),
-                                                                 crossing_point(work, crossing))));
+            crossing->pull = vec3_add(
+                crossing->pull, vec3_normalize(vec3_sub(vec3_load(work->positions, corner),
+                                                        compute_crossing_point(work, crossing))));
             break;
         }
     }

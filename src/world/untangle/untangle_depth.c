@@ -23,7 +23,7 @@ typedef struct nearest_point {
     vec3 difference;  /* [m] vertex less point */
 } nearest_point;
 
-static nearest_point measure(const untangling *work, uint32_t vertex, uint32_t triangle) {
+static nearest_point measure_way(const untangling *work, uint32_t vertex, uint32_t triangle) {
     vec3 points[4];
     points[0] = vec3_load(work->positions, vertex);
     for (size_t k = 0; k < 3; k++)
@@ -35,13 +35,13 @@ static nearest_point measure(const untangling *work, uint32_t vertex, uint32_t t
 /* Goes from triangle to triangle while one that shares a corner is nearer. */
 static nearest_point find_nearest(const untangling *work, uint32_t vertex, uint32_t triangle) {
     adjacency const *const around = &work->topo->vertex_triangles;
-    nearest_point best = measure(work, vertex, triangle);
+    nearest_point best = measure_way(work, vertex, triangle);
     for (uint32_t from = TULLE_NONE; from != best.triangle;) {
         from = best.triangle;
         for (size_t k = 0; k < 3; k++) {
             uint32_t const corner = work->topo->triangles[3 * (size_t)from + k];
             for (uint32_t i = around->begin[corner]; i < around->begin[corner + 1]; i++) {
-                nearest_point const other = measure(work, vertex, around->items[i]);
+                nearest_point const other = measure_way(work, vertex, around->items[i]);
                 if (other.distance2 < best.distance2) best = other;
             }
         }
@@ -49,8 +49,11 @@ static nearest_point find_nearest(const untangling *work, uint32_t vertex, uint3
     return best;
 }
 
-/* Wrong ends inside, each with the triangle that its edge crosses, into the queue. */
-static size_t begin_at_contours(untangling *work, uint32_t *nearest) {
+void push_out_of_depth(untangling *work) {
+    adjacency const *const around = &work->topo->vertex_neighbours;
+    uint32_t *const nearest = work->grown;
+    for (size_t v = 0; v < work->world->cloth_vertex_count; v++) nearest[v] = TULLE_NONE;
+    /* Begins with wrong ends inside, each with the triangle that its edge crosses. */
     size_t count = 0;
     for (size_t i = 0; i < work->contours.count; i++) {
         surface_crossing const *const crossing = &work->contours.crossings[i];
@@ -62,21 +65,13 @@ static size_t begin_at_contours(untangling *work, uint32_t *nearest) {
         nearest[vertex] = crossing->triangle;
         work->queue[count++] = vertex;
     }
-    return count;
-}
-
-void push_out_of_depth(untangling *work) {
-    adjacency const *const around = &work->topo->vertex_neighbours;
-    uint32_t *const nearest = work->grown;
-    for (size_t v = 0; v < work->world->cloth_vertex_count; v++) nearest[v] = TULLE_NONE;
-    size_t count = begin_at_contours(work, nearest);
     for (size_t head = 0; head < count; head++) {
         uint32_t const vertex = work->queue[head];
         nearest_point const point = find_nearest(work, vertex, nearest[vertex]);
         nearest[vertex] = point.triangle;
         double const depth = sqrt(point.distance2);
         double const way =
-            depth + find_gap(work, vertex, work->topo->triangles[3 * (size_t)point.triangle]);
+            depth + get_gap(work, vertex, work->topo->triangles[3 * (size_t)point.triangle]);
         if (depth > 0.0 && work->mobility[vertex] > 0.0)
             add_vote(work, vertex,
                      vec3_scale(point.difference, -fmin(way, WAY_MAX * work->mean_edge) / depth));

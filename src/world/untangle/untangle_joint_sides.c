@@ -18,7 +18,8 @@ static int compare_ranges(const void *a, const void *b) {
     return (x->begin > y->begin) - (x->begin < y->begin);
 }
 
-static uint32_t end_region(const untangling *work, const surface_crossing *crossing, size_t end) {
+static uint32_t get_end_region(const untangling *work, const surface_crossing *crossing,
+                               size_t end) {
     return work->region[work->topo->edges[2 * (size_t)crossing->edge + end]];
 }
 
@@ -30,49 +31,37 @@ typedef struct contour_group {
     uint32_t *distances; /* per region: contours between it and the largest one */
 } contour_group;
 
-/* Whether some edge of the group has its ends in two regions. */
-static bool parts_a_surface(const untangling *work, const contour_group *group) {
-    for (size_t k = 0; k < group->count; k++)
-        for (size_t i = group->ranges[k].begin; i < group->ranges[k].end; i++) {
-            surface_crossing const *const crossing = &work->contours.crossings[i];
-            if (end_region(work, crossing, 0) != end_region(work, crossing, 1)) return true;
-        }
-    return false;
-}
-
-/* One region per crossing is nearer than its other one by more than one contour: brings it closer.
- * True when any was. */
-static bool shorten_distances(const untangling *work, const contour_group *group) {
-    bool has_changed = false;
-    for (size_t k = 0; k < group->count; k++)
-        for (size_t i = group->ranges[k].begin; i < group->ranges[k].end; i++) {
-            surface_crossing const *const crossing = &work->contours.crossings[i];
-            for (size_t end = 0; end < 2; end++) {
-                uint32_t const near = end_region(work, crossing, end) - group->regions.begin;
-                uint32_t const far = end_region(work, crossing, 1 - end) - group->regions.begin;
-                if (group->distances[near] == TULLE_NONE ||
-                    group->distances[far] <= group->distances[near] + 1)
-                    continue;
-                group->distances[far] = group->distances[near] + 1;
-                has_changed = true;
-            }
-        }
-    return has_changed;
-}
-
-/* From the largest region of each piece of surface. */
-static void find_distances(const untangling *work, contour_group *group) {
+/* Contours between each region and the largest one of its piece of surface. */
+static void compute_distances(const untangling *work, contour_group *group) {
     flood const *const regions = &group->regions;
-    for (uint32_t r = 0; r < regions->count; r++) group->distances[r] = TULLE_NONE;
+    uint32_t *const distances = group->distances;
+    for (uint32_t r = 0; r < regions->count; r++) distances[r] = TULLE_NONE;
     for (;;) {
         uint32_t largest = TULLE_NONE;
         for (uint32_t r = 0; r < regions->count; r++)
-            if (group->distances[r] == TULLE_NONE &&
+            if (distances[r] == TULLE_NONE &&
                 (largest == TULLE_NONE || regions->weights[r] > regions->weights[largest]))
                 largest = r;
         if (largest == TULLE_NONE) return;
-        group->distances[largest] = 0;
-        while (shorten_distances(work, group)) continue;
+        distances[largest] = 0;
+        /* Both regions of a crossing differ by one contour at most. */
+        bool has_changed = true;
+        while (has_changed) {
+            has_changed = false;
+            for (size_t k = 0; k < group->count; k++)
+                for (size_t i = group->ranges[k].begin; i < group->ranges[k].end; i++) {
+                    surface_crossing const *const crossing = &work->contours.crossings[i];
+                    for (size_t end = 0; end < 2; end++) {
+                        uint32_t const near = get_end_region(work, crossing, end) - regions->begin;
+                        uint32_t const far =
+                            get_end_region(work, crossing, 1 - end) - regions->begin;
+                        if (distances[near] == TULLE_NONE || distances[far] <= distances[near] + 1)
+                            continue;
+                        distances[far] = distances[near] + 1;
+                        has_changed = true;
+                    }
+                }
+        }
     }
 }
 
@@ -80,8 +69,8 @@ static void find_distances(const untangling *work, contour_group *group) {
 static void decide_crossing(const untangling *work, const contour_group *group,
                             surface_crossing *crossing) {
     uint32_t const begin = group->regions.begin;
-    uint32_t const a = end_region(work, crossing, 0) - begin;
-    uint32_t const b = end_region(work, crossing, 1) - begin;
+    uint32_t const a = get_end_region(work, crossing, 0) - begin;
+    uint32_t const b = get_end_region(work, crossing, 1) - begin;
     double const *const weights = group->regions.weights;
     crossing->is_joint = true;
     if (a != b) {
@@ -120,8 +109,13 @@ static void decide_group(untangling *work, contour_group *group) {
     for (size_t k = 0; k < group->count; k++) has_open = has_open || group->ranges[k].is_open;
     if (!has_open) return;
     flood_contours(work, group->ranges, group->count, &group->regions);
-    bool const is_parted = parts_a_surface(work, group);
-    if (is_parted) find_distances(work, group);
+    bool is_parted = false; /* some edge has its ends in two regions */
+    for (size_t k = 0; k < group->count; k++)
+        for (size_t i = group->ranges[k].begin; i < group->ranges[k].end; i++) {
+            surface_crossing const *const crossing = &work->contours.crossings[i];
+            is_parted |= get_end_region(work, crossing, 0) != get_end_region(work, crossing, 1);
+        }
+    if (is_parted) compute_distances(work, group);
     for (size_t k = 0; k < group->count; k++) {
         contour_range const *const range = &group->ranges[k];
         if (!is_parted) {

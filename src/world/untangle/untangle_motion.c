@@ -56,14 +56,14 @@ static void vote_together(untangling *work, const uint32_t *vertices, const doub
     }
 }
 
-vec3 find_triangle_normal(const untangling *work, uint32_t triangle) {
+vec3 compute_triangle_normal(const untangling *work, uint32_t triangle) {
     uint32_t const *const corners = work->topo->triangles + 3 * (size_t)triangle;
     vec3 const a = vec3_load(work->positions, corners[0]);
     return vec3_normalize(vec3_cross(vec3_sub(vec3_load(work->positions, corners[1]), a),
                                      vec3_sub(vec3_load(work->positions, corners[2]), a)));
 }
 
-double find_gap(const untangling *work, uint32_t a, uint32_t b) {
+double get_gap(const untangling *work, uint32_t a, uint32_t b) {
     tulle_world const *const world = work->world;
     contact_law const *const law =
         &world
@@ -76,12 +76,12 @@ static void push_through(untangling *work, const surface_crossing *crossing) {
     uint32_t const *const ends = work->topo->edges + 2 * (size_t)crossing->edge;
     uint32_t const *const corners = work->topo->triangles + 3 * (size_t)crossing->triangle;
     uint32_t const wrong = ends[crossing->wrong_end], right = ends[1 - crossing->wrong_end];
-    vec3 normal = find_triangle_normal(work, crossing->triangle);
+    vec3 normal = compute_triangle_normal(work, crossing->triangle);
     vec3 const origin = vec3_load(work->positions, corners[0]);
     if (vec3_dot(normal, vec3_sub(vec3_load(work->positions, right), origin)) < 0.0)
         normal = vec3_neg(normal);
     double const height = vec3_dot(normal, vec3_sub(vec3_load(work->positions, wrong), origin));
-    double const way = fmin(find_gap(work, wrong, corners[0]) - height, VOTE_MAX * work->mean_edge);
+    double const way = fmin(get_gap(work, wrong, corners[0]) - height, VOTE_MAX * work->mean_edge);
     uint32_t const vertices[4] = {wrong, corners[0], corners[1], corners[2]};
     double const weights[4] = {1.0, -crossing->weights[0], -crossing->weights[1],
                                -crossing->weights[2]};
@@ -94,7 +94,7 @@ static void push_through(untangling *work, const surface_crossing *crossing) {
 static void shorten_contour(untangling *work, const surface_crossing *crossing) {
     uint32_t const *const ends = work->topo->edges + 2 * (size_t)crossing->edge;
     uint32_t const *const corners = work->topo->triangles + 3 * (size_t)crossing->triangle;
-    vec3 const normal = find_triangle_normal(work, crossing->triangle);
+    vec3 const normal = compute_triangle_normal(work, crossing->triangle);
     vec3 const edge = vec3_normalize(
         vec3_sub(vec3_load(work->positions, ends[1]), vec3_load(work->positions, ends[0])));
     double slant = vec3_dot(normal, edge);
@@ -116,24 +116,13 @@ static void part_loose(untangling *work, const tulle_intersection *pair) {
     uint32_t const second = surfaces[pair->object_b].triangle_begin + pair->triangle_b;
     uint32_t const *const a = work->topo->triangles + 3 * (size_t)first;
     uint32_t const *const b = work->topo->triangles + 3 * (size_t)second;
-    vec3 const normal = find_triangle_normal(work, second);
+    vec3 const normal = compute_triangle_normal(work, second);
     orientation const side =
         orient_by_triangles(work->topo, work->positions, first, second, normal);
-    double const gap = find_gap(work, a[0], b[0]) * (side == ORIENTATION_AGAINST ? -1.0 : 1.0);
+    double const gap = get_gap(work, a[0], b[0]) * (side == ORIENTATION_AGAINST ? -1.0 : 1.0);
     uint32_t const vertices[6] = {a[0], a[1], a[2], b[0], b[1], b[2]};
     double const third = 1.0 / 3.0, weights[6] = {third, third, third, -third, -third, -third};
     vote_together(work, vertices, weights, 6, vec3_scale(normal, gap));
-}
-
-static contact_scene make_scene(const untangling *work) {
-    tulle_world *const world = work->world;
-    return (contact_scene){.set = &world->set,
-                           .vertex_count = world->vertex_count,
-                           .cloth_vertex_count = world->cloth_vertex_count,
-                           .vertex_surface = world->vertex_surface,
-                           .rest = world->rest,
-                           .laws = world->laws,
-                           .settings = {.minimum_gap = world->minimum_gap}};
 }
 
 /* Pairs that are near but on the right sides; those of vertices and triangles are remembered. */
@@ -169,7 +158,13 @@ static tulle_status push_near_pairs(untangling *work, const contact_scene *scene
 
 static tulle_status push_near(untangling *work) {
     tulle_world *const world = work->world;
-    contact_scene const scene = make_scene(work);
+    contact_scene const scene = {.set = &world->set,
+                                 .vertex_count = world->vertex_count,
+                                 .cloth_vertex_count = world->cloth_vertex_count,
+                                 .vertex_surface = world->vertex_surface,
+                                 .rest = world->rest,
+                                 .laws = world->laws,
+                                 .settings = {.minimum_gap = world->minimum_gap}};
     tulle_status status = build_trees(work->broad, &world->set, work->positions, work->positions,
                                       world->contact_distance, world->threads);
     if (status == TULLE_OK)

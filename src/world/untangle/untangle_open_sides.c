@@ -11,19 +11,6 @@
 
 #include "geom/union_find.h"
 
-static size_t count_cuts(const untangling *work, uint32_t triangle, uint32_t mark,
-                         uint32_t *uncut) {
-    size_t count = 0;
-    for (size_t k = 0; k < 3; k++) {
-        uint32_t const edge = work->topo->triangle_edges[3 * (size_t)triangle + k];
-        if (work->cut[edge] == mark)
-            count++;
-        else
-            *uncut = edge;
-    }
-    return count;
-}
-
 /* Joins neighbouring ends on the same side: a triangle that the contour crosses from edge to edge
  * has its third edge on one side. */
 static void join_rows(untangling *work, size_t begin, size_t end, uint32_t mark) {
@@ -40,7 +27,14 @@ static void join_rows(untangling *work, size_t begin, size_t end, uint32_t mark)
         for (size_t k = 0; k < 2; k++) {
             uint32_t const triangle = work->topo->edge_triangles[2 * edge + k];
             uint32_t uncut = TULLE_NONE;
-            if (triangle == TULLE_NONE || count_cuts(work, triangle, mark, &uncut) != 2) continue;
+            size_t cut_count = 0;
+            for (size_t side = 0; triangle != TULLE_NONE && side < 3; side++) {
+                uint32_t const other = work->topo->triangle_edges[3 * (size_t)triangle + side];
+                bool const is_cut = work->cut[other] == mark;
+                cut_count += is_cut;
+                if (!is_cut) uncut = other;
+            }
+            if (cut_count != 2) continue;
             union_find_join(work->sets, work->topo->edges[2 * (size_t)uncut],
                             work->topo->edges[2 * (size_t)uncut + 1]);
         }

@@ -26,12 +26,6 @@ static const double ORIENTED_PULL = 2.0;
 /* Least sine between edges that have a common normal. */
 static const double CROSSING_SINE = 0.1;
 
-static vec3 find_point(const untangling *work, const surface_crossing *crossing) {
-    uint32_t const *const ends = work->topo->edges + 2 * (size_t)crossing->edge;
-    return vec3_lerp(vec3_load(work->positions, ends[0]), vec3_load(work->positions, ends[1]),
-                     crossing->along);
-}
-
 /* An end of a crossing edge and the plane of the triangle. */
 typedef struct end_place {
     oriented_pair question;
@@ -40,15 +34,11 @@ typedef struct end_place {
 
 static end_place place_end(const untangling *work, const surface_crossing *crossing, size_t end) {
     uint32_t const vertex = work->topo->edges[2 * (size_t)crossing->edge + end];
-    vec3 const point = find_point(work, crossing);
-    vec3 const normal = find_triangle_normal(work, crossing->triangle);
+    vec3 const point = compute_crossing_point(work, crossing);
+    vec3 const normal = compute_triangle_normal(work, crossing->triangle);
     double const height = vec3_dot(normal, vec3_sub(vec3_load(work->positions, vertex), point));
     return (end_place){{FEATURE_VERTEX_TRIANGLE, {vertex, crossing->triangle}, normal, point},
                        height};
-}
-
-static bool is_on_other_side(const end_place *place, orientation side) {
-    return (double)side * place->height < 0.0;
 }
 
 /* The only end of two that is astray, if there is one. */
@@ -63,7 +53,7 @@ static uint32_t find_end_by_history(const untangling *work, const surface_crossi
         end_place const place = place_end(work, crossing, end);
         orientation const side =
             orient_by_history(work->topo, &work->history, place.question.pair, place.question.axis);
-        is_astray[end] = is_on_other_side(&place, side);
+        is_astray[end] = (double)side * place.height < 0.0;
     }
     return choose_end(is_astray);
 }
@@ -74,46 +64,42 @@ static uint32_t find_end_by_neighbours(const untangling *work, const surface_cro
     bool is_astray[2], is_verified[2];
     for (size_t end = 0; end < 2; end++) {
         end_place const place = place_end(work, crossing, end);
-        is_astray[end] = is_on_other_side(
-            &place, orient_by_neighbours(work->topo, work->positions, &place.question));
-        is_verified[end] =
-            is_on_other_side(&place, orient_by_triangles(work->topo, work->positions, owner,
-                                                         crossing->triangle, place.question.axis));
+        orientation const own = orient_by_neighbours(work->topo, work->positions, &place.question);
+        orientation const by_triangles = orient_by_triangles(
+            work->topo, work->positions, owner, crossing->triangle, place.question.axis);
+        is_astray[end] = (double)own * place.height < 0.0;
+        is_verified[end] = (double)by_triangles * place.height < 0.0;
     }
     uint32_t const end = choose_end(is_astray);
     return end != CROSSING_UNDECIDED && is_verified[end] ? end : CROSSING_UNDECIDED;
 }
 
-/* The side of the triangle that the crossing is nearest to. */
-static uint32_t find_nearest_side(const untangling *work, const surface_crossing *crossing) {
+static vec3 get_edge_direction(const untangling *work, uint32_t edge) {
+    uint32_t const *const ends = work->topo->edges + 2 * (size_t)edge;
+    return vec3_normalize(
+        vec3_sub(vec3_load(work->positions, ends[1]), vec3_load(work->positions, ends[0])));
+}
+
+/* The edge, and the side of the triangle that it crosses nearest to, part along their common
+ * normal. */
+static void orient_edges(const untangling *work, surface_crossing *crossing) {
     uint32_t const *const corners = work->topo->triangles + 3 * (size_t)crossing->triangle;
+    uint32_t const *const sides = work->topo->triangle_edges + 3 * (size_t)crossing->triangle;
     size_t far = 0;
     for (size_t k = 1; k < 3; k++)
         if (crossing->weights[k] < crossing->weights[far]) far = k;
-    for (size_t k = 0; k < 3; k++) {
-        uint32_t const side = work->topo->triangle_edges[3 * (size_t)crossing->triangle + k];
-        uint32_t const *const ends = work->topo->edges + 2 * (size_t)side;
-        if (ends[0] != corners[far] && ends[1] != corners[far]) return side;
+    uint32_t side = sides[0];
+    for (size_t k = 3; k-- > 0;) {
+        uint32_t const *const ends = work->topo->edges + 2 * (size_t)sides[k];
+        if (ends[0] != corners[far] && ends[1] != corners[far]) side = sides[k];
     }
-    return work->topo->triangle_edges[3 * (size_t)crossing->triangle];
-}
-
-static vec3 edge_vector(const untangling *work, uint32_t edge) {
-    uint32_t const *const ends = work->topo->edges + 2 * (size_t)edge;
-    return vec3_sub(vec3_load(work->positions, ends[1]), vec3_load(work->positions, ends[0]));
-}
-
-/* Edge and side part along their common normal. */
-static void orient_edges(const untangling *work, surface_crossing *crossing) {
-    uint32_t const side = find_nearest_side(work, crossing);
-    vec3 const a = vec3_normalize(edge_vector(work, crossing->edge));
-    vec3 const b = vec3_normalize(edge_vector(work, side));
-    vec3 const normal = vec3_cross(a, b);
+    vec3 const normal =
+        vec3_cross(get_edge_direction(work, crossing->edge), get_edge_direction(work, side));
     if (vec3_norm(normal) < CROSSING_SINE) return;
     oriented_pair const question = {FEATURE_EDGE_EDGE,
                                     {crossing->edge, side},
                                     vec3_normalize(normal),
-                                    find_point(work, crossing)};
+                                    compute_crossing_point(work, crossing)};
     orientation const way = orient_by_neighbours(work->topo, work->positions, &question);
     if (way == ORIENTATION_UNDECIDED) return;
     crossing->pull = vec3_scale(question.axis, ORIENTED_PULL * (double)way);
@@ -131,25 +117,21 @@ void orient_short_contour(untangling *work, size_t begin, size_t end) {
     }
 }
 
-/* Both ends of the edge belong where the right one is. */
-static tulle_status remember_crossing(untangling *work, const surface_crossing *crossing) {
-    end_place const right = place_end(work, crossing, 1 - crossing->wrong_end);
-    vec3 const axis = right.question.axis;
-    vec3 const normal = right.height < 0.0 ? vec3_neg(axis) : axis;
-    tulle_status status = TULLE_OK;
-    for (size_t end = 0; end < 2 && status == TULLE_OK; end++) {
-        uint32_t const vertex = work->topo->edges[2 * (size_t)crossing->edge + end];
-        status = remember_side(&work->history, &work->world->heap,
-                               (known_side){vertex, crossing->triangle, normal});
-    }
-    return status;
-}
-
 tulle_status remember_crossings(untangling *work) {
     tulle_status status = TULLE_OK;
-    for (size_t i = 0; i < work->contours.count && status == TULLE_OK; i++)
-        if (work->contours.crossings[i].wrong_end != CROSSING_UNDECIDED)
-            status = remember_crossing(work, &work->contours.crossings[i]);
+    for (size_t i = 0; i < work->contours.count && status == TULLE_OK; i++) {
+        surface_crossing const *const crossing = &work->contours.crossings[i];
+        if (crossing->wrong_end == CROSSING_UNDECIDED) continue;
+        /* Both ends of the edge belong where the right one is. */
+        end_place const right = place_end(work, crossing, 1 - crossing->wrong_end);
+        vec3 const axis = right.question.axis;
+        vec3 const normal = right.height < 0.0 ? vec3_neg(axis) : axis;
+        for (size_t end = 0; end < 2 && status == TULLE_OK; end++) {
+            uint32_t const vertex = work->topo->edges[2 * (size_t)crossing->edge + end];
+            status = remember_side(&work->history, &work->world->heap,
+                                   (known_side){vertex, crossing->triangle, normal});
+        }
+    }
     settle_history(&work->history);
     return status;
 }

@@ -50,13 +50,6 @@ static size_t write_surfaces(const tulle_world *world, const surface_count *coun
     return length;
 }
 
-static size_t count_contours(const contour_set *contours) {
-    size_t count = contours->loose_count;
-    for (size_t i = 0; i < contours->count; i++)
-        if (i == 0 || contours->crossings[i].contour != contours->crossings[i - 1].contour) count++;
-    return count;
-}
-
 /* Pairs by surfaces, most first; sorts the list by surfaces. */
 static size_t count_by_surfaces(intersection_list *list, surface_count *counts) {
     size_t count = 0;
@@ -72,41 +65,34 @@ static size_t count_by_surfaces(intersection_list *list, surface_count *counts) 
     return count;
 }
 
-/* Of cloth in a closed obstacle. */
-static size_t count_held_inside(const untangling *work) {
-    size_t count = 0;
-    for (size_t v = 0; v < work->world->cloth_vertex_count; v++)
-        count += work->is_inside[v] && work->world->is_fixed[v];
-    return count;
-}
-
-static void write_text(const untangling *work, const surface_count *counts, size_t count,
-                       char *text, size_t size) {
-    tulle_world const *const world = work->world;
-    tulle_untangle_report const *const report = &world->untangle_report;
-    size_t length = (size_t)snprintf(
-        text, size,
-        "after %u rounds of untangling (%llu at the start; in %zu lines: ", report->rounds,
-        (unsigned long long)report->intersections, count_contours(&work->contours));
-    if (length < size) length += write_surfaces(world, counts, count, text + length, size - length);
-    size_t const held = count_held_inside(work);
-    if (held > 0 && length < size)
-        length +=
-            (size_t)snprintf(text + length, size - length,
-                             "; %zu pinned vertices lie inside an obstacle, where they stay", held);
-    if (length < size) (void)snprintf(text + length, size - length, ")");
-}
-
 tulle_status describe_left(untangling *work, char *text, size_t size) {
     tulle_world *const world = work->world;
+    tulle_untangle_report const *const report = &world->untangle_report;
     intersection_list *const left = &world->intersections;
     surface_count *const counts = ARENA_NEW(&world->scratch, surface_count, left->count);
     if (!counts) return TULLE_ERROR_OUT_OF_MEMORY;
     size_t const count = count_by_surfaces(left, counts);
     tulle_status status = find_contours(work, left);
     if (status == TULLE_OK) status = find_sides(work);
-    if (status == TULLE_OK) write_text(work, counts, count, text, size);
-    return status;
+    if (status != TULLE_OK) return status;
+
+    contour_set const *const contours = &work->contours;
+    size_t lines = contours->loose_count, held = 0; /* held: pinned in a closed obstacle */
+    for (size_t i = 0; i < contours->count; i++)
+        lines += i == 0 || contours->crossings[i].contour != contours->crossings[i - 1].contour;
+    for (size_t v = 0; v < world->cloth_vertex_count; v++)
+        held += work->is_inside[v] && world->is_fixed[v];
+    size_t length = (size_t)snprintf(
+        text, size,
+        "after %u rounds of untangling (%llu at the start; in %zu lines: ", report->rounds,
+        (unsigned long long)report->intersections, lines);
+    if (length < size) length += write_surfaces(world, counts, count, text + length, size - length);
+    if (held > 0 && length < size)
+        length +=
+            (size_t)snprintf(text + length, size - length,
+                             "; %zu pinned vertices lie inside an obstacle, where they stay", held);
+    if (length < size) (void)snprintf(text + length, size - length, ")");
+    return TULLE_OK;
 }
 
 tulle_status refuse_bodies(tulle_world *world, tulle_error *error) {

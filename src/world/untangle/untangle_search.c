@@ -28,80 +28,44 @@ typedef struct sorted_triangles {
     size_t count;
 } sorted_triangles;
 
-static size_t find_longest_axis(const double low[3], const double high[3]) {
-    size_t axis = 0;
-    for (size_t c = 1; c < 3; c++)
-        if (high[c] - low[c] > high[axis] - low[axis]) axis = c;
-    return axis;
-}
-
-/* The box of all cloth. */
-static void find_cloth_box(const untangling *work, double low[3], double high[3]) {
-    for (size_t c = 0; c < 3; c++) low[c] = high[c] = work->positions[c];
-    for (size_t i = 0; i < 3 * work->world->cloth_vertex_count; i++) {
-        low[i % 3] = fmin(low[i % 3], work->positions[i]);
-        high[i % 3] = fmax(high[i % 3], work->positions[i]);
-    }
-}
-
-static sorted_triangle make_box(const untangling *work, uint32_t surface, uint32_t triangle,
-                                size_t axis) {
-    uint32_t const *const corners = work->topo->triangles + 3 * (size_t)triangle;
-    sorted_triangle box = {.triangle = triangle, .surface = surface};
-    for (size_t c = 0; c < 3; c++) {
-        size_t const from = (c + axis) % 3;
-        double const x[3] = {work->positions[3 * (size_t)corners[0] + from],
-                             work->positions[3 * (size_t)corners[1] + from],
-                             work->positions[3 * (size_t)corners[2] + from]};
-        box.low[c] = fmin(x[0], fmin(x[1], x[2]));
-        box.high[c] = fmax(x[0], fmax(x[1], x[2]));
-    }
-    return box;
-}
-
 /* Boxes of all triangles that reach into the box of the cloth. */
 static void fill_boxes(const untangling *work, sorted_triangles *cloth,
                        sorted_triangles *obstacles) {
     tulle_world const *const world = work->world;
-    double low[3], high[3];
-    find_cloth_box(work, low, high);
-    size_t const axis = find_longest_axis(low, high);
+    double const *const x = work->positions;
+    /* The box of all cloth, and the axis in which it is longest. */
+    double low[3] = {x[0], x[1], x[2]}, high[3] = {x[0], x[1], x[2]};
+    for (size_t i = 0; i < 3 * world->cloth_vertex_count; i++) {
+        low[i % 3] = fmin(low[i % 3], x[i]);
+        high[i % 3] = fmax(high[i % 3], x[i]);
+    }
+    size_t axis = 0;
+    for (size_t c = 1; c < 3; c++)
+        if (high[c] - low[c] > high[axis] - low[axis]) axis = c;
+
     for (uint32_t s = 0; s < world->set.surface_count; s++) {
         surface_range const *const range = &world->surfaces[s];
         sorted_triangles *const list = range->is_obstacle ? obstacles : cloth;
         for (uint32_t t = range->triangle_begin; t < range->triangle_end && range->is_present;
              t++) {
-            sorted_triangle const box = make_box(work, s, t, axis);
+            uint32_t const *const corners = work->topo->triangles + 3 * (size_t)t;
+            sorted_triangle box = {.triangle = t, .surface = s};
             bool is_near = true;
-            for (size_t c = 0; c < 3; c++)
-                is_near = is_near && box.low[c] <= high[(c + axis) % 3] &&
-                          box.high[c] >= low[(c + axis) % 3];
+            for (size_t c = 0; c < 3; c++) {
+                size_t const from = (c + axis) % 3;
+                double const a = x[3 * (size_t)corners[0] + from];
+                double const b = x[3 * (size_t)corners[1] + from];
+                double const d = x[3 * (size_t)corners[2] + from];
+                box.low[c] = fmin(a, fmin(b, d));
+                box.high[c] = fmax(a, fmax(b, d));
+                is_near = is_near && box.low[c] <= high[from] && box.high[c] >= low[from];
+            }
             if (is_near) list->boxes[list->count++] = box;
         }
     }
     if (cloth->count > 0) qsort(cloth->boxes, cloth->count, sizeof *cloth->boxes, compare_lows);
     if (obstacles->count > 0)
         qsort(obstacles->boxes, obstacles->count, sizeof *obstacles->boxes, compare_lows);
-}
-
-static bool boxes_meet(const sorted_triangle *a, const sorted_triangle *b) {
-    return a->low[1] <= b->high[1] && b->low[1] <= a->high[1] && a->low[2] <= b->high[2] &&
-           b->low[2] <= a->high[2];
-}
-
-/* Adds the pair if the triangles cross; false when memory is short. */
-static bool add_if_crossing(untangling *work, const sorted_triangle *a, const sorted_triangle *b,
-                            intersection_list *list) {
-    tulle_world *const world = work->world;
-    if (!boxes_meet(a, b) || !surfaces_may_meet(&world->set, a->surface, b->surface)) return true;
-    if (!triangles_cross(work, a->triangle, b->triangle)) return true;
-    if (!ARRAY_RESERVE(&world->heap, list, 1)) return false;
-    bool const is_ordered = a->triangle < b->triangle; /* surfaces ascend with triangles */
-    sorted_triangle const *const first = is_ordered ? a : b, *const second = is_ordered ? b : a;
-    list->data[list->count++] = (tulle_intersection){
-        first->surface, first->triangle - world->surfaces[first->surface].triangle_begin,
-        second->surface, second->triangle - world->surfaces[second->surface].triangle_begin};
-    return true;
 }
 
 /* First box that begins at `low` or later. */
@@ -117,11 +81,27 @@ static size_t find_first(const sorted_triangles *list, double low) {
     return begin;
 }
 
-/* Compares a box with those of the list from `begin` that begin before it ends. */
+/* Compares a box with those of the list from `begin` that begin before it ends, and adds the pairs
+ * that cross. False when memory is short. */
 static bool sweep(untangling *work, const sorted_triangle *box, const sorted_triangles *list,
                   size_t begin, intersection_list *found) {
-    for (size_t i = begin; i < list->count && list->boxes[i].low[0] <= box->high[0]; i++)
-        if (!add_if_crossing(work, box, &list->boxes[i], found)) return false;
+    tulle_world *const world = work->world;
+    for (size_t i = begin; i < list->count && list->boxes[i].low[0] <= box->high[0]; i++) {
+        sorted_triangle const *const other = &list->boxes[i];
+        bool is_near = true;
+        for (size_t c = 1; c < 3; c++)
+            is_near = is_near && box->low[c] <= other->high[c] && other->low[c] <= box->high[c];
+        if (!is_near || !surfaces_may_meet(&world->set, box->surface, other->surface) ||
+            !triangles_cross(work, box->triangle, other->triangle))
+            continue;
+        if (!ARRAY_RESERVE(&world->heap, found, 1)) return false;
+        bool const is_ordered = box->triangle < other->triangle; /* as their surfaces are */
+        sorted_triangle const *const first = is_ordered ? box : other;
+        sorted_triangle const *const second = is_ordered ? other : box;
+        found->data[found->count++] = (tulle_intersection){
+            first->surface, first->triangle - world->surfaces[first->surface].triangle_begin,
+            second->surface, second->triangle - world->surfaces[second->surface].triangle_begin};
+    }
     return true;
 }
 

@@ -26,12 +26,6 @@ static const double ALONG_COSINE = 0.3;
  * at most 2. */
 static const double AIM_PULL = 4.0;
 
-static bool is_inside(const untangling *work, const surface_range *range, vec3 point) {
-    return compute_winding_number(work->topo->triangles + 3 * (size_t)range->triangle_begin,
-                                  range->triangle_end - range->triangle_begin, work->positions,
-                                  point) > INSIDE_WINDING;
-}
-
 /* Visits all that hangs on `seed` without a cut edge, numbers it and returns its weight: area,
  * where a vertex at a cut counts as far as it reaches. */
 static double flood_region(untangling *work, uint32_t seed, uint32_t mark, uint32_t number) {
@@ -64,14 +58,6 @@ static double flood_region(untangling *work, uint32_t seed, uint32_t mark, uint3
     return weight;
 }
 
-static void mark_cuts(untangling *work, size_t begin, size_t end, uint32_t mark) {
-    for (size_t i = begin; i < end; i++) {
-        surface_crossing const *const crossing = &work->contours.crossings[i];
-        work->cut[crossing->edge] = mark;
-        work->cut_along[crossing->edge] = crossing->along;
-    }
-}
-
 /* Vertices of cloth that hang together without a cut edge, all inside the obstacle or all outside:
  * one winding number tells. */
 static void mark_inside(untangling *work, uint32_t surface, uint32_t mark, uint32_t *number) {
@@ -84,6 +70,7 @@ static void mark_inside(untangling *work, uint32_t surface, uint32_t mark, uint3
         work->cut[crossing->edge] = mark;
         work->cut_along[crossing->edge] = crossing->along;
     }
+    size_t const cloth_count = work->world->cloth_vertex_count;
     uint32_t const first = *number;
     for (size_t i = 0; i < contours->count; i++) {
         uint32_t const edge = contours->crossings[i].edge;
@@ -93,34 +80,33 @@ static void mark_inside(untangling *work, uint32_t surface, uint32_t mark, uint3
             if (work->region[seed] >= first) continue;
             vec3 const point = vec3_load(work->positions, seed);
             (void)flood_region(work, seed, mark, *number);
-            if (is_inside(work, range, point)) {
-                for (size_t v = 0; v < work->world->cloth_vertex_count; v++)
-                    if (work->region[v] == *number) work->is_inside[v] = true;
-            }
+            double const winding = compute_winding_number(
+                work->topo->triangles + 3 * (size_t)range->triangle_begin,
+                range->triangle_end - range->triangle_begin, work->positions, point);
+            for (size_t v = 0; winding > INSIDE_WINDING && v < cloth_count; v++)
+                if (work->region[v] == *number) work->is_inside[v] = true;
             (*number)++;
         }
     }
 }
 
-/* Numbers the regions that hang on the contour's crossings. */
-static void number_regions(untangling *work, size_t begin, size_t end, flood *regions) {
-    for (size_t i = begin; i < end; i++) {
-        for (size_t k = 0; k < 2; k++) {
-            uint32_t const seed =
-                work->topo->edges[2 * (size_t)work->contours.crossings[i].edge + k];
-            if (work->region[seed] >= regions->begin) continue;
-            uint32_t const number = regions->begin + regions->count;
-            regions->weights[regions->count++] = flood_region(work, seed, regions->mark, number);
-        }
-    }
-}
-
 void flood_contours(untangling *work, const contour_range *ranges, size_t count, flood *regions) {
+    surface_crossing const *const crossings = work->contours.crossings;
     regions->count = 0;
     for (size_t k = 0; k < count; k++)
-        mark_cuts(work, ranges[k].begin, ranges[k].end, regions->mark);
+        for (size_t i = ranges[k].begin; i < ranges[k].end; i++) {
+            work->cut[crossings[i].edge] = regions->mark;
+            work->cut_along[crossings[i].edge] = crossings[i].along;
+        }
     for (size_t k = 0; k < count; k++)
-        number_regions(work, ranges[k].begin, ranges[k].end, regions);
+        for (size_t i = ranges[k].begin; i < ranges[k].end; i++)
+            for (size_t end = 0; end < 2; end++) {
+                uint32_t const seed = work->topo->edges[2 * (size_t)crossings[i].edge + end];
+                if (work->region[seed] >= regions->begin) continue;
+                uint32_t const number = regions->begin + regions->count;
+                regions->weights[regions->count++] =
+                    flood_region(work, seed, regions->mark, number);
+            }
 }
 
 static vec3 leave_out(vec3 a, vec3 unit) {
@@ -134,8 +120,8 @@ static double compare_sides(const untangling *work, const surface_crossing *cros
     uint32_t const *const ends = work->topo->edges + 2 * (size_t)crossing->edge;
     uint32_t const *const corners = work->topo->triangles + 3 * (size_t)crossing->triangle;
     uint32_t const owner = work->topo->edge_triangles[2 * (size_t)crossing->edge];
-    vec3 const tangent = vec3_normalize(vec3_cross(find_triangle_normal(work, owner),
-                                                   find_triangle_normal(work, crossing->triangle)));
+    vec3 const tangent = vec3_normalize(vec3_cross(
+        compute_triangle_normal(work, owner), compute_triangle_normal(work, crossing->triangle)));
     vec3 const a = vec3_load(work->positions, ends[0]), b = vec3_load(work->positions, ends[1]);
     vec3 const point = vec3_lerp(a, b, crossing->along);
     vec3 const way = leave_out(vec3_sub(b, a), tangent);
@@ -188,31 +174,14 @@ void aim_over_corners(const untangling *work, surface_crossing *crossing, const 
     int const wrong_count = is_wrong[0] + is_wrong[1] + is_wrong[2];
     if (wrong_count == 0 || wrong_count == 3) return;
     uint32_t const owner = work->topo->edge_triangles[2 * (size_t)crossing->edge];
-    vec3 const tangent = vec3_normalize(vec3_cross(find_triangle_normal(work, owner),
-                                                   find_triangle_normal(work, crossing->triangle)));
+    vec3 const tangent = vec3_normalize(vec3_cross(
+        compute_triangle_normal(work, owner), compute_triangle_normal(work, crossing->triangle)));
     vec3 way = {0.0, 0.0, 0.0};
     for (size_t k = 0; k < 3; k++) {
         double const share = is_wrong[k] ? 1.0 / wrong_count : -1.0 / (3 - wrong_count);
         way = vec3_add_scaled(way, vec3_load(work->positions, corners[k]), share);
     }
     crossing->pull = vec3_scale(leave_out(way, tangent), AIM_PULL);
-}
-
-/* Aims crossings whose edge is not parted, but whose triangle is. */
-static void aim_crossings(untangling *work, size_t begin, size_t end, const flood *regions) {
-    for (size_t i = begin; i < end; i++) {
-        surface_crossing *const crossing = &work->contours.crossings[i];
-        if (crossing->wrong_end != CROSSING_UNDECIDED) continue;
-        uint32_t const *const corners = work->topo->triangles + 3 * (size_t)crossing->triangle;
-        double weights[3], most = 0.0;
-        for (size_t k = 0; k < 3; k++) {
-            uint32_t const region = work->region[corners[k]];
-            weights[k] = region < regions->begin ? 0.0 : regions->weights[region - regions->begin];
-            most = fmax(most, weights[k]);
-        }
-        bool const is_wrong[3] = {weights[0] < most, weights[1] < most, weights[2] < most};
-        aim_over_corners(work, crossing, is_wrong);
-    }
 }
 
 /* Regions of one contour, and the wrong ends of its crossings. False when it parts nothing. */
@@ -231,8 +200,22 @@ static bool decide_contour(untangling *work, const contour_range *range, flood *
         double const weight_b = regions->weights[b - regions->begin];
         crossing->wrong_end = weight_a < weight_b || (weight_a == weight_b && a > b) ? 0 : 1;
     }
-    if (!is_open) aim_crossings(work, begin, end, regions);
-    return !is_open;
+    if (is_open) return false;
+    /* Aims crossings whose edge is not parted, but whose triangle is. */
+    for (size_t i = begin; i < end; i++) {
+        surface_crossing *const crossing = &work->contours.crossings[i];
+        if (crossing->wrong_end != CROSSING_UNDECIDED) continue;
+        uint32_t const *const corners = work->topo->triangles + 3 * (size_t)crossing->triangle;
+        double weights[3], most = 0.0;
+        for (size_t k = 0; k < 3; k++) {
+            uint32_t const region = work->region[corners[k]];
+            weights[k] = region < regions->begin ? 0.0 : regions->weights[region - regions->begin];
+            most = fmax(most, weights[k]);
+        }
+        bool const is_wrong[3] = {weights[0] < most, weights[1] < most, weights[2] < most};
+        aim_over_corners(work, crossing, is_wrong);
+    }
+    return true;
 }
 
 void mark_astray(untangling *work, size_t begin, size_t end, const flood *regions) {
@@ -252,30 +235,6 @@ void mark_astray(untangling *work, size_t begin, size_t end, const flood *region
     }
 }
 
-/* The contour that begins at a crossing, and the surfaces that it runs over. */
-static contour_range find_contour(const untangling *work, size_t begin) {
-    tulle_world const *const world = work->world;
-    contour_set const *const contours = &work->contours;
-    surface_crossing const *const first = &contours->crossings[begin];
-    contour_range range = {.begin = begin, .end = begin + 1};
-    while (range.end < contours->count && contours->crossings[range.end].contour == first->contour)
-        range.end++;
-    uint32_t const a = world->vertex_surface[work->topo->edges[2 * (size_t)first->edge]];
-    uint32_t const b = world->vertex_surface[work->topo->triangles[3 * (size_t)first->triangle]];
-    range.cloth = a < b ? a : b;
-    range.obstacle = a < b ? b : a;
-    return range;
-}
-
-/* Closed obstacles, one after the other. */
-static void find_inside(untangling *work, flood *regions) {
-    tulle_world const *const world = work->world;
-    for (uint32_t i = 0; i < world->obstacles.count; i++) {
-        if (work->is_closed[i])
-            mark_inside(work, (uint32_t)world->cloths.count + i, regions->mark++, &regions->begin);
-    }
-}
-
 /* Contours that part a surface each; others with obstacles together, then the rest. */
 static tulle_status decide_contours(untangling *work, flood *regions) {
     tulle_world *const world = work->world;
@@ -285,7 +244,15 @@ static tulle_status decide_contours(untangling *work, flood *regions) {
     if (!ranges) return TULLE_ERROR_OUT_OF_MEMORY;
     contour_range range;
     for (size_t begin = 0; begin < contours->count; begin = range.end) {
-        range = find_contour(work, begin);
+        surface_crossing const *const first = &contours->crossings[begin];
+        uint32_t const a = world->vertex_surface[work->topo->edges[2 * (size_t)first->edge]];
+        uint32_t const b =
+            world->vertex_surface[work->topo->triangles[3 * (size_t)first->triangle]];
+        range = (contour_range){
+            .begin = begin, .end = begin + 1, .cloth = a < b ? a : b, .obstacle = a < b ? b : a};
+        while (range.end < contours->count &&
+               contours->crossings[range.end].contour == first->contour)
+            range.end++;
         regions->mark++;
         regions->begin += regions->count;
         range.is_open = !decide_contour(work, &range, regions);
@@ -312,6 +279,8 @@ tulle_status find_sides(untangling *work) {
     flood regions = {.mark = 1, .begin = 1};
     regions.weights = ARENA_NEW(&world->scratch, double, 2 * work->contours.count);
     if (!regions.weights) return TULLE_ERROR_OUT_OF_MEMORY;
-    find_inside(work, &regions);
+    for (uint32_t i = 0; i < world->obstacles.count; i++)
+        if (work->is_closed[i])
+            mark_inside(work, (uint32_t)world->cloths.count + i, regions.mark++, &regions.begin);
     return decide_contours(work, &regions);
 }
