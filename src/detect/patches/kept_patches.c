@@ -1,6 +1,5 @@
-/* detect/patches/kept_patches.c - see kept_patches.h. How patches are checked, repaired and grown
- * in a call; when is in patch_schedule.c, how to grow and check in patch_growth.c and
- * kept_patches_check.c. */
+/* detect/patches/kept_patches.c - how a call checks, repairs and grows patches; see kept_patches.h.
+ * patch_schedule.c says when, patch_growth.c and kept_patches_check.c how. */
 #include "detect/patches/kept_patches_parts.h"
 
 #include <string.h>
@@ -18,7 +17,8 @@ enum {
 
 /* ---- creation ---- */
 
-static void find_neighbours(kept_patches *patches, const uint32_t *edge_counts) {
+/* Fills in the neighbours of all triangles. edge_counts: triangles around each edge. */
+static void join_triangles(kept_patches *patches, const uint32_t *edge_counts) {
     const topology *const topo = patches->topo;
     for (size_t i = 0; i < 3 * topo->triangle_count; i++) {
         uint32_t const edge = topo->triangle_edges[i], own = (uint32_t)(i / 3);
@@ -38,21 +38,6 @@ static void find_neighbours(kept_patches *patches, const uint32_t *edge_counts) 
     }
 }
 
-static tulle_status prepare_topology(kept_patches *patches, const surface_set *set) {
-    const topology *const topo = set->topo;
-    uint32_t *const edge_counts =
-        memory_allocate_zeroed(patches->heap, topo->edge_count, sizeof(uint32_t));
-    if (!edge_counts) return TULLE_ERROR_OUT_OF_MEMORY;
-    for (size_t i = 0; i < 3 * topo->triangle_count; i++) edge_counts[topo->triangle_edges[i]]++;
-    find_neighbours(patches, edge_counts);
-    memory_release(patches->heap, edge_counts, topo->edge_count * sizeof(uint32_t));
-    for (uint32_t s = 0; s < set->surface_count; s++) {
-        for (size_t i = set->surfaces[s].triangle_begin; i < set->surfaces[s].triangle_end; i++)
-            patches->triangle_surface[i] = s;
-    }
-    return TULLE_OK;
-}
-
 tulle_status kept_patches_create(memory *heap, const surface_set *set, kept_patches **result) {
     kept_patches *const patches = memory_allocate_zeroed(heap, 1, sizeof *patches);
     if (!patches) return TULLE_ERROR_OUT_OF_MEMORY;
@@ -63,11 +48,19 @@ tulle_status kept_patches_create(memory *heap, const surface_set *set, kept_patc
     patches->triangle_surface = memory_allocate_zeroed(heap, count, sizeof(uint32_t));
     patches->labels = memory_allocate_zeroed(heap, count, sizeof(uint32_t));
     patches->version = 1;
-    bool const has_arrays = patches->neighbours && patches->triangle_surface && patches->labels;
-    if (!has_arrays || prepare_topology(patches, set) != TULLE_OK) {
+    size_t const edge_count = set->topo->edge_count;
+    uint32_t *const edge_counts = memory_allocate_zeroed(heap, edge_count, sizeof(uint32_t));
+    if (!patches->neighbours || !patches->triangle_surface || !patches->labels || !edge_counts) {
+        memory_release(heap, edge_counts, edge_count * sizeof(uint32_t));
         kept_patches_destroy(patches);
         return TULLE_ERROR_OUT_OF_MEMORY;
     }
+    for (size_t i = 0; i < 3 * count; i++) edge_counts[set->topo->triangle_edges[i]]++;
+    join_triangles(patches, edge_counts);
+    memory_release(heap, edge_counts, edge_count * sizeof(uint32_t));
+    for (uint32_t s = 0; s < set->surface_count; s++)
+        for (size_t i = set->surfaces[s].triangle_begin; i < set->surfaces[s].triangle_end; i++)
+            patches->triangle_surface[i] = s;
     *result = patches;
     return TULLE_OK;
 }
@@ -124,7 +117,7 @@ uint32_t kept_patches_get_label_count(const kept_patches *patches) {
 }
 patch_labels kept_patches_get_labelling(const kept_patches *patches) {
     return (patch_labels){.labels = patches->labels,
-                          .label_count = kept_patches_get_label_count(patches),
+                          .label_count = (uint32_t)patches->patches.count,
                           .version = patches->version};
 }
 
@@ -154,39 +147,27 @@ static cover measure_cover(const kept_patches *patches, const surface_set *set) 
     return sum;
 }
 
-static void count_patches(const kept_patches *patches, patch_counts *counts) {
-    for (size_t i = 0; i < patches->patches.count; i++) {
-        const kept_patch *const patch = &patches->patches.data[i];
-        if (patch->triangle_count == 0) continue;
-        counts->patch_count++;
-        counts->triangle_count += patch->triangle_count;
-        counts->star_count += patch->verdict == PATCH_HOLDS_BY_STAR;
-        counts->contour_count += patch->verdict == PATCH_HOLDS_BY_SWEEP;
-    }
-}
-
 /* Moves `count` items of an array from one place to one before it. Returns the end. */
 static size_t move_down(uint32_t *items, size_t from, size_t count, size_t to) {
     if (count > 0) memmove(items + to, items + from, count * sizeof *items);
     return to + count;
 }
 
-/* The live patch whose triangles begin at a place; null where those of none do. */
-static kept_patch *find_patch_at(const kept_patches *patches, size_t place) {
-    uint32_t const label = patches->labels[patches->triangles.data[place]];
-    if (label == PATCH_ISOLATED) return NULL;
-    kept_patch *const patch = &patches->patches.data[label - 1];
-    return patch->triangle_begin == place ? patch : NULL;
-}
-
-/* Closes the gaps between patches, which lie in the same order in all arrays. */
-static void close_gaps(kept_patches *patches) {
+/* Closes the gaps between patches, which lie in the same order in all arrays, and between labels,
+ * whose order stays. */
+static void compact_patches(kept_patches *patches) {
     size_t triangles = 0, vertices = 0, loops = 0;
     for (size_t place = 0; place < patches->triangles.count;) {
-        kept_patch *const patch = find_patch_at(patches, place);
-        place += patch ? patch->triangle_count : 1;
-        if (!patch) continue;
+        /* A live patch whose triangles begin here moves down; other triangles are dead. */
+        uint32_t const label = patches->labels[patches->triangles.data[place]];
+        kept_patch *const patch =
+            label == PATCH_ISOLATED ? NULL : &patches->patches.data[label - 1];
+        if (!patch || patch->triangle_begin != place) {
+            place++;
+            continue;
+        }
         kept_patch const old = *patch;
+        place += old.triangle_count;
         patch->triangle_begin = (uint32_t)triangles;
         patch->vertex_begin = (uint32_t)vertices;
         patch->loop_begin = (uint32_t)loops;
@@ -201,11 +182,7 @@ static void close_gaps(kept_patches *patches) {
     patches->corners.count = 3 * triangles;
     patches->vertices.count = patches->points.count = vertices;
     patches->loops.count = loops;
-}
 
-/* Without gaps, also between labels, whose order stays. */
-static void compact_patches(kept_patches *patches) {
-    close_gaps(patches);
     uint32_t kept = 0;
     for (size_t i = 0; i < patches->patches.count; i++) {
         kept_patch const patch = patches->patches.data[i];
@@ -222,18 +199,12 @@ static void compact_patches(kept_patches *patches) {
 
 /* ---- a call ---- */
 
-/* Large ones are grown again instead: cut about their own axis they lose most of their triangles.
- */
-static bool is_repairable(kept_patches *patches, const kept_patch *patch) {
-    uint64_t most = patches->topo->triangle_count / LARGE_SHARE;
-    if (most < LARGE_MINIMUM) most = LARGE_MINIMUM;
-    return patch->verdict != PATCH_LEFT &&
-           (patch->triangle_count <= most || patches->rules.keeps_all) &&
-           pay_repair(&patches->schedule, patch->triangle_count);
-}
-
+/* Repairs or dissolves patches that have failed. Large ones are not repaired: cut about their own
+ * axis they lose most of their triangles, so they are grown again instead. */
 static tulle_status mend_patches(kept_patches *patches, const growth_input *input,
                                  patch_counts *counts) {
+    uint64_t most = patches->topo->triangle_count / LARGE_SHARE;
+    if (most < LARGE_MINIMUM) most = LARGE_MINIMUM;
     for (uint32_t i = 0; i < patches->patches.count; i++) {
         kept_patch const old = patches->patches.data[i];
         if (old.triangle_count == 0) continue;
@@ -241,21 +212,24 @@ static tulle_status mend_patches(kept_patches *patches, const growth_input *inpu
             counts->kept_count++;
             continue;
         }
-        if (is_repairable(patches, &old)) {
+        bool const is_repairable = old.verdict != PATCH_LEFT &&
+                                   (old.triangle_count <= most || patches->rules.keeps_all) &&
+                                   pay_repair(&patches->schedule, old.triangle_count);
+        if (is_repairable) {
             tulle_status const status = repair_patch(patches, input, i, counts);
             if (status != TULLE_OK) return status;
         } else {
             dissolve_patch(patches, i);
         }
-        if (patches->patches.data[i].triangle_count > 0) {
+        if (patches->patches.data[i].triangle_count > 0)
             counts->split_count++;
-        } else {
+        else
             counts->dissolved_count++;
-        }
     }
     return TULLE_OK;
 }
 
+/* Grows patches where much is isolated, from time to time. */
 static tulle_status grow_isolated(kept_patches *patches, const growth_input *input,
                                   patch_counts *counts, bool *has_grown) {
     cover const before = measure_cover(patches, input->step->set);
@@ -271,18 +245,7 @@ static tulle_status grow_isolated(kept_patches *patches, const growth_input *inp
     return TULLE_OK;
 }
 
-/* Gives back what only growth and its slack took, once patches are what they are to be kept. */
-static void shrink_patches(kept_patches *patches) {
-    memory *const heap = patches->heap;
-    if (patches->scratch) return;
-    ARRAY_TRIM(heap, &patches->patches);
-    ARRAY_TRIM(heap, &patches->triangles);
-    ARRAY_TRIM(heap, &patches->corners);
-    ARRAY_TRIM(heap, &patches->vertices);
-    ARRAY_TRIM(heap, &patches->points);
-    ARRAY_TRIM(heap, &patches->loops);
-}
-
+/* Grows patches over everything. */
 static tulle_status grow_first(kept_patches *patches, const growth_input *input,
                                patch_counts *counts) {
     patch_schedule *const schedule = &patches->schedule;
@@ -299,39 +262,15 @@ static tulle_status grow_first(kept_patches *patches, const growth_input *input,
     return merge_patches(patches, input, MERGED_FIRST * patches->topo->triangle_count, counts);
 }
 
-/* From time to time, where patches were cut or grown since. */
-static tulle_status merge_again(kept_patches *patches, const growth_input *input,
-                                patch_counts *counts) {
-    if (!input->rules->has_certificate || !is_merging_due(patches)) return TULLE_OK;
-    tulle_status status = reserve_growth(patches);
-    if (status != TULLE_OK) return status;
-    uint64_t const looked_at = counts->grown_triangle_count;
-    uint64_t const dead = patches->schedule.dead_triangle_count;
-    status = merge_patches(patches, input, patches->topo->triangle_count, counts);
-    pay_merging(&patches->schedule, counts->grown_triangle_count - looked_at,
-                patches->schedule.dead_triangle_count > dead);
-    return status;
-}
-
-/* After growth, before a search has told: whether patches may save more than they cost. To check an
- * edge of a boundary again costs as much as a triangle inside a patch saves the search. */
-static bool may_pay(const kept_patches *patches, const surface_set *set) {
-    cover const now = measure_cover(patches, set);
-    return now.useful * 100 >= now.meeting * USEFUL_PERCENT + now.rims * 100;
-}
-
-static bool rules_are_alike(const patch_rules *a, const patch_rules *b) {
-    return a->cone == b->cone && a->max_angle == b->max_angle &&
-           a->has_certificate == b->has_certificate && a->grows_anew == b->grows_anew &&
-           a->keeps_all == b->keeps_all;
-}
-
+/* Checks patches, mends those that fail and grows more where that is due. */
 static tulle_status keep_patches(kept_patches *patches, const growth_input *input,
                                  patch_counts *counts) {
     patch_schedule *const schedule = &patches->schedule;
-    judge_last_search(patches, measure_cover(patches, input->step->set).rims);
+    const surface_set *const set = input->step->set;
+    bool const has_certificate = input->rules->has_certificate;
+    judge_last_search(patches, measure_cover(patches, set).rims);
     if (schedule->is_off && schedule->call_count < schedule->retry_at) return TULLE_OK;
-    tulle_status status = TULLE_OK;
+    tulle_status status;
     bool has_grown = !schedule->has_grown || schedule->is_off;
     if (has_grown) {
         status = grow_first(patches, input, counts);
@@ -342,25 +281,55 @@ static tulle_status keep_patches(kept_patches *patches, const growth_input *inpu
         status = mend_patches(patches, input, counts);
         if (status == TULLE_OK) status = grow_isolated(patches, input, counts, &has_grown);
         if (has_grown || counts->split_count > 0) schedule->has_changed = 1;
-        if (status == TULLE_OK) status = merge_again(patches, input, counts);
+
+        /* Merge again from time to time, where patches were cut or grown since. */
+        if (status == TULLE_OK && has_certificate && is_merging_due(patches)) {
+            uint64_t const looked_at = counts->grown_triangle_count;
+            uint64_t const dead = schedule->dead_triangle_count;
+            status = reserve_growth(patches);
+            if (status != TULLE_OK) return status;
+            status = merge_patches(patches, input, patches->topo->triangle_count, counts);
+            pay_merging(schedule, counts->grown_triangle_count - looked_at,
+                        schedule->dead_triangle_count > dead);
+        }
     }
     if (status != TULLE_OK) return status;
-    if (input->rules->has_certificate && !input->rules->keeps_all && has_grown &&
-        !may_pay(patches, input->step->set))
-        let_patches_go(patches);
+
+    /* After growth, before a search has told: let patches go that cannot save more than they cost.
+     * To check an edge of a boundary again costs as much as a triangle inside a patch saves. */
+    if (has_certificate && !input->rules->keeps_all && has_grown) {
+        cover const now = measure_cover(patches, set);
+        if (now.useful * 100 < now.meeting * USEFUL_PERCENT + now.rims * 100)
+            let_patches_go(patches);
+    }
+
+    /* Take dead triangles out where there are many, and give back what only growth took. */
     uint64_t const dead = schedule->dead_triangle_count;
-    uint64_t const covered = measure_cover(patches, input->step->set).covered;
+    uint64_t const covered = measure_cover(patches, set).covered;
     bool const compacts =
         dead > COMPACT_TRIANGLE_MIN && dead > (has_grown ? covered / GROWN_DEAD_SHARE : covered);
     if (compacts) compact_patches(patches);
-    if (has_grown || compacts) shrink_patches(patches);
-    return status;
+    if ((has_grown || compacts) && !patches->scratch) {
+        memory *const heap = patches->heap;
+        ARRAY_TRIM(heap, &patches->patches);
+        ARRAY_TRIM(heap, &patches->triangles);
+        ARRAY_TRIM(heap, &patches->corners);
+        ARRAY_TRIM(heap, &patches->vertices);
+        ARRAY_TRIM(heap, &patches->points);
+        ARRAY_TRIM(heap, &patches->loops);
+    }
+    return TULLE_OK;
 }
 
 tulle_status update_patches(kept_patches *patches, const patch_step *step, const patch_rules *rules,
                             patch_counts *counts) {
     *counts = (patch_counts){0};
-    if (!rules_are_alike(&patches->rules, rules)) {
+    const patch_rules *const last = &patches->rules;
+    bool const are_alike = last->cone == rules->cone && last->max_angle == rules->max_angle &&
+                           last->has_certificate == rules->has_certificate &&
+                           last->grows_anew == rules->grows_anew &&
+                           last->keeps_all == rules->keeps_all;
+    if (!are_alike) {
         drop_patches(patches);
         reset_schedule(patches);
     }
@@ -379,7 +348,14 @@ tulle_status update_patches(kept_patches *patches, const patch_step *step, const
         *counts = (patch_counts){0};
         return status;
     }
-    count_patches(patches, counts);
+    for (size_t i = 0; i < patches->patches.count; i++) {
+        const kept_patch *const patch = &patches->patches.data[i];
+        if (patch->triangle_count == 0) continue;
+        counts->patch_count++;
+        counts->triangle_count += patch->triangle_count;
+        counts->star_count += patch->verdict == PATCH_HOLDS_BY_STAR;
+        counts->contour_count += patch->verdict == PATCH_HOLDS_BY_SWEEP;
+    }
     return TULLE_OK;
 }
 

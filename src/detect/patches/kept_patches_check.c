@@ -25,13 +25,10 @@ size_t check_scratch_size(size_t loop_count) {
     return loop_count * sizeof(planar_path) + planar_contour_scratch_size(loop_count);
 }
 
-static planar_map find_map(const kept_patches *patches, const kept_patch *patch, const double *x0) {
-    return planar_map_make(patch->axis, vec3_load(x0, patches->vertices.data[patch->vertex_begin]));
-}
-
 double project_patch(kept_patches *patches, const kept_patch *patch, const patch_step *step,
                      size_t begin, size_t end) {
-    planar_map const map = find_map(patches, patch, step->x0);
+    planar_map const map = planar_map_make(
+        patch->axis, vec3_load(step->x0, patches->vertices.data[patch->vertex_begin]));
     return TULLE_PICK_KERNEL(project_paths)(
         &map, patches->vertices.data + patch->vertex_begin + begin, end - begin, step->x0, step->x1,
         patches->points.data + patch->vertex_begin + begin);
@@ -44,8 +41,8 @@ static bool all_turn_left(const kept_patches *patches, const kept_patch *patch, 
         patches->corners.data + 3 * ((size_t)patch->triangle_begin + begin), end - begin, reach);
 }
 
-static bool all_in_cone(const kept_patches *patches, const kept_patch *patch,
-                        const patch_step *step, double max_angle, size_t begin, size_t end) {
+bool patch_faces_axis(const kept_patches *patches, const kept_patch *patch, const patch_step *step,
+                      double max_angle, size_t begin, size_t end) {
     const uint32_t *const triangles = patches->triangles.data + patch->triangle_begin;
     for (size_t i = begin; i < end; i++) {
         const uint32_t *const corners = patches->topo->triangles + 3 * (size_t)triangles[i];
@@ -59,7 +56,7 @@ static bool all_in_cone(const kept_patches *patches, const kept_patch *patch,
     return true;
 }
 
-/* Of projected vertices. */
+/* Whether the boundary of a patch, of projected vertices, stays simple. */
 static patch_verdict check_contour(const kept_patches *patches, const kept_patch *patch,
                                    double reach, void *scratch) {
     const planar_path *const points = patches->points.data + patch->vertex_begin;
@@ -78,11 +75,11 @@ patch_verdict check_patch(kept_patches *patches, const kept_patch *patch, const 
                           const patch_rules *rules, void *scratch) {
     if (!rules->has_certificate) {
         bool const holds =
-            all_in_cone(patches, patch, step, rules->max_angle, 0, patch->triangle_count);
+            patch_faces_axis(patches, patch, step, rules->max_angle, 0, patch->triangle_count);
         return holds ? PATCH_HOLDS_BY_CONE : PATCH_TURNED;
     }
     double const size = project_patch(patches, patch, step, 0, patch->vertex_count);
-    double const reach = find_planar_reach(rules->reach, size);
+    double const reach = compute_planar_reach(rules->reach, size);
     if (!(reach > 0.0) || !all_turn_left(patches, patch, 0, patch->triangle_count, reach))
         return PATCH_TURNED;
     return check_contour(patches, patch, reach, scratch);
@@ -90,66 +87,48 @@ patch_verdict check_patch(kept_patches *patches, const kept_patch *patch, const 
 
 /* ---- tasks ---- */
 
-static bool add_task(kept_patches *patches, check_task task) {
+static bool append_task(kept_patches *patches, check_task task) {
     if (!ARRAY_RESERVE(patches->heap, &patches->tasks, 1)) return false;
     patches->tasks.data[patches->tasks.count++] = task;
     return true;
 }
 
-static bool add_chunks(kept_patches *patches, check_kind kind, uint32_t patch, uint32_t count) {
-    for (uint32_t begin = 0; begin < count; begin += CHECK_CHUNK) {
-        uint32_t const end = count - begin > CHECK_CHUNK ? begin + CHECK_CHUNK : count;
-        if (!add_task(patches,
-                      (check_task){.kind = kind, .patch = patch, .begin = begin, .end = end}))
-            return false;
-    }
-    return true;
-}
+tulle_status prepare_checks(kept_patches *patches, int threads) {
+    if (patches->has_tasks && patches->worker_count >= threads) return TULLE_OK;
+    const kept_patch *const all = patches->patches.data;
+    uint32_t const patch_count = (uint32_t)patches->patches.count;
+    patches->tasks.count = 0;
 
-/* Projections of large patches first, then their contours, which take longest, then the rest. */
-static bool add_tasks_of_large(kept_patches *patches) {
-    for (int kind = CHECK_PROJECTION; kind <= CHECK_TURNS; kind++) {
-        for (uint32_t i = 0; i < patches->patches.count; i++) {
-            const kept_patch *const patch = &patches->patches.data[i];
-            if (patch->triangle_count <= LARGE_PATCH) continue;
-            uint32_t const count = kind == CHECK_PROJECTION ? patch->vertex_count
+    /* Large patches: projections first, then contours, which take longest, then triangles. */
+    for (uint32_t kind = CHECK_PROJECTION; kind <= CHECK_TURNS; kind++) {
+        for (uint32_t i = 0; i < patch_count; i++) {
+            if (all[i].triangle_count <= LARGE_PATCH) continue;
+            uint32_t const count = kind == CHECK_PROJECTION ? all[i].vertex_count
                                    : kind == CHECK_CONTOUR  ? 1
-                                                            : patch->triangle_count;
-            if (!add_chunks(patches, (check_kind)kind, i, count)) return false;
+                                                            : all[i].triangle_count;
+            for (uint32_t begin = 0; begin < count; begin += CHECK_CHUNK) {
+                uint32_t const end = count - begin > CHECK_CHUNK ? begin + CHECK_CHUNK : count;
+                check_task const task = {.kind = kind, .patch = i, .begin = begin, .end = end};
+                if (!append_task(patches, task)) return TULLE_ERROR_OUT_OF_MEMORY;
+            }
         }
     }
-    return true;
-}
 
-static bool add_tasks_of_small(kept_patches *patches) {
-    uint32_t begin = 0, triangle_count = 0;
-    uint32_t const patch_count = (uint32_t)patches->patches.count;
-    for (uint32_t i = 0; i < patch_count; i++) {
-        const kept_patch *const patch = &patches->patches.data[i];
-        if (patch->triangle_count <= LARGE_PATCH) triangle_count += patch->triangle_count;
+    /* Small patches: several in a task. And room for the contour of any. */
+    size_t longest = 0;
+    for (uint32_t i = 0, begin = 0, triangle_count = 0; i < patch_count; i++) {
+        if (all[i].triangle_count > 0 && all[i].loop_count > longest) longest = all[i].loop_count;
+        if (all[i].triangle_count <= LARGE_PATCH) triangle_count += all[i].triangle_count;
         if (triangle_count < GROUP_SIZE && i + 1 < patch_count) continue;
-        if (!add_task(patches, (check_task){.kind = CHECK_WHOLE, .begin = begin, .end = i + 1}))
-            return false;
+        check_task const task = {.kind = CHECK_WHOLE, .begin = begin, .end = i + 1};
+        if (!append_task(patches, task)) return TULLE_ERROR_OUT_OF_MEMORY;
         begin = i + 1;
         triangle_count = 0;
     }
-    return true;
-}
-
-tulle_status prepare_checks(kept_patches *patches, int threads) {
-    if (patches->has_tasks && patches->worker_count >= threads) return TULLE_OK;
-    patches->tasks.count = 0;
-    if (!add_tasks_of_large(patches) || !add_tasks_of_small(patches))
-        return TULLE_ERROR_OUT_OF_MEMORY;
-    size_t longest = 0;
-    for (size_t i = 0; i < patches->patches.count; i++) {
-        const kept_patch *const patch = &patches->patches.data[i];
-        if (patch->triangle_count > 0 && patch->loop_count > longest) longest = patch->loop_count;
-    }
     patches->scratch_stride = (check_scratch_size(longest) + 63) / 64 * 64;
-    size_t const needed = patches->scratch_stride * (size_t)threads;
     patches->contour_scratch.count = 0;
-    if (!ARRAY_RESERVE(patches->heap, &patches->contour_scratch, needed))
+    if (!ARRAY_RESERVE(patches->heap, &patches->contour_scratch,
+                       patches->scratch_stride * (size_t)threads))
         return TULLE_ERROR_OUT_OF_MEMORY;
     patches->worker_count = threads;
     patches->has_tasks = true;
@@ -163,34 +142,25 @@ typedef struct check_run {
     size_t task_begin;
 } check_run;
 
-static uint32_t run_part(const check_run *run, check_task *task, void *scratch) {
+/* A share of the check of a large patch. */
+static patch_verdict check_part(const check_run *run, check_task *task, void *scratch) {
     kept_patches *const patches = run->patches;
     kept_patch *const patch = &patches->patches.data[task->patch];
     if (!run->rules->has_certificate) {
         if (task->kind != CHECK_TURNS) return PATCH_HOLDS_BY_CONE;
-        bool const holds =
-            all_in_cone(patches, patch, run->step, run->rules->max_angle, task->begin, task->end);
+        bool const holds = patch_faces_axis(patches, patch, run->step, run->rules->max_angle,
+                                            task->begin, task->end);
         return holds ? PATCH_HOLDS_BY_CONE : PATCH_TURNED;
     }
     if (task->kind == CHECK_PROJECTION) {
         task->size = project_patch(patches, patch, run->step, task->begin, task->end);
         return PATCH_HOLDS_BY_STAR;
     }
-    double const reach = task->size; /* found from the sizes by then */
+    double const reach = task->size; /* computed from the sizes by then */
     if (!(reach > 0.0)) return PATCH_TURNED;
     if (task->kind == CHECK_CONTOUR) return check_contour(patches, patch, reach, scratch);
     return all_turn_left(patches, patch, task->begin, task->end, reach) ? PATCH_HOLDS_BY_STAR
                                                                         : PATCH_TURNED;
-}
-
-static void run_group(const check_run *run, const check_task *task, void *scratch) {
-    for (uint32_t i = task->begin; i < task->end; i++) {
-        kept_patch *const patch = &run->patches->patches.data[i];
-        if (patch->triangle_count == 0 || patch->triangle_count > LARGE_PATCH) continue;
-        patch->verdict = surface_has_patches(run->step->set, patch->surface)
-                             ? check_patch(run->patches, patch, run->step, run->rules, scratch)
-                             : PATCH_LEFT;
-    }
 }
 
 static void run_tasks(void *context, size_t begin, size_t end, size_t chunk, int worker) {
@@ -200,18 +170,32 @@ static void run_tasks(void *context, size_t begin, size_t end, size_t chunk, int
     void *const scratch = patches->contour_scratch.data + (size_t)worker * patches->scratch_stride;
     for (size_t i = begin; i < end; i++) {
         check_task *const task = &patches->tasks.data[run->task_begin + i];
-        if (task->kind == CHECK_WHOLE) {
-            run_group(run, task, scratch);
-        } else {
-            task->verdict = run_part(run, task, scratch);
+        if (task->kind != CHECK_WHOLE) {
+            task->verdict = check_part(run, task, scratch);
+            continue;
+        }
+        for (uint32_t k = task->begin; k < task->end; k++) {
+            kept_patch *const patch = &patches->patches.data[k];
+            if (patch->triangle_count == 0 || patch->triangle_count > LARGE_PATCH) continue;
+            patch->verdict = surface_has_patches(run->step->set, patch->surface)
+                                 ? check_patch(patches, patch, run->step, run->rules, scratch)
+                                 : PATCH_LEFT;
         }
     }
 }
 
-/* Leaves the planar reach of each large patch in the size of its later tasks. */
-static void spread_sizes(check_run *run, size_t projection_count) {
-    check_task *const tasks = run->patches->tasks.data;
-    for (size_t i = projection_count; i < run->patches->tasks.count; i++) {
+void check_patches(kept_patches *patches, const patch_step *step, const patch_rules *rules) {
+    check_task *const tasks = patches->tasks.data;
+    kept_patch *const all = patches->patches.data;
+    size_t const task_count = patches->tasks.count;
+    size_t projection_count = 0;
+    while (projection_count < task_count && tasks[projection_count].kind == CHECK_PROJECTION)
+        projection_count++;
+    check_run run = {patches, step, rules, 0};
+    parallel_for(projection_count, 1, step->threads, run_tasks, &run);
+
+    /* The sizes of a large patch's projections give the planar reach of its later tasks. */
+    for (size_t i = projection_count; i < task_count; i++) {
         if (tasks[i].kind == CHECK_WHOLE) continue;
         double size = 0.0;
         for (size_t k = 0; k < projection_count; k++) {
@@ -219,31 +203,17 @@ static void spread_sizes(check_run *run, size_t projection_count) {
             double const own = tasks[k].size; /* NaN stays */
             if (!(own <= size) && !(size != size)) size = own;
         }
-        tasks[i].size = find_planar_reach(run->rules->reach, size);
+        tasks[i].size = compute_planar_reach(rules->reach, size);
     }
-}
+    run.task_begin = projection_count;
+    parallel_for(task_count - projection_count, 1, step->threads, run_tasks, &run);
 
-static void gather_verdicts(const check_run *run, size_t projection_count) {
-    kept_patch *const all = run->patches->patches.data;
-    const check_task *const tasks = run->patches->tasks.data;
+    /* The verdict on a large patch is the worst of its tasks. */
     for (size_t i = 0; i < projection_count; i++) all[tasks[i].patch].verdict = PATCH_HOLDS_BY_STAR;
-    for (size_t i = projection_count; i < run->patches->tasks.count; i++) {
+    for (size_t i = projection_count; i < task_count; i++) {
         if (tasks[i].kind == CHECK_WHOLE) continue;
         kept_patch *const patch = &all[tasks[i].patch];
         if (tasks[i].verdict > patch->verdict) patch->verdict = tasks[i].verdict;
-        if (!surface_has_patches(run->step->set, patch->surface)) patch->verdict = PATCH_LEFT;
+        if (!surface_has_patches(step->set, patch->surface)) patch->verdict = PATCH_LEFT;
     }
-}
-
-void check_patches(kept_patches *patches, const patch_step *step, const patch_rules *rules) {
-    check_run run = {patches, step, rules, 0};
-    size_t projection_count = 0;
-    while (projection_count < patches->tasks.count &&
-           patches->tasks.data[projection_count].kind == CHECK_PROJECTION)
-        projection_count++;
-    parallel_for(projection_count, 1, step->threads, run_tasks, &run);
-    spread_sizes(&run, projection_count);
-    run.task_begin = projection_count;
-    parallel_for(patches->tasks.count - projection_count, 1, step->threads, run_tasks, &run);
-    gather_verdicts(&run, projection_count);
 }

@@ -122,6 +122,9 @@ patch_verdict check_patch(kept_patches *patches, const kept_patch *patch, const 
                           const patch_rules *rules, void *scratch);
 /* [bytes] scratch of check_patch for a boundary of that many vertices. */
 size_t check_scratch_size(size_t loop_count);
+/* Whether triangles begin .. end - 1 of a patch keep within max_angle of its axis. */
+bool patch_faces_axis(const kept_patches *patches, const kept_patch *patch, const patch_step *step,
+                      double max_angle, size_t begin, size_t end);
 /* Projects local vertices begin .. end - 1 of a patch, and returns their size. */
 double project_patch(kept_patches *patches, const kept_patch *patch, const patch_step *step,
                      size_t begin, size_t end);
@@ -150,9 +153,19 @@ tulle_status merge_patches(kept_patches *patches, const growth_input *input, uin
                            patch_counts *counts);
 /* While a patch is grown again: may join. */
 #define LABEL_PASSED UINT32_MAX
-/* Grows a patch from a triangle among those that bear LABEL_PASSED, as a disc. Fills the queue, and
- * returns how many joined. */
-size_t spread_among_passed(kept_patches *patches, uint32_t seed, uint32_t label);
+/* Grows a patch of that label from a triangle: fills the queue, and returns how many joined. With a
+ * cone, which becomes that of the patch, among triangles without a patch, as a disc if the rules
+ * ask for a certificate; the cone stays within the limit of every triangle, so all of them face its
+ * axis. Without a cone, among triangles that bear LABEL_PASSED, as a disc. */
+size_t spread_patch(kept_patches *patches, const patch_rules *rules, uint32_t seed, uint32_t label,
+                    normal_cone *cone);
+void label_triangles(kept_patches *patches, const uint32_t *list, size_t count, uint32_t label);
+/* Those among them that still bear LABEL_PASSED become isolated. */
+void isolate_passed(kept_patches *patches, const uint32_t *list, size_t count);
+/* Writes the first `count` triangles of the queue, which bear the label, behind all patches and
+ * checks them; patch->verdict says what came of it. */
+tulle_status stage_and_check(kept_patches *patches, const growth_input *input, size_t count,
+                             uint32_t label, kept_patch *patch);
 /* Makes what is left of patch `index`, which has failed, a patch again, or dissolves it. */
 tulle_status repair_patch(kept_patches *patches, const growth_input *input, uint32_t index,
                           patch_counts *counts);
@@ -179,8 +192,6 @@ tulle_status stage_patch(kept_patches *patches, const uint32_t *list, size_t cou
 tulle_status stage_loop(kept_patches *patches, kept_patch *patch, uint32_t label, bool *is_one);
 /* Makes a staged patch that of its label. */
 void commit_patch(kept_patches *patches, const kept_patch *patch, uint32_t label);
-/* Room for a contour of the patch. */
-tulle_status reserve_contour_scratch(kept_patches *patches, size_t byte_count);
 
 /* Appends a patch of triangles that are a disc in this order (any order without certificate);
  * INVALID_ARGUMENT where they are none. */

@@ -69,11 +69,6 @@ void kept_patches_save(const kept_patches *patches, void *bytes) {
     }
 }
 
-static bool is_axis(const double axis[3]) {
-    double const length2 = vec3_norm2(vec3_make(axis[0], axis[1], axis[2]));
-    return length2 > 0.99 && length2 < 1.01;
-}
-
 static bool header_fits(const kept_patches *patches, const saved_header *header, size_t size) {
     uint64_t const triangle_count = patches->topo->triangle_count;
     if (header->magic != SAVED_MAGIC || header->triangle_count != triangle_count ||
@@ -95,34 +90,16 @@ static tulle_status load_patch(kept_patches *patches, const saved_patch *saved,
                                const unsigned char *bytes, bool is_disc) {
     uint32_t *const list = patches->growth.queue;
     size_t const count = (size_t)saved->triangle_count;
-    if (!is_axis(saved->axis)) return TULLE_ERROR_INVALID_ARGUMENT;
+    vec3 const axis = vec3_make(saved->axis[0], saved->axis[1], saved->axis[2]);
+    double const length2 = vec3_norm2(axis);
+    if (!(length2 > 0.99 && length2 < 1.01)) return TULLE_ERROR_INVALID_ARGUMENT;
     if (count > 0) memcpy(list, bytes, count * sizeof(uint32_t));
     for (size_t i = 0; i < count; i++) {
         if (list[i] >= patches->topo->triangle_count ||
             patches->triangle_surface[list[i]] != patches->triangle_surface[list[0]])
             return TULLE_ERROR_INVALID_ARGUMENT;
     }
-    vec3 const axis = vec3_make(saved->axis[0], saved->axis[1], saved->axis[2]);
     return append_patch(patches, list, count, axis, is_disc);
-}
-
-static tulle_status load_all(kept_patches *patches, const unsigned char *bytes,
-                             const saved_header *header) {
-    tulle_status status = reserve_growth(patches);
-    const unsigned char *record = bytes + sizeof *header;
-    const unsigned char *triangles = record + header->patch_count * sizeof(saved_patch);
-    uint64_t left = header->kept_triangle_count;
-    for (uint64_t i = 0; i < header->patch_count && status == TULLE_OK; i++) {
-        saved_patch saved;
-        memcpy(&saved, record, sizeof saved);
-        if (saved.triangle_count > left) return TULLE_ERROR_INVALID_ARGUMENT;
-        status = load_patch(patches, &saved, triangles, header->has_certificate == 1);
-        record += sizeof saved;
-        triangles += saved.triangle_count * sizeof(uint32_t);
-        left -= saved.triangle_count;
-    }
-    if (status == TULLE_OK && left > 0) status = TULLE_ERROR_INVALID_ARGUMENT;
-    return status;
 }
 
 tulle_status kept_patches_load(kept_patches *patches, const void *bytes, size_t size) {
@@ -134,7 +111,23 @@ tulle_status kept_patches_load(kept_patches *patches, const void *bytes, size_t 
     if (size < sizeof header) return TULLE_ERROR_INVALID_ARGUMENT;
     memcpy(&header, bytes, sizeof header);
     if (!header_fits(patches, &header, size)) return TULLE_ERROR_INVALID_ARGUMENT;
-    tulle_status const status = load_all(patches, bytes, &header);
+
+    /* Records stand one after the other, and so do the triangles of their patches. */
+    tulle_status status = reserve_growth(patches);
+    const unsigned char *record = (const unsigned char *)bytes + sizeof header;
+    const unsigned char *triangles = record + header.patch_count * sizeof(saved_patch);
+    uint64_t left = header.kept_triangle_count;
+    for (uint64_t i = 0; i < header.patch_count && status == TULLE_OK; i++) {
+        saved_patch saved;
+        memcpy(&saved, record, sizeof saved);
+        status = saved.triangle_count > left
+                     ? TULLE_ERROR_INVALID_ARGUMENT
+                     : load_patch(patches, &saved, triangles, header.has_certificate == 1);
+        record += sizeof saved;
+        triangles += saved.triangle_count * sizeof(uint32_t);
+        left -= saved.triangle_count;
+    }
+    if (status == TULLE_OK && left > 0) status = TULLE_ERROR_INVALID_ARGUMENT;
     if (status != TULLE_OK) {
         drop_patches(patches);
         return status;

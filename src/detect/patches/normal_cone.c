@@ -48,80 +48,46 @@ static const normal_cone no_cone = {.half_angle = -1.0};
 /* Relative bound on the rounding of the short sums that follow; each loses less than 2^-50. */
 static const double SUM_ERROR = 0x1p-48;
 
-/* Bernstein coefficients n0, m, n1 of the normal over the product of the longest u and v, each
- * within NORMAL_ERROR of the exact one over the same number. False where products may have lost
- * digits. */
-static bool find_normals(const vec3 start[3], const vec3 end[3], vec3 normals[3]) {
-    vec3 const u0 = vec3_sub(start[1], start[0]), v0 = vec3_sub(start[2], start[0]);
-    vec3 const u1 = vec3_sub(end[1], end[0]), v1 = vec3_sub(end[2], end[0]);
-    double const longest_u = sqrt(fmax(vec3_norm2(u0), vec3_norm2(u1)));
-    double const longest_v = sqrt(fmax(vec3_norm2(v0), vec3_norm2(v1)));
-    double const area = longest_u * longest_v;
-    if (!(area > AREA_MIN && area < AREA_MAX)) return false;
-    double const scale = 1.0 / area; /* keeps squares within range */
-    normals[0] = vec3_scale(vec3_cross(u0, v0), scale);
-    normals[1] = vec3_scale(vec3_add(vec3_cross(u0, v1), vec3_cross(u1, v0)), 0.5 * scale);
-    normals[2] = vec3_scale(vec3_cross(u1, v1), scale);
-    return true;
-}
-
-/* The coefficients as unit vectors, and how far [rad] each may point from the exact one. */
-typedef struct normal_hull {
-    vec3 directions[3];
-    double errors[3];
-} normal_hull;
-
-/* False when one of them may vanish. */
-static bool find_hull(const vec3 normals[3], normal_hull *hull) {
-    for (int k = 0; k < 3; k++) {
-        double const length = vec3_norm(normals[k]);
-        if (!(length > NORMAL_ERRORS_MIN * NORMAL_ERROR)) return false;
-        double const inverse = 1.0 / length;
-        hull->directions[k] = vec3_scale(normals[k], inverse);
-        /* asin(x) <= pi/2 x, and x is at most 1/4 */
-        hull->errors[k] = HALF_PI * NORMAL_ERROR * inverse;
-    }
-    return true;
-}
-
 /* Squared chord between two unit vectors; exact where they nearly agree, and rising with the angle.
  */
 static double chord2(vec3 a, vec3 b) { return vec3_norm2(vec3_sub(a, b)); }
 
-/* A half-angle about the axis that holds the hull; negative when it is not under pi/2. An axis of
- * no length, between opposite directions, holds nothing. */
-static double measure_hull(const normal_hull *hull, vec3 axis) {
-    if (vec3_norm2(axis) == 0.0) return -1.0;
-    double farthest2 = 0.0, error = 0.0;
+/* The smallest cone of the coefficients. */
+static normal_cone make_bernstein_cone(const vec3 normals[3]) {
+    /* The coefficients as unit vectors, and the most [rad] that one may point from the exact one;
+     * none may vanish. */
+    vec3 d[3];
+    double error = 0.0, farthest2 = 0.0;
     for (int k = 0; k < 3; k++) {
-        double const distance2 = chord2(axis, hull->directions[k]);
-        if (!(distance2 < 2.0)) return -1.0; /* at a right angle or more */
-        if (distance2 > farthest2) farthest2 = distance2;
-        if (hull->errors[k] > error) error = hull->errors[k];
+        double const length = vec3_norm(normals[k]);
+        if (!(length > NORMAL_ERRORS_MIN * NORMAL_ERROR)) return no_cone;
+        double const inverse = 1.0 / length;
+        d[k] = vec3_scale(normals[k], inverse);
+        /* asin(x) <= pi/2 x, and x is at most 1/4 */
+        error = fmax(error, HALF_PI * NORMAL_ERROR * inverse);
     }
-    double const half_angle = 2.0 * asin(0.5 * sqrt(farthest2)) + error + ANGLE_SLACK;
-    return half_angle < HALF_PI - ANGLE_SLACK ? half_angle : -1.0;
-}
 
-/* The axis through the circle of the three directions. */
-static vec3 find_circle_axis(const normal_hull *hull) {
-    const vec3 *const d = hull->directions;
-    vec3 const axis = vec3_normalize(vec3_cross(vec3_sub(d[1], d[0]), vec3_sub(d[2], d[0])));
-    return vec3_dot(axis, d[0]) < 0.0 ? vec3_neg(axis) : axis;
-}
-
-static normal_cone find_bernstein_cone(const vec3 normals[3]) {
-    normal_hull hull;
-    if (!find_hull(normals, &hull)) return no_cone;
-    vec3 const *const d = hull.directions;
+    /* The axis is the middle of the two that are farthest apart, or goes through the circle of all
+     * three where the third is farther from that. */
     double const chords[3] = {chord2(d[0], d[1]), chord2(d[1], d[2]), chord2(d[2], d[0])};
     int widest = chords[1] > chords[0] ? 1 : 0; /* pair {widest, widest + 1} */
     if (chords[2] > chords[widest]) widest = 2;
     vec3 axis = vec3_normalize(vec3_add(d[widest], d[(widest + 1) % 3]));
     bool const is_third_inside = chord2(axis, d[(widest + 2) % 3]) <= chord2(axis, d[widest]);
-    if (!is_third_inside && chords[widest] > CIRCLE_CHORD2_MIN) axis = find_circle_axis(&hull);
-    double const half_angle = measure_hull(&hull, axis);
-    return half_angle >= 0.0 ? (normal_cone){axis, half_angle} : no_cone;
+    if (!is_third_inside && chords[widest] > CIRCLE_CHORD2_MIN) {
+        axis = vec3_normalize(vec3_cross(vec3_sub(d[1], d[0]), vec3_sub(d[2], d[0])));
+        if (vec3_dot(axis, d[0]) < 0.0) axis = vec3_neg(axis);
+    }
+
+    /* The half-angle that holds all three; an axis between opposite directions holds nothing. */
+    if (vec3_norm2(axis) == 0.0) return no_cone;
+    for (int k = 0; k < 3; k++) {
+        double const distance2 = chord2(axis, d[k]);
+        if (!(distance2 < 2.0)) return no_cone; /* at a right angle or more */
+        if (distance2 > farthest2) farthest2 = distance2;
+    }
+    double const half_angle = 2.0 * asin(0.5 * sqrt(farthest2)) + error + ANGLE_SLACK;
+    return half_angle < HALF_PI - ANGLE_SLACK ? (normal_cone){axis, half_angle} : no_cone;
 }
 
 /* An upper bound on a quartic over [0, 1] from its Bernstein coefficients, above the true maximum
@@ -153,46 +119,51 @@ static double bound_quartic(const double coefficients[5]) {
     }
 }
 
-/* An upper bound on |n(t)|^2. */
-static double bound_longest2(const vec3 n[3]) {
+/* The paper's cone: its axis, and its bound by the longest normal. */
+static normal_cone make_paper_cone(const vec3 n[3]) {
+    double const lengths[2] = {vec3_norm(n[0]), vec3_norm(n[2])};
+    double const shortest = fmin(lengths[0], lengths[1]);
+    if (!(shortest > NORMAL_ERRORS_MIN * NORMAL_ERROR)) return no_cone;
+    vec3 const axis = vec3_normalize(
+        vec3_add(vec3_scale(n[0], 1.0 / lengths[0]), vec3_scale(n[2], 1.0 / lengths[1])));
+
+    /* The minimum of axis . n(t), a quadratic with these Bernstein coefficients, from below. */
+    double const a = vec3_dot(axis, n[0]), b = vec3_dot(axis, n[1]), c = vec3_dot(axis, n[2]);
+    double least = b >= a || b >= c ? fmin(a, c) : a - (a - b) * (a - b) / ((a - b) + (c - b));
+    double largest = 0.0, largest2 = 0.0;
+    for (int k = 0; k < 3; k++) {
+        largest = fmax(largest, vec3_norm(n[k]));
+        largest2 = fmax(largest2, vec3_norm2(n[k]));
+    }
+    least = least - NORMAL_ERROR - SUM_ERROR * largest;
+    if (!(least > 0.0)) return no_cone;
+
+    /* The maximum of |n(t)|^2 from above. */
     const double quartic[5] = {vec3_norm2(n[0]), vec3_dot(n[0], n[1]),
                                (vec3_dot(n[0], n[2]) + 2.0 * vec3_norm2(n[1])) / 3.0,
                                vec3_dot(n[1], n[2]), vec3_norm2(n[2])};
-    double largest = 0.0;
-    for (int k = 0; k < 3; k++) largest = fmax(largest, vec3_norm2(n[k]));
-    double const length = sqrt(bound_quartic(quartic) + SUM_ERROR * largest) + NORMAL_ERROR;
-    return length * length;
-}
-
-/* The minimum over [0, 1] of a quadratic with the Bernstein coefficients a, b, c. */
-static double find_least(double a, double b, double c) {
-    if (b >= a || b >= c) return fmin(a, c);
-    return a - (a - b) * (a - b) / ((a - b) + (c - b));
-}
-
-static normal_cone find_paper_cone(const vec3 normals[3]) {
-    double const lengths[2] = {vec3_norm(normals[0]), vec3_norm(normals[2])};
-    double const shortest = fmin(lengths[0], lengths[1]);
-    if (!(shortest > NORMAL_ERRORS_MIN * NORMAL_ERROR)) return no_cone;
-    vec3 const axis = vec3_normalize(vec3_add(vec3_scale(normals[0], 1.0 / lengths[0]),
-                                              vec3_scale(normals[2], 1.0 / lengths[1])));
-    double along[3], largest = 0.0;
-    for (int k = 0; k < 3; k++) {
-        along[k] = vec3_dot(axis, normals[k]);
-        largest = fmax(largest, vec3_norm(normals[k]));
-    }
-    double const least =
-        find_least(along[0], along[1], along[2]) - NORMAL_ERROR - SUM_ERROR * largest;
-    if (!(least > 0.0)) return no_cone;
-    double const cosine = least / sqrt(bound_longest2(normals)) * (1.0 - SUM_ERROR);
+    double const longest = sqrt(bound_quartic(quartic) + SUM_ERROR * largest2) + NORMAL_ERROR;
+    double const cosine = least / sqrt(longest * longest) * (1.0 - SUM_ERROR);
     double const half_angle = acos(fmin(cosine, 1.0)) + ANGLE_SLACK;
     return half_angle < HALF_PI - ANGLE_SLACK ? (normal_cone){axis, half_angle} : no_cone;
 }
 
 normal_cone normal_cone_of_triangle_by(cone_rule rule, const vec3 start[3], const vec3 end[3]) {
-    vec3 normals[3];
-    if (!find_normals(start, end, normals)) return no_cone;
-    return rule == CONE_PAPER ? find_paper_cone(normals) : find_bernstein_cone(normals);
+    vec3 const u0 = vec3_sub(start[1], start[0]), v0 = vec3_sub(start[2], start[0]);
+    vec3 const u1 = vec3_sub(end[1], end[0]), v1 = vec3_sub(end[2], end[0]);
+    double const longest_u = sqrt(fmax(vec3_norm2(u0), vec3_norm2(u1)));
+    double const longest_v = sqrt(fmax(vec3_norm2(v0), vec3_norm2(v1)));
+    double const area = longest_u * longest_v;
+    if (!(area > AREA_MIN && area < AREA_MAX)) return no_cone;
+
+    /* n0, m, n1 over the product of the longest u and v, each within NORMAL_ERROR of the exact one
+     * over the same number; so their squares stay within range. */
+    double const scale = 1.0 / area;
+    vec3 const normals[3] = {
+        vec3_scale(vec3_cross(u0, v0), scale),
+        vec3_scale(vec3_add(vec3_cross(u0, v1), vec3_cross(u1, v0)), 0.5 * scale),
+        vec3_scale(vec3_cross(u1, v1), scale)};
+    return rule == CONE_PAPER ? make_paper_cone(normals) : make_bernstein_cone(normals);
 }
 
 normal_cone normal_cone_of_triangle(const vec3 start[3], const vec3 end[3]) {

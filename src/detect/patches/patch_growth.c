@@ -30,30 +30,21 @@ static const normal_cone no_cone = {{0.0, 0.0, 0.0}, -1.0};
 
 /* ---- what may join ---- */
 
-typedef struct join {
-    int shared_count;
-    size_t edge; /* the last shared one */
-    bool is_barred;
-} join;
-
-static join find_join(const kept_patches *patches, uint32_t triangle, uint32_t label) {
-    join result = {0, 0, false};
-    for (size_t k = 0; k < 3; k++) {
-        uint32_t const other = patches->neighbours[3 * (size_t)triangle + k];
-        if (other == NEIGHBOUR_BARRED) result.is_barred = true;
-        if (other >= NEIGHBOUR_BARRED || patches->labels[other] != label) continue;
-        result.shared_count++;
-        result.edge = k;
-    }
-    return result;
-}
-
 /* Whether patch `label` with this triangle is a disc still. */
 static bool keeps_disc(const kept_patches *patches, uint32_t triangle, uint32_t label) {
-    join const with = find_join(patches, triangle, label);
-    if (with.shared_count == 2) return !with.is_barred;
-    if (with.shared_count != 1) return false;
-    uint32_t const opposite = patches->topo->triangles[3 * (size_t)triangle + (with.edge + 2) % 3];
+    int shared_count = 0;
+    size_t shared = 0; /* the last shared edge */
+    bool is_barred = false;
+    for (size_t k = 0; k < 3; k++) {
+        uint32_t const other = patches->neighbours[3 * (size_t)triangle + k];
+        if (other == NEIGHBOUR_BARRED) is_barred = true;
+        if (other >= NEIGHBOUR_BARRED || patches->labels[other] != label) continue;
+        shared_count++;
+        shared = k;
+    }
+    if (shared_count == 2) return !is_barred;
+    if (shared_count != 1) return false;
+    uint32_t const opposite = patches->topo->triangles[3 * (size_t)triangle + (shared + 2) % 3];
     return !is_in_patch(&patches->growth, opposite);
 }
 
@@ -69,44 +60,30 @@ static bool is_free(const kept_patches *patches, uint32_t triangle) {
            normal_cone_is_valid(patches->growth.cones[triangle]);
 }
 
-/* Fills the queue, and returns how many joined. The cone stays within the limit of every triangle,
- * so all of them face its axis. */
-static size_t spread_by_cone(kept_patches *patches, const patch_rules *rules, uint32_t seed,
-                             uint32_t label, normal_cone *cone) {
+size_t spread_patch(kept_patches *patches, const patch_rules *rules, uint32_t seed, uint32_t label,
+                    normal_cone *cone) {
     growth_scratch *const growth = &patches->growth;
+    bool const is_disc = !cone || rules->has_certificate;
+    double limit = 0.0;
     size_t joined = 0;
-    *cone = growth->cones[seed];
-    double limit = growth->limits[seed];
-    start_patch(patches);
-    take_in(patches, seed, label);
-    growth->queue[joined++] = seed;
-    for (size_t next = 0; next < joined; next++) {
-        for (size_t k = 0; k < 3; k++) {
-            uint32_t const other = patches->neighbours[3 * (size_t)growth->queue[next] + k];
-            if (other >= NEIGHBOUR_BARRED || !is_free(patches, other)) continue;
-            if (rules->has_certificate && !keeps_disc(patches, other, label)) continue;
-            double const narrower = fmin(limit, growth->limits[other]);
-            if (!normal_cone_merge(cone, &growth->cones[other], narrower, cone)) continue;
-            limit = narrower;
-            take_in(patches, other, label);
-            growth->queue[joined++] = other;
-        }
+    if (cone) {
+        *cone = growth->cones[seed];
+        limit = growth->limits[seed];
     }
-    return joined;
-}
-
-size_t spread_among_passed(kept_patches *patches, uint32_t seed, uint32_t label) {
-    growth_scratch *const growth = &patches->growth;
-    size_t joined = 0;
     start_patch(patches);
     take_in(patches, seed, label);
     growth->queue[joined++] = seed;
     for (size_t next = 0; next < joined; next++) {
         for (size_t k = 0; k < 3; k++) {
             uint32_t const other = patches->neighbours[3 * (size_t)growth->queue[next] + k];
-            if (other >= NEIGHBOUR_BARRED || patches->labels[other] != LABEL_PASSED ||
-                !keeps_disc(patches, other, label))
-                continue;
+            if (other >= NEIGHBOUR_BARRED) continue;
+            if (cone ? !is_free(patches, other) : patches->labels[other] != LABEL_PASSED) continue;
+            if (is_disc && !keeps_disc(patches, other, label)) continue;
+            if (cone) {
+                double const narrower = fmin(limit, growth->limits[other]);
+                if (!normal_cone_merge(cone, &growth->cones[other], narrower, cone)) continue;
+                limit = narrower;
+            }
             take_in(patches, other, label);
             growth->queue[joined++] = other;
         }
@@ -116,9 +93,13 @@ size_t spread_among_passed(kept_patches *patches, uint32_t seed, uint32_t label)
 
 /* ---- certified, or cut ---- */
 
-static void relabel(kept_patches *patches, const uint32_t *list, size_t begin, size_t end,
-                    uint32_t label) {
-    for (size_t i = begin; i < end; i++) patches->labels[list[i]] = label;
+void label_triangles(kept_patches *patches, const uint32_t *list, size_t count, uint32_t label) {
+    for (size_t i = 0; i < count; i++) patches->labels[list[i]] = label;
+}
+
+void isolate_passed(kept_patches *patches, const uint32_t *list, size_t count) {
+    for (size_t i = 0; i < count; i++)
+        if (patches->labels[list[i]] == LABEL_PASSED) patches->labels[list[i]] = PATCH_ISOLATED;
 }
 
 /* A triangle that may not be tried again, if this is a growth of all. */
@@ -127,8 +108,21 @@ static void isolate(kept_patches *patches, uint32_t triangle) {
     if (patches->growth.cones) patches->growth.cones[triangle] = no_cone;
 }
 
-static void give_up(kept_patches *patches, const uint32_t *list, size_t count) {
-    for (size_t i = 0; i < count; i++) isolate(patches, list[i]);
+tulle_status stage_and_check(kept_patches *patches, const growth_input *input, size_t count,
+                             uint32_t label, kept_patch *patch) {
+    bool is_one = true;
+    tulle_status status = stage_patch(patches, patches->growth.queue, count, patch);
+    if (status == TULLE_OK && input->rules->has_certificate)
+        status = stage_loop(patches, patch, label, &is_one);
+    if (status != TULLE_OK) return status;
+    patches->contour_scratch.count = 0;
+    if (!ARRAY_RESERVE(patches->heap, &patches->contour_scratch,
+                       check_scratch_size(patch->loop_count)))
+        return TULLE_ERROR_OUT_OF_MEMORY;
+    patch->verdict = is_one ? check_patch(patches, patch, input->step, input->rules,
+                                          patches->contour_scratch.data)
+                            : PATCH_CROSSED;
+    return TULLE_OK;
 }
 
 /* Grows the staged patch again without the triangles that may turn. Returns how many joined. */
@@ -140,18 +134,16 @@ static size_t leave_out_turned(kept_patches *patches, const kept_patch *patch, d
     uint32_t seed = TULLE_NONE;
     for (size_t i = 0; i < patch->triangle_count; i++) {
         const uint32_t *const corner = corners + 3 * i;
-        bool const passes = reach > 0.0 && find_turn_sign(&points[corner[0]], &points[corner[1]],
-                                                          &points[corner[2]], reach) == 1;
+        bool const passes = reach > 0.0 && compute_turn_sign(&points[corner[0]], &points[corner[1]],
+                                                             &points[corner[2]], reach) == 1;
         if (passes)
             patches->labels[list[i]] = LABEL_PASSED;
         else
             isolate(patches, list[i]);
         if (passes && seed == TULLE_NONE) seed = list[i];
     }
-    size_t const joined = seed == TULLE_NONE ? 0 : spread_among_passed(patches, seed, label);
-    for (size_t i = 0; i < patch->triangle_count; i++) {
-        if (patches->labels[list[i]] == LABEL_PASSED) patches->labels[list[i]] = PATCH_ISOLATED;
-    }
+    size_t const joined = seed == TULLE_NONE ? 0 : spread_patch(patches, NULL, seed, label, NULL);
+    isolate_passed(patches, list, patch->triangle_count);
     return joined;
 }
 
@@ -164,16 +156,8 @@ static tulle_status settle_patch(kept_patches *patches, const growth_input *inpu
     bool was_regrown = false;
     patch->loop_begin = (uint32_t)patches->loops.count, patch->loop_count = 0;
     while (count >= input->minimum && count > 0) {
-        tulle_status status = stage_patch(patches, list, count, patch);
+        tulle_status const status = stage_and_check(patches, input, count, label, patch);
         if (status != TULLE_OK) return status;
-        bool is_one = true;
-        if (rules->has_certificate) status = stage_loop(patches, patch, label, &is_one);
-        if (status == TULLE_OK)
-            status = reserve_contour_scratch(patches, check_scratch_size(patch->loop_count));
-        if (status != TULLE_OK) return status;
-        patch->verdict =
-            is_one ? check_patch(patches, patch, input->step, rules, patches->contour_scratch.data)
-                   : PATCH_CROSSED;
         if (verdict_holds(patch->verdict)) {
             commit_patch(patches, patch, label);
             return TULLE_OK;
@@ -182,14 +166,15 @@ static tulle_status settle_patch(kept_patches *patches, const growth_input *inpu
             if (was_regrown || !rules->has_certificate) break;
             was_regrown = true;
             double const size = project_patch(patches, patch, input->step, 0, patch->vertex_count);
-            count = leave_out_turned(patches, patch, find_planar_reach(rules->reach, size), label);
+            count =
+                leave_out_turned(patches, patch, compute_planar_reach(rules->reach, size), label);
         } else {
             if (count / 2 < input->minimum) break;
-            relabel(patches, list, count / 2, count, PATCH_ISOLATED);
+            label_triangles(patches, list + count / 2, count - count / 2, PATCH_ISOLATED);
             count /= 2;
         }
     }
-    give_up(patches, list, count);
+    for (size_t i = 0; i < count; i++) isolate(patches, list[i]);
     patch->triangle_count = 0;
     patches->patches.data[label - 1] = *patch;
     return TULLE_OK;
@@ -203,10 +188,10 @@ typedef struct cone_run {
 } cone_run;
 
 /* How far the axis may lean from the normals of a triangle that shall face it with a reach r: the
- * bound of find_turn holds when |n| cos(lean) > r p + DISC_TRIANGLE r^2, with p the perimeter in
- * space, which is no less than in the plane, and 9% for bound_length. Not under max_angle without
- * reach; negative where r is too much for it. */
-static double find_limit(const vec3 start[3], const vec3 end[3], const patch_rules *rules) {
+ * bound of compute_turn_sign holds when |n| cos(lean) > r p + DISC_TRIANGLE r^2, with p the
+ * perimeter in space, which is no less than in the plane, and 9% for bound_length. Not under
+ * max_angle without reach; negative where r is too much for it. */
+static double compute_limit(const vec3 start[3], const vec3 end[3], const patch_rules *rules) {
     double const reach = rules->reach;
     if (!(reach > 0.0) || !rules->has_certificate) return rules->max_angle;
     vec3 const u0 = vec3_sub(start[1], start[0]), v0 = vec3_sub(start[2], start[0]);
@@ -226,7 +211,7 @@ static double find_limit(const vec3 start[3], const vec3 end[3], const patch_rul
     return fmin(acos(cosine) - LIMIT_SLACK, rules->max_angle);
 }
 
-static void find_cones(void *context, size_t begin, size_t end, size_t chunk, int worker) {
+static void make_cones(void *context, size_t begin, size_t end, size_t chunk, int worker) {
     (void)chunk, (void)worker;
     const cone_run *const run = context;
     kept_patches *const patches = run->patches;
@@ -243,18 +228,10 @@ static void find_cones(void *context, size_t begin, size_t end, size_t chunk, in
             finish[k] = vec3_load(run->input->step->x1, corners[k]);
         }
         *cone = normal_cone_of_triangle_by(run->input->rules->cone, start, finish);
-        double const limit = find_limit(start, finish, run->input->rules);
+        double const limit = compute_limit(start, finish, run->input->rules);
         patches->growth.limits[i] = limit;
         if (cone->half_angle > limit) *cone = no_cone;
     }
-}
-
-/* Whether growth had better end before all triangles are tried: there is a limit to what it looks
- * at, and where patches were let go before, hardly one may hold now either. */
-static bool is_futile(const kept_patches *patches, uint64_t looked_at, uint64_t kept) {
-    uint64_t const triangle_count = patches->topo->triangle_count;
-    if (looked_at > LOOKED_AT_MAX * triangle_count) return true;
-    return patches->schedule.is_off && looked_at > triangle_count && kept * YIELD_SHARE < looked_at;
 }
 
 tulle_status grow_kept_patches(kept_patches *patches, const growth_input *input,
@@ -265,15 +242,19 @@ tulle_status grow_kept_patches(kept_patches *patches, const growth_input *input,
     patches->version++;
     size_t const triangle_count = patches->topo->triangle_count;
     cone_run run = {patches, input};
-    parallel_for(triangle_count, CONE_CHUNK, input->step->threads, find_cones, &run);
+    parallel_for(triangle_count, CONE_CHUNK, input->step->threads, make_cones, &run);
     uint64_t looked_at = 0, kept = 0;
     for (uint32_t seed = 0; seed < triangle_count; seed++) {
         if (!is_free(patches, seed)) continue;
-        if (is_futile(patches, looked_at, kept)) break;
+        if (looked_at > LOOKED_AT_MAX * triangle_count) break;
+        /* where patches were let go before, hardly one may hold now either */
+        if (patches->schedule.is_off && looked_at > triangle_count &&
+            kept * YIELD_SHARE < looked_at)
+            break;
         if (!ARRAY_RESERVE(patches->heap, &patches->patches, 1)) return TULLE_ERROR_OUT_OF_MEMORY;
         uint32_t const label = (uint32_t)(patches->patches.count + 1);
         normal_cone cone;
-        size_t const joined = spread_by_cone(patches, input->rules, seed, label, &cone);
+        size_t const joined = spread_patch(patches, input->rules, seed, label, &cone);
         looked_at += joined;
         kept_patch patch = {.axis = cone.axis};
         status = settle_patch(patches, input, joined, &patch, label);
@@ -288,8 +269,8 @@ tulle_status grow_kept_patches(kept_patches *patches, const growth_input *input,
 void dissolve_patch(kept_patches *patches, uint32_t index) {
     kept_patch *const patch = &patches->patches.data[index];
     patches->version++;
-    relabel(patches, patches->triangles.data + patch->triangle_begin, 0, patch->triangle_count,
-            PATCH_ISOLATED);
+    label_triangles(patches, patches->triangles.data + patch->triangle_begin, patch->triangle_count,
+                    PATCH_ISOLATED);
     patches->schedule.dead_triangle_count += patch->triangle_count;
     patch->triangle_count = 0;
     patches->has_tasks = false;
@@ -304,7 +285,7 @@ tulle_status repair_patch(kept_patches *patches, const growth_input *input, uint
     for (size_t i = 0; i < old.triangle_count; i++)
         queue[i] = patches->triangles.data[old.triangle_begin + i];
     dissolve_patch(patches, index);
-    relabel(patches, queue, 0, old.triangle_count, index + 1);
+    label_triangles(patches, queue, old.triangle_count, index + 1);
     counts->grown_triangle_count += old.triangle_count;
     kept_patch patch = {.axis = old.axis};
     return settle_patch(patches, input, old.triangle_count, &patch, index + 1);

@@ -18,24 +18,6 @@ enum {
 
 static const double RIGHT_ANGLE = 1.5707963267948966; /* [rad] */
 
-/* Puts a label whose count has grown into its place among the best. */
-static void insert_neighbour(const uint32_t *counts, uint32_t label,
-                             uint32_t best[NEIGHBOURS_TRIED]) {
-    int at = 0;
-    while (at < NEIGHBOURS_TRIED && best[at] != label) at++;
-    if (at == NEIGHBOURS_TRIED) {
-        uint32_t const last = best[NEIGHBOURS_TRIED - 1];
-        if (last != PATCH_ISOLATED && counts[last - 1] >= counts[label - 1]) return;
-        at = NEIGHBOURS_TRIED - 1;
-    }
-    for (; at > 0; at--) {
-        uint32_t const before = best[at - 1];
-        if (before != PATCH_ISOLATED && counts[before - 1] >= counts[label - 1]) break;
-        best[at] = before;
-    }
-    best[at] = label;
-}
-
 /* Labels of the patches with which `patch` shares most edges, most first. */
 static void find_neighbours(kept_patches *patches, const kept_patch *patch, uint32_t label,
                             uint32_t best[NEIGHBOURS_TRIED]) {
@@ -44,61 +26,30 @@ static void find_neighbours(kept_patches *patches, const kept_patch *patch, uint
     for (int k = 0; k < NEIGHBOURS_TRIED; k++) best[k] = PATCH_ISOLATED;
     for (int is_counting = 0; is_counting < 2; is_counting++) {
         for (size_t i = 0; i < 3 * (size_t)patch->triangle_count; i++) {
-            uint32_t const other = patches->neighbours[3 * (size_t)list[i / 3] + i % 3];
-            if (other >= NEIGHBOUR_BARRED) continue;
-            uint32_t const at = patches->labels[other];
-            if (at == PATCH_ISOLATED || at == label) continue;
-            if (!is_counting)
-                counts[at - 1] = 0;
-            else if (++counts[at - 1] >= FEWEST_SHARED)
-                insert_neighbour(counts, at, best);
+            uint32_t const beside = patches->neighbours[3 * (size_t)list[i / 3] + i % 3];
+            if (beside >= NEIGHBOUR_BARRED) continue;
+            uint32_t const other = patches->labels[beside];
+            if (other == PATCH_ISOLATED || other == label) continue;
+            if (!is_counting) {
+                counts[other - 1] = 0;
+                continue;
+            }
+            uint32_t const count = ++counts[other - 1];
+            if (count < FEWEST_SHARED) continue;
+
+            /* Its count has grown: it goes to its place among the best. */
+            int at = 0;
+            while (at < NEIGHBOURS_TRIED - 1 && best[at] != other) at++;
+            uint32_t const last = best[at];
+            if (last != other && last != PATCH_ISOLATED && counts[last - 1] >= count) continue;
+            for (; at > 0; at--) {
+                uint32_t const before = best[at - 1];
+                if (before != PATCH_ISOLATED && counts[before - 1] >= count) break;
+                best[at] = before;
+            }
+            best[at] = other;
         }
     }
-}
-
-static bool faces_axis(const kept_patches *patches, const kept_patch *patch, vec3 axis,
-                       const growth_input *input) {
-    double const limit = 0.5 * (input->rules->max_angle + RIGHT_ANGLE);
-    const uint32_t *const list = patches->triangles.data + patch->triangle_begin;
-    for (size_t i = 0; i < patch->triangle_count; i++) {
-        const uint32_t *const corners = patches->topo->triangles + 3 * (size_t)list[i];
-        vec3 start[3], end[3];
-        for (int k = 0; k < 3; k++) {
-            start[k] = vec3_load(input->step->x0, corners[k]);
-            end[k] = vec3_load(input->step->x1, corners[k]);
-        }
-        if (!triangle_faces_axis(start, end, axis, limit, 0.0)) return false;
-    }
-    return true;
-}
-
-static void relabel_patch(kept_patches *patches, const kept_patch *patch, uint32_t label) {
-    const uint32_t *const list = patches->triangles.data + patch->triangle_begin;
-    for (size_t i = 0; i < patch->triangle_count; i++) patches->labels[list[i]] = label;
-}
-
-/* Those of a patch that a disc of both could not take in. */
-static void isolate_passed(kept_patches *patches, const kept_patch *patch) {
-    const uint32_t *const list = patches->triangles.data + patch->triangle_begin;
-    for (size_t i = 0; i < patch->triangle_count; i++) {
-        uint32_t *const own = &patches->labels[list[i]];
-        if (*own == LABEL_PASSED) *own = PATCH_ISOLATED;
-    }
-}
-
-/* Stages and checks the first `count` triangles of the queue, which bear the label. */
-static tulle_status check_union(kept_patches *patches, const growth_input *input, size_t count,
-                                uint32_t label, kept_patch *merged) {
-    bool is_one = false;
-    tulle_status status = stage_patch(patches, patches->growth.queue, count, merged);
-    if (status == TULLE_OK) status = stage_loop(patches, merged, label, &is_one);
-    if (status == TULLE_OK)
-        status = reserve_contour_scratch(patches, check_scratch_size(merged->loop_count));
-    if (status != TULLE_OK) return status;
-    merged->verdict = is_one ? check_patch(patches, merged, input->step, input->rules,
-                                           patches->contour_scratch.data)
-                             : PATCH_CROSSED;
-    return TULLE_OK;
 }
 
 /* Tries to make patches `large` and `small` one, of label large + 1. Where that fails all is as
@@ -107,15 +58,16 @@ static tulle_status try_merging(kept_patches *patches, const growth_input *input
                                 uint32_t small, bool *is_merged) {
     kept_patch const a = patches->patches.data[large], b = patches->patches.data[small];
     size_t const left_out_most = b.triangle_count / LEFT_OUT_SHARE;
-    relabel_patch(patches, &a, LABEL_PASSED);
-    relabel_patch(patches, &b, LABEL_PASSED);
-    size_t const joined =
-        spread_among_passed(patches, patches->triangles.data[a.triangle_begin], large + 1);
-    isolate_passed(patches, &a);
-    isolate_passed(patches, &b);
+    const uint32_t *const a_list = patches->triangles.data + a.triangle_begin;
+    const uint32_t *const b_list = patches->triangles.data + b.triangle_begin;
+    label_triangles(patches, a_list, a.triangle_count, LABEL_PASSED);
+    label_triangles(patches, b_list, b.triangle_count, LABEL_PASSED);
+    size_t const joined = spread_patch(patches, NULL, a_list[0], large + 1, NULL);
+    isolate_passed(patches, a_list, a.triangle_count);
+    isolate_passed(patches, b_list, b.triangle_count);
     kept_patch merged = {.axis = a.axis, .verdict = PATCH_CROSSED};
     if (joined + left_out_most >= (size_t)a.triangle_count + b.triangle_count) {
-        tulle_status const status = check_union(patches, input, joined, large + 1, &merged);
+        tulle_status const status = stage_and_check(patches, input, joined, large + 1, &merged);
         if (status != TULLE_OK) return status;
     }
     *is_merged = verdict_holds((patch_verdict)merged.verdict);
@@ -125,43 +77,41 @@ static tulle_status try_merging(kept_patches *patches, const growth_input *input
         patches->version++;
         commit_patch(patches, &merged, large + 1);
     } else {
-        relabel_patch(patches, &a, large + 1);
-        relabel_patch(patches, &b, small + 1);
-    }
-    return TULLE_OK;
-}
-
-/* Tries to make a patch one with a neighbour that is no smaller. *looked_at: triangles. */
-static tulle_status merge_small(kept_patches *patches, const growth_input *input, uint32_t index,
-                                uint64_t *looked_at, bool *is_merged) {
-    const kept_patch *const small = &patches->patches.data[index];
-    uint32_t best[NEIGHBOURS_TRIED];
-    find_neighbours(patches, small, index + 1, best);
-    *looked_at += small->triangle_count;
-    *is_merged = false;
-    for (int k = 0; k < NEIGHBOURS_TRIED && best[k] != PATCH_ISOLATED && !*is_merged; k++) {
-        const kept_patch *const large = &patches->patches.data[best[k] - 1];
-        if (large->triangle_count < small->triangle_count ||
-            !faces_axis(patches, small, large->axis, input))
-            continue;
-        *looked_at += (uint64_t)large->triangle_count + small->triangle_count;
-        tulle_status const status = try_merging(patches, input, best[k] - 1, index, is_merged);
-        if (status != TULLE_OK) return status;
+        const uint32_t *const all = patches->triangles.data; /* staging may have moved it */
+        label_triangles(patches, all + a.triangle_begin, a.triangle_count, large + 1);
+        label_triangles(patches, all + b.triangle_begin, b.triangle_count, small + 1);
     }
     return TULLE_OK;
 }
 
 tulle_status merge_patches(kept_patches *patches, const growth_input *input, uint64_t budget,
                            patch_counts *counts) {
-    uint64_t looked_at = 0;
+    double const limit = 0.5 * (input->rules->max_angle + RIGHT_ANGLE);
+    uint64_t looked_at = 0; /* triangles */
     bool has_merged = true;
     for (int pass = 0; pass < MOST_PASSES && has_merged; pass++) {
         has_merged = false;
         for (uint32_t i = 0; i < patches->patches.count && looked_at < budget; i++) {
+            const kept_patch *const small = &patches->patches.data[i];
+            if (small->triangle_count == 0) continue;
+            looked_at += small->triangle_count;
+            uint32_t best[NEIGHBOURS_TRIED];
+            find_neighbours(patches, small, i + 1, best);
+
+            /* Try to make it one with a neighbour that is no smaller, about the axis of that. */
             bool is_merged = false;
-            if (patches->patches.data[i].triangle_count == 0) continue;
-            tulle_status const status = merge_small(patches, input, i, &looked_at, &is_merged);
-            if (status != TULLE_OK) return status;
+            for (int k = 0; k < NEIGHBOURS_TRIED && best[k] != PATCH_ISOLATED && !is_merged; k++) {
+                const kept_patch *const large = &patches->patches.data[best[k] - 1];
+                if (large->triangle_count < small->triangle_count) continue;
+                kept_patch turned = *small;
+                turned.axis = large->axis;
+                if (!patch_faces_axis(patches, &turned, input->step, limit, 0,
+                                      turned.triangle_count))
+                    continue;
+                looked_at += (uint64_t)large->triangle_count + small->triangle_count;
+                tulle_status const status = try_merging(patches, input, best[k] - 1, i, &is_merged);
+                if (status != TULLE_OK) return status;
+            }
             has_merged = has_merged || is_merged;
         }
     }

@@ -60,50 +60,43 @@ void schedule_retry(patch_schedule *schedule) {
         schedule->retry_wait < RETRY_WAIT_MAX / 2 ? 2 * schedule->retry_wait : RETRY_WAIT_MAX;
 }
 
-/* Patches that were measured against too little are tried again at once, if nothing was known then
- * or what was known had faded: not again and again in a few calls. */
-static void judge_search_without(patch_schedule *schedule) {
-    uint64_t const lasted = schedule->call_count - 1 - schedule->grown_at;
-    bool const was_known = schedule->pairs_without > 0 && lasted < FADING;
-    schedule->pairs_without = schedule->seen_pairs;
-    bool const paid =
-        schedule->pairs_with > 0 &&
-        schedule->pairs_with + schedule->pairs_without / RETRY_SHARE < schedule->pairs_without;
-    if (paid && !was_known) {
-        schedule->retry_at = schedule->call_count;
-        schedule->retry_wait = RETRY_WAIT_MIN;
-    }
-    schedule->pairs_with = 0;
-}
-
-static void judge_search_with(kept_patches *patches, uint64_t edge_count) {
-    patch_schedule *const schedule = &patches->schedule;
-    uint64_t const most = CREDIT_MOST * (uint64_t)patches->topo->triangle_count;
-    uint64_t const with = schedule->seen_pairs + EDGE_COST * edge_count / 2;
-    uint64_t without = schedule->near_pairs;
-    if (schedule->pairs_without > without) without = schedule->pairs_without;
-    if (with + without / LEAST_SHARE > without) {
-        schedule->pairs_with = with;
-        let_patches_go(patches);
-        return;
-    }
-    schedule->credit += without - with;
-    if (schedule->credit > most) schedule->credit = most;
-    if (schedule->pairs_without > schedule->near_pairs)
-        schedule->pairs_without -= (schedule->pairs_without - schedule->near_pairs) / FADING;
-}
-
 void judge_last_search(kept_patches *patches, uint64_t edge_count) {
     patch_schedule *const schedule = &patches->schedule;
+    uint64_t const credit_most = CREDIT_MOST * (uint64_t)patches->topo->triangle_count;
     schedule->call_count++;
     bool const is_told = schedule->is_told == 1;
     schedule->is_told = 0;
     if (!patches->rules.has_certificate || patches->rules.keeps_all) {
-        schedule->credit = CREDIT_MOST * (uint64_t)patches->topo->triangle_count;
+        schedule->credit = credit_most;
     } else if (is_told && schedule->is_off) {
-        judge_search_without(schedule);
+        /* A search without patches. Those that were measured against too little are tried again at
+         * once, if nothing was known then or what was known had faded: not again and again in a
+         * few calls. */
+        uint64_t const lasted = schedule->call_count - 1 - schedule->grown_at;
+        uint64_t const without = schedule->seen_pairs;
+        bool const was_known = schedule->pairs_without > 0 && lasted < FADING;
+        bool const paid =
+            schedule->pairs_with > 0 && schedule->pairs_with + without / RETRY_SHARE < without;
+        if (paid && !was_known) {
+            schedule->retry_at = schedule->call_count;
+            schedule->retry_wait = RETRY_WAIT_MIN;
+        }
+        schedule->pairs_without = without;
+        schedule->pairs_with = 0;
     } else if (is_told && schedule->has_grown) {
-        judge_search_with(patches, edge_count);
+        /* A search with patches: what they save becomes credit; without that they are let go. */
+        uint64_t const with = schedule->seen_pairs + EDGE_COST * edge_count / 2;
+        uint64_t without = schedule->near_pairs;
+        if (schedule->pairs_without > without) without = schedule->pairs_without;
+        if (with + without / LEAST_SHARE > without) {
+            schedule->pairs_with = with;
+            let_patches_go(patches);
+            return;
+        }
+        schedule->credit += without - with;
+        if (schedule->credit > credit_most) schedule->credit = credit_most;
+        if (schedule->pairs_without > schedule->near_pairs)
+            schedule->pairs_without -= (schedule->pairs_without - schedule->near_pairs) / FADING;
     }
 }
 
@@ -113,15 +106,17 @@ bool is_growth_due(const kept_patches *patches, uint64_t isolated, uint64_t meet
            schedule->credit >= GROWTH_COST * isolated;
 }
 
-static void spend(patch_schedule *schedule, uint64_t cost) {
-    schedule->credit -= cost < schedule->credit ? cost : schedule->credit;
-}
-
 bool pay_repair(patch_schedule *schedule, uint64_t triangle_count) {
     uint64_t const cost = REPAIR_COST * triangle_count;
     if (schedule->credit < cost) return false;
-    spend(schedule, cost);
+    schedule->credit -= cost;
     return true;
+}
+
+/* Takes the cost of looking at some triangles off the credit, as far as there is some. */
+static void pay_looks(patch_schedule *schedule, uint64_t looked_at) {
+    uint64_t const cost = GROWTH_COST * looked_at;
+    schedule->credit -= cost < schedule->credit ? cost : schedule->credit;
 }
 
 bool is_merging_due(const kept_patches *patches) {
@@ -131,7 +126,7 @@ bool is_merging_due(const kept_patches *patches) {
 }
 
 void pay_merging(patch_schedule *schedule, uint64_t looked_at, bool has_merged) {
-    spend(schedule, GROWTH_COST * looked_at);
+    pay_looks(schedule, looked_at);
     uint64_t const longer = 2 * schedule->merge_wait;
     schedule->merge_wait = has_merged                ? MERGE_WAIT_MIN
                            : longer > MERGE_WAIT_MAX ? MERGE_WAIT_MAX
@@ -141,7 +136,7 @@ void pay_merging(patch_schedule *schedule, uint64_t looked_at, bool has_merged) 
 }
 
 void pay_growth(patch_schedule *schedule, uint64_t looked_at, uint64_t isolated, uint64_t gained) {
-    spend(schedule, GROWTH_COST * looked_at);
+    pay_looks(schedule, looked_at);
     uint64_t const longer =
         schedule->regrow_wait < REGROW_WAIT_MIN ? REGROW_WAIT_MIN : 2 * schedule->regrow_wait;
     bool const paid = gained * GAIN_SHARE >= isolated;

@@ -142,31 +142,28 @@ tulle_status stage_loop(kept_patches *patches, kept_patch *patch, uint32_t label
     return TULLE_OK;
 }
 
-/* Puts vertices and corners of a staged patch in the order of the mesh: numbers near one another
- * are mostly near in memory there, while growth goes round in rings. */
-static void sort_staged(kept_patches *patches, const kept_patch *patch, uint32_t label) {
-    growth_scratch *const growth = &patches->growth;
-    const topology *const topo = patches->topo;
-    uint32_t *const vertices = patches->vertices.data + patch->vertex_begin;
-    uint32_t *const loop = patches->loops.data + patch->loop_begin;
-    for (uint32_t i = 0; i < patch->loop_count; i++) loop[i] = vertices[loop[i]];
-    uint32_t count = 0;
-    for (uint32_t v = 0; v < topo->vertex_count; v++) {
-        if (!is_in_patch(growth, v)) continue;
-        growth->local[v] = count;
-        vertices[count++] = v;
-    }
-    for (uint32_t i = 0; i < patch->loop_count; i++) loop[i] = growth->local[loop[i]];
-    uint32_t *corner = patches->corners.data + 3 * (size_t)patch->triangle_begin;
-    for (size_t i = 0; i < topo->triangle_count; i++) {
-        if (patches->labels[i] != label) continue;
-        for (size_t k = 0; k < 3; k++) *corner++ = growth->local[topo->triangles[3 * i + k]];
-    }
-}
-
 void commit_patch(kept_patches *patches, const kept_patch *patch, uint32_t label) {
-    if (patch->triangle_count > patches->topo->triangle_count / SORTED_SHARE)
-        sort_staged(patches, patch, label);
+    const topology *const topo = patches->topo;
+    if (patch->triangle_count > topo->triangle_count / SORTED_SHARE) {
+        /* Vertices and corners of a large patch are put in the order of the mesh: numbers near one
+         * another are mostly near in memory there, while growth goes round in rings. */
+        growth_scratch *const growth = &patches->growth;
+        uint32_t *const vertices = patches->vertices.data + patch->vertex_begin;
+        uint32_t *const loop = patches->loops.data + patch->loop_begin;
+        uint32_t *corner = patches->corners.data + 3 * (size_t)patch->triangle_begin;
+        uint32_t count = 0;
+        for (uint32_t i = 0; i < patch->loop_count; i++) loop[i] = vertices[loop[i]];
+        for (uint32_t v = 0; v < topo->vertex_count; v++) {
+            if (!is_in_patch(growth, v)) continue;
+            growth->local[v] = count;
+            vertices[count++] = v;
+        }
+        for (uint32_t i = 0; i < patch->loop_count; i++) loop[i] = growth->local[loop[i]];
+        for (size_t i = 0; i < topo->triangle_count; i++) {
+            if (patches->labels[i] != label) continue;
+            for (size_t k = 0; k < 3; k++) *corner++ = growth->local[topo->triangles[3 * i + k]];
+        }
+    }
     patches->triangles.count += patch->triangle_count;
     patches->corners.count += 3 * (size_t)patch->triangle_count;
     patches->vertices.count += patch->vertex_count;
@@ -174,11 +171,4 @@ void commit_patch(kept_patches *patches, const kept_patch *patch, uint32_t label
     patches->loops.count += patch->loop_count;
     patches->patches.data[label - 1] = *patch;
     patches->has_tasks = false;
-}
-
-tulle_status reserve_contour_scratch(kept_patches *patches, size_t byte_count) {
-    patches->contour_scratch.count = 0;
-    return ARRAY_RESERVE(patches->heap, &patches->contour_scratch, byte_count)
-               ? TULLE_OK
-               : TULLE_ERROR_OUT_OF_MEMORY;
 }

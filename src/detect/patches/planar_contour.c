@@ -14,23 +14,17 @@
 
 /* ---- star ---- */
 
-static planar_path find_middle(const planar_path *points, size_t count) {
-    planar_path sum = {{0.0, 0.0}, {0.0, 0.0}};
-    for (size_t i = 0; i < count; i++) {
-        for (int k = 0; k < 2; k++) sum.x[k] += points[i].x[k], sum.y[k] += points[i].y[k];
-    }
-    double const share = 1.0 / (double)count;
-    return (planar_path){{sum.x[0] * share, sum.x[1] * share},
-                         {sum.y[0] * share, sum.y[1] * share}};
-}
-
 /* Any centre will do; that it is taken to be displaced too costs little. */
 static bool is_star(const planar_path *points, size_t count, double reach) {
-    planar_path const middle = find_middle(points, count);
+    planar_path middle = {{0.0, 0.0}, {0.0, 0.0}};
+    for (size_t i = 0; i < count; i++)
+        for (int k = 0; k < 2; k++) middle.x[k] += points[i].x[k], middle.y[k] += points[i].y[k];
+    double const share = 1.0 / (double)count;
+    for (int k = 0; k < 2; k++) middle.x[k] *= share, middle.y[k] *= share;
     size_t turn_count = 0;
     for (size_t i = 0; i < count; i++) {
         const planar_path *const a = &points[i], *const b = &points[i + 1 < count ? i + 1 : 0];
-        if (find_turn_sign(&middle, a, b, reach) != 1) return false;
+        if (compute_turn_sign(&middle, a, b, reach) != 1) return false;
         /* Each edge turns by less than half a turn to the left, so one that comes from below the
          * ray to the right of o to it, or above, crosses it. The differences as rounded are those
          * of points within the reach, for which all turns have the same sign. */
@@ -53,23 +47,14 @@ typedef struct contour_sweep {
     size_t tests_left;
 } contour_sweep;
 
-static size_t find_leaf_count(size_t count) {
+static size_t count_leaves(size_t count) {
     size_t leaf_count = 1;
     while (leaf_count < count) leaf_count *= 2;
     return leaf_count;
 }
 
 size_t planar_contour_scratch_size(size_t count) {
-    return 2 * find_leaf_count(count) * sizeof(planar_box);
-}
-
-static double min4(double a, double b, double c, double d) {
-    double const ab = a < b ? a : b, cd = c < d ? c : d;
-    return ab < cd ? ab : cd;
-}
-static double max4(double a, double b, double c, double d) {
-    double const ab = a > b ? a : b, cd = c > d ? c : d;
-    return ab > cd ? ab : cd;
+    return 2 * count_leaves(count) * sizeof(planar_box);
 }
 
 static void build_boxes(contour_sweep *sweep) {
@@ -80,10 +65,17 @@ static void build_boxes(contour_sweep *sweep) {
         if (i >= sweep->count) continue;
         const planar_path *const a = &sweep->points[i];
         const planar_path *const b = &sweep->points[i + 1 < sweep->count ? i + 1 : 0];
-        box->low[0] = min4(a->x[0], a->x[1], b->x[0], b->x[1]) - reach;
-        box->low[1] = min4(a->y[0], a->y[1], b->y[0], b->y[1]) - reach;
-        box->high[0] = max4(a->x[0], a->x[1], b->x[0], b->x[1]) + reach;
-        box->high[1] = max4(a->y[0], a->y[1], b->y[0], b->y[1]) + reach;
+        const double *const sides[2][2] = {{a->x, b->x}, {a->y, b->y}};
+        for (int k = 0; k < 2; k++) {
+            double low = sides[k][0][0], high = low;
+            for (int corner = 1; corner < 4; corner++) {
+                double const at = sides[k][corner / 2][corner % 2];
+                low = at < low ? at : low;
+                high = at > high ? at : high;
+            }
+            box->low[k] = low - reach;
+            box->high[k] = high + reach;
+        }
     }
     for (size_t i = sweep->leaf_count - 1; i > 0; i--) {
         const planar_box *const a = &sweep->boxes[2 * i], *const b = a + 1;
@@ -92,11 +84,6 @@ static void build_boxes(contour_sweep *sweep) {
             sweep->boxes[i].high[k] = a->high[k] > b->high[k] ? a->high[k] : b->high[k];
         }
     }
-}
-
-static bool boxes_meet(const planar_box *a, const planar_box *b) {
-    return a->low[0] <= b->high[0] && b->low[0] <= a->high[0] && a->low[1] <= b->high[1] &&
-           b->low[1] <= a->high[1];
 }
 
 /* Whether direction (x, y), the same at all times, keeps edge a, b before edge c, d by more than
@@ -122,10 +109,10 @@ static bool are_apart(const planar_path *a, const planar_path *b, const planar_p
         double const y = (c->y[k] + d->y[k]) - (a->y[k] + b->y[k]);
         if (keeps_apart(edge, x, y, reach)) return true;
     }
-    int const side_c = find_turn_sign(a, b, c, reach);
-    if (side_c != 0 && side_c == find_turn_sign(a, b, d, reach)) return true;
-    int const side_a = find_turn_sign(c, d, a, reach);
-    if (side_a != 0 && side_a == find_turn_sign(c, d, b, reach)) return true;
+    int const side_c = compute_turn_sign(a, b, c, reach);
+    if (side_c != 0 && side_c == compute_turn_sign(a, b, d, reach)) return true;
+    int const side_a = compute_turn_sign(c, d, a, reach);
+    if (side_a != 0 && side_a == compute_turn_sign(c, d, b, reach)) return true;
     for (int k = 0; k < 2; k++) { /* along either edge, from the first to the second */
         double const ux = b->x[k] - a->x[k], uy = b->y[k] - a->y[k];
         double const vx = d->x[k] - c->x[k], vy = d->y[k] - c->y[k];
@@ -153,39 +140,22 @@ static bool stays_obtuse(const planar_path *a, const planar_path *v, const plana
            -(ux[1] * wx[1] + uy[1] * wy[1]) > 2.0 * reach * length[1] + second;
 }
 
-/* Whether one fixed direction keeps a ahead of v and b behind it. */
-static bool keeps_order(const planar_path *a, const planar_path *v, const planar_path *b, double x,
-                        double y, double reach) {
-    double const gap_min = 2.0 * reach * bound_length(x, y);
-    for (int k = 0; k < 2; k++) {
-        double const middle = x * v->x[k] + y * v->y[k];
-        if (!((x * a->x[k] + y * a->y[k]) - middle > gap_min &&
-              middle - (x * b->x[k] + y * b->y[k]) > gap_min))
-            return false;
-    }
-    return true;
-}
-
 /* Edges a, v and v, b meet only at v. */
 static bool meet_only_at(const planar_path *a, const planar_path *v, const planar_path *b,
                          double reach) {
-    if (stays_obtuse(a, v, b, reach) || find_turn_sign(v, a, b, reach) != 0) return true;
-    for (int k = 0; k < 2; k++) {
-        if (keeps_order(a, v, b, a->x[k] - b->x[k], a->y[k] - b->y[k], reach)) return true;
+    if (stays_obtuse(a, v, b, reach) || compute_turn_sign(v, a, b, reach) != 0) return true;
+    for (int i = 0; i < 2; i++) { /* or one fixed direction keeps a ahead of v and b behind it */
+        double const x = a->x[i] - b->x[i], y = a->y[i] - b->y[i];
+        double const gap_min = 2.0 * reach * bound_length(x, y);
+        bool is_ordered = true;
+        for (int k = 0; k < 2 && is_ordered; k++) {
+            double const middle = x * v->x[k] + y * v->y[k];
+            is_ordered = (x * a->x[k] + y * a->y[k]) - middle > gap_min &&
+                         middle - (x * b->x[k] + y * b->y[k]) > gap_min;
+        }
+        if (is_ordered) return true;
     }
     return false;
-}
-
-/* Edge i joins points i and i + 1; first < second. */
-static bool edges_are_apart(const contour_sweep *sweep, size_t first, size_t second) {
-    const planar_path *const points = sweep->points;
-    size_t const after = second + 1 < sweep->count ? second + 1 : 0;
-    if (first + 1 == second)
-        return meet_only_at(&points[first], &points[second], &points[after], sweep->reach);
-    if (after == first)
-        return meet_only_at(&points[second], &points[first], &points[first + 1], sweep->reach);
-    return are_apart(&points[first], &points[first + 1], &points[second], &points[after],
-                     sweep->reach);
 }
 
 /* A pair of nodes to look at; the same twice: a node against itself. */
@@ -210,15 +180,26 @@ static bool edges_stay_apart(contour_sweep *sweep) {
             continue;
         }
         if (sweep->tests_left-- == 0) return false;
-        if (!boxes_meet(&sweep->boxes[pair.first], &sweep->boxes[pair.second])) continue;
-        if (pair.first >= sweep->leaf_count) {
-            if (!edges_are_apart(sweep, pair.first - sweep->leaf_count,
-                                 pair.second - sweep->leaf_count))
-                return false;
+        const planar_box *const one = &sweep->boxes[pair.first], *const two =
+                                                                     &sweep->boxes[pair.second];
+        bool const may_meet = one->low[0] <= two->high[0] && two->low[0] <= one->high[0] &&
+                              one->low[1] <= two->high[1] && two->low[1] <= one->high[1];
+        if (!may_meet) continue;
+        if (pair.first < sweep->leaf_count) {
+            for (uint32_t i = 0; i < 4; i++)
+                stack[depth++] = (node_pair){2 * pair.first + (i >> 1), 2 * pair.second + (i & 1)};
             continue;
         }
-        for (uint32_t i = 0; i < 4; i++)
-            stack[depth++] = (node_pair){2 * pair.first + (i >> 1), 2 * pair.second + (i & 1)};
+        /* Two edges: edge i joins points i and i + 1; the first comes before the second. */
+        size_t const first = pair.first - sweep->leaf_count;
+        size_t const second = pair.second - sweep->leaf_count;
+        const planar_path *const a = &sweep->points[first], *const b = a + 1;
+        const planar_path *const c = &sweep->points[second];
+        const planar_path *const d = &sweep->points[second + 1 < sweep->count ? second + 1 : 0];
+        bool const is_apart = b == c   ? meet_only_at(a, b, d, sweep->reach)
+                              : d == a ? meet_only_at(c, d, b, sweep->reach)
+                                       : are_apart(a, b, c, d, sweep->reach);
+        if (!is_apart) return false;
     }
     return true;
 }
@@ -229,7 +210,7 @@ contour_proof prove_planar_contour(const planar_path *points, size_t count, doub
     if (is_star(points, count, reach)) return CONTOUR_STAR;
     contour_sweep sweep = {.points = points,
                            .count = count,
-                           .leaf_count = find_leaf_count(count),
+                           .leaf_count = count_leaves(count),
                            .reach = reach,
                            .boxes = scratch,
                            .tests_left = max_tests};

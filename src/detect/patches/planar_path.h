@@ -63,7 +63,7 @@ static inline planar_path project_path(const planar_map *map, vec3 start, vec3 e
 }
 
 /* The planar reach of points of that size; negative when there is none. */
-static inline double find_planar_reach(double reach, double size) {
+static inline double compute_planar_reach(double reach, double size) {
     if (!(size < PLANAR_SIZE_MAX && reach >= 0.0 && reach < PLANAR_SIZE_MAX)) return -1.0;
     double const least = size > PLANAR_SIZE_MIN ? size : PLANAR_SIZE_MIN;
     return reach * (1.0 + 1e-12) + PLANAR_ROUNDING * least;
@@ -78,16 +78,14 @@ static inline double bound_length(double x, double y) {
     return (a + b) * LENGTH_OF_SUM + fabs(a - b) * LENGTH_OF_DIFFERENCE;
 }
 
-/* Bernstein coefficients of cross(b - a, c - a)(t), and what they must exceed. Displacements d of
- * the corners by up to r change the cross product by sum d_i . (turned opposite edge), at most r
- * times the perimeter, and by twice the area of the triangle of the d_i. The perimeter is a convex
- * function of t, so the line between its values at both ends, a quadratic with the coefficients
- * p0, (p0 + p1) / 2, p1, is no less. */
-typedef struct planar_turn {
-    double value[3], bound[3];
-} planar_turn;
-
-static inline planar_turn find_turn(const planar_path *a, const planar_path *b,
+/* 1 or -1 where the turn a, b, c keeps that sign for the whole step and all displacements; else 0.
+ *
+ * `value` are the Bernstein coefficients of cross(b - a, c - a)(t), `bound` what they must exceed.
+ * Displacements d of the corners by up to r change the cross product by sum d_i . (turned opposite
+ * edge), at most r times the perimeter, and by twice the area of the triangle of the d_i. The
+ * perimeter is a convex function of t, so the line between its values at both ends, a quadratic
+ * with the coefficients p0, (p0 + p1) / 2, p1, is no less. */
+static inline int compute_turn_sign(const planar_path *a, const planar_path *b,
                                     const planar_path *c, double reach) {
     double u[2][2], v[2][2], perimeter[2];
     for (int k = 0; k < 2; k++) {
@@ -97,21 +95,13 @@ static inline planar_turn find_turn(const planar_path *a, const planar_path *b,
                        bound_length(v[k][0] - u[k][0], v[k][1] - u[k][1]);
     }
     double const second = DISC_TRIANGLE * reach * reach;
-    return (planar_turn){
-        {u[0][0] * v[0][1] - u[0][1] * v[0][0],
-         0.5 * ((u[0][0] * v[1][1] - u[0][1] * v[1][0]) + (u[1][0] * v[0][1] - u[1][1] * v[0][0])),
-         u[1][0] * v[1][1] - u[1][1] * v[1][0]},
-        {reach * perimeter[0] + second, reach * (0.5 * (perimeter[0] + perimeter[1])) + second,
-         reach * perimeter[1] + second},
-    };
-}
-
-/* 1 or -1 where the turn a, b, c keeps that sign for the whole step and all displacements; else 0.
- */
-static inline int find_turn_sign(const planar_path *a, const planar_path *b, const planar_path *c,
-                                 double reach) {
-    planar_turn const turn = find_turn(a, b, c, reach);
-    const double *const value = turn.value, *const bound = turn.bound;
+    double const value[3] = {
+        u[0][0] * v[0][1] - u[0][1] * v[0][0],
+        0.5 * ((u[0][0] * v[1][1] - u[0][1] * v[1][0]) + (u[1][0] * v[0][1] - u[1][1] * v[0][0])),
+        u[1][0] * v[1][1] - u[1][1] * v[1][0]};
+    double const bound[3] = {reach * perimeter[0] + second,
+                             reach * (0.5 * (perimeter[0] + perimeter[1])) + second,
+                             reach * perimeter[1] + second};
     if (value[0] > bound[0] && value[1] > bound[1] && value[2] > bound[2]) return 1;
     if (-value[0] > bound[0] && -value[1] > bound[1] && -value[2] > bound[2]) return -1;
     return 0;

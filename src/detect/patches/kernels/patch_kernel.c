@@ -19,7 +19,7 @@ typedef double lanes __attribute__((vector_size(32)));
 typedef int64_t lane_flags __attribute__((vector_size(32)));
 
 PATCH_INLINE lanes fill(double a) { return (lanes){a, a, a, a}; }
-PATCH_INLINE lanes load(const void *from) {
+PATCH_INLINE lanes load_lanes(const void *from) {
     lanes a;
     memcpy(&a, from, sizeof a);
     return a;
@@ -80,7 +80,7 @@ typedef lane_flags turn_flags;
 
 PATCH_INLINE void load_columns(const planar_path *points, const uint32_t *corners,
                                turn_lanes column[4]) {
-    for (size_t i = 0; i < 4; i++) column[i] = load(&points[corners[3 * i]]);
+    for (size_t i = 0; i < 4; i++) column[i] = load_lanes(&points[corners[3 * i]]);
     transpose(column);
 }
 PATCH_INLINE turn_flags exceeds(turn_lanes a, turn_lanes b) { return a > b; }
@@ -139,8 +139,8 @@ bool TULLE_KERNEL(patch_turns_left)(const planar_path *points, const uint32_t *c
         is_left = turn_left(points, corners + 3 * i, reach);
     for (; i < count && is_left; i++) {
         const uint32_t *const corner = corners + 3 * i;
-        is_left =
-            find_turn_sign(&points[corner[0]], &points[corner[1]], &points[corner[2]], reach) == 1;
+        is_left = compute_turn_sign(&points[corner[0]], &points[corner[1]], &points[corner[2]],
+                                    reach) == 1;
     }
     return is_left;
 }
@@ -161,7 +161,7 @@ PATCH_INLINE vec3_lanes load_places(const double *places, const uint32_t *vertic
                         (lanes){a[2], b[2], c[2], d[2]} - origin.z};
 }
 
-PATCH_INLINE lanes dot(vec3 a, vec3_lanes b) { return a.x * b.x + a.y * b.y + a.z * b.z; }
+PATCH_INLINE lanes dot_lanes(vec3 a, vec3_lanes b) { return a.x * b.x + a.y * b.y + a.z * b.z; }
 
 PATCH_INLINE lanes sum_of_absolutes(vec3_lanes a) {
     return (absolute(a.x) + absolute(a.y)) + absolute(a.z);
@@ -174,8 +174,8 @@ double TULLE_KERNEL(project_paths)(const planar_map *map, const uint32_t *vertic
     for (; i + LANES <= count; i += LANES) {
         vec3_lanes const start = load_places(x0, vertices + i, map->origin);
         vec3_lanes const end = load_places(x1, vertices + i, map->origin);
-        lanes row[4] = {dot(map->across, start), dot(map->across, end), dot(map->along, start),
-                        dot(map->along, end)};
+        lanes row[4] = {dot_lanes(map->across, start), dot_lanes(map->across, end),
+                        dot_lanes(map->along, start), dot_lanes(map->along, end)};
         transpose(row);
         memcpy(&points[i], row, sizeof row);
         lanes const own = sum_of_absolutes(start) + sum_of_absolutes(end);
