@@ -11,6 +11,7 @@
 
 #include "base/error.h"
 #include "base/parallel.h"
+#include "base/sort.h"
 #include "check/triangle_pair.h"
 #include "check/triangle_tree.h"
 
@@ -48,27 +49,6 @@ typedef struct judge {
     atomic_flag heap_guard; /* one worker at a time allocates */
 } judge;
 
-static tulle_status validate_body(const tulle_check_body *body, size_t index, tulle_error *error) {
-    const tulle_mesh_view *const mesh = &body->mesh;
-    if ((mesh->vertex_count > 0 && !mesh->positions) ||
-        (mesh->triangle_count > 0 && !mesh->triangles))
-        return error_set(error, TULLE_ERROR_INVALID_ARGUMENT,
-                         "body %zu has a null array; give positions and triangles", index);
-    for (size_t i = 0; i < 3 * mesh->vertex_count; i++)
-        if (!isfinite(mesh->positions[i]))
-            return error_set(error, TULLE_ERROR_INVALID_MESH,
-                             "body %zu: coordinate %c of vertex %zu is not finite; all coordinates "
-                             "must be finite numbers",
-                             index, "xyz"[i % 3], i / 3);
-    for (size_t i = 0; i < 3 * mesh->triangle_count; i++)
-        if (mesh->triangles[i] >= mesh->vertex_count)
-            return error_set(error, TULLE_ERROR_INVALID_MESH,
-                             "body %zu: triangle %zu uses vertex %u, but there are only %zu "
-                             "vertices, numbered from 0",
-                             index, i / 3, (unsigned)mesh->triangles[i], mesh->vertex_count);
-    return TULLE_OK;
-}
-
 static tulle_status validate(const tulle_check_body *bodies, size_t body_count, int threads,
                              tulle_error *error) {
     if (threads < 0 || threads > THREAD_LIMIT)
@@ -78,16 +58,29 @@ static tulle_status validate(const tulle_check_body *bodies, size_t body_count, 
     if (body_count > 0 && !bodies)
         return error_set(error, TULLE_ERROR_INVALID_ARGUMENT, "the array of bodies is null");
     size_t total = 0;
-    for (size_t i = 0; i < body_count; i++) {
-        size_t const vertex_count = bodies[i].mesh.vertex_count;
-        size_t const triangle_count = bodies[i].mesh.triangle_count;
-        if (vertex_count > TRIANGLE_LIMIT || triangle_count > TRIANGLE_LIMIT - total)
+    for (size_t body = 0; body < body_count; body++) {
+        const tulle_mesh_view *const mesh = &bodies[body].mesh;
+        if (mesh->vertex_count > TRIANGLE_LIMIT || mesh->triangle_count > TRIANGLE_LIMIT - total)
             return error_set(error, TULLE_ERROR_LIMIT,
                              "more than %zu vertices in a body or triangles in all",
                              TRIANGLE_LIMIT);
-        total += triangle_count;
-        tulle_status const status = validate_body(&bodies[i], i, error);
-        if (status != TULLE_OK) return status;
+        total += mesh->triangle_count;
+        if ((mesh->vertex_count > 0 && !mesh->positions) ||
+            (mesh->triangle_count > 0 && !mesh->triangles))
+            return error_set(error, TULLE_ERROR_INVALID_ARGUMENT,
+                             "body %zu has a null array; give positions and triangles", body);
+        for (size_t i = 0; i < 3 * mesh->vertex_count; i++)
+            if (!isfinite(mesh->positions[i]))
+                return error_set(error, TULLE_ERROR_INVALID_MESH,
+                                 "body %zu: coordinate %c of vertex %zu is not finite; all "
+                                 "coordinates must be finite numbers",
+                                 body, "xyz"[i % 3], i / 3);
+        for (size_t i = 0; i < 3 * mesh->triangle_count; i++)
+            if (mesh->triangles[i] >= mesh->vertex_count)
+                return error_set(error, TULLE_ERROR_INVALID_MESH,
+                                 "body %zu: triangle %zu uses vertex %u, but there are only %zu "
+                                 "vertices, numbered from 0",
+                                 body, i / 3, (unsigned)mesh->triangles[i], mesh->vertex_count);
     }
     return TULLE_OK;
 }
@@ -104,30 +97,6 @@ static check_triangle get_triangle(const judge *self, uint32_t number) {
     return triangle;
 }
 
-static check_box find_box(const check_triangle *triangle) {
-    check_box box;
-    for (int axis = 0; axis < 3; axis++) {
-        double const a = triangle->corners[0][axis], b = triangle->corners[1][axis],
-                     c = triangle->corners[2][axis];
-        box.low[axis] = a < b ? (a < c ? a : c) : (b < c ? b : c);
-        box.high[axis] = a > b ? (a > c ? a : c) : (b > c ? b : c);
-    }
-    return box;
-}
-
-static void number_triangles(judge *self) {
-    size_t number = 0;
-    for (size_t body = 0; body < self->body_count; body++) {
-        self->first_triangle[body] = number;
-        for (size_t i = 0; i < self->bodies[body].mesh.triangle_count; i++, number++) {
-            self->body_of[number] = (uint32_t)body;
-            self->kinds[number] = self->bodies[body].is_obstacle ? KIND_OBSTACLE : KIND_CLOTH;
-            check_triangle const triangle = get_triangle(self, (uint32_t)number);
-            self->boxes[number] = find_box(&triangle);
-        }
-    }
-}
-
 /* False when memory is short; judge_close releases what there is either way. */
 static bool judge_open(judge *self) {
     size_t const count = self->triangle_count;
@@ -139,7 +108,24 @@ static bool judge_open(judge *self) {
     self->chunks = memory_allocate_zeroed(self->heap, self->chunk_count, sizeof *self->chunks);
     if (!self->first_triangle || !self->body_of || !self->kinds || !self->boxes || !self->chunks)
         return false;
-    number_triangles(self);
+
+    /* Number the triangles of all bodies through, and box them. */
+    size_t number = 0;
+    for (size_t body = 0; body < self->body_count; body++) {
+        self->first_triangle[body] = number;
+        for (size_t i = 0; i < self->bodies[body].mesh.triangle_count; i++, number++) {
+            self->body_of[number] = (uint32_t)body;
+            self->kinds[number] = self->bodies[body].is_obstacle ? KIND_OBSTACLE : KIND_CLOTH;
+            check_triangle const triangle = get_triangle(self, (uint32_t)number);
+            const double *const *const corners = triangle.corners;
+            check_box *const box = &self->boxes[number];
+            for (int axis = 0; axis < 3; axis++) {
+                double const a = corners[0][axis], b = corners[1][axis], c = corners[2][axis];
+                box->low[axis] = a < b ? (a < c ? a : c) : (b < c ? b : c);
+                box->high[axis] = a > b ? (a > c ? a : c) : (b > c ? b : c);
+            }
+        }
+    }
     for (uint8_t kind = KIND_CLOTH; kind <= KIND_OBSTACLE; kind++)
         if (!triangle_tree_build(self->heap, self->boxes, self->kinds, kind, count,
                                  &self->trees[kind]))
@@ -161,24 +147,19 @@ static void judge_close(judge *self) {
                    self->body_count * sizeof *self->first_triangle);
 }
 
-static void stop(judge *self, tulle_status status) {
-    int expected = TULLE_OK;
-    atomic_compare_exchange_strong(&self->status, &expected, (int)status);
-}
-
+/* Adds a pair of triangles to a chunk; a failure stops all workers. */
 static void append_pair(judge *self, chunk_result *chunk, uint32_t a, uint32_t b) {
+    int failure = TULLE_OK, expected = TULLE_OK;
     if (atomic_fetch_add(&self->pair_count, 1) >= self->pair_limit) {
-        stop(self, TULLE_ERROR_LIMIT);
-        return;
-    }
-    if (chunk->pairs.count == chunk->pairs.capacity) {
+        failure = TULLE_ERROR_LIMIT;
+    } else if (chunk->pairs.count == chunk->pairs.capacity) {
         while (atomic_flag_test_and_set(&self->heap_guard)) continue;
-        bool const has_room = ARRAY_RESERVE(self->heap, &chunk->pairs, 1);
+        if (!ARRAY_RESERVE(self->heap, &chunk->pairs, 1)) failure = TULLE_ERROR_OUT_OF_MEMORY;
         atomic_flag_clear(&self->heap_guard);
-        if (!has_room) {
-            stop(self, TULLE_ERROR_OUT_OF_MEMORY);
-            return;
-        }
+    }
+    if (failure != TULLE_OK) {
+        atomic_compare_exchange_strong(&self->status, &expected, failure);
+        return;
     }
     uint32_t const body_a = self->body_of[a], body_b = self->body_of[b];
     chunk->pairs.data[chunk->pairs.count++] =
@@ -186,64 +167,40 @@ static void append_pair(judge *self, chunk_result *chunk, uint32_t a, uint32_t b
                            (uint32_t)(b - self->first_triangle[body_b])};
 }
 
-static void test_leaf(judge *self, chunk_result *chunk, uint32_t number, const uint32_t *items,
-                      uint32_t item_count) {
-    check_triangle const triangle = get_triangle(self, number);
-    for (uint32_t i = 0; i < item_count; i++) {
-        uint32_t const other = items[i];
-        if (other <= number || !check_boxes_meet(&self->boxes[number], &self->boxes[other]))
-            continue;
-        check_triangle const candidate = get_triangle(self, other);
-        chunk->tested_pair_count++;
-        if (triangles_intersect(&triangle, &candidate,
-                                self->body_of[number] == self->body_of[other], &chunk->exact_count))
-            append_pair(self, chunk, number, other);
-    }
-}
-
+/* Tests a triangle against those of higher number in a tree whose boxes meet its own. */
 static void query_tree(judge *self, chunk_result *chunk, uint32_t number,
                        const triangle_tree *tree) {
+    check_triangle const triangle = get_triangle(self, number);
+    const check_box *const box = &self->boxes[number];
     uint32_t stack[TREE_DEPTH_LIMIT];
     int depth = 0;
     if (tree->node_count > 0) stack[depth++] = 0;
     while (depth > 0 && atomic_load_explicit(&self->status, memory_order_relaxed) == TULLE_OK) {
         uint32_t const index = stack[--depth];
         const tree_node *const node = &tree->nodes[index];
-        if (node->highest_item <= number || !check_boxes_meet(&self->boxes[number], &node->box))
-            continue;
-        if (node->leaf_count > 0) {
-            test_leaf(self, chunk, number, tree->items + node->right, node->leaf_count);
-        } else {
+        if (node->highest_item <= number || !check_boxes_meet(box, &node->box)) continue;
+        if (node->leaf_count == 0) {
             stack[depth++] = node->right;
             stack[depth++] = index + 1;
+            continue;
+        }
+        for (uint32_t i = 0; i < node->leaf_count; i++) {
+            uint32_t const other = tree->items[node->right + i];
+            if (other <= number || !check_boxes_meet(box, &self->boxes[other])) continue;
+            check_triangle const candidate = get_triangle(self, other);
+            bool const is_one_body = self->body_of[number] == self->body_of[other];
+            chunk->tested_pair_count++;
+            if (triangles_intersect(&triangle, &candidate, is_one_body, &chunk->exact_count))
+                append_pair(self, chunk, number, other);
         }
     }
 }
 
-static bool is_before(const tulle_check_pair *a, const tulle_check_pair *b) {
-    return a->body_b != b->body_b ? a->body_b < b->body_b : a->triangle_b < b->triangle_b;
-}
-
-static void sift_down(tulle_check_pair *pairs, size_t root, size_t count) {
-    for (size_t child = 2 * root + 1; child < count; child = 2 * root + 1) {
-        if (child + 1 < count && is_before(&pairs[child], &pairs[child + 1])) child++;
-        if (!is_before(&pairs[root], &pairs[child])) return;
-        tulle_check_pair const swap = pairs[root];
-        pairs[root] = pairs[child];
-        pairs[child] = swap;
-        root = child;
-    }
-}
-
-/* Heap sort of the pairs of one triangle by the other one. */
-static void sort_pairs(tulle_check_pair *pairs, size_t count) {
-    for (size_t root = count / 2; root-- > 0;) sift_down(pairs, root, count);
-    for (size_t end = count; end-- > 1;) {
-        tulle_check_pair const swap = pairs[0];
-        pairs[0] = pairs[end];
-        pairs[end] = swap;
-        sift_down(pairs, 0, end);
-    }
+/* Pairs of one triangle, by the other one. */
+static int compare_pairs(const void *one, const void *two) {
+    const tulle_check_pair *const a = one, *const b = two;
+    if (a->body_b != b->body_b) return a->body_b < b->body_b ? -1 : 1;
+    return (a->triangle_b > b->triangle_b) - (a->triangle_b < b->triangle_b);
 }
 
 static void judge_chunk(void *context, size_t begin, size_t end, size_t chunk_index, int worker) {
@@ -256,31 +213,9 @@ static void judge_chunk(void *context, size_t begin, size_t end, size_t chunk_in
         if (self->kinds[number] == KIND_CLOTH)
             query_tree(self, chunk, (uint32_t)number, &self->trees[KIND_OBSTACLE]);
         if (chunk->pairs.count > first + 1)
-            sort_pairs(chunk->pairs.data + first, chunk->pairs.count - first);
+            sort_in_place(chunk->pairs.data + first, chunk->pairs.count - first,
+                          sizeof *chunk->pairs.data, compare_pairs);
     }
-}
-
-static bool gather_result(judge *self, tulle_check_result *result) {
-    tulle_check_result gathered = {0};
-    for (size_t i = 0; i < self->chunk_count; i++) {
-        gathered.pair_count += self->chunks[i].pairs.count;
-        gathered.tested_pair_count += self->chunks[i].tested_pair_count;
-        gathered.exact_count += self->chunks[i].exact_count;
-    }
-    if (gathered.pair_count > 0) {
-        gathered.pairs = memory_allocate(self->heap, gathered.pair_count * sizeof *gathered.pairs);
-        if (!gathered.pairs) return false;
-    }
-    size_t next = 0;
-    for (size_t i = 0; i < self->chunk_count; i++) {
-        size_t const count = self->chunks[i].pairs.count;
-        if (count > 0)
-            memcpy(gathered.pairs + next, self->chunks[i].pairs.data,
-                   count * sizeof *gathered.pairs);
-        next += count;
-    }
-    *result = gathered;
-    return true;
 }
 
 tulle_status check_intersections(const check_settings *settings, const tulle_check_body *bodies,
@@ -306,7 +241,25 @@ tulle_status check_intersections(const check_settings *settings, const tulle_che
         parallel_for(self.triangle_count, CHUNK_SIZE, parallel_resolve_threads(settings->threads),
                      judge_chunk, &self);
         status = (tulle_status)atomic_load(&self.status);
-        if (status == TULLE_OK && !gather_result(&self, result)) status = TULLE_ERROR_OUT_OF_MEMORY;
+    }
+    if (status == TULLE_OK) { /* the chunks' lists one after the other */
+        tulle_check_result gathered = {0};
+        for (size_t i = 0; i < self.chunk_count; i++) {
+            gathered.pair_count += self.chunks[i].pairs.count;
+            gathered.tested_pair_count += self.chunks[i].tested_pair_count;
+            gathered.exact_count += self.chunks[i].exact_count;
+        }
+        size_t const bytes = gathered.pair_count * sizeof *gathered.pairs;
+        if (bytes > 0) gathered.pairs = memory_allocate(self.heap, bytes);
+        if (bytes > 0 && !gathered.pairs) status = TULLE_ERROR_OUT_OF_MEMORY;
+        for (size_t i = 0, next = 0; gathered.pairs && i < self.chunk_count; i++) {
+            size_t const count = self.chunks[i].pairs.count;
+            if (count > 0)
+                memcpy(gathered.pairs + next, self.chunks[i].pairs.data,
+                       count * sizeof *gathered.pairs);
+            next += count;
+        }
+        if (status == TULLE_OK) *result = gathered;
     }
     judge_close(&self);
     if (status == TULLE_ERROR_LIMIT)

@@ -10,7 +10,7 @@ int coplanar_orient(int axis, const double *a, const double *b, const double *c,
                          exact_count);
 }
 
-int coplanar_find_axis(const double *a, const double *b, const double *c, size_t *exact_count) {
+int coplanar_choose_axis(const double *a, const double *b, const double *c, size_t *exact_count) {
     for (int axis = 2; axis >= 0; axis--)
         if (coplanar_orient(axis, a, b, c, exact_count) != 0) return axis;
     return -1;

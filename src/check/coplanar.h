@@ -12,7 +12,7 @@
 
 /* The axis 0 .. 2 to drop so that points a, b, c keep a triangle with area; -1 if they are
  * collinear (or equal). */
-int coplanar_find_axis(const double *a, const double *b, const double *c, size_t *exact_count);
+int coplanar_choose_axis(const double *a, const double *b, const double *c, size_t *exact_count);
 
 /* orient2d_sign of the points without coordinate `axis`. */
 int coplanar_orient(int axis, const double *a, const double *b, const double *c,

@@ -19,7 +19,8 @@ static int compare_points(const double *p, const double *q) {
     return 0;
 }
 
-static segment find_hull(const double *const *points, int count) {
+/* The segment between the extremes of points on one line. */
+static segment make_hull(const double *const *points, int count) {
     segment hull = {points[0], points[0]};
     for (int i = 1; i < count; i++) {
         if (compare_points(points[i], hull.low) < 0) hull.low = points[i];
@@ -31,10 +32,10 @@ static segment find_hull(const double *const *points, int count) {
 /* Whether two segments have a common point. */
 static bool segments_meet(segment s, segment t, size_t *exact_count) {
     if (orient3d_sign(s.low, s.high, t.low, t.high, exact_count) != 0) return false;
-    int axis = coplanar_find_axis(s.low, s.high, t.low, exact_count);
-    if (axis < 0) axis = coplanar_find_axis(s.low, s.high, t.high, exact_count);
-    if (axis < 0) axis = coplanar_find_axis(t.low, t.high, s.low, exact_count);
-    if (axis < 0) axis = coplanar_find_axis(t.low, t.high, s.high, exact_count);
+    int axis = coplanar_choose_axis(s.low, s.high, t.low, exact_count);
+    if (axis < 0) axis = coplanar_choose_axis(s.low, s.high, t.high, exact_count);
+    if (axis < 0) axis = coplanar_choose_axis(t.low, t.high, s.low, exact_count);
+    if (axis < 0) axis = coplanar_choose_axis(t.low, t.high, s.high, exact_count);
     if (axis < 0) /* all on one line: two intervals */
         return compare_points(s.low, t.high) <= 0 && compare_points(t.low, s.high) <= 0;
     /* In their plane, not all on a line: disjoint when the line of one has the other strictly on
@@ -45,19 +46,6 @@ static bool segments_meet(segment s, segment t, size_t *exact_count) {
            coplanar_orient(axis, t.low, t.high, s.low, exact_count) *
                    coplanar_orient(axis, t.low, t.high, s.high, exact_count) <=
                0;
-}
-
-/* Whether two segments that both contain the hull of the shared corners have a further point in
- * common. Segments on different lines meet in one point at most. */
-static bool segments_meet_beyond(segment s, segment t, segment shared, size_t *exact_count) {
-    const double *const s_ends[2] = {s.low, s.high}, *const t_ends[2] = {t.low, t.high};
-    for (int i = 0; i < 2; i++)
-        if (coplanar_find_axis(s.low, s.high, t_ends[i], exact_count) >= 0 ||
-            coplanar_find_axis(t.low, t.high, s_ends[i], exact_count) >= 0)
-            return false;
-    const double *const low = compare_points(s.low, t.low) > 0 ? s.low : t.low;
-    const double *const high = compare_points(s.high, t.high) < 0 ? s.high : t.high;
-    return compare_points(low, shared.low) < 0 || compare_points(high, shared.high) > 0;
 }
 
 /* Whether a segment and a triangle with area have a common point. If the ends are not both in the
@@ -81,36 +69,43 @@ static bool segment_meets_triangle(segment s, const double *const triangle[3], i
     return !(has_positive && has_negative);
 }
 
-/* Whether a segment that contains the triangle's corner 0 has another point of the triangle. On the
- * part from the corner to either end: the end itself is in the triangle, or the part leaves the
- * triangle through the opposite edge, which does not contain the corner. */
-static bool segment_meets_beyond_corner(segment s, const double *const triangle[3], int axis,
-                                        size_t *exact_count) {
-    segment const opposite = {triangle[1], triangle[2]};
-    const double *const ends[2] = {s.low, s.high};
-    for (int i = 0; i < 2; i++) {
-        if (compare_points(ends[i], triangle[0]) == 0) continue;
-        if (segment_meets_triangle((segment){ends[i], ends[i]}, triangle, axis, exact_count) ||
-            segments_meet(find_hull((const double *const[]){triangle[0], ends[i]}, 2),
-                          find_hull((const double *const[]){opposite.low, opposite.high}, 2),
-                          exact_count))
-            return true;
-    }
-    return false;
-}
-
 bool degenerate_triangles_meet(const double *const a[3], int axis_a, const double *const b[3],
                                int axis_b, int shared_count, size_t *exact_count) {
+    segment const s = make_hull(axis_a < 0 ? a : b, 3);
     if (axis_a < 0 && axis_b < 0) {
-        segment const s = find_hull(a, 3), t = find_hull(b, 3);
+        segment const t = make_hull(b, 3);
         if (shared_count == 0) return segments_meet(s, t, exact_count);
-        return segments_meet_beyond(s, t, find_hull(a, shared_count), exact_count);
+
+        /* Both contain the hull of the shared corners. On different lines they meet in one point at
+         * most; on one line they are intervals, which may reach beyond that hull. */
+        segment const shared = make_hull(a, shared_count);
+        const double *const s_ends[2] = {s.low, s.high}, *const t_ends[2] = {t.low, t.high};
+        for (int i = 0; i < 2; i++)
+            if (coplanar_choose_axis(s.low, s.high, t_ends[i], exact_count) >= 0 ||
+                coplanar_choose_axis(t.low, t.high, s_ends[i], exact_count) >= 0)
+                return false;
+        const double *const low = compare_points(s.low, t.low) > 0 ? s.low : t.low;
+        const double *const high = compare_points(s.high, t.high) < 0 ? s.high : t.high;
+        return compare_points(low, shared.low) < 0 || compare_points(high, shared.high) > 0;
     }
-    segment const s = find_hull(axis_a < 0 ? a : b, 3);
     const double *const *const triangle = axis_a < 0 ? b : a;
     int const axis = axis_a < 0 ? axis_b : axis_a;
     if (shared_count == 0) return segment_meets_triangle(s, triangle, axis, exact_count);
-    if (shared_count == 1) return segment_meets_beyond_corner(s, triangle, axis, exact_count);
+    if (shared_count == 1) {
+        /* The segment contains corner 0. On the part from there to either end: the end itself is in
+         * the triangle, or the part leaves the triangle through the opposite edge, which does not
+         * contain the corner. */
+        segment const opposite = make_hull(triangle + 1, 2);
+        const double *const ends[2] = {s.low, s.high};
+        for (int i = 0; i < 2; i++) {
+            if (compare_points(ends[i], triangle[0]) == 0) continue;
+            segment const part = make_hull((const double *const[]){triangle[0], ends[i]}, 2);
+            if (segment_meets_triangle((segment){ends[i], ends[i]}, triangle, axis, exact_count) ||
+                segments_meet(part, opposite, exact_count))
+                return true;
+        }
+        return false;
+    }
     /* The segment lies on the line of the triangle's edge, where the triangle has that edge only.
      */
     return false;

@@ -60,8 +60,8 @@ static int sort_shared_first(check_triangle *a, check_triangle *b) {
 /* Coplanar or degenerate triangles, shared corners in front. */
 static bool flat_triangles_intersect(const double *const a[3], const double *const b[3],
                                      int shared_count, size_t *exact_count) {
-    int const axis_a = coplanar_find_axis(a[0], a[1], a[2], exact_count);
-    int const axis_b = coplanar_find_axis(b[0], b[1], b[2], exact_count);
+    int const axis_a = coplanar_choose_axis(a[0], a[1], a[2], exact_count);
+    int const axis_b = coplanar_choose_axis(b[0], b[1], b[2], exact_count);
     if (axis_a < 0 || axis_b < 0)
         return degenerate_triangles_meet(a, axis_a, b, axis_b, shared_count, exact_count);
     if (shared_count == 0) return coplanar_triangles_meet(axis_a, a, b, exact_count);
@@ -88,30 +88,27 @@ static bool edges_meet_triangle(const double *const a[3], const int sides[3],
     return false;
 }
 
-/* Signs of the points' sides of the triangle's plane. */
-static void find_sides(const double *const triangle[3], const double *const points[3], int sides[3],
-                       size_t *exact_count) {
-    for (int i = 0; i < 3; i++)
-        sides[i] = orient3d_sign(triangle[0], triangle[1], triangle[2], points[i], exact_count);
-}
-
-static bool is_all(const int sides[3], int sign) {
-    return sides[0] == sign && sides[1] == sign && sides[2] == sign;
-}
-
+/* Triangles without a shared vertex. */
 static bool separate_triangles_intersect(const double *const a[3], const double *const b[3],
                                          size_t *exact_count) {
-    int sides_of_a[3], sides_of_b[3];
-    find_sides(a, b, sides_of_b, exact_count);
-    if (is_all(sides_of_b, 1) || is_all(sides_of_b, -1)) return false;
-    find_sides(b, a, sides_of_a, exact_count);
-    if (is_all(sides_of_a, 1) || is_all(sides_of_a, -1)) return false;
-    if (is_all(sides_of_a, 0) || is_all(sides_of_b, 0))
-        return flat_triangles_intersect(a, b, 0, exact_count);
-    return edges_meet_triangle(a, sides_of_a, b, exact_count) ||
-           edges_meet_triangle(b, sides_of_b, a, exact_count);
+    const double *const *const triangles[2] = {a, b};
+    int sides[2][3]; /* of each triangle's corners with respect to the other's plane */
+    bool is_flat = false;
+    for (int own = 1; own >= 0; own--) {
+        const double *const *const plane = triangles[1 - own];
+        int *const side = sides[own];
+        for (int k = 0; k < 3; k++)
+            side[k] = orient3d_sign(plane[0], plane[1], plane[2], triangles[own][k], exact_count);
+        bool const is_one_side = side[0] == side[1] && side[1] == side[2];
+        if (is_one_side && side[0] != 0) return false;
+        is_flat = is_flat || is_one_side;
+    }
+    if (is_flat) return flat_triangles_intersect(a, b, 0, exact_count);
+    return edges_meet_triangle(a, sides[0], b, exact_count) ||
+           edges_meet_triangle(b, sides[1], a, exact_count);
 }
 
+/* Triangles that share corner 0. */
 static bool vertex_neighbours_intersect(const double *const a[3], const double *const b[3],
                                         size_t *exact_count) {
     int const b1 = orient3d_sign(a[0], a[1], a[2], b[1], exact_count);

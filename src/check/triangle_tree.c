@@ -18,7 +18,7 @@ typedef struct tree_builder {
     triangle_tree *tree;
 } tree_builder;
 
-static double find_centre(const check_box *box, int axis) {
+static double compute_centre(const check_box *box, int axis) {
     return 0.5 * box->low[axis] + 0.5 * box->high[axis];
 }
 
@@ -44,44 +44,6 @@ static const sort_key *sort_keys(sort_key *keys, size_t count) {
     return from;
 }
 
-static void sort_along_axes(tree_builder *builder, const uint32_t *items, size_t count) {
-    for (int axis = 0; axis < 3; axis++) {
-        for (size_t i = 0; i < count; i++)
-            builder->keys[i] = (sort_key){find_centre(&builder->boxes[items[i]], axis), items[i]};
-        const sort_key *const sorted = sort_keys(builder->keys, count);
-        for (size_t i = 0; i < count; i++) builder->order[axis][i] = sorted[i].item;
-    }
-}
-
-static void fit_node(const tree_builder *builder, tree_node *node, size_t begin, size_t end) {
-    node->box = builder->boxes[builder->order[0][begin]];
-    node->highest_item = 0;
-    for (size_t i = begin; i < end; i++) {
-        uint32_t const item = builder->order[0][i];
-        const check_box *const box = &builder->boxes[item];
-        if (item > node->highest_item) node->highest_item = item;
-        for (int axis = 0; axis < 3; axis++) {
-            if (box->low[axis] < node->box.low[axis]) node->box.low[axis] = box->low[axis];
-            if (box->high[axis] > node->box.high[axis]) node->box.high[axis] = box->high[axis];
-        }
-    }
-}
-
-static int find_widest_axis(const tree_builder *builder, size_t begin, size_t end) {
-    int widest = 0;
-    double widest_spread = -1.0;
-    for (int axis = 0; axis < 3; axis++) {
-        const uint32_t *const order = builder->order[axis];
-        double const spread = find_centre(&builder->boxes[order[end - 1]], axis) -
-                              find_centre(&builder->boxes[order[begin]], axis);
-        if (spread > widest_spread) {
-            widest = axis;
-            widest_spread = spread;
-        }
-    }
-    return widest;
-}
-
 /* Splits begin .. end-1 at the median along `axis`: the other two orders are parted stably. */
 static void split_orders(tree_builder *builder, int axis, size_t begin, size_t middle, size_t end) {
     for (size_t i = begin; i < end; i++) builder->is_left[builder->order[axis][i]] = i < middle;
@@ -99,30 +61,51 @@ static void split_orders(tree_builder *builder, int axis, size_t begin, size_t m
     }
 }
 
-/* Recursion is as deep as the tree: at most TREE_DEPTH_LIMIT. */
+/* The node of items begin .. end-1 and all below it. Recursion is as deep as the tree: at most
+ * TREE_DEPTH_LIMIT. */
 static void build_node(tree_builder *builder, size_t begin, size_t end) {
     triangle_tree *const tree = builder->tree;
     size_t const index = tree->node_count++;
     tree_node *const node = &tree->nodes[index];
-    fit_node(builder, node, begin, end);
+    node->box = builder->boxes[builder->order[0][begin]];
+    node->highest_item = 0;
+    for (size_t i = begin; i < end; i++) {
+        uint32_t const item = builder->order[0][i];
+        const check_box *const box = &builder->boxes[item];
+        if (item > node->highest_item) node->highest_item = item;
+        for (int axis = 0; axis < 3; axis++) {
+            if (box->low[axis] < node->box.low[axis]) node->box.low[axis] = box->low[axis];
+            if (box->high[axis] > node->box.high[axis]) node->box.high[axis] = box->high[axis];
+        }
+    }
     if (end - begin <= TREE_LEAF_SIZE) {
         node->right = (uint32_t)begin;
         node->leaf_count = (uint32_t)(end - begin);
         return;
     }
+
+    /* Split at the median along the axis in which the centres spread widest. */
+    int widest = 0;
+    double widest_spread = -1.0;
+    for (int axis = 0; axis < 3; axis++) {
+        const uint32_t *const order = builder->order[axis];
+        double const spread = compute_centre(&builder->boxes[order[end - 1]], axis) -
+                              compute_centre(&builder->boxes[order[begin]], axis);
+        if (spread > widest_spread) {
+            widest = axis;
+            widest_spread = spread;
+        }
+    }
     size_t const middle = begin + (end - begin) / 2;
-    split_orders(builder, find_widest_axis(builder, begin, end), begin, middle, end);
+    split_orders(builder, widest, begin, middle, end);
     node->leaf_count = 0;
     build_node(builder, begin, middle);
     node->right = (uint32_t)tree->node_count;
     build_node(builder, middle, end);
 }
 
-/* Halving stops at 4 items or fewer, so every leaf has at least 2 unless it is the root. */
-static size_t find_node_limit(size_t item_count) { return item_count + 1; }
-
 void triangle_tree_destroy(memory *heap, triangle_tree *tree) {
-    memory_release(heap, tree->nodes, find_node_limit(tree->item_count) * sizeof *tree->nodes);
+    memory_release(heap, tree->nodes, (tree->item_count + 1) * sizeof *tree->nodes);
     memory_release(heap, tree->items, tree->item_count * sizeof *tree->items);
     *tree = (triangle_tree){0};
 }
@@ -136,7 +119,8 @@ bool triangle_tree_build(memory *heap, const check_box *boxes, const uint8_t *ki
 
     tree_builder builder = {.boxes = boxes, .tree = tree};
     tree->item_count = members;
-    tree->nodes = memory_allocate(heap, find_node_limit(members) * sizeof *tree->nodes);
+    /* Halving stops at 4 items or fewer, so every leaf has at least 2 unless it is the root. */
+    tree->nodes = memory_allocate(heap, (members + 1) * sizeof *tree->nodes);
     tree->items = memory_allocate(heap, members * sizeof *tree->items);
     uint32_t *const orders = memory_allocate(heap, 3 * members * sizeof *orders);
     builder.scratch = memory_allocate(heap, members * sizeof *builder.scratch);
@@ -148,8 +132,15 @@ bool triangle_tree_build(memory *heap, const check_box *boxes, const uint8_t *ki
         size_t next = 0;
         for (size_t i = 0; i < count; i++)
             if (kinds[i] == kind) tree->items[next++] = (uint32_t)i;
-        for (size_t axis = 0; axis < 3; axis++) builder.order[axis] = orders + axis * members;
-        sort_along_axes(&builder, tree->items, members);
+        for (int axis = 0; axis < 3; axis++) {
+            for (size_t i = 0; i < members; i++) {
+                uint32_t const item = tree->items[i];
+                builder.keys[i] = (sort_key){compute_centre(&boxes[item], axis), item};
+            }
+            const sort_key *const sorted = sort_keys(builder.keys, members);
+            builder.order[axis] = orders + (size_t)axis * members;
+            for (size_t i = 0; i < members; i++) builder.order[axis][i] = sorted[i].item;
+        }
         build_node(&builder, 0, members);
         memcpy(tree->items, builder.order[0], members * sizeof *tree->items);
     }
