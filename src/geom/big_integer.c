@@ -1,6 +1,7 @@
 /* geom/big_integer.c - see big_integer.h. Sign and magnitude, schoolbook arithmetic. */
 #include "geom/big_integer.h"
 
+#include <stdbool.h>
 #include <string.h>
 
 /* |value| = mantissa * 2^exponent with an odd mantissa, or mantissa 0. */
@@ -29,19 +30,6 @@ static void trim(big_integer *a, int sign) {
     a->sign = a->count > 0 ? sign : 0;
 }
 
-/* result = mantissa * 2^shift with sign; shift >= 0. */
-static void set_shifted(big_integer *result, binary_value value, int shift) {
-    int const skipped = shift / 32, rest = shift % 32;
-    uint64_t const low = value.mantissa << rest;
-    uint64_t const high = rest ? value.mantissa >> (64 - rest) : 0;
-    memset(result->limbs, 0, (size_t)skipped * sizeof *result->limbs);
-    result->limbs[skipped] = (uint32_t)low;
-    result->limbs[skipped + 1] = (uint32_t)(low >> 32);
-    result->limbs[skipped + 2] = (uint32_t)high;
-    result->count = skipped + 3;
-    trim(result, value.sign);
-}
-
 void big_integer_set_differences(big_integer *differences, const double *values, int count) {
     binary_value parts[4];
     int lowest = 0;
@@ -54,68 +42,54 @@ void big_integer_set_differences(big_integer *differences, const double *values,
         }
     }
     big_integer origin, point;
-    set_shifted(&origin, parts[0], parts[0].mantissa ? parts[0].exponent - lowest : 0);
-    for (int i = 1; i < count; i++) {
-        set_shifted(&point, parts[i], parts[i].mantissa ? parts[i].exponent - lowest : 0);
-        big_integer_subtract(&differences[i - 1], &point, &origin);
+    for (int i = 0; i < count; i++) {
+        /* the value times 2^-lowest: its mantissa shifted to the left */
+        int const shift = parts[i].mantissa ? parts[i].exponent - lowest : 0;
+        int const skipped = shift / 32, rest = shift % 32;
+        uint64_t const low = parts[i].mantissa << rest;
+        uint64_t const high = rest ? parts[i].mantissa >> (64 - rest) : 0;
+        big_integer *const shifted = i == 0 ? &origin : &point;
+        memset(shifted->limbs, 0, (size_t)skipped * sizeof *shifted->limbs);
+        shifted->limbs[skipped] = (uint32_t)low;
+        shifted->limbs[skipped + 1] = (uint32_t)(low >> 32);
+        shifted->limbs[skipped + 2] = (uint32_t)high;
+        shifted->count = skipped + 3;
+        trim(shifted, parts[i].sign);
+        if (i > 0) big_integer_add(&differences[i - 1], &point, &origin, -1);
     }
 }
 
-/* -1, 0, +1 as |a| is below, equal to or above |b|. */
-static int compare_magnitude(const big_integer *a, const big_integer *b) {
-    if (a->count != b->count) return a->count < b->count ? -1 : 1;
-    for (int i = a->count; i-- > 0;)
-        if (a->limbs[i] != b->limbs[i]) return a->limbs[i] < b->limbs[i] ? -1 : 1;
-    return 0;
-}
-
-/* result = |a| + |b|, count a >= count b */
-static void add_magnitude(big_integer *result, const big_integer *a, const big_integer *b) {
-    uint64_t carry = 0;
-    for (int i = 0; i < a->count; i++) {
-        carry += (uint64_t)a->limbs[i] + (i < b->count ? b->limbs[i] : 0);
-        result->limbs[i] = (uint32_t)carry;
-        carry >>= 32;
+void big_integer_add(big_integer *result, const big_integer *a, const big_integer *b, int factor) {
+    int const sign_of_b = factor * b->sign;
+    int sign = a->sign ? a->sign : sign_of_b;
+    if (a->sign * sign_of_b >= 0) { /* |a| + |b| */
+        const big_integer *const longer = a->count >= b->count ? a : b;
+        const big_integer *const shorter = a->count >= b->count ? b : a;
+        uint64_t carry = 0;
+        for (int i = 0; i < longer->count; i++) {
+            carry += (uint64_t)longer->limbs[i] + (i < shorter->count ? shorter->limbs[i] : 0);
+            result->limbs[i] = (uint32_t)carry;
+            carry >>= 32;
+        }
+        result->count = longer->count;
+        if (carry) result->limbs[result->count++] = (uint32_t)carry;
+    } else {                    /* the larger one less the smaller one */
+        int top = a->count - 1; /* the highest limb in which they differ */
+        while (a->count == b->count && top > 0 && a->limbs[top] == b->limbs[top]) top--;
+        bool const is_a_larger =
+            a->count != b->count ? a->count > b->count : a->limbs[top] >= b->limbs[top];
+        const big_integer *const larger = is_a_larger ? a : b;
+        const big_integer *const smaller = is_a_larger ? b : a;
+        uint64_t borrow = 0;
+        for (int i = 0; i < larger->count; i++) {
+            uint64_t const taken = (i < smaller->count ? smaller->limbs[i] : 0) + borrow;
+            borrow = larger->limbs[i] < taken;
+            result->limbs[i] = (uint32_t)(larger->limbs[i] - taken);
+        }
+        result->count = larger->count;
+        if (!is_a_larger) sign = sign_of_b;
     }
-    result->count = a->count;
-    if (carry) result->limbs[result->count++] = (uint32_t)carry;
-}
-
-/* result = |a| - |b|, |a| >= |b| */
-static void subtract_magnitude(big_integer *result, const big_integer *a, const big_integer *b) {
-    uint64_t borrow = 0;
-    for (int i = 0; i < a->count; i++) {
-        uint64_t const taken = (i < b->count ? b->limbs[i] : 0) + borrow;
-        borrow = a->limbs[i] < taken;
-        result->limbs[i] = (uint32_t)(a->limbs[i] - taken);
-    }
-    result->count = a->count;
-}
-
-static void add_signed(big_integer *result, const big_integer *a, const big_integer *b,
-                       int sign_of_b) {
-    if (a->sign * sign_of_b >= 0) {
-        int const sign = a->sign ? a->sign : sign_of_b;
-        if (a->count >= b->count)
-            add_magnitude(result, a, b);
-        else
-            add_magnitude(result, b, a);
-        trim(result, sign);
-    } else if (compare_magnitude(a, b) >= 0) {
-        subtract_magnitude(result, a, b);
-        trim(result, a->sign);
-    } else {
-        subtract_magnitude(result, b, a);
-        trim(result, sign_of_b);
-    }
-}
-
-void big_integer_add(big_integer *result, const big_integer *a, const big_integer *b) {
-    add_signed(result, a, b, b->sign);
-}
-
-void big_integer_subtract(big_integer *result, const big_integer *a, const big_integer *b) {
-    add_signed(result, a, b, -b->sign);
+    trim(result, sign);
 }
 
 void big_integer_multiply(big_integer *result, const big_integer *a, const big_integer *b) {

@@ -21,9 +21,8 @@ typedef struct big_integer {
 /* Writes values[1..count-1] - values[0], all times one power of two that makes the values integers,
  * to differences[0..count-2]. count: 2 .. 4; values finite. */
 void big_integer_set_differences(big_integer *differences, const double *values, int count);
-/* result = a + b, respectively a - b; result is neither a nor b. */
-void big_integer_add(big_integer *result, const big_integer *a, const big_integer *b);
-void big_integer_subtract(big_integer *result, const big_integer *a, const big_integer *b);
+/* result = a + factor b; factor: 1 or -1; result is neither a nor b. */
+void big_integer_add(big_integer *result, const big_integer *a, const big_integer *b, int factor);
 /* result = a b; result is neither a nor b. */
 void big_integer_multiply(big_integer *result, const big_integer *a, const big_integer *b);
 

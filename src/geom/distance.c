@@ -21,12 +21,6 @@ static const double SOUND_RATIO = 0.05;
 /* [m^4] Determinants below this may have lost digits to underflow. */
 static const double DETERMINANT_MIN = 1e-280;
 
-typedef struct segment_point {
-    double parameter; /* 0 .. 1 */
-    vec3 difference;  /* point - closest */
-    double distance2;
-} segment_point;
-
 /* NaN becomes 0. */
 static inline double clamp_unit(double t) { return t > 0.0 ? (t < 1.0 ? t : 1.0) : 0.0; }
 
@@ -35,24 +29,10 @@ static inline vec3 remove_component(vec3 a, vec3 base, double inverse) {
     return vec3_add_scaled(a, base, -vec3_dot(a, base) * inverse);
 }
 
-/* Closest point of the segment from `start` along `edge` to `end`. */
-static inline segment_point closest_on_segment(vec3 point, vec3 start, vec3 end, vec3 edge,
-                                               double length2) {
-    segment_point result;
-    vec3 const offset = vec3_sub(point, start);
-    result.parameter = length2 > 0.0 ? clamp_unit(vec3_dot(offset, edge) / length2) : 0.0;
-    if (result.parameter >= 1.0)
-        result.difference = vec3_sub(point, end);
-    else
-        result.difference = vec3_add_scaled(offset, edge, -result.parameter);
-    result.distance2 = vec3_norm2(result.difference);
-    return result;
-}
-
 /* The foot of the point on the triangle's plane with base corner a, longest edge u and other edge
  * v; false unless it lies strictly inside. Coordinates: foot = a + s u + t v. */
-static inline bool find_interior_foot(vec3 offset, vec3 u, vec3 v, double u_length2, double foot[2],
-                                      vec3 *difference) {
+static inline bool compute_interior_foot(vec3 offset, vec3 u, vec3 v, double u_length2,
+                                         double foot[2], vec3 *difference) {
     if (!(u_length2 > 0.0)) return false;
     double const inverse = 1.0 / u_length2;
     vec3 const v_normal = remove_component(v, u, inverse);
@@ -83,8 +63,8 @@ static closest_points closest_on_any_triangle(const vec3 points[4]) {
 
     closest_points result = {.weights = {1.0, 0.0, 0.0, 0.0}};
     double foot[2];
-    if (find_interior_foot(vec3_sub(p, corner[a]), edge[a], vec3_neg(edge[c]), length2[a], foot,
-                           &result.difference)) {
+    if (compute_interior_foot(vec3_sub(p, corner[a]), edge[a], vec3_neg(edge[c]), length2[a], foot,
+                              &result.difference)) {
         result.weights[1 + a] = -(1.0 - (foot[0] + foot[1]));
         result.weights[1 + b] = -foot[0];
         result.weights[1 + c] = -foot[1];
@@ -92,27 +72,30 @@ static closest_points closest_on_any_triangle(const vec3 points[4]) {
         return result;
     }
     /* Outside, or no area: the nearest of the three edges. */
-    int best = 0;
-    segment_point nearest = closest_on_segment(p, corner[0], corner[1], edge[0], length2[0]);
-    for (int k = 1; k < 3; k++) {
-        segment_point const other =
-            closest_on_segment(p, corner[k], corner[k == 2 ? 0 : k + 1], edge[k], length2[k]);
-        if (other.distance2 < nearest.distance2) {
-            nearest = other;
-            best = k;
-        }
+    int nearest = 0;
+    double parameter = 0.0; /* of the closest point on that edge */
+    for (int k = 0; k < 3; k++) {
+        vec3 const offset = vec3_sub(p, corner[k]);
+        double const t =
+            length2[k] > 0.0 ? clamp_unit(vec3_dot(offset, edge[k]) / length2[k]) : 0.0;
+        vec3 const difference = t >= 1.0 ? vec3_sub(p, corner[k == 2 ? 0 : k + 1])
+                                         : vec3_add_scaled(offset, edge[k], -t);
+        double const distance2 = vec3_norm2(difference);
+        if (k > 0 && !(distance2 < result.distance2)) continue;
+        nearest = k;
+        parameter = t;
+        result.difference = difference;
+        result.distance2 = distance2;
     }
-    result.weights[1 + best] = -(1.0 - nearest.parameter);
-    result.weights[1 + (best == 2 ? 0 : best + 1)] = -nearest.parameter;
-    result.difference = nearest.difference;
-    result.distance2 = nearest.distance2;
+    result.weights[1 + nearest] = -(1.0 - parameter);
+    result.weights[1 + (nearest == 2 ? 0 : nearest + 1)] = -parameter;
     return result;
 }
 
 /* A sound triangle a, a + u, a + v by Ericson's regions; products: u.u, u.v, v.v, u.q, v.q of the
  * offset q. One division. Out: foot = a + s u + t v. */
-static inline void find_foot_by_region(const double products[5], double determinant,
-                                       double foot[2]) {
+static inline void compute_foot_by_region(const double products[5], double determinant,
+                                          double foot[2]) {
     double const uu = products[0], uv = products[1], vv = products[2];
     double const a_u = products[3], a_v = products[4]; /* u and v times p - a, p - b, p - c */
     double const b_u = a_u - uu, b_v = a_v - uv, c_u = a_u - uv, c_v = a_v - vv;
@@ -148,7 +131,7 @@ closest_points closest_vertex_triangle(const vec3 points[4]) {
     if (!(determinant > SOUND_RATIO * longer2 * longer2 && determinant > DETERMINANT_MIN))
         return closest_on_any_triangle(points);
     double foot[2];
-    find_foot_by_region(products, determinant, foot);
+    compute_foot_by_region(products, determinant, foot);
     double const sum = foot[0] + foot[1];
     closest_points result = {.weights = {1.0, sum < 1.0 ? -(1.0 - sum) : -0.0, -foot[0], -foot[1]}};
     if (foot[0] >= 1.0)
@@ -164,8 +147,8 @@ closest_points closest_vertex_triangle(const vec3 points[4]) {
 /* Parameters (s, t) of the closest points a + s u and b + t v; offset = b - a, |u| >= |v|. Exact
  * minimum of the convex quadratic on the unit square: the free t, clamped; the best s for it; and
  * where that had to be clamped, the best t for that s. */
-static inline void find_edge_parameters(vec3 offset, vec3 u, vec3 v, double u_length2,
-                                        double v_length2, double parameters[2]) {
+static inline void compute_edge_parameters(vec3 offset, vec3 u, vec3 v, double u_length2,
+                                           double v_length2, double parameters[2]) {
     double s = 0.0, t = 0.0;
     if (u_length2 > 0.0) {
         double const inverse = 1.0 / u_length2;
@@ -184,34 +167,30 @@ static inline void find_edge_parameters(vec3 offset, vec3 u, vec3 v, double u_le
     parameters[1] = t;
 }
 
-/* The same for edges well apart in direction, by the normal equations. */
-static inline void find_sound_edge_parameters(vec3 offset, vec3 u, vec3 v, const double products[3],
-                                              double determinant, double parameters[2]) {
-    double const uu = products[0], uv = products[1], vv = products[2];
-    double const u_q = vec3_dot(u, offset), v_q = vec3_dot(v, offset);
-    double const t = clamp_unit((uv * u_q - uu * v_q) / determinant);
-    double const s_free = (u_q + uv * t) / uu, s = clamp_unit(s_free);
-    parameters[0] = s;
-    parameters[1] = s != s_free ? clamp_unit((uv * s - v_q) / vv) : t;
-}
-
 closest_points closest_edge_edge(const vec3 points[4]) {
     vec3 const first = vec3_sub(points[1], points[0]), second = vec3_sub(points[3], points[2]);
     vec3 const offset = vec3_sub(points[2], points[0]);
     double const products[3] = {vec3_norm2(first), vec3_dot(first, second), vec3_norm2(second)};
     double const determinant = products[0] * products[2] - products[1] * products[1];
-    double at[2], s, t;
-    bool const is_swapped = products[0] < products[2];
-    bool const is_sound =
-        determinant > SOUND_RATIO * products[0] * products[2] && determinant > DETERMINANT_MIN;
-    if (is_sound)
-        find_sound_edge_parameters(offset, first, second, products, determinant, at);
-    else if (is_swapped)
-        find_edge_parameters(vec3_neg(offset), second, first, products[2], products[0], at);
-    else
-        find_edge_parameters(offset, first, second, products[0], products[2], at);
-    s = !is_sound && is_swapped ? at[1] : at[0];
-    t = !is_sound && is_swapped ? at[0] : at[1];
+    double s, t;
+    if (determinant > SOUND_RATIO * products[0] * products[2] && determinant > DETERMINANT_MIN) {
+        /* well apart in direction: the normal equations */
+        double const uu = products[0], uv = products[1], vv = products[2];
+        double const u_q = vec3_dot(first, offset), v_q = vec3_dot(second, offset);
+        t = clamp_unit((uv * u_q - uu * v_q) / determinant);
+        double const s_free = (u_q + uv * t) / uu;
+        s = clamp_unit(s_free);
+        if (s != s_free) t = clamp_unit((uv * s - v_q) / vv);
+    } else { /* the longer edge is the base */
+        bool const is_swapped = products[0] < products[2];
+        double at[2];
+        if (is_swapped)
+            compute_edge_parameters(vec3_neg(offset), second, first, products[2], products[0], at);
+        else
+            compute_edge_parameters(offset, first, second, products[0], products[2], at);
+        s = at[is_swapped ? 1 : 0];
+        t = at[is_swapped ? 0 : 1];
+    }
     /* From the corner itself where a parameter is at its end, so that the difference is exact. */
     bool const at_end_first = s >= 1.0, at_end_second = t >= 1.0;
     closest_points result = {.weights = {1.0 - s, s, -(1.0 - t), -t}};

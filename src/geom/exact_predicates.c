@@ -34,31 +34,25 @@ static int sign_exact_2d(const double *a, const double *b, const double *c) {
         big_integer_set_differences(difference[axis], (double[]){a[axis], b[axis], c[axis]}, 3);
     big_integer_multiply(&left, &difference[0][0], &difference[1][1]);
     big_integer_multiply(&right, &difference[1][0], &difference[0][1]);
-    big_integer_subtract(&determinant, &left, &right);
+    big_integer_add(&determinant, &left, &right, -1);
     return determinant.sign;
-}
-
-/* result = (x[i] y[j] - x[j] y[i]) z */
-static void multiply_minor(big_integer *result, big_integer difference[3][3], int i, int j,
-                           const big_integer *z) {
-    big_integer left, right, minor;
-    big_integer_multiply(&left, &difference[0][i], &difference[1][j]);
-    big_integer_multiply(&right, &difference[0][j], &difference[1][i]);
-    big_integer_subtract(&minor, &left, &right);
-    big_integer_multiply(result, &minor, z);
 }
 
 static int sign_exact_3d(const double *a, const double *b, const double *c, const double *d) {
-    big_integer difference[3][3], term[3], partial, determinant; /* difference[axis][b, c, d] */
+    big_integer difference[3][3], left, right, minor, term[3], partial; /* difference[axis][bcd] */
     for (int axis = 0; axis < 3; axis++)
         big_integer_set_differences(difference[axis],
                                     (double[]){a[axis], b[axis], c[axis], d[axis]}, 4);
-    multiply_minor(&term[0], difference, 1, 2, &difference[2][0]);
-    multiply_minor(&term[1], difference, 2, 0, &difference[2][1]);
-    multiply_minor(&term[2], difference, 0, 1, &difference[2][2]);
-    big_integer_add(&partial, &term[0], &term[1]);
-    big_integer_add(&determinant, &partial, &term[2]);
-    return determinant.sign;
+    for (int k = 0; k < 3; k++) { /* term[k] = (x[i] y[j] - x[j] y[i]) z[k] */
+        int const i = (k + 1) % 3, j = (k + 2) % 3;
+        big_integer_multiply(&left, &difference[0][i], &difference[1][j]);
+        big_integer_multiply(&right, &difference[0][j], &difference[1][i]);
+        big_integer_add(&minor, &left, &right, -1);
+        big_integer_multiply(&term[k], &minor, &difference[2][k]);
+    }
+    big_integer_add(&partial, &term[0], &term[1], 1);
+    big_integer_add(&left, &partial, &term[2], 1);
+    return left.sign;
 }
 
 int orient2d_sign(const double a[2], const double b[2], const double c[2], size_t *exact_count) {

@@ -93,7 +93,7 @@ static moment_sums add_up(const body_survey *survey, mass_distribution where) {
     return sums;
 }
 
-static vec3 find_reference(tulle_mesh_view mesh) {
+static vec3 choose_reference(tulle_mesh_view mesh) {
     vec3 least = vec3_load(mesh.positions, mesh.triangles[0]), most = least;
     for (size_t i = 0; i < 3 * mesh.triangle_count; i++) {
         vec3 const x = vec3_load(mesh.positions, mesh.triangles[i]);
@@ -184,7 +184,7 @@ static void find_pieces(body_survey *survey) {
 }
 
 /* How often the other pieces wind around vertex `point`, which names its piece. */
-static double find_winding(const body_survey *survey, uint32_t point) {
+static double compute_winding(const body_survey *survey, uint32_t point) {
     vec3 const x = vec3_load(survey->mesh.positions, point);
     bool is_near = false;
     for (size_t v = 0; v < survey->mesh.vertex_count && !is_near; v++)
@@ -207,7 +207,7 @@ static double find_winding(const body_survey *survey, uint32_t point) {
 }
 
 static tulle_status check_piece(const body_survey *survey, uint32_t piece) {
-    bool const is_inside = find_winding(survey, piece) > 0.5;
+    bool const is_inside = compute_winding(survey, piece) > 0.5;
     bool const is_cavity = !(survey->volumes[piece] > 0.0);
     if (is_inside == is_cavity) return TULLE_OK;
     return error_set(survey->error, TULLE_ERROR_INVALID_MESH,
@@ -296,7 +296,7 @@ static quaternion make_rotation(vec3 x, vec3 y) {
 }
 
 /* Principal moments, ascending, and axes of a body with the covariance c about its centre. */
-static void find_principal_axes(const double c[6], mass_properties *result) {
+static void compute_principal_axes(const double c[6], mass_properties *result) {
     double const trace = c[0] + c[3] + c[5];
     double a[3][3] = {
         {trace - c[0], -c[1], -c[2]}, {-c[1], trace - c[3], -c[4]}, {-c[2], -c[4], trace - c[5]}};
@@ -327,7 +327,7 @@ tulle_status mass_properties_find(memory *heap, tulle_mesh_view mesh, mass_distr
     if (mesh.triangle_count == 0)
         return error_set(error, TULLE_ERROR_INVALID_MESH, "%s: a body needs triangles", name);
     body_survey survey = {
-        .mesh = mesh, .name = name, .reference = find_reference(mesh), .error = error};
+        .mesh = mesh, .name = name, .reference = choose_reference(mesh), .error = error};
     if (where == MASS_IN_VOLUME) {
         tulle_status const status = check_solid(heap, &survey);
         if (status != TULLE_OK) return status;
@@ -339,7 +339,7 @@ tulle_status mass_properties_find(memory *heap, tulle_mesh_view mesh, mass_distr
                              shift.y * shift.y, shift.y * shift.z, shift.z * shift.z};
     for (int i = 0; i < 6; i++) sums.second[i] -= m * lever[i];
     *result = (mass_properties){.measure = m, .centre = vec3_add(survey.reference, shift)};
-    find_principal_axes(sums.second, result);
+    compute_principal_axes(sums.second, result);
     vec3 const moments = result->moments;
     if (m > 0.0 && isfinite(moments.z) && moments.x > LEAST_MOMENT_SHARE * moments.z)
         return TULLE_OK;
