@@ -30,16 +30,12 @@ typedef struct surface_set {
                                       besides what the ranges exclude; null: all */
 } surface_set;
 
-static inline bool surface_is_awake_body(const surface_range *range) {
-    return range->is_body && !range->is_asleep;
-}
-
 /* Whether features of two surfaces, or of one surface twice, are paired where both are present. */
 static inline bool surfaces_may_meet(const surface_set *set, size_t a, size_t b) {
     const surface_range *const first = &set->surfaces[a], *const second = &set->surfaces[b];
-    if (first->is_obstacle && second->is_obstacle &&
-        (a == b || !(surface_is_awake_body(first) || surface_is_awake_body(second))))
-        return false;
+    bool const has_awake_body =
+        (first->is_body && !first->is_asleep) || (second->is_body && !second->is_asleep);
+    if (first->is_obstacle && second->is_obstacle && (a == b || !has_awake_body)) return false;
     if (a == b && first->ignores_self) return false;
     return !set->collides || set->collides[a * set->surface_count + b];
 }

@@ -52,7 +52,7 @@ static tulle_detect_surface get_surface(const tulle_detect_def *def, size_t s) {
 
 /* Separations of all pairs of surfaces, and what trees and patches must know of them, rounded
  * upward. */
-static void find_separations(tulle_detector *detector, const tulle_detect_def *def) {
+static void compute_separations(tulle_detector *detector, const tulle_detect_def *def) {
     size_t const count = detector->set.surface_count;
     for (size_t a = 0; a < count; a++)
         for (size_t b = 0; b < count; b++) {
@@ -103,7 +103,7 @@ static void fill_parts(tulle_detector *detector, const tulle_detect_def *def) {
             detector->vertex_surface[v] = (uint32_t)s;
     }
     if (def->collides) memcpy(detector->collides, def->collides, count * count);
-    find_separations(detector, def);
+    compute_separations(detector, def);
 }
 
 static tulle_status make_parts(tulle_detector *detector, const tulle_detect_def *def,

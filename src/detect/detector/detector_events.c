@@ -29,7 +29,7 @@ static vec3 scale_exponent(vec3 a, int exponent) {
 }
 
 /* Exponent of the largest coordinate of 8 points; 0 when they need no scaling. */
-static int find_exponent(const local_pair *pair) {
+static int compute_exponent(const local_pair *pair) {
     double most = 0.0;
     for (int k = 0; k < 4; k++) {
         vec3 const a = pair->start[k], b = pair->end[k];
@@ -42,7 +42,7 @@ static int find_exponent(const local_pair *pair) {
 }
 
 static void scale_pair(local_pair *pair) {
-    int const exponent = find_exponent(pair);
+    int const exponent = compute_exponent(pair);
     if (exponent == 0) return;
     pair->exponent += exponent;
     for (int k = 0; k < 4; k++) {
@@ -67,15 +67,15 @@ static local_pair load_local_pair(const detector_pass *pass, const uint32_t vert
 }
 
 /* Unit a x b, or zero where they are parallel but for rounding. */
-static vec3 find_unit_normal(vec3 a, vec3 b) {
+static vec3 compute_unit_normal(vec3 a, vec3 b) {
     vec3 const normal = vec3_cross(vec3_normalize(a), vec3_normalize(b));
     return vec3_norm(normal) > LEAST_SINE ? vec3_normalize(normal) : vec3_make(0.0, 0.0, 0.0);
 }
 
-static vec3 find_common_normal(feature_kind kind, const vec3 points[4]) {
+static vec3 compute_common_normal(feature_kind kind, const vec3 points[4]) {
     if (kind == FEATURE_VERTEX_TRIANGLE)
-        return find_unit_normal(vec3_sub(points[2], points[1]), vec3_sub(points[3], points[1]));
-    return find_unit_normal(vec3_sub(points[1], points[0]), vec3_sub(points[3], points[2]));
+        return compute_unit_normal(vec3_sub(points[2], points[1]), vec3_sub(points[3], points[1]));
+    return compute_unit_normal(vec3_sub(points[1], points[0]), vec3_sub(points[3], points[2]));
 }
 
 /* sum w[i] x[i] */
@@ -87,9 +87,9 @@ static vec3 combine(const double weights[4], const vec3 points[4]) {
 
 /* The common normal of touching features, to the side from which the first comes: by where its
  * closest point was at the start, else by where it goes. */
-static vec3 find_touching_normal(feature_kind kind, const local_pair *pair, const vec3 points[4],
-                                 const double weights[4]) {
-    vec3 const normal = find_common_normal(kind, points);
+static vec3 compute_touching_normal(feature_kind kind, const local_pair *pair, const vec3 points[4],
+                                    const double weights[4]) {
+    vec3 const normal = compute_common_normal(kind, points);
     double const height = vec3_dot(normal, combine(weights, pair->start));
     if (fabs(height) > TOUCHING_DISTANCE) return height < 0.0 ? vec3_neg(normal) : normal;
     double const later = vec3_dot(normal, combine(weights, pair->end));
@@ -108,7 +108,7 @@ static void fill_place(feature_kind kind, const local_pair *pair, tulle_detect_e
     for (int k = 0; k < 4; k++) event->weights[k] = closest.weights[k];
     vec3 const normal = distance > TOUCHING_DISTANCE * extent
                             ? vec3_scale(closest.difference, 1.0 / distance)
-                            : find_touching_normal(kind, pair, points, closest.weights);
+                            : compute_touching_normal(kind, pair, points, closest.weights);
     vec3_store(event->normal, 0, normal);
     event->distance = pair->exponent == 0 ? distance : ldexp(distance, pair->exponent);
 }

@@ -57,7 +57,7 @@ void detector_destroy_stages(tulle_detector *detector) {
 }
 
 /* Stage 5. Labels of patches whose inner pairs need no search. */
-static tulle_status find_patches(tulle_detector *detector, detector_pass *pass) {
+static tulle_status prepare_patches(tulle_detector *detector, detector_pass *pass) {
     detector->labels = NULL;
     if (!detector->patches) return TULLE_OK;
     const tulle_detect_def *const def = &detector->def;
@@ -137,7 +137,7 @@ static void count_work(const tulle_detector *detector, detector_pass *pass) {
 static tulle_status run_stages(tulle_detector *detector, detector_pass *pass) {
     tulle_detect_statistics *const statistics = &pass->statistics;
     double const began = timer_now();
-    tulle_status status = find_patches(detector, pass);
+    tulle_status status = prepare_patches(detector, pass);
     double const patched = timer_now();
     statistics->patch_seconds = patched - began;
     if (status != TULLE_OK) return status;

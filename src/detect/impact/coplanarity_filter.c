@@ -12,7 +12,7 @@ typedef struct moving_vector {
     vec3 start, end;
 } moving_vector;
 
-static moving_vector find_difference(const moving_pair *pair, int a, int b) {
+static moving_vector make_difference(const moving_pair *pair, int a, int b) {
     return (moving_vector){vec3_sub(pair->start[a], pair->start[b]),
                            vec3_sub(pair->end[a], pair->end[b])};
 }
@@ -25,9 +25,9 @@ static double larger_component(double most, vec3 a) {
 
 bool pair_cannot_cross(feature_kind kind, const moving_pair *pair) {
     bool const is_vertex_triangle = kind == FEATURE_VERTEX_TRIANGLE;
-    moving_vector const offset = find_difference(pair, 0, is_vertex_triangle ? 1 : 2);
-    moving_vector const u = find_difference(pair, is_vertex_triangle ? 2 : 1, is_vertex_triangle);
-    moving_vector const v = find_difference(pair, 3, is_vertex_triangle ? 1 : 2);
+    moving_vector const offset = make_difference(pair, 0, is_vertex_triangle ? 1 : 2);
+    moving_vector const u = make_difference(pair, is_vertex_triangle ? 2 : 1, is_vertex_triangle);
+    moving_vector const v = make_difference(pair, 3, is_vertex_triangle ? 1 : 2);
     double most = larger_component(larger_component(0.0, offset.start), offset.end);
     most = larger_component(larger_component(most, u.start), u.end);
     most = larger_component(larger_component(most, v.start), v.end);

@@ -92,8 +92,8 @@ tulle_status narrow_phase_start(narrow_phase *narrow, const narrow_phase_input *
     return TULLE_OK;
 }
 
-static void find_records(const pair_tables *tables, feature_kind kind, uint32_t first,
-                         uint32_t second, uint32_t records[4]) {
+static void get_records(const pair_tables *tables, feature_kind kind, uint32_t first,
+                        uint32_t second, uint32_t records[4]) {
     if (kind == FEATURE_VERTEX_TRIANGLE) {
         records[0] = tables->vertex_corners[first];
         memcpy(records + 1, tables->triangle_corners + 3 * (size_t)second, 3 * sizeof *records);
@@ -105,26 +105,26 @@ static void find_records(const pair_tables *tables, feature_kind kind, uint32_t 
 
 static void load_pair(const pair_tables *tables, feature_kind kind, uint32_t first, uint32_t second,
                       moving_pair *pair, uint32_t records[4]) {
-    find_records(tables, kind, first, second, records);
+    get_records(tables, kind, first, second, records);
     for (int k = 0; k < 4; k++) {
         pair->start[k] = vec3_load(tables->records[records[k]].start, 0);
         pair->end[k] = vec3_load(tables->records[records[k]].end, 0);
     }
 }
 
-static double find_separation(const narrow_phase_input *input, feature_kind kind,
-                              const uint32_t records[4]) {
+static double get_separation(const narrow_phase_input *input, feature_kind kind,
+                             const uint32_t records[4]) {
     if (!input->vertex_surface) return input->separations[0];
     size_t const a = input->vertex_surface[records[0]];
     size_t const b = input->vertex_surface[records[kind == FEATURE_EDGE_EDGE ? 2 : 1]];
     return input->separations[a * input->set->surface_count + b];
 }
 
-static double find_slot_separation(const narrow_phase *narrow, const pair_tables *tables,
-                                   feature_kind kind, uint32_t first, uint32_t second) {
+static double get_slot_separation(const narrow_phase *narrow, const pair_tables *tables,
+                                  feature_kind kind, uint32_t first, uint32_t second) {
     uint32_t records[4] = {0};
-    if (narrow->input.vertex_surface) find_records(tables, kind, first, second, records);
-    return find_separation(&narrow->input, kind, records);
+    if (narrow->input.vertex_surface) get_records(tables, kind, first, second, records);
+    return get_separation(&narrow->input, kind, records);
 }
 
 /* Edges in ascending order of their features, so that results do not depend on the tree. */
@@ -179,7 +179,7 @@ static void test_odd_pair(narrow_phase *narrow, const pair_tables *tables, const
     impact_result result = {.first = pairs->first[index], .second = pairs->second[index]};
     uint32_t records[4];
     load_pair(tables, pairs->kind, result.first, result.second, &pair, records);
-    double const separation = find_separation(&narrow->input, pairs->kind, records);
+    double const separation = get_separation(&narrow->input, pairs->kind, records);
     if (pair_stays_apart(pairs->kind, &pair, separation)) return;
     own->counts.pooled_count++;
     own->counts.tested_count++;
@@ -200,7 +200,7 @@ static slot_pairs take_part(const narrow_phase *narrow, const pair_tables *table
                               narrow->has_separation ? own->separations : NULL};
     for (size_t i = 0; narrow->has_separation && i < pairs.count; i++)
         own->separations[i] =
-            find_slot_separation(narrow, tables, batch->kind, pairs.first[i], pairs.second[i]);
+            get_slot_separation(narrow, tables, batch->kind, pairs.first[i], pairs.second[i]);
     return pairs;
 }
 

@@ -33,39 +33,6 @@ typedef struct gap_corners {
     bool is_finite;
 } gap_corners;
 
-static double max_component(double most, vec3 a) {
-    most = fabs(a.x) > most ? fabs(a.x) : most;
-    most = fabs(a.y) > most ? fabs(a.y) : most;
-    return fabs(a.z) > most ? fabs(a.z) : most;
-}
-
-/* x - x is zero for finite x and NaN otherwise. */
-static bool all_finite(vec3 a) { return (a.x - a.x) + (a.y - a.y) + (a.z - a.z) == 0.0; }
-
-static void scale_corners(gap_corners *corners, double separation) {
-    double most = 0.0;
-    corners->is_finite = true;
-    for (int k = 0; k < corners->count; k++) {
-        most = max_component(max_component(most, corners->start[k]), corners->end[k]);
-        corners->is_finite =
-            corners->is_finite && all_finite(corners->start[k]) && all_finite(corners->end[k]);
-    }
-    corners->scale = 1.0;
-    if (corners->is_finite && (most > MOST_UNSCALED || (most < LEAST_UNSCALED && most > 0.0))) {
-        int exponent;
-        frexp(most, &exponent);
-        if (exponent < -1000) exponent = -1000;
-        corners->scale = ldexp(1.0, -exponent);
-        for (int k = 0; k < corners->count; k++) {
-            corners->start[k] = vec3_scale(corners->start[k], corners->scale);
-            corners->end[k] = vec3_scale(corners->end[k], corners->scale);
-        }
-    }
-    corners->separation = separation * corners->scale;
-    if (separation > 0.0)
-        corners->separation = corners->separation * SEPARATION_FACTOR + UNDERFLOW_ERROR;
-}
-
 static gap_corners make_gap_corners(feature_kind kind, const moving_pair *pair, double separation) {
     gap_corners corners;
     if (kind == FEATURE_VERTEX_TRIANGLE) {
@@ -82,7 +49,32 @@ static gap_corners make_gap_corners(feature_kind kind, const moving_pair *pair, 
             corners.end[k] = vec3_sub(pair->end[k / 2], pair->end[2 + k % 2]);
         }
     }
-    scale_corners(&corners, separation);
+
+    /* Scale them to about 1 by a power of two. */
+    double most = 0.0;
+    corners.is_finite = true;
+    for (int k = 0; k < corners.count; k++) {
+        vec3 const start = corners.start[k], end = corners.end[k];
+        double const parts[6] = {start.x, start.y, start.z, end.x, end.y, end.z};
+        for (int i = 0; i < 6; i++) {
+            if (fabs(parts[i]) > most) most = fabs(parts[i]);
+            corners.is_finite = corners.is_finite && parts[i] - parts[i] == 0.0;
+        }
+    }
+    corners.scale = 1.0;
+    if (corners.is_finite && (most > MOST_UNSCALED || (most < LEAST_UNSCALED && most > 0.0))) {
+        int exponent;
+        frexp(most, &exponent);
+        if (exponent < -1000) exponent = -1000;
+        corners.scale = ldexp(1.0, -exponent);
+        for (int k = 0; k < corners.count; k++) {
+            corners.start[k] = vec3_scale(corners.start[k], corners.scale);
+            corners.end[k] = vec3_scale(corners.end[k], corners.scale);
+        }
+    }
+    corners.separation = separation * corners.scale;
+    if (separation > 0.0)
+        corners.separation = corners.separation * SEPARATION_FACTOR + UNDERFLOW_ERROR;
     return corners;
 }
 
@@ -118,7 +110,7 @@ static double bound_gap(vec3 w, vec3 d, double separation) {
 
 /* Does direction w keep the features apart at time t? Then all times up to *closing are safe;
  * *closing > 1 when no gap closes. False also where anything is not a number. */
-static bool find_closing(const gap_corners *corners, vec3 w, double t, double *closing) {
+static bool compute_closing(const gap_corners *corners, vec3 w, double t, double *closing) {
     double first_closing = 2.0;
     for (int k = 0; k < corners->count; k++) {
         double const gap0 = bound_gap(w, corners->start[k], corners->separation);
@@ -138,22 +130,18 @@ static bool find_closing(const gap_corners *corners, vec3 w, double t, double *c
     return true;
 }
 
-/* The common normal of both features, exact where the closest points are too near to say more. */
-static vec3 find_common_normal(feature_kind kind, const vec3 points[4]) {
-    vec3 const normal =
+/* compute_closing along the closest direction, else along the common normal of both features either
+ * way: that is exact where the closest points are too near to say more. */
+static bool compute_closing_nearby(feature_kind kind, const gap_corners *corners,
+                                   const vec3 points[4], vec3 difference, double t,
+                                   double *closing) {
+    if (compute_closing(corners, make_direction(difference), t, closing)) return true;
+    vec3 const normal = make_direction(
         kind == FEATURE_VERTEX_TRIANGLE
             ? vec3_cross(vec3_sub(points[2], points[1]), vec3_sub(points[3], points[1]))
-            : vec3_cross(vec3_sub(points[1], points[0]), vec3_sub(points[3], points[2]));
-    return make_direction(normal);
-}
-
-/* find_closing along the closest direction, else along the common normal either way. */
-static bool find_closing_nearby(feature_kind kind, const gap_corners *corners, const vec3 points[4],
-                                vec3 difference, double t, double *closing) {
-    if (find_closing(corners, make_direction(difference), t, closing)) return true;
-    vec3 const normal = find_common_normal(kind, points);
-    return find_closing(corners, normal, t, closing) ||
-           find_closing(corners, vec3_neg(normal), t, closing);
+            : vec3_cross(vec3_sub(points[1], points[0]), vec3_sub(points[3], points[2])));
+    return compute_closing(corners, normal, t, closing) ||
+           compute_closing(corners, vec3_neg(normal), t, closing);
 }
 
 static toi_result make_result(toi_state state, double lower_bound, closest_points closest,
@@ -161,13 +149,6 @@ static toi_result make_result(toi_state state, double lower_bound, closest_point
     closest.difference = vec3_scale(closest.difference, 1.0 / scale);
     closest.distance2 = vec3_norm2(closest.difference);
     return (toi_result){.state = state, .lower_bound = lower_bound, .closest = closest};
-}
-
-/* The excess over the separation at which advancement stops. */
-static double find_hit_tolerance(double excess, double separation) {
-    double const part = separation > 0.0 ? HIT_PART_OF_START : HIT_PART_OF_START_TOUCHING;
-    double const least = fmax(HIT_PART_OF_SEPARATION * separation, part * excess);
-    return fmin(least, HIT_PART_OF_START_MOST * excess);
 }
 
 toi_result time_of_impact(feature_kind kind, const moving_pair *pair, double separation) {
@@ -178,10 +159,13 @@ toi_result time_of_impact(feature_kind kind, const moving_pair *pair, double sep
     double t = 0.0;
     if (!corners.is_finite) return make_result(TOI_TOUCHING_AT_START, t, closest, corners.scale);
     double const excess = sqrt(closest.distance2) - corners.separation;
-    double const tolerance = find_hit_tolerance(excess, corners.separation);
+    /* Advancement stops where no more than this is left of the excess. */
+    double const part = corners.separation > 0.0 ? HIT_PART_OF_START : HIT_PART_OF_START_TOUCHING;
+    double const tolerance = fmin(fmax(HIT_PART_OF_SEPARATION * corners.separation, part * excess),
+                                  HIT_PART_OF_START_MOST * excess);
     for (int round = 0; round < MAX_ADVANCES; round++) {
         double closing;
-        if (!find_closing_nearby(kind, &corners, points, closest.difference, t, &closing)) {
+        if (!compute_closing_nearby(kind, &corners, points, closest.difference, t, &closing)) {
             toi_state const state = round == 0 ? TOI_TOUCHING_AT_START : TOI_HIT;
             return make_result(state, t, closest, corners.scale);
         }
@@ -198,55 +182,48 @@ toi_result time_of_impact(feature_kind kind, const moving_pair *pair, double sep
     return make_result(TOI_UNRESOLVED, t, closest, corners.scale);
 }
 
-/* All gaps along w exceed the separation at both ends, hence in between. */
-static bool separates_throughout(const gap_corners *corners, vec3 w) {
-    for (int k = 0; k < corners->count; k++) {
-        if (!(bound_gap(w, corners->start[k], corners->separation) > 0.0)) return false;
-        if (!(bound_gap(w, corners->end[k], corners->separation) > 0.0)) return false;
-    }
-    return true;
-}
+apart_proof prove_apart(feature_kind kind, const moving_pair *pair, double separation) {
+    gap_corners const corners = make_gap_corners(kind, pair, separation);
+    if (!corners.is_finite) return APART_UNPROVEN;
+    double const s = corners.separation;
 
-/* An axis separates them at both ends. A rounded difference that exceeds the rounded-up separation
- * does so exactly. */
-static bool axis_separates_throughout(const gap_corners *corners) {
-    vec3 least = corners->start[0], most = corners->start[0];
-    for (int k = 0; k < 2 * corners->count; k++) {
-        vec3 const d = k < corners->count ? corners->start[k] : corners->end[k - corners->count];
+    /* An axis separates them at both ends. A rounded difference that exceeds the rounded-up
+     * separation does so exactly. */
+    vec3 least = corners.start[0], most = corners.start[0];
+    for (int k = 0; k < 2 * corners.count; k++) {
+        vec3 const d = k < corners.count ? corners.start[k] : corners.end[k - corners.count];
         least = (vec3){d.x < least.x ? d.x : least.x, d.y < least.y ? d.y : least.y,
                        d.z < least.z ? d.z : least.z};
         most = (vec3){d.x > most.x ? d.x : most.x, d.y > most.y ? d.y : most.y,
                       d.z > most.z ? d.z : most.z};
     }
-    double const s = corners->separation;
-    return least.x > s || least.y > s || least.z > s || most.x < -s || most.y < -s || most.z < -s;
-}
+    if (least.x > s || least.y > s || least.z > s || most.x < -s || most.y < -s || most.z < -s)
+        return APART_BY_DIRECTION;
 
-/* The middle coefficient is the mean of two bounds, whose sum has the sign of the exact one; the
- * others are gaps along n0 at the start and along n1 at the end. |n(t)| <= 1 up to rounding. */
-static bool turning_direction_separates(const gap_corners *corners, vec3 n0, vec3 n1) {
-    double const s = corners->separation;
-    for (int k = 0; k < corners->count; k++) {
-        vec3 const start = corners->start[k], end = corners->end[k];
-        if (!(bound_gap(n0, start, s) > 0.0) || !(bound_gap(n1, end, s) > 0.0)) return false;
-        if (!(bound_gap(n0, end, s) + bound_gap(n1, start, s) > 0.0)) return false;
-    }
-    return true;
-}
-
-apart_proof prove_apart(feature_kind kind, const moving_pair *pair, double separation) {
-    gap_corners const corners = make_gap_corners(kind, pair, separation);
-    if (!corners.is_finite) return APART_UNPROVEN;
-    if (axis_separates_throughout(&corners)) return APART_BY_DIRECTION;
-    vec3 directions[2];
+    /* One direction, the closest one at either end: all gaps along it exceed the separation at both
+     * ends, hence in between. */
+    vec3 n[2];
     for (int end = 0; end < 2; end++) {
         vec3 points[4];
         place_points(kind, &corners, (double)end, points);
-        directions[end] = make_direction(closest_of_pair(kind, points).difference);
-        if (separates_throughout(&corners, directions[end])) return APART_BY_DIRECTION;
+        n[end] = make_direction(closest_of_pair(kind, points).difference);
+        bool separates = true;
+        for (int k = 0; k < corners.count && separates; k++)
+            separates = bound_gap(n[end], corners.start[k], s) > 0.0 &&
+                        bound_gap(n[end], corners.end[k], s) > 0.0;
+        if (separates) return APART_BY_DIRECTION;
     }
-    return turning_direction_separates(&corners, directions[0], directions[1]) ? APART_BY_TURNING
-                                                                               : APART_UNPROVEN;
+
+    /* The direction that turns from the one to the other. Its middle coefficient is the mean of two
+     * bounds, whose sum has the sign of the exact one; the others are gaps along n[0] at the start
+     * and along n[1] at the end. |n(t)| <= 1 up to rounding. */
+    for (int k = 0; k < corners.count; k++) {
+        vec3 const start = corners.start[k], end = corners.end[k];
+        if (!(bound_gap(n[0], start, s) > 0.0) || !(bound_gap(n[1], end, s) > 0.0) ||
+            !(bound_gap(n[0], end, s) + bound_gap(n[1], start, s) > 0.0))
+            return APART_UNPROVEN;
+    }
+    return APART_BY_TURNING;
 }
 
 bool pair_stays_apart(feature_kind kind, const moving_pair *pair, double separation) {

@@ -41,10 +41,6 @@ bool triangle_faces_axis(const vec3 start[3], const vec3 end[3], vec3 axis, doub
     return true;
 }
 
-size_t contour_scratch_size(size_t vertex_count) {
-    return vertex_count * sizeof(planar_path) + planar_contour_scratch_size(vertex_count);
-}
-
 contour_proof prove_contour(const contour *boundary, size_t max_tests, void *scratch) {
     size_t const count = boundary->vertex_count;
     if (count < 3) return CONTOUR_UNPROVEN;

@@ -17,46 +17,37 @@ enum {
 
 /* ---- creation ---- */
 
-/* Fills in the neighbours of all triangles. edge_counts: triangles around each edge. */
-static void join_triangles(kept_patches *patches, const uint32_t *edge_counts) {
-    const topology *const topo = patches->topo;
-    for (size_t i = 0; i < 3 * topo->triangle_count; i++) {
-        uint32_t const edge = topo->triangle_edges[i], own = (uint32_t)(i / 3);
-        const uint32_t *const both = topo->edge_triangles + 2 * (size_t)edge;
-        uint32_t const other = both[0] == own ? both[1] : both[0];
-        patches->neighbours[i] = NEIGHBOUR_BARRED;
-        if (edge_counts[edge] > 2) continue;
-        patches->neighbours[i] = other;
-        if (other == NEIGHBOUR_NONE) continue;
-        /* the other one must run along the edge the other way */
-        uint32_t const from = topo->triangles[i];
-        for (size_t k = 0; k < 3; k++) {
-            if (topo->triangle_edges[3 * (size_t)other + k] == edge &&
-                topo->triangles[3 * (size_t)other + k] == from)
-                patches->neighbours[i] = NEIGHBOUR_BARRED;
-        }
-    }
-}
-
 tulle_status kept_patches_create(memory *heap, const surface_set *set, kept_patches **result) {
     kept_patches *const patches = memory_allocate_zeroed(heap, 1, sizeof *patches);
     if (!patches) return TULLE_ERROR_OUT_OF_MEMORY;
-    size_t const count = set->topo->triangle_count;
+    const topology *const topo = set->topo;
+    size_t const count = topo->triangle_count;
     patches->heap = heap;
-    patches->topo = set->topo;
+    patches->topo = topo;
     patches->neighbours = memory_allocate_zeroed(heap, 3 * count, sizeof(uint32_t));
     patches->triangle_surface = memory_allocate_zeroed(heap, count, sizeof(uint32_t));
     patches->labels = memory_allocate_zeroed(heap, count, sizeof(uint32_t));
     patches->version = 1;
-    size_t const edge_count = set->topo->edge_count;
+    size_t const edge_count = topo->edge_count;
     uint32_t *const edge_counts = memory_allocate_zeroed(heap, edge_count, sizeof(uint32_t));
     if (!patches->neighbours || !patches->triangle_surface || !patches->labels || !edge_counts) {
         memory_release(heap, edge_counts, edge_count * sizeof(uint32_t));
         kept_patches_destroy(patches);
         return TULLE_ERROR_OUT_OF_MEMORY;
     }
-    for (size_t i = 0; i < 3 * count; i++) edge_counts[set->topo->triangle_edges[i]]++;
-    join_triangles(patches, edge_counts);
+
+    /* Neighbours across edges with two triangles that run along them in opposite ways. */
+    for (size_t i = 0; i < 3 * count; i++) edge_counts[topo->triangle_edges[i]]++;
+    for (size_t i = 0; i < 3 * count; i++) {
+        uint32_t const edge = topo->triangle_edges[i], own = (uint32_t)(i / 3);
+        const uint32_t *const both = topo->edge_triangles + 2 * (size_t)edge;
+        uint32_t const other = both[0] == own ? both[1] : both[0];
+        patches->neighbours[i] = edge_counts[edge] > 2 ? NEIGHBOUR_BARRED : other;
+        if (edge_counts[edge] > 2 || other == NEIGHBOUR_NONE) continue;
+        for (size_t k = 3 * (size_t)other; k < 3 * (size_t)other + 3; k++)
+            if (topo->triangle_edges[k] == edge && topo->triangles[k] == topo->triangles[i])
+                patches->neighbours[i] = NEIGHBOUR_BARRED;
+    }
     memory_release(heap, edge_counts, edge_count * sizeof(uint32_t));
     for (uint32_t s = 0; s < set->surface_count; s++)
         for (size_t i = set->surfaces[s].triangle_begin; i < set->surfaces[s].triangle_end; i++)
@@ -65,7 +56,7 @@ tulle_status kept_patches_create(memory *heap, const surface_set *set, kept_patc
     return TULLE_OK;
 }
 
-static void release_patches(kept_patches *patches) {
+void release_patches(kept_patches *patches) {
     memory *const heap = patches->heap;
     ARRAY_FREE(heap, &patches->patches);
     ARRAY_FREE(heap, &patches->triangles);
@@ -92,12 +83,6 @@ void kept_patches_destroy(kept_patches *patches) {
 void kept_patches_keep_room(kept_patches *patches, arena *scratch) {
     release_cones(patches);
     patches->scratch = scratch;
-}
-
-void let_patches_go(kept_patches *patches) {
-    drop_patches(patches);
-    if (!patches->scratch) release_patches(patches);
-    schedule_retry(&patches->schedule);
 }
 
 void drop_patches(kept_patches *patches) {
@@ -229,22 +214,6 @@ static tulle_status mend_patches(kept_patches *patches, const growth_input *inpu
     return TULLE_OK;
 }
 
-/* Grows patches where much is isolated, from time to time. */
-static tulle_status grow_isolated(kept_patches *patches, const growth_input *input,
-                                  patch_counts *counts, bool *has_grown) {
-    cover const before = measure_cover(patches, input->step->set);
-    uint64_t const isolated = before.meeting > before.covered ? before.meeting - before.covered : 0;
-    if (isolated < input->minimum || !is_growth_due(patches, isolated, before.meeting))
-        return TULLE_OK;
-    *has_grown = true;
-    uint64_t const looked_at = counts->grown_triangle_count;
-    tulle_status const status = grow_kept_patches(patches, input, counts);
-    if (status != TULLE_OK) return status;
-    uint64_t const gained = measure_cover(patches, input->step->set).covered - before.covered;
-    pay_growth(&patches->schedule, counts->grown_triangle_count - looked_at, isolated, gained);
-    return TULLE_OK;
-}
-
 /* Grows patches over everything. */
 static tulle_status grow_first(kept_patches *patches, const growth_input *input,
                                patch_counts *counts) {
@@ -279,11 +248,24 @@ static tulle_status keep_patches(kept_patches *patches, const growth_input *inpu
         if (status != TULLE_OK) return status;
         check_patches(patches, input->step, input->rules);
         status = mend_patches(patches, input, counts);
-        if (status == TULLE_OK) status = grow_isolated(patches, input, counts, &has_grown);
+        if (status != TULLE_OK) return status;
+
+        /* Grow patches from time to time, where much is isolated. */
+        cover const before = measure_cover(patches, set);
+        uint64_t const isolated =
+            before.meeting > before.covered ? before.meeting - before.covered : 0;
+        if (isolated >= input->minimum && is_growth_due(patches, isolated, before.meeting)) {
+            has_grown = true;
+            uint64_t const looked_at = counts->grown_triangle_count;
+            status = grow_kept_patches(patches, input, counts);
+            if (status != TULLE_OK) return status;
+            pay_growth(schedule, counts->grown_triangle_count - looked_at, isolated,
+                       measure_cover(patches, set).covered - before.covered);
+        }
         if (has_grown || counts->split_count > 0) schedule->has_changed = 1;
 
         /* Merge again from time to time, where patches were cut or grown since. */
-        if (status == TULLE_OK && has_certificate && is_merging_due(patches)) {
+        if (has_certificate && is_merging_due(patches)) {
             uint64_t const looked_at = counts->grown_triangle_count;
             uint64_t const dead = schedule->dead_triangle_count;
             status = reserve_growth(patches);

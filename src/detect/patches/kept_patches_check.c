@@ -21,10 +21,6 @@ bool surface_has_patches(const surface_set *set, uint32_t surface) {
     return set->surfaces[surface].is_present && surfaces_may_meet(set, surface, surface);
 }
 
-size_t check_scratch_size(size_t loop_count) {
-    return loop_count * sizeof(planar_path) + planar_contour_scratch_size(loop_count);
-}
-
 double project_patch(kept_patches *patches, const kept_patch *patch, const patch_step *step,
                      size_t begin, size_t end) {
     planar_map const map = planar_map_make(
@@ -125,7 +121,7 @@ tulle_status prepare_checks(kept_patches *patches, int threads) {
         begin = i + 1;
         triangle_count = 0;
     }
-    patches->scratch_stride = (check_scratch_size(longest) + 63) / 64 * 64;
+    patches->scratch_stride = (contour_scratch_size(longest) + 63) / 64 * 64;
     patches->contour_scratch.count = 0;
     if (!ARRAY_RESERVE(patches->heap, &patches->contour_scratch,
                        patches->scratch_stride * (size_t)threads))

@@ -71,8 +71,8 @@ void reset_schedule(kept_patches *patches);
 /* Begins a call: judges by the last search whether patches in use pay, and lets them go otherwise.
  * edge_count: of all boundaries. */
 void judge_last_search(kept_patches *patches, uint64_t edge_count);
-/* Patches have been let go: says when they are tried again. */
-void schedule_retry(patch_schedule *schedule);
+/* Lets patches go until the next try, and gives back what they took. */
+void let_patches_go(kept_patches *patches);
 bool is_growth_due(const kept_patches *patches, uint64_t isolated, uint64_t meeting);
 bool pay_repair(patch_schedule *schedule, uint64_t triangle_count);
 bool is_merging_due(const kept_patches *patches);
@@ -117,11 +117,10 @@ struct kept_patches {
     int worker_count;
 };
 
-/* A whole patch checked at once, by one thread. scratch: for a contour of the patch. */
+/* Checks a whole patch at once, by one thread. scratch: contour_scratch_size bytes for a contour of
+ * loop_count vertices. */
 patch_verdict check_patch(kept_patches *patches, const kept_patch *patch, const patch_step *step,
                           const patch_rules *rules, void *scratch);
-/* [bytes] scratch of check_patch for a boundary of that many vertices. */
-size_t check_scratch_size(size_t loop_count);
 /* Whether triangles begin .. end - 1 of a patch keep within max_angle of its axis. */
 bool patch_faces_axis(const kept_patches *patches, const kept_patch *patch, const patch_step *step,
                       double max_angle, size_t begin, size_t end);
@@ -131,8 +130,8 @@ double project_patch(kept_patches *patches, const kept_patch *patch, const patch
 
 /* Leaves no patches. */
 void drop_patches(kept_patches *patches);
-/* Until the next try, and gives back what they took. */
-void let_patches_go(kept_patches *patches);
+/* Frees what patches took, and the scratch of growth. */
+void release_patches(kept_patches *patches);
 
 /* Prepares tasks and scratch after patches have changed. */
 tulle_status prepare_checks(kept_patches *patches, int threads);
@@ -172,9 +171,8 @@ tulle_status repair_patch(kept_patches *patches, const growth_input *input, uint
 /* Its triangles become isolated. */
 void dissolve_patch(kept_patches *patches, uint32_t index);
 /* patch_staging.c */
-/* Allocates scratch of growth but for cones and limits, and these, when there is none. */
+/* Allocates scratch of growth but for cones and limits, when there is none. */
 tulle_status reserve_growth(kept_patches *patches);
-tulle_status reserve_cones(kept_patches *patches);
 /* Frees cones and limits, and all of it. */
 void release_cones(kept_patches *patches);
 void release_growth(kept_patches *patches);

@@ -57,7 +57,7 @@ static void take_in(kept_patches *patches, uint32_t triangle, uint32_t label) {
 
 static bool is_free(const kept_patches *patches, uint32_t triangle) {
     return patches->labels[triangle] == PATCH_ISOLATED &&
-           normal_cone_is_valid(patches->growth.cones[triangle]);
+           patches->growth.cones[triangle].half_angle >= 0.0;
 }
 
 size_t spread_patch(kept_patches *patches, const patch_rules *rules, uint32_t seed, uint32_t label,
@@ -117,7 +117,7 @@ tulle_status stage_and_check(kept_patches *patches, const growth_input *input, s
     if (status != TULLE_OK) return status;
     patches->contour_scratch.count = 0;
     if (!ARRAY_RESERVE(patches->heap, &patches->contour_scratch,
-                       check_scratch_size(patch->loop_count)))
+                       contour_scratch_size(patch->loop_count)))
         return TULLE_ERROR_OUT_OF_MEMORY;
     patch->verdict = is_one ? check_patch(patches, patch, input->step, input->rules,
                                           patches->contour_scratch.data)
@@ -211,7 +211,7 @@ static double compute_limit(const vec3 start[3], const vec3 end[3], const patch_
     return fmin(acos(cosine) - LIMIT_SLACK, rules->max_angle);
 }
 
-static void make_cones(void *context, size_t begin, size_t end, size_t chunk, int worker) {
+static void compute_cones(void *context, size_t begin, size_t end, size_t chunk, int worker) {
     (void)chunk, (void)worker;
     const cone_run *const run = context;
     kept_patches *const patches = run->patches;
@@ -236,13 +236,24 @@ static void make_cones(void *context, size_t begin, size_t end, size_t chunk, in
 
 tulle_status grow_kept_patches(kept_patches *patches, const growth_input *input,
                                patch_counts *counts) {
-    tulle_status status = reserve_growth(patches);
-    if (status == TULLE_OK) status = reserve_cones(patches);
-    if (status != TULLE_OK) return status;
-    patches->version++;
+    growth_scratch *const growth = &patches->growth;
+    memory *const heap = patches->heap;
+    arena *const scratch = patches->scratch;
     size_t const triangle_count = patches->topo->triangle_count;
+    size_t const cone_bytes = triangle_count * sizeof *growth->cones;
+    size_t const limit_bytes = triangle_count * sizeof *growth->limits;
+    tulle_status status = reserve_growth(patches);
+    if (status != TULLE_OK) return status;
+    if (!growth->cones)
+        growth->cones =
+            scratch ? arena_allocate(scratch, 1, cone_bytes) : memory_allocate(heap, cone_bytes);
+    if (!growth->limits)
+        growth->limits =
+            scratch ? arena_allocate(scratch, 1, limit_bytes) : memory_allocate(heap, limit_bytes);
+    if (!growth->cones || !growth->limits) return TULLE_ERROR_OUT_OF_MEMORY;
+    patches->version++;
     cone_run run = {patches, input};
-    parallel_for(triangle_count, CONE_CHUNK, input->step->threads, make_cones, &run);
+    parallel_for(triangle_count, CONE_CHUNK, input->step->threads, compute_cones, &run);
     uint64_t looked_at = 0, kept = 0;
     for (uint32_t seed = 0; seed < triangle_count; seed++) {
         if (!is_free(patches, seed)) continue;

@@ -51,7 +51,10 @@ void kept_patches_tell_search(kept_patches *patches, uint64_t pair_count, uint64
     schedule->is_told = 1;
 }
 
-void schedule_retry(patch_schedule *schedule) {
+void let_patches_go(kept_patches *patches) {
+    patch_schedule *const schedule = &patches->schedule;
+    drop_patches(patches);
+    if (!patches->scratch) release_patches(patches);
     if (schedule->call_count - schedule->grown_at >= RETRY_WAIT_MIN)
         schedule->retry_wait = RETRY_WAIT_MIN;
     schedule->is_off = 1;

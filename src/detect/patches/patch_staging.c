@@ -35,21 +35,6 @@ void release_growth(kept_patches *patches) {
     growth->queue = growth->local = growth->stamps = growth->next = NULL;
 }
 
-tulle_status reserve_cones(kept_patches *patches) {
-    growth_scratch *const growth = &patches->growth;
-    size_t const count = patches->topo->triangle_count;
-    size_t const cone_bytes = count * sizeof *growth->cones;
-    size_t const limit_bytes = count * sizeof *growth->limits;
-    arena *const scratch = patches->scratch;
-    if (!growth->cones)
-        growth->cones = scratch ? arena_allocate(scratch, 1, cone_bytes)
-                                : memory_allocate(patches->heap, cone_bytes);
-    if (!growth->limits)
-        growth->limits = scratch ? arena_allocate(scratch, 1, limit_bytes)
-                                 : memory_allocate(patches->heap, limit_bytes);
-    return growth->cones && growth->limits ? TULLE_OK : TULLE_ERROR_OUT_OF_MEMORY;
-}
-
 void release_cones(kept_patches *patches) {
     growth_scratch *const growth = &patches->growth;
     size_t const count = patches->topo->triangle_count;

@@ -19,7 +19,7 @@ typedef struct growth {
     uint32_t *labels;
 } growth;
 
-static void find_cones(void *context, size_t begin, size_t end, size_t chunk, int worker) {
+static void compute_cones(void *context, size_t begin, size_t end, size_t chunk, int worker) {
     (void)chunk, (void)worker;
     const growth *const work = context;
     const patch_surface *const surface = work->surface;
@@ -82,7 +82,7 @@ tulle_status grow_patches(const patch_surface *surface, const patch_settings *se
                    .queue = ARENA_NEW(scratch, uint32_t, count),
                    .labels = labels};
     if (!list->cones || !work.cones || !work.queue) return TULLE_ERROR_OUT_OF_MEMORY;
-    parallel_for(count, CONE_CHUNK, settings->threads, find_cones, &work);
+    parallel_for(count, CONE_CHUNK, settings->threads, compute_cones, &work);
     for (size_t i = 0; i < count; i++) labels[i] = PATCH_ISOLATED;
     for (size_t i = 0; i < count; i++) {
         if (!is_free(&work, i)) continue;

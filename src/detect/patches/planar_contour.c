@@ -53,37 +53,8 @@ static size_t count_leaves(size_t count) {
     return leaf_count;
 }
 
-size_t planar_contour_scratch_size(size_t count) {
-    return 2 * count_leaves(count) * sizeof(planar_box);
-}
-
-static void build_boxes(contour_sweep *sweep) {
-    double const reach = sweep->reach;
-    for (size_t i = 0; i < sweep->leaf_count; i++) {
-        planar_box *const box = &sweep->boxes[sweep->leaf_count + i];
-        *box = (planar_box){{DBL_MAX, DBL_MAX}, {-DBL_MAX, -DBL_MAX}};
-        if (i >= sweep->count) continue;
-        const planar_path *const a = &sweep->points[i];
-        const planar_path *const b = &sweep->points[i + 1 < sweep->count ? i + 1 : 0];
-        const double *const sides[2][2] = {{a->x, b->x}, {a->y, b->y}};
-        for (int k = 0; k < 2; k++) {
-            double low = sides[k][0][0], high = low;
-            for (int corner = 1; corner < 4; corner++) {
-                double const at = sides[k][corner / 2][corner % 2];
-                low = at < low ? at : low;
-                high = at > high ? at : high;
-            }
-            box->low[k] = low - reach;
-            box->high[k] = high + reach;
-        }
-    }
-    for (size_t i = sweep->leaf_count - 1; i > 0; i--) {
-        const planar_box *const a = &sweep->boxes[2 * i], *const b = a + 1;
-        for (int k = 0; k < 2; k++) {
-            sweep->boxes[i].low[k] = a->low[k] < b->low[k] ? a->low[k] : b->low[k];
-            sweep->boxes[i].high[k] = a->high[k] > b->high[k] ? a->high[k] : b->high[k];
-        }
-    }
+size_t contour_scratch_size(size_t vertex_count) {
+    return vertex_count * sizeof(planar_path) + 2 * count_leaves(vertex_count) * sizeof(planar_box);
 }
 
 /* Whether direction (x, y), the same at all times, keeps edge a, b before edge c, d by more than
@@ -123,10 +94,11 @@ static bool are_apart(const planar_path *a, const planar_path *b, const planar_p
     return false;
 }
 
-/* Whether the angle at v between edges to a and b stays over a right one: dot(a - v, b - v) < 0,
- * whose error by displacements is at most 2 r (|a - v| + |b - v|) + 4 r^2. */
-static bool stays_obtuse(const planar_path *a, const planar_path *v, const planar_path *b,
+/* Edges a, v and v, b meet only at v. */
+static bool meet_only_at(const planar_path *a, const planar_path *v, const planar_path *b,
                          double reach) {
+    /* The angle at v stays over a right one: dot(a - v, b - v) < 0, whose error by displacements is
+     * at most 2 r (|a - v| + |b - v|) + 4 r^2. */
     double ux[2], uy[2], wx[2], wy[2], length[2];
     for (int k = 0; k < 2; k++) {
         ux[k] = a->x[k] - v->x[k], uy[k] = a->y[k] - v->y[k];
@@ -135,15 +107,11 @@ static bool stays_obtuse(const planar_path *a, const planar_path *v, const plana
     }
     double const second = 4.0 * reach * reach;
     double const mixed = 0.5 * ((ux[0] * wx[1] + uy[0] * wy[1]) + (ux[1] * wx[0] + uy[1] * wy[0]));
-    return -(ux[0] * wx[0] + uy[0] * wy[0]) > 2.0 * reach * length[0] + second &&
-           -mixed > reach * (length[0] + length[1]) + second &&
-           -(ux[1] * wx[1] + uy[1] * wy[1]) > 2.0 * reach * length[1] + second;
-}
-
-/* Edges a, v and v, b meet only at v. */
-static bool meet_only_at(const planar_path *a, const planar_path *v, const planar_path *b,
-                         double reach) {
-    if (stays_obtuse(a, v, b, reach) || compute_turn_sign(v, a, b, reach) != 0) return true;
+    if (-(ux[0] * wx[0] + uy[0] * wy[0]) > 2.0 * reach * length[0] + second &&
+        -mixed > reach * (length[0] + length[1]) + second &&
+        -(ux[1] * wx[1] + uy[1] * wy[1]) > 2.0 * reach * length[1] + second)
+        return true;
+    if (compute_turn_sign(v, a, b, reach) != 0) return true;
     for (int i = 0; i < 2; i++) { /* or one fixed direction keeps a ahead of v and b behind it */
         double const x = a->x[i] - b->x[i], y = a->y[i] - b->y[i];
         double const gap_min = 2.0 * reach * bound_length(x, y);
@@ -214,6 +182,31 @@ contour_proof prove_planar_contour(const planar_path *points, size_t count, doub
                            .reach = reach,
                            .boxes = scratch,
                            .tests_left = max_tests};
-    build_boxes(&sweep);
+
+    /* Boxes of the edges over the whole step, and of runs of them. */
+    for (size_t i = 0; i < sweep.leaf_count; i++) {
+        planar_box *const box = &sweep.boxes[sweep.leaf_count + i];
+        *box = (planar_box){{DBL_MAX, DBL_MAX}, {-DBL_MAX, -DBL_MAX}};
+        if (i >= count) continue;
+        const planar_path *const a = &points[i], *const b = &points[i + 1 < count ? i + 1 : 0];
+        const double *const sides[2][2] = {{a->x, b->x}, {a->y, b->y}};
+        for (int k = 0; k < 2; k++) {
+            double low = sides[k][0][0], high = low;
+            for (int corner = 1; corner < 4; corner++) {
+                double const at = sides[k][corner / 2][corner % 2];
+                low = at < low ? at : low;
+                high = at > high ? at : high;
+            }
+            box->low[k] = low - reach;
+            box->high[k] = high + reach;
+        }
+    }
+    for (size_t i = sweep.leaf_count - 1; i > 0; i--) {
+        const planar_box *const a = &sweep.boxes[2 * i], *const b = a + 1;
+        for (int k = 0; k < 2; k++) {
+            sweep.boxes[i].low[k] = a->low[k] < b->low[k] ? a->low[k] : b->low[k];
+            sweep.boxes[i].high[k] = a->high[k] > b->high[k] ? a->high[k] : b->high[k];
+        }
+    }
     return edges_stay_apart(&sweep) ? CONTOUR_SWEPT : CONTOUR_UNPROVEN;
 }

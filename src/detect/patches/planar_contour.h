@@ -9,10 +9,10 @@
 #include <stdint.h>
 
 /* Points in the order of the polygon, at least 3; the last is joined to the first. reach: the
- * planar reach of all of them, > 0. scratch: planar_contour_scratch_size(count) bytes, 8-byte
- * aligned. Star-shaped and counterclockwise about its middle, or without contact of any two of its
- * edges; at most max_tests pairs of boxes and edges are looked at. */
-size_t planar_contour_scratch_size(size_t count);
+ * planar reach of all of them, > 0. scratch: as many of the contour_scratch_size(count) bytes as
+ * the points themselves do not take, 8-byte aligned. Star-shaped and counterclockwise about its
+ * middle, or without contact of any two of its edges; at most max_tests pairs of boxes and edges
+ * are looked at. */
 contour_proof prove_planar_contour(const planar_path *points, size_t count, double reach,
                                    size_t max_tests, void *scratch);
 

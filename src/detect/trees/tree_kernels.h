@@ -95,7 +95,7 @@ static inline uint32_t count_groups(const tree_leaf *leaf) {
     return 1 + count_edge_groups(leaf) + (leaf->vertex_end - leaf->vertex_begin > FACE_VERTICES);
 }
 /* [floats] Where the block of a leaf begins, among those of all leaves. */
-static inline size_t find_block_begin(const tree_leaf *leaf, size_t leaf_number) {
+static inline size_t compute_block_begin(const tree_leaf *leaf, size_t leaf_number) {
     return LEAF_HEADER * leaf_number + GROUP_FLOATS * (size_t)leaf->group_begin;
 }
 

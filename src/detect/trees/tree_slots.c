@@ -193,12 +193,6 @@ static bool list_corners(const dealer *deal) {
     return true;
 }
 
-static uint32_t *allocate_unset(memory *heap, size_t count) {
-    uint32_t *const items = memory_allocate(heap, (count + 1) * sizeof *items);
-    for (size_t i = 0; items && i < count; i++) items[i] = TULLE_NONE;
-    return items;
-}
-
 tulle_status assign_even_slots(broad_phase *broad, const surface_set *set, uint32_t surface) {
     const surface_range *const range = &set->surfaces[surface];
     surface_tree *const tree = &broad->trees[surface];
@@ -206,33 +200,32 @@ tulle_status assign_even_slots(broad_phase *broad, const surface_set *set, uint3
     size_t const vertices = range->vertex_end - range->vertex_begin;
     size_t const edges = range->edge_end - range->edge_begin;
     size_t const triangles = range->triangle_end - range->triangle_begin;
+    size_t const owner_count = 2 * vertices + edges + triangles;
+    size_t const owner_bytes = (owner_count + 1) * sizeof(uint32_t);
+    uint32_t *const owners = memory_allocate(heap, owner_bytes);
+    if (!owners) return TULLE_ERROR_OUT_OF_MEMORY;
+    for (size_t i = 0; i < owner_count; i++) owners[i] = TULLE_NONE;
     dealer deal = {.broad = broad,
                    .topo = set->topo,
                    .range = range,
                    .leaves = broad->leaves + tree->leaf_begin,
                    .leaf_begin = tree->leaf_begin,
                    .leaf_count = tree->leaf_count,
-                   .triangle_leaf = allocate_unset(heap, triangles),
-                   .vertex_leaf = allocate_unset(heap, vertices),
-                   .edge_leaf = allocate_unset(heap, edges),
-                   .vertex_slot = allocate_unset(heap, vertices)};
-    bool has_room = deal.triangle_leaf && deal.vertex_leaf && deal.edge_leaf && deal.vertex_slot;
-    if (has_room) {
-        deal_features(&deal);
-        fill_slots(&deal);
-        join_leaves(&deal);
-        /* leaves with the highest number of neighbours are not counted */
-        tree->near_pair_count = tree->leaf_count;
-        for (uint32_t l = 0; l < tree->leaf_count; l++) {
-            const uint32_t *const neighbours = deal.leaves[l].neighbours;
-            for (size_t i = 0; i < LEAF_NEIGHBOURS && neighbours[i] != 0; i++)
-                tree->near_pair_count += neighbours[0] != LEAF_ANY;
-        }
-        has_room = list_corners(&deal) && mask_leaves(broad, tree) == TULLE_OK;
+                   .triangle_leaf = owners,
+                   .edge_leaf = owners + triangles,
+                   .vertex_leaf = owners + triangles + edges,
+                   .vertex_slot = owners + triangles + edges + vertices};
+    deal_features(&deal);
+    fill_slots(&deal);
+    join_leaves(&deal);
+    /* pairs of a leaf that neighbours any other are not counted */
+    tree->near_pair_count = tree->leaf_count;
+    for (uint32_t l = 0; l < tree->leaf_count; l++) {
+        const uint32_t *const neighbours = deal.leaves[l].neighbours;
+        for (size_t i = 0; i < LEAF_NEIGHBOURS && neighbours[i] != 0; i++)
+            tree->near_pair_count += neighbours[0] != LEAF_ANY;
     }
-    memory_release(heap, deal.triangle_leaf, (triangles + 1) * sizeof(uint32_t));
-    memory_release(heap, deal.vertex_leaf, (vertices + 1) * sizeof(uint32_t));
-    memory_release(heap, deal.edge_leaf, (edges + 1) * sizeof(uint32_t));
-    memory_release(heap, deal.vertex_slot, (vertices + 1) * sizeof(uint32_t));
+    bool const has_room = list_corners(&deal) && mask_leaves(broad, tree) == TULLE_OK;
+    memory_release(heap, owners, owner_bytes);
     return has_room ? TULLE_OK : TULLE_ERROR_OUT_OF_MEMORY;
 }

@@ -48,16 +48,11 @@ static tree_box make_triangle_box(const broad_phase *broad, const topology *topo
     return box;
 }
 
-/* Twice the centre of a box. */
-static double double_centre(const tree_box *box, int axis) {
-    return (double)box->low[axis] + (double)box->high[axis];
-}
-
 /* Counts a box in. */
 static void grid_include(voxel_grid *grid, const tree_box *box) {
     double size = 0.0;
     for (int k = 0; k < 3; k++) {
-        double const centre = double_centre(box, k);
+        double const centre = (double)box->low[k] + (double)box->high[k]; /* doubled */
         if (grid->count == 0 || centre < grid->low[k]) grid->low[k] = centre;
         if (grid->count == 0 || centre > grid->high[k]) grid->high[k] = centre;
         size = fmax(size, (double)box->high[k] - (double)box->low[k]);
@@ -81,7 +76,8 @@ static uint32_t choose_voxel(const voxel_grid *grid, const tree_box *box) {
     uint32_t const last = (1U << grid->bits) - 1;
     uint32_t code = 0;
     for (int k = 0; k < 3; k++) {
-        double const cell = (double_centre(box, k) - grid->low[k]) * grid->inv_edge;
+        double const centre = (double)box->low[k] + (double)box->high[k];
+        double const cell = (centre - grid->low[k]) * grid->inv_edge;
         uint32_t bits = cell < (double)last ? (uint32_t)cell : last;
         bits = (bits | bits << 16) & 0x030000ffU; /* bit b moves to bit 3 b */
         bits = (bits | bits << 8) & 0x0300f00fU;
@@ -123,24 +119,6 @@ typedef struct voxel_build {
 static uint32_t get_group(const voxel_build *build, uint32_t triangle) {
     if (!build->labels || build->labels[triangle] == 0) return 0;
     return build->labels[triangle] - build->label_min + 1;
-}
-
-/* Makes empty groups, as many as the labels need. */
-static bool prepare_groups(voxel_build *build) {
-    broad_phase *const broad = build->broad;
-    uint32_t label_max = 0;
-    build->label_min = UINT32_MAX;
-    for (uint32_t i = 0; build->labels && i < build->triangle_count; i++) {
-        uint32_t const label = build->labels[build->triangle_begin + i];
-        if (label > label_max) label_max = label;
-        if (label != 0 && label < build->label_min) build->label_min = label;
-    }
-    size_t const count = label_max == 0 ? 1 : (size_t)(label_max - build->label_min) + 2;
-    broad->voxel_groups.count = 0;
-    if (!ARRAY_RESERVE(broad->heap, &broad->voxel_groups, count)) return false;
-    memset(broad->voxel_groups.data, 0, count * sizeof *broad->voxel_groups.data);
-    broad->voxel_groups.count = count;
-    return true;
 }
 
 /* The box of the centres of a group. */
@@ -209,27 +187,24 @@ static void sort_triangles(voxel_build *build) {
 
 /* ---- leaves and nodes ---- */
 
-/* Group and voxel of a triangle in the sorted list. */
-static uint64_t make_code(const voxel_build *build, uint32_t index) {
-    uint32_t const triangle = (uint32_t)build->keys[index];
-    return (uint64_t)get_group(build, triangle) << 32 | build->keys[index] >> 32;
-}
-
 /* Runs of one voxel of one group, at most LEAF_TRIANGLES long; their codes go to `spare`. */
 static void build_leaves(voxel_build *build) {
     broad_phase *const broad = build->broad;
     surface_tree *const tree = build->tree;
     uint32_t const first = build->triangle_begin, count = build->triangle_count;
-    for (uint32_t i = 0; i < count; i++)
-        broad->triangles.features[first + i] = (uint32_t)build->keys[i];
-    for (uint32_t begin = 0, end; begin < count; begin = end) {
-        uint64_t const code = make_code(build, begin);
-        end = begin + 1;
-        while (end < count && end - begin < LEAF_TRIANGLES && make_code(build, end) == code) end++;
-        tree_leaf *const leaf = &broad->leaves[tree->leaf_begin + tree->leaf_count];
-        leaf->triangle_begin = first + begin;
-        leaf->triangle_end = first + end;
-        build->spare[tree->leaf_count++] = code;
+    tree_leaf *leaf = NULL;
+    for (uint32_t i = 0; i < count; i++) {
+        uint32_t const triangle = (uint32_t)build->keys[i];
+        uint64_t const code = (uint64_t)get_group(build, triangle) << 32 | build->keys[i] >> 32;
+        broad->triangles.features[first + i] = triangle;
+        bool const continues = leaf && first + i - leaf->triangle_begin < LEAF_TRIANGLES &&
+                               build->spare[tree->leaf_count - 1] == code;
+        if (!continues) {
+            leaf = &broad->leaves[tree->leaf_begin + tree->leaf_count];
+            leaf->triangle_begin = first + i;
+            build->spare[tree->leaf_count++] = code;
+        }
+        leaf->triangle_end = first + i + 1;
     }
 }
 
@@ -297,8 +272,21 @@ tulle_status shape_voxel_tree(broad_phase *broad, const surface_set *set, uint32
     if (build.triangle_count == 0) return TULLE_OK;
     /* nodes that hardly any shape passes, so that the array rarely grows */
     size_t const usual_count = build.triangle_count / 4 + 64;
-    if (!prepare_groups(&build) || !ARRAY_RESERVE(broad->heap, &tree->nodes, usual_count))
-        return TULLE_ERROR_OUT_OF_MEMORY;
+    if (!ARRAY_RESERVE(broad->heap, &tree->nodes, usual_count)) return TULLE_ERROR_OUT_OF_MEMORY;
+
+    /* Empty groups, as many as the labels need. */
+    uint32_t label_max = 0;
+    build.label_min = UINT32_MAX;
+    for (uint32_t t = range->triangle_begin; build.labels && t < range->triangle_end; t++) {
+        uint32_t const label = build.labels[t];
+        if (label > label_max) label_max = label;
+        if (label != 0 && label < build.label_min) build.label_min = label;
+    }
+    size_t const count = label_max == 0 ? 1 : (size_t)(label_max - build.label_min) + 2;
+    broad->voxel_groups.count = 0;
+    if (!ARRAY_RESERVE(broad->heap, &broad->voxel_groups, count)) return TULLE_ERROR_OUT_OF_MEMORY;
+    memset(broad->voxel_groups.data, 0, count * sizeof *broad->voxel_groups.data);
+    broad->voxel_groups.count = count;
     order_groups(&build);
     sort_triangles(&build);
     build_leaves(&build);

@@ -35,9 +35,9 @@ SIMD_INLINE void measure_kind(const topology *topo, const vertex_record *records
         bool const is_vertex = kind == FEATURE_VERTEX_TRIANGLE;
         double8 feet[2], unused[2];
         double8 const at_start =
-            is_vertex ? find_vertex_distances2(start) : find_edge_distances2(start, feet);
+            is_vertex ? compute_vertex_distances2(start) : compute_edge_distances2(start, feet);
         double8 const at_end =
-            is_vertex ? find_vertex_distances2(end) : find_edge_distances2(end, unused);
+            is_vertex ? compute_vertex_distances2(end) : compute_edge_distances2(end, unused);
         store_lanes(measures->start + begin, double8_sqrt(at_start), lane_count);
         store_lanes(measures->end + begin, double8_sqrt(at_end), lane_count);
         lane_mask const ends = is_vertex ? 0 : find_ends(feet);

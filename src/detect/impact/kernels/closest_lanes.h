@@ -26,7 +26,7 @@ SIMD_INLINE bool8 at_least(double8 a, double8 b) { return bool8_not(double8_grea
 SIMD_INLINE vec3 vec3x8_get(vec3x8 a, int lane) { return (vec3){a.x[lane], a.y[lane], a.z[lane]}; }
 
 /* Thin triangles, one by one. d: vertex less corner. */
-static void find_thin_differences(const vec3x8 d[4], lane_mask lanes, vec3x8 *difference) {
+static void compute_thin_differences(const vec3x8 d[4], lane_mask lanes, vec3x8 *difference) {
     for (; lanes; lanes &= lanes - 1) {
         int const k = __builtin_ctz(lanes);
         vec3 const points[4] = {{0.0, 0.0, 0.0},
@@ -46,7 +46,7 @@ typedef struct triangle_products {
 } triangle_products;
 
 /* The foot a + f0 u + f1 v on a sound triangle by regions: find_foot_by_region. One division. */
-SIMD_INLINE void find_foot_lanes(const triangle_products *p, double8 foot[2]) {
+SIMD_INLINE void compute_foot_lanes(const triangle_products *p, double8 foot[2]) {
     double8 const uu = p->uu, uv = p->uv, vv = p->vv, a_u = p->a_u, a_v = p->a_v;
     double8 const determinant = p->determinant;
     double8 const zero = double8_fill(0.0), one = double8_fill(1.0);
@@ -84,7 +84,7 @@ typedef struct triangle_lanes {
 } triangle_lanes;
 
 /* Not of thin triangles, whose lanes go to *thin. */
-SIMD_INLINE vec3x8 find_sound_difference(const triangle_lanes *at, lane_mask *thin) {
+SIMD_INLINE vec3x8 compute_sound_difference(const triangle_lanes *at, lane_mask *thin) {
     double8 const one = double8_fill(1.0);
     vec3x8 const u = at->u, v = at->v, offset = at->from_corner[0];
     double8 const uu = vec3x8_dot(u, u), uv = vec3x8_dot(u, v), vv = vec3x8_dot(v, v);
@@ -94,7 +94,7 @@ SIMD_INLINE vec3x8 find_sound_difference(const triangle_lanes *at, lane_mask *th
                                      double8_greater(determinant, double8_fill(DETERMINANT_MIN)));
     double8 foot[2];
     triangle_products const products = {uu, uv, vv, a_u, a_v, determinant};
-    find_foot_lanes(&products, foot);
+    compute_foot_lanes(&products, foot);
     vec3x8 difference = vec3x8_add_scaled(vec3x8_add_scaled(offset, u, -foot[0]), v, -foot[1]);
     difference = vec3x8_select(at_least(foot[1], one), at->from_corner[2], difference);
     difference = vec3x8_select(at_least(foot[0], one), at->from_corner[1], difference);
@@ -103,11 +103,11 @@ SIMD_INLINE vec3x8 find_sound_difference(const triangle_lanes *at, lane_mask *th
 }
 
 /* d: vertex less each corner. */
-SIMD_INLINE closest_lanes find_closest_vertex_triangle(const vec3x8 d[4]) {
+SIMD_INLINE closest_lanes compute_closest_vertex_triangle(const vec3x8 d[4]) {
     triangle_lanes const at = {{d[0], d[1], d[2]}, vec3x8_sub(d[0], d[1]), vec3x8_sub(d[0], d[2])};
     lane_mask thin;
-    vec3x8 difference = find_sound_difference(&at, &thin);
-    if (thin) find_thin_differences(d, thin, &difference);
+    vec3x8 difference = compute_sound_difference(&at, &thin);
+    if (thin) compute_thin_differences(d, thin, &difference);
     return (closest_lanes){difference, at.u, at.v};
 }
 
@@ -116,9 +116,9 @@ SIMD_INLINE vec3x8 remove_component(vec3x8 a, vec3x8 base, double8 inverse) {
     return vec3x8_add_scaled(a, base, -vec3x8_dot(a, base) * inverse);
 }
 
-/* find_edge_parameters of geom/distance.c, for edges of any direction; |u| >= |v|. */
-SIMD_INLINE void find_edge_parameters(vec3x8 offset, vec3x8 u, vec3x8 v, double8 uu, double8 vv,
-                                      double8 parameters[2]) {
+/* compute_edge_parameters of geom/distance.c, for edges of any direction; |u| >= |v|. */
+SIMD_INLINE void compute_edge_parameters(vec3x8 offset, vec3x8 u, vec3x8 v, double8 uu, double8 vv,
+                                         double8 parameters[2]) {
     double8 const zero = double8_fill(0.0);
     bool8 const has_u = double8_greater(uu, zero);
     double8 const inverse = 1.0 / uu;
@@ -138,22 +138,22 @@ SIMD_INLINE void find_edge_parameters(vec3x8 offset, vec3x8 u, vec3x8 v, double8
 }
 
 /* The same for edges in `parallel`, the longer one as base; replaces s and t there. */
-static void find_parallel_parameters(const closest_lanes *edges, vec3x8 offset, bool8 parallel,
-                                     double8 *s, double8 *t) {
+static void compute_parallel_parameters(const closest_lanes *edges, vec3x8 offset, bool8 parallel,
+                                        double8 *s, double8 *t) {
     double8 const uu = vec3x8_dot(edges->u, edges->u), vv = vec3x8_dot(edges->v, edges->v);
     bool8 const swapped = double8_greater(vv, uu);
     double8 at[2];
-    find_edge_parameters(vec3x8_select(swapped, vec3x8_neg(offset), offset),
-                         vec3x8_select(swapped, edges->v, edges->u),
-                         vec3x8_select(swapped, edges->u, edges->v),
-                         double8_select(swapped, vv, uu), double8_select(swapped, uu, vv), at);
+    compute_edge_parameters(vec3x8_select(swapped, vec3x8_neg(offset), offset),
+                            vec3x8_select(swapped, edges->v, edges->u),
+                            vec3x8_select(swapped, edges->u, edges->v),
+                            double8_select(swapped, vv, uu), double8_select(swapped, uu, vv), at);
     *s = double8_select(parallel, double8_select(swapped, at[1], at[0]), *s);
     *t = double8_select(parallel, double8_select(swapped, at[0], at[1]), *t);
 }
 
 /* The parameters s and t of the closest points on two edges u and v; offset: from the first one's
  * first corner to the second one's. */
-SIMD_INLINE void find_edge_feet(vec3x8 offset, vec3x8 u, vec3x8 v, double8 feet[2]) {
+SIMD_INLINE void compute_edge_feet(vec3x8 offset, vec3x8 u, vec3x8 v, double8 feet[2]) {
     double8 const uu = vec3x8_dot(u, u), uv = vec3x8_dot(u, v), vv = vec3x8_dot(v, v);
     double8 const determinant = uu * vv - uv * uv;
     bool8 const is_sound = bool8_and(double8_greater(determinant, SOUND_RATIO * uu * vv),
@@ -166,14 +166,14 @@ SIMD_INLINE void find_edge_feet(vec3x8 offset, vec3x8 u, vec3x8 v, double8 feet[
     double8 t = double8_select(is_free, t_free, clamp_unit((uv * s - v_q) / vv));
     closest_lanes const edges = {.u = u, .v = v};
     lane_mask const parallel = ~bool8_bits(is_sound) & 0xff;
-    if (parallel) find_parallel_parameters(&edges, offset, bool8_not(is_sound), &s, &t);
+    if (parallel) compute_parallel_parameters(&edges, offset, bool8_not(is_sound), &s, &t);
     feet[0] = s;
     feet[1] = t;
 }
 
 /* The difference from d: corners of the first edge less those of the second, 00 01 10 11. */
-SIMD_INLINE vec3x8 find_edge_difference(const vec3x8 d[4], vec3x8 u, vec3x8 v,
-                                        const double8 feet[2]) {
+SIMD_INLINE vec3x8 compute_edge_difference(const vec3x8 d[4], vec3x8 u, vec3x8 v,
+                                           const double8 feet[2]) {
     double8 const zero = double8_fill(0.0), one = double8_fill(1.0);
     double8 const s = feet[0], t = feet[1];
     bool8 const at_end_first = at_least(s, one), at_end_second = at_least(t, one);
@@ -183,28 +183,28 @@ SIMD_INLINE vec3x8 find_edge_difference(const vec3x8 d[4], vec3x8 u, vec3x8 v,
     return vec3x8_add_scaled(difference, v, double8_select(at_end_second, zero, -t));
 }
 
-SIMD_INLINE closest_lanes find_closest_edge_edge(const vec3x8 d[4]) {
+SIMD_INLINE closest_lanes compute_closest_edge_edge(const vec3x8 d[4]) {
     vec3x8 const u = vec3x8_sub(d[2], d[0]), v = vec3x8_sub(d[0], d[1]);
     /* as closest_edge_edge finds them from points about the first one */
     const vec3x8 corners[4] = {d[0], d[1], vec3x8_add(u, d[0]), vec3x8_add(u, d[1])};
     double8 feet[2];
-    find_edge_feet(vec3x8_neg(corners[0]), u, v, feet);
-    return (closest_lanes){find_edge_difference(corners, u, v, feet), u, v};
+    compute_edge_feet(vec3x8_neg(corners[0]), u, v, feet);
+    return (closest_lanes){compute_edge_difference(corners, u, v, feet), u, v};
 }
 
-SIMD_INLINE closest_lanes find_closest(feature_kind kind, const vec3x8 d[4]) {
-    return kind == FEATURE_VERTEX_TRIANGLE ? find_closest_vertex_triangle(d)
-                                           : find_closest_edge_edge(d);
+SIMD_INLINE closest_lanes compute_closest(feature_kind kind, const vec3x8 d[4]) {
+    return kind == FEATURE_VERTEX_TRIANGLE ? compute_closest_vertex_triangle(d)
+                                           : compute_closest_edge_edge(d);
 }
 
 /* The squared distances of vertices and triangles. */
-SIMD_INLINE double8 find_vertex_distances2(const vec3x8 p[4]) {
+SIMD_INLINE double8 compute_vertex_distances2(const vec3x8 p[4]) {
     triangle_lanes const at = {
         {vec3x8_sub(p[0], p[1]), vec3x8_sub(p[0], p[2]), vec3x8_sub(p[0], p[3])},
         vec3x8_sub(p[2], p[1]),
         vec3x8_sub(p[3], p[1])};
     lane_mask thin;
-    vec3x8 const difference = find_sound_difference(&at, &thin);
+    vec3x8 const difference = compute_sound_difference(&at, &thin);
     double8 distances2 = vec3x8_dot(difference, difference);
     for (; thin; thin &= thin - 1) {
         int const k = __builtin_ctz(thin);
@@ -216,12 +216,12 @@ SIMD_INLINE double8 find_vertex_distances2(const vec3x8 p[4]) {
 }
 
 /* The same of edges, with the parameters of the closest points. */
-SIMD_INLINE double8 find_edge_distances2(const vec3x8 p[4], double8 feet[2]) {
+SIMD_INLINE double8 compute_edge_distances2(const vec3x8 p[4], double8 feet[2]) {
     const vec3x8 corners[4] = {vec3x8_sub(p[0], p[2]), vec3x8_sub(p[0], p[3]),
                                vec3x8_sub(p[1], p[2]), vec3x8_sub(p[1], p[3])};
     vec3x8 const u = vec3x8_sub(p[1], p[0]), v = vec3x8_sub(p[3], p[2]);
-    find_edge_feet(vec3x8_neg(corners[0]), u, v, feet);
-    vec3x8 const difference = find_edge_difference(corners, u, v, feet);
+    compute_edge_feet(vec3x8_neg(corners[0]), u, v, feet);
+    vec3x8 const difference = compute_edge_difference(corners, u, v, feet);
     return vec3x8_dot(difference, difference);
 }
 

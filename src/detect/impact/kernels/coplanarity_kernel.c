@@ -41,7 +41,7 @@ SIMD_INLINE lane_mask keep_lanes(const pair_tables *tables, const slot_pairs *pa
                                  size_t lane_count, feature_kind kind, slot_lanes *slots) {
     *slots = load_slots(pairs, begin, lane_count);
     record_lanes at;
-    find_records(tables, kind, slots, &at);
+    get_records(tables, kind, slots, &at);
     bool const is_vertex_triangle = kind == FEATURE_VERTEX_TRIANGLE;
     moving_lanes const offset =
         load_difference(at.points[0], at.points[is_vertex_triangle ? 1 : 2]);

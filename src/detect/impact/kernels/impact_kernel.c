@@ -20,7 +20,7 @@ typedef struct closing_lanes {
     double8 closing;  /* where is_apart: safe from `time` up to here; > 1: to the end */
 } closing_lanes;
 
-SIMD_INLINE int corner_count(feature_kind kind) { return kind == FEATURE_VERTEX_TRIANGLE ? 3 : 4; }
+SIMD_INLINE int count_corners(feature_kind kind) { return kind == FEATURE_VERTEX_TRIANGLE ? 3 : 4; }
 
 /* bound_gap */
 SIMD_INLINE double8 bound_gaps(vec3x8 w, vec3x8 d, double8 separation) {
@@ -32,10 +32,10 @@ SIMD_INLINE double8 bound_gaps(vec3x8 w, vec3x8 d, double8 separation) {
 }
 
 /* find_closing */
-SIMD_INLINE closing_lanes find_closings(const impact_lanes *lanes, vec3x8 w, feature_kind kind) {
+SIMD_INLINE closing_lanes compute_closings(const impact_lanes *lanes, vec3x8 w, feature_kind kind) {
     double8 const zero = double8_fill(0.0);
     closing_lanes found = {bool8_from_bits(0xff), bool8_from_bits(0xff), double8_fill(2.0)};
-    for (int k = 0; k < corner_count(kind); k++) {
+    for (int k = 0; k < count_corners(kind); k++) {
         double8 const gap0 = bound_gaps(w, lanes->start[k], lanes->separation);
         double8 const gap1 = bound_gaps(w, lanes->end[k], lanes->separation);
         bool8 const open0 = double8_greater(gap0, zero), open1 = double8_greater(gap1, zero);
@@ -63,13 +63,13 @@ SIMD_INLINE vec3x8 make_directions(vec3x8 a, double8 norm2, double8 norm) {
 
 SIMD_INLINE void place_corners(const impact_lanes *lanes, double8 time, feature_kind kind,
                                vec3x8 at[4]) {
-    for (int k = 0; k < corner_count(kind); k++)
+    for (int k = 0; k < count_corners(kind); k++)
         at[k] =
             vec3x8_add_scaled(lanes->start[k], vec3x8_sub(lanes->end[k], lanes->start[k]), time);
 }
 
 /* find_hit_tolerance */
-SIMD_INLINE double8 find_tolerances(double8 excess, double8 separation) {
+SIMD_INLINE double8 compute_tolerances(double8 excess, double8 separation) {
     double8 const part =
         double8_select(double8_greater(separation, double8_fill(0.0)),
                        double8_fill(HIT_PART_OF_START), double8_fill(HIT_PART_OF_START_TOUCHING));
@@ -81,9 +81,9 @@ SIMD_INLINE double8 find_tolerances(double8 excess, double8 separation) {
 SIMD_INLINE bool8 test_axes(const impact_lanes *lanes, feature_kind kind, bool8 *in_range) {
     vec3x8 least = lanes->start[0], most = lanes->start[0];
     double8 sum = double8_fill(0.0);
-    for (int k = 0; k < 2 * corner_count(kind); k++) {
+    for (int k = 0; k < 2 * count_corners(kind); k++) {
         vec3x8 const d =
-            k < corner_count(kind) ? lanes->start[k] : lanes->end[k - corner_count(kind)];
+            k < count_corners(kind) ? lanes->start[k] : lanes->end[k - count_corners(kind)];
         sum = sum + d.x + d.y + d.z; /* NaN if one is */
         least = (vec3x8){double8_min(d.x, least.x), double8_min(d.y, least.y),
                          double8_min(d.z, least.z)};
@@ -103,7 +103,7 @@ SIMD_INLINE bool8 test_axes(const impact_lanes *lanes, feature_kind kind, bool8 
 }
 
 SIMD_INLINE void load_corners(const record_lanes *records, feature_kind kind, impact_lanes *to) {
-    for (int k = 0; k < corner_count(kind); k++) {
+    for (int k = 0; k < count_corners(kind); k++) {
         bool const is_vertex_triangle = kind == FEATURE_VERTEX_TRIANGLE;
         moving_lanes const d =
             load_difference(records->points[is_vertex_triangle ? 0 : k / 2],
@@ -116,13 +116,13 @@ SIMD_INLINE void load_corners(const record_lanes *records, feature_kind kind, im
 /* Round 0: the state after it, and who is shown apart. */
 SIMD_INLINE bool8 begin_lanes(impact_lanes *lanes, feature_kind kind) {
     double8 const zero = double8_fill(0.0);
-    closest_lanes const closest = find_closest(kind, lanes->start);
+    closest_lanes const closest = compute_closest(kind, lanes->start);
     double8 const norm2 = vec3x8_dot(closest.difference, closest.difference);
     double8 const distance = double8_sqrt(norm2);
-    lanes->tolerance = find_tolerances(distance - lanes->separation, lanes->separation);
+    lanes->tolerance = compute_tolerances(distance - lanes->separation, lanes->separation);
     lanes->time = zero;
     closing_lanes const found =
-        find_closings(lanes, make_directions(closest.difference, norm2, distance), kind);
+        compute_closings(lanes, make_directions(closest.difference, norm2, distance), kind);
     lanes->time = double8_select(found.is_apart, ADVANCE_FACTOR * found.closing, zero);
     lanes->round = double8_select(found.is_apart, double8_fill(-2.0), double8_fill(-1.0));
     return found.throughout;
@@ -131,7 +131,7 @@ SIMD_INLINE bool8 begin_lanes(impact_lanes *lanes, feature_kind kind) {
 /* Calls ACTION(row of the pool, vector of the lanes) for each number of a pair. */
 #define FOR_EACH_ROW(ACTION, pool, lanes)                                                          \
     do {                                                                                           \
-        for (int k = 0; k < corner_count(kind); k++) {                                             \
+        for (int k = 0; k < count_corners(kind); k++) {                                            \
             ACTION((pool)->rows[ROW_START + 3 * k], (lanes)->start[k].x);                          \
             ACTION((pool)->rows[ROW_START + 3 * k + 1], (lanes)->start[k].y);                      \
             ACTION((pool)->rows[ROW_START + 3 * k + 2], (lanes)->start[k].z);                      \
@@ -178,7 +178,7 @@ SIMD_INLINE size_t begin_kind(const pair_tables *tables, const slot_pairs *pairs
         size_t const lane_count = rest < DOUBLE_LANES ? rest : DOUBLE_LANES;
         slot_lanes const slots = load_slots(pairs, begin, lane_count);
         record_lanes records;
-        find_records(tables, kind, &slots, &records);
+        get_records(tables, kind, &slots, &records);
         impact_lanes lanes;
         load_corners(&records, kind, &lanes);
         double8 const separation = load_separations(pairs, begin, lane_count);
@@ -214,7 +214,7 @@ static void try_normals(const impact_lanes *lanes, vec3x8 normal, feature_kind k
     vec3x8 const direction = make_directions(normal, norm2, double8_sqrt(norm2));
     for (int way = 0; way < 2; way++) {
         closing_lanes const other =
-            find_closings(lanes, way == 0 ? direction : vec3x8_neg(direction), kind);
+            compute_closings(lanes, way == 0 ? direction : vec3x8_neg(direction), kind);
         found->closing = double8_select(found->is_apart, found->closing, other.closing);
         found->is_apart = bool8_or(found->is_apart, other.is_apart);
     }
@@ -231,11 +231,11 @@ SIMD_INLINE round_end advance_lanes(impact_lanes *lanes, lane_mask active, featu
     bool8 const at_end = double8_greater(zero, lanes->round);
     vec3x8 at[4];
     place_corners(lanes, double8_select(at_end, one, lanes->time), kind, at);
-    closest_lanes const closest = find_closest(kind, at);
+    closest_lanes const closest = compute_closest(kind, at);
     double8 const norm2 = vec3x8_dot(closest.difference, closest.difference);
     double8 const distance = double8_sqrt(norm2);
     closing_lanes found =
-        find_closings(lanes, make_directions(closest.difference, norm2, distance), kind);
+        compute_closings(lanes, make_directions(closest.difference, norm2, distance), kind);
     bool8 const is_near =
         bool8_not(double8_greater(distance - lanes->separation, lanes->tolerance));
     bool8 const has_moved = double8_greater(lanes->round, zero);

@@ -44,8 +44,8 @@ typedef struct record_lanes {
     const vertex_record *points[4][DOUBLE_LANES];
 } record_lanes;
 
-SIMD_INLINE void find_records(const pair_tables *tables, feature_kind kind, const slot_lanes *slots,
-                              record_lanes *to) {
+SIMD_INLINE void get_records(const pair_tables *tables, feature_kind kind, const slot_lanes *slots,
+                             record_lanes *to) {
     const vertex_record *const records = tables->records;
     for (int k = 0; k < DOUBLE_LANES; k++) {
         if (kind == FEATURE_VERTEX_TRIANGLE) {

@@ -213,16 +213,16 @@ BOX_INLINE void pair_views(view_pair pair, const leaf_view *a, const leaf_view *
 
 /* Leaves side by side have places side by side, those of equal trees one after another have not the
  * same. */
-BOX_INLINE uint32_t find_place(const leaf_cache *cache, uint32_t leaf) {
+BOX_INLINE uint32_t choose_place(const leaf_cache *cache, uint32_t leaf) {
     return (leaf + leaf / KEPT_BLOCKS * SHIFT) & (cache->place_count - 1);
 }
 
 /* The block of a leaf, fitted unless it is there. taken: a place that stays as it is, or
  * UINT32_MAX. */
-BOX_INLINE const float *find_block(const leaf_fit *fit, leaf_cache *cache, uint32_t leaf,
-                                   uint32_t taken) {
-    if (fit->blocks) return fit->blocks + find_block_begin(&fit->leaves[leaf], leaf);
-    uint32_t place = find_place(cache, leaf);
+BOX_INLINE const float *get_block(const leaf_fit *fit, leaf_cache *cache, uint32_t leaf,
+                                  uint32_t taken) {
+    if (fit->blocks) return fit->blocks + compute_block_begin(&fit->leaves[leaf], leaf);
+    uint32_t place = choose_place(cache, leaf);
     if (cache->leaves[place] == leaf) return cache->blocks + place * cache->stride;
     if (place == taken)
         place = cache->place_count;
@@ -234,8 +234,8 @@ BOX_INLINE const float *find_block(const leaf_fit *fit, leaf_cache *cache, uint3
 }
 
 /* How pairs of two leaves of one tree that share a vertex are left out; masks: where. */
-BOX_INLINE sharing find_sharing(const leaf_tables *tables, const tree_leaf *leaf, uint32_t first,
-                                uint32_t second, const uint16_t **masks) {
+BOX_INLINE sharing choose_sharing(const leaf_tables *tables, const tree_leaf *leaf, uint32_t first,
+                                  uint32_t second, const uint16_t **masks) {
     if (!tables->masks || leaf->neighbours[0] == LEAF_ANY) return SHARING_COMPARED;
     uint32_t const found = lanes8_equal(leaf->neighbours, second);
     if (first != second && !found) return SHARING_NONE;
@@ -251,7 +251,7 @@ typedef struct leaf_pair {
 } leaf_pair;
 
 /* What of the drifts of both leaves widens the first, as a box that is added: low, -high; <= 0. */
-BOX_INLINE box_vector find_widening(const float *const blocks[2]) {
+BOX_INLINE box_vector compute_widening(const float *const blocks[2]) {
     box_vector const a = box_vector_load(blocks[0] + 8), b = box_vector_load(blocks[1] + 8);
     return box_vector_least(a + BOX_SHUFFLE(b, b, 4, 5, 6, 7, 0, 1, 2, 3), box_vector_fill(0.0F));
 }
@@ -262,7 +262,7 @@ BOX_INLINE void compare_leaves(const leaf_pair *pair, view_pair how, bool is_sam
     const float *groups = pair->blocks[0] + LEAF_HEADER;
     box_vector widening = box_vector_fill(0.0F);
     if (how.tables->fit.is_straight) {
-        widening = find_widening(pair->blocks);
+        widening = compute_widening(pair->blocks);
         write_sides(widening, by);
         widen_groups(groups, count_groups(pair->leaves[0]), by, copy);
         groups = copy;
@@ -305,15 +305,15 @@ BOX_INLINE void pair_two(const leaf_tables *tables, leaf_cache *cache, uint32_t 
     const tree_leaf *const leaf = &tables->fit.leaves[first];
     leaf_pair pair = {{leaf, &tables->fit.leaves[second]}, {NULL, NULL}};
     view_pair how = {.tables = tables, .mask_groups = leaf->mask_groups};
-    pair.blocks[0] = find_block(&tables->fit, cache, first, UINT32_MAX);
+    pair.blocks[0] = get_block(&tables->fit, cache, first, UINT32_MAX);
     if (tables->is_one_tree && first == second) {
         pair.blocks[1] = pair.blocks[0];
-        how.sharing = find_sharing(tables, leaf, first, second, &how.masks);
+        how.sharing = choose_sharing(tables, leaf, first, second, &how.masks);
         compare_by(&pair, &how, true, batches);
         return;
     }
-    pair.blocks[1] = find_block(&tables->fit, cache, second, find_place(cache, first));
-    if (tables->is_one_tree) how.sharing = find_sharing(tables, leaf, first, second, &how.masks);
+    pair.blocks[1] = get_block(&tables->fit, cache, second, choose_place(cache, first));
+    if (tables->is_one_tree) how.sharing = choose_sharing(tables, leaf, first, second, &how.masks);
     compare_by(&pair, &how, false, batches);
 }
 
@@ -324,7 +324,7 @@ BOX_INLINE void call_block(const leaf_tables *tables, const node_pairs *pairs, s
     __builtin_prefetch(&tables->fit.leaves[pairs->second[later]]);
     uint32_t const leaf = pairs->second[index];
     const float *const block =
-        tables->fit.blocks + find_block_begin(&tables->fit.leaves[leaf], leaf);
+        tables->fit.blocks + compute_block_begin(&tables->fit.leaves[leaf], leaf);
     for (size_t line = 0; line < 13; line++) __builtin_prefetch(block + 16 * line);
 }
 

@@ -22,7 +22,7 @@
 #define SLAB_LIMIT 1e37F
 
 /* The largest coordinate of boxes united in `all`. */
-BOX_INLINE float find_largest(box_vector all) {
+BOX_INLINE float compute_largest(box_vector all) {
     all = box_vector_most(all, -all);
     all = box_vector_most(all, BOX_SHUFFLE(all, all, 4, 5, 6, 7, 0, 1, 2, 3));
     all = box_vector_most(all, BOX_SHUFFLE(all, all, 1, 0, 3, 2, 5, 4, 7, 6));
@@ -83,7 +83,7 @@ BOX_INLINE corner_list list_corners(const leaf_fit *fit, const tree_leaf *leaf) 
 }
 
 /* Bounds on the motion of the vertices of a leaf: low, -high. */
-BOX_INLINE box_vector find_drift(const leaf_fit *fit, const tree_leaf *leaf) {
+BOX_INLINE box_vector compute_drift(const leaf_fit *fit, const tree_leaf *leaf) {
     box_vector all = box_vector_fill(INFINITY), drift = all;
     corner_list const corners = list_corners(fit, leaf);
     for (const uint32_t *corner = corners.begin; corner < corners.end; corner++) {
@@ -92,7 +92,7 @@ BOX_INLINE box_vector find_drift(const leaf_fit *fit, const tree_leaf *leaf) {
         all = box_vector_least(all, box_vector_least(start, end));
         drift = box_vector_least(drift, end - start);
     }
-    return round_sums(drift, find_largest(all));
+    return round_sums(drift, compute_largest(all));
 }
 
 BOX_INLINE void fit_block_as(const leaf_fit *fit, const tree_leaf *leaf, bool is_straight,
@@ -103,7 +103,7 @@ BOX_INLINE void fit_block_as(const leaf_fit *fit, const tree_leaf *leaf, bool is
     slot_range const edges = {fit->edge_corners, 2, leaf->edge_begin, leaf->edge_end};
     float *group = block + LEAF_HEADER;
     box_vector_store(block, fit_lanes(fit, triangles, 0, is_straight, group));
-    box_vector_store(block + 8, is_straight ? find_drift(fit, leaf) : box_vector_fill(0.0F));
+    box_vector_store(block + 8, is_straight ? compute_drift(fit, leaf) : box_vector_fill(0.0F));
     fit_lanes(fit, vertices, 0, is_straight, group + LEAF_TRIANGLES);
     group += GROUP_FLOATS;
     for (uint32_t at = 0; at == 0 || at < edges.end - edges.begin; at += GROUP_LANES) {
@@ -125,7 +125,7 @@ void TULLE_KERNEL(fit_block)(const leaf_fit *fit, const tree_leaf *leaf, float *
 
 void TULLE_KERNEL(fit_leaves)(const leaf_fit *fit, size_t begin, size_t end) {
     for (size_t l = begin; l < end; l++) TULLE_KERNEL(fit_block)
-    (fit, &fit->leaves[l], fit->blocks + find_block_begin(&fit->leaves[l], l));
+    (fit, &fit->leaves[l], fit->blocks + compute_block_begin(&fit->leaves[l], l));
 }
 
 /* ---- nodes ---- */
@@ -137,13 +137,13 @@ typedef struct leaf_extent {
     box_vector slabs[2]; /* at the start and the end */
 } leaf_extent;
 
-BOX_INLINE box_vector find_diagonals(box_vector box) {
+BOX_INLINE box_vector compute_diagonals(box_vector box) {
     return BOX_SHUFFLE(box, box, 0, 0, 0, 4, 4, 4, 4, 0) +
            BOX_SHUFFLE(box, box, 1, 1, 5, 1, 5, 5, 1, 5) +
            BOX_SHUFFLE(box, box, 2, 6, 2, 2, 6, 2, 6, 6);
 }
 
-BOX_INLINE leaf_extent find_extent(const leaf_fit *fit, const tree_leaf *leaf, bool has_slabs) {
+BOX_INLINE leaf_extent compute_extent(const leaf_fit *fit, const tree_leaf *leaf, bool has_slabs) {
     box_vector const nothing = box_vector_fill(INFINITY);
     leaf_extent extent = {nothing, nothing, {nothing, nothing}};
     corner_list const corners = list_corners(fit, leaf);
@@ -153,10 +153,10 @@ BOX_INLINE leaf_extent find_extent(const leaf_fit *fit, const tree_leaf *leaf, b
         extent.start = box_vector_least(extent.start, start);
         extent.end = box_vector_least(extent.end, end);
         if (!has_slabs) continue;
-        extent.slabs[0] = box_vector_least(extent.slabs[0], find_diagonals(start));
-        extent.slabs[1] = box_vector_least(extent.slabs[1], find_diagonals(end));
+        extent.slabs[0] = box_vector_least(extent.slabs[0], compute_diagonals(start));
+        extent.slabs[1] = box_vector_least(extent.slabs[1], compute_diagonals(end));
     }
-    float const largest = find_largest(box_vector_least(extent.start, extent.end));
+    float const largest = compute_largest(box_vector_least(extent.start, extent.end));
     for (int k = 0; k < 2; k++) extent.slabs[k] = round_sums(extent.slabs[k], largest);
     return extent;
 }
@@ -180,10 +180,10 @@ void TULLE_KERNEL(fit_lowest_nodes)(const leaf_fit *fit, tree_node *nodes, leaf_
             size_t const leaf = node->first + c;
             leaf_extent extent;
             if (slabs) {
-                extent = find_extent(fit, &fit->leaves[leaf], true);
+                extent = compute_extent(fit, &fit->leaves[leaf], true);
                 write_slabs(&extent, &slabs[leaf]);
             } else {
-                extent = find_extent(fit, &fit->leaves[leaf], false);
+                extent = compute_extent(fit, &fit->leaves[leaf], false);
             }
             boxes[c] = box_vector_least(extent.start, extent.end);
             all = box_vector_least(all, boxes[c]);

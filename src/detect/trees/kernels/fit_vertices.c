@@ -70,7 +70,7 @@ static inline path_part clamp(path_part x) {
 }
 
 /* Low and -high sides of what is at x in box coordinates. */
-static inline void find_sides(path_part x, path_part half, path_part tiny, part_sides sides[2]) {
+static inline void compute_sides(path_part x, path_part half, path_part tiny, part_sides sides[2]) {
     path_part const rounding = FRAME_ROUNDING * (absolute(x) + half) + tiny;
     path_part const least = x - half, most = x + half;
     path_part const low = clamp(least - (FLOAT_ROUNDING * absolute(least) + rounding));
@@ -125,7 +125,7 @@ bool TULLE_KERNEL(fit_vertices)(const vertex_fit *fit, size_t begin, size_t end,
                 memcpy((char *)&fit->records[i] + sizeof at * (size_t)part, &at, sizeof at);
             doubt += at - at;
             x[part] = clamp((at - origin) * scale);
-            find_sides(x[part], half, tiny, sides[part]);
+            compute_sides(x[part], half, tiny, sides[part]);
         }
         write_sides(sides, &fit->boxes[i]);
         moved += add_motion(x);
