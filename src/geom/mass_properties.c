@@ -19,11 +19,11 @@
 #include "geom/union_find.h"
 
 /* A moment under this share of the largest is none: the body is a line or a point. */
-#define LEAST_MOMENT_SHARE 1e-12
-/* Each piece is tested against each other. */
-#define PIECES_MAX 4096
-/* Sweeps of Jacobi's method; it converges in less than ten. */
-#define JACOBI_SWEEPS 40
+static const double LEAST_MOMENT_SHARE = 1e-12;
+enum {
+    PIECES_MAX = 4096, /* each piece is tested against each other */
+    JACOBI_SWEEPS = 40 /* Jacobi's method converges in less than ten */
+};
 
 static const double PI = 3.14159265358979323846;
 

@@ -8,7 +8,7 @@
 
 /* [of the longest edge] A triangle with a smaller height has no usable normal: its coordinates'
  * own rounding, 1e-16 of a mesh 1e5 edges wide, would turn it by a tenth of a radian. */
-#define THIN_TRIANGLE_RATIO 1e-9
+static const double THIN_TRIANGLE_RATIO = 1e-9;
 
 /* As tulle_mesh_validate_lines and tulle_mesh_get_info. */
 tulle_status mesh_validate(memory *heap, tulle_mesh_view mesh, tulle_mesh_role role,

@@ -49,7 +49,7 @@ tulle_status detect_def_check(const tulle_detect_def *def, tulle_error *error);
 tulle_status detector_check_positions(tulle_detector *detector, const double *start,
                                       const double *end, tulle_error *error);
 
-/* detector_pass.c: stages 5 to 8. */
+/* detector_pass.c: the stages of one call. */
 tulle_status detector_shape_trees(tulle_detector *detector, const double *rest, tulle_error *error);
 void detector_destroy_stages(tulle_detector *detector);
 tulle_status detector_run_pass(tulle_detector *detector, detector_pass *pass, tulle_error *error);

@@ -1,5 +1,5 @@
-/* detect/impact/narrow_phase.h - stage 8 in batches: takes candidate pairs as they come, gives
- * events.
+/* detect/impact/narrow_phase.h - tests of candidates in batches: takes candidate pairs as they
+ * come, gives events.
  *
  * A pair goes through the coplanarity filter (separation 0), the fixed-direction filters (axes, the
  * closest direction at the start, that at the end), and conservative advancement, several pairs at

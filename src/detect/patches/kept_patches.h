@@ -1,14 +1,16 @@
-/* detect/patches/kept_patches.h - stage 5: patches that are proven not to touch themselves over a
- * step, kept from step to step.
+/* detect/patches/kept_patches.h - patches that are proven not to touch themselves over a step, kept
+ * from step to step (stage update_patches).
  *
- * A patch is an edge-connected set of triangles whose normals lie within one cone of at most
- * max_angle about its axis zeta for the whole of the step on which it grew, but for what was merged
- * with it. With has_certificate it is a topological disc, and *certified* for each step on which it
- * is used: all its normals stay within a right angle of the axis, and the projection of its
- * boundary along it stays simple. Then no two of its features touch, see certificate.h for the
- * theorem. A certificate with a reach r > 0 holds for all motions whose vertices differ from the
- * given ones by at most r at any time, so all pairs within a patch that share no vertex keep more
- * than 2 r.
+ * In: surfaces, and the paths of their vertices over a step. Out: a label for each triangle.
+ *
+ * A patch is an edge-connected set of triangles. During the step in which it grew, the normals of
+ * its triangles stayed within one cone of at most max_angle about its axis zeta; patches that were
+ * merged into it later may lean farther. With has_certificate a patch is a topological disc, and it
+ * is *certified* for each step in which it is used: all its normals stay within a right angle of
+ * the axis, and the projection of its boundary along the axis stays simple. Then no two of its
+ * features touch; certificate.h has the theorem. A certificate with a reach r > 0 holds for all
+ * motions whose vertices differ from the given ones by at most r at any time, so all pairs within a
+ * patch that share no vertex keep more than 2 r.
  *
  * Patches never span surfaces. Labels are 1 .. label_count, PATCH_ISOLATED (0) for triangles
  * outside patches; a label may be unused. */
@@ -52,21 +54,21 @@ typedef struct kept_patches kept_patches;
 /* The topology of the set is kept by its address; it must not change or move. */
 tulle_status kept_patches_create(memory *heap, const surface_set *set, kept_patches **result);
 void kept_patches_destroy(kept_patches *patches);
-/* For callers that make no heap call in a step like those before it: what patches took stays for
- * the next growth, and what growth needs for itself alone comes from `scratch`, which outlives the
- * patches. Else growth gives back all that the patches do not need. */
+/* For callers whose steady steps must make no heap call. Patches keep the memory that they took for
+ * the next growth, and what growth alone needs comes from `scratch`, which outlives the patches.
+ * Without this call growth gives back all that the patches do not need. */
 void kept_patches_keep_room(kept_patches *patches, arena *scratch);
 
-/* Stage 5 for a step: checks kept patches again, splits or dissolves what fails, and from time to
- * time, by counts alone, grows anew where much is isolated. The first call grows. Surfaces that
- * cannot meet themselves, and absent ones, get no patches. Out of memory leaves no patches at all,
- * which is safe. */
+/* Checks kept patches again for a step, and splits or dissolves those that fail. From time to time
+ * it grows patches where much is isolated; counts alone decide when. The first call grows. Surfaces
+ * that cannot meet themselves, and absent ones, get no patches. Out of memory leaves no patches at
+ * all, which is safe. */
 tulle_status update_patches(kept_patches *patches, const patch_step *step, const patch_rules *rules,
                             patch_counts *counts);
 
-/* What the search with the present patches came to, for the next update: pairs of leaves that it
- * visited, and those of them that it would visit in any case without patches. Patches which save
- * less than they cost are let go at the next call; what they save pays for growth. */
+/* Tells the next update what the search with the present patches cost: the pairs of leaves that it
+ * visited, and how many of them any search without patches visits. The next update lets patches go
+ * that save less than they cost; what they save pays for growth. */
 void kept_patches_tell_search(kept_patches *patches, uint64_t pair_count, uint64_t near_count);
 
 /* Whether all patches in use are certified for this step too; nothing that later calls depend on

@@ -1,8 +1,8 @@
 /* detect/patches/kept_patches_check.c - whether patches hold over a step; see kept_patches_parts.h.
  *
- * Small patches are checked whole, several in one task. Large ones are cut: their vertices are
- * projected first; then their contours and runs of their triangles are tasks of their own. Tasks
- * are the same for any number of threads, and so is each one's result. */
+ * Small patches are checked whole, several in one task. Large patches are cut into tasks: first
+ * their vertices are projected, then their contours and runs of their triangles are checked. Tasks
+ * are the same for any number of threads, and so is the result of each. */
 #include "detect/patches/kept_patches_parts.h"
 
 #include "base/parallel.h"

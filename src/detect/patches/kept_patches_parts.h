@@ -1,10 +1,10 @@
 /* detect/patches/kept_patches_parts.h - what the files of kept patches share.
  *
  * A patch keeps its triangles in the order in which they joined, so every first part of that list
- * is a disc too. It numbers its vertices in the order in which they came, so that the corners of
- * its triangles and its boundary are small numbers and its projected vertices one dense array.
+ * is a disc too. It numbers its vertices in the order in which they came. The corners of its
+ * triangles and its boundary are then small numbers, and its projected vertices one dense array.
  * Large patches have their vertices and corners in the order of the mesh instead, for the sake of
- * the cache; which corners belong to which triangle does not matter after growth. */
+ * the cache; after growth it does not matter which corners belong to which triangle. */
 #ifndef TULLE_DETECT_PATCHES_KEPT_PATCHES_PARTS_H
 #define TULLE_DETECT_PATCHES_KEPT_PATCHES_PARTS_H
 
@@ -12,8 +12,8 @@
 #include "detect/patches/kept_patches.h"
 #include "detect/patches/planar_path.h"
 
-/* Instead of a neighbour: no triangle is there, or one that no disc may be continued to, because
- * the edge has more than two triangles or both run along it the same way. */
+/* Instead of a neighbour. NONE: no triangle is there. BARRED: no disc may go on across the edge,
+ * because it has more than two triangles or both run along it the same way. */
 #define NEIGHBOUR_NONE UINT32_MAX
 #define NEIGHBOUR_BARRED (UINT32_MAX - 1)
 
@@ -56,8 +56,9 @@ typedef struct patch_schedule {
     uint64_t grown_at;               /* [calls] since when patches are in use */
     uint64_t credit;                 /* [pairs of leaves] for repairs and growth */
     uint64_t dead_triangle_count;    /* in `triangles`, of labels not used any more */
-    /* Pairs of leaves: of the last search and, of those, what any search visits; of the last
-     * search without patches, fading; what patches cost when they were let go. */
+    /* [pairs of leaves] seen: by the last search; near: those of them that any search visits;
+     * without: of the last search without patches, fading; with: what patches cost when they were
+     * let go. */
     uint64_t seen_pairs, near_pairs, pairs_without, pairs_with;
     uint32_t is_off, has_grown, is_told;
     uint32_t has_changed; /* since patches were last merged, some were cut or grown */
@@ -68,8 +69,8 @@ typedef struct patch_schedule {
 bool schedule_is_possible(const patch_schedule *schedule, uint64_t triangle_count,
                           uint64_t kept_triangle_count);
 void reset_schedule(kept_patches *patches);
-/* Begins a call: judges by the last search whether patches in use pay, and lets them go otherwise.
- * edge_count: of all boundaries. */
+/* Begins a call: judges by the last search whether patches in use pay, and lets them go where they
+ * do not. edge_count: of all boundaries. */
 void judge_last_search(kept_patches *patches, uint64_t edge_count);
 /* Lets patches go until the next try, and gives back what they took. */
 void let_patches_go(kept_patches *patches);

@@ -1,9 +1,9 @@
 /* detect/patches/kept_patches_save.c - kept patches as bytes.
  *
- * A header; one record a label, used or not; the triangles of all patches, label by label, in the
- * order in which they joined. All else is made again from these on loading, and by that way
- * checked: bytes that do not describe discs of this topology are refused. Numbers are in the order
- * of bytes of this machine, as in the rest of a checkpoint; a header from another order is refused.
+ * The bytes are a header, one record for each label, used or not, and the triangles of all patches,
+ * label by label, in the order in which they joined. Loading makes all else again from these and so
+ * checks it: bytes that do not describe discs of this topology are refused. Numbers have this
+ * machine's order of bytes, as in the rest of a checkpoint; a header in another order is refused.
  */
 #include "detect/patches/kept_patches_parts.h"
 

@@ -2,16 +2,16 @@
  * those that fail; see kept_patches_parts.h. patch_staging.c writes them into the arrays of
  * patches.
  *
- * Growth is breadth-first over shared edges from the first triangle that has no patch. A triangle
- * joins while one cone of at most max_angle holds all, and a disc stays a disc: either it shares
- * one edge and its third corner is new, or it shares two edges, which then meet at a vertex of the
- * boundary, and the third edge is not in the patch. The first glues a disc to a disc along an edge,
- * the second along two edges in a row; so the patch stays a disc, each vertex is on its boundary at
- * most once, and every first part of the list of triangles is a disc too.
+ * Growth is breadth-first over shared edges, from the first triangle that has no patch. A triangle
+ * joins while one cone of at most max_angle holds all normals and the disc stays a disc. For that
+ * it either shares one edge and its third corner is new, or it shares two edges, which then meet at
+ * a vertex of the boundary, and the third edge is not in the patch. The first glues a disc to a
+ * disc along an edge, the second along two edges in a row. So the patch stays a disc, each vertex
+ * is on its boundary at most once, and every first part of the list of triangles is a disc too.
  *
- * A patch that is not certified is cut: if triangles may turn away from the axis it is grown again
- * about the same axis without them; if its boundary may cross itself, its first half, which is the
- * nearer surroundings of its first triangle, is tried. What is left over may grow patches of its
+ * A patch that is not certified is cut. If triangles may turn away from the axis, the patch is
+ * grown again about the same axis without them. If its boundary may cross itself, its first half is
+ * tried, which is what lies nearer to its first triangle. What is left over may grow patches of its
  * own. */
 #include "detect/patches/kept_patches_parts.h"
 

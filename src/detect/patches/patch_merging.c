@@ -1,12 +1,12 @@
 /* detect/patches/patch_merging.c - joins neighbouring patches after growth, and again from time to
  * time; see kept_patches_parts.h.
  *
- * Breadth-first growth meets steep parts last and goes round them, so small patches are left
- * between large ones, with long boundaries, whose pairs the search has to look at. A small patch
- * joins the neighbour with which it shares most edges when its triangles face that one's axis well,
- * both are a disc together, and that disc is certified about the axis. As a kept patch may, the
- * union may so be wider than alpha_max; it keeps half of what is left to a half-space in hand for
- * the steps to come. */
+ * Breadth-first growth meets steep parts last and goes round them. That leaves small patches
+ * between large ones, with long boundaries whose pairs the search has to look at. A small patch
+ * joins the neighbour with which it shares most edges, on three conditions: its triangles face that
+ * neighbour's axis well, both are one disc together, and that disc is certified about the axis. The
+ * union may be wider than alpha_max, as any kept patch may. It keeps half of the angle that is left
+ * to a half-space in hand for the steps to come. */
 #include "detect/patches/kept_patches_parts.h"
 
 enum {

@@ -1,13 +1,15 @@
 /* detect/patches/patch_schedule.c - when patches are repaired, grown again and given up.
  *
- * The measure is the number of pairs of leaves that searches visit: without patches at least those
- * that are near one another on the mesh, with patches what the last search counted. To check an
- * edge of a boundary again costs about as much as to visit a pair, and to check the triangles what
- * their boxes cost less. What is saved becomes credit, from which repairs and growth are paid.
- * Patches that save nothing are let go; the search after that tells what patches were measured
- * against, and if that was too little they are grown again at once, else after a number of calls
- * that doubles. All of this counts calls, triangles and pairs, never time, so runs can be
- * repeated. */
+ * The measure is the number of pairs of leaves that searches visit. With patches it is what the
+ * last search counted; without patches it is at least the pairs that are near one another on the
+ * mesh. Checking an edge of a boundary again costs about as much as visiting a pair. Checking
+ * triangles costs as much as patches save on boxes. What patches save becomes credit, which pays
+ * for repairs and growth.
+ *
+ * Patches that save nothing are let go. The next search then counts the pairs without patches. If
+ * there are more of them than patches were measured against, patches are grown again at once, else
+ * after a number of calls that doubles each time. Only calls, triangles and pairs are counted,
+ * never time, so runs can be repeated. */
 #include "detect/patches/kept_patches_parts.h"
 
 enum {

@@ -34,7 +34,7 @@ typedef struct patch_list {
  * patch holds the normals of all its triangles over the whole step. Patches are numbered in the
  * order of their first triangles; the same for any number of threads. Fails only for want of
  * memory. */
-#define PATCH_ISOLATED 0
+enum { PATCH_ISOLATED = 0 };
 tulle_status grow_patches(const patch_surface *surface, const patch_settings *settings,
                           arena *scratch, uint32_t *labels, patch_list *list);
 

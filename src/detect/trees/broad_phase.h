@@ -1,11 +1,13 @@
-/* detect/trees/broad_phase.h - stages 6 and 7: trees over swept triangle boxes and the feature
- * pairs whose swept boxes meet.
+/* detect/trees/broad_phase.h - trees over the boxes that moving triangles sweep, and the feature
+ * pairs whose boxes meet (stages build_trees and find_pairs).
  *
- * Candidates are all pairs (vertex, triangle) with the vertex not a corner of it, and (edge, edge)
- * without a shared vertex, whose boxes over the whole step, each widened by half the margin and
- * outward against rounding, meet; among surfaces that may collide. All methods give the same list,
- * but for pairs within patches and, where straight paths are followed, pairs that these keep apart.
- */
+ * In: surfaces, and the straight paths of their vertices over a step. Out: candidates. A candidate
+ * is a vertex and a triangle, or two edges, that share no vertex, belong to surfaces that may meet,
+ * and whose boxes meet. The box of a feature holds its paths, widened by half the margin, and
+ * outward against rounding.
+ *
+ * All methods give the same candidates, with two exceptions: pairs within a patch may be left out,
+ * and so may pairs that straight paths keep apart. */
 #ifndef TULLE_DETECT_TREES_BROAD_PHASE_H
 #define TULLE_DETECT_TREES_BROAD_PHASE_H
 
@@ -30,49 +32,51 @@ tulle_status broad_phase_create(memory *heap, const surface_set *set, const doub
                                 broad_phase_method method, broad_phase **result);
 void broad_phase_destroy(broad_phase *broad);
 
-/* Stage 6. Boxes of all triangles over the paths x0 -> x1 (3 * vertex_count each), widened by
- * margin / 2 [m], and their trees. TULLE_ERROR_INVALID_ARGUMENT when a position or the margin is
- * not finite. */
+/* Fits boxes of all triangles to the paths x0 -> x1 (3 * vertex_count each), widened by
+ * margin / 2 [m], and builds their trees. TULLE_ERROR_INVALID_ARGUMENT when a position or the
+ * margin is not finite. */
 tulle_status build_trees(broad_phase *broad, const surface_set *set, const double *x0,
                          const double *x1, double margin, int threads);
-/* Patches whose inner pairs may be left out in the next searches. Pairs within a patch are left out
- * where that is cheap (whole nodes), not everywhere. Call before build_trees, which reads them;
- * zeroed: no patches. Borrowed until the next call. */
+/* Patches whose inner pairs the next searches may leave out. They do so where that is cheap (whole
+ * nodes), not everywhere. Call this before build_trees, which reads the patches; zeroed: no
+ * patches. Borrowed until the next call. */
 void broad_phase_set_patches(broad_phase *broad, patch_labels patches);
-/* Asked during searches, which then end with TULLE_ERROR_INTERRUPTED; null, as at first: never. */
+/* A search asks `stop`, and ends with TULLE_ERROR_INTERRUPTED when a stop is wanted. Null, as at
+ * first: nothing is asked. */
 void broad_phase_set_stop(broad_phase *broad, stop_poll *stop);
 
-/* From the next build_trees on, pairs that the straight paths x0 -> x1 keep farther apart than the
- * margin, along one axis or diagonal, may be left out of searches where that is cheap, though their
- * boxes meet: always, or only where paths are long and neighbours go together. For refitted trees;
- * others leave out none. */
+/* From the next build_trees on, searches may leave out pairs whose boxes meet but whose straight
+ * paths x0 -> x1 stay farther apart than the margin along one axis or diagonal. They do so where
+ * that is cheap: always, or only where paths are long and neighbours move together. Only refitted
+ * trees leave out such pairs. */
 typedef enum path_following { PATHS_IN_BOXES, PATHS_WHERE_LONG, PATHS_ALWAYS } path_following;
 void broad_phase_follow_paths(broad_phase *broad, path_following how);
-/* Whether such pairs are left out, which all paths may meet that end elsewhere in their boxes. */
+/* Whether such pairs are left out. The candidates then hold for the straight paths alone, not for
+ * other paths within the boxes. */
 bool broad_phase_is_straight(const broad_phase *broad);
-/* For users of find_pairs alone: without the positions in pair_tables, which are null from then on.
- * Boxes of vertices are in the arena from each build_trees on; find_pairs is to be called before
- * that is released. */
+/* For callers of find_pairs alone. From then on the records in pair_tables are null, and each
+ * build_trees puts the boxes of vertices into the arena, which must not be released before
+ * find_pairs. */
 void broad_phase_use_scratch(broad_phase *broad, arena *scratch);
 
 typedef struct search_counts {
     uint64_t leaf_pair_count, candidate_count;
-    uint64_t near_pair_count; /* pairs of leaves that a search without patches visits at least: of
-                                 surfaces that meet themselves, a leaf with itself or a neighbour */
+    uint64_t near_pair_count; /* pairs of leaves that any search without patches visits: of surfaces
+                                 that meet themselves, a leaf with itself or with a neighbour */
 } search_counts;
-/* Stage 7, streaming: every candidate goes to `consume` once, in batches, from `threads` workers in
- * one parallel loop; what remains in their batches at the end comes from the calling thread. counts
- * may be null. Out of memory comes before the first batch only; TULLE_ERROR_INVALID_ARGUMENT where
+/* Hands every candidate to `consume` once, in batches. `threads` workers of one parallel loop call
+ * it; at the end the calling thread hands over what is left in their batches. counts may be null.
+ * TULLE_ERROR_OUT_OF_MEMORY comes before the first batch only; TULLE_ERROR_INVALID_ARGUMENT where
  * the last build_trees failed. */
 tulle_status search_pairs(broad_phase *broad, const surface_set *set, int threads,
                           pair_consumer consume, void *context, search_counts *counts);
 /* The tables of the last build_trees. */
 const pair_tables *broad_phase_get_tables(const broad_phase *broad);
 
-/* Stage 7 as a list, over the boxes of the last build_trees. Replaces the contents of `pairs`
- * (whose arrays live on `heap` of the broad phase). counts may be null. Out of memory leaves the
- * list empty and returns the error; TULLE_ERROR_INVALID_ARGUMENT where the last build_trees failed.
- */
+/* Lists all candidates by the boxes of the last build_trees, sorted. Replaces the contents of
+ * `pairs`, whose arrays live on the heap of the broad phase. counts may be null. Out of memory
+ * leaves the list empty and returns the error; TULLE_ERROR_INVALID_ARGUMENT where the last
+ * build_trees failed. */
 tulle_status find_pairs(broad_phase *broad, const surface_set *set, int threads, pair_list *pairs,
                         search_counts *counts);
 /* The same in an order that may depend on the threads, which takes less time. */

@@ -1,10 +1,10 @@
 /* detect/trees/broad_phase_parts.h - the inside of the broad phase, shared by its files only.
  *
  * Each surface has a tree over its triangles. The triangles are listed in leaf order, at most
- * LEAF_TRIANGLES a leaf; each vertex and each edge belongs to one leaf that has a triangle around
+ * LEAF_TRIANGLES a leaf. Each vertex and each edge belongs to one leaf, which has a triangle around
  * it. All leaves of a tree are equally deep. Boxes are floats in a frame of the rest shape (about
- * -1 .. 1), rounded outward, equal for every method, since they are made from boxes of the
- * vertices. */
+ * -1 .. 1), rounded outward. Every method makes them from the same boxes of vertices, so they are
+ * equal for all methods. */
 #ifndef TULLE_DETECT_TREES_BROAD_PHASE_PARTS_H
 #define TULLE_DETECT_TREES_BROAD_PHASE_PARTS_H
 
@@ -51,8 +51,8 @@ typedef struct voxel_group {
     uint32_t voxel; /* of the group among the groups */
 } voxel_group;
 
-/* [m] Sums over some vertices: of their ways along the axes, and of what these differ by from those
- * of vertices nearby. */
+/* [m] Sums over some vertices: of how far they move along the axes, and of how much that differs
+ * from what a vertex nearby does. */
 typedef struct way_sums {
     double own, relative;
 } way_sums;
@@ -151,8 +151,8 @@ tulle_status shape_voxel_tree(broad_phase *broad, const surface_set *set, uint32
 /* Fills the slots of a surface from the order of its triangles and the leaves' triangle ranges:
  * each vertex and edge goes to the leaf of its lowest triangle. */
 void assign_slots(broad_phase *broad, const surface_set *set, uint32_t surface);
-/* The same, but features are dealt out so that leaves get about equally many; leaves get to know
- * their neighbours, and records are numbered in leaf order. */
+/* The same, but leaves get about equally many features. Besides, leaves get to know their
+ * neighbours, and records are numbered in leaf order. */
 tulle_status assign_even_slots(broad_phase *broad, const surface_set *set, uint32_t surface);
 
 /* leaf_masks.c: which features of a leaf and itself, and its neighbours, share no vertex. */

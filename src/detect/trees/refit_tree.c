@@ -1,10 +1,10 @@
 /* detect/trees/refit_tree.c - the constant tree of one surface: takes rest positions, gives an
  * order of its triangles, equal and nearly full leaves of at most LEAF_TRIANGLES, and a complete
- * tree above them. Built once; only its boxes change afterwards.
+ * tree above them. It is built once; afterwards only its boxes change.
  *
- * Top-down: a set of triangles is split at the median of its centroids along the longest side of
- * their box, ties by index. On a sheet at rest this gives compact, square pieces, and what is near
- * on the surface stays near when it moves. */
+ * A set of triangles is split at the median of its centroids along the longest side of their box,
+ * ties by index, and so on down to leaves. On a sheet at rest this gives compact, square pieces,
+ * and what is near on the surface stays near when it moves. */
 #include "detect/trees/broad_phase_parts.h"
 
 typedef struct shaper {

@@ -1,11 +1,13 @@
 /* detect/trees/tree_boxes.c - boxes of moving vertices, features, leaves and nodes, and labels of
  * nodes.
  *
- * The box of a vertex holds its path widened by margin / 2; all other boxes are unions of those, so
- * every method sees the same feature boxes bit for bit. Two parallel loops: the first makes the
- * boxes of vertices, the second those of leaves and of the nodes above them; the few nodes above
- * those are done at the end. Work is cut into tasks of fixed size; each writes its own boxes only.
- */
+ * In: the paths of all vertices. Out: boxes in the nodes of all trees. The box of a vertex holds
+ * its path widened by margin / 2; all other boxes are unions of those, so every method sees the
+ * same feature boxes bit for bit.
+ *
+ * There are two parallel loops. The first makes the boxes of vertices, the second those of leaves
+ * and of the nodes right above them; the few nodes higher up follow at the end. Work is cut into
+ * tasks of fixed size, and each writes its own boxes only. */
 #include "base/parallel.h"
 #include "detect/trees/broad_phase_parts.h"
 
@@ -16,15 +18,15 @@ enum {
     RECORDS_APART = 8,        /* two leaves */
     NODES_PER_TASK = 32       /* some 200 leaves, some 20 microseconds */
 };
-/* Of the mean edge: where vertices move farther, boxes that hold their paths cost more than drift.
+/* [mean edge] Where vertices move farther, boxes that hold their paths cost more than drift does.
  */
-#define LONG_MOTION 0.2
-/* Of the motion: where what is near on a surface moves more than this against one another, its
- * paths leave out little. */
-#define RELATIVE_MOTION 0.5
-/* Half a margin in box coordinates counts as no more: it reaches beyond all boxes, which are cut at
- * 3e38. */
-#define FRAME_REACH 1e39
+static const double LONG_MOTION = 0.2;
+/* [motion] Where neighbours on a surface move more than this against one another, following paths
+ * leaves out little. */
+static const double RELATIVE_MOTION = 0.5;
+/* Limit on half a margin, in box coordinates. It reaches beyond all boxes, which are cut at 3e38.
+ */
+static const double FRAME_REACH = 1e39;
 
 bool choose_box_frame(broad_phase *broad, const topology *topo, const double *rest) {
     double low[3] = {0.0, 0.0, 0.0}, high[3] = {0.0, 0.0, 0.0}, extent = 0.0;
@@ -72,9 +74,9 @@ typedef struct vertex_context {
     vertex_fit fit;
 } vertex_context;
 
-/* Fits the boxes of some vertices. Where it matters whether paths are long, it also samples the
- * ways of every RECORDS_APART-th one, against that of the next: records are in the order of leaves,
- * so those some way on belong to a leaf nearby. */
+/* Fits the boxes of some vertices. Where it matters whether paths are long, it also samples how far
+ * every RECORDS_APART-th vertex moves, and how differently the next sample moves. Records are in
+ * the order of leaves, so the next sample belongs to a leaf nearby. */
 static void fit_vertex_task(void *context, size_t begin, size_t end, size_t chunk, int worker) {
     (void)begin, (void)end, (void)worker;
     const vertex_context *const vertices = context;
@@ -128,8 +130,8 @@ bool fit_vertex_boxes(broad_phase *broad, const surface_set *set, const double *
     }
     parallel_for(task_count, 1, threads, fit_vertex_task, &context);
 
-    /* Whether paths are long, by surfaces that may move: whether a static one was fitted in this
-     * call or before must not matter. */
+    /* Whether paths are long. Only surfaces that may move count, since a static one may have been
+     * fitted in an earlier call, and that must not matter. */
     bool is_finite = true;
     double motion = 0.0, count = 0.0;
     way_sums ways = {0.0, 0.0};
@@ -268,8 +270,8 @@ static bool prepare_blocks(broad_phase *broad) {
 }
 
 bool fit_trees(broad_phase *broad, const surface_set *set, int threads) {
-    /* Nodes bear labels where there are patches, and may have theirs already. Those of absent
-     * surfaces get none. */
+    /* Nodes bear labels where there are patches, and may have theirs already. Absent surfaces get
+     * none, so the next call has to label again. */
     const patch_labels *const patches = &broad->patches, *const known = &broad->node_patches;
     broad->has_labels = patches->labels && broad->method != BROAD_PHASE_BVOX;
     broad->is_labelled = !broad->has_labels;

@@ -2,8 +2,8 @@
  * slots of its features: every vertex and edge goes to one leaf that has a triangle around it. */
 #include "detect/trees/broad_phase_parts.h"
 
-/* A vertex with more triangles makes its leaves neighbours of all, which saves comparing them all
- * with all. */
+/* Leaves around a vertex with more triangles count as neighbours of all leaves. That saves
+ * comparing each of them with each. */
 enum { HUB_TRIANGLES = 64 };
 
 static void assign_slot(slot_list *list, uint32_t slot, uint32_t feature, const uint32_t *corners) {

@@ -1,14 +1,14 @@
 /* detect/trees/voxel_tree.c - backward-voxel trees of one surface, built anew each step: take the
- * boxes of its vertices, and the labels of its patches or none, give an order of its triangles,
- * leaves and nodes.
+ * boxes of its vertices, and labels of its patches or none; give an order of its triangles, leaves
+ * and nodes.
  *
  * Triangles form groups: those of each patch, and the isolated ones; without labels all are one
- * group. The box of the centres of a group is cut into cubic voxels somewhat larger than a triangle
- * of it; each triangle goes to one voxel; those that are not empty are the leaves. Eight voxels
- * make one of the next level, and so on up to the root of the group. The roots of groups are joined
- * the same way by voxels of their boxes. Voxels are numbered along the Morton curve, so that a
- * level is a run through a list sorted by group and voxel: linear time, for all groups at once.
- * A group that is done has nodes with one child on the levels that others still need.
+ * group. The box of the centres of a group is cut into cubic voxels somewhat larger than its
+ * triangles. Each triangle goes to one voxel; voxels that are not empty are the leaves. Eight
+ * voxels make one of the next level, and so on up to the root of the group. The roots of groups are
+ * joined the same way by voxels of their boxes. Voxels are numbered along the Morton curve, so that
+ * a level is a run through a list sorted by group and voxel: linear time, for all groups at once.
+ * A group that is done early gets nodes with one child on the levels that others still need.
  *
  * Based on: Wong, Baciu, Dynamic interaction between deformable surfaces and nonsmooth objects,
  * 2005, section 3 (BVOX-AABB). Departures: a voxel with more than LEAF_TRIANGLES triangles is cut
@@ -25,7 +25,7 @@ enum {
 
 /* Edge of a voxel in mean lengths of a triangle's box; a sheet then has four to eight triangles a
  * voxel. */
-#define VOXEL_EDGE 1.5
+static const double VOXEL_EDGE = 1.5;
 
 typedef struct tree_box {
     float low[3], high[3];

@@ -7,8 +7,8 @@
 #include "math/simd_double.h"
 
 /* As in geom/distance.c. */
-#define SOUND_RATIO 0.05
-#define DETERMINANT_MIN 1e-280
+static const double SOUND_RATIO = 0.05;
+static const double DETERMINANT_MIN = 1e-280;
 
 typedef struct closest_lanes {
     vec3x8 difference; /* second feature to first */

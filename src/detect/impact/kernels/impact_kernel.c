@@ -31,7 +31,7 @@ SIMD_INLINE double8 bound_gaps(vec3x8 w, vec3x8 d, double8 separation) {
     return gap - CLOSING_ERROR * double8_abs(gap);
 }
 
-/* find_closing */
+/* compute_closing */
 SIMD_INLINE closing_lanes compute_closings(const impact_lanes *lanes, vec3x8 w, feature_kind kind) {
     double8 const zero = double8_fill(0.0);
     closing_lanes found = {bool8_from_bits(0xff), bool8_from_bits(0xff), double8_fill(2.0)};
@@ -68,7 +68,7 @@ SIMD_INLINE void place_corners(const impact_lanes *lanes, double8 time, feature_
             vec3x8_add_scaled(lanes->start[k], vec3x8_sub(lanes->end[k], lanes->start[k]), time);
 }
 
-/* find_hit_tolerance */
+/* the tolerance of time_of_impact */
 SIMD_INLINE double8 compute_tolerances(double8 excess, double8 separation) {
     double8 const part =
         double8_select(double8_greater(separation, double8_fill(0.0)),

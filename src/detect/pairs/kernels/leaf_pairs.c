@@ -29,7 +29,7 @@ typedef struct leaf_view {
     uint32_t near_triangles, near_vertices, near_edges; /* bits */
 } leaf_view;
 
-/* groups: of its block */
+/* groups: where the groups of its block begin */
 BOX_INLINE leaf_view view_leaf(const tree_leaf *leaf, const float *groups) {
     return (leaf_view){.faces = groups,
                        .edges = groups + GROUP_FLOATS,
@@ -58,7 +58,7 @@ BOX_INLINE void mark_near(leaf_view *leaf, const float box[6]) {
         leaf->near_vertices |= find_near(leaf->vertices, box) << FACE_VERTICES;
 }
 
-/* All that there are. */
+/* Marks all features of a leaf. */
 BOX_INLINE void mark_all(leaf_view *leaf, const tree_leaf *of) {
     leaf->near_triangles = (1U << (of->triangle_end - of->triangle_begin)) - 1;
     leaf->near_vertices = (1U << leaf->vertex_count) - 1;
@@ -70,7 +70,7 @@ BOX_INLINE void write_sides(box_vector box, float sides[8]) {
     box_vector_store(sides, BOX_SHUFFLE(box, -box, 0, 1, 2, 12, 13, 14, 3, 7));
 }
 
-/* Copies the groups of a leaf with all boxes wider; by: minus as much at the low sides. */
+/* Copies the groups of a leaf with all boxes widened; by: negative at the low sides. */
 BOX_INLINE void widen_groups(const float *from, size_t group_count, const float by[6],
                              float *copy) {
     row_vector const zero = {0.0F};
@@ -211,14 +211,14 @@ BOX_INLINE void pair_views(view_pair pair, const leaf_view *a, const leaf_view *
     pair_edges(&pair, a, b, &batches[FEATURE_EDGE_EDGE]);
 }
 
-/* Leaves side by side have places side by side, those of equal trees one after another have not the
- * same. */
+/* The place of a leaf in a cache. Leaves side by side get places side by side; leaves of equal
+ * trees one after another get different ones. */
 BOX_INLINE uint32_t choose_place(const leaf_cache *cache, uint32_t leaf) {
     return (leaf + leaf / KEPT_BLOCKS * SHIFT) & (cache->place_count - 1);
 }
 
-/* The block of a leaf, fitted unless it is there. taken: a place that stays as it is, or
- * UINT32_MAX. */
+/* The block of a leaf, which is fitted unless the cache has it. taken: a place that must stay as it
+ * is, or UINT32_MAX. */
 BOX_INLINE const float *get_block(const leaf_fit *fit, leaf_cache *cache, uint32_t leaf,
                                   uint32_t taken) {
     if (fit->blocks) return fit->blocks + compute_block_begin(&fit->leaves[leaf], leaf);
@@ -250,7 +250,8 @@ typedef struct leaf_pair {
     const float *blocks[2];
 } leaf_pair;
 
-/* What of the drifts of both leaves widens the first, as a box that is added: low, -high; <= 0. */
+/* How much the drifts of both leaves widen the boxes of the first, as a box to add: low, -high;
+ * each <= 0. */
 BOX_INLINE box_vector compute_widening(const float *const blocks[2]) {
     box_vector const a = box_vector_load(blocks[0] + 8), b = box_vector_load(blocks[1] + 8);
     return box_vector_least(a + BOX_SHUFFLE(b, b, 4, 5, 6, 7, 0, 1, 2, 3), box_vector_fill(0.0F));
@@ -281,8 +282,8 @@ BOX_INLINE void compare_leaves(const leaf_pair *pair, view_pair how, bool is_sam
     pair_views(how, &a, &b, is_same, batches);
 }
 
-/* Compares with a way of leaving out pairs that is known where code is made: three times the code,
- * but no question in the loops. */
+/* Compares in a way of leaving out pairs that the compiler knows: three times the code, but no
+ * question in the loops. */
 BOX_INLINE void compare_by(const leaf_pair *pair, const view_pair *how, bool is_same,
                            pair_batch *batches) {
     view_pair known = {.tables = how->tables};
@@ -317,7 +318,7 @@ BOX_INLINE void pair_two(const leaf_tables *tables, leaf_cache *cache, uint32_t 
     compare_by(&pair, &how, false, batches);
 }
 
-/* Calls for the block of the second leaf of the next pair, and for the leaf of one after it. */
+/* Prefetches the block of the second leaf of the next pair, and the leaf of a pair after it. */
 BOX_INLINE void call_block(const leaf_tables *tables, const node_pairs *pairs, size_t index) {
     if (!tables->fit.blocks || index >= pairs->count) return;
     size_t const later = index + LEAVES_AHEAD < pairs->count ? index + LEAVES_AHEAD : index;

@@ -17,9 +17,9 @@
 
 /* Sums and differences of sides are off by less than this part of the largest coordinate of a leaf,
  * and by the smallest float; where coordinates are larger than the limit, sums may overflow. */
-#define SLAB_ROUNDING 0x1.0p-19F
-#define SLAB_UNDERFLOW 0x1.0p-120F
-#define SLAB_LIMIT 1e37F
+static const float SLAB_ROUNDING = 0x1.0p-19F;
+static const float SLAB_UNDERFLOW = 0x1.0p-120F;
+static const float SLAB_LIMIT = 1e37F;
 
 /* The largest coordinate of boxes united in `all`. */
 BOX_INLINE float compute_largest(box_vector all) {

@@ -6,13 +6,13 @@
 
 /* Rounding of (x - origin) * scale - half, relative to the magnitude of its parts: four roundings
  * of 2^-53 and some room. */
-#define FRAME_ROUNDING 1e-15
+static const double FRAME_ROUNDING = 1e-15;
 /* Twice the rounding of a conversion to float, so that it ends outside; and where floats are
  * denormal. */
-#define FLOAT_ROUNDING 0x1.0p-23
+static const double FLOAT_ROUNDING = 0x1.0p-23;
 #define FLOAT_UNDERFLOW 0x1.0p-140
 /* Box coordinates beyond this are moved to it, in order, so comparisons stay conservative. */
-#define MOST_COORDINATE 3e38
+static const double MOST_COORDINATE = 3e38;
 
 enum { PREFETCH = 16 }; /* vertices ahead */
 
