@@ -77,7 +77,7 @@ SIMD_INLINE double8 compute_tolerances(double8 excess, double8 separation) {
     return double8_min(least, HIT_PART_OF_START_MOST * excess);
 }
 
-/* axis_separates_throughout; *in_range: finite, not to be scaled. */
+/* The axes of prove_apart; *in_range: finite, not to be scaled. */
 SIMD_INLINE bool8 test_axes(const impact_lanes *lanes, feature_kind kind, bool8 *in_range) {
     vec3x8 least = lanes->start[0], most = lanes->start[0];
     double8 sum = double8_fill(0.0);
