@@ -10,25 +10,20 @@ import sys
 from collections.abc import Callable
 from pathlib import Path
 
+from reproduce import counterexamples, fig6, fig7, stills, table1
+from reproduce.children import Interrupts
+from reproduce.conditions import note_conditions
+from reproduce.figures import FIGURES, Figure, add_runs
+from reproduce.judge import judge, write_runs
+from reproduce.progress import Progress
+from reproduce.report import write_report
+from reproduce.runs import has_reports, has_scene, make_run, open_moving_run, weigh
+from reproduce.scenes import Run
+from reproduce.session import Exit, Failure, Session, say
+
 REPOSITORY = Path(__file__).resolve().parents[2]
 THREADS_MAX = 256
-SIDE_MAX, PIXELS_MAX = 16384, 100_000_000  # of a still
-
-try:
-    import numpy  # noqa: F401
-except ImportError:
-    sys.exit("reproduce: Python's numpy is not there (Debian's package is python3-numpy)")
-
-from reproduce import counterexamples, fig6, fig7, stills, table1  # noqa: E402
-from reproduce.children import Interrupts  # noqa: E402
-from reproduce.conditions import note_conditions  # noqa: E402
-from reproduce.figures import FIGURES, Figure, add_runs  # noqa: E402
-from reproduce.judge import judge, write_runs  # noqa: E402
-from reproduce.progress import Progress  # noqa: E402
-from reproduce.report import write_report  # noqa: E402
-from reproduce.runs import has_reports, has_scene, make_run, open_moving_run, weigh  # noqa: E402
-from reproduce.scenes import Run  # noqa: E402
-from reproduce.session import Exit, Failure, Session, say  # noqa: E402
+SIDE_MAX, PIXELS_MAX = 16384, 1 << 26  # of a still, as `tulle render` takes it
 
 MAKERS: dict[str, Callable[[Session, Figure], None]] = {
     "fig6": fig6.make, "fig7": fig7.make, "table1": table1.make, "fig8": stills.make_stills,
@@ -96,9 +91,9 @@ def read_words(words: list[str]) -> argparse.Namespace:
 
 def make_session(words: argparse.Namespace) -> Session:
     """The session that the words ask for."""
+    measure = words.measure or words.tulle.parent / "paper" / "paper_measure"
     return Session(directory=words.output or Path("reproduced-quick" if words.quick else "reproduced"),
-                   scenes=words.scenes, program=words.tulle.resolve(),
-                   measure=(words.measure or words.tulle.parent / "paper" / "paper_measure").resolve(), is_quick=words.quick,
+                   scenes=words.scenes, program=words.tulle.resolve(), measure=measure.resolve(), is_quick=words.quick,
                    still_size=words.size or ("320x200" if words.quick else "640x400"), threads=words.threads,
                    interrupts=Interrupts(), progress=Progress())
 

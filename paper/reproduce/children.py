@@ -46,7 +46,7 @@ class Interrupts:
     def start(self, words: Sequence[str], ending: signal.Signals = signal.SIGTERM, **streams) -> subprocess.Popen:
         """Starts a program that `ending` is sent to when an interrupt comes."""
         self._signal = ending
-        child = subprocess.Popen(list(words), preexec_fn=_begin_child, **streams)  # noqa: PLW1509
+        child = subprocess.Popen(list(words), preexec_fn=_begin_child, **streams)
         self._child = child
         if self.are_pending:
             child.send_signal(ending)

@@ -35,13 +35,15 @@ def hash_programs(*programs: Path) -> str:
         try:
             digest.update(program.read_bytes())
         except OSError as error:
-            raise Failure(Exit.BAD_INPUT, f"{program} cannot be read: {error.strerror}; `make paper` builds it") from error
+            raise Failure(Exit.BAD_INPUT,
+                          f"{program} cannot be read: {error.strerror}; `make paper` builds it") from error
     return digest.hexdigest()[:BUILD_DIGITS]
 
 
 def note_conditions(session: Session) -> None:
     """Sets the session's build and conditions and writes down what the latter stands for."""
     session.build = hash_programs(session.program, session.measure)
+    session.build_facts = session.find_build_facts()
     row = f"{session.build},{session.used_threads},{get_processor()}"
     session.conditions = hashlib.sha256(row.encode()).hexdigest()[:NAME_DIGITS]
     table = Kept(session.path("conditions.csv"), "conditions,build,threads,processor\n", 1)

@@ -16,8 +16,8 @@ from reproduce.frames import Measure, choose_frames, describe
 from reproduce.kept import Kept
 from reproduce.plots import PUBLISHED, Panel, draw
 from reproduce.recorded import RecordedRun
-from reproduce.runs import SceneFacts, open_moving_run, read_scene
-from reproduce.scenes import Run
+from reproduce.runs import open_moving_run, read_scene
+from reproduce.scenes import Run, SceneFacts
 from reproduce.session import Exit, Failure, Session, write_table
 
 MS = 1000.0  # [ms/s]
@@ -87,8 +87,9 @@ def parse_times(row: str | None) -> Times | None:
     match = ROW.fullmatch(row) if row is not None else None
     if not match:
         return None
-    cells = match.groups()
-    return Times(*(float(cell) for cell in cells[:6]), *(int(cell) for cell in cells[6:]))
+    partition, trees, traversal, intrinsic, total, with_obstacles = (float(cell) for cell in match.groups()[:6])
+    events, patches, patch_triangles = (int(cell) for cell in match.groups()[6:])
+    return Times(partition, trees, traversal, intrinsic, total, with_obstacles, events, patches, patch_triangles)
 
 
 class Measurement:

@@ -7,7 +7,7 @@ import tempfile
 from types import TracebackType
 
 from reproduce.recorded import RecordedRun
-from reproduce.runs import SceneFacts
+from reproduce.scenes import SceneFacts
 from reproduce.session import Exit, Failure, Session
 
 
@@ -52,6 +52,7 @@ class Measure:
         """Sends lines, the answers to which read_row gives in their order."""
         self._session.stop_if_interrupted()
         if self._child is None:
+            self._session.stop_if_rebuilt()
             self._child = self._session.interrupts.start(self._words, stdin=subprocess.PIPE, stdout=subprocess.PIPE,
                                                          stderr=self._errors, text=True, encoding="utf-8")
         assert self._child.stdin is not None

@@ -6,7 +6,8 @@ from dataclasses import dataclass, field
 
 from reproduce.session import Session, write_whole
 
-WIDTH, PANEL_HEIGHT = 9.0, 3.3  # [inch] of 100 pixels
+WIDTH, PANEL_HEIGHT = 9.0, 3.3  # [inch]
+PANEL_GAP = 0.08  # between panels, in heights of a panel
 # Colors that eyes with any color vision tell apart.
 COLORS = ("#1b6ab3", "#e8642c", "#2c9a57", "#8030a0", "#c0a020", "#444444", "#20a0b0", "#d04080")
 MARKS_MOST = 64  # points that get marks; more are a line
@@ -44,6 +45,7 @@ def draw(session: Session, panels: list[Panel], file: str) -> None:
     with matplotlib.rc_context({"font.family": "DejaVu Sans", "font.size": 9.0, "svg.hashsalt": file,
                                 "svg.fonttype": "path"}):
         figure = Figure(figsize=(WIDTH, PANEL_HEIGHT * len(panels)), layout="constrained")
+        figure.get_layout_engine().set(hspace=PANEL_GAP)
         for index, panel in enumerate(panels):
             _draw_panel(figure.add_subplot(len(panels), 1, index + 1), panel)
         picture = io.BytesIO()

@@ -72,7 +72,7 @@ class Reports:
     def get_stage(self, stage: str) -> np.ndarray:
         """[s] of a stage in each step."""
         if "test_pairs_seconds" in self.columns:  # a report with the twelve stages of format_version 1
-            return sum(self.columns[f"{old}_seconds"] for old in STAGES[stage])
+            return np.sum([self.columns[f"{old}_seconds"] for old in STAGES[stage]], axis=0)
         return self.columns[f"{stage}_seconds"]
 
 

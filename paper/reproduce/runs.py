@@ -6,26 +6,15 @@ import math
 import signal
 import subprocess
 import sys
-from dataclasses import dataclass
+import tempfile
 from pathlib import Path
 
 from reproduce.children import call
 from reproduce.conditions import note_run
 from reproduce.progress import format_duration
 from reproduce.recorded import RecordedRun, is_run, read_run
-from reproduce.scenes import METHODS, PAPER_COST, SCENES, Run
+from reproduce.scenes import METHODS, PAPER_COST, SCENES, Run, SceneFacts
 from reproduce.session import DamagedRun, Exit, Failure, Session, say
-
-
-@dataclass(frozen=True)
-class SceneFacts:
-    """What `tulle info SCENE --json` tells of a scene as it is run."""
-
-    scene_hash: str
-    frames: int  # after the start, those that are wanted
-    steps_per_frame: int
-    contact_distance: float  # [m]
-    cloth_triangles: int
 
 
 def find_scene_file(session: Session, run: Run) -> tuple[Path, tuple[str, ...]]:
@@ -53,7 +42,9 @@ def list_words(session: Session, run: Run) -> list[str]:
 
 
 def read_scene(session: Session, run: Run) -> SceneFacts:
-    """Facts of the scene as it is run; prints what is wrong with it."""
+    """Facts of the scene as it is run, asked for once; prints what is wrong with it."""
+    if run in session.scene_facts:
+        return session.scene_facts[run]
     code, output, errors = call(session.interrupts, [str(session.program), "info", "--json", *list_words(session, run)])
     session.stop_if_interrupted()
     if code != Exit.FINE:
@@ -63,8 +54,10 @@ def read_scene(session: Session, run: Run) -> SceneFacts:
     frames = int(facts["frames"])
     if session.is_quick:
         frames = min(frames, SCENES[run.scene].quick_frames)
-    return SceneFacts(facts["scene_hash"], frames, int(facts["steps_per_frame"]), float(facts["contact_distance"]),
-                      sum(int(cloth["triangles"]) for cloth in facts["cloths"]))
+    triangles = sum(int(cloth["triangles"]) for cloth in facts["cloths"])
+    session.scene_facts[run] = SceneFacts(facts["scene_hash"], frames, int(facts["steps_per_frame"]),
+                                          float(facts["contact_distance"]), triangles)
+    return session.scene_facts[run]
 
 
 def get_directory(session: Session, run: Run) -> Path:
@@ -129,18 +122,22 @@ def make_run(session: Session, run: Run) -> int:
 def _run_scene(session: Session, run: Run, frames: int) -> int:
     """Calls `tulle run` and shows what it tells. Its conditions are written down when it begins, not where it is
     refused."""
+    session.stop_if_rebuilt()
     words = [str(session.program), "run", *list_words(session, run), "--resume", "-o", str(get_directory(session, run)),
              "--frames", str(frames), "--progress", "json"]
     if session.threads:
         words += ["--threads", str(session.threads)]
-    child = session.interrupts.start(words, signal.SIGINT, stdin=subprocess.DEVNULL, stderr=subprocess.PIPE, text=True,
-                                     encoding="utf-8", errors="replace")
-    assert child.stderr is not None
-    with child.stderr:
-        for line in child.stderr:
-            _take_line(session, run, line.rstrip("\n"))
-    code = session.interrupts.finish(child)
-    session.progress.end_work()
+    with tempfile.TemporaryFile("w+", encoding="utf-8", errors="replace") as summary:
+        child = session.interrupts.start(words, signal.SIGINT, stdin=subprocess.DEVNULL, stdout=summary,
+                                         stderr=subprocess.PIPE, text=True, encoding="utf-8", errors="replace")
+        assert child.stderr is not None
+        with child.stderr:
+            for line in child.stderr:
+                _take_line(session, run, line.rstrip("\n"))
+        code = session.interrupts.finish(child)
+        session.progress.end_work()
+        summary.seek(0)
+        print(summary.read(), end="", flush=True)
     return code if code >= 0 else Exit.INTERRUPTED if session.interrupts.are_pending else Exit.CANNOT_GO_ON
 
 

@@ -37,6 +37,17 @@ SCENES = {
                      60.0),
 }
 
+@dataclass(frozen=True)
+class SceneFacts:
+    """What `tulle info SCENE --json` tells of a scene as it is run."""
+
+    scene_hash: str
+    frames: int  # after the start, those that are wanted
+    steps_per_frame: int
+    contact_distance: float  # [m]
+    cloth_triangles: int
+
+
 # What goes by the paper's rules gets tangled and takes about so many times as long.
 PAPER_COST = 2.0
 

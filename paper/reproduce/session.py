@@ -9,6 +9,7 @@ from pathlib import Path
 
 from reproduce.children import Interrupts
 from reproduce.progress import Progress
+from reproduce.scenes import Run, SceneFacts
 
 
 class Exit(enum.IntEnum):
@@ -54,8 +55,10 @@ class Session:
     interrupts: Interrupts
     progress: Progress
     build: str = ""  # hash of the programs
+    build_facts: tuple = ()  # their sizes and times when they were hashed
     conditions: str = ""  # of build, threads and processor
     is_lacking: bool = False  # something that was asked for could not be made
+    scene_facts: dict[Run, SceneFacts] = field(default_factory=dict)  # of the scenes that were asked for
     told: set[str] = field(default_factory=set)  # messages that are said once
 
     @property
@@ -73,6 +76,21 @@ class Session:
         if message not in self.told:
             say(message)
         self.told.add(message)
+
+    def find_build_facts(self) -> tuple:
+        """Sizes and times of the programs' files."""
+        facts = [os.stat(program) for program in (self.program, self.measure)]
+        return tuple((fact.st_size, fact.st_mtime_ns, fact.st_ino) for fact in facts)
+
+    def stop_if_rebuilt(self) -> None:
+        """Ends the session where the programs are others than at its begin: what they measure would be noted under the
+        wrong build."""
+        try:
+            is_same = self.find_build_facts() == self.build_facts
+        except OSError:
+            is_same = False
+        if not is_same:
+            raise Failure(Exit.CANNOT_GO_ON, "the program was built anew meanwhile; the same command goes on with it")
 
     def stop_if_interrupted(self) -> None:
         """Ends the session after Ctrl-C or a request to end."""

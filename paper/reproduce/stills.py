@@ -46,8 +46,9 @@ def _is_fresh(session: Session, run: Run, picture: Path) -> bool:
         is_younger = picture.stat().st_mtime >= (get_directory(session, run) / "frames.csv").stat().st_mtime
     except OSError:
         return False
-    width, height = (int(side) for side in session.still_size.split("x"))
-    return is_younger and is_whole_picture(data) and struct.unpack_from(">II", data, PNG_SIZE_OFFSET) == (width, height)
+    size = tuple(int(side) for side in session.still_size.split("x"))
+    has_size = is_whole_picture(data) and struct.unpack_from(">II", data, PNG_SIZE_OFFSET) == size
+    return is_younger and has_size
 
 
 def _render(session: Session, run: Run, picture: Path, frame: int) -> bool:

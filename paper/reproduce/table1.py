@@ -24,8 +24,8 @@ CLAIM = " < ".join(PAPER_METHODS)
 # what impacts do, and these are nearly all of it, so it counts as collision detection.
 CS, DYN, CGM = "cs", "dyn", "cgm"
 STAGE_COSTS = {"update_patches": CS, "build_trees": CS, "find_pairs": CS, "resolve_impacts": CS, "solve_motion": CGM}
-TABLE_HEAD = ("animation,method,cloth_particles,cloth_triangles,obstacle_particles,obstacle_triangles,steps,cs_ms,dyn_ms,"
-              "cgm_ms,step_ms,state,bad_frames,conditions")
+TABLE_HEAD = ("animation,method,cloth_particles,cloth_triangles,obstacle_particles,obstacle_triangles,steps,cs_ms,"
+              "dyn_ms,cgm_ms,step_ms,state,bad_frames,conditions")
 RANKING_HEAD = "animation,paper_ranking,our_ranking,verdict,with_patches,same_work_ratio"
 
 

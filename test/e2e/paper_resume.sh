@@ -165,6 +165,18 @@ sed -i '1s/scene [0-9a-f]*/scene 0123456789abcdef/' out.d/judged/rings.csv
 make 0 '"run":"rings","what":"is judged"' counterexamples
 cmp -s out.d/judged/rings.csv whole.csv || fail "verdicts of another scene were used"
 
+# A program that is built anew while the driver works is not taken for the one before.
+cp "$TULLE" tulle
+cp "$TULLE_PAPER_MEASURE" paper_measure
+rm -f out.d/measured/fig7_*.csv
+(exec sh "$TULLE_SOURCE_DIR/paper/reproduce.sh" --tulle tulle --measure paper_measure fig7 --scenes scenes -o out.d >log 2>&1) &
+process=$!
+until [ -e out.d/measured/fig7_89.csv ] || ! kill -0 $process 2>/dev/null; do sleep 0.002; done
+cp tulle other && mv other tulle
+wait $process
+found=$?
+[ $found = 3 ] && grep -q 'the program was built anew meanwhile' log || { fail "built anew: exit $found, expected 3"; tail -5 log; }
+
 # Table 1: times of several builds are shown, not compared.
 make 0 '' table1
 awk -F, 'NR > 1 && $4 !~ /^((not )?confirmed|within the noise)$/ { exit 1 }' out.d/table1_ranking.csv || { fail "ranking:"; cat out.d/table1_ranking.csv; }

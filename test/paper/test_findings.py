@@ -42,8 +42,8 @@ class Table1(unittest.TestCase):
 
     def test_runs_of_different_conditions_or_without_times_are_not_compared(self):
         cells = make_cells({method: 1.0 for method in table1.METHODS})
-        self.assertEqual(table1.format_finding(1, cells),
-                         "1,paper < bvox < refit,paper ~ bvox ~ refit,within the noise,paper ~ bvox ~ refit ~ patches,1")
+        self.assertEqual(table1.format_finding(1, cells), "1,paper < bvox < refit,paper ~ bvox ~ refit,"
+                         "within the noise,paper ~ bvox ~ refit ~ patches,1")
         not_compared = "1,paper < bvox < refit,,not compared,,"
         said = io.StringIO()
         with contextlib.redirect_stderr(said):

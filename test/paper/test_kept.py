@@ -1,4 +1,4 @@
-"""Rows that are kept: found in any order, never under another head, and of a file that was cut anywhere only whole rows."""
+"""Rows that are kept: found in any order, never under another head, and of a cut file only whole rows."""
 import tempfile
 import unittest
 from pathlib import Path

@@ -7,12 +7,12 @@ from pathlib import Path
 
 import numpy as np
 
-from reproduce.recorded import STAGES, read_reports, read_run
+from reproduce.recorded import RESCUES, STAGES, read_reports, read_run
 from reproduce.session import DamagedRun
 
 FRAMES, VERTICES = 4, 3
 COLUMNS = ["step", "time", "total_seconds", *(f"{stage}_seconds" for stage in STAGES), "contacts", "stick_contacts",
-           "slip_contacts", "rescue_impact_zones", "rescue_component_scalings", "rescue_global_scalings", "smallest_gap"]
+           "slip_contacts", *RESCUES, "smallest_gap"]
 
 
 class Run(unittest.TestCase):
@@ -29,7 +29,8 @@ class Run(unittest.TestCase):
         self.positions = np.arange(FRAMES * VERTICES * 3, dtype="<f4").reshape(FRAMES, VERTICES, 3)
         self.write_cache()
         self.write("report.csv", ",".join(COLUMNS) + "\n"
-                   + "".join(",".join([str(step), *["0.5"] * (len(COLUMNS) - 2), ""]) + "\n" for step in range(FRAMES - 1)))
+                   + "".join(",".join([str(step), *["0.5"] * (len(COLUMNS) - 2), ""]) + "\n"
+                             for step in range(FRAMES - 1)))
 
     def write(self, name: str, text: str):
         (self.directory / name).write_text(text, encoding="utf-8")
