@@ -391,7 +391,7 @@ TULLE_API tulle_untangle_report tulle_world_get_untangle_report(const tulle_worl
 /* ---- the step ---- */
 
 /* Number of the stages of a step. */
-#define TULLE_STAGE_COUNT 12
+#define TULLE_STAGE_COUNT 10
 /* Name of the stage number `stage`, 0 .. TULLE_STAGE_COUNT - 1, in the order in which a step runs
  * them; static. Null out of range. */
 TULLE_API const char *tulle_stage_name(int stage);

@@ -69,11 +69,6 @@ typedef struct affine_map {
     vec3 offset; /* [m] */
 } affine_map;
 
-/* Wall-clock time [s] of the stages that run inside others. */
-typedef struct contact_times {
-    double test_pairs, select_admissible;
-} contact_times;
-
 /* How a vertex took part in contact by the paper's response, kept from step to step. */
 typedef enum particle_state { PARTICLE_FREE, PARTICLE_SLIDES, PARTICLE_STICKS } particle_state;
 
@@ -134,10 +129,9 @@ typedef struct contact_scene {
     const paper_rules *paper;         /* read by the paper's response alone; else null */
     contact_settings settings;
     memory *heap;
-    arena *scratch;       /* each stage releases what it took */
-    contact_times *times; /* grows by what stages 8 and 9 take; may be null */
-    stop_poll *stop;      /* asked often; stages then end with TULLE_ERROR_INTERRUPTED, or with any
-                             result where they have no status. May be null */
+    arena *scratch;  /* each stage releases what it took */
+    stop_poll *stop; /* asked often; stages then end with TULLE_ERROR_INTERRUPTED, or with any
+                        result where they have no status. May be null */
     int threads;
 } contact_scene;
 

@@ -8,7 +8,7 @@
 #include "base/hash.h"
 #include "world/bodies/bodies.h"
 #include "world/pinch/holds.h"
-#include "world/step/detection.h"
+#include "world/step/search.h"
 
 #include <math.h>
 #include <string.h>

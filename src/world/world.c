@@ -327,9 +327,8 @@ tulle_untangle_report tulle_world_get_untangle_report(const tulle_world *world) 
 }
 
 static const char *const STAGE_NAMES[TULLE_STAGE_COUNT] = {
-    "compute_forces",    "gather_contacts", "solve_motion",  "propose_paths",
-    "build_patches",     "build_trees",     "find_pairs",    "test_pairs",
-    "select_admissible", "resolve_impacts", "commit_safely", "update_contacts",
+    "predict_paths",  "update_patches", "build_trees",     "find_pairs",    "gather_rows",
+    "compute_forces", "solve_motion",   "resolve_impacts", "commit_safely", "accept_state",
 };
 
 const char *tulle_stage_name(int stage) {

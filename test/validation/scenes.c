@@ -15,8 +15,8 @@
 #include <stdlib.h>
 #include <string.h>
 
-/* Stages of tulle_stage_name. */
-enum { SOLVE_STAGE = 2, FIRST_CONTACT_STAGE = 8, CHANGES_MAX = 3, BODIES_MAX = 256 };
+/* Stages of tulle_stage_name: solve_motion; resolve_impacts and those after it. */
+enum { SOLVE_STAGE = 6, FIRST_CONTACT_STAGE = 7, CHANGES_MAX = 3, BODIES_MAX = 256 };
 
 /* A scene as quick runs have it. */
 typedef struct small_scene {

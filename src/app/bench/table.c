@@ -42,21 +42,20 @@ static const bench_row *find(const bench_rows *rows, const bench_row *of, bench_
 /* Columns of the first table after scene, size and threads; [ms]. */
 static const struct {
     const char *title;
-    const char *stages[3]; /* whose medians are added */
+    const char *stage;
 } time_columns[] = {
-    {"step", {"step"}},
-    {"processor", {"processor"}},
-    {"forces", {"compute_forces"}},
-    {"gather", {"gather_contacts"}},
-    {"solve", {"solve_motion"}},
-    {"paths", {"propose_paths"}},
-    {"patches", {"build_patches"}},
-    {"trees", {"build_trees"}},
-    {"pairs", {"find_pairs"}},
-    {"tests", {"test_pairs", "select_admissible"}},
-    {"impacts", {"resolve_impacts"}},
-    {"commit", {"commit_safely"}},
-    {"update", {"update_contacts"}},
+    {"step", "step"},
+    {"processor", "processor"},
+    {"predict", "predict_paths"},
+    {"patches", "update_patches"},
+    {"trees", "build_trees"},
+    {"pairs", "find_pairs"},
+    {"rows", "gather_rows"},
+    {"forces", "compute_forces"},
+    {"solve", "solve_motion"},
+    {"impacts", "resolve_impacts"},
+    {"commit", "commit_safely"},
+    {"accept", "accept_state"},
 };
 enum { TIME_COLUMN_COUNT = sizeof time_columns / sizeof time_columns[0] };
 
@@ -75,12 +74,8 @@ static void fill_times(text_table *table, const bench_rows *rows, const bench_ro
     char(*const cells)[CELL_SIZE] = table->cells[table->line_count];
     fill_case(cells, step);
     for (size_t k = 0; k < TIME_COLUMN_COUNT; k++) {
-        double sum = 0.0;
-        for (size_t i = 0; i < 3 && time_columns[k].stages[i]; i++) {
-            const bench_row *const row = find(rows, step, BENCH_TIME, time_columns[k].stages[i]);
-            if (row) sum += row->value;
-        }
-        format_milliseconds(sum, cells[3 + k]);
+        const bench_row *const row = find(rows, step, BENCH_TIME, time_columns[k].stage);
+        format_milliseconds(row ? row->value : 0.0, cells[3 + k]);
     }
     char median[CELL_SIZE / 3], least[CELL_SIZE], spread[CELL_SIZE];
     format_milliseconds(step->minimum, least);

@@ -163,7 +163,7 @@ static void write_curve(FILE *script, int column, const char *title, const char 
             title);
 }
 
-/* The first panel is twice as high as the others, for the key of its twelve stages and four marks:
+/* The first panel is twice as high as the others, for the key of its ten stages and four marks:
  * gnuplot leaves out the entries of a key that is higher than its panel. */
 static void begin_panel(FILE *script, int index, const char *label) {
     double const share = 0.92 / (PANEL_COUNT + 1);

@@ -8,7 +8,6 @@
 #include "contact/pairs/path_test.h"
 
 #include "base/parallel.h"
-#include "base/timer.h"
 #include "contact/pairs/apart_pairs.h"
 #include "contact/pairs/near_pairs.h"
 #include "contact/pairs/pair_filter.h"
@@ -72,7 +71,6 @@ static void measure_hits(const void *context, feature_kind kind, pair_event *eve
 
 tulle_status find_hits(const contact_scene *scene, const pair_source *source, const double *x1,
                        const bool *has_changed, pair_events *hits) {
-    double const start = timer_now();
     path_test test = {.scene = scene, .x1 = x1};
     /* [m] xi with rounding slack */
     double const minimum = scene->settings.minimum_gap + find_rounding_slack(scene, x1);
@@ -86,7 +84,6 @@ tulle_status find_hits(const contact_scene *scene, const pair_source *source, co
     if (!make_feature_tables(scene, scan.records, &test.tables)) return TULLE_ERROR_OUT_OF_MEMORY;
     tulle_status status = pick_pairs(scene, source, x1, minimum, &pairs);
     if (status == TULLE_OK) status = scan_pairs(scene, &pairs, &scan, hits);
-    if (scene->times) scene->times->test_pairs += timer_now() - start;
     return status;
 }
 

@@ -5,7 +5,6 @@
  * only shape the response; what has no row is still caught by stages 10 and 11. */
 #include "contact/rows/gather_contacts.h"
 
-#include "base/timer.h"
 #include "contact/pairs/apart_pairs.h"
 #include "contact/pairs/near_pairs.h"
 #include "contact/pairs/pair_filter.h"
@@ -93,19 +92,9 @@ static void measure_touches(const void *context, feature_kind kind, pair_event *
             verdicts[i] = SCAN_DROP;
 }
 
-/* Adds the time since *start to *total and restarts the clock. */
-static void add_time(double *total, double *start) {
-    double const now = timer_now();
-    *total += now - *start;
-    *start = now;
-}
-
 static tulle_status fill_rows(gathering *work, const contact_store *store, pair_source *source,
                               row_list *list) {
     const contact_scene *const scene = work->scene;
-    contact_times unused, *const times = scene->times ? scene->times : &unused;
-    unused = (contact_times){0};
-    double start = timer_now();
     pair_scan const scan = {.records = make_records(scene, scene->x0, work->predicted),
                             .at_start = work->largest_separation,
                             .at_end = work->largest_contact,
@@ -118,12 +107,9 @@ static tulle_status fill_rows(gathering *work, const contact_store *store, pair_
         return TULLE_ERROR_OUT_OF_MEMORY;
     tulle_status status = scan_pairs(scene, source->pairs, &scan, &found);
     if (status == TULLE_OK) status = note_near_pairs(scene, &found, &list->near_pairs);
-    add_time(&times->test_pairs, &start);
     if (status != TULLE_OK) return status;
     source->near_pairs = &list->near_pairs;
-    status = choose_rows(scene, store, work->predicted, &found, list);
-    add_time(&times->select_admissible, &start);
-    return status;
+    return choose_rows(scene, store, work->predicted, &found, list);
 }
 
 tulle_status gather_contacts(const contact_scene *scene, const contact_store *store,

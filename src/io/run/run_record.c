@@ -10,7 +10,8 @@
 #include <string.h>
 
 static const char *const format_name = "tulle run";
-enum { FORMAT_VERSION = 1 };
+/* Version 1 named the stages of report.csv in another way: it is read, but not written on. */
+enum { FORMAT_VERSION = 2, FORMAT_VERSION_FIRST = 1 };
 static const char *const record_names[] = {"plain", "debug"}; /* by records_debug */
 static const size_t record_size_limit = (size_t)1 << 28; /* [bytes] far above RUN_BODY_MAX bodies */
 
@@ -165,6 +166,8 @@ static bool is_same_body(const run_record *old, const run_record *new, size_t bo
 tulle_status run_record_compare(const run_record *old, const run_record *new, const char *path,
                                 tulle_error *error) {
     const char *difference = NULL;
+    if (old->is_older_format)
+        difference = "an older version of tulle began it, with other columns in report.csv";
     if (old->scene_hash != new->scene_hash) difference = "the scene was changed since";
     if (old->time_step < new->time_step || old->time_step > new->time_step ||
         old->steps_per_frame != new->steps_per_frame)
@@ -292,17 +295,18 @@ static tulle_status read_bodies(run_record *record, const json_document *documen
     return status;
 }
 
-static tulle_status check_format(const json_document *document, const json_value *root,
-                                 tulle_error *error) {
+static tulle_status read_format(run_record *record, const json_document *document,
+                                const json_value *root, tulle_error *error) {
     const char *name = "";
     uint32_t version = 0;
     tulle_status status = json_take_string(document, root, "format", &name, error);
     if (!status && strcmp(name, format_name) != 0)
         status = json_fail(document, root, error, "\"format\" should be \"%s\"", format_name);
     if (!status) status = json_take_whole(document, root, "format_version", &version, error);
-    if (!status && version != FORMAT_VERSION)
-        status = json_fail(document, root, error, "format version %u; only %d can be read", version,
-                           FORMAT_VERSION);
+    if (!status && (version < FORMAT_VERSION_FIRST || version > FORMAT_VERSION))
+        status = json_fail(document, root, error, "format version %u; only %d to %d can be read",
+                           version, FORMAT_VERSION_FIRST, FORMAT_VERSION);
+    record->is_older_format = version < FORMAT_VERSION;
     return status;
 }
 
@@ -380,7 +384,7 @@ tulle_status run_record_read(run_record *record, const char *path, tulle_error *
     file_release(record->heap, &data);
     if (status) return status;
     const json_value *const root = json_get_root(&document);
-    status = check_format(&document, root, error);
+    status = read_format(record, &document, root, error);
     if (!status) status = read_state(record, &document, root, error);
     if (!status) status = read_texts(record, &document, root, error);
     if (!status) status = read_numbers(record, &document, root, error);

@@ -43,6 +43,7 @@ typedef struct run_record {
     double time_step;
     uint32_t steps_per_frame, wanted_frame_count, threads;
     int has_scene_text, writes_vtp, records_debug;
+    bool is_older_format; /* as read: can be read, but not gone on with */
     tulle_run_state state;
     bool has_detection;
     tulle_world_detection detection; /* when has_detection */

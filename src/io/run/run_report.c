@@ -28,18 +28,16 @@ static const column columns[] = {
     {"step", COLUMN_U64, FIELD(step)},
     {"time", COLUMN_DOUBLE, FIELD(time)},
     {"total_seconds", COLUMN_DOUBLE, FIELD(total_seconds)},
-    {"compute_forces_seconds", COLUMN_DOUBLE, STAGE(0)},
-    {"gather_contacts_seconds", COLUMN_DOUBLE, STAGE(1)},
-    {"solve_motion_seconds", COLUMN_DOUBLE, STAGE(2)},
-    {"propose_paths_seconds", COLUMN_DOUBLE, STAGE(3)},
-    {"build_patches_seconds", COLUMN_DOUBLE, STAGE(4)},
-    {"build_trees_seconds", COLUMN_DOUBLE, STAGE(5)},
-    {"find_pairs_seconds", COLUMN_DOUBLE, STAGE(6)},
-    {"test_pairs_seconds", COLUMN_DOUBLE, STAGE(7)},
-    {"select_admissible_seconds", COLUMN_DOUBLE, STAGE(8)},
-    {"resolve_impacts_seconds", COLUMN_DOUBLE, STAGE(9)},
-    {"commit_safely_seconds", COLUMN_DOUBLE, STAGE(10)},
-    {"update_contacts_seconds", COLUMN_DOUBLE, STAGE(11)},
+    {"predict_paths_seconds", COLUMN_DOUBLE, STAGE(0)},
+    {"update_patches_seconds", COLUMN_DOUBLE, STAGE(1)},
+    {"build_trees_seconds", COLUMN_DOUBLE, STAGE(2)},
+    {"find_pairs_seconds", COLUMN_DOUBLE, STAGE(3)},
+    {"gather_rows_seconds", COLUMN_DOUBLE, STAGE(4)},
+    {"compute_forces_seconds", COLUMN_DOUBLE, STAGE(5)},
+    {"solve_motion_seconds", COLUMN_DOUBLE, STAGE(6)},
+    {"resolve_impacts_seconds", COLUMN_DOUBLE, STAGE(7)},
+    {"commit_safely_seconds", COLUMN_DOUBLE, STAGE(8)},
+    {"accept_state_seconds", COLUMN_DOUBLE, STAGE(9)},
     {"solve_count", COLUMN_U32, FIELD(solve_count)},
     {"cg_iterations", COLUMN_U32, FIELD(cg_iterations)},
     {"cg_residual", COLUMN_DOUBLE, FIELD(cg_residual)},
@@ -70,11 +68,31 @@ static const column columns[] = {
     {"patches_dissolved", COLUMN_U64, FIELD(patches_dissolved)},
     {"turning_pairs", COLUMN_U64, FIELD(turning_pairs)},
 };
-enum {
-    COLUMN_COUNT = sizeof columns / sizeof columns[0],
-    COLUMN_COUNT_FIRST = 38 /* of the first reports; columns are only added behind */
+enum { COLUMN_COUNT = sizeof columns / sizeof columns[0] };
+
+/* Columns of reports of format version 1: their stages, in that order, in the place of today's.
+ * Times of two stages that are one today are added. */
+static const column stages_of_version_1[] = {
+    {"compute_forces_seconds", COLUMN_DOUBLE, STAGE(5)},
+    {"gather_contacts_seconds", COLUMN_DOUBLE, STAGE(4)},
+    {"solve_motion_seconds", COLUMN_DOUBLE, STAGE(6)},
+    {"propose_paths_seconds", COLUMN_DOUBLE, STAGE(0)},
+    {"build_patches_seconds", COLUMN_DOUBLE, STAGE(1)},
+    {"build_trees_seconds", COLUMN_DOUBLE, STAGE(2)},
+    {"find_pairs_seconds", COLUMN_DOUBLE, STAGE(3)},
+    {"test_pairs_seconds", COLUMN_DOUBLE, STAGE(7)},
+    {"select_admissible_seconds", COLUMN_DOUBLE, STAGE(7)},
+    {"resolve_impacts_seconds", COLUMN_DOUBLE, STAGE(7)},
+    {"commit_safely_seconds", COLUMN_DOUBLE, STAGE(8)},
+    {"update_contacts_seconds", COLUMN_DOUBLE, STAGE(9)},
 };
-_Static_assert(COLUMN_COUNT *(NUMBER_TEXT_SIZE + 1) < RUN_REPORT_LINE_SIZE, "a line must fit");
+enum {
+    STAGE_FIRST = 3, /* the column of the first stage */
+    STAGE_COUNT_1 = sizeof stages_of_version_1 / sizeof stages_of_version_1[0],
+    COLUMN_COUNT_1 = COLUMN_COUNT - TULLE_STAGE_COUNT + STAGE_COUNT_1,
+    COLUMN_COUNT_1_FIRST = 38 /* of the first reports of version 1; more were added behind */
+};
+_Static_assert(COLUMN_COUNT_1 *(NUMBER_TEXT_SIZE + 1) < RUN_REPORT_LINE_SIZE, "a line must fit");
 
 size_t run_report_get_column_count(void) { return COLUMN_COUNT; }
 
@@ -130,6 +148,12 @@ size_t run_report_format(const tulle_step_report *report, char text[RUN_REPORT_L
 
 /* ---- reading ---- */
 
+/* The columns of a report that is read, in its order. */
+typedef struct heading {
+    const column *columns[COLUMN_COUNT_1];
+    size_t count;
+} heading;
+
 static bool parse_field(const column *described, text_word word, char *field) {
     if (described->kind == COLUMN_DOUBLE) {
         double real = described->offset == FIELD(smallest_gap) ? INFINITY : NAN;
@@ -150,45 +174,79 @@ static bool parse_field(const column *described, text_word word, char *field) {
     return true;
 }
 
-static tulle_status parse_line(text_cursor *text, size_t column_count, const char *line_end,
+static tulle_status parse_line(text_cursor *text, const heading *named, const char *line_end,
                                tulle_step_report *report, tulle_error *error) {
     *report = (tulle_step_report){0};
     const char *at = text->at;
-    for (size_t i = 0; i < column_count; i++) {
+    for (size_t i = 0; i < named->count; i++) {
+        const column *const described = named->columns[i];
         const char *const comma = memchr(at, ',', (size_t)(line_end - at));
-        bool const is_last = i + 1 == column_count;
+        bool const is_last = i + 1 == named->count;
         if (is_last != !comma)
-            return text_fail(text, at, error, "the line should have %zu columns", column_count);
+            return text_fail(text, at, error, "the line should have %zu columns", named->count);
         text_word const word = {at, (size_t)((comma ? comma : line_end) - at)};
-        if (!parse_field(&columns[i], word, (char *)report + columns[i].offset))
-            return text_fail(text, at, error, "column %s should hold a %s", columns[i].name,
-                             columns[i].kind == COLUMN_DOUBLE ? "number" : "whole number");
+        char *const field = (char *)report + described->offset;
+        double before = 0.0, sum;
+        if (described->kind == COLUMN_DOUBLE) memcpy(&before, field, sizeof before);
+        if (!parse_field(described, word, field))
+            return text_fail(text, at, error, "column %s should hold a %s", described->name,
+                             described->kind == COLUMN_DOUBLE ? "number" : "whole number");
+        if (before != 0.0) { /* the second of two stages that are one today */
+            memcpy(&sum, field, sizeof sum);
+            sum += before;
+            memcpy(field, &sum, sizeof sum);
+        }
         if (comma) at = comma + 1;
     }
     return TULLE_OK;
 }
 
-/* Columns that a heading without its end of line names; 0: it is not one of this program. */
-static size_t count_columns(const char *heading, size_t length) {
-    char whole[RUN_REPORT_LINE_SIZE];
-    size_t const whole_length = run_report_format_heading(whole) - 1;
-    bool const is_begin = length <= whole_length && memcmp(heading, whole, length) == 0 &&
-                          (length == whole_length || whole[length] == ',');
-    if (!is_begin) return 0;
-    size_t count = 1;
-    for (size_t i = 0; i < length; i++) count += heading[i] == ',';
-    return count >= COLUMN_COUNT_FIRST ? count : 0;
+/* The columns that a version writes. */
+static heading list_columns(bool is_version_1) {
+    heading list = {.count = 0};
+    for (size_t i = 0; i < COLUMN_COUNT; i++) {
+        bool const is_stage = i >= STAGE_FIRST && i < STAGE_FIRST + TULLE_STAGE_COUNT;
+        if (!is_version_1 || !is_stage)
+            list.columns[list.count++] = &columns[i];
+        else if (i == STAGE_FIRST)
+            for (size_t k = 0; k < STAGE_COUNT_1; k++)
+                list.columns[list.count++] = &stages_of_version_1[k];
+    }
+    return list;
+}
+
+/* Reads the heading of a report, without its end of line. It names the columns of a version: all of
+ * them, or the first ones where later builds added more behind. False: it is of no known version.
+ */
+static bool read_heading(const char *text, size_t length, heading *named) {
+    for (int is_version_1 = 0; is_version_1 < 2; is_version_1++) {
+        *named = list_columns(is_version_1);
+        size_t at = 0, count = 0;
+        while (count < named->count && at < length) {
+            const char *const name = named->columns[count]->name;
+            size_t const size = strlen(name);
+            if (length - at < size || memcmp(text + at, name, size) != 0) break;
+            count++;
+            at += size;
+            if (at == length) break;
+            if (text[at++] != ',') break;
+        }
+        bool const is_whole = at == length && length > 0 && text[length - 1] != ',';
+        named->count = count;
+        if (is_whole && count >= (is_version_1 ? COLUMN_COUNT_1_FIRST : COLUMN_COUNT)) return true;
+    }
+    return false;
 }
 
 static tulle_status parse_lines(memory *heap, text_cursor *text, run_report_rows *rows,
                                 tulle_error *error) {
     const char *const heading_end = memchr(text->at, '\n', (size_t)(text->end - text->at));
     if (!heading_end) return TULLE_OK;
-    size_t const column_count = count_columns(text->at, (size_t)(heading_end - text->at));
-    if (column_count == 0)
+    heading named;
+    if (!read_heading(text->at, (size_t)(heading_end - text->at), &named))
         return text_fail(text, NULL, error,
-                         "the heading is not the one that this version writes: "
-                         "\"step,time,total_seconds,...\"");
+                         "the heading names other columns than this version knows; it should "
+                         "begin with \"step,time,total_seconds,predict_paths_seconds,\"");
     text_next_line(text);
     while (text->at < text->end) {
         const char *const line_end = memchr(text->at, '\n', (size_t)(text->end - text->at));
@@ -197,7 +255,7 @@ static tulle_status parse_lines(memory *heap, text_cursor *text, run_report_rows
             return error_set_at(error, TULLE_ERROR_OUT_OF_MEMORY, text->path, 0, 0,
                                 "out of memory while it was read");
         tulle_status const status =
-            parse_line(text, column_count, line_end, &rows->data[rows->count], error);
+            parse_line(text, &named, line_end, &rows->data[rows->count], error);
         if (status) return status;
         rows->count++;
         text_next_line(text);

@@ -49,7 +49,7 @@ bool world_ask_less_room(step_context *context, int level) {
     return has_changed;
 }
 
-void world_note_loss(step_context *context, double gain) {
+void world_note_loss(step_context *context) {
     row_list const *const list = &context->world->rows;
     double work = 0.0; /* [J] of making room */
     for (size_t i = 0; context->scene.body_count > 0 && i < list->rows.count; i++) {
@@ -59,5 +59,5 @@ void world_note_loss(step_context *context, double gain) {
             vec3_dot(row->frame.normal, get_relative_velocity(row, context->mean_velocity));
         work += compute_push(row) * fmax(speed - compute_kept_speed(context, row), 0.0);
     }
-    context->lost_energy = context->scene.body_count > 0 ? fmax(work - gain, 0.0) : 0.0;
+    context->lost_energy = context->scene.body_count > 0 ? fmax(work - context->gain, 0.0) : 0.0;
 }

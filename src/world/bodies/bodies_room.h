@@ -17,7 +17,7 @@ void world_share_room(step_context *context);
  * have, with `level` 1 for no speed apart. False when none of them carries load and asked for more.
  */
 bool world_ask_less_room(step_context *context, int level);
-/* After the last solve, which gained so much [J]: what this substep loses without them. */
-void world_note_loss(step_context *context, double gain);
+/* After the last solve, with its gain: what this substep loses without them. */
+void world_note_loss(step_context *context);
 
 #endif

@@ -143,7 +143,6 @@ static double compute_change(const step_context *context, size_t body, const bod
 
 tulle_status world_wake_pressed(step_context *context) {
     tulle_world *const world = context->world;
-    context->has_woken = false;
     if (!world->has_sleep) return TULLE_OK;
     arena_mark const mark = arena_get_mark(&world->scratch);
     body_press const *const presses = collect_presses(context);
@@ -154,7 +153,7 @@ tulle_status world_wake_pressed(step_context *context) {
                                                           get_body(world, b)->body.sleep_speed;
         if (!is_pressed) continue;
         world_wake_body(world, context->state, b);
-        context->has_woken = true;
+        context->outcome = SUBSTEP_WAKES;
     }
     arena_release(&world->scratch, mark);
     return TULLE_OK;

@@ -18,10 +18,10 @@ void world_wake_all(const tulle_world *world, world_motion_state *state);
 /* Before a substep, with its targets: wakes what something scripted moves near to, and says which
  * surfaces meet. */
 void world_wake_near_script(step_context *context);
-/* Once a substep is solved: wakes what is pressed, into context->has_woken. */
+/* After stage 8: wakes what is pressed; the outcome is then SUBSTEP_WAKES. */
 tulle_status world_wake_pressed(step_context *context);
-/* Before accept_state: the contacts of sleepers with one another and with what stands, of which
- * no row tells, into context->resting. */
+/* Before the rows are stored: the contacts of sleepers with one another and with what stands, of
+ * which no row tells, into context->resting. */
 tulle_status world_keep_resting(step_context *context);
 /* At the end of a step: who falls asleep. */
 tulle_status world_settle_bodies(step_context *context, double time_step);

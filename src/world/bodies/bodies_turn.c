@@ -60,6 +60,6 @@ bool world_turns_too_far(step_context *context) {
         if (spin * context->time_step > TURN_SLACK * turn)
             longest = fmin(longest, turn / (TURN_SLACK * spin));
     }
-    context->turn_time = longest;
+    context->retry.turn_time = longest;
     return isfinite(longest);
 }

@@ -14,7 +14,7 @@
 tulle_status world_limit_turns(const step_context *context, double *length);
 
 /* Whether a contact of the substep that was solved spins a body up so that it turns too far; then
- * context->turn_time [s] is what the substep may last. */
+ * context->retry.turn_time [s] is what the substep may last. */
 bool world_turns_too_far(step_context *context);
 
 #endif

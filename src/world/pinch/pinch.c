@@ -50,12 +50,11 @@ bool world_is_script_moving(const step_context *context) {
     return false;
 }
 
-void world_skip_rest(step_context *context) {
+void world_stand_still(step_context *context) {
     size_t const vertices = context->world->cloth_vertex_count + 2 * context->world->body_count;
     size_t const bytes = 3 * vertices * sizeof(double);
     memset(context->state->velocities, 0, bytes);
     context->state->previous_time_step = 0.0;
-    context->is_rest_skipped = true;
 }
 
 /* ---- messages ---- */
@@ -333,7 +332,7 @@ tulle_status world_handle_pinch(step_context *context) {
     if (!sides)
         return error_set(context->error, TULLE_ERROR_OUT_OF_MEMORY, "no memory left for a pinch");
     blocked_place const place =
-        context->is_torn ? context->torn_place : world_find_blocked_place(context);
+        context->outcome == SUBSTEP_TORN ? context->torn_place : world_find_blocked_place(context);
     world_find_pinch_sides(world, &place, sides);
     tulle_status status = find_script(context);
     if (status == TULLE_OK) status = choose(context, &place, sides);

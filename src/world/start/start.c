@@ -7,7 +7,7 @@
 #include "base/hash.h"
 #include "world/bodies/bodies.h"
 #include "world/start/inside.h"
-#include "world/step/detection.h"
+#include "world/step/search.h"
 #include "world/untangle/untangle.h"
 
 #include <string.h>

@@ -1,7 +1,7 @@
 /* world/start/start_arrays.c - the arrays that a world has from its start on, and their release. */
 #include "world/bodies/bodies.h"
 #include "world/start/start.h"
-#include "world/step/detection.h"
+#include "world/step/search.h"
 
 #include <string.h>
 

@@ -1,4 +1,4 @@
-/* world/step/step.h - what one (sub)step carries from stage to stage. */
+/* world/step/step.h - a step of the world: what its stages share, and how a substep may end. */
 #ifndef TULLE_WORLD_STEP_STEP_H
 #define TULLE_WORLD_STEP_STEP_H
 
@@ -9,21 +9,33 @@
 #include "contact/solve/solve_motion.h"
 #include "world/world_state.h"
 
-/* Stage numbers, in the order of tulle_stage_name. */
+/* The stages of a substep, in the order in which step.c runs them and of tulle_stage_name. */
 typedef enum stage {
-    STAGE_COMPUTE_FORCES,
-    STAGE_GATHER_CONTACTS,
-    STAGE_SOLVE_MOTION,
-    STAGE_PROPOSE_PATHS,
-    STAGE_BUILD_PATCHES,
+    STAGE_PREDICT_PATHS,
+    STAGE_UPDATE_PATCHES,
     STAGE_BUILD_TREES,
     STAGE_FIND_PAIRS,
-    STAGE_TEST_PAIRS,
-    STAGE_SELECT_ADMISSIBLE,
+    STAGE_GATHER_ROWS,
+    STAGE_COMPUTE_FORCES,
+    STAGE_SOLVE_MOTION,
     STAGE_RESOLVE_IMPACTS,
     STAGE_COMMIT_SAFELY,
-    STAGE_UPDATE_CONTACTS
+    STAGE_ACCEPT_STATE
 } stage;
+
+/* How a substep ended. The stage that ends it says so; retry.c decides what is tried next. */
+typedef enum substep_outcome {
+    SUBSTEP_RUNS,      /* no stage has ended it yet */
+    SUBSTEP_WHOLE,     /* accepted: all of its time passed */
+    SUBSTEP_SHORTENED, /* accepted: a part of its time passed */
+    SUBSTEP_BLOCKED,   /* no part of its time may pass */
+    SUBSTEP_WAKES,     /* refused: its contacts woke bodies */
+    SUBSTEP_TURNS,     /* refused: a contact makes a body turn too far */
+    SUBSTEP_STRETCHES, /* refused: an edge of cloth would grow too much */
+    SUBSTEP_GAINS,     /* refused: it would end with far more energy than there is */
+    SUBSTEP_PINCHED,   /* the last of a step that what follows a script blocks */
+    SUBSTEP_TORN       /* the last of a step that tears cloth which obstacles squeeze */
+} substep_outcome;
 
 /* Cloth vertices at which a step was blocked or tears cloth. */
 typedef struct blocked_place {
@@ -34,67 +46,147 @@ typedef struct blocked_place {
     vec3 position;    /* [m] of one of them */
 } blocked_place;
 
+/* What retry.c counts. The first group lasts for a step, the second for a substep. */
+typedef struct retry_state {
+    double remaining;       /* [s] of the step that must still pass */
+    double wanted;          /* [s] length of the next substep, if no body turns too far in it */
+    double turn_time;       /* [s] the longest that the next substep may be for a body that turns */
+    double shortest;        /* [s] a substep of this length is taken whatever it stretches */
+    bool is_cut_by_turns;   /* the substep is shorter than wanted, for bodies turn in it */
+    uint32_t substep_limit; /* after so many substeps the step is stuck */
+    int crawl_count;        /* substeps in a row in which next to no time passed */
+    int shorter_count;      /* how often a step that was stuck went on with shorter substeps */
+
+    int solves;         /* of the substep so far */
+    bool is_rough;      /* the next solve only tells about what springs are linearised */
+    int linearisations; /* of the springs anew, since the last balance */
+    int balances;       /* solves anew with more rounds, for a gain of energy */
+    int room_levels;    /* solves anew with less room between bodies, for the same */
+    double last_gain;   /* [J] of the balance before */
+} retry_state;
+
+/* What a step carries from stage to stage. */
 typedef struct step_context {
     tulle_world *world;
-    world_motion_state *state; /* moved on by each substep */
-    double time_step;          /* [s] of this substep */
-    double shortest_step;      /* [s] a substep this long is taken whatever it stretches */
-    bool is_rejected; /* paths give cloth too much energy or stretch, or turn too far: try shorter
-                       * ones */
-    bool has_gained;  /* they give it far more energy than there is */
-    double energy_scale;  /* [J] at work in the substep: what moves, and what gravity gives */
-    bool is_cut_by_turns; /* the substep is shorter than it would be else, for bodies turn in it */
-    double turn_time;     /* [s] what the next may last, for in this one they turn too far */
-    bool has_woken;       /* sleepers woke by its contacts: it is made anew */
-    stored_contact *resting; /* of the store, of pairs that have no rows */
-    size_t resting_count;
-    double damping;           /* of the integrator, see force_options */
-    double passed;            /* [s] of it that passed, set by the commit */
-    uint32_t substep_limit;   /* substeps after which the step counts as pinched */
-    int crawl_count;          /* substeps in a row that hardly moved */
-    int retry_count;          /* how often the step was stuck and went on with shorter substeps */
-    bool is_rest_skipped;     /* nothing more can move in this step */
-    bool is_script_frozen;    /* scripted vertices stand still (on_pinch: slow) */
-    bool is_pinched;          /* the step is to be undone, see world_handle_pinch ... */
-    bool is_torn;             /* ... for it tears cloth ... */
-    blocked_place torn_place; /* ... here */
-    int pinch_level;          /* how much the step holds back already */
-    double hold_left[HOLDS_MAX];                 /* [m] that each hold keeps from its script */
-    char pinch_message[WORLD_MESSAGE_BYTES / 2]; /* of the pinch found last */
+    world_motion_state *state; /* a copy of the world's; accept_state moves it on */
+    tulle_step_report *report;
+    tulle_error *error;
+    double step_start; /* [s] of the whole step */
+    double whole_step; /* [s] its length */
+
+    /* of the substep */
+    double time_step; /* [s] its length */
+    double passed;    /* [s] of it that passed, set by commit_safely */
+    substep_outcome outcome;
+    retry_state retry;
+
+    /* what the stages read */
     contact_scene scene;
     paper_rules paper; /* of the scene, by the paper's response */
     motion_state dynamics;
     force_terms terms; /* of `dynamics`, where there is room for them */
     pair_source source;
-    double *mean_velocity;   /* [m/s] u, all vertices */
-    double lost_energy;      /* [J] that this substep loses; only with bodies */
-    bool has_settled;        /* the impulses of the last solve have, and it did not end early */
-    double *guess;           /* [m/s] u about which springs are linearised */
-    double *predicted, *end; /* [m] all vertices */
+    double damping; /* of the integrator, see force_options */
+
+    /* what they write */
+    double *predicted;            /* [m] predict_paths: ends of the paths to expect, all vertices */
+    double *bounds;               /* [m] find_pairs: ends of the paths that the pairs are for */
+    double *certified_end;        /* [m] update_patches: ends that the patches are certified for */
+    double *guess;                /* [m/s] u about which springs are linearised */
+    double *mean_velocity;        /* [m/s] solve_motion: u of all vertices */
+    double *end;                  /* [m] solve_motion: ends x0 + h u of the paths */
+    bool is_stretched;            /* the cloth takes more energy than the system reckons with */
+    bool has_settled;             /* the impulses of a full solve no longer change */
+    impact_report impacts;        /* resolve_impacts */
+    double gain;                  /* [J] that the paths give beyond what there is, see ... */
+    double energy_scale;          /* [J] ... and the energy at work: motion, and what falls */
+    double lost_energy;           /* [J] that the substep loses; only with bodies */
     elastic_energies end_elastic; /* of the cloths at `end`, where has_end_elastic */
     bool has_end_elastic;
-    double *bounds;        /* [m] ends of the paths that the candidate pairs were found for */
-    double *certified_end; /* [m] ends of the paths that the patches are certified for */
     commit_report commit;
-    commit_report blocked;    /* the last commit of the step that named a blocking pair */
-    contact_times nested;     /* [s] since the last end of a stage */
-    double search_seconds;    /* [s] the same for stages 5 to 7 */
+    commit_report blocked;   /* the last commit of the step that named a blocking pair */
+    stored_contact *resting; /* contacts of the store whose pairs have no rows */
+    size_t resting_count;
+
+    /* time taken: see world_end_stage */
+    double lap;            /* [s] the clock at the end of the last stage */
+    double search_seconds; /* [s] since then in stages 2 to 4 */
+    arena_mark search_mark;
+
+    /* carriers.c: the motion of scripted obstacles */
     affine_map *carrier_maps; /* per surface, of this substep */
     const affine_map **carriers;
-    double step_start;       /* [s] of the whole step ... */
-    double whole_step;       /* [s] ... and its length */
-    affine_map *progress;    /* per obstacle, from there to where it is */
+    affine_map *progress;    /* per obstacle, from the start of the step to where it is */
     affine_map *script_maps; /* per obstacle, from there to the end of the substep */
-    tulle_step_report *report;
-    tulle_error *error;
+
+    /* pinch/ */
+    bool is_script_frozen;       /* all that follows a script stands still (on_pinch: slow) */
+    double hold_left[HOLDS_MAX]; /* [m] that each hold keeps from its script */
+    int pinch_level;             /* how much the step holds back already */
+    blocked_place torn_place;    /* where the step tears squeezed cloth */
+    char pinch_message[WORLD_MESSAGE_BYTES / 2]; /* of the pinch found last */
 } step_context;
 
-/* substep.c: moves context->state on by as much of time_step as is safe, through all stages. */
-tulle_status world_advance(step_context *context);
+static inline bool world_is_accepted(const step_context *context) {
+    return context->outcome == SUBSTEP_WHOLE || context->outcome == SUBSTEP_SHORTENED;
+}
 
-/* Adds the time since *start to a stage, but for that of stages inside it, and restarts the clock.
- */
-void world_end_stage(step_context *context, stage number, double *start);
+/* ---- the stages, each a call of run_substep in step.c ---- */
+
+/* predict_paths.c: all that the stages read, and stage 1: where cloth goes without contact and
+ * inner forces, x0 + h v0 + h^2 g, into `predicted`. */
+tulle_status world_predict_paths(step_context *context);
+
+/* search.c: patches certified for x0 -> x1, trees of x0 -> bounds, the candidates of these. */
+tulle_status world_update_patches(step_context *context, const double *x1);
+tulle_status world_build_trees(step_context *context, const double *bounds);
+tulle_status world_find_pairs(step_context *context, const double *bounds);
+
+/* stages.c: stages 5 to 9. compute_forces is about x0, or about `guess` where that is set. */
+tulle_status world_gather_rows(step_context *context);
+tulle_status world_compute_forces(step_context *context);
+tulle_status world_solve_motion(step_context *context);
+tulle_status world_resolve_impacts(step_context *context);
+tulle_status world_commit_safely(step_context *context);
+
+/* accept_state.c: the one place where the state moves on. */
+tulle_status world_accept_state(step_context *context);
+
+/* Ends a stage: adds the time since the last end to it, without that of searches inside it, and
+ * gives a status that is no success its message. Returns the status. */
+tulle_status world_end_stage(step_context *context, stage number, tulle_status status);
+
+/* Gives a status that is no success its message. Returns the status. */
+tulle_status world_tell_failure(const step_context *context, tulle_status status);
+
+/* ---- retry.c ---- */
+
+/* Before the first substep; before the first solve of a substep. */
+void world_begin_retries(step_context *context);
+void world_begin_solves(step_context *context);
+/* Chooses the length of the next substep. An error names a body that turns too fast. */
+tulle_status world_choose_substep(step_context *context);
+/* Whether stage 7 runs again; stages 7 and 8; how the step goes on after a substep; whether the
+ * step, undone, runs again. */
+bool world_retry_solve(step_context *context, tulle_status *status);
+bool world_retry_balance(step_context *context, tulle_status *status);
+void world_retry_substep(step_context *context);
+bool world_retry_step(step_context *context, tulle_status *status);
+/* Whether the step has passed, or is pinched. */
+bool world_is_step_over(const step_context *context);
+
+/* ---- undo.c: a step works on a copy of the state, all or nothing ---- */
+
+/* Keeps what undo puts back. */
+tulle_status world_keep_start(tulle_world *world, tulle_error *error);
+/* Makes the copy on which the step works. */
+tulle_status world_copy_start(tulle_world *world, tulle_error *error);
+/* Undoes what a step changed outside its copy. */
+void world_undo_step(tulle_world *world);
+/* Puts the copy in the place of the state. */
+tulle_status world_swap_states(tulle_world *world, tulle_error *error);
+
+/* ---- what stages ask ---- */
 
 /* carriers.c: before the first substep; once targets are set; after a substep is accepted. The maps
  * lie in the world's scratch arena. */
@@ -102,14 +194,11 @@ tulle_status world_begin_carriers(step_context *context);
 void world_find_carriers(step_context *context);
 void world_follow_carriers(step_context *context);
 
-/* solve_step.c: stage 1, about x0 or the guess. */
-tulle_status world_compute_forces(step_context *context);
-
-/* solve_step.c: stages 3, 4 and 10, after stage 1; as often as the balance of energy wants it. */
-tulle_status world_solve_step(step_context *context, impact_report *impacts, double *start);
-/* Whether the substep, ending with u at context->end, gives the cloth far more energy than there
- * is. */
-tulle_status world_check_gain(step_context *context, bool *has_gained);
+/* energy_balance.c: whether a substep must not gain energy. Other integrators than implicit Euler
+ * let it go up and down about its value, and the paper's response has no such rule. */
+bool world_keeps_balance(const step_context *context);
+/* Whether the gain is so large that the substep is not taken. */
+bool world_gains_too_much(const step_context *context);
 
 /* energy_balance.c: the kinetic energy of vertices that can move with which the substep may end at
  * context->end, without the work of what rows hold them by. */
@@ -123,24 +212,23 @@ tulle_status world_find_kinetic_limit(step_context *context, kinetic_limit *limi
  * positions. */
 tulle_status world_measure_state(step_context *context, cloth_energies *energies);
 
-/* Energy [J] that the substep, ending with u at context->end, has beyond what it may and a small
- * slack. */
-tulle_status world_measure_gain(step_context *context, double *gain);
+/* Sets `gain`: the energy that the substep, ending with u at `end`, has beyond what it may and a
+ * small slack; 0 where it need not keep a balance. */
+tulle_status world_measure_gain(step_context *context);
 
 /* stretch.c: largest growth of an edge's stretch, beyond a stretch that cloth may have, from the
  * start of the substep to context->end. */
 double world_measure_stretch_growth(const step_context *context);
-/* stretch.c: whether an edge jumps to over WORLD_TORN_STRETCH times its rest length, which is no
- * motion of cloth. */
-#define WORLD_TORN_STRETCH 4.0
-bool world_is_torn(const step_context *context);
+/* stretch.c: an error where an edge jumps to over four times its rest length, which is no motion of
+ * cloth. */
+tulle_status world_check_torn(const step_context *context);
 
 /* pinch.c: whether obstacles or pins still follow their script, so that they may be what blocks. */
 bool world_is_script_moving(const step_context *context);
 /* pinch.c: cloth and bodies stand still for the rest of the step. */
-void world_skip_rest(step_context *context);
-/* pinch.c: what to do when the step is_pinched; see tulle_on_pinch. OK means: undo the step and
- * make it anew with the holds and releases of context->state. */
+void world_stand_still(step_context *context);
+/* pinch.c: what to do when the step is pinched or torn; see tulle_on_pinch. OK means: undo the step
+ * and make it anew with the holds and releases of context->state. */
 tulle_status world_handle_pinch(step_context *context);
 /* pinch.c: at the end of a step: what is held back no more, and what the world says of it. */
 tulle_status world_end_pinch(step_context *context);

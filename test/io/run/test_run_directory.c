@@ -148,6 +148,31 @@ static void only_the_same_scene_is_resumed(void **state) {
     assert_same_run(directory, test_path("whole"));
 }
 
+/* A run of format version 1 can be read, but not gone on with: its report has other columns. */
+static void older_runs_are_read_but_not_resumed(void **state) {
+    (void)state;
+    const char *const directory = test_path("older");
+    run_whole(directory, 3);
+    char path[256];
+    snprintf(path, sizeof path, "%s/run.json", directory);
+    size_t size;
+    char *const text = get_file(path, &size);
+    char *const version = strstr(text, "\"format_version\": 2");
+    assert_non_null(version);
+    version[strlen("\"format_version\": ")] = '1';
+    FILE *const file = fopen(path, "w");
+    assert_non_null(file);
+    fputs(text, file);
+    fclose(file);
+    free(text);
+    tulle_run_reader *reader = NULL;
+    assert_int_equal(tulle_run_reader_open(directory, &reader, NULL), TULLE_OK);
+    tulle_run_reader_close(reader);
+    tulle_error error;
+    assert_int_equal(resume_run(directory, FRAME_COUNT, &error), TULLE_ERROR_INVALID_ARGUMENT);
+    assert_non_null(strstr(error.message, "an older version of tulle began it"));
+}
+
 static void paraview_files(void **state) {
     (void)state;
     const char *const directory = test_path("vtk");
@@ -235,37 +260,88 @@ static void detection_comes_back(void **state) {
     }
 }
 
-/* Writes a report of two lines with the first columns only, and reads it. */
-static tulle_status read_short_report(size_t column_count, run_report_rows *rows, memory *heap) {
-    char text[2][RUN_REPORT_LINE_SIZE];
-    tulle_step_report const report = {.step = 7, .pinched = 1, .patches = 3, .smallest_gap = 0.5};
-    run_report_format_heading(text[0]);
-    run_report_format(&report, text[1]);
+/* A report of format version 1: its heading, and a line in which each stage took another power of
+ * two of seconds. */
+static const char *const version_1_lines[] = {
+    "step,time,total_seconds,compute_forces_seconds,gather_contacts_seconds,solve_motion_seconds,"
+    "propose_paths_seconds,build_patches_seconds,build_trees_seconds,find_pairs_seconds,"
+    "test_pairs_seconds,select_admissible_seconds,resolve_impacts_seconds,commit_safely_seconds,"
+    "update_contacts_seconds,solve_count,cg_iterations,cg_residual,cg_converged,box_pairs,"
+    "tested_pairs,contacts,new_contacts,stick_contacts,slip_contacts,hard_contacts,impact_rounds,"
+    "rescue_impact_zones,rescue_component_scalings,rescue_global_scalings,substeps,ignored_pairs,"
+    "smallest_gap,kinetic_energy,gravity_energy,elastic_energy,max_stretch,pinched,pair_searches,"
+    "patches,patch_triangles,patches_certified,patches_dissolved,turning_pairs",
+    "7,0.5,4095,1,2,4,8,16,32,64,128,256,512,1024,2048,2,65,1e-5,1,9,8,7,6,5,4,3,2,0,0,0,1,0,,7.5,"
+    "15,0.25,1.5,1,1,3,3200,1,0,0"};
+enum { VERSION_1_FIRST = 38, VERSION_1_COLUMNS = 44 };
+
+/* Writes the first columns of two such lines, and reads them. */
+static tulle_status read_version_1(size_t column_count, run_report_rows *rows, memory *heap) {
     const char *const path = test_path("short.csv");
     FILE *const file = fopen(path, "w");
     assert_non_null(file);
     for (int line = 0; line < 3; line++) {
-        const char *end = text[line > 0];
-        for (size_t i = 0; i < column_count; i++) end += strcspn(end + (i > 0), ",\n") + (i > 0);
-        fprintf(file, "%.*s\n", (int)(end - text[line > 0]), text[line > 0]);
+        const char *const text = version_1_lines[line > 0], *end = text;
+        for (size_t i = 0; i < column_count; i++) end += strcspn(end + (i > 0), ",") + (i > 0);
+        fprintf(file, "%.*s\n", (int)(end - text), text);
     }
     fclose(file);
     return run_report_read(heap, path, rows, NULL);
 }
 
-static void reports_of_older_runs_are_read(void **state) {
+static void reports_of_version_1_are_read(void **state) {
     (void)state;
+    /* 5 compute_forces 1, 4 gather_rows 2, ... ; three stages are one in resolve_impacts */
+    double const seconds[TULLE_STAGE_COUNT] = {8, 16, 32, 64, 2, 1, 4, 128 + 256 + 512, 1024, 2048};
     memory heap = memory_default();
-    size_t const count = run_report_get_column_count();
-    for (size_t columns = 36; columns <= count; columns++) {
+    for (size_t columns = VERSION_1_FIRST - 2; columns <= VERSION_1_COLUMNS; columns++) {
         run_report_rows rows = {0};
-        tulle_status const status = read_short_report(columns, &rows, &heap);
-        assert_int_equal(status, columns < 38 ? TULLE_ERROR_PARSE : TULLE_OK);
-        assert_int_equal(rows.count, columns < 38 ? 0 : 2);
+        bool const is_known = columns >= VERSION_1_FIRST;
+        tulle_status const status = read_version_1(columns, &rows, &heap);
+        assert_int_equal(status, is_known ? TULLE_OK : TULLE_ERROR_PARSE);
+        assert_int_equal(rows.count, is_known ? 2 : 0);
         for (size_t i = 0; i < rows.count; i++) {
             assert_int_equal(rows.data[i].step, 7);
+            for (int k = 0; k < TULLE_STAGE_COUNT; k++)
+                assert_true(rows.data[i].stage_seconds[k] == seconds[k]);
+            assert_int_equal(rows.data[i].solve_count, 2);
+            assert_true(rows.data[i].smallest_gap == (double)INFINITY);
             assert_int_equal(rows.data[i].pinched, 1);
             assert_int_equal(rows.data[i].patches, columns > 39 ? 3 : 0);
+        }
+        ARRAY_FREE(&heap, &rows);
+    }
+}
+
+/* What this version writes comes back; with a column less, or with one that is unknown, it is
+ * refused. */
+static void reports_come_back(void **state) {
+    (void)state;
+    memory heap = memory_default();
+    char text[2][RUN_REPORT_LINE_SIZE];
+    tulle_step_report report = {.step = 7, .pinched = 1, .turning_pairs = 3, .smallest_gap = 0.5};
+    for (int k = 0; k < TULLE_STAGE_COUNT; k++) report.stage_seconds[k] = 0.1 * (k + 1);
+    run_report_format_heading(text[0]);
+    run_report_format(&report, text[1]);
+    for (int k = 0; k < 3; k++) {
+        const char *const path = test_path("whole.csv");
+        FILE *const file = fopen(path, "w");
+        assert_non_null(file);
+        size_t const length = strlen(text[0]) - 1;
+        size_t const kept = k == 1 ? length - strlen(",turning_pairs") : length;
+        fprintf(file, "%.*s%s\n%s", (int)kept, text[0], k == 2 ? ",more" : "", text[1]);
+        fclose(file);
+        run_report_rows rows = {0};
+        tulle_status const status = run_report_read(&heap, path, &rows, NULL);
+        assert_int_equal(status, k == 0 ? TULLE_OK : TULLE_ERROR_PARSE);
+        assert_int_equal(rows.count, k == 0 ? 1 : 0);
+        for (size_t i = 0; i < rows.count; i++) {
+            assert_memory_equal(rows.data[i].stage_seconds, report.stage_seconds,
+                                sizeof report.stage_seconds);
+            assert_int_equal(rows.data[i].step, 7);
+            assert_int_equal(rows.data[i].pinched, 1);
+            assert_int_equal(rows.data[i].turning_pairs, 3);
+            assert_true(rows.data[i].smallest_gap == 0.5);
         }
         ARRAY_FREE(&heap, &rows);
     }
@@ -280,10 +356,12 @@ int main(void) {
         cmocka_unit_test(a_second_writer_is_kept_out),
         cmocka_unit_test(bad_defs_and_places_create_nothing),
         cmocka_unit_test(only_the_same_scene_is_resumed),
+        cmocka_unit_test(older_runs_are_read_but_not_resumed),
         cmocka_unit_test(paraview_files),
         cmocka_unit_test(report_lines_fit_their_heading),
         cmocka_unit_test(detection_comes_back),
-        cmocka_unit_test(reports_of_older_runs_are_read),
+        cmocka_unit_test(reports_of_version_1_are_read),
+        cmocka_unit_test(reports_come_back),
     };
     return cmocka_run_group_tests(tests, make_test_folder, remove_test_folder);
 }

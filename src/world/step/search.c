@@ -1,9 +1,9 @@
-/* world/step/detection.c - see detection.h.
+/* world/step/search.c - see detection.h.
  *
  * Based on: Wong, Baciu, Dynamic interaction between deformable surfaces and nonsmooth objects,
  * 2005, section 3. Departures: a patch is skipped only when it is proven not to touch itself, and
  * patches live from step to step; docs/method/update_patches.md. */
-#include "world/step/detection.h"
+#include "world/step/search.h"
 
 #include "base/timer.h"
 
@@ -111,11 +111,22 @@ void world_restore_patches(tulle_world *world) {
                             world->kept_patch_bytes.count);
 }
 
-/* ---- stages 5, 6 and 7 ---- */
+/* ---- the stages ---- */
 
-/* Patches that are certified for x0 -> x1. */
-static tulle_status build_patches(step_context *context, const double *x1) {
+/* Ends a stage that may run inside others: adds what passed since `start` [s] to it, and keeps it
+ * from the stage around it. */
+static tulle_status end_search(step_context *context, stage number, double start,
+                               tulle_status status) {
+    double const seconds = timer_now() - start;
+    context->report->stage_seconds[number] += seconds;
+    context->search_seconds += seconds;
+    return world_tell_failure(context, status);
+}
+
+tulle_status world_update_patches(step_context *context, const double *x1) {
     tulle_world *const world = context->world;
+    double const start = timer_now();
+    context->source.near_pairs = NULL;
     if (!world->patches) return TULLE_OK;
     patch_counts counts = {0};
     patch_step const paths = {&world->set, context->state->positions, x1, world->threads};
@@ -128,56 +139,50 @@ static tulle_status build_patches(step_context *context, const double *x1) {
     report->patches_dissolved += counts.dissolved_count;
     memcpy(context->certified_end, x1, 3 * world->vertex_count * sizeof(double));
     broad_phase_set_patches(world->broad, kept_patches_get_labelling(world->patches));
-    return status;
+    return end_search(context, STAGE_UPDATE_PATCHES, start, status);
 }
 
-/* Boxes of x0 -> bounds; pairs but those within the present patches. */
-static tulle_status search_boxes(step_context *context, pair_source *source, const double *bounds) {
+tulle_status world_build_trees(step_context *context, const double *bounds) {
     tulle_world *const world = context->world;
-    double *const seconds = context->report->stage_seconds;
     double const start = timer_now();
-    arena_mark const mark = arena_get_mark(&world->scratch);
-    tulle_status status = build_trees(world->broad, &world->set, context->state->positions, bounds,
-                                      source->margin, world->threads);
-    double const middle = timer_now();
-    source->is_straight = broad_phase_is_straight(world->broad);
+    context->search_mark = arena_get_mark(&world->scratch); /* find_pairs releases it */
+    tulle_status const status = build_trees(world->broad, &world->set, context->state->positions,
+                                            bounds, context->source.margin, world->threads);
+    context->source.is_straight = broad_phase_is_straight(world->broad);
+    if (status != TULLE_OK) arena_release(&world->scratch, context->search_mark);
+    return end_search(context, STAGE_BUILD_TREES, start, status);
+}
+
+tulle_status world_find_pairs(step_context *context, const double *bounds) {
+    tulle_world *const world = context->world;
+    pair_source *const source = &context->source;
+    double const start = timer_now();
     search_counts counts;
-    if (status == TULLE_OK)
-        status =
-            find_unsorted_pairs(world->broad, &world->set, world->threads, &world->pairs, &counts);
+    tulle_status const status =
+        find_unsorted_pairs(world->broad, &world->set, world->threads, &world->pairs, &counts);
     if (status == TULLE_OK && world->patches)
         kept_patches_tell_search(world->patches, counts.leaf_pair_count, counts.near_pair_count);
-    arena_release(&world->scratch, mark);
-    seconds[STAGE_BUILD_TREES] += middle - start;
-    seconds[STAGE_FIND_PAIRS] += timer_now() - middle;
-    if (status != TULLE_OK) return status;
+    arena_release(&world->scratch, context->search_mark);
+    if (end_search(context, STAGE_FIND_PAIRS, start, status) != TULLE_OK) return status;
     context->report->pair_searches++;
     context->report->box_pairs += world->pairs.vertex_triangle.count + world->pairs.edge_edge.count;
+    source->pairs = &world->pairs;
+    source->bounds = context->bounds;
+    if (bounds != context->bounds)
+        memcpy(context->bounds, bounds, 3 * world->vertex_count * sizeof(double));
     return TULLE_OK;
 }
 
-/* Candidates with the boxes of x0 -> bounds for tests of x0 -> x1. */
-static tulle_status find_candidates(pair_source *source, const double *x1, const double *bounds) {
-    step_context *const context = source->context;
-    double const start = timer_now();
-    source->near_pairs = NULL;
-    tulle_status status = build_patches(context, x1);
-    double const middle = timer_now();
-    context->report->stage_seconds[STAGE_BUILD_PATCHES] += middle - start;
-    if (status == TULLE_OK) status = search_boxes(context, source, bounds);
-    context->search_seconds += timer_now() - start;
+/* Patches and pairs of x0 -> x1 with the trees of x0 -> bounds. */
+static tulle_status search_again(step_context *context, const double *x1, const double *bounds) {
+    tulle_status status = world_update_patches(context, x1);
+    if (status == TULLE_OK) status = world_build_trees(context, bounds);
+    if (status == TULLE_OK) status = world_find_pairs(context, bounds);
     return status;
 }
 
 static tulle_status renew_pairs(pair_source *source, const double *x1) {
-    step_context *const context = source->context;
-    tulle_status const status = find_candidates(source, x1, x1);
-    if (status != TULLE_OK) return status;
-    memcpy(context->bounds, x1, 3 * context->world->vertex_count * sizeof(double));
-    source->pairs = &context->world->pairs;
-    source->bounds = context->bounds;
-    source->renew_count++;
-    return TULLE_OK;
+    return search_again(source->context, x1, x1);
 }
 
 /* Whether no vertex of a cloth ends farther than `distance` from where the patches were certified
@@ -209,10 +214,8 @@ static tulle_status adapt_pairs(pair_source *source, const double *x1) {
     if (!context->world->patches) return TULLE_OK;
     double const start = timer_now();
     bool const is_covered = patches_cover(context, x1);
-    double const seconds = timer_now() - start;
-    context->report->stage_seconds[STAGE_BUILD_PATCHES] += seconds;
-    context->search_seconds += seconds;
-    return is_covered ? TULLE_OK : find_candidates(source, x1, context->bounds);
+    (void)end_search(context, STAGE_UPDATE_PATCHES, start, TULLE_OK);
+    return is_covered ? TULLE_OK : search_again(context, x1, context->bounds);
 }
 
 pair_source world_make_pair_source(step_context *context) {

@@ -1,0 +1,107 @@
+/* world/step/accept_state.c - stage 10: the state moves on to the end of the substep.
+ *
+ * Takes u, the paths that commit_safely has proven and the rows with their impulses. Gives the
+ * state its positions, velocities, contacts and time. No other stage changes the state. */
+#include "contact/rows/carry_over.h"
+#include "contact/solve/end_velocities.h"
+#include "world/bodies/bodies.h"
+#include "world/bodies/bodies_sleep.h"
+#include "world/step/step.h"
+
+#include <string.h>
+
+/* Impulses of rows are as b counts them while the motion is solved, and those that act in the whole
+ * step before and after: the same for implicit Euler. */
+static void scale_impulses(row_list *list, double factor) {
+    for (size_t i = 0; i < list->rows.count; i++)
+        list->rows.data[i].solve.impulse = vec3_scale(list->rows.data[i].solve.impulse, factor);
+}
+
+/* Of a substep that ended early, cloth has the part of its change of velocity that fits the time
+ * which passed. */
+static void shorten_changes(const step_context *context, double *end) {
+    tulle_world const *const world = context->world;
+    for (size_t v = 0; v < world->cloth_vertex_count; v++) {
+        if (!(world->active_inverse_masses[v] > 0.0)) continue;
+        vec3 const start = vec3_load(context->state->velocities, v);
+        vec3 const change = vec3_sub(vec3_load(end, v), start);
+        vec3_store(end, v, vec3_add_scaled(start, change, context->commit.fraction));
+    }
+}
+
+static bool may_rebound(const tulle_world *world) {
+    bool has_restitution = false;
+    for (size_t i = 0; i < world->rows.rows.count; i++)
+        has_restitution |= world->rows.rows.data[i].law.restitution > 0.0;
+    return has_restitution;
+}
+
+/* The laws of impact, as far as energy allows. */
+static tulle_status end_contacts(step_context *context, double *end, end_velocities *ends) {
+    tulle_world *const world = context->world;
+    if (may_rebound(world)) {
+        kinetic_limit limit;
+        tulle_status const status = world_find_kinetic_limit(context, &limit);
+        if (status != TULLE_OK) return status;
+        ends->kinetic_limit = limit.energy;
+    }
+    return context->scene.response->end_contacts(&context->scene, &world->rows,
+                                                 context->mean_velocity, end, ends);
+}
+
+/* Velocities at the end: those of the integrator, and contacts that carry load end as the laws of
+ * impact say. */
+static tulle_status accept_velocities(step_context *context) {
+    tulle_world *const world = context->world;
+    world_motion_state *const state = context->state;
+    linear_system const *const system = &world->system;
+    contact_response const *const response = context->scene.response;
+    bool const is_whole = context->outcome == SUBSTEP_WHOLE;
+    size_t const bytes = 3 * world->vertex_count * sizeof(double);
+    double *const end = context->predicted; /* free again: takes the new velocities */
+    bool const is_euler = system->integrator == TULLE_INTEGRATOR_IMPLICIT_EULER;
+    end_velocities ends = {.is_inelastic = !is_euler};
+    for (size_t v = 0; v < world->cloth_vertex_count; v++)
+        world->is_fixed[v] = !(world->active_inverse_masses[v] > 0.0);
+    response->mark_plain_ends(&context->scene, &world->rows, world->is_fixed);
+    scale_impulses(&world->rows, 1.0 / system->share); /* to what they gave to end velocities */
+    memcpy(end, context->mean_velocity, bytes);
+    finish_velocities(system, &context->dynamics, world->is_fixed, context->mean_velocity, end);
+    if (!is_whole) shorten_changes(context, end);
+    world_end_bodies(context, end);
+    if (is_whole && response->end_contacts) {
+        tulle_status const status = end_contacts(context, end, &ends);
+        if (status != TULLE_OK) return status;
+    }
+    scale_impulses(&world->rows, system->share * context->time_step / system->force_time);
+    world_finish_bodies(context, end);
+    memcpy(state->previous_velocities, state->velocities, bytes);
+    memcpy(state->previous_mean, context->mean_velocity, bytes);
+    memcpy(state->velocities, end, bytes);
+    /* velocities that jump are no history */
+    bool const is_smooth = is_whole && ends.rebound_count == 0 && context->damping < 1.0;
+    state->previous_time_step = is_smooth ? context->time_step : 0.0;
+    return TULLE_OK;
+}
+
+tulle_status world_accept_state(step_context *context) {
+    tulle_world *const world = context->world;
+    world_motion_state *const state = context->state;
+    tulle_status status = accept_velocities(context);
+    if (status == TULLE_OK)
+        context->scene.response->keep_contacts(&context->scene, context->end, &world->rows);
+    /* impulses belong to the whole substep that was solved for, even if less of it passed */
+    if (status == TULLE_OK) status = world_keep_resting(context);
+    if (status == TULLE_OK)
+        status = update_contacts(&state->contacts, &world->heap, &world->rows, context->time_step);
+    if (status == TULLE_OK)
+        status = add_contacts(&state->contacts, &world->heap, context->resting,
+                              context->resting_count, context->time_step);
+    if (status != TULLE_OK) return world_end_stage(context, STAGE_ACCEPT_STATE, status);
+    memcpy(state->positions, context->end, 3 * world->vertex_count * sizeof(double));
+    state->elastic = context->end_elastic;
+    state->has_elastic = context->has_end_elastic;
+    state->time += context->passed;
+    world_follow_carriers(context);
+    return world_end_stage(context, STAGE_ACCEPT_STATE, TULLE_OK);
+}

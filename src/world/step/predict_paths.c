@@ -1,0 +1,130 @@
+/* world/step/predict_paths.c - stage 1: where the vertices go if nothing stops them.
+ *
+ * Takes the state at the start of the substep and the script; fills what the stages read
+ * (context->scene, targets, arrays of the scratch arena). Gives the paths to expect: x0 + h v0 +
+ * h^2 g for cloth, without contact and inner forces, and the way to the target for what follows a
+ * script. Stages 2 to 5 search along them. */
+#include "contact/pairs/body_paths.h"
+#include "contact/solve/solve_bodies.h"
+#include "world/bodies/bodies.h"
+#include "world/bodies/bodies_sleep.h"
+#include "world/pinch/holds.h"
+#include "world/step/search.h"
+
+#include <math.h>
+#include <string.h>
+
+/* Contact keeps this share of the minimum gap more than the world promises, because a pair that is
+ * pressed against the gap loses a little of it with every step. Each time that a stuck step goes on
+ * with shorter substeps the share is halved. */
+static const double MINIMUM_GAP_RESERVE = 0.01;
+
+static contact_settings make_settings(const step_context *context) {
+    tulle_world const *const world = context->world;
+    double const reserve = ldexp(MINIMUM_GAP_RESERVE, -context->retry.shorter_count);
+    contact_settings settings = contact_settings_default();
+    settings.minimum_gap = (1.0 + reserve) * world->minimum_gap;
+    settings.solve_rounds = world->def.solve_rounds;
+    if (settings.solve_rounds_landing < settings.solve_rounds)
+        settings.solve_rounds_landing = settings.solve_rounds;
+    settings.impulse_sweeps = world->def.impulse_sweeps;
+    settings.impact_rounds = world->def.impact_rounds;
+    settings.cg_tolerance = world->def.cg_tolerance;
+    settings.cg_max_iterations = world->def.cg_max_iterations;
+    return settings;
+}
+
+static contact_scene make_scene(step_context *context) {
+    tulle_world *const world = context->world;
+    world_motion_state *const state = context->state;
+    contact_response const *const response = get_response(world->def.response);
+    return (contact_scene){.set = &world->set,
+                           .vertex_count = world->vertex_count,
+                           .cloth_vertex_count = world->cloth_vertex_count,
+                           .vertex_surface = world->vertex_surface,
+                           .x0 = state->positions,
+                           .v0 = state->velocities,
+                           .rest = world->rest,
+                           .targets = world->targets,
+                           .inverse_mass = world->active_inverse_masses,
+                           .laws = world->laws,
+                           .largest_contact = world->contact_distance,
+                           .largest_separation = world->separation_distance,
+                           .grains = world->grains,
+                           .gravity = vec3_load(world->def.gravity, 0),
+                           .carriers = context->carriers,
+                           .ignored = world->ignored_keys.data,
+                           .ignored_count = world->ignored_keys.count,
+                           .time_step = context->time_step,
+                           .response = response,
+                           .paper = response->keeps_particles ? &context->paper : NULL,
+                           .settings = make_settings(context),
+                           .heap = &world->heap,
+                           .scratch = &world->scratch,
+                           .stop = &world->stop,
+                           .threads = world->threads};
+}
+
+/* Where the script has its vertices at the end of the substep, as far as holds let them go. */
+static tulle_status set_targets(step_context *context) {
+    tulle_world *const world = context->world;
+    world_motion_state const *const state = context->state;
+    double const advance = context->is_script_frozen ? 0.0 : context->time_step;
+    tulle_status const status =
+        world_script_targets(world, state->time, state->time + advance, context->error);
+    if (status != TULLE_OK) return status;
+    world_hold_targets(context);
+    if (context->is_script_frozen)
+        memcpy(world->targets, state->positions, 3 * world->vertex_count * sizeof(double));
+    return TULLE_OK;
+}
+
+static bool allocate_arrays(step_context *context) {
+    tulle_world *const world = context->world;
+    arena *const scratch = &world->scratch;
+    size_t const n = 3 * world->vertex_count;
+    context->mean_velocity = ARENA_NEW(scratch, double, n);
+    context->guess = ARENA_NEW(scratch, double, n);
+    context->predicted = ARENA_NEW(scratch, double, n);
+    context->end = ARENA_NEW(scratch, double, n);
+    context->bounds = ARENA_NEW(scratch, double, n);
+    context->certified_end = ARENA_NEW(scratch, double, n);
+    context->carrier_maps = ARENA_NEW(scratch, affine_map, world->set.surface_count);
+    context->paper = (paper_rules){world->def.motion_space, context->state->particles,
+                                   ARENA_NEW_ZEROED(scratch, uint8_t, world_particle_count(world))};
+    context->carriers = ARENA_NEW(scratch, const affine_map *, world->set.surface_count);
+    return context->mean_velocity && context->guess && context->predicted && context->end &&
+           context->bounds && context->certified_end && context->carrier_maps &&
+           context->carriers && context->paper.after;
+}
+
+tulle_status world_predict_paths(step_context *context) {
+    tulle_world *const world = context->world;
+    world_motion_state *const state = context->state;
+    if (!allocate_arrays(context))
+        return world_end_stage(context, STAGE_PREDICT_PATHS, TULLE_ERROR_OUT_OF_MEMORY);
+    tulle_status status = set_targets(context);
+    if (status != TULLE_OK) return status;
+    world_wake_near_script(context);
+    world_find_carriers(context);
+    context->scene = make_scene(context);
+    status = world_prepare_bodies(context);
+    context->dynamics = (motion_state){.positions = state->positions,
+                                       .velocities = state->velocities,
+                                       .previous_mean = state->previous_mean,
+                                       .previous_velocities = state->previous_velocities,
+                                       .time_step = context->time_step,
+                                       .previous_time_step = state->previous_time_step,
+                                       .time = state->time};
+    context->source = world_make_pair_source(context);
+    if (status == TULLE_OK) {
+        vec3 const fall = vec3_scale(vec3_load(world->def.gravity, 0), context->time_step);
+        double *const u = context->mean_velocity;
+        for (size_t v = 0; v < world->cloth_vertex_count; v++)
+            vec3_store(u, v, vec3_add(vec3_load(state->velocities, v), fall));
+        start_bodies(&context->scene, u);
+        prescribe_motion(&context->scene, u);
+        propose_paths(&context->scene, u, context->predicted);
+    }
+    return world_end_stage(context, STAGE_PREDICT_PATHS, status);
+}

@@ -1,0 +1,219 @@
+/* world/step/retry.c - all that is tried again when a step does not come out at once.
+ *
+ * A stage says what happened; this file decides what follows:
+ *
+ *   what happened                      | what is tried                       | how often
+ *   -----------------------------------|-------------------------------------|------------------
+ *   in a solve (stages 7 and 8)        |                                     |
+ *   springs take more than was linear  | linearise about the solution, solve | 3 a balance
+ *   the solve was rough                | solve to the tolerance              | 1 a linearisation
+ *   energy is gained, bodies make room | the same with less room for bodies  | 2
+ *   energy is gained                   | linearise, solve with more rounds   | 3, while it falls
+ *                                      |                                     |
+ *   in a substep                       |                                     |
+ *   its contacts wake bodies           | the substep with them awake         | once for each body
+ *   a contact makes a body turn too far| as long as the turn allows          | until it fits
+ *   an edge grows, energy is gained    | half the length                     | down to 1/4 step
+ *   a part of the time passed          | the rest as another substep         | 48 a step
+ *   stuck while a script moves         | substeps shorter by 4, half reserve | 3
+ *   stuck with nothing on a script     | cloth stands still for the rest     | once
+ *                                      |                                     |
+ *   in a step                          |                                     |
+ *   stuck still, or cloth is torn      | undo; what on_pinch says            | until it gives up
+ *
+ * A step is stuck when a substep is blocked, when four in a row pass next to no time, or when it
+ * took 48 substeps (and what shorter ones and turns add). on_pinch `stop` gives up at once, `slow`
+ * holds back more each time, at last all that follows a script; `release` lets go of obstacles as
+ * long as there are any. A body that turns too fast for 4,096 substeps fails the step. */
+#include "base/error.h"
+#include "world/bodies/bodies_room.h"
+#include "world/bodies/bodies_sleep.h"
+#include "world/bodies/bodies_turn.h"
+#include "world/step/step.h"
+
+#include <math.h>
+#include <string.h>
+
+enum { LINEARISATIONS_MAX = 3 };
+/* Solves that follow a gain of energy: the most rounds of others, then twice as many each time. */
+enum { BALANCES_MAX = 3, BALANCE_ROUNDS = 6, ROOM_LEVELS_MAX = 2 };
+
+/* What is left of a step under this share of it is not worth a substep: rounding. */
+static const double REMAINDER_SHARE = 1e-9;
+/* A substep of this share of the step, a power of two, is taken whatever it stretches. */
+static const double SHORTEST_SHARE = 1.0 / 4.0;
+enum { SUBSTEPS_MAX = 48 };
+/* A substep crawls when it passes less than this share of what it is to pass. */
+static const double CRAWL_SHARE = 0.01;
+enum { CRAWLS_MAX = 4 };
+/* Each time that a stuck step goes on, its substeps are shorter by so many halvings. */
+enum { SHORTER_MAX = 3, SHORTER_HALVINGS = 2 };
+
+/* ---- in a solve ---- */
+
+/* The first solves of a series are rough: they only tell about what springs are linearised. */
+static void begin_series(step_context *context) {
+    context->retry.is_rough = context->scene.response->keeps_momentum;
+    context->retry.linearisations = 0;
+}
+
+void world_begin_solves(step_context *context) {
+    retry_state *const retry = &context->retry;
+    retry->solves = retry->balances = retry->room_levels = 0;
+    retry->last_gain = (double)INFINITY;
+    context->gain = 0.0;
+    begin_series(context);
+}
+
+static tulle_status linearise_anew(step_context *context) {
+    memcpy(context->guess, context->mean_velocity,
+           3 * context->world->cloth_vertex_count * sizeof(double));
+    context->dynamics.guess = context->guess;
+    return world_compute_forces(context);
+}
+
+bool world_retry_solve(step_context *context, tulle_status *status) {
+    retry_state *const retry = &context->retry;
+    if (*status != TULLE_OK) return false;
+    if (context->is_stretched && retry->linearisations < LINEARISATIONS_MAX) {
+        retry->linearisations++;
+        retry->is_rough = true;
+        *status = linearise_anew(context);
+        return *status == TULLE_OK;
+    }
+    bool const is_done = context->has_settled || !retry->is_rough;
+    retry->is_rough = false;
+    return !is_done;
+}
+
+bool world_retry_balance(step_context *context, tulle_status *status) {
+    retry_state *const retry = &context->retry;
+    contact_settings *const settings = &context->scene.settings;
+    if (*status == TULLE_OK)
+        *status = world_end_stage(context, STAGE_SOLVE_MOTION, world_measure_gain(context));
+    if (*status != TULLE_OK || !(context->gain > 0.0)) return false;
+    if (retry->room_levels < ROOM_LEVELS_MAX && world_ask_less_room(context, retry->room_levels)) {
+        retry->room_levels++;
+        settings->push_out_speed = 0.0; /* of impacts that are found from here on */
+        begin_series(context);
+        return true;
+    }
+    if (retry->balances == BALANCES_MAX || !(context->gain < retry->last_gain)) return false;
+    settings->solve_rounds = BALANCE_ROUNDS << retry->balances++;
+    if (settings->solve_rounds_landing < settings->solve_rounds)
+        settings->solve_rounds_landing = settings->solve_rounds;
+    retry->last_gain = context->gain;
+    begin_series(context);
+    *status = linearise_anew(context);
+    return *status == TULLE_OK;
+}
+
+/* ---- in a substep ---- */
+
+void world_begin_retries(step_context *context) {
+    context->retry = (retry_state){
+        .remaining = context->whole_step,
+        .wanted = context->whole_step,
+        .turn_time = (double)INFINITY,
+        .shortest = SHORTEST_SHARE * context->whole_step,
+        .substep_limit = context->report->substeps + SUBSTEPS_MAX,
+    };
+}
+
+bool world_is_step_over(const step_context *context) {
+    return context->outcome == SUBSTEP_PINCHED ||
+           !(context->retry.remaining > REMAINDER_SHARE * context->whole_step);
+}
+
+tulle_status world_choose_substep(step_context *context) {
+    retry_state *const retry = &context->retry;
+    double const longest = fmin(retry->wanted, retry->remaining);
+    context->time_step = fmin(longest, retry->turn_time);
+    tulle_status const status = world_limit_turns(context, &context->time_step);
+    retry->is_cut_by_turns = context->time_step < longest;
+    retry->turn_time = (double)INFINITY;
+    return status;
+}
+
+/* Whether going on as before is hopeless. What a turn alone cut short is no sign of it. */
+static bool is_stuck(step_context *context) {
+    retry_state *const retry = &context->retry;
+    double const wanted = retry->is_cut_by_turns ? context->time_step : retry->wanted;
+    bool const is_slow = context->passed < CRAWL_SHARE * wanted;
+    retry->crawl_count = is_slow ? retry->crawl_count + 1 : 0;
+    return context->outcome == SUBSTEP_BLOCKED || retry->crawl_count >= CRAWLS_MAX ||
+           context->report->substeps >= retry->substep_limit;
+}
+
+/* Shorter substeps help where something follows a script: what turns fast leaves its circle less,
+ * and cloth that rides on it comes less near. */
+static bool go_on_shorter(step_context *context) {
+    retry_state *const retry = &context->retry;
+    if (retry->shorter_count == SHORTER_MAX) return false;
+    retry->shorter_count++;
+    retry->wanted = ldexp(context->whole_step, -SHORTER_HALVINGS * retry->shorter_count);
+    retry->substep_limit += 1u << (SHORTER_HALVINGS * retry->shorter_count);
+    retry->crawl_count = 0;
+    return true;
+}
+
+void world_retry_substep(step_context *context) {
+    retry_state *const retry = &context->retry;
+    /* substeps that turns alone ask for do not count as those of a step that is stuck */
+    bool const is_cut = retry->is_cut_by_turns && context->outcome == SUBSTEP_WHOLE;
+    if (is_cut || context->outcome == SUBSTEP_TURNS) retry->substep_limit++;
+    switch (context->outcome) {
+    case SUBSTEP_WAKES:
+    case SUBSTEP_TURNS: return;
+    case SUBSTEP_STRETCHES:
+    case SUBSTEP_GAINS: retry->wanted = 0.5 * context->time_step; return;
+    default: break;
+    }
+    retry->remaining -= context->passed;
+    if (world_is_step_over(context) || !is_stuck(context)) return;
+    bool const is_script_moving = world_is_script_moving(context);
+    if (is_script_moving && go_on_shorter(context)) return;
+    if (is_script_moving) {
+        context->outcome = SUBSTEP_PINCHED;
+        return;
+    }
+    world_stand_still(context);
+    retry->remaining = 0.0;
+}
+
+/* ---- in a step ---- */
+
+/* Undoes the step but for the holds and releases that it has come to. */
+static tulle_status begin_again(step_context *context) {
+    tulle_world *const world = context->world;
+    world_motion_state *const state = context->state;
+    world_hold holds[HOLDS_MAX];
+    uint64_t const hold_count = state->hold_count;
+    memcpy(holds, state->holds, sizeof holds);
+    size_t const count = world->obstacles.count;
+    uint8_t *const is_released = ARENA_NEW(&world->scratch, uint8_t, count);
+    if (!is_released)
+        return error_set(context->error, TULLE_ERROR_OUT_OF_MEMORY, "no memory left for a pinch");
+    if (count > 0) memcpy(is_released, state->is_released, count);
+    world_undo_step(world);
+    tulle_status const status = world_copy_start(world, context->error);
+    if (status != TULLE_OK) return status;
+    memcpy(state->holds, holds, sizeof holds);
+    state->hold_count = hold_count;
+    for (size_t i = 0; i < count; i++) {
+        if (!is_released[i] || state->is_released[i]) continue;
+        state->is_released[i] = 1;
+        state->is_present[i] = 0;
+        world->surfaces[world->cloths.count + i].is_present = false;
+        world_wake_all(world, state);
+    }
+    return TULLE_OK;
+}
+
+bool world_retry_step(step_context *context, tulle_status *status) {
+    bool const is_bad = context->outcome == SUBSTEP_PINCHED || context->outcome == SUBSTEP_TORN;
+    if (*status != TULLE_OK || !is_bad) return false;
+    *status = world_handle_pinch(context);
+    if (*status == TULLE_OK) *status = begin_again(context);
+    return *status == TULLE_OK;
+}

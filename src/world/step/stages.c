@@ -1,0 +1,220 @@
+/* world/step/stages.c - stages 5 to 9: what the world gives each of them and takes from it.
+ *
+ * The stages themselves are in contact/ and dynamics/, where they know neither a world nor a step.
+ * Each takes its input from the context, writes its output there and counts into the report. */
+#include "base/error.h"
+#include "base/timer.h"
+#include "contact/pairs/body_paths.h"
+#include "contact/solve/solve_bodies.h"
+#include "world/bodies/bodies.h"
+#include "world/bodies/bodies_room.h"
+#include "world/step/step.h"
+
+#include <math.h>
+#include <string.h>
+
+/* A solve is misled where springs take more energy than the system reckons with, by more than this
+ * share of the energy that the step takes anyway. */
+static const double EXCESS_SHARE = 0.5;
+
+/* A rough solve ends at this part of its first residual, but not above so many times the tolerance
+ * nor above a hundredth: the next solve goes on from it. At rest the first residual is small, and a
+ * rough solve is as exact as others. */
+static const double ROUGH_SHARE = 0.01, ROUGH_TOLERANCES = 30.0, ROUGH_MOST = 0.01;
+
+/* [bytes] of scratch for each vertex of cloth that other stages may need while terms are kept. */
+enum { SCRATCH_BESIDE_TERMS = 640 };
+
+tulle_status world_tell_failure(const step_context *context, tulle_status status) {
+    unsigned long long const step = context->world->step_count;
+    switch (status) {
+    case TULLE_OK: return TULLE_OK;
+    case TULLE_ERROR_OUT_OF_MEMORY:
+        return error_set(context->error, status, "no memory left for step %llu", step);
+    case TULLE_ERROR_LIMIT:
+        return error_set(context->error, status,
+                         "step %llu has more than 2^32 candidate pairs; use a smaller contact "
+                         "distance, a smaller time step or coarser meshes",
+                         step);
+    default:
+        return error_set(context->error, TULLE_ERROR_STEP_FAILED,
+                         "step %llu leads to positions that are not finite or too far away; use a "
+                         "smaller time step, softer materials or weaker wind",
+                         step);
+    }
+}
+
+tulle_status world_end_stage(step_context *context, stage number, tulle_status status) {
+    double const now = timer_now();
+    context->report->stage_seconds[number] += now - context->lap - context->search_seconds;
+    context->search_seconds = 0.0;
+    context->lap = now;
+    return world_tell_failure(context, status);
+}
+
+/* ---- 5 ---- */
+
+tulle_status world_gather_rows(step_context *context) {
+    tulle_status const status =
+        gather_contacts(&context->scene, &context->state->contacts, context->predicted,
+                        &context->source, &context->world->rows);
+    return world_end_stage(context, STAGE_GATHER_ROWS, status);
+}
+
+/* ---- 6 ---- */
+
+tulle_status world_compute_forces(step_context *context) {
+    tulle_world *const world = context->world;
+    motion_state *const dynamics = &context->dynamics;
+    if (!dynamics->guess) {
+        context->damping = world_choose_damping(context);
+        /* Terms are kept for later linearisations where that takes no more memory than a step takes
+         * anyway: with contacts, whose search has taken more than what comes after it. */
+        size_t const needed = SCRATCH_BESIDE_TERMS * world->cloth_vertex_count +
+                              measure_force_terms(world->model, &world->def.wind);
+        context->terms = (force_terms){0};
+        dynamics->terms = arena_get_room(&world->scratch) > needed ? &context->terms : NULL;
+    }
+    environment const surroundings = {vec3_load(world->def.gravity, 0), world->def.wind};
+    force_options const options = {world->def.integrator, world->threads, context->damping};
+    tulle_status const status = compute_forces(world->model, dynamics, &surroundings, options,
+                                               &world->scratch, &world->system);
+    return world_end_stage(context, STAGE_COMPUTE_FORCES, status);
+}
+
+/* ---- 7 ---- */
+
+/* Velocities and impulses from which the first solve of a substep starts. Rows keep impulses of a
+ * whole step; the solve counts them as its right-hand side does. */
+static void start_solve(step_context *context) {
+    tulle_world *const world = context->world;
+    double *const u = context->mean_velocity;
+    double const share = world->system.force_time / context->time_step;
+    for (size_t i = 0; i < world->rows.rows.count; i++) {
+        contact_row *const row = &world->rows.rows.data[i];
+        row->solve.impulse = vec3_scale(row->solve.impulse, share);
+    }
+    if (world_keeps_balance(context)) world_share_room(context);
+    memcpy(u, context->state->velocities, 3 * world->cloth_vertex_count * sizeof(double));
+    start_bodies(&context->scene, u);
+    start_pressed_bodies(&context->scene, &world->rows, u);
+    prescribe_motion(&context->scene, u);
+}
+
+/* Whether the solution stretches the cloth by more energy than the linear system knows of. */
+static tulle_status check_springs(step_context *context) {
+    tulle_world *const world = context->world;
+    /* of the energy that implicit Euler takes, Crank-Nicolson takes the part of its damping */
+    double const c = world->system.share;
+    bool const is_mean = world->system.integrator == TULLE_INTEGRATOR_CRANK_NICOLSON;
+    double const kept = is_mean ? (2.0 * c - 1.0) / (c * c) : 1.0;
+    linear_excess excess;
+    tulle_status const status =
+        measure_linear_excess(world->model, &context->dynamics, context->mean_velocity,
+                              world->threads, &world->scratch, &excess);
+    context->is_stretched =
+        status == TULLE_OK && excess.springs > EXCESS_SHARE * kept * excess.inertia;
+    return status;
+}
+
+tulle_status world_solve_motion(step_context *context) {
+    tulle_world *const world = context->world;
+    contact_settings *const settings = &context->scene.settings;
+    contact_settings const given = *settings;
+    bool const is_first = context->retry.solves++ == 0;
+    linear_system_operator system_operator = {&world->system, world->threads};
+    motion_system const system = {.right_hand_side = world->system.right_hand_side,
+                                  .matrix = &world->system.matrix,
+                                  .apply = linear_system_apply,
+                                  .apply_context = &system_operator,
+                                  .forces = world->system.forces,
+                                  .force_time = world->system.force_time,
+                                  .start = is_first ? NULL : context->state->velocities,
+                                  .aggregates = world->aggregates};
+    if (is_first) start_solve(context);
+    if (context->retry.is_rough) {
+        settings->solve_rounds = settings->solve_rounds_landing = 1;
+        settings->early_share = ROUGH_SHARE;
+        settings->early_most = fmin(ROUGH_TOLERANCES * settings->cg_tolerance, ROUGH_MOST);
+    }
+    solve_report solved = {0};
+    world_load_bodies(context, world->system.share);
+    contact_response const *const response = context->scene.response;
+    tulle_status status = response->solve_motion(&context->scene, &system, &world->rows,
+                                                 context->mean_velocity, &solved);
+    context->has_settled =
+        solved.has_settled && !solved.is_early && (int)solved.solve_count >= settings->solve_rounds;
+    *settings = given;
+    if (status == TULLE_OK && response->keeps_momentum) status = check_springs(context);
+
+    tulle_step_report *const report = context->report;
+    report->solve_count += solved.solve_count;
+    report->cg_iterations += solved.cg_iterations;
+    report->cg_residual = fmax(report->cg_residual, solved.cg_residual);
+    if (!solved.has_converged) report->cg_converged = 0;
+    report->stick_contacts = solved.stick_count;
+    report->slip_contacts = solved.slip_count;
+    report->hard_contacts = solved.hard_count;
+    return world_end_stage(context, STAGE_SOLVE_MOTION, status);
+}
+
+/* ---- 8 ---- */
+
+tulle_status world_resolve_impacts(step_context *context) {
+    tulle_world *const world = context->world;
+    impact_report *const impacts = &context->impacts;
+    set_body_lifts(&context->scene, &world->rows);
+    propose_paths(&context->scene, context->mean_velocity, context->end);
+    context->has_end_elastic = false; /* impacts move the ends on */
+    tulle_status const status = resolve_impacts(&context->scene, &context->source, &world->rows,
+                                                context->mean_velocity, context->end, impacts);
+    context->report->impact_rounds += impacts->rounds;
+    context->report->tested_pairs += impacts->tested_pairs;
+    context->report->turning_pairs += impacts->turning_pairs;
+    return world_end_stage(context, STAGE_RESOLVE_IMPACTS, status);
+}
+
+/* ---- 9 ---- */
+
+static void count_rows_and_rescues(const step_context *context) {
+    tulle_step_report *const report = context->report;
+    row_list const *const list = &context->world->rows;
+    report->rescue_impact_zones += context->commit.impact_zones;
+    report->rescue_component_scalings += context->commit.component_scalings;
+    report->rescue_global_scalings += context->commit.global_scalings;
+    report->smallest_gap = context->commit.smallest_gap;
+    report->contacts = list->rows.count;
+    report->new_contacts = 0;
+    for (size_t i = 0; i < list->rows.count; i++)
+        report->new_contacts += !list->rows.data[i].law.is_old;
+}
+
+tulle_status world_commit_safely(step_context *context) {
+    static const substep_outcome outcomes[] = {[COMMIT_CLEAN] = SUBSTEP_WHOLE,
+                                               [COMMIT_SHORTENED] = SUBSTEP_SHORTENED,
+                                               [COMMIT_BLOCKED] = SUBSTEP_BLOCKED};
+    commit_report *const commit = &context->commit;
+    tulle_status status =
+        commit_safely(&context->scene, &context->source, context->impacts.is_clean,
+                      context->mean_velocity, context->end, commit);
+    context->has_end_elastic &= context->impacts.is_clean; /* else a rescue may move the ends */
+    context->report->tested_pairs += commit->tested_pairs;
+    context->report->turning_pairs += commit->turning_pairs;
+    if (status == TULLE_OK) {
+        if (commit->has_blocking) context->blocked = *commit;
+        context->passed = commit->fraction * context->time_step;
+        context->outcome = outcomes[commit->outcome];
+        /* a rescue knows nothing of springs: what it moved may have far more energy than there is
+         */
+        bool const has_rescue = commit->impact_zones + commit->component_scalings > 0;
+        if (has_rescue && commit->outcome == COMMIT_CLEAN &&
+            context->time_step > context->retry.shortest) {
+            status = world_measure_gain(context);
+            if (status == TULLE_OK && world_gains_too_much(context))
+                context->outcome = SUBSTEP_GAINS;
+        }
+        if (status == TULLE_OK && context->outcome != SUBSTEP_GAINS)
+            count_rows_and_rescues(context);
+    }
+    return world_end_stage(context, STAGE_COMMIT_SAFELY, status);
+}

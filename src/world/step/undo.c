@@ -1,0 +1,95 @@
+/* world/step/undo.c - a step works on a copy of the state, all or nothing.
+ *
+ * The copy takes the place of the state when the step has succeeded. What the step changes outside
+ * the copy (who is present, which pairs are ignored, patches) is noted before and put back when the
+ * step fails or is made anew. */
+#include "base/error.h"
+#include "world/bodies/bodies.h"
+#include "world/step/search.h"
+
+#include <string.h>
+
+static void copy_state(const tulle_world *world, const world_motion_state *source,
+                       world_motion_state *target) {
+    size_t const bytes = 3 * world->vertex_count * sizeof(double);
+    memcpy(target->positions, source->positions, bytes);
+    memcpy(target->velocities, source->velocities, bytes);
+    memcpy(target->previous_mean, source->previous_mean, bytes);
+    memcpy(target->previous_velocities, source->previous_velocities, bytes);
+    if (world->obstacles.count > 0) {
+        memcpy(target->is_released, source->is_released, world->obstacles.count);
+        memcpy(target->is_present, source->is_present, world->obstacles.count);
+    }
+    if (world_particle_count(world) > 0)
+        memcpy(target->particles, source->particles, world_particle_count(world));
+    if (world->body_count > 0)
+        memcpy(target->rests, source->rests, world->body_count * sizeof *target->rests);
+    target->previous_time_step = source->previous_time_step;
+    target->lost_energy = source->lost_energy;
+    target->elastic = source->elastic;
+    target->has_elastic = source->has_elastic;
+    memcpy(target->holds, source->holds, source->hold_count * sizeof *source->holds);
+    target->hold_count = source->hold_count;
+    target->time = source->time;
+}
+
+static tulle_status copy_contacts(tulle_world *world, const contact_store *source,
+                                  contact_store *target) {
+    target->contacts.count = 0;
+    if (reserve_contacts(target, &world->heap, source->contacts.count) != TULLE_OK) {
+        return TULLE_ERROR_OUT_OF_MEMORY;
+    }
+    if (source->contacts.count > 0) {
+        memcpy(target->contacts.data, source->contacts.data,
+               source->contacts.count * sizeof *source->contacts.data);
+    }
+    target->contacts.count = source->contacts.count;
+    target->time_step = source->time_step;
+    return TULLE_OK;
+}
+
+tulle_status world_keep_start(tulle_world *world, tulle_error *error) {
+    tulle_status const status = world_keep_ignored(world, error);
+    if (status != TULLE_OK || world_keep_patches(world) == TULLE_OK) return status;
+    return error_set(error, TULLE_ERROR_OUT_OF_MEMORY, "no memory left for patches");
+}
+
+void world_undo_step(tulle_world *world) {
+    for (size_t i = 0; i < world->obstacles.count; i++) {
+        world->surfaces[world->cloths.count + i].is_present = world->now.is_present[i];
+    }
+    world_mark_bodies(world, &world->now);
+    world_restore_ignored(world);
+    world_restore_patches(world);
+}
+
+tulle_status world_copy_start(tulle_world *world, tulle_error *error) {
+    copy_state(world, &world->now, &world->next);
+    if (copy_contacts(world, &world->now.contacts, &world->next.contacts) != TULLE_OK) {
+        return error_set(error, TULLE_ERROR_OUT_OF_MEMORY, "no memory left for contacts");
+    }
+    return world_update_presence(world, &world->next, error);
+}
+
+tulle_status world_swap_states(tulle_world *world, tulle_error *error) {
+    /* Both sides get the same room, so that a step which needs no more than those before it makes
+     * no heap call. */
+    memory *const heap = &world->heap;
+    row_list *const rows = &world->rows, *const accepted = &world->accepted_rows;
+    bool const has_room =
+        ARRAY_MATCH(heap, &rows->rows, &accepted->rows) &&
+        ARRAY_MATCH(heap, &rows->near_pairs.pairs, &accepted->near_pairs.pairs) &&
+        ARRAY_MATCH(heap, &world->now.contacts.contacts, &world->next.contacts.contacts);
+    if (!has_room)
+        return error_set(error, TULLE_ERROR_OUT_OF_MEMORY, "no memory left for contacts");
+    world_motion_state const old = world->now;
+    world->now = world->next;
+    world->next = old;
+    row_list const old_rows = world->accepted_rows;
+    world->accepted_rows = world->rows;
+    world->rows = old_rows;
+    world->has_contacts = false;
+    world->step_count++;
+    if (world->ignored.count > 0) world_update_ignored(world, world->now.positions);
+    return TULLE_OK;
+}
