@@ -1,6 +1,7 @@
 #!/usr/bin/env python3
-"""Checks the links of README.md, CHANGELOG.md and of the book: every file and every anchor that a page names is there, and every page of
-docs/ stands in the `nav` of mkdocs.yml.
+"""Checks the links of README.md, CHANGELOG.md and of the book: every file and every anchor that a page links to is there, every
+source file (`src/world/world.c`, `detect/surface_set.h`) and every public name (`tulle_world_step`) that a page names in code is
+there, and every page of docs/ stands in the `nav` of mkdocs.yml.
 
 usage: check_links.py [ROOT]        exit 1 if a link leads nowhere or a page is missing in the book's contents
        check_links.py --self-test   shows it each fault
@@ -20,6 +21,11 @@ LINK = re.compile(r"\]\(\s*<?([^()\s<>]+)>?(?:\s+\"[^\"]*\")?\s*\)|(?:src|href)=
 HEADING = re.compile(r"^#{1,6} +(.*?)\s*(?:\{#([\w-]+)\})?\s*$", re.M)
 ANCHOR = re.compile(r"\b(?:id|name)=\"([^\"]+)\"")
 SCHEME = re.compile(r"^[a-z][a-z0-9+.-]*:")
+# A path to a source file in code of one line; names with three capitals and more stand for any (`test/FOLDER/test_NAME.c`).
+SOURCE = re.compile(r"`((?:[\w.-]+/)+[\w.-]+\.(?:c|h|py|sh|yaml|md))`")
+PUBLIC = re.compile(r"`(tulle_\w+)(?:\([^`]*\))?`")
+ANY_NAME = re.compile(r"[A-Z]{3}")
+SOURCE_FOLDERS = ("", "src", "include", "test")
 NAV_PAGE = re.compile(r"^\s*- (?:[^:#\n]+: *)?([\w/-]+\.md)\s*$", re.M)
 
 
@@ -70,10 +76,33 @@ def find_links(text):
             yield plain.count("\n", 0, match.start()) + 1, target
 
 
+def find_public_names(root):
+    """Words of the public headers and of the build, whose targets bear such names too."""
+    words = set()
+    for folder, folders, names in os.walk(root):
+        folders[:] = [name for name in folders if name not in (".git", "build", "out")]
+        for name in names:
+            if folder.startswith(os.path.join(root, "include")) or name == "CMakeLists.txt" or name.endswith(".cmake"):
+                words |= set(re.findall(r"\btulle_\w+", read(os.path.join(folder, name))))
+    return words
+
+
+def find_missing_names(root, page, public):
+    if page == "CHANGELOG.md":  # it names what was
+        return []
+    text = FENCE.sub(lambda match: "\n" * match.group(0).count("\n"), read(os.path.join(root, page)))
+    faults = [f"{page}:{text.count(chr(10), 0, match.start()) + 1}: there is no public name {match.group(1)}"
+              for match in PUBLIC.finditer(text) if match.group(1) not in public]
+    return faults + [f"{page}:{text.count(chr(10), 0, match.start()) + 1}: there is no file {match.group(1)}" for match in SOURCE.finditer(text)
+            if not ANY_NAME.search(match.group(1))
+            and not any(os.path.exists(os.path.join(root, folder, match.group(1))) for folder in SOURCE_FOLDERS)]
+
+
 def find_faults(root):
     faults = []
-    pages = find_pages(root)
+    pages, public = find_pages(root), find_public_names(root)
     for page in pages:
+        faults += find_missing_names(root, page, public)
         for line, target in find_links(read(os.path.join(root, page))):
             path, _, anchor = target.partition("#")
             place = posixpath.normpath(posixpath.join(posixpath.dirname(page), path)) if path else page
@@ -110,6 +139,10 @@ SELF_TEST = (  # page, contents beyond index.md, faults
     ("[a](index.md#nothing) [b](#nothing)", "", 2),
     ("[a](../include/tulle/x.h#tulle_nothing)", "", 1),
     ("[a](../../outside.md)", "", 1),
+    ("`docs/index.md` `tulle/x.h` `out/x.png` `test/ROOM/test_NAME.c`\n\n```\n`src/nothing.c`\n```\n", "", 0),
+    ("`src/nothing.c` and `tulle/y.h`", "", 2),
+    ("`tulle_x`, `tulle_x(y)`, `tulle_x_*`", "", 0),
+    ("`tulle_gone` and `tulle_gone()`", "", 2),
     ("", "  - B: b.md\n", 1),
     ("", "  - index.md\n", 1),
 )
