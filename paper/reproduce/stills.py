@@ -53,9 +53,9 @@ def _is_fresh(session: Session, run: Run, picture: Path) -> bool:
 
 def _render(session: Session, run: Run, picture: Path, frame: int) -> bool:
     """Whether stills can be made at all."""
-    words = [str(session.program), "render", str(get_directory(session, run)), "--frame", str(frame), "-o", str(picture),
-             "--size", session.still_size, "--samples", str(SAMPLES_QUICK if session.is_quick else SAMPLES),
-             "--progress", "none"]
+    samples = SAMPLES_QUICK if session.is_quick else SAMPLES
+    words = [str(session.program), "render", str(get_directory(session, run)), "--frame", str(frame),
+             "-o", str(picture), "--size", session.still_size, "--samples", str(samples), "--progress", "none"]
     if session.threads:
         words += ["--threads", str(session.threads)]
     code, _, errors = call(session.interrupts, words)
