@@ -141,6 +141,38 @@ TULLE_API tulle_status tulle_run_write_checkpoint(tulle_run_writer *writer,
                                                   tulle_error *error);
 /* Number of frames in the directory, the start counted. */
 TULLE_API uint32_t tulle_run_get_frame_count(const tulle_run_writer *writer);
+/* How the steps of a run went: what a user should know beside the result. A zeroed struct is one of
+ * no steps. */
+typedef struct tulle_run_outcome {
+    uint64_t steps;               /* steps made */
+    uint64_t unconverged_steps;   /* steps in which a solve stopped at its limit of iterations */
+    double worst_residual;        /* largest relative residual of those steps; 0: none */
+    double worst_residual_time;   /* [s] of that step's end */
+    double largest_stretch;       /* largest edge length over rest length, at the end of a step */
+    double largest_stretch_time;  /* [s] of that step's end */
+    int has_stretch_place;        /* 0: where it was is not known */
+    uint32_t stretch_body;        /* the cloth, an index of the bodies; where has_stretch_place */
+    uint32_t stretch_vertices[2]; /* ends of the edge in that cloth; where has_stretch_place */
+    double stretch_position[3];   /* [m] middle of the edge; where has_stretch_place */
+    uint64_t cut_steps;           /* steps that took more than one substep */
+    uint32_t most_substeps;       /* most substeps of a step */
+    uint64_t rescues;             /* of all kinds and steps, see tulle_step_report */
+    uint64_t pinched_steps;       /* steps in which cloth was pinched between obstacles */
+} tulle_run_outcome;
+/* Adds a step by its report. Without a place: see tulle_run_outcome_place. */
+TULLE_API void tulle_run_outcome_add(tulle_run_outcome *outcome, const tulle_step_report *report);
+/* Gives the largest stretch its place, where `stretch` was found after the step that had it: the
+ * last one that was added. `body`: the cloth's index among the bodies of the run. */
+TULLE_API void tulle_run_outcome_place(tulle_run_outcome *outcome, const tulle_stretch *stretch,
+                                       uint32_t body);
+/* Says in words what did not go well, a line for each, without a line end after the last; a single
+ * line where nothing did. `body_name` is that of stretch_body. At most `size` bytes of `text` are
+ * written, with the terminating zero. */
+TULLE_API void tulle_run_outcome_describe(const tulle_run_outcome *outcome, const char *body_name,
+                                          char *text, size_t size);
+/* Records the outcome so far; tulle_run_close writes it to run.json. */
+TULLE_API void tulle_run_set_outcome(tulle_run_writer *writer, const tulle_run_outcome *outcome);
+
 /* Records how the run ended, with `message` (may be null), and releases the writer, also when it
  * fails. */
 TULLE_API tulle_status tulle_run_close(tulle_run_writer *writer, tulle_run_state state,
@@ -181,6 +213,7 @@ typedef struct tulle_run_info {
     int has_response;                       /* 0: response and motion_space are not recorded */
     tulle_response response;                /* how the run answered contact */
     tulle_motion_space motion_space;        /* of TULLE_RESPONSE_PAPER */
+    const tulle_run_outcome *outcome;       /* how its steps went; null: not recorded */
     int has_debug;                          /* 1: the run records tulle_run_debug of its frames */
     uint64_t debug_byte_count;              /* [bytes] of debug.bin; 0 without */
 } tulle_run_info;

@@ -589,6 +589,16 @@ typedef struct tulle_contact {
 TULLE_API tulle_status tulle_world_get_contacts(tulle_world *world, const tulle_contact **contacts,
                                                 size_t *count, tulle_error *error);
 
+/* The edge of cloth that is longest beside its rest length. */
+typedef struct tulle_stretch {
+    double stretch;       /* length over rest length; 0: there is no cloth */
+    uint32_t cloth;       /* index of the cloth */
+    uint32_t vertices[2]; /* ends of the edge, vertices of the cloth */
+    double position[3];   /* [m] middle of the edge */
+} tulle_stretch;
+/* Finds the most stretched edge of the world as it is. All zero before the start. */
+TULLE_API tulle_stretch tulle_world_find_largest_stretch(const tulle_world *world);
+
 /* Which patches to give. A zeroed struct asks for those of the shape as it is. */
 typedef struct tulle_patch_options {
     double time_step; /* [s] length of the coming step, 0 .. 1; 0: patches of the shape as it is */

@@ -29,7 +29,7 @@ for progress in none json auto; do
     [ "$(grep -c "'lower', 'upper' follow their script again at\|'upper' follows its script again at" stderr)" = 1 ] ||
         fault "$progress: end: $(cat stderr)"
     grep -q "is pinched near" "out_$progress/run.json" || fault "run.json"
-    grep -q "^pinched: " stdout || fault "summary: $(cat stdout)"
+    grep -q "^trouble: cloth was pinched between obstacles in [1-9][0-9]* of 45 steps" stdout || fault "summary: $(cat stdout)"
 done
 "$TULLE" run press.yaml -o out_json --force --progress json 2>&1 >stdout |
     grep -q '^{"event":"message","step":[0-9]*,"time":[0-9.]*,"message":".*pinched.*"}$' || fault "JSON"

@@ -60,6 +60,29 @@ static void print_progress(const tulle_run_reader *reader, const tulle_run_info 
         printf("  %-16s none\n", "checkpoint");
 }
 
+/* What did not go well, a line each. The steps of a run that goes on or was killed are counted
+ * anew. */
+static void print_trouble(tulle_run_reader *reader, const tulle_run_info *info) {
+    tulle_run_outcome outcome = {0};
+    if (info->outcome) {
+        outcome = *info->outcome;
+    } else {
+        const tulle_step_report *reports = NULL;
+        size_t count = 0;
+        (void)tulle_run_reader_get_reports(reader, &reports, &count, NULL);
+        for (size_t i = 0; i < count; i++) tulle_run_outcome_add(&outcome, &reports[i]);
+    }
+    if (outcome.steps == 0) return;
+    char text[1024];
+    tulle_run_outcome_describe(&outcome, info->bodies[outcome.stretch_body].name, text,
+                               sizeof text);
+    const char *label = "trouble";
+    for (const char *line = strtok(text, "\n"); line; line = strtok(NULL, "\n")) {
+        printf("  %-16s %s\n", label, line);
+        label = "";
+    }
+}
+
 /* What debug records cost. */
 static void print_debug(const tulle_run_info *info) {
     if (!info->has_debug) return;
@@ -98,6 +121,7 @@ tulle_status info_print_run(const char *path, tulle_error *error) {
     const tulle_run_info *const info = tulle_run_reader_get_info(reader);
     print_head(path, info);
     print_progress(reader, info);
+    print_trouble(reader, info);
     print_detection(info->detection);
     print_response(info);
     print_debug(info);

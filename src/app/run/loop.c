@@ -105,16 +105,20 @@ static bool is_checkpoint_due(const run_session *session) {
     return timer_now() - session->checkpoint_time >= options->checkpoint_seconds;
 }
 
-static void add_to_totals(run_totals *totals, const tulle_step_report *report) {
+static void add_to_totals(run_session *session, const tulle_step_report *report) {
+    run_totals *const totals = &session->totals;
     totals->steps++;
     totals->seconds += report->total_seconds;
     totals->contacts += report->contacts;
-    totals->rescues += report->rescue_impact_zones + report->rescue_component_scalings +
-                       report->rescue_global_scalings;
     if (report->contacts > totals->most_contacts) totals->most_contacts = report->contacts;
-    totals->pinched_steps += report->pinched != 0;
     totals->ignored_pairs = report->ignored_pairs;
     totals->smallest_gap = fmin(totals->smallest_gap, report->smallest_gap);
+    double const stretch_before = session->outcome.largest_stretch;
+    tulle_run_outcome_add(&session->outcome, report);
+    if (session->outcome.largest_stretch > stretch_before) {
+        tulle_stretch const stretch = tulle_world_find_largest_stretch(session->built.world);
+        tulle_run_outcome_place(&session->outcome, &stretch, stretch.cloth);
+    }
 }
 
 static tulle_status make_step(run_session *session, tulle_error *error) {
@@ -124,7 +128,7 @@ static tulle_status make_step(run_session *session, tulle_error *error) {
     tulle_status status =
         tulle_world_step(world, scene_get_time_step(session->scene), &report, error);
     if (status != TULLE_OK) return status;
-    add_to_totals(&session->totals, &report);
+    add_to_totals(session, &report);
     status = tulle_run_write_report(session->writer, &report, error);
     uint64_t const done = tulle_world_get_step_count(world);
     if (status == TULLE_OK && done % scene_get_steps_per_frame(session->scene) == 0)

@@ -256,6 +256,18 @@ static tulle_status load_checkpoint(run_session *session, const tulle_run_checkp
     return TULLE_OK;
 }
 
+/* The place of the largest stretch so far, where the run was ended in good order before. */
+static void take_over_place(run_session *session, const tulle_run_outcome *before) {
+    tulle_run_outcome *const outcome = &session->outcome;
+    if (!before || !before->has_stretch_place ||
+        before->largest_stretch_time != outcome->largest_stretch_time)
+        return;
+    outcome->has_stretch_place = 1;
+    outcome->stretch_body = before->stretch_body;
+    memcpy(outcome->stretch_vertices, before->stretch_vertices, sizeof outcome->stretch_vertices);
+    memcpy(outcome->stretch_position, before->stretch_position, sizeof outcome->stretch_position);
+}
+
 /* Makes or takes over the directory; *is_new: nothing is written to it yet. */
 static tulle_status open_directory(run_session *session, bool *is_new, tulle_error *error) {
     tulle_world_detection const detection = tulle_world_get_detection(session->built.world);
@@ -266,17 +278,28 @@ static tulle_status open_directory(run_session *session, bool *is_new, tulle_err
         return tulle_run_create(&def,
                                 session->options.replaces ? TULLE_RUN_REPLACE : TULLE_RUN_REFUSE,
                                 &session->writer, error);
+    tulle_run_reader *before = NULL; /* a directory without a run is no error yet */
+    (void)tulle_run_reader_open(session->options.directory, &before, NULL);
+    const tulle_step_report *reports = NULL;
+    size_t report_count = 0;
+    if (before) (void)tulle_run_reader_get_reports(before, &reports, &report_count, NULL);
     tulle_run_checkpoint checkpoint = {0};
     tulle_status status = tulle_run_resume(&def, &session->writer, &checkpoint, error);
     if (status == TULLE_OK && checkpoint.bytes) {
         *is_new = false;
         status = load_checkpoint(session, &checkpoint, error);
+        for (size_t i = 0; i < report_count && reports[i].step < checkpoint.step; i++)
+            tulle_run_outcome_add(&session->outcome, &reports[i]);
+        if (before) take_over_place(session, tulle_run_reader_get_info(before)->outcome);
     }
     tulle_run_free_checkpoint(&checkpoint);
+    tulle_run_reader_close(before);
     return status;
 }
 
 /* ---- the end ---- */
+
+enum { OUTCOME_SIZE = 1024 /* [bytes] of what did not go well, in words */ };
 
 /* Whether pairs were left untested without a proof. */
 static bool skips_unproven(tulle_world_detection detection) {
@@ -301,19 +324,23 @@ static void print_summary(const run_session *session) {
     if (totals->steps > 0) {
         printf("steps now: %llu, %.4g ms each\n", (unsigned long long)totals->steps,
                1000.0 * totals->seconds / (double)totals->steps);
-        printf("contacts: %llu at most; rescues: %llu (%.3g per 1000 contacts)\n",
-               (unsigned long long)totals->most_contacts, (unsigned long long)totals->rescues,
-               totals->contacts > 0 ? 1000.0 * (double)totals->rescues / (double)totals->contacts
-                                    : 0.0);
-        if (totals->pinched_steps > 0)
-            printf("pinched: cloth was between obstacles that close on it in %llu steps\n",
-                   (unsigned long long)totals->pinched_steps);
+        printf("contacts: %llu at most\n", (unsigned long long)totals->most_contacts);
         if (totals->ignored_pairs > 0)
             printf(
                 "caught: %llu pairs of triangles intersect still (start_intersections: ignore)\n",
                 (unsigned long long)totals->ignored_pairs);
         if (isfinite(totals->smallest_gap))
             printf("smallest gap: %.4g mm\n", 1000.0 * totals->smallest_gap);
+    }
+    if (session->outcome.steps > 0) {
+        const char *const name =
+            session->outcome.has_stretch_place
+                ? scene_get_cloth_name(session->scene, session->outcome.stretch_body)
+                : NULL;
+        char text[OUTCOME_SIZE];
+        tulle_run_outcome_describe(&session->outcome, name, text, sizeof text);
+        for (const char *line = strtok(text, "\n"); line; line = strtok(NULL, "\n"))
+            printf("trouble: %s\n", line);
     }
     if (skips_unproven(tulle_world_get_detection(world)))
         printf("certificate: off; patches were skipped by their cones alone, so cloth may have "
@@ -337,6 +364,7 @@ static int end_run(run_session *session, tulle_status status, tulle_error *error
         app_print_message("run", "interrupted after step %llu; --resume goes on from there",
                           (unsigned long long)steps);
     print_summary(session);
+    tulle_run_set_outcome(session->writer, &session->outcome);
     tulle_error close_error = {0};
     tulle_status const closed = tulle_run_close(
         session->writer, state,

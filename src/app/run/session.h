@@ -23,9 +23,8 @@ typedef struct run_totals {
     uint64_t steps;
     double seconds; /* in steps, by the wall clock */
     uint64_t most_contacts;
-    uint64_t contacts, rescues; /* sums over the steps */
-    double smallest_gap;        /* [m] INFINITY: nothing came near */
-    uint64_t pinched_steps;
+    uint64_t contacts;      /* sum over the steps */
+    double smallest_gap;    /* [m] INFINITY: nothing came near */
     uint64_t ignored_pairs; /* after the last step */
     char message[512];      /* the first that the world had */
 } run_totals;
@@ -71,6 +70,7 @@ typedef struct run_session {
     uint64_t checkpoint_step; /* of the newest checkpoint */
     double checkpoint_time;   /* [s] of the clock */
     run_totals totals;
+    tulle_run_outcome outcome; /* of all steps of the run, those before a resume included */
     run_progress progress;
 } run_session;
 

@@ -92,6 +92,7 @@ static void describe_run(tulle_run_reader *reader) {
                                     .has_response = record->has_response,
                                     .response = record->response,
                                     .motion_space = record->motion_space,
+                                    .outcome = record->has_outcome ? &record->outcome : NULL,
                                     .has_debug = record->records_debug,
                                     .debug_byte_count = measure_debug(reader)};
 }

@@ -235,6 +235,7 @@ tulle_status run_record_write(const run_record *record, const char *path, tulle_
     run_detection_write(&writer, record);
     run_response_write(&writer, record);
     run_untangle_write(&writer, record);
+    run_outcome_write(&writer, record);
     json_begin(&writer, "bodies", '[');
     for (size_t i = 0; i < record->bodies.count; i++)
         write_body(&writer, record, &record->bodies.data[i]);
@@ -393,6 +394,7 @@ tulle_status run_record_read(run_record *record, const char *path, tulle_error *
     if (!status) status = run_response_read(record, &document, root, error);
     if (!status) status = run_untangle_read(record, &document, root, error);
     if (!status) status = read_bodies(record, &document, root, error);
+    if (!status) status = run_outcome_read(record, &document, root, error);
     json_destroy(&document);
     return status;
 }

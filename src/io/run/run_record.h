@@ -52,6 +52,8 @@ typedef struct run_record {
     tulle_motion_space motion_space;
     bool has_untangle;
     tulle_untangle_report untangle; /* when has_untangle */
+    bool has_outcome;
+    tulle_run_outcome outcome; /* when has_outcome */
 } run_record;
 
 run_record run_record_make(memory *heap);
@@ -76,6 +78,10 @@ tulle_status run_detection_read(run_record *record, const json_document *documen
 void run_untangle_write(json_writer *writer, const run_record *record);
 tulle_status run_untangle_read(run_record *record, const json_document *document,
                                const json_value *root, tulle_error *error);
+/* run_outcome.c: the same for "outcome", how the steps went. Reading comes after the bodies. */
+void run_outcome_write(json_writer *writer, const run_record *record);
+tulle_status run_outcome_read(run_record *record, const json_document *document,
+                              const json_value *root, tulle_error *error);
 /* The same for "response" and "motion_space". */
 void run_response_write(json_writer *writer, const run_record *record);
 tulle_status run_response_read(run_record *record, const json_document *document,

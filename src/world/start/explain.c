@@ -1,5 +1,5 @@
-/* world/start/explain.c - what a world tells about its last step and the one to come: contacts and
- * patches. Asked for, never needed by a step. */
+/* world/start/explain.c - what a world tells about its last step and the one to come: contacts,
+ * stretch and patches. Asked for, never needed by a step. */
 #include "base/error.h"
 #include "detect/patches/patches.h"
 #include "geom/distance.h"
@@ -63,6 +63,35 @@ tulle_status tulle_world_get_contacts(tulle_world *world, const tulle_contact **
     *contacts = world->contacts.data;
     *count = world->contacts.count;
     return TULLE_OK;
+}
+
+/* ---- stretch ---- */
+
+tulle_stretch tulle_world_find_largest_stretch(const tulle_world *world) {
+    tulle_stretch largest = {0};
+    if (!world || !world->is_started) return largest;
+    size_t const count = world_cloth_edge_count(world);
+    size_t found = 0;
+    for (size_t e = 0; e < count; e++) {
+        size_t const a = world->topo.edges[2 * e], b = world->topo.edges[2 * e + 1];
+        vec3 const rest = vec3_sub(vec3_load(world->rest, a), vec3_load(world->rest, b));
+        vec3 const edge =
+            vec3_sub(vec3_load(world->now.positions, a), vec3_load(world->now.positions, b));
+        double const stretch = vec3_norm(edge) / vec3_norm(rest);
+        if (stretch > largest.stretch) {
+            largest.stretch = stretch;
+            found = e;
+        }
+    }
+    if (count == 0) return largest;
+    uint32_t const *const ends = world->topo.edges + 2 * found;
+    largest.cloth = world->vertex_surface[ends[0]];
+    for (size_t k = 0; k < 2; k++)
+        largest.vertices[k] = ends[k] - world->surfaces[largest.cloth].vertex_begin;
+    vec3_store(largest.position, 0,
+               vec3_lerp(vec3_load(world->now.positions, ends[0]),
+                         vec3_load(world->now.positions, ends[1]), 0.5));
+    return largest;
 }
 
 /* ---- patches ---- */

@@ -1,0 +1,231 @@
+/* io/run/run_outcome.c - how the steps of a run went: sums over their reports, the member "outcome"
+ * of run.json, and the same in words. */
+#include "io/run/run_record.h"
+#include "io/run/run_writer.h"
+
+#include <math.h>
+#include <stdarg.h>
+#include <stdio.h>
+#include <string.h>
+
+/* Beyond this length over rest length cloth looks wrong: woven cloth stretches by a few percent. */
+static const double NOTABLE_STRETCH = 1.15;
+
+void tulle_run_outcome_add(tulle_run_outcome *outcome, const tulle_step_report *report) {
+    outcome->steps++;
+    if (report->cg_converged == 0) {
+        outcome->unconverged_steps++;
+        if (report->cg_residual > outcome->worst_residual && isfinite(report->cg_residual)) {
+            outcome->worst_residual = report->cg_residual;
+            outcome->worst_residual_time = report->time;
+        }
+    }
+    if (report->max_stretch > outcome->largest_stretch && isfinite(report->max_stretch)) {
+        outcome->largest_stretch = report->max_stretch;
+        outcome->largest_stretch_time = report->time;
+        outcome->has_stretch_place = 0;
+    }
+    outcome->cut_steps += report->substeps > 1;
+    if (report->substeps > outcome->most_substeps) outcome->most_substeps = report->substeps;
+    outcome->rescues += report->rescue_impact_zones + report->rescue_component_scalings +
+                        report->rescue_global_scalings;
+    outcome->pinched_steps += report->pinched != 0;
+}
+
+void tulle_run_outcome_place(tulle_run_outcome *outcome, const tulle_stretch *stretch,
+                             uint32_t body) {
+    outcome->has_stretch_place = 1;
+    outcome->stretch_body = body;
+    memcpy(outcome->stretch_vertices, stretch->vertices, sizeof outcome->stretch_vertices);
+    memcpy(outcome->stretch_position, stretch->position, sizeof outcome->stretch_position);
+}
+
+void tulle_run_set_outcome(tulle_run_writer *writer, const tulle_run_outcome *outcome) {
+    writer->record.has_outcome = true;
+    writer->record.outcome = *outcome;
+}
+
+/* ---- in words ---- */
+
+typedef struct outcome_text {
+    char *text;
+    size_t size, length;
+    int lines;
+} outcome_text;
+
+__attribute__((format(printf, 2, 3))) static void add(outcome_text *into, const char *format, ...) {
+    if (into->length >= into->size) return;
+    va_list arguments;
+    va_start(arguments, format);
+    into->length +=
+        (size_t)vsnprintf(into->text + into->length, into->size - into->length, format, arguments);
+    va_end(arguments);
+}
+
+static void begin_line(outcome_text *into) {
+    if (into->lines++ > 0) add(into, "\n");
+}
+
+/* "42 % at 0.5 s, between vertices 88 and 89 of 'sheet', at (0.1, 0.2, 0.3)" */
+static void add_stretch(outcome_text *into, const tulle_run_outcome *outcome,
+                        const char *body_name) {
+    double const *const x = outcome->stretch_position;
+    add(into, "%.3g %% at %.6g s", 100.0 * (outcome->largest_stretch - 1.0),
+        outcome->largest_stretch_time);
+    if (outcome->has_stretch_place)
+        add(into, ", between vertices %u and %u of '%s', at (%.4g, %.4g, %.4g)",
+            outcome->stretch_vertices[0], outcome->stretch_vertices[1], body_name ? body_name : "",
+            x[0], x[1], x[2]);
+}
+
+void tulle_run_outcome_describe(const tulle_run_outcome *outcome, const char *body_name, char *text,
+                                size_t size) {
+    outcome_text into = {.text = text, .size = size};
+    if (size > 0) text[0] = '\0';
+    unsigned long long const steps = outcome->steps;
+    if (outcome->unconverged_steps > 0) {
+        begin_line(&into);
+        add(&into,
+            "a solve did not converge in %llu of %llu steps; the largest residual was %.3g at %.6g "
+            "s",
+            (unsigned long long)outcome->unconverged_steps, steps, outcome->worst_residual,
+            outcome->worst_residual_time);
+    }
+    if (outcome->largest_stretch > NOTABLE_STRETCH) {
+        begin_line(&into);
+        add(&into, "cloth was stretched by ");
+        add_stretch(&into, outcome, body_name);
+    }
+    if (outcome->cut_steps > 0) {
+        begin_line(&into);
+        add(&into, "%llu of %llu steps were cut, into %u substeps at most",
+            (unsigned long long)outcome->cut_steps, steps, outcome->most_substeps);
+    }
+    if (outcome->rescues > 0) {
+        begin_line(&into);
+        add(&into, "impacts needed %llu rescues", (unsigned long long)outcome->rescues);
+    }
+    if (outcome->pinched_steps > 0) {
+        begin_line(&into);
+        add(&into, "cloth was pinched between obstacles in %llu of %llu steps",
+            (unsigned long long)outcome->pinched_steps, steps);
+    }
+    if (into.lines > 0) return;
+    add(&into, "none: every solve converged, no step was cut, nothing was rescued or pinched");
+    if (outcome->largest_stretch > 1.0) {
+        add(&into, "; cloth was stretched by at most ");
+        add_stretch(&into, outcome, body_name);
+    }
+}
+
+/* ---- to and from run.json ---- */
+
+void run_outcome_write(json_writer *writer, const run_record *record) {
+    tulle_run_outcome const *const outcome = &record->outcome;
+    if (!record->has_outcome) return;
+    json_begin(writer, "outcome", '{');
+    json_put_unsigned(writer, "steps", outcome->steps);
+    json_put_unsigned(writer, "unconverged_steps", outcome->unconverged_steps);
+    json_put_double(writer, "worst_residual", outcome->worst_residual);
+    json_put_double(writer, "worst_residual_time", outcome->worst_residual_time);
+    json_put_unsigned(writer, "cut_steps", outcome->cut_steps);
+    json_put_unsigned(writer, "most_substeps", outcome->most_substeps);
+    json_put_unsigned(writer, "rescues", outcome->rescues);
+    json_put_unsigned(writer, "pinched_steps", outcome->pinched_steps);
+    json_put_double(writer, "largest_stretch", outcome->largest_stretch);
+    json_put_double(writer, "largest_stretch_time", outcome->largest_stretch_time);
+    const char *name = NULL;
+    if (outcome->has_stretch_place && outcome->stretch_body < record->bodies.count) {
+        name = run_record_text(record, record->bodies.data[outcome->stretch_body].name);
+        json_begin(writer, "largest_stretch_place", '{');
+        json_put_string(writer, "cloth", name);
+        json_put_unsigned(writer, "body", outcome->stretch_body);
+        json_begin(writer, "vertices", '[');
+        for (int k = 0; k < 2; k++) json_put_unsigned(writer, NULL, outcome->stretch_vertices[k]);
+        json_end(writer, ']');
+        json_begin(writer, "position", '[');
+        for (int k = 0; k < 3; k++) json_put_double(writer, NULL, outcome->stretch_position[k]);
+        json_end(writer, ']');
+        json_end(writer, '}');
+    }
+    char text[1024];
+    tulle_run_outcome_describe(outcome, name, text, sizeof text);
+    json_put_string(writer, "trouble", text);
+    json_end(writer, '}');
+}
+
+static tulle_status read_count(const json_document *document, const json_value *object,
+                               const char *key, uint64_t *count, tulle_error *error) {
+    double value = 0.0;
+    tulle_status const status = json_take_double(document, object, key, &value, error);
+    if (status) return status;
+    if (!(value >= 0.0 && value < 0x1p53))
+        return json_fail(document, object, error, "\"%s\" should be a whole number", key);
+    *count = (uint64_t)value;
+    return TULLE_OK;
+}
+
+static tulle_status read_place(const json_document *document, const json_value *object,
+                               size_t body_count, tulle_run_outcome *outcome, tulle_error *error) {
+    const json_value *place = NULL, *vertices = NULL, *position = NULL;
+    if (!json_find(document, object, "largest_stretch_place")) return TULLE_OK;
+    tulle_status status =
+        json_take_member(document, object, "largest_stretch_place", JSON_OBJECT, &place, error);
+    if (!status) status = json_take_whole(document, place, "body", &outcome->stretch_body, error);
+    if (!status)
+        status = json_take_member(document, place, "vertices", JSON_ARRAY, &vertices, error);
+    if (!status)
+        status = json_take_member(document, place, "position", JSON_ARRAY, &position, error);
+    if (status) return status;
+    if (outcome->stretch_body >= body_count || vertices->count != 2 || position->count != 3)
+        return json_fail(document, place, error,
+                         "\"largest_stretch_place\" should name a body, two vertices and a place");
+    const json_value *item = json_get_first(document, vertices);
+    for (int k = 0; k < 2 && item; k++, item = json_get_next(document, item)) {
+        if (item->type != JSON_NUMBER || !(item->number >= 0.0 && item->number <= UINT32_MAX))
+            return json_fail(document, item, error, "a vertex should be a whole number");
+        outcome->stretch_vertices[k] = (uint32_t)item->number;
+    }
+    item = json_get_first(document, position);
+    for (int k = 0; k < 3 && item; k++, item = json_get_next(document, item)) {
+        if (item->type != JSON_NUMBER)
+            return json_fail(document, item, error, "a coordinate should be a number");
+        outcome->stretch_position[k] = item->number;
+    }
+    outcome->has_stretch_place = 1;
+    return TULLE_OK;
+}
+
+tulle_status run_outcome_read(run_record *record, const json_document *document,
+                              const json_value *root, tulle_error *error) {
+    if (!json_find(document, root, "outcome")) return TULLE_OK;
+    tulle_run_outcome outcome = {0};
+    const json_value *object = NULL;
+    tulle_status status = json_take_member(document, root, "outcome", JSON_OBJECT, &object, error);
+    const struct {
+        const char *key;
+        uint64_t *to;
+    } counts[] = {{"steps", &outcome.steps},
+                  {"unconverged_steps", &outcome.unconverged_steps},
+                  {"cut_steps", &outcome.cut_steps},
+                  {"rescues", &outcome.rescues},
+                  {"pinched_steps", &outcome.pinched_steps}};
+    for (size_t i = 0; i < sizeof counts / sizeof counts[0] && !status; i++)
+        status = read_count(document, object, counts[i].key, counts[i].to, error);
+    const struct {
+        const char *key;
+        double *to;
+    } numbers[] = {{"worst_residual", &outcome.worst_residual},
+                   {"worst_residual_time", &outcome.worst_residual_time},
+                   {"largest_stretch", &outcome.largest_stretch},
+                   {"largest_stretch_time", &outcome.largest_stretch_time}};
+    for (size_t i = 0; i < sizeof numbers / sizeof numbers[0] && !status; i++)
+        status = json_take_double(document, object, numbers[i].key, numbers[i].to, error);
+    if (!status)
+        status = json_take_whole(document, object, "most_substeps", &outcome.most_substeps, error);
+    if (!status) status = read_place(document, object, record->bodies.count, &outcome, error);
+    if (status) return status;
+    record->has_outcome = true;
+    record->outcome = outcome;
+    return TULLE_OK;
+}
