@@ -1,7 +1,8 @@
 #!/usr/bin/env python3
 """Checks the links of README.md, CHANGELOG.md and of the book: every file and every anchor that a page links to is there, every
 source file (`src/world/world.c`, `detect/surface_set.h`) and every public name (`tulle_world_step`) that a page names in code is
-there, and every page of docs/ stands in the `nav` of mkdocs.yml.
+there, every page that a source file names (docs/guide/scene.md) is there, and every page of docs/ stands in the `nav` of
+mkdocs.yml.
 
 usage: check_links.py [ROOT]        exit 1 if a link leads nowhere or a page is missing in the book's contents
        check_links.py --self-test   shows it each fault
@@ -26,6 +27,9 @@ SOURCE = re.compile(r"`((?:[\w.-]+/)+[\w.-]+\.(?:c|h|py|sh|yaml|md))`")
 PUBLIC = re.compile(r"`(tulle_\w+)(?:\([^`]*\))?`")
 ANY_NAME = re.compile(r"[A-Z]{3}")
 SOURCE_FOLDERS = ("", "src", "include", "test")
+CODE_FOLDERS = ("src", "include", "test", "examples", "bench", "tools", "cmake", "paper", "scenes")
+CODE_ENDINGS = (".c", ".h", ".cpp", ".py", ".sh", ".cmake", ".txt", ".yaml")
+PAGE = re.compile(r"\bdocs/[\w/]+\.md\b")
 NAV_PAGE = re.compile(r"^\s*- (?:[^:#\n]+: *)?([\w/-]+\.md)\s*$", re.M)
 
 
@@ -98,6 +102,16 @@ def find_missing_names(root, page, public):
             and not any(os.path.exists(os.path.join(root, folder, match.group(1))) for folder in SOURCE_FOLDERS)]
 
 
+def find_missing_pages(root):
+    """Pages that source files name and that are not there; this script shows some on purpose."""
+    paths = [os.path.join(root, name) for name in ("Makefile", ".clang-format") if os.path.exists(os.path.join(root, name))]
+    for folder in CODE_FOLDERS:
+        for here, _, names in os.walk(os.path.join(root, folder)):
+            paths += [os.path.join(here, name) for name in sorted(names) if name.endswith(CODE_ENDINGS) and name != "check_links.py"]
+    return [f"{os.path.relpath(path, root)}: there is no page {page}" for path in paths
+            for page in sorted(set(PAGE.findall(read(path)))) if not os.path.exists(os.path.join(root, page))]
+
+
 def find_faults(root):
     faults = []
     pages, public = find_pages(root), find_public_names(root)
@@ -111,6 +125,7 @@ def find_faults(root):
                 faults.append(f"{page}:{line}: the link to {target} leads nowhere")
             elif anchor and (os.path.isdir(found) or anchor not in get_anchors(found)):
                 faults.append(f"{page}:{line}: {place} has no anchor {anchor}")
+    faults += find_missing_pages(root)
     contents = NAV_PAGE.findall(read(os.path.join(root, "mkdocs.yml")).partition("\nnav:")[2])
     wanted = [page[len("docs/"):] for page in pages if page.startswith("docs/")]
     wanted += [f"reference/{name}" for name in find_reference_pages(root)]
@@ -143,6 +158,7 @@ SELF_TEST = (  # page, contents beyond index.md, faults
     ("`src/nothing.c` and `tulle/y.h`", "", 2),
     ("`tulle_x`, `tulle_x(y)`, `tulle_x_*`", "", 0),
     ("`tulle_gone` and `tulle_gone()`", "", 2),
+    ("GONE", "", 1),
     ("", "  - B: b.md\n", 1),
     ("", "  - index.md\n", 1),
 )
@@ -153,7 +169,9 @@ def self_test():
     for text, contents, expected in SELF_TEST + (("", None, 1),):
         with tempfile.TemporaryDirectory() as root:
             files = {"README.md": "# R\n", "docs/index.md": "# The `head`\n" + text, "docs/p.png": "",
-                     "include/tulle/x.h": "int tulle_x;\n"}
+                     "include/tulle/x.h": "int tulle_x;\n", "src/x.c": "/* docs/index.md */\n"}
+            if text == "GONE":
+                files["src/x.c"] = "/* docs/gone.md */\n"
             files["mkdocs.yml"] = "nav:\n" if contents is None else "x: 1\nnav:\n  - T: index.md\n  - reference/x.md\n" + contents
             if contents is None:
                 files["mkdocs.yml"] = "x: 1\nnav:\n  - T: index.md\n"
