@@ -64,28 +64,24 @@ static tulle_status sample_sequence(world_obstacle *obstacle, double time, doubl
     return TULLE_OK;
 }
 
-/* Pins of one cloth that hold at `time`: mask, masses and targets of their vertices. */
-static void apply_pins(tulle_world *world, const world_cloth *cloth, double time, double end_time) {
-    for (size_t p = 0; p < cloth->pin_count; p++) {
-        world_pin const *const pin = &cloth->pins[p];
-        if (time >= pin->release_time) continue;
-        for (size_t i = 0; i < pin->vertex_count; i++) {
-            size_t const local = pin->vertices[i], vertex = cloth->vertex_begin + local;
-            world->is_fixed[vertex] = 1;
-            world->active_inverse_masses[vertex] = 0.0;
-            motion_apply(&pin->motion, end_time, cloth->mesh.positions + 3 * local, 1,
-                         world->targets + 3 * vertex);
-        }
-    }
-}
-
 tulle_status world_script_targets(tulle_world *world, double time, double end_time,
                                   tulle_error *error) {
     memset(world->is_fixed, 0, world->cloth_vertex_count);
     memcpy(world->active_inverse_masses, world->inverse_masses,
            world->vertex_count * sizeof(double));
     for (size_t i = 0; i < world->cloths.count; i++) {
-        apply_pins(world, &world->cloths.data[i], time, end_time);
+        world_cloth const *const cloth = &world->cloths.data[i];
+        for (size_t p = 0; p < cloth->pin_count; p++) {
+            world_pin const *const pin = &cloth->pins[p];
+            if (time >= pin->release_time) continue;
+            for (size_t k = 0; k < pin->vertex_count; k++) {
+                size_t const local = pin->vertices[k], vertex = cloth->vertex_begin + local;
+                world->is_fixed[vertex] = 1;
+                world->active_inverse_masses[vertex] = 0.0;
+                motion_apply(&pin->motion, end_time, cloth->mesh.positions + 3 * local, 1,
+                             world->targets + 3 * vertex);
+            }
+        }
     }
     for (size_t i = 0; i < world->obstacles.count; i++) {
         world_obstacle *const obstacle = &world->obstacles.data[i];

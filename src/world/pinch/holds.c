@@ -40,14 +40,14 @@ vec3 world_get_hold_point(const world_hold *hold, int side, const double *positi
 
 /* ---- the list ---- */
 
-static bool is_same(const world_hold *a, const world_hold *b) {
-    return a->kind == b->kind && a->obstacles[0] == b->obstacles[0] &&
-           a->obstacles[1] == b->obstacles[1];
-}
-
 bool world_add_hold(world_motion_state *state, const world_hold *hold) {
     size_t k = 0;
-    while (k < state->hold_count && !is_same(&state->holds[k], hold)) k++;
+    for (; k < state->hold_count; k++) {
+        world_hold const *const old = &state->holds[k];
+        if (old->kind == hold->kind && old->obstacles[0] == hold->obstacles[0] &&
+            old->obstacles[1] == hold->obstacles[1])
+            break;
+    }
     if (k == HOLDS_MAX) return false;
     uint32_t const wait = k < state->hold_count ? 2 * state->holds[k].wait : WAIT_FIRST;
     if (k == state->hold_count) state->hold_count++;
@@ -119,24 +119,21 @@ void world_begin_holds(step_context *context) {
             state->holds[k].kind == HOLD_ALL && !is_tried(&state->holds[k]);
 }
 
-/* How much nearer than the gap the script brings the two points [m]. */
-static double find_excess(const tulle_world *world, const world_hold *hold) {
-    for (int side = 0; side < 2; side++) {
-        uint32_t const obstacle = hold->obstacles[side];
-        if (obstacle != TULLE_NONE && !get_range(world, obstacle)->is_present) return -INFINITY;
-    }
-    vec3 const way = vec3_sub(world_get_hold_point(hold, 1, world->targets),
-                              world_get_hold_point(hold, 0, world->targets));
-    return hold->gap - vec3_dot(vec3_load(hold->normal, 0), way);
-}
-
 /* Amounts [m] by which each hold keeps its points apart. */
-static void find_amounts(const tulle_world *world, const world_motion_state *state,
-                         double amounts[HOLDS_MAX]) {
-    double excess[HOLDS_MAX];
+static void compute_amounts(const tulle_world *world, const world_motion_state *state,
+                            double amounts[HOLDS_MAX]) {
+    double excess[HOLDS_MAX]; /* [m] that the script brings the points nearer than the gap */
     for (size_t k = 0; k < state->hold_count; k++) {
+        world_hold const *const hold = &state->holds[k];
+        vec3 const way = vec3_sub(world_get_hold_point(hold, 1, world->targets),
+                                  world_get_hold_point(hold, 0, world->targets));
         amounts[k] = 0.0;
-        excess[k] = find_excess(world, &state->holds[k]);
+        excess[k] = hold->gap - vec3_dot(vec3_load(hold->normal, 0), way);
+        for (int side = 0; side < 2; side++) {
+            uint32_t const obstacle = hold->obstacles[side];
+            if (obstacle != TULLE_NONE && !get_range(world, obstacle)->is_present)
+                excess[k] = -INFINITY;
+        }
     }
     for (int sweep = 0; sweep < HOLD_SWEEPS; sweep++) {
         for (size_t k = 0; k < state->hold_count; k++) {
@@ -209,7 +206,7 @@ void world_hold_targets(step_context *context) {
     world_motion_state const *const state = context->state;
     if (state->hold_count == 0) return;
     double amounts[HOLDS_MAX];
-    find_amounts(world, state, amounts);
+    compute_amounts(world, state, amounts);
     for (size_t k = 0; k < state->hold_count; k++) {
         world_hold const *const hold = &state->holds[k];
         context->hold_left[k] = amounts[k];

@@ -91,15 +91,6 @@ static void mark_others(const tulle_world *world, const uint32_t vertices[4], ui
     }
 }
 
-/* What is around a pinched body: all obstacles that it touches. */
-static void mark_around_body(const tulle_world *world, const blocked_place *place,
-                             uint8_t *is_near) {
-    if (place->surface < world->cloths.count) return;
-    for (size_t i = 0; i < world->rows.rows.count; i++)
-        mark_others(world, world->rows.rows.data[i].frame.vertices, place->surface, is_near);
-    if (place->is_pair) mark_others(world, place->vertices, place->surface, is_near);
-}
-
 static void write_message(step_context *context, const blocked_place *place,
                           const pinch_side *sides, const char *consequence) {
     tulle_world *const world = context->world;
@@ -107,7 +98,11 @@ static void write_message(step_context *context, const blocked_place *place,
     uint8_t *const is_near = ARENA_NEW(&world->scratch, uint8_t, world->obstacles.count);
     if (!is_near) return;
     for (size_t i = 0; i < world->obstacles.count; i++) is_near[i] = sides[i].is_near;
-    mark_around_body(world, place, is_near);
+    if (place->surface >= world->cloths.count) { /* a body: all that it touches */
+        for (size_t i = 0; i < world->rows.rows.count; i++)
+            mark_others(world, world->rows.rows.data[i].frame.vertices, place->surface, is_near);
+        if (place->is_pair) mark_others(world, place->vertices, place->surface, is_near);
+    }
     size_t const count = list_names(world, is_near, names, sizeof names);
     snprintf(context->pinch_message, sizeof context->pinch_message,
              "'%s' is pinched near (%.6g, %.6g, %.6g) m at %.6g s, %s %s; %s",
@@ -238,29 +233,24 @@ static bool hold_obstacles_apart(step_context *context, const blocked_place *pla
     return has_any;
 }
 
-static bool hold_obstacles_still(step_context *context, const blocked_place *place,
-                                 const pinch_side *sides) {
-    tulle_world const *const world = context->world;
-    bool has_any = false;
-    for (size_t i = 0; i < world->obstacles.count; i++) {
-        surface_range const *const range = &world->surfaces[world->cloths.count + i];
-        if (!sides[i].is_near || range->is_static || !world_may_hold(world, i)) continue;
-        world_hold hold = {.kind = HOLD_STILL, .cloth = place->surface};
-        hold.obstacles[0] = (uint32_t)i;
-        hold.obstacles[1] = TULLE_NONE;
-        for (int k = 0; k < 4; k++) hold.points[0][k] = range->vertex_begin;
-        has_any |= world_add_hold(context->state, &hold);
-    }
-    return has_any;
-}
-
 /* Holds more with each time that the step is made anew. */
 static void hold_back(step_context *context, const blocked_place *place, const pinch_side *sides) {
+    tulle_world const *const world = context->world;
     if (world_delay_holds(context->state)) return;
     context->pinch_level++;
     if (context->pinch_level <= LEVEL_APART && hold_obstacles_apart(context, place, sides)) return;
     if (context->pinch_level < LEVEL_STILL) context->pinch_level = LEVEL_STILL;
-    if (context->pinch_level == LEVEL_STILL && hold_obstacles_still(context, place, sides)) return;
+    bool has_still = false;
+    for (size_t i = 0; context->pinch_level == LEVEL_STILL && i < world->obstacles.count; i++) {
+        surface_range const *const range = &world->surfaces[world->cloths.count + i];
+        if (!sides[i].is_near || range->is_static || !world_may_hold(world, i)) continue;
+        world_hold still = {.kind = HOLD_STILL, .cloth = place->surface};
+        still.obstacles[0] = (uint32_t)i;
+        still.obstacles[1] = TULLE_NONE;
+        for (int k = 0; k < 4; k++) still.points[0][k] = range->vertex_begin;
+        has_still |= world_add_hold(context->state, &still);
+    }
+    if (has_still) return;
     world_hold const all = {
         .kind = HOLD_ALL, .cloth = place->surface, .obstacles = {TULLE_NONE, TULLE_NONE}};
     if (world_add_hold(context->state, &all)) return;
@@ -268,7 +258,7 @@ static void hold_back(step_context *context, const blocked_place *place, const p
     (void)world_add_hold(context->state, &all);
 }
 
-/* ---- release ---- */
+/* ---- the choice ---- */
 
 static bool may_release(const step_context *context, const pinch_side *sides, size_t obstacle) {
     tulle_world const *const world = context->world;
@@ -276,43 +266,27 @@ static bool may_release(const step_context *context, const pinch_side *sides, si
            !context->state->is_released[obstacle];
 }
 
-/* False when no moving obstacle is near. */
-static bool release_obstacles(step_context *context, const pinch_side *sides) {
-    bool has_released = false;
-    for (size_t i = 0; i < context->world->obstacles.count; i++) {
-        if (!may_release(context, sides, i)) continue;
-        context->state->is_released[i] = 1;
-        has_released = true;
-    }
-    return has_released;
-}
-
-/* ---- the choice ---- */
-
-/* Targets at the end of the whole step, where the script alone has them. */
-static tulle_status find_script(step_context *context) {
-    tulle_world *const world = context->world;
-    return world_script_targets(world, world->now.time, world->now.time + context->whole_step,
-                                context->error);
-}
-
+/* What on_pinch says, with targets at the end of the whole step, where the script alone has them.
+ */
 static tulle_status choose(step_context *context, const blocked_place *place,
                            const pinch_side *sides) {
-    tulle_on_pinch const choice = context->world->def.on_pinch;
-    if (choice == TULLE_ON_PINCH_SLOW) {
+    tulle_world *const world = context->world;
+    if (world->def.on_pinch == TULLE_ON_PINCH_SLOW) {
         write_message(context, place, sides, "scripted motion waits (on_pinch: slow)");
         hold_back(context, place, sides);
         return TULLE_OK;
     }
-    if (choice == TULLE_ON_PINCH_RELEASE && release_obstacles(context, sides)) {
+    bool helps_release = false;
+    for (size_t i = 0; i < world->obstacles.count; i++)
+        helps_release |= may_release(context, sides, i);
+    if (world->def.on_pinch == TULLE_ON_PINCH_RELEASE && helps_release) {
+        for (size_t i = 0; i < world->obstacles.count; i++)
+            if (may_release(context, sides, i)) context->state->is_released[i] = 1;
         write_message(
             context, place, sides,
             "the moving ones let it through until they are free of it (on_pinch: release)");
         return TULLE_OK;
     }
-    bool helps_release = false;
-    for (size_t i = 0; i < context->world->obstacles.count; i++)
-        helps_release |= may_release(context, sides, i);
     write_message(context, place, sides,
                   helps_release
                       ? "give it room, take shorter steps if the obstacle is fast, or set on_pinch "
@@ -320,7 +294,7 @@ static tulle_status choose(step_context *context, const blocked_place *place,
                       : "give it room, take shorter steps if the obstacle is fast, or set on_pinch "
                         "to slow");
     context->report->pinched = 1;
-    append_message(context->world, context->pinch_message);
+    append_message(world, context->pinch_message);
     return error_set(context->error, TULLE_ERROR_PINCHED, "%s", context->pinch_message);
 }
 
@@ -334,7 +308,9 @@ tulle_status world_handle_pinch(step_context *context) {
     blocked_place const place =
         context->outcome == SUBSTEP_TORN ? context->torn_place : world_find_blocked_place(context);
     world_find_pinch_sides(world, &place, sides);
-    tulle_status status = find_script(context);
+    double const start = world->now.time;
+    tulle_status status =
+        world_script_targets(world, start, start + context->whole_step, context->error);
     if (status == TULLE_OK) status = choose(context, &place, sides);
     arena_release(&world->scratch, mark);
     return status;

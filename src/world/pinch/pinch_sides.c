@@ -92,19 +92,6 @@ static void add_row(const tulle_world *world, const contact_row *row, bool by_lo
     side->is_near = true;
 }
 
-static double find_load(const tulle_world *world, const blocked_place *place, size_t obstacle,
-                        size_t *count) {
-    double load = 0.0;
-    *count = 0;
-    for (size_t i = 0; i < world->rows.rows.count; i++) {
-        contact_row const *const row = &world->rows.rows.data[i];
-        if (get_row_obstacle(world, row) != obstacle || !row_is_near(world, row, place)) continue;
-        load += fmax(0.0, vec3_dot(row->frame.normal, row->solve.impulse));
-        ++*count;
-    }
-    return load;
-}
-
 /* The pair that blocked may have no row, as where pins hold all of the cloth's side. */
 static void add_blocked_pair(const tulle_world *world, const blocked_place *place,
                              pinch_side *sides) {
@@ -129,8 +116,14 @@ static void add_blocked_pair(const tulle_world *world, const blocked_place *plac
 void world_find_pinch_sides(const tulle_world *world, const blocked_place *place,
                             pinch_side *sides) {
     for (size_t i = 0; i < world->obstacles.count; i++) {
-        size_t count;
-        double const load = find_load(world, place, i, &count);
+        double load = 0.0;
+        size_t count = 0;
+        for (size_t r = 0; r < world->rows.rows.count; r++) {
+            contact_row const *const row = &world->rows.rows.data[r];
+            if (get_row_obstacle(world, row) != i || !row_is_near(world, row, place)) continue;
+            load += fmax(0.0, vec3_dot(row->frame.normal, row->solve.impulse));
+            count++;
+        }
         for (size_t r = 0; r < world->rows.rows.count && count > 0; r++) {
             contact_row const *const row = &world->rows.rows.data[r];
             if (get_row_obstacle(world, row) == i && row_is_near(world, row, place))
@@ -146,19 +139,6 @@ void world_find_pinch_sides(const tulle_world *world, const blocked_place *place
 
 /* ---- squeezed cloth that tears ---- */
 
-static double find_length(const double *x, size_t a, size_t b) {
-    return vec3_norm(vec3_sub(vec3_load(x, a), vec3_load(x, b)));
-}
-
-static bool edge_tears(const step_context *context, size_t edge) {
-    tulle_world const *const world = context->world;
-    size_t const a = world->topo.edges[2 * edge], b = world->topo.edges[2 * edge + 1];
-    double const rest = find_length(world->rest, a, b);
-    double const before = find_length(world->now.positions, a, b) / rest;
-    double const after = find_length(context->state->positions, a, b) / rest;
-    return after - fmax(before, TEARING_FREE) > TEARING_GROWTH;
-}
-
 /* Whether the point of a side goes along `direction` by more than rounding in this step. */
 static double get_way(const step_context *context, const pinch_side *side, vec3 direction) {
     double way = 0.0;
@@ -171,23 +151,8 @@ static double get_way(const step_context *context, const pinch_side *side, vec3 
     return way;
 }
 
-/* Whether two sides nearer than the contact distance have come nearer to each other. */
-static bool sides_squeeze(const step_context *context, const pinch_side *a, const pinch_side *b) {
-    double const distance = context->world->contact_distance;
-    if (!a->has_direction || !b->has_direction || a->gap > distance || b->gap > distance ||
-        vec3_dot(a->direction, b->direction) > SQUEEZE_COSINE)
-        return false;
-    vec3 const across = vec3_normalize(vec3_sub(a->direction, b->direction));
-    return get_way(context, a, across) - get_way(context, b, across) >
-           1e-6 * context->world->minimum_gap;
-}
-
-/* Free bodies give way. */
-static bool gives_way(const tulle_world *world, size_t obstacle) {
-    return world->surfaces[world->cloths.count + obstacle].is_body;
-}
-
-/* Whether obstacles squeeze the cloth at a place. */
+/* Whether two obstacles that are nearer to the cloth at a place than the contact distance have come
+ * nearer to each other. Free bodies give way. */
 static bool is_squeezed(const step_context *context, const blocked_place *place) {
     tulle_world *const world = context->world;
     size_t const count = world->obstacles.count;
@@ -195,9 +160,21 @@ static bool is_squeezed(const step_context *context, const blocked_place *place)
     pinch_side *const sides = ARENA_NEW_ZEROED(&world->scratch, pinch_side, count + 1);
     bool is_so = false;
     if (sides) world_find_pinch_sides(world, place, sides);
-    for (size_t i = 0; sides && i < count; i++)
-        for (size_t j = i + 1; j < count && !gives_way(world, i); j++)
-            is_so |= !gives_way(world, j) && sides_squeeze(context, &sides[i], &sides[j]);
+    for (size_t i = 0; sides && i < count; i++) {
+        pinch_side const *const a = &sides[i];
+        bool const is_pressing = a->has_direction && !(a->gap > world->contact_distance) &&
+                                 !world->surfaces[world->cloths.count + i].is_body;
+        for (size_t j = i + 1; is_pressing && j < count; j++) {
+            pinch_side const *const b = &sides[j];
+            if (!b->has_direction || b->gap > world->contact_distance ||
+                world->surfaces[world->cloths.count + j].is_body ||
+                vec3_dot(a->direction, b->direction) > SQUEEZE_COSINE)
+                continue;
+            vec3 const across = vec3_normalize(vec3_sub(a->direction, b->direction));
+            is_so |= get_way(context, a, across) - get_way(context, b, across) >
+                     1e-6 * world->minimum_gap;
+        }
+    }
     arena_release(&world->scratch, mark);
     return is_so;
 }
@@ -206,9 +183,14 @@ bool world_tears_squeezed(step_context *context) {
     tulle_world *const world = context->world;
     bool const may_tear = context->report->max_stretch > TEARING_FREE + TEARING_GROWTH;
     if (!may_tear || world->obstacles.count < 2 || world->rows.rows.count == 0) return false;
+    const double *const states[3] = {world->rest, world->now.positions, context->state->positions};
     for (size_t e = 0; e < world_cloth_edge_count(world); e++) {
-        if (!edge_tears(context, e)) continue;
         uint32_t const a = world->topo.edges[2 * e], b = world->topo.edges[2 * e + 1];
+        double lengths[3];
+        for (int k = 0; k < 3; k++)
+            lengths[k] = vec3_norm(vec3_sub(vec3_load(states[k], a), vec3_load(states[k], b)));
+        double const before = lengths[1] / lengths[0], after = lengths[2] / lengths[0];
+        if (!(after - fmax(before, TEARING_FREE) > TEARING_GROWTH)) continue;
         context->torn_place =
             (blocked_place){.vertices = {a, b, a, b},
                             .surface = world->vertex_surface[a],

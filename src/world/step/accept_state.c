@@ -10,73 +10,61 @@
 
 #include <string.h>
 
-/* Impulses of rows are as b counts them while the motion is solved, and those that act in the whole
- * step before and after: the same for implicit Euler. */
+/* The solve counts impulses of rows as its right-hand side does; before and after it they are those
+ * of the whole step. By implicit Euler both are the same. */
 static void scale_impulses(row_list *list, double factor) {
     for (size_t i = 0; i < list->rows.count; i++)
         list->rows.data[i].solve.impulse = vec3_scale(list->rows.data[i].solve.impulse, factor);
 }
 
-/* Of a substep that ended early, cloth has the part of its change of velocity that fits the time
- * which passed. */
-static void shorten_changes(const step_context *context, double *end) {
-    tulle_world const *const world = context->world;
-    for (size_t v = 0; v < world->cloth_vertex_count; v++) {
-        if (!(world->active_inverse_masses[v] > 0.0)) continue;
-        vec3 const start = vec3_load(context->state->velocities, v);
-        vec3 const change = vec3_sub(vec3_load(end, v), start);
-        vec3_store(end, v, vec3_add_scaled(start, change, context->commit.fraction));
-    }
-}
-
-static bool may_rebound(const tulle_world *world) {
-    bool has_restitution = false;
-    for (size_t i = 0; i < world->rows.rows.count; i++)
-        has_restitution |= world->rows.rows.data[i].law.restitution > 0.0;
-    return has_restitution;
-}
-
-/* The laws of impact, as far as energy allows. */
-static tulle_status end_contacts(step_context *context, double *end, end_velocities *ends) {
-    tulle_world *const world = context->world;
-    if (may_rebound(world)) {
-        kinetic_limit limit;
-        tulle_status const status = world_find_kinetic_limit(context, &limit);
-        if (status != TULLE_OK) return status;
-        ends->kinetic_limit = limit.energy;
-    }
-    return context->scene.response->end_contacts(&context->scene, &world->rows,
-                                                 context->mean_velocity, end, ends);
-}
-
-/* Velocities at the end: those of the integrator, and contacts that carry load end as the laws of
- * impact say. */
+/* Velocities at the end: those of the integrator, changed as the laws of impact say where contacts
+ * carry load. */
 static tulle_status accept_velocities(step_context *context) {
     tulle_world *const world = context->world;
     world_motion_state *const state = context->state;
+    row_list *const rows = &world->rows;
     linear_system const *const system = &world->system;
     contact_response const *const response = context->scene.response;
+    const double *const u = context->mean_velocity;
     bool const is_whole = context->outcome == SUBSTEP_WHOLE;
     size_t const bytes = 3 * world->vertex_count * sizeof(double);
+
+    /* the integrator, but for vertices that end with u itself */
     double *const end = context->predicted; /* free again: takes the new velocities */
-    bool const is_euler = system->integrator == TULLE_INTEGRATOR_IMPLICIT_EULER;
-    end_velocities ends = {.is_inelastic = !is_euler};
     for (size_t v = 0; v < world->cloth_vertex_count; v++)
         world->is_fixed[v] = !(world->active_inverse_masses[v] > 0.0);
-    response->mark_plain_ends(&context->scene, &world->rows, world->is_fixed);
-    scale_impulses(&world->rows, 1.0 / system->share); /* to what they gave to end velocities */
-    memcpy(end, context->mean_velocity, bytes);
-    finish_velocities(system, &context->dynamics, world->is_fixed, context->mean_velocity, end);
-    if (!is_whole) shorten_changes(context, end);
+    response->mark_plain_ends(&context->scene, rows, world->is_fixed);
+    scale_impulses(rows, 1.0 / system->share); /* to what they gave to end velocities */
+    memcpy(end, u, bytes);
+    finish_velocities(system, &context->dynamics, world->is_fixed, u, end);
+
+    /* of a change of velocity the part that fits the time which passed */
+    for (size_t v = 0; v < world->cloth_vertex_count && !is_whole; v++) {
+        if (!(world->active_inverse_masses[v] > 0.0)) continue;
+        vec3 const start = vec3_load(state->velocities, v);
+        vec3 const change = vec3_sub(vec3_load(end, v), start);
+        vec3_store(end, v, vec3_add_scaled(start, change, context->commit.fraction));
+    }
     world_end_bodies(context, end);
+
+    /* the laws of impact, as far as energy allows */
+    end_velocities ends = {.is_inelastic = system->integrator != TULLE_INTEGRATOR_IMPLICIT_EULER};
     if (is_whole && response->end_contacts) {
-        tulle_status const status = end_contacts(context, end, &ends);
+        bool may_rebound = false;
+        for (size_t i = 0; i < rows->rows.count; i++)
+            may_rebound |= rows->rows.data[i].law.restitution > 0.0;
+        kinetic_limit limit = {0};
+        tulle_status status = may_rebound ? world_find_kinetic_limit(context, &limit) : TULLE_OK;
+        ends.kinetic_limit = limit.energy;
+        if (status == TULLE_OK)
+            status = response->end_contacts(&context->scene, rows, u, end, &ends);
         if (status != TULLE_OK) return status;
     }
-    scale_impulses(&world->rows, system->share * context->time_step / system->force_time);
+    scale_impulses(rows, system->share * context->time_step / system->force_time);
     world_finish_bodies(context, end);
+
     memcpy(state->previous_velocities, state->velocities, bytes);
-    memcpy(state->previous_mean, context->mean_velocity, bytes);
+    memcpy(state->previous_mean, u, bytes);
     memcpy(state->velocities, end, bytes);
     /* velocities that jump are no history */
     bool const is_smooth = is_whole && ends.rebound_count == 0 && context->damping < 1.0;

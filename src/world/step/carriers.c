@@ -34,19 +34,15 @@ tulle_status world_begin_carriers(step_context *context) {
     return TULLE_OK;
 }
 
-static vec3 get_column(const mat3 *a, size_t c) {
-    return (vec3){a->m[c], a->m[3 + c], a->m[6 + c]};
-}
-
 /* map = whole part^-1; false where `part` leaves too little. */
 static bool divide_maps(const affine_map *whole, const affine_map *part, affine_map *map) {
-    vec3 const a = get_column(&part->matrix, 0), b = get_column(&part->matrix, 1);
-    vec3 const c = get_column(&part->matrix, 2);
+    double const *const p = part->matrix.m, *const w = whole->matrix.m;
+    vec3 const a = {p[0], p[3], p[6]}, b = {p[1], p[4], p[7]}, c = {p[2], p[5], p[8]};
     double const volume = vec3_dot(a, vec3_cross(b, c));
     if (!(volume >= VOLUME_LEFT_MIN)) return false;
-    mat3 sum = mat3_outer(get_column(&whole->matrix, 0), vec3_cross(b, c), 1.0 / volume);
-    mat3 const second = mat3_outer(get_column(&whole->matrix, 1), vec3_cross(c, a), 1.0 / volume);
-    mat3 const third = mat3_outer(get_column(&whole->matrix, 2), vec3_cross(a, b), 1.0 / volume);
+    mat3 sum = mat3_outer((vec3){w[0], w[3], w[6]}, vec3_cross(b, c), 1.0 / volume);
+    mat3 const second = mat3_outer((vec3){w[1], w[4], w[7]}, vec3_cross(c, a), 1.0 / volume);
+    mat3 const third = mat3_outer((vec3){w[2], w[5], w[8]}, vec3_cross(a, b), 1.0 / volume);
     mat3_add_scaled(&sum, &second, 1.0);
     mat3_add_scaled(&sum, &third, 1.0);
     map->matrix = sum;
@@ -84,14 +80,12 @@ void world_find_carriers(step_context *context) {
     }
 }
 
-static void mix_maps(affine_map *map, const affine_map *other, double share) {
-    for (size_t k = 0; k < 9; k++)
-        map->matrix.m[k] += share * (other->matrix.m[k] - map->matrix.m[k]);
-    map->offset = vec3_lerp(map->offset, other->offset, share);
-}
-
 void world_follow_carriers(step_context *context) {
     double const share = context->passed / context->time_step;
-    for (size_t i = 0; i < context->world->obstacles.count && !context->is_script_frozen; i++)
-        mix_maps(&context->progress[i], &context->script_maps[i], share);
+    for (size_t i = 0; i < context->world->obstacles.count && !context->is_script_frozen; i++) {
+        affine_map *const map = &context->progress[i], *const whole = &context->script_maps[i];
+        for (size_t k = 0; k < 9; k++)
+            map->matrix.m[k] += share * (whole->matrix.m[k] - map->matrix.m[k]);
+        map->offset = vec3_lerp(map->offset, whole->offset, share);
+    }
 }

@@ -47,16 +47,6 @@ tulle_status world_measure_state(step_context *context, cloth_energies *energies
     return measure(context, state->positions, &state->elastic, &state->has_elastic, energies);
 }
 
-/* With the velocities of the start. */
-static tulle_status measure_end(step_context *context, cloth_energies *energies) {
-    return measure(context, context->end, &context->end_elastic, &context->has_end_elastic,
-                   energies);
-}
-
-static double get_potential(const cloth_energies *energies) {
-    return energies->gravity + energies->elastic.stretch + energies->elastic.bend;
-}
-
 /* Work [J] of what holds cloth vertices, but for what their contacts ask: u . (A u - b). */
 static tulle_status measure_pins(const step_context *context, double *work) {
     tulle_world *const world = context->world;
@@ -97,7 +87,9 @@ tulle_status world_find_kinetic_limit(step_context *context, kinetic_limit *limi
     double wind, pins;
     cloth_energies start, end;
     tulle_status status = world_measure_state(context, &start);
-    if (status == TULLE_OK) status = measure_end(context, &end);
+    if (status == TULLE_OK) /* with the velocities of the start */
+        status =
+            measure(context, context->end, &context->end_elastic, &context->has_end_elastic, &end);
     if (status == TULLE_OK)
         status = measure_wind_work(world->model, &context->dynamics, context->mean_velocity,
                                    (wind_work_options){&world->def.wind, world->threads},
@@ -107,8 +99,10 @@ tulle_status world_find_kinetic_limit(step_context *context, kinetic_limit *limi
     body_energies const before = world_measure_bodies(world, state->positions, state->velocities);
     body_energies const after = world_measure_bodies(world, context->end, state->velocities);
     limit->start = start.kinetic + before.kinetic;
-    limit->energy = limit->start + before.gravity - after.gravity + get_potential(&start) -
-                    get_potential(&end) + wind + pins - measure_kinetic(context, true);
+    double const potential_start = start.gravity + start.elastic.stretch + start.elastic.bend;
+    double const potential_end = end.gravity + end.elastic.stretch + end.elastic.bend;
+    limit->energy = limit->start + before.gravity - after.gravity + potential_start -
+                    potential_end + wind + pins - measure_kinetic(context, true);
     return TULLE_OK;
 }
 

@@ -19,11 +19,14 @@
  * with shorter substeps the share is halved. */
 static const double MINIMUM_GAP_RESERVE = 0.01;
 
-static contact_settings make_settings(const step_context *context) {
-    tulle_world const *const world = context->world;
-    double const reserve = ldexp(MINIMUM_GAP_RESERVE, -context->retry.shorter_count);
+/* The step as contact sees it. */
+static contact_scene make_scene(step_context *context) {
+    tulle_world *const world = context->world;
+    world_motion_state *const state = context->state;
+    contact_response const *const response = get_response(world->def.response);
     contact_settings settings = contact_settings_default();
-    settings.minimum_gap = (1.0 + reserve) * world->minimum_gap;
+    settings.minimum_gap =
+        (1.0 + ldexp(MINIMUM_GAP_RESERVE, -context->retry.shorter_count)) * world->minimum_gap;
     settings.solve_rounds = world->def.solve_rounds;
     if (settings.solve_rounds_landing < settings.solve_rounds)
         settings.solve_rounds_landing = settings.solve_rounds;
@@ -31,13 +34,6 @@ static contact_settings make_settings(const step_context *context) {
     settings.impact_rounds = world->def.impact_rounds;
     settings.cg_tolerance = world->def.cg_tolerance;
     settings.cg_max_iterations = world->def.cg_max_iterations;
-    return settings;
-}
-
-static contact_scene make_scene(step_context *context) {
-    tulle_world *const world = context->world;
-    world_motion_state *const state = context->state;
-    contact_response const *const response = get_response(world->def.response);
     return (contact_scene){.set = &world->set,
                            .vertex_count = world->vertex_count,
                            .cloth_vertex_count = world->cloth_vertex_count,
@@ -58,25 +54,11 @@ static contact_scene make_scene(step_context *context) {
                            .time_step = context->time_step,
                            .response = response,
                            .paper = response->keeps_particles ? &context->paper : NULL,
-                           .settings = make_settings(context),
+                           .settings = settings,
                            .heap = &world->heap,
                            .scratch = &world->scratch,
                            .stop = &world->stop,
                            .threads = world->threads};
-}
-
-/* Where the script has its vertices at the end of the substep, as far as holds let them go. */
-static tulle_status set_targets(step_context *context) {
-    tulle_world *const world = context->world;
-    world_motion_state const *const state = context->state;
-    double const advance = context->is_script_frozen ? 0.0 : context->time_step;
-    tulle_status const status =
-        world_script_targets(world, state->time, state->time + advance, context->error);
-    if (status != TULLE_OK) return status;
-    world_hold_targets(context);
-    if (context->is_script_frozen)
-        memcpy(world->targets, state->positions, 3 * world->vertex_count * sizeof(double));
-    return TULLE_OK;
 }
 
 static bool allocate_arrays(step_context *context) {
@@ -103,8 +85,14 @@ tulle_status world_predict_paths(step_context *context) {
     world_motion_state *const state = context->state;
     if (!allocate_arrays(context))
         return world_end_stage(context, STAGE_PREDICT_PATHS, TULLE_ERROR_OUT_OF_MEMORY);
-    tulle_status status = set_targets(context);
+    /* where the script has its vertices at the end of the substep, as far as holds let them go */
+    double const advance = context->is_script_frozen ? 0.0 : context->time_step;
+    tulle_status status =
+        world_script_targets(world, state->time, state->time + advance, context->error);
     if (status != TULLE_OK) return status;
+    world_hold_targets(context);
+    if (context->is_script_frozen)
+        memcpy(world->targets, state->positions, 3 * world->vertex_count * sizeof(double));
     world_wake_near_script(context);
     world_find_carriers(context);
     context->scene = make_scene(context);

@@ -1,4 +1,4 @@
-/* world/step/search.c - see detection.h.
+/* world/step/search.c - see search.h.
  *
  * Based on: Wong, Baciu, Dynamic interaction between deformable surfaces and nonsmooth objects,
  * 2005, section 3. Departures: a patch is skipped only when it is proven not to touch itself, and
@@ -27,59 +27,44 @@ static const double HIT_RESERVE = 1.06;
  * are used by their cones alone: with a certificate no angle is asked of a kept patch. */
 static const double HOLD_ANGLE = 1.5533430342749535;
 
-/* Stages 10 and 11 take patches that are certified for their paths with this share of the reach, or
+/* Stages 8 and 9 take patches that are certified for their paths with this share of the reach, or
  * more where the minimum gap asks for it. */
 static const double HOLD_REACH_SHARE = 0.25;
 
-static bool uses_patches(const tulle_world *world) {
-    tulle_detect_method const method = world->def.detection.method;
-    return method == TULLE_DETECT_PATCHES || method == TULLE_DETECT_PAPER;
-}
-
-static broad_phase_method choose_trees(tulle_detect_method method) {
-    if (method == TULLE_DETECT_BVOX) return BROAD_PHASE_BVOX;
-    return method == TULLE_DETECT_PAPER ? BROAD_PHASE_PAPER : BROAD_PHASE_REFIT;
-}
-
-/* [m] Inner pairs of patches stay beyond all that stage 2 makes rows of. */
-static double find_reach(const tulle_world *world) {
-    double const hit = HIT_RESERVE * world->contact_distance;
-    return 0.5 * REACH_RESERVE * fmax(world->separation_distance, hit);
-}
-
-/* Inner pairs stay beyond all that stages 10 and 11 call a hit. The minimum gap is at most half of
+/* Inner pairs stay beyond all that stages 8 and 9 call a hit. The minimum gap is at most half of
  * the contact distance, so this is less than the reach. */
-double world_find_hold_reach(const tulle_world *world) {
+double world_compute_hold_reach(const tulle_world *world) {
     double const reach = world->patch_rules.reach;
     double const hit = 0.5 * REACH_RESERVE * HIT_RESERVE * world->minimum_gap;
     return fmin(fmax(HOLD_REACH_SHARE * reach, hit), reach);
 }
 
-static patch_rules make_rules(const tulle_world *world) {
-    tulle_world_detection const *const detection = &world->def.detection;
-    return (patch_rules){.cone = detection->cone == TULLE_CONE_PAPER ? CONE_PAPER : CONE_BERNSTEIN,
-                         .max_angle = detection->max_angle,
-                         .has_certificate = detection->has_certificate != 0,
-                         .grows_anew = detection->grows_patches_anew ||
-                                       detection->method == TULLE_DETECT_PAPER,
-                         .reach = find_reach(world),
-                         .keeps_all = world->patch_rules.keeps_all};
-}
-
 tulle_status world_start_detection(tulle_world *world) {
+    tulle_world_detection const *const def = &world->def.detection;
+    bool const is_paper = def->method == TULLE_DETECT_PAPER;
+    broad_phase_method const trees = def->method == TULLE_DETECT_BVOX ? BROAD_PHASE_BVOX
+                                     : is_paper                       ? BROAD_PHASE_PAPER
+                                                                      : BROAD_PHASE_REFIT;
     tulle_status status =
-        broad_phase_create(&world->heap, &world->set, world->rest,
-                           choose_trees(world->def.detection.method), &world->broad);
-    if (status == TULLE_OK) {
-        broad_phase_set_stop(world->broad, &world->stop);
-        broad_phase_follow_paths(world->broad, PATHS_WHERE_LONG);
-        broad_phase_use_scratch(world->broad, &world->scratch);
-    }
-    if (status == TULLE_OK && uses_patches(world)) {
-        world->patch_rules = make_rules(world);
-        status = kept_patches_create(&world->heap, &world->set, &world->patches);
-        if (status == TULLE_OK) kept_patches_keep_room(world->patches, &world->scratch);
-    }
+        broad_phase_create(&world->heap, &world->set, world->rest, trees, &world->broad);
+    if (status != TULLE_OK) return status;
+    broad_phase_set_stop(world->broad, &world->stop);
+    broad_phase_follow_paths(world->broad, PATHS_WHERE_LONG);
+    broad_phase_use_scratch(world->broad, &world->scratch);
+    if (def->method != TULLE_DETECT_PATCHES && !is_paper) return TULLE_OK;
+
+    /* [m] Inner pairs of patches stay beyond all that gather_rows makes rows of. */
+    double const hit = HIT_RESERVE * world->contact_distance;
+    double const reach = 0.5 * REACH_RESERVE * fmax(world->separation_distance, hit);
+    world->patch_rules =
+        (patch_rules){.cone = def->cone == TULLE_CONE_PAPER ? CONE_PAPER : CONE_BERNSTEIN,
+                      .max_angle = def->max_angle,
+                      .has_certificate = def->has_certificate != 0,
+                      .grows_anew = def->grows_patches_anew || is_paper,
+                      .reach = reach,
+                      .keeps_all = world->patch_rules.keeps_all};
+    status = kept_patches_create(&world->heap, &world->set, &world->patches);
+    if (status == TULLE_OK) kept_patches_keep_room(world->patches, &world->scratch);
     return status;
 }
 
@@ -185,30 +170,25 @@ static tulle_status renew_pairs(pair_source *source, const double *x1) {
     return search_again(source->context, x1, x1);
 }
 
-/* Whether no vertex of a cloth ends farther than `distance` from where the patches were certified
- * to the end: the certificate's reach then covers both. */
-static bool ends_within(const step_context *context, const double *x1, double distance) {
-    double const limit = distance * distance;
-    for (size_t v = 0; v < context->world->cloth_vertex_count; v++) {
-        vec3 const moved = vec3_sub(vec3_load(x1, v), vec3_load(context->certified_end, v));
-        if (!(vec3_norm2(moved) <= limit)) return false;
-    }
-    return true;
-}
-
+/* Whether the patches are proven for x0 -> x1 too. They are where no vertex of a cloth ends farther
+ * from the end that they are certified for than their reach allows; else they are tested anew. */
 static bool patches_cover(const step_context *context, const double *x1) {
     tulle_world const *const world = context->world;
     patch_rules rules = world->patch_rules;
-    rules.reach = world_find_hold_reach(world);
+    rules.reach = world_compute_hold_reach(world);
     rules.max_angle = fmax(rules.max_angle, HOLD_ANGLE);
+    double const spare = world->patch_rules.reach - rules.reach, limit = spare * spare;
+    bool is_within = true;
+    for (size_t v = 0; is_within && v < world->cloth_vertex_count; v++) {
+        vec3 const moved = vec3_sub(vec3_load(x1, v), vec3_load(context->certified_end, v));
+        is_within = vec3_norm2(moved) <= limit;
+    }
     patch_step const paths = {&world->set, context->state->positions, x1, world->threads};
-    return ends_within(context, x1, world->patch_rules.reach - rules.reach) ||
-           patches_hold(world->patches, &paths, &rules);
+    return is_within || patches_hold(world->patches, &paths, &rules);
 }
 
-/* The boxes stay those of the paths that the pairs were found for: what may
- * be left out because of them is then the same, but for what slabs leave out, which patches go
- * without. */
+/* Takes pairs again that patches left out and that are not proven for x0 -> x1. The boxes stay
+ * those of the paths that the pairs were found for, so they leave out the same as before. */
 static tulle_status adapt_pairs(pair_source *source, const double *x1) {
     step_context *const context = source->context;
     if (!context->world->patches) return TULLE_OK;

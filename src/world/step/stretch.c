@@ -19,16 +19,14 @@ typedef struct edge_lengths {
     double rest, start, end;
 } edge_lengths;
 
-static double measure_length(const double *x, size_t a, size_t b) {
-    return vec3_norm(vec3_sub(vec3_load(x, a), vec3_load(x, b)));
-}
-
 static edge_lengths measure_lengths(const step_context *context, size_t edge) {
     tulle_world const *const world = context->world;
+    const double *const states[3] = {world->rest, context->state->positions, context->end};
     size_t const a = world->topo.edges[2 * edge], b = world->topo.edges[2 * edge + 1];
-    return (edge_lengths){measure_length(world->rest, a, b),
-                          measure_length(context->state->positions, a, b),
-                          measure_length(context->end, a, b)};
+    double lengths[3];
+    for (int k = 0; k < 3; k++)
+        lengths[k] = vec3_norm(vec3_sub(vec3_load(states[k], a), vec3_load(states[k], b)));
+    return (edge_lengths){lengths[0], lengths[1], lengths[2]};
 }
 
 double world_measure_stretch_growth(const step_context *context) {
