@@ -22,7 +22,7 @@ all:
 .PHONY: build-program build-tests
 build-program:
 	@[ -f $(BUILD)/CMakeCache.txt ] || cmake --preset release -DTULLE_BUILD_TESTS=OFF
-	@cmake --build $(BUILD) -j $(JOBS) --target tulle_program tulle_shared tulle_static
+	@cmake --build $(BUILD) -j $(JOBS) --target tulle_program tulle_shared tulle_static tulle_io_shared tulle_io_static
 
 build-tests:
 	@cmake --preset release -DTULLE_BUILD_TESTS=ON -DTULLE_WARNINGS_AS_ERRORS=ON

@@ -3,8 +3,9 @@
  * median; beside them the counts and, as a scale, what copying the result takes. CSV. Usage:
  * bench_subdivision [rounds] */
 #include "base/timer.h"
-#include "geom/loop_subdivision.h"
+#include "subdivision/loop_subdivision.h"
 #include "tulle/shapes.h"
+#include "tulle_io/subdivision.h"
 
 #include <stdio.h>
 #include <stdlib.h>

@@ -2,7 +2,8 @@
 #include "detect_input.h"
 
 #include "tulle/mesh.h"
-#include "tulle/run.h"
+#include "tulle_io/run.h"
+#include "tulle_io/subdivision.h"
 
 #include <math.h>
 #include <stdio.h>

@@ -1,7 +1,7 @@
 /* bench/detect_tables.c - see detect_tables.h. */
 #include "detect_tables.h"
 
-#include "tulle/io.h"
+#include "tulle_io/mesh_files.h"
 
 #include <string.h>
 

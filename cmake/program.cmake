@@ -1,21 +1,7 @@
-# The program: scene files (libyaml), pictures (libpng, Embree), VTP files (Expat, zlib) and the command line, with the
-# library linked in.
-find_package(PkgConfig REQUIRED)
-pkg_check_modules(YAML REQUIRED IMPORTED_TARGET yaml-0.1)
+# The program: the command line and pictures (libpng, Embree) over both libraries, which are linked in.
 find_package(PNG REQUIRED)
-find_package(EXPAT REQUIRED)
-find_package(ZLIB REQUIRED)
-set(tulle_app_libraries EXPAT::EXPAT ZLIB::ZLIB)
 set(TULLE_EMBREE "auto" CACHE STRING "ray traced pictures with Embree 3: on, off, auto (when it is installed)")
 set_property(CACHE TULLE_EMBREE PROPERTY STRINGS auto on off)
-file(GLOB scene_sources CONFIGURE_DEPENDS ${PROJECT_SOURCE_DIR}/src/scene/*.c)
-file(GLOB_RECURSE app_sources CONFIGURE_DEPENDS ${PROJECT_SOURCE_DIR}/src/app/*.c)
-
-if(scene_sources)
-    add_library(tulle_scene STATIC ${scene_sources})
-    target_include_directories(tulle_scene PUBLIC ${PROJECT_SOURCE_DIR}/src)
-    target_link_libraries(tulle_scene PRIVATE tulle_flags PUBLIC tulle_static PkgConfig::YAML)
-endif()
 
 # Pictures. The files render/embree_*.c need Embree; without it render/without_embree.c stands in for them.
 file(GLOB render_sources CONFIGURE_DEPENDS ${PROJECT_SOURCE_DIR}/src/render/*.c)
@@ -37,16 +23,19 @@ else()
     list(FILTER render_sources EXCLUDE REGEX "/embree_[a-z_]+\\.c$")
 endif()
 add_library(tulle_render STATIC ${render_sources})
-target_include_directories(tulle_render PUBLIC ${PROJECT_SOURCE_DIR}/src)
-target_link_libraries(tulle_render PRIVATE tulle_flags PNG::PNG PUBLIC tulle_static)
+target_link_libraries(tulle_render PRIVATE tulle_flags PNG::PNG PUBLIC tulle_io_inside)
 if(has_embree)
     target_include_directories(tulle_render SYSTEM PRIVATE ${EMBREE_INCLUDE_DIR})
     target_link_libraries(tulle_render PUBLIC ${EMBREE_LIBRARY})
 endif()
 
-add_executable(tulle_program ${app_sources})
-target_include_directories(tulle_program PRIVATE ${PROJECT_SOURCE_DIR}/src)
-target_link_libraries(tulle_program PRIVATE tulle_flags $<TARGET_NAME_IF_EXISTS:tulle_scene> tulle_render ${tulle_app_libraries} tulle_static)
+# All of the program but its main function, for the tests.
+file(GLOB_RECURSE app_sources CONFIGURE_DEPENDS ${PROJECT_SOURCE_DIR}/src/app/*.c)
+list(REMOVE_ITEM app_sources ${PROJECT_SOURCE_DIR}/src/app/main.c)
+add_library(tulle_app STATIC ${app_sources})
+target_link_libraries(tulle_app PRIVATE tulle_flags PUBLIC tulle_render tulle_io_inside)
+add_executable(tulle_program ${PROJECT_SOURCE_DIR}/src/app/main.c)
+target_link_libraries(tulle_program PRIVATE tulle_flags tulle_app)
 set_target_properties(tulle_program PROPERTIES OUTPUT_NAME tulle)
 # Where the installed scenes lie, seen from the program.
 file(RELATIVE_PATH scenes_from_program /${CMAKE_INSTALL_BINDIR} /${CMAKE_INSTALL_DATADIR}/tulle/scenes)

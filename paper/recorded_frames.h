@@ -4,6 +4,7 @@
 #define PAPER_RECORDED_FRAMES_H
 
 #include <tulle/tulle.h>
+#include <tulle_io/tulle_io.h>
 
 #include <stdbool.h>
 

@@ -33,7 +33,7 @@ fi
 
 cmake -S . -B "$made/build" -DCMAKE_TOOLCHAIN_FILE="$PWD/cmake/arm64.cmake" -DCMAKE_BUILD_TYPE=Release \
     -DTULLE_BUILD_TESTS=ON -DTULLE_WARNINGS_AS_ERRORS=ON -DTULLE_EMBREE=off
-targets="tulle_program tulle_shared tulle_static"
+targets="tulle_program tulle_shared tulle_static tulle_io_shared tulle_io_static"
 pattern=""
 for test in $tests; do
     targets="$targets ${test%%.*}_test_${test#*.}"

@@ -17,7 +17,8 @@ import subprocess
 import sys
 import tempfile
 
-TARGETS = ["tulle_objects", "tulle_kernels_base", "tulle_scene", "tulle_render", "tulle_program"]
+TARGETS = ["tulle_common", "tulle_engine", "tulle_kernels_base", "tulle_io_parts", "tulle_render", "tulle_app",
+           "tulle_program"]
 CLONE = re.compile(r"\.(avx\w*|fma|bmi2?|arch_x86_64_v\d)(\.\w+)*$")
 FUNCTION = re.compile(r"^[0-9a-f]+ <(.+)>:$")
 INSTRUCTION = re.compile(r"^\s+[0-9a-f]+:\t(?:(?:rep|repz|repnz|lock|bnd|notrack|data16|cs|ds|rex\.?\w*) )*([a-z][a-z0-9]*)")

@@ -6,17 +6,15 @@
 #include "geom/union_find.h"
 #include "math/vec3.h"
 
-static const size_t COUNT_MAX = INT32_MAX;
-
 tulle_status tulle_mesh_create(size_t vertex_count, size_t triangle_count, tulle_mesh *mesh,
                                tulle_error *error) {
     if (!mesh) return error_set(error, TULLE_ERROR_INVALID_ARGUMENT, "the mesh pointer is null");
     *mesh = (tulle_mesh){0};
-    if (vertex_count > COUNT_MAX || triangle_count > COUNT_MAX)
+    if (vertex_count > MESH_COUNT_MAX || triangle_count > MESH_COUNT_MAX)
         return error_set(error, TULLE_ERROR_LIMIT,
                          "a mesh of %zu vertices and %zu triangles was asked for; the limit is %zu "
                          "of each",
-                         vertex_count, triangle_count, COUNT_MAX);
+                         vertex_count, triangle_count, MESH_COUNT_MAX);
     memory heap = memory_default();
     tulle_mesh made = {.vertex_count = vertex_count, .triangle_count = triangle_count};
     if (vertex_count > 0)
@@ -79,42 +77,6 @@ double triangle_get_height_ratio(const double *positions, const uint32_t corners
     v = vec3_make(v.x / size, v.y / size, v.z / size);
     double const longest2 = fmax(vec3_norm2(u), fmax(vec3_norm2(v), vec3_norm2(vec3_sub(v, u))));
     return vec3_norm(vec3_cross(u, v)) / longest2;
-}
-
-tulle_status mesh_check_indices(tulle_mesh_view mesh, tulle_error *error) {
-    if ((mesh.vertex_count > 0 && !mesh.positions) || (mesh.triangle_count > 0 && !mesh.triangles))
-        return error_set(error, TULLE_ERROR_INVALID_ARGUMENT,
-                         "the mesh view has a count but a null array");
-    if (mesh.vertex_count > COUNT_MAX || mesh.triangle_count > COUNT_MAX)
-        return error_set(error, TULLE_ERROR_LIMIT,
-                         "the mesh has %zu vertices and %zu triangles; the limit is %zu of each",
-                         mesh.vertex_count, mesh.triangle_count, COUNT_MAX);
-    size_t count = 0, first = 0;
-    uint32_t index = 0;
-    for (size_t t = 0; t < mesh.triangle_count; t++) {
-        for (int k = 0; k < 3; k++) {
-            if (mesh.triangles[3 * t + (size_t)k] < mesh.vertex_count) continue;
-            if (count == 0) {
-                first = t;
-                index = mesh.triangles[3 * t + (size_t)k];
-            }
-            count++;
-            break;
-        }
-    }
-    if (count == 0) return TULLE_OK;
-    return error_set(
-        error, TULLE_ERROR_INVALID_MESH,
-        "triangle %zu (counted from 0) names vertex %lu, but the mesh has %zu vertices "
-        "(0 to %zu); %zu triangle%s like this; correct the indices",
-        first, (unsigned long)index, mesh.vertex_count,
-        mesh.vertex_count > 0 ? mesh.vertex_count - 1 : 0, count, count == 1 ? " is" : "s are");
-}
-
-void mesh_count_edge_uses(const topology *topo, uint32_t *edge_use_counts) {
-    for (size_t e = 0; e < topo->edge_count; e++) edge_use_counts[e] = 0;
-    for (size_t h = 0; h < 3 * topo->triangle_count; h++)
-        edge_use_counts[topo->triangle_edges[h]]++;
 }
 
 /* The corner of the triangle at the vertex, as 3 * triangle + k. */

@@ -3,6 +3,7 @@
 #ifndef TULLE_GEOM_MESH_H
 #define TULLE_GEOM_MESH_H
 
+#include "geom/mesh_indices.h"
 #include "geom/topology.h"
 #include "tulle/mesh.h"
 
@@ -26,14 +27,8 @@ bool mesh_find_duplicates(memory *heap, tulle_mesh_view mesh, uint32_t *original
  * without area. Safe from overflow and underflow for coordinates under 1e300. */
 double triangle_get_height_ratio(const double *positions, const uint32_t corners[3]);
 
-/* Index checks shared by both: TULLE_ERROR_INVALID_MESH names the first triangle with an index that
- * is not below vertex_count; also refuses null arrays and counts over 2^31 - 1. */
-tulle_status mesh_check_indices(tulle_mesh_view mesh, tulle_error *error);
-
 /* Joins the corners (3 * triangle + k) of one vertex that meet across an edge with exactly two
  * triangles; each remaining set is one fan. edge_use_counts: triangles on each edge. */
 void mesh_join_fans(const topology *topo, const uint32_t *edge_use_counts, uint32_t *fans);
-/* Triangles on each edge. */
-void mesh_count_edge_uses(const topology *topo, uint32_t *edge_use_counts);
 
 #endif

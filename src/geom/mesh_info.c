@@ -173,7 +173,7 @@ static tulle_status count_topology(survey *s) {
     uint32_t *const loops = memory_allocate(s->heap, edge_bytes);
     bool const has_memory = s->edge_use_counts && s->sets && s->fan_edges && loops;
     if (has_memory) {
-        mesh_count_edge_uses(&s->topo, s->edge_use_counts);
+        topology_count_edge_uses(&s->topo, s->edge_use_counts);
         measure_triangles(s);
         measure_edges(s);
         count_vertices(s);

@@ -273,7 +273,7 @@ static tulle_status check_manifold(check *c) {
     size_t const byte_count = c->topo.edge_count * sizeof *c->edge_use_counts;
     c->edge_use_counts = memory_allocate(c->heap, byte_count);
     if (c->edge_use_counts) {
-        mesh_count_edge_uses(&c->topo, c->edge_use_counts);
+        topology_count_edge_uses(&c->topo, c->edge_use_counts);
         status = check_edge_uses(c);
         if (status == TULLE_OK) status = check_orientation(c);
         if (status == TULLE_OK) status = check_fans(c);

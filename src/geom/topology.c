@@ -181,3 +181,9 @@ void topology_destroy(memory *heap, topology *topo) {
     memory_release(heap, topo->edges, 2 * topo->edge_count * sizeof(uint32_t));
     *topo = (topology){0};
 }
+
+void topology_count_edge_uses(const topology *topo, uint32_t *edge_use_counts) {
+    for (size_t e = 0; e < topo->edge_count; e++) edge_use_counts[e] = 0;
+    for (size_t h = 0; h < 3 * topo->triangle_count; h++)
+        edge_use_counts[topo->triangle_edges[h]]++;
+}

@@ -36,4 +36,7 @@ tulle_status topology_build_small(memory *heap, const uint32_t *triangles, size_
 void topology_keep_corners(memory *heap, topology *topo);
 void topology_destroy(memory *heap, topology *topo);
 
+/* How many triangles each edge has: edge_count numbers. */
+void topology_count_edge_uses(const topology *topo, uint32_t *edge_use_counts);
+
 #endif

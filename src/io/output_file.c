@@ -7,7 +7,7 @@
 #include "io/text/number.h"
 #include "io/unflushed.h"
 
-#include "tulle/io.h"
+#include "tulle_io/mesh_files.h"
 
 #include <errno.h>
 #include <fcntl.h>

@@ -4,8 +4,6 @@
 #ifndef TULLE_IO_UNFLUSHED_H
 #define TULLE_IO_UNFLUSHED_H
 
-#include "tulle/io.h"
-
 /* As tulle_mesh_write, tulle_vtp_write and tulle_pvd_write. */
 tulle_status mesh_write_unflushed(const char *path, tulle_mesh_view mesh, tulle_error *error);
 tulle_status vtp_write_unflushed(const char *path, tulle_mesh_view mesh, const double *velocities,

@@ -4,7 +4,7 @@
 #include "base/error.h"
 #include "render/image.h"
 
-#include "tulle/io.h"
+#include "tulle_io/mesh_files.h"
 
 #include <png.h>
 #include <string.h>

@@ -9,7 +9,7 @@ static void set_vector(double to[3], const schema_vector *from) {
     memcpy(to, from->value, 3 * sizeof(double));
 }
 
-static tulle_world_def make_world_def(const scene *loaded) {
+static tulle_world_def make_world_def(const tulle_scene *loaded) {
     const scene_keys *keys = &loaded->keys;
     tulle_world_def def = tulle_world_def_default();
     set_vector(def.gravity, &keys->gravity);
@@ -118,7 +118,7 @@ static tulle_status add_obstacle(const scene_obstacle *obstacle, tulle_world *wo
     return status == TULLE_OK ? TULLE_OK : add_place(&obstacle->keys->head, status, error);
 }
 
-static tulle_status set_law(const scene *loaded, const scene_world *built, size_t first,
+static tulle_status set_law(const tulle_scene *loaded, const tulle_scene_world *built, size_t first,
                             size_t second, const tulle_contact_law *law, tulle_error *error) {
     size_t const cloth_count = loaded->cloth_count;
     if (first >= cloth_count)
@@ -137,7 +137,8 @@ static tulle_contact_law get_law(const pair_keys *keys) {
     return (tulle_contact_law){keys->friction, keys->dynamic_friction, keys->restitution};
 }
 
-static tulle_status set_material_laws(const scene *loaded, tulle_world *world, tulle_error *error) {
+static tulle_status set_material_laws(const tulle_scene *loaded, tulle_world *world,
+                                      tulle_error *error) {
     const schema_list *list = &loaded->keys.contact.materials;
     for (size_t i = 0; i < list->count; i++) {
         const pair_keys *keys = (const pair_keys *)list->items + i;
@@ -149,7 +150,8 @@ static tulle_status set_material_laws(const scene *loaded, tulle_world *world, t
     return TULLE_OK;
 }
 
-static tulle_status set_laws(const scene *loaded, const scene_world *built, tulle_error *error) {
+static tulle_status set_laws(const tulle_scene *loaded, const tulle_scene_world *built,
+                             tulle_error *error) {
     for (size_t p = 0; p < loaded->pair_count; p++) {
         const scene_pair *pair = &loaded->pairs[p];
         tulle_contact_law const law = get_law(pair->keys);
@@ -163,7 +165,8 @@ static tulle_status set_laws(const scene *loaded, const scene_world *built, tull
     return TULLE_OK;
 }
 
-static tulle_status add_objects(const scene *loaded, scene_world *built, tulle_error *error) {
+static tulle_status add_objects(const tulle_scene *loaded, tulle_scene_world *built,
+                                tulle_error *error) {
     memory heap = memory_default();
     built->cloth_count = loaded->cloth_count;
     built->obstacle_count = loaded->obstacle_count;
@@ -181,23 +184,24 @@ static tulle_status add_objects(const scene *loaded, scene_world *built, tulle_e
     return status == TULLE_OK ? set_laws(loaded, built, error) : status;
 }
 
-tulle_status scene_build_world(scene *loaded, int threads, const tulle_allocator *allocator,
-                               scene_world *result, tulle_error *error) {
-    *result = (scene_world){0};
+tulle_status tulle_scene_build_world(tulle_scene *loaded, int threads,
+                                     const tulle_allocator *allocator, tulle_scene_world *result,
+                                     tulle_error *error) {
+    *result = (tulle_scene_world){0};
     tulle_world_def def = make_world_def(loaded);
     def.threads = threads;
     if (allocator) def.allocator = *allocator;
     tulle_status status = tulle_world_create(&def, &result->world, error);
     if (status != TULLE_OK) return add_place(&loaded->keys.contact.head, status, error);
     status = add_objects(loaded, result, error);
-    if (status != TULLE_OK) scene_destroy_world(result);
+    if (status != TULLE_OK) tulle_scene_destroy_world(result);
     return status;
 }
 
-void scene_destroy_world(scene_world *built) {
+void tulle_scene_destroy_world(tulle_scene_world *built) {
     memory heap = memory_default();
     tulle_world_destroy(built->world);
     memory_release(&heap, built->cloths, built->cloth_count * sizeof *built->cloths);
     memory_release(&heap, built->obstacles, built->obstacle_count * sizeof *built->obstacles);
-    *built = (scene_world){0};
+    *built = (tulle_scene_world){0};
 }

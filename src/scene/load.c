@@ -52,7 +52,7 @@ static bool check_something_moves(const scene_work *work) {
 }
 
 bool read_scene_keys(const scene_work *work, const char *const *overrides, size_t count) {
-    scene *loaded = work->scene;
+    tulle_scene *loaded = work->scene;
     tree_source source = {.name = loaded->path, .has_lines = true};
     source.text = read_text(work, &source.length);
     if (!source.text) return false;
@@ -86,7 +86,7 @@ static bool set_frame_count(const scene_work *work) {
 }
 
 static bool make_cloths(const scene_work *work) {
-    scene *loaded = work->scene;
+    tulle_scene *loaded = work->scene;
     const cloth_keys *keys = loaded->keys.cloth.items;
     loaded->cloth_count = loaded->keys.cloth.count;
     loaded->cloths = ARENA_NEW_ZEROED(&loaded->storage, scene_cloth, loaded->cloth_count + 1);
@@ -102,7 +102,7 @@ static bool make_cloths(const scene_work *work) {
 }
 
 static bool make_all_obstacles(const scene_work *work) {
-    scene *loaded = work->scene;
+    tulle_scene *loaded = work->scene;
     const obstacle_keys *keys = loaded->keys.obstacles.items;
     size_t count = 0;
     for (size_t i = 0; i < loaded->keys.obstacles.count; i++) {
@@ -130,13 +130,13 @@ static bool make_all_obstacles(const scene_work *work) {
     return is_good;
 }
 
-static const char *get_name(const scene *loaded, size_t object) {
+static const char *get_name(const tulle_scene *loaded, size_t object) {
     return object < loaded->cloth_count ? loaded->cloths[object].name
                                         : loaded->obstacles[object - loaded->cloth_count].name;
 }
 
 static bool check_names(const scene_work *work) {
-    const scene *loaded = work->scene;
+    const tulle_scene *loaded = work->scene;
     for (size_t i = 0; i < loaded->cloth_count + loaded->obstacle_count; i++) {
         for (size_t k = 0; k < i; k++) {
             if (strcmp(get_name(loaded, i), get_name(loaded, k)) != 0) continue;
@@ -152,7 +152,7 @@ static bool check_names(const scene_work *work) {
     return true;
 }
 
-static const char *write_canonical(scene *loaded, unsigned left_out) {
+static const char *write_canonical(tulle_scene *loaded, unsigned left_out) {
     text_buffer buffer = {.storage = &loaded->storage, .left_out = left_out};
     schema_write(&scene_map, &loaded->keys, 0, &buffer);
     return buffer.is_failed ? NULL : buffer.data;
@@ -161,7 +161,7 @@ static const char *write_canonical(scene *loaded, unsigned left_out) {
 /* The canonical text, and the hash: text without the length of the run and without what only
  * pictures depend on, materials, meshes. */
 static bool finish(const scene_work *work) {
-    scene *loaded = work->scene;
+    tulle_scene *loaded = work->scene;
     loaded->canonical_text = write_canonical(loaded, 0);
     uint64_t given = loaded->keys.time.head.given;
     loaded->keys.time.head.given &= ~(UINT64_C(1) << schema_find_key(&time_map, "frames"));
@@ -193,12 +193,12 @@ static bool load(const scene_work *work, const char *const *overrides, size_t ov
     return is_good && check_names(work) && make_pairs(work) && finish(work);
 }
 
-tulle_status scene_load(const char *path, const char *const *overrides, size_t override_count,
-                        scene **result, scene_problems *problems) {
+tulle_status tulle_scene_load(const char *path, const char *const *overrides, size_t override_count,
+                              tulle_scene **result, tulle_scene_problems *problems) {
     *result = NULL;
     memset(problems, 0, sizeof *problems);
     memory heap = memory_default();
-    scene *loaded = memory_allocate_zeroed(&heap, 1, sizeof *loaded);
+    tulle_scene *loaded = memory_allocate_zeroed(&heap, 1, sizeof *loaded);
     if (!loaded) return problem_add_memory(problems, path);
     loaded->heap = heap;
     loaded->storage = arena_make(&loaded->heap);
@@ -212,11 +212,11 @@ tulle_status scene_load(const char *path, const char *const *overrides, size_t o
         return TULLE_OK;
     }
     /* The places of problems point into the scene no more: problem_add copied their texts. */
-    scene_destroy(loaded);
+    tulle_scene_destroy(loaded);
     return problems->list[0].status;
 }
 
-void scene_destroy(scene *loaded) {
+void tulle_scene_destroy(tulle_scene *loaded) {
     if (!loaded) return;
     for (size_t i = 0; i < loaded->cloth_count; i++) tulle_mesh_destroy(&loaded->cloths[i].mesh);
     for (size_t i = 0; i < loaded->obstacle_count; i++)

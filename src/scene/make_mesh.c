@@ -3,8 +3,8 @@
 
 #include "base/hash.h"
 
-#include "tulle/io.h"
 #include "tulle/shapes.h"
+#include "tulle_io/mesh_files.h"
 
 #include <stdarg.h>
 #include <string.h>
@@ -31,7 +31,7 @@ const char *resolve_path(const scene_work *work, const char *path) {
     return store_text(work, "%.*s/%s", (int)(slash - work->scene->path), work->scene->path, path);
 }
 
-uint64_t resolve_seed(const scene *loaded, uint64_t seed) {
+uint64_t resolve_seed(const tulle_scene *loaded, uint64_t seed) {
     return seed == SEED_AUTO ? loaded->keys.seed : seed;
 }
 
@@ -82,7 +82,7 @@ static bool generate(const scene_work *work, const mesh_keys *keys, tulle_mesh *
 }
 
 void note_add(const scene_work *work, const char *format, ...) {
-    scene *loaded = work->scene;
+    tulle_scene *loaded = work->scene;
     char text[SCENE_PATH_LIMIT];
     va_list arguments;
     va_start(arguments, format);
@@ -150,7 +150,7 @@ bool make_mesh(const scene_work *work, const mesh_keys *keys, tulle_mesh_role ro
 
 bool count_mesh(const scene_work *work, const tulle_mesh *mesh, scene_place place,
                 const char *path) {
-    scene *loaded = work->scene;
+    tulle_scene *loaded = work->scene;
     loaded->vertex_count += mesh->vertex_count;
     if (loaded->vertex_count > SCENE_VERTEX_LIMIT) {
         problem_add(work->problems, TULLE_ERROR_LIMIT, place,

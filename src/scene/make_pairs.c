@@ -15,13 +15,13 @@ typedef struct named_objects {
     size_t begin, end; /* of cloths and obstacles counted together, cloths first */
 } named_objects;
 
-static const char *get_name(const scene *loaded, size_t object) {
+static const char *get_name(const tulle_scene *loaded, size_t object) {
     return object < loaded->cloth_count ? loaded->cloths[object].name
                                         : loaded->obstacles[object - loaded->cloth_count].name;
 }
 
 /* The name, or that of an obstacle whose copy this is: "spike" of "spike.012". */
-static bool has_name(const scene *loaded, size_t object, const char *name) {
+static bool has_name(const tulle_scene *loaded, size_t object, const char *name) {
     const char *own = get_name(loaded, object);
     if (strcmp(own, name) == 0) return true;
     if (object < loaded->cloth_count) return false;
@@ -31,7 +31,7 @@ static bool has_name(const scene *loaded, size_t object, const char *name) {
            strlen(name) == (size_t)(dot - own) && strncmp(own, name, strlen(name)) == 0;
 }
 
-static bool find_objects(const scene *loaded, const char *name, named_objects *found) {
+static bool find_objects(const tulle_scene *loaded, const char *name, named_objects *found) {
     size_t const count = loaded->cloth_count + loaded->obstacle_count;
     size_t begin = 0;
     while (begin < count && !has_name(loaded, begin, name)) begin++;
@@ -42,7 +42,7 @@ static bool find_objects(const scene *loaded, const char *name, named_objects *f
 }
 
 static bool refuse_name(const scene_work *work, const pair_keys *keys, size_t which) {
-    const scene *loaded = work->scene;
+    const tulle_scene *loaded = work->scene;
     size_t const count = loaded->cloth_count + loaded->obstacle_count;
     const char **names = ARENA_NEW(&work->scene->storage, const char *, count);
     for (size_t i = 0; names && i < count; i++) names[i] = get_name(loaded, i);
@@ -55,20 +55,20 @@ static bool refuse_name(const scene_work *work, const pair_keys *keys, size_t wh
     return false;
 }
 
-static bool is_dynamic(const scene *loaded, named_objects objects) {
+static bool is_dynamic(const tulle_scene *loaded, named_objects objects) {
     return objects.begin >= loaded->cloth_count &&
            loaded->obstacles[objects.begin - loaded->cloth_count].keys->dynamic.head.node != NULL;
 }
 
 /* Whether both sides are the copies of one rigid body, which touch one another. */
-static bool are_copies(const scene *loaded, const named_objects side[2]) {
+static bool are_copies(const tulle_scene *loaded, const named_objects side[2]) {
     return side[0].begin == side[1].begin && side[0].end == side[1].end &&
            side[0].end - side[0].begin > 1 && is_dynamic(loaded, side[0]);
 }
 
 /* The two sides of a pair, a cloth first. False after a problem. */
 static bool resolve_sides(const scene_work *work, const pair_keys *keys, named_objects side[2]) {
-    const scene *loaded = work->scene;
+    const tulle_scene *loaded = work->scene;
     for (size_t i = 0; i < 2; i++)
         if (!find_objects(loaded, keys->between.value[i], &side[i]))
             return refuse_name(work, keys, i);
@@ -157,7 +157,7 @@ static void add_material(material_names *names, const char *name) {
 }
 
 static bool find_materials(const scene_work *work, material_names *names) {
-    scene *const loaded = work->scene;
+    tulle_scene *const loaded = work->scene;
     size_t preset_count = 0;
     while (tulle_material_preset_name(preset_count)) preset_count++;
     *names = (material_names){
@@ -219,7 +219,7 @@ static bool check_materials(const scene_work *work) {
 }
 
 bool make_pairs(const scene_work *work) {
-    scene *const loaded = work->scene;
+    tulle_scene *const loaded = work->scene;
     const contact_keys *const contact = &loaded->keys.contact;
     if (!check_dynamic_friction(work, contact, contact->dynamic_friction, contact->friction))
         return false;

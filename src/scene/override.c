@@ -18,7 +18,7 @@ typedef struct override_work {
     const char *cursor;
     const char *end; /* the '=' */
     arena *storage;
-    scene_problems *problems;
+    tulle_scene_problems *problems;
 } override_work;
 
 static bool refuse(const override_work *work, const char *what) {
@@ -148,7 +148,7 @@ static bool set_value(override_work *work, scene_node *parent, scene_node *node)
 }
 
 bool tree_override(scene_node *root, const char *override_text, arena *storage,
-                   scene_problems *problems) {
+                   tulle_scene_problems *problems) {
     size_t length = strlen(override_text);
     char *name = ARENA_NEW(storage, char, length + sizeof "--set ");
     if (!name) {

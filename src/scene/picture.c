@@ -120,10 +120,10 @@ static bool describe(const scene_work *work, scene_picture *picture) {
 }
 
 tulle_status scene_read_picture(const char *path, scene_picture *picture,
-                                scene_problems *problems) {
+                                tulle_scene_problems *problems) {
     *picture = scene_picture_default();
     memset(problems, 0, sizeof *problems);
-    struct scene read = {.heap = memory_default(), .path = path};
+    tulle_scene read = {.heap = memory_default(), .path = path};
     read.storage = arena_make(&read.heap);
     const scene_work work = {&read, problems};
     bool const is_good = describe(&work, picture);

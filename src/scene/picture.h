@@ -4,6 +4,8 @@
 
 #include "scene/scene.h"
 
+#include <stdbool.h>
+
 /* Where pictures are taken from; values count where has_ says so. */
 typedef struct scene_camera {
     bool has_position, has_orbit, has_target, has_distance, has_field_of_view, has_turn;
@@ -40,8 +42,9 @@ typedef struct scene_picture {
 /* What holds without a scene file. */
 scene_picture scene_picture_default(void);
 /* Reads and checks the keys of the file; no other file is opened. On failure the problems are as
- * from scene_load, and *picture is the default. */
-tulle_status scene_read_picture(const char *path, scene_picture *picture, scene_problems *problems);
+ * from tulle_scene_load, and *picture is the default. */
+tulle_status scene_read_picture(const char *path, scene_picture *picture,
+                                tulle_scene_problems *problems);
 void scene_picture_destroy(scene_picture *picture);
 
 #endif

@@ -6,13 +6,13 @@
 #include <stdarg.h>
 #include <string.h>
 
-static tulle_error *problem_next(scene_problems *problems) {
+static tulle_error *problem_next(tulle_scene_problems *problems) {
     problems->total_count++;
-    if (problems->count == SCENE_PROBLEM_LIMIT) return NULL;
+    if (problems->count == TULLE_SCENE_PROBLEMS_MAX) return NULL;
     return &problems->list[problems->count++];
 }
 
-tulle_status problem_add(scene_problems *problems, tulle_status status, scene_place place,
+tulle_status problem_add(tulle_scene_problems *problems, tulle_status status, scene_place place,
                          const char *format, ...) {
     tulle_error *error = problem_next(problems);
     if (!error) return status;
@@ -24,7 +24,7 @@ tulle_status problem_add(scene_problems *problems, tulle_status status, scene_pl
     return error_set_at(error, status, place.file, place.line, place.column, "%s", message);
 }
 
-tulle_status problem_add_error(scene_problems *problems, scene_place place, const char *path,
+tulle_status problem_add_error(tulle_scene_problems *problems, scene_place place, const char *path,
                                const tulle_error *error) {
     if (!error->file[0])
         return problem_add(problems, error->status, place, "%s: %s", path, error->message);
@@ -36,12 +36,12 @@ tulle_status problem_add_error(scene_problems *problems, scene_place place, cons
                        place.file);
 }
 
-tulle_status problem_add_memory(scene_problems *problems, const char *file) {
+tulle_status problem_add_memory(tulle_scene_problems *problems, const char *file) {
     return problem_add(problems, TULLE_ERROR_OUT_OF_MEMORY, (scene_place){file, 0, 0},
                        "out of memory while loading the scene");
 }
 
-void scene_print_problems(const scene_problems *problems, FILE *stream) {
+void scene_print_problems(const tulle_scene_problems *problems, FILE *stream) {
     for (size_t i = 0; i < problems->count; i++) {
         const tulle_error *error = &problems->list[i];
         if (error->file[0]) fprintf(stream, "%s:", error->file);

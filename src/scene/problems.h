@@ -11,16 +11,16 @@ typedef struct scene_place {
 } scene_place;
 
 /* Adds one problem; when the list is full only counts it. Returns status. */
-tulle_status problem_add(scene_problems *problems, tulle_status status, scene_place place,
+tulle_status problem_add(tulle_scene_problems *problems, tulle_status status, scene_place place,
                          const char *format, ...) __attribute__((format(printf, 4, 5)));
 
 /* Adds a failure of a library call on behalf of an object of the scene: a message that names a mesh
  * file keeps that place and gains the object's place in its text; else the object's place leads. */
-tulle_status problem_add_error(scene_problems *problems, scene_place place, const char *path,
+tulle_status problem_add_error(tulle_scene_problems *problems, scene_place place, const char *path,
                                const tulle_error *error);
 
 /* Out of memory, as a problem. */
-tulle_status problem_add_memory(scene_problems *problems, const char *file);
+tulle_status problem_add_memory(tulle_scene_problems *problems, const char *file);
 
 /* Room for a piece of user text in a message. */
 typedef struct shown_text {

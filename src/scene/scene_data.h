@@ -46,7 +46,7 @@ typedef struct scene_pair {
     size_t first_begin, first_end, second_begin, second_end;
 } scene_pair;
 
-struct scene {
+struct tulle_scene {
     memory heap;
     arena storage; /* everything but the meshes and open files */
     const char *path;
@@ -68,8 +68,8 @@ struct scene {
 
 /* A scene while it is being made: where its objects come from and where problems go. */
 typedef struct scene_work {
-    struct scene *scene;
-    scene_problems *problems;
+    tulle_scene *scene;
+    tulle_scene_problems *problems;
 } scene_work;
 
 /* Reads the file named by the scene's path into its keys: text, tree, overrides, keys. False after
@@ -83,9 +83,9 @@ const char *resolve_path(const scene_work *work, const char *path);
 const char *store_text(const scene_work *work, const char *format, ...)
     __attribute__((format(printf, 2, 3)));
 /* The value of a seed key. */
-uint64_t resolve_seed(const struct scene *loaded, uint64_t seed);
+uint64_t resolve_seed(const tulle_scene *loaded, uint64_t seed);
 
-/* Adds to what scene_get_note tells. */
+/* Adds to what tulle_scene_get_note tells. */
 void note_add(const scene_work *work, const char *format, ...)
     __attribute__((format(printf, 2, 3)));
 /* Reads a mesh file, drops what an obstacle has twice, validates the mesh for its role; notes what

@@ -102,7 +102,7 @@ typedef struct schema_head {
 
 typedef struct schema_reader {
     arena *storage;
-    scene_problems *problems;
+    tulle_scene_problems *problems;
     const char *file;
 } schema_reader;
 

@@ -6,7 +6,8 @@
 #include "base/error.h"
 #include "base/hash.h"
 
-#include "tulle/io.h"
+#include "tulle_io/cache.h"
+#include "tulle_io/mesh_files.h"
 
 #include <math.h>
 #include <string.h>
@@ -185,7 +186,7 @@ static bool set_range(const scene_work *work, const sequence_keys *keys, uint64_
 /* Reads all files, compares their triangles with the mesh's, adds them to the hash. */
 static tulle_status check_files(const scene_work *work, scene_sequence *sequence, tulle_mesh *mesh,
                                 tulle_error *error) {
-    scene *const loaded = work->scene;
+    tulle_scene *const loaded = work->scene;
     char first[SCENE_PATH_LIMIT];
     if (mesh->vertex_count == 0 &&
         write_file_name(sequence->files, sequence->first, first, sizeof first)) {
@@ -217,7 +218,7 @@ static tulle_status check_files(const scene_work *work, scene_sequence *sequence
 }
 
 /* Reads all frames of a cache; the mesh gets the first one. */
-static tulle_status check_cache(scene *loaded, scene_sequence *sequence, tulle_mesh *mesh,
+static tulle_status check_cache(tulle_scene *loaded, scene_sequence *sequence, tulle_mesh *mesh,
                                 tulle_error *error) {
     sequence->vertex_count = mesh->vertex_count;
     for (uint32_t frame = sequence->frame_count; frame-- > 0;) {

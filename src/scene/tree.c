@@ -14,7 +14,7 @@ typedef struct open_node {
 typedef struct tree_reader {
     const tree_source *source;
     arena *storage;
-    scene_problems *problems;
+    tulle_scene_problems *problems;
     open_node stack[TREE_DEPTH_LIMIT];
     size_t depth, node_count;
     scene_node *root;
@@ -233,7 +233,7 @@ static bool read_stream(tree_reader *reader, yaml_parser_t *parser) {
     }
 }
 
-scene_node *tree_read(const tree_source *source, arena *storage, scene_problems *problems) {
+scene_node *tree_read(const tree_source *source, arena *storage, tulle_scene_problems *problems) {
     tree_reader reader = {.source = source, .storage = storage, .problems = problems};
     if (source->length > TREE_TEXT_LIMIT) {
         problem_add(problems, TULLE_ERROR_LIMIT, (scene_place){source->name, 0, 0},

@@ -41,14 +41,14 @@ typedef struct tree_source {
 } tree_source;
 
 /* Reads one document. Null after adding a problem. */
-scene_node *tree_read(const tree_source *source, arena *storage, scene_problems *problems);
+scene_node *tree_read(const tree_source *source, arena *storage, tulle_scene_problems *problems);
 
 /* The child with this key, or null. */
 scene_node *tree_find(const scene_node *map, const char *key);
 
 /* Applies one override "path=value" to the tree. False after adding a problem. */
 bool tree_override(scene_node *root, const char *override_text, arena *storage,
-                   scene_problems *problems);
+                   tulle_scene_problems *problems);
 
 /* A short noun for messages: "a list", "a map", "text". */
 const char *node_kind_text(const scene_node *node);

@@ -5,7 +5,7 @@
 #include "base/hash.h"
 
 #include "io/io_support.h"
-#include "tulle/run.h"
+#include "tulle_io/run.h"
 
 #include <math.h>
 

@@ -10,6 +10,7 @@
 #include <math.h>
 #include <setjmp.h>
 #include <stdarg.h>
+#include <stdbool.h>
 #include <stdlib.h>
 
 #include <cmocka.h>
@@ -25,25 +26,25 @@ typedef struct small_run {
 
 /* One run: the scene, its world, and room for the judge's bodies. */
 typedef struct running {
-    scene *loaded;
-    scene_world built;
+    tulle_scene *loaded;
+    tulle_scene_world built;
     tulle_check_body *bodies;
 } running;
 
 /* Pairs that intersect now. */
 static size_t judge(const running *run) {
-    const scene_world *built = &run->built;
+    const tulle_scene_world *built = &run->built;
     size_t count = 0, vertex_count;
     for (size_t i = 0; i < built->cloth_count; i++, count++) {
-        run->bodies[count] = (tulle_check_body){scene_get_cloth_mesh(run->loaded, i), 0};
+        run->bodies[count] = (tulle_check_body){tulle_scene_get_cloth_mesh(run->loaded, i), 0};
         run->bodies[count].mesh.positions =
             tulle_cloth_get_positions(built->world, built->cloths[i], &vertex_count);
     }
     for (size_t i = 0; i < built->obstacle_count; i++) {
         if (!tulle_obstacle_is_present(built->world, built->obstacles[i])) continue;
-        int const is_obstacle = !scene_is_obstacle_dynamic(run->loaded, i);
+        int const is_obstacle = !tulle_scene_is_obstacle_dynamic(run->loaded, i);
         run->bodies[count] =
-            (tulle_check_body){scene_get_obstacle_mesh(run->loaded, i), is_obstacle};
+            (tulle_check_body){tulle_scene_get_obstacle_mesh(run->loaded, i), is_obstacle};
         run->bodies[count++].mesh.positions =
             tulle_obstacle_get_positions(built->world, built->obstacles[i], &vertex_count);
     }
@@ -61,9 +62,10 @@ static bool load(const small_run *wanted, bool is_whole, running *run) {
     char path[1024];
     if (snprintf(path, sizeof path, "%s/scenes/%s.yaml", source ? source : ".", wanted->name) < 0)
         return false;
-    scene_problems *problems = calloc(1, sizeof *problems);
+    tulle_scene_problems *problems = calloc(1, sizeof *problems);
     assert_non_null(problems);
-    scene_load(path, wanted->changes, is_whole ? 0 : wanted->change_count, &run->loaded, problems);
+    tulle_scene_load(path, wanted->changes, is_whole ? 0 : wanted->change_count, &run->loaded,
+                     problems);
     bool const is_missing = !run->loaded && problems->list[0].status == TULLE_ERROR_IO;
     if (!run->loaded && !is_missing) scene_print_problems(problems, stderr);
     free(problems);
@@ -80,7 +82,7 @@ static run_sums step_world(const small_run *wanted, const running *run, unsigned
                            bool is_judged) {
     tulle_error error = {0};
     tulle_status status = TULLE_OK;
-    double const time_step = scene_get_time_step(run->loaded);
+    double const time_step = tulle_scene_get_time_step(run->loaded);
     run_sums sums = {0, 0};
     for (unsigned long step = 0; status == TULLE_OK && step < step_count; step++) {
         tulle_step_report report;
@@ -105,14 +107,14 @@ static bool run_scene(const small_run *wanted, int threads, bool is_judged, uint
     running run = {0};
     if (!load(wanted, is_whole, &run)) return false;
     tulle_error error = {0};
-    tulle_status status = scene_build_world(run.loaded, threads, NULL, &run.built, &error);
+    tulle_status status = tulle_scene_build_world(run.loaded, threads, NULL, &run.built, &error);
     if (status != TULLE_OK) fail_msg("%s: %s", wanted->name, error.message);
     run.bodies = calloc(run.built.cloth_count + run.built.obstacle_count, sizeof(tulle_check_body));
     assert_non_null(run.bodies);
     unsigned long step_count = wanted->step_count;
     if (is_whole)
-        step_count = (unsigned long)scene_get_frame_count(run.loaded) *
-                     scene_get_steps_per_frame(run.loaded);
+        step_count = (unsigned long)tulle_scene_get_frame_count(run.loaded) *
+                     tulle_scene_get_steps_per_frame(run.loaded);
     run_sums const sums = step_world(wanted, &run, step_count, is_judged);
     if (sums.contacts == 0) fail_msg("%s: nothing touched", wanted->name);
     if ((double)sums.rescues > wanted->rescue_share * (double)sums.contacts)
@@ -122,8 +124,8 @@ static bool run_scene(const small_run *wanted, int threads, bool is_judged, uint
         print_message("%s: %d contacts, %d rescues\n", wanted->name, (int)sums.contacts,
                       (int)sums.rescues);
     *hash = tulle_world_get_state_hash(run.built.world);
-    scene_destroy_world(&run.built);
-    scene_destroy(run.loaded);
+    tulle_scene_destroy_world(&run.built);
+    tulle_scene_destroy(run.loaded);
     free(run.bodies);
     return true;
 }

@@ -51,21 +51,21 @@ static int remove_folder(void **state) {
 }
 
 /* Loads text as s.yaml of the folder; null on failure. */
-static scene *load_text(const char *text, scene_problems *problems) {
+static tulle_scene *load_text(const char *text, tulle_scene_problems *problems) {
     write_text_file("s.yaml", text);
     char path[128];
     snprintf(path, sizeof path, "%s/s.yaml", folder_path);
-    scene *loaded = NULL;
-    tulle_status status = scene_load(path, NULL, 0, &loaded, problems);
+    tulle_scene *loaded = NULL;
+    tulle_status status = tulle_scene_load(path, NULL, 0, &loaded, problems);
     assert_int_equal(status == TULLE_OK, loaded != NULL);
     assert_int_equal(status == TULLE_OK, problems->total_count == 0);
     return loaded;
 }
 
-static scene *load_good(const char *text) {
-    scene_problems *problems = calloc(1, sizeof *problems);
+static tulle_scene *load_good(const char *text) {
+    tulle_scene_problems *problems = calloc(1, sizeof *problems);
     assert_non_null(problems);
-    scene *loaded = load_text(text, problems);
+    tulle_scene *loaded = load_text(text, problems);
     if (!loaded) scene_print_problems(problems, stderr);
     assert_non_null(loaded);
     free(problems);

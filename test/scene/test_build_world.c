@@ -11,7 +11,7 @@
 
 static void test_defaults_are_those_of_the_world(void **state) {
     (void)state;
-    scene *loaded =
+    tulle_scene *loaded =
         load_good(TIME SHEET "obstacles:\n  - {mesh: {shape: box}, translate: [0, 0, -3]}\n");
     tulle_world_def def = tulle_world_def_default();
     const scene_keys *keys = &loaded->keys;
@@ -52,15 +52,15 @@ static void test_defaults_are_those_of_the_world(void **state) {
     for (int k = 0; k < 3; k++) assert_true(loaded->obstacles[0].grain[k] == obstacle_def.grain[k]);
     assert_true(obstacle->appears == obstacle_def.appear_time);
     assert_true(obstacle->disappears == obstacle_def.disappear_time);
-    scene_destroy(loaded);
+    tulle_scene_destroy(loaded);
 }
 
 /* Steps a world for a while. */
-static void run_steps(scene *loaded, scene_world *built, int count) {
+static void run_steps(tulle_scene *loaded, tulle_scene_world *built, int count) {
     tulle_error error = {0};
-    tulle_status status = scene_build_world(loaded, 1, NULL, built, &error);
+    tulle_status status = tulle_scene_build_world(loaded, 1, NULL, built, &error);
     for (int i = 0; status == TULLE_OK && i < count; i++)
-        status = tulle_world_step(built->world, scene_get_time_step(loaded), NULL, &error);
+        status = tulle_world_step(built->world, tulle_scene_get_time_step(loaded), NULL, &error);
     if (status != TULLE_OK) fail_msg("%s:%d: %s", error.file, error.line, error.message);
 }
 
@@ -68,7 +68,7 @@ static void test_motion_arrives(void **state) {
     (void)state;
     write_text_file("m_1.obj", "v 0 0 -1\nv 1 0 -1\nv 1 1 -1\nf 1 2 3\n");
     write_text_file("m_2.obj", "v 0 0 -2\nv 1 0 -2\nv 1 1 -2\nf 1 2 3\n");
-    scene *loaded = load_good(
+    tulle_scene *loaded = load_good(
         TIME "contact: {delta_c: 3 mm}\n" SHEET "    velocity: [1, 0, 0]\n"
              "    pins: [{nearest: [-0.5, -0.5, 0], keyframes: [{time: 0}, {time: 0.1, translate: "
              "[0, 0, 0.2]}]}]\n"
@@ -78,7 +78,7 @@ static void test_motion_arrives(void **state) {
              "     motion: {keyframes: [{time: 0}, {time: 0.1, translate: [0, 1, 0]}]}}\n"
              "  - motion: {sequence: {files: m_%d.obj, first: 1, last: 2, interval: 0.2 s}}\n"
              "  - {mesh: {shape: plane}, translate: [0, 0, -9], disappears: 50 ms}\n");
-    scene_world built;
+    tulle_scene_world built;
     run_steps(loaded, &built, 10);
     assert_int_equal(built.cloth_count, 1);
     assert_int_equal(built.obstacle_count, 4);
@@ -87,10 +87,10 @@ static void test_motion_arrives(void **state) {
     assert_true(contact == 0.003);
     size_t count;
     const double *first = tulle_obstacle_get_positions(built.world, built.obstacles[0], &count);
-    const double *start = scene_get_obstacle_mesh(loaded, 0).positions;
+    const double *start = tulle_scene_get_obstacle_mesh(loaded, 0).positions;
     assert_true(fabs(first[1] - start[1] - 1) < 1e-9);
     const double *second = tulle_obstacle_get_positions(built.world, built.obstacles[1], &count);
-    start = scene_get_obstacle_mesh(loaded, 1).positions;
+    start = tulle_scene_get_obstacle_mesh(loaded, 1).positions;
     assert_true(fabs(second[1] - start[1]) < 1e-9);
     const double *deformed = tulle_obstacle_get_positions(built.world, built.obstacles[2], &count);
     assert_true(count == 3 && fabs(deformed[2] + 1.5) < 1e-9);
@@ -99,22 +99,22 @@ static void test_motion_arrives(void **state) {
     uint32_t pinned = loaded->cloths[0].pins[0].vertices[0];
     const double *cloth = tulle_cloth_get_positions(built.world, built.cloths[0], &count);
     assert_true(fabs(cloth[3 * pinned + 2] - 0.2) < 1e-9);
-    scene_destroy_world(&built);
+    tulle_scene_destroy_world(&built);
     assert_null(built.world);
-    scene_destroy(loaded);
+    tulle_scene_destroy(loaded);
 }
 
 static void test_failures_carry_a_place(void **state) {
     (void)state;
-    scene_world built;
+    tulle_scene_world built;
     tulle_error error = {0};
-    scene *loaded = load_good(TIME SHEET "contact:\n  delta_c: 4 mm\n  delta_s: 1 mm\n");
-    assert_int_equal(scene_build_world(loaded, 1, NULL, &built, &error),
+    tulle_scene *loaded = load_good(TIME SHEET "contact:\n  delta_c: 4 mm\n  delta_s: 1 mm\n");
+    assert_int_equal(tulle_scene_build_world(loaded, 1, NULL, &built, &error),
                      TULLE_ERROR_INVALID_ARGUMENT);
     assert_int_equal(error.line, 4);
     assert_memory_equal(error.message, "contact: ", 9);
     assert_non_null(strstr(error.file, "s.yaml"));
-    scene_destroy(loaded);
+    tulle_scene_destroy(loaded);
 }
 
 /* Allocation k fails, for every k until none does: an error, no leak, no crash. */
@@ -138,23 +138,23 @@ static void failing_release(void *context, void *pointer, size_t byte_count) {
 
 static void test_failing_allocations(void **state) {
     (void)state;
-    scene *loaded =
+    tulle_scene *loaded =
         load_good(TIME SHEET "obstacles:\n  - {mesh: {shape: box}, translate: [0, 0, -3]}\n");
     tulle_status status = TULLE_ERROR_OUT_OF_MEMORY;
     size_t k = 0;
     for (; status != TULLE_OK; k++) {
         failing_heap heap = {k, 0};
         tulle_allocator allocator = {failing_allocate, failing_release, &heap, 0};
-        scene_world built;
+        tulle_scene_world built;
         tulle_error error = {0};
-        status = scene_build_world(loaded, 1, &allocator, &built, &error);
+        status = tulle_scene_build_world(loaded, 1, &allocator, &built, &error);
         assert_true(status == TULLE_OK || status == TULLE_ERROR_OUT_OF_MEMORY);
-        if (status == TULLE_OK) scene_destroy_world(&built);
+        if (status == TULLE_OK) tulle_scene_destroy_world(&built);
         assert_int_equal(heap.held, 0);
         assert_true(k < 10000);
     }
     assert_true(k > 3);
-    scene_destroy(loaded);
+    tulle_scene_destroy(loaded);
 }
 
 /* A law for a cloth and all copies of an obstacle reaches the world: it can be set only once it is
@@ -172,13 +172,13 @@ static void test_laws_of_pairs_arrive(void **state) {
                       "{row: {count: 2, offset: [1.1, 0, 0]}}}\n"
                       "contact: {pairs: [{between: [sheet, block], %s}]}\n",
                  laws[i]);
-        scene *loaded = load_good(text);
-        scene_world built;
+        tulle_scene *loaded = load_good(text);
+        tulle_scene_world built;
         run_steps(loaded, &built, 4);
         size_t count;
         speed[i] = tulle_cloth_get_velocities(built.world, built.cloths[0], &count)[2];
-        scene_destroy_world(&built);
-        scene_destroy(loaded);
+        tulle_scene_destroy_world(&built);
+        tulle_scene_destroy(loaded);
     }
     assert_true(fabs(speed[0]) < 1e-6 && speed[1] > 0.5);
 }
@@ -203,14 +203,14 @@ static void test_laws_of_materials_arrive(void **state) {
                  "{row: {count: 2, offset: [1.1, 0, 0]}}}\n"
                  "contact: {materials: [%s]}\n",
                  cases[i].material, cases[i].laws);
-        scene *loaded = load_good(text);
-        scene_world built;
+        tulle_scene *loaded = load_good(text);
+        tulle_scene_world built;
         run_steps(loaded, &built, 4);
         size_t count;
         double const speed = tulle_cloth_get_velocities(built.world, built.cloths[0], &count)[2];
         assert_true(cases[i].rebounds ? speed > 0.5 : fabs(speed) < 1e-6);
-        scene_destroy_world(&built);
-        scene_destroy(loaded);
+        tulle_scene_destroy_world(&built);
+        tulle_scene_destroy(loaded);
     }
 }
 
@@ -226,20 +226,20 @@ static void test_grain_of_an_obstacle_arrives(void **state) {
                       "    translate: [0, 0, 0.505]\ncontact: {delta_c: 5 mm}\n"
                       "obstacles:\n  - {mesh: {shape: box, size: [3, 3, 1]}, %s}\n",
                  keys[i]);
-        scene *loaded = load_good(text);
-        scene_world built;
+        tulle_scene *loaded = load_good(text);
+        tulle_scene_world built;
         run_steps(loaded, &built, 20);
         size_t count;
         double const speed = tulle_cloth_get_velocities(built.world, built.cloths[0], &count)[0];
         assert_true(i == 2 ? fabs(speed - 0.2) < 0.01 : fabs(speed) < 1e-6);
-        scene_destroy_world(&built);
-        scene_destroy(loaded);
+        tulle_scene_destroy_world(&built);
+        tulle_scene_destroy(loaded);
     }
 }
 
 static void test_grain_turns_with_copies(void **state) {
     (void)state;
-    scene *loaded = load_good(
+    tulle_scene *loaded = load_good(
         TIME SHEET "obstacles:\n  - {mesh: {shape: box}, grain: [0, 3, 4], rotate: [0, 0, 30 deg], "
                    "translate: [0, 0, -9], copies: {ring: {count: 4, radius: 5}}}\n");
     for (size_t i = 0; i < 4; i++) {
@@ -249,21 +249,21 @@ static void test_grain_turns_with_copies(void **state) {
         assert_true(fabs(grain[1] - turned[i][1]) < 1e-12);
         assert_true(grain[2] == 4);
     }
-    scene_destroy(loaded);
+    tulle_scene_destroy(loaded);
 }
 
 /* `dynamic: true` is a body of 1000 kg/m^3, false is none; copies bounce off one another by their
  * law. */
 static void test_bare_bodies_arrive(void **state) {
     (void)state;
-    scene *loaded = load_good(
+    tulle_scene *loaded = load_good(
         TIME "gravity: [0, 0, 0]\n" SHEET "    translate: [0, 0, -3]\n"
              "obstacles:\n  - {mesh: {shape: box, size: [0.1, 0.2, 0.3]}, name: left, translate: "
              "[-3, 0, 0], dynamic: false}\n  - {mesh: {shape: box, size: [0.1, 0.2, 0.3]}, name: "
              "brick, dynamic: true, copies: {row: {count: 2, offset: [0.14, 0, 0]}}}\n"
              "contact: {pairs: [{between: [brick, brick], friction: 0, restitution: 1}, {between: "
              "[left, brick], friction: 0.1}]}\n");
-    scene_world built;
+    tulle_scene_world built;
     run_steps(loaded, &built, 1);
     tulle_transform transform = {.mass = 0.0};
     assert_int_equal(
@@ -282,8 +282,8 @@ static void test_bare_bodies_arrive(void **state) {
         tulle_obstacle_get_transform(built.world, built.obstacles[i], &transform, NULL);
         assert_true(fabs(transform.velocity[0] - (i == 2)) < 1e-6); /* they have swapped speeds */
     }
-    scene_destroy_world(&built);
-    scene_destroy(loaded);
+    tulle_scene_destroy_world(&built);
+    tulle_scene_destroy(loaded);
 }
 
 int main(void) {

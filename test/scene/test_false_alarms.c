@@ -8,6 +8,7 @@
 
 #include <setjmp.h>
 #include <stdarg.h>
+#include <stdbool.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -45,8 +46,8 @@ static const scene_size sizes[] = {
 
 /* A world at work and its surfaces, cloths first, for the detector. */
 typedef struct scene_motion {
-    scene *loaded;
-    scene_world built;
+    tulle_scene *loaded;
+    tulle_scene_world built;
     size_t body_count, vertex_count, triangle_count;
     tulle_mesh_view *meshes;
     tulle_detect_surface *surfaces;
@@ -71,13 +72,14 @@ static void load(const scene_size *size, scene_motion *motion) {
     const char *const source = getenv("TULLE_SOURCE_DIR");
     char path[1024];
     snprintf(path, sizeof path, "%s/scenes/%s.yaml", source ? source : ".", size->name);
-    scene_problems *const problems = allocate(1, sizeof *problems);
-    scene_load(path, size->changes, is_long() ? 0 : size->change_count, &motion->loaded, problems);
+    tulle_scene_problems *const problems = allocate(1, sizeof *problems);
+    tulle_scene_load(path, size->changes, is_long() ? 0 : size->change_count, &motion->loaded,
+                     problems);
     if (!motion->loaded) scene_print_problems(problems, stderr);
     free(problems);
     assert_non_null(motion->loaded);
     tulle_error error = {0};
-    if (scene_build_world(motion->loaded, 2, NULL, &motion->built, &error) != TULLE_OK)
+    if (tulle_scene_build_world(motion->loaded, 2, NULL, &motion->built, &error) != TULLE_OK)
         fail_msg("%s: %s", size->name, error.message);
 }
 
@@ -88,8 +90,9 @@ static void make_surfaces(scene_motion *motion) {
     motion->surfaces = allocate(motion->body_count, sizeof *motion->surfaces);
     for (size_t i = 0; i < motion->body_count; i++) {
         bool const is_cloth = i < cloth_count;
-        motion->meshes[i] = is_cloth ? scene_get_cloth_mesh(motion->loaded, i)
-                                     : scene_get_obstacle_mesh(motion->loaded, i - cloth_count);
+        motion->meshes[i] = is_cloth
+                                ? tulle_scene_get_cloth_mesh(motion->loaded, i)
+                                : tulle_scene_get_obstacle_mesh(motion->loaded, i - cloth_count);
         tulle_detect_surface *const surface = &motion->surfaces[i];
         surface->is_obstacle = !is_cloth;
         surface->vertex_begin = (uint32_t)motion->vertex_count;
@@ -111,7 +114,7 @@ static void make_surfaces(scene_motion *motion) {
 }
 
 static void store_state(scene_motion *motion, double *to) {
-    const scene_world *const built = &motion->built;
+    const tulle_scene_world *const built = &motion->built;
     for (size_t i = 0; i < motion->body_count; i++) {
         size_t vertex_count;
         const double *const from =
@@ -126,7 +129,7 @@ static void store_state(scene_motion *motion, double *to) {
 
 /* Obstacles that are gone meet nothing. */
 static void set_collides(scene_motion *motion) {
-    const scene_world *const built = &motion->built;
+    const tulle_scene_world *const built = &motion->built;
     size_t const count = motion->body_count;
     for (size_t i = 0; i < count; i++) {
         bool const is_present =
@@ -166,14 +169,14 @@ static void count_motion(scene_motion *motion, int factor, double separation,
 }
 
 static void advance_frame(scene_motion *motion) {
-    uint32_t const step_count = scene_get_steps_per_frame(motion->loaded);
+    uint32_t const step_count = tulle_scene_get_steps_per_frame(motion->loaded);
     memcpy(motion->states[0], motion->states[1],
            3 * motion->vertex_count * sizeof *motion->states[0]);
     for (uint32_t i = 0; i < step_count; i++) {
         tulle_step_report report;
         tulle_error error = {0};
-        if (tulle_world_step(motion->built.world, scene_get_time_step(motion->loaded), &report,
-                             &error) != TULLE_OK)
+        if (tulle_world_step(motion->built.world, tulle_scene_get_time_step(motion->loaded),
+                             &report, &error) != TULLE_OK)
             fail_msg("%s", error.message);
     }
     store_state(motion, motion->states[1]);
@@ -187,8 +190,8 @@ static void start_motion(const scene_size *size, scene_motion *motion) {
 }
 
 static void end_motion(scene_motion *motion) {
-    scene_destroy_world(&motion->built);
-    scene_destroy(motion->loaded);
+    tulle_scene_destroy_world(&motion->built);
+    tulle_scene_destroy(motion->loaded);
     free(motion->meshes);
     free(motion->surfaces);
     free(motion->triangles);
@@ -210,7 +213,7 @@ static void check_scene(const scene_size *size) {
     scene_motion motion = {0};
     start_motion(size, &motion);
     uint32_t const frame_count =
-        is_long() ? scene_get_frame_count(motion.loaded) : size->frame_count;
+        is_long() ? tulle_scene_get_frame_count(motion.loaded) : size->frame_count;
     uint32_t const stride = is_long() ? LONG_FRAME_STRIDE : FRAME_STRIDE;
     for (uint32_t frame = 1; frame <= frame_count; frame++) {
         advance_frame(&motion);

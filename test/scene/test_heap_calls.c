@@ -115,7 +115,7 @@ static void fail_run(const heap_run *run, const char *text) {
              run->override ? run->override : "", run->threads, text);
 }
 
-static scene *load_scene(const heap_run *run) {
+static tulle_scene *load_scene(const heap_run *run) {
     char path[1024];
     const char *overrides[BENCH_OVERRIDE_MAX + 1];
     size_t count = 0;
@@ -123,9 +123,9 @@ static scene *load_scene(const heap_run *run) {
         overrides[count] = run->scene->overrides[run->size][count];
     if (run->override) overrides[count++] = run->override;
     snprintf(path, sizeof path, "%s/scenes/%s.yaml", getenv("TULLE_SOURCE_DIR"), run->scene->file);
-    static scene_problems problems;
-    scene *loaded = NULL;
-    if (scene_load(path, overrides, count, &loaded, &problems) != TULLE_OK)
+    static tulle_scene_problems problems;
+    tulle_scene *loaded = NULL;
+    if (tulle_scene_load(path, overrides, count, &loaded, &problems) != TULLE_OK)
         fail_run(run, problems.list[0].message);
     return loaded;
 }
@@ -171,12 +171,13 @@ static uint64_t repeat_steps(heap_run *run, const void *bytes, size_t byte_count
 }
 
 static void check_run(heap_run *run) {
-    scene *const loaded = load_scene(run);
+    tulle_scene *const loaded = load_scene(run);
     tulle_allocator const allocator = {heap_allocate, heap_release, &run->heap, 0};
-    scene_world built = {0};
-    assert_int_equal(scene_build_world(loaded, run->threads, &allocator, &built, NULL), TULLE_OK);
+    tulle_scene_world built = {0};
+    assert_int_equal(tulle_scene_build_world(loaded, run->threads, &allocator, &built, NULL),
+                     TULLE_OK);
     run->world = built.world;
-    run->time_step = scene_get_time_step(loaded);
+    run->time_step = tulle_scene_get_time_step(loaded);
     uint32_t const growing = run_to_contact(run);
     assert_true(growing > 0 && growing < run->scene->capture_step);
     void *bytes = NULL;
@@ -192,8 +193,8 @@ static void check_run(heap_run *run) {
     assert_true(first_hash == second_hash);
     assert_int_equal(second, 0);
     tulle_world_free_state(run->world, bytes, byte_count);
-    scene_destroy_world(&built);
-    scene_destroy(loaded);
+    tulle_scene_destroy_world(&built);
+    tulle_scene_destroy(loaded);
 }
 
 static void check_scene(const char *name, const char *size, int threads, const char *override) {

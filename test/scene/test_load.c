@@ -4,7 +4,7 @@
 #include "scene/scene_data.h"
 #include "scene_text.h"
 
-#include "tulle/io.h"
+#include "tulle_io/cache.h"
 
 #include <math.h>
 
@@ -30,32 +30,33 @@ static void get_bounds(tulle_mesh_view mesh, double low[3], double high[3]) {
 
 static void test_placement_and_time(void **state) {
     (void)state;
-    scene *loaded = load_good("time: {step: 10 ms, duration: 1 s, steps_per_frame: 3}\nseed: 5\n"
-                              "cloth:\n"
-                              "  - mesh: {shape: rectangle, size: [2, 4], resolution: [3, 3]}\n"
-                              "    scale: [1, 0.5, 1]\n"
-                              "    rotate: [90 deg, 0, 90 deg]\n"
-                              "    translate: [0, 0, 7]\n"
-                              "  - {mesh: {shape: disc}, name: round}\n");
-    assert_true(scene_get_time_step(loaded) == 0.01);
-    assert_int_equal(scene_get_frame_count(loaded), 34); /* 33.3, rounded up */
-    assert_int_equal(scene_get_steps_per_frame(loaded), 3);
-    assert_int_equal(scene_get_seed(loaded), 5);
-    assert_int_equal(scene_get_cloth_count(loaded), 2);
-    assert_int_equal(scene_get_obstacle_count(loaded), 0);
-    assert_string_equal(scene_get_cloth_name(loaded, 0), "cloth0");
-    assert_string_equal(scene_get_cloth_name(loaded, 1), "round");
+    tulle_scene *loaded =
+        load_good("time: {step: 10 ms, duration: 1 s, steps_per_frame: 3}\nseed: 5\n"
+                  "cloth:\n"
+                  "  - mesh: {shape: rectangle, size: [2, 4], resolution: [3, 3]}\n"
+                  "    scale: [1, 0.5, 1]\n"
+                  "    rotate: [90 deg, 0, 90 deg]\n"
+                  "    translate: [0, 0, 7]\n"
+                  "  - {mesh: {shape: disc}, name: round}\n");
+    assert_true(tulle_scene_get_time_step(loaded) == 0.01);
+    assert_int_equal(tulle_scene_get_frame_count(loaded), 34); /* 33.3, rounded up */
+    assert_int_equal(tulle_scene_get_steps_per_frame(loaded), 3);
+    assert_int_equal(tulle_scene_get_seed(loaded), 5);
+    assert_int_equal(tulle_scene_get_cloth_count(loaded), 2);
+    assert_int_equal(tulle_scene_get_obstacle_count(loaded), 0);
+    assert_string_equal(tulle_scene_get_cloth_name(loaded, 0), "cloth0");
+    assert_string_equal(tulle_scene_get_cloth_name(loaded, 1), "round");
     /* y of the sheet becomes z, then x becomes y. */
     double low[3], high[3];
-    get_bounds(scene_get_cloth_mesh(loaded, 0), low, high);
+    get_bounds(tulle_scene_get_cloth_mesh(loaded, 0), low, high);
     assert_near(low, 0, -1, 6);
     assert_near(high, 0, 1, 8);
-    scene_destroy(loaded);
+    tulle_scene_destroy(loaded);
 }
 
 static void test_copies(void **state) {
     (void)state;
-    scene *loaded = load_good(
+    tulle_scene *loaded = load_good(
         TIME SHEET "obstacles:\n"
                    "  - {name: a, mesh: {shape: box}, scale: 0.1, translate: [0, 0, 1],\n"
                    "     copies: {row: {count: 3, offset: [0, 2, 0]}}}\n"
@@ -68,16 +69,16 @@ static void test_copies(void **state) {
                    "stagger: 50 ms,\n"
                    "              order: last-to-first},\n"
                    "     motion: {keyframes: [{time: 2}, {time: 3, translate: [0, 0, -1]}]}}\n");
-    assert_int_equal(scene_get_obstacle_count(loaded), 3 + 6 + 4 + 80);
-    assert_string_equal(scene_get_obstacle_name(loaded, 2), "a.002");
+    assert_int_equal(tulle_scene_get_obstacle_count(loaded), 3 + 6 + 4 + 80);
+    assert_string_equal(tulle_scene_get_obstacle_name(loaded, 2), "a.002");
     double low[3], high[3];
-    get_bounds(scene_get_obstacle_mesh(loaded, 2), low, high);
+    get_bounds(tulle_scene_get_obstacle_mesh(loaded, 2), low, high);
     assert_near((double[3]){(low[0] + high[0]) / 2, (low[1] + high[1]) / 2, (low[2] + high[2]) / 2},
                 0, 4, 1);
-    get_bounds(scene_get_obstacle_mesh(loaded, 3), low, high);
+    get_bounds(tulle_scene_get_obstacle_mesh(loaded, 3), low, high);
     assert_near((double[3]){(low[0] + high[0]) / 2, (low[1] + high[1]) / 2, 0}, -0.5, -2, 0);
-    assert_false(scene_is_obstacle_moving(loaded, 0));
-    assert_true(scene_is_obstacle_moving(loaded, 9));
+    assert_false(tulle_scene_is_obstacle_moving(loaded, 0));
+    assert_true(tulle_scene_is_obstacle_moving(loaded, 9));
     /* On a ring, a copy moves along its own axes: the second one, at +y, outwards. */
     assert_near(loaded->obstacles[10].motion.keys[1].translation, 0, 1, 0);
     assert_near(loaded->obstacles[10].motion.pivot, 0, 2, 0);
@@ -98,12 +99,12 @@ static void test_copies(void **state) {
     assert_true(longest < 1.15 * shortest); /* even along the curve, chords a little less so */
     assert_true(fabs(acos(needles[0].motion.pivot[2] / 0.5) - 0.17453292519943295) < 1e-6);
     assert_true(fabs(acos(needles[79].motion.pivot[2] / 0.5) - 1.3962634015954636) < 1e-6);
-    scene_destroy(loaded);
+    tulle_scene_destroy(loaded);
 }
 
 static void test_pins(void **state) {
     (void)state;
-    scene *loaded =
+    tulle_scene *loaded =
         load_good(TIME SHEET "    pins:\n"
                              "      - {nearest: [9, 9, 0]}\n"
                              "      - {box: {min: [0.5, -2, -1], max: [2, 2, 1]}, release: 2 s}\n"
@@ -124,7 +125,7 @@ static void test_pins(void **state) {
     assert_near(cloth->pins[2].motion.pivot, -1, -0.5, 0);
     assert_true(fabs(cloth->pins[2].motion.keys[1].rotation[3] - sqrt(0.5)) < 1e-12);
     assert_int_equal(cloth->pins[3].vertex_count, 1);
-    scene_destroy(loaded);
+    tulle_scene_destroy(loaded);
 }
 
 static const char square[] = "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nf 1 2 3\nf 1 3 4\n";
@@ -145,9 +146,9 @@ static void write_frames(void) {
 static void test_sequence_of_files(void **state) {
     (void)state;
     write_frames();
-    scene *loaded = load_good(SEQUENCE("    copies: {row: {count: 2, offset: [0, 1, 0]}}\n"));
-    assert_int_equal(scene_get_obstacle_count(loaded), 2);
-    assert_true(scene_is_obstacle_moving(loaded, 1));
+    tulle_scene *loaded = load_good(SEQUENCE("    copies: {row: {count: 2, offset: [0, 1, 0]}}\n"));
+    assert_int_equal(tulle_scene_get_obstacle_count(loaded), 2);
+    assert_true(tulle_scene_is_obstacle_moving(loaded, 1));
     scene_sequence *sequence = loaded->obstacles[1].sequence;
     assert_int_equal(sequence_get_frame_count(sequence), 3);
     double positions[12];
@@ -158,7 +159,7 @@ static void test_sequence_of_files(void **state) {
         assert_int_equal(sequence_read(sequence, order[i], positions, &error), TULLE_OK);
         assert_near(positions + 6, 7, 3, heights[order[i]]);
     }
-    assert_near(scene_get_obstacle_mesh(loaded, 1).positions, 5, 1, 0);
+    assert_near(tulle_scene_get_obstacle_mesh(loaded, 1).positions, 5, 1, 0);
     assert_int_equal(sequence_read(sequence, 3, positions, &error), TULLE_ERROR_INVALID_ARGUMENT);
     /* A file that vanishes or changes while the run goes on is an error, not a crash. */
     write_text_file("f_09.obj", "v 0 0 1\nv 1 0 1\nv 1 1 1\nf 1 2 3\n");
@@ -166,7 +167,7 @@ static void test_sequence_of_files(void **state) {
     assert_int_equal(sequence_read(sequence, 0, positions, &error), TULLE_OK);
     assert_int_equal(sequence_read(sequence, 1, positions, &error), TULLE_ERROR_INVALID_MESH);
     assert_non_null(strstr(error.file, "f_09.obj"));
-    scene_destroy(loaded);
+    tulle_scene_destroy(loaded);
 }
 
 static void write_cache(double last_height) {
@@ -188,18 +189,18 @@ static void test_sequence_of_cache(void **state) {
     (void)state;
     write_text_file("q.obj", square);
     write_cache(4);
-    scene *loaded = load_good(TIME SHEET "obstacles:\n"
-                                         "  - mesh: {file: q.obj}\n"
-                                         "    motion: {sequence: {cache: c.pc2, first: 1, "
-                                         "interval: 1}}\n");
+    tulle_scene *loaded = load_good(TIME SHEET "obstacles:\n"
+                                               "  - mesh: {file: q.obj}\n"
+                                               "    motion: {sequence: {cache: c.pc2, first: 1, "
+                                               "interval: 1}}\n");
     scene_sequence *sequence = loaded->obstacles[0].sequence;
     assert_int_equal(sequence_get_frame_count(sequence), 2);
     double positions[12];
     tulle_error error;
     assert_int_equal(sequence_read(sequence, 1, positions, &error), TULLE_OK);
     assert_near(positions + 6, 1, 1, 4);
-    assert_near(scene_get_obstacle_mesh(loaded, 0).positions, 0, 0, 1);
-    scene_destroy(loaded);
+    assert_near(tulle_scene_get_obstacle_mesh(loaded, 0).positions, 0, 0, 1);
+    tulle_scene_destroy(loaded);
 }
 
 /* A refusal with its place: line 0 for places outside the scene file. */
@@ -338,7 +339,7 @@ static const refusal refusals[] = {
      "obstacles[0].motion.keyframes[1].time: is -1 s, must be later than the keyframe before, 2 s"},
 };
 
-static bool is_as_wanted(const refusal *wanted, const scene_problems *problems) {
+static bool is_as_wanted(const refusal *wanted, const tulle_scene_problems *problems) {
     const tulle_error *error = &problems->list[0];
     size_t length = strlen(error->file), ending = strlen(wanted->file);
     return problems->total_count == 1 && error->status == wanted->status &&
@@ -354,25 +355,26 @@ static void test_notes(void **state) {
     write_text_file("two.obj", "o x\nv 0 0 0\nv 1 0 0\nv 1 1 0\nseam 1 2\nf 1 2 3\nf 3 2 1\n");
     write_text_file("t_1.obj", "v 0 0 0\nv 1 0 0\nv 1 1 0\nf 1 2 3\nf 3 2 1\n");
     write_text_file("t_2.obj", "v 0 0 0\nv 1 0 0\nv 1 2 0\nf 1 2 3\nf 3 2 1\n");
-    scene *loaded =
+    tulle_scene *loaded =
         load_good(TIME SHEET "obstacles:\n  - {mesh: {file: two.obj}, translate: [0, 0, -1]}\n"
                              "  - {mesh: {file: two.obj}, translate: [0, 0, -2]}\n"
                              "  - {motion: {sequence: {files: t_%d.obj, first: 1, last: 2, "
                              "interval: 1}}, translate: [0, 0, -3]}\n");
     for (size_t i = 0; i < 3; i++)
-        assert_int_equal(scene_get_obstacle_mesh(loaded, i).triangle_count, 1);
+        assert_int_equal(tulle_scene_get_obstacle_mesh(loaded, i).triangle_count, 1);
     static const char *const notes[] = {
         "two.obj: passed over: 1 'o' (line 1), 1 'seam' (line 5)",
         "two.obj:7: triangle 1 has the same corners as triangle 0 (line 6) and is dropped",
         "t_1.obj:5: triangle 1 has the same corners as triangle 0 (line 4) and is dropped"};
-    assert_int_equal(scene_get_note_count(loaded), 3);
+    assert_int_equal(tulle_scene_get_note_count(loaded), 3);
     for (size_t i = 0; i < 3; i++)
-        if (!strstr(scene_get_note(loaded, i), notes[i])) fail_msg("%s", scene_get_note(loaded, i));
-    scene_destroy(loaded);
+        if (!strstr(tulle_scene_get_note(loaded, i), notes[i]))
+            fail_msg("%s", tulle_scene_get_note(loaded, i));
+    tulle_scene_destroy(loaded);
     loaded = load_good(TIME SHEET);
-    assert_int_equal(scene_get_note_count(loaded), 0);
-    scene_destroy(loaded);
-    scene_problems *problems = calloc(1, sizeof *problems);
+    assert_int_equal(tulle_scene_get_note_count(loaded), 0);
+    tulle_scene_destroy(loaded);
+    tulle_scene_problems *problems = calloc(1, sizeof *problems);
     assert_non_null(problems);
     assert_null(load_text(TIME "cloth:\n  - mesh: {file: two.obj}\n", problems));
     assert_int_equal(problems->list[0].line, 7);
@@ -395,11 +397,11 @@ static void test_refusals(void **state) {
     write_text_file("g_2.obj", "v 0 0 1\nv 1 0 1\nv 1 1 1\nf 1 2 3\n");
     write_text_file("h_1.obj", square);
     write_text_file("h_2.obj", "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nf 1 2 4\nf 2 3 4\n");
-    scene_problems *problems = calloc(1, sizeof *problems);
+    tulle_scene_problems *problems = calloc(1, sizeof *problems);
     assert_non_null(problems);
     size_t wrong_count = 0;
     for (size_t i = 0; i < sizeof refusals / sizeof refusals[0]; i++) {
-        scene *loaded = load_text(refusals[i].text, problems);
+        tulle_scene *loaded = load_text(refusals[i].text, problems);
         bool is_good = !loaded && is_as_wanted(&refusals[i], problems);
         if (!is_good) {
             print_error("for:\n%s\nwanted %s:%d:%d: %s\nfound %zu problems:\n", refusals[i].text,
@@ -408,7 +410,7 @@ static void test_refusals(void **state) {
             scene_print_problems(problems, stderr);
         }
         wrong_count += !is_good;
-        scene_destroy(loaded);
+        tulle_scene_destroy(loaded);
     }
     assert_int_equal(wrong_count, 0);
     free(problems);
@@ -422,56 +424,60 @@ static void test_doubled_pair_of_an_override(void **state) {
     snprintf(path, sizeof path, "%s/pair.yaml", folder_path);
     const char *const pairs = "contact.pairs=[{between: [cloth0, a], friction: 0.3}, "
                               "{between: [a, cloth0], friction: 0.4}]";
-    scene_problems *problems = calloc(1, sizeof *problems);
+    tulle_scene_problems *problems = calloc(1, sizeof *problems);
     assert_non_null(problems);
-    scene *loaded = NULL;
-    assert_int_not_equal(scene_load(path, &pairs, 1, &loaded, problems), TULLE_OK);
+    tulle_scene *loaded = NULL;
+    assert_int_not_equal(tulle_scene_load(path, &pairs, 1, &loaded, problems), TULLE_OK);
     assert_non_null(strstr(problems->list[0].message, "is given before, by --set contact.pairs="));
     free(problems);
 }
 
 static void test_unreadable_files(void **state) {
     (void)state;
-    scene_problems *problems = calloc(1, sizeof *problems);
+    tulle_scene_problems *problems = calloc(1, sizeof *problems);
     assert_non_null(problems);
-    scene *loaded = (scene *)1;
-    assert_int_equal(scene_load("/nonexistent/s.yaml", NULL, 0, &loaded, problems), TULLE_ERROR_IO);
+    tulle_scene *loaded = (tulle_scene *)1;
+    assert_int_equal(tulle_scene_load("/nonexistent/s.yaml", NULL, 0, &loaded, problems),
+                     TULLE_ERROR_IO);
     assert_null(loaded);
     assert_string_equal(problems->list[0].file, "/nonexistent/s.yaml");
     assert_non_null(strstr(problems->list[0].message, "No such file"));
-    assert_int_equal(scene_load("/tmp", NULL, 0, &loaded, problems), TULLE_ERROR_IO);
+    assert_int_equal(tulle_scene_load("/tmp", NULL, 0, &loaded, problems), TULLE_ERROR_IO);
     /* Endless input ends at the limit. */
-    assert_int_equal(scene_load("/dev/zero", NULL, 0, &loaded, problems), TULLE_ERROR_LIMIT);
+    assert_int_equal(tulle_scene_load("/dev/zero", NULL, 0, &loaded, problems), TULLE_ERROR_LIMIT);
     free(problems);
 }
 
 static void test_hash_and_canonical_text(void **state) {
     (void)state;
-    scene *first = load_good("time: {frames: 3, step: 1/90}\n" SHEET);
-    scene *longer = load_good("# the same, run longer\ntime: {frames: 9, step: 1/90 s}\n" SHEET);
-    scene *other = load_good(TIME SHEET "    translate: [0, 0, 1 um]\n");
-    assert_true(scene_get_hash(first) == scene_get_hash(longer));
-    assert_true(scene_get_hash(first) != scene_get_hash(other));
-    scene *again = load_good(scene_get_canonical_text(first));
-    assert_true(scene_get_hash(first) == scene_get_hash(again));
-    assert_string_equal(scene_get_canonical_text(first), scene_get_canonical_text(again));
-    assert_non_null(strstr(scene_get_canonical_text(first), "gravity: [0, 0, -9.81"));
-    scene_destroy(first);
-    scene_destroy(longer);
-    scene_destroy(other);
-    scene_destroy(again);
+    tulle_scene *first = load_good("time: {frames: 3, step: 1/90}\n" SHEET);
+    tulle_scene *longer =
+        load_good("# the same, run longer\ntime: {frames: 9, step: 1/90 s}\n" SHEET);
+    tulle_scene *other = load_good(TIME SHEET "    translate: [0, 0, 1 um]\n");
+    assert_true(tulle_scene_get_hash(first) == tulle_scene_get_hash(longer));
+    assert_true(tulle_scene_get_hash(first) != tulle_scene_get_hash(other));
+    tulle_scene *again = load_good(tulle_scene_get_canonical_text(first));
+    assert_true(tulle_scene_get_hash(first) == tulle_scene_get_hash(again));
+    assert_string_equal(tulle_scene_get_canonical_text(first),
+                        tulle_scene_get_canonical_text(again));
+    assert_non_null(strstr(tulle_scene_get_canonical_text(first), "gravity: [0, 0, -9.81"));
+    tulle_scene_destroy(first);
+    tulle_scene_destroy(longer);
+    tulle_scene_destroy(other);
+    tulle_scene_destroy(again);
 }
 
 static void test_sequence_contents_count_in_the_hash(void **state) {
     (void)state;
     write_frames();
-    scene *first = load_good(SEQUENCE(""));
+    tulle_scene *first = load_good(SEQUENCE(""));
     write_text_file("f_10.obj", "v 0 0 3\nv 1 0 3\nv 1 1 3\nv 0 1 4\nf 1 2 3\nf 1 3 4\n");
-    scene *other = load_good(SEQUENCE(""));
-    assert_true(scene_get_hash(first) != scene_get_hash(other));
-    assert_string_equal(scene_get_canonical_text(first), scene_get_canonical_text(other));
-    scene_destroy(first);
-    scene_destroy(other);
+    tulle_scene *other = load_good(SEQUENCE(""));
+    assert_true(tulle_scene_get_hash(first) != tulle_scene_get_hash(other));
+    assert_string_equal(tulle_scene_get_canonical_text(first),
+                        tulle_scene_get_canonical_text(other));
+    tulle_scene_destroy(first);
+    tulle_scene_destroy(other);
 }
 
 int main(void) {

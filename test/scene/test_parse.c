@@ -17,7 +17,7 @@
 typedef struct attempt {
     memory heap;
     arena storage;
-    scene_problems *problems;
+    tulle_scene_problems *problems;
     scene_keys keys;
     bool is_good;
 } attempt;
@@ -267,7 +267,7 @@ static void test_all_problems_are_reported(void **state) {
     char many[2000] = "obstacles:\n";
     for (int i = 0; i < 30; i++) strcat(many, "  - {mesh: {shape: box}, friction: -1}\n");
     read_more(&work, many, NULL);
-    assert_int_equal(work.problems->count, SCENE_PROBLEM_LIMIT);
+    assert_int_equal(work.problems->count, TULLE_SCENE_PROBLEMS_MAX);
     assert_int_equal(work.problems->total_count, 30);
     release(&work);
 }

@@ -15,27 +15,28 @@
 
 static void test_hash_without_pictures(void **state) {
     (void)state;
-    scene *plain = load_good(TIME SHEET GROUND);
-    scene *dressed = load_good(TIME SHEET COLORS GROUND "    color: [0, 0, 1]\n" CAMERA);
-    scene *other = load_good(TIME SHEET "    thickness: 1 mm\n" GROUND CAMERA);
-    assert_true(scene_get_hash(plain) == scene_get_hash(dressed));
-    assert_true(scene_get_hash(plain) != scene_get_hash(other));
-    assert_null(strstr(scene_get_canonical_text(plain), "render"));
-    assert_null(strstr(scene_get_canonical_text(plain), "color"));
+    tulle_scene *plain = load_good(TIME SHEET GROUND);
+    tulle_scene *dressed = load_good(TIME SHEET COLORS GROUND "    color: [0, 0, 1]\n" CAMERA);
+    tulle_scene *other = load_good(TIME SHEET "    thickness: 1 mm\n" GROUND CAMERA);
+    assert_true(tulle_scene_get_hash(plain) == tulle_scene_get_hash(dressed));
+    assert_true(tulle_scene_get_hash(plain) != tulle_scene_get_hash(other));
+    assert_null(strstr(tulle_scene_get_canonical_text(plain), "render"));
+    assert_null(strstr(tulle_scene_get_canonical_text(plain), "color"));
     /* The canonical text keeps them: it loads to the same text again. */
-    char *text = strdup(scene_get_canonical_text(dressed));
+    char *text = strdup(tulle_scene_get_canonical_text(dressed));
     assert_non_null(text);
     assert_non_null(strstr(text, "orbit"));
-    scene *again = load_good(text);
-    assert_string_equal(scene_get_canonical_text(again), text);
+    tulle_scene *again = load_good(text);
+    assert_string_equal(tulle_scene_get_canonical_text(again), text);
     free(text);
-    scene_destroy(plain);
-    scene_destroy(dressed);
-    scene_destroy(other);
-    scene_destroy(again);
+    tulle_scene_destroy(plain);
+    tulle_scene_destroy(dressed);
+    tulle_scene_destroy(other);
+    tulle_scene_destroy(again);
 }
 
-static tulle_status read_text(const char *text, scene_picture *picture, scene_problems *problems) {
+static tulle_status read_text(const char *text, scene_picture *picture,
+                              tulle_scene_problems *problems) {
     write_text_file("s.yaml", text);
     char path[128];
     snprintf(path, sizeof path, "%s/s.yaml", folder_path);
@@ -44,7 +45,7 @@ static tulle_status read_text(const char *text, scene_picture *picture, scene_pr
 
 static void test_values(void **state) {
     (void)state;
-    scene_problems *problems = calloc(1, sizeof *problems);
+    tulle_scene_problems *problems = calloc(1, sizeof *problems);
     assert_non_null(problems);
     scene_picture picture;
     /* The mesh file is not there: pictures do not need it. */
@@ -99,7 +100,7 @@ static void test_refusals(void **state) {
         {"render: {flor: on}\n", "did you mean 'floor'"},
         {"render: 3\n", "must be a map"},
     };
-    scene_problems *problems = calloc(1, sizeof *problems);
+    tulle_scene_problems *problems = calloc(1, sizeof *problems);
     assert_non_null(problems);
     for (size_t i = 0; i < sizeof cases / sizeof cases[0]; i++) {
         char text[1024];

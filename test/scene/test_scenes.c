@@ -26,36 +26,37 @@ static void test_scenes_load_and_start_free(void **state) {
     (void)state;
     for (size_t i = 0; i < sizeof expectations / sizeof expectations[0]; i++) {
         const expectation *wanted = &expectations[i];
-        scene *loaded = load_scene_file(wanted->name);
+        tulle_scene *loaded = load_scene_file(wanted->name);
         if (!loaded) fail_msg("%s does not load", wanted->name);
         size_t particle_count = 0, moving_count = 0;
-        for (size_t c = 0; c < scene_get_cloth_count(loaded); c++)
-            particle_count += scene_get_cloth_mesh(loaded, c).vertex_count;
-        for (size_t o = 0; o < scene_get_obstacle_count(loaded); o++)
-            moving_count += scene_is_obstacle_moving(loaded, o);
+        for (size_t c = 0; c < tulle_scene_get_cloth_count(loaded); c++)
+            particle_count += tulle_scene_get_cloth_mesh(loaded, c).vertex_count;
+        for (size_t o = 0; o < tulle_scene_get_obstacle_count(loaded); o++)
+            if (tulle_scene_is_obstacle_moving(loaded, o)) moving_count++;
         if (wanted->particle_count > 0) assert_int_equal(particle_count, wanted->particle_count);
-        assert_int_equal(scene_get_cloth_count(loaded), wanted->cloth_count);
-        assert_int_equal(scene_get_obstacle_count(loaded), wanted->obstacle_count);
+        assert_int_equal(tulle_scene_get_cloth_count(loaded), wanted->cloth_count);
+        assert_int_equal(tulle_scene_get_obstacle_count(loaded), wanted->obstacle_count);
         assert_int_equal(moving_count, wanted->moving_count);
-        assert_true(scene_get_time_step(loaded) == 1.0 / 90);
+        assert_true(tulle_scene_get_time_step(loaded) == 1.0 / 90);
         size_t pair_count = count_start_intersections(loaded);
         if (pair_count > 0) fail_msg("%s: %zu intersections", wanted->name, pair_count);
-        scene_destroy(loaded);
+        tulle_scene_destroy(loaded);
     }
 }
 
 /* The net's holes are real. */
 static void test_net_has_holes(void **state) {
     (void)state;
-    scene *loaded = load_scene_file("net");
+    tulle_scene *loaded = load_scene_file("net");
     assert_non_null(loaded);
     tulle_mesh_info info;
     tulle_error error;
-    assert_int_equal(tulle_mesh_get_info(scene_get_cloth_mesh(loaded, 0), &info, &error), TULLE_OK);
+    assert_int_equal(tulle_mesh_get_info(tulle_scene_get_cloth_mesh(loaded, 0), &info, &error),
+                     TULLE_OK);
     assert_int_equal(info.component_count, 1);
     assert_int_equal(info.boundary_loop_count, 1 + 12 * 12);
     assert_int_equal(info.euler_characteristic, 1 - 12 * 12);
-    scene_destroy(loaded);
+    tulle_scene_destroy(loaded);
 }
 
 int main(void) {

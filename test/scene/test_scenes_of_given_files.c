@@ -7,11 +7,11 @@ static void test_scenes_load_and_start_free(void **state) {
     (void)state;
     static const char *const names[] = {"body", "table", "spot"};
     for (size_t i = 0; i < sizeof names / sizeof names[0]; i++) {
-        scene *loaded = load_scene_file(names[i]);
+        tulle_scene *loaded = load_scene_file(names[i]);
         if (!loaded) fail_msg("%s does not load", names[i]);
         size_t pair_count = count_start_intersections(loaded);
         if (pair_count > 0) fail_msg("%s: %zu intersections", names[i], pair_count);
-        scene_destroy(loaded);
+        tulle_scene_destroy(loaded);
     }
 }
 

@@ -2,11 +2,9 @@
  * whole: rescues per contact, the exact judge, smallest gaps, and what the contact stages cost
  * beside the solve. The one that is missing, the pinch that must fail, is a test of its own.
  *
- * Scenes are read from $TULLE_SOURCE_DIR/scenes, else from ./scenes. Without the scene layer, which
- * needs libyaml, they are left out. */
+ * Scenes are read from $TULLE_SOURCE_DIR/scenes, else from ./scenes. */
 #include "validation/validation.h"
 
-#ifdef TULLE_HAS_SCENES
 #include "scene/scene.h"
 #include "tulle/check.h"
 
@@ -57,32 +55,32 @@ typedef struct scene_record {
 } scene_record;
 
 typedef struct open_scene {
-    scene *loaded;
-    scene_world built;
+    tulle_scene *loaded;
+    tulle_scene_world built;
 } open_scene;
 
 static void close_scene(void *object) {
     open_scene *const opened = object;
-    scene_destroy_world(&opened->built);
-    scene_destroy(opened->loaded);
+    tulle_scene_destroy_world(&opened->built);
+    tulle_scene_destroy(opened->loaded);
 }
 
 /* Pairs of triangles that cross. Rigid bodies meet obstacles too, so they count as cloth. */
 static size_t judge(validation_run *run, const open_scene *opened) {
     static tulle_check_body bodies[BODIES_MAX];
-    const scene_world *const built = &opened->built;
+    const tulle_scene_world *const built = &opened->built;
     size_t count = 0;
     if (built->cloth_count + built->obstacle_count > BODIES_MAX)
         validate_give_up(run, "too many bodies to judge");
     for (size_t i = 0; i < built->cloth_count; i++) {
-        bodies[count] = (tulle_check_body){scene_get_cloth_mesh(opened->loaded, i), 0};
+        bodies[count] = (tulle_check_body){tulle_scene_get_cloth_mesh(opened->loaded, i), 0};
         bodies[count++].mesh.positions =
             tulle_cloth_get_positions(built->world, built->cloths[i], NULL);
     }
     for (size_t i = 0; i < built->obstacle_count; i++) {
         if (!tulle_obstacle_is_present(built->world, built->obstacles[i])) continue;
-        bodies[count] = (tulle_check_body){scene_get_obstacle_mesh(opened->loaded, i),
-                                           !scene_is_obstacle_dynamic(opened->loaded, i)};
+        bodies[count] = (tulle_check_body){tulle_scene_get_obstacle_mesh(opened->loaded, i),
+                                           !tulle_scene_is_obstacle_dynamic(opened->loaded, i)};
         bodies[count++].mesh.positions =
             tulle_obstacle_get_positions(built->world, built->obstacles[i], NULL);
     }
@@ -109,8 +107,8 @@ static void add_report(scene_record *record, const tulle_step_report *report) {
 static scene_record run_steps(validation_run *run, const open_scene *opened, unsigned long steps) {
     scene_record record = {.gap_share = (double)INFINITY};
     tulle_world *const world = opened->built.world;
-    double const time_step = scene_get_time_step(opened->loaded);
-    unsigned long const steps_per_frame = scene_get_steps_per_frame(opened->loaded);
+    double const time_step = tulle_scene_get_time_step(opened->loaded);
+    unsigned long const steps_per_frame = tulle_scene_get_steps_per_frame(opened->loaded);
     validate_plan(run, (long)steps);
     for (unsigned long i = 0; i < steps; i++) {
         tulle_step_report report;
@@ -141,11 +139,11 @@ static bool open_world(validation_run *run, const small_scene *small, open_scene
     for (size_t i = 0; small && i < small->change_count; i++) changes[count++] = small->changes[i];
     changes[count++] = response;
     if (options->response[0] == 'p') changes[count++] = space;
-    scene_problems *const problems = validate_allocate(run, sizeof *problems);
-    scene_load(path, changes, count, &opened->loaded, problems);
+    tulle_scene_problems *const problems = validate_allocate(run, sizeof *problems);
+    tulle_scene_load(path, changes, count, &opened->loaded, problems);
     *error = problems->list[0];
-    return opened->loaded && scene_build_world(opened->loaded, options->threads, NULL,
-                                               &opened->built, error) == TULLE_OK;
+    return opened->loaded && tulle_scene_build_world(opened->loaded, options->threads, NULL,
+                                                     &opened->built, error) == TULLE_OK;
 }
 
 static void report_scene(validation_run *run, const scene_record *record) {
@@ -183,8 +181,8 @@ static void run_whole(validation_run *run, bool has_files) {
         validate_skip(run, "the whole", error.message);
         return;
     }
-    unsigned long const whole = (unsigned long)scene_get_frame_count(opened->loaded) *
-                                scene_get_steps_per_frame(opened->loaded);
+    unsigned long const whole = (unsigned long)tulle_scene_get_frame_count(opened->loaded) *
+                                tulle_scene_get_steps_per_frame(opened->loaded);
     scene_record const record = run_steps(run, opened, small ? small->steps : whole);
     report_scene(run, &record);
 }
@@ -192,15 +190,6 @@ static void run_whole(validation_run *run, bool has_files) {
 static void run_scene(validation_run *run) { run_whole(run, false); }
 /* Of meshes that are not in the repository. */
 static void run_scene_of_files(validation_run *run) { run_whole(run, true); }
-
-#else
-
-static void run_scene(validation_run *run) {
-    validate_skip(run, "the whole", "built without the scene layer");
-}
-static void run_scene_of_files(validation_run *run) { run_scene(run); }
-
-#endif
 
 const experiment scenes_experiments[] = {
     {"scenes.needles", "a sheet on eighty needles that leave one by one", run_scene, false},

@@ -80,9 +80,9 @@ typedef struct bench_input {
 } bench_input;
 
 /* The scene in a size; prints what is wrong with it. Gives an exit code. */
-int bench_load_scene(const bench_session *self, const bench_case *which, scene **loaded);
+int bench_load_scene(const bench_session *self, const bench_case *which, tulle_scene **loaded);
 /* The input of a case in the directory, made and put there if it is not. */
-int bench_get_input(bench_session *self, const bench_case *which, scene *loaded,
+int bench_get_input(bench_session *self, const bench_case *which, tulle_scene *loaded,
                     bench_input *input);
 /* The hash of a short simulation: two builds of one fingerprint nearly always make the same inputs,
  * bit for bit. */

@@ -19,23 +19,23 @@
 enum { INPUT_PATH_SIZE = 2 * BENCH_PATH_SIZE };
 static const double LINE_INTERVAL = 10.0; /* [s] between lines of progress without a terminal */
 
-int bench_load_scene(const bench_session *self, const bench_case *which, scene **loaded) {
+int bench_load_scene(const bench_session *self, const bench_case *which, tulle_scene **loaded) {
     char path[INPUT_PATH_SIZE];
     snprintf(path, sizeof path, "%s/%s.yaml", self->scenes, which->scene->file);
     const char *const *const overrides = which->scene->overrides[which->size];
     size_t count = 0;
     while (count < BENCH_OVERRIDE_MAX && overrides[count]) count++;
-    scene_problems *const problems = calloc(1, sizeof *problems);
+    tulle_scene_problems *const problems = calloc(1, sizeof *problems);
     if (!problems) return APP_EXIT_OUT_OF_MEMORY;
-    tulle_status const status = scene_load(path, overrides, count, loaded, problems);
+    tulle_status const status = tulle_scene_load(path, overrides, count, loaded, problems);
     if (status != TULLE_OK) scene_print_problems(problems, stderr);
     free(problems);
     return app_exit_for_input(status);
 }
 
-static void name_input(const bench_session *self, const bench_case *which, const scene *loaded,
-                       char path[INPUT_PATH_SIZE]) {
-    uint64_t const key = hash_mix(self->fingerprint ^ hash_mix(scene_get_hash(loaded)));
+static void name_input(const bench_session *self, const bench_case *which,
+                       const tulle_scene *loaded, char path[INPUT_PATH_SIZE]) {
+    uint64_t const key = hash_mix(self->fingerprint ^ hash_mix(tulle_scene_get_hash(loaded)));
     snprintf(path, INPUT_PATH_SIZE, "%s/%s-%s-%u-%016llx.state", self->inputs, which->scene->name,
              bench_sizes[which->size].name, which->scene->capture_step, (unsigned long long)key);
 }
@@ -65,13 +65,13 @@ static void show_step(bench_session *self, const bench_case *which, capture_prog
 }
 
 /* Simulates up to the captured step. */
-static tulle_status simulate(bench_session *self, const bench_case *which, const scene *loaded,
-                             tulle_world *world, tulle_error *error) {
+static tulle_status simulate(bench_session *self, const bench_case *which,
+                             const tulle_scene *loaded, tulle_world *world, tulle_error *error) {
     capture_progress progress = {timer_now(), timer_now()};
     tulle_world_set_stop_request(world, is_stopped, NULL);
     tulle_status status = tulle_world_start(world, error);
     for (uint32_t i = 0; i < which->scene->capture_step && status == TULLE_OK; i++) {
-        status = tulle_world_step(world, scene_get_time_step(loaded), NULL, error);
+        status = tulle_world_step(world, tulle_scene_get_time_step(loaded), NULL, error);
         if (status == TULLE_OK) show_step(self, which, &progress, i + 1);
     }
     progress_bar_clear(&self->bar);
@@ -106,21 +106,21 @@ static int keep_state(const tulle_world *world, const char *path, tulle_error *e
     return APP_EXIT_CANNOT_GO_ON;
 }
 
-static int make_input(bench_session *self, const bench_case *which, scene *loaded,
+static int make_input(bench_session *self, const bench_case *which, tulle_scene *loaded,
                       const char *path) {
     tulle_error error = {0};
-    scene_world built = {0};
+    tulle_scene_world built = {0};
     int code = APP_EXIT_FINE;
-    tulle_status status = scene_build_world(loaded, 0, NULL, &built, &error);
+    tulle_status status = tulle_scene_build_world(loaded, 0, NULL, &built, &error);
     if (status == TULLE_OK) status = simulate(self, which, loaded, built.world, &error);
     if (status == TULLE_OK) code = keep_state(built.world, path, &error);
-    scene_destroy_world(&built);
+    tulle_scene_destroy_world(&built);
     if (error.status != TULLE_OK && status != TULLE_ERROR_INTERRUPTED)
         app_print_error("bench", &error);
     return status != TULLE_OK ? app_exit_for_run(status) : code;
 }
 
-int bench_get_input(bench_session *self, const bench_case *which, scene *loaded,
+int bench_get_input(bench_session *self, const bench_case *which, tulle_scene *loaded,
                     bench_input *input) {
     name_input(self, which, loaded, input->path);
     if (self->renews_inputs || access(input->path, F_OK) != 0) {

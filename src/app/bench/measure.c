@@ -248,20 +248,21 @@ static bool put_times(bench_session *self, bench_row row, const repeats *made) {
 }
 
 /* Vertices of all cloth, triangles of all cloth, triangles of all obstacles. */
-static bool put_sizes(bench_session *self, bench_row row, const scene *loaded) {
+static bool put_sizes(bench_session *self, bench_row row, const tulle_scene *loaded) {
     size_t particles = 0, cloth = 0, obstacles = 0;
-    for (size_t i = 0; i < scene_get_cloth_count(loaded); i++) {
-        particles += scene_get_cloth_mesh(loaded, i).vertex_count;
-        cloth += scene_get_cloth_mesh(loaded, i).triangle_count;
+    for (size_t i = 0; i < tulle_scene_get_cloth_count(loaded); i++) {
+        particles += tulle_scene_get_cloth_mesh(loaded, i).vertex_count;
+        cloth += tulle_scene_get_cloth_mesh(loaded, i).triangle_count;
     }
-    for (size_t i = 0; i < scene_get_obstacle_count(loaded); i++)
-        obstacles += scene_get_obstacle_mesh(loaded, i).triangle_count;
+    for (size_t i = 0; i < tulle_scene_get_obstacle_count(loaded); i++)
+        obstacles += tulle_scene_get_obstacle_mesh(loaded, i).triangle_count;
     return put_value(self, row, BENCH_COUNT, "particles", (double)particles) &&
            put_value(self, row, BENCH_COUNT, "cloth_triangles", (double)cloth) &&
            put_value(self, row, BENCH_COUNT, "obstacle_triangles", (double)obstacles);
 }
 
-static bool put_rows(bench_session *self, bench_row row, const scene *loaded, const repeats *made) {
+static bool put_rows(bench_session *self, bench_row row, const tulle_scene *loaded,
+                     const repeats *made) {
     const case_outcome *const outcome = made->outcome;
     bool is_put = put_times(self, row, made) && put_sizes(self, row, loaded) &&
                   put_value(self, row, BENCH_COUNT, "steps", made->step_count);
@@ -292,12 +293,12 @@ static void tell(bench_session *self, const bench_row *case_row, uint32_t repeat
 /* ---- a case ---- */
 
 static tulle_status measure_threads(bench_session *self, repeats *made, bench_row row,
-                                    scene *loaded, tulle_error *error) {
+                                    tulle_scene *loaded, tulle_error *error) {
     counted_heap heap = {0};
     tulle_allocator const allocator = {
         .allocate = heap_allocate, .release = heap_release, .context = &heap};
-    scene_world built = {0};
-    tulle_status status = scene_build_world(loaded, row.threads, &allocator, &built, error);
+    tulle_scene_world built = {0};
+    tulle_status status = tulle_scene_build_world(loaded, row.threads, &allocator, &built, error);
     made->world = built.world;
     made->heap = &heap;
     made->made = 0;
@@ -310,7 +311,7 @@ static tulle_status measure_threads(bench_session *self, repeats *made, bench_ro
         take_most_resident(unused);
         status = make_repeats(made, self->most_seconds, error);
     }
-    scene_destroy_world(&built);
+    tulle_scene_destroy_world(&built);
     if (status == TULLE_OK) {
         if (put_rows(self, row, loaded, made))
             tell(self, &row, made->made);
@@ -322,7 +323,7 @@ static tulle_status measure_threads(bench_session *self, repeats *made, bench_ro
 }
 
 int bench_measure_case(bench_session *self, const bench_case *which) {
-    scene *loaded = NULL;
+    tulle_scene *loaded = NULL;
     bench_input input = {0};
     case_outcome outcome = {0};
     tulle_error error = {0};
@@ -333,7 +334,7 @@ int bench_measure_case(bench_session *self, const bench_case *which) {
                     .step_count = bench_sizes[which->size].step_count,
                     .wanted = self->repeat_count,
                     .outcome = &outcome};
-    if (code == APP_EXIT_FINE) made.time_step = scene_get_time_step(loaded);
+    if (code == APP_EXIT_FINE) made.time_step = tulle_scene_get_time_step(loaded);
     for (size_t i = 0; i < self->threads_count && status == TULLE_OK && code == APP_EXIT_FINE;
          i++) {
         bench_row row = {.threads = self->threads[i]};
@@ -346,6 +347,6 @@ int bench_measure_case(bench_session *self, const bench_case *which) {
                           bench_sizes[which->size].name);
         app_print_error("bench", &error);
     }
-    scene_destroy(loaded);
+    tulle_scene_destroy(loaded);
     return code != APP_EXIT_FINE ? code : app_exit_for_run(status);
 }

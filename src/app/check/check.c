@@ -13,7 +13,7 @@
 #include "base/arena.h"
 #include "base/error.h"
 #include "base/parallel.h"
-#include "tulle/run.h"
+#include "tulle_io/run.h"
 
 #include <sys/stat.h>
 

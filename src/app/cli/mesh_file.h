@@ -3,11 +3,11 @@
 #ifndef TULLE_APP_CLI_MESH_FILE_H
 #define TULLE_APP_CLI_MESH_FILE_H
 
-#include "app/vtp/vtp_read.h"
+#include "tulle_io/mesh_files.h"
 
-/* Reads a mesh by its name: .vtp as vtp_read, all others as tulle_mesh_read. passed_over may be
- * null; of the others nothing is counted. */
-tulle_status mesh_file_read(const char *path, tulle_mesh *mesh, vtp_passed_over *passed_over,
+/* Reads a mesh by its name: .vtp as tulle_vtp_read, all others as tulle_mesh_read. passed_over may
+ * be null; of the others nothing is counted. */
+tulle_status mesh_file_read(const char *path, tulle_mesh *mesh, tulle_vtp_passed_over *passed_over,
                             tulle_error *error);
 
 #endif

@@ -13,6 +13,8 @@
 #include "app/convert/target.h"
 #include "base/error.h"
 
+#include "tulle_io/subdivision.h"
+
 #include <math.h>
 #include <stdio.h>
 #include <stdlib.h>

@@ -5,6 +5,8 @@
 #include "app/convert/names.h"
 #include "base/error.h"
 
+#include "tulle_io/cache.h"
+
 #include <math.h>
 #include <stdio.h>
 #include <stdlib.h>

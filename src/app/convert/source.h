@@ -8,8 +8,9 @@
 #include "app/cli/mesh_file.h"
 #include "app/cli/numbered_files.h"
 
-#include "tulle/io.h"
-#include "tulle/run.h"
+#include "tulle_io/cache.h"
+#include "tulle_io/mesh_files.h"
+#include "tulle_io/run.h"
 
 #include <stdbool.h>
 #include <sys/types.h>
@@ -34,7 +35,7 @@ typedef struct convert_source {
     tulle_run_reader *run;
     size_t body;
     numbered_files files;
-    vtp_passed_over passed_over;
+    tulle_vtp_passed_over passed_over;
     file_identity *inputs; /* all files that are read */
     size_t input_count;
 } convert_source;

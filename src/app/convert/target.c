@@ -4,6 +4,9 @@
 
 #include "base/error.h"
 
+#include "tulle_io/cache.h"
+#include "tulle_io/mesh_files.h"
+
 #include <errno.h>
 #include <fcntl.h>
 #include <limits.h>

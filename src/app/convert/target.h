@@ -6,6 +6,8 @@
 #include "app/convert/names.h"
 #include "app/convert/source.h"
 
+#include "tulle_io/cache.h"
+
 typedef struct convert_target {
     const char *path; /* as the user gave it */
     convert_format format;

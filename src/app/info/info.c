@@ -6,7 +6,7 @@
 #include "app/commands.h"
 #include "app/info/plot.h"
 
-#include "tulle/run.h"
+#include "tulle_io/run.h"
 
 #include <stdbool.h>
 #include <stdio.h>

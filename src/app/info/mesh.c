@@ -3,8 +3,8 @@
 
 #include "app/cli/mesh_file.h"
 
-#include "tulle/io.h"
 #include "tulle/mesh.h"
+#include "tulle_io/cache.h"
 
 #include <math.h>
 #include <stdio.h>

@@ -4,7 +4,7 @@
 #include "app/commands.h"
 #include "app/info/gnuplot.h"
 
-#include "tulle/run.h"
+#include "tulle_io/run.h"
 
 int info_plot_run(const char *directory, const char *path) {
     if (!gnuplot_takes(path)) {

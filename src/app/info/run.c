@@ -1,7 +1,7 @@
 /* app/info/run.c - what `tulle info` prints of a run directory. */
 #include "app/info/info.h"
 
-#include "tulle/run.h"
+#include "tulle_io/run.h"
 
 #include <stdio.h>
 #include <string.h>

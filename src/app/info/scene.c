@@ -15,16 +15,16 @@ static const double MILLIMETRES_PER_METRE = 1000.0;
 static void print_count(const char *key, uint64_t value) { printf(",\"%s\":%" PRIu64, key, value); }
 
 /* `,"KEY":[{"name":...},...]` */
-static void print_json_bodies(const scene *loaded, bool are_obstacles) {
-    size_t const count =
-        are_obstacles ? scene_get_obstacle_count(loaded) : scene_get_cloth_count(loaded);
+static void print_json_bodies(const tulle_scene *loaded, bool are_obstacles) {
+    size_t const count = are_obstacles ? tulle_scene_get_obstacle_count(loaded)
+                                       : tulle_scene_get_cloth_count(loaded);
     printf(",\"%s\":[", are_obstacles ? "obstacles" : "cloths");
     for (size_t i = 0; i < count; i++) {
-        tulle_mesh_view const mesh =
-            are_obstacles ? scene_get_obstacle_mesh(loaded, i) : scene_get_cloth_mesh(loaded, i);
+        tulle_mesh_view const mesh = are_obstacles ? tulle_scene_get_obstacle_mesh(loaded, i)
+                                                   : tulle_scene_get_cloth_mesh(loaded, i);
         printf("%s{\"name\":", i > 0 ? "," : "");
-        json_print_text(are_obstacles ? scene_get_obstacle_name(loaded, i)
-                                      : scene_get_cloth_name(loaded, i));
+        json_print_text(are_obstacles ? tulle_scene_get_obstacle_name(loaded, i)
+                                      : tulle_scene_get_cloth_name(loaded, i));
         print_count("vertices", mesh.vertex_count);
         print_count("triangles", mesh.triangle_count);
         putchar('}');
@@ -32,13 +32,13 @@ static void print_json_bodies(const scene *loaded, bool are_obstacles) {
     putchar(']');
 }
 
-static void print_json(const scene *loaded, double contact_distance) {
+static void print_json(const tulle_scene *loaded, double contact_distance) {
     fputs("{\"format\":\"tulle scene\",\"format_version\":1,\"path\":", stdout);
-    json_print_text(scene_get_path(loaded));
-    printf(",\"scene_hash\":\"%016" PRIx64 "\",\"time_step\":", scene_get_hash(loaded));
-    json_print_double(scene_get_time_step(loaded));
-    print_count("frames", scene_get_frame_count(loaded));
-    print_count("steps_per_frame", scene_get_steps_per_frame(loaded));
+    json_print_text(tulle_scene_get_path(loaded));
+    printf(",\"scene_hash\":\"%016" PRIx64 "\",\"time_step\":", tulle_scene_get_hash(loaded));
+    json_print_double(tulle_scene_get_time_step(loaded));
+    print_count("frames", tulle_scene_get_frame_count(loaded));
+    print_count("steps_per_frame", tulle_scene_get_steps_per_frame(loaded));
     fputs(",\"contact_distance\":", stdout);
     json_print_double(contact_distance);
     print_json_bodies(loaded, false);
@@ -51,36 +51,40 @@ static void print_body(const char *role, const char *name, tulle_mesh_view mesh)
            mesh.triangle_count);
 }
 
-static void print_text(const scene *loaded, double contact_distance) {
-    printf("%s: scene, hash %016" PRIx64 "\n", scene_get_path(loaded), scene_get_hash(loaded));
+static void print_text(const tulle_scene *loaded, double contact_distance) {
+    printf("%s: scene, hash %016" PRIx64 "\n", tulle_scene_get_path(loaded),
+           tulle_scene_get_hash(loaded));
     printf("  %-16s %" PRIu32 " after the start, of %" PRIu32 " steps of %.6g s each\n", "frames",
-           scene_get_frame_count(loaded), scene_get_steps_per_frame(loaded),
-           scene_get_time_step(loaded));
+           tulle_scene_get_frame_count(loaded), tulle_scene_get_steps_per_frame(loaded),
+           tulle_scene_get_time_step(loaded));
     printf("  %-16s %.4g mm\n", "contact distance", MILLIMETRES_PER_METRE * contact_distance);
-    for (size_t i = 0; i < scene_get_cloth_count(loaded); i++)
-        print_body("cloth", scene_get_cloth_name(loaded, i), scene_get_cloth_mesh(loaded, i));
-    for (size_t i = 0; i < scene_get_obstacle_count(loaded); i++)
-        print_body(scene_is_obstacle_dynamic(loaded, i)  ? "rigid body"
-                   : scene_is_obstacle_moving(loaded, i) ? "moving obstacle"
-                                                         : "obstacle",
-                   scene_get_obstacle_name(loaded, i), scene_get_obstacle_mesh(loaded, i));
+    for (size_t i = 0; i < tulle_scene_get_cloth_count(loaded); i++)
+        print_body("cloth", tulle_scene_get_cloth_name(loaded, i),
+                   tulle_scene_get_cloth_mesh(loaded, i));
+    for (size_t i = 0; i < tulle_scene_get_obstacle_count(loaded); i++)
+        print_body(tulle_scene_is_obstacle_dynamic(loaded, i)  ? "rigid body"
+                   : tulle_scene_is_obstacle_moving(loaded, i) ? "moving obstacle"
+                                                               : "obstacle",
+                   tulle_scene_get_obstacle_name(loaded, i),
+                   tulle_scene_get_obstacle_mesh(loaded, i));
 }
 
 int info_print_scene(const char *path, const option_list *overrides, bool is_json) {
-    scene *loaded = NULL;
-    scene_problems *const problems = calloc(1, sizeof *problems);
+    tulle_scene *loaded = NULL;
+    tulle_scene_problems *const problems = calloc(1, sizeof *problems);
     if (!problems) {
         app_print_message("info", "out of memory");
         return APP_EXIT_OUT_OF_MEMORY;
     }
-    tulle_status status = scene_load(path, overrides->items, overrides->count, &loaded, problems);
+    tulle_status status =
+        tulle_scene_load(path, overrides->items, overrides->count, &loaded, problems);
     if (status != TULLE_OK) scene_print_problems(problems, stderr);
     free(problems);
     if (status != TULLE_OK) return app_exit_for_input(status);
     double contact_distance = 0.0;
-    scene_world built = {0};
+    tulle_scene_world built = {0};
     tulle_error error = {0};
-    status = scene_build_world(loaded, 0, NULL, &built, &error);
+    status = tulle_scene_build_world(loaded, 0, NULL, &built, &error);
     if (status == TULLE_OK) status = tulle_world_start(built.world, &error);
     if (status == TULLE_OK) {
         tulle_world_get_distances(built.world, &contact_distance, NULL, NULL);
@@ -91,7 +95,7 @@ int info_print_scene(const char *path, const option_list *overrides, bool is_jso
     } else {
         app_print_error("info", &error);
     }
-    scene_destroy_world(&built);
-    scene_destroy(loaded);
+    tulle_scene_destroy_world(&built);
+    tulle_scene_destroy(loaded);
     return app_exit_for_input(status);
 }

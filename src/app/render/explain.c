@@ -7,6 +7,8 @@
 #include "render/strain.h"
 #include "render/surface_gap.h"
 
+#include "tulle_io/subdivision.h"
+
 #include <math.h>
 #include <stdio.h>
 #include <stdlib.h>

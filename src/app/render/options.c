@@ -9,6 +9,7 @@
 #include "scene/units.h"
 
 #include "tulle/mesh.h"
+#include "tulle_io/subdivision.h"
 
 #include <stdlib.h>
 #include <string.h>

@@ -4,6 +4,8 @@
 #include "base/error.h"
 #include "render/rest_coordinates.h"
 
+#include "tulle_io/subdivision.h"
+
 #include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -56,7 +58,7 @@ static tulle_status read_scene(picture_run *run, tulle_error *error) {
     char path[PATH_SIZE];
     int const length = snprintf(path, sizeof path, "%s/scene.yaml", run->options->directory);
     if (length < 0 || length >= PATH_SIZE) return TULLE_OK;
-    scene_problems *const problems = calloc(1, sizeof *problems);
+    tulle_scene_problems *const problems = calloc(1, sizeof *problems);
     if (!problems) return fail_memory(error);
     tulle_status const status = scene_read_picture(path, &run->picture, problems);
     if (status != TULLE_OK) {

@@ -10,7 +10,8 @@
 #include "render/render.h"
 
 #include "tulle/mesh.h"
-#include "tulle/run.h"
+#include "tulle_io/run.h"
+#include "tulle_io/subdivision.h"
 
 /* A cloth or an obstacle. */
 typedef struct picture_body {

@@ -25,9 +25,9 @@ bool debug_record_prepare(debug_record *record, const run_session *session) {
 
 tulle_status debug_record_fill(debug_record *record, const run_session *session,
                                tulle_error *error) {
-    const scene_world *const built = &session->built;
+    const tulle_scene_world *const built = &session->built;
     tulle_detect_method const method = tulle_world_get_detection(built->world).method;
-    tulle_patch_options const options = {.time_step = scene_get_time_step(session->scene),
+    tulle_patch_options const options = {.time_step = tulle_scene_get_time_step(session->scene),
                                          .is_in_use = method == TULLE_DETECT_PATCHES ||
                                                       method == TULLE_DETECT_PAPER};
     for (size_t i = 0; i < built->cloth_count; i++) {

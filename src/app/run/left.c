@@ -9,8 +9,9 @@
 
 static const char *get_name(const run_session *session, uint32_t object) {
     size_t const cloth_count = session->built.cloth_count;
-    return object < cloth_count ? scene_get_cloth_name(session->scene, object)
-                                : scene_get_obstacle_name(session->scene, object - cloth_count);
+    return object < cloth_count
+               ? tulle_scene_get_cloth_name(session->scene, object)
+               : tulle_scene_get_obstacle_name(session->scene, object - cloth_count);
 }
 
 /* "sleeve",7,1,2,9 */
@@ -18,8 +19,8 @@ static void print_triangle(FILE *file, const run_session *session, uint32_t obje
                            uint32_t triangle) {
     size_t const cloth_count = session->built.cloth_count;
     tulle_mesh_view const mesh =
-        object < cloth_count ? scene_get_cloth_mesh(session->scene, object)
-                             : scene_get_obstacle_mesh(session->scene, object - cloth_count);
+        object < cloth_count ? tulle_scene_get_cloth_mesh(session->scene, object)
+                             : tulle_scene_get_obstacle_mesh(session->scene, object - cloth_count);
     uint32_t const *const corners = mesh.triangles + 3 * (size_t)triangle;
     fputc('"', file);
     for (const char *letter = get_name(session, object); *letter; letter++) {

@@ -14,7 +14,7 @@
 /* Files hold floats. A vertex at distance r along an axis is rounded by up to 2^-24 r there, so two
  * features come nearer by at most 2 sqrt(3) 2^-24 r: that must stay under the minimum gap. */
 static tulle_status check_extent(const run_session *session, tulle_error *error) {
-    const scene_world *const built = &session->built;
+    const tulle_scene_world *const built = &session->built;
     double minimum_gap = 0.0;
     tulle_world_get_distances(built->world, NULL, NULL, &minimum_gap);
     double const farthest = minimum_gap * 0x1p24 / (2.0 * sqrt(3.0));
@@ -27,7 +27,7 @@ static tulle_status check_extent(const run_session *session, tulle_error *error)
                              "vertex %zu of '%s' is at (%.6g, %.6g, %.6g) m; beyond %.4g m the "
                              "floats of the files cannot keep gaps of %.3g m apart. Put ground "
                              "under the cloth, run fewer frames, or use thicker cloth",
-                             k / 3, scene_get_cloth_name(session->scene, i), x[k - k % 3],
+                             k / 3, tulle_scene_get_cloth_name(session->scene, i), x[k - k % 3],
                              x[k - k % 3 + 1], x[k - k % 3 + 2], farthest, minimum_gap);
         }
     }
@@ -35,7 +35,7 @@ static tulle_status check_extent(const run_session *session, tulle_error *error)
 }
 
 static tulle_status get_transforms(run_session *session, tulle_error *error) {
-    const scene_world *const built = &session->built;
+    const tulle_scene_world *const built = &session->built;
     size_t count = 0;
     tulle_status status = TULLE_OK;
     for (size_t i = 0; i < built->obstacle_count && status == TULLE_OK; i++)
@@ -51,7 +51,7 @@ static tulle_status write_frame(run_session *session, tulle_error *error) {
     if (status == TULLE_OK && session->options.records_debug)
         status = debug_record_fill(&session->debug, session, error);
     if (status != TULLE_OK) return status;
-    const scene_world *const built = &session->built;
+    const tulle_scene_world *const built = &session->built;
     for (size_t i = 0; i < built->cloth_count; i++) {
         session->positions[i] = tulle_cloth_get_positions(built->world, built->cloths[i], NULL);
         session->velocities[i] = tulle_cloth_get_velocities(built->world, built->cloths[i], NULL);
@@ -126,12 +126,12 @@ static tulle_status make_step(run_session *session, tulle_error *error) {
     tulle_world *const world = session->built.world;
     session->progress.step_begin = timer_now();
     tulle_status status =
-        tulle_world_step(world, scene_get_time_step(session->scene), &report, error);
+        tulle_world_step(world, tulle_scene_get_time_step(session->scene), &report, error);
     if (status != TULLE_OK) return status;
     add_to_totals(session, &report);
     status = tulle_run_write_report(session->writer, &report, error);
     uint64_t const done = tulle_world_get_step_count(world);
-    if (status == TULLE_OK && done % scene_get_steps_per_frame(session->scene) == 0)
+    if (status == TULLE_OK && done % tulle_scene_get_steps_per_frame(session->scene) == 0)
         status = write_frame(session, error);
     if (status == TULLE_OK && done < session->wanted_steps && is_checkpoint_due(session))
         status = write_checkpoint(session, error);

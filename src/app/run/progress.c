@@ -41,7 +41,7 @@ static void format_gap(double gap, char text[32]) {
 static const char *format_facts(const run_session *session, const tulle_step_report *report,
                                 char text[FACTS_SIZE]) {
     uint64_t const done = report->step + 1;
-    uint32_t const steps_per_frame = scene_get_steps_per_frame(session->scene);
+    uint32_t const steps_per_frame = tulle_scene_get_steps_per_frame(session->scene);
     char rest[PROGRESS_DURATION_SIZE], gap[32];
     progress_format_duration(estimate_rest(session, done), rest);
     format_gap(report->smallest_gap, gap);
@@ -64,7 +64,7 @@ static void print_json_step(const run_session *session, const tulle_step_report 
     uint64_t const done = report->step + 1;
     fprintf(stderr, "{\"event\":\"step\",\"step\":%llu,\"steps\":%llu,\"frame\":%llu,\"frames\":%u",
             (unsigned long long)done, (unsigned long long)session->wanted_steps,
-            (unsigned long long)(done / scene_get_steps_per_frame(session->scene)),
+            (unsigned long long)(done / tulle_scene_get_steps_per_frame(session->scene)),
             session->options.frame_count);
     print_json_number("time", report->time);
     print_json_number("seconds", report->total_seconds);

@@ -137,7 +137,7 @@ static bool use_words(const run_words *words, const char *scene_path,
 
 /* The cloth as it starts: untangled. The positions are good until the first step. */
 static tulle_mesh_view get_start_mesh(const run_session *session, size_t cloth) {
-    tulle_mesh_view mesh = scene_get_cloth_mesh(session->scene, cloth);
+    tulle_mesh_view mesh = tulle_scene_get_cloth_mesh(session->scene, cloth);
     if (tulle_world_get_untangle_report(session->built.world).intersections > 0)
         mesh.positions =
             tulle_cloth_get_positions(session->built.world, session->built.cloths[cloth], NULL);
@@ -145,18 +145,18 @@ static tulle_mesh_view get_start_mesh(const run_session *session, size_t cloth) 
 }
 
 static void describe_bodies(run_session *session) {
-    const scene *const loaded = session->scene;
+    const tulle_scene *const loaded = session->scene;
     size_t const cloth_count = session->built.cloth_count;
     for (size_t i = 0; i < cloth_count; i++)
-        session->bodies[i] = (tulle_run_body){.name = scene_get_cloth_name(loaded, i),
+        session->bodies[i] = (tulle_run_body){.name = tulle_scene_get_cloth_name(loaded, i),
                                               .mesh = get_start_mesh(session, i)};
     for (size_t i = 0; i < session->built.obstacle_count; i++)
         session->bodies[cloth_count + i] =
-            (tulle_run_body){.name = scene_get_obstacle_name(loaded, i),
-                             .mesh = scene_get_obstacle_mesh(loaded, i),
+            (tulle_run_body){.name = tulle_scene_get_obstacle_name(loaded, i),
+                             .mesh = tulle_scene_get_obstacle_mesh(loaded, i),
                              .is_obstacle = 1,
-                             .is_static = !scene_is_obstacle_moving(loaded, i),
-                             .is_dynamic = scene_is_obstacle_dynamic(loaded, i)};
+                             .is_static = !tulle_scene_is_obstacle_moving(loaded, i),
+                             .is_dynamic = tulle_scene_is_obstacle_dynamic(loaded, i)};
 }
 
 static tulle_status fail_memory(tulle_error *error) {
@@ -175,8 +175,8 @@ static int is_stopped(void *context) {
 }
 
 static tulle_status prepare_world(run_session *session, tulle_error *error) {
-    tulle_status status =
-        scene_build_world(session->scene, session->options.threads, NULL, &session->built, error);
+    tulle_status status = tulle_scene_build_world(session->scene, session->options.threads, NULL,
+                                                  &session->built, error);
     /* a checkpoint takes the place of the first state, which need not be untangled again */
     bool const goes_on =
         session->options.resumes && tulle_run_has_checkpoint(session->options.directory) != 0;
@@ -199,8 +199,8 @@ static tulle_status prepare_world(run_session *session, tulle_error *error) {
 }
 
 static void release_session(run_session *session) {
-    scene_destroy_world(&session->built);
-    scene_destroy(session->scene);
+    tulle_scene_destroy_world(&session->built);
+    tulle_scene_destroy(session->scene);
     debug_record_release(&session->debug);
     free(session->bodies);
     free(session->positions);
@@ -218,11 +218,11 @@ static tulle_run_def make_run_def(const run_session *session,
     tulle_run_def def = tulle_run_def_default();
     def.directory = options->directory;
     def.scene_path = options->scene_path;
-    def.scene_text = scene_get_canonical_text(session->scene);
-    def.scene_hash = scene_get_hash(session->scene);
-    def.seed = scene_get_seed(session->scene);
-    def.time_step = scene_get_time_step(session->scene);
-    def.steps_per_frame = scene_get_steps_per_frame(session->scene);
+    def.scene_text = tulle_scene_get_canonical_text(session->scene);
+    def.scene_hash = tulle_scene_get_hash(session->scene);
+    def.seed = tulle_scene_get_seed(session->scene);
+    def.time_step = tulle_scene_get_time_step(session->scene);
+    def.steps_per_frame = tulle_scene_get_steps_per_frame(session->scene);
     def.frame_count = options->frame_count;
     def.threads = options->threads;
     def.writes_vtp = options->writes_vtp;
@@ -335,7 +335,7 @@ static void print_summary(const run_session *session) {
     if (session->outcome.steps > 0) {
         const char *const name =
             session->outcome.has_stretch_place
-                ? scene_get_cloth_name(session->scene, session->outcome.stretch_body)
+                ? tulle_scene_get_cloth_name(session->scene, session->outcome.stretch_body)
                 : NULL;
         char text[OUTCOME_SIZE];
         tulle_run_outcome_describe(&session->outcome, name, text, sizeof text);
@@ -397,7 +397,7 @@ static int run_scene(run_session *session, const char *progress, tulle_error *er
     tulle_status status = prepare_world(session, error);
     progress_bar_clear(&session->progress.bar);
     session->wanted_steps =
-        (uint64_t)session->options.frame_count * scene_get_steps_per_frame(session->scene);
+        (uint64_t)session->options.frame_count * tulle_scene_get_steps_per_frame(session->scene);
     bool is_new = true;
     if (status == TULLE_ERROR_INTERRUPTED) {
         app_print_message("run", "%s; nothing was written", error->message);
@@ -425,16 +425,16 @@ static int run_scene(run_session *session, const char *progress, tulle_error *er
 
 /* Loads the scene, printing what is wrong with it; the exit code. */
 static int load_scene(run_session *session, const option_list *overrides) {
-    scene_problems *const problems = calloc(1, sizeof *problems);
+    tulle_scene_problems *const problems = calloc(1, sizeof *problems);
     if (!problems) {
         app_print_message("run", "out of memory");
         return APP_EXIT_OUT_OF_MEMORY;
     }
-    tulle_status const status = scene_load(session->options.scene_path, overrides->items,
-                                           overrides->count, &session->scene, problems);
+    tulle_status const status = tulle_scene_load(session->options.scene_path, overrides->items,
+                                                 overrides->count, &session->scene, problems);
     if (status != TULLE_OK) scene_print_problems(problems, stderr);
-    for (size_t i = 0; status == TULLE_OK && i < scene_get_note_count(session->scene); i++)
-        app_print_message("run", "%s", scene_get_note(session->scene, i));
+    for (size_t i = 0; status == TULLE_OK && i < tulle_scene_get_note_count(session->scene); i++)
+        app_print_message("run", "%s", tulle_scene_get_note(session->scene, i));
     free(problems);
     return app_exit_for_input(status);
 }
@@ -449,7 +449,7 @@ int app_run(int argc, char **argv) {
     int code = load_scene(&session, &words.overrides);
     if (code == APP_EXIT_FINE) {
         session.options.frame_count =
-            words.frames > 0 ? (uint32_t)words.frames : scene_get_frame_count(session.scene);
+            words.frames > 0 ? (uint32_t)words.frames : tulle_scene_get_frame_count(session.scene);
         tulle_error error = {0};
         code = run_scene(&session, words.progress, &error);
     }

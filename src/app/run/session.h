@@ -7,7 +7,7 @@
 #include "app/commands.h"
 #include "scene/scene.h"
 
-#include "tulle/run.h"
+#include "tulle_io/run.h"
 
 #include <stdbool.h>
 
@@ -57,8 +57,8 @@ typedef struct debug_record {
 
 typedef struct run_session {
     run_options options;
-    scene *scene;
-    scene_world built;
+    tulle_scene *scene;
+    tulle_scene_world built;
     tulle_run_writer *writer;
     tulle_run_body *bodies; /* cloths, then obstacles */
     const double **positions, **velocities;

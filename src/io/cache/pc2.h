@@ -3,7 +3,7 @@
 #ifndef TULLE_IO_CACHE_PC2_H
 #define TULLE_IO_CACHE_PC2_H
 
-#include "tulle/io.h"
+#include "tulle_io/cache.h"
 
 /* As tulle_pc2_writer_append, but nothing is flushed to disk: a killed process loses nothing, a
  * power failure may lose frames since the last pc2_writer_sync. */

@@ -3,7 +3,7 @@
 #ifndef TULLE_IO_CACHE_PC2_FORMAT_H
 #define TULLE_IO_CACHE_PC2_FORMAT_H
 
-#include "tulle/io.h"
+#include "tulle_io/cache.h"
 
 enum {
     PC2_HEADER_SIZE = 32,

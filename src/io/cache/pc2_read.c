@@ -7,6 +7,8 @@
 #include "io/bytes.h"
 #include "io/file_data.h"
 
+#include "tulle_io/cache.h"
+
 #include <errno.h>
 #include <fcntl.h>
 #include <math.h>

@@ -13,6 +13,9 @@
 #include "io/output_file.h"
 #include "io/unflushed.h"
 
+#include "tulle_io/cache.h"
+#include "tulle_io/mesh_files.h"
+
 #include <errno.h>
 #include <fcntl.h>
 #include <math.h>

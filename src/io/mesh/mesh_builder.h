@@ -5,7 +5,7 @@
 #include "base/memory.h"
 #include "io/file_data.h"
 
-#include "tulle/io.h"
+#include "tulle_io/mesh_files.h"
 
 typedef struct mesh_builder {
     memory *heap;

@@ -7,7 +7,7 @@
 #include "io/output_file.h"
 #include "io/unflushed.h"
 
-#include "tulle/io.h"
+#include "tulle_io/mesh_files.h"
 
 #include <math.h>
 #include <string.h>

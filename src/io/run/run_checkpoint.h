@@ -5,7 +5,7 @@
 
 #include "base/memory.h"
 
-#include "tulle/run.h"
+#include "tulle_io/run.h"
 
 /* A checkpoint and how far the run's other files were when it was made. */
 typedef struct checkpoint_record {

@@ -11,6 +11,8 @@
 #include "io/run/run_writer.h"
 #include "io/unflushed.h"
 
+#include "tulle_io/mesh_files.h"
+
 #include <errno.h>
 #include <math.h>
 #include <stdio.h>

@@ -7,7 +7,8 @@
 #include "io/run/run_debug.h"
 #include "io/run/run_report.h"
 
-#include "tulle/io.h"
+#include "tulle_io/cache.h"
+#include "tulle_io/mesh_files.h"
 
 #include <errno.h>
 #include <string.h>

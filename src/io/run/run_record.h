@@ -8,7 +8,7 @@
 #include "io/text/json_write.h"
 #include "io/text/text_cursor.h"
 
-#include "tulle/run.h"
+#include "tulle_io/run.h"
 
 /* Files of every run directory. */
 #define RUN_FILE_RECORD "run.json"

@@ -6,6 +6,8 @@
 #include "io/run/run_checkpoint.h"
 #include "io/run/run_writer.h"
 
+#include "tulle_io/cache.h"
+
 #include <errno.h>
 #include <stdio.h>
 #include <string.h>

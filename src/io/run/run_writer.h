@@ -6,7 +6,7 @@
 #include "io/run/run_debug.h"
 #include "io/run/run_transforms.h"
 
-#include "tulle/io.h"
+#include "tulle_io/cache.h"
 
 #define RUN_DEF_COOKIE UINT32_C(0x52756e31)
 

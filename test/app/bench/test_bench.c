@@ -264,18 +264,18 @@ static void every_scene_has_every_size(void **unused) {
     for (size_t i = 0; i < bench_scene_count; i++)
         for (size_t k = 0; k < BENCH_SIZE_COUNT; k++) {
             bench_case const which = {&bench_scenes[i], k};
-            scene *loaded = NULL;
+            tulle_scene *loaded = NULL;
             bool const is_apart = bench_sizes[k].is_apart;
             assert_int_equal(bench_has_size(which.scene, k),
                              !is_apart || strcmp(which.scene->name, "landing") == 0);
             if (!bench_has_size(which.scene, k)) continue;
             assert_int_equal(bench_load_scene(&self, &which, &loaded), 0);
-            double const count = (double)scene_get_cloth_mesh(loaded, 0).vertex_count;
+            double const count = (double)tulle_scene_get_cloth_mesh(loaded, 0).vertex_count;
             double const bound = strcmp(which.scene->name, "net") == 0 ? 0.09 : 0.03;
-            assert_int_equal(scene_get_cloth_count(loaded), 1);
+            assert_int_equal(tulle_scene_get_cloth_count(loaded), 1);
             if (count < (1.0 - bound) * wanted[k] || count > (1.0 + bound) * wanted[k])
                 fail_msg("%s %s: %.0f particles", which.scene->name, bench_sizes[k].name, count);
-            scene_destroy(loaded);
+            tulle_scene_destroy(loaded);
         }
 }
 

@@ -2,7 +2,7 @@
  * do not change a byte, and what cannot be judged is refused. */
 #define _DEFAULT_SOURCE /* mkdtemp, fork */
 #include "app/commands.h"
-#include "tulle/run.h"
+#include "tulle_io/run.h"
 
 #include <setjmp.h>
 #include <stdarg.h>

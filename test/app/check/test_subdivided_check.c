@@ -2,6 +2,7 @@
  * sheet that stays where it is, and surfaces that met before. */
 #include "app/check/subdivided_check.h"
 #include "tulle/mesh.h"
+#include "tulle_io/subdivision.h"
 
 #include <setjmp.h>
 #include <stdarg.h>

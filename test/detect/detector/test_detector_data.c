@@ -3,8 +3,8 @@
 #include "support/query_file.h"
 #include "support/test_support.h"
 #include "tulle/detect.h"
-#include "tulle/io.h"
 #include "tulle/mesh.h"
+#include "tulle_io/mesh_files.h"
 
 #include <stdlib.h>
 #include <string.h>

@@ -1,8 +1,8 @@
 /* How tight both rules of cones are on real steps: a moving body and a falling cloth that no one
  * here made. Reads TULLE_DATA_DIR; exit code 77 without it. */
 #include "support/cone_tightness.h"
-#include "tulle/io.h"
 #include "tulle/mesh.h"
+#include "tulle_io/mesh_files.h"
 
 #include <setjmp.h>
 #include <stdarg.h>

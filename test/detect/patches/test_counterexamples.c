@@ -7,7 +7,7 @@
  * counterexample repeats it. Counterexamples are written to TMPDIR as two OBJ files. */
 #include "base/timer.h"
 #include "support/patch_search.h"
-#include "tulle/io.h"
+#include "tulle_io/mesh_files.h"
 
 #include <setjmp.h>
 #include <stdarg.h>

@@ -6,7 +6,7 @@
 #include "support/patch_scene.h"
 #include "support/test_support.h"
 #include "support/wide_normals.h"
-#include "tulle/io.h"
+#include "tulle_io/mesh_files.h"
 
 #include <stdio.h>
 #include <stdlib.h>

@@ -7,7 +7,7 @@
 
 #include "io/failing_heap.h"
 #include "io/io_support.h"
-#include "tulle/io.h"
+#include "tulle_io/mesh_files.h"
 
 #include <math.h>
 #include <stdbool.h>

@@ -2,7 +2,7 @@
  * trip. Skipped without that folder. */
 #define _XOPEN_SOURCE 700
 #include "io/io_support.h"
-#include "tulle/io.h"
+#include "tulle_io/mesh_files.h"
 
 static const char *data_folder;
 

@@ -4,7 +4,7 @@
 #include "io/bytes.h"
 
 #include "io/io_support.h"
-#include "tulle/io.h"
+#include "tulle_io/mesh_files.h"
 
 #include <math.h>
 

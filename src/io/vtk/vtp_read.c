@@ -1,13 +1,12 @@
-/* app/vtp/vtp_read.c - see vtp_read.h. Puts the pieces of the file together to one mesh: points one
+/* io/vtk/vtp_read.c - see vtp_read.h. Puts the pieces of the file together to one mesh: points one
  * after the other, each piece's polygons over its own points. */
-#include "app/vtp/vtp_read.h"
+#include "io/vtk/vtp_read.h"
 
-#include "app/cli/whole_file.h"
-#include "app/vtp/vtp_document.h"
-#include "app/vtp/vtp_values.h"
 #include "base/error.h"
+#include "io/file_data.h"
+#include "io/vtk/vtp_document.h"
+#include "io/vtk/vtp_values.h"
 
-#include <stdlib.h>
 #include <string.h>
 
 static const uint64_t COUNT_LIMIT = 0x7fffffff; /* points, corners and triangles */
@@ -169,11 +168,12 @@ static tulle_status make_mesh(const mesh_parts *parts, tulle_mesh *mesh) {
 }
 
 tulle_status vtp_read_memory(const char *path, const char *bytes, size_t byte_count,
-                             tulle_mesh *mesh, vtp_passed_over *passed_over, tulle_error *error) {
+                             tulle_mesh *mesh, tulle_vtp_passed_over *passed_over,
+                             tulle_error *error) {
     vtp_document document;
     tulle_status status = vtp_document_read(path, bytes, byte_count, &document, error);
     mesh_parts parts = {.document = &document, .error = error};
-    vtp_passed_over passed = {0};
+    tulle_vtp_passed_over passed = {0};
     for (size_t i = 0; i < document.pieces.count && status == TULLE_OK; i++) {
         status = add_piece(&parts, &document.pieces.data[i]);
         passed.vertex_cells += document.pieces.data[i].vertex_cell_count;
@@ -187,13 +187,13 @@ tulle_status vtp_read_memory(const char *path, const char *bytes, size_t byte_co
     return status;
 }
 
-tulle_status vtp_read(const char *path, tulle_mesh *mesh, vtp_passed_over *passed_over,
-                      tulle_error *error) {
-    char *bytes = NULL;
-    size_t byte_count = 0;
-    tulle_status status = whole_file_read(path, &bytes, &byte_count, error);
+tulle_status tulle_vtp_read(const char *path, tulle_mesh *mesh, tulle_vtp_passed_over *passed_over,
+                            tulle_error *error) {
+    memory heap = memory_default();
+    file_data data;
+    tulle_status status = file_load(&heap, path, 0, &data, error);
     if (status == TULLE_OK)
-        status = vtp_read_memory(path, bytes, byte_count, mesh, passed_over, error);
-    free(bytes);
+        status = vtp_read_memory(path, data.bytes, data.byte_count, mesh, passed_over, error);
+    file_release(&heap, &data);
     return status;
 }

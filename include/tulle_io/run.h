@@ -1,10 +1,10 @@
-/* tulle/run.h - the directory that a run leaves: a writer that appends frame by frame, and a
+/* tulle_io/run.h - the directory that a run leaves: a writer that appends frame by frame, and a
  * reader. docs/guide/run_directory.md describes every file in it.
  *
  * A run that is killed at any moment leaves a directory that can be read up to its last whole
  * frame, and can go on from its last checkpoint. */
-#ifndef TULLE_RUN_H
-#define TULLE_RUN_H
+#ifndef TULLE_IO_RUN_H
+#define TULLE_IO_RUN_H
 
 #include "tulle/base.h"
 #include "tulle/world.h"

@@ -1,4 +1,4 @@
-/* geom/loop_subdivision.h - the parts of Loop subdivision: what is sharp in a mesh, how its
+/* subdivision/loop_subdivision.h - the parts of Loop subdivision: what is sharp in a mesh, how its
  * connections refine, and the masks as rows of a sparse matrix from one level to the next.
  *
  * Numbering. A level has vertices, edges (a, b) and triangles (v0, v1, v2), edge k of which joins
@@ -7,11 +7,11 @@
  * its end 1), and triangle t adds the edges 2 edge_count + 3 t + k that cut off corner k; triangle
  * t becomes 4 t + k (at corner k) and 4 t + 3 (the middle one). So the part of base edge e next to
  * its end i is, after d levels, e 2^d + i (2^d - 1), with the same end. */
-#ifndef TULLE_GEOM_LOOP_SUBDIVISION_H
-#define TULLE_GEOM_LOOP_SUBDIVISION_H
+#ifndef TULLE_SUBDIVISION_LOOP_SUBDIVISION_H
+#define TULLE_SUBDIVISION_LOOP_SUBDIVISION_H
 
 #include "geom/topology.h"
-#include "tulle/mesh.h"
+#include "tulle_io/subdivision.h"
 
 /* How a vertex of one level moves in the next. */
 typedef enum vertex_rule {

@@ -1,4 +1,4 @@
-/* io/vtk/vtk.c - writes VTK XML files for ParaView: one PolyData file (.vtp) a frame, and
+/* io/vtk/vtk_write.c - writes VTK XML files for ParaView: one PolyData file (.vtp) a frame, and
  * collections of them over time (.pvd). Arrays stand inline as base64 of an 8-byte length and the
  * values, little endian.
  *
@@ -8,7 +8,7 @@
 #include "io/output_file.h"
 #include "io/unflushed.h"
 
-#include "tulle/io.h"
+#include "tulle_io/mesh_files.h"
 
 #include <stdbool.h>
 

@@ -1,5 +1,5 @@
-/* geom/loop_subdivision_rules.c - what is sharp in a base mesh, and which rule that gives every
- * vertex and every end of an edge.
+/* subdivision/loop_subdivision_rules.c - what is sharp in a base mesh, and which rule that gives
+ * every vertex and every end of an edge.
  *
  * In: any triangles with three different corners each, positions for the angles. Out: level 0. A
  * corner here is 3 * triangle + k; a sector is the fan of corners of one vertex between two sharp
@@ -11,11 +11,12 @@
  * subdivision surfaces with normal control, 2000, section 3 (the weights of sectors, flatness of
  * concave corners).
  * Departure: corners of a border are found by how far it turns. */
-#include "geom/loop_subdivision.h"
+#include "subdivision/loop_subdivision.h"
 
 #include "base/error.h"
-#include "geom/mesh.h"
 #include "math/vec3.h"
+
+#include "tulle_io/subdivision.h"
 
 static const double PI = 3.14159265358979323846;
 /* [rad] The weights of a corner's sector divide by the sine of its angle; angles nearer than this
@@ -119,7 +120,7 @@ static tulle_status mark_sharp_edges(rule_maker *m, tulle_error *error) {
     size_t const edge_count = m->topo->edge_count;
     uint32_t *const use_counts = memory_allocate(m->heap, edge_count * sizeof *use_counts);
     if (!use_counts) return TULLE_ERROR_OUT_OF_MEMORY;
-    mesh_count_edge_uses(m->topo, use_counts);
+    topology_count_edge_uses(m->topo, use_counts);
     for (uint32_t e = 0; e < edge_count; e++)
         m->level->edge_is_sharp[e] = is_edge_sharp(m, e, use_counts[e]);
     memory_release(m->heap, use_counts, edge_count * sizeof *use_counts);

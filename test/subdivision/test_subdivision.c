@@ -1,6 +1,8 @@
 /* Loop subdivision: connections, one level against masks applied by search, rules of odd meshes,
  * errors and failing memory. Limits and eigenvalues have a program of their own. */
-#include "geom/subdivision_support.h"
+#include "subdivision/subdivision_support.h"
+
+#include "tulle_io/subdivision.h"
 
 static tulle_mesh_info get_info(tulle_mesh_view mesh) {
     tulle_mesh_info info;

@@ -1,10 +1,10 @@
-/* tulle/io.h - mesh and point-cache files. docs/guide/formats.md describes the formats.
+/* tulle_io/mesh_files.h - mesh files. docs/guide/formats.md describes the formats.
  *
  * A writer writes to a temporary name beside the target, then renames it: a file appears whole or
  * not at all. A reader names the file and the line, or the byte of a binary file, in its errors. It
  * never allocates more than a small multiple of the file's size. */
-#ifndef TULLE_IO_H
-#define TULLE_IO_H
+#ifndef TULLE_IO_MESH_FILES_H
+#define TULLE_IO_MESH_FILES_H
 
 #include "tulle/base.h"
 #include "tulle/mesh.h"
@@ -41,45 +41,21 @@ TULLE_API void tulle_mesh_source_destroy(tulle_mesh_source *source);
  * TULLE_ERROR_OUT_OF_MEMORY. */
 TULLE_API tulle_status tulle_mesh_write(const char *path, tulle_mesh_view mesh, tulle_error *error);
 
-/* A PC2 point cache that is read: floats, as Blender's Mesh Cache modifier reads it. Made by
- * tulle_pc2_open, released by tulle_pc2_close. */
-typedef struct tulle_pc2 tulle_pc2;
-/* What the header of a PC2 file says. */
-typedef struct tulle_pc2_info {
-    uint32_t vertex_count; /* vertices of each frame */
-    uint32_t frame_count;  /* frames in the file */
-    double start_frame;    /* number of the first frame */
-    double frame_step;     /* frames from one to the next */
-} tulle_pc2_info;
-/* Opens the PC2 file `path`, makes `*cache`, which is null after an error, and fills `info`.
- * Errors: TULLE_ERROR_IO, TULLE_ERROR_PARSE, TULLE_ERROR_OUT_OF_MEMORY. */
-TULLE_API tulle_status tulle_pc2_open(const char *path, tulle_pc2 **cache, tulle_pc2_info *info,
-                                      tulle_error *error);
-/* Reads frame number `frame`, from 0, into `positions`, 3 * vertex_count doubles [m]. */
-TULLE_API tulle_status tulle_pc2_read_frame(tulle_pc2 *cache, uint32_t frame, double *positions,
-                                            tulle_error *error);
-/* Releases a cache. Null is fine. */
-TULLE_API void tulle_pc2_close(tulle_pc2 *cache);
+/* What a VTP file holds beside the mesh. */
+typedef struct tulle_vtp_passed_over {
+    uint64_t vertex_cells; /* points drawn as dots */
+    uint64_t lines;        /* lines and polylines */
+} tulle_vtp_passed_over;
 
-/* A PC2 file being written. Made by tulle_pc2_writer_open, released by tulle_pc2_writer_close. */
-typedef struct tulle_pc2_writer tulle_pc2_writer;
-/* Opens the PC2 file `path` for frames of `vertex_count` vertices and makes `*writer`, which is
- * null after an error. `resume_frame_count` > 0 keeps that many frames of an existing file and
- * drops the rest; 0 starts a new file. Errors: TULLE_ERROR_IO, TULLE_ERROR_DISK_FULL,
- * TULLE_ERROR_PARSE, TULLE_ERROR_OUT_OF_MEMORY. */
-TULLE_API tulle_status tulle_pc2_writer_open(const char *path, uint32_t vertex_count,
-                                             uint32_t resume_frame_count, tulle_pc2_writer **writer,
-                                             tulle_error *error);
-/* Appends a frame: `positions`, 3 * vertex_count doubles [m], rounded to the nearest floats. The
- * file is valid after each append: data is written first and flushed to disk, then the frame count
- * in the header. */
-TULLE_API tulle_status tulle_pc2_writer_append(tulle_pc2_writer *writer, const double *positions,
-                                               tulle_error *error);
-/* Leaves flushing to disk to tulle_pc2_writer_close, for all appends that follow. This is faster. A
- * power failure may then lose frames; a killed process loses none. */
-TULLE_API void tulle_pc2_writer_defer_flush(tulle_pc2_writer *writer);
-/* Flushes the file to disk and releases the writer, also when that fails. */
-TULLE_API tulle_status tulle_pc2_writer_close(tulle_pc2_writer *writer, tulle_error *error);
+/* Reads the polygons of the VTK XML PolyData file `path` (.vtp), as ParaView and VTK write them;
+ * release the mesh with tulle_mesh_destroy. The points and polygons of all pieces are read;
+ * polygons become fans around their first corner. Vertices, lines, and point, cell and field data
+ * are passed over. `passed_over` counts the first two; null is fine. Errors name the line:
+ * TULLE_ERROR_IO, TULLE_ERROR_PARSE, TULLE_ERROR_UNSUPPORTED (triangle strips),
+ * TULLE_ERROR_OUT_OF_MEMORY, TULLE_ERROR_LIMIT (over 2^31 - 1 points or triangles, or zlib data
+ * that expand too much). */
+TULLE_API tulle_status tulle_vtp_read(const char *path, tulle_mesh *mesh,
+                                      tulle_vtp_passed_over *passed_over, tulle_error *error);
 
 /* Writes a mesh to the VTK XML PolyData file `path` (.vtp; float64 points in base64), with the
  * point data `velocities` [m/s], 3 for each vertex, or null. Errors as of tulle_mesh_write. */

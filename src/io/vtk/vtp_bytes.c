@@ -1,4 +1,4 @@
-/* app/vtp/vtp_bytes.c - see vtp_bytes.h.
+/* io/vtk/vtp_bytes.c - see vtp_bytes.h.
  *
  * Uncompressed: the number of bytes, then the bytes. Compressed: number of blocks, size of a block,
  * size of the last one (0: whole), compressed size of each block, then the blocks. Base64 may be
@@ -6,7 +6,7 @@
  * are two.
  *
  * Based on: Kitware, VTK file formats, the XML formats; RFC 4648 (base64); RFC 1950 (zlib). */
-#include "app/vtp/vtp_bytes.h"
+#include "io/vtk/vtp_bytes.h"
 
 #include "base/error.h"
 

@@ -1,9 +1,11 @@
 /* Loop subdivision against closed forms: polynomials on regular triangles, B-splines on borders and
  * creases, Platonic solids, eigenvalues of every kind of fan; and limits against each other over
  * the levels. */
-#include "geom/subdivision_support.h"
+#include "subdivision/subdivision_support.h"
 
 #include "math/vec3.h"
+
+#include "tulle_io/subdivision.h"
 
 enum { SIDE = 9 };
 

@@ -1,8 +1,8 @@
-/* app/vtp/vtp_values.c - see vtp_values.h. */
-#include "app/vtp/vtp_values.h"
+/* io/vtk/vtp_values.c - see vtp_values.h. */
+#include "io/vtk/vtp_values.h"
 
-#include "app/vtp/vtp_bytes.h"
 #include "base/error.h"
+#include "io/vtk/vtp_bytes.h"
 
 #include <errno.h>
 #include <math.h>

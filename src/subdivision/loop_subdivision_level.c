@@ -1,6 +1,6 @@
-/* geom/loop_subdivision_level.c - how vertices, edges, triangles and their rules pass from one
- * level to the next; see loop_subdivision.h for the numbering. O(triangles), no search. */
-#include "geom/loop_subdivision.h"
+/* subdivision/loop_subdivision_level.c - how vertices, edges, triangles and their rules pass from
+ * one level to the next; see loop_subdivision.h for the numbering. O(triangles), no search. */
+#include "subdivision/loop_subdivision.h"
 
 static uint32_t *new_indices(memory *heap, size_t count) {
     return memory_allocate(heap, count * sizeof(uint32_t));

@@ -1,4 +1,4 @@
-/* app/vtp/vtp_document.c - reads the structure of a VTK XML PolyData file with Expat.
+/* io/vtk/vtp_document.c - reads the structure of a VTK XML PolyData file with Expat.
  *
  * The file is XML up to the element AppendedData, whose contents may be raw bytes: there Expat is
  * stopped, and what stands behind the underscore is addressed by the arrays' offsets. The text of
@@ -6,7 +6,7 @@
  * declaration are refused, so no entity can expand.
  *
  * Based on: Kitware, VTK file formats, the XML formats. */
-#include "app/vtp/vtp_document.h"
+#include "io/vtk/vtp_document.h"
 
 #include "base/error.h"
 

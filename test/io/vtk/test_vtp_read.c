@@ -3,9 +3,9 @@
  * without memory beyond a multiple of the file. The files are made here, by an encoder of the
  * test's own; that the reader understands VTK's own files was seen beside it. */
 #define _POSIX_C_SOURCE 200809L
-#include "app/vtp/vtp_read.h"
+#include "io/vtk/vtp_read.h"
 
-#include "tulle/io.h"
+#include "tulle_io/mesh_files.h"
 
 #include <math.h>
 #include <setjmp.h>
@@ -197,7 +197,7 @@ static void write_file(const file_form *form) {
 }
 
 static tulle_status read_bytes(const buffer *from, tulle_mesh *mesh, tulle_error *error) {
-    vtp_passed_over passed;
+    tulle_vtp_passed_over passed;
     *mesh = (tulle_mesh){0};
     return vtp_read_memory("a.vtp", (const char *)from->bytes, from->count, mesh, &passed, error);
 }
@@ -278,7 +278,7 @@ static void own_files_come_back(void **unused) {
     assert_int_equal(tulle_vtp_write(path, view, points, NULL), TULLE_OK);
     tulle_mesh mesh = {0};
     tulle_error error = {0};
-    if (vtp_read(path, &mesh, NULL, &error) != TULLE_OK) fail_msg("%s", error.message);
+    if (tulle_vtp_read(path, &mesh, NULL, &error) != TULLE_OK) fail_msg("%s", error.message);
     assert_memory_equal(mesh.positions, points, sizeof points);
     assert_memory_equal(mesh.triangles, fans, sizeof fans);
     tulle_mesh_destroy(&mesh);

@@ -1,7 +1,7 @@
-/* app/vtp/vtp_document.h - the structure of a VTK XML PolyData file: which arrays its pieces have
- * and where the values of each stand. The values themselves are decoded by app/vtp/vtp_values.h. */
-#ifndef TULLE_APP_VTP_VTP_DOCUMENT_H
-#define TULLE_APP_VTP_VTP_DOCUMENT_H
+/* io/vtk/vtp_document.h - the structure of a VTK XML PolyData file: which arrays its pieces have
+ * and where the values of each stand. The values themselves are decoded by io/vtk/vtp_values.h. */
+#ifndef TULLE_IO_VTK_VTP_DOCUMENT_H
+#define TULLE_IO_VTK_VTP_DOCUMENT_H
 
 #include "base/memory.h"
 

@@ -1,10 +1,13 @@
-/* geom/loop_subdivision.c - tulle_subdivision: checks of what is given, the levels one after the
- * other, and the product of rows and values. See loop_subdivision.h and docs/method/subdivision.md.
+/* subdivision/loop_subdivision.c - tulle_subdivision: checks of what is given, the levels one after
+ * the other, and the product of rows and values. See loop_subdivision.h and
+ * docs/method/subdivision.md.
  */
-#include "geom/loop_subdivision.h"
+#include "subdivision/loop_subdivision.h"
 
 #include "base/error.h"
-#include "geom/mesh.h"
+#include "geom/mesh_indices.h"
+
+#include "tulle_io/subdivision.h"
 
 #include <math.h>
 

@@ -1,9 +1,9 @@
-/* app/vtp/vtp_values.h - decodes the values of an array of a VTK XML file: text, base64 or raw
+/* io/vtk/vtp_values.h - decodes the values of an array of a VTK XML file: text, base64 or raw
  * bytes, compressed by zlib or not, in either byte order. */
-#ifndef TULLE_APP_VTP_VTP_VALUES_H
-#define TULLE_APP_VTP_VTP_VALUES_H
+#ifndef TULLE_IO_VTK_VTP_VALUES_H
+#define TULLE_IO_VTK_VTP_VALUES_H
 
-#include "app/vtp/vtp_document.h"
+#include "io/vtk/vtp_document.h"
 
 /* Decodes exactly `count` values as doubles, which must be finite. `name` is for messages. What the
  * file says of its sizes is checked against what is there before memory is taken. Errors:

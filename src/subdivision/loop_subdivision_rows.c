@@ -1,4 +1,4 @@
-/* geom/loop_subdivision_rows.c - the masks of Loop subdivision as rows of sparse matrices.
+/* subdivision/loop_subdivision_rows.c - the masks of Loop subdivision as rows of sparse matrices.
  *
  * Edge points: 3/8, 3/8 of the ends and 1/8, 1/8 of the opposite vertices, changed near sharp
  * vertices as the spoke rules say; 1/2, 1/2 on sharp edges. Vertices: (1 - n w, w ... w) with the
@@ -8,7 +8,7 @@
  * Based on: Loop, Smooth subdivision surfaces based on triangles, 1987 (masks and limits of smooth
  * vertices, with his weights); Hoppe et al., Piecewise smooth surface reconstruction, 1994
  * (creases); Biermann, Levin, Zorin, 2000 (sectors). The limit mask of a dart is our own. */
-#include "geom/loop_subdivision.h"
+#include "subdivision/loop_subdivision.h"
 
 #include <math.h>
 

@@ -1,9 +1,9 @@
-/* app/vtp/vtp_bytes.h - the bytes of a binary array of a VTK XML file, wherever they stand: inline
+/* io/vtk/vtp_bytes.h - the bytes of a binary array of a VTK XML file, wherever they stand: inline
  * or appended, as base64 or raw, compressed by zlib or not. */
-#ifndef TULLE_APP_VTP_VTP_BYTES_H
-#define TULLE_APP_VTP_VTP_BYTES_H
+#ifndef TULLE_IO_VTK_VTP_BYTES_H
+#define TULLE_IO_VTK_VTP_BYTES_H
 
-#include "app/vtp/vtp_document.h"
+#include "io/vtk/vtp_document.h"
 
 /* Times the size of the file that zlib data may expand to: meshes shrink by 2 to 50, and nothing is
  * to fill the memory from a small file. */

@@ -3,8 +3,9 @@
 #define TULLE_TEST_SUBDIVISION_SUPPORT_H
 
 #include "base/hash.h"
-#include "geom/loop_subdivision.h"
+#include "subdivision/loop_subdivision.h"
 #include "tulle/shapes.h"
+#include "tulle_io/subdivision.h"
 
 #include <math.h>
 #include <setjmp.h>

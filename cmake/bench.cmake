@@ -1,0 +1,16 @@
+# One program for each bench/bench_NAME.c; built with the tests, so that they keep compiling.
+file(GLOB bench_sources CONFIGURE_DEPENDS ${PROJECT_SOURCE_DIR}/bench/bench_*.c)
+foreach(source ${bench_sources})
+    get_filename_component(name ${source} NAME_WE)
+    add_executable(${name} ${source})
+    target_link_libraries(${name} PRIVATE tulle_flags tulle_io_inside m)
+    if(name STREQUAL "bench_render")
+        target_link_libraries(${name} PRIVATE tulle_render)
+    endif()
+    if(name STREQUAL "bench_detect")
+        file(GLOB detect_sources CONFIGURE_DEPENDS ${PROJECT_SOURCE_DIR}/bench/detect_*.c)
+        target_sources(${name} PRIVATE ${detect_sources})
+        target_link_libraries(${name} PRIVATE tulle_test_support) # the exact truth
+    endif()
+    set_target_properties(${name} PROPERTIES RUNTIME_OUTPUT_DIRECTORY ${PROJECT_BINARY_DIR}/bench)
+endforeach()
