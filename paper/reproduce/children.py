@@ -11,17 +11,20 @@ import signal
 import subprocess
 import tempfile
 from collections.abc import Callable, Sequence
+from functools import partial
 from types import FrameType
 
 PR_SET_PDEATHSIG = 1  # of prctl(2): the signal that a child gets when its parent is gone
 
 
-def _begin_child() -> None:
-    """In the child, before it becomes the program."""
+def _begin_child(driver: int) -> None:
+    """In the child, before it becomes the program; driver: the process that started it."""
     os.setpgid(0, 0)
     libc = ctypes.CDLL(None)
     if hasattr(libc, "prctl"):
         libc.prctl(PR_SET_PDEATHSIG, signal.SIGKILL, 0, 0, 0)
+        if os.getppid() != driver:  # which ended before the call
+            os.kill(os.getpid(), signal.SIGKILL)
 
 
 class Interrupts:
@@ -46,7 +49,7 @@ class Interrupts:
     def start(self, words: Sequence[str], ending: signal.Signals = signal.SIGTERM, **streams) -> subprocess.Popen:
         """Starts a program that `ending` is sent to when an interrupt comes."""
         self._signal = ending
-        child = subprocess.Popen(list(words), preexec_fn=_begin_child, **streams)
+        child = subprocess.Popen(list(words), preexec_fn=partial(_begin_child, os.getpid()), **streams)
         self._child = child
         if self.are_pending:
             child.send_signal(ending)
