@@ -314,7 +314,7 @@ static tulle_status run_stages(mini_world *world, double h, const motion_system 
     tulle_status status = source.renew(&source, world->x1);
     count_time(world, 0, &start);
     if (status == TULLE_OK)
-        status = gather_contacts(&scene, &world->store, world->x1, &source, &world->rows);
+        status = gather_rows(&scene, &world->store, world->x1, &source, &world->rows);
     count_time(world, 1, &start);
     memcpy(world->u, world->velocities, 3 * world->vertex_count * sizeof(double));
     prescribe_motion(&scene, world->u);
@@ -477,6 +477,6 @@ void gather_at_rest(mini_world *world, double h) {
     contact_scene const scene = get_mini_scene(world, h);
     memcpy(world->x1, world->x0, 3 * world->vertex_count * sizeof(double));
     pair_source source = find_mini_pairs(world, world->x1);
-    assert_int_equal(gather_contacts(&scene, &world->store, world->x1, &source, &world->rows),
+    assert_int_equal(gather_rows(&scene, &world->store, world->x1, &source, &world->rows),
                      TULLE_OK);
 }

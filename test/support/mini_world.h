@@ -8,7 +8,7 @@
 #include "contact/commit/commit_safely.h"
 #include "contact/commit/resolve_impacts.h"
 #include "contact/response.h"
-#include "contact/rows/gather_contacts.h"
+#include "contact/rows/gather_rows.h"
 #include "contact/rows/stick_anchors.h"
 #include "contact/solve/solve_motion.h"
 #include "detect/trees/broad_phase.h"

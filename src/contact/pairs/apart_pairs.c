@@ -1,5 +1,5 @@
 /* contact/pairs/apart_pairs.c - see apart_pairs.h. The kernel that takes pairs into the pool of
- * stage 8 leaves those out that it proves apart. */
+ * detection leaves those out that it proves apart. */
 #include "contact/pairs/apart_pairs.h"
 
 #include "detect/impact/impact_pool.h"
@@ -16,17 +16,6 @@ bool make_feature_tables(const contact_scene *scene, const vertex_record *record
     return numbers && records;
 }
 
-/* The pool has its pairs in the order of the query. */
-static void mark_pool(const apart_query *query, const impact_pool *pool, bool *is_apart) {
-    size_t i = 0;
-    for (size_t k = 0; k < pool->count; k++) {
-        uint32_t const first = (uint32_t)pool->rows[ROW_FIRST][k];
-        uint32_t const second = (uint32_t)pool->rows[ROW_SECOND][k];
-        while (query->pairs[i].first != first || query->pairs[i].second != second) i++;
-        is_apart[i] = false;
-    }
-}
-
 void find_apart(const pair_tables *tables, const apart_query *query, bool is_apart[SCAN_MOST]) {
     _Static_assert((int)SCAN_MOST <= (int)IMPACT_POOL_SIZE, "the pool must have room for all");
     uint32_t first[SCAN_MOST], second[SCAN_MOST], odd[SCAN_MOST];
@@ -39,6 +28,12 @@ void find_apart(const pair_tables *tables, const apart_query *query, bool is_apa
     }
     slot_pairs const pairs = {query->kind, query->count, first, second, query->separations};
     size_t const odd_count = TULLE_PICK_KERNEL(begin_impacts)(tables, &pairs, &pool, odd);
-    mark_pool(query, &pool, is_apart);
+    /* the pool has its pairs in the order of the query */
+    for (size_t k = 0, i = 0; k < pool.count; k++) {
+        while (first[i] != (uint32_t)pool.rows[ROW_FIRST][k] ||
+               second[i] != (uint32_t)pool.rows[ROW_SECOND][k])
+            i++;
+        is_apart[i] = false;
+    }
     for (size_t i = 0; i < odd_count; i++) is_apart[odd[i]] = false;
 }

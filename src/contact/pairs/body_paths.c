@@ -30,10 +30,6 @@ void set_body_lifts(const contact_scene *scene, const row_list *list) {
     }
 }
 
-static void spoil(double *values, size_t count) {
-    for (size_t i = 0; i < count; i++) values[i] = NAN;
-}
-
 void place_body(const contact_scene *scene, size_t index, const double *u, double share,
                 double *x1) {
     const contact_body *const body = &scene->bodies[index];
@@ -43,8 +39,8 @@ void place_body(const contact_scene *scene, size_t index, const double *u, doubl
     state.spin = mat3_multiply_vec3(&body->inertia, vec3_load(u, slot + 1));
     vec3 const velocity = vec3_add(vec3_load(u, slot), body->lift);
     if (!rigid_drift(body->body, velocity, share * scene->time_step, &state)) {
-        spoil(x1 + 3 * slot, 6);
-        spoil(x1 + 3 * begin, 3 * count);
+        for (size_t i = 0; i < 6; i++) x1[3 * slot + i] = NAN;
+        for (size_t i = 0; i < 3 * count; i++) x1[3 * begin + i] = NAN;
         return;
     }
     vec3_store(x1, slot, state.position);

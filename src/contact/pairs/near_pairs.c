@@ -3,7 +3,7 @@
  * and will not touch is in no list: that distance less the approach bounds what a list can answer.
  * Where some vertices go further than half of what that leaves, pairs of these are taken from all
  * pairs. Here alone safety rests on distances as they are computed; their error is some roundings
- * of the coordinates, far below find_rounding_slack. */
+ * of the coordinates, far below compute_rounding_slack. */
 #include "contact/pairs/near_pairs.h"
 
 #include "base/parallel.h"
@@ -30,42 +30,6 @@ tulle_status note_near_pairs(const contact_scene *scene, const pair_events *foun
         list->pairs.data[list->pairs.count++] =
             (near_pair){event->kind, event->pair, event->distance};
         if (event->distance < list->pairs.data[list->nearest].distance) list->nearest = i;
-    }
-    return TULLE_OK;
-}
-
-void near_pair_list_destroy(near_pair_list *list, memory *heap) { ARRAY_FREE(heap, &list->pairs); }
-
-/* No pair is of two scripted obstacles. */
-static double find_longest_approach(const contact_scene *scene, const double *x1) {
-    double moved2 = 0.0, scripted2 = 0.0;
-    for (size_t i = 0; i < scene->vertex_count; i++) {
-        if (is_slot(scene, i)) continue;
-        double const way2 = vec3_norm2(vec3_sub(vec3_load(x1, i), vec3_load(scene->x0, i)));
-        bool const is_moved =
-            i < scene->cloth_vertex_count || find_body(scene, (uint32_t)i) != TULLE_NONE;
-        double *const longest2 = is_moved ? &moved2 : &scripted2;
-        if (way2 > *longest2) *longest2 = way2;
-    }
-    double const approach = sqrt(moved2) + sqrt(fmax(moved2, scripted2));
-    return approach * (1.0 + LENGTH_ROUNDING) + find_rounding_slack(scene, x1);
-}
-
-static tulle_status pick_under(const contact_scene *scene, const near_pair_list *list,
-                               double distance, pair_list *picked) {
-    double const limit = distance * (1.0 + LENGTH_ROUNDING);
-    size_t const count = list->pairs.count;
-    *picked = (pair_list){0};
-    picked->vertex_triangle.data = ARENA_NEW(scene->scratch, feature_pair, count);
-    picked->edge_edge.data = ARENA_NEW(scene->scratch, feature_pair, count);
-    if (!picked->vertex_triangle.data || !picked->edge_edge.data) return TULLE_ERROR_OUT_OF_MEMORY;
-    for (size_t i = 0; i < count; i++) {
-        const near_pair *const near = &list->pairs.data[i];
-        if (near->distance > limit) continue;
-        if (near->kind == FEATURE_VERTEX_TRIANGLE)
-            picked->vertex_triangle.data[picked->vertex_triangle.count++] = near->pair;
-        else
-            picked->edge_edge.data[picked->edge_edge.count++] = near->pair;
     }
     return TULLE_OK;
 }
@@ -121,28 +85,23 @@ static feature_pair *pick_kind(fast_pick *pick, const near_pair_list *list, size
     return all;
 }
 
-/* Marks the vertices that go further than `most` [m]; returns how many. */
-static size_t mark_fast(const contact_scene *scene, const double *x1, double most, bool *is_fast) {
-    size_t count = 0;
-    for (size_t i = 0; i < scene->vertex_count; i++) {
-        double const way2 = vec3_norm2(vec3_sub(vec3_load(x1, i), vec3_load(scene->x0, i)));
-        is_fast[i] = !is_slot(scene, i) && !(way2 <= most * most);
-        count += is_fast[i];
-    }
-    return count;
-}
-
 /* Those that may come nearer than `limit` [m] where some vertices are fast; *picked stays what it
  * is where that is no help. */
 static tulle_status pick_fast(const contact_scene *scene, const pair_source *source,
                               const double *x1, double limit, pair_list *picked) {
     double const reach = scene->largest_separation * (1.0 - 2.0 * LENGTH_ROUNDING) - limit -
-                         find_rounding_slack(scene, x1);
+                         compute_rounding_slack(scene, x1);
     bool *const is_fast = ARENA_NEW(scene->scratch, bool, scene->vertex_count);
     fast_pick pick = {.scene = scene, .is_fast = is_fast};
     if (!is_fast) return TULLE_ERROR_OUT_OF_MEMORY;
     if (!(reach > 0.0)) return TULLE_OK;
-    size_t const fast_count = mark_fast(scene, x1, 0.5 * reach, is_fast);
+    double const most = 0.5 * reach;
+    size_t fast_count = 0;
+    for (size_t i = 0; i < scene->vertex_count; i++) {
+        double const way2 = vec3_norm2(vec3_sub(vec3_load(x1, i), vec3_load(scene->x0, i)));
+        is_fast[i] = !is_slot(scene, i) && !(way2 <= most * most);
+        fast_count += is_fast[i];
+    }
     if ((double)fast_count > MOST_FAST * (double)scene->vertex_count) return TULLE_OK;
     pair_list found = {0};
     pick.kind = FEATURE_VERTEX_TRIANGLE;
@@ -161,15 +120,39 @@ static tulle_status pick_fast(const contact_scene *scene, const pair_source *sou
 
 tulle_status pick_pairs(const contact_scene *scene, const pair_source *source, const double *x1,
                         double limit, pair_list *picked) {
+    const near_pair_list *const list = source->near_pairs;
     *picked = *source->pairs;
-    if (!source->near_pairs) return TULLE_OK;
-    double const distance = limit + find_longest_approach(scene, x1);
-    if (!(distance * (1.0 + LENGTH_ROUNDING) < scene->largest_separation))
-        return pick_fast(scene, source, x1, limit, picked);
-    return pick_under(scene, source->near_pairs, distance, picked);
+    if (!list) return TULLE_OK;
+    /* no pair is of two scripted obstacles: the longest ways of what moves and of anything else */
+    double moved2 = 0.0, scripted2 = 0.0;
+    for (size_t i = 0; i < scene->vertex_count; i++) {
+        if (is_slot(scene, i)) continue;
+        double const way2 = vec3_norm2(vec3_sub(vec3_load(x1, i), vec3_load(scene->x0, i)));
+        bool const is_moved =
+            i < scene->cloth_vertex_count || find_body(scene, (uint32_t)i) != TULLE_NONE;
+        double *const longest2 = is_moved ? &moved2 : &scripted2;
+        if (way2 > *longest2) *longest2 = way2;
+    }
+    double const ways = sqrt(moved2) + sqrt(fmax(moved2, scripted2));
+    double const approach = ways * (1.0 + LENGTH_ROUNDING) + compute_rounding_slack(scene, x1);
+    double const distance = (limit + approach) * (1.0 + LENGTH_ROUNDING);
+    if (!(distance < scene->largest_separation)) return pick_fast(scene, source, x1, limit, picked);
+    *picked = (pair_list){0};
+    picked->vertex_triangle.data = ARENA_NEW(scene->scratch, feature_pair, list->pairs.count);
+    picked->edge_edge.data = ARENA_NEW(scene->scratch, feature_pair, list->pairs.count);
+    if (!picked->vertex_triangle.data || !picked->edge_edge.data) return TULLE_ERROR_OUT_OF_MEMORY;
+    for (size_t i = 0; i < list->pairs.count; i++) {
+        const near_pair *const near = &list->pairs.data[i];
+        if (near->distance > distance) continue;
+        if (near->kind == FEATURE_VERTEX_TRIANGLE)
+            picked->vertex_triangle.data[picked->vertex_triangle.count++] = near->pair;
+        else
+            picked->edge_edge.data[picked->edge_edge.count++] = near->pair;
+    }
+    return TULLE_OK;
 }
 
-/* No pair that is further apart than the nearest of now will be then. */
+/* No pair that is further apart than the nearest of the start will be at x1. */
 tulle_status pick_pairs_for_nearest(const contact_scene *scene, const pair_source *source,
                                     const double *x1, double *limit, pair_list *picked) {
     const near_pair_list *const list = source->near_pairs;

@@ -9,7 +9,6 @@
 /* Replaces `list` (its array lives on scene->heap) by the near pairs of a scan. */
 tulle_status note_near_pairs(const contact_scene *scene, const pair_events *found,
                              near_pair_list *list);
-void near_pair_list_destroy(near_pair_list *list, memory *heap);
 
 /* Those of the source's pairs that may come nearer than `limit` [m] along x0 -> x1, and others: all
  * of vertices that go far, and where most do, all. In the scene's scratch arena, or the source's

@@ -5,7 +5,7 @@
  * second. No two points of the features are nearer than g(t) / |d|. If g(0) > s0 |d| and
  * g(1) > s1 |d|, the pair is further apart than s0 at the start and, if s1 <= s0, than s1 for all
  * t: gaps between corners along a fixed direction are linear in t. Both distances include the
- * rounding slack (find_rounding_slack), which covers what g may be off. */
+ * rounding slack (compute_rounding_slack), which covers what g may be off. */
 #ifndef TULLE_CONTACT_PAIRS_PAIR_FILTER_H
 #define TULLE_CONTACT_PAIRS_PAIR_FILTER_H
 

@@ -12,39 +12,33 @@ typedef struct pair_distances {
     double contact, separation, minimum;
 } pair_distances;
 
-pair_distances find_pair_distances(const contact_scene *scene, feature_kind kind,
-                                   const uint32_t vertices[4]);
+/* Those of a pair. Its vertices are numbered as by feature_pair_vertices: the first belongs to the
+ * first feature, the last to the second. */
+pair_distances compute_pair_distances(const contact_scene *scene, feature_kind kind,
+                                      const uint32_t vertices[4]);
 /* The same where the distance [m] in the rest shape is known; read of pairs of one surface alone.
  */
-pair_distances limit_pair_distances(const contact_scene *scene, feature_kind kind,
-                                    const uint32_t vertices[4], double rest);
+pair_distances limit_pair_distances(const contact_scene *scene, const uint32_t vertices[4],
+                                    double rest);
 /* The gap [m] that a pair must keep over a step that it starts at start_distance [m]. */
-double find_minimum_gap(double minimum, double start_distance);
-const contact_law *find_contact_law(const contact_scene *scene, const uint32_t vertices[4],
-                                    feature_kind kind);
+double choose_minimum_gap(double minimum, double start_distance);
+const contact_law *get_contact_law(const contact_scene *scene, const uint32_t vertices[4]);
 /* See ignored_pair_key. */
 bool pair_is_ignored(const contact_scene *scene, feature_kind kind, feature_pair pair);
 
-/* Bound [m] on the rounding of corner_gap over |direction| for points of x0 and x1. */
-double find_rounding_slack(const contact_scene *scene, const double *x1);
+/* Bound [m] on the rounding of the gap between corners along a direction, over the direction's
+ * length, for points of x0 and x1. */
+double compute_rounding_slack(const contact_scene *scene, const double *x1);
 
 static inline void load_points(const double *positions, const uint32_t vertices[4],
                                vec3 points[4]) {
     for (int k = 0; k < 4; k++) points[k] = vec3_load(positions, vertices[k]);
 }
 
-/* Smallest extent along `direction` of the first feature less the largest of the second. */
-static inline double corner_gap(feature_kind kind, vec3 direction, const vec3 p[4]) {
-    double const a = vec3_dot(direction, p[0]), b = vec3_dot(direction, p[1]);
-    double const c = vec3_dot(direction, p[2]), d = vec3_dot(direction, p[3]);
-    double const later = c > d ? c : d;
-    if (kind == FEATURE_VERTEX_TRIANGLE) return a - (b > later ? b : later);
-    return (a < b ? a : b) - later;
-}
-
 /* True when the normal that both features have in common proves that they are further apart than
- * `distance` [m], which includes the rounding slack: no two points of theirs are nearer than it
- * tells, which is all of the distance where they lie flat on one another. */
+ * `distance` [m], which includes the rounding slack: no two points of theirs are nearer than the
+ * gap along it, the smallest extent of the first feature less the largest of the second. That is
+ * all of the distance where they lie flat on one another. */
 static inline bool common_normal_separates(feature_kind kind, const vec3 points[4],
                                            double distance) {
     bool const is_vertex = kind == FEATURE_VERTEX_TRIANGLE;
@@ -53,7 +47,10 @@ static inline bool common_normal_separates(feature_kind kind, const vec3 points[
     vec3 const normal = vec3_cross(first, second);
     vec3 const across = vec3_sub(points[0], points[3]);
     vec3 const direction = vec3_dot(normal, across) < 0.0 ? vec3_neg(normal) : normal;
-    double const gap = corner_gap(kind, direction, points);
+    double const a = vec3_dot(direction, points[0]), b = vec3_dot(direction, points[1]);
+    double const c = vec3_dot(direction, points[2]), d = vec3_dot(direction, points[3]);
+    double const later = c > d ? c : d;
+    double const gap = is_vertex ? a - (b > later ? b : later) : (a < b ? a : b) - later;
     return gap > 0.0 && gap * gap > distance * distance * vec3_norm2(direction);
 }
 

@@ -26,33 +26,25 @@ typedef struct path_test {
     pair_tables tables; /* of x0 -> x1 */
 } path_test;
 
-static moving_pair load_paths(const path_test *test, const uint32_t vertices[4]) {
-    moving_pair paths;
-    load_points(test->scene->x0, vertices, paths.start);
-    load_points(test->x1, vertices, paths.end);
-    return paths;
-}
-
-/* True when all four points rest: then nothing can change, however near they are. */
-static bool is_at_rest(const moving_pair *paths) {
-    return memcmp(paths->start, paths->end, sizeof paths->start) == 0;
-}
-
+/* The verdict on a pair that find_apart does not prove apart. */
 static scan_verdict measure_hit(const path_test *test, pair_event *event) {
+    const contact_scene *const scene = test->scene;
     feature_kind const kind = event->kind;
-    feature_pair const pair = event->pair;
     uint32_t vertices[4];
-    feature_pair_vertices(test->scene->set->topo, kind, pair, vertices);
-    moving_pair const paths = load_paths(test, vertices);
-    if (is_at_rest(&paths)) return SCAN_DROP;
-    apart_proof const proof = prove_apart(kind, &paths, test->scene->settings.minimum_gap);
+    moving_pair paths;
+    feature_pair_vertices(scene->set->topo, kind, event->pair, vertices);
+    load_points(scene->x0, vertices, paths.start);
+    load_points(test->x1, vertices, paths.end);
+    /* where all four points rest nothing can change, however near they are */
+    if (memcmp(paths.start, paths.end, sizeof paths.start) == 0) return SCAN_DROP;
+    apart_proof const proof = prove_apart(kind, &paths, scene->settings.minimum_gap);
     if (proof != APART_UNPROVEN) return proof == APART_BY_TURNING ? SCAN_DROP_TURNING : SCAN_DROP;
     double const start = sqrt(closest_of_pair(kind, paths.start).distance2);
-    double const minimum = find_pair_distances(test->scene, kind, vertices).minimum;
-    toi_result const result = time_of_impact(kind, &paths, find_minimum_gap(minimum, start));
+    double const minimum = compute_pair_distances(scene, kind, vertices).minimum;
+    toi_result const result = time_of_impact(kind, &paths, choose_minimum_gap(minimum, start));
     if (result.state == TOI_SEPARATED) return SCAN_DROP;
     event->time = result.lower_bound;
-    return pair_is_ignored(test->scene, kind, pair) ? SCAN_DROP : SCAN_EVENT;
+    return pair_is_ignored(scene, kind, event->pair) ? SCAN_DROP : SCAN_EVENT;
 }
 
 static void measure_hits(const void *context, feature_kind kind, pair_event *events, size_t count,
@@ -73,7 +65,7 @@ tulle_status find_hits(const contact_scene *scene, const pair_source *source, co
                        const bool *has_changed, pair_events *hits) {
     path_test test = {.scene = scene, .x1 = x1};
     /* [m] xi with rounding slack */
-    double const minimum = scene->settings.minimum_gap + find_rounding_slack(scene, x1);
+    double const minimum = scene->settings.minimum_gap + compute_rounding_slack(scene, x1);
     pair_scan const scan = {.records = make_records(scene, scene->x0, x1),
                             .at_start = minimum,
                             .at_end = minimum,
@@ -105,33 +97,32 @@ static bool is_smaller(double distance, feature_pair pair, const smallest_gap *t
                                           : pair.second < than->pair.second;
 }
 
-/* Improves `best` by a pair that may be nearer. */
-static void measure_gap(const gap_search *search, feature_pair pair, smallest_gap *best) {
-    feature_kind const kind = search->kind;
-    uint32_t vertices[4];
-    vec3 points[4];
-    feature_pair_vertices(search->scene->set->topo, kind, pair, vertices);
-    load_points(search->x1, vertices, points);
-    if (common_normal_separates(kind, points, best->distance + search->slack)) return;
-    double const distance = sqrt(closest_of_pair(kind, points).distance2);
-    if (!is_smaller(distance, pair, best) || pair_is_ignored(search->scene, kind, pair)) return;
-    best->distance = distance;
-    best->pair = pair;
-}
-
-/* The limit stands for a pair that none precedes. */
+/* The nearest pair of a chunk. The limit stands for a pair that none precedes. */
 static void search_chunk(void *context, size_t begin, size_t end, size_t chunk, int worker) {
     (void)worker;
     const gap_search *const search = context;
-    smallest_gap best = {.distance = search->limit, .kind = search->kind};
+    const topology *const topo = search->scene->set->topo;
+    feature_kind const kind = search->kind;
+    smallest_gap best = {.distance = search->limit, .kind = kind};
     feature_pair kept[GAP_PART];
     for (size_t i = begin; i < end; i += GAP_PART) {
         double const bound = best.distance + search->slack;
-        pair_filter const filter = {search->scene->set->topo, search->records, bound, bound};
+        pair_filter const filter = {topo, search->records, bound, bound};
+        size_t const part = end - i < GAP_PART ? end - i : GAP_PART;
         size_t const count =
-            TULLE_PICK_KERNEL(filter_pairs)(&filter, search->kind, search->pairs + i,
-                                            end - i < GAP_PART ? end - i : GAP_PART, kept);
-        for (size_t k = 0; k < count; k++) measure_gap(search, kept[k], &best);
+            TULLE_PICK_KERNEL(filter_pairs)(&filter, kind, search->pairs + i, part, kept);
+        for (size_t k = 0; k < count; k++) {
+            uint32_t vertices[4];
+            vec3 points[4];
+            feature_pair_vertices(topo, kind, kept[k], vertices);
+            load_points(search->x1, vertices, points);
+            if (common_normal_separates(kind, points, best.distance + search->slack)) continue;
+            double const distance = sqrt(closest_of_pair(kind, points).distance2);
+            if (!is_smaller(distance, kept[k], &best)) continue;
+            if (pair_is_ignored(search->scene, kind, kept[k])) continue;
+            best.distance = distance;
+            best.pair = kept[k];
+        }
     }
     search->smallest[chunk] = best;
 }
@@ -161,7 +152,7 @@ tulle_status find_smallest_gap(const contact_scene *scene, const pair_source *so
                          .records = make_records(scene, x1, x1),
                          .x1 = x1,
                          .limit = limit,
-                         .slack = find_rounding_slack(scene, x1)};
+                         .slack = compute_rounding_slack(scene, x1)};
     pair_list pairs;
     *result = (smallest_gap){.distance = (double)INFINITY};
     if (!search.records) return TULLE_ERROR_OUT_OF_MEMORY;

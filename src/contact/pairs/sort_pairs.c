@@ -19,21 +19,6 @@ typedef struct pair_buckets {
 
 static uint64_t make_key(feature_pair pair) { return (uint64_t)pair.first << 32 | pair.second; }
 
-static bool is_sorted(const feature_pair *pairs, size_t count) {
-    for (size_t i = 1; i < count; i++)
-        if (make_key(pairs[i - 1]) > make_key(pairs[i])) return false;
-    return true;
-}
-
-static void sort_by_insertion(uint64_t *keys, size_t count) {
-    for (size_t i = 1; i < count; i++) {
-        uint64_t const key = keys[i];
-        size_t at = i;
-        for (; at > 0 && keys[at - 1] > key; at--) keys[at] = keys[at - 1];
-        keys[at] = key;
-    }
-}
-
 static int compare_keys(const void *a, const void *b) {
     uint64_t const x = *(const uint64_t *)a, y = *(const uint64_t *)b;
     return (x > y) - (x < y);
@@ -46,38 +31,30 @@ static void sort_buckets(void *context, size_t begin, size_t end, size_t chunk, 
     for (size_t b = begin, from = first; b < end; from = buckets->ends[b++]) {
         uint64_t *const keys = buckets->keys + from;
         size_t const count = buckets->ends[b] - from;
-        if (count <= INSERTION_MOST)
-            sort_by_insertion(keys, count);
-        else
+        if (count > INSERTION_MOST) {
             sort_in_place(keys, count, sizeof *keys, compare_keys);
+            continue;
+        }
+        for (size_t i = 1; i < count; i++) { /* by insertion */
+            uint64_t const key = keys[i];
+            size_t at = i;
+            for (; at > 0 && keys[at - 1] > key; at--) keys[at] = keys[at - 1];
+            keys[at] = key;
+        }
     }
     for (size_t i = first; i < buckets->ends[end - 1]; i++)
         buckets->pairs[i] =
             (feature_pair){(uint32_t)(buckets->keys[i] >> 32), (uint32_t)buckets->keys[i]};
 }
 
-/* Keys go to their buckets, of 2^shift first features each. */
-static void fill_buckets(const pair_buckets *buckets, size_t count, size_t bucket_count,
-                         unsigned shift) {
-    uint32_t *const places = buckets->ends;
-    for (size_t i = 0; i < count; i++) places[buckets->pairs[i].first >> shift]++;
-    uint32_t begin = 0;
-    for (size_t b = 0; b < bucket_count; b++) {
-        uint32_t const bucket_size = places[b];
-        places[b] = begin;
-        begin += bucket_size;
-    }
-    for (size_t i = 0; i < count; i++) {
-        feature_pair const pair = buckets->pairs[i];
-        buckets->keys[places[pair.first >> shift]++] = make_key(pair);
-    }
-}
-
 tulle_status sort_pairs(arena *scratch, int threads, feature_pair *pairs, size_t count,
                         size_t first_count) {
-    if (is_sorted(pairs, count)) return TULLE_OK;
+    bool is_sorted = true;
+    for (size_t i = 1; i < count && is_sorted; i++)
+        is_sorted = make_key(pairs[i - 1]) <= make_key(pairs[i]);
+    if (is_sorted) return TULLE_OK;
     arena_mark const mark = arena_get_mark(scratch);
-    unsigned shift = 0;
+    unsigned shift = 0; /* a bucket is of 2^shift first features */
     while (first_count >> shift > count) shift++;
     size_t const bucket_count = (first_count >> shift) + 1;
     pair_buckets buckets = {.pairs = pairs,
@@ -85,7 +62,17 @@ tulle_status sort_pairs(arena *scratch, int threads, feature_pair *pairs, size_t
                             .ends = ARENA_NEW_ZEROED(scratch, uint32_t, bucket_count)};
     bool const has_room = buckets.keys && buckets.ends;
     if (has_room) {
-        fill_buckets(&buckets, count, bucket_count, shift);
+        /* keys go to their buckets: `ends` counts, then says where the next key goes */
+        uint32_t *const places = buckets.ends;
+        for (size_t i = 0; i < count; i++) places[pairs[i].first >> shift]++;
+        uint32_t begin = 0;
+        for (size_t b = 0; b < bucket_count; b++) {
+            uint32_t const bucket_size = places[b];
+            places[b] = begin;
+            begin += bucket_size;
+        }
+        for (size_t i = 0; i < count; i++)
+            buckets.keys[places[pairs[i].first >> shift]++] = make_key(pairs[i]);
         parallel_for(bucket_count, BUCKET_CHUNK, threads, sort_buckets, &buckets);
     }
     arena_release(scratch, mark);

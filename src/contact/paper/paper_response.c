@@ -68,8 +68,7 @@ static void add_impulse(paper_work *work, uint32_t vertex, vec3 impulse) {
 static bool is_old_contact(const void *context, uint32_t vertex, const contact_row *row) {
     const paper_work *const work = context;
     if (row->law.is_old) return true;
-    contact_law const *const law =
-        find_contact_law(work->scene, row->frame.vertices, row->frame.kind);
+    contact_law const *const law = get_contact_law(work->scene, row->frame.vertices);
     double const excess = -row->law.bias * work->scene->time_step;
     return work->scene->paper->before[vertex] != PARTICLE_FREE &&
            excess <= TOUCHING_PART * law->contact_distance;
@@ -145,8 +144,8 @@ static void analyse_vertex(paper_work *work, uint32_t vertex) {
     vec3 const pressing = is_relative ? vec3_add(v0, force) : force;
     const contact_row *const row = find_pressed_row(&work->spaces, vertex, &at, choice, pressing);
     if (!row) return;
-    vec3 const left = analyse_friction(
-        &motion, find_contact_law(work->scene, row->frame.vertices, row->frame.kind), state);
+    vec3 const left =
+        analyse_friction(&motion, get_contact_law(work->scene, row->frame.vertices), state);
     bool const sticks = *state == PARTICLE_STICKS;
     vec3 const end = sticks ? (vec3){0.0, 0.0, 0.0} : vec3_add(motion.velocity, left);
     vec3 const change = vec3_sub(end, vec3_add(v0, force));
@@ -257,8 +256,7 @@ static bool find_impact(const paper_work *work, uint32_t vertex, double time, ui
     vec3 const before = vec3_sub(*velocity, at.reference);
     const contact_row *const row = find_pressed_row(&work->spaces, vertex, &at, choice, before);
     if (!row || motion_space_contains(&at.space, before)) return false;
-    contact_law const *const law =
-        find_contact_law(work->scene, row->frame.vertices, row->frame.kind);
+    contact_law const *const law = get_contact_law(work->scene, row->frame.vertices);
     vec3 const tangential = motion_space_project(&at.space, before);
     vec3 const normal = vec3_sub(before, tangential);
     double const limit = law->dynamic_friction * vec3_norm(normal);

@@ -62,51 +62,37 @@ static int count_common(const uint32_t *a, int a_count, const uint32_t *b, int b
     return common;
 }
 
-/* How much a vertex/triangle pair v and an edge/edge pair e have in common; *side is -1 when the
- * vertex belongs to the second edge. */
-static int rank_mixed(const uint32_t v[4], const uint32_t e[4], double *side) {
-    for (int k = 0; k < 2; k++) {
-        if (v[0] != e[2 * k] && v[0] != e[2 * k + 1]) continue;
-        *side = k == 0 ? 1.0 : -1.0;
-        return count_common(v + 1, 3, e + 2 * (1 - k), 2);
-    }
-    return 0;
-}
-
-static bool is_on_same_obstacle(const contact_scene *scene, uint32_t a, uint32_t b) {
-    return a >= scene->cloth_vertex_count && scene->vertex_surface[a] == scene->vertex_surface[b];
-}
-
-/* 0: the row is none for this contact. */
+/* How much a contact with the vertices v and a row have in common. 0: the row is none for this
+ * contact. *side is -1 where the row's second feature is what the contact's first was. */
 static int rank_heir(const contact_scene *scene, const stored_contact *contact, const uint32_t v[4],
                      const contact_row *row, double *side) {
-    *side = 1.0;
+    const uint32_t *const r = row->frame.vertices;
     bool const is_vertex = contact->kind == FEATURE_VERTEX_TRIANGLE;
-    if ((feature_kind)contact->kind != row->frame.kind)
-        return is_vertex ? rank_mixed(v, row->frame.vertices, side)
-                         : rank_mixed(row->frame.vertices, v, side);
-    int common = 0;
-    bool is_slid = false;
+    *side = 1.0;
+    if ((feature_kind)contact->kind != row->frame.kind) {
+        /* the vertex of the one must belong to an edge of the other */
+        const uint32_t *const of_vertex = is_vertex ? v : r, *const of_edges = is_vertex ? r : v;
+        for (int k = 0; k < 2; k++) {
+            const uint32_t *const edge = of_edges + 2 * k;
+            if (of_vertex[0] != edge[0] && of_vertex[0] != edge[1]) continue;
+            *side = k == 0 ? 1.0 : -1.0;
+            return count_common(of_vertex + 1, 3, of_edges + 2 * (1 - k), 2);
+        }
+        return 0;
+    }
+    /* one feature must be the same; the others touch, or are of one obstacle */
+    int common = 0, rest = 4;
     if (contact->first == row->frame.pair.first) {
-        common = is_vertex ? count_common(v + 1, 3, row->frame.vertices + 1, 3)
-                           : count_common(v + 2, 2, row->frame.vertices + 2, 2);
-        is_slid = is_on_same_obstacle(scene, v[3], row->frame.vertices[3]);
+        common = is_vertex ? count_common(v + 1, 3, r + 1, 3) : count_common(v + 2, 2, r + 2, 2);
+        rest = 3;
     } else if (!is_vertex && contact->second == row->frame.pair.second) {
-        common = count_common(v, 2, row->frame.vertices, 2);
-        is_slid = is_on_same_obstacle(scene, v[0], row->frame.vertices[0]);
+        common = count_common(v, 2, r, 2);
+        rest = 0;
     }
     if (common > 0) return SAME_KIND_RANK + common;
+    bool const is_slid = rest < 4 && v[rest] >= scene->cloth_vertex_count &&
+                         scene->vertex_surface[v[rest]] == scene->vertex_surface[r[rest]];
     return is_slid ? SLID_RANK : 0;
-}
-
-static bool contact_is_known(const topology *topo, const stored_contact *contact) {
-    if (contact->kind == FEATURE_VERTEX_TRIANGLE)
-        return contact->first < topo->vertex_count && contact->second < topo->triangle_count;
-    return contact->first < topo->edge_count && contact->second < topo->edge_count;
-}
-
-static bool has_impulse(const stored_contact *contact) {
-    return contact->impulse[0] != 0.0 || contact->impulse[1] != 0.0 || contact->impulse[2] != 0.0;
 }
 
 /* The candidate for a contact, or null. */
@@ -154,47 +140,30 @@ static bool list_candidates(heir_search *search) {
     return true;
 }
 
-static bool comes_before(const contact_row *a, const contact_row *b) {
-    if (a->frame.kind != b->frame.kind) return a->frame.kind < b->frame.kind;
-    if (a->frame.pair.first != b->frame.pair.first)
-        return a->frame.pair.first < b->frame.pair.first;
-    return a->frame.pair.second < b->frame.pair.second;
-}
-
-/* Merges the sorted rows begin .. end-1 into the sorted ones before them; from the back, which
- * needs a copy of the later ones only. */
-static void merge_rows(contact_row **rows, size_t begin, contact_row *const *later,
-                       size_t later_count) {
-    for (size_t place = begin + later_count; later_count > 0;) {
-        bool const is_later = begin == 0 || comes_before(rows[begin - 1], later[later_count - 1]);
-        rows[--place] = is_later ? later[--later_count] : rows[--begin];
-    }
-}
-
-/* Marks the contacts that have a row. */
-static void mark_present(const contact_store *store, contact_row *const *rows, size_t count,
-                         bool *is_present) {
-    contact_reader reader = {.store = store};
-    for (size_t i = 0; i < count; i++) {
-        if (!rows[i]->law.is_old) continue;
-        const stored_contact *const contact =
-            read_contact(&reader, rows[i]->frame.kind, rows[i]->frame.pair);
-        if (contact) is_present[contact - store->contacts.data] = true;
-    }
-}
-
+/* Hands each contact of the store that carries load and has no row to its heir, if there is one. */
 static void hand_over(const heir_search *search, const contact_store *store,
                       const bool *is_present) {
+    const topology *const topo = search->scene->set->topo;
     double const scale = search->scene->time_step / store->time_step;
     for (size_t i = 0; i < store->contacts.count; i++) {
         const stored_contact *const contact = &store->contacts.data[i];
-        if (is_present[i] || !has_impulse(contact) ||
-            !contact_is_known(search->scene->set->topo, contact))
-            continue;
+        bool const is_vertex = contact->kind == FEATURE_VERTEX_TRIANGLE;
+        bool const is_known =
+            contact->first < (is_vertex ? topo->vertex_count : topo->edge_count) &&
+            contact->second < (is_vertex ? topo->triangle_count : topo->edge_count);
+        bool const has_impulse =
+            contact->impulse[0] != 0.0 || contact->impulse[1] != 0.0 || contact->impulse[2] != 0.0;
+        if (is_present[i] || !has_impulse || !is_known) continue;
         double side;
         contact_row *const heir = find_heir(search, contact, &side);
         if (heir) inherit_contact(search->scene, heir, contact, scale, side);
     }
+}
+
+static bool comes_before(const row_frame *a, const row_frame *b) {
+    if (a->kind != b->kind) return a->kind < b->kind;
+    if (a->pair.first != b->pair.first) return a->pair.first < b->pair.first;
+    return a->pair.second < b->pair.second;
 }
 
 tulle_status carry_over_contacts(const contact_scene *scene, const contact_store *store,
@@ -208,13 +177,26 @@ tulle_status carry_over_contacts(const contact_scene *scene, const contact_store
     if (reserve_count > 0) memcpy(rows + *count, reserve, reserve_count * sizeof *reserve);
     bool const has_room = is_present && later && list_candidates(&search);
     if (has_room) {
-        mark_present(store, rows, *count, is_present);
+        /* contacts that have a row */
+        contact_reader reader = {.store = store};
+        for (size_t i = 0; i < *count; i++) {
+            if (!rows[i]->law.is_old) continue;
+            const stored_contact *const contact =
+                read_contact(&reader, rows[i]->frame.kind, rows[i]->frame.pair);
+            if (contact) is_present[contact - store->contacts.data] = true;
+        }
         hand_over(&search, store, is_present);
-        size_t later_count = 0;
+        /* rows of the reserve that took a contact are merged into the others from the back, which
+         * needs a copy of the later ones only */
+        size_t later_count = 0, begin = *count;
         for (size_t i = *count; i < search.count; i++)
             if (rows[i]->law.is_old) later[later_count++] = rows[i];
-        merge_rows(rows, *count, later, later_count);
         *count += later_count;
+        for (size_t place = *count; later_count > 0;) {
+            bool const is_later =
+                begin == 0 || comes_before(&rows[begin - 1]->frame, &later[later_count - 1]->frame);
+            rows[--place] = is_later ? later[--later_count] : rows[--begin];
+        }
     }
     arena_release(scene->scratch, mark);
     return has_room ? TULLE_OK : TULLE_ERROR_OUT_OF_MEMORY;

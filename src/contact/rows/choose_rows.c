@@ -4,8 +4,8 @@
 #include "contact/rows/choose_rows.h"
 
 #include "base/parallel.h"
-#include "contact/commit/select_admissible.h"
 #include "contact/response.h"
+#include "contact/rows/admissible_rows.h"
 #include "contact/rows/carry_over.h"
 #include "contact/rows/contact_rows.h"
 #include "contact/rows/contact_store.h"
@@ -34,11 +34,12 @@ typedef struct row_work {
 } row_work;
 
 /* Contacts of the step before are held to a wider tolerance; so are new rows that one of them may
- * be carried over to. What turns with a body lands elsewhere than where it is nearest now. */
+ * be carried over to. What turns with a body may land on other features than the nearest of the
+ * start. */
 static row_choice choose_row(const row_work *work, const contact_row *row, double time) {
     const contact_scene *const scene = work->scene;
     const contact_settings *const settings = &scene->settings;
-    double const turn = find_row_turn(scene, row);
+    double const turn = compute_row_turn(scene, row);
     const double tolerances[2] = {settings->slope_tolerance + turn,
                                   settings->old_slope_tolerance + turn};
     bool const may_inherit = work->store->contacts.count > 0 && !is_on_rim(row->frame.weights);
@@ -47,17 +48,6 @@ static row_choice choose_row(const row_work *work, const contact_row *row, doubl
     if (is_within[0]) return ROW_KEPT;
     if (!is_within[1]) return ROW_DROPPED;
     return row->law.is_old ? ROW_KEPT : ROW_RESERVED;
-}
-
-/* All that a row has beyond its frame; false when it can not act. */
-static bool complete_row(const row_work *work, const pair_event *event, const stored_contact *kept,
-                         contact_row *row) {
-    const contact_scene *const scene = work->scene;
-    if (!finish_contact_row(scene, row)) return false;
-    straighten_row(scene, work->predicted, event->time, row);
-    if (event->time == 0.0) turn_row_to_end(scene, row);
-    if (kept) restore_contact(scene, row, kept, scene->time_step / work->store->time_step);
-    return true;
 }
 
 static bool is_hidden(const row_work *work, const contact_row *row, size_t i) {
@@ -72,24 +62,25 @@ static row_choice make_row(const row_work *work, size_t i, contact_reader *reade
     const pair_event *const event = &work->events[i];
     bool const is_edge_row = event->kind == FEATURE_EDGE_EDGE;
     uint32_t vertices[4];
-    closest_points const closest = find_contact_points(scene, work->predicted, event, vertices);
+    closest_points const closest = compute_contact_points(scene, work->predicted, event, vertices);
     if (is_edge_row && is_on_rim(closest.weights)) return ROW_DROPPED;
     const stored_contact *const kept = read_contact(reader, event->kind, event->pair);
     begin_contact_row(scene, event, vertices, &closest, row);
     row->law.is_old = kept != NULL;
     if (is_edge_row && is_hidden(work, row, i)) return ROW_DROPPED;
     row_choice const choice = choose_row(work, row, event->time);
-    return choice != ROW_DROPPED && complete_row(work, event, kept, row) ? choice : ROW_DROPPED;
-}
-
-static contact_reader read_from_event(const row_work *work, size_t i) {
-    return read_contacts_from(work->store, work->events[i].kind, work->events[i].pair);
+    if (choice == ROW_DROPPED || !finish_contact_row(scene, row)) return ROW_DROPPED;
+    straighten_row(scene, work->predicted, event->time, row);
+    if (event->time == 0.0) turn_row_to_end(scene, row);
+    if (kept) restore_contact(scene, row, kept, scene->time_step / work->store->time_step);
+    return choice;
 }
 
 static void make_vertex_rows(void *context, size_t begin, size_t end, size_t chunk, int worker) {
     (void)chunk, (void)worker;
     const row_work *const work = context;
-    contact_reader reader = read_from_event(work, begin);
+    contact_reader reader =
+        read_contacts_from(work->store, work->events[begin].kind, work->events[begin].pair);
     for (size_t i = begin; i < end; i++) {
         contact_row row;
         row_choice const choice = make_row(work, i, &reader, &row);
@@ -98,7 +89,7 @@ static void make_vertex_rows(void *context, size_t begin, size_t end, size_t chu
         if (!work->planes.of_rows) continue;
         near_plane *const plane = &work->planes.of_rows[i];
         if (choice == ROW_KEPT && work->events[i].time == 0.0)
-            find_near_plane(work->scene, work->predicted, &row, plane);
+            make_near_plane(work->scene, work->predicted, &row, plane);
         else
             plane->distance = 0.0;
     }
@@ -113,7 +104,8 @@ static void end_rows(void *context, size_t begin, size_t end, size_t chunk, int 
         if (work->choices[i] != ROW_DROPPED && is_hidden(work, &work->rows[i], i))
             work->choices[i] = ROW_DROPPED;
     if (i == end) return;
-    contact_reader reader = read_from_event(work, i);
+    contact_reader reader =
+        read_contacts_from(work->store, work->events[i].kind, work->events[i].pair);
     for (; i < end; i++) {
         contact_row row;
         row_choice const choice = make_row(work, i, &reader, &row);
@@ -122,44 +114,33 @@ static void end_rows(void *context, size_t begin, size_t end, size_t chunk, int 
     }
 }
 
-/* Where rows are not fitted to obstacles none is hidden. */
-static bool reserve_planes(row_work *work) {
-    const contact_scene *const scene = work->scene;
-    if (!scene->response->fits_rows) return true;
-    near_planes *const planes = &work->planes;
-    planes->of_rows = ARENA_NEW(scene->scratch, near_plane, work->vertex_event_count);
-    planes->nearest = ARENA_NEW(scene->scratch, uint32_t, scene->vertex_count);
-    if (!planes->of_rows || !planes->nearest) return false;
-    for (size_t v = 0; v < scene->vertex_count; v++) planes->nearest[v] = TULLE_NONE;
-    return true;
-}
-
+/* A row for each event that deserves one. Where rows are not fitted to obstacles none is hidden. */
 static tulle_status make_rows(row_work *work) {
     const contact_scene *const scene = work->scene;
-    size_t *const count = &work->vertex_event_count;
-    while (*count < work->event_count && work->events[*count].kind == FEATURE_VERTEX_TRIANGLE)
-        ++*count;
+    near_planes *const planes = &work->planes;
+    size_t count = 0; /* of vertex events */
+    while (count < work->event_count && work->events[count].kind == FEATURE_VERTEX_TRIANGLE)
+        count++;
+    work->vertex_event_count = count;
     work->choices = ARENA_NEW(scene->scratch, uint8_t, work->event_count);
     work->rows = ARENA_NEW(scene->scratch, contact_row, work->event_count);
-    if (!work->choices || !work->rows || !reserve_planes(work)) return TULLE_ERROR_OUT_OF_MEMORY;
-    parallel_for(*count, ROW_CHUNK, scene->threads, make_vertex_rows, work);
-    for (size_t i = 0; i < *count && work->planes.of_rows; i++)
-        note_near_plane(&work->planes, work->events[i].pair.first, i);
+    if (!work->choices || !work->rows) return TULLE_ERROR_OUT_OF_MEMORY;
+    if (scene->response->fits_rows) {
+        planes->of_rows = ARENA_NEW(scene->scratch, near_plane, count);
+        planes->nearest = ARENA_NEW(scene->scratch, uint32_t, scene->vertex_count);
+        if (!planes->of_rows || !planes->nearest) return TULLE_ERROR_OUT_OF_MEMORY;
+        for (size_t v = 0; v < scene->vertex_count; v++) planes->nearest[v] = TULLE_NONE;
+    }
+    parallel_for(count, ROW_CHUNK, scene->threads, make_vertex_rows, work);
+    for (size_t i = 0; i < count && planes->of_rows; i++) {
+        uint32_t *const nearest = &planes->nearest[work->events[i].pair.first];
+        double const distance = planes->of_rows[i].distance;
+        if (!(distance > 0.0)) continue;
+        if (*nearest == TULLE_NONE || planes->of_rows[*nearest].distance > distance)
+            *nearest = (uint32_t)i;
+    }
     parallel_for(work->event_count, ROW_CHUNK, scene->threads, end_rows, work);
     return TULLE_OK;
-}
-
-/* The rows of one choice, in the order of their events. */
-typedef struct row_group {
-    contact_row **rows;
-    size_t count;
-} row_group;
-
-static row_group list_group(const row_work *work, row_choice choice, size_t room) {
-    row_group group = {ARENA_NEW(work->scene->scratch, contact_row *, room), 0};
-    for (size_t i = 0; i < work->event_count && group.rows; i++)
-        if (work->choices[i] == choice) group.rows[group.count++] = &work->rows[i];
-    return group;
 }
 
 typedef struct row_copy {
@@ -173,26 +154,10 @@ static void copy_rows(void *context, size_t begin, size_t end, size_t chunk, int
     for (size_t i = begin; i < end; i++) copy->to[i] = *copy->from[i];
 }
 
-static tulle_status list_rows(const row_work *work, row_list *list) {
-    const contact_scene *const scene = work->scene;
-    row_group kept = list_group(work, ROW_KEPT, work->event_count);
-    row_group const reserve = list_group(work, ROW_RESERVED, work->event_count);
-    if (!kept.rows || !reserve.rows) return TULLE_ERROR_OUT_OF_MEMORY;
-    tulle_status status = thin_rim_rows(scene, kept.rows, &kept.count);
-    if (status == TULLE_OK)
-        status = carry_over_contacts(scene, work->store, kept.rows, &kept.count, reserve.rows,
-                                     reserve.count);
-    if (status != TULLE_OK) return status;
-    if (!ARRAY_RESERVE(scene->heap, &list->rows, kept.count)) return TULLE_ERROR_OUT_OF_MEMORY;
-    row_copy copy = {list->rows.data, kept.rows};
-    parallel_for(kept.count, COPY_CHUNK, scene->threads, copy_rows, &copy);
-    list->rows.count = kept.count;
-    return TULLE_OK;
-}
-
 tulle_status choose_rows(const contact_scene *scene, const contact_store *store,
                          const double *predicted, const pair_events *found, row_list *list) {
-    arena_mark const mark = arena_get_mark(scene->scratch);
+    arena *const scratch = scene->scratch;
+    arena_mark const mark = arena_get_mark(scratch);
     row_work work = {.scene = scene,
                      .store = store,
                      .predicted = predicted,
@@ -200,7 +165,25 @@ tulle_status choose_rows(const contact_scene *scene, const contact_store *store,
                      .event_count = found->count};
     list->rows.count = 0;
     tulle_status status = make_rows(&work);
-    if (status == TULLE_OK) status = list_rows(&work, list);
-    arena_release(scene->scratch, mark);
+    /* the rows of each choice, in the order of their events */
+    size_t kept_count = 0, reserve_count = 0;
+    contact_row **const kept = ARENA_NEW(scratch, contact_row *, found->count);
+    contact_row **const reserve = ARENA_NEW(scratch, contact_row *, found->count);
+    if (!kept || !reserve) status = TULLE_ERROR_OUT_OF_MEMORY;
+    for (size_t i = 0; status == TULLE_OK && i < found->count; i++) {
+        if (work.choices[i] == ROW_KEPT) kept[kept_count++] = &work.rows[i];
+        if (work.choices[i] == ROW_RESERVED) reserve[reserve_count++] = &work.rows[i];
+    }
+    if (status == TULLE_OK) status = thin_rim_rows(scene, kept, &kept_count);
+    if (status == TULLE_OK)
+        status = carry_over_contacts(scene, store, kept, &kept_count, reserve, reserve_count);
+    if (status == TULLE_OK && !ARRAY_RESERVE(scene->heap, &list->rows, kept_count))
+        status = TULLE_ERROR_OUT_OF_MEMORY;
+    if (status == TULLE_OK) {
+        row_copy copy = {list->rows.data, kept};
+        parallel_for(kept_count, COPY_CHUNK, scene->threads, copy_rows, &copy);
+        list->rows.count = kept_count;
+    }
+    arena_release(scratch, mark);
     return status;
 }

@@ -13,8 +13,8 @@ bool make_contact_row(const contact_scene *scene, const double *x1, const pair_e
 
 /* The same in three steps, since most rows are dropped after the first or the second. The closest
  * points of the event's time, and the pair's vertices: */
-closest_points find_contact_points(const contact_scene *scene, const double *x1,
-                                   const pair_event *event, uint32_t vertices[4]);
+closest_points compute_contact_points(const contact_scene *scene, const double *x1,
+                                      const pair_event *event, uint32_t vertices[4]);
 /* the row's frame and bodies: */
 void begin_contact_row(const contact_scene *scene, const pair_event *event,
                        const uint32_t vertices[4], const closest_points *closest, contact_row *row);

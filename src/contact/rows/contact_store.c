@@ -1,4 +1,4 @@
-/* contact/rows/contact_store.c - stage 12, see contact_store.h.
+/* contact/rows/contact_store.c - see contact_store.h.
  *
  * The store is an array sorted by (kind, first, second), looked up by bisection. A pair may own
  * several rows (one gathered, some from impacts); their impulses act on nearly the same points, so
@@ -39,32 +39,6 @@ static void sort_contacts(stored_contact *items, size_t count) {
     }
 }
 
-static bool is_sorted(const stored_contact *items, size_t count) {
-    for (size_t i = 1; i < count; i++)
-        if (compare_keys(&items[i - 1], &items[i]) >= 0) return false;
-    return true;
-}
-
-/* Makes one contact of each run of equal keys; returns how many there are. */
-static size_t merge_equal_keys(stored_contact *items, size_t count) {
-    size_t kept = 0;
-    for (size_t i = 0; i < count; i++) {
-        if (kept > 0 && compare_keys(&items[kept - 1], &items[i]) == 0) {
-            for (int k = 0; k < 3; k++) items[kept - 1].impulse[k] += items[i].impulse[k];
-            items[kept - 1].is_hard |= items[i].is_hard;
-            if (items[i].state > items[kept - 1].state) items[kept - 1].state = items[i].state;
-            if (items[i].age > items[kept - 1].age) {
-                items[kept - 1].age = items[i].age;
-                memcpy(items[kept - 1].normal, items[i].normal, sizeof items[i].normal);
-                memcpy(items[kept - 1].anchor, items[i].anchor, sizeof items[i].anchor);
-            }
-        } else {
-            items[kept++] = items[i];
-        }
-    }
-    return kept;
-}
-
 tulle_status reserve_contacts(contact_store *store, memory *heap, size_t row_count) {
     if (row_count <= store->contacts.capacity) return TULLE_OK;
     bool const has_room = ARRAY_RESERVE(heap, &store->contacts, row_count - store->contacts.count);
@@ -91,8 +65,29 @@ tulle_status update_contacts(contact_store *store, memory *heap, const row_list 
             .normal = {row->frame.normal.x, row->frame.normal.y, row->frame.normal.z},
             .anchor = {row->law.anchor.x, row->law.anchor.y, row->law.anchor.z}};
     }
-    if (!is_sorted(contacts, list->rows.count)) sort_contacts(contacts, list->rows.count);
-    store->contacts.count = merge_equal_keys(contacts, list->rows.count);
+    bool is_sorted = true;
+    for (size_t i = 1; i < list->rows.count; i++)
+        is_sorted = is_sorted && compare_keys(&contacts[i - 1], &contacts[i]) < 0;
+    if (!is_sorted) sort_contacts(contacts, list->rows.count);
+    /* one contact of each run of equal keys */
+    size_t kept = 0;
+    for (size_t i = 0; i < list->rows.count; i++) {
+        const stored_contact *const next = &contacts[i];
+        if (kept == 0 || compare_keys(&contacts[kept - 1], next) != 0) {
+            contacts[kept++] = *next;
+            continue;
+        }
+        stored_contact *const last = &contacts[kept - 1];
+        for (int k = 0; k < 3; k++) last->impulse[k] += next->impulse[k];
+        last->is_hard |= next->is_hard;
+        if (next->state > last->state) last->state = next->state;
+        if (next->age > last->age) {
+            last->age = next->age;
+            memcpy(last->normal, next->normal, sizeof last->normal);
+            memcpy(last->anchor, next->anchor, sizeof last->anchor);
+        }
+    }
+    store->contacts.count = kept;
     store->time_step = store->contacts.count > 0 ? time_step : 0.0;
     return TULLE_OK;
 }

@@ -18,13 +18,10 @@ typedef struct near_planes {
     uint32_t *nearest; /* of each vertex: a row, or TULLE_NONE */
 } near_planes;
 
-/* Finds the plane of a row: there is one if it is a vertex/triangle row of now with a scripted
- * obstacle and pushes that way. ends [m]: predicted. */
-void find_near_plane(const contact_scene *scene, const double *ends, const contact_row *row,
+/* Sets the plane of a row. There is one for a vertex/triangle row of the start with a scripted
+ * obstacle that pushes along the shortest way. ends [m]: predicted. */
+void make_near_plane(const contact_scene *scene, const double *ends, const contact_row *row,
                      near_plane *plane);
-
-/* Makes the plane of row `index` that of the vertex, if it is nearer than what is there. */
-void note_near_plane(near_planes *planes, uint32_t vertex, size_t index);
 
 /* Whether the row's obstacle's feature lies behind the plane of a nearer one of the same vertices
  * of cloth or of a free body: that one keeps them away from it, too. Where an obstacle is flat a

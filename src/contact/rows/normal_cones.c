@@ -41,27 +41,15 @@ rim_part find_rim_part(const topology *topo, const contact_row *row, uint32_t *f
     return RIM_VERTEX;
 }
 
-/* Mean of the normals of an edge's triangles, which go `inward` from it. */
-static vec3 find_edge_mean(const vec3 inward[2], int count, vec3 outward) {
-    vec3 sum = {0.0, 0.0, 0.0};
-    for (int k = 0; k < count; k++) {
-        double const length2 = vec3_norm2(inward[k]);
-        vec3 const normal =
-            vec3_add_scaled(outward, inward[k], -vec3_dot(outward, inward[k]) / length2);
-        sum = vec3_add(sum, vec3_normalize(normal));
-    }
-    return vec3_normalize(sum);
-}
-
 /* The cone of an edge lies in the plane at right angles to it, between the normals of its
- * triangles. */
+ * triangles. In a hollow: their mean. */
 static vec3 fit_to_edge(const cone_view *view, uint32_t edge, vec3 outward) {
     const topology *const topo = view->scene->set->topo;
     const uint32_t *const ends = topo->edges + 2 * (size_t)edge;
     const uint32_t *const opposites = topo->edge_opposites + 2 * (size_t)edge;
     vec3 const begin = point_at(view, ends[0]);
     vec3 const along = vec3_normalize(vec3_sub(point_at(view, ends[1]), begin));
-    vec3 inward[2];
+    vec3 inward[2]; /* from the edge along its triangles */
     int count = 0, above = 0, above_count = 0;
     for (int k = 0; k < 2; k++) {
         if (opposites[k] == TULLE_NONE) continue;
@@ -75,42 +63,45 @@ static vec3 fit_to_edge(const cone_view *view, uint32_t edge, vec3 outward) {
         inward[count++] = across;
     }
     if (above_count == 0) return outward;
-    return above_count == 1 ? find_edge_mean(inward + above, 1, outward)
-                            : find_edge_mean(inward, 2, outward);
-}
-
-static vec3 find_vertex_mean(const cone_view *view, uint32_t vertex, vec3 outward) {
-    const topology *const topo = view->scene->set->topo;
-    const adjacency *const around = &topo->vertex_triangles;
     vec3 sum = {0.0, 0.0, 0.0};
-    for (uint32_t i = around->begin[vertex]; i < around->begin[vertex + 1]; i++) {
-        const uint32_t *const corner = topo->triangles + 3 * (size_t)around->items[i];
-        vec3 const a = point_at(view, corner[0]);
-        sum = vec3_add(sum, vec3_cross(vec3_sub(point_at(view, corner[1]), a),
-                                       vec3_sub(point_at(view, corner[2]), a)));
+    for (int k = 0; k < count; k++) {
+        if (above_count == 1 && k != above) continue;
+        double const length2 = vec3_norm2(inward[k]);
+        vec3 const normal =
+            vec3_add_scaled(outward, inward[k], -vec3_dot(outward, inward[k]) / length2);
+        sum = vec3_add(sum, vec3_normalize(normal));
     }
-    vec3 const mean = vec3_normalize(sum);
-    return vec3_dot(mean, outward) < 0.0 ? vec3_neg(mean) : mean;
+    return vec3_normalize(sum);
 }
 
-/* Projects on one half-space after the other. */
+/* Projects on one half-space after the other. In a hollow: the mean normal of the triangles. */
 static vec3 fit_to_vertex(const cone_view *view, uint32_t vertex, vec3 outward) {
-    const adjacency *const around = &view->scene->set->topo->vertex_neighbours;
+    const topology *const topo = view->scene->set->topo;
+    const adjacency *const neighbours = &topo->vertex_neighbours;
+    const adjacency *const triangles = &topo->vertex_triangles;
     vec3 const point = point_at(view, vertex);
     vec3 fitted = outward;
     bool is_above = true;
     for (int round = 0; round < MOST_ROUNDS && is_above; round++) {
         is_above = false;
-        for (uint32_t i = around->begin[vertex]; i < around->begin[vertex + 1]; i++) {
-            vec3 const to = vec3_sub(point_at(view, around->items[i]), point);
+        for (uint32_t i = neighbours->begin[vertex]; i < neighbours->begin[vertex + 1]; i++) {
+            vec3 const to = vec3_sub(point_at(view, neighbours->items[i]), point);
             double const height = vec3_dot(fitted, to), length2 = vec3_norm2(to);
             if (!(height > CONE_TOLERANCE * sqrt(length2))) continue;
             fitted = vec3_add_scaled(fitted, to, -height / length2);
             is_above = true;
         }
     }
-    bool const is_hollow = !(vec3_norm2(fitted) > LEAST_LENGTH * LEAST_LENGTH);
-    return is_hollow ? find_vertex_mean(view, vertex, outward) : vec3_normalize(fitted);
+    if (vec3_norm2(fitted) > LEAST_LENGTH * LEAST_LENGTH) return vec3_normalize(fitted);
+    vec3 sum = {0.0, 0.0, 0.0};
+    for (uint32_t i = triangles->begin[vertex]; i < triangles->begin[vertex + 1]; i++) {
+        const uint32_t *const corner = topo->triangles + 3 * (size_t)triangles->items[i];
+        vec3 const a = point_at(view, corner[0]);
+        sum = vec3_add(sum, vec3_cross(vec3_sub(point_at(view, corner[1]), a),
+                                       vec3_sub(point_at(view, corner[2]), a)));
+    }
+    vec3 const mean = vec3_normalize(sum);
+    return vec3_dot(mean, outward) < 0.0 ? vec3_neg(mean) : mean;
 }
 
 vec3 fit_normal_to_cone(const contact_scene *scene, const double *x1, const contact_row *row,

@@ -33,49 +33,36 @@ typedef struct grain_tensor {
     double factor;
 } grain_tensor;
 
-/* Adds the image of the rest direction under the triangle's deformation from rest to x0. */
-static void add_carried_grain(const contact_scene *scene, uint32_t triangle, vec3 grain,
-                              vec3 *sum) {
-    const uint32_t *const corner = scene->set->topo->triangles + 3 * (size_t)triangle;
-    vec3 const origin = vec3_load(scene->rest, corner[0]);
-    vec3 const a = vec3_sub(vec3_load(scene->rest, corner[1]), origin);
-    vec3 const b = vec3_sub(vec3_load(scene->rest, corner[2]), origin);
-    double const aa = vec3_norm2(a), ab = vec3_dot(a, b), bb = vec3_norm2(b);
-    double const determinant = aa * bb - ab * ab;
-    if (!(determinant > 0.0)) return;
-    double const ga = vec3_dot(grain, a), gb = vec3_dot(grain, b);
-    double const s = (bb * ga - ab * gb) / determinant, t = (aa * gb - ab * ga) / determinant;
-    vec3 const now = vec3_load(scene->x0, corner[0]);
-    *sum = vec3_add_scaled(*sum, vec3_sub(vec3_load(scene->x0, corner[1]), now), s);
-    *sum = vec3_add_scaled(*sum, vec3_sub(vec3_load(scene->x0, corner[2]), now), t);
-}
-
-static bool triangle_has(const topology *topo, uint32_t triangle, uint32_t vertex) {
-    const uint32_t *const corner = topo->triangles + 3 * (size_t)triangle;
-    return corner[0] == vertex || corner[1] == vertex || corner[2] == vertex;
-}
-
-/* Sum over the triangles that have all of the feature's vertices. */
-static vec3 carry_grain(const contact_scene *scene, const uint32_t *vertices, int count,
-                        vec3 grain) {
-    const adjacency *const around = &scene->set->topo->vertex_triangles;
-    vec3 sum = {0.0, 0.0, 0.0};
-    for (uint32_t i = around->begin[vertices[0]]; i < around->begin[vertices[0] + 1]; i++) {
-        bool has_all = true;
-        for (int k = 1; k < count; k++)
-            has_all &= triangle_has(scene->set->topo, around->items[i], vertices[k]);
-        if (has_all) add_carried_grain(scene, around->items[i], grain, &sum);
-    }
-    return sum;
-}
-
-/* The tensor of one side; false when it has no grain. */
-static bool find_tensor(const contact_scene *scene, const contact_row *row, int first, int count,
+/* The tensor of one side, of `count` vertices from `first` on; false when it has no grain. The
+ * grain is the sum, over the triangles that have all of these vertices, of the images of the rest
+ * direction under the triangle's deformation from rest to x0. */
+static bool make_tensor(const contact_scene *scene, const contact_row *row, int first, int count,
                         grain_tensor *tensor) {
+    const topology *const topo = scene->set->topo;
+    const adjacency *const around = &topo->vertex_triangles;
     const uint32_t *const vertices = row->frame.vertices + first;
     const surface_grain *const grain = &scene->grains[scene->vertex_surface[vertices[0]]];
     if (grain->across == 1.0) return false;
-    vec3 const carried = carry_grain(scene, vertices, count, grain->direction);
+    vec3 carried = {0.0, 0.0, 0.0};
+    for (uint32_t i = around->begin[vertices[0]]; i < around->begin[vertices[0] + 1]; i++) {
+        const uint32_t *const corner = topo->triangles + 3 * (size_t)around->items[i];
+        bool has_all = true;
+        for (int k = 1; k < count; k++)
+            has_all &=
+                corner[0] == vertices[k] || corner[1] == vertices[k] || corner[2] == vertices[k];
+        vec3 const origin = vec3_load(scene->rest, corner[0]);
+        vec3 const a = vec3_sub(vec3_load(scene->rest, corner[1]), origin);
+        vec3 const b = vec3_sub(vec3_load(scene->rest, corner[2]), origin);
+        double const aa = vec3_norm2(a), ab = vec3_dot(a, b), bb = vec3_norm2(b);
+        double const determinant = aa * bb - ab * ab;
+        if (!has_all || !(determinant > 0.0)) continue;
+        /* the direction in the plane of the triangle is s a + t b */
+        double const ga = vec3_dot(grain->direction, a), gb = vec3_dot(grain->direction, b);
+        double const s = (bb * ga - ab * gb) / determinant, t = (aa * gb - ab * ga) / determinant;
+        vec3 const base = vec3_load(scene->x0, corner[0]);
+        carried = vec3_add_scaled(carried, vec3_sub(vec3_load(scene->x0, corner[1]), base), s);
+        carried = vec3_add_scaled(carried, vec3_sub(vec3_load(scene->x0, corner[2]), base), t);
+    }
     vec3 const across = vec3_cross(row->frame.normal, carried);
     double const size = vec3_norm(across);
     if (!(size > LEAST_GRAIN * vec3_norm(carried))) return false;
@@ -98,81 +85,73 @@ static void join_tensors(const grain_tensor *a, const grain_tensor *b, contact_r
     row->law.friction_along = exp(middle - half);
 }
 
-static void set_grain(const contact_scene *scene, contact_row *row) {
-    row->law.friction_along = row->law.friction_across = 1.0;
+void set_row_friction(const contact_scene *scene, contact_row *row) {
+    row_law *const law = &row->law;
+    const contact_law *const given = get_contact_law(scene, row->frame.vertices);
+    vec3 const velocity =
+        scene->v0 ? get_relative_velocity(row, scene->v0) : vec3_make(0.0, 0.0, 0.0);
+    law->approach = vec3_dot(velocity, row->frame.normal);
+    law->fall = compute_row_fall(scene, row);
+    vec3 const slip = vec3_add_scaled(velocity, row->frame.normal, -law->approach);
+    law->restitution = given->restitution;
+    law->is_sliding = vec3_norm(slip) > scene->settings.slip_speed;
+    law->friction = law->is_sliding ? given->dynamic_friction : given->static_friction;
+    law->friction_along = law->friction_across = 1.0;
     if (!scene->grains) return;
     int const first_count = row->frame.kind == FEATURE_VERTEX_TRIANGLE ? 1 : 2;
     grain_tensor first, second;
-    bool const has_first = find_tensor(scene, row, 0, first_count, &first);
-    bool const has_second = find_tensor(scene, row, first_count, 4 - first_count, &second);
+    bool const has_first = make_tensor(scene, row, 0, first_count, &first);
+    bool const has_second = make_tensor(scene, row, first_count, 4 - first_count, &second);
     if (has_first && has_second) {
         join_tensors(&first, &second, row);
     } else if (has_first || has_second) {
         const grain_tensor *const only = has_first ? &first : &second;
-        row->law.grain = vec3_cross(only->across, row->frame.normal);
-        row->law.friction_across = only->factor;
+        law->grain = vec3_cross(only->across, row->frame.normal);
+        law->friction_across = only->factor;
     }
-}
-
-void set_row_friction(const contact_scene *scene, contact_row *row) {
-    const contact_law *const law = find_contact_law(scene, row->frame.vertices, row->frame.kind);
-    vec3 const velocity =
-        scene->v0 ? get_relative_velocity(row, scene->v0) : vec3_make(0.0, 0.0, 0.0);
-    row->law.approach = vec3_dot(velocity, row->frame.normal);
-    row->law.fall = find_row_fall(scene, row);
-    vec3 const slip = vec3_add_scaled(velocity, row->frame.normal, -row->law.approach);
-    row->law.restitution = law->restitution;
-    row->law.is_sliding = vec3_norm(slip) > scene->settings.slip_speed;
-    row->law.friction = row->law.is_sliding ? law->dynamic_friction : law->static_friction;
-    set_grain(scene, row);
-}
-
-/* One coordinate of the nearest point, and its terms of the ellipse's equation and slope. */
-static double shrink(double half_axis, double coordinate, double t, double *value, double *slope) {
-    double const square = half_axis * half_axis;
-    if (!(square + t > 0.0)) return 0.0;
-    double const part = half_axis * coordinate / (square + t);
-    *value += part * part;
-    *slope -= 2.0 * part * part / (square + t);
-    return square * coordinate / (square + t);
 }
 
 /* (x, y) outside of the ellipse with half axes a and b becomes its nearest point
  * (a^2 x / (a^2 + t), b^2 y / (b^2 + t)): t > 0 makes it lie on the ellipse. */
-static void project_on_ellipse(double a, double b, double *x, double *y) {
-    double t = fmax(fmax(a * (fabs(*x) - a), b * (fabs(*y) - b)), 0.0);
-    double near_x = 0.0, near_y = 0.0;
+static void project_on_ellipse(const double axes[2], double point[2]) {
+    double t = 0.0, near[2] = {0.0, 0.0};
+    for (int k = 0; k < 2; k++) t = fmax(t, axes[k] * (fabs(point[k]) - axes[k]));
     for (int step = 0; step < ELLIPSE_STEPS; step++) {
-        double value = -1.0, slope = 0.0;
-        near_x = shrink(a, *x, t, &value, &slope);
-        near_y = shrink(b, *y, t, &value, &slope);
+        double value = -1.0, slope = 0.0; /* of the ellipse's equation in t */
+        for (int k = 0; k < 2; k++) {
+            double const square = axes[k] * axes[k];
+            near[k] = 0.0;
+            if (!(square + t > 0.0)) continue;
+            double const part = axes[k] * point[k] / (square + t);
+            value += part * part;
+            slope -= 2.0 * part * part / (square + t);
+            near[k] = square * point[k] / (square + t);
+        }
         if (!(value > 1e-15) || !(slope < 0.0)) break;
         double const next = t - value / slope;
         if (!(next > t)) break;
         t = next;
     }
-    *x = near_x;
-    *y = near_y;
-}
-
-static bool is_in_ellipse(double a, double b, double x, double y) {
-    return b * b * x * x + a * a * y * y <= a * a * b * b && fabs(x) <= a && fabs(y) <= b;
+    point[0] = near[0];
+    point[1] = near[1];
 }
 
 vec3 limit_friction(const contact_row *row, double normal, vec3 tangential, bool *is_inside) {
-    double const cap = row->law.friction * normal;
-    if (row->law.friction_along == row->law.friction_across) {
-        double const size = vec3_norm(tangential), limit = cap * row->law.friction_along;
+    const row_law *const law = &row->law;
+    double const cap = law->friction * normal;
+    if (law->friction_along == law->friction_across) {
+        double const size = vec3_norm(tangential), limit = cap * law->friction_along;
         *is_inside = !(size > limit);
         return *is_inside ? tangential : vec3_scale(tangential, limit / size);
     }
-    double const a = cap * row->law.friction_along, b = cap * row->law.friction_across;
-    vec3 const across = vec3_cross(row->frame.normal, row->law.grain);
-    double x = vec3_dot(tangential, row->law.grain), y = vec3_dot(tangential, across);
-    *is_inside = is_in_ellipse(a, b, x, y);
+    vec3 const across = vec3_cross(row->frame.normal, law->grain);
+    const double axes[2] = {cap * law->friction_along, cap * law->friction_across};
+    double point[2] = {vec3_dot(tangential, law->grain), vec3_dot(tangential, across)};
+    double const a = axes[0], b = axes[1], x = point[0], y = point[1];
+    *is_inside = b * b * x * x + a * a * y * y <= a * a * b * b && fabs(x) <= a && fabs(y) <= b;
     if (*is_inside) return tangential;
-    project_on_ellipse(a, b, &x, &y);
-    return vec3_add_scaled(vec3_scale(row->law.grain, x), across, y);
+    project_on_ellipse(axes, point);
+    return vec3_add_scaled(vec3_scale(law->grain, point[0]), across, point[1]);
 }
 
 /* r / (r + d): r the radius of curvature of the bound at the point, d the distance to the trial. */

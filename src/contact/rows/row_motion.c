@@ -4,14 +4,10 @@
 #include <math.h>
 #include <string.h>
 
-static vec3 multiply_transposed(const mat3 *a, vec3 b) {
-    return vec3_make(a->m[0] * b.x + a->m[3] * b.y + a->m[6] * b.z,
-                     a->m[1] * b.x + a->m[4] * b.y + a->m[7] * b.z,
-                     a->m[2] * b.x + a->m[5] * b.y + a->m[8] * b.z);
-}
+/* The sign of each side in the relative velocity. */
+static const double SIDE_SIGNS[2] = {1.0, -1.0};
 
-static double get_side_sign(int side) { return side == 0 ? 1.0 : -1.0; }
-
+/* The free body of a side, or null. */
 static const contact_body *find_side_body(const contact_scene *scene, const contact_row *row,
                                           int side) {
     if (!row->frame.has_body || row->frame.slots[side] == TULLE_NONE) return NULL;
@@ -23,7 +19,7 @@ vec3 get_body_velocity(const contact_row *row, const double *u) {
     for (int side = 0; side < 2 && row->frame.has_body; side++) {
         size_t const slot = row->frame.slots[side];
         if (slot == TULLE_NONE) continue;
-        sum = vec3_add_scaled(sum, vec3_load(u, slot), get_side_sign(side));
+        sum = vec3_add_scaled(sum, vec3_load(u, slot), SIDE_SIGNS[side]);
         sum = vec3_add(sum, vec3_cross(vec3_load(u, slot + 1), row->frame.arms[side]));
     }
     return sum;
@@ -57,20 +53,17 @@ static void add_to(double *vectors, size_t index, vec3 vector, double factor) {
     vec3_store(vectors, index, vec3_add_scaled(vec3_load(vectors, index), vector, factor));
 }
 
-static void add_to_bodies(const contact_row *row, vec3 impulse, double *sum) {
-    for (int side = 0; side < 2 && row->frame.has_body; side++) {
-        size_t const slot = row->frame.slots[side];
-        if (slot == TULLE_NONE) continue;
-        add_to(sum, slot, impulse, get_side_sign(side));
-        add_to(sum, slot + 1, vec3_cross(row->frame.arms[side], impulse), 1.0);
-    }
-}
-
 void add_row_impulse(const contact_row *row, size_t cloth_count, vec3 impulse, double *sum) {
+    const row_frame *const frame = &row->frame;
     for (int k = 0; k < 4; k++)
-        if (row->frame.vertices[k] < cloth_count)
-            add_to(sum, row->frame.vertices[k], impulse, row->frame.weights[k]);
-    add_to_bodies(row, impulse, sum);
+        if (frame->vertices[k] < cloth_count)
+            add_to(sum, frame->vertices[k], impulse, frame->weights[k]);
+    for (int side = 0; side < 2 && frame->has_body; side++) {
+        size_t const slot = frame->slots[side];
+        if (slot == TULLE_NONE) continue;
+        add_to(sum, slot, impulse, SIDE_SIGNS[side]);
+        add_to(sum, slot + 1, vec3_cross(frame->arms[side], impulse), 1.0);
+    }
 }
 
 static void add_block(double *blocks, size_t index, const mat3 *change, double factor) {
@@ -80,42 +73,31 @@ static void add_block(double *blocks, size_t index, const mat3 *change, double f
     memcpy(blocks + 9 * index, &block, sizeof block);
 }
 
-/* [a]x stiffness [a]x^T */
-static mat3 turn_stiffness(const mat3 *stiffness, vec3 arm) {
-    mat3 half, sum; /* columns: a x stiffness e_k; then rows in the same way */
-    for (int k = 0; k < 3; k++) {
-        vec3 const column =
-            vec3_make(stiffness->m[3 * k], stiffness->m[3 * k + 1], stiffness->m[3 * k + 2]);
-        vec3 const turned = vec3_cross(arm, column);
-        half.m[3 * k] = turned.x, half.m[3 * k + 1] = turned.y, half.m[3 * k + 2] = turned.z;
-    }
-    for (int i = 0; i < 3; i++) {
-        vec3 const turned = vec3_cross(arm, vec3_make(half.m[i], half.m[3 + i], half.m[6 + i]));
-        sum.m[i] = turned.x, sum.m[3 + i] = turned.y, sum.m[6 + i] = turned.z;
-    }
-    return sum;
-}
-
 void add_row_blocks(const contact_row *row, size_t cloth_count, const mat3 *stiffness,
                     double *blocks) {
+    const row_frame *const frame = &row->frame;
     for (int k = 0; k < 4; k++)
-        if (row->frame.vertices[k] < cloth_count)
-            add_block(blocks, row->frame.vertices[k], stiffness,
-                      row->frame.weights[k] * row->frame.weights[k]);
-    for (int side = 0; side < 2 && row->frame.has_body; side++) {
-        size_t const slot = row->frame.slots[side];
+        if (frame->vertices[k] < cloth_count)
+            add_block(blocks, frame->vertices[k], stiffness, frame->weights[k] * frame->weights[k]);
+    for (int side = 0; side < 2 && frame->has_body; side++) {
+        size_t const slot = frame->slots[side];
         if (slot == TULLE_NONE) continue;
-        mat3 const of_turn = turn_stiffness(stiffness, row->frame.arms[side]);
+        /* the block of the turn is [a]x stiffness [a]x^T, a the arm */
+        vec3 const arm = frame->arms[side];
+        mat3 half, of_turn; /* columns: a x stiffness e_k; then rows in the same way */
+        for (int k = 0; k < 3; k++) {
+            vec3 const column =
+                vec3_make(stiffness->m[3 * k], stiffness->m[3 * k + 1], stiffness->m[3 * k + 2]);
+            vec3 const turned = vec3_cross(arm, column);
+            half.m[3 * k] = turned.x, half.m[3 * k + 1] = turned.y, half.m[3 * k + 2] = turned.z;
+        }
+        for (int i = 0; i < 3; i++) {
+            vec3 const turned = vec3_cross(arm, vec3_make(half.m[i], half.m[3 + i], half.m[6 + i]));
+            of_turn.m[i] = turned.x, of_turn.m[3 + i] = turned.y, of_turn.m[6 + i] = turned.z;
+        }
         add_block(blocks, slot, stiffness, 1.0);
         add_block(blocks, slot + 1, &of_turn, 1.0);
     }
-}
-
-/* What a unit impulse on a side answers along itself. */
-static double measure_body_mobility(const contact_body *body, vec3 arm, vec3 direction) {
-    vec3 const turn = vec3_cross(arm, direction);
-    return 1.0 / body->body->mass +
-           vec3_dot(turn, mat3_multiply_vec3(&body->inverse_inertia, turn));
 }
 
 double measure_row_mobility(const contact_scene *scene, const contact_row *row,
@@ -132,7 +114,10 @@ double measure_row_mobility(const contact_scene *scene, const contact_row *row,
     }
     for (int side = 0; side < 2; side++) {
         const contact_body *const body = find_side_body(scene, row, side);
-        if (body) mobility += measure_body_mobility(body, row->frame.arms[side], row->frame.normal);
+        if (!body) continue;
+        vec3 const turn = vec3_cross(row->frame.arms[side], row->frame.normal);
+        mobility += 1.0 / body->body->mass +
+                    vec3_dot(turn, mat3_multiply_vec3(&body->inverse_inertia, turn));
     }
     return mobility;
 }
@@ -162,79 +147,51 @@ void move_row(const contact_scene *scene, const contact_row *row, vec3 impulse, 
         if (!body) continue;
         size_t const slot = row->frame.slots[side];
         vec3 const turn = vec3_cross(row->frame.arms[side], impulse);
-        add_to(u, slot, impulse, get_side_sign(side) / body->body->mass);
+        add_to(u, slot, impulse, SIDE_SIGNS[side] / body->body->mass);
         add_to(u, slot + 1, mat3_multiply_vec3(&body->inverse_inertia, turn), 1.0);
     }
 }
 
-/* Whether a side can move by what rows do: it is of cloth or a free body. */
-static bool side_may_move(const contact_scene *scene, const contact_row *row, int side) {
-    if (row->frame.slots[side] != TULLE_NONE) return true;
-    bool is_cloth = false;
-    for (int k = 0; k < 4; k++)
-        is_cloth |=
-            get_row_side(row, k) == side && row->frame.vertices[k] < scene->cloth_vertex_count;
-    return is_cloth;
-}
-
-/* The point of a side at x0. */
-static vec3 find_side_point(const contact_scene *scene, const contact_row *row, int side) {
-    vec3 sum = {0.0, 0.0, 0.0};
-    for (int k = 0; k < 4; k++)
-        if (get_row_side(row, k) == side)
-            sum = vec3_add_scaled(sum, vec3_load(scene->x0, row->frame.vertices[k]),
-                                  fabs(row->frame.weights[k]));
-    return sum;
-}
-
-/* Between two that answer, the impulse acts at one point of x0 on both, so that it keeps angular
- * momentum, friction across the gap too: cloth's own, else the middle. */
-static void share_point(const contact_scene *scene, contact_row *row) {
-    vec3 const first = find_side_point(scene, row, 0), second = find_side_point(scene, row, 1);
-    vec3 point = vec3_lerp(first, second, 0.5);
-    if (row->frame.slots[0] == TULLE_NONE) point = first;
-    if (row->frame.slots[1] == TULLE_NONE) point = second;
+/* Fills slots and arms of the row's bodies. Between two sides that answer, the impulse acts at one
+ * point of x0 on both, so that it keeps angular momentum, friction across the gap too: cloth's own
+ * point, else the middle. Against what nothing moves, arms are those of the end of the step, where
+ * the contact lands below the centre: with those of x0 a rolling ball meets a resistance of first
+ * order in its turn. */
+void set_row_bodies(const contact_scene *scene, contact_row *row) {
+    row_frame *const frame = &row->frame;
+    frame->has_body = false;
+    frame->slots[0] = frame->slots[1] = TULLE_NONE;
+    frame->arms[0] = frame->arms[1] = vec3_make(0.0, 0.0, 0.0);
+    if (scene->body_count == 0) return;
+    bool answers[2] = {false, false}, has_cloth = false;
+    vec3 points[2] = {{0.0, 0.0, 0.0}, {0.0, 0.0, 0.0}}; /* of each side at x0 */
+    for (int k = 0; k < 4; k++) {
+        int const side = get_row_side(row, k);
+        uint32_t const vertex = frame->vertices[k], index = find_body(scene, vertex);
+        vec3 const start = vec3_load(scene->x0, vertex);
+        bool const is_cloth = vertex < scene->cloth_vertex_count;
+        has_cloth |= is_cloth;
+        answers[side] |= is_cloth || index != TULLE_NONE;
+        points[side] = vec3_add_scaled(points[side], start, fabs(frame->weights[k]));
+        if (index == TULLE_NONE) continue;
+        vec3 const arm = vec3_sub(start, scene->bodies[index].start.position);
+        frame->has_body = true;
+        frame->slots[side] = get_body_slot(scene, index);
+        frame->arms[side] = vec3_add_scaled(frame->arms[side], arm, frame->weights[k]);
+    }
+    if (!frame->has_body) return;
+    frame->is_without_cloth = !has_cloth;
+    frame->has_end_arms = !answers[0] || !answers[1];
+    vec3 point = vec3_lerp(points[0], points[1], 0.5);
+    if (frame->slots[0] == TULLE_NONE) point = points[0];
+    if (frame->slots[1] == TULLE_NONE) point = points[1];
     for (int side = 0; side < 2; side++) {
         const contact_body *const body = find_side_body(scene, row, side);
         if (!body) continue;
-        row->frame.arms[side] =
-            vec3_scale(vec3_sub(point, body->start.position), get_side_sign(side));
+        frame->arms[side] = frame->has_end_arms ? mat3_multiply_vec3(&body->turn, frame->arms[side])
+                                                : vec3_scale(vec3_sub(point, body->start.position),
+                                                             SIDE_SIGNS[side]);
     }
-}
-
-/* Against what nothing moves, arms are those of the end of the step, where the contact lands below
- * the centre: with those of x0 a rolling ball meets a resistance of first order in its turn. */
-static void choose_arms(const contact_scene *scene, contact_row *row) {
-    row->frame.has_end_arms = !side_may_move(scene, row, 0) || !side_may_move(scene, row, 1);
-    if (!row->frame.has_end_arms) {
-        share_point(scene, row);
-        return;
-    }
-    for (int side = 0; side < 2; side++) {
-        const contact_body *const body = find_side_body(scene, row, side);
-        if (body) row->frame.arms[side] = mat3_multiply_vec3(&body->turn, row->frame.arms[side]);
-    }
-}
-
-void set_row_bodies(const contact_scene *scene, contact_row *row) {
-    row->frame.has_body = false;
-    row->frame.slots[0] = row->frame.slots[1] = TULLE_NONE;
-    row->frame.arms[0] = row->frame.arms[1] = vec3_make(0.0, 0.0, 0.0);
-    for (int k = 0; k < 4; k++) {
-        uint32_t const index = find_body(scene, row->frame.vertices[k]);
-        if (index == TULLE_NONE) continue;
-        int const side = get_row_side(row, k);
-        vec3 const arm = vec3_sub(vec3_load(scene->x0, row->frame.vertices[k]),
-                                  scene->bodies[index].start.position);
-        row->frame.has_body = true;
-        row->frame.slots[side] = get_body_slot(scene, index);
-        row->frame.arms[side] = vec3_add_scaled(row->frame.arms[side], arm, row->frame.weights[k]);
-    }
-    if (!row->frame.has_body) return;
-    row->frame.is_without_cloth = true;
-    for (int k = 0; k < 4; k++)
-        row->frame.is_without_cloth &= row->frame.vertices[k] >= scene->cloth_vertex_count;
-    choose_arms(scene, row);
 }
 
 /* K p for an impulse p on the row, K the part of bodies in the change of its velocity. */
@@ -251,13 +208,6 @@ static vec3 answer_by_bodies(const contact_scene *scene, const contact_row *row,
     return sum;
 }
 
-/* Two unit tangents at right angles. */
-static void find_tangents(vec3 normal, vec3 *first, vec3 *second) {
-    vec3 const axis = fabs(normal.x) < 0.6 ? vec3_make(1.0, 0.0, 0.0) : vec3_make(0.0, 1.0, 0.0);
-    *first = vec3_normalize(vec3_cross(normal, axis));
-    *second = vec3_cross(normal, *first);
-}
-
 void set_row_mobility(const contact_scene *scene, contact_row *row) {
     double of_vertices = 0.0;
     for (int k = 0; k < 4; k++)
@@ -265,8 +215,9 @@ void set_row_mobility(const contact_scene *scene, contact_row *row) {
                        scene->inverse_mass[row->frame.vertices[k]];
     row->solve.inverse_mass = of_vertices;
     if (!row->frame.has_body) return;
-    vec3 a, b;
-    find_tangents(row->frame.normal, &a, &b);
+    vec3 const n = row->frame.normal; /* a and b: unit tangents at right angles */
+    vec3 const axis = fabs(n.x) < 0.6 ? vec3_make(1.0, 0.0, 0.0) : vec3_make(0.0, 1.0, 0.0);
+    vec3 const a = vec3_normalize(vec3_cross(n, axis)), b = vec3_cross(n, a);
     vec3 const ka = answer_by_bodies(scene, row, a), kb = answer_by_bodies(scene, row, b);
     vec3 const kn = answer_by_bodies(scene, row, row->frame.normal);
     row->solve.inverse_mass += vec3_dot(row->frame.normal, kn);
@@ -278,7 +229,7 @@ void set_row_mobility(const contact_scene *scene, contact_row *row) {
         of_vertices + 0.5 * (aa + bb) + sqrt(half * half + ab * ab); /* largest eigenvalue */
 }
 
-double find_row_fall(const contact_scene *scene, const contact_row *row) {
+double compute_row_fall(const contact_scene *scene, const contact_row *row) {
     double fall = 0.0;
     for (int k = 0; k < 4; k++)
         if (scene->inverse_mass[row->frame.vertices[k]] > 0.0)
@@ -286,19 +237,23 @@ double find_row_fall(const contact_scene *scene, const contact_row *row) {
                     vec3_dot(row->frame.normal, scene->gravity);
     for (int side = 0; side < 2 && row->frame.has_body; side++)
         if (row->frame.slots[side] != TULLE_NONE)
-            fall += scene->time_step * get_side_sign(side) *
-                    vec3_dot(row->frame.normal, scene->gravity);
+            fall +=
+                scene->time_step * SIDE_SIGNS[side] * vec3_dot(row->frame.normal, scene->gravity);
     return fall;
 }
 
-double find_row_curvature(const contact_scene *scene, const contact_row *row) {
+double compute_row_curvature(const contact_scene *scene, const contact_row *row) {
     double sum = 0.0;
     for (int side = 0; side < 2; side++) {
         const contact_body *const body = find_side_body(scene, row, side);
         if (!body) continue;
         vec3 const arm = row->frame.arms[side];
+        const double *const m = body->turn.m;
+        vec3 const before = {m[0] * arm.x + m[3] * arm.y + m[6] * arm.z, /* turn^T arm */
+                             m[1] * arm.x + m[4] * arm.y + m[7] * arm.z,
+                             m[2] * arm.x + m[5] * arm.y + m[8] * arm.z};
         vec3 const way = row->frame.has_end_arms
-                             ? vec3_sub(arm, multiply_transposed(&body->turn, arm))
+                             ? vec3_sub(arm, before)
                              : vec3_sub(mat3_multiply_vec3(&body->turn, arm), arm);
         vec3 const linear = vec3_cross(body->turn_vector, arm);
         sum += vec3_dot(row->frame.normal, vec3_sub(way, linear));
@@ -306,7 +261,7 @@ double find_row_curvature(const contact_scene *scene, const contact_row *row) {
     return sum;
 }
 
-double find_row_turn(const contact_scene *scene, const contact_row *row) {
+double compute_row_turn(const contact_scene *scene, const contact_row *row) {
     double sum = 0.0;
     for (int side = 0; side < 2; side++) {
         const contact_body *const body = find_side_body(scene, row, side);

@@ -71,12 +71,12 @@ void set_row_bodies(const contact_scene *scene, contact_row *row);
 void set_row_mobility(const contact_scene *scene, contact_row *row);
 
 /* [m/s] What gravity adds in the step to the row's normal velocity. */
-double find_row_fall(const contact_scene *scene, const contact_row *row);
+double compute_row_fall(const contact_scene *scene, const contact_row *row);
 
 /* [m] What predicted turns of bodies add to the row's gap beyond h w x arm. */
-double find_row_curvature(const contact_scene *scene, const contact_row *row);
+double compute_row_curvature(const contact_scene *scene, const contact_row *row);
 
 /* [rad] By how much the row's sides may turn in the step, as predicted. */
-double find_row_turn(const contact_scene *scene, const contact_row *row);
+double compute_row_turn(const contact_scene *scene, const contact_row *row);
 
 #endif

@@ -26,43 +26,39 @@
 /* [s] Offsets fade by e in this time; half to three times as long does as well. */
 #define MEMORY 1.0
 
-static double find_largest_offset(const contact_scene *scene) {
+/* The offset, not longer than what asks for the largest speed of undoing. */
+static vec3 limit_offset(const contact_scene *scene, vec3 offset) {
     const contact_settings *const settings = &scene->settings;
-    return SPEED_SHARE * settings->slip_speed * scene->time_step / settings->anchor_share;
-}
-
-static vec3 limit_offset(vec3 offset, double largest) {
+    double const largest =
+        SPEED_SHARE * settings->slip_speed * scene->time_step / settings->anchor_share;
     double const size = vec3_norm(offset);
     return size > largest ? vec3_scale(offset, largest / size) : offset;
 }
 
-static vec3 remove_normal(vec3 vector, vec3 normal) {
-    return vec3_add_scaled(vector, normal, -vec3_dot(normal, vector));
-}
-
 void take_anchor(const contact_scene *scene, contact_row *row, vec3 offset) {
-    bool const is_held =
-        row->law.is_old && row->law.old_state == ROW_STICKS && !row->law.is_sliding;
+    row_law *const law = &row->law;
+    vec3 const normal = row->frame.normal;
+    bool const is_held = law->is_old && law->old_state == ROW_STICKS && !law->is_sliding;
     if (!is_held || !(scene->settings.anchor_share > 0.0)) offset = vec3_make(0.0, 0.0, 0.0);
-    row->law.anchor =
-        limit_offset(remove_normal(offset, row->frame.normal), find_largest_offset(scene));
-    row->law.return_velocity =
-        vec3_scale(row->law.anchor, -scene->settings.anchor_share / scene->time_step);
+    vec3 const tangential = vec3_add_scaled(offset, normal, -vec3_dot(normal, offset));
+    law->anchor = limit_offset(scene, tangential);
+    law->return_velocity =
+        vec3_scale(law->anchor, -scene->settings.anchor_share / scene->time_step);
 }
 
 void move_anchors(const contact_scene *scene, const double *x1, row_list *list) {
     if (!(scene->settings.anchor_share > 0.0)) return;
-    double const largest = find_largest_offset(scene);
     double const kept = fmax(1.0 - scene->time_step / MEMORY, 0.0);
     for (size_t i = 0; i < list->rows.count; i++) {
         contact_row *const row = &list->rows.data[i];
+        vec3 const normal = row->frame.normal;
         bool const goes_on = row->solve.state == ROW_STICKS && row->law.old_state == ROW_STICKS;
         vec3 const points =
             vec3_sub(blend_row_vertices(row, x1), blend_row_vertices(row, scene->x0));
         vec3 const way = vec3_add_scaled(points, row->frame.turning, -scene->time_step);
-        vec3 const offset =
-            vec3_add_scaled(remove_normal(way, row->frame.normal), row->law.anchor, kept);
-        row->law.anchor = goes_on && !row->law.is_sliding ? limit_offset(offset, largest)
+        vec3 const slip = vec3_add_scaled(way, normal, -vec3_dot(normal, way));
+        vec3 const offset = vec3_add_scaled(slip, row->law.anchor, kept);
+        row->law.anchor = goes_on && !row->law.is_sliding ? limit_offset(scene, offset)
                                                           : vec3_make(0.0, 0.0, 0.0);
     }
 }

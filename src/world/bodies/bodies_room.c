@@ -10,7 +10,7 @@ static const double ROOM_SHARE = 0.5;
 
 /* [m/s] at which a row keeps the room it has: turning bodies come nearer without that speed. */
 static double compute_kept_speed(const step_context *context, const contact_row *row) {
-    return -find_row_curvature(&context->scene, row) / context->time_step;
+    return -compute_row_curvature(&context->scene, row) / context->time_step;
 }
 
 static double compute_push(const contact_row *row) {

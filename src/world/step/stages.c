@@ -56,8 +56,8 @@ tulle_status world_end_stage(step_context *context, stage number, tulle_status s
 
 tulle_status world_gather_rows(step_context *context) {
     tulle_status const status =
-        gather_contacts(&context->scene, &context->state->contacts, context->predicted,
-                        &context->source, &context->world->rows);
+        gather_rows(&context->scene, &context->state->contacts, context->predicted,
+                    &context->source, &context->world->rows);
     return world_end_stage(context, STAGE_GATHER_ROWS, status);
 }
 

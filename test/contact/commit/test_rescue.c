@@ -168,7 +168,7 @@ static tulle_status run_crowded_step(mini_world *world, uint64_t seed) {
     prescribe_motion(&scene, world->u);
     propose_paths(&scene, world->u, world->x1);
     pair_source source = find_mini_pairs(world, world->x1);
-    tulle_status status = gather_contacts(&scene, &world->store, world->x1, &source, &world->rows);
+    tulle_status status = gather_rows(&scene, &world->store, world->x1, &source, &world->rows);
     if (status == TULLE_OK)
         status =
             resolve_impacts(&scene, &source, &world->rows, world->u, world->x1, &world->impacts);
@@ -232,7 +232,7 @@ static void lack_of_memory_is_an_error(void **state) {
         memcpy(world.targets, world.x0, size);
         prescribe_motion(&scene, world.u);
         propose_paths(&scene, world.u, world.x1);
-        tulle_status status = gather_contacts(&scene, &world.store, world.x1, &source, &world.rows);
+        tulle_status status = gather_rows(&scene, &world.store, world.x1, &source, &world.rows);
         if (status == TULLE_OK)
             status =
                 resolve_impacts(&scene, &source, &world.rows, world.u, world.x1, &world.impacts);

@@ -153,7 +153,7 @@ static void near_pairs_find_what_all_pairs_find(void **state) {
         memcpy(world.x1, world.x0, 3 * world.vertex_count * sizeof(double));
         pair_source source = find_mini_pairs(&world, world.x1);
         contact_scene const scene = get_mini_scene(&world, TIME_STEP);
-        assert_int_equal(gather_contacts(&scene, &world.store, world.x1, &source, &world.rows),
+        assert_int_equal(gather_rows(&scene, &world.store, world.x1, &source, &world.rows),
                          TULLE_OK);
         assert_non_null(source.near_pairs);
         assert_true(find_smallest_start(&source) ==
@@ -184,7 +184,7 @@ static void fast_vertices_are_tested_against_all(void **state) {
         move_some_by_chance(&world, 0.02, &random);
         pair_source source = find_mini_pairs(&world, world.x1);
         contact_scene const scene = get_mini_scene(&world, TIME_STEP);
-        assert_int_equal(gather_contacts(&scene, &world.store, world.x0, &source, &world.rows),
+        assert_int_equal(gather_rows(&scene, &world.store, world.x0, &source, &world.rows),
                          TULLE_OK);
         size_t const near_count = source.near_pairs->pairs.count;
         size_t const pair_count =
@@ -241,7 +241,7 @@ static void shortest_ways_to_a_hit_are_tested(void **state) {
         pair_source source = find_mini_pairs(&world, world.x1);
         contact_scene const scene = get_mini_scene(&world, TIME_STEP);
         assert_true(scene.largest_separation < height);
-        assert_int_equal(gather_contacts(&scene, &world.store, world.x0, &source, &world.rows),
+        assert_int_equal(gather_rows(&scene, &world.store, world.x0, &source, &world.rows),
                          TULLE_OK);
         assert_int_equal(source.near_pairs->pairs.count, 0);
         uint64_t random = (uint64_t)turn;
@@ -268,8 +268,7 @@ static void renewed_pairs_have_none(void **state) {
     pair_source source = find_mini_pairs(&world, world.x1);
     assert_null(source.near_pairs);
     contact_scene const scene = get_mini_scene(&world, TIME_STEP);
-    assert_int_equal(gather_contacts(&scene, &world.store, world.x1, &source, &world.rows),
-                     TULLE_OK);
+    assert_int_equal(gather_rows(&scene, &world.store, world.x1, &source, &world.rows), TULLE_OK);
     assert_non_null(source.near_pairs);
     assert_int_equal(ensure_pairs_cover(&scene, &source, world.x1), TULLE_OK);
     assert_non_null(source.near_pairs);

@@ -2,11 +2,11 @@
  * vector width, and what it drops is as far apart as it says; distances are those of
  * closest_of_pair; what is kept is sorted. */
 #include "base/hash.h"
-#include "contact/commit/select_admissible.h"
 #include "contact/pairs/apart_pairs.h"
 #include "contact/pairs/pair_filter.h"
 #include "contact/pairs/pair_rules.h"
 #include "contact/pairs/sort_pairs.h"
+#include "contact/rows/admissible_rows.h"
 #include "support/test_support.h"
 
 #include <math.h>

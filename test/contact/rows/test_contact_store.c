@@ -2,7 +2,7 @@
  * of memory. */
 #include "base/hash.h"
 #include "contact/rows/contact_store.h"
-#include "contact/rows/gather_contacts.h"
+#include "contact/rows/gather_rows.h"
 #include "support/test_support.h"
 
 #include <stdlib.h>

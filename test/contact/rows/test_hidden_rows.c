@@ -47,7 +47,7 @@ static void gather_sliding(mini_world *world) {
         world->x1[3 * v + 2] -= 9.81 * TIME_STEP * TIME_STEP;
     }
     pair_source source = find_mini_pairs(world, world->x1);
-    assert_int_equal(gather_contacts(&scene, &world->store, world->x1, &source, &world->rows),
+    assert_int_equal(gather_rows(&scene, &world->store, world->x1, &source, &world->rows),
                      TULLE_OK);
 }
 

@@ -1,6 +1,6 @@
-/* contact/rows/gather_contacts.h - stage 2: rows of pairs that touch or are about to. */
-#ifndef TULLE_CONTACT_ROWS_GATHER_CONTACTS_H
-#define TULLE_CONTACT_ROWS_GATHER_CONTACTS_H
+/* contact/rows/gather_rows.h - stage 5: rows of pairs that touch or are about to. */
+#ifndef TULLE_CONTACT_ROWS_GATHER_ROWS_H
+#define TULLE_CONTACT_ROWS_GATHER_ROWS_H
 
 #include "contact/contact_types.h"
 #include "contact/pairs/contact_paths.h"
@@ -8,12 +8,12 @@
 
 /* Replaces `list` (its array lives on scene->heap) by one row for each pair of the source that is
  * nearer than its separation distance at x0, or whose path x0 -> predicted comes within its contact
- * distance, as far as the pair is admissible (select_admissible). Impulses of pairs in the store
+ * distance, as far as the pair is admissible (admissible_rows.h). Impulses of pairs in the store
  * are carried over, scaled to this time step. The source's pairs are the candidates of x0 ->
  * predicted with a margin of at least the largest separation distance; its near pairs are set, to
  * an array of the list. Out of memory: the list is empty. */
-tulle_status gather_contacts(const contact_scene *scene, const contact_store *store,
-                             const double *predicted, pair_source *source, row_list *list);
+tulle_status gather_rows(const contact_scene *scene, const contact_store *store,
+                         const double *predicted, pair_source *source, row_list *list);
 
 void row_list_destroy(row_list *list, memory *heap);
 

@@ -32,7 +32,7 @@ static void make_sheet_over_plane(mini_world *world, uint64_t *random, uint32_t 
 static void gather(mini_world *world) {
     contact_scene const scene = get_mini_scene(world, TIME_STEP);
     pair_source source = find_mini_pairs(world, world->x1);
-    assert_int_equal(gather_contacts(&scene, &world->store, world->x1, &source, &world->rows),
+    assert_int_equal(gather_rows(&scene, &world->store, world->x1, &source, &world->rows),
                      TULLE_OK);
 }
 
