@@ -1,6 +1,6 @@
-/* Times stages 6 and 7 on made-up motions of a 99 x 99 cloth over a sphere of 5,472 triangles: flat
- * in the air, draped in folds, and three sheets piled up. Prints counts beside minimum and median
- * times [ms] as CSV. Usage: bench_broad_phase [rounds] */
+/* Times building of trees and search on made-up motions of a 99 x 99 cloth over a sphere of 5,472
+ * triangles: flat in the air, draped in folds, and three sheets piled up. Prints counts beside
+ * minimum and median times [ms] as CSV. Usage: bench_broad_phase [rounds] */
 #include "base/hash.h"
 #include "base/timer.h"
 #include "detect/trees/broad_phase.h"

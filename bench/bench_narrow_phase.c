@@ -1,7 +1,7 @@
-/* Times the parts of stage 8 on made-up pairs whose boxes over the motion meet, for motions of
- * several lengths: one pair at a time and eight at a time, for each vector width, in processor time
- * of the same run. Prints CSV: counts after each part, then the least time of the rounds in
- * nanoseconds for each pair that the part is given. Usage: bench_narrow_phase [rounds] */
+/* Times the parts of the narrow phase on made-up pairs whose boxes over the motion meet, for
+ * motions of several lengths: one pair at a time and eight at a time, for each vector width, in
+ * processor time of the same run. Prints CSV: counts after each part, then the least time of the
+ * rounds in nanoseconds for each pair that the part is given. Usage: bench_narrow_phase [rounds] */
 #define _POSIX_C_SOURCE 200809L /* clock_gettime */
 #include "base/hash.h"
 #include "detect/impact/impact_pool.h"

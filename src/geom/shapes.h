@@ -10,7 +10,7 @@
 #define SHAPE_BIT(shape) (UINT32_C(1) << TULLE_SHAPE_##shape)
 
 /* Most vertices of a generated mesh. */
-#define SHAPE_VERTEX_LIMIT 10000000
+enum { SHAPE_VERTEX_LIMIT = 10000000 };
 
 typedef tulle_status (*shape_generator)(const tulle_shape_def *def, tulle_mesh *mesh,
                                         tulle_error *error);

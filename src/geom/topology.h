@@ -1,5 +1,5 @@
-/* geom/topology.h - edges and adjacency of a triangle set; works for any soup with valid indices.
- */
+/* geom/topology.h - edges and adjacency of a triangle set; for any triangle soup with valid
+ * indices. */
 #ifndef TULLE_GEOM_TOPOLOGY_H
 #define TULLE_GEOM_TOPOLOGY_H
 

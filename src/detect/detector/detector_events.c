@@ -28,8 +28,9 @@ static vec3 scale_exponent(vec3 a, int exponent) {
     return (vec3){ldexp(a.x, exponent), ldexp(a.y, exponent), ldexp(a.z, exponent)};
 }
 
-/* Exponent of the largest coordinate of 8 points; 0 when they need no scaling. */
-static int compute_exponent(const local_pair *pair) {
+/* Scales a pair by a power of two so that its largest coordinate is about 1, if it is very large or
+ * very small. */
+static void scale_pair(local_pair *pair) {
     double most = 0.0;
     for (int k = 0; k < 4; k++) {
         vec3 const a = pair->start[k], b = pair->end[k];
@@ -38,12 +39,7 @@ static int compute_exponent(const local_pair *pair) {
     }
     int exponent = 0;
     if (most > 0.0) frexp(most, &exponent);
-    return exponent < -LARGE_EXPONENT || exponent > LARGE_EXPONENT ? exponent : 0;
-}
-
-static void scale_pair(local_pair *pair) {
-    int const exponent = compute_exponent(pair);
-    if (exponent == 0) return;
+    if (exponent >= -LARGE_EXPONENT && exponent <= LARGE_EXPONENT) return;
     pair->exponent += exponent;
     for (int k = 0; k < 4; k++) {
         pair->start[k] = scale_exponent(pair->start[k], -exponent);
@@ -66,18 +62,6 @@ static local_pair load_local_pair(const detector_pass *pass, const uint32_t vert
     return pair;
 }
 
-/* Unit a x b, or zero where they are parallel but for rounding. */
-static vec3 compute_unit_normal(vec3 a, vec3 b) {
-    vec3 const normal = vec3_cross(vec3_normalize(a), vec3_normalize(b));
-    return vec3_norm(normal) > LEAST_SINE ? vec3_normalize(normal) : vec3_make(0.0, 0.0, 0.0);
-}
-
-static vec3 compute_common_normal(feature_kind kind, const vec3 points[4]) {
-    if (kind == FEATURE_VERTEX_TRIANGLE)
-        return compute_unit_normal(vec3_sub(points[2], points[1]), vec3_sub(points[3], points[1]));
-    return compute_unit_normal(vec3_sub(points[1], points[0]), vec3_sub(points[3], points[2]));
-}
-
 /* sum w[i] x[i] */
 static vec3 combine(const double weights[4], const vec3 points[4]) {
     vec3 sum = {0.0, 0.0, 0.0};
@@ -89,7 +73,14 @@ static vec3 combine(const double weights[4], const vec3 points[4]) {
  * closest point was at the start, else by where it goes. */
 static vec3 compute_touching_normal(feature_kind kind, const local_pair *pair, const vec3 points[4],
                                     const double weights[4]) {
-    vec3 const normal = compute_common_normal(kind, points);
+    bool const has_face = kind == FEATURE_VERTEX_TRIANGLE;
+    vec3 const a = has_face ? vec3_sub(points[2], points[1]) : vec3_sub(points[1], points[0]);
+    vec3 const b = has_face ? vec3_sub(points[3], points[1]) : vec3_sub(points[3], points[2]);
+    vec3 normal = vec3_cross(vec3_normalize(a), vec3_normalize(b));
+    if (vec3_norm(normal) > LEAST_SINE)
+        normal = vec3_normalize(normal);
+    else /* parallel but for rounding */
+        normal = vec3_make(0.0, 0.0, 0.0);
     double const height = vec3_dot(normal, combine(weights, pair->start));
     if (fabs(height) > TOUCHING_DISTANCE) return height < 0.0 ? vec3_neg(normal) : normal;
     double const later = vec3_dot(normal, combine(weights, pair->end));
@@ -113,11 +104,6 @@ static void fill_place(feature_kind kind, const local_pair *pair, tulle_detect_e
     event->distance = pair->exponent == 0 ? distance : ldexp(distance, pair->exponent);
 }
 
-static tulle_detect_state get_state(uint8_t state) {
-    if (state == TOI_TOUCHING_AT_START) return TULLE_DETECT_TOUCHING_AT_START;
-    return state == TOI_HIT ? TULLE_DETECT_HIT : TULLE_DETECT_UNRESOLVED;
-}
-
 static void fill_event(const tulle_detector *detector, const detector_pass *pass,
                        const raw_event *raw, tulle_detect_event *event) {
     memset(event, 0, sizeof *event); /* padding too: equal events have equal bytes */
@@ -125,7 +111,9 @@ static void fill_event(const tulle_detector *detector, const detector_pass *pass
     feature_pair const features = {(uint32_t)(raw->key >> 32), (uint32_t)raw->key};
     bool const has_face = kind == FEATURE_VERTEX_TRIANGLE;
     event->kind = has_face ? TULLE_DETECT_VERTEX_FACE : TULLE_DETECT_EDGE_EDGE;
-    event->state = get_state(raw->state);
+    event->state = raw->state == TOI_TOUCHING_AT_START ? TULLE_DETECT_TOUCHING_AT_START
+                   : raw->state == TOI_HIT             ? TULLE_DETECT_HIT
+                                                       : TULLE_DETECT_UNRESOLVED;
     event->face = has_face ? features.second : TULLE_NONE;
     event->time = raw->time;
     feature_pair_vertices(&detector->topo, kind, features, event->vertices);

@@ -1,17 +1,13 @@
-/* detect/detector/detector_pass.c - one pass, stages 5 to 8: patches, trees, candidates, times of
- * impact.
+/* detect/detector/detector_pass.c - one pass over a detector's surfaces: patches, trees,
+ * candidates, times of impact.
  *
- * Candidates go from the trees to the tests in batches and are never stored. Where the events turn
- * out to be more than there is room for, room is made and the search is repeated; patches and trees
- * are not. */
+ * Candidates go from the trees to the tests in batches and are never stored. Where there are more
+ * events than there is room for, room is made and the search is repeated; patches and trees stay.
+ */
 #include "base/error.h"
 #include "base/parallel.h"
 #include "base/timer.h"
 #include "detect/detector/detector_parts.h"
-
-static bool has_patches(tulle_detect_method method) {
-    return method == TULLE_DETECT_PATCHES || method == TULLE_DETECT_PAPER;
-}
 
 static broad_phase_method get_broad_method(tulle_detect_method method) {
     if (method == TULLE_DETECT_PAPER) return BROAD_PHASE_PAPER;
@@ -29,9 +25,10 @@ static tulle_status explain(tulle_status status, tulle_error *error) {
 static tulle_status make_stages(tulle_detector *detector, const double *rest) {
     memory *const heap = &detector->heap;
     tulle_detect_method const method = detector->def.method;
+    bool const has_patches = method == TULLE_DETECT_PATCHES || method == TULLE_DETECT_PAPER;
     tulle_status status = TULLE_OK;
     if (!detector->narrow) status = narrow_phase_create(heap, &detector->narrow);
-    if (status == TULLE_OK && has_patches(method) && !detector->patches)
+    if (status == TULLE_OK && has_patches && !detector->patches)
         status = kept_patches_create(heap, &detector->set, &detector->patches);
     if (status == TULLE_OK)
         status = broad_phase_create(heap, &detector->set, rest, get_broad_method(method),
@@ -56,7 +53,7 @@ void detector_destroy_stages(tulle_detector *detector) {
     narrow_phase_destroy(detector->narrow);
 }
 
-/* Stage 5. Labels of patches whose inner pairs need no search. */
+/* Updates the patches and takes their labels: pairs within a patch need no search. */
 static tulle_status prepare_patches(tulle_detector *detector, detector_pass *pass) {
     detector->labels = NULL;
     if (!detector->patches) return TULLE_OK;
@@ -96,7 +93,7 @@ static void flush_worker(void *context, size_t begin, size_t end, size_t chunk, 
     narrow_phase_flush(flush->narrow, flush->tables, (int)chunk);
 }
 
-/* Stages 7 and 8 in one loop, again where the events found no room. */
+/* Finds and tests candidates in one loop, and again where the events found no room. */
 static tulle_status search(tulle_detector *detector, detector_pass *pass) {
     narrow_phase_input const input = {.set = &detector->set,
                                       .separations = detector->separations,
@@ -121,19 +118,6 @@ static tulle_status search(tulle_detector *detector, detector_pass *pass) {
     return status;
 }
 
-static void count_work(const tulle_detector *detector, detector_pass *pass) {
-    narrow_phase_counts const counts = narrow_phase_get_counts(detector->narrow);
-    tulle_detect_statistics *const statistics = &pass->statistics;
-    statistics->box_pairs = counts.candidate_count;
-    statistics->filtered_pairs = counts.pooled_count;
-    statistics->tested_pairs = counts.tested_count;
-    statistics->filter_seconds = counts.filter_seconds / detector->threads;
-    statistics->impact_seconds = counts.impact_seconds / detector->threads;
-    double const rest =
-        statistics->search_seconds - statistics->filter_seconds - statistics->impact_seconds;
-    statistics->traversal_seconds = rest > 0.0 ? rest : 0.0;
-}
-
 static tulle_status run_stages(tulle_detector *detector, detector_pass *pass) {
     tulle_detect_statistics *const statistics = &pass->statistics;
     double const began = timer_now();
@@ -151,7 +135,17 @@ static tulle_status run_stages(tulle_detector *detector, detector_pass *pass) {
     if (status == TULLE_OK) status = search(detector, pass);
     if (status != TULLE_OK) return status;
     statistics->search_seconds = timer_now() - built;
-    count_work(detector, pass);
+
+    /* What it took, and what came of it. */
+    narrow_phase_counts const counts = narrow_phase_get_counts(detector->narrow);
+    statistics->box_pairs = counts.candidate_count;
+    statistics->filtered_pairs = counts.pooled_count;
+    statistics->tested_pairs = counts.tested_count;
+    statistics->filter_seconds = counts.filter_seconds / detector->threads;
+    statistics->impact_seconds = counts.impact_seconds / detector->threads;
+    double const rest =
+        statistics->search_seconds - statistics->filter_seconds - statistics->impact_seconds;
+    statistics->traversal_seconds = rest > 0.0 ? rest : 0.0;
     pass->events = narrow_phase_get_events(detector->narrow, &pass->event_count);
     return TULLE_OK;
 }

@@ -1,6 +1,6 @@
 /* detect/impact/impact_bounds.h - the error bounds and limits of impact tests, the same for one
- * pair (time_of_impact.c, coplanarity_filter.c) and for eight at a time (detect/kernels), so that
- * both give the same bits. */
+ * pair (time_of_impact.c, coplanarity_filter.c) and for eight at a time (kernels/), so that both
+ * give the same bits. */
 #ifndef TULLE_DETECT_IMPACT_IMPACT_BOUNDS_H
 #define TULLE_DETECT_IMPACT_IMPACT_BOUNDS_H
 

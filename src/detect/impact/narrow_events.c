@@ -1,6 +1,6 @@
-/* detect/impact/narrow_events.c - see narrow_events.h. Sorting: least significant digit radix sort
- * over the digits in which keys differ. All (kind, key) differ, so the order does not depend on who
- * wrote which block. */
+/* detect/impact/narrow_events.c - see narrow_events.h. Events are sorted by a radix sort over the
+ * digits in which keys differ, from the least significant one on. All (kind, key) differ, so the
+ * order does not depend on who wrote which block. */
 #include "detect/impact/narrow_events.h"
 
 #include <string.h>
@@ -52,59 +52,35 @@ void event_writer_finish(event_writer *writer) {
     while (writer->cursor != writer->end) (writer->cursor++)->kind = EMPTY_KIND;
 }
 
-static bool comes_before(const raw_event *a, const raw_event *b) {
-    return a->kind != b->kind ? a->kind < b->kind : a->key < b->key;
-}
-
-static void sort_by_insertion(raw_event *events, size_t count) {
-    for (size_t i = 1; i < count; i++) {
-        raw_event const event = events[i];
-        size_t at = i;
-        for (; at > 0 && comes_before(&event, &events[at - 1]); at--) events[at] = events[at - 1];
-        events[at] = event;
-    }
-}
-
-/* Sorts stably by one digit; false, with nothing done, when all have the same. */
-static bool sort_digit(const raw_event *from, raw_event *to, size_t count, unsigned shift) {
-    uint32_t places[DIGITS] = {0};
-    for (size_t i = 0; i < count; i++) places[from[i].key >> shift & (DIGITS - 1)]++;
-    if (places[from[0].key >> shift & (DIGITS - 1)] == count) return false;
-    uint32_t begin = 0;
-    for (size_t d = 0; d < DIGITS; d++) {
-        uint32_t const digit_count = places[d];
-        places[d] = begin;
-        begin += digit_count;
-    }
-    for (size_t i = 0; i < count; i++) to[places[from[i].key >> shift & (DIGITS - 1)]++] = from[i];
-    return true;
-}
-
-/* Sorts events of one kind in `events`, with as much room in `space`. */
+/* Sorts events of one kind by key, with as much room in `space`: few by insertion, more by one
+ * digit after the other. */
 static void sort_by_key(raw_event *events, raw_event *space, size_t count) {
     if (count <= INSERTION_MOST) {
-        sort_by_insertion(events, count);
+        for (size_t i = 1; i < count; i++) {
+            raw_event const event = events[i];
+            size_t at = i;
+            for (; at > 0 && event.key < events[at - 1].key; at--) events[at] = events[at - 1];
+            events[at] = event;
+        }
         return;
     }
     raw_event *from = events, *to = space;
     for (unsigned shift = 0; shift < 64; shift += DIGIT_BITS) {
-        if (!sort_digit(from, to, count, shift)) continue;
+        uint32_t places[DIGITS] = {0}, begin = 0;
+        for (size_t i = 0; i < count; i++) places[from[i].key >> shift & (DIGITS - 1)]++;
+        if (places[from[0].key >> shift & (DIGITS - 1)] == count) continue; /* all have the same */
+        for (size_t d = 0; d < DIGITS; d++) {
+            uint32_t const digit_count = places[d];
+            places[d] = begin;
+            begin += digit_count;
+        }
+        for (size_t i = 0; i < count; i++)
+            to[places[from[i].key >> shift & (DIGITS - 1)]++] = from[i];
         raw_event *const swapped = from;
         from = to;
         to = swapped;
     }
     if (from != events) memcpy(events, from, count * sizeof *events);
-}
-
-/* Moves the events of one kind and at most time `latest` to `to`; returns their number. */
-static size_t gather_kind(const event_store *store, size_t filled, feature_kind kind, double latest,
-                          raw_event *to) {
-    size_t count = 0;
-    for (size_t i = 0; i < filled; i++) {
-        const raw_event *const event = &store->events.data[i];
-        if (event->kind == kind && event->time <= latest) to[count++] = *event;
-    }
-    return count;
 }
 
 bool event_store_sort(memory *heap, event_store *store, bool only_earliest) {
@@ -115,12 +91,20 @@ bool event_store_sort(memory *heap, event_store *store, bool only_earliest) {
         const raw_event *const event = &store->events.data[i];
         if (event->kind != EMPTY_KIND && event->time < latest) latest = event->time;
     }
-    raw_event *const sorted = store->sorted.data;
-    size_t const first = gather_kind(store, filled, FEATURE_VERTEX_TRIANGLE, latest, sorted);
-    size_t const second = gather_kind(store, filled, FEATURE_EDGE_EDGE, latest, sorted + first);
-    /* what was gathered from the blocks need not stay there */
-    sort_by_key(sorted, store->events.data, first);
-    sort_by_key(sorted + first, store->events.data, second);
-    store->sorted.count = first + second;
+
+    /* Gather the events of each kind, then sort them: what was gathered need not stay in its
+     * blocks. */
+    size_t counts[2] = {0, 0}, total = 0;
+    for (int kind = 0; kind < 2; kind++) {
+        raw_event *const own = store->sorted.data + total;
+        for (size_t i = 0; i < filled; i++) {
+            const raw_event *const event = &store->events.data[i];
+            if (event->kind == kind && event->time <= latest) own[counts[kind]++] = *event;
+        }
+        total += counts[kind];
+    }
+    sort_by_key(store->sorted.data, store->events.data, counts[0]);
+    sort_by_key(store->sorted.data + counts[0], store->events.data, counts[1]);
+    store->sorted.count = total;
     return true;
 }

@@ -1,6 +1,6 @@
 /* detect/impact/narrow_events.h - the events that many workers find, sorted. Each worker fills
- * blocks of its own in one shared array; when the array is full it goes on counting, so that the
- * caller can make room and repeat. */
+ * blocks of its own in one shared array. When the array is full, workers go on counting blocks, so
+ * that the caller can make room and repeat. */
 #ifndef TULLE_DETECT_IMPACT_NARROW_EVENTS_H
 #define TULLE_DETECT_IMPACT_NARROW_EVENTS_H
 

@@ -103,15 +103,6 @@ static void get_records(const pair_tables *tables, feature_kind kind, uint32_t f
     }
 }
 
-static void load_pair(const pair_tables *tables, feature_kind kind, uint32_t first, uint32_t second,
-                      moving_pair *pair, uint32_t records[4]) {
-    get_records(tables, kind, first, second, records);
-    for (int k = 0; k < 4; k++) {
-        pair->start[k] = vec3_load(tables->records[records[k]].start, 0);
-        pair->end[k] = vec3_load(tables->records[records[k]].end, 0);
-    }
-}
-
 static double get_separation(const narrow_phase_input *input, feature_kind kind,
                              const uint32_t records[4]) {
     if (!input->vertex_surface) return input->separations[0];
@@ -120,46 +111,23 @@ static double get_separation(const narrow_phase_input *input, feature_kind kind,
     return input->separations[a * input->set->surface_count + b];
 }
 
-static double get_slot_separation(const narrow_phase *narrow, const pair_tables *tables,
-                                  feature_kind kind, uint32_t first, uint32_t second) {
-    uint32_t records[4] = {0};
-    if (narrow->input.vertex_surface) get_records(tables, kind, first, second, records);
-    return get_separation(&narrow->input, kind, records);
-}
-
-/* Edges in ascending order of their features, so that results do not depend on the tree. */
-static void order_slots(const pair_tables *tables, feature_kind kind, uint32_t *first,
-                        uint32_t *second) {
-    if (kind == FEATURE_EDGE_EDGE &&
-        tables->edge_features[*first] > tables->edge_features[*second]) {
-        uint32_t const swapped = *first;
-        *first = *second;
-        *second = swapped;
-    }
-}
-
-static uint64_t make_key(const pair_tables *tables, feature_kind kind, uint32_t first,
-                         uint32_t second) {
-    return kind == FEATURE_VERTEX_TRIANGLE
-               ? (uint64_t)tables->vertex_features[first] << 32 | tables->triangle_features[second]
-               : (uint64_t)tables->edge_features[first] << 32 | tables->edge_features[second];
-}
-
-static void lower_earliest(narrow_phase *narrow, double time) {
-    double known = atomic_load_explicit(&narrow->earliest, memory_order_relaxed);
-    while (time < known && !atomic_compare_exchange_weak(&narrow->earliest, &known, time)) {}
-}
-
 static void add_event(narrow_phase *narrow, const pair_tables *tables, feature_kind kind,
                       const impact_result *result, narrow_worker *own) {
-    event_writer_add(&own->writer,
-                     (raw_event){.key = make_key(tables, kind, result->first, result->second),
-                                 .time = result->time,
-                                 .kind = (uint8_t)kind,
-                                 .state = (uint8_t)result->state});
-    if (narrow->input.only_earliest) lower_earliest(narrow, result->time);
+    bool const has_face = kind == FEATURE_VERTEX_TRIANGLE;
+    const uint32_t *const first = has_face ? tables->vertex_features : tables->edge_features;
+    const uint32_t *const second = has_face ? tables->triangle_features : tables->edge_features;
+    event_writer_add(&own->writer, (raw_event){.key = (uint64_t)first[result->first] << 32 |
+                                                      second[result->second],
+                                               .time = result->time,
+                                               .kind = (uint8_t)kind,
+                                               .state = (uint8_t)result->state});
+    if (!narrow->input.only_earliest) return;
+    double known = atomic_load_explicit(&narrow->earliest, memory_order_relaxed);
+    while (result->time < known &&
+           !atomic_compare_exchange_weak(&narrow->earliest, &known, result->time)) {}
 }
 
+/* Takes the pairs of a pool through conservative advancement. */
 static void advance_pool(narrow_phase *narrow, const pair_tables *tables, feature_kind kind,
                          bool is_last, narrow_worker *own) {
     double const began = timer_now();
@@ -178,7 +146,11 @@ static void test_odd_pair(narrow_phase *narrow, const pair_tables *tables, const
     moving_pair pair;
     impact_result result = {.first = pairs->first[index], .second = pairs->second[index]};
     uint32_t records[4];
-    load_pair(tables, pairs->kind, result.first, result.second, &pair, records);
+    get_records(tables, pairs->kind, result.first, result.second, records);
+    for (int k = 0; k < 4; k++) {
+        pair.start[k] = vec3_load(tables->records[records[k]].start, 0);
+        pair.end[k] = vec3_load(tables->records[records[k]].end, 0);
+    }
     double const separation = get_separation(&narrow->input, pairs->kind, records);
     if (pair_stays_apart(pairs->kind, &pair, separation)) return;
     own->counts.pooled_count++;
@@ -188,20 +160,6 @@ static void test_odd_pair(narrow_phase *narrow, const pair_tables *tables, const
     result.time = found.lower_bound;
     result.state = found.state;
     add_event(narrow, tables, pairs->kind, &result, own);
-}
-
-/* Pairs of the batch from `begin` on with their separations, FILTER_PART at most; these are in the
- * worker's array. */
-static slot_pairs take_part(const narrow_phase *narrow, const pair_tables *tables,
-                            const pair_batch *batch, size_t begin, narrow_worker *own) {
-    size_t const left = batch->count - begin;
-    slot_pairs const pairs = {batch->kind, left < FILTER_PART ? left : FILTER_PART,
-                              batch->first + begin, batch->second + begin,
-                              narrow->has_separation ? own->separations : NULL};
-    for (size_t i = 0; narrow->has_separation && i < pairs.count; i++)
-        own->separations[i] =
-            get_slot_separation(narrow, tables, batch->kind, pairs.first[i], pairs.second[i]);
-    return pairs;
 }
 
 /* Takes pairs through the first direction into the pool, which is emptied whenever it is full. */
@@ -232,12 +190,29 @@ void consume_pairs(void *context, const pair_tables *tables, const pair_batch *b
     narrow_worker *const own = &narrow->workers[worker];
     double const began = timer_now(), impact_began = own->counts.impact_seconds;
     for (size_t begin = 0; begin < batch->count; begin += FILTER_PART) {
-        slot_pairs const pairs = take_part(narrow, tables, batch, begin, own);
+        /* Pairs of the batch from `begin` on with their separations. */
+        size_t const left = batch->count - begin;
+        slot_pairs const pairs = {batch->kind, left < FILTER_PART ? left : FILTER_PART,
+                                  batch->first + begin, batch->second + begin,
+                                  narrow->has_separation ? own->separations : NULL};
+        for (size_t i = 0; narrow->has_separation && i < pairs.count; i++) {
+            uint32_t records[4] = {0};
+            if (narrow->input.vertex_surface)
+                get_records(tables, batch->kind, pairs.first[i], pairs.second[i], records);
+            own->separations[i] = get_separation(&narrow->input, batch->kind, records);
+        }
+
+        /* Those that may cross, edges in ascending order of their features, so that results do not
+         * depend on the tree. */
         slot_pairs kept = {pairs.kind, 0, own->first, own->second, pairs.separations};
         kept.count = TULLE_PICK_KERNEL(filter_coplanarity)(tables, &pairs, own->first, own->second,
                                                            own->separations);
-        for (size_t i = 0; i < kept.count; i++)
-            order_slots(tables, batch->kind, &own->first[i], &own->second[i]);
+        for (size_t i = 0; batch->kind == FEATURE_EDGE_EDGE && i < kept.count; i++) {
+            uint32_t const first = own->first[i], second = own->second[i];
+            bool const swaps = tables->edge_features[first] > tables->edge_features[second];
+            own->first[i] = swaps ? second : first;
+            own->second[i] = swaps ? first : second;
+        }
         begin_pairs(narrow, tables, kept, own);
     }
     own->counts.candidate_count += batch->count;

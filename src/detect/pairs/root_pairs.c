@@ -70,23 +70,8 @@ static int compare_surfaces(const void *one, const void *two) {
     return (a > b) - (a < b);
 }
 
-/* Lists in broad->roots, ascending, the surfaces from `surface` on whose roots meet its own. */
-static void find_partners(broad_phase *broad, const surface_set *set, uint32_t surface) {
-    const float *const box = get_root(broad, surface)->box;
-    broad->roots.count = 0;
-    for (uint32_t i = 0; i < broad->root_nodes.count;) {
-        const root_node *const node = &broad->root_nodes.data[i];
-        bool const is_skipped = node->last_surface < surface || !boxes_meet(node->box, box);
-        i = is_skipped ? node->end : i + 1;
-        if (is_skipped || node->surface == TULLE_NONE) continue;
-        if (surfaces_may_meet(set, surface, node->surface))
-            broad->roots.data[broad->roots.count++] = node->surface;
-    }
-    sort_in_place(broad->roots.data, broad->roots.count, sizeof(uint32_t), compare_surfaces);
-}
-
-bool append_roots(broad_phase *broad, const surface_set *set) {
-    broad->roots.count = broad->root_nodes.count = 0;
+bool list_root_pairs(broad_phase *broad, const surface_set *set) {
+    broad->roots.count = broad->root_nodes.count = broad->search_tasks[0].count = 0;
     if (!ARRAY_RESERVE(broad->heap, &broad->roots, set->surface_count) ||
         !ARRAY_RESERVE(broad->heap, &broad->root_nodes, 2 * set->surface_count))
         return false;
@@ -94,10 +79,24 @@ bool append_roots(broad_phase *broad, const surface_set *set) {
         if (set->surfaces[s].is_present && broad->trees[s].nodes.count > 0)
             broad->roots.data[broad->roots.count++] = s;
     if (broad->roots.count > 0) append_nodes(broad, broad->roots.data, broad->roots.count, 0);
+
     for (uint32_t s = 0; s < set->surface_count; s++) {
         const surface_tree *const own = &broad->trees[s];
         if (!set->surfaces[s].is_present || own->nodes.count == 0) continue;
-        find_partners(broad, set, s);
+
+        /* Surfaces from this one on that it may meet and whose roots meet its own, ascending. */
+        const float *const box = get_root(broad, s)->box;
+        broad->roots.count = 0;
+        for (uint32_t i = 0; i < broad->root_nodes.count;) {
+            const root_node *const node = &broad->root_nodes.data[i];
+            bool const is_skipped = node->last_surface < s || !boxes_meet(node->box, box);
+            i = is_skipped ? node->end : i + 1;
+            if (is_skipped || node->surface == TULLE_NONE) continue;
+            if (surfaces_may_meet(set, s, node->surface))
+                broad->roots.data[broad->roots.count++] = node->surface;
+        }
+        sort_in_place(broad->roots.data, broad->roots.count, sizeof(uint32_t), compare_surfaces);
+
         if (!ARRAY_RESERVE(broad->heap, &broad->search_tasks[0], broad->roots.count)) return false;
         for (size_t i = 0; i < broad->roots.count; i++) {
             const surface_tree *const other = &broad->trees[broad->roots.data[i]];

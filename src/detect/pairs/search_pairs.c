@@ -52,11 +52,9 @@ static void open_pairs(const broad_phase *broad, const uint32_t surface[2], uint
 
 /* Splits all tasks, level by level, until there are enough; those of lowest nodes stay. Returns the
  * list that holds them, or -1 when memory is short. */
-static int split_tasks(broad_phase *broad, const surface_set *set) {
+static int split_tasks(broad_phase *broad) {
     node_pairs *const opened = &broad->lists.data[0], *const found = &broad->lists.data[1];
     int list = 0;
-    broad->search_tasks[0].count = 0;
-    if (!append_roots(broad, set)) return -1;
     for (int round = 0; round < SPLIT_ROUNDS; round++) {
         size_t const count = broad->search_tasks[list].count;
         if (count == 0 || count >= WANTED_TASKS) break;
@@ -204,9 +202,10 @@ tulle_status search_pairs(broad_phase *broad, const surface_set *set, int thread
     if (!broad->is_built || set->surface_count != broad->surface_count)
         return TULLE_ERROR_INVALID_ARGUMENT;
     if (threads < 1) threads = 1;
-    if (!prepare_workers(broad, threads)) return TULLE_ERROR_OUT_OF_MEMORY;
+    if (!prepare_workers(broad, threads) || !list_root_pairs(broad, set))
+        return TULLE_ERROR_OUT_OF_MEMORY;
     search_context search = {.broad = broad, .consume = consume, .context = context};
-    search.list = split_tasks(broad, set);
+    search.list = split_tasks(broad);
     if (search.list < 0) return TULLE_ERROR_OUT_OF_MEMORY;
     parallel_for(broad->search_tasks[search.list].count, 1, threads, run_tasks, &search);
     search_counts total = {0};

@@ -6,8 +6,8 @@
  * a combination of n0, m, n1 with coefficients that are not negative. Circular cones of a
  * half-angle under pi/2 are convex, so one that holds n0, m and n1 holds n(t) for all t in [0, 1].
  *
- * Rounding: the axis is only a choice; what must be bounded from above is the largest angle between
- * it and the exact n0, m, n1. It is measured after the axis is fixed.
+ * Rounding: any axis will do. What must be bounded from above is the largest angle between the axis
+ * and the exact n0, m, n1; it is measured after the axis is fixed.
  *
  * The paper's cone has the axis zeta = n0 / |n0| + n1 / |n1| and the half-angle
  * acos(min zeta . n(t) / (|zeta| |n_max|)): zeta . n(t) = |zeta| |n(t)| cos(angle) is at most

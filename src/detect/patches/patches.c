@@ -1,10 +1,10 @@
 /* detect/patches/patches.c - see patches.h.
  *
- * Cones of single triangles first, in parallel. Then breadth-first growth: the seed is the first
- * triangle that has no patch yet; neighbours across edges join while the cone of all stays within
- * max_angle. A neighbour that one triangle of the patch could not bring in is asked again by
- * others: the cone only grows, so it could not join then either, but the question costs one merge.
- */
+ * First the cones of single triangles are computed, in parallel. Then patches grow breadth-first:
+ * the seed is the first triangle that has no patch yet, and neighbours across edges join while the
+ * cone of all stays within max_angle. A neighbour that could not join from one triangle is tried
+ * again from others. It cannot join then either, since the cone only grows, but trying costs one
+ * merge. */
 #include "detect/patches/patches.h"
 
 #include "base/parallel.h"

@@ -4,10 +4,10 @@
  * times, the angle about o rises along the polygon, and it rises by a whole number of turns that
  * cannot change with time, as no point ever meets o. If that number is one, the polygon is simple.
  *
- * Else all pairs of edges: two that share a point must meet nowhere else, two that do not must not
- * meet. A tree of boxes over runs of edges finds the pairs that could; both halves of a run are
- * tried against one another, so work is near the number of edges for a polygon that is nowhere
- * near itself. */
+ * Else all pairs of edges are tested: two that share a point must meet nowhere else, two that do
+ * not must not meet. A tree of boxes over runs of edges finds the pairs that could meet. It tries
+ * both halves of each run against one another, so for a polygon that is nowhere near itself the
+ * work grows with the number of edges. */
 #include "detect/patches/planar_contour.h"
 
 #include <float.h>
@@ -38,14 +38,6 @@ static bool is_star(const planar_path *points, size_t count, double reach) {
 typedef struct planar_box {
     double low[2], high[2];
 } planar_box;
-
-typedef struct contour_sweep {
-    const planar_path *points;
-    size_t count, leaf_count; /* leaf_count: a power of two */
-    double reach;
-    planar_box *boxes; /* 2 * leaf_count; children of i are 2 i and 2 i + 1, the root is 1 */
-    size_t tests_left;
-} contour_sweep;
 
 static size_t count_leaves(size_t count) {
     size_t leaf_count = 1;
@@ -133,59 +125,17 @@ typedef struct node_pair {
 /* Of 32 levels, each leaves at most three pairs behind. */
 enum { SWEEP_STACK_SIZE = 3 * 32 + 4 };
 
-static bool edges_stay_apart(contour_sweep *sweep) {
-    node_pair stack[SWEEP_STACK_SIZE];
-    size_t depth = 0;
-    stack[depth++] = (node_pair){1, 1};
-    while (depth > 0) {
-        node_pair const pair = stack[--depth];
-        if (pair.first == pair.second) {
-            if (pair.first >= sweep->leaf_count) continue;
-            uint32_t const child = 2 * pair.first;
-            stack[depth++] = (node_pair){child, child};
-            stack[depth++] = (node_pair){child + 1, child + 1};
-            stack[depth++] = (node_pair){child, child + 1};
-            continue;
-        }
-        if (sweep->tests_left-- == 0) return false;
-        const planar_box *const one = &sweep->boxes[pair.first], *const two =
-                                                                     &sweep->boxes[pair.second];
-        bool const may_meet = one->low[0] <= two->high[0] && two->low[0] <= one->high[0] &&
-                              one->low[1] <= two->high[1] && two->low[1] <= one->high[1];
-        if (!may_meet) continue;
-        if (pair.first < sweep->leaf_count) {
-            for (uint32_t i = 0; i < 4; i++)
-                stack[depth++] = (node_pair){2 * pair.first + (i >> 1), 2 * pair.second + (i & 1)};
-            continue;
-        }
-        /* Two edges: edge i joins points i and i + 1; the first comes before the second. */
-        size_t const first = pair.first - sweep->leaf_count;
-        size_t const second = pair.second - sweep->leaf_count;
-        const planar_path *const a = &sweep->points[first], *const b = a + 1;
-        const planar_path *const c = &sweep->points[second];
-        const planar_path *const d = &sweep->points[second + 1 < sweep->count ? second + 1 : 0];
-        bool const is_apart = b == c   ? meet_only_at(a, b, d, sweep->reach)
-                              : d == a ? meet_only_at(c, d, b, sweep->reach)
-                                       : are_apart(a, b, c, d, sweep->reach);
-        if (!is_apart) return false;
-    }
-    return true;
-}
-
 contour_proof prove_planar_contour(const planar_path *points, size_t count, double reach,
                                    size_t max_tests, void *scratch) {
     if (count < 3 || count > UINT32_MAX / 4 || !(reach > 0.0)) return CONTOUR_UNPROVEN;
     if (is_star(points, count, reach)) return CONTOUR_STAR;
-    contour_sweep sweep = {.points = points,
-                           .count = count,
-                           .leaf_count = count_leaves(count),
-                           .reach = reach,
-                           .boxes = scratch,
-                           .tests_left = max_tests};
 
-    /* Boxes of the edges over the whole step, and of runs of them. */
-    for (size_t i = 0; i < sweep.leaf_count; i++) {
-        planar_box *const box = &sweep.boxes[sweep.leaf_count + i];
+    /* A tree of boxes over the whole step. The root is node 1, the children of node i are 2 i and
+     * 2 i + 1, and the leaves are the edges: edge i joins points i and i + 1. */
+    planar_box *const boxes = scratch;
+    size_t const leaf_count = count_leaves(count);
+    for (size_t i = 0; i < leaf_count; i++) {
+        planar_box *const box = &boxes[leaf_count + i];
         *box = (planar_box){{DBL_MAX, DBL_MAX}, {-DBL_MAX, -DBL_MAX}};
         if (i >= count) continue;
         const planar_path *const a = &points[i], *const b = &points[i + 1 < count ? i + 1 : 0];
@@ -201,12 +151,46 @@ contour_proof prove_planar_contour(const planar_path *points, size_t count, doub
             box->high[k] = high + reach;
         }
     }
-    for (size_t i = sweep.leaf_count - 1; i > 0; i--) {
-        const planar_box *const a = &sweep.boxes[2 * i], *const b = a + 1;
+    for (size_t i = leaf_count - 1; i > 0; i--) {
+        const planar_box *const a = &boxes[2 * i], *const b = a + 1;
         for (int k = 0; k < 2; k++) {
-            sweep.boxes[i].low[k] = a->low[k] < b->low[k] ? a->low[k] : b->low[k];
-            sweep.boxes[i].high[k] = a->high[k] > b->high[k] ? a->high[k] : b->high[k];
+            boxes[i].low[k] = a->low[k] < b->low[k] ? a->low[k] : b->low[k];
+            boxes[i].high[k] = a->high[k] > b->high[k] ? a->high[k] : b->high[k];
         }
     }
-    return edges_stay_apart(&sweep) ? CONTOUR_SWEPT : CONTOUR_UNPROVEN;
+
+    /* All pairs of nodes whose boxes meet, down to pairs of edges. */
+    node_pair stack[SWEEP_STACK_SIZE] = {{1, 1}};
+    size_t depth = 1;
+    while (depth > 0) {
+        node_pair const pair = stack[--depth];
+        if (pair.first == pair.second) {
+            if (pair.first >= leaf_count) continue;
+            uint32_t const child = 2 * pair.first;
+            stack[depth++] = (node_pair){child, child};
+            stack[depth++] = (node_pair){child + 1, child + 1};
+            stack[depth++] = (node_pair){child, child + 1};
+            continue;
+        }
+        if (max_tests-- == 0) return CONTOUR_UNPROVEN;
+        const planar_box *const one = &boxes[pair.first], *const two = &boxes[pair.second];
+        bool const may_meet = one->low[0] <= two->high[0] && two->low[0] <= one->high[0] &&
+                              one->low[1] <= two->high[1] && two->low[1] <= one->high[1];
+        if (!may_meet) continue;
+        if (pair.first < leaf_count) {
+            for (uint32_t i = 0; i < 4; i++)
+                stack[depth++] = (node_pair){2 * pair.first + (i >> 1), 2 * pair.second + (i & 1)};
+            continue;
+        }
+
+        /* Edges a, b and c, d, of which the first comes before the second; b may be c, or d a. */
+        size_t const first = pair.first - leaf_count, second = pair.second - leaf_count;
+        const planar_path *const a = &points[first], *const b = a + 1, *const c = &points[second];
+        const planar_path *const d = &points[second + 1 < count ? second + 1 : 0];
+        bool const is_apart = b == c   ? meet_only_at(a, b, d, reach)
+                              : d == a ? meet_only_at(c, d, b, reach)
+                                       : are_apart(a, b, c, d, reach);
+        if (!is_apart) return CONTOUR_UNPROVEN;
+    }
+    return CONTOUR_SWEPT;
 }

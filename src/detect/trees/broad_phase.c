@@ -14,23 +14,12 @@
 /* Room for the node pairs that a search shares out among workers; more only where they all meet. */
 enum { SEARCH_TASKS = 4096, TRIANGLES_PER_TASK = 32 };
 
-static void *allocate(memory *heap, size_t count, size_t size) {
-    return count == 0 ? NULL : memory_allocate_zeroed(heap, count, size);
-}
-
-static bool reserve_slots(memory *heap, slot_list *list, size_t count, uint32_t corner_count) {
-    list->count = count + SLOT_SPARE;
-    list->corner_count = corner_count;
-    list->features = allocate(heap, list->count, sizeof *list->features);
-    list->corners = allocate(heap, corner_count * list->count, sizeof *list->corners);
-    return list->features && list->corners;
-}
-
 static bool reserve_parts(broad_phase *broad, const surface_set *set) {
     memory *const heap = broad->heap;
+    size_t const vertices = broad->vertex_count, triangles = broad->triangle_count;
     bool const is_refit = broad->method == BROAD_PHASE_REFIT;
-    broad->trees = allocate(heap, broad->surface_count, sizeof *broad->trees);
-    if (!broad->trees && broad->surface_count > 0) return false;
+    broad->trees = memory_allocate_zeroed(heap, broad->surface_count, sizeof *broad->trees);
+    if (!broad->trees) return false;
 
     /* Leaves are numbered through the surfaces; a voxel tree may need one for each triangle. */
     for (size_t s = 0; s < set->surface_count; s++) {
@@ -41,37 +30,43 @@ static bool reserve_parts(broad_phase *broad, const surface_set *set) {
         broad->leaf_capacity += is_refit ? choose_leaf_count(count, &group) : count;
     }
 
-    /* A task takes many vertices or lowest nodes of one surface, and there are fewer nodes than
+    /* A fit task takes many vertices or lowest nodes of one surface, and there are fewer nodes than
      * triangles. */
-    broad->fit_task_capacity =
-        2 * broad->surface_count + (broad->vertex_count + broad->triangle_count) / 32;
-    broad->vertex_boxes = allocate(heap, broad->vertex_count, sizeof *broad->vertex_boxes);
-    broad->records = allocate(heap, broad->vertex_count, sizeof *broad->records);
-    broad->leaves = allocate(heap, broad->leaf_capacity, sizeof *broad->leaves);
-    broad->fit_tasks = allocate(heap, broad->fit_task_capacity, sizeof *broad->fit_tasks);
-    size_t const task_count = broad->triangle_count / TRIANGLES_PER_TASK;
+    broad->fit_task_capacity = 2 * broad->surface_count + (vertices + triangles) / 32;
+    broad->vertex_boxes = memory_allocate_zeroed(heap, vertices, sizeof *broad->vertex_boxes);
+    broad->records = memory_allocate_zeroed(heap, vertices, sizeof *broad->records);
+    broad->leaves = memory_allocate_zeroed(heap, broad->leaf_capacity, sizeof *broad->leaves);
+    broad->fit_tasks =
+        memory_allocate_zeroed(heap, broad->fit_task_capacity, sizeof *broad->fit_tasks);
+    if (!broad->vertex_boxes || !broad->records || !broad->leaves || !broad->fit_tasks)
+        return false;
+    size_t const task_count = triangles / TRIANGLES_PER_TASK;
     for (int k = 0; k < 2; k++)
         if (!ARRAY_RESERVE(heap, &broad->search_tasks[k],
                            task_count < SEARCH_TASKS ? task_count : SEARCH_TASKS))
             return false;
-    bool const has_room = (broad->vertex_boxes || broad->vertex_count == 0) &&
-                          (broad->records || broad->vertex_count == 0) &&
-                          (broad->leaves || broad->leaf_capacity == 0) &&
-                          (broad->fit_tasks || broad->fit_task_capacity == 0) &&
-                          reserve_slots(heap, &broad->triangles, broad->triangle_count, 3) &&
-                          reserve_slots(heap, &broad->vertices, broad->vertex_count, 1) &&
-                          reserve_slots(heap, &broad->edges, broad->edge_count, 2);
-    if (!has_room) return false;
+
+    slot_list *const slots[3] = {&broad->vertices, &broad->edges, &broad->triangles};
+    const size_t counts[3] = {vertices, broad->edge_count, triangles};
+    for (uint32_t k = 0; k < 3; k++) {
+        slot_list *const list = slots[k];
+        list->count = counts[k] + SLOT_SPARE;
+        list->corner_count = k + 1;
+        list->features = memory_allocate_zeroed(heap, list->count, sizeof *list->features);
+        list->corners = memory_allocate_zeroed(heap, (k + 1) * list->count, sizeof *list->corners);
+        if (!list->features || !list->corners) return false;
+    }
 
     /* What trees of the method need besides. */
     if (is_refit) {
         broad->record_vertices =
-            allocate(heap, broad->vertex_count, sizeof *broad->record_vertices);
-        return broad->record_vertices || broad->vertex_count == 0;
+            memory_allocate_zeroed(heap, vertices, sizeof *broad->record_vertices);
+        return broad->record_vertices != NULL;
     }
     for (int k = 0; k < 2; k++) {
-        broad->voxel_keys[k] = allocate(heap, broad->triangle_count, sizeof *broad->voxel_keys[k]);
-        if (!broad->voxel_keys[k] && broad->triangle_count > 0) return false;
+        broad->voxel_keys[k] =
+            memory_allocate_zeroed(heap, triangles, sizeof *broad->voxel_keys[k]);
+        if (!broad->voxel_keys[k]) return false;
     }
     return true;
 }

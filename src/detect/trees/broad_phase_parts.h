@@ -158,9 +158,9 @@ tulle_status assign_even_slots(broad_phase *broad, const surface_set *set, uint3
 /* leaf_masks.c: which features of a leaf and itself, and its neighbours, share no vertex. */
 tulle_status mask_leaves(broad_phase *broad, const surface_tree *tree);
 
-/* root_pairs.c: a task for each pair of surfaces that may meet and whose roots do, ascending, after
- * search_tasks[0]; false when memory is short. */
-bool append_roots(broad_phase *broad, const surface_set *set);
+/* root_pairs.c: fills search_tasks[0] with a task for each pair of surfaces that may meet and whose
+ * roots do, ascending; false when memory is short. */
+bool list_root_pairs(broad_phase *broad, const surface_set *set);
 
 /* tree_boxes.c */
 /* The frame of the boxes, from the vertices of triangles; false when a rest position is not finite.

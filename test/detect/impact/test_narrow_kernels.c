@@ -1,7 +1,7 @@
-/* The kernels of stage 8 on random pairs, most of them degenerate, for every vector width: the same
- * bits as pair_cannot_cross, pair_stays_apart and time_of_impact; nothing that touches by exact
- * rational arithmetic is missed, bounds are safe; values that are not finite are never separated.
- * With TULLE_TEST_LONG=1 more pairs. */
+/* The kernels of impact tests on random pairs, most of them degenerate, for every vector width: the
+ * same bits as pair_cannot_cross, pair_stays_apart and time_of_impact; nothing that touches by
+ * exact rational arithmetic is missed, bounds are safe; values that are not finite are never
+ * separated. With TULLE_TEST_LONG=1 more pairs. */
 #include "base/hash.h"
 #include "detect/impact/narrow_phase.h"
 #include "math/kernel_target.h"

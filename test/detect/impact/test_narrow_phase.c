@@ -1,6 +1,6 @@
-/* Stage 8 in batches against one call of the filters and of time_of_impact for each pair, bit for
- * bit: for any batch size, number of threads and separation; order of edges; the earliest only;
- * overflow and repeat; failing allocations. */
+/* The narrow phase in batches against one call of the filters and of time_of_impact for each pair,
+ * bit for bit: for any batch size, number of threads and separation; order of edges; the earliest
+ * only; overflow and repeat; failing allocations. */
 #include "base/hash.h"
 #include "base/parallel.h"
 #include "detect/impact/narrow_phase.h"

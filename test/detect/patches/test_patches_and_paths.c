@@ -128,7 +128,8 @@ static void judge_search(const joint_search *search, joint_sums *sums) {
             judge_pair(search, FEATURE_EDGE_EDGE, (feature_pair){a, b}, sums);
 }
 
-/* One call of stages 5 to 7, with another number of threads and other patches each. */
+/* One update of patches, building of trees and search, with another number of threads and other
+ * patches each. */
 static void search_jointly(soup_scene *soup, kept_patches *patches, broad_phase *broad, int call,
                            joint_sums *sums) {
     bool const is_kept = call % 3 == 0; /* else grown anew, and small */

@@ -1,10 +1,10 @@
 /* detect/impact/kernels/impact_kernel.c - pair_stays_apart and time_of_impact for eight pairs at a
  * time, the same arithmetic as time_of_impact.c.
  *
- * begin_impacts takes fresh pairs through the axes and the first round of advancement, of which the
- * direction at the start is a part; a pair for which some gap closes goes to the pool. In
- * advance_impacts every lane holds a pair of its own and takes the next one when it is done. A pair
- * there first tries its direction at the end of the step, as a round of another kind. */
+ * begin_impacts takes fresh pairs through the axes and the first round of advancement, which
+ * includes the direction at the start. A pair for which some gap closes goes to the pool. In
+ * advance_impacts every lane holds a pair of its own and takes the next one when that is done. A
+ * pair first tries its direction at the end of the step there, as a round of another kind. */
 #include "detect/impact/impact_bounds.h"
 #include "detect/impact/kernels/closest_lanes.h"
 #include "detect/impact/kernels/pair_lanes.h"

@@ -1,6 +1,6 @@
-/* detect/trees/kernels/box_vectors.h - boxes as vectors of eight floats: low x, y, z, -; -high x,
- * y, z,
- * -; so that a union is one minimum. Eight of them are turned into rows, one box a lane. */
+/* detect/trees/kernels/box_vectors.h - boxes as vectors of eight floats: low x, y, z and one
+ * unused, then the same of minus high, so that a union is one minimum. Eight of them are turned
+ * into rows, one box a lane. */
 #ifndef TULLE_DETECT_TREES_KERNELS_BOX_VECTORS_H
 #define TULLE_DETECT_TREES_KERNELS_BOX_VECTORS_H
 
