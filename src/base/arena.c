@@ -1,13 +1,15 @@
-/* base/arena.c - see arena.h. A list of blocks; once all is released, one that has room for the
- * most that was in use at once, as ends of blocks that are too short for what comes next are lost.
- */
+/* base/arena.c - see arena.h.
+ *
+ * The arena is a list of blocks. The end of a block is lost where it is too short for what comes
+ * next. So once all is released, one block takes the place of several, with room for the most
+ * that was in use at once. */
 #include "base/arena.h"
 
 #include <string.h>
 
 enum {
     FIRST_BLOCK_BYTES = 1 << 16,
-    GROWTH_SHARE = 16, /* a block has at least this part of what those before it have */
+    GROWTH_SHARE = 16, /* a block has at least this share of the bytes of those before it */
     SPARE_SHARE = 16,  /* room beyond the most that was in use */
     ALIGNMENT = 64
 };
@@ -20,7 +22,7 @@ struct arena_block {
 
 arena arena_make(memory *heap) { return (arena){.heap = heap}; }
 
-/* The blocks after the current one, which hold nothing. */
+/* Releases the blocks after the current one, which hold nothing. */
 static void release_rest(arena *scratch) {
     arena_block **const link = scratch->current ? &scratch->current->next : &scratch->first;
     for (arena_block *block = *link; block;) {
@@ -39,7 +41,7 @@ void arena_destroy(arena *scratch) {
     scratch->used = scratch->most_used = 0;
 }
 
-/* After the current block, which is the last. */
+/* Adds a block after the current one, which is the last. */
 static arena_block *append_block(arena *scratch, size_t capacity) {
     arena_block *const block = memory_allocate(scratch->heap, sizeof *block);
     if (!block) return NULL;
@@ -115,7 +117,8 @@ void arena_release(arena *scratch, arena_mark mark) {
     if (!scratch->first) return;
     scratch->first->used = 0;
     if (!scratch->first->next) return;
-    /* One block in place of several; none where memory is short, then the next call makes some. */
+    /* One block takes the place of several. Where memory is short there is none; the next call
+     * makes some. */
     release_rest(scratch);
     (void)append_block(scratch, scratch->most_used + scratch->most_used / SPARE_SHARE);
 }

@@ -1,6 +1,8 @@
-/* base/arena.h - scratch memory of one step: allocate forward, release back to a mark. When all is
- * released one block stays for the next step, so a steady step makes no heap call. Not thread-safe:
- * one arena a worker, or allocate before the parallel region. */
+/* base/arena.h - scratch memory of one step: allocate forward, release back to a mark.
+ *
+ * When all is released one block stays for the next step, so a steady step makes no heap call.
+ * An arena is not thread-safe: each worker has its own, or arrays are allocated before the
+ * parallel region. */
 #ifndef TULLE_BASE_ARENA_H
 #define TULLE_BASE_ARENA_H
 
@@ -23,10 +25,10 @@ void arena_destroy(arena *scratch);
 /* 64-byte aligned, uninitialised, null when memory is short. */
 void *arena_allocate(arena *scratch, size_t count, size_t size);
 void *arena_allocate_zeroed(arena *scratch, size_t count, size_t size);
-/* Makes an empty arena one block of at least so many bytes, where there is memory for it: room that
- * is used at once later on need not be in blocks that were made for less. */
+/* Gives an empty arena one block of at least so many bytes, if there is memory for it. What is
+ * allocated at once later on then need not be spread over smaller blocks. */
 void arena_reserve(arena *scratch, size_t byte_count);
-/* [bytes] that can be handed out without another block: what the current one has left. */
+/* [bytes] that the current block can still hand out. */
 size_t arena_get_room(const arena *scratch);
 arena_mark arena_get_mark(const arena *scratch);
 void arena_release(arena *scratch, arena_mark mark);

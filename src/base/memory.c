@@ -9,7 +9,7 @@ enum {
     BLOCK_ALIGNMENT = 64,     /* [bytes] a cache line, and the widest vector */
     FEWEST_ELEMENTS = 16,     /* of an array that grows, */
     FEWEST_BYTES_MOST = 4096, /* [bytes] unless they take more than this */
-    TRIM_SHARE = 16           /* of the elements may be room that is not worth a copy */
+    TRIM_SHARE = 16 /* room for less than this share of the elements is not worth a copy */
 };
 
 static void *default_allocate(void *context, size_t byte_count) {
@@ -66,7 +66,7 @@ void memory_release(memory *heap, void *pointer, size_t byte_count) {
     heap->allocator.release(heap->allocator.context, raw, total);
 }
 
-/* Moves an array to a place of `wanted` elements; false when there is none. */
+/* Moves an array to new memory for `wanted` elements. False when memory is short. */
 static bool move_array(memory *heap, void **data, size_t *capacity, size_t count, size_t wanted,
                        size_t element_size) {
     if (wanted > SIZE_MAX / 2 / element_size) return false;

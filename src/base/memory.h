@@ -18,8 +18,8 @@ typedef struct memory {
 static inline bool allocator_is_whole(const tulle_allocator *allocator) {
     return !allocator->allocate == !allocator->release;
 }
-/* A memory over the given allocator, which is whole; both functions null selects malloc and free.
- */
+/* A memory over the given allocator, which has both functions or none. With none it uses malloc
+ * and free. */
 memory memory_make(tulle_allocator allocator);
 /* A memory over malloc without a limit. */
 memory memory_default(void);
@@ -37,8 +37,8 @@ void memory_release(memory *heap, void *pointer, size_t byte_count);
  */
 bool array_reserve(memory *heap, void **data, size_t *capacity, size_t count, size_t needed,
                    size_t element_size);
-/* Moves an array to a place of its size where much room is left beyond its `count` elements, and
- * memory for that is there. */
+/* Moves an array to memory of its own size if it has much more room than its `count` elements
+ * need, and if there is memory for the copy. */
 void array_trim(memory *heap, void **data, size_t *capacity, size_t count, size_t element_size);
 /* Gives an array room for `wanted` elements and no more; false when memory is short. */
 bool array_match(memory *heap, void **data, size_t *capacity, size_t count, size_t wanted,
@@ -54,8 +54,8 @@ bool array_match(memory *heap, void **data, size_t *capacity, size_t count, size
 #define ARRAY_RESERVE(heap, array, extra)                                                          \
     array_reserve((heap), (void **)&(array)->data, &(array)->capacity, (array)->count,             \
                   (array)->count + (extra), sizeof *(array)->data)
-/* Gives both of two arrays that are swapped the room of the larger one; false when memory is short.
- */
+/* Gives two arrays that are swapped with each other the room of the larger one. False when
+ * memory is short. */
 #define ARRAY_MATCH(heap, one, other)                                                              \
     (array_match((heap), (void **)&(one)->data, &(one)->capacity, (one)->count, (other)->capacity, \
                  sizeof *(one)->data) &&                                                           \

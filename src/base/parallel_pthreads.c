@@ -1,24 +1,24 @@
 /* base/parallel_pthreads.c - the chunks of parallel_for on POSIX threads.
  *
- * Each thread takes the chunks of its own range first, one after the other, then what is left of
- * the ranges of the others. So in loops over the same data, one after the other, a thread mostly
- * meets what it left in its own cache.
+ * Each thread has a range of chunks. It takes those of its own range first, then what is left of
+ * the ranges of the others. So in loops over the same data a thread mostly meets what it left in
+ * its own cache.
  *
- * Each thread that runs loops keeps helper threads of its own, made on demand and ended with it.
- * Between loops a helper looks out for work for a moment, then sleeps, so that loops which
- * follow each other closely start fast and helpers do not take the processor from others that need
- * it. The thread sanitizer follows every step of this.
+ * Each thread that runs loops keeps helper threads of its own. It makes them on demand and ends
+ * them when it ends. Between loops a helper looks for work for a moment, then sleeps: loops that
+ * follow each other closely start fast, and helpers do not take the processor from others. The
+ * thread sanitizer follows every step of this.
  *
- * The caller takes chunks like its helpers, and when none is left it waits only for helpers that
- * are inside a chunk: a loop has a gate that helpers enter while it is open, and one that the
- * processor lets run only after the caller has closed the gate finds the loop gone. So on a
- * machine that is busy with other things a loop costs at most what the caller alone would take,
- * and the rest of one chunk. There are no mutexes and no condition variables, in which a thread
- * that wakes up, and is not let run, holds up the one that woke it; posting a semaphore never
- * waits.
+ * The caller takes chunks like its helpers. When no chunk is left it waits only for helpers that
+ * are inside one. A loop has a gate for that: helpers enter while it is open, and the caller
+ * closes it. A helper that the processor lets run only then finds the loop gone. So on a busy
+ * machine a loop costs at most what the caller alone would take, and the rest of one chunk.
  *
- * Where no more threads can be had, the calling thread does their share. A child of fork() has no
- * helpers and makes new ones. */
+ * There are no mutexes and no condition variables: with them, a thread that wakes up and is not
+ * let run holds up the one that woke it. Posting a semaphore never waits.
+ *
+ * Where no more threads can be had, the calling thread does their share. A child of fork() has
+ * no helpers and makes new ones. */
 #define _GNU_SOURCE /* sched_getaffinity */
 #include "base/memory.h"
 #include "base/parallel_backend.h"
@@ -41,9 +41,8 @@ enum {
     STOP_LIMIT = (1 << LIMIT_BITS) - 1
 };
 
-/* How long one looks before it sleeps [s]. Between two loops of a solve a caller works alone for
- * some 10 microseconds. With 6 a helper slept 200 times in a step of 10,000 particles, and waking
- * it took a twelfth of the caller's time; 100 gain no more than 50. */
+/* [s] How long a thread looks for work before it sleeps. Between two loops of a solve a caller
+ * works alone for some 10 microseconds. */
 static const double SPIN_TIME = 50e-6;
 
 typedef struct helper_team helper_team;
@@ -51,7 +50,7 @@ typedef struct helper {
     pthread_t thread;
     helper_team *team;
     int worker;           /* 1 .. MAX_HELPERS */
-    atomic_int is_asleep; /* who sets it back to 0 posts `wake`, unless it is the helper itself */
+    atomic_int is_asleep; /* whoever sets it back to 0 posts `wake`, except the helper itself */
     sem_t wake;
 } helper;
 
@@ -70,7 +69,8 @@ struct helper_team {
     const parallel_loop *loop;
     int range_count;
     chunk_range ranges[MAX_HELPERS + 1]; /* by worker */
-    atomic_bool has_room;                /* no more threads than processors: one may look */
+    atomic_bool
+        has_room; /* there are no more threads than processors, so a thread may look for work */
     int processor_count;
     pid_t process;
     int helper_count;
@@ -83,7 +83,7 @@ static bool has_team_key;
 
 typedef bool (*look)(void *context);
 
-/* Looks until it sees what it looks for, for SPIN_TIME at most; false: it did not. */
+/* Looks until `sees` is true, for SPIN_TIME at most. Returns whether it was. */
 static bool look_for(const helper_team *team, look sees, void *context) {
     if (!atomic_load(&team->has_room)) return false;
     double const end = timer_now() + SPIN_TIME;
@@ -148,7 +148,7 @@ static uint64_t await_ticket(helper *self, uint64_t seen) {
     }
 }
 
-/* Calls the first `count` helpers to a loop, or to end. What they find in the team is ready. */
+/* Calls the first `count` helpers to a loop, or to end. All that they find in the team is ready. */
 static void publish_ticket(helper_team *team, uint64_t ticket, int count) {
     atomic_store(&team->ticket, ticket);
     for (int i = 0; i < count; i++) {
@@ -220,7 +220,7 @@ static helper_team *get_team(void) {
     return NULL;
 }
 
-/* Starts helpers until there are `wanted`, as far as it goes; returns how many take part. */
+/* Starts helpers until there are `wanted`, or no more can be had. Returns how many take part. */
 static int start_helpers(helper_team *team, int wanted) {
     while (team->helper_count < wanted && team->helper_count < MAX_HELPERS) {
         helper *const next = &team->helpers[team->helper_count];

@@ -1,9 +1,11 @@
-/* base/sort.c - see sort.h. Short lists are sorted by insertion, long ones by a heap: a tree in the
- * array itself in which no parent comes before its children; what comes last goes to the end, again
- * and again.
+/* base/sort.c - see sort.h.
  *
- * Based on: J. W. J. Williams, Algorithm 232: Heapsort, 1964; the heap is built from the bottom as
- * in R. W. Floyd, Algorithm 245: Treesort 3, 1964. */
+ * Short lists are sorted by insertion, long ones by a heap: a tree in the array itself in which
+ * no parent comes before its children. The root, which comes last of all, is moved to the end,
+ * again and again.
+ *
+ * Based on: J. W. J. Williams, Algorithm 232: Heapsort, 1964; the heap is built from the bottom
+ * as in R. W. Floyd, Algorithm 245: Treesort 3, 1964. */
 #include "base/sort.h"
 
 #include <assert.h>

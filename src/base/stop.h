@@ -12,8 +12,8 @@ typedef struct stop_poll {
     atomic_bool is_stopped; /* once wanted, it stays so */
 } stop_poll;
 
-/* Asks the caller; for the thread that the caller called only, which is worker 0 of parallel_for.
- * A null poll never stops. */
+/* Asks the caller. Only the thread that the caller called may ask; it is worker 0 of
+ * parallel_for. A null poll never stops. */
 static inline bool stop_is_wanted(stop_poll *poll) {
     if (!poll || !poll->is_wanted) return false;
     if (atomic_load_explicit(&poll->is_stopped, memory_order_relaxed)) return true;

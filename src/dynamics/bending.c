@@ -9,8 +9,9 @@
 
 #include "base/parallel.h"
 
-/* Sides folded onto each other have no hinge normal. Below this length of the sum of their unit
- * normals (fold angle above 174 degrees) curved rest shapes rest. */
+/* Sides that are folded onto each other have no hinge normal. Where the sum of their unit
+ * normals is shorter than this (a fold angle above 174 degrees), the rest curvature has no
+ * effect. */
 static const double FOLDED_LIMIT = 0.1;
 
 /* The hinge's normal is along a x m, with a the edge and m the difference of the corners' offsets

@@ -23,8 +23,9 @@
 #include <stdlib.h>
 #include <string.h>
 
-/* Below this height over longest edge a triangle's hinges soften in proportion, so that slivers do
- * not make the matrix arbitrarily stiff. Meshes made for cloth stay above it. */
+/* Triangles are slivers below this ratio of height to longest edge. Their hinges soften in
+ * proportion, so that they do not make the matrix arbitrarily stiff. Meshes made for cloth have
+ * none. */
 static const double SLIVER_RATIO = 0.1;
 /* [rad] Fold angles below this are rounding of a flat rest shape. */
 static const double FLAT_ANGLE = 1e-7;
@@ -262,7 +263,8 @@ bool bending_build_matrix(memory *heap, cloth_model *model) {
         model->bend_scalars[i] = rest.data[i].stiffness;
         model->bend_scalar_damping[i] = rest.data[i].damping;
     }
-    /* The damping's couplings are in the matrix; its triangles stay where there is any. */
+    /* The matrix holds the couplings of the damping. The damping of triangles stays if there is
+     * any. */
     memory_release(heap, model->damping_couplings,
                    HINGE_COUPLINGS * model->hinge_count * sizeof(double));
     model->damping_couplings = NULL;

@@ -12,8 +12,9 @@
 
 #include <stdbool.h>
 
-/* What compute_forces makes of x0 and v0 alone, wherever springs are linearised: by vertex,
- * triangle and hinge, as the model has wind, bending and its damping; else null. */
+/* What compute_forces computes from x0 and v0 alone, wherever springs are linearised. There is
+ * one entry a vertex, triangle or hinge; arrays are null where the model has no wind, no bending
+ * or no damping of it. */
 typedef struct force_terms {
     vec3 *air_velocities;   /* [m/s] of the wind at each vertex */
     vec3 *triangle_sources; /* per corner, f - D w */
@@ -57,11 +58,14 @@ typedef struct linear_system {
 tulle_status linear_system_build(memory *heap, const cloth_model *model, linear_system *system);
 void linear_system_destroy(memory *heap, linear_system *system);
 
-/* Fills the system. No heap in the steady state: scratch comes from the arena and is released, but
- * for the state's terms where these are not complete. With complete ones, of the same x0, v0, step
- * and surroundings, only what depends on the guess is made anew: the forces stay as they are.
- * BDF2 needs previous_mean, previous_velocities and an unchanged time step. Returns TULLE_OK or
- * TULLE_ERROR_OUT_OF_MEMORY. Bits do not depend on `threads`. */
+/* Fills the system. Bits do not depend on `threads`. BDF2 needs previous_mean,
+ * previous_velocities and an unchanged time step.
+ *
+ * Scratch comes from the arena and is released, except for the state's terms where these are not
+ * complete; a steady step makes no heap call. With complete terms, of the same x0, v0, time step
+ * and surroundings, only what depends on the guess is computed; the forces stay as they are.
+ *
+ * Returns TULLE_OK or TULLE_ERROR_OUT_OF_MEMORY. */
 typedef struct force_options {
     tulle_integrator integrator;
     int threads;
@@ -74,8 +78,10 @@ tulle_status compute_forces(const cloth_model *model, const motion_state *state,
 /* [bytes] of scratch that the terms of a state take. */
 size_t measure_force_terms(const cloth_model *model, const tulle_wind *wind);
 
-/* By how much the springs' energy at x0 + h u exceeds what the linear system reckons with, and the
- * energy that a step of implicit Euler always takes. More excess than that may feed the cloth. */
+/* How far the linear system is from the truth. `springs` is the springs' energy at x0 + h u less
+ * the energy that the system expects there; `inertia` is the energy that a step of implicit
+ * Euler always takes. If `springs` is larger than `inertia`, the step may feed energy to the
+ * cloth. */
 typedef struct linear_excess {
     double springs; /* [J] may be negative */
     double inertia; /* [J] half of (u - v0) M (u - v0) */
@@ -84,7 +90,8 @@ tulle_status measure_linear_excess(const cloth_model *model, const motion_state 
                                    const double *mean, int threads, arena *scratch,
                                    linear_excess *excess);
 
-/* Work [J] of the wind on the cloth in a step with the mean velocity u, as the system reckons. */
+/* Work [J] that the wind does on the cloth in a step with the mean velocity u, according to the
+ * linear system. */
 typedef struct wind_work_options {
     const tulle_wind *wind;
     int threads;

@@ -1,5 +1,5 @@
-/* dynamics/excess_kernel.h - how far the springs' energy is from what a linear system reckons with,
- * see linear_excess.c; kernel. */
+/* dynamics/excess_kernel.h - kernel: the springs' energy less the energy that a linear system
+ * expects, see linear_excess.c. */
 #ifndef TULLE_DYNAMICS_EXCESS_KERNEL_H
 #define TULLE_DYNAMICS_EXCESS_KERNEL_H
 
@@ -12,7 +12,7 @@ typedef struct excess_motion {
     double time_step;
 } excess_motion;
 
-/* [J] V - V reckoned, of these springs one after the other. */
+/* [J] The sum over these springs of their energy less the expected one, in their order. */
 TULLE_DECLARE_KERNEL(double, sum_excess,
                      (const cloth_spring *springs, size_t count, const excess_motion *motion))
 

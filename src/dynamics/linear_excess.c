@@ -1,11 +1,11 @@
 /* dynamics/linear_excess.c - how far a step's linear system is from the truth, as energy.
  *
- * With x* where the springs were linearised, e their extension and d the way of their difference
- * vector from there, a = n . d, the linear system reckons with the energy
+ * A spring is linearised at x*, where its length is l*, its extension e* and its unit direction
+ * n. From there its difference vector goes the way d to extension e; a = n . d. With t the
+ * tension, the linear system expects the energy
  *     V(e*) + t(e*) a + t'(e*)/2 a^2 + max(t(e*) / l*, 0)/2 |d - n a|^2,
- * t the tension,
- * and the spring has V(e). All else in the system is exact (bending of a flat rest shape)
- * or takes energy only. */
+ * but the spring has V(e). Everything else in the system is exact (bending of a flat rest shape)
+ * or only takes energy. */
 #include "base/parallel.h"
 #include "dynamics/compute_forces.h"
 #include "dynamics/excess_kernel.h"

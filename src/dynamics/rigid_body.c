@@ -12,9 +12,9 @@
  * preserve energy and momentum, 1991; Suzuki 1990 and Yoshida 1990 (composition). */
 #include "dynamics/rigid_body.h"
 
-/* Turn of one part of a step [rad]. */
+/* [rad] Turn of one part of a step. */
 static const double PART_TURN = 0.1;
-/* Turn in one step [rad] beyond which nothing sensible can be said. */
+/* [rad] Turn in one step beyond which no result makes sense. */
 static const double TURN_MAX = 628.0;
 /* Newton's iterations of the midpoint; three or four are enough for parts this short. */
 enum { MIDPOINT_ITERATIONS = 20 };
@@ -83,8 +83,8 @@ static vec3 solve3(const mat3 *a, vec3 b) {
         scale);
 }
 
-/* One midpoint step of the orientation. Newton's method finds P_m; it goes on until nothing changes
- * any more. */
+/* One midpoint step of the orientation. Newton's method finds P_m and stops when its error stops
+ * shrinking. */
 static quaternion turn(const rigid_body *body, quaternion q, vec3 spin, double h) {
     vec3 const start = quaternion_rotate_back(q, spin), i = body->moments;
     vec3 end = start;

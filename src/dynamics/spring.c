@@ -1,6 +1,8 @@
-/* dynamics/spring.c - the membrane: springs along the edges, with damping along the spring. They
- * are linear while short; stretched by a share s of their length they pull twice, by 2 s five times
- * as hard as linear ones would: yarns straighten and jam.
+/* dynamics/spring.c - the membrane: springs along the edges, with damping along the spring.
+ *
+ * A short spring is linear. A long one stiffens, because yarns straighten and jam: stretched by
+ * one stiffening strain it pulls twice as hard as a linear spring, by two strains five times as
+ * hard.
  *
  * Based on: Provot, Deformation constraints in a mass-spring model, 1995; Choi, Ko, Stable but
  * responsive cloth, 2002 (the stiffness across a compressed spring is dropped, see
@@ -16,9 +18,9 @@ spring_edge spring_shorten_guess(const cloth_spring *spring, vec3 start, spring_
     return spring_make_edge(vec3_scale(guess.edge, longest / guess.length));
 }
 
-/* The response of a spring at the guess, from its response at x0. The elastic force is the one that
- * the linear system takes as its start: the force at the guess, drawn back along its derivative to
- * x0. Crank-Nicolson takes 1 - c of the true force at x0. */
+/* The response of a spring at the guess, given its response at x0. The linear system needs a
+ * force at x0: it gets the force at the guess, moved back to x0 along its derivative.
+ * Crank-Nicolson takes 1 - c of the true force at x0. */
 static void linearise_at_guess(const assembly *work, const cloth_spring *spring,
                                spring_response *response) {
     vec3 const at_start = response->elastic_force;
@@ -58,7 +60,7 @@ static void fill_slots(void *context, size_t begin, size_t end, size_t chunk, in
         double const axial = beta * response.axial;
         vec3 const n = response.direction;
         bool const has_length = vec3_norm2(n) > 0.0;
-        /* Without a direction the axial stiffness acts in all of them. */
+        /* A spring of no length has no direction: its axial stiffness acts in all of them. */
         work->spring_blocks[s] =
             has_length ? symmetric3_make(across, axial - across + alpha * spring->damping, n)
                        : symmetric3_make(axial, 0.0, n);

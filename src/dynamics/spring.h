@@ -68,24 +68,23 @@ static inline spring_edge spring_make_edge(vec3 edge) {
     return (spring_edge){edge, vec3_norm(edge)};
 }
 
-/* How far beyond the start a guess is believed [stiffening strains]: landings on spikes take more
- * solves and leave longer edges with 1 and 2. */
+/* [stiffening strains] How far a guess may exceed the start. With 1 or 2, landings on spikes
+ * take more solves and leave longer edges. */
 #define GUESS_STRAINS 0.5
-/* Far over what rounding does to lengths and to squares of strains. */
+/* Margins for rounding of lengths and of squares of strains. */
 #define GUESS_LENGTH_ROUNDING 1e-9
 #define GUESS_STRAIN_ROUNDING 1e-6
 
-/* A guess may be far off, as where a vertex was stopped and its neighbours not yet, and the tangent
- * at a high tension pushes a spring apart that turns out to be only a little shorter. This one is
- * longer than it may be. */
+/* Shortens a guess that is longer than it may be. Guesses can be far off: contact may have
+ * stopped a vertex whose neighbours still move. The spring's tangent at such a high tension
+ * would push its ends apart, although the spring turns out to be only a little shorter. */
 spring_edge spring_shorten_guess(const cloth_spring *spring, vec3 start, spring_edge guess);
 
 /* The difference vector about which a spring is linearised: `guess`, shortened to half a
  * stiffening strain beyond what it has at the start, `start`. */
 static inline spring_edge spring_limit_guess(const cloth_spring *spring, vec3 start, vec3 guess) {
     spring_edge const given = spring_make_edge(guess);
-    /* few are longer by so much than at rest; a little more than that, so that rounding is no
-     * matter */
+    /* Few springs are so much longer than at rest. The margins only cost a call. */
     double const extension = (1.0 + GUESS_LENGTH_ROUNDING) * given.length - spring->rest_length;
     bool const may_be_long =
         extension > 0.0 && spring->stiffening * extension * extension >

@@ -1,5 +1,7 @@
-/* math/apart_terms.c - see apart_terms.h. Every sum has one order, whatever is done at once: terms
- * are pulled each by itself, and what a vertex gets is added in the order of terms. */
+/* math/apart_terms.c - see apart_terms.h.
+ *
+ * Every sum has one order, however many chunks are done at once: each term is pulled by itself,
+ * and a vertex adds what it gets in the order of terms. */
 #include "math/apart_terms.h"
 
 #include "base/error.h"

@@ -72,7 +72,8 @@ static void multiply_rows(void *context, size_t begin, size_t end, size_t chunk,
     const block_matrix *const matrix = task->matrix;
     const double *const x = task->x;
     const double *const values = matrix->values;
-    /* A fourth number may be read behind a vertex, and the last one has none. */
+    /* Four numbers are read for each vertex, its three and the next. The last vertex has no next
+     * one. */
     size_t const last = matrix->row_count - 1;
     double const last_entry[4] = {x[3 * last], x[3 * last + 1], x[3 * last + 2], 0.0};
     for (size_t row = begin; row < end; row++) {

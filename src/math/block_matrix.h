@@ -1,7 +1,9 @@
-/* math/block_matrix.h - a sparse symmetric matrix over vertices: 3x3 blocks where two vertices
- * share a mesh edge, and multiples of the 3x3 identity where they are coupled more loosely
- * (bending), so that the wide stencil costs one number a pair. Both patterns are in full (both
- * triangles), rows ascending, and fixed; only values change. Each block is symmetric, too. */
+/* math/block_matrix.h - a sparse symmetric matrix over vertices.
+ *
+ * It has 3x3 blocks where two vertices share a mesh edge, and multiples of the 3x3 identity
+ * where bending couples them more loosely: the wide stencil costs one number a pair. Each block
+ * is symmetric. Both patterns hold both triangles of the matrix, rows ascending. Patterns are
+ * fixed; only values change. */
 #ifndef TULLE_MATH_BLOCK_MATRIX_H
 #define TULLE_MATH_BLOCK_MATRIX_H
 

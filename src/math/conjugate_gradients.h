@@ -22,8 +22,8 @@ typedef struct conjugate_gradients_problem {
     double tolerance;              /* stop at sqrt(r . P^-1 r) <= tolerance * reference */
     double reference;              /* > 0; otherwise sqrt(b . P^-1 b) over free vertices, and the
                                       first residual where that is zero */
-    /* A solve that others follow may end early: at early_share times its first residual, but not
-     * above early_most times the reference. Zero: none */
+    /* A solve that another one follows may stop early: at early_share of its first residual, but
+     * not above early_most times the reference. 0: it does not */
     double early_share, early_most;
     int max_iterations;
     int threads;
@@ -59,7 +59,7 @@ tulle_status conjugate_gradients_solve(const conjugate_gradients_problem *proble
 tulle_status conjugate_gradients_measure(const conjugate_gradients_problem *problem, arena *scratch,
                                          double *norm);
 
-/* Where a solve with this first residual ends. */
+/* The residual at which a solve with this first residual ends. */
 double conjugate_gradients_target(const conjugate_gradients_problem *problem, double reference,
                                   double first);
 

@@ -9,9 +9,9 @@
 
 #include <string.h>
 
-/* No further level when this few members or fewer have neighbours: pieces of a cloth never join, so
- * what has none does not count. All that have one share an aggregate, so a level has at most half
- * as many of these as the one below. */
+/* A level with so few members that have neighbours is the last. Pieces of a cloth never join, so
+ * members without neighbours do not count. All others share an aggregate with a neighbour, so
+ * each level has at most half as many of them as the one below. */
 enum { FEW_AGGREGATES = 8 };
 
 /* Neighbours of the members of a level: with themselves, or without. */
@@ -66,7 +66,7 @@ static bool list_members(memory *heap, aggregate_level *level) {
         level->members[end - 1] = (uint32_t)m;
         level->member_begin[level->parents[m] + 1]--;
     }
-    /* each begin is now that of the aggregate before: the ends went down to the begins */
+    /* Each entry has come down to the begin of the aggregate before it. */
     memmove(level->member_begin, level->member_begin + 1, level->count * sizeof(uint32_t));
     level->member_begin[level->count] = (uint32_t)level->member_count;
     return true;
@@ -149,7 +149,8 @@ static bool add_level(memory *heap, nested_aggregates *all, const member_graph *
 }
 
 static bool add_levels(memory *heap, nested_aggregates *all, const block_matrix *matrix) {
-    /* the matrix is lent: its rows name each vertex itself too, which does no harm */
+    /* The matrix's rows are used as they are. They also name each vertex itself, which does no
+     * harm. */
     member_graph graph = {all->vertex_count, (uint32_t *)(uintptr_t)matrix->row_begin,
                           (uint32_t *)(uintptr_t)matrix->columns};
     bool ok = true;

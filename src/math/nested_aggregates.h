@@ -40,10 +40,12 @@ typedef struct nested_aggregates {
 nested_aggregates *nested_aggregates_build(memory *heap, const block_matrix *matrix);
 void nested_aggregates_destroy(memory *heap, nested_aggregates *aggregates);
 
-/* Takes the numbers of a matrix; fixed vertices (null: none) are left out. False: no memory. */
+/* Takes the numbers of a matrix without the rows and columns of fixed vertices (null: none).
+ * False: no memory. */
 bool nested_aggregates_set_matrix(nested_aggregates *aggregates, const block_matrix *matrix,
                                   const uint8_t *is_fixed, int threads, arena *scratch);
-/* The last matrix with these terms instead of those before: makes it ready for use. */
+/* Puts these terms on the last matrix in place of earlier ones, and makes the aggregates ready
+ * for use. */
 void nested_aggregates_set_terms(nested_aggregates *aggregates, const matrix_term *terms,
                                  size_t count, int threads);
 

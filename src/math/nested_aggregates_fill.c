@@ -14,8 +14,8 @@
 
 #include <string.h>
 
-/* Aggregates of one sum, the unit of every dot, and of a chunk of a loop; a level of one sum is too
- * little to share. */
+/* Aggregates of one sum, which is the unit of every dot, and of a chunk of a loop. A level with
+ * no more than one sum is not shared among threads. */
 enum { AGGREGATES_PER_SUM = 256, AGGREGATES_PER_CHUNK = 64 };
 
 static size_t choose_chunk(size_t count) {
@@ -107,7 +107,7 @@ static void add_term(nested_aggregates *all, const matrix_term *term) {
     }
     for (size_t l = 0; l < all->level_count; l++) {
         const aggregate_level *const level = &all->levels[l];
-        /* Vertices become their aggregates, vertices of one aggregate one. */
+        /* Each vertex becomes its aggregate; vertices of the same aggregate become one. */
         for (size_t k = 0; k < 4; k++) {
             if (members[k] == TULLE_NONE) continue;
             members[k] = level->parents[members[k]];
@@ -178,8 +178,8 @@ static void restrict_chunk(void *context, size_t begin, size_t end, size_t chunk
     }
 }
 
-/* Dots of residual and own correction of AGGREGATES_PER_SUM aggregates each, four side by side:
- * each waits for its last addition. Returns how many there are. */
+/* Dots of residual and own correction, each of AGGREGATES_PER_SUM aggregates. Four are summed
+ * side by side, because each addition waits for the one before. Returns how many dots there are. */
 static size_t compute_dots(const aggregate_level *level, double *dots) {
     enum { AT_ONCE = 4, NUMBERS = 3 * AGGREGATES_PER_SUM };
     size_t const count = 3 * level->count;

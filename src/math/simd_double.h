@@ -73,7 +73,7 @@ SIMD_INLINE double8 double8_load_spread(const double *from, lane_mask which, dou
 }
 #else
 #ifdef __AVX2__
-/* By halves: the compiler would take vectors this wide apart into single numbers. */
+/* By halves: the compiler would take vectors as wide as this apart into single numbers. */
 typedef union double8_halves {
     double8 all;
     __m256d half[2];

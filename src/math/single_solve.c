@@ -20,9 +20,9 @@
 
 /* Vertices a chunk: a sum of one chunk is the unit of every dot. */
 enum { VERTICES_PER_CHUNK = 512 };
-/* Passes; a second is rare, more mean that single precision does not see the matrix. */
+/* A second pass is rare. Where more are needed, single precision does not see the matrix. */
 enum { MOST_PASSES = 4 };
-/* A pass ends at this part of its residual: what single precision can tell. */
+/* A pass ends at this share of its first residual: single precision sees no more. */
 static const double PASS_DEPTH = 1e-5;
 /* A pass aims this much below the target, so that rounding does not call for another. */
 static const double PASS_AIM = 0.9;
@@ -174,7 +174,8 @@ static void end_pass(void *context, size_t begin, size_t end, size_t chunk, int 
         work->x[i] += (double)work->vectors.x[i] / work->scale;
 }
 
-/* The product with what is in the pattern; what is not is pulled, and added by `advance`. */
+/* The product with the terms in the pattern. The terms outside it are pulled here; `advance`
+ * adds them. */
 static void multiply(void *context, size_t begin, size_t end, size_t chunk, int worker) {
     (void)worker;
     single_solver *const work = context;
@@ -215,8 +216,8 @@ static void turn_direction(single_solver *work, double beta) {
                  turn_chunk, work);
 }
 
-/* Applies the aggregates; z . r less that of the blocks of the diagonal, which is the norm of r
- * squared. */
+/* Applies the aggregates. Returns what they add to z . r: the blocks of the diagonal give the
+ * norm of r squared. */
 static double correct(single_solver *work) {
     if (!has_aggregates(work)) return 0.0;
     return nested_aggregates_correct(work->system->aggregates, work->vectors.residual,

@@ -8,10 +8,10 @@
 #include <math.h>
 #include <string.h>
 
-/* [rad] 45 degrees. Steeper triangles, seen along the axis, are hardly wider than the reach of the
- * certificate, so larger cones leave more triangles out than they take in. */
+/* [rad] 45 degrees. Triangles that are steeper than this look hardly wider, seen along the axis,
+ * than the reach of the certificate. So a wider cone leaves out more triangles than it takes in. */
 static const double PATCH_ANGLE_DEFAULT = 0.78539816339744831;
-/* [rad] Cones under a right angle by a millionth are the widest that can be computed with. */
+/* [rad] The widest cone that can be computed with: a right angle less a millionth. */
 static const double PATCH_ANGLE_MAX = 1.5707963267948966 - 1e-6;
 
 tulle_world_def tulle_world_def_default(void) {
@@ -84,10 +84,11 @@ static tulle_status check_ranges(const range_check *checks, size_t count, const 
 #define CHECK_RANGES(checks, owner, error)                                                         \
     check_ranges((checks), sizeof(checks) / sizeof *(checks), (owner), (error))
 
-/* Widest sensible values [SI]; beyond them doubles lose the contact distances. */
+/* Largest sensible value [SI]. Beyond it doubles no longer resolve the contact distances. */
 static const double LARGEST = 1e6;
 static const double SMALLEST_POSITIVE = 1e-12;
-/* A dynamic friction and the static one that bounds it; any negative one is the same as that. */
+/* Dynamic friction is at most the static one. Any negative value means: the same as the static
+ * one. */
 static tulle_status check_dynamic(const char *name, double dynamic, double friction,
                                   const char *owner, tulle_error *error) {
     if (dynamic <= friction) return TULLE_OK;

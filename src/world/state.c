@@ -203,8 +203,8 @@ static tulle_status take_ignored(tulle_world *world, byte_cursor *cursor, size_t
     return world_ignore_intersections(world, error);
 }
 
-/* Patches as saved; an error leaves them as before, or none where memory is too short for that: the
- * next step then grows its own. */
+/* Loads the patches. After an error they are as before, or there are none if memory is too short
+ * for that; the next step then grows its own. */
 static tulle_status take_patches(tulle_world *world, const unsigned char *bytes, size_t byte_count,
                                  tulle_error *error) {
     if (!world->patches) return TULLE_OK;

@@ -223,7 +223,8 @@ void world_end_bodies(const step_context *context, double *end) {
     }
 }
 
-/* Slots of a body that follows its script, `end` of the time of the substep's end. */
+/* Slots of a body that follows its script: places at the end of the substep, velocities into
+ * `end`. */
 static void follow_script(const step_context *context, size_t index, double *end) {
     tulle_world const *const world = context->world;
     world_obstacle const *const obstacle = get_body(world, index);

@@ -28,26 +28,27 @@ static inline bool body_sleeps(const world_motion_state *state, size_t body) {
     return state->rests[body].state == BODY_SLEEPS;
 }
 
-/* Numbers the bodies; before the surfaces are numbered. */
+/* Numbers the bodies. Called before the surfaces are numbered. */
 tulle_status world_number_bodies(tulle_world *world);
-/* Vertices in the bodies' own coordinates, and slots of the first state, at time 0. */
+/* The slots of the bodies in the first state, at time 0. */
 void world_place_bodies(tulle_world *world);
 void world_release_bodies(tulle_world *world);
 
 /* Frees bodies whose start time has come at the state's time. True when there is one. */
 bool world_free_bodies(const tulle_world *world, world_motion_state *state);
-/* Which obstacles the state says are bodies, into the surfaces. */
+/* Marks the surfaces of the obstacles that are bodies in this state. */
 void world_mark_bodies(tulle_world *world, const world_motion_state *state);
 
 /* What contact reads of the bodies in this substep: context->scene and targets. */
 tulle_status world_prepare_bodies(step_context *context);
 /* Right-hand sides and falls for the share c of the integrator: u = v0 + c (v1 - v0). */
 void world_load_bodies(step_context *context, double share);
-/* Before the laws of impact: velocities of slots as of the integrator, at the inertia of x0; of a
- * substep that ended early the part of the change that passed. */
+/* Called before the laws of impact: velocities of the slots according to the integrator, with
+ * the inertia at x0. A substep that ended early gets the share of the change that passed. */
 void world_end_bodies(const step_context *context, double *end);
-/* After them: angular velocities at the end's inertia; velocities of the bodies' vertices, and
- * slots of bodies that are not free as their script says. */
+/* Called after the laws of impact: angular velocities with the inertia at the end, and
+ * velocities of the bodies' vertices. Slots of bodies that are not free get what their script
+ * says. */
 void world_finish_bodies(const step_context *context, double *end);
 
 /* [J] Energies of free bodies, with inertia of `positions`. */

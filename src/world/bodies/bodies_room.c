@@ -5,10 +5,11 @@
 
 #include <math.h>
 
-/* Of the energy that the substep before lost. */
+/* Rows may use this share of the energy that the substep before lost. */
 static const double ROOM_SHARE = 0.5;
 
-/* [m/s] at which a row keeps the room it has: turning bodies come nearer without that speed. */
+/* [m/s] Speed at which a row keeps the room that it has. Without it, bodies that turn come
+ * nearer. */
 static double compute_kept_speed(const step_context *context, const contact_row *row) {
     return -compute_row_curvature(&context->scene, row) / context->time_step;
 }

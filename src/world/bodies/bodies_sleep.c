@@ -84,8 +84,8 @@ static side_owner find_side_owner(const tulle_world *world, const contact_row *r
     return owner;
 }
 
-/* What cloth presses on each body with, and whether other bodies that are awake do; in the scratch
- * arena, null for want of memory. */
+/* What cloth presses on each body with, and whether other bodies that are awake press on it. In
+ * the scratch arena; null: no memory. */
 static body_press *collect_presses(const step_context *context) {
     tulle_world *const world = context->world;
     double const *const positions = context->state->positions;
@@ -116,9 +116,8 @@ static body_press *collect_presses(const step_context *context) {
     return presses;
 }
 
-/* [m/s] By how much a sleeper would be faster than at rest after this substep, with all that it
- * carries. The inertia of a stack is more than this share of its own, so it is found to turn sooner
- * than it does. */
+/* [m/s] How fast this substep would make a sleeper, with all that it carries. The stack's moment
+ * of inertia is larger than assumed here, so the sleeper is found to turn sooner than it does. */
 static double compute_change(const step_context *context, size_t body, const body_press *press) {
     tulle_world const *const world = context->world;
     world_obstacle const *const obstacle = get_body(world, body);

@@ -11,8 +11,8 @@
 static const double CHORD_SHARE = 0.25;
 /* Substeps of one step for its turns, at most. */
 static const double TURN_SUBSTEPS_MAX = 4096.0;
-/* A contact may give a body this times the turn that the substep was cut for; beyond it the substep
- * is made anew, with a turn shorter by the same factor. */
+/* A contact may give a body this factor times the turn for which the substep was cut. Beyond it
+ * the substep is made anew, with a turn that is shorter by the same factor. */
 static const double TURN_SLACK = 1.1;
 
 /* [rad] Turn of a body in one substep, at most: by the least contact distance that it has with

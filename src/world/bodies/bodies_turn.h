@@ -1,8 +1,8 @@
 /* world/bodies/bodies_turn.h - how long a substep may be for the bodies that turn in it.
  *
- * Vertices of a body go along chords; what is tested is a shape that shrinks in the midst of a
- * turn. So no substep turns a body so far that a vertex leaves its chord by much of the contact
- * distance. */
+ * In a substep the vertices of a body move along chords, although they turn on arcs. So the
+ * shape that is tested shrinks in the middle of a turn. No substep turns a body so far that a
+ * vertex leaves its chord by much of the contact distance. */
 #ifndef TULLE_WORLD_BODIES_BODIES_TURN_H
 #define TULLE_WORLD_BODIES_BODIES_TURN_H
 

@@ -1,10 +1,11 @@
 /* world/untangle/untangle_joint_sides.c - sides of contours that part a surface only together.
  *
  * A tube that lies half in an obstacle crosses it along two lines from border to border. Neither
- * parts the tube, both do. So contours of one cloth with one obstacle that part nothing each are
- * cut at once. The region with the largest area (which counts nothing inside a closed obstacle) is
- * right; from there, the end of a crossing that is more contours away is the wrong one. Contours
- * that part nothing together either are decided one by one (untangle_open_sides.c).
+ * line parts the tube; both together do. So all contours of one cloth with one obstacle are cut
+ * at once if one of them parts nothing alone. The region with the largest area is right (area
+ * inside a closed obstacle counts nothing). Of each crossing, the end that is more contours away
+ * from that region is the wrong one. Contours that part nothing together either are decided one
+ * by one (untangle_open_sides.c).
  *
  * Based on: Baraff, Witkin, Kass, Untangling cloth, 2003, section 4. */
 #include "world/untangle/untangle_parts.h"

@@ -71,7 +71,7 @@ double get_gap(const untangling *work, uint32_t a, uint32_t b) {
     return GAP_SHARE * law->contact_distance;
 }
 
-/* The wrong end goes through the triangle. */
+/* Pushes the wrong end through the triangle. */
 static void push_through(untangling *work, const surface_crossing *crossing) {
     uint32_t const *const ends = work->topo->edges + 2 * (size_t)crossing->edge;
     uint32_t const *const corners = work->topo->triangles + 3 * (size_t)crossing->triangle;

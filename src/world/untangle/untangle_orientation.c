@@ -1,21 +1,24 @@
 /* world/untangle/untangle_orientation.c - contours too short to part anything.
  *
  * One or two crossings that part no surface are a corner that looks through a triangle, or two
- * ridges that pass over each other. Where rounds have stalled they are decided, by the first of
- * three rules that can. History: the round before left sides of vertices and triangles, those of
- * pairs that were near but not astray and of crossings whose wrong end was known; an end of the
- * edge that is on the other side now went through. Geometric correction with verification: an end
- * of the edge that is alone on its side of the triangle, with all its neighbours on the other, is
- * the wrong one if the edge's triangle and the crossed one say so too. Geometric correction of
- * edges: edge and nearest side of the triangle are a pair, oriented by the vertices opposite them;
- * they part along their common normal. What stays undecided is shortened.
+ * ridges that pass over each other. Where rounds have stalled, the first of three rules that can
+ * decide does:
+ * - History. The round before left the sides of vertices and triangles: of pairs that were near
+ *   but not astray, and of crossings whose wrong end was known. An end of the edge that is now
+ *   on the other side went through.
+ * - Geometric correction with verification. An end of the edge may be alone on its side of the
+ *   triangle, with all its neighbours on the other. It is the wrong one if the edge's triangle
+ *   and the crossed one say so too.
+ * - Geometric correction of edges. The edge and the nearest side of the triangle are a pair,
+ *   which the vertices opposite them orient. They part along their common normal.
+ * What stays undecided is shortened.
  *
  * In: undecided crossings of a contour. Out: wrong ends, or the ways that edges go; after all
  * contours, the history for the next round.
  *
  * Based on: Wong, Baciu, Dynamic interaction between deformable surfaces and nonsmooth objects,
- * 2005, section 3.6. Departures: pairs of edges have no history, for it hardly ever decides; the
- * verification, which always says something, decides nothing alone, for it costs rounds. */
+ * 2005, section 3.6. Departures: pairs of edges have no history, because it hardly ever decides;
+ * the verification decides nothing alone, because it always says something and costs rounds. */
 #include "contact/rows/orientation.h"
 #include "world/untangle/untangle_parts.h"
 

@@ -1,9 +1,9 @@
 /* world/untangle/untangle_search.c - the pairs of triangles that cross, round after round.
  *
- * Triangles sorted along the axis in which the scene is longest are compared with those that begin
- * before they end; boxes that meet are tested exactly. This finds every pair in which an edge
- * passes through a triangle, in less time than the judge, which stays the one who says that a state
- * is clean.
+ * Triangles are sorted along the axis in which the cloth is longest. Each is compared with those
+ * that begin before it ends; where boxes meet, the triangles are tested exactly. This finds
+ * every pair in which an edge passes through a triangle. It takes less time than the judge,
+ * which alone decides that a state is clean.
  *
  * Based on: Baraff, Dynamic simulation of non-penetrating rigid bodies, 1992 (sort and sweep). */
 #include "world/untangle/untangle_parts.h"

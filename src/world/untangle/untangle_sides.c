@@ -1,13 +1,14 @@
 /* world/untangle/untangle_sides.c - which side of a contour is the wrong one.
  *
- * A contour cuts edges on the surfaces that it runs over. Where the cuts part a surface, flooding
- * from the ends of cut edges gives regions; the largest is right, what hangs on its other end went
- * through. Area inside a closed obstacle counts nothing, so cloth comes out of obstacles even if
- * most of it is inside. Where the cuts do not part the surface the crossing stays undecided.
+ * A contour cuts edges on the surfaces that it runs over. Flooding from the ends of cut edges
+ * gives regions. Where the cuts part a surface, the largest region is right; the regions at the
+ * other ends of its cut edges went through. Area inside a closed obstacle counts nothing, so
+ * cloth comes out of obstacles even if most of it is inside. Where the cuts do not part the
+ * surface, the crossing stays undecided.
  *
- * Based on: Baraff, Witkin, Kass, Untangling cloth, 2003, section 4. Departures: the region outside
- * counts, not the smaller one, where an obstacle has an inside; contours that end at borders part a
- * surface too. */
+ * Based on: Baraff, Witkin, Kass, Untangling cloth, 2003, section 4. Departures: where an
+ * obstacle has an inside, the region outside it is right, not the larger one; contours that end
+ * at borders part a surface too. */
 #include "world/start/inside.h"
 #include "world/untangle/untangle_parts.h"
 
@@ -18,12 +19,12 @@ static const double INSIDE_WINDING = 0.5;
 /* Area inside an obstacle still counts this share, to decide among regions that are all inside. */
 static const double INSIDE_SHARE = 1e-6;
 
-/* Least mean cosine between the surfaces' directions across a contour for one to lie along the
- * other. */
+/* One surface lies along the other where the mean cosine between their directions across the
+ * contour is at least this. */
 static const double ALONG_COSINE = 0.3;
 
-/* Of a crossing that is aimed over a side of its triangle; that of a crossing on a bent contour is
- * at most 2. */
+/* Pull of a crossing that is aimed over a side of its triangle. That of a crossing on a bent
+ * contour is at most 2. */
 static const double AIM_PULL = 4.0;
 
 /* Visits all that hangs on `seed` without a cut edge, numbers it and returns its weight: area,
@@ -134,9 +135,9 @@ static double compare_sides(const untangling *work, const surface_crossing *cros
     return sum / 3.0;
 }
 
-/* Two surfaces that are parted in two each, and lie along one another at the contour: what is
- * above and what is below is one decision for both. Adds to each region the weight of the one that
- * lies along it. */
+/* Where two surfaces are each parted in two and lie along one another at the contour, what is
+ * above and what is below is one decision for both. Adds to each region the weight of the one
+ * that lies along it. */
 static void join_sides(untangling *work, size_t begin, size_t end, flood *regions) {
     if (regions->count != 4) return;
     uint32_t pair[2][2];
