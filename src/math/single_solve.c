@@ -197,7 +197,7 @@ static bool has_aggregates(const single_solver *work) {
 }
 
 /* p = z + beta p; z of the aggregates is not in `preconditioned`. */
-static void turn_chunk(void *context, size_t begin, size_t end, size_t chunk, int worker) {
+static void turn_direction(void *context, size_t begin, size_t end, size_t chunk, int worker) {
     (void)chunk, (void)worker;
     single_solver *const work = context;
     if (!has_aggregates(work)) {
@@ -210,42 +210,34 @@ static void turn_chunk(void *context, size_t begin, size_t end, size_t chunk, in
     TULLE_PICK_KERNEL(single_turn_corrected)(&work->vectors, &correction, work->step, begin, end);
 }
 
-static void turn_direction(single_solver *work, double beta) {
-    work->step = (float)beta;
-    parallel_for(work->problem->vertex_count, VERTICES_PER_CHUNK, work->problem->threads,
-                 turn_chunk, work);
-}
-
-/* Applies the aggregates. Returns what they add to z . r: the blocks of the diagonal give the
- * norm of r squared. */
-static double correct(single_solver *work) {
-    if (!has_aggregates(work)) return 0.0;
-    return nested_aggregates_correct(work->system->aggregates, work->vectors.residual,
-                                     work->problem->threads);
-}
-
 /* Iterations of a pass, to the norm `target`; norm2 is r . P^-1 r of the start. */
 static conjugate_gradients_end iterate(single_solver *work, double norm2, double target) {
-    double descent = norm2 + correct(work);
-    if (has_aggregates(work)) turn_direction(work, 0.0);
-    for (;;) {
+    const conjugate_gradients_problem *const problem = work->problem;
+    double descent = 0.0; /* z . r */
+    for (bool is_first = true;; is_first = false) {
+        /* The blocks of the diagonal give the norm of r squared, aggregates add the rest of z . r.
+         */
+        double const before = descent;
+        descent = norm2;
+        if (has_aggregates(work))
+            descent += nested_aggregates_correct(work->system->aggregates, work->vectors.residual,
+                                                 problem->threads);
+        work->step = is_first ? 0.0F : (float)(descent / before);
+        if (!is_first || has_aggregates(work)) /* else begin_pass has set the direction */
+            parallel_for(problem->vertex_count, VERTICES_PER_CHUNK, problem->threads,
+                         turn_direction, work);
         if (!isfinite(norm2) || !isfinite(descent)) return CONJUGATE_GRADIENTS_NOT_FINITE;
         if (sqrt(norm2) <= target) return CONJUGATE_GRADIENTS_CONVERGED;
-        if (work->iterations >= work->problem->max_iterations ||
-            stop_is_wanted(work->problem->stop))
+        if (work->iterations >= problem->max_iterations || stop_is_wanted(problem->stop))
             return CONJUGATE_GRADIENTS_ITERATION_LIMIT;
         double curvature = run_loop(work, multiply);
         curvature += parallel_sum(work->apart.curvatures, work->apart.count);
         work->iterations++;
         if (!isfinite(curvature)) return CONJUGATE_GRADIENTS_NOT_FINITE;
         if (!(curvature > 0.0 && descent > 0.0)) return CONJUGATE_GRADIENTS_NOT_POSITIVE;
-        double const alpha = descent / curvature;
-        work->step = (float)alpha;
+        work->step = (float)(descent / curvature);
         norm2 = run_loop(work, advance);
         if (sqrt(norm2) <= target) return CONJUGATE_GRADIENTS_CONVERGED;
-        double const before = descent;
-        descent = norm2 + correct(work);
-        turn_direction(work, descent / before);
     }
 }
 
