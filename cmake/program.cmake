@@ -42,11 +42,14 @@ file(RELATIVE_PATH scenes_from_program /${CMAKE_INSTALL_BINDIR} /${CMAKE_INSTALL
 set_source_files_properties(${PROJECT_SOURCE_DIR}/src/app/bench/bench.c PROPERTIES
     COMPILE_DEFINITIONS "TULLE_SCENES_FROM_PROGRAM=\"${scenes_from_program}\"")
 
-# The examples, against the shared library as their readers will.
+# The examples, against the shared libraries as their readers will.
 file(GLOB example_sources CONFIGURE_DEPENDS ${PROJECT_SOURCE_DIR}/examples/*.c)
 foreach(source ${example_sources})
     get_filename_component(name ${source} NAME_WE)
     add_executable(example_${name} ${source})
     target_link_libraries(example_${name} PRIVATE tulle_flags tulle_shared m)
+    if(name STREQUAL "run_scene")
+        target_link_libraries(example_${name} PRIVATE tulle_io_shared)
+    endif()
     set_target_properties(example_${name} PROPERTIES OUTPUT_NAME ${name} RUNTIME_OUTPUT_DIRECTORY ${PROJECT_BINARY_DIR}/examples)
 endforeach()
