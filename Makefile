@@ -113,7 +113,7 @@ check-portability: check-arm64
 # BENCH_OPTIONS='--particles all --threads 1'.
 BENCH_SCENES ?= all
 BENCH_OPTIONS ?=
-BENCH := $(BUILD)/tulle bench $(BENCH_SCENES) --inputs build/bench_states --csv build/bench.csv
+BENCH := python3 bench/bench.py --tulle $(BUILD)/tulle $(BENCH_SCENES) --inputs build/bench_states --csv build/bench.csv
 bench:
 	@$(INSTALL_PACKAGES) build
 	@$(MAKE) --no-print-directory build-program

@@ -32,7 +32,7 @@ install(FILES ${PROJECT_SOURCE_DIR}/LICENSE ${PROJECT_SOURCE_DIR}/README.md DEST
 if(TULLE_PROGRAM)
     install(TARGETS tulle_program)
     install(FILES ${PROJECT_SOURCE_DIR}/docs/tulle.1 DESTINATION ${CMAKE_INSTALL_MANDIR}/man1)
-    # `tulle bench` finds these from where the program lies, so an installed tree may be moved.
+    # Scenes to begin with.
     if(EXISTS ${PROJECT_SOURCE_DIR}/scenes/paper)
         install(DIRECTORY ${PROJECT_SOURCE_DIR}/scenes/paper DESTINATION ${CMAKE_INSTALL_DATADIR}/tulle/scenes FILES_MATCHING PATTERN "*.yaml")
     endif()

@@ -37,10 +37,6 @@ target_link_libraries(tulle_app PRIVATE tulle_flags PUBLIC tulle_render tulle_io
 add_executable(tulle_program ${PROJECT_SOURCE_DIR}/src/app/main.c)
 target_link_libraries(tulle_program PRIVATE tulle_flags tulle_app)
 set_target_properties(tulle_program PROPERTIES OUTPUT_NAME tulle)
-# Where the installed scenes lie, seen from the program.
-file(RELATIVE_PATH scenes_from_program /${CMAKE_INSTALL_BINDIR} /${CMAKE_INSTALL_DATADIR}/tulle/scenes)
-set_source_files_properties(${PROJECT_SOURCE_DIR}/src/app/bench/bench.c PROPERTIES
-    COMPILE_DEFINITIONS "TULLE_SCENES_FROM_PROGRAM=\"${scenes_from_program}\"")
 
 # The examples, against the shared libraries as their readers will.
 file(GLOB example_sources CONFIGURE_DEPENDS ${PROJECT_SOURCE_DIR}/examples/*.c)

@@ -1,117 +1,92 @@
 #!/usr/bin/env bash
-# tulle bench: the smallest cases end to end, inputs that are kept, CSV and comparison, what is refused, Ctrl-C.
+# tulle bench: a scene end to end, the state that is kept, CSV and comparison, what is refused, Ctrl-C. bench_series.sh tests the
+# scenes and sizes of bench/bench.py, which stands on it.
 set -uo pipefail
 work=$(mktemp -d)
 trap 'rm -rf "$work"' EXIT
 cd "$work" || exit 1
 faults=0
 fault() { echo "fault: $*"; faults=1; }
-bench() { "$TULLE" bench "$@"; }
 
-# refuse CODE PATTERN ARGUMENTS...
+cat >drop.yaml <<'END'
+title: drop
+time: {step: 1/90 s, frames: 10}
+cloth:
+  - name: sheet
+    mesh: {shape: rectangle, size: [0.3, 0.3], resolution: [13, 13]}
+    translate: [0, 0, 0.11]
+obstacles:
+  - name: ball
+    mesh: {shape: sphere, radius: 0.1}
+END
+bench() { "$TULLE" bench drop.yaml --steps 3 --repeat 2 "$@"; }
+# refuse CODE PATTERN ARGUMENTS...: of the program itself.
 refuse() {
     local code=$1 pattern=$2 found
     shift 2
-    bench "$@" >out 2>err
+    "$TULLE" bench "$@" >out 2>err
     found=$?
     [ $found = "$code" ] || fault "tulle bench $*: exit $found, not $code"
     grep -q -- "$pattern" err || { fault "tulle bench $*: no \"$pattern\" in:"; cat err; }
 }
 
-# ---- measured ----
-bench spikes boxes --quick --csv first.csv >first.out 2>first.err || fault "the first bench: exit $?: $(cat first.err)"
-[ "$(ls bench-inputs | sed 's/-[0-9a-f]*\.state$//' | paste -sd' ')" = "boxes-0.4k-45 spikes-0.4k-54" ] || fault "inputs: $(ls bench-inputs)"
+bench --skip 12 --threads 1 --state kept.state --csv first.csv >first.out 2>first.err || fault "exit $?: $(cat first.err)"
+[ -s kept.state ] || fault "no state is kept"
 [ "$(sed -n 1p first.csv)" = scene,size,threads,kind,name,value,minimum,spread ] || fault "the head of the CSV"
-awk -F, 'NF != 8 { exit 1 }' first.csv || fault "a row has not 8 fields"
-for row in about,processor, about,compiler, about,fingerprint,; do grep -q "^,,,$row" first.csv || fault "no row $row"; done
-for row in time,step, time,processor, time,solve_motion, time,commit_safely, count,contacts, count,box_pairs, count,tested_pairs, \
-    count,solve_count, count,cg_iterations, count,substeps, count,rescue_global_scalings, memory,most_bytes, hash,start, hash,end,; do
-    for scene in spikes boxes; do grep -q "^$scene,0.4k,1,$row" first.csv || fault "no row $row of $scene"; done
+[ "$(grep -c '^| drop  *| 169 ' first.out)" = 2 ] || fault "the scene is not in both tables: $(cat first.out)"
+for row in time,step, time,processor, time,solve_motion, count,contacts, memory,most_bytes, hash,start, hash,end,; do
+    grep -q "^drop,169,1,$row" first.csv || fault "no row $row"
 done
-awk -F, '$4 == "time" && $5 == "step" && !($7 > 0 && $7 <= $6) { exit 1 }' first.csv || fault "a least time is over its median"
-[ "$(grep -c '^| spikes ' first.out)" = 2 ] || fault "spikes is not in both tables"
-awk -F, '$5 == "contacts" && $6 <= 0 { exit 1 }' first.csv || fault "an input without contact"
+awk -F, '$5 == "contacts" && $6 <= 0 { exit 1 }' first.csv || fault "no contact"
 
-# ---- again: the same inputs, the same counts and states, on two threads as well ----
-before=$(cd bench-inputs && stat -c '%n %Y %i' ./*)
-bench boxes spikes --quick --threads 1,2 --csv second.csv >second.out 2>second.err || fault "the second bench: exit $?"
-[ "$(cd bench-inputs && stat -c '%n %Y %i' ./*)" = "$before" ] || fault "inputs were made again"
-grep 'made its input' second.err && fault "inputs were made again, it says"
+# From the state that is kept, the same work again, on other threads too; without it, too; with other names.
+before=$(stat -c '%Y %i' kept.state)
+bench --skip 12 --threads 1,2 --state kept.state --csv second.csv >/dev/null 2>&1 || fault "the second bench: exit $?"
+[ "$(stat -c '%Y %i' kept.state)" = "$before" ] || fault "the state was made again"
+bench --skip 12 --threads 1 --name fall --size small --csv third.csv >/dev/null 2>&1 || fault "the third bench: exit $?"
 for threads in 1 2; do
-    cmp -s <(grep ',0.4k,1,\(count\|hash\)' first.csv) <(grep ",0.4k,$threads,\(count\|hash\)" second.csv | sed "s/,0.4k,$threads,/,0.4k,1,/") ||
+    cmp -s <(grep ',\(count\|hash\),' first.csv) <(grep ",169,$threads,\(count\|hash\)" second.csv | sed "s/,169,$threads,/,169,1,/") ||
         fault "counts or states of $threads threads differ"
 done
+cmp -s <(grep '^drop,.*,\(count\|hash\),' first.csv | sed 's/^drop,169/fall,small/') <(grep '^fall,.*,\(count\|hash\),' third.csv) ||
+    fault "another name gives other counts"
 
-# ---- compared ----
-bench all --quick --from first.csv --compare first.csv >same.out 2>same.err || fault "a file against itself: exit $?"
+# Compared: with itself, with a slower one, without measuring.
+"$TULLE" bench --from first.csv --compare first.csv >same.out 2>&1 || fault "a file against itself: exit $?"
 grep -q '^compared [1-9][0-9]* measures: 0 slower, 0 changed, 0 more' same.out || fault "a file against itself: $(tail -n 1 same.out)"
-awk -F, -v OFS=, '$4 == "time" && $1 == "spikes" { $6 *= 2; $7 *= 2 } { print }' first.csv >slow.csv
-bench all --quick --from slow.csv --compare first.csv >slow.out 2>&1
+awk -F, -v OFS=, '$4 == "time" { $6 *= 2; $7 *= 2 } { print }' first.csv >slow.csv
+"$TULLE" bench --from slow.csv --compare first.csv >slow.out 2>&1
 [ $? = 1 ] || fault "a slower file: no exit 1"
-grep -q '^slower:  spikes 0.4k, 1 thread, processor: .* 2.000 times' slow.out || fault "a slower file: $(tail -n 3 slow.out)"
-grep -q '^slower:  boxes' slow.out && fault "boxes is called slower"
-sed 's/^boxes,0.4k,1,count,cg_iterations,/&1/' first.csv >changed.csv
-bench boxes --quick --from changed.csv --compare first.csv >changed.out 2>&1
-[ $? = 1 ] || fault "a changed count: no exit 1"
-grep -q '^changed: boxes 0.4k, 1 thread, cg_iterations: 1[0-9]*, was ' changed.out || fault "a changed count: $(tail -n 3 changed.out)"
-bench spikes --quick --from changed.csv --compare first.csv >/dev/null 2>&1 || fault "the change of boxes is told of spikes"
-bench spikes --quick --from first.csv --csv part.csv >/dev/null || fault "a part: exit $?"
-cmp -s <(grep -v '^boxes' first.csv) part.csv || fault "a part is not what was asked for"
-refuse 2 'nothing to compare with' boxes --quick --from part.csv --compare part.csv
+grep -q '^slower:  drop 169, 1 thread, processor: .* 2.000 times' slow.out || fault "a slower file: $(tail -n 3 slow.out)"
+bench --skip 12 --threads 1 --set contact.friction=0.5 --set obstacles[0].friction=0.9 --csv other.csv >other.out 2>&1 || fault "--set: exit $?"
+cmp -s <(grep ',hash,' first.csv) <(grep ',hash,' other.csv) && fault "--set changes nothing"
 
-# ---- instructions: skipped and said where valgrind is missing ----
-PATH=/nowhere "$TULLE" bench boxes --quick --instructions --csv counted.csv >/dev/null 2>err || fault "without valgrind: exit $?"
-grep -q '^tulle bench: skipped: instructions are counted by valgrind' err || fault "without valgrind: $(cat err)"
-grep -q ',instructions,' counted.csv && fault "without valgrind: a count"
-if command -v valgrind >/dev/null && ! grep -q '__[at]san_init' "$TULLE"; then # sanitizers and valgrind do not mix
-    bench boxes --quick --instructions --csv counted.csv >/dev/null 2>err || fault "with valgrind: exit $?: $(cat err)"
-    awk -F, '$4 == "instructions" && $5 == "steps" && $3 == 1 && $6 > 1e6 { found = 1 } END { exit !found }' counted.csv || fault "with valgrind: no count"
-fi
-
-# ---- refused ----
-refuse 2 'there is no scene "spheer"; did you mean "sphere"' spheer
-refuse 2 'there is no size "3k"' sphere --particles 3k
-refuse 2 'there is no size ""' sphere --particles ''
-refuse 2 'whole numbers from 1 to 256' sphere --threads 1,0
-refuse 2 'whole numbers from 1 to 256' sphere --threads 1,two
-refuse 2 '--repeat: "0" should be a whole number from 1' sphere --repeat 0
-refuse 2 'missing.csv: cannot be read' sphere --compare missing.csv
+refuse 2 'give a scene to measure, or --from'
+refuse 2 'give a scene to measure, or --from' drop.yaml --from first.csv
+refuse 2 'missing.yaml: ' missing.yaml
+refuse 2 'whole numbers from 1 to 256' drop.yaml --threads 1,0
+refuse 2 'whole numbers from 1 to 256' drop.yaml --threads 1,two
+refuse 2 '--repeat: "0" should be a whole number from 1' drop.yaml --repeat 0
+refuse 2 '--size: "" should have' drop.yaml --size ''
+refuse 2 '--name: "a,b" should have' drop.yaml --name a,b
+refuse 2 'missing.csv: cannot be read' drop.yaml --compare missing.csv
 printf 'scene,size\n' >foreign.csv
-refuse 2 'foreign.csv:1: is no table' sphere --compare foreign.csv
+refuse 2 'foreign.csv:1: is no table' drop.yaml --compare foreign.csv
 head -c 300 first.csv >cut.csv
-refuse 2 'cut.csv:[0-9]*: ' sphere --compare cut.csv
-refuse 2 'is no directory' sphere --scenes nowhere
-refuse 2 'no/where.csv: cannot be written' sphere --csv no/where.csv
-refuse 2 'first.csv cannot be made' sphere --inputs first.csv
-if [ "$(id -u)" != 0 ]; then
-    mkdir closed && chmod 555 closed
-    refuse 3 'cannot be written: Permission denied' spikes --quick --inputs closed
-fi
-mkdir damaged && for file in bench-inputs/boxes*; do head -c 5000 "$file" >"damaged/${file#*/}"; done
-refuse 2 'damaged or cut off.*--renew' boxes --quick --inputs damaged
-bench boxes --quick --inputs damaged --renew >/dev/null 2>&1 || fault "--renew: exit $?"
+refuse 2 'cut.csv:[0-9]*: ' drop.yaml --compare cut.csv
+refuse 2 'no/where.csv: cannot be written' drop.yaml --csv no/where.csv
+head -c 5000 kept.state >damaged.state
+refuse 2 'damaged or cut off.*delete it' drop.yaml --state damaged.state
 
-# ---- Ctrl-C: while an input is made, and later; whole cases stay, nothing is half written ----
-interrupt() { # WHOLE_CASES WAITED_FOR ARGUMENTS...
-    local cases=$1 waited=$2 process code
-    shift 2
-    rm -rf cut.csv cut-inputs
-    "$TULLE" bench "$@" --inputs cut-inputs --csv cut.csv >cut.out 2>cut.err &
-    process=$!
-    for _ in $(seq 2000); do eval "$waited" && break; kill -0 $process 2>/dev/null || break; sleep 0.02; done
-    kill -INT $process
-    wait $process
-    code=$?
-    [ $code = 130 ] || fault "interrupted: exit $code, not 130: $(cat cut.err)"
-    grep -q "^tulle bench: interrupted after $cases whole cases" cut.err || fault "interrupted, not said: $(cat cut.err)"
-    [ -z "$(find . -name '*.tmp')" ] || fault "interrupted: left $(find . -name '*.tmp')"
-}
-interrupt 0 '[ -d cut-inputs ]' sphere --particles 9.8k --threads 1
-[ -e cut.csv ] && fault "interrupted before the first case: there is a CSV"
-[ -z "$(ls cut-inputs)" ] || fault "interrupted: left $(ls cut-inputs)"
-interrupt 1 '[ -e cut.csv ]' spikes example_one --particles 0.4k,40k --threads 1 --repeat 2
-[ "$(cut -d, -f1,2 cut.csv | sort -u | tail -n +2 | grep -v scene)" = spikes,0.4k ] || fault "interrupted: the CSV has $(cut -d, -f1,2 cut.csv | sort -u)"
-bench all --particles all,0.4k --from cut.csv --compare cut.csv >/dev/null 2>&1 || fault "the CSV of an interrupted bench is not read"
+"$TULLE" bench drop.yaml --skip 1000000 --state cut.state >cut.out 2>cut.err &
+process=$!
+sleep 0.5
+kill -INT $process
+wait $process
+code=$?
+[ $code = 130 ] || fault "interrupted: exit $code, not 130: $(cat cut.err)"
+grep -q '^tulle bench: interrupted' cut.err || fault "interrupted, not said: $(cat cut.err)"
+[ -e cut.state ] && fault "interrupted: left a state"
 
 [ $faults = 0 ] && echo "bench: as it should"
 exit $faults

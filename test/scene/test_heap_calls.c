@@ -2,13 +2,13 @@
  * and on two.
  *
  * Buffers grow to what a scene needs, each by half at least, and stay (base.base tests the growth).
- * So, on the scenes of `tulle bench` in small sizes, from their start to where contact is in full
+ * So, on the scenes of bench/bench.py in small sizes, from their start to where contact is in full
  * swing:
  * - a step that makes calls grows buffers: it ends with more memory held than any step before it;
  * - what the process allocates in a step is what the world's allocator was asked for;
  * - steps that need no more than steps before them make no call: those from the last state on are
  *   made twice, and the second time nothing may be allocated or released. */
-#include "app/bench/bench.h"
+#include "scene/scene.h"
 
 #include <setjmp.h>
 #include <stdarg.h>
@@ -98,9 +98,37 @@ static void heap_release(void *context, void *block, size_t byte_count) {
 
 /* ---- a scene ---- */
 
+enum { OVERRIDE_MAX = 3 /* of a tulle_scene */ };
+
+/* A scene in a small size. */
+typedef struct small_scene {
+    const char *name;
+    const char *file;   /* below scenes/, without .yaml */
+    uint32_t far_steps; /* from the start to where contact is in full swing */
+    const char *overrides[OVERRIDE_MAX];
+} small_scene;
+
+#define RESOLUTION(text)                                                                           \
+    { "cloth[0].mesh.resolution=" text }
+static const small_scene small_scenes[] = {
+    {"needles", "needles", 45, RESOLUTION("[20, 20]")},
+    {"sphere", "sphere", 72, RESOLUTION("[20, 20]")},
+    {"spikes", "spikes", 54, RESOLUTION("[20, 20]")},
+    {"ribbon", "ribbon", 135, RESOLUTION("[201, 2]")},
+    {"net",
+     "net",
+     45,
+     {"cloth[0].mesh.cells=[4, 4]", "cloth[0].mesh.size=[0.4107, 0.4107]",
+      "cloth[0].mesh.strand_resolution=1"}},
+    {"boxes", "boxes", 45, RESOLUTION("[20, 20]")},
+    {"hammock", "hammock", 72, RESOLUTION("[27, 15]")},
+    {"example_one", "paper/example_one", 72, RESOLUTION("[25, 16]")},
+    {"landing", "sphere", 12, RESOLUTION("[20, 20]")},
+};
+enum { SMALL_SCENE_COUNT = sizeof small_scenes / sizeof small_scenes[0] };
+
 typedef struct heap_run {
-    const bench_scene *scene;
-    size_t size; /* index in bench_sizes */
+    const small_scene *scene;
     int threads;
     const char *override; /* beside those of the size; or null */
     counted_heap heap;
@@ -111,16 +139,16 @@ typedef struct heap_run {
 } heap_run;
 
 static void fail_run(const heap_run *run, const char *text) {
-    fail_msg("%s %s %s, %d threads: %s", run->scene->name, bench_sizes[run->size].name,
-             run->override ? run->override : "", run->threads, text);
+    fail_msg("%s %s, %d threads: %s", run->scene->name, run->override ? run->override : "",
+             run->threads, text);
 }
 
 static tulle_scene *load_scene(const heap_run *run) {
     char path[1024];
-    const char *overrides[BENCH_OVERRIDE_MAX + 1];
+    const char *overrides[OVERRIDE_MAX + 1];
     size_t count = 0;
-    for (; count < BENCH_OVERRIDE_MAX && run->scene->overrides[run->size][count]; count++)
-        overrides[count] = run->scene->overrides[run->size][count];
+    for (; count < OVERRIDE_MAX && run->scene->overrides[count]; count++)
+        overrides[count] = run->scene->overrides[count];
     if (run->override) overrides[count++] = run->override;
     snprintf(path, sizeof path, "%s/scenes/%s.yaml", getenv("TULLE_SOURCE_DIR"), run->scene->file);
     static tulle_scene_problems problems;
@@ -151,7 +179,7 @@ static uint64_t make_step(heap_run *run) {
 static uint32_t run_to_contact(heap_run *run) {
     uint32_t growing = 0;
     size_t most_held = 0;
-    for (uint32_t i = 0; i < run->scene->capture_step; i++) {
+    for (uint32_t i = 0; i < run->scene->far_steps; i++) {
         uint64_t const calls = make_step(run);
         growing += calls > 0;
         if (calls > 0 && run->heap.held <= most_held)
@@ -179,17 +207,16 @@ static void check_run(heap_run *run) {
     run->world = built.world;
     run->time_step = tulle_scene_get_time_step(loaded);
     uint32_t const growing = run_to_contact(run);
-    assert_true(growing > 0 && growing < run->scene->capture_step);
+    assert_true(growing > 0 && growing < run->scene->far_steps);
     void *bytes = NULL;
     size_t byte_count = 0;
     assert_int_equal(tulle_world_save_state(run->world, &bytes, &byte_count, NULL), TULLE_OK);
     uint64_t first_hash, second_hash;
     uint64_t const first = repeat_steps(run, bytes, byte_count, &first_hash);
     uint64_t const second = repeat_steps(run, bytes, byte_count, &second_hash);
-    print_message("%s %s %s, %d threads: buffers grew in %u of %u steps; then %u calls, then %u\n",
-                  run->scene->name, bench_sizes[run->size].name, run->override ? run->override : "",
-                  run->threads, growing, run->scene->capture_step, (unsigned)first,
-                  (unsigned)second);
+    print_message("%s %s, %d threads: buffers grew in %u of %u steps; then %u calls, then %u\n",
+                  run->scene->name, run->override ? run->override : "", run->threads, growing,
+                  run->scene->far_steps, (unsigned)first, (unsigned)second);
     assert_true(first_hash == second_hash);
     assert_int_equal(second, 0);
     tulle_world_free_state(run->world, bytes, byte_count);
@@ -197,11 +224,8 @@ static void check_run(heap_run *run) {
     tulle_scene_destroy(loaded);
 }
 
-static void check_scene(const char *name, const char *size, int threads, const char *override) {
-    heap_run run = {.scene = &bench_scenes[bench_find_scene(name)],
-                    .size = bench_find_size(size),
-                    .threads = threads,
-                    .override = override};
+static void check_scene(const small_scene *which, int threads, const char *override) {
+    heap_run run = {.scene = which, .threads = threads, .override = override};
     check_run(&run);
 }
 
@@ -209,16 +233,22 @@ static void check_scene(const char *name, const char *size, int threads, const c
 
 static void steady_steps_of_all_scenes_make_no_heap_call(void **state) {
     (void)state;
-    for (size_t i = 0; i < bench_scene_count; i++)
+    for (size_t i = 0; i < SMALL_SCENE_COUNT; i++)
         for (int threads = TULLE_TIME_FACTOR > 1 ? 2 : 1; threads <= 2; threads++)
-            check_scene(bench_scenes[i].name, "0.4k", threads, NULL);
+            check_scene(&small_scenes[i], threads, NULL);
 }
 
 /* Patches grow in the repeated steps of a net of this size; see stage 5. */
 static void growth_of_patches_makes_no_heap_call(void **state) {
     (void)state;
     if (TULLE_TIME_FACTOR > 1) skip();
-    check_scene("net", "2k", 2, NULL);
+    static const small_scene net = {"net of 2k",
+                                    "net",
+                                    45,
+                                    {"cloth[0].mesh.cells=[9, 9]",
+                                     "cloth[0].mesh.size=[0.904, 0.904]",
+                                     "cloth[0].mesh.strand_resolution=1"}};
+    check_scene(&net, 2, NULL);
 }
 
 static void other_methods_make_no_heap_call(void **state) {
@@ -226,18 +256,18 @@ static void other_methods_make_no_heap_call(void **state) {
     static const char *const overrides[] = {"contact.method=refit", "contact.method=bvox",
                                             "contact.method=paper", "contact.response=paper"};
     for (size_t i = 0; i < sizeof overrides / sizeof *overrides; i++)
-        check_scene("spikes", "0.4k", 2, overrides[i]);
+        check_scene(&small_scenes[2], 2, overrides[i]); /* spikes */
 }
 
 /* Triangles that intersect at the start are judged in every step until they come apart. */
 static void ignored_pairs_make_no_heap_call(void **state) {
     (void)state;
-    static const bench_scene caught = {
-        .name = "caught on spikes",
-        .file = "spikes",
-        .capture_step = 8,
-        .overrides = {{"cloth[0].mesh.resolution=[20, 20]", "cloth[0].translate=[0, 0, 0.49]",
-                       "contact.start_intersections=ignore"}}};
+    static const small_scene caught = {"caught on spikes",
+                                       "spikes",
+                                       8,
+                                       {"cloth[0].mesh.resolution=[20, 20]",
+                                        "cloth[0].translate=[0, 0, 0.49]",
+                                        "contact.start_intersections=ignore"}};
     heap_run run = {.scene = &caught, .threads = 2};
     check_run(&run);
     assert_true(run.ignored_pairs > 0);
@@ -246,10 +276,7 @@ static void ignored_pairs_make_no_heap_call(void **state) {
 /* Plates close on cloth to nothing and are held back. */
 static void held_plates_make_no_heap_call(void **state) {
     (void)state;
-    static const bench_scene pinched = {.name = "pinched",
-                                        .file = "pinch_zero",
-                                        .capture_step = 100,
-                                        .overrides = {{"contact.on_pinch=slow"}}};
+    static const small_scene pinched = {"pinched", "pinch_zero", 100, {"contact.on_pinch=slow"}};
     heap_run run = {.scene = &pinched, .threads = 2};
     check_run(&run);
     assert_true(run.pinched_steps > 0);

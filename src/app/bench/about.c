@@ -18,7 +18,7 @@ static bool put_text(bench_session *self, const char *name, const char *text) {
 }
 
 /* The processor's name as the system has it; that of its family where it has none. */
-static void find_processor(char text[BENCH_TEXT_SIZE]) {
+static void name_processor(char text[BENCH_TEXT_SIZE]) {
     struct utsname names;
     snprintf(text, BENCH_TEXT_SIZE, "%s", uname(&names) == 0 ? names.machine : "unknown");
     FILE *const file = fopen("/proc/cpuinfo", "r");
@@ -34,21 +34,19 @@ static void find_processor(char text[BENCH_TEXT_SIZE]) {
 }
 
 int bench_describe_machine(bench_session *self) {
-    char version[32], processor[BENCH_TEXT_SIZE], count[32], fingerprint[32];
+    char version[32], processor[BENCH_TEXT_SIZE], count[32];
     snprintf(version, sizeof version, "tulle %d.%d.%d", TULLE_VERSION_MAJOR, TULLE_VERSION_MINOR,
              TULLE_VERSION_PATCH);
     snprintf(count, sizeof count, "%ld", sysconf(_SC_NPROCESSORS_ONLN));
-    snprintf(fingerprint, sizeof fingerprint, "%016llx", (unsigned long long)self->fingerprint);
-    find_processor(processor);
+    name_processor(processor);
 #ifdef __clang__
     const char *const compiler = __VERSION__;
 #else
     const char *const compiler = "gcc " __VERSION__;
 #endif
     bool const is_put =
-        put_text(self, "program", version) && put_text(self, "fingerprint", fingerprint) &&
-        put_text(self, "compiler", compiler) && put_text(self, "processor", processor) &&
-        put_text(self, "processors", count);
+        put_text(self, "program", version) && put_text(self, "compiler", compiler) &&
+        put_text(self, "processor", processor) && put_text(self, "processors", count);
     if (!is_put) app_print_message("bench", "out of memory for the measures");
     return is_put ? APP_EXIT_FINE : APP_EXIT_OUT_OF_MEMORY;
 }

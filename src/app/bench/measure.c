@@ -1,4 +1,4 @@
-/* app/bench/measure.c - times the same steps from the same captured state again and again.
+/* app/bench/measure.c - times the same steps from the same state again and again.
  *
  * A repeat loads the state, makes one step that is not timed, and times those after it. Every
  * repeat must end in the same state and count the same, on any number of threads: else the measures
@@ -6,7 +6,6 @@
 #define _POSIX_C_SOURCE 200809L
 #include "app/bench/bench.h"
 #include "app/cli/interrupt.h"
-#include "app/cli/whole_file.h"
 #include "app/commands.h"
 #include "base/error.h"
 #include "base/timer.h"
@@ -16,7 +15,6 @@
 #include <string.h>
 
 enum {
-    STEPS_MAX = 16,
     REPEATS_MIN = 3, /* however long they take, as far as so many are asked for */
     STEP_TIME = TULLE_STAGE_COUNT,
     PROCESSOR_TIME,
@@ -120,11 +118,14 @@ typedef struct case_outcome {
 } case_outcome;
 
 typedef struct repeats {
-    const bench_input *input;
+    const char *state; /* that each repeat begins from */
+    size_t state_size;
+    const char *state_path; /* for messages; null: the state was not read */
     tulle_world *world;
     double time_step; /* [s] */
     uint32_t step_count, made, wanted;
-    double *samples; /* [s] a step: TIME_COUNT lists of `wanted` */
+    double *samples;            /* [s] a step: TIME_COUNT lists of `wanted` */
+    tulle_step_report *reports; /* of the timed steps */
     counted_heap *heap;
     case_outcome *outcome;
 } repeats;
@@ -157,11 +158,11 @@ static tulle_status judge_outcome(case_outcome *known, const case_outcome *found
     return TULLE_OK;
 }
 
-static void add_sample(repeats *self, const tulle_step_report *reports, double processor) {
+static void add_sample(repeats *self, double processor) {
     double sums[TIME_COUNT] = {0.0};
     for (uint32_t i = 0; i < self->step_count; i++) {
-        for (size_t k = 0; k < TULLE_STAGE_COUNT; k++) sums[k] += reports[i].stage_seconds[k];
-        sums[STEP_TIME] += reports[i].total_seconds;
+        for (size_t k = 0; k < TULLE_STAGE_COUNT; k++) sums[k] += self->reports[i].stage_seconds[k];
+        sums[STEP_TIME] += self->reports[i].total_seconds;
     }
     sums[PROCESSOR_TIME] = processor;
     for (size_t k = 0; k < TIME_COUNT; k++)
@@ -169,38 +170,32 @@ static void add_sample(repeats *self, const tulle_step_report *reports, double p
     self->made++;
 }
 
-static tulle_status load_input(const repeats *self, tulle_error *error) {
-    const bench_input *const input = self->input;
+static tulle_status load_state(const repeats *self, tulle_error *error) {
     tulle_error fault = {0};
-    char *bytes = NULL;
-    size_t byte_count = 0;
-    tulle_status status = whole_file_read(input->path, &bytes, &byte_count, error);
-    if (status != TULLE_OK) return status;
-    status = tulle_world_load_state(self->world, bytes, byte_count, &fault);
-    free(bytes);
-    if (status == TULLE_OK || status == TULLE_ERROR_OUT_OF_MEMORY) {
+    tulle_status const status =
+        tulle_world_load_state(self->world, self->state, self->state_size, &fault);
+    if (status == TULLE_OK || status == TULLE_ERROR_OUT_OF_MEMORY || !self->state_path) {
         if (status != TULLE_OK) *error = fault;
         return status;
     }
-    return error_set_at(error, status, input->path, 0, 0, "%.200s; --renew makes it again",
-                        fault.message);
+    return error_set_at(error, status, self->state_path, 0, 0,
+                        "%.200s; delete it, and it is made again", fault.message);
 }
 
 static tulle_status make_repeat(repeats *self, tulle_error *error) {
-    tulle_step_report reports[STEPS_MAX] = {0};
     case_outcome found = {0};
     tulle_world *const world = self->world;
-    tulle_status status = load_input(self, error);
+    tulle_status status = load_state(self, error);
     found.start_hash = tulle_world_get_state_hash(world);
     if (status == TULLE_OK) status = tulle_world_step(world, self->time_step, NULL, error);
     self->heap->calls = 0;
     double const begin = timer_processor_now();
     if (status == TULLE_OK)
-        status = bench_make_steps(world, self->time_step, self->step_count, reports, error);
+        status = bench_make_steps(world, self->time_step, self->step_count, self->reports, error);
     if (status != TULLE_OK) return status;
-    add_sample(self, reports, timer_processor_now() - begin);
+    add_sample(self, timer_processor_now() - begin);
     found.end_hash = tulle_world_get_state_hash(world);
-    sum_counts(reports, self->step_count, found.counts);
+    sum_counts(self->reports, self->step_count, found.counts);
     return judge_outcome(self->outcome, &found, error);
 }
 
@@ -303,7 +298,8 @@ static tulle_status measure_threads(bench_session *self, repeats *made, bench_ro
     made->heap = &heap;
     made->made = 0;
     made->samples = calloc((size_t)TIME_COUNT * made->wanted, sizeof *made->samples);
-    if (status == TULLE_OK && !made->samples)
+    made->reports = calloc(made->step_count, sizeof *made->reports);
+    if (status == TULLE_OK && (!made->samples || !made->reports))
         status = error_set(error, TULLE_ERROR_OUT_OF_MEMORY, "out of memory for the measures");
     if (status == TULLE_OK) {
         char unused[BENCH_TEXT_SIZE];
@@ -319,34 +315,35 @@ static tulle_status measure_threads(bench_session *self, repeats *made, bench_ro
             status = error_set(error, TULLE_ERROR_OUT_OF_MEMORY, "out of memory for the measures");
     }
     free(made->samples);
+    free(made->reports);
     return status;
 }
 
-int bench_measure_case(bench_session *self, const bench_case *which) {
-    tulle_scene *loaded = NULL;
-    bench_input input = {0};
+int bench_measure(bench_session *self, tulle_scene *loaded) {
+    char *state = NULL;
+    size_t state_size = 0;
+    int const code = bench_get_state(self, loaded, &state, &state_size);
+    if (code != APP_EXIT_FINE) {
+        free(state);
+        return code;
+    }
     case_outcome outcome = {0};
     tulle_error error = {0};
-    tulle_status status = TULLE_OK;
-    int code = bench_load_scene(self, which, &loaded);
-    if (code == APP_EXIT_FINE) code = bench_get_input(self, which, loaded, &input);
-    repeats made = {.input = &input,
-                    .step_count = bench_sizes[which->size].step_count,
+    repeats made = {.state = state,
+                    .state_size = state_size,
+                    .state_path = self->state_path,
+                    .time_step = tulle_scene_get_time_step(loaded),
+                    .step_count = self->step_count,
                     .wanted = self->repeat_count,
                     .outcome = &outcome};
-    if (code == APP_EXIT_FINE) made.time_step = tulle_scene_get_time_step(loaded);
-    for (size_t i = 0; i < self->threads_count && status == TULLE_OK && code == APP_EXIT_FINE;
-         i++) {
+    tulle_status status = TULLE_OK;
+    for (size_t i = 0; i < self->threads_count && status == TULLE_OK; i++) {
         bench_row row = {.threads = self->threads[i]};
-        snprintf(row.scene, sizeof row.scene, "%s", which->scene->name);
-        snprintf(row.size, sizeof row.size, "%s", bench_sizes[which->size].name);
+        memcpy(row.scene, self->name, sizeof row.scene);
+        memcpy(row.size, self->size, sizeof row.size);
         status = measure_threads(self, &made, row, loaded, &error);
     }
-    if (status != TULLE_OK && status != TULLE_ERROR_INTERRUPTED) {
-        app_print_message("bench", "%s %s cannot be measured", which->scene->name,
-                          bench_sizes[which->size].name);
-        app_print_error("bench", &error);
-    }
-    tulle_scene_destroy(loaded);
-    return code != APP_EXIT_FINE ? code : app_exit_for_run(status);
+    free(state);
+    if (status != TULLE_OK && status != TULLE_ERROR_INTERRUPTED) app_print_error("bench", &error);
+    return app_exit_for_run(status);
 }

@@ -1,4 +1,4 @@
-/* app/bench/rows.c - see bench_rows.h. */
+/* app/bench/rows.c - see rows.h. */
 #include "app/bench/rows.h"
 
 #include <math.h>
@@ -60,15 +60,15 @@ static int compare_numbers(const void *a, const void *b) {
 }
 
 /* Of sorted samples. */
-static double find_median(const double *samples, size_t count) {
+static double compute_median(const double *samples, size_t count) {
     return 0.5 * (samples[(count - 1) / 2] + samples[count / 2]);
 }
 
 void bench_row_summarize(bench_row *row, double *samples, size_t count) {
     qsort(samples, count, sizeof *samples, compare_numbers);
-    row->value = find_median(samples, count);
+    row->value = compute_median(samples, count);
     row->minimum = samples[0];
     for (size_t i = 0; i < count; i++) samples[i] = fabs(samples[i] - row->value);
     qsort(samples, count, sizeof *samples, compare_numbers);
-    row->spread = find_median(samples, count);
+    row->spread = compute_median(samples, count);
 }

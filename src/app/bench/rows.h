@@ -9,9 +9,9 @@
 enum { BENCH_NAME_SIZE = 32, BENCH_TEXT_SIZE = 96 };
 
 typedef enum bench_kind {
-    BENCH_ABOUT,        /* a text about program or machine; belongs to no scene */
+    BENCH_ABOUT,        /* a text about program or machine; belongs to no tulle_scene */
     BENCH_TIME,         /* [s] a step: median, least and spread over the repeats */
-    BENCH_COUNT,        /* sum over the timed steps, or a size of the scene */
+    BENCH_COUNT,        /* sum over the timed steps, or a size of the tulle_scene */
     BENCH_MEMORY,       /* [bytes] or calls of the allocator */
     BENCH_HASH,         /* of a state, as text */
     BENCH_INSTRUCTIONS, /* of all timed steps */
@@ -19,8 +19,8 @@ typedef enum bench_kind {
 } bench_kind;
 
 typedef struct bench_row {
-    char scene[BENCH_NAME_SIZE], size[BENCH_NAME_SIZE]; /* empty: about no scene */
-    int threads;                                        /* 0: about no scene */
+    char scene[BENCH_NAME_SIZE], size[BENCH_NAME_SIZE]; /* empty: about no tulle_scene */
+    int threads;                                        /* 0: about no tulle_scene */
     bench_kind kind;
     char name[BENCH_NAME_SIZE];
     char text[BENCH_TEXT_SIZE]; /* value of BENCH_ABOUT and BENCH_HASH */

@@ -1,5 +1,5 @@
 /* app/bench/steps.c - the timed steps and nothing else, in a file of its own so that the call stays
- * a call: callgrind counts the instructions within it (bench_instructions.c names it). */
+ * a call: callgrind counts the instructions within it (bench/bench.py names it). */
 #include "app/bench/bench.h"
 
 tulle_status bench_make_steps(tulle_world *world, double time_step, uint32_t count,

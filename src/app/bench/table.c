@@ -1,5 +1,5 @@
 /* app/bench/table.c - the rows of a bench as tables that people read, in Markdown: what a step
- * takes, stage by stage, what it does, and what that is for each particle. */
+ * takes, stage by stage, and what it does. */
 #include "app/bench/bench.h"
 
 #include <stdlib.h>
@@ -174,69 +174,10 @@ static void print_counts(const bench_rows *rows, text_table *table, FILE *stream
     print_table(table, stream);
 }
 
-/* ---- particles ---- */
-
-/* Processor time and memory of a particle, beside the processor time of one in the size before. */
-static void fill_scaling(text_table *table, const bench_rows *rows, const bench_row *of,
-                         double *before) {
-    char(*const cells)[CELL_SIZE] = table->cells[table->line_count++];
-    const bench_row *const particles = find(rows, of, BENCH_COUNT, "particles");
-    const bench_row *const held = find(rows, of, BENCH_MEMORY, "most_bytes");
-    const bench_row *const resident = find(rows, of, BENCH_ABOUT, "most_resident");
-    const bench_row *const iterations = find(rows, of, BENCH_COUNT, "cg_iterations");
-    const bench_row *const steps = find(rows, of, BENCH_COUNT, "steps");
-    if (!particles || !held || !iterations || !steps) return;
-    double const count = particles->value, each = of->value / count;
-    fill_case(cells, of);
-    snprintf(cells[3], CELL_SIZE, "%.0f", count);
-    format_milliseconds(of->value, cells[4]);
-    snprintf(cells[5], CELL_SIZE, "%.1f", 1e6 * each);
-    if (*before > 0.0) snprintf(cells[6], CELL_SIZE, "%.2f", each / *before);
-    snprintf(cells[7], CELL_SIZE, "%.1f", iterations->value / steps->value);
-    snprintf(cells[8], CELL_SIZE, "%.0f", held->value / count);
-    if (resident) snprintf(cells[9], CELL_SIZE, "%.0f", strtod(resident->text, NULL) / count);
-    *before = each;
-}
-
-/* Of scenes in several sizes. */
-static void print_scaling(const bench_rows *rows, text_table *table, FILE *stream) {
-    static const char *const titles[] = {"scene",
-                                         "size",
-                                         "threads",
-                                         "particles",
-                                         "processor [ms]",
-                                         "us a particle",
-                                         "of the size before",
-                                         "iterations",
-                                         "bytes a particle",
-                                         "resident"};
-    *table = (text_table){.line_count = 1, .column_count = sizeof titles / sizeof titles[0]};
-    for (size_t k = 0; k < table->column_count; k++)
-        snprintf(table->cells[0][k], CELL_SIZE, "%s", titles[k]);
-    const bench_row *last = NULL;
-    bool has_several = false;
-    double before = 0.0;
-    for (size_t i = 0; i < rows->count && table->line_count < LINE_COUNT; i++) {
-        const bench_row *const row = &rows->items[i];
-        if (row->kind != BENCH_TIME || strcmp(row->name, "processor") != 0) continue;
-        bool const is_same_scene = last && strcmp(last->scene, row->scene) == 0;
-        bool const is_same_size = is_same_scene && strcmp(last->size, row->size) == 0;
-        if (is_same_size) continue; /* on other threads */
-        if (!is_same_scene) before = 0.0;
-        has_several |= is_same_scene;
-        fill_scaling(table, rows, row, &before);
-        last = row;
-    }
-    if (!has_several) return;
-    fputs("\nWhat a particle takes:\n\n", stream);
-    print_table(table, stream);
-}
-
 void bench_print_tables(const bench_rows *rows, FILE *stream) {
     text_table *const table = malloc(sizeof *table);
     if (!table) return;
     print_times(rows, table, stream);
     print_counts(rows, table, stream);
-    print_scaling(rows, table, stream);
     free(table);
 }

@@ -253,32 +253,6 @@ static void other_conditions_are_told(void **unused) {
     bench_rows_destroy(&now);
 }
 
-static void every_scene_has_every_size(void **unused) {
-    (void)unused;
-    const char *const source = getenv("TULLE_SOURCE_DIR");
-    bench_session self = {0};
-    if (!source) skip();
-    snprintf(self.scenes, sizeof self.scenes, "%s/scenes", source);
-    static const double wanted[BENCH_SIZE_COUNT] = {400.0,   2000.0,   9800.0,
-                                                    40000.0, 160000.0, 1000000.0};
-    for (size_t i = 0; i < bench_scene_count; i++)
-        for (size_t k = 0; k < BENCH_SIZE_COUNT; k++) {
-            bench_case const which = {&bench_scenes[i], k};
-            tulle_scene *loaded = NULL;
-            bool const is_apart = bench_sizes[k].is_apart;
-            assert_int_equal(bench_has_size(which.scene, k),
-                             !is_apart || strcmp(which.scene->name, "landing") == 0);
-            if (!bench_has_size(which.scene, k)) continue;
-            assert_int_equal(bench_load_scene(&self, &which, &loaded), 0);
-            double const count = (double)tulle_scene_get_cloth_mesh(loaded, 0).vertex_count;
-            double const bound = strcmp(which.scene->name, "net") == 0 ? 0.09 : 0.03;
-            assert_int_equal(tulle_scene_get_cloth_count(loaded), 1);
-            if (count < (1.0 - bound) * wanted[k] || count > (1.0 + bound) * wanted[k])
-                fail_msg("%s %s: %.0f particles", which.scene->name, bench_sizes[k].name, count);
-            tulle_scene_destroy(loaded);
-        }
-}
-
 static int make_folder(void **unused) {
     (void)unused;
     return mkdtemp(folder) ? 0 : 1;
@@ -301,7 +275,6 @@ int main(void) {
         cmocka_unit_test(worse_rows_are_flagged),
         cmocka_unit_test(other_results_are_flagged),
         cmocka_unit_test(other_conditions_are_told),
-        cmocka_unit_test(every_scene_has_every_size),
     };
     return cmocka_run_group_tests(tests, make_folder, remove_folder);
 }

@@ -1,0 +1,372 @@
+#!/usr/bin/env python3
+"""What the stages of a step cost, scene by scene and size by size: runs `tulle bench` of each, keeps its inputs, counts
+instructions, and compares with a baseline. docs/experiments/benchmarks.md tells what is measured.
+
+usage: bench.py [OPTIONS] SCENE ...     scenes by name, or all; --help names the options
+"""
+import argparse
+import csv
+import difflib
+import hashlib
+import os
+import re
+import signal
+import subprocess
+import sys
+import tempfile
+from pathlib import Path
+
+ROOT = Path(__file__).resolve().parent.parent
+HEAD = ["scene", "size", "threads", "kind", "name", "value", "minimum", "spread"]
+
+# Name: steps that are timed, fewer where they take long.
+SIZES = {"0.4k": 4, "2k": 8, "9.8k": 8, "40k": 4, "160k": 2, "1m": 1}
+PARTICLES = {"0.4k": 400, "2k": 2000, "9.8k": 9800, "40k": 40000, "160k": 160000, "1m": 1000000}
+APART = {"0.4k", "1m", "landing"}  # not among "all"
+SMALL = {"0.4k", "2k"}  # small enough to count their instructions
+
+
+def resolutions(*texts):
+    """Changes of a cloth's mesh, a list for each size."""
+    return [[f"cloth[0].mesh.resolution=[{text}]"] for text in texts]
+
+
+def nets(*holes):
+    return [[f"cloth[0].mesh.cells=[{cells}, {cells}]", f"cloth[0].mesh.size=[{size}, {size}]",
+             f"cloth[0].mesh.strand_resolution={columns}"] for cells, size, columns in holes]
+
+
+SQUARE = resolutions("20, 20", "45, 45", "99, 99", "200, 200", "400, 400")
+
+# Name: the file below the directory of scenes, the steps from the start to where contact is in full swing, how it comes to each
+# size. Materials and obstacles stay as the file has them; only the mesh of the cloth gets finer. A net keeps its holes, which
+# decide what slips through: it gets finer strands and, as far as that alone does not give the number, more or fewer holes. A
+# million particles would simulate for hours until contact is in full swing: `landing` is `sphere` when the cloth has just met it.
+SCENES = {
+    "needles": ("needles", 45, SQUARE),
+    "sphere": ("sphere", 72, SQUARE),
+    "spikes": ("spikes", 54, SQUARE),
+    "ribbon": ("ribbon", 135, resolutions("201, 2", "401, 5", "897, 11", "1819, 22", "3639, 44")),
+    "net": ("net", 45, nets((4, 0.4107, 1), (9, 0.904, 1), (12, 1.2, 2), (13, 1.2987, 4), (13, 1.2987, 8))),
+    "boxes": ("boxes", 45, SQUARE),
+    "hammock": ("hammock", 72, resolutions("27, 15", "59, 34", "132, 74", "267, 150", "535, 299")),
+    "example_one": ("paper/example_one", 72, resolutions("25, 16", "55, 37", "121, 81", "245, 163", "489, 327")),
+    "landing": ("sphere", 12, SQUARE + resolutions("1000, 1000")),
+}
+
+
+class Failed(Exception):
+    """What ends the bench: a message, which may be empty where somebody else said it, and an exit code."""
+
+    def __init__(self, message, code=2):
+        super().__init__(message)
+        self.code = code
+
+
+class Interrupted(Exception):
+    pass
+
+
+def say(text):
+    print(f"bench: {text}", file=sys.stderr, flush=True)
+
+
+def choose(words, known, kind):
+    """The chosen names, in the order of `known`; "all" stands for those that are not apart."""
+    wanted = set()
+    for word in words:
+        if word == "all":
+            wanted |= {name for name in known if name not in APART}
+        elif word in known:
+            wanted.add(word)
+        else:
+            near = difflib.get_close_matches(word, ["all", *known], 1)
+            hint = f'; did you mean "{near[0]}"?' if near else "; --help names them"
+            raise Failed(f'there is no {kind} "{word}"{hint}')
+    return [name for name in known if name in wanted]
+
+
+# ---- the program ----
+
+class Program:
+    def __init__(self, path):
+        self.path = path
+        self.child = None
+
+    def run(self, arguments, quiet=False, command=()):
+        """Runs the program (by `command`, if given) and gives exit code and standard output. Ctrl-C ends both."""
+        stderr = subprocess.PIPE if quiet else None
+        try:
+            self.child = subprocess.Popen([*command, self.path, *arguments], stdout=subprocess.PIPE, stderr=stderr, text=True,
+                                          start_new_session=True)  # a terminal sends Ctrl-C to this process alone
+        except OSError as fault:
+            raise Failed(f"{self.path} cannot be run: {fault.strerror}")
+        output, errors = self.child.communicate()
+        code, self.child = self.child.returncode, None
+        if code in (130, -signal.SIGINT):
+            raise Interrupted
+        return code, output, errors or ""
+
+    def check(self, arguments):
+        code, output, _ = self.run(arguments)
+        if code != 0:
+            raise Failed("", code)
+        return output
+
+
+def find_fingerprint(program):
+    """The hash of a short simulation: two builds of one fingerprint nearly always make the same inputs, bit for bit."""
+    with tempfile.TemporaryDirectory() as folder:
+        scene = str(ROOT / "bench/fingerprint.yaml")
+        output = program.check(["run", scene, "-o", folder + "/run", "--threads", "1", "--progress", "none"])
+    return re.search(r"^state hash: ([0-9a-f]{16})$", output, re.M)[1]
+
+
+# ---- rows ----
+
+def read_rows(path):
+    try:
+        text = Path(path).read_text(encoding="utf-8")
+    except (OSError, UnicodeDecodeError) as fault:
+        raise Failed(f"{path}: cannot be read: {fault}")
+    lines = text.splitlines()
+    if not lines or lines[0] != ",".join(HEAD):
+        raise Failed(f"{path}:1: is no table of `tulle bench`: the first line should be {','.join(HEAD)}")
+    rows = {}
+    for number, fields in enumerate(csv.reader(lines[1:]), 2):
+        if len(fields) != len(HEAD) or (number == len(lines) and not text.endswith("\n")):
+            raise Failed(f"{path}:{number}: has not the {len(HEAD)} fields that it should have")
+        rows[tuple(fields[:5])] = fields
+    return rows
+
+
+def write_rows(path, rows):
+    """Writes beside the file and moves there, so that the file is whole at any time."""
+    beside = f"{path}.{os.getpid()}.tmp"
+    try:
+        with open(beside, "w", encoding="utf-8") as file:
+            file.write(",".join(HEAD) + "\n")
+            file.writelines(",".join(fields) + "\n" for fields in rows.values())
+        os.replace(beside, path)
+    except OSError as fault:
+        raise Failed(f"{path}: cannot be written: {fault.strerror}", 3)
+
+
+def put(rows, scene, size, threads, kind, name, value):
+    rows[(scene, size, threads, kind, name)] = [scene, size, threads, kind, name, value, "", ""]
+
+
+# ---- cases ----
+
+class Bench:
+    def __init__(self, options):
+        self.options = options
+        self.program = Program(options.tulle)
+        self.rows = {}
+        self.whole_cases = 0
+        self.counts_instructions = options.instructions
+        self.fingerprint = ""
+
+    def name_input(self, scene, size, file, changes):
+        key = hashlib.sha256()
+        for part in (self.fingerprint.encode(), file.read_bytes(), "\n".join(changes).encode()):
+            key.update(part + b"\0")
+        return Path(self.options.inputs) / f"{scene}-{size}-{SCENES[scene][1]}-{key.hexdigest()[:16]}.state"
+
+    def measure_case(self, scene, size):
+        name, skip, sizes = SCENES[scene]
+        changes = sizes[list(SIZES).index(size)]
+        file = Path(self.options.scenes) / f"{name}.yaml"
+        if not file.is_file():
+            raise Failed(f"--scenes: {file} is not there")
+        state = self.name_input(scene, size, file, changes)
+        if self.options.renew:
+            state.unlink(missing_ok=True)
+        arguments = ["bench", str(file), "--name", scene, "--size", size, "--skip", str(skip), "--steps", str(SIZES[size]),
+                     "--state", str(state), "--seconds", str(self.options.seconds)]
+        for change in changes:
+            arguments += ["--set", change]
+        with tempfile.TemporaryDirectory() as folder:
+            part = folder + "/part.csv"
+            self.program.check([*arguments, "--threads", self.options.threads, "--repeat", str(self.options.repeat), "--csv", part])
+            new = read_rows(part)
+        about = [row for row in new.items() if not row[0][0]]
+        self.rows.update(about)
+        put(self.rows, "", "", "", "about", "fingerprint", self.fingerprint)
+        self.rows.update(row for row in new.items() if row[0][0])
+        if self.counts_instructions and size in SMALL:
+            self.count_instructions(scene, size, arguments)
+
+    def count_instructions(self, scene, size, arguments):
+        """Instructions of the timed steps on one thread, by callgrind."""
+        with tempfile.TemporaryDirectory() as folder:
+            output = folder + "/callgrind.out"
+            command = ["valgrind", "--tool=callgrind", "--collect-atstart=no", "--toggle-collect=bench_make_steps",
+                       f"--callgrind-out-file={output}"]
+            try:
+                code, _, errors = self.program.run([*arguments, "--threads", "1", "--repeat", "1"], True, command)
+            except Failed:
+                say("skipped: instructions are counted by valgrind, which is not on the PATH (Debian's package is valgrind)")
+                self.counts_instructions = False
+                return
+            text = Path(output).read_text(encoding="utf-8", errors="replace") if os.path.exists(output) else ""
+        found = re.search(r"^(?:summary|totals): (\d+)", text, re.M)
+        if not found or int(found[1]) == 0:
+            raise Failed(f"valgrind ended with {code} and no count; it said:\n" + "\n".join(errors.splitlines()[-10:]), 3)
+        put(self.rows, scene, size, "1", "instructions", "steps", found[1])
+        print(f"{scene} {size}: {int(found[1]) * 1e-6:.4g} million instructions", file=sys.stderr)
+
+    def measure(self, scenes, sizes):
+        try:
+            os.makedirs(self.options.inputs, exist_ok=True)
+        except OSError as fault:
+            raise Failed(f"--inputs: {self.options.inputs} cannot be made: {fault.strerror}")
+        if not os.path.isdir(self.options.scenes):
+            raise Failed(f"--scenes: {self.options.scenes} is no directory")
+        self.fingerprint = find_fingerprint(self.program)
+        for scene in scenes:
+            for size in sizes:
+                if list(SIZES).index(size) >= len(SCENES[scene][2]):
+                    say(f"{scene} is not made in size {size}")
+                    continue
+                self.measure_case(scene, size)
+                if self.options.csv:
+                    write_rows(self.options.csv, self.rows)
+                self.whole_cases += 1
+
+    def take_rows(self, scenes, sizes):
+        """The rows of the chosen scenes, sizes and threads."""
+        threads = self.options.threads.split(",")
+        for path in self.options.from_:
+            for key, fields in read_rows(path).items():
+                if not key[0] or (key[0] in scenes and key[1] in sizes and key[2] in threads):
+                    self.rows[key] = fields
+        if self.options.csv:
+            write_rows(self.options.csv, self.rows)
+
+    def show(self):
+        """Tables, and what differs from the baseline; an exit code."""
+        with tempfile.TemporaryDirectory() as folder:
+            path = folder + "/rows.csv"
+            write_rows(path, self.rows)
+            arguments = ["bench", "--from", path]
+            if self.options.compare:
+                arguments += ["--compare", self.options.compare]
+            code, output, _ = self.program.run(arguments)
+        print_scaling(self.rows)
+        print(output, end="")
+        return code
+
+
+def print_scaling(rows):
+    """What a particle takes in each size, of scenes in several sizes."""
+    lines = []
+    scenes = list(dict.fromkeys(key[0] for key in rows if key[0]))
+    for scene in scenes:
+        before, lines_of_scene = 0.0, []
+        for size in SIZES:
+            threads = next((key[2] for key in rows if key[:2] == (scene, size) and key[3:] == ("time", "processor")), None)
+            if threads is None:
+                continue
+
+            def value(kind, name):
+                return float(rows[(scene, size, threads, kind, name)][5])
+
+            try:
+                count, processor, held = value("count", "particles"), value("time", "processor"), value("memory", "most_bytes")
+                iterations = value("count", "cg_iterations") / value("count", "steps")
+            except KeyError:
+                continue
+            each = processor / count
+            resident = rows.get((scene, size, threads, "about", "most_resident"))
+            lines_of_scene.append([scene, size, threads, f"{count:.0f}", f"{1e3 * processor:.4g}", f"{1e6 * each:.1f}",
+                                   f"{each / before:.2f}" if before > 0.0 else "", f"{iterations:.1f}", f"{held / count:.0f}",
+                                   f"{float(resident[5]) / count:.0f}" if resident else ""])
+            before = each
+        if len(lines_of_scene) > 1:
+            lines += lines_of_scene
+    if not lines:
+        return
+    head = ["scene", "size", "threads", "particles", "processor [ms]", "us a particle", "of the size before", "iterations",
+            "bytes a particle", "resident"]
+    print("What a particle takes:\n")
+    widths = [max(len(line[k]) for line in [head, *lines]) for k in range(len(head))]
+    for number, line in enumerate([head, *lines]):
+        print("".join(f"| {cell:<{width}} " if k < 2 else f"| {cell:>{width}} "
+                      for k, (cell, width) in enumerate(zip(line, widths))) + "|")
+        if number == 0:
+            print("|---" * 2 + "|---:" * (len(head) - 2) + "|")
+    print()
+
+
+# ---- the command line ----
+
+def read_options(words):
+    reader = argparse.ArgumentParser(prog="bench.py", description=__doc__.split("\n\n")[0], add_help=True)
+    reader.add_argument("scenes_", metavar="SCENE", nargs="+", help=", ".join(SCENES) + ", or all but landing")
+    reader.add_argument("-p", "--particles", help=f"sizes: {', '.join(SIZES)}, all (default: 2k,9.8k)")
+    reader.add_argument("-t", "--threads", help="numbers of threads (default: 1,2)")
+    reader.add_argument("-r", "--repeat", type=int, help="how often the steps of a case are made (default: 7)")
+    reader.add_argument("--seconds", type=int, default=60, help="no further repeat of a case after that many, but three")
+    reader.add_argument("--quick", action="store_true", help="the smallest size on one thread, twice: to see that it works")
+    reader.add_argument("--instructions", action="store_true", help="also count the instructions of sizes up to 2k, by valgrind")
+    reader.add_argument("--csv", metavar="FILE", help="write all measures to FILE")
+    reader.add_argument("--compare", metavar="FILE", help="compare with FILE; exit code 1 if anything got worse")
+    reader.add_argument("--from", dest="from_", metavar="FILE", action="append", default=[],
+                        help="take the measures from FILE, measure nothing; may be repeated")
+    reader.add_argument("--inputs", metavar="DIR", default="bench-inputs", help="where inputs are kept")
+    reader.add_argument("--renew", action="store_true", help="make inputs anew that are there")
+    reader.add_argument("--scenes", metavar="DIR", default=str(ROOT / "scenes"), help="where the scenes are")
+    reader.add_argument("--tulle", metavar="FILE", default=str(ROOT / "build/release/tulle"), help="the program")
+    options = reader.parse_args(words)
+    if options.particles is None:
+        options.particles = "0.4k" if options.quick else "2k,9.8k"
+    if options.threads is None:
+        options.threads = "1" if options.quick else "1,2"
+    if options.repeat is None:
+        options.repeat = 2 if options.quick else 7
+    if options.repeat < 1 or options.seconds < 1:
+        raise Failed("--repeat and --seconds should be whole numbers from 1")
+    for word in options.threads.split(","):
+        if not re.fullmatch(r"[1-9]\d{0,2}", word) or int(word) > 256:
+            raise Failed(f'--threads: "{word}" should be whole numbers from 1 to 256, as 1,2')
+    return options
+
+
+def main(words):
+    bench = None
+
+    def interrupt(_signal, _frame):
+        if bench and bench.program.child:
+            bench.program.child.send_signal(signal.SIGINT)  # it ends in good order, and Program.run tells
+        else:
+            raise Interrupted
+
+    signal.signal(signal.SIGINT, interrupt)
+    try:
+        options = read_options(words)
+        scenes = choose(options.scenes_, SCENES, "scene")
+        sizes = choose(options.particles.split(","), SIZES, "size")
+        bench = Bench(options)
+        if options.compare:
+            read_rows(options.compare)
+        if options.csv and not os.path.isdir(os.path.dirname(options.csv) or "."):
+            raise Failed(f"{options.csv}: cannot be written: its directory is not there")
+        if options.from_:
+            bench.take_rows(scenes, sizes)
+        else:
+            bench.measure(scenes, sizes)
+        return bench.show()
+    except Failed as fault:
+        if str(fault):
+            say(fault)
+        return fault.code
+    except Interrupted:
+        whole = bench.whole_cases if bench else 0
+        kept = f", which are in {bench.options.csv}" if whole and bench.options.csv else ""
+        say(f"interrupted after {whole} whole cases{kept}")
+        return 130
+
+
+if __name__ == "__main__":
+    sys.exit(main(sys.argv[1:]))
