@@ -38,7 +38,7 @@ static const double axis_y[3] = {0, 1, 0}, axis_z[3] = {0, 0, 1};
 static void place_ring(const ring_keys *ring, size_t count, pose *poses) {
     for (size_t i = 0; i < count; i++) {
         double angle = ring->from + 6.283185307179586 * (double)i / (double)count;
-        quaternion_from_axis(axis_z, angle, poses[i].rotation);
+        make_rotation(axis_z, angle, poses[i].rotation);
         poses[i].translation[0] = ring->radius * cos(angle);
         poses[i].translation[1] = ring->radius * sin(angle);
         poses[i].translation[2] = 0;
@@ -69,11 +69,11 @@ static void place_spiral(const spiral_keys *spiral, size_t count, pose *poses) {
             double within = (target - walked) / piece;
             double polar = spiral->from + (p + (within < 1 ? within : 1)) * width;
             double azimuth = rate * (polar - spiral->from), tilt[4], turn[4];
-            quaternion_from_axis(axis_y, polar, tilt);
-            quaternion_from_axis(axis_z, azimuth, turn);
-            quaternion_multiply(turn, tilt, poses[next].rotation);
+            make_rotation(axis_y, polar, tilt);
+            make_rotation(axis_z, azimuth, turn);
+            multiply_rotations(turn, tilt, poses[next].rotation);
             const double pole[3] = {0, 0, spiral->radius};
-            quaternion_rotate(poses[next].rotation, pole, poses[next].translation);
+            rotate_vector(poses[next].rotation, pole, poses[next].translation);
         }
         walked += piece;
     }

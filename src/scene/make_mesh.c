@@ -183,9 +183,9 @@ bool make_motion(const scene_work *work, const schema_list *keyframes, const pos
             return false;
         }
         keys[i].time = frames[i].time + delay;
-        quaternion_rotate(q, frames[i].translate.value, keys[i].translation);
-        quaternion_multiply(q, frames[i].rotate.quaternion, keys[i].rotation);
-        quaternion_multiply(keys[i].rotation, inverse, keys[i].rotation);
+        rotate_vector(q, frames[i].translate.value, keys[i].translation);
+        multiply_rotations(q, frames[i].rotate.quaternion, keys[i].rotation);
+        multiply_rotations(keys[i].rotation, inverse, keys[i].rotation);
     }
     motion->keys = keys;
     motion->key_count = keyframes->count;

@@ -71,7 +71,7 @@ static bool make_copy(const obstacle_work *work, size_t index, scene_obstacle *o
                          placement.translation);
     const double grain[3] = {1.0, 0.0, 0.0};
     const bool has_grain = schema_is_given(&obstacle_map, keys, "grain");
-    quaternion_rotate(layout.rotation, has_grain ? keys->grain.value : grain, obstacle->grain);
+    rotate_vector(layout.rotation, has_grain ? keys->grain.value : grain, obstacle->grain);
     return count_mesh(into, &obstacle->mesh, keys->head.place, keys->head.path) &&
            move_copy(work, &layout, &placement, obstacle);
 }

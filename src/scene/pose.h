@@ -14,11 +14,11 @@ typedef struct pose {
     }
 
 /* result = a b, the turn b followed by a; result may be a or b. */
-void quaternion_multiply(const double a[4], const double b[4], double result[4]);
+void multiply_rotations(const double a[4], const double b[4], double result[4]);
 /* result = R v; result may be v. */
-void quaternion_rotate(const double rotation[4], const double v[3], double result[3]);
+void rotate_vector(const double rotation[4], const double v[3], double result[3]);
 /* The turn about a unit axis. */
-void quaternion_from_axis(const double axis[3], double angle, double result[4]);
+void make_rotation(const double axis[3], double angle, double result[4]);
 /* The inner placement followed by the outer one. */
 pose pose_compose(const pose *outer, const pose *inner);
 void pose_apply(const pose *placement, const double point[3], double result[3]);

@@ -25,8 +25,8 @@ void world_wake_all(const tulle_world *world, world_motion_state *state);
 void world_wake_near_script(step_context *context);
 /* Called after resolve_impacts: wakes what is pressed; the outcome is then SUBSTEP_WAKES. */
 tulle_status world_wake_pressed(step_context *context);
-/* Called before the rows are stored: puts the contacts that no row tells of into context->resting. They
- * are those of sleepers with one another and with what stands. */
+/* Called before the rows are stored: puts the contacts that no row tells of into context->resting.
+ * They are those of sleepers with one another and with what stands. */
 tulle_status world_keep_resting(step_context *context);
 /* Called at the end of a step: decides which bodies fall asleep. */
 tulle_status world_settle_bodies(step_context *context, double time_step);
