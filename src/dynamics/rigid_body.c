@@ -47,12 +47,12 @@ static mat3 turn_diagonal(quaternion orientation, const double values[3]) {
 }
 
 mat3 rigid_compute_inertia(const rigid_body *body, quaternion orientation) {
-    const double moments[3] = {body->moments.x, body->moments.y, body->moments.z};
+    double const moments[3] = {body->moments.x, body->moments.y, body->moments.z};
     return turn_diagonal(orientation, moments);
 }
 
 mat3 rigid_compute_inverse_inertia(const rigid_body *body, quaternion orientation) {
-    const double inverse[3] = {1.0 / body->moments.x, 1.0 / body->moments.y, 1.0 / body->moments.z};
+    double const inverse[3] = {1.0 / body->moments.x, 1.0 / body->moments.y, 1.0 / body->moments.z};
     return turn_diagonal(orientation, inverse);
 }
 

@@ -71,7 +71,7 @@ typedef struct range_check {
 static tulle_status check_ranges(const range_check *checks, size_t count, const char *owner,
                                  tulle_error *error) {
     for (size_t i = 0; i < count; i++) {
-        range_check const *const c = &checks[i];
+        const range_check *const c = &checks[i];
         if (!(c->value >= c->low && c->value <= c->high)) {
             return error_set(error, TULLE_ERROR_INVALID_ARGUMENT,
                              "%s: %s is %g %s; it must lie between %g and %g", owner, c->name,
@@ -199,7 +199,7 @@ typedef struct grained_surface {
 /* A grain matters where friction depends on it. */
 static tulle_status check_grain(const grained_surface *surface, const char *owner,
                                 tulle_error *error) {
-    double const *const g = surface->grain;
+    const double *const g = surface->grain;
     range_check const checks[] = {
         {"grain x", "", g[0], -LARGEST, LARGEST},
         {"grain y", "", g[1], -LARGEST, LARGEST},
@@ -229,7 +229,7 @@ static tulle_status check_contact_material(const char *name, const char *owner,
 
 static tulle_status check_pin(const tulle_cloth_def *def, size_t index, const char *owner,
                               tulle_error *error) {
-    tulle_pin const *const pin = &def->pins[index];
+    const tulle_pin *const pin = &def->pins[index];
     for (size_t i = 0; i < pin->vertex_count; i++) {
         if (pin->vertices[i] >= def->mesh.vertex_count) {
             return error_set(error, TULLE_ERROR_INVALID_ARGUMENT,
@@ -292,7 +292,7 @@ tulle_status cloth_def_check(const tulle_cloth_def *def, const char *owner, tull
 /* Exactly one of mass and densities, and numbers in their ranges. */
 static tulle_status check_body(const tulle_obstacle_def *def, const char *owner,
                                tulle_error *error) {
-    tulle_body const *const body = &def->body;
+    const tulle_body *const body = &def->body;
     if (!body->is_dynamic) return TULLE_OK;
     int const given = (body->mass != 0.0) + (body->density != 0.0) + (body->area_density != 0.0);
     if (given != 1) {

@@ -20,7 +20,7 @@ static const double SLERP_LINEAR_SINE = 1e-8;
 
 static tulle_status validate_key(const tulle_motion *motion, size_t i, const char *owner,
                                  tulle_error *error) {
-    tulle_keyframe const *const key = &motion->keys[i];
+    const tulle_keyframe *const key = &motion->keys[i];
     double const norm = quaternion_norm(quaternion_load(key->rotation));
     double const sum =
         key->time + key->translation[0] + key->translation[1] + key->translation[2] + norm;
@@ -105,14 +105,14 @@ static void get_pose(const world_motion *motion, double time, double translation
     size_t next = 0;
     while (next < count && motion->keys[next].time <= time) next++;
     if (next == 0 || next == count) {
-        tulle_keyframe const *const key = &motion->keys[next == 0 ? 0 : count - 1];
+        const tulle_keyframe *const key = &motion->keys[next == 0 ? 0 : count - 1];
         memcpy(translation, key->translation, sizeof key->translation);
         memcpy(rotation, key->rotation, sizeof key->rotation);
         return;
     }
 
-    tulle_keyframe const *const from = &motion->keys[next - 1];
-    tulle_keyframe const *const to = &motion->keys[next];
+    const tulle_keyframe *const from = &motion->keys[next - 1];
+    const tulle_keyframe *const to = &motion->keys[next];
     double s = (time - from->time) / (to->time - from->time);
     if (motion->is_eased) s = s * s * (3.0 - 2.0 * s);
     for (int c = 0; c < 3; c++) {

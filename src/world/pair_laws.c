@@ -55,9 +55,9 @@ const tulle_contact_law *world_find_pair_law(const tulle_world *world, size_t a,
     world_pair_law const wanted = {.first = is_obstacle[0] ? low - cloth_count : low,
                                    .second = is_obstacle[1] ? high - cloth_count : high,
                                    .obstacle_count = is_obstacle[0] + is_obstacle[1]};
-    world_pair_law const *const entry = find_entry(world, &wanted);
+    const world_pair_law *const entry = find_entry(world, &wanted);
     if (entry) return &entry->law;
-    world_material_law const *const material =
+    const world_material_law *const material =
         find_material_law(world, get_material(world, a), get_material(world, b));
     return material ? &material->law : NULL;
 }
@@ -128,7 +128,7 @@ tulle_status tulle_world_set_obstacle_obstacle_law(tulle_world *world, tulle_obs
     if (!has_obstacle(world, a) || !has_obstacle(world, b))
         return refuse(error, "the world has no such obstacle");
     if (a.index == b.index) return refuse(error, "the same obstacle is named twice");
-    world_obstacle const *const obstacles = world->obstacles.data;
+    const world_obstacle *const obstacles = world->obstacles.data;
     if (!obstacles[a.index].body.is_dynamic && !obstacles[b.index].body.is_dynamic)
         return refuse(error, "neither obstacle is a rigid body, so they do not touch");
     bool const is_ordered = a.index < b.index;

@@ -41,7 +41,7 @@ static void take(byte_cursor *cursor, void *target, size_t byte_count) {
 
 uint64_t tulle_world_get_state_hash(const tulle_world *world) {
     if (!world || !world->is_started) return HASH_SEED;
-    world_motion_state const *const now = &world->now;
+    const world_motion_state *const now = &world->now;
     size_t const bytes = 3 * world->vertex_count * sizeof(double);
     uint64_t hash = HASH_SEED;
     hash = hash_bytes(hash, now->positions, bytes);
@@ -85,7 +85,7 @@ static part_sizes measure_parts(const tulle_world *world) {
 
 /* All but the header. */
 static void put_parts(const tulle_world *world, part_sizes parts, byte_cursor *cursor) {
-    world_motion_state const *const now = &world->now;
+    const world_motion_state *const now = &world->now;
     size_t const vector_bytes = 3 * world->vertex_count * sizeof(double);
     put(cursor, now->positions, vector_bytes);
     put(cursor, now->velocities, vector_bytes);
@@ -109,7 +109,7 @@ tulle_status tulle_world_save_state(const tulle_world *world, void **bytes, size
         return error_set(error, TULLE_ERROR_INVALID_ARGUMENT,
                          "only a world that has started has a state to save");
     }
-    world_motion_state const *const now = &world->now;
+    const world_motion_state *const now = &world->now;
     part_sizes const parts = measure_parts(world);
     size_t const size = state_size(world, parts);
     memory heap = memory_make(world->def.allocator);
@@ -187,7 +187,7 @@ static tulle_status take_ignored(tulle_world *world, byte_cursor *cursor, size_t
     }
     take(cursor, world->intersections.data, count * sizeof(tulle_intersection));
     for (size_t i = 0; i < count; i++) {
-        tulle_intersection const *const pair = &world->intersections.data[i];
+        const tulle_intersection *const pair = &world->intersections.data[i];
         uint32_t const objects[2] = {pair->object_a, pair->object_b};
         uint32_t const triangles[2] = {pair->triangle_a, pair->triangle_b};
         for (int k = 0; k < 2; k++) {

@@ -117,7 +117,7 @@ static tulle_status copy_pins(memory *heap, const tulle_cloth_def *def, world_cl
     if (!cloth->pins) return TULLE_ERROR_OUT_OF_MEMORY;
     cloth->pin_count = def->pin_count;
     for (size_t i = 0; i < def->pin_count; i++) {
-        tulle_pin const *const source = &def->pins[i];
+        const tulle_pin *const source = &def->pins[i];
         world_pin *const pin = &cloth->pins[i];
         pin->vertices = copy_array(heap, source->vertices, source->vertex_count, sizeof(uint32_t));
         if (!pin->vertices) return TULLE_ERROR_OUT_OF_MEMORY;
@@ -136,7 +136,7 @@ static tulle_status copy_cloth(memory *heap, const tulle_cloth_def *def, world_c
     cloth->thickness = def->thickness;
     memcpy(cloth->grain, def->grain, sizeof cloth->grain);
     if (copy_mesh(heap, def->mesh, &cloth->mesh) != TULLE_OK) return TULLE_ERROR_OUT_OF_MEMORY;
-    double const *const rest = def->rest_positions ? def->rest_positions : def->mesh.positions;
+    const double *const rest = def->rest_positions ? def->rest_positions : def->mesh.positions;
     cloth->rest = copy_array(heap, rest, count, 3 * sizeof(double));
     cloth->velocities = memory_allocate(heap, 3 * count * sizeof(double));
     if (!cloth->rest || !cloth->velocities) return TULLE_ERROR_OUT_OF_MEMORY;
@@ -234,14 +234,14 @@ static const double *object_vectors(const double *vectors, uint32_t vertex_begin
 static const world_cloth *find_cloth(const tulle_world *world, tulle_cloth_id id,
                                      size_t *vertex_count) {
     bool const is_valid = world && id.generation == 1 && id.index < world->cloths.count;
-    world_cloth const *const cloth = is_valid ? &world->cloths.data[id.index] : NULL;
+    const world_cloth *const cloth = is_valid ? &world->cloths.data[id.index] : NULL;
     if (vertex_count) *vertex_count = cloth ? cloth->mesh.vertex_count : 0;
     return cloth;
 }
 
 const double *tulle_cloth_get_positions(const tulle_world *world, tulle_cloth_id id,
                                         size_t *vertex_count) {
-    world_cloth const *const cloth = find_cloth(world, id, vertex_count);
+    const world_cloth *const cloth = find_cloth(world, id, vertex_count);
     if (!cloth) return NULL;
     return world->is_started ? object_vectors(world->now.positions, cloth->vertex_begin)
                              : cloth->mesh.positions;
@@ -249,7 +249,7 @@ const double *tulle_cloth_get_positions(const tulle_world *world, tulle_cloth_id
 
 const double *tulle_cloth_get_velocities(const tulle_world *world, tulle_cloth_id id,
                                          size_t *vertex_count) {
-    world_cloth const *const cloth = find_cloth(world, id, vertex_count);
+    const world_cloth *const cloth = find_cloth(world, id, vertex_count);
     if (!cloth) return NULL;
     return world->is_started ? object_vectors(world->now.velocities, cloth->vertex_begin)
                              : cloth->velocities;
@@ -262,7 +262,7 @@ static const world_obstacle *find_obstacle(const tulle_world *world, tulle_obsta
 
 const double *tulle_obstacle_get_positions(const tulle_world *world, tulle_obstacle_id id,
                                            size_t *vertex_count) {
-    world_obstacle const *const obstacle = find_obstacle(world, id);
+    const world_obstacle *const obstacle = find_obstacle(world, id);
     if (vertex_count) *vertex_count = obstacle ? obstacle->mesh.vertex_count : 0;
     if (!obstacle) return NULL;
     return world->is_started ? object_vectors(world->now.positions, obstacle->vertex_begin)
@@ -270,7 +270,7 @@ const double *tulle_obstacle_get_positions(const tulle_world *world, tulle_obsta
 }
 
 int tulle_obstacle_is_present(const tulle_world *world, tulle_obstacle_id id) {
-    world_obstacle const *const obstacle = find_obstacle(world, id);
+    const world_obstacle *const obstacle = find_obstacle(world, id);
     if (!obstacle) return 0;
     if (!world->is_started) return obstacle->appear_time <= 0.0;
     return world->now.is_present[id.index];
@@ -278,7 +278,7 @@ int tulle_obstacle_is_present(const tulle_world *world, tulle_obstacle_id id) {
 
 const double *tulle_obstacle_get_velocities(const tulle_world *world, tulle_obstacle_id id,
                                             size_t *vertex_count) {
-    world_obstacle const *const obstacle = find_obstacle(world, id);
+    const world_obstacle *const obstacle = find_obstacle(world, id);
     if (vertex_count) *vertex_count = obstacle ? obstacle->mesh.vertex_count : 0;
     if (!obstacle || !world->is_started) return NULL;
     return object_vectors(world->now.velocities, obstacle->vertex_begin);

@@ -163,7 +163,7 @@ float TULLE_KERNEL(single_multiply)(const single_matrix *matrix, const single_ve
                                     size_t begin, size_t end) {
     const float *restrict const x = vectors->direction;
     float *restrict const product = vectors->product;
-    const single_matrix m = *matrix;
+    single_matrix const m = *matrix;
     floats4 sum = {0};
     for (size_t row = begin; row < end; row++) {
         size_t const block = m.row_begin[row], scalar = m.scalar_begin[row];

@@ -10,7 +10,7 @@
 #include <string.h>
 
 tulle_status world_make_body(tulle_world *world, world_obstacle *obstacle, tulle_error *error) {
-    tulle_body const *const def = &obstacle->body;
+    const tulle_body *const def = &obstacle->body;
     if (!def->is_dynamic) return TULLE_OK;
     if (world->def.response == TULLE_RESPONSE_PAPER) {
         return error_set(error, TULLE_ERROR_INVALID_ARGUMENT,
@@ -107,7 +107,7 @@ static void compute_script_pose(const world_obstacle *obstacle, double time, vec
 void world_place_bodies(tulle_world *world) {
     world_motion_state *const state = &world->now;
     for (size_t b = 0; b < world->body_count; b++) {
-        world_obstacle const *const obstacle = get_body(world, b);
+        const world_obstacle *const obstacle = get_body(world, b);
         size_t const slot = get_first_slot(world, b);
         vec3 centre;
         quaternion orientation;
@@ -144,8 +144,8 @@ void world_mark_bodies(tulle_world *world, const world_motion_state *state) {
 
 static void prepare_body(step_context *context, size_t index) {
     tulle_world *const world = context->world;
-    world_motion_state const *const state = context->state;
-    world_obstacle const *const obstacle = get_body(world, index);
+    const world_motion_state *const state = context->state;
+    const world_obstacle *const obstacle = get_body(world, index);
     contact_body *const body = &context->scene.bodies[index];
     size_t const slot = get_first_slot(world, index), begin = obstacle->vertex_begin;
     quaternion const orientation = unpack_orientation(vec3_load(state->positions, slot + 1));
@@ -210,7 +210,7 @@ tulle_status world_prepare_bodies(step_context *context) {
 }
 
 void world_end_bodies(const step_context *context, double *end) {
-    contact_scene const *const scene = &context->scene;
+    const contact_scene *const scene = &context->scene;
     double const factor = context->commit.fraction / context->world->system.share;
     for (size_t b = 0; b < scene->body_count; b++) {
         size_t const slot = get_body_slot(scene, b);
@@ -226,8 +226,8 @@ void world_end_bodies(const step_context *context, double *end) {
 /* Slots of a body that follows its script: places at the end of the substep, velocities into
  * `end`. */
 static void follow_script(const step_context *context, size_t index, double *end) {
-    tulle_world const *const world = context->world;
-    world_obstacle const *const obstacle = get_body(world, index);
+    const tulle_world *const world = context->world;
+    const world_obstacle *const obstacle = get_body(world, index);
     size_t const slot = get_first_slot(world, index);
     double const from = context->state->time, to = from + context->passed;
     vec3 centre[2];
@@ -248,10 +248,10 @@ static void follow_script(const step_context *context, size_t index, double *end
 }
 
 void world_finish_bodies(const step_context *context, double *end) {
-    contact_scene const *const scene = &context->scene;
+    const contact_scene *const scene = &context->scene;
     context->state->lost_energy = context->lost_energy;
     for (size_t b = 0; b < scene->body_count; b++) {
-        contact_body const *const body = &scene->bodies[b];
+        const contact_body *const body = &scene->bodies[b];
         size_t const slot = get_body_slot(scene, b);
         if (!body->is_free) {
             memcpy(end + 3 * slot, scene->v0 + 3 * slot, 6 * sizeof(double));
@@ -274,7 +274,7 @@ body_energies world_measure_bodies(const tulle_world *world, const double *posit
     vec3 const gravity = vec3_load(world->def.gravity, 0);
     for (size_t b = 0; b < world->body_count; b++) {
         if (!body_answers(world, b)) continue;
-        rigid_body const *const rigid = &get_body(world, b)->rigid;
+        const rigid_body *const rigid = &get_body(world, b)->rigid;
         size_t const slot = get_first_slot(world, b);
         quaternion const orientation = unpack_orientation(vec3_load(positions, slot + 1));
         vec3 const turn = vec3_load(velocities, slot + 1);

@@ -21,7 +21,7 @@ static inline size_t get_first_slot(const tulle_world *world, size_t body) {
 }
 /* Whether a body is there and answers contact; else it follows its script or is absent. */
 static inline bool body_answers(const tulle_world *world, size_t body) {
-    surface_range const *const range = get_body_surface(world, body);
+    const surface_range *const range = get_body_surface(world, body);
     return range->is_body && range->is_present;
 }
 static inline bool body_sleeps(const world_motion_state *state, size_t body) {

@@ -22,7 +22,7 @@ void world_share_room(step_context *context) {
     row_list *const list = &context->world->rows;
     double work = 0.0; /* [J] with the impulses of the substep before */
     for (size_t i = 0; context->scene.body_count > 0 && i < list->rows.count; i++) {
-        contact_row const *const row = &list->rows.data[i];
+        const contact_row *const row = &list->rows.data[i];
         if (row->frame.has_body)
             work += compute_push(row) * fmax(row->law.bias - compute_kept_speed(context, row), 0.0);
     }
@@ -51,10 +51,10 @@ bool world_ask_less_room(step_context *context, int level) {
 }
 
 void world_note_loss(step_context *context) {
-    row_list const *const list = &context->world->rows;
+    const row_list *const list = &context->world->rows;
     double work = 0.0; /* [J] of making room */
     for (size_t i = 0; context->scene.body_count > 0 && i < list->rows.count; i++) {
-        contact_row const *const row = &list->rows.data[i];
+        const contact_row *const row = &list->rows.data[i];
         if (!row->frame.has_body) continue;
         double const speed =
             vec3_dot(row->frame.normal, get_relative_velocity(row, context->mean_velocity));

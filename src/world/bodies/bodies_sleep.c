@@ -38,7 +38,7 @@ void world_wake_near_script(step_context *context) {
     if (!world->has_sleep) return;
     for (size_t i = 0; i < world->obstacles.count; i++) {
         /* An obstacle that is no free body and moves in this substep. */
-        surface_range const *const range = &world->surfaces[world->cloths.count + i];
+        const surface_range *const range = &world->surfaces[world->cloths.count + i];
         if (range->is_static || range->is_body || !range->is_present) continue;
         size_t const begin = 3 * (size_t)range->vertex_begin, end = 3 * (size_t)range->vertex_end;
         if (memcmp(world->targets + begin, state->positions + begin,
@@ -88,10 +88,10 @@ static side_owner find_side_owner(const tulle_world *world, const contact_row *r
  * the scratch arena; null: no memory. */
 static body_press *collect_presses(const step_context *context) {
     tulle_world *const world = context->world;
-    double const *const positions = context->state->positions;
+    const double *const positions = context->state->positions;
     body_press *const presses = ARENA_NEW_ZEROED(&world->scratch, body_press, world->body_count);
     for (size_t i = 0; presses && i < world->rows.rows.count; i++) {
-        contact_row const *const row = &world->rows.rows.data[i];
+        const contact_row *const row = &world->rows.rows.data[i];
         if (!(vec3_norm2(row->solve.impulse) > 0.0)) continue;
         side_owner const owners[2] = {find_side_owner(world, row, 0),
                                       find_side_owner(world, row, 1)};
@@ -119,9 +119,9 @@ static body_press *collect_presses(const step_context *context) {
 /* [m/s] How fast this substep would make a sleeper, with all that it carries. The stack's moment
  * of inertia is larger than assumed here, so the sleeper is found to turn sooner than it does. */
 static double compute_change(const step_context *context, size_t body, const body_press *press) {
-    tulle_world const *const world = context->world;
-    world_obstacle const *const obstacle = get_body(world, body);
-    body_rest const *const rest = &context->state->rests[body];
+    const tulle_world *const world = context->world;
+    const world_obstacle *const obstacle = get_body(world, body);
+    const body_rest *const rest = &context->state->rests[body];
     double const h = context->time_step, whole = h / world->system.force_time;
     vec3 const force = vec3_load(rest->force, 0), torque = vec3_load(rest->torque, 0);
     vec3 const push = vec3_add_scaled(vec3_scale(press->impulse, whole), force, -h);
@@ -144,7 +144,7 @@ tulle_status world_wake_pressed(step_context *context) {
     tulle_world *const world = context->world;
     if (!world->has_sleep) return TULLE_OK;
     arena_mark const mark = arena_get_mark(&world->scratch);
-    body_press const *const presses = collect_presses(context);
+    const body_press *const presses = collect_presses(context);
     if (!presses) return TULLE_ERROR_OUT_OF_MEMORY;
     for (size_t b = 0; b < world->body_count; b++) {
         if (!body_sleeps(context->state, b)) continue;
@@ -173,7 +173,7 @@ static bool is_resting(const tulle_world *world, const stored_contact *contact) 
 
 tulle_status world_keep_resting(step_context *context) {
     tulle_world *const world = context->world;
-    contact_store const *const store = &context->state->contacts;
+    const contact_store *const store = &context->state->contacts;
     context->resting_count = 0;
     if (!world->has_sleep) return TULLE_OK;
     context->resting = ARENA_NEW(&world->scratch, stored_contact, store->contacts.count);
@@ -200,11 +200,11 @@ static uint32_t find_root(uint32_t *parents, uint32_t body) {
 
 /* The root of each body is the lowest of those it touches, directly or over others. */
 static void join_bodies(const step_context *context, uint32_t *parents) {
-    tulle_world const *const world = context->world;
-    body_rest const *const rests = context->state->rests;
+    const tulle_world *const world = context->world;
+    const body_rest *const rests = context->state->rests;
     for (uint32_t b = 0; b < world->body_count; b++) parents[b] = b;
     for (size_t i = 0; i < world->rows.rows.count; i++) {
-        contact_row const *const row = &world->rows.rows.data[i];
+        const contact_row *const row = &world->rows.rows.data[i];
         uint32_t const first = find_side_owner(world, row, 0).body;
         uint32_t const second = find_side_owner(world, row, 1).body;
         if (first == TULLE_NONE || second == TULLE_NONE) continue;
@@ -216,9 +216,9 @@ static void join_bodies(const step_context *context, uint32_t *parents) {
 
 /* Counts on while a body is slow. True when it has been slow for long enough. */
 static bool count_quiet_time(const step_context *context, size_t body, double time_step) {
-    tulle_world const *const world = context->world;
-    world_motion_state const *const state = context->state;
-    world_obstacle const *const obstacle = get_body(world, body);
+    const tulle_world *const world = context->world;
+    const world_motion_state *const state = context->state;
+    const world_obstacle *const obstacle = get_body(world, body);
     body_rest *const rest = &state->rests[body];
     if (rest->state == BODY_SLEEPS) return true;
     if (rest->state != BODY_FREE || !(obstacle->body.sleep_speed > 0.0) ||
@@ -236,7 +236,7 @@ static void fall_asleep(step_context *context, size_t body, uint32_t group,
                         const body_press *press) {
     tulle_world *const world = context->world;
     world_motion_state *const state = context->state;
-    surface_range const *const range = get_body_surface(world, body);
+    const surface_range *const range = get_body_surface(world, body);
     size_t const begin = range->vertex_begin;
     body_rest *const rest = &state->rests[body];
     double const rate = 1.0 / context->time_step;
@@ -256,7 +256,7 @@ tulle_status world_settle_bodies(step_context *context, double time_step) {
     size_t const count = world->body_count;
     uint32_t *const parents = ARENA_NEW(&world->scratch, uint32_t, count);
     bool *const is_awake = ARENA_NEW_ZEROED(&world->scratch, bool, count);
-    body_press const *const presses = collect_presses(context);
+    const body_press *const presses = collect_presses(context);
     if (!parents || !is_awake || !presses)
         return error_set(context->error, TULLE_ERROR_OUT_OF_MEMORY, "no memory left for bodies");
     join_bodies(context, parents);

@@ -21,7 +21,7 @@ static double compute_largest_turn(const tulle_world *world, size_t body) {
     size_t const cloth_count = world->cloths.count, count = world_surface_count(world);
     size_t const surface = cloth_count + world->body_obstacles[body];
     size_t const other = surface == cloth_count ? surface + 1 : cloth_count;
-    contact_law const *const laws = world->laws + surface * count;
+    const contact_law *const laws = world->laws + surface * count;
     double least = other < count ? laws[other].contact_distance : (double)INFINITY;
     for (size_t i = 0; i < cloth_count; i++) least = fmin(least, laws[i].contact_distance);
     double const sag = CHORD_SHARE * least;
@@ -29,8 +29,8 @@ static double compute_largest_turn(const tulle_world *world, size_t body) {
 }
 
 tulle_status world_limit_turns(const step_context *context, double *length) {
-    tulle_world const *const world = context->world;
-    double const *const velocities = context->state->velocities;
+    const tulle_world *const world = context->world;
+    const double *const velocities = context->state->velocities;
     for (size_t b = 0; b < world->body_count; b++) {
         if (!body_answers(world, b)) continue;
         double const spin = vec3_norm(vec3_load(velocities, get_first_slot(world, b) + 1));
@@ -50,7 +50,7 @@ tulle_status world_limit_turns(const step_context *context, double *length) {
 }
 
 bool world_turns_too_far(step_context *context) {
-    tulle_world const *const world = context->world;
+    const tulle_world *const world = context->world;
     double longest = (double)INFINITY;
     for (size_t b = 0; b < world->body_count; b++) {
         if (!body_answers(world, b)) continue;

@@ -33,7 +33,7 @@ tulle_status tulle_obstacle_get_transform(const tulle_world *world, tulle_obstac
     if (!transform) return error_set(error, TULLE_ERROR_INVALID_ARGUMENT, "no place for it");
     uint32_t const body = find_body_number(world, id, error);
     if (body == TULLE_NONE) return TULLE_ERROR_INVALID_ARGUMENT;
-    world_obstacle const *const obstacle = &world->obstacles.data[id.index];
+    const world_obstacle *const obstacle = &world->obstacles.data[id.index];
     size_t const slot = world->cloth_vertex_count + 2 * (size_t)body;
     quaternion const now = get_orientation(world, slot);
     quaternion const turn =
@@ -55,7 +55,7 @@ tulle_status tulle_obstacle_add_impulse(tulle_world *world, tulle_obstacle_id id
                                         tulle_error *error) {
     uint32_t const body = find_body_number(world, id, error);
     if (body == TULLE_NONE) return TULLE_ERROR_INVALID_ARGUMENT;
-    surface_range const *const range = &world->surfaces[world->cloths.count + id.index];
+    const surface_range *const range = &world->surfaces[world->cloths.count + id.index];
     vec3 const at = vec3_load(point, 0), push = vec3_load(impulse, 0);
     if (!isfinite(at.x + at.y + at.z) || !isfinite(push.x + push.y + push.z))
         return error_set(error, TULLE_ERROR_INVALID_ARGUMENT, "the impulse is not finite");
@@ -65,7 +65,7 @@ tulle_status tulle_obstacle_add_impulse(tulle_world *world, tulle_obstacle_id id
                          world->obstacles.data[id.index].name);
     }
     world_wake_body(world, &world->now, body);
-    rigid_body const *const rigid = &world->obstacles.data[id.index].rigid;
+    const rigid_body *const rigid = &world->obstacles.data[id.index].rigid;
     size_t const slot = world->cloth_vertex_count + 2 * (size_t)body;
     double *const velocities = world->now.velocities;
     mat3 const inverse = rigid_compute_inverse_inertia(rigid, get_orientation(world, slot));
@@ -82,7 +82,7 @@ void world_sum_contact_impulses(const row_list *rows, size_t slot, double impuls
                                 double moment[3]) {
     vec3 sum = {0.0, 0.0, 0.0}, turn = {0.0, 0.0, 0.0};
     for (size_t i = 0; i < rows->rows.count; i++) {
-        contact_row const *const row = &rows->rows.data[i];
+        const contact_row *const row = &rows->rows.data[i];
         for (int side = 0; side < 2 && row->frame.has_body; side++) {
             if (row->frame.slots[side] != slot) continue;
             sum = vec3_add_scaled(sum, row->solve.impulse, side == 0 ? 1.0 : -1.0);
@@ -101,7 +101,7 @@ tulle_status tulle_obstacle_get_contact_impulse(const tulle_world *world, tulle_
     uint32_t const body = find_body_number(world, id, error);
     if (body == TULLE_NONE) return TULLE_ERROR_INVALID_ARGUMENT;
     size_t const slot = world->cloth_vertex_count + 2 * (size_t)body;
-    body_rest const *const rest = &world->now.rests[body];
+    const body_rest *const rest = &world->now.rests[body];
     if (rest->state == BODY_SLEEPS) {
         memcpy(impulse, rest->impulse, sizeof rest->impulse);
         memcpy(angular_impulse, rest->moment, sizeof rest->moment);

@@ -84,7 +84,7 @@ tulle_stretch tulle_world_find_largest_stretch(const tulle_world *world) {
         }
     }
     if (count == 0) return largest;
-    uint32_t const *const ends = world->topo.edges + 2 * found;
+    const uint32_t *const ends = world->topo.edges + 2 * found;
     largest.cloth = world->vertex_surface[ends[0]];
     for (size_t k = 0; k < 2; k++)
         largest.vertices[k] = ends[k] - world->surfaces[largest.cloth].vertex_begin;
@@ -132,7 +132,7 @@ static tulle_status check_patch_call(const tulle_world *world, tulle_cloth_id id
 static tulle_status find_patches(tulle_world *world, size_t index,
                                  const tulle_patch_options *options, uint32_t *labels,
                                  size_t *patch_count) {
-    surface_range const *const range = &world->surfaces[index];
+    const surface_range *const range = &world->surfaces[index];
     double *const end = ARENA_NEW(&world->scratch, double, 3 * (size_t)range->vertex_end);
     if (!end) return TULLE_ERROR_OUT_OF_MEMORY;
     for (size_t i = 3 * (size_t)range->vertex_begin; i < 3 * (size_t)range->vertex_end; i++) {
@@ -152,7 +152,7 @@ static tulle_status find_patches(tulle_world *world, size_t index,
  * triangles. */
 static tulle_status name_patches_in_use(tulle_world *world, size_t index, uint32_t *labels,
                                         size_t *patch_count) {
-    surface_range const *const range = &world->surfaces[index];
+    const surface_range *const range = &world->surfaces[index];
     size_t const count = range->triangle_end - range->triangle_begin;
     *patch_count = 0;
     if (!world->patches) {

@@ -43,14 +43,14 @@ bool surface_is_closed(const topology *topo, const surface_range *range) {
 
 /* Marks all that hangs together with `seed`. */
 static void mark_piece(const topology *topo, uint32_t seed, bool *is_seen, uint32_t *queue) {
-    adjacency const *const around = &topo->vertex_edges;
+    const adjacency *const around = &topo->vertex_edges;
     size_t head = 0, tail = 0;
     is_seen[seed] = true;
     queue[tail++] = seed;
     while (head < tail) {
         uint32_t const vertex = queue[head++];
         for (uint32_t i = around->begin[vertex]; i < around->begin[vertex + 1]; i++) {
-            uint32_t const *const ends = topo->edges + 2 * (size_t)around->items[i];
+            const uint32_t *const ends = topo->edges + 2 * (size_t)around->items[i];
             uint32_t const next = ends[0] == vertex ? ends[1] : ends[0];
             if (is_seen[next]) continue;
             is_seen[next] = true;
@@ -69,11 +69,11 @@ typedef struct holder_search {
 
 /* The obstacle that has a vertex inside, where that may not be, or null. */
 static const surface_range *find_holder(const holder_search *search, uint32_t vertex) {
-    tulle_world const *const world = search->world;
-    double const *const point = search->positions + 3 * (size_t)vertex;
-    surface_range const *const held = &world->surfaces[world->vertex_surface[vertex]];
+    const tulle_world *const world = search->world;
+    const double *const point = search->positions + 3 * (size_t)vertex;
+    const surface_range *const held = &world->surfaces[world->vertex_surface[vertex]];
     for (size_t s = world->cloths.count; s < world_surface_count(world); s++) {
-        surface_range const *const range = &world->surfaces[s];
+        const surface_range *const range = &world->surfaces[s];
         if (held == range || !held->is_present || !range->is_present) continue;
         /* Of two obstacles one is a body. In a step, cloth may lie in what was there before. */
         bool const is_forbidden =
@@ -81,7 +81,7 @@ static const surface_range *find_holder(const holder_search *search, uint32_t ve
                 ? held->is_body || range->is_body
                 : !search->question.is_late || !world->now.is_present[s - world->cloths.count];
         if (!is_forbidden) continue;
-        surface_box const *const box = &search->boxes[s];
+        const surface_box *const box = &search->boxes[s];
         bool is_in_box = true;
         for (size_t c = 0; c < 3; c++)
             is_in_box = is_in_box && point[c] >= box->low[c] && point[c] <= box->high[c];
@@ -96,9 +96,9 @@ static const surface_range *find_holder(const holder_search *search, uint32_t ve
 
 static tulle_status refuse(const holder_search *search, uint32_t vertex,
                            const surface_range *holder, tulle_error *error) {
-    tulle_world const *const world = search->world;
+    const tulle_world *const world = search->world;
     uint32_t const held = world->vertex_surface[vertex];
-    double const *const x = search->positions + 3 * (size_t)vertex;
+    const double *const x = search->positions + 3 * (size_t)vertex;
     const char *const name = world_surface_name(world, (size_t)(holder - world->surfaces));
     char advice[WORLD_NAME_BYTES + 64]; /* what else than moving may help */
     if (holder->is_body)
@@ -140,13 +140,13 @@ tulle_status world_refuse_inside(tulle_world *world, const double *positions,
         search.boxes[s] = measure_surface_box(&world->surfaces[s], positions, positions);
         has_bodies |= world->surfaces[s].is_body && world->surfaces[s].is_present;
     }
-    uint32_t const *const edge_begin = world->topo.vertex_edges.begin;
+    const uint32_t *const edge_begin = world->topo.vertex_edges.begin;
     size_t const end = has_bodies ? count : world->cloth_vertex_count;
     for (size_t v = 0; status == TULLE_OK && v < end; v++) {
         bool const has_edges = edge_begin[v] < edge_begin[v + 1];
         if (is_seen[v] || !(v < world->cloth_vertex_count || has_edges)) continue;
         mark_piece(&world->topo, (uint32_t)v, is_seen, queue);
-        surface_range const *const holder = find_holder(&search, (uint32_t)v);
+        const surface_range *const holder = find_holder(&search, (uint32_t)v);
         if (holder) status = refuse(&search, (uint32_t)v, holder, error);
     }
     arena_release(&world->scratch, mark);

@@ -20,9 +20,9 @@ tulle_status world_find_intersections(tulle_world *world, const double *position
         /* Present surfaces are the bodies of the judge. */
         size_t body_count = 0;
         for (size_t s = 0; s < surface_count; s++) {
-            surface_range const *const range = &world->surfaces[s];
+            const surface_range *const range = &world->surfaces[s];
             if (!range->is_present) continue;
-            world_mesh const *const mesh = world_surface_mesh(world, s);
+            const world_mesh *const mesh = world_surface_mesh(world, s);
             bodies[body_count] = (tulle_check_body){
                 .mesh = {positions + 3 * (size_t)range->vertex_begin, mesh->vertex_count,
                          mesh->triangles, mesh->triangle_count},
@@ -40,7 +40,7 @@ tulle_status world_find_intersections(tulle_world *world, const double *position
         error_set(error, status, "no memory left for the judge of intersections");
     }
     for (size_t i = 0; status == TULLE_OK && i < result.pair_count; i++) {
-        tulle_check_pair const *const pair = &result.pairs[i];
+        const tulle_check_pair *const pair = &result.pairs[i];
         list->data[list->count++] = (tulle_intersection){
             surface_of[pair->body_a], pair->triangle_a, surface_of[pair->body_b], pair->triangle_b};
     }
@@ -52,7 +52,7 @@ tulle_status world_find_intersections(tulle_world *world, const double *position
 size_t world_count_intersecting_bodies(const tulle_world *world) {
     size_t count = 0;
     for (size_t i = 0; i < world->intersections.count; i++) {
-        tulle_intersection const *const pair = &world->intersections.data[i];
+        const tulle_intersection *const pair = &world->intersections.data[i];
         count += pair->object_a >= world->cloths.count && pair->object_b >= world->cloths.count;
     }
     return count;
@@ -66,9 +66,9 @@ static bool pair_intersects(const tulle_world *world, const double *positions,
     uint32_t corners[2][3];
     bool has_free = false; /* something that follows no script */
     for (size_t k = 0; k < 2; k++) {
-        surface_range const *const range = &world->surfaces[surfaces[k]];
+        const surface_range *const range = &world->surfaces[surfaces[k]];
         has_free |= !range->is_obstacle || range->is_body;
-        uint32_t const *const triangle =
+        const uint32_t *const triangle =
             world_surface_mesh(world, surfaces[k])->triangles + 3 * (size_t)numbers[k];
         for (size_t i = 0; i < 3; i++) corners[k][i] = range->vertex_begin + triangle[i];
     }
@@ -84,7 +84,7 @@ static int compare_keys(const void *a, const void *b) {
 /* The ignored pairs as sorted keys of world triangle numbers; room is there already. */
 static void refresh_ignored_keys(tulle_world *world) {
     for (size_t i = 0; i < world->ignored.count; i++) {
-        tulle_intersection const *const pair = &world->ignored.data[i];
+        const tulle_intersection *const pair = &world->ignored.data[i];
         uint32_t const a = world->surfaces[pair->object_a].triangle_begin + pair->triangle_a;
         uint32_t const b = world->surfaces[pair->object_b].triangle_begin + pair->triangle_b;
         world->ignored_keys.data[i] = ignored_pair_key(a, b);

@@ -19,7 +19,7 @@ typedef struct deep_pair {
 
 /* Deepest first; pairs of the same depth by their numbers. */
 static int compare_depths(const void *one, const void *two) {
-    deep_pair const *const x = one, *const y = two;
+    const deep_pair *const x = one, *const y = two;
     if (x->overlap.depth != y->overlap.depth) return x->overlap.depth > y->overlap.depth ? -1 : 1;
     uint32_t const a[4] = {x->pair.object_a, x->pair.triangle_a, x->pair.object_b,
                            x->pair.triangle_b};
@@ -36,7 +36,7 @@ static const uint32_t *get_corners(const tulle_world *world, uint32_t surface, u
 
 static void load_corners(const tulle_world *world, const double *positions, uint32_t surface,
                          uint32_t triangle, vec3 corners[3]) {
-    uint32_t const *const numbers = get_corners(world, surface, triangle);
+    const uint32_t *const numbers = get_corners(world, surface, triangle);
     for (size_t k = 0; k < 3; k++)
         corners[k] = vec3_load(positions, world->surfaces[surface].vertex_begin + numbers[k]);
 }
@@ -73,10 +73,10 @@ static tulle_status measure_overlaps(tulle_world *world, const double *positions
 /* "0.004 m deep at (0.1, 0.2, 0.3), triangle 7 of 'sheet' (vertices 1, 2, 9) with triangle 3 of
  * 'ball' (vertices 4, 5, 6)"; the length. */
 static size_t describe_pair(const tulle_world *world, size_t index, char *text, size_t size) {
-    tulle_intersection const *const pair = &world->intersections.data[index];
-    tulle_overlap const *const overlap = &world->overlaps.data[index];
-    uint32_t const *const a = get_corners(world, pair->object_a, pair->triangle_a);
-    uint32_t const *const b = get_corners(world, pair->object_b, pair->triangle_b);
+    const tulle_intersection *const pair = &world->intersections.data[index];
+    const tulle_overlap *const overlap = &world->overlaps.data[index];
+    const uint32_t *const a = get_corners(world, pair->object_a, pair->triangle_a);
+    const uint32_t *const b = get_corners(world, pair->object_b, pair->triangle_b);
     return (size_t)snprintf(
         text, size,
         "%.3g m deep at (%.6g, %.6g, %.6g), triangle %u of '%s' (vertices %u, %u, %u) with "
@@ -123,7 +123,7 @@ tulle_status world_refuse_bodies(tulle_world *world, const char *what, tulle_err
     if (status != TULLE_OK) return status;
     char text[sizeof error->message / 2] = "";
     for (size_t i = 0; i < world->intersections.count && !text[0]; i++) {
-        tulle_intersection const *const pair = &world->intersections.data[i];
+        const tulle_intersection *const pair = &world->intersections.data[i];
         if (pair->object_a >= world->cloths.count && pair->object_b >= world->cloths.count)
             (void)describe_pair(world, i, text, sizeof text);
     }

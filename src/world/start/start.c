@@ -26,7 +26,7 @@ static tulle_status number_surfaces(tulle_world *world, size_t *triangle_count,
     if (!world->surfaces) return no_memory(error);
     if (world_number_bodies(world) != TULLE_OK) return no_memory(error);
     for (size_t s = 0; s < surface_count; s++) {
-        world_mesh const *const mesh = world_surface_mesh(world, s);
+        const world_mesh *const mesh = world_surface_mesh(world, s);
         if (s == world->cloths.count) vertex_count += 2 * world->body_count; /* their slots */
         if (vertex_count + mesh->vertex_count > INT32_MAX ||
             *triangle_count + mesh->triangle_count > INT32_MAX) {
@@ -62,8 +62,8 @@ static tulle_status build_topology(tulle_world *world, size_t triangle_count, tu
     uint32_t *const triangles = ARENA_NEW(&world->scratch, uint32_t, 3 * triangle_count);
     if (!triangles) return no_memory(error);
     for (size_t s = 0; s < world_surface_count(world); s++) {
-        world_mesh const *const mesh = world_surface_mesh(world, s);
-        surface_range const *const range = &world->surfaces[s];
+        const world_mesh *const mesh = world_surface_mesh(world, s);
+        const surface_range *const range = &world->surfaces[s];
         uint32_t *const target = triangles + 3 * (size_t)range->triangle_begin;
         for (size_t i = 0; i < 3 * mesh->triangle_count; i++) {
             target[i] = range->vertex_begin + mesh->triangles[i];
@@ -91,8 +91,8 @@ static tulle_status build_topology(tulle_world *world, size_t triangle_count, tu
 /* First positions and velocities, rest shapes, surface of each vertex. */
 static void fill_arrays(tulle_world *world) {
     for (size_t s = 0; s < world_surface_count(world); s++) {
-        world_mesh const *const mesh = world_surface_mesh(world, s);
-        surface_range const *const range = &world->surfaces[s];
+        const world_mesh *const mesh = world_surface_mesh(world, s);
+        const surface_range *const range = &world->surfaces[s];
         size_t const offset = 3 * (size_t)range->vertex_begin;
         size_t const bytes = 3 * mesh->vertex_count * sizeof(double);
         bool const is_cloth = !range->is_obstacle;
@@ -172,7 +172,7 @@ static uint64_t hash_defs(const tulle_world *world) {
     int const choices[2] = {(int)world->def.response, (int)world->def.motion_space};
     hash = hash_bytes(hash, choices, sizeof choices);
     for (size_t i = 0; i < world->obstacles.count; i++) {
-        world_obstacle const *const o = &world->obstacles.data[i];
+        const world_obstacle *const o = &world->obstacles.data[i];
         hash = hash_bytes(hash, o->motion.keys, o->motion.key_count * sizeof *o->motion.keys);
         hash = hash_bytes(hash, &o->appear_time, sizeof o->appear_time);
         if (o->body.is_dynamic) {

@@ -34,7 +34,7 @@ static double measure_mean_edge(const tulle_world *world, uint32_t edge_begin, u
 static double choose_cloth_distance(const tulle_world *world, size_t cloth) {
     if (world->cloths.data[cloth].thickness > 0.0) return world->cloths.data[cloth].thickness;
     if (world->def.contact_distance > 0.0) return world->def.contact_distance;
-    surface_range const *const range = &world->surfaces[cloth];
+    const surface_range *const range = &world->surfaces[cloth];
     return fmin(CONTACT_DISTANCE_MAX,
                 CONTACT_EDGE_SHARE * measure_mean_edge(world, range->edge_begin, range->edge_end));
 }
@@ -48,10 +48,10 @@ static surface_roughness get_roughness(const tulle_world *world, size_t surface)
     size_t const cloth_count = world->cloths.count;
     surface_roughness roughness;
     if (surface < cloth_count) {
-        tulle_material const *const m = &world->cloths.data[surface].material;
+        const tulle_material *const m = &world->cloths.data[surface].material;
         roughness = (surface_roughness){m->friction, m->dynamic_friction, m->restitution};
     } else {
-        world_obstacle const *const o = &world->obstacles.data[surface - cloth_count];
+        const world_obstacle *const o = &world->obstacles.data[surface - cloth_count];
         roughness = (surface_roughness){o->friction, o->dynamic_friction, o->restitution};
     }
     if (roughness.dynamic_friction < 0.0) roughness.dynamic_friction = roughness.friction;
@@ -61,7 +61,7 @@ static surface_roughness get_roughness(const tulle_world *world, size_t surface)
 /* Coefficients of a pair: what was set for it, or for what it is made of; else geometric means, but
  * that friction between cloths is the world's. */
 static void set_coefficients(const tulle_world *world, size_t a, size_t b, contact_law *law) {
-    tulle_contact_law const *const given = world_find_pair_law(world, a, b);
+    const tulle_contact_law *const given = world_find_pair_law(world, a, b);
     if (given) {
         bool const has_dynamic = given->dynamic_friction >= 0.0;
         law->static_friction = given->static_friction;
@@ -161,10 +161,10 @@ tulle_status world_derive_distances(tulle_world *world, tulle_error *error) {
 static surface_grain get_grain(const tulle_world *world, size_t surface) {
     size_t const cloth_count = world->cloths.count;
     if (surface < cloth_count) {
-        world_cloth const *const c = &world->cloths.data[surface];
+        const world_cloth *const c = &world->cloths.data[surface];
         return (surface_grain){vec3_load(c->grain, 0), c->material.friction_across};
     }
-    world_obstacle const *const o = &world->obstacles.data[surface - cloth_count];
+    const world_obstacle *const o = &world->obstacles.data[surface - cloth_count];
     return (surface_grain){vec3_load(o->grain, 0), o->friction_across};
 }
 

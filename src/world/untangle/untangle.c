@@ -58,7 +58,7 @@ static bool allocate_work(untangling *work) {
 
 /* Lengths and areas of the start: what the cloth is to keep. */
 static void measure_start(untangling *work) {
-    tulle_world const *const world = work->world;
+    const tulle_world *const world = work->world;
     memcpy(work->positions, world->now.positions, 3 * world->vertex_count * sizeof(double));
     for (size_t v = 0; v < world->cloth_vertex_count; v++)
         work->mobility[v] = world->is_fixed[v] ? 0.0 : 1.0;
@@ -67,7 +67,7 @@ static void measure_start(untangling *work) {
             vec3_norm(vec3_sub(vec3_load(work->positions, work->topo->edges[2 * e]),
                                vec3_load(work->positions, work->topo->edges[2 * e + 1])));
     for (size_t t = 0; t < work->topo->triangle_count; t++) {
-        uint32_t const *const corners = work->topo->triangles + 3 * t;
+        const uint32_t *const corners = work->topo->triangles + 3 * t;
         vec3 const a = vec3_load(work->positions, corners[0]);
         vec3 const normal = vec3_cross(vec3_sub(vec3_load(work->positions, corners[1]), a),
                                        vec3_sub(vec3_load(work->positions, corners[2]), a));

@@ -21,12 +21,12 @@ enum { SMOOTH_LEVEL = 2, UNFOLD_LEVEL = 1 };
  * 0.
  */
 static void mark_surroundings(untangling *work, uint32_t rings, size_t longest) {
-    tulle_world const *const world = work->world;
-    adjacency const *const around = &work->topo->vertex_neighbours;
+    const tulle_world *const world = work->world;
+    const adjacency *const around = &work->topo->vertex_neighbours;
     memset(work->region, 0, world->vertex_count * sizeof *work->region);
-    surface_crossing const *const crossings = work->contours.crossings;
+    const surface_crossing *const crossings = work->contours.crossings;
     for (size_t i = 0, begin = 0, end = 0; i < work->contours.count; i++) {
-        surface_crossing const *const crossing = &crossings[i];
+        const surface_crossing *const crossing = &crossings[i];
         if (i == end) { /* the next contour: crossings are sorted by them */
             begin = end++;
             while (end < work->contours.count && crossings[end].contour == crossing->contour) end++;
@@ -47,8 +47,8 @@ static void mark_surroundings(untangling *work, uint32_t rings, size_t longest) 
 
 /* Each vertex half way to the mean of its neighbours, `level` sweeps. */
 static void smooth_surroundings(untangling *work) {
-    tulle_world const *const world = work->world;
-    adjacency const *const around = &work->topo->vertex_neighbours;
+    const tulle_world *const world = work->world;
+    const adjacency *const around = &work->topo->vertex_neighbours;
     double *const smooth = work->shift;
     mark_surroundings(work, (uint32_t)work->level - 1, SIZE_MAX);
     for (int sweep = 0; sweep < work->level; sweep++) {
@@ -71,14 +71,14 @@ static void smooth_surroundings(untangling *work) {
 
 /* Opens folds. */
 static void unfold_surroundings(untangling *work, int strength, size_t longest) {
-    tulle_world const *const world = work->world;
-    topology const *const topo = work->topo;
+    const tulle_world *const world = work->world;
+    const topology *const topo = work->topo;
     uint32_t const edge_end = world->surfaces[world->cloths.count - 1].edge_end;
     mark_surroundings(work, UNFOLD_RINGS * (uint32_t)strength, longest);
     for (int sweep = 0; sweep < UNFOLD_SWEEPS * strength; sweep++) {
         for (uint32_t i = 0; i < edge_end; i++) {
             uint32_t const e = sweep % 2 ? edge_end - 1 - i : i;
-            uint32_t const *const sides = topo->edge_triangles + 2 * (size_t)e;
+            const uint32_t *const sides = topo->edge_triangles + 2 * (size_t)e;
             if (work->region[topo->edges[2 * (size_t)e]] == 0 || sides[1] == TULLE_NONE) continue;
             uint32_t const a = topo->edge_opposites[2 * (size_t)e];
             uint32_t const b = topo->edge_opposites[2 * (size_t)e + 1];

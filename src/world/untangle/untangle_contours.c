@@ -24,14 +24,14 @@ typedef struct sighting {
 } sighting;
 
 static int compare_sightings(const void *a, const void *b) {
-    sighting const *const x = a, *const y = b;
+    const sighting *const x = a, *const y = b;
     if (x->edge != y->edge) return x->edge < y->edge ? -1 : 1;
     if (x->triangle != y->triangle) return x->triangle < y->triangle ? -1 : 1;
     return (x->pair > y->pair) - (x->pair < y->pair);
 }
 
 static int compare_contours(const void *a, const void *b) {
-    surface_crossing const *const x = a, *const y = b;
+    const surface_crossing *const x = a, *const y = b;
     if (x->contour != y->contour) return x->contour < y->contour ? -1 : 1;
     if (x->edge != y->edge) return x->edge < y->edge ? -1 : 1;
     return (x->triangle > y->triangle) - (x->triangle < y->triangle);
@@ -54,9 +54,9 @@ static int get_plane_side(const double *x, const uint32_t corners[3], uint32_t v
 }
 
 static bool edge_crosses(const untangling *work, uint32_t edge, uint32_t triangle) {
-    double const *const x = work->positions;
-    uint32_t const *const ends = work->topo->edges + 2 * (size_t)edge;
-    uint32_t const *const corners = work->topo->triangles + 3 * (size_t)triangle;
+    const double *const x = work->positions;
+    const uint32_t *const ends = work->topo->edges + 2 * (size_t)edge;
+    const uint32_t *const corners = work->topo->triangles + 3 * (size_t)triangle;
     for (int k = 0; k < 3; k++)
         if (corners[k] == ends[0] || corners[k] == ends[1]) return false;
     if (get_plane_side(x, corners, ends[0]) == get_plane_side(x, corners, ends[1])) return false;
@@ -76,8 +76,8 @@ bool triangles_cross(const untangling *work, uint32_t first, uint32_t second) {
 
 /* Place of the crossing on the edge and in the triangle, clamped against rounding. */
 static void place_crossing(const untangling *work, surface_crossing *crossing) {
-    uint32_t const *const ends = work->topo->edges + 2 * (size_t)crossing->edge;
-    uint32_t const *const corners = work->topo->triangles + 3 * (size_t)crossing->triangle;
+    const uint32_t *const ends = work->topo->edges + 2 * (size_t)crossing->edge;
+    const uint32_t *const corners = work->topo->triangles + 3 * (size_t)crossing->triangle;
     vec3 const a = vec3_load(work->positions, ends[0]), b = vec3_load(work->positions, ends[1]);
     vec3 corner[3];
     for (int k = 0; k < 3; k++) corner[k] = vec3_load(work->positions, corners[k]);
@@ -99,17 +99,17 @@ static void place_crossing(const untangling *work, surface_crossing *crossing) {
 }
 
 vec3 compute_crossing_point(const untangling *work, const surface_crossing *crossing) {
-    uint32_t const *const ends = work->topo->edges + 2 * (size_t)crossing->edge;
+    const uint32_t *const ends = work->topo->edges + 2 * (size_t)crossing->edge;
     return vec3_lerp(vec3_load(work->positions, ends[0]), vec3_load(work->positions, ends[1]),
                      crossing->along);
 }
 
 /* All sightings of the pairs; pairs without any are loose. */
 static size_t find_sightings(untangling *work, const intersection_list *pairs, sighting *found) {
-    surface_range const *const surfaces = work->world->surfaces;
+    const surface_range *const surfaces = work->world->surfaces;
     size_t count = 0;
     for (size_t i = 0; i < pairs->count; i++) {
-        tulle_intersection const *const pair = &pairs->data[i];
+        const tulle_intersection *const pair = &pairs->data[i];
         uint32_t const triangles[2] = {surfaces[pair->object_a].triangle_begin + pair->triangle_a,
                                        surfaces[pair->object_b].triangle_begin + pair->triangle_b};
         size_t const before = count;
@@ -129,7 +129,7 @@ static void join_sightings(untangling *work, const sighting *found, size_t found
                            uint32_t *pair_sets, uint32_t *first) {
     contour_set *const contours = &work->contours;
     for (size_t i = 0; i < found_count; i++) {
-        sighting const *const seen = &found[i];
+        const sighting *const seen = &found[i];
         bool const is_known =
             i > 0 && found[i - 1].edge == seen->edge && found[i - 1].triangle == seen->triangle;
         if (is_known) {
@@ -159,10 +159,10 @@ static void join_sightings(untangling *work, const sighting *found, size_t found
 /* The contour of a pair with one crossing ends at the corner that both triangles share. */
 static void pull_to_shared(untangling *work, const intersection_list *pairs, const uint32_t *first,
                            const uint32_t *counts) {
-    surface_range const *const surfaces = work->world->surfaces;
+    const surface_range *const surfaces = work->world->surfaces;
     for (size_t i = 0; i < pairs->count; i++) {
         if (counts[i] != 1) continue;
-        tulle_intersection const *const pair = &pairs->data[i];
+        const tulle_intersection *const pair = &pairs->data[i];
         uint32_t const a = surfaces[pair->object_a].triangle_begin + pair->triangle_a;
         uint32_t const b = surfaces[pair->object_b].triangle_begin + pair->triangle_b;
         for (size_t k = 0; k < 9; k++) {

@@ -34,7 +34,7 @@ static nearest_point measure_way(const untangling *work, uint32_t vertex, uint32
 
 /* Goes from triangle to triangle while one that shares a corner is nearer. */
 static nearest_point find_nearest(const untangling *work, uint32_t vertex, uint32_t triangle) {
-    adjacency const *const around = &work->topo->vertex_triangles;
+    const adjacency *const around = &work->topo->vertex_triangles;
     nearest_point best = measure_way(work, vertex, triangle);
     for (uint32_t from = TULLE_NONE; from != best.triangle;) {
         from = best.triangle;
@@ -50,13 +50,13 @@ static nearest_point find_nearest(const untangling *work, uint32_t vertex, uint3
 }
 
 void push_out_of_depth(untangling *work) {
-    adjacency const *const around = &work->topo->vertex_neighbours;
+    const adjacency *const around = &work->topo->vertex_neighbours;
     uint32_t *const nearest = work->grown;
     for (size_t v = 0; v < work->world->cloth_vertex_count; v++) nearest[v] = TULLE_NONE;
     /* Begins with wrong ends inside, each with the triangle that its edge crosses. */
     size_t count = 0;
     for (size_t i = 0; i < work->contours.count; i++) {
-        surface_crossing const *const crossing = &work->contours.crossings[i];
+        const surface_crossing *const crossing = &work->contours.crossings[i];
         if (!crossing->is_joint || crossing->wrong_end == CROSSING_UNDECIDED) continue;
         uint32_t const vertex = work->topo->edges[2 * (size_t)crossing->edge + crossing->wrong_end];
         if (vertex >= work->world->cloth_vertex_count || !work->is_inside[vertex] ||

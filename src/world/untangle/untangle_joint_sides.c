@@ -13,7 +13,7 @@
 #include <stdlib.h>
 
 static int compare_ranges(const void *a, const void *b) {
-    contour_range const *const x = a, *const y = b;
+    const contour_range *const x = a, *const y = b;
     if (x->obstacle != y->obstacle) return x->obstacle < y->obstacle ? -1 : 1;
     if (x->cloth != y->cloth) return x->cloth < y->cloth ? -1 : 1;
     return (x->begin > y->begin) - (x->begin < y->begin);
@@ -34,7 +34,7 @@ typedef struct contour_group {
 
 /* Contours between each region and the largest one of its piece of surface. */
 static void compute_distances(const untangling *work, contour_group *group) {
-    flood const *const regions = &group->regions;
+    const flood *const regions = &group->regions;
     uint32_t *const distances = group->distances;
     for (uint32_t r = 0; r < regions->count; r++) distances[r] = TULLE_NONE;
     for (;;) {
@@ -51,7 +51,7 @@ static void compute_distances(const untangling *work, contour_group *group) {
             has_changed = false;
             for (size_t k = 0; k < group->count; k++)
                 for (size_t i = group->ranges[k].begin; i < group->ranges[k].end; i++) {
-                    surface_crossing const *const crossing = &work->contours.crossings[i];
+                    const surface_crossing *const crossing = &work->contours.crossings[i];
                     for (size_t end = 0; end < 2; end++) {
                         uint32_t const near = get_end_region(work, crossing, end) - regions->begin;
                         uint32_t const far =
@@ -72,7 +72,7 @@ static void decide_crossing(const untangling *work, const contour_group *group,
     uint32_t const begin = group->regions.begin;
     uint32_t const a = get_end_region(work, crossing, 0) - begin;
     uint32_t const b = get_end_region(work, crossing, 1) - begin;
-    double const *const weights = group->regions.weights;
+    const double *const weights = group->regions.weights;
     crossing->is_joint = true;
     if (a != b) {
         bool const is_equal = group->distances[a] == group->distances[b];
@@ -113,12 +113,12 @@ static void decide_group(untangling *work, contour_group *group) {
     bool is_parted = false; /* some edge has its ends in two regions */
     for (size_t k = 0; k < group->count; k++)
         for (size_t i = group->ranges[k].begin; i < group->ranges[k].end; i++) {
-            surface_crossing const *const crossing = &work->contours.crossings[i];
+            const surface_crossing *const crossing = &work->contours.crossings[i];
             is_parted |= get_end_region(work, crossing, 0) != get_end_region(work, crossing, 1);
         }
     if (is_parted) compute_distances(work, group);
     for (size_t k = 0; k < group->count; k++) {
-        contour_range const *const range = &group->ranges[k];
+        const contour_range *const range = &group->ranges[k];
         if (!is_parted) {
             decide_alone(work, range, &group->regions);
             continue;

@@ -57,15 +57,15 @@ static void vote_together(untangling *work, const uint32_t *vertices, const doub
 }
 
 vec3 compute_triangle_normal(const untangling *work, uint32_t triangle) {
-    uint32_t const *const corners = work->topo->triangles + 3 * (size_t)triangle;
+    const uint32_t *const corners = work->topo->triangles + 3 * (size_t)triangle;
     vec3 const a = vec3_load(work->positions, corners[0]);
     return vec3_normalize(vec3_cross(vec3_sub(vec3_load(work->positions, corners[1]), a),
                                      vec3_sub(vec3_load(work->positions, corners[2]), a)));
 }
 
 double get_gap(const untangling *work, uint32_t a, uint32_t b) {
-    tulle_world const *const world = work->world;
-    contact_law const *const law =
+    const tulle_world *const world = work->world;
+    const contact_law *const law =
         &world
              ->laws[world->vertex_surface[a] * world->set.surface_count + world->vertex_surface[b]];
     return GAP_SHARE * law->contact_distance;
@@ -73,8 +73,8 @@ double get_gap(const untangling *work, uint32_t a, uint32_t b) {
 
 /* Pushes the wrong end through the triangle. */
 static void push_through(untangling *work, const surface_crossing *crossing) {
-    uint32_t const *const ends = work->topo->edges + 2 * (size_t)crossing->edge;
-    uint32_t const *const corners = work->topo->triangles + 3 * (size_t)crossing->triangle;
+    const uint32_t *const ends = work->topo->edges + 2 * (size_t)crossing->edge;
+    const uint32_t *const corners = work->topo->triangles + 3 * (size_t)crossing->triangle;
     uint32_t const wrong = ends[crossing->wrong_end], right = ends[1 - crossing->wrong_end];
     vec3 normal = compute_triangle_normal(work, crossing->triangle);
     vec3 const origin = vec3_load(work->positions, corners[0]);
@@ -92,8 +92,8 @@ static void push_through(untangling *work, const surface_crossing *crossing) {
  * the sum r of directions along the contour, a shift d of the edge moves the crossing by
  * d - e (n . d) / (n . e), so the steepest way is r - n (e . r) / (n . e). */
 static void shorten_contour(untangling *work, const surface_crossing *crossing) {
-    uint32_t const *const ends = work->topo->edges + 2 * (size_t)crossing->edge;
-    uint32_t const *const corners = work->topo->triangles + 3 * (size_t)crossing->triangle;
+    const uint32_t *const ends = work->topo->edges + 2 * (size_t)crossing->edge;
+    const uint32_t *const corners = work->topo->triangles + 3 * (size_t)crossing->triangle;
     vec3 const normal = compute_triangle_normal(work, crossing->triangle);
     vec3 const edge = vec3_normalize(
         vec3_sub(vec3_load(work->positions, ends[1]), vec3_load(work->positions, ends[0])));
@@ -111,11 +111,11 @@ static void shorten_contour(untangling *work, const surface_crossing *crossing) 
 /* Triangles that touch without a crossing (flat on one another) part along a normal, to the sides
  * that their corners say. */
 static void part_loose(untangling *work, const tulle_intersection *pair) {
-    surface_range const *const surfaces = work->world->surfaces;
+    const surface_range *const surfaces = work->world->surfaces;
     uint32_t const first = surfaces[pair->object_a].triangle_begin + pair->triangle_a;
     uint32_t const second = surfaces[pair->object_b].triangle_begin + pair->triangle_b;
-    uint32_t const *const a = work->topo->triangles + 3 * (size_t)first;
-    uint32_t const *const b = work->topo->triangles + 3 * (size_t)second;
+    const uint32_t *const a = work->topo->triangles + 3 * (size_t)first;
+    const uint32_t *const b = work->topo->triangles + 3 * (size_t)second;
     vec3 const normal = compute_triangle_normal(work, second);
     orientation const side =
         orient_by_triangles(work->topo, work->positions, first, second, normal);
@@ -170,7 +170,7 @@ static tulle_status push_near(untangling *work) {
     if (status == TULLE_OK)
         status = find_pairs(work->broad, &world->set, world->threads, &work->pairs, NULL);
     if (status != TULLE_OK) return status;
-    pair_list const *const pairs = &work->pairs;
+    const pair_list *const pairs = &work->pairs;
     work->has_gap = true;
     work->history.sides.count = 0;
     status = push_near_pairs(work, &scene, FEATURE_VERTEX_TRIANGLE, pairs->vertex_triangle.data,
@@ -182,8 +182,8 @@ static tulle_status push_near(untangling *work) {
 
 /* Averages votes and lets the rest of the cloth follow. */
 static void spread_votes(untangling *work) {
-    tulle_world const *const world = work->world;
-    adjacency const *const around = &work->topo->vertex_neighbours;
+    const tulle_world *const world = work->world;
+    const adjacency *const around = &work->topo->vertex_neighbours;
     double *const asked = work->shift + 3 * world->vertex_count; /* second half */
     int const level = work->level < REACH_LEVEL_MAX ? work->level : REACH_LEVEL_MAX;
     double const reach = REACHES[work->attempt % REACH_COUNT] * (double)(1 << level);
@@ -209,7 +209,7 @@ static void spread_votes(untangling *work) {
 }
 
 static void keep_lengths(untangling *work) {
-    tulle_world const *const world = work->world;
+    const tulle_world *const world = work->world;
     uint32_t const edge_end = world_cloth_edge_count(world);
     for (int sweep = 0; sweep < LENGTH_SWEEPS; sweep++) {
         for (uint32_t i = 0; i < edge_end; i++) {
@@ -231,7 +231,7 @@ static void keep_lengths(untangling *work) {
 }
 
 tulle_status move_apart(untangling *work) {
-    tulle_world const *const world = work->world;
+    const tulle_world *const world = work->world;
     memset(work->shift, 0, 3 * world->vertex_count * sizeof *work->shift);
     memset(work->votes, 0, world->vertex_count * sizeof *work->votes);
     tulle_status status = push_near(work);
@@ -240,7 +240,7 @@ tulle_status move_apart(untangling *work) {
     bool const is_clean = work->contours.count == 0 && work->contours.loose_count == 0;
     if (is_clean && work->has_gap) return TULLE_OK;
     for (size_t i = 0; i < work->contours.count; i++) {
-        surface_crossing const *const crossing = &work->contours.crossings[i];
+        const surface_crossing *const crossing = &work->contours.crossings[i];
         if (crossing->wrong_end == CROSSING_UNDECIDED)
             shorten_contour(work, crossing);
         else

@@ -43,7 +43,7 @@ static void join_rows(untangling *work, size_t begin, size_t end, uint32_t mark)
 
 /* Grows all rows at once; their areas are added at the roots. region: root + number. */
 static void grow_rows(untangling *work, size_t begin, size_t end, uint32_t mark) {
-    adjacency const *const around = &work->topo->vertex_edges;
+    const adjacency *const around = &work->topo->vertex_edges;
     size_t head = 0, tail = 0;
     for (size_t i = begin; i < end; i++) {
         for (size_t k = 0; k < 2; k++) {
@@ -60,7 +60,7 @@ static void grow_rows(untangling *work, size_t begin, size_t end, uint32_t mark)
         work->set_areas[root] += work->areas[vertex];
         for (uint32_t i = around->begin[vertex]; i < around->begin[vertex + 1]; i++) {
             uint32_t const edge = around->items[i];
-            uint32_t const *const ends = work->topo->edges + 2 * (size_t)edge;
+            const uint32_t *const ends = work->topo->edges + 2 * (size_t)edge;
             uint32_t const next = ends[0] == vertex ? ends[1] : ends[0];
             if (work->cut[edge] == mark || work->grown[next] == mark) continue;
             work->grown[next] = mark;
@@ -76,7 +76,7 @@ void decide_open_contour(untangling *work, size_t begin, size_t end, uint32_t ma
     double smallest = (double)INFINITY;
     uint32_t wrong = TULLE_NONE;
     for (size_t i = begin; i < end; i++) {
-        uint32_t const *const ends =
+        const uint32_t *const ends =
             work->topo->edges + 2 * (size_t)work->contours.crossings[i].edge;
         uint32_t const a = union_find_root(work->sets, ends[0]);
         uint32_t const b = union_find_root(work->sets, ends[1]);
@@ -88,14 +88,14 @@ void decide_open_contour(untangling *work, size_t begin, size_t end, uint32_t ma
     }
     for (size_t i = begin; i < end && wrong != TULLE_NONE; i++) {
         surface_crossing *const crossing = &work->contours.crossings[i];
-        uint32_t const *const ends = work->topo->edges + 2 * (size_t)crossing->edge;
+        const uint32_t *const ends = work->topo->edges + 2 * (size_t)crossing->edge;
         uint32_t const a = union_find_root(work->sets, ends[0]);
         uint32_t const b = union_find_root(work->sets, ends[1]);
         if (a != b && (a == wrong || b == wrong)) {
             crossing->wrong_end = a == wrong ? 0 : 1;
             continue;
         }
-        uint32_t const *const corners = work->topo->triangles + 3 * (size_t)crossing->triangle;
+        const uint32_t *const corners = work->topo->triangles + 3 * (size_t)crossing->triangle;
         bool is_wrong[3];
         for (size_t k = 0; k < 3; k++)
             is_wrong[k] =

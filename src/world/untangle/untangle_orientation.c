@@ -78,7 +78,7 @@ static uint32_t find_end_by_neighbours(const untangling *work, const surface_cro
 }
 
 static vec3 get_edge_direction(const untangling *work, uint32_t edge) {
-    uint32_t const *const ends = work->topo->edges + 2 * (size_t)edge;
+    const uint32_t *const ends = work->topo->edges + 2 * (size_t)edge;
     return vec3_normalize(
         vec3_sub(vec3_load(work->positions, ends[1]), vec3_load(work->positions, ends[0])));
 }
@@ -86,14 +86,14 @@ static vec3 get_edge_direction(const untangling *work, uint32_t edge) {
 /* The edge, and the side of the triangle that it crosses nearest to, part along their common
  * normal. */
 static void orient_edges(const untangling *work, surface_crossing *crossing) {
-    uint32_t const *const corners = work->topo->triangles + 3 * (size_t)crossing->triangle;
-    uint32_t const *const sides = work->topo->triangle_edges + 3 * (size_t)crossing->triangle;
+    const uint32_t *const corners = work->topo->triangles + 3 * (size_t)crossing->triangle;
+    const uint32_t *const sides = work->topo->triangle_edges + 3 * (size_t)crossing->triangle;
     size_t far = 0;
     for (size_t k = 1; k < 3; k++)
         if (crossing->weights[k] < crossing->weights[far]) far = k;
     uint32_t side = sides[0];
     for (size_t k = 3; k-- > 0;) {
-        uint32_t const *const ends = work->topo->edges + 2 * (size_t)sides[k];
+        const uint32_t *const ends = work->topo->edges + 2 * (size_t)sides[k];
         if (ends[0] != corners[far] && ends[1] != corners[far]) side = sides[k];
     }
     vec3 const normal =
@@ -123,7 +123,7 @@ void orient_short_contour(untangling *work, size_t begin, size_t end) {
 tulle_status remember_crossings(untangling *work) {
     tulle_status status = TULLE_OK;
     for (size_t i = 0; i < work->contours.count && status == TULLE_OK; i++) {
-        surface_crossing const *const crossing = &work->contours.crossings[i];
+        const surface_crossing *const crossing = &work->contours.crossings[i];
         if (crossing->wrong_end == CROSSING_UNDECIDED) continue;
         /* Both ends of the edge belong where the right one is. */
         end_place const right = place_end(work, crossing, 1 - crossing->wrong_end);

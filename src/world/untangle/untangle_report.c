@@ -19,7 +19,7 @@ typedef struct surface_count {
 } surface_count;
 
 static int compare_surfaces(const void *one, const void *two) {
-    tulle_intersection const *const x = one, *const y = two;
+    const tulle_intersection *const x = one, *const y = two;
     if (x->object_a != y->object_a) return x->object_a < y->object_a ? -1 : 1;
     if (x->object_b != y->object_b) return x->object_b < y->object_b ? -1 : 1;
     if (x->triangle_a != y->triangle_a) return x->triangle_a < y->triangle_a ? -1 : 1;
@@ -27,7 +27,7 @@ static int compare_surfaces(const void *one, const void *two) {
 }
 
 static int compare_counts(const void *one, const void *two) {
-    surface_count const *const x = one, *const y = two;
+    const surface_count *const x = one, *const y = two;
     if (x->pairs != y->pairs) return x->pairs > y->pairs ? -1 : 1;
     if (x->a != y->a) return x->a < y->a ? -1 : 1;
     return (x->b > y->b) - (x->b < y->b);
@@ -55,7 +55,7 @@ static size_t count_by_surfaces(intersection_list *list, surface_count *counts) 
     size_t count = 0;
     qsort(list->data, list->count, sizeof *list->data, compare_surfaces);
     for (size_t i = 0; i < list->count; i++) {
-        tulle_intersection const *const pair = &list->data[i];
+        const tulle_intersection *const pair = &list->data[i];
         if (count == 0 || counts[count - 1].a != pair->object_a ||
             counts[count - 1].b != pair->object_b)
             counts[count++] = (surface_count){pair->object_a, pair->object_b, 0};
@@ -67,7 +67,7 @@ static size_t count_by_surfaces(intersection_list *list, surface_count *counts) 
 
 tulle_status describe_left(untangling *work, char *text, size_t size) {
     tulle_world *const world = work->world;
-    tulle_untangle_report const *const report = &world->untangle_report;
+    const tulle_untangle_report *const report = &world->untangle_report;
     intersection_list *const left = &world->intersections;
     surface_count *const counts = ARENA_NEW(&world->scratch, surface_count, left->count);
     if (!counts) return TULLE_ERROR_OUT_OF_MEMORY;
@@ -76,7 +76,7 @@ tulle_status describe_left(untangling *work, char *text, size_t size) {
     if (status == TULLE_OK) status = find_sides(work);
     if (status != TULLE_OK) return status;
 
-    contour_set const *const contours = &work->contours;
+    const contour_set *const contours = &work->contours;
     size_t lines = contours->loose_count, held = 0; /* held: pinned in a closed obstacle */
     for (size_t i = 0; i < contours->count; i++)
         lines += i == 0 || contours->crossings[i].contour != contours->crossings[i - 1].contour;

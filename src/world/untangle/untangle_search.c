@@ -17,7 +17,7 @@ typedef struct sorted_triangle {
 } sorted_triangle;
 
 static int compare_lows(const void *a, const void *b) {
-    sorted_triangle const *const x = a, *const y = b;
+    const sorted_triangle *const x = a, *const y = b;
     if (x->low[0] != y->low[0]) return x->low[0] < y->low[0] ? -1 : 1;
     return (x->triangle > y->triangle) - (x->triangle < y->triangle);
 }
@@ -31,8 +31,8 @@ typedef struct sorted_triangles {
 /* Boxes of all triangles that reach into the box of the cloth. */
 static void fill_boxes(const untangling *work, sorted_triangles *cloth,
                        sorted_triangles *obstacles) {
-    tulle_world const *const world = work->world;
-    double const *const x = work->positions;
+    const tulle_world *const world = work->world;
+    const double *const x = work->positions;
     /* The box of all cloth, and the axis in which it is longest. */
     double low[3] = {x[0], x[1], x[2]}, high[3] = {x[0], x[1], x[2]};
     for (size_t i = 0; i < 3 * world->cloth_vertex_count; i++) {
@@ -44,11 +44,11 @@ static void fill_boxes(const untangling *work, sorted_triangles *cloth,
         if (high[c] - low[c] > high[axis] - low[axis]) axis = c;
 
     for (uint32_t s = 0; s < world->set.surface_count; s++) {
-        surface_range const *const range = &world->surfaces[s];
+        const surface_range *const range = &world->surfaces[s];
         sorted_triangles *const list = range->is_obstacle ? obstacles : cloth;
         for (uint32_t t = range->triangle_begin; t < range->triangle_end && range->is_present;
              t++) {
-            uint32_t const *const corners = work->topo->triangles + 3 * (size_t)t;
+            const uint32_t *const corners = work->topo->triangles + 3 * (size_t)t;
             sorted_triangle box = {.triangle = t, .surface = s};
             bool is_near = true;
             for (size_t c = 0; c < 3; c++) {
@@ -87,7 +87,7 @@ static bool sweep(untangling *work, const sorted_triangle *box, const sorted_tri
                   size_t begin, intersection_list *found) {
     tulle_world *const world = work->world;
     for (size_t i = begin; i < list->count && list->boxes[i].low[0] <= box->high[0]; i++) {
-        sorted_triangle const *const other = &list->boxes[i];
+        const sorted_triangle *const other = &list->boxes[i];
         bool is_near = true;
         for (size_t c = 1; c < 3; c++)
             is_near = is_near && box->low[c] <= other->high[c] && other->low[c] <= box->high[c];
@@ -96,8 +96,8 @@ static bool sweep(untangling *work, const sorted_triangle *box, const sorted_tri
             continue;
         if (!ARRAY_RESERVE(&world->heap, found, 1)) return false;
         bool const is_ordered = box->triangle < other->triangle; /* as their surfaces are */
-        sorted_triangle const *const first = is_ordered ? box : other;
-        sorted_triangle const *const second = is_ordered ? other : box;
+        const sorted_triangle *const first = is_ordered ? box : other;
+        const sorted_triangle *const second = is_ordered ? other : box;
         found->data[found->count++] = (tulle_intersection){
             first->surface, first->triangle - world->surfaces[first->surface].triangle_begin,
             second->surface, second->triangle - world->surfaces[second->surface].triangle_begin};
@@ -115,13 +115,13 @@ tulle_status find_crossing_pairs(untangling *work, intersection_list *list) {
     list->count = 0;
     if (has_memory) fill_boxes(work, &cloth, &obstacles);
     for (size_t i = 0; i < cloth.count && has_memory; i++) {
-        sorted_triangle const *const box = &cloth.boxes[i];
+        const sorted_triangle *const box = &cloth.boxes[i];
         has_memory = sweep(work, box, &cloth, i + 1, list) &&
                      sweep(work, box, &obstacles, find_first(&obstacles, box->low[0]), list);
     }
     /* cloth that begins after the obstacle; equal beginnings were met above */
     for (size_t i = 0; i < obstacles.count && has_memory; i++) {
-        sorted_triangle const *const box = &obstacles.boxes[i];
+        const sorted_triangle *const box = &obstacles.boxes[i];
         size_t begin = find_first(&cloth, box->low[0]);
         while (begin < cloth.count && cloth.boxes[begin].low[0] == box->low[0]) begin++;
         has_memory = sweep(work, box, &cloth, begin, list);

@@ -30,7 +30,7 @@ static const double AIM_PULL = 4.0;
 /* Visits all that hangs on `seed` without a cut edge, numbers it and returns its weight: area,
  * where a vertex at a cut counts as far as it reaches. */
 static double flood_region(untangling *work, uint32_t seed, uint32_t mark, uint32_t number) {
-    adjacency const *const around = &work->topo->vertex_edges;
+    const adjacency *const around = &work->topo->vertex_edges;
     size_t head = 0, tail = 0;
     double weight = 0.0;
     work->region[seed] = number;
@@ -41,7 +41,7 @@ static double flood_region(untangling *work, uint32_t seed, uint32_t mark, uint3
         uint32_t const begin = around->begin[vertex], end = around->begin[vertex + 1];
         for (uint32_t i = begin; i < end; i++) {
             uint32_t const edge = around->items[i];
-            uint32_t const *const ends = work->topo->edges + 2 * (size_t)edge;
+            const uint32_t *const ends = work->topo->edges + 2 * (size_t)edge;
             bool const is_second = ends[1] == vertex;
             if (work->cut[edge] == mark) {
                 reach += 2.0 * (is_second ? 1.0 - work->cut_along[edge] : work->cut_along[edge]);
@@ -62,10 +62,10 @@ static double flood_region(untangling *work, uint32_t seed, uint32_t mark, uint3
 /* Vertices of cloth that hang together without a cut edge, all inside the obstacle or all outside:
  * one winding number tells. */
 static void mark_inside(untangling *work, uint32_t surface, uint32_t mark, uint32_t *number) {
-    surface_range const *const range = &work->world->surfaces[surface];
-    contour_set const *const contours = &work->contours;
+    const surface_range *const range = &work->world->surfaces[surface];
+    const contour_set *const contours = &work->contours;
     for (size_t i = 0; i < contours->count; i++) {
-        surface_crossing const *const crossing = &contours->crossings[i];
+        const surface_crossing *const crossing = &contours->crossings[i];
         if (crossing->triangle < range->triangle_begin || crossing->triangle >= range->triangle_end)
             continue;
         work->cut[crossing->edge] = mark;
@@ -92,7 +92,7 @@ static void mark_inside(untangling *work, uint32_t surface, uint32_t mark, uint3
 }
 
 void flood_contours(untangling *work, const contour_range *ranges, size_t count, flood *regions) {
-    surface_crossing const *const crossings = work->contours.crossings;
+    const surface_crossing *const crossings = work->contours.crossings;
     regions->count = 0;
     for (size_t k = 0; k < count; k++)
         for (size_t i = ranges[k].begin; i < ranges[k].end; i++) {
@@ -118,8 +118,8 @@ static vec3 leave_out(vec3 a, vec3 unit) {
  * `region` lie on the same side of the contour: cosines between their directions across it. */
 static double compare_sides(const untangling *work, const surface_crossing *crossing,
                             uint32_t region) {
-    uint32_t const *const ends = work->topo->edges + 2 * (size_t)crossing->edge;
-    uint32_t const *const corners = work->topo->triangles + 3 * (size_t)crossing->triangle;
+    const uint32_t *const ends = work->topo->edges + 2 * (size_t)crossing->edge;
+    const uint32_t *const corners = work->topo->triangles + 3 * (size_t)crossing->triangle;
     uint32_t const owner = work->topo->edge_triangles[2 * (size_t)crossing->edge];
     vec3 const tangent = vec3_normalize(vec3_cross(
         compute_triangle_normal(work, owner), compute_triangle_normal(work, crossing->triangle)));
@@ -143,7 +143,7 @@ static void join_sides(untangling *work, size_t begin, size_t end, flood *region
     uint32_t pair[2][2];
     int pair_count = 0;
     for (size_t i = begin; i < end && pair_count < 2; i++) {
-        uint32_t const *const ends =
+        const uint32_t *const ends =
             work->topo->edges + 2 * (size_t)work->contours.crossings[i].edge;
         uint32_t const a = work->region[ends[0]], b = work->region[ends[1]];
         if (a == b) return;
@@ -154,10 +154,10 @@ static void join_sides(untangling *work, size_t begin, size_t end, flood *region
     if (pair_count < 2) return;
     double sum = 0.0;
     for (size_t i = begin; i < end; i++) {
-        surface_crossing const *const crossing = &work->contours.crossings[i];
+        const surface_crossing *const crossing = &work->contours.crossings[i];
         uint32_t const second = work->region[work->topo->edges[2 * (size_t)crossing->edge + 1]];
         bool const is_first = second == pair[0][0] || second == pair[0][1];
-        uint32_t const *const own = pair[is_first ? 0 : 1], *const other = pair[is_first ? 1 : 0];
+        const uint32_t *const own = pair[is_first ? 0 : 1], *const other = pair[is_first ? 1 : 0];
         double const cosine = compare_sides(work, crossing, other[0]);
         sum += second == own[0] ? cosine : -cosine;
     }
@@ -171,7 +171,7 @@ static void join_sides(untangling *work, size_t begin, size_t end, flood *region
 }
 
 void aim_over_corners(const untangling *work, surface_crossing *crossing, const bool is_wrong[3]) {
-    uint32_t const *const corners = work->topo->triangles + 3 * (size_t)crossing->triangle;
+    const uint32_t *const corners = work->topo->triangles + 3 * (size_t)crossing->triangle;
     int const wrong_count = is_wrong[0] + is_wrong[1] + is_wrong[2];
     if (wrong_count == 0 || wrong_count == 3) return;
     uint32_t const owner = work->topo->edge_triangles[2 * (size_t)crossing->edge];
@@ -193,7 +193,7 @@ static bool decide_contour(untangling *work, const contour_range *range, flood *
     bool is_open = true;
     for (size_t i = begin; i < end; i++) {
         surface_crossing *const crossing = &work->contours.crossings[i];
-        uint32_t const *const ends = work->topo->edges + 2 * (size_t)crossing->edge;
+        const uint32_t *const ends = work->topo->edges + 2 * (size_t)crossing->edge;
         uint32_t const a = work->region[ends[0]], b = work->region[ends[1]];
         if (a == b) continue;
         is_open = false;
@@ -206,7 +206,7 @@ static bool decide_contour(untangling *work, const contour_range *range, flood *
     for (size_t i = begin; i < end; i++) {
         surface_crossing *const crossing = &work->contours.crossings[i];
         if (crossing->wrong_end != CROSSING_UNDECIDED) continue;
-        uint32_t const *const corners = work->topo->triangles + 3 * (size_t)crossing->triangle;
+        const uint32_t *const corners = work->topo->triangles + 3 * (size_t)crossing->triangle;
         double weights[3], most = 0.0;
         for (size_t k = 0; k < 3; k++) {
             uint32_t const region = work->region[corners[k]];
@@ -221,8 +221,8 @@ static bool decide_contour(untangling *work, const contour_range *range, flood *
 
 void mark_astray(untangling *work, size_t begin, size_t end, const flood *regions) {
     for (size_t i = begin; i < end; i++) {
-        surface_crossing const *const crossing = &work->contours.crossings[i];
-        uint32_t const *const ends = work->topo->edges + 2 * (size_t)crossing->edge;
+        const surface_crossing *const crossing = &work->contours.crossings[i];
+        const uint32_t *const ends = work->topo->edges + 2 * (size_t)crossing->edge;
         for (size_t k = 0; k < 3; k++)
             work->is_astray[work->topo->triangles[3 * (size_t)crossing->triangle + k]] = true;
         work->is_astray[ends[0]] = work->is_astray[ends[1]] = true;
@@ -239,13 +239,13 @@ void mark_astray(untangling *work, size_t begin, size_t end, const flood *region
 /* Contours that part a surface each; others with obstacles together, then the rest. */
 static tulle_status decide_contours(untangling *work, flood *regions) {
     tulle_world *const world = work->world;
-    contour_set const *const contours = &work->contours;
+    const contour_set *const contours = &work->contours;
     contour_range *const ranges = ARENA_NEW(&world->scratch, contour_range, contours->count);
     size_t range_count = 0;
     if (!ranges) return TULLE_ERROR_OUT_OF_MEMORY;
     contour_range range;
     for (size_t begin = 0; begin < contours->count; begin = range.end) {
-        surface_crossing const *const first = &contours->crossings[begin];
+        const surface_crossing *const first = &contours->crossings[begin];
         uint32_t const a = world->vertex_surface[work->topo->edges[2 * (size_t)first->edge]];
         uint32_t const b =
             world->vertex_surface[work->topo->triangles[3 * (size_t)first->triangle]];
