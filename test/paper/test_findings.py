@@ -6,6 +6,7 @@ import unittest
 
 from reproduce import counterexamples, fig6, fig7, table1
 from reproduce.judge import Verdict
+from reproduce.recorded import STAGES
 from reproduce.table1 import CGM, CS, DYN, Cell
 
 
@@ -20,6 +21,10 @@ def make_cells(cs: dict[str, float], cgm: float = 1.0, conditions: str = "012345
 
 
 class Table1(unittest.TestCase):
+    def test_costs_are_of_stages_that_there_are(self):
+        self.assertLessEqual(set(table1.STAGE_COSTS), set(STAGES))
+        self.assertEqual(set(table1.STAGE_COSTS.values()), {CS, CGM})
+
     def test_ranking_tells_what_the_noise_hides(self):
         cells = make_cells({"paper": 3.0, "bvox": 1.0, "refit": 2.0, "patches": 2.1})
         self.assertEqual(table1.rank(cells, table1.PAPER_METHODS, 1.1), "bvox < refit < paper")
