@@ -59,7 +59,7 @@ static void add_simplex(moment_sums *sums, const vec3 *corners, int count, doubl
                           total.y * total.y, total.y * total.z, total.z * total.z};
     for (int k = 0; k < count; k++) {
         vec3 const a = corners[k];
-        const double own[6] = {a.x * a.x, a.x * a.y, a.x * a.z, a.y * a.y, a.y * a.z, a.z * a.z};
+        double const own[6] = {a.x * a.x, a.x * a.y, a.x * a.z, a.y * a.y, a.y * a.z, a.z * a.z};
         for (int i = 0; i < 6; i++) products[i] += own[i];
     }
     for (int i = 0; i < 6; i++) sums->second[i] += factor * products[i];
@@ -279,7 +279,7 @@ static void rotate_pair(double a[3][3], double v[3][3], int i, int j) {
 /* The rotation whose matrix has the columns u, v and u x v. */
 static quaternion make_rotation(vec3 x, vec3 y) {
     vec3 const z = vec3_cross(x, y);
-    const double squares[4] = {1.0 + x.x + y.y + z.z, 1.0 + x.x - y.y - z.z, 1.0 - x.x + y.y - z.z,
+    double const squares[4] = {1.0 + x.x + y.y + z.z, 1.0 + x.x - y.y - z.z, 1.0 - x.x + y.y - z.z,
                                1.0 - x.x - y.y + z.z};
     int largest = 0;
     for (int k = 1; k < 4; k++)
@@ -335,7 +335,7 @@ tulle_status mass_properties_find(memory *heap, tulle_mesh_view mesh, mass_distr
     moment_sums sums = add_up(&survey, where);
     double const m = sums.measure;
     vec3 const shift = vec3_scale(sums.first, m > 0.0 ? 1.0 / m : 0.0);
-    const double lever[6] = {shift.x * shift.x, shift.x * shift.y, shift.x * shift.z,
+    double const lever[6] = {shift.x * shift.x, shift.x * shift.y, shift.x * shift.z,
                              shift.y * shift.y, shift.y * shift.z, shift.z * shift.z};
     for (int i = 0; i < 6; i++) sums.second[i] -= m * lever[i];
     *result = (mass_properties){.measure = m, .centre = vec3_add(survey.reference, shift)};

@@ -93,8 +93,8 @@ static tulle_status check_surfaces(const tulle_detect_def *def, tulle_error *err
     uint32_t vertex = 0, triangle = 0;
     for (size_t s = 0; s < def->surface_count; s++) {
         const tulle_detect_surface *const surface = &def->surfaces[s];
-        const uint32_t vertices[2] = {surface->vertex_begin, surface->vertex_end};
-        const uint32_t triangles[2] = {surface->triangle_begin, surface->triangle_end};
+        uint32_t const vertices[2] = {surface->vertex_begin, surface->vertex_end};
+        uint32_t const triangles[2] = {surface->triangle_begin, surface->triangle_end};
         tulle_status status = check_range(s, "vertex", vertices, vertex, error);
         if (status == TULLE_OK) status = check_range(s, "triangle", triangles, triangle, error);
         if (status != TULLE_OK) return status;

@@ -130,20 +130,6 @@ static bool compute_closing(const gap_corners *corners, vec3 w, double t, double
     return true;
 }
 
-/* compute_closing along the closest direction, else along the common normal of both features either
- * way: that is exact where the closest points are too near to say more. */
-static bool compute_closing_nearby(feature_kind kind, const gap_corners *corners,
-                                   const vec3 points[4], vec3 difference, double t,
-                                   double *closing) {
-    if (compute_closing(corners, make_direction(difference), t, closing)) return true;
-    vec3 const normal = make_direction(
-        kind == FEATURE_VERTEX_TRIANGLE
-            ? vec3_cross(vec3_sub(points[2], points[1]), vec3_sub(points[3], points[1]))
-            : vec3_cross(vec3_sub(points[1], points[0]), vec3_sub(points[3], points[2])));
-    return compute_closing(corners, normal, t, closing) ||
-           compute_closing(corners, vec3_neg(normal), t, closing);
-}
-
 static toi_result make_result(toi_state state, double lower_bound, closest_points closest,
                               double scale) {
     closest.difference = vec3_scale(closest.difference, 1.0 / scale);
@@ -165,7 +151,18 @@ toi_result time_of_impact(feature_kind kind, const moving_pair *pair, double sep
                                   HIT_PART_OF_START_MOST * excess);
     for (int round = 0; round < MAX_ADVANCES; round++) {
         double closing;
-        if (!compute_closing_nearby(kind, &corners, points, closest.difference, t, &closing)) {
+        bool is_apart = compute_closing(&corners, make_direction(closest.difference), t, &closing);
+        if (!is_apart) {
+            /* The common normal of both features, either way: it is exact where the closest points
+             * are too near to say more. */
+            bool const has_face = kind == FEATURE_VERTEX_TRIANGLE;
+            vec3 const u = vec3_sub(points[has_face ? 2 : 1], points[has_face ? 1 : 0]);
+            vec3 const v = vec3_sub(points[3], points[has_face ? 1 : 2]);
+            vec3 const normal = make_direction(vec3_cross(u, v));
+            is_apart = compute_closing(&corners, normal, t, &closing) ||
+                       compute_closing(&corners, vec3_neg(normal), t, &closing);
+        }
+        if (!is_apart) {
             toi_state const state = round == 0 ? TOI_TOUCHING_AT_START : TOI_HIT;
             return make_result(state, t, closest, corners.scale);
         }

@@ -34,7 +34,7 @@ static void open_pairs(const broad_phase *broad, const uint32_t surface[2], uint
     } else { /* the higher node alone: its children that meet the other node */
         int const side = level[0] > level[1] ? 0 : 1;
         for (size_t i = begin; i < from->count; i++) {
-            const uint32_t nodes[2] = {from->first[i], from->second[i]};
+            uint32_t const nodes[2] = {from->first[i], from->second[i]};
             const tree_node *const opened = &trees[side][nodes[side]];
             const float *const box = trees[1 - side][nodes[1 - side]].box;
             for (uint32_t c = 0; c < opened->child_count; c++) {

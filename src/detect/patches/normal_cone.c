@@ -139,7 +139,7 @@ static normal_cone make_paper_cone(const vec3 n[3]) {
     if (!(least > 0.0)) return no_cone;
 
     /* The maximum of |n(t)|^2 from above. */
-    const double quartic[5] = {vec3_norm2(n[0]), vec3_dot(n[0], n[1]),
+    double const quartic[5] = {vec3_norm2(n[0]), vec3_dot(n[0], n[1]),
                                (vec3_dot(n[0], n[2]) + 2.0 * vec3_norm2(n[1])) / 3.0,
                                vec3_dot(n[1], n[2]), vec3_norm2(n[2])};
     double const longest = sqrt(bound_quartic(quartic) + SUM_ERROR * largest2) + NORMAL_ERROR;

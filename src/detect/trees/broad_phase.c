@@ -47,7 +47,7 @@ static bool reserve_parts(broad_phase *broad, const surface_set *set) {
             return false;
 
     slot_list *const slots[3] = {&broad->vertices, &broad->edges, &broad->triangles};
-    const size_t counts[3] = {vertices, broad->edge_count, triangles};
+    size_t const counts[3] = {vertices, broad->edge_count, triangles};
     for (uint32_t k = 0; k < 3; k++) {
         slot_list *const list = slots[k];
         list->count = counts[k] + SLOT_SPARE;

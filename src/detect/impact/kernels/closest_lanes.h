@@ -186,7 +186,7 @@ SIMD_INLINE vec3x8 compute_edge_difference(const vec3x8 d[4], vec3x8 u, vec3x8 v
 SIMD_INLINE closest_lanes compute_closest_edge_edge(const vec3x8 d[4]) {
     vec3x8 const u = vec3x8_sub(d[2], d[0]), v = vec3x8_sub(d[0], d[1]);
     /* as closest_edge_edge finds them from points about the first one */
-    const vec3x8 corners[4] = {d[0], d[1], vec3x8_add(u, d[0]), vec3x8_add(u, d[1])};
+    vec3x8 const corners[4] = {d[0], d[1], vec3x8_add(u, d[0]), vec3x8_add(u, d[1])};
     double8 feet[2];
     compute_edge_feet(vec3x8_neg(corners[0]), u, v, feet);
     return (closest_lanes){compute_edge_difference(corners, u, v, feet), u, v};
@@ -208,7 +208,7 @@ SIMD_INLINE double8 compute_vertex_distances2(const vec3x8 p[4]) {
     double8 distances2 = vec3x8_dot(difference, difference);
     for (; thin; thin &= thin - 1) {
         int const k = __builtin_ctz(thin);
-        const vec3 points[4] = {vec3x8_get(p[0], k), vec3x8_get(p[1], k), vec3x8_get(p[2], k),
+        vec3 const points[4] = {vec3x8_get(p[0], k), vec3x8_get(p[1], k), vec3x8_get(p[2], k),
                                 vec3x8_get(p[3], k)};
         distances2[k] = closest_vertex_triangle(points).distance2;
     }
@@ -217,7 +217,7 @@ SIMD_INLINE double8 compute_vertex_distances2(const vec3x8 p[4]) {
 
 /* The same of edges, with the parameters of the closest points. */
 SIMD_INLINE double8 compute_edge_distances2(const vec3x8 p[4], double8 feet[2]) {
-    const vec3x8 corners[4] = {vec3x8_sub(p[0], p[2]), vec3x8_sub(p[0], p[3]),
+    vec3x8 const corners[4] = {vec3x8_sub(p[0], p[2]), vec3x8_sub(p[0], p[3]),
                                vec3x8_sub(p[1], p[2]), vec3x8_sub(p[1], p[3])};
     vec3x8 const u = vec3x8_sub(p[1], p[0]), v = vec3x8_sub(p[3], p[2]);
     compute_edge_feet(vec3x8_neg(corners[0]), u, v, feet);
