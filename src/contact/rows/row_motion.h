@@ -17,6 +17,11 @@ static inline vec3 blend_row_vertices(const contact_row *row, const double *x) {
     return sum;
 }
 
+/* [N s] */
+static inline double get_normal_impulse(const contact_row *row) {
+    return vec3_dot(row->frame.normal, row->solve.impulse);
+}
+
 /* 0 or 1: the side that vertex k of the row belongs to. */
 static inline int get_row_side(const contact_row *row, int k) {
     return k >= (row->frame.kind == FEATURE_VERTEX_TRIANGLE ? 1 : 2);

@@ -15,22 +15,6 @@
 /* A round of so few iterations costs little. */
 #define CHEAP_ITERATIONS 32
 
-/* Adds a row in the matrix to the sums of the cloths that it touches. */
-static void add_to_sums(const contact_scene *scene, const contact_row *row, const double *u,
-                        vec3 misfit, friction_sums *all) {
-    vec3 slip = {0.0, 0.0, 0.0};
-    if (row->solve.state == ROW_STICKS) slip = vec3_sub(get_slip(row, u), row->law.return_velocity);
-    for (int k = 0; k < 4; k++) {
-        if (row->frame.vertices[k] >= scene->cloth_vertex_count) continue;
-        friction_sums *const sums = &all[scene->vertex_surface[row->frame.vertices[k]]];
-        sums->misfit = vec3_add_scaled(sums->misfit, misfit, row->frame.weights[k]);
-        sums->slip =
-            vec3_add_scaled(sums->slip, slip, row->frame.weights[k] * row->solve.slip_penalty);
-        if (row->solve.state == ROW_STICKS)
-            sums->held += fabs(row->frame.weights[k]) * row->solve.slip_penalty;
-    }
-}
-
 /* Whether the sums give a cloth that nothing holds more speed than a share of what the step does,
  * or a cloth slips as a whole on rows that hold it, by the multipliers that they still gain. */
 static bool may_drift(const contact_scene *scene, const friction_sums *all, const double *u) {
@@ -62,7 +46,7 @@ tulle_status end_round(const contact_scene *scene, row_list *list, friction_sums
     memset(sums, 0, scene->set->surface_count * sizeof *sums);
     for (size_t i = 0; i < list->rows.count; i++) {
         contact_row *const row = &list->rows.data[i];
-        double const violation = find_row_violation(row, u);
+        double const violation = measure_row_violation(row, u);
         result->largest_violation = fmax(result->largest_violation, violation);
         violation2 += violation * violation;
         harden(row, violation);
@@ -71,7 +55,19 @@ tulle_status end_round(const contact_scene *scene, row_list *list, friction_sums
         double const missed = vec3_norm(misfit) / row->solve.slip_penalty;
         misfit2 += missed * missed;
         result->largest_misfit = fmax(result->largest_misfit, missed);
-        add_to_sums(scene, row, u, misfit, sums);
+        /* the sums of the cloths that it touches */
+        bool const sticks = row->solve.state == ROW_STICKS;
+        double const penalty = row->solve.slip_penalty;
+        vec3 slip = {0.0, 0.0, 0.0};
+        if (sticks) slip = vec3_sub(get_slip(row, u), row->law.return_velocity);
+        for (int k = 0; k < 4; k++) {
+            if (row->frame.vertices[k] >= scene->cloth_vertex_count) continue;
+            friction_sums *const sum = &sums[scene->vertex_surface[row->frame.vertices[k]]];
+            double const weight = row->frame.weights[k];
+            sum->misfit = vec3_add_scaled(sum->misfit, misfit, weight);
+            sum->slip = vec3_add_scaled(sum->slip, slip, weight * penalty);
+            if (sticks) sum->held += fabs(weight) * penalty;
+        }
     }
     tulle_status const status = project_impulses(scene, list->rows.data, list->rows.count, u);
     result->violation = sqrt(violation2 / count);

@@ -1,6 +1,6 @@
 /* contact/solve/end_velocities.c - see end_velocities.h.
  *
- * Positions end where stages 3 to 11 put them; only velocities change here. A row that carries load
+ * Positions end where stages 7 to 9 put them; only velocities change here. A row that carries load
  * and came nearer at the start with the speed a ends with the speed k a (Newton's law of impact for
  * the normal part); friction bounds the tangential part of all that the row gave in the step.
  * Impulses are found by projected Gauss-Seidel in the metric of the masses, over all rows that
@@ -27,67 +27,43 @@
 /* Rows that approach by less than so many times what gravity adds in a step are at rest. */
 #define RESTING_FALLS 2.0
 
-static bool carries_load(const contact_row *row) {
-    return vec3_dot(row->frame.normal, row->solve.impulse) > 0.0;
-}
-
 bool row_is_impact(const contact_scene *scene, const contact_row *row) {
     double const resting = fmax(RESTING_FALLS * fabs(row->law.fall), scene->settings.slip_speed);
     return row->law.approach < -resting;
 }
 
-/* Speed [m/s] at which the row must part at the end; 0: it does not rebound. */
-static double find_rebound(const contact_scene *scene, const contact_row *row) {
-    if (!(row->law.restitution > 0.0) || !carries_load(row)) return 0.0;
-    if (!row_is_impact(scene, row)) return 0.0;
-    double const end = row->law.approach + row->law.fall;
-    double part = end < 0.0 ? row->law.bias / end : 0.0;
-    part = part < 0.0 ? 0.0 : part > 1.0 ? 1.0 : part;
-    return -row->law.restitution * (row->law.approach + part * row->law.fall);
-}
-
+/* Sets the speed at which each row must part at the end. Returns how many rows rebound. */
 static uint64_t mark_rebounds(const contact_scene *scene, row_list *list, size_t *loaded_count) {
     uint64_t count = 0;
     *loaded_count = 0;
     for (size_t i = 0; i < list->rows.count; i++) {
         contact_row *const row = &list->rows.data[i];
-        row->law.rebound = find_rebound(scene, row);
-        count += row->law.rebound > 0.0;
-        *loaded_count += carries_load(row);
+        row_law *const law = &row->law;
+        bool const is_loaded = get_normal_impulse(row) > 0.0;
+        *loaded_count += is_loaded;
+        law->rebound = 0.0;
+        if (!(law->restitution > 0.0) || !is_loaded || !row_is_impact(scene, row)) continue;
+        double const end = law->approach + law->fall;
+        double part = end < 0.0 ? law->bias / end : 0.0;
+        part = part < 0.0 ? 0.0 : part > 1.0 ? 1.0 : part;
+        law->rebound = -law->restitution * (law->approach + part * law->fall);
+        count += law->rebound > 0.0;
     }
     return count;
 }
 
 /* What an obstacle that turns gives to whatever rides on it, without what a frame that is turned to
  * the end of the step takes from the gap: nothing does work by that. */
-static vec3 find_ridden_turning(const contact_row *row) {
+static vec3 get_ridden_turning(const contact_row *row) {
     return vec3_add_scaled(row->frame.turning, row->frame.normal,
                            -vec3_dot(row->frame.turning, row->frame.normal));
 }
 
-/* Copies of the rows that carry load, with the normal speeds that they must end with. */
-static size_t copy_loaded_rows(const row_list *list, bool is_inelastic, contact_row *rows) {
-    size_t count = 0;
-    for (size_t i = 0; i < list->rows.count; i++) {
-        if (!carries_load(&list->rows.data[i])) continue;
-        contact_row *const row = &rows[count++];
-        *row = list->rows.data[i];
-        row->solve.friction_cap = -1.0;
-        row->law.return_velocity = vec3_make(0.0, 0.0, 0.0);
-        row->frame.turning = find_ridden_turning(row); /* at the end its frame stands */
-        if (row->law.rebound > 0.0 || is_inelastic) {
-            row->law.bias = row->law.rebound; /* 0 where it does not rebound */
-            row->solve.compliance = 0.0;
-        }
-    }
-    return count;
-}
-
-double find_obstacle_work(const contact_scene *scene, const contact_row *rows, size_t count,
-                          const double *u) {
+double compute_obstacle_work(const contact_scene *scene, const contact_row *rows, size_t count,
+                             const double *u) {
     double work = 0.0;
     for (size_t i = 0; i < count; i++) {
-        vec3 const frame = vec3_sub(rows[i].frame.turning, find_ridden_turning(&rows[i]));
+        vec3 const frame = vec3_sub(rows[i].frame.turning, get_ridden_turning(&rows[i]));
         vec3 const held =
             vec3_sub(get_relative_velocity(&rows[i], u), get_free_velocity(scene, &rows[i], u));
         work -= vec3_dot(rows[i].solve.impulse, vec3_add(held, frame));
@@ -96,7 +72,7 @@ double find_obstacle_work(const contact_scene *scene, const contact_row *rows, s
 }
 
 /* sum m a . b / 2 over vertices that can move, and the same of bodies [J] */
-static double find_energy(const contact_scene *scene, const double *a, const double *b) {
+static double compute_energy(const contact_scene *scene, const double *a, const double *b) {
     double sum = 0.0;
     for (size_t v = 0; v < scene->cloth_vertex_count; v++)
         if (scene->inverse_mass[v] > 0.0)
@@ -118,9 +94,10 @@ static double find_energy(const contact_scene *scene, const double *a, const dou
 static void limit_energy(const contact_scene *scene, double allowed, const double *before,
                          double *v1) {
     size_t const size = 3 * get_solved_count(scene);
-    double const after = find_energy(scene, v1, v1), rest = find_energy(scene, before, before);
+    double const after = compute_energy(scene, v1, v1),
+                 rest = compute_energy(scene, before, before);
     if (after <= fmax(allowed, rest)) return;
-    double const mixed = find_energy(scene, before, v1);
+    double const mixed = compute_energy(scene, before, v1);
     double const a = after - 2.0 * mixed + rest, b = mixed - rest, c = rest - allowed;
     /* a part^2 + 2 b part + c = 0 with c <= 0 has one root in 0 .. 1 */
     double const root2 = b * b - a * c;
@@ -129,41 +106,46 @@ static void limit_energy(const contact_scene *scene, double allowed, const doubl
     for (size_t i = 0; i < size; i++) v1[i] = before[i] + part * (v1[i] - before[i]);
 }
 
-static tulle_status project_velocities(const contact_scene *scene, contact_row *rows, size_t count,
-                                       double *v1) {
-    contact_scene end_scene = *scene;
-    end_scene.settings.impulse_sweeps = END_SWEEPS;
-    return project_impulses(&end_scene, rows, count, v1);
-}
-
-/* Rows and velocities of one call. */
-static tulle_status find_ends(const contact_scene *scene, const row_list *list, size_t loaded_count,
-                              const double *u, double *v1, end_velocities *ends) {
-    size_t const size = 3 * get_solved_count(scene);
-    contact_row *const rows = ARENA_NEW(scene->scratch, contact_row, loaded_count);
-    double *const before = ARENA_NEW(scene->scratch, double, size);
-    if (!rows || !before) return TULLE_ERROR_OUT_OF_MEMORY;
-    memcpy(before, v1, size * sizeof(double));
-    size_t const count = copy_loaded_rows(list, ends->is_inelastic, rows);
-    tulle_status const status = project_velocities(scene, rows, count, v1);
-    if (status != TULLE_OK) return status;
-    for (size_t i = 0; i < count; i++) {
-        double const speed = vec3_dot(rows[i].frame.normal, get_relative_velocity(&rows[i], v1));
-        ends->approach = fmax(ends->approach, rows[i].law.bias - speed);
-    }
-    double const allowed = ends->kinetic_limit + find_obstacle_work(scene, rows, count, u);
-    if (ends->rebound_count > 0) limit_energy(scene, allowed, before, v1);
-    return TULLE_OK;
-}
-
-tulle_status find_end_velocities(const contact_scene *scene, row_list *list, const double *u,
-                                 double *v1, end_velocities *ends) {
+tulle_status end_contacts(const contact_scene *scene, row_list *list, const double *u, double *v1,
+                          end_velocities *ends) {
     size_t loaded_count;
     ends->approach = 0.0;
     ends->rebound_count = mark_rebounds(scene, list, &loaded_count);
     if (loaded_count == 0 || (ends->rebound_count == 0 && !ends->is_inelastic)) return TULLE_OK;
     arena_mark const mark = arena_get_mark(scene->scratch);
-    tulle_status const status = find_ends(scene, list, loaded_count, u, v1, ends);
+    size_t const size = 3 * get_solved_count(scene);
+    contact_row *const rows = ARENA_NEW(scene->scratch, contact_row, loaded_count);
+    double *const before = ARENA_NEW(scene->scratch, double, size);
+    tulle_status status = rows && before ? TULLE_OK : TULLE_ERROR_OUT_OF_MEMORY;
+    /* copies of the rows that carry load, with the normal speeds that they must end with */
+    size_t count = 0;
+    for (size_t i = 0; i < list->rows.count && status == TULLE_OK; i++) {
+        if (!(get_normal_impulse(&list->rows.data[i]) > 0.0)) continue;
+        contact_row *const row = &rows[count++];
+        *row = list->rows.data[i];
+        row->solve.friction_cap = -1.0;
+        row->law.return_velocity = vec3_make(0.0, 0.0, 0.0);
+        row->frame.turning = get_ridden_turning(row); /* at the end its frame stands */
+        if (row->law.rebound > 0.0 || ends->is_inelastic) {
+            row->law.bias = row->law.rebound; /* 0 where it does not rebound */
+            row->solve.compliance = 0.0;
+        }
+    }
+    if (status == TULLE_OK) {
+        contact_scene end_scene = *scene;
+        end_scene.settings.impulse_sweeps = END_SWEEPS;
+        memcpy(before, v1, size * sizeof(double));
+        status = project_impulses(&end_scene, rows, count, v1);
+    }
+    if (status == TULLE_OK) {
+        for (size_t i = 0; i < count; i++) {
+            double const speed =
+                vec3_dot(rows[i].frame.normal, get_relative_velocity(&rows[i], v1));
+            ends->approach = fmax(ends->approach, rows[i].law.bias - speed);
+        }
+        double const allowed = ends->kinetic_limit + compute_obstacle_work(scene, rows, count, u);
+        if (ends->rebound_count > 0) limit_energy(scene, allowed, before, v1);
+    }
     arena_release(scene->scratch, mark);
     return status;
 }

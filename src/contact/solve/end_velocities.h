@@ -16,18 +16,18 @@ typedef struct end_velocities {
 
 /* Work [J] on cloth that can move of the obstacles and pins that rows hold it by, along their own
  * motion: their impulses times u of what is held. */
-double find_obstacle_work(const contact_scene *scene, const contact_row *rows, size_t count,
-                          const double *u);
+double compute_obstacle_work(const contact_scene *scene, const contact_row *rows, size_t count,
+                             const double *u);
 
 /* Whether the row's sides come nearer at the start faster than those of a contact at rest may. */
 bool row_is_impact(const contact_scene *scene, const contact_row *row);
 
 /* Changes v1 [m/s], 3 * vertex_count, the velocities at the end of the step as far as contact does
- * not know of them, so that rows that carry load (of stages 3 and 10) end as the laws of impact
+ * not know of them, so that rows that carry load (of stages 7 and 8) end as the laws of impact
  * and friction say. Marks the rows that rebound. v1 keeps its bits where no row rebounds and
  * is_inelastic is false. u [m/s]: the mean velocities of the step. Linear momentum is kept between
  * cloths. scene->v0 must be given. */
-tulle_status find_end_velocities(const contact_scene *scene, row_list *list, const double *u,
-                                 double *v1, end_velocities *ends);
+tulle_status end_contacts(const contact_scene *scene, row_list *list, const double *u, double *v1,
+                          end_velocities *ends);
 
 #endif

@@ -22,14 +22,6 @@
 
 #include <math.h>
 
-static double get_normal_impulse(const contact_row *row) {
-    return vec3_dot(row->frame.normal, row->solve.impulse);
-}
-
-static vec3 get_friction(const contact_row *row) {
-    return vec3_add_scaled(row->solve.impulse, row->frame.normal, -get_normal_impulse(row));
-}
-
 void prepare_hard_rows(const contact_scene *scene, const double *diagonal, contact_row *rows,
                        size_t count, const double *u) {
     const contact_settings *const settings = &scene->settings;
@@ -41,7 +33,7 @@ void prepare_hard_rows(const contact_scene *scene, const double *diagonal, conta
         row->solve.slip_penalty = settings->hard_friction * row->solve.stiffness;
         row->solve.is_in_matrix = false;
         row->solve.is_hard &= row->solve.stiffness > 0.0; /* as carried over */
-        harden(row, find_row_violation(row, u));
+        harden(row, measure_row_violation(row, u));
     }
 }
 
@@ -50,115 +42,101 @@ vec3 get_slip(const contact_row *row, const double *u) {
     return vec3_add_scaled(velocity, row->frame.normal, -vec3_dot(row->frame.normal, velocity));
 }
 
-static void set_friction(contact_row *row, vec3 friction) {
-    row->solve.impulse = vec3_add_scaled(friction, row->frame.normal, get_normal_impulse(row));
-}
-
-static void hold(contact_row *row, vec3 friction) {
-    set_friction(row, friction);
-    row->solve.state = ROW_STICKS;
-    row->solve.slip_pull = row->solve.slip_penalty;
-    row->solve.slip_free = vec3_make(0.0, 0.0, 0.0);
-    row->solve.slip_target = row->law.return_velocity;
-}
-
-/* The bounded trial does not change along the normal of the bound. */
-static void slide(contact_row *row, vec3 friction, vec3 trial, vec3 slip) {
-    set_friction(row, friction);
-    row->solve.state = ROW_SLIDES;
-    row->solve.slip_pull = row->solve.slip_penalty *
-                           measure_bound_follow(row, row->solve.friction_cap, friction, trial);
-    row->solve.slip_free = vec3_normalize(vec3_sub(trial, friction));
-    row->solve.slip_target = slip;
+static vec3 get_friction(const contact_row *row) {
+    return vec3_add_scaled(row->solve.impulse, row->frame.normal, -get_normal_impulse(row));
 }
 
 static bool has_friction(const contact_row *row) {
     return row->law.friction * row->solve.friction_cap > 0.0;
 }
 
-/* The next friction of a row by its trial; returns what it is by the trial itself. */
+/* The row sticks with this friction. */
+static void hold(contact_row *row, vec3 friction) {
+    row_solve *const solve = &row->solve;
+    solve->impulse = vec3_add_scaled(friction, row->frame.normal, get_normal_impulse(row));
+    solve->state = ROW_STICKS;
+    solve->slip_pull = solve->slip_penalty;
+    solve->slip_free = vec3_make(0.0, 0.0, 0.0);
+    solve->slip_target = row->law.return_velocity;
+}
+
+/* Sticks or slides with the next friction of a row by its trial; returns that friction. */
 static vec3 try_friction(contact_row *row, vec3 trial, vec3 slip) {
+    row_solve *const solve = &row->solve;
     bool is_inside;
-    vec3 const friction = limit_friction(row, row->solve.friction_cap, trial, &is_inside);
-    if (is_inside && has_friction(row))
+    vec3 const friction = limit_friction(row, solve->friction_cap, trial, &is_inside);
+    if (is_inside && has_friction(row)) {
         hold(row, friction);
-    else
-        slide(row, friction, trial, slip);
+        return friction;
+    }
+    solve->impulse = vec3_add_scaled(friction, row->frame.normal, get_normal_impulse(row));
+    solve->state = ROW_SLIDES;
+    /* the bounded trial does not change along the normal of the bound */
+    solve->slip_pull =
+        solve->slip_penalty * measure_bound_follow(row, solve->friction_cap, friction, trial);
+    solve->slip_free = vec3_normalize(vec3_sub(trial, friction));
+    solve->slip_target = slip;
     return friction;
 }
 
-/* Before the first round of a row in the matrix: as it was, in the step before or after the
- * projection of other rows; a new one slides if it comes with slip. */
-static void start_friction(const contact_settings *settings, contact_row *row, const double *u) {
-    vec3 const slip = get_slip(row, u), before = get_friction(row);
-    bool const is_new = row->solve.state == ROW_OPEN,
-               is_fast = vec3_norm(slip) > settings->slip_speed;
-    row->solve.friction_cap = fmax(get_normal_impulse(row), 0.0);
-    if (row->solve.state == ROW_SLIDES || (is_new && is_fast) || !has_friction(row)) {
-        try_friction(row, vec3_add_scaled(before, slip, -row->solve.slip_penalty), slip);
-    } else {
-        bool is_inside;
-        hold(row, limit_friction(row, row->solve.friction_cap, before, &is_inside));
+void make_pull(const contact_settings *settings, contact_row *row, const double *u) {
+    row_solve *const solve = &row->solve;
+    if (!solve->is_in_matrix) {
+        /* before its first round: as it was, in the step before or after the projection of other
+         * rows; a new one slides if it comes with slip */
+        vec3 const slip = get_slip(row, u), before = get_friction(row);
+        bool const is_new = solve->state == ROW_OPEN;
+        bool const is_fast = vec3_norm(slip) > settings->slip_speed;
+        solve->friction_cap = fmax(get_normal_impulse(row), 0.0);
+        if (solve->state == ROW_SLIDES || (is_new && is_fast) || !has_friction(row)) {
+            try_friction(row, vec3_add_scaled(before, slip, -solve->slip_penalty), slip);
+        } else {
+            bool is_inside;
+            hold(row, limit_friction(row, solve->friction_cap, before, &is_inside));
+        }
     }
-}
-
-void find_pull(const contact_settings *settings, contact_row *row, const double *u) {
-    if (!row->solve.is_in_matrix) start_friction(settings, row, u);
-    row->solve.pull = mat3_outer(row->frame.normal, row->frame.normal,
-                                 row->solve.stiffness - row->solve.slip_pull);
-    mat3 const all = mat3_identity(row->solve.slip_pull);
-    mat3 const along =
-        mat3_outer(row->solve.slip_free, row->solve.slip_free, -row->solve.slip_pull);
-    mat3_add_scaled(&row->solve.pull, &all, 1.0);
-    mat3_add_scaled(&row->solve.pull, &along, 1.0);
-}
-
-vec3 find_pull_target(const contact_row *row) {
-    return vec3_add_scaled(row->solve.slip_target, row->frame.normal, get_wanted_speed(row));
-}
-
-bool row_is_slow(const contact_row *row, const double *u) {
-    return vec3_dot(row->frame.normal, get_relative_velocity(row, u)) < get_wanted_speed(row);
+    vec3 const n = row->frame.normal;
+    mat3 const all = mat3_identity(solve->slip_pull);
+    mat3 const along = mat3_outer(solve->slip_free, solve->slip_free, -solve->slip_pull);
+    solve->pull = mat3_outer(n, n, solve->stiffness - solve->slip_pull);
+    mat3_add_scaled(&solve->pull, &all, 1.0);
+    mat3_add_scaled(&solve->pull, &along, 1.0);
 }
 
 /* Pushed by an impulse that is too large, a vertex flies off and drags its neighbours apart. A row
  * that pulled has failed by the speed that the pull cost, however well it met what it wanted. */
-double find_row_violation(const contact_row *row, const double *u) {
+double measure_row_violation(const contact_row *row, const double *u) {
+    const row_solve *const solve = &row->solve;
     double const missing =
         get_wanted_speed(row) - vec3_dot(row->frame.normal, get_relative_velocity(row, u));
-    double const penalty = row->solve.is_in_matrix ? row->solve.stiffness * missing : 0.0;
+    double const penalty = solve->is_in_matrix ? solve->stiffness * missing : 0.0;
     double const acted = get_normal_impulse(row) + penalty;
-    if (acted < 0.0 && row->solve.is_in_matrix) return -acted / row->solve.stiffness;
+    if (acted < 0.0 && solve->is_in_matrix) return -acted / solve->stiffness;
     return acted > 0.0 ? fabs(missing) : fmax(missing, 0.0);
 }
 
-/* The next friction after a solve; returns its misfit. */
-static vec3 update_friction(contact_row *row, vec3 slip) {
-    vec3 past = vec3_sub(slip, row->solve.slip_target);
-    past = vec3_add_scaled(past, row->solve.slip_free, -vec3_dot(past, row->solve.slip_free));
-    vec3 const before = get_friction(row);
-    vec3 const taken = vec3_add_scaled(before, past, -row->solve.slip_pull);
-    bool const turned_back =
-        row->solve.state == ROW_SLIDES && vec3_dot(slip, row->solve.slip_free) > 0.0;
+vec3 update_hard_row(contact_row *row, const double *u) {
+    row_solve *const solve = &row->solve;
+    double const speed = vec3_dot(row->frame.normal, get_relative_velocity(row, u));
+    double const normal_before = get_normal_impulse(row);
+    double const acted = normal_before + solve->stiffness * (get_wanted_speed(row) - speed);
+    solve->friction_cap = fmax(acted, 0.0);
+    /* friction: what the solve took it for, and what it is by its trial */
+    vec3 const slip = get_slip(row, u), before = get_friction(row);
+    vec3 past = vec3_sub(slip, solve->slip_target);
+    past = vec3_add_scaled(past, solve->slip_free, -vec3_dot(past, solve->slip_free));
+    vec3 const taken = vec3_add_scaled(before, past, -solve->slip_pull);
+    bool const turned_back = solve->state == ROW_SLIDES && vec3_dot(slip, solve->slip_free) > 0.0;
     vec3 const trial =
-        vec3_add_scaled(before, vec3_sub(slip, row->law.return_velocity), -row->solve.slip_penalty);
+        vec3_add_scaled(before, vec3_sub(slip, row->law.return_velocity), -solve->slip_penalty);
     vec3 const misfit = vec3_sub(try_friction(row, trial, slip), taken);
     if (turned_back && has_friction(row)) {
         bool is_inside;
-        hold(row, limit_friction(row, row->solve.friction_cap, before, &is_inside));
+        hold(row, limit_friction(row, solve->friction_cap, before, &is_inside));
     }
-    return misfit;
-}
-
-vec3 update_hard_row(contact_row *row, const double *u) {
-    double const speed = vec3_dot(row->frame.normal, get_relative_velocity(row, u));
-    double const before = get_normal_impulse(row);
-    double const acted = before + row->solve.stiffness * (get_wanted_speed(row) - speed);
-    row->solve.friction_cap = fmax(acted, 0.0);
-    vec3 const misfit = update_friction(row, get_slip(row, u));
-    row->solve.impulse =
-        vec3_add_scaled(row->solve.impulse, row->frame.normal, row->solve.friction_cap - before);
-    if (!(acted > 0.0)) row->solve.state = ROW_OPEN;
-    if (acted < 0.0) row->solve.is_hard = false;
+    solve->impulse =
+        vec3_add_scaled(solve->impulse, row->frame.normal, solve->friction_cap - normal_before);
+    if (!(acted > 0.0)) solve->state = ROW_OPEN;
+    if (acted < 0.0) solve->is_hard = false;
     return misfit;
 }

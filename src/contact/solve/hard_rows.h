@@ -23,26 +23,20 @@ static inline void harden(contact_row *row, double violation) {
         row->solve.is_hard = true;
 }
 
-/* Sets K = row->pull; for a row that was not in the matrix in the round before, friction by the
- * slip of u. */
-void find_pull(const contact_settings *settings, contact_row *row, const double *u);
-
-/* [m/s] w of a row with its pull. */
-vec3 find_pull_target(const contact_row *row);
+/* Sets K, solve.pull. If the row was not in the matrix in the round before, its friction begins by
+ * the slip of u. */
+void make_pull(const contact_settings *settings, contact_row *row, const double *u);
 
 /* [m/s] The tangential part of the row's relative velocity. */
 vec3 get_slip(const contact_row *row, const double *u);
 
-/* Whether the row is slower than it wants. */
-bool row_is_slow(const contact_row *row, const double *u);
-
 /* [m/s] By how much a row failed in the last solve, whose velocities u are: too slow, too fast
  * while it pushed, or held back by a pull. To be called before update_hard_row. */
-double find_row_violation(const contact_row *row, const double *u);
+double measure_row_violation(const contact_row *row, const double *u);
 
 /* The multiplier of a row in the matrix after the solve that gave u, and its state. A row that
- * pulled is hard no more. Returns the misfit of friction [N s]: what it is less what the solve took
- * it for. */
+ * pulled stops being hard. Returns the misfit of friction [N s]: what it is less what the solve
+ * took it for. */
 vec3 update_hard_row(contact_row *row, const double *u);
 
 #endif

@@ -34,7 +34,7 @@
 /* The same where bodies take part, which answer an impulse not along itself: first the normal part,
  * then the tangential one, after what the normal part has changed, by no more than the largest
  * answer. Each is a step down for the impulse of least energy. */
-static vec3 find_coupled_impulse(contact_row *row, vec3 velocity) {
+static vec3 compute_coupled_impulse(contact_row *row, vec3 velocity) {
     vec3 const n = row->frame.normal;
     double const before = vec3_dot(n, row->solve.impulse), speed = vec3_dot(n, velocity);
     double const normal = before - (speed - get_wanted_speed(row)) / row->solve.inverse_mass;
@@ -55,8 +55,8 @@ static vec3 find_coupled_impulse(contact_row *row, vec3 velocity) {
 }
 
 /* The nearest total impulse by the rule above; sets the row's state. */
-static vec3 find_impulse(contact_row *row, vec3 velocity) {
-    if (row->frame.has_body) return find_coupled_impulse(row, velocity);
+static vec3 compute_impulse(contact_row *row, vec3 velocity) {
+    if (row->frame.has_body) return compute_coupled_impulse(row, velocity);
     double const inverse = 1.0 / row->solve.inverse_mass;
     vec3 const missing = vec3_add_scaled(vec3_sub(velocity, row->law.return_velocity),
                                          row->frame.normal, -get_wanted_speed(row));
@@ -72,23 +72,6 @@ static vec3 find_impulse(contact_row *row, vec3 velocity) {
         limit_friction(row, bound, vec3_add_scaled(trial, row->frame.normal, -normal), &is_held);
     row->solve.state = is_held ? ROW_STICKS : ROW_SLIDES;
     return vec3_add_scaled(tangential, row->frame.normal, normal);
-}
-
-/* Whether the row's impulse changed; *speed2 is the square of the speed [m/s] that this gives it at
- * most. */
-static bool relax_row(const contact_scene *scene, contact_row *row, double *u, double *speed2) {
-    *speed2 = 0.0;
-    vec3 const impulse = find_impulse(row, get_relative_velocity(row, u));
-    vec3 const change = vec3_sub(impulse, row->solve.impulse);
-    double const size2 = vec3_norm2(change);
-    if (!(size2 > 0.0)) return false;
-    row->solve.impulse = impulse;
-    move_row(scene, row, change, u);
-    double const answer = row->frame.has_body
-                              ? fmax(row->solve.inverse_mass, row->solve.slip_inverse_mass)
-                              : row->solve.inverse_mass;
-    *speed2 = size2 * answer * answer;
-    return true;
 }
 
 /* A row that takes part in sweeps, and its vertices beside one another: rows are large. */
@@ -110,88 +93,85 @@ typedef struct sweeps {
     double *u;
 } sweeps;
 
-/* What bodies take part in changes with their motion too, and is always looked at. */
-static bool may_change(const sweeps *all, const sweep_row *active) {
-    if (active->quiet_pass == 0) return true;
-    bool is_quiet = true;
+/* Gives a row its impulse. Returns the square of the speed [m/s] that the change gives it at most;
+ * 0 where nothing changes. What bodies take part in changes with their motion too, and is always
+ * looked at. */
+static double relax_row(sweeps *all, sweep_row *active) {
+    bool is_quiet = active->quiet_pass > 0;
     for (int k = 0; k < 4; k++)
         is_quiet &= all->change_pass[active->vertices[k]] < active->quiet_pass;
-    return !is_quiet;
-}
-
-static double relax_active(sweeps *all, sweep_row *active) {
-    if (!may_change(all, active)) return 0.0;
+    if (is_quiet) return 0.0;
     contact_row *const row = &all->rows[active->row];
-    double speed2;
-    bool const has_changed = relax_row(all->scene, row, all->u, &speed2);
-    for (int k = 0; k < 4 && has_changed; k++) all->change_pass[row->frame.vertices[k]] = all->pass;
-    active->quiet_pass = has_changed || row->frame.has_body ? 0 : all->pass;
-    return speed2;
+    row_solve *const solve = &row->solve;
+    vec3 const impulse = compute_impulse(row, get_relative_velocity(row, all->u));
+    vec3 const change = vec3_sub(impulse, solve->impulse);
+    double const size2 = vec3_norm2(change);
+    if (!(size2 > 0.0)) {
+        active->quiet_pass = row->frame.has_body ? 0 : all->pass;
+        return 0.0;
+    }
+    solve->impulse = impulse;
+    move_row(all->scene, row, change, all->u);
+    for (int k = 0; k < 4; k++) all->change_pass[active->vertices[k]] = all->pass;
+    active->quiet_pass = 0;
+    double const answer = row->frame.has_body ? fmax(solve->inverse_mass, solve->slip_inverse_mass)
+                                              : solve->inverse_mass;
+    return size2 * answer * answer;
 }
 
-/* One sweep, forward and backward; with `has_bodies_only` only rows that bodies take part in. The
- * largest speed, as of relax_row. */
-static double sweep_rows(sweeps *all, bool has_bodies_only) {
-    double largest2 = 0.0;
-    all->pass++;
-    for (size_t i = 0; i < all->active_count; i++)
-        if (!has_bodies_only || all->rows[all->active[i].row].frame.has_body)
-            largest2 = fmax(largest2, relax_active(all, &all->active[i]));
-    all->pass++;
-    for (size_t i = all->active_count; i-- > 0;)
-        if (!has_bodies_only || all->rows[all->active[i].row].frame.has_body)
-            largest2 = fmax(largest2, relax_active(all, &all->active[i]));
-    return largest2;
-}
-
-/* [m/s] What rounding of positions leaves of speeds that close gaps in one step. */
-static double find_speed_rounding(const contact_scene *scene) {
-    double largest = 0.0;
-    for (size_t i = 0; i < 3 * scene->vertex_count; i++)
-        largest = fmax(largest, fabs(scene->x0[i]));
-    return SPEED_ROUNDINGS * DBL_EPSILON * largest / scene->time_step;
-}
-
+/* Sweeps forward and backward until nothing changes; with `has_bodies_only` only over rows that
+ * bodies take part in. */
 static void run_sweeps(sweeps *all, bool has_bodies_only) {
     const contact_scene *const scene = all->scene;
     int const factor = has_bodies_only ? SWEEPS_OF_BODIES : 1;
     int const limit = factor * scene->settings.impulse_sweeps;
     double before = (double)INFINITY; /* [m/s] */
     for (int sweep = 0; sweep < limit && !stop_is_wanted(scene->stop); sweep++) {
-        double const largest2 = sweep_rows(all, has_bodies_only);
+        double largest2 = 0.0;
+        all->pass++;
+        for (size_t i = 0; i < all->active_count; i++)
+            if (!has_bodies_only || all->rows[all->active[i].row].frame.has_body)
+                largest2 = fmax(largest2, relax_row(all, &all->active[i]));
+        all->pass++;
+        for (size_t i = all->active_count; i-- > 0;)
+            if (!has_bodies_only || all->rows[all->active[i].row].frame.has_body)
+                largest2 = fmax(largest2, relax_row(all, &all->active[i]));
         double const largest = sqrt(largest2);
         if (largest2 <= SETTLED_SPEED * SETTLED_SPEED) break;
-        if (largest > STALLED_PART * before && largest <= find_speed_rounding(scene)) break;
+        if (largest > STALLED_PART * before) {
+            double coordinate = 0.0; /* the largest */
+            for (size_t i = 0; i < 3 * scene->vertex_count; i++)
+                coordinate = fmax(coordinate, fabs(scene->x0[i]));
+            if (largest <= SPEED_ROUNDINGS * DBL_EPSILON * coordinate / scene->time_step) break;
+        }
         before = largest;
     }
 }
 
-/* Rows in the matrix of the solve do not take part. */
-static bool list_active(sweeps *all, size_t count) {
-    arena *const scratch = all->scene->scratch;
-    size_t active_count = 0;
-    for (size_t i = 0; i < count; i++) active_count += !all->rows[i].solve.is_in_matrix;
-    all->active = ARENA_NEW(scratch, sweep_row, active_count);
-    all->change_pass = ARENA_NEW_ZEROED(scratch, uint32_t, all->scene->vertex_count);
-    if (!all->active || !all->change_pass) return false;
-    for (size_t i = 0; i < count; i++) {
-        if (all->rows[i].solve.is_in_matrix) continue;
-        sweep_row *const active = &all->active[all->active_count++];
-        *active = (sweep_row){.row = (uint32_t)i};
-        memcpy(active->vertices, all->rows[i].frame.vertices, sizeof active->vertices);
-    }
-    return true;
-}
-
 tulle_status project_impulses(const contact_scene *scene, contact_row *rows, size_t count,
                               double *u) {
-    arena_mark const mark = arena_get_mark(scene->scratch);
-    sweeps all = {.scene = scene, .rows = rows, .u = u};
-    bool const has_memory = list_active(&all, count);
+    arena *const scratch = scene->scratch;
+    arena_mark const mark = arena_get_mark(scratch);
+    size_t active_count = 0; /* rows in the matrix of the solve do not take part */
     bool has_bodies = false;
-    for (size_t i = 0; i < count; i++) has_bodies |= rows[i].frame.has_body;
+    for (size_t i = 0; i < count; i++) {
+        active_count += !rows[i].solve.is_in_matrix;
+        has_bodies |= rows[i].frame.has_body;
+    }
+    sweeps all = {.scene = scene,
+                  .rows = rows,
+                  .active = ARENA_NEW(scratch, sweep_row, active_count),
+                  .change_pass = ARENA_NEW_ZEROED(scratch, uint32_t, scene->vertex_count),
+                  .u = u};
+    bool const has_memory = all.active && all.change_pass;
+    for (size_t i = 0; i < count && has_memory; i++) {
+        if (rows[i].solve.is_in_matrix) continue;
+        sweep_row *const active = &all.active[all.active_count++];
+        *active = (sweep_row){.row = (uint32_t)i};
+        memcpy(active->vertices, rows[i].frame.vertices, sizeof active->vertices);
+    }
     if (has_memory && has_bodies) run_sweeps(&all, true);
     if (has_memory) run_sweeps(&all, false);
-    arena_release(scene->scratch, mark);
+    arena_release(scratch, mark);
     return has_memory ? TULLE_OK : TULLE_ERROR_OUT_OF_MEMORY;
 }

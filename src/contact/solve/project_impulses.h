@@ -16,10 +16,9 @@ tulle_status project_impulses(const contact_scene *scene, contact_row *rows, siz
  * less to be pushed out the more it carries, so that the impulses of rows that cannot all have
  * their way, as where cloth is pinched, come to an end. */
 static inline double get_wanted_speed(const contact_row *row) {
-    if (!(row->law.bias > 0.0)) return row->law.bias;
-    return fmax(row->law.bias -
-                    row->solve.compliance * vec3_dot(row->frame.normal, row->solve.impulse),
-                0.0);
+    double const bias = row->law.bias;
+    if (!(bias > 0.0)) return bias;
+    return fmax(bias - row->solve.compliance * get_normal_impulse(row), 0.0);
 }
 
 #endif

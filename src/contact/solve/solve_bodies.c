@@ -1,6 +1,8 @@
 /* contact/solve/solve_bodies.c - see solve_bodies.h. */
 #include "contact/solve/solve_bodies.h"
 
+#include "contact/rows/row_motion.h"
+
 #include <string.h>
 
 void fill_body_system(const contact_scene *scene, double *right_hand_side, double *diagonal) {
@@ -32,8 +34,7 @@ void start_bodies(const contact_scene *scene, double *u) {
 void start_pressed_bodies(const contact_scene *scene, const row_list *list, double *u) {
     for (size_t i = 0; i < list->rows.count; i++) {
         const contact_row *const row = &list->rows.data[i];
-        if (!row->frame.has_body || !(vec3_dot(row->frame.normal, row->solve.impulse) > 0.0))
-            continue;
+        if (!row->frame.has_body || !(get_normal_impulse(row) > 0.0)) continue;
         for (int side = 0; side < 2; side++) {
             size_t const slot = row->frame.slots[side];
             if (slot != TULLE_NONE) memcpy(u + 3 * slot, scene->v0 + 3 * slot, 6 * sizeof(double));
@@ -52,32 +53,21 @@ void apply_bodies(const contact_scene *scene, const double *x, double *y) {
     }
 }
 
-/* Solves block x = b by Cramer's rule; the block is symmetric and positive definite. */
-static vec3 solve_block(const double *m, vec3 b) {
-    vec3 const c0 = {m[0], m[3], m[6]}, c1 = {m[1], m[4], m[7]}, c2 = {m[2], m[5], m[8]};
-    vec3 const n = vec3_cross(c1, c2);
-    double const scale = 1.0 / vec3_dot(c0, n);
-    return vec3_make(scale * vec3_dot(b, n), scale * vec3_dot(c0, vec3_cross(b, c2)),
-                     scale * vec3_dot(c0, vec3_cross(c1, b)));
-}
-
+/* The blocks are symmetric and positive definite: Cramer's rule. */
 void precondition_bodies(const contact_scene *scene, const double *diagonal, const double *r,
                          double *z) {
-    for (size_t b = 0; b < scene->body_count; b++)
-        for (size_t slot = get_body_slot(scene, b), k = 0; k < 2; k++, slot++) {
-            vec3 const zero = {0.0, 0.0, 0.0};
-            bool const is_free = scene->bodies[b].is_free;
-            vec3_store(z, slot,
-                       is_free ? solve_block(diagonal + 9 * slot, vec3_load(r, slot)) : zero);
-        }
-}
-
-void sum_body_residuals(const contact_scene *scene, const double *residual, vec3 *total,
-                        double *mass) {
-    for (size_t b = 0; b < scene->body_count; b++) {
-        if (!scene->bodies[b].is_free) continue;
-        *total = vec3_add(*total, vec3_load(residual, get_body_slot(scene, b)));
-        *mass += scene->bodies[b].body->mass;
+    for (size_t i = 0; i < 2 * scene->body_count; i++) {
+        size_t const slot = scene->cloth_vertex_count + i;
+        vec3_store(z, slot, vec3_make(0.0, 0.0, 0.0));
+        if (!scene->bodies[i / 2].is_free) continue;
+        const double *const m = diagonal + 9 * slot;
+        vec3 const b = vec3_load(r, slot);
+        vec3 const c0 = {m[0], m[3], m[6]}, c1 = {m[1], m[4], m[7]}, c2 = {m[2], m[5], m[8]};
+        vec3 const n = vec3_cross(c1, c2);
+        double const scale = 1.0 / vec3_dot(c0, n);
+        vec3_store(z, slot,
+                   vec3_make(scale * vec3_dot(b, n), scale * vec3_dot(c0, vec3_cross(b, c2)),
+                             scale * vec3_dot(c0, vec3_cross(c1, b))));
     }
 }
 

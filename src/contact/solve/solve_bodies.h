@@ -1,4 +1,4 @@
-/* contact/solve/solve_bodies.h - the part of rigid bodies in the linear system of stage 3: two
+/* contact/solve/solve_bodies.h - the part of rigid bodies in the linear system of stage 7: two
  * slots each, after the cloth vertices, with blocks of their own (mass and inertia) and nothing
  * between them but hard rows. */
 #ifndef TULLE_CONTACT_SOLVE_SOLVE_BODIES_H
@@ -17,9 +17,6 @@ void apply_bodies(const contact_scene *scene, const double *x, double *y);
 /* z = D^-1 r for slots, D their diagonal blocks; 0 for bodies that are not free. */
 void precondition_bodies(const contact_scene *scene, const double *diagonal, const double *r,
                          double *z);
-/* Adds the residuals of free bodies and their masses to *total and *mass. */
-void sum_body_residuals(const contact_scene *scene, const double *residual, vec3 *total,
-                        double *mass);
 /* shift of slots: each body by its own residual, or all with `velocity` when it is given. */
 void shift_bodies(const contact_scene *scene, const double *residual, const vec3 *velocity,
                   double *shift);

@@ -1,4 +1,4 @@
-/* contact/solve/solve_in_stages.h - the linear solves of stage 3, cheapest way first. */
+/* contact/solve/solve_in_stages.h - the linear solves of stage 7, cheapest way first. */
 #ifndef TULLE_CONTACT_SOLVE_SOLVE_IN_STAGES_H
 #define TULLE_CONTACT_SOLVE_SOLVE_IN_STAGES_H
 

@@ -1,4 +1,4 @@
-/* contact/solve/solve_motion.c - stage 3, see solve_motion.h.
+/* contact/solve/solve_motion.c - stage 7, see solve_motion.h.
  *
  * Round: solve  A u = b + J^T p  by conjugate gradients, with the impulses p of the round before
  * (of the step before in the first round). Rows that are violated, or carry load, become hard: with
@@ -56,27 +56,6 @@ typedef struct motion_solve {
     bool is_cloth_only; /* vectors of the system have no entries of slots now */
 } motion_solve;
 
-static bool allocate_solve(motion_solve *solve) {
-    arena *const scratch = solve->scene->scratch;
-    size_t const cloth_count = solve->scene->cloth_vertex_count;
-    size_t const count = get_solved_count(solve->scene);
-    solve->right_hand_side = ARENA_NEW(scratch, double, 3 * count);
-    solve->diagonal = ARENA_NEW(scratch, double, 9 * count);
-    solve->is_fixed = ARENA_NEW(scratch, uint8_t, count);
-    solve->hard_rows = ARENA_NEW(scratch, contact_row *, solve->list->rows.count);
-    solve->sums = ARENA_NEW(scratch, friction_sums, solve->scene->set->surface_count);
-    solve->stages.residual = ARENA_NEW(scratch, double, 3 * count);
-    if (!solve->stages.residual || !solve->sums || !solve->right_hand_side || !solve->diagonal ||
-        !solve->is_fixed || !solve->hard_rows)
-        return false;
-    block_matrix_get_diagonal(solve->system->matrix, solve->diagonal, solve->scene->threads);
-    for (size_t i = 0; i < cloth_count; i++)
-        solve->is_fixed[i] = !(solve->scene->inverse_mass[i] > 0.0);
-    for (size_t i = cloth_count; i < count; i++)
-        solve->is_fixed[i] = !solve->scene->bodies[(i - cloth_count) / 2].is_free;
-    return true;
-}
-
 /* y = A x + sum over hard rows of J^T K J x */
 static void apply_with_hard_rows(void *context, const double *x, double *y) {
     const motion_solve *const solve = context;
@@ -90,46 +69,44 @@ static void apply_with_hard_rows(void *context, const double *x, double *y) {
     }
 }
 
-/* Adds J^T impulse to the right-hand side of unknowns. */
-static void add_impulse(const motion_solve *solve, const contact_row *row, vec3 impulse) {
-    add_row_impulse(row, solve->scene->cloth_vertex_count, impulse, solve->right_hand_side);
-}
-
-static void add_hard_row(motion_solve *solve, contact_row *row) {
-    size_t const cloth_count = solve->scene->cloth_vertex_count;
-    find_pull(&solve->scene->settings, row, solve->u);
-    add_row_blocks(row, cloth_count, &row->solve.pull, solve->diagonal);
-    /* less what obstacles contribute: the operator knows unknowns only */
-    vec3 target = vec3_add(find_pull_target(row), row->frame.turning);
-    for (int k = 0; k < 4; k++)
-        if (row->frame.vertices[k] >= cloth_count && is_row_vertex(row, k))
-            target = vec3_add_scaled(target, vec3_load(solve->u, row->frame.vertices[k]),
-                                     -row->frame.weights[k]);
-    add_impulse(solve, row,
-                vec3_add(row->solve.impulse, mat3_multiply_vec3(&row->solve.pull, target)));
-    solve->hard_rows[solve->hard_count++] = row;
-}
-
 /* Right-hand side, diagonal and hard rows of a round. A hard row takes part while it carries load
  * or is violated; otherwise it would pull. */
 static void prepare_round(motion_solve *solve, bool is_first) {
-    size_t const count = solve->scene->cloth_vertex_count;
-    memcpy(solve->right_hand_side, solve->system->right_hand_side, 3 * count * sizeof(double));
+    const contact_scene *const scene = solve->scene;
+    const motion_system *const system = solve->system;
+    size_t const cloth_count = scene->cloth_vertex_count;
+    double *const right_hand_side = solve->right_hand_side;
+    memcpy(right_hand_side, system->right_hand_side, 3 * cloth_count * sizeof(double));
     if (!is_first) /* the first round's has no rows in it yet */
-        block_matrix_get_diagonal(solve->system->matrix, solve->diagonal, solve->scene->threads);
-    fill_body_system(solve->scene, solve->right_hand_side, solve->diagonal);
+        block_matrix_get_diagonal(system->matrix, solve->diagonal, scene->threads);
+    fill_body_system(scene, right_hand_side, solve->diagonal);
     solve->hard_count = 0;
     for (size_t i = 0; i < solve->list->rows.count; i++) {
         contact_row *const row = &solve->list->rows.data[i];
-        bool const carries = vec3_dot(row->frame.normal, row->solve.impulse) > 0.0;
-        if (row->solve.is_hard && (carries || row_is_slow(row, solve->u))) {
-            add_hard_row(solve, row);
-            row->solve.is_in_matrix = true;
-        } else {
-            add_impulse(solve, row, row->solve.impulse);
+        const row_frame *const frame = &row->frame;
+        bool takes_part = row->solve.is_hard;
+        if (takes_part && !(get_normal_impulse(row) > 0.0))
+            takes_part = vec3_dot(frame->normal, get_relative_velocity(row, solve->u)) <
+                         get_wanted_speed(row);
+        if (!takes_part) {
+            add_row_impulse(row, cloth_count, row->solve.impulse, right_hand_side);
             row->solve.friction_cap = -1.0;
             row->solve.is_in_matrix = false;
+            continue;
         }
+        make_pull(&scene->settings, row, solve->u);
+        add_row_blocks(row, cloth_count, &row->solve.pull, solve->diagonal);
+        /* w of the row, less what obstacles contribute: the operator knows unknowns only */
+        vec3 target = vec3_add_scaled(row->solve.slip_target, frame->normal, get_wanted_speed(row));
+        target = vec3_add(target, frame->turning);
+        for (int k = 0; k < 4; k++)
+            if (frame->vertices[k] >= cloth_count && is_row_vertex(row, k))
+                target = vec3_add_scaled(target, vec3_load(solve->u, frame->vertices[k]),
+                                         -frame->weights[k]);
+        vec3 const pulled = mat3_multiply_vec3(&row->solve.pull, target);
+        add_row_impulse(row, cloth_count, vec3_add(row->solve.impulse, pulled), right_hand_side);
+        row->solve.is_in_matrix = true;
+        solve->hard_rows[solve->hard_count++] = row;
     }
 }
 
@@ -148,23 +125,28 @@ static bool sum_residuals(const contact_scene *scene, const surface_range *range
 
 /* Mean residual over mass, as a velocity, of each cloth without held vertices, or of all of them
  * together; zero elsewhere. The same of free bodies, which turn too, but not together. */
-static void find_translations(const motion_solve *solve, bool is_common, const double *residual,
-                              double *shift) {
-    const surface_set *const set = solve->scene->set;
+static void compute_translations(const motion_solve *solve, bool is_common, const double *residual,
+                                 double *shift) {
+    const contact_scene *const scene = solve->scene;
+    const surface_set *const set = scene->set;
     vec3 sum, total = {0.0, 0.0, 0.0};
     double mass, total_mass = 0.0;
     for (size_t s = 0; s < set->surface_count; s++) {
-        if (!sum_residuals(solve->scene, &set->surfaces[s], residual, &sum, &mass)) continue;
+        if (!sum_residuals(scene, &set->surfaces[s], residual, &sum, &mass)) continue;
         total = vec3_add(total, sum);
         total_mass += mass;
     }
-    sum_body_residuals(solve->scene, residual, &total, &total_mass);
+    for (size_t b = 0; b < scene->body_count; b++) {
+        if (!scene->bodies[b].is_free) continue;
+        total = vec3_add(total, vec3_load(residual, get_body_slot(scene, b)));
+        total_mass += scene->bodies[b].body->mass;
+    }
     vec3 const common = vec3_scale(total, total_mass > 0.0 ? 1.0 / total_mass : 0.0);
-    shift_bodies(solve->scene, residual, is_common ? &common : NULL, shift);
-    memset(shift, 0, 3 * solve->scene->cloth_vertex_count * sizeof(double));
+    shift_bodies(scene, residual, is_common ? &common : NULL, shift);
+    memset(shift, 0, 3 * scene->cloth_vertex_count * sizeof(double));
     for (size_t s = 0; s < set->surface_count; s++) {
         const surface_range *const range = &set->surfaces[s];
-        if (!sum_residuals(solve->scene, range, residual, &sum, &mass)) continue;
+        if (!sum_residuals(scene, range, residual, &sum, &mass)) continue;
         vec3 const velocity = is_common ? common : vec3_scale(sum, 1.0 / mass);
         for (uint32_t v = range->vertex_begin; v < range->vertex_end; v++)
             vec3_store(shift, v, velocity);
@@ -177,23 +159,21 @@ static double dot(const double *a, const double *b, size_t size) {
     return sum;
 }
 
-/* b - A u: that of the last solve, where it left one, or into `room`. */
-static const double *find_residual(motion_solve *solve, double *room) {
-    size_t const size = 3 * get_solved_count(solve->scene);
-    bool const is_known = solve->stages.has_residual && solve->scene->body_count == 0;
-    solve->stages.has_residual = false; /* u moves on */
-    if (is_known) return solve->stages.residual;
-    apply_with_hard_rows(solve, solve->u, room);
-    for (size_t i = 0; i < size; i++) room[i] = solve->right_hand_side[i] - room[i];
-    return room;
-}
-
 /* Moves u down along one direction of rigid translations, as far as is best. */
 static void descend_translations(motion_solve *solve, bool is_common, double *work[3]) {
     size_t const size = 3 * get_solved_count(solve->scene);
-    const double *const residual = find_residual(solve, work[0]);
     double *const shift = work[1], *const image = work[2];
-    find_translations(solve, is_common, residual, shift);
+    /* b - A u: that of the last solve, where it left one */
+    const double *residual = work[0];
+    bool const is_known = solve->stages.has_residual && solve->scene->body_count == 0;
+    solve->stages.has_residual = false; /* u moves on */
+    if (is_known) {
+        residual = solve->stages.residual;
+    } else {
+        apply_with_hard_rows(solve, solve->u, work[0]);
+        for (size_t i = 0; i < size; i++) work[0][i] = solve->right_hand_side[i] - work[0][i];
+    }
+    compute_translations(solve, is_common, residual, shift);
     double const down = dot(shift, residual, size);
     if (!(down > 0.0)) return;
     apply_with_hard_rows(solve, shift, image);
@@ -202,51 +182,40 @@ static void descend_translations(motion_solve *solve, bool is_common, double *wo
     for (size_t i = 0; i < size; i++) solve->u[i] += down / curvature * shift[i];
 }
 
-static size_t count_free_objects(const motion_solve *solve) {
-    const surface_set *const set = solve->scene->set;
-    size_t count = 0;
-    for (size_t s = 0; s < set->surface_count; s++) {
-        const surface_range *const range = &set->surfaces[s];
-        bool is_free = !range->is_obstacle;
-        for (uint32_t v = range->vertex_begin; is_free && v < range->vertex_end; v++)
-            is_free = solve->scene->inverse_mass[v] > 0.0;
-        count += is_free;
-    }
-    for (size_t b = 0; b < solve->scene->body_count; b++) count += solve->scene->bodies[b].is_free;
-    return count;
-}
-
 /* Improves u along the rigid translations of free cloths. The residual hardly sees a small force on
  * all of a cloth, such as what pulls it along when it just begins to slip: its preconditioner
  * divides by the stiffness. Without this such forces are lost in the tolerance, and linear momentum
  * is kept to the tolerance only. Hard rows couple cloths; all together they still move freely. */
 static tulle_status translate_cloths(motion_solve *solve) {
-    arena *const scratch = solve->scene->scratch;
-    size_t const size = 3 * get_solved_count(solve->scene);
-    arena_mark const mark = arena_get_mark(scratch);
+    const contact_scene *const scene = solve->scene;
+    size_t const size = 3 * get_solved_count(scene);
+    arena_mark const mark = arena_get_mark(scene->scratch);
     double *work[3];
     bool has_memory = true;
     for (int i = 0; i < 3; i++) {
-        work[i] = ARENA_NEW(scratch, double, size);
+        work[i] = ARENA_NEW(scene->scratch, double, size);
         has_memory &= work[i] != NULL;
     }
+    size_t free_count = 0; /* cloths and bodies that nothing holds */
+    for (size_t s = 0; s < scene->set->surface_count; s++) {
+        const surface_range *const range = &scene->set->surfaces[s];
+        bool is_free = !range->is_obstacle;
+        for (uint32_t v = range->vertex_begin; is_free && v < range->vertex_end; v++)
+            is_free = scene->inverse_mass[v] > 0.0;
+        free_count += is_free;
+    }
+    for (size_t b = 0; b < scene->body_count; b++) free_count += scene->bodies[b].is_free;
     if (has_memory) descend_translations(solve, false, work);
-    if (has_memory && solve->hard_count > 0 && count_free_objects(solve) > 1)
+    if (has_memory && solve->hard_count > 0 && free_count > 1)
         descend_translations(solve, true, work);
-    arena_release(scratch, mark);
+    arena_release(scene->scratch, mark);
     return has_memory ? TULLE_OK : TULLE_ERROR_OUT_OF_MEMORY;
 }
 
-static bool has_hard_bodies(const motion_solve *solve) {
-    bool has_body = false;
-    for (size_t i = 0; i < solve->hard_count; i++) has_body |= solve->hard_rows[i]->frame.has_body;
-    return has_body;
-}
-
-/* From the impulses of the first solve with bodies: one of no iterations, at the velocities of the
- * start. */
-static tulle_status find_net_target(motion_solve *solve,
-                                    const conjugate_gradients_problem *problem) {
+/* The residual that solves with bodies get below, from the impulses of the first one: a solve of no
+ * iterations, at the velocities of the start. */
+static tulle_status choose_net_target(motion_solve *solve,
+                                      const conjugate_gradients_problem *problem) {
     const contact_scene *const scene = solve->scene;
     arena_mark const mark = arena_get_mark(scene->scratch);
     double *const start = ARENA_NEW(scene->scratch, double, 3 * problem->vertex_count);
@@ -266,38 +235,12 @@ static tulle_status find_net_target(motion_solve *solve,
     return TULLE_OK;
 }
 
-/* Bodies and cloth together. */
-static tulle_status solve_with_bodies(motion_solve *solve, conjugate_gradients_problem *problem,
-                                      conjugate_gradients_result *result) {
-    bool const is_known = solve->net_target >= 0.0;
-    tulle_status const status = is_known ? TULLE_OK : find_net_target(solve, problem);
-    if (status != TULLE_OK) return status;
-    problem->reference = solve->reference;
-    if (solve->reference > 0.0)
-        problem->tolerance = fmin(problem->tolerance, solve->net_target / solve->reference);
-    return conjugate_gradients_solve(problem, solve->u, solve->scene->scratch, result);
-}
-
-/* Bodies that no hard row joins to cloth are solved by themselves, at once. */
-static tulle_status solve_linear(motion_solve *solve, conjugate_gradients_problem *problem,
-                                 conjugate_gradients_result *result) {
-    arena *const scratch = solve->scene->scratch;
-    if (has_hard_bodies(solve)) return solve_with_bodies(solve, problem, result);
-    solve->is_cloth_only = true;
-    problem->vertex_count = solve->scene->cloth_vertex_count;
-    precondition_bodies(solve->scene, solve->diagonal, solve->right_hand_side, solve->u);
-    tulle_status const status = solve->system->aggregates
-                                    ? solve_in_stages(&solve->stages, problem, solve->hard_rows,
-                                                      solve->hard_count, solve->u, result)
-                                    : conjugate_gradients_solve(problem, solve->u, scratch, result);
-    solve->is_cloth_only = false;
-    return status;
-}
-
-static tulle_status run_conjugate_gradients(motion_solve *solve) {
-    const contact_settings *const settings = &solve->scene->settings;
+/* Solves for u in one round. */
+static tulle_status solve_linear(motion_solve *solve) {
+    const contact_scene *const scene = solve->scene;
+    const contact_settings *const settings = &scene->settings;
     conjugate_gradients_problem problem = {
-        .vertex_count = get_solved_count(solve->scene),
+        .vertex_count = get_solved_count(scene),
         .apply = apply_with_hard_rows,
         .apply_context = solve,
         .right_hand_side = solve->right_hand_side,
@@ -308,50 +251,69 @@ static tulle_status run_conjugate_gradients(motion_solve *solve) {
         .early_most = settings->early_most,
         .reference = solve->reference,
         .max_iterations = settings->cg_max_iterations,
-        .threads = solve->scene->threads,
-        .stop = solve->scene->stop,
+        .threads = scene->threads,
+        .stop = scene->stop,
     };
     conjugate_gradients_result result;
-    tulle_status const status = solve_linear(solve, &problem, &result);
+    tulle_status status = TULLE_OK;
+    bool has_hard_bodies = false;
+    for (size_t i = 0; i < solve->hard_count; i++)
+        has_hard_bodies |= solve->hard_rows[i]->frame.has_body;
+    if (has_hard_bodies) { /* bodies and cloth together */
+        if (!(solve->net_target >= 0.0)) status = choose_net_target(solve, &problem);
+        problem.reference = solve->reference;
+        if (solve->reference > 0.0)
+            problem.tolerance = fmin(problem.tolerance, solve->net_target / solve->reference);
+        if (status == TULLE_OK)
+            status = conjugate_gradients_solve(&problem, solve->u, scene->scratch, &result);
+    } else { /* bodies that no hard row joins to cloth are solved by themselves, at once */
+        solve->is_cloth_only = true;
+        problem.vertex_count = scene->cloth_vertex_count;
+        precondition_bodies(scene, solve->diagonal, solve->right_hand_side, solve->u);
+        status = solve->system->aggregates
+                     ? solve_in_stages(&solve->stages, &problem, solve->hard_rows,
+                                       solve->hard_count, solve->u, &result)
+                     : conjugate_gradients_solve(&problem, solve->u, scene->scratch, &result);
+        solve->is_cloth_only = false;
+    }
     if (status != TULLE_OK) return status;
-    if (stop_is_wanted(solve->scene->stop)) return TULLE_ERROR_INTERRUPTED;
-    solve->report->solve_count++;
-    solve->report->cg_iterations += (uint32_t)result.iterations;
-    if (result.end != CONJUGATE_GRADIENTS_CONVERGED) solve->report->has_converged = false;
+    if (stop_is_wanted(scene->stop)) return TULLE_ERROR_INTERRUPTED;
+    solve_report *const report = solve->report;
+    report->solve_count++;
+    report->cg_iterations += (uint32_t)result.iterations;
+    if (result.end != CONJUGATE_GRADIENTS_CONVERGED) report->has_converged = false;
     if (result.end == CONJUGATE_GRADIENTS_CONVERGED && result.residual > problem.tolerance)
-        solve->report->is_early = true;
+        report->is_early = true;
     else
-        solve->report->cg_residual = fmax(solve->report->cg_residual, result.residual);
+        report->cg_residual = fmax(report->cg_residual, result.residual);
     return translate_cloths(solve); /* what the tolerance left over is no momentum */
 }
 
-/* Norm of `vector` as conjugate gradients measure it. */
-static tulle_status measure_norm(motion_solve *solve, const double *vector, double *norm) {
-    conjugate_gradients_problem const problem = {
-        .vertex_count = solve->scene->cloth_vertex_count,
-        .right_hand_side = vector,
+/* Residuals are measured against the norm of the force impulse b - A u at the velocities of the
+ * start, as conjugate gradients measure it. */
+static tulle_status measure_reference(motion_solve *solve) {
+    const contact_scene *const scene = solve->scene;
+    const motion_system *const system = solve->system;
+    size_t const size = 3 * scene->cloth_vertex_count;
+    arena_mark const mark = arena_get_mark(scene->scratch);
+    double *const impulse = ARENA_NEW(scene->scratch, double, size);
+    if (!impulse) return TULLE_ERROR_OUT_OF_MEMORY;
+    system->apply(system->apply_context, system->start ? system->start : solve->u, impulse);
+    for (size_t i = 0; i < size; i++) impulse[i] = system->right_hand_side[i] - impulse[i];
+    conjugate_gradients_problem problem = {
+        .vertex_count = scene->cloth_vertex_count,
+        .right_hand_side = impulse,
         .diagonal = solve->diagonal, /* no row is in it yet */
         .is_fixed = solve->is_fixed,
-        .threads = solve->scene->threads,
+        .threads = scene->threads,
     };
-    return conjugate_gradients_measure(&problem, solve->scene->scratch, norm);
-}
-
-/* Residuals are measured against the force impulse b - A u at the velocities of the start. */
-static tulle_status find_reference(motion_solve *solve) {
-    size_t const size = 3 * solve->scene->cloth_vertex_count;
-    arena_mark const mark = arena_get_mark(solve->scene->scratch);
-    double *const impulse = ARENA_NEW(solve->scene->scratch, double, size);
-    if (!impulse) return TULLE_ERROR_OUT_OF_MEMORY;
-    solve->system->apply(solve->system->apply_context,
-                         solve->system->start ? solve->system->start : solve->u, impulse);
-    for (size_t i = 0; i < size; i++) impulse[i] = solve->system->right_hand_side[i] - impulse[i];
     double of_momentum = 0.0;
-    tulle_status status = measure_norm(solve, impulse, &solve->reference);
+    tulle_status status = conjugate_gradients_measure(&problem, scene->scratch, &solve->reference);
+    problem.right_hand_side = system->right_hand_side;
     if (status == TULLE_OK)
-        status = measure_norm(solve, solve->system->right_hand_side, &of_momentum);
+        status = conjugate_gradients_measure(&problem, scene->scratch, &of_momentum);
     solve->reference = fmax(solve->reference, LEAST_REFERENCE * of_momentum);
-    arena_release(solve->scene->scratch, mark);
+    arena_release(scene->scratch, mark);
     return status;
 }
 
@@ -362,7 +324,7 @@ static tulle_status run_rounds(motion_solve *solve) {
     for (int round = 0; round < settings->solve_rounds_landing; round++) {
         uint32_t const before = solve->report->cg_iterations;
         prepare_round(solve, round == 0);
-        tulle_status status = run_conjugate_gradients(solve);
+        tulle_status status = solve_linear(solve);
         if (status != TULLE_OK || list->rows.count == 0) return status;
         round_result result;
         status = end_round(solve->scene, list, solve->sums, solve->u, &result);
@@ -380,29 +342,41 @@ static tulle_status run_rounds(motion_solve *solve) {
     return project_impulses(solve->scene, list->rows.data, list->rows.count, solve->u);
 }
 
-static void count_states(const row_list *list, solve_report *report) {
-    for (size_t i = 0; i < list->rows.count; i++) {
-        report->stick_count += list->rows.data[i].solve.state == ROW_STICKS;
-        report->slip_count += list->rows.data[i].solve.state == ROW_SLIDES;
-        report->hard_count += list->rows.data[i].solve.is_hard;
-    }
-}
-
 tulle_status solve_motion(const contact_scene *scene, const motion_system *system, row_list *list,
                           double *u, solve_report *report) {
     *report = (solve_report){.has_converged = true, .has_settled = true};
-    arena_mark const mark = arena_get_mark(scene->scratch);
+    arena *const scratch = scene->scratch;
+    arena_mark const mark = arena_get_mark(scratch);
+    size_t const cloth_count = scene->cloth_vertex_count, count = get_solved_count(scene);
     motion_solve solve = {.scene = scene,
                           .system = system,
                           .list = list,
                           .u = u,
                           .report = report,
+                          .right_hand_side = ARENA_NEW(scratch, double, 3 * count),
+                          .diagonal = ARENA_NEW(scratch, double, 9 * count),
+                          .is_fixed = ARENA_NEW(scratch, uint8_t, count),
+                          .hard_rows = ARENA_NEW(scratch, contact_row *, list->rows.count),
+                          .sums = ARENA_NEW(scratch, friction_sums, scene->set->surface_count),
                           .net_target = -1.0,
-                          .stages = {.scene = scene, .system = system}};
-    tulle_status status = allocate_solve(&solve) ? TULLE_OK : TULLE_ERROR_OUT_OF_MEMORY;
-    if (status == TULLE_OK) status = find_reference(&solve);
-    if (status == TULLE_OK) status = run_rounds(&solve);
-    count_states(list, report);
-    arena_release(scene->scratch, mark);
+                          .stages = {.scene = scene,
+                                     .system = system,
+                                     .residual = ARENA_NEW(scratch, double, 3 * count)}};
+    tulle_status status = TULLE_ERROR_OUT_OF_MEMORY;
+    if (solve.right_hand_side && solve.diagonal && solve.is_fixed && solve.hard_rows &&
+        solve.sums && solve.stages.residual) {
+        block_matrix_get_diagonal(system->matrix, solve.diagonal, scene->threads);
+        for (size_t i = 0; i < count; i++)
+            solve.is_fixed[i] = i < cloth_count ? !(scene->inverse_mass[i] > 0.0)
+                                                : !scene->bodies[(i - cloth_count) / 2].is_free;
+        status = measure_reference(&solve);
+        if (status == TULLE_OK) status = run_rounds(&solve);
+    }
+    for (size_t i = 0; i < list->rows.count; i++) {
+        report->stick_count += list->rows.data[i].solve.state == ROW_STICKS;
+        report->slip_count += list->rows.data[i].solve.state == ROW_SLIDES;
+        report->hard_count += list->rows.data[i].solve.is_hard;
+    }
+    arena_release(scratch, mark);
     return status;
 }

@@ -1,4 +1,4 @@
-/* contact/solve/solve_motion.h - stage 3: velocities and impulses that agree. */
+/* contact/solve/solve_motion.h - stage 7: velocities and impulses that agree. */
 #ifndef TULLE_CONTACT_SOLVE_SOLVE_MOTION_H
 #define TULLE_CONTACT_SOLVE_SOLVE_MOTION_H
 

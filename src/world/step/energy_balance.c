@@ -120,7 +120,7 @@ tulle_status world_measure_gain(step_context *context) {
     for (size_t b = 0; b < world->body_count; b++)
         mass += world->obstacles.data[world->body_obstacles[b]].rigid.mass;
     double const outside =
-        find_obstacle_work(&context->scene, world->rows.rows.data, world->rows.rows.count, u);
+        compute_obstacle_work(&context->scene, world->rows.rows.data, world->rows.rows.count, u);
     double const slack =
         GRAVITY_SHARE * 0.5 * mass * vec3_norm2(fall) + KINETIC_SHARE * limit.start;
     context->energy_scale = fmax(limit.start, limit.energy) + mass * vec3_norm2(fall);

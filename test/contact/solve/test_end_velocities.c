@@ -92,7 +92,7 @@ static void impacts_follow_the_laws(void **state) {
         end_world world;
         make_world(&world, &random, k, friction);
         end_velocities ends = {.kinetic_limit = get_energy(&world, world.v0)};
-        assert_int_equal(find_end_velocities(&world.scene, &world.list, world.u, world.v1, &ends),
+        assert_int_equal(end_contacts(&world.scene, &world.list, world.u, world.v1, &ends),
                          TULLE_OK);
         rebounds += ends.rebound_count;
         assert_true(get_energy(&world, world.v1) <= get_energy(&world, world.v0) * (1.0 + 1e-9));
@@ -145,7 +145,7 @@ static void two_bodies_part_as_known(void **state) {
         project_impulses(&world.scene, world.rows, 1, world.u);
         memcpy(world.v1, world.u, sizeof world.u);
         end_velocities ends = {.kinetic_limit = 10.0};
-        assert_int_equal(find_end_velocities(&world.scene, &world.list, world.u, world.v1, &ends),
+        assert_int_equal(end_contacts(&world.scene, &world.list, world.u, world.v1, &ends),
                          TULLE_OK);
         assert_int_equal(ends.rebound_count, 1);
         assert_true(fabs(world.v1[2] - (is_wall ? 1.5 : 0.25)) < 1e-14);
@@ -163,7 +163,7 @@ static void inelastic_ends_do_not_approach(void **state) {
         make_world(&world, &random, 0.0, 0.3);
         for (size_t k = 0; k < 3 * VERTEX_COUNT; k++) world.v1[k] = 2.0 * world.u[k] - world.v0[k];
         end_velocities ends = {.is_inelastic = true};
-        assert_int_equal(find_end_velocities(&world.scene, &world.list, world.u, world.v1, &ends),
+        assert_int_equal(end_contacts(&world.scene, &world.list, world.u, world.v1, &ends),
                          TULLE_OK);
         assert_true(ends.approach < 1e-6);
         for (size_t r = 0; r < ROW_COUNT; r++) {
@@ -186,15 +186,15 @@ static void limit_of_energy_is_met(void **state) {
         uint64_t const seed = random;
         make_world(&free_world, &random, 0.8, 0.2);
         end_velocities ends = {.kinetic_limit = (double)INFINITY};
-        assert_int_equal(find_end_velocities(&free_world.scene, &free_world.list, free_world.u,
-                                             free_world.v1, &ends),
-                         TULLE_OK);
+        assert_int_equal(
+            end_contacts(&free_world.scene, &free_world.list, free_world.u, free_world.v1, &ends),
+            TULLE_OK);
         double const low = get_energy(&free_world, free_world.u);
         double const high = get_energy(&free_world, free_world.v1);
         random = seed;
         make_world(&world, &random, 0.8, 0.2);
         ends.kinetic_limit = low + (0.1 * (i % 12) - 0.1) * (high - low);
-        assert_int_equal(find_end_velocities(&world.scene, &world.list, world.u, world.v1, &ends),
+        assert_int_equal(end_contacts(&world.scene, &world.list, world.u, world.v1, &ends),
                          TULLE_OK);
         double const end = get_energy(&world, world.v1);
         between += ends.kinetic_limit > low && ends.kinetic_limit < high;
@@ -215,14 +215,14 @@ static void work_of_what_is_held(void **state) {
     uint64_t random = 31;
     end_world world;
     make_world(&world, &random, 0.0, 0.4);
-    assert_true(find_obstacle_work(&world.scene, world.rows, ROW_COUNT, world.v0) == 0.0);
+    assert_true(compute_obstacle_work(&world.scene, world.rows, ROW_COUNT, world.v0) == 0.0);
     for (size_t v = 2; v < VERTEX_COUNT; v += 4) world.inverse_mass[v] = 0.0;
     double expected = 0.0;
     for (size_t r = 0; r < ROW_COUNT; r++)
         expected -= world.rows[r].frame.weights[2] *
                     vec3_dot(world.rows[r].solve.impulse,
                              vec3_load(world.v0, world.rows[r].frame.vertices[2]));
-    double const work = find_obstacle_work(&world.scene, world.rows, ROW_COUNT, world.v0);
+    double const work = compute_obstacle_work(&world.scene, world.rows, ROW_COUNT, world.v0);
     assert_true(fabs(expected) > 1e-3);
     assert_true(fabs(work - expected) < 1e-14);
     arena_destroy(&world.scratch);
