@@ -36,13 +36,18 @@ static hinge_frame compute_frame(const cloth_hinge *hinge, const cloth_hinge_res
     return frame;
 }
 
-vec3 bend_compute_deviation(const cloth_model *model, size_t number, const double *positions) {
-    const cloth_hinge *const hinge = &model->hinges[number];
-    vec3 const c = bend_sum_corners(hinge, positions);
-    if (!model->hinge_rests || model->hinge_rests[number].curvature == 0.0) return c;
-    vec3 normal;
-    compute_frame(hinge, &model->hinge_rests[number], positions, &normal);
-    return vec3_add_scaled(c, normal, -model->hinge_rests[number].curvature);
+void bend_compute_deviations(void *context, size_t begin, size_t end, size_t chunk, int worker) {
+    (void)chunk, (void)worker;
+    const deviation_task *const task = context;
+    for (size_t h = begin; h < end; h++) {
+        const cloth_hinge *const hinge = &task->model->hinges[h];
+        const cloth_hinge_rest *const rests = task->model->hinge_rests;
+        task->deviations[h] = bend_sum_corners(hinge, task->positions);
+        if (!rests || rests[h].curvature == 0.0) continue;
+        vec3 normal;
+        compute_frame(hinge, &rests[h], task->positions, &normal);
+        task->deviations[h] = vec3_add_scaled(task->deviations[h], normal, -rests[h].curvature);
+    }
 }
 
 /* Forces [N] on the four corners of any hinge: from its elastic moment, and from what damping adds
@@ -69,13 +74,6 @@ static void compute_corner_forces(const assembly *work, size_t number, vec3 elas
     forces[2] = vec3_add(forces[2], by_left);
     forces[3] = vec3_add(forces[3], by_right);
     forces[0] = vec3_sub(forces[0], vec3_add(by_edge, vec3_add(by_left, by_right)));
-}
-
-static void compute_deviations(void *context, size_t begin, size_t end, size_t chunk, int worker) {
-    (void)chunk, (void)worker;
-    assembly *const work = context;
-    for (size_t h = begin; h < end; h++)
-        work->hinge_deviations[h] = bend_compute_deviation(work->model, h, work->state->positions);
 }
 
 /* Moments of hinges, or forces on their corners where the model has curved rest shapes. */
@@ -113,7 +111,8 @@ bool fill_bending(assembly *work) {
     work->hinge_deviations = ARENA_NEW(work->scratch, vec3, hinges);
     if (!work->hinge_deviations || !provide_bending_terms(model, &work->terms, work->scratch))
         return false;
-    parallel_for(hinges, HINGES_PER_CHUNK, work->threads, compute_deviations, work);
+    deviation_task task = {model, work->state->positions, work->hinge_deviations};
+    parallel_for(hinges, HINGES_PER_CHUNK, work->threads, bend_compute_deviations, &task);
     if (model->has_bend_damping) {
         work->bend_dampings = ARENA_NEW(work->scratch, bend_damping_response, triangles);
         if (!work->bend_dampings) return false;

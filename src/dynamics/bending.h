@@ -49,8 +49,14 @@ static inline vec3 bend_compute_moment(const cloth_model *model, size_t hinge,
     return moment;
 }
 
-/* d = c - curvature * normal of a hinge [m]; c alone where its sides are folded onto each other. */
-vec3 bend_compute_deviation(const cloth_model *model, size_t hinge, const double *positions);
+/* Computes d = c - curvature * normal [m] of a range of hinges, a body of parallel_for; d is c
+ * alone where the sides of a hinge are folded onto each other. */
+typedef struct deviation_task {
+    const cloth_model *model;
+    const double *positions;
+    vec3 *deviations; /* by hinge */
+} deviation_task;
+void bend_compute_deviations(void *context, size_t begin, size_t end, size_t chunk, int worker);
 
 /* Damping in one triangle, part of the force -sum_ab g_a C_ab (g_b . v): g the gradient of n . c_a,
  * n the triangle's normal. */

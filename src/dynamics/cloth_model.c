@@ -114,21 +114,6 @@ static bool list_vertex_hinges(memory *heap, cloth_model *model) {
     return true;
 }
 
-/* Everything, given room for the triangles' numbers and areas. */
-static tulle_status fill_model(memory *heap, const cloth_model_def *def, cloth_model *model,
-                               double *areas, tulle_error *error) {
-    tulle_status status = fill_triangles(def, model, areas, error);
-    if (status == TULLE_OK) status = fill_springs(def, model, areas, error);
-    if (status != TULLE_OK) return status;
-    fill_block_pattern(def->surface, model);
-    bending_input const input = {def->surface, def->rest_positions, def->materials,
-                                 def->vertex_materials, areas};
-    if (!bending_build_hinges(heap, &input, model) || !list_vertex_hinges(heap, model) ||
-        !bending_build_matrix(heap, model))
-        return error_set(error, TULLE_ERROR_OUT_OF_MEMORY, "no memory for the cloth's bending");
-    return TULLE_OK;
-}
-
 tulle_status cloth_model_build(memory *heap, const cloth_model_def *def, cloth_model *model,
                                tulle_error *error) {
     const topology *const surface = def->surface;
@@ -153,13 +138,23 @@ tulle_status cloth_model_build(memory *heap, const cloth_model_def *def, cloth_m
     result.block_begin = memory_allocate_zeroed(heap, vertices + 1, sizeof(uint32_t));
     result.block_columns = memory_allocate_zeroed(heap, result.block_count, sizeof(uint32_t));
     double *const areas = memory_allocate_zeroed(heap, result.triangle_count, sizeof(double));
-    tulle_status status;
-    if (result.masses && result.air_damping && result.springs && result.hinges &&
-        result.block_begin && result.block_columns && areas)
-        status = fill_model(heap, def, &result, areas, error);
-    else
+    tulle_status status = TULLE_OK;
+    if (!result.masses || !result.air_damping || !result.springs || !result.hinges ||
+        !result.block_begin || !result.block_columns || !areas)
         status = error_set(error, TULLE_ERROR_OUT_OF_MEMORY,
                            "no memory for the model of %zu cloth vertices", vertices);
+
+    if (status == TULLE_OK) status = fill_triangles(def, &result, areas, error);
+    if (status == TULLE_OK) status = fill_springs(def, &result, areas, error);
+    if (status == TULLE_OK) {
+        fill_block_pattern(surface, &result);
+        bending_input const input = {surface, def->rest_positions, def->materials,
+                                     def->vertex_materials, areas};
+        if (!bending_build_hinges(heap, &input, &result) || !list_vertex_hinges(heap, &result) ||
+            !bending_build_matrix(heap, &result))
+            status =
+                error_set(error, TULLE_ERROR_OUT_OF_MEMORY, "no memory for the cloth's bending");
+    }
     memory_release(heap, areas, result.triangle_count * sizeof(double));
     if (status == TULLE_OK)
         *model = result;

@@ -197,18 +197,6 @@ size_t measure_force_terms(const cloth_model *model, const tulle_wind *wind) {
     return count * sizeof(vec3);
 }
 
-/* Room for the terms that outlive the stage. */
-static bool keep_terms(const assembly *work, force_terms *terms) {
-    const cloth_model *const model = work->model;
-    arena *const scratch = work->scratch;
-    if (work->has_wind &&
-        !(provide_slots(&terms->triangle_drags, model->triangle_count, scratch) &&
-          provide_slots(&terms->triangle_sources, model->triangle_count, scratch) &&
-          provide_slots(&terms->air_velocities, model->vertex_count, scratch)))
-        return false;
-    return !model->has_bending || provide_bending_terms(model, terms, scratch);
-}
-
 tulle_status compute_forces(const cloth_model *model, const motion_state *state,
                             const environment *surroundings, force_options options, arena *scratch,
                             linear_system *system) {
@@ -244,7 +232,15 @@ tulle_status compute_forces(const cloth_model *model, const motion_state *state,
 
     force_terms *const kept = state->terms;
     work.is_renewed = kept && kept->is_complete;
-    if (kept && !work.is_renewed && !keep_terms(&work, kept)) return TULLE_ERROR_OUT_OF_MEMORY;
+    if (kept && !work.is_renewed) { /* room for the terms that outlive the stage */
+        size_t const triangles = model->triangle_count, vertices = model->vertex_count;
+        bool const has_room =
+            (!work.has_wind || (provide_slots(&kept->triangle_drags, triangles, scratch) &&
+                                provide_slots(&kept->triangle_sources, triangles, scratch) &&
+                                provide_slots(&kept->air_velocities, vertices, scratch))) &&
+            (!model->has_bending || provide_bending_terms(model, kept, scratch));
+        if (!has_room) return TULLE_ERROR_OUT_OF_MEMORY;
+    }
     if (kept) work.terms = *kept;
     arena_mark const mark = arena_get_mark(scratch);
     bool const ok = fill_system(&work);

@@ -46,13 +46,6 @@ static void measure_springs(void *context, size_t begin, size_t end, size_t chun
     task->second[chunk] = largest;
 }
 
-static void measure_hinges(void *context, size_t begin, size_t end, size_t chunk, int worker) {
-    (void)chunk, (void)worker;
-    energy_task *const task = context;
-    for (size_t h = begin; h < end; h++)
-        task->deviations[h] = bend_compute_deviation(task->model, h, task->positions);
-}
-
 /* first: bending energy of the rows of these hinges */
 static void couple_hinges(void *context, size_t begin, size_t end, size_t chunk, int worker) {
     (void)worker;
@@ -105,7 +98,8 @@ tulle_status compute_elastic_energies(const cloth_model *model, const double *po
         energies->stretch = parallel_sum(task.first, spring_chunks);
         for (size_t i = 0; i < spring_chunks; i++)
             energies->max_stretch = fmax(energies->max_stretch, task.second[i]);
-        parallel_for(hinges, ITEMS_PER_CHUNK, threads, measure_hinges, &task);
+        deviation_task hinge_task = {model, positions, task.deviations};
+        parallel_for(hinges, ITEMS_PER_CHUNK, threads, bend_compute_deviations, &hinge_task);
         parallel_for(hinges, ITEMS_PER_CHUNK, threads, couple_hinges, &task);
         energies->bend = parallel_sum(task.first, hinge_chunks);
     }

@@ -73,16 +73,6 @@ void rigid_apply_gravity(const rigid_body *body, rigid_state *state, vec3 gravit
     state->spin = vec3_scale(state->spin, 1.0 / (1.0 + time_step * body->angular_damping));
 }
 
-/* Solves a x = b for a general 3x3 matrix by Cramer's rule. */
-static vec3 solve3(const mat3 *a, vec3 b) {
-    vec3 const c0 = vec3_make(a->m[0], a->m[3], a->m[6]), c1 = vec3_make(a->m[1], a->m[4], a->m[7]);
-    vec3 const c2 = vec3_make(a->m[2], a->m[5], a->m[8]), n = vec3_cross(c1, c2);
-    double const scale = 1.0 / vec3_dot(c0, n);
-    return vec3_scale(
-        vec3_make(vec3_dot(b, n), vec3_dot(c0, vec3_cross(b, c2)), vec3_dot(c0, vec3_cross(c1, b))),
-        scale);
-}
-
 /* One midpoint step of the orientation. Newton's method finds P_m and stops when its error stops
  * shrinking. */
 static quaternion turn(const rigid_body *body, quaternion q, vec3 spin, double h) {
@@ -95,11 +85,16 @@ static quaternion turn(const rigid_body *body, quaternion q, vec3 spin, double h
         double const size = vec3_norm(error);
         if (!(size < last)) break;
         last = size;
-        double const f = 0.5 * h; /* slope: 1 - h/2 ([p]x I^-1 - [w]x) */
-        mat3 const slope = {{1.0, -f * (-p.z / i.y + w.z), -f * (p.y / i.z - w.y),
-                             -f * (p.z / i.x - w.z), 1.0, -f * (-p.x / i.z + w.x),
-                             -f * (-p.y / i.x + w.y), -f * (p.x / i.y - w.x), 1.0}};
-        end = vec3_sub(end, solve3(&slope, error));
+        /* The slope is 1 - h/2 ([p]x I^-1 - [w]x), here by columns; Cramer's rule solves with it.
+         */
+        double const f = 0.5 * h;
+        vec3 const c0 = {1.0, -f * (p.z / i.x - w.z), -f * (-p.y / i.x + w.y)};
+        vec3 const c1 = {-f * (-p.z / i.y + w.z), 1.0, -f * (p.x / i.y - w.x)};
+        vec3 const c2 = {-f * (p.y / i.z - w.y), -f * (-p.x / i.z + w.x), 1.0};
+        vec3 const n = vec3_cross(c1, c2);
+        vec3 const change = {vec3_dot(error, n), vec3_dot(c0, vec3_cross(error, c2)),
+                             vec3_dot(c0, vec3_cross(c1, error))};
+        end = vec3_sub(end, vec3_scale(change, 1.0 / vec3_dot(c0, n)));
     }
     vec3 const middle = vec3_lerp(start, end, 0.5);
     vec3 const half = vec3_scale(divide(middle, i), 0.5 * h);
