@@ -1,6 +1,6 @@
 /* Static and dynamic friction, friction across a grain and friction on a moving belt, against
  * closed forms of a rigid block: a 0.3 m patch on a plane, gravity tilted by the slope's angle. */
-#include "support/mini_world.h"
+#include "support/contact_world.h"
 #include "support/test_support.h"
 
 #include <stdio.h>
@@ -20,53 +20,44 @@ typedef struct slope_case {
     double belt_speed;  /* [m/s] of the plane along x */
 } slope_case;
 
-typedef struct slope_run {
-    mini_world world;
-    surface_grain grains[2];
-    double belt_speed;
-} slope_run;
-
-static affine_map move_belt(const mini_world *world, size_t surface, double time, double h) {
-    (void)surface, (void)time;
-    const slope_run *const run = (const slope_run *)world; /* its first member */
-    return (affine_map){mat3_identity(1.0), vec3_make(run->belt_speed * h, 0.0, 0.0)};
-}
+/* [s] Longer than any run. */
+#define BELT_TIME 100.0
 
 static vec3 find_heading(const slope_case *c) {
     return vec3_make(cos(c->heading * DEGREE), sin(c->heading * DEGREE), 0.0);
 }
 
-static void start_slope(slope_run *run, const slope_case *c) {
-    mini_world *const world = &run->world;
-    *world = mini_world_make();
-    world->contact_distance = CONTACT_DISTANCE;
+static void start_slope(contact_world *world, const slope_case *c) {
+    *world = contact_world_make();
+    world->def.contact_distance = CONTACT_DISTANCE;
     world->friction = c->static_friction;
     world->dynamic_friction = c->dynamic_friction;
     vec3 const heading = find_heading(c);
-    world->gravity[0] = GRAVITY * sin(c->degrees * DEGREE) * heading.x;
-    world->gravity[1] = GRAVITY * sin(c->degrees * DEGREE) * heading.y;
-    world->gravity[2] = -GRAVITY * cos(c->degrees * DEGREE);
-    run->grains[0] = (surface_grain){vec3_make(2.0, 0.0, 0.0), c->across};
-    run->grains[1] = (surface_grain){vec3_make(1.0, 0.0, 0.0), 1.0};
-    world->grains = run->grains;
-    run->belt_speed = c->belt_speed;
-    if (c->belt_speed != 0.0) world->move = move_belt;
-    mini_grid patch = make_mini_grid(12, 12, vec3_make(-0.15, -0.15, CONTACT_DISTANCE),
-                                     vec3_make(0.3, 0.0, 0.0), vec3_make(0.0, 0.3, 0.0));
-    mini_grid plane = make_mini_grid(10, 9, vec3_make(-4.0, -4.03, 0.0), vec3_make(8.0, 0.0, 0.0),
-                                     vec3_make(0.0, 8.0, 0.0));
-    add_mini_surface(world, patch.mesh, false);
-    add_mini_surface(world, plane.mesh, true);
-    start_mini_world(world);
+    world->def.gravity[0] = GRAVITY * sin(c->degrees * DEGREE) * heading.x;
+    world->def.gravity[1] = GRAVITY * sin(c->degrees * DEGREE) * heading.y;
+    world->def.gravity[2] = -GRAVITY * cos(c->degrees * DEGREE);
+    world->material.friction_across = c->across;
+    world->grain = vec3_make(2.0, 0.0, 0.0);
+    tulle_keyframe const belt[2] = {
+        {.rotation = {1.0, 0.0, 0.0, 0.0}},
+        {BELT_TIME, {BELT_TIME * c->belt_speed, 0.0, 0.0}, {1.0, 0.0, 0.0, 0.0}}};
+    if (c->belt_speed != 0.0) world->motions[1] = (tulle_motion){.keys = belt, .key_count = 2};
+    contact_grid patch = make_contact_grid(12, 12, vec3_make(-0.15, -0.15, CONTACT_DISTANCE),
+                                           vec3_make(0.3, 0.0, 0.0), vec3_make(0.0, 0.3, 0.0));
+    contact_grid plane = make_contact_grid(10, 9, vec3_make(-4.0, -4.03, 0.0),
+                                           vec3_make(8.0, 0.0, 0.0), vec3_make(0.0, 8.0, 0.0));
+    add_contact_surface(world, patch.mesh, false);
+    add_contact_surface(world, plane.mesh, true);
+    start_contact_world(world);
     for (size_t i = 0; i < world->cloth_vertex_count; i++)
         vec3_store(world->velocities, i, vec3_scale(heading, c->start_speed));
     for (size_t i = world->cloth_vertex_count; i < world->vertex_count; i++)
         vec3_store(world->velocities, i, vec3_make(c->belt_speed, 0.0, 0.0));
-    free_mini_grid(&patch);
-    free_mini_grid(&plane);
+    free_contact_grid(&patch);
+    free_contact_grid(&plane);
 }
 
-static vec3 mean_of(const mini_world *world, const double *values) {
+static vec3 mean_of(const contact_world *world, const double *values) {
     vec3 sum = {0.0, 0.0, 0.0};
     for (size_t i = 0; i < world->cloth_vertex_count; i++)
         sum = vec3_add(sum, vec3_load(values, i));
@@ -80,18 +71,17 @@ typedef struct slope_result {
 } slope_result;
 
 static slope_result run_slope(const slope_case *c, double seconds) {
-    slope_run *const run = malloc(sizeof *run);
-    assert_non_null(run);
-    start_slope(run, c);
-    mini_world *const world = &run->world;
+    contact_world *const world = malloc(sizeof *world);
+    assert_non_null(world);
+    start_slope(world, c);
     int const steps = (int)(seconds / TIME_STEP + 0.5);
     vec3 const start = mean_of(world, world->x0);
     vec3 half = {0.0, 0.0, 0.0};
     for (int i = 0; i < steps; i++) {
-        assert_int_equal(step_mini_world(world, TIME_STEP), TULLE_OK);
+        assert_int_equal(step_contact_world(world, TIME_STEP), TULLE_OK);
         if (i == steps / 2 - 1) half = mean_of(world, world->velocities);
     }
-    assert_int_equal(judge_mini_world(world), 0);
+    assert_int_equal(judge_contact_world(world), 0);
     slope_result result = {.drift = vec3_sub(mean_of(world, world->x0), start),
                            .velocity = mean_of(world, world->velocities)};
     result.acceleration =
@@ -102,8 +92,8 @@ static slope_result run_slope(const slope_case *c, double seconds) {
                   c->heading, c->start_speed, vec3_norm(result.drift), vec3_norm(result.velocity),
                   result.acceleration.x, result.acceleration.y,
                   (unsigned long long)world->rescue_count);
-    mini_world_destroy(world);
-    free(run);
+    contact_world_destroy(world);
+    free(world);
     return result;
 }
 

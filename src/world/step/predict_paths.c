@@ -19,8 +19,7 @@
  * with shorter substeps the share is halved. */
 static const double MINIMUM_GAP_RESERVE = 0.01;
 
-/* The step as contact sees it. */
-static contact_scene make_scene(step_context *context) {
+contact_scene world_make_scene(step_context *context) {
     tulle_world *const world = context->world;
     world_motion_state *const state = context->state;
     contact_response const *const response = get_response(world->def.response);
@@ -95,7 +94,7 @@ tulle_status world_predict_paths(step_context *context) {
         memcpy(world->targets, state->positions, 3 * world->vertex_count * sizeof(double));
     world_wake_near_script(context);
     world_find_carriers(context);
-    context->scene = make_scene(context);
+    context->scene = world_make_scene(context);
     status = world_prepare_bodies(context);
     context->dynamics = (motion_state){.positions = state->positions,
                                        .velocities = state->velocities,

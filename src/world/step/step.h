@@ -136,6 +136,8 @@ static inline bool world_is_accepted(const step_context *context) {
 /* predict_paths.c: all that the stages read, and stage 1: where cloth goes without contact and
  * inner forces, x0 + h v0 + h^2 g, into `predicted`. */
 tulle_status world_predict_paths(step_context *context);
+/* The substep as contact sees it, without bodies. */
+contact_scene world_make_scene(step_context *context);
 
 /* search.c: patches certified for x0 -> x1, trees of x0 -> bounds, the candidates of these. */
 tulle_status world_update_patches(step_context *context, const double *x1);

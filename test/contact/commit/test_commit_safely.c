@@ -4,8 +4,8 @@
  */
 #include "base/hash.h"
 #include "contact/pairs/pair_rules.h"
+#include "support/contact_world.h"
 #include "support/exact_ccd.h"
-#include "support/mini_world.h"
 #include "support/test_support.h"
 
 #include <stdio.h>
@@ -23,37 +23,147 @@ static vec3 random_vector(uint64_t *state, double size) {
     return vec3_scale(v, size);
 }
 
+/* Obstacles with a motion are no static ones: the tests move them by themselves. */
+static tulle_keyframe const stays[] = {{.rotation = {1.0, 0.0, 0.0, 0.0}},
+                                       {.time = 1.0, .rotation = {1.0, 0.0, 0.0, 0.0}}};
+
 /* Two crumpled sheets, one above the other, and an obstacle below and one above. */
-static void make_violent_world(mini_world *world, uint64_t seed, int threads) {
+static void make_violent_world(contact_world *world, uint64_t seed, int threads) {
     uint64_t random = seed;
-    *world = mini_world_make();
-    world->threads = threads;
-    world->contact_distance = 2e-3;
-    world->use_brute_force = seed % 4 == 0;
+    *world = contact_world_make();
+    world->def.threads = threads;
+    world->def.contact_distance = 2e-3;
     uint32_t const columns = 4 + (uint32_t)(random_next(&random) % 5);
     for (int i = 0; i < 2; i++) {
-        mini_grid sheet = make_mini_grid(columns, 5, vec3_make(-0.05, -0.05, 0.004 * i),
-                                         vec3_make(0.1, 0.0, 0.0), vec3_make(0.0, 0.1, 0.0));
+        contact_grid sheet = make_contact_grid(columns, 5, vec3_make(-0.05, -0.05, 0.004 * i),
+                                               vec3_make(0.1, 0.0, 0.0), vec3_make(0.0, 0.1, 0.0));
         for (size_t k = 2; k < 3 * sheet.mesh.vertex_count; k += 3)
             sheet.positions[k] += 1e-3 * random_signed(&random);
-        add_mini_surface(world, sheet.mesh, false);
-        free_mini_grid(&sheet);
+        add_contact_surface(world, sheet.mesh, false);
+        free_contact_grid(&sheet);
     }
     double const height[2] = {-0.004, 0.009};
     for (int i = 0; i < 2; i++) {
-        mini_grid plate = make_mini_grid(4, 4, vec3_make(-0.07, -0.06, height[i]),
-                                         vec3_make(0.15, 0.0, 0.001), vec3_make(0.0, 0.15, 0.0));
-        add_mini_surface(world, plate.mesh, true);
-        free_mini_grid(&plate);
+        contact_grid plate =
+            make_contact_grid(4, 4, vec3_make(-0.07, -0.06, height[i]), vec3_make(0.15, 0.0, 0.001),
+                              vec3_make(0.0, 0.15, 0.0));
+        size_t const surface = add_contact_surface(world, plate.mesh, true);
+        world->motions[surface] = (tulle_motion){.keys = stays, .key_count = 2};
+        free_contact_grid(&plate);
     }
-    start_mini_world(world);
-    assert_int_equal(judge_mini_world(world), 0);
+    start_contact_world(world);
+    assert_int_equal(judge_contact_world(world), 0);
+}
+
+/* Brute force: boxes of all features against one another. */
+static void get_path_box(const contact_world *world, const double *x1, const uint32_t *vertices,
+                         int count, double half, double box[6]) {
+    for (int axis = 0; axis < 3; axis++) {
+        box[axis] = INFINITY;
+        box[3 + axis] = -INFINITY;
+        for (int k = 0; k < count; k++) {
+            double const a = world->x0[3 * vertices[k] + (uint32_t)axis];
+            double const b = x1[3 * vertices[k] + (uint32_t)axis];
+            box[axis] = fmin(box[axis], fmin(a, b) - half);
+            box[3 + axis] = fmax(box[3 + axis], fmax(a, b) + half);
+        }
+    }
+}
+
+static bool boxes_meet(const double a[6], const double b[6]) {
+    for (int axis = 0; axis < 3; axis++)
+        if (a[axis] > b[3 + axis] || b[axis] > a[3 + axis]) return false;
+    return true;
+}
+
+static bool may_meet(const contact_world *world, uint32_t vertex, uint32_t other) {
+    return !(world->surfaces[world->vertex_surface[vertex]].is_obstacle &&
+             world->surfaces[world->vertex_surface[other]].is_obstacle);
+}
+
+static bool shares_vertex(const uint32_t *a, int a_count, const uint32_t *b, int b_count) {
+    for (int i = 0; i < a_count; i++)
+        for (int j = 0; j < b_count; j++)
+            if (a[i] == b[j]) return true;
+    return false;
+}
+
+static double *make_boxes(const contact_world *world, const double *x1, const uint32_t *features,
+                          size_t count, int corners, double half) {
+    double *const boxes = malloc(6 * count * sizeof(double));
+    assert_non_null(boxes);
+    for (size_t i = 0; i < count; i++)
+        get_path_box(world, x1, features + (size_t)corners * i, corners, half, boxes + 6 * i);
+    return boxes;
+}
+
+static tulle_status find_brute_pairs(contact_world *world, const double *x1, double margin,
+                                     pair_list *pairs) {
+    double *const triangles =
+        make_boxes(world, x1, world->triangles, world->triangle_count, 3, 0.5 * margin);
+    double *const edges =
+        make_boxes(world, x1, world->topo->edges, world->topo->edge_count, 2, 0.5 * margin);
+    pairs->vertex_triangle.count = pairs->edge_edge.count = 0;
+    bool has_memory = true;
+    for (uint32_t v = 0; v < world->vertex_count; v++) {
+        double box[6];
+        get_path_box(world, x1, &v, 1, 0.5 * margin, box);
+        for (uint32_t t = 0; has_memory && t < world->triangle_count; t++) {
+            const uint32_t *const corner = world->triangles + 3 * (size_t)t;
+            if (!may_meet(world, v, corner[0]) || !boxes_meet(box, triangles + 6 * (size_t)t) ||
+                shares_vertex(&v, 1, corner, 3))
+                continue;
+            has_memory = ARRAY_RESERVE(world->heap, &pairs->vertex_triangle, 1);
+            if (has_memory)
+                pairs->vertex_triangle.data[pairs->vertex_triangle.count++] = (feature_pair){v, t};
+        }
+    }
+    for (uint32_t a = 0; a < world->topo->edge_count; a++) {
+        const uint32_t *const first = world->topo->edges + 2 * (size_t)a;
+        for (uint32_t b = a + 1; has_memory && b < world->topo->edge_count; b++) {
+            const uint32_t *const second = world->topo->edges + 2 * (size_t)b;
+            if (!may_meet(world, first[0], second[0]) ||
+                !boxes_meet(edges + 6 * (size_t)a, edges + 6 * (size_t)b) ||
+                shares_vertex(first, 2, second, 2))
+                continue;
+            has_memory = ARRAY_RESERVE(world->heap, &pairs->edge_edge, 1);
+            if (has_memory) pairs->edge_edge.data[pairs->edge_edge.count++] = (feature_pair){a, b};
+        }
+    }
+    free(triangles);
+    free(edges);
+    return has_memory ? TULLE_OK : TULLE_ERROR_OUT_OF_MEMORY;
+}
+
+/* Candidates by brute force in place of the world's trees. */
+typedef struct brute_force {
+    contact_world *world;
+    pair_list pairs;
+    pair_source source;
+} brute_force;
+
+static tulle_status renew_by_brute_force(pair_source *source, const double *x1) {
+    brute_force *const brute = source->context;
+    memmove(brute->world->bounds, x1, 3 * brute->world->vertex_count * sizeof(double));
+    source->near_pairs = NULL;
+    return find_brute_pairs(brute->world, x1, source->margin, &brute->pairs);
+}
+
+static pair_source *find_by_brute_force(brute_force *brute, contact_world *world) {
+    brute->world = world;
+    brute->source = (pair_source){.pairs = &brute->pairs,
+                                  .bounds = world->bounds,
+                                  .margin = 1.5 * world->def.contact_distance,
+                                  .renew = renew_by_brute_force,
+                                  .context = brute};
+    assert_int_equal(brute->source.renew(&brute->source, world->x1), TULLE_OK);
+    return &brute->source;
 }
 
 /* How obstacles move in one case. */
 typedef enum obstacle_motion { OBSTACLES_REST, OBSTACLES_MOVE, OBSTACLES_TURN } obstacle_motion;
 
-static void move_affinely(mini_world *world, size_t surface, mat3 matrix, vec3 offset) {
+static void move_affinely(contact_world *world, size_t surface, mat3 matrix, vec3 offset) {
     world->maps[surface] = (affine_map){matrix, offset};
     world->carriers[surface] = &world->maps[surface];
     for (uint32_t i = world->surfaces[surface].vertex_begin;
@@ -68,7 +178,7 @@ static mat3 make_turn(double angle) {
 }
 
 /* Random velocities of all sizes, obstacles as said; fills targets, u and x1. */
-static void make_violent_motion(mini_world *world, uint64_t *random, obstacle_motion motion) {
+static void make_violent_motion(contact_world *world, uint64_t *random, obstacle_motion motion) {
     double const size = pow(10.0, -3.0 + 3.0 * random_uniform(random));
     memcpy(world->targets, world->x0, 3 * world->vertex_count * sizeof(double));
     for (size_t s = 2; s < 4; s++) {
@@ -82,18 +192,18 @@ static void make_violent_motion(mini_world *world, uint64_t *random, obstacle_mo
     vec3 const common = random_vector(random, 0.05 / TIME_STEP);
     for (size_t i = 0; i < world->vertex_count; i++)
         vec3_store(world->u, i, vec3_add(common, random_vector(random, size / TIME_STEP)));
-    contact_scene const scene = get_mini_scene(world, TIME_STEP);
+    contact_scene const scene = get_contact_scene(world, TIME_STEP);
     prescribe_motion(&scene, world->u);
     propose_paths(&scene, world->u, world->x1);
 }
 
-static void assert_velocities_match(const mini_world *world, const commit_report *report) {
+static void assert_velocities_match(const contact_world *world, const commit_report *report) {
     double const time = report->fraction * TIME_STEP;
     for (size_t i = 0; i < 3 * world->cloth_vertex_count; i++)
         assert_true(fabs(world->x0[i] + time * world->u[i] - world->x1[i]) < 1e-12);
 }
 
-static void accept_paths(mini_world *world) {
+static void accept_paths(contact_world *world) {
     memcpy(world->x0, world->x1, 3 * world->vertex_count * sizeof(double));
 }
 
@@ -102,11 +212,11 @@ typedef struct violence_counts {
     double smallest_gap;
 } violence_counts;
 
-static tulle_status run_last_stages(mini_world *world, pair_source *source) {
-    contact_scene const scene = get_mini_scene(world, TIME_STEP);
-    world->rows.rows.count = 0;
+static tulle_status run_last_stages(contact_world *world, pair_source *source) {
+    contact_scene const scene = get_contact_scene(world, TIME_STEP);
+    world->rows->rows.count = 0;
     tulle_status const status =
-        resolve_impacts(&scene, source, &world->rows, world->u, world->x1, &world->impacts);
+        resolve_impacts(&scene, source, world->rows, world->u, world->x1, &world->impacts);
     if (status != TULLE_OK) return status;
     return commit_safely(&scene, source, world->impacts.is_clean, world->u, world->x1,
                          &world->commit);
@@ -129,11 +239,11 @@ static bool boxes_of_paths_meet(const moving_pair *paths, int first_count) {
 }
 
 /* Fails when the pair may touch and does, at any time of x0 -> x1. */
-static void assert_never_touches(const mini_world *world, feature_kind kind, uint32_t first,
+static void assert_never_touches(const contact_world *world, feature_kind kind, uint32_t first,
                                  uint32_t second, violence_counts *counts) {
     int const first_count = kind == FEATURE_VERTEX_TRIANGLE ? 1 : 2;
     uint32_t v[4];
-    feature_pair_vertices(&world->topo, kind, (feature_pair){first, second}, v);
+    feature_pair_vertices(world->topo, kind, (feature_pair){first, second}, v);
     for (int i = 0; i < first_count; i++)
         for (int k = first_count; k < 4; k++)
             if (v[i] == v[k]) return;
@@ -148,8 +258,8 @@ static void assert_never_touches(const mini_world *world, feature_kind kind, uin
 }
 
 /* All pairs of features, found without any tree, in rational arithmetic. */
-static void assert_paths_are_free(const mini_world *world, violence_counts *counts) {
-    const topology *const topo = &world->topo;
+static void assert_paths_are_free(const contact_world *world, violence_counts *counts) {
+    const topology *const topo = world->topo;
     for (uint32_t v = 0; v < topo->vertex_count; v++)
         for (uint32_t t = 0; t < topo->triangle_count; t++)
             assert_never_touches(world, FEATURE_VERTEX_TRIANGLE, v, t, counts);
@@ -159,14 +269,16 @@ static void assert_paths_are_free(const mini_world *world, violence_counts *coun
 }
 
 static void run_violent_case(uint64_t seed, obstacle_motion motion, violence_counts *counts) {
-    mini_world world;
+    contact_world world;
     make_violent_world(&world, seed, 1);
     world.settings.impact_rounds = (int)(seed % 3);
     uint64_t random = seed + 77;
     for (int step = 0; step < 3; step++) {
         make_violent_motion(&world, &random, motion);
-        pair_source source = find_mini_pairs(&world, world.x1);
-        assert_int_equal(run_last_stages(&world, &source), TULLE_OK);
+        brute_force brute = {0};
+        pair_source *const source = seed % 4 == 0 ? find_by_brute_force(&brute, &world)
+                                                  : find_contact_pairs(&world, world.x1);
+        assert_int_equal(run_last_stages(&world, source), TULLE_OK);
         counts->zones += world.commit.impact_zones;
         counts->components += world.commit.component_scalings;
         counts->global += world.commit.global_scalings;
@@ -175,10 +287,12 @@ static void run_violent_case(uint64_t seed, obstacle_motion motion, violence_cou
         counts->smallest_gap = fmin(counts->smallest_gap, world.commit.smallest_gap);
         if (world.commit.outcome != COMMIT_BLOCKED) assert_velocities_match(&world, &world.commit);
         if (seed % EXACT_EVERY == 0) assert_paths_are_free(&world, counts);
+        ARRAY_FREE(world.heap, &brute.pairs.vertex_triangle);
+        ARRAY_FREE(world.heap, &brute.pairs.edge_edge);
         accept_paths(&world);
-        assert_int_equal(judge_mini_world(&world), 0);
+        assert_int_equal(judge_contact_world(&world), 0);
     }
-    mini_world_destroy(&world);
+    contact_world_destroy(&world);
 }
 
 static void run_violent_cases(obstacle_motion motion, uint64_t first_seed) {

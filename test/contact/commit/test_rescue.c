@@ -1,7 +1,7 @@
 /* Pinches, ignored pairs, threads and lack of memory in the last stages. */
 #include "base/hash.h"
 #include "contact/pairs/pair_rules.h"
-#include "support/mini_world.h"
+#include "support/contact_world.h"
 #include "support/test_support.h"
 #include "tulle/check.h"
 
@@ -15,70 +15,71 @@
 static double closed_gap;
 
 /* Two plates 20 mm apart close within 0.4 s and open again. */
-static affine_map move_plate(const mini_world *world, size_t surface, double time, double h) {
-    double const speed = (0.02 - closed_gap) / 0.4;
-    double const now = fmin(time, 0.8 - time), next = fmin(time + h, 0.8 - time - h);
-    double const distance = 0.5 * speed * (next - now);
-    (void)world;
-    return (affine_map){mat3_identity(1.0),
-                        vec3_make(0.0, 0.0, surface == 1 ? distance : -distance)};
+static void make_plate_motion(double sign, tulle_keyframe keys[3]) {
+    for (int k = 0; k < 3; k++)
+        keys[k] = (tulle_keyframe){
+            .time = 0.4 * k,
+            .translation = {0.0, 0.0, k == 1 ? sign * 0.5 * (0.02 - closed_gap) : 0.0},
+            .rotation = {1.0, 0.0, 0.0, 0.0}};
 }
 
-static void make_press(mini_world *world) {
-    *world = mini_world_make();
-    world->contact_distance = CONTACT_DISTANCE;
-    world->gravity[2] = -1.0;
-    mini_grid sheet = make_mini_grid(7, 7, vec3_make(-0.05, -0.05, 0.0101),
-                                     vec3_make(0.1, 0.0, 0.003), vec3_make(0.0, 0.1, 0.001));
-    add_mini_surface(world, sheet.mesh, false);
-    free_mini_grid(&sheet);
+static void make_press(contact_world *world) {
+    *world = contact_world_make();
+    world->def.contact_distance = CONTACT_DISTANCE;
+    world->def.gravity[2] = -1.0;
+    contact_grid sheet = make_contact_grid(7, 7, vec3_make(-0.05, -0.05, 0.0101),
+                                           vec3_make(0.1, 0.0, 0.003), vec3_make(0.0, 0.1, 0.001));
+    add_contact_surface(world, sheet.mesh, false);
+    free_contact_grid(&sheet);
     for (int i = 0; i < 2; i++) {
-        mini_grid plate = make_mini_grid(4, 4, vec3_make(-0.08, -0.08, 0.02 * i),
-                                         vec3_make(0.15, 0.0, 0.0), vec3_make(0.0, 0.16, 0.0));
-        add_mini_surface(world, plate.mesh, true);
-        free_mini_grid(&plate);
+        contact_grid plate =
+            make_contact_grid(4, 4, vec3_make(-0.08, -0.08, 0.02 * i), vec3_make(0.15, 0.0, 0.0),
+                              vec3_make(0.0, 0.16, 0.0));
+        add_contact_surface(world, plate.mesh, true);
+        free_contact_grid(&plate);
     }
-    world->move = move_plate;
-    start_mini_world(world);
+    tulle_keyframe keys[2][3];
+    for (int i = 0; i < 2; i++) {
+        make_plate_motion(i == 0 ? 1.0 : -1.0, keys[i]);
+        world->motions[1 + i] = (tulle_motion){.keys = keys[i], .key_count = 3};
+    }
+    start_contact_world(world);
 }
 
 static void closing_to_two_thicknesses_is_fine(void **state) {
     (void)state;
     closed_gap = 2.2 * CONTACT_DISTANCE;
-    mini_world world;
+    contact_world world;
     make_press(&world);
     for (int step = 0; step < 72; step++) {
-        assert_int_equal(step_mini_world(&world, TIME_STEP), TULLE_OK);
-        assert_int_equal(judge_mini_world(&world), 0);
-        assert_true(world.commit.smallest_gap >= world.settings.minimum_gap);
+        assert_int_equal(step_contact_world(&world, TIME_STEP), TULLE_OK);
+        assert_int_equal(judge_contact_world(&world), 0);
+        assert_true(world.report.smallest_gap >= world.settings.minimum_gap);
     }
     assert_int_equal(world.rescue_count, 0);
-    mini_world_destroy(&world);
+    contact_world_destroy(&world);
 }
 
 static void closing_to_nothing_names_the_pinch(void **state) {
     (void)state;
     closed_gap = 0.0;
-    mini_world world;
+    contact_world world;
     make_press(&world);
     tulle_status status = TULLE_OK;
     double gap = 0.0;
     for (int step = 0; status == TULLE_OK && step < 72; step++) {
         gap = vec3_load(world.x0, world.surfaces[2].vertex_begin).z -
               vec3_load(world.x0, world.surfaces[1].vertex_begin).z;
-        status = step_mini_world(&world, TIME_STEP);
-        assert_int_equal(judge_mini_world(&world), 0);
+        status = step_contact_world(&world, TIME_STEP);
+        assert_int_equal(judge_contact_world(&world), 0);
     }
     print_message("plates stopped at a gap of %.3g m\n", gap);
     assert_int_equal(status, TULLE_ERROR_PINCHED);
-    assert_true(world.commit.has_blocking);
-    uint32_t vertices[4];
-    feature_pair_vertices(&world.topo, world.commit.blocking_kind, world.commit.blocking_pair,
-                          vertices);
-    assert_int_not_equal(world.vertex_surface[vertices[0]], world.vertex_surface[vertices[3]]);
+    assert_non_null(strstr(world.error.message, "'surface 0' is pinched near ("));
+    assert_non_null(strstr(world.error.message, "between 'surface 1', 'surface 2'"));
     /* Cloth keeps the minimum gap to both plates, so they stop at twice as much. */
     assert_true(gap > 2.0 * world.settings.minimum_gap && gap < 2.0 * CONTACT_DISTANCE);
-    mini_world_destroy(&world);
+    contact_world_destroy(&world);
 }
 
 typedef struct intersections {
@@ -87,7 +88,7 @@ typedef struct intersections {
 } intersections;
 
 /* Keys of the intersecting pairs of a world of one cloth and one obstacle, ascending. */
-static intersections find_intersections(const mini_world *world) {
+static intersections find_intersections(const contact_world *world) {
     tulle_check_body bodies[2];
     uint32_t *const local = calloc(3 * world->triangle_count, sizeof(uint32_t));
     for (size_t s = 0; s < 2; s++) {
@@ -129,51 +130,48 @@ static bool is_among(const intersections *all, uint64_t key) {
 /* A sheet that starts half through a plate: pairs that intersect may go on, no other begins. */
 static void ignored_pairs_only_become_fewer(void **state) {
     (void)state;
-    mini_world world = mini_world_make();
-    world.contact_distance = CONTACT_DISTANCE;
-    mini_grid sheet = make_mini_grid(9, 8, vec3_make(-0.05, -0.05, -0.02),
-                                     vec3_make(0.1, 0.0, 0.04), vec3_make(0.0, 0.1, 0.002));
-    mini_grid plate = make_mini_grid(6, 7, vec3_make(-0.2, -0.21, 0.0), vec3_make(0.41, 0.0, 0.0),
-                                     vec3_make(0.01, 0.4, 0.0));
-    add_mini_surface(&world, sheet.mesh, false);
-    add_mini_surface(&world, plate.mesh, true);
-    start_mini_world(&world);
+    contact_world world = contact_world_make();
+    world.def.contact_distance = CONTACT_DISTANCE;
+    contact_grid sheet = make_contact_grid(9, 8, vec3_make(-0.05, -0.05, -0.02),
+                                           vec3_make(0.1, 0.0, 0.04), vec3_make(0.0, 0.1, 0.002));
+    contact_grid plate = make_contact_grid(6, 7, vec3_make(-0.2, -0.21, 0.0),
+                                           vec3_make(0.41, 0.0, 0.0), vec3_make(0.01, 0.4, 0.0));
+    add_contact_surface(&world, sheet.mesh, false);
+    add_contact_surface(&world, plate.mesh, true);
+    world.def.start_intersections = TULLE_START_IGNORE;
+    start_contact_world(&world);
     intersections const first = find_intersections(&world);
     assert_true(first.count > 10);
-    world.ignored = first.keys;
-    world.ignored_count = first.count;
     for (int step = 0; step < 60; step++) {
-        tulle_status const status = step_mini_world(&world, TIME_STEP);
+        tulle_status const status = step_contact_world(&world, TIME_STEP);
         assert_int_equal(status, TULLE_OK);
         intersections const now = find_intersections(&world);
         for (size_t i = 0; i < now.count; i++) assert_true(is_among(&first, now.keys[i]));
         free(now.keys);
     }
-    world.ignored = NULL;
     free(first.keys);
-    free_mini_grid(&sheet);
-    free_mini_grid(&plate);
-    mini_world_destroy(&world);
+    free_contact_grid(&sheet);
+    free_contact_grid(&plate);
+    contact_world_destroy(&world);
 }
 
 /* A crowded scene: the press, half closed, and a random motion that needs every kind of rescue. */
-static tulle_status run_crowded_step(mini_world *world, uint64_t seed) {
+static tulle_status run_crowded_step(contact_world *world, uint64_t seed) {
     uint64_t random = seed;
     memcpy(world->targets, world->x0, 3 * world->vertex_count * sizeof(double));
     for (size_t i = 3 * world->cloth_vertex_count; i < 3 * world->vertex_count; i++)
         world->targets[i] += i % 3 == 2 ? (i % 2 ? -0.004 : 0.004) : 0.0;
     for (size_t i = 0; i < 3 * world->cloth_vertex_count; i++)
         world->u[i] = 2.0 * (2.0 * random_uniform(&random) - 1.0);
-    contact_scene const scene = get_mini_scene(world, TIME_STEP);
+    contact_scene const scene = get_contact_scene(world, TIME_STEP);
     prescribe_motion(&scene, world->u);
     propose_paths(&scene, world->u, world->x1);
-    pair_source source = find_mini_pairs(world, world->x1);
-    tulle_status status = gather_rows(&scene, &world->store, world->x1, &source, &world->rows);
+    pair_source *const source = find_contact_pairs(world, world->x1);
+    tulle_status status = gather_rows(&scene, world->store, world->x1, source, world->rows);
     if (status == TULLE_OK)
-        status =
-            resolve_impacts(&scene, &source, &world->rows, world->u, world->x1, &world->impacts);
+        status = resolve_impacts(&scene, source, world->rows, world->u, world->x1, &world->impacts);
     if (status == TULLE_OK)
-        status = commit_safely(&scene, &source, world->impacts.is_clean, world->u, world->x1,
+        status = commit_safely(&scene, source, world->impacts.is_clean, world->u, world->x1,
                                &world->commit);
     return status;
 }
@@ -183,13 +181,13 @@ static void threads_change_no_bit(void **state) {
     for (uint64_t seed = 1; seed < 4; seed++) {
         uint64_t hashes[3];
         for (int i = 0; i < 3; i++) {
-            mini_world world;
+            contact_world world;
             make_press(&world);
-            world.threads = 1 + i;
+            world.def.threads = 1 + i;
             assert_int_equal(run_crowded_step(&world, seed), TULLE_OK);
             size_t const size = 3 * world.vertex_count * sizeof(double);
             hashes[i] = hash_bytes(hash_bytes(HASH_SEED, world.x1, size), world.u, size);
-            mini_world_destroy(&world);
+            contact_world_destroy(&world);
         }
         assert_true(hashes[0] == hashes[1] && hashes[0] == hashes[2]);
     }
@@ -211,20 +209,19 @@ static void lack_of_memory_is_an_error(void **state) {
     (void)state;
     int failures = 0;
     for (long k = 0;; k++) {
-        mini_world world;
+        contact_world world;
         make_press(&world);
         size_t const size = 3 * world.vertex_count * sizeof(double);
         for (size_t i = 0; i < world.vertex_count; i++)
             memcpy(world.x1 + 3 * i, world.x0 + 3 * i, 3 * sizeof(double));
-        find_mini_pairs(&world, world.x1); /* the broad phase has its memory */
+        find_contact_pairs(&world, world.x1); /* the broad phase has its memory */
         uint64_t const before = hash_bytes(HASH_SEED, world.x0, size);
-        arena_destroy(&world.scratch);
-        world.heap.allocator.allocate = allocate_some;
-        world.heap.allocator.release = release_any;
+        arena_destroy(world.scratch);
+        world.heap->allocator.allocate = allocate_some;
+        world.heap->allocator.release = release_any;
         allocations_left = k;
-        world.use_brute_force = true; /* its arrays are not of the world's heap, but pairs are */
-        pair_list const kept = world.pairs;
-        contact_scene const scene = get_mini_scene(&world, TIME_STEP);
+        pair_list const kept = *world.pairs;
+        contact_scene const scene = get_contact_scene(&world, TIME_STEP);
         pair_source source = {.pairs = &kept, .bounds = world.x1, .margin = 1.0};
         uint64_t random = 5;
         for (size_t i = 0; i < 3 * world.cloth_vertex_count; i++)
@@ -232,19 +229,19 @@ static void lack_of_memory_is_an_error(void **state) {
         memcpy(world.targets, world.x0, size);
         prescribe_motion(&scene, world.u);
         propose_paths(&scene, world.u, world.x1);
-        tulle_status status = gather_rows(&scene, &world.store, world.x1, &source, &world.rows);
+        tulle_status status = gather_rows(&scene, world.store, world.x1, &source, world.rows);
         if (status == TULLE_OK)
             status =
-                resolve_impacts(&scene, &source, &world.rows, world.u, world.x1, &world.impacts);
+                resolve_impacts(&scene, &source, world.rows, world.u, world.x1, &world.impacts);
         if (status == TULLE_OK)
             status = commit_safely(&scene, &source, world.impacts.is_clean, world.u, world.x1,
                                    &world.commit);
         if (status == TULLE_OK)
-            status = update_contacts(&world.store, &world.heap, &world.rows, TIME_STEP);
+            status = update_contacts(world.store, world.heap, world.rows, TIME_STEP);
         assert_true(status == TULLE_OK || status == TULLE_ERROR_OUT_OF_MEMORY);
         assert_true(hash_bytes(HASH_SEED, world.x0, size) == before);
         failures += status != TULLE_OK;
-        mini_world_destroy(&world);
+        contact_world_destroy(&world);
         if (status == TULLE_OK) break;
     }
     print_message("%d failing allocations\n", failures);

@@ -3,7 +3,7 @@
 #include "base/hash.h"
 #include "contact/pairs/near_pairs.h"
 #include "contact/pairs/path_test.h"
-#include "support/mini_world.h"
+#include "support/contact_world.h"
 #include "support/test_support.h"
 
 #include <string.h>
@@ -11,7 +11,8 @@
 #define TIME_STEP (1.0 / 90.0)
 
 /* Each vertex by up to `way` [m] a component; obstacles by up to `obstacle_way`, together. */
-static void move_by_chance(mini_world *world, double way, double obstacle_way, uint64_t *random) {
+static void move_by_chance(contact_world *world, double way, double obstacle_way,
+                           uint64_t *random) {
     double const shift = obstacle_way * (2.0 * random_uniform(random) - 1.0);
     for (size_t i = 0; i < 3 * world->vertex_count; i++) {
         bool const is_cloth = i < 3 * world->cloth_vertex_count;
@@ -21,32 +22,32 @@ static void move_by_chance(mini_world *world, double way, double obstacle_way, u
 }
 
 /* Most vertices hardly, every seventh one of cloth by up to `way` [m] a component. */
-static void move_some_by_chance(mini_world *world, double way, uint64_t *random) {
+static void move_some_by_chance(contact_world *world, double way, uint64_t *random) {
     move_by_chance(world, 1e-5, 0.0, random);
     for (size_t i = 0; i < 3 * world->cloth_vertex_count; i++)
         if (i / 3 % 7 == 0) world->x1[i] += way * (2.0 * random_uniform(random) - 1.0);
 }
 
-static void make_three_layers(mini_world *world, uint64_t *random) {
-    *world = mini_world_make();
-    world->contact_distance = 3e-3;
-    mini_grid sheets[2];
+static void make_three_layers(contact_world *world, uint64_t *random) {
+    *world = contact_world_make();
+    world->def.contact_distance = 3e-3;
+    contact_grid sheets[2];
     double height = 0.0;
     for (int i = 0; i < 2; i++) {
         double const angle = 6.28 * random_uniform(random);
         height += 1e-4 + 2e-3 * random_uniform(random);
         vec3 const across = {0.1 * cos(angle), 0.1 * sin(angle), 2e-5};
         vec3 const along = {-0.12 * sin(angle), 0.12 * cos(angle), 0.0};
-        sheets[i] = make_mini_grid(8, 9, vec3_make(0.0, 0.0, height), across, along);
-        add_mini_surface(world, sheets[i].mesh, false);
+        sheets[i] = make_contact_grid(8, 9, vec3_make(0.0, 0.0, height), across, along);
+        add_contact_surface(world, sheets[i].mesh, false);
     }
-    mini_grid plate = make_mini_grid(5, 4, vec3_make(-0.3, -0.31, 0.0), vec3_make(0.6, 0.0, 0.0),
-                                     vec3_make(0.0, 0.6, 0.0));
-    add_mini_surface(world, plate.mesh, true);
-    start_mini_world(world);
-    pin_mini_vertex(world, 3);
-    for (int i = 0; i < 2; i++) free_mini_grid(&sheets[i]);
-    free_mini_grid(&plate);
+    contact_grid plate = make_contact_grid(5, 4, vec3_make(-0.3, -0.31, 0.0),
+                                           vec3_make(0.6, 0.0, 0.0), vec3_make(0.0, 0.6, 0.0));
+    add_contact_surface(world, plate.mesh, true);
+    start_contact_world(world);
+    world->inverse_mass[3] = 0.0;
+    for (int i = 0; i < 2; i++) free_contact_grid(&sheets[i]);
+    free_contact_grid(&plate);
 }
 
 static void check_equal_hits(const pair_events *a, const pair_events *b) {
@@ -77,17 +78,17 @@ static void shuffle_pairs(feature_pair *pairs, size_t count, uint64_t *random) {
 }
 
 /* The smallest distance at x1, of equal ones the first by (kind, first, second). */
-static smallest_gap find_gap_one_by_one(const mini_world *world, double limit) {
+static smallest_gap find_gap_one_by_one(const contact_world *world, double limit) {
     smallest_gap best = {.distance = (double)INFINITY};
     for (int kind = 0; kind < 2; kind++) {
         size_t const count =
-            kind == 0 ? world->pairs.vertex_triangle.count : world->pairs.edge_edge.count;
+            kind == 0 ? world->pairs->vertex_triangle.count : world->pairs->edge_edge.count;
         for (size_t i = 0; i < count; i++) {
             feature_pair const pair =
-                kind == 0 ? world->pairs.vertex_triangle.data[i] : world->pairs.edge_edge.data[i];
+                kind == 0 ? world->pairs->vertex_triangle.data[i] : world->pairs->edge_edge.data[i];
             uint32_t vertices[4];
             vec3 points[4];
-            feature_pair_vertices(&world->topo, (feature_kind)kind, pair, vertices);
+            feature_pair_vertices(world->topo, (feature_kind)kind, pair, vertices);
             for (int k = 0; k < 4; k++) points[k] = vec3_load(world->x1, vertices[k]);
             double const distance = sqrt(closest_of_pair((feature_kind)kind, points).distance2);
             bool const comes_first =
@@ -103,14 +104,14 @@ static smallest_gap find_gap_one_by_one(const mini_world *world, double limit) {
 }
 
 /* Hits of x0 -> x1 with near pairs, and with all pairs in some order; returns how many. */
-static size_t compare_tests(mini_world *world, const pair_source *source, uint64_t *random,
+static size_t compare_tests(contact_world *world, const pair_source *source, uint64_t *random,
                             size_t *picked_count) {
-    contact_scene const scene = get_mini_scene(world, TIME_STEP);
+    contact_scene const scene = get_contact_scene(world, TIME_STEP);
     pair_source all = *source;
     all.near_pairs = NULL;
-    shuffle_pairs(world->pairs.vertex_triangle.data, world->pairs.vertex_triangle.count, random);
-    shuffle_pairs(world->pairs.edge_edge.data, world->pairs.edge_edge.count, random);
-    arena_mark const mark = arena_get_mark(&world->scratch);
+    shuffle_pairs(world->pairs->vertex_triangle.data, world->pairs->vertex_triangle.count, random);
+    shuffle_pairs(world->pairs->edge_edge.data, world->pairs->edge_edge.count, random);
+    arena_mark const mark = arena_get_mark(world->scratch);
     pair_events hits, all_hits;
     smallest_gap gap, all_gap;
     pair_list picked;
@@ -132,7 +133,7 @@ static size_t compare_tests(mini_world *world, const pair_source *source, uint64
                      TULLE_OK);
     *picked_count = picked.vertex_triangle.count + picked.edge_edge.count;
     size_t const count = hits.count;
-    arena_release(&world->scratch, mark);
+    arena_release(world->scratch, mark);
     return count;
 }
 
@@ -148,27 +149,26 @@ static void near_pairs_find_what_all_pairs_find(void **state) {
     size_t short_hits = 0, long_hits = 0;
     for (uint64_t seed = 1; seed <= 60; seed++) {
         uint64_t random = seed;
-        mini_world world;
+        contact_world world;
         make_three_layers(&world, &random);
         memcpy(world.x1, world.x0, 3 * world.vertex_count * sizeof(double));
-        pair_source source = find_mini_pairs(&world, world.x1);
-        contact_scene const scene = get_mini_scene(&world, TIME_STEP);
-        assert_int_equal(gather_rows(&scene, &world.store, world.x1, &source, &world.rows),
-                         TULLE_OK);
-        assert_non_null(source.near_pairs);
-        assert_true(find_smallest_start(&source) ==
-                    source.near_pairs->pairs.data[source.near_pairs->nearest].distance);
+        pair_source *const source = find_contact_pairs(&world, world.x1);
+        contact_scene const scene = get_contact_scene(&world, TIME_STEP);
+        assert_int_equal(gather_rows(&scene, world.store, world.x1, source, world.rows), TULLE_OK);
+        assert_non_null(source->near_pairs);
+        assert_true(find_smallest_start(source) ==
+                    source->near_pairs->pairs.data[source->near_pairs->nearest].distance);
         size_t const pair_count =
-            source.pairs->vertex_triangle.count + source.pairs->edge_edge.count;
+            source->pairs->vertex_triangle.count + source->pairs->edge_edge.count;
         for (double way = 1e-6; way < 1e-2; way *= 1.7) {
             size_t picked_count;
             move_by_chance(&world, way, 2.0 * way, &random);
-            size_t const hit_count = compare_tests(&world, &source, &random, &picked_count);
+            size_t const hit_count = compare_tests(&world, source, &random, &picked_count);
             bool const is_short = picked_count < pair_count;
             *(is_short ? &short_hits : &long_hits) += hit_count;
             if (way < 1e-4) assert_true(picked_count < pair_count / 4);
         }
-        mini_world_destroy(&world);
+        contact_world_destroy(&world);
     }
     assert_true(short_hits > 100 && long_hits > 1000);
 }
@@ -179,47 +179,47 @@ static void fast_vertices_are_tested_against_all(void **state) {
     size_t hit_count = 0, partial_count = 0;
     for (uint64_t seed = 1; seed <= 30; seed++) {
         uint64_t random = seed;
-        mini_world world;
+        contact_world world;
         make_three_layers(&world, &random);
         move_some_by_chance(&world, 0.02, &random);
-        pair_source source = find_mini_pairs(&world, world.x1);
-        contact_scene const scene = get_mini_scene(&world, TIME_STEP);
-        assert_int_equal(gather_rows(&scene, &world.store, world.x0, &source, &world.rows),
-                         TULLE_OK);
-        size_t const near_count = source.near_pairs->pairs.count;
+        pair_source *const source = find_contact_pairs(&world, world.x1);
+        contact_scene const scene = get_contact_scene(&world, TIME_STEP);
+        assert_int_equal(gather_rows(&scene, world.store, world.x0, source, world.rows), TULLE_OK);
+        size_t const near_count = source->near_pairs->pairs.count;
         size_t const pair_count =
-            source.pairs->vertex_triangle.count + source.pairs->edge_edge.count;
+            source->pairs->vertex_triangle.count + source->pairs->edge_edge.count;
         for (double way = 1e-3; way < 2e-2; way *= 1.7) {
             size_t picked_count;
             move_some_by_chance(&world, way, &random);
-            size_t const found = compare_tests(&world, &source, &random, &picked_count);
+            size_t const found = compare_tests(&world, source, &random, &picked_count);
             if (picked_count <= near_count || picked_count >= pair_count) continue;
             partial_count++;
             hit_count += found;
         }
-        mini_world_destroy(&world);
+        contact_world_destroy(&world);
     }
     assert_true(partial_count > 50 && hit_count > 1000);
 }
 
 /* Two level sheets, `height` [m] apart, one turned over the other. */
-static void make_two_sheets(mini_world *world, double height, double angle) {
-    *world = mini_world_make();
-    world->contact_distance = 3e-3;
-    mini_grid const lower = make_mini_grid(11, 11, vec3_make(-0.1, -0.1, 0.0),
-                                           vec3_make(0.2, 0.0, 0.0), vec3_make(0.0, 0.2, 0.0));
+static void make_two_sheets(contact_world *world, double height, double angle) {
+    *world = contact_world_make();
+    world->def.contact_distance = 3e-3;
+    contact_grid const lower = make_contact_grid(
+        11, 11, vec3_make(-0.1, -0.1, 0.0), vec3_make(0.2, 0.0, 0.0), vec3_make(0.0, 0.2, 0.0));
     vec3 const across = {0.2 * cos(angle), 0.2 * sin(angle), 0.0};
     vec3 const along = {-across.y, across.x, 0.0};
     vec3 const origin = vec3_add(vec3_scale(vec3_add(across, along), -0.5), (vec3){0, 0, height});
-    mini_grid upper = make_mini_grid(11, 11, origin, across, along), sheets[2] = {lower, upper};
-    for (int i = 0; i < 2; i++) add_mini_surface(world, sheets[i].mesh, false);
-    start_mini_world(world);
-    for (int i = 0; i < 2; i++) free_mini_grid(&sheets[i]);
+    contact_grid upper = make_contact_grid(11, 11, origin, across, along),
+                 sheets[2] = {lower, upper};
+    for (int i = 0; i < 2; i++) add_contact_surface(world, sheets[i].mesh, false);
+    start_contact_world(world);
+    for (int i = 0; i < 2; i++) free_contact_grid(&sheets[i]);
 }
 
 /* Vertices within `radius` [m] of the middle go towards the other sheet by `way` [m], of which the
  * lower ones have `share`. */
-static void close_sheets(mini_world *world, double radius, double way, double share) {
+static void close_sheets(contact_world *world, double radius, double way, double share) {
     memcpy(world->x1, world->x0, 3 * world->vertex_count * sizeof(double));
     for (size_t v = 0; v < world->vertex_count; v++) {
         if (!(hypot(world->x0[3 * v], world->x0[3 * v + 1]) < radius)) continue;
@@ -233,28 +233,27 @@ static void shortest_ways_to_a_hit_are_tested(void **state) {
     (void)state;
     static const double shares[] = {0.5, 0.500001, 0.0, 1.0, 0.3};
     for (int turn = 1; turn <= 8; turn++) {
-        mini_world world;
+        contact_world world;
         contact_settings const settings = contact_settings_default();
         double const height = 4.5e-3 * (1.0 + 1e-5), way = height - settings.minimum_gap;
         make_two_sheets(&world, height, 0.19 * turn);
         close_sheets(&world, 0.06, 4.0 * height, 0.5);
-        pair_source source = find_mini_pairs(&world, world.x1);
-        contact_scene const scene = get_mini_scene(&world, TIME_STEP);
+        pair_source *const source = find_contact_pairs(&world, world.x1);
+        contact_scene const scene = get_contact_scene(&world, TIME_STEP);
         assert_true(scene.largest_separation < height);
-        assert_int_equal(gather_rows(&scene, &world.store, world.x0, &source, &world.rows),
-                         TULLE_OK);
-        assert_int_equal(source.near_pairs->pairs.count, 0);
+        assert_int_equal(gather_rows(&scene, world.store, world.x0, source, world.rows), TULLE_OK);
+        assert_int_equal(source->near_pairs->pairs.count, 0);
         uint64_t random = (uint64_t)turn;
         for (size_t i = 0; i < sizeof shares / sizeof shares[0]; i++) {
             size_t picked_count;
             close_sheets(&world, 0.06, way * (1.0 + 1e-5), shares[i]);
-            assert_true(compare_tests(&world, &source, &random, &picked_count) > 100);
+            assert_true(compare_tests(&world, source, &random, &picked_count) > 100);
             close_sheets(&world, 0.01, 4.0 * height, shares[i]); /* one vertex of each */
-            assert_true(compare_tests(&world, &source, &random, &picked_count) > 10);
+            assert_true(compare_tests(&world, source, &random, &picked_count) > 10);
             assert_true(picked_count <
-                        source.pairs->vertex_triangle.count + source.pairs->edge_edge.count);
+                        source->pairs->vertex_triangle.count + source->pairs->edge_edge.count);
         }
-        mini_world_destroy(&world);
+        contact_world_destroy(&world);
     }
 }
 
@@ -262,20 +261,20 @@ static void shortest_ways_to_a_hit_are_tested(void **state) {
 static void renewed_pairs_have_none(void **state) {
     (void)state;
     uint64_t random = 7;
-    mini_world world;
+    contact_world world;
     make_three_layers(&world, &random);
     memcpy(world.x1, world.x0, 3 * world.vertex_count * sizeof(double));
-    pair_source source = find_mini_pairs(&world, world.x1);
-    assert_null(source.near_pairs);
-    contact_scene const scene = get_mini_scene(&world, TIME_STEP);
-    assert_int_equal(gather_rows(&scene, &world.store, world.x1, &source, &world.rows), TULLE_OK);
-    assert_non_null(source.near_pairs);
-    assert_int_equal(ensure_pairs_cover(&scene, &source, world.x1), TULLE_OK);
-    assert_non_null(source.near_pairs);
+    pair_source *const source = find_contact_pairs(&world, world.x1);
+    assert_null(source->near_pairs);
+    contact_scene const scene = get_contact_scene(&world, TIME_STEP);
+    assert_int_equal(gather_rows(&scene, world.store, world.x1, source, world.rows), TULLE_OK);
+    assert_non_null(source->near_pairs);
+    assert_int_equal(ensure_pairs_cover(&scene, source, world.x1), TULLE_OK);
+    assert_non_null(source->near_pairs);
     move_by_chance(&world, 0.1, 0.0, &random);
-    assert_int_equal(ensure_pairs_cover(&scene, &source, world.x1), TULLE_OK);
-    assert_null(source.near_pairs);
-    mini_world_destroy(&world);
+    assert_int_equal(ensure_pairs_cover(&scene, source, world.x1), TULLE_OK);
+    assert_null(source->near_pairs);
+    contact_world_destroy(&world);
 }
 
 /* Where pairs that straight paths keep apart were left out, what stops on its way is not covered,
@@ -283,25 +282,25 @@ static void renewed_pairs_have_none(void **state) {
 static void pairs_of_straight_paths_cover_their_ends(void **state) {
     (void)state;
     uint64_t random = 8;
-    mini_world world;
+    contact_world world;
     make_three_layers(&world, &random);
     size_t const count = 3 * world.vertex_count;
     for (size_t i = 0; i < count; i++) world.x1[i] = world.x0[i] + 0.05;
-    pair_source source = find_mini_pairs(&world, world.x1);
-    contact_scene const scene = get_mini_scene(&world, TIME_STEP);
-    double const reach = 0.5 * (source.margin - scene.settings.minimum_gap);
+    pair_source *const source = find_contact_pairs(&world, world.x1);
+    contact_scene const scene = get_contact_scene(&world, TIME_STEP);
+    double const reach = 0.5 * (source->margin - scene.settings.minimum_gap);
     for (int is_straight = 0; is_straight < 2; is_straight++) {
-        source.is_straight = is_straight;
+        source->is_straight = is_straight;
         for (size_t i = 0; i < count; i++) world.x1[i] = world.x0[i] + 0.05 - 0.99 * reach;
-        assert_true(paths_stay_in_bounds(&scene, &source, world.x1));
+        assert_true(paths_stay_in_bounds(&scene, source, world.x1));
         world.x1[4] -= 0.02 * reach;
-        assert_int_equal(paths_stay_in_bounds(&scene, &source, world.x1), !is_straight);
+        assert_int_equal(paths_stay_in_bounds(&scene, source, world.x1), !is_straight);
         memcpy(world.x1, world.x0, count * sizeof(double));
-        assert_int_equal(paths_stay_in_bounds(&scene, &source, world.x1), !is_straight);
+        assert_int_equal(paths_stay_in_bounds(&scene, source, world.x1), !is_straight);
         for (size_t i = 0; i < count; i++) world.x1[i] = world.x0[i] + 0.05 + 1.01 * reach;
-        assert_false(paths_stay_in_bounds(&scene, &source, world.x1));
+        assert_false(paths_stay_in_bounds(&scene, source, world.x1));
     }
-    mini_world_destroy(&world);
+    contact_world_destroy(&world);
 }
 
 int main(void) {

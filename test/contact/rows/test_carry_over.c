@@ -1,7 +1,7 @@
 /* Contacts that change their features: impulses go on with the vertex or edge that slides, each at
  * most once, and never to the other side. */
 #include "base/hash.h"
-#include "support/mini_world.h"
+#include "support/contact_world.h"
 #include "support/test_support.h"
 
 #include <string.h>
@@ -9,14 +9,13 @@
 #define TIME_STEP (1.0 / 90.0)
 
 /* Rows with impulses that tell them apart, stored. */
-static void store_marked_rows(mini_world *world) {
-    for (size_t r = 0; r < world->rows.rows.count; r++)
-        world->rows.rows.data[r].solve.impulse = vec3_make(0.0, (double)(r + 1), 0.0);
-    assert_int_equal(update_contacts(&world->store, &world->heap, &world->rows, TIME_STEP),
-                     TULLE_OK);
+static void store_marked_rows(contact_world *world) {
+    for (size_t r = 0; r < world->rows->rows.count; r++)
+        world->rows->rows.data[r].solve.impulse = vec3_make(0.0, (double)(r + 1), 0.0);
+    assert_int_equal(update_contacts(world->store, world->heap, world->rows, TIME_STEP), TULLE_OK);
 }
 
-static void shift_sheet(mini_world *world, double dx, double dy, double dz) {
+static void shift_sheet(contact_world *world, double dx, double dy, double dz) {
     for (size_t i = 0; i < count_sheet_vertices(world); i++) {
         world->x0[3 * i] += dx;
         world->x0[3 * i + 1] += dy;
@@ -49,18 +48,18 @@ static void impulses_slide_with_the_sheet(void **state) {
     uint64_t random = 11;
     size_t changed = 0, edge_rows = 0, carried_edge_rows = 0;
     for (int i = 0; i < 40; i++) {
-        mini_world world;
+        contact_world world;
         make_coarse_sheet_over_cloth(&world, &random);
         gather_at_rest(&world, TIME_STEP);
-        size_t const count = world.rows.rows.count;
+        size_t const count = world.rows->rows.count;
         assert_true(count < MAX_ROWS);
         store_marked_rows(&world);
-        memcpy(before, world.rows.rows.data, count * sizeof *before);
+        memcpy(before, world.rows->rows.data, count * sizeof *before);
         memset(is_taken, 0, sizeof is_taken);
         shift_sheet(&world, 0.01 * random_uniform(&random), 0.01 * random_uniform(&random), 0.0);
         gather_at_rest(&world, TIME_STEP);
-        for (size_t r = 0; r < world.rows.rows.count; r++) {
-            const contact_row *const row = &world.rows.rows.data[r];
+        for (size_t r = 0; r < world.rows->rows.count; r++) {
+            const contact_row *const row = &world.rows->rows.data[r];
             size_t const index = read_mark(row, is_taken, count);
             bool const is_sheet_vertex = row->frame.kind == FEATURE_VERTEX_TRIANGLE &&
                                          row->frame.vertices[0] < count_sheet_vertices(&world);
@@ -72,7 +71,7 @@ static void impulses_slide_with_the_sheet(void **state) {
             edge_rows += row->frame.kind == FEATURE_EDGE_EDGE;
             carried_edge_rows += row->frame.kind == FEATURE_EDGE_EDGE && index < count;
         }
-        mini_world_destroy(&world);
+        contact_world_destroy(&world);
     }
     print_message("%zu vertex rows changed their triangle; %zu of %zu edge rows carried over\n",
                   changed, carried_edge_rows, edge_rows);
@@ -83,42 +82,42 @@ static void impulses_slide_with_the_sheet(void **state) {
 static void impulses_do_not_change_sides(void **state) {
     (void)state;
     uint64_t random = 17;
-    mini_world world;
+    contact_world world;
     make_coarse_sheet_over_cloth(&world, &random);
     gather_at_rest(&world, TIME_STEP);
     store_marked_rows(&world);
     shift_sheet(&world, 0.015, 0.01, -2.0 * HEIGHT_OVER_PLANE);
     gather_at_rest(&world, TIME_STEP);
-    assert_true(world.rows.rows.count > count_sheet_vertices(&world));
+    assert_true(world.rows->rows.count > count_sheet_vertices(&world));
     size_t old_count = 0;
-    for (size_t r = 0; r < world.rows.rows.count; r++) {
-        const contact_row *const row = &world.rows.rows.data[r];
+    for (size_t r = 0; r < world.rows->rows.count; r++) {
+        const contact_row *const row = &world.rows->rows.data[r];
         const stored_contact *const own =
-            find_contact(&world.store, row->frame.kind, row->frame.pair);
+            find_contact(world.store, row->frame.kind, row->frame.pair);
         assert_int_equal(row->law.is_old, own != NULL);
         old_count += row->law.is_old;
     }
-    assert_true(old_count < world.rows.rows.count);
-    mini_world_destroy(&world);
+    assert_true(old_count < world.rows->rows.count);
+    contact_world_destroy(&world);
 }
 
 /* A store of another scene, whose features do not exist here, is read without harm. */
 static void unknown_contacts_are_left_alone(void **state) {
     (void)state;
     uint64_t random = 19;
-    mini_world world;
+    contact_world world;
     make_coarse_sheet_over_cloth(&world, &random);
     gather_at_rest(&world, TIME_STEP);
-    for (size_t r = 0; r < world.rows.rows.count; r++) {
-        contact_row *const row = &world.rows.rows.data[r];
+    for (size_t r = 0; r < world.rows->rows.count; r++) {
+        contact_row *const row = &world.rows->rows.data[r];
         row->solve.impulse = vec3_make(1.0, 0.0, 0.0);
         row->frame.pair = (feature_pair){1000000 + (uint32_t)r, 2000000};
     }
-    assert_int_equal(update_contacts(&world.store, &world.heap, &world.rows, TIME_STEP), TULLE_OK);
+    assert_int_equal(update_contacts(world.store, world.heap, world.rows, TIME_STEP), TULLE_OK);
     gather_at_rest(&world, TIME_STEP);
-    for (size_t r = 0; r < world.rows.rows.count; r++)
-        assert_false(world.rows.rows.data[r].law.is_old);
-    mini_world_destroy(&world);
+    for (size_t r = 0; r < world.rows->rows.count; r++)
+        assert_false(world.rows->rows.data[r].law.is_old);
+    contact_world_destroy(&world);
 }
 
 int main(void) {

@@ -2,7 +2,7 @@
  * after a vertex or a whole sheet has passed through, history and neighbours remember the side. */
 #include "base/hash.h"
 #include "contact/rows/orientation.h"
-#include "support/mini_world.h"
+#include "support/contact_world.h"
 #include "support/test_support.h"
 
 #include <string.h>
@@ -10,7 +10,7 @@
 #define TIME_STEP (1.0 / 90.0)
 
 /* A turned sheet over a plane, both rough by 0.1 mm, with its rows found. */
-static void make_sheet(mini_world *world, uint64_t *random) {
+static void make_sheet(contact_world *world, uint64_t *random) {
     make_coarse_sheet_over_cloth(world, random);
     for (size_t i = 0; i < world->vertex_count; i++)
         world->x0[3 * i + 2] += 1e-4 * (random_uniform(random) - 0.5);
@@ -18,19 +18,20 @@ static void make_sheet(mini_world *world, uint64_t *random) {
 }
 
 /* What the rows of vertices and triangles say. */
-static side_history remember_rows(mini_world *world) {
+static side_history remember_rows(contact_world *world) {
     side_history history = {0};
-    for (size_t r = 0; r < world->rows.rows.count; r++) {
-        const contact_row *const row = &world->rows.rows.data[r];
+    for (size_t r = 0; r < world->rows->rows.count; r++) {
+        const contact_row *const row = &world->rows->rows.data[r];
         if (row->frame.kind != FEATURE_VERTEX_TRIANGLE) continue;
         known_side const side = {row->frame.pair.first, row->frame.pair.second, row->frame.normal};
-        assert_int_equal(remember_side(&history, &world->heap, side), TULLE_OK);
+        assert_int_equal(remember_side(&history, world->heap, side), TULLE_OK);
     }
     settle_history(&history);
     return history;
 }
 
-static oriented_pair ask_about_row(const mini_world *world, const contact_row *row, double sign) {
+static oriented_pair ask_about_row(const contact_world *world, const contact_row *row,
+                                   double sign) {
     vec3 point = {0.0, 0.0, 0.0};
     for (int k = 0; k < 4; k++)
         point = vec3_add_scaled(point, vec3_load(world->x0, row->frame.vertices[k]),
@@ -40,8 +41,8 @@ static oriented_pair ask_about_row(const mini_world *world, const contact_row *r
 }
 
 /* By the first triangle of each feature. */
-static orientation verify(const mini_world *world, const oriented_pair *question) {
-    const topology *const topo = &world->topo;
+static orientation verify(const contact_world *world, const oriented_pair *question) {
+    const topology *const topo = world->topo;
     feature_pair const pair = question->pair;
     bool const is_vertex = question->kind == FEATURE_VERTEX_TRIANGLE;
     const adjacency *const around = &topo->vertex_triangles;
@@ -56,34 +57,34 @@ static void rules_agree_with_geometry(void **state) {
     uint64_t random = 31;
     size_t count = 0, by_neighbours = 0, by_history = 0;
     for (int i = 0; i < 20; i++) {
-        mini_world world;
+        contact_world world;
         make_sheet(&world, &random);
         side_history history = remember_rows(&world);
-        for (size_t r = 0; r < world.rows.rows.count; r++) {
+        for (size_t r = 0; r < world.rows->rows.count; r++) {
             int const sign = random_uniform(&random) < 0.5 ? -1 : 1;
-            oriented_pair const question = ask_about_row(&world, &world.rows.rows.data[r], sign);
+            oriented_pair const question = ask_about_row(&world, &world.rows->rows.data[r], sign);
             if (question.kind == FEATURE_VERTEX_TRIANGLE) {
                 assert_int_equal(
-                    orient_by_history(&world.topo, &history, question.pair, question.axis), sign);
+                    orient_by_history(world.topo, &history, question.pair, question.axis), sign);
                 by_history++;
             }
-            int const side = orient_by_neighbours(&world.topo, world.x0, &question);
+            int const side = orient_by_neighbours(world.topo, world.x0, &question);
             assert_true(side == sign || side == ORIENTATION_UNDECIDED);
             assert_int_equal(verify(&world, &question), sign);
             count++;
             by_neighbours += side == sign;
         }
-        side_history_destroy(&history, &world.heap);
-        mini_world_destroy(&world);
+        side_history_destroy(&history, world.heap);
+        contact_world_destroy(&world);
     }
     print_message("%zu of %zu pairs decided by their neighbours\n", by_neighbours, count);
     assert_true(count > 5000 && by_neighbours > count / 2 && by_history > 1000);
 }
 
 /* The triangle of the plane under a point, or TULLE_NONE. */
-static uint32_t find_triangle_below(const mini_world *world, vec3 point) {
-    for (uint32_t t = 0; t < world->topo.triangle_count; t++) {
-        const uint32_t *const corners = world->topo.triangles + 3 * (size_t)t;
+static uint32_t find_triangle_below(const contact_world *world, vec3 point) {
+    for (uint32_t t = 0; t < world->topo->triangle_count; t++) {
+        const uint32_t *const corners = world->topo->triangles + 3 * (size_t)t;
         if (corners[0] < count_sheet_vertices(world)) continue;
         bool is_inside = true;
         double last = 0.0;
@@ -99,7 +100,7 @@ static uint32_t find_triangle_below(const mini_world *world, vec3 point) {
     return TULLE_NONE;
 }
 
-static void raise_all_but(mini_world *world, uint32_t vertex, double height) {
+static void raise_all_but(contact_world *world, uint32_t vertex, double height) {
     for (uint32_t k = 0; k < count_sheet_vertices(world); k++)
         if (k != vertex) world->x0[3 * k + 2] += height;
 }
@@ -118,7 +119,7 @@ static void sides_are_remembered(void **state) {
     uint64_t random = 32;
     size_t slid = 0;
     for (int i = 0; i < 20; i++) {
-        mini_world world;
+        contact_world world;
         make_sheet(&world, &random);
         side_history history = remember_rows(&world);
         double const dx = 0.01 * random_uniform(&random), dy = 0.01 * random_uniform(&random);
@@ -134,17 +135,17 @@ static void sides_are_remembered(void **state) {
             oriented_pair const question = {
                 FEATURE_VERTEX_TRIANGLE, {k, triangle}, {0.0, 0.0, 1.0}, {point.x, point.y, 0.0}};
             slid += !remembers(&history, question.pair);
-            assert_int_equal(orient_by_history(&world.topo, &history, question.pair, question.axis),
+            assert_int_equal(orient_by_history(world.topo, &history, question.pair, question.axis),
                              ORIENTATION_ALONG);
-            assert_int_equal(orient_by_neighbours(&world.topo, world.x0, &question),
+            assert_int_equal(orient_by_neighbours(world.topo, world.x0, &question),
                              ORIENTATION_AGAINST);
             raise_all_but(&world, k, 7e-3);
-            assert_int_equal(orient_by_neighbours(&world.topo, world.x0, &question),
+            assert_int_equal(orient_by_neighbours(world.topo, world.x0, &question),
                              ORIENTATION_ALONG);
             raise_all_but(&world, k, -7e-3);
         }
-        side_history_destroy(&history, &world.heap);
-        mini_world_destroy(&world);
+        side_history_destroy(&history, world.heap);
+        contact_world_destroy(&world);
     }
     assert_true(slid > 300);
 }
