@@ -4,37 +4,33 @@
 
 #include "base/error.h"
 #include "base/hash.h"
+#include "base/words.h"
 #include "geom/mesh.h"
 
 /* Any value that a def not made by tulle_shape_def_default is unlikely to hold. */
 static const uint32_t SHAPE_COOKIE = 0x7368a9e5;
 
-typedef struct shape_entry {
-    const char *name;
-    shape_generator generate;
-} shape_entry;
-
-static const shape_entry shapes[TULLE_SHAPE_COUNT] = {
-    [TULLE_SHAPE_RECTANGLE] = {"rectangle", shape_make_sheet},
-    [TULLE_SHAPE_RIBBON] = {"ribbon", shape_make_sheet},
-    [TULLE_SHAPE_DISC] = {"disc", shape_make_rings},
-    [TULLE_SHAPE_TUBE] = {"tube", shape_make_rings},
-    [TULLE_SHAPE_CAPE] = {"cape", shape_make_rings},
-    [TULLE_SHAPE_NET] = {"net", shape_make_net},
-    [TULLE_SHAPE_PLANE] = {"plane", shape_make_sheet},
-    [TULLE_SHAPE_BOX] = {"box", shape_make_slab},
-    [TULLE_SHAPE_SPHERE] = {"sphere", shape_make_sphere},
-    [TULLE_SHAPE_HEMISPHERE] = {"hemisphere", shape_make_rings},
-    [TULLE_SHAPE_CYLINDER] = {"cylinder", shape_make_rings},
-    [TULLE_SHAPE_CONE] = {"cone", shape_make_rings},
-    [TULLE_SHAPE_NEEDLE] = {"needle", shape_make_rings},
-    [TULLE_SHAPE_TETRAHEDRON] = {"tetrahedron", shape_make_tetrahedron},
-    [TULLE_SHAPE_TORUS] = {"torus", shape_make_rings},
-    [TULLE_SHAPE_NAIL] = {"nail", shape_make_rings},
-    [TULLE_SHAPE_BUMPY_GROUND] = {"bumpy-ground", shape_make_sheet},
-    [TULLE_SHAPE_CRESTED_GROUND] = {"crested-ground", shape_make_sheet},
-    [TULLE_SHAPE_TILE] = {"tile", shape_make_slab},
-    [TULLE_SHAPE_SCEPTRE] = {"sceptre", shape_make_rings},
+static const shape_generator generators[TULLE_SHAPE_COUNT] = {
+    [TULLE_SHAPE_RECTANGLE] = shape_make_sheet,
+    [TULLE_SHAPE_RIBBON] = shape_make_sheet,
+    [TULLE_SHAPE_DISC] = shape_make_rings,
+    [TULLE_SHAPE_TUBE] = shape_make_rings,
+    [TULLE_SHAPE_CAPE] = shape_make_rings,
+    [TULLE_SHAPE_NET] = shape_make_net,
+    [TULLE_SHAPE_PLANE] = shape_make_sheet,
+    [TULLE_SHAPE_BOX] = shape_make_slab,
+    [TULLE_SHAPE_SPHERE] = shape_make_sphere,
+    [TULLE_SHAPE_HEMISPHERE] = shape_make_rings,
+    [TULLE_SHAPE_CYLINDER] = shape_make_rings,
+    [TULLE_SHAPE_CONE] = shape_make_rings,
+    [TULLE_SHAPE_NEEDLE] = shape_make_rings,
+    [TULLE_SHAPE_TETRAHEDRON] = shape_make_tetrahedron,
+    [TULLE_SHAPE_TORUS] = shape_make_rings,
+    [TULLE_SHAPE_NAIL] = shape_make_rings,
+    [TULLE_SHAPE_BUMPY_GROUND] = shape_make_sheet,
+    [TULLE_SHAPE_CRESTED_GROUND] = shape_make_sheet,
+    [TULLE_SHAPE_TILE] = shape_make_slab,
+    [TULLE_SHAPE_SCEPTRE] = shape_make_rings,
 };
 
 static bool is_known_shape(tulle_shape shape) {
@@ -42,7 +38,7 @@ static bool is_known_shape(tulle_shape shape) {
 }
 
 const char *tulle_shape_name(tulle_shape shape) {
-    return is_known_shape(shape) ? shapes[shape].name : NULL;
+    return is_known_shape(shape) ? shape_words[shape] : NULL;
 }
 
 int tulle_shape_is_cloth(tulle_shape shape) {
@@ -159,7 +155,7 @@ tulle_status tulle_shape_generate(const tulle_shape_def *def, tulle_mesh *mesh,
     tulle_shape_def derived = *def;
     shape_derive_def(&derived);
     status = shape_check_fit(&derived, error);
-    if (status == TULLE_OK) status = shapes[def->shape].generate(&derived, mesh, error);
+    if (status == TULLE_OK) status = generators[def->shape](&derived, mesh, error);
     if (status == TULLE_OK && def->is_irregular && tulle_shape_is_cloth(def->shape)) {
         memory heap = memory_default();
         status = shape_jitter(&heap, &derived, mesh, error);

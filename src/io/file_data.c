@@ -90,6 +90,45 @@ tulle_status file_load(memory *heap, const char *path, size_t byte_limit, file_d
     return status;
 }
 
+tulle_status file_load_stream(memory *heap, const char *path, size_t byte_limit, file_data *data,
+                              tulle_error *error) {
+    struct stat facts;
+    *data = (file_data){0};
+    if (stat(path, &facts) != 0) return file_fail(error, path, errno, "cannot be opened");
+    if (S_ISREG(facts.st_mode) || S_ISDIR(facts.st_mode))
+        return file_load(heap, path, byte_limit, data, error);
+    int const file = open(path, O_RDONLY | O_CLOEXEC);
+    if (file < 0) return file_fail(error, path, errno, "cannot be opened");
+    ARRAY(char) text = {0};
+    size_t const chunk = 1 << 16;
+    tulle_status status = TULLE_OK;
+    size_t count = chunk;
+    while (status == TULLE_OK && count > 0 && text.count <= byte_limit) {
+        if (ARRAY_RESERVE(heap, &text, chunk + 1)) {
+            status = read_all(file, path, text.data + text.count, chunk, &count, error);
+            text.count += count;
+        } else {
+            status = error_set_at(error, TULLE_ERROR_OUT_OF_MEMORY, path, 0, 0,
+                                  "out of memory for its text");
+        }
+    }
+    close(file);
+    if (status == TULLE_OK && text.count > byte_limit)
+        status = error_set_at(error, TULLE_ERROR_LIMIT, path, 0, 0,
+                              "has more than the %zu bytes that can be read", byte_limit);
+    char *const bytes = status == TULLE_OK ? memory_allocate(heap, text.count + 1) : NULL;
+    if (bytes) {
+        memcpy(bytes, text.data, text.count);
+        bytes[text.count] = '\0';
+        *data = (file_data){bytes, text.count};
+    } else if (status == TULLE_OK) {
+        status = error_set_at(error, TULLE_ERROR_OUT_OF_MEMORY, path, 0, 0,
+                              "out of memory for its text");
+    }
+    ARRAY_FREE(heap, &text);
+    return status;
+}
+
 void file_release(memory *heap, file_data *data) {
     if (data->bytes) memory_release(heap, data->bytes, data->byte_count + 1);
     *data = (file_data){0};

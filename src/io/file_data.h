@@ -13,6 +13,10 @@ typedef struct file_data {
  * TULLE_ERROR_IO (also for a folder or a device), TULLE_ERROR_LIMIT, TULLE_ERROR_OUT_OF_MEMORY. */
 tulle_status file_load(memory *heap, const char *path, size_t byte_limit, file_data *data,
                        tulle_error *error);
+/* The same, but a pipe or a device is read, too, up to its end: TULLE_ERROR_LIMIT if it has more.
+ */
+tulle_status file_load_stream(memory *heap, const char *path, size_t byte_limit, file_data *data,
+                              tulle_error *error);
 void file_release(memory *heap, file_data *data);
 
 /* [bytes] Largest file that is read whole: 16 GiB. */

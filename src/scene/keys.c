@@ -1,6 +1,7 @@
 /* scene/keys.c - the table of keys: what a scene file may say. Parsing, range checks, defaults,
  * canonical text and docs/guide/scene.md all come from it. This part: the file's own keys, time,
  * wind, contact and solver; the other parts are keys_mesh.c, keys_cloth.c and keys_obstacle.c. */
+#include "base/words.h"
 #include "scene/keys_table.h"
 
 static const schema_key time_table[] = {
@@ -92,19 +93,6 @@ const schema_map wind_map = {.title = "Wind",
                                         "that are the same on every machine.",
                              MAP_OF(wind_table, wind_keys)};
 
-/* In the order of tulle_detect_method, tulle_detect_cone, false and true, the same for growing
- * anew, tulle_response, tulle_motion_space, tulle_start_intersections, tulle_on_pinch,
- * tulle_integrator. */
-static const char *const method_names[] = {"patches", "refit", "bvox", "paper", NULL};
-static const char *const cone_names[] = {"bernstein", "paper", NULL};
-static const char *const certificate_names[] = {"off", "on", NULL};
-static const char *const patches_names[] = {"keep", "grow", NULL};
-static const char *const response_names[] = {"coupled", "paper", NULL};
-static const char *const space_names[] = {"cone", "polyhedral", NULL};
-static const char *const start_names[] = {"refuse", "ignore", "untangle", NULL};
-static const char *const pinch_names[] = {"stop", "slow", "release", NULL};
-static const char *const integrator_names[] = {"implicit-euler", "crank-nicolson", "bdf2", NULL};
-
 #define DISTANCE                                                                                   \
     .type = SCHEMA_NUMBER, .unit = UNIT_LENGTH, .fallback = "auto", .word = "auto", .minimum = 0,  \
     .maximum = 1, .flags = SCHEMA_ABOVE_MINIMUM
@@ -182,14 +170,14 @@ static const schema_key contact_table[] = {
                      "the coefficient of cloths that slide on one another; at most friction"),
     {.name = "response",
      .type = SCHEMA_CHOICE,
-     .choices = response_names,
+     .choices = response_words,
      .fallback = "coupled",
      FIELD(contact_keys, response),
      .meaning = "how contact acts. coupled: impulses are part of the solve; paper: forces and "
                 "velocities are projected vertex by vertex, for comparison"},
     {.name = "motion_space",
      .type = SCHEMA_CHOICE,
-     .choices = space_names,
+     .choices = motion_space_words,
      .fallback = "polyhedral",
      FIELD(contact_keys, motion_space),
      .meaning = "for response paper, which velocities a vertex in contact may have. cone: the "
@@ -197,7 +185,7 @@ static const schema_key contact_table[] = {
                 "polyhedral: all of their intersection"},
     {.name = "method",
      .type = SCHEMA_CHOICE,
-     .choices = method_names,
+     .choices = method_words,
      .fallback = "patches",
      FIELD(contact_keys, method),
      .meaning = "how pairs are found. patches: refitted trees that skip pairs within one certified "
@@ -205,7 +193,7 @@ static const schema_key contact_table[] = {
                 "voxel tree for each patch. The result is the same, the time is not"},
     {.name = "cone",
      .type = SCHEMA_CHOICE,
-     .choices = cone_names,
+     .choices = cone_words,
      .fallback = "bernstein",
      FIELD(contact_keys, cone),
      .meaning = "bound on the normals of a moving triangle, for patches: bernstein, or the "
@@ -220,14 +208,14 @@ static const schema_key contact_table[] = {
      .meaning = "widest cone in which a patch grows, half its opening"},
     {.name = "certificate",
      .type = SCHEMA_CHOICE,
-     .choices = certificate_names,
+     .choices = switch_words,
      .fallback = "on",
      FIELD(contact_keys, certificate),
      .meaning = "on: only patches that are proven not to touch themselves are skipped; off: all "
                 "are, as in the paper, and cloth may pass through itself within a patch"},
     {.name = "patches",
      .type = SCHEMA_CHOICE,
-     .choices = patches_names,
+     .choices = patches_words,
      .fallback = "keep",
      FIELD(contact_keys, patches),
      .meaning = "keep: patches are kept and checked again; grow: they are grown anew for every "
@@ -241,7 +229,7 @@ static const schema_key contact_table[] = {
      .meaning = "rounds of impact resolution before the rescue"},
     {.name = "start_intersections",
      .type = SCHEMA_CHOICE,
-     .choices = start_names,
+     .choices = start_words,
      .fallback = "refuse",
      FIELD(contact_keys, start_intersections),
      .meaning = "what to do with cloth that intersects at the start. refuse: end the run; ignore: "
@@ -256,7 +244,7 @@ static const schema_key contact_table[] = {
      .meaning = "rounds of untangling after which a start that still intersects is refused"},
     {.name = "on_pinch",
      .type = SCHEMA_CHOICE,
-     .choices = pinch_names,
+     .choices = pinch_words,
      .fallback = "stop",
      FIELD(contact_keys, on_pinch),
      .meaning = "what to do when obstacles close on cloth. stop: end the run; slow: hold the "
@@ -285,7 +273,7 @@ const schema_map contact_map = {.title = "Contact",
 static const schema_key solver_table[] = {
     {.name = "integrator",
      .type = SCHEMA_CHOICE,
-     .choices = integrator_names,
+     .choices = integrator_words,
      .fallback = "implicit-euler",
      FIELD(solver_keys, integrator),
      .meaning = "time integration"},

@@ -1,15 +1,8 @@
 /* scene/keys_mesh.c - the table of keys: meshes and materials. */
+#include "base/words.h"
 #include "scene/keys_table.h"
 
 #include "tulle/shapes.h"
-
-/* In the order of tulle_shape. */
-static const char *const shape_names[] = {
-    "rectangle", "ribbon", "disc",         "tube",           "cape", "net",     "plane",
-    "box",       "sphere", "hemisphere",   "cylinder",       "cone", "needle",  "tetrahedron",
-    "torus",     "nail",   "bumpy-ground", "crested-ground", "tile", "sceptre", NULL};
-_Static_assert(sizeof shape_names / sizeof shape_names[0] == TULLE_SHAPE_COUNT + 1,
-               "one name for each shape");
 
 #define BIT(shape) (UINT64_C(1) << TULLE_SHAPE_##shape)
 #define ALL_SHAPES ((UINT64_C(1) << TULLE_SHAPE_COUNT) - 1)
@@ -39,7 +32,7 @@ static const schema_key mesh_table[] = {
     {.name = "shape",
      .type = SCHEMA_CHOICE,
      .flags = SCHEMA_ALTERNATIVE,
-     .choices = shape_names,
+     .choices = shape_words,
      FIELD(mesh_keys, shape),
      .meaning = "generated mesh, see the table of shapes"},
     {.name = "size",

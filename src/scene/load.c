@@ -2,42 +2,10 @@
 #include "scene/scene_data.h"
 
 #include "base/hash.h"
+#include "io/file_data.h"
 
-#include <errno.h>
 #include <math.h>
 #include <string.h>
-
-/* Reads at most the limit and a byte, so that devices and pipes end, too. Null after a problem. */
-static char *read_text(const scene_work *work, size_t *length) {
-    const char *path = work->scene->path;
-    FILE *file = fopen(path, "rb");
-    if (!file) {
-        problem_add(work->problems, TULLE_ERROR_IO, (scene_place){path, 0, 0},
-                    "the scene file cannot be opened: %s", strerror(errno));
-        return NULL;
-    }
-    size_t capacity = 1 << 16, count = 0;
-    char *text = NULL;
-    for (;;) {
-        char *larger = ARENA_NEW(&work->scene->storage, char, capacity);
-        if (larger && count > 0) memcpy(larger, text, count);
-        text = larger;
-        if (!text) break;
-        errno = 0;
-        count += fread(text + count, 1, capacity - count, file);
-        if (count < capacity || capacity > TREE_TEXT_LIMIT) break;
-        capacity *= 2;
-    }
-    bool is_failed = ferror(file) != 0;
-    int reason = errno;
-    fclose(file);
-    *length = count;
-    if (!text) problem_add_memory(work->problems, path);
-    if (text && is_failed)
-        problem_add(work->problems, TULLE_ERROR_IO, (scene_place){path, 0, 0},
-                    "the scene file cannot be read: %s", strerror(reason));
-    return is_failed ? NULL : text;
-}
 
 static bool check_something_moves(const scene_work *work) {
     const scene_keys *keys = &work->scene->keys;
@@ -53,10 +21,17 @@ static bool check_something_moves(const scene_work *work) {
 
 bool read_scene_keys(const scene_work *work, const char *const *overrides, size_t count) {
     tulle_scene *loaded = work->scene;
-    tree_source source = {.name = loaded->path, .has_lines = true};
-    source.text = read_text(work, &source.length);
-    if (!source.text) return false;
+    file_data text = {0};
+    tulle_error error = {0};
+    if (file_load_stream(&loaded->heap, loaded->path, TREE_TEXT_LIMIT, &text, &error) != TULLE_OK) {
+        scene_place const place = {loaded->path, 0, 0};
+        problem_add(work->problems, error.status, place, "%s", error.message);
+        return false;
+    }
+    tree_source const source = {
+        .name = loaded->path, .has_lines = true, .text = text.bytes, .length = text.byte_count};
     scene_node *root = tree_read(&source, &loaded->storage, work->problems);
+    file_release(&loaded->heap, &text);
     if (!root) return false;
     bool is_good = true;
     for (size_t i = 0; i < count; i++)

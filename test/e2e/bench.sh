@@ -69,7 +69,7 @@ refuse 2 'whole numbers from 1 to 256' drop.yaml --threads 1,two
 refuse 2 '--repeat: "0" should be a whole number from 1' drop.yaml --repeat 0
 refuse 2 '--size: "" should have' drop.yaml --size ''
 refuse 2 '--name: "a,b" should have' drop.yaml --name a,b
-refuse 2 'missing.csv: cannot be read' drop.yaml --compare missing.csv
+refuse 2 'missing.csv: cannot be opened' drop.yaml --compare missing.csv
 printf 'scene,size\n' >foreign.csv
 refuse 2 'foreign.csv:1: is no table' drop.yaml --compare foreign.csv
 head -c 300 first.csv >cut.csv

@@ -7,6 +7,7 @@
 #include "app/bench/rows.h"
 #include "app/cli/options.h"
 #include "app/cli/progress_bar.h"
+#include "io/file_data.h"
 #include "scene/scene.h"
 
 #include <stdbool.h>
@@ -30,8 +31,9 @@ typedef struct bench_session {
 } bench_session;
 
 /* state.c: the state after the skipped steps, as tulle_world_save_state gives it: read from the
- * file, or made, and kept there where a file is named. Release with free. Gives an exit code. */
-int bench_get_state(bench_session *self, tulle_scene *loaded, char **bytes, size_t *byte_count);
+ * file, or made, and kept there where a file is named. Release it with file_release. Gives an exit
+ * code. */
+int bench_get_state(bench_session *self, tulle_scene *loaded, memory *heap, file_data *state);
 
 /* about.c: rows about the program, its compiler, the machine. Gives an exit code. */
 int bench_describe_machine(bench_session *self);

@@ -2,8 +2,8 @@
  * columns. No field holds a comma, a quote or a line end, so none is quoted. */
 #define _POSIX_C_SOURCE 200809L
 #include "app/bench/rows.h"
-#include "app/cli/whole_file.h"
 #include "base/error.h"
+#include "io/file_data.h"
 
 #include <errno.h>
 #include <math.h>
@@ -93,13 +93,13 @@ static tulle_status read_line(const char *path, int line, char *text, bench_rows
 }
 
 tulle_status bench_csv_read(const char *path, bench_rows *rows, tulle_error *error) {
-    char *bytes = NULL;
-    size_t byte_count = 0;
-    tulle_status status = whole_file_read(path, &bytes, &byte_count, error);
+    memory heap = memory_default();
+    file_data data;
+    tulle_status status = file_load(&heap, path, 0, &data, error);
     if (status != TULLE_OK) return status;
-    char *rest = bytes;
+    char *rest = data.bytes;
     int line = 0;
-    while (status == TULLE_OK && (line == 0 || rest < bytes + byte_count)) {
+    while (status == TULLE_OK && (line == 0 || rest < data.bytes + data.byte_count)) {
         char *const end = strchr(rest, '\n');
         if (end) {
             *end = '\0';
@@ -110,7 +110,7 @@ tulle_status bench_csv_read(const char *path, bench_rows *rows, tulle_error *err
                                   "the last line is cut off");
         }
     }
-    free(bytes);
+    file_release(&heap, &data);
     return status;
 }
 

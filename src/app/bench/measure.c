@@ -118,8 +118,7 @@ typedef struct case_outcome {
 } case_outcome;
 
 typedef struct repeats {
-    const char *state; /* that each repeat begins from */
-    size_t state_size;
+    const file_data *state; /* that each repeat begins from */
     const char *state_path; /* for messages; null: the state was not read */
     tulle_world *world;
     double time_step; /* [s] */
@@ -173,7 +172,7 @@ static void add_sample(repeats *self, double processor) {
 static tulle_status load_state(const repeats *self, tulle_error *error) {
     tulle_error fault = {0};
     tulle_status const status =
-        tulle_world_load_state(self->world, self->state, self->state_size, &fault);
+        tulle_world_load_state(self->world, self->state->bytes, self->state->byte_count, &fault);
     if (status == TULLE_OK || status == TULLE_ERROR_OUT_OF_MEMORY || !self->state_path) {
         if (status != TULLE_OK) *error = fault;
         return status;
@@ -320,17 +319,13 @@ static tulle_status measure_threads(bench_session *self, repeats *made, bench_ro
 }
 
 int bench_measure(bench_session *self, tulle_scene *loaded) {
-    char *state = NULL;
-    size_t state_size = 0;
-    int const code = bench_get_state(self, loaded, &state, &state_size);
-    if (code != APP_EXIT_FINE) {
-        free(state);
-        return code;
-    }
+    memory heap = memory_default();
+    file_data state = {0};
+    int const code = bench_get_state(self, loaded, &heap, &state);
+    if (code != APP_EXIT_FINE) return code;
     case_outcome outcome = {0};
     tulle_error error = {0};
-    repeats made = {.state = state,
-                    .state_size = state_size,
+    repeats made = {.state = &state,
                     .state_path = self->state_path,
                     .time_step = tulle_scene_get_time_step(loaded),
                     .step_count = self->step_count,
@@ -343,7 +338,7 @@ int bench_measure(bench_session *self, tulle_scene *loaded) {
         memcpy(row.size, self->size, sizeof row.size);
         status = measure_threads(self, &made, row, loaded, &error);
     }
-    free(state);
+    file_release(&heap, &state);
     if (status != TULLE_OK && status != TULLE_ERROR_INTERRUPTED) app_print_error("bench", &error);
     return app_exit_for_run(status);
 }

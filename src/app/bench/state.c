@@ -2,13 +2,12 @@
  * start, and kept in a file if one is named, so that the work is done once. */
 #include "app/bench/bench.h"
 #include "app/cli/interrupt.h"
-#include "app/cli/whole_file.h"
 #include "app/commands.h"
+#include "base/error.h"
 #include "base/timer.h"
 
 #include "tulle_io/mesh_files.h"
 
-#include <stdlib.h>
 #include <string.h>
 #include <unistd.h>
 
@@ -45,36 +44,41 @@ static tulle_status simulate(bench_session *self, const tulle_scene *loaded, tul
     return status;
 }
 
-static tulle_status make_state(bench_session *self, tulle_scene *loaded, char **bytes,
-                               size_t *byte_count, tulle_error *error) {
+static tulle_status make_state(bench_session *self, tulle_scene *loaded, memory *heap,
+                               file_data *state, tulle_error *error) {
     tulle_scene_world built = {0};
     void *saved = NULL;
+    size_t size = 0;
     tulle_status status = tulle_scene_build_world(loaded, 0, NULL, &built, error);
     if (status == TULLE_OK) status = simulate(self, loaded, built.world, error);
-    if (status == TULLE_OK) status = tulle_world_save_state(built.world, &saved, byte_count, error);
+    if (status == TULLE_OK) status = tulle_world_save_state(built.world, &saved, &size, error);
     if (status == TULLE_OK) {
-        *bytes = malloc(*byte_count);
-        if (*bytes) memcpy(*bytes, saved, *byte_count);
-        tulle_world_free_state(built.world, saved, *byte_count);
-        if (!*bytes)
-            *error = (tulle_error){.status = status = TULLE_ERROR_OUT_OF_MEMORY,
-                                   .message = "out of memory for the state"};
+        *state = (file_data){memory_allocate(heap, size + 1), size};
+        if (state->bytes)
+            memcpy(state->bytes, saved, size);
+        else
+            status =
+                error_set(error, TULLE_ERROR_OUT_OF_MEMORY, "out of memory for %zu bytes", size);
+        tulle_world_free_state(built.world, saved, size);
     }
     tulle_scene_destroy_world(&built);
     return status;
 }
 
-int bench_get_state(bench_session *self, tulle_scene *loaded, char **bytes, size_t *byte_count) {
+int bench_get_state(bench_session *self, tulle_scene *loaded, memory *heap, file_data *state) {
     tulle_error error = {0};
     tulle_status status = TULLE_OK;
     const char *const path = self->state_path;
     if (path && access(path, F_OK) == 0) {
-        status = whole_file_read(path, bytes, byte_count, &error);
+        status = file_load(heap, path, 0, state, &error);
         if (status != TULLE_OK) app_print_error("bench", &error);
         return app_exit_for_input(status);
     }
-    status = make_state(self, loaded, bytes, byte_count, &error);
-    if (status == TULLE_OK && path) status = tulle_file_write(path, *bytes, *byte_count, &error);
-    if (status != TULLE_OK && status != TULLE_ERROR_INTERRUPTED) app_print_error("bench", &error);
+    status = make_state(self, loaded, heap, state, &error);
+    if (status == TULLE_OK && path)
+        status = tulle_file_write(path, state->bytes, state->byte_count, &error);
+    if (status == TULLE_OK) return APP_EXIT_FINE;
+    if (status != TULLE_ERROR_INTERRUPTED) app_print_error("bench", &error);
+    file_release(heap, state);
     return app_exit_for_run(status);
 }

@@ -58,9 +58,9 @@ static void print_pair_json(const check_frame *frame, const tulle_check_pair *pa
     double place[3];
     check_find_place(frame->bodies, pair, place);
     fputs("{\"a\":", stdout);
-    json_print_text(frame->names[pair->body_a]);
+    json_print_text(stdout, frame->names[pair->body_a]);
     printf(",\"triangle_a\":%" PRIu32 ",\"b\":", pair->triangle_a);
-    json_print_text(frame->names[pair->body_b]);
+    json_print_text(stdout, frame->names[pair->body_b]);
     printf(",\"triangle_b\":%" PRIu32 ",\"near\":[%.9g,%.9g,%.9g]}", pair->triangle_b, place[0],
            place[1], place[2]);
 }
@@ -82,7 +82,7 @@ static size_t get_listed_count(const check_report *report, const check_frame *fr
 
 static void print_frame_json(const check_report *report, const check_frame *frame) {
     fputs("{\"source\":", stdout);
-    json_print_text(frame->source);
+    json_print_text(stdout, frame->source);
     if (frame->number != CHECK_FRAME_OF_FILE)
         printf(",\"frame\":%ld,\"time\":%.9g", frame->number, frame->time);
     printf(",\"intersections\":%zu,\"pairs\":[", frame->result.pair_count);

@@ -1,10 +1,13 @@
-/* app/cli/json_text.h - texts and numbers as JSON has them, to standard output. */
+/* app/cli/json_text.h - texts and numbers as JSON has them, on a stream. */
 #ifndef TULLE_APP_CLI_JSON_TEXT_H
 #define TULLE_APP_CLI_JSON_TEXT_H
 
+#include <stdio.h>
+
 /* In quotes, escaped. Bytes that are no UTF-8 become U+FFFD, so that the document can be read. */
-void json_print_text(const char *text);
-/* With the fewest digits that read back to the same double; null for what is not finite. */
+void json_print_text(FILE *stream, const char *text);
+/* To standard output, with the fewest digits that read back to the same double; null for what is
+ * not finite. */
 void json_print_double(double value);
 
 #endif

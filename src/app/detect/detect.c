@@ -8,6 +8,7 @@
 #include "app/commands.h"
 #include "app/detect/report.h"
 #include "base/error.h"
+#include "base/words.h"
 #include "scene/units.h"
 
 #include <math.h>
@@ -37,13 +38,13 @@ static options_outcome read_words(int argc, char **argv, detect_words *words) {
          .value = &words->method,
          .argument = "patches|refit|bvox|paper",
          .help = "how pairs are found (default: patches)",
-         .choices = detect_method_names},
+         .choices = method_words},
         {.name = "cone",
          .kind = OPTION_CHOICE,
          .value = &words->cone,
          .argument = "bernstein|paper",
          .help = "cones that bound the normals of moving triangles (default: bernstein)",
-         .choices = detect_cone_names},
+         .choices = cone_words},
         {.name = "alpha-max",
          .kind = OPTION_TEXT,
          .value = &words->alpha_max,
@@ -162,9 +163,8 @@ static tulle_status make_passes(const detect_words *words, detect_passes *passes
                               .repeat_count = (uint32_t)words->repeat,
                               .is_earliest = words->is_earliest != 0};
     tulle_detect_def *const def = &passes->def;
-    if (words->method)
-        def->method = (tulle_detect_method)find_name(detect_method_names, words->method);
-    if (words->cone) def->cone = (tulle_detect_cone)find_name(detect_cone_names, words->cone);
+    if (words->method) def->method = (tulle_detect_method)find_name(method_words, words->method);
+    if (words->cone) def->cone = (tulle_detect_cone)find_name(cone_words, words->cone);
     if (words->certificate) def->has_certificate = strcmp(words->certificate, "on") == 0;
     if (words->patches) def->grows_patches_anew = strcmp(words->patches, "grow") == 0;
     def->threads = (int)words->threads;

@@ -3,6 +3,7 @@
 #include "app/cli/json_text.h"
 #include "app/detect/report.h"
 #include "base/parallel.h"
+#include "base/words.h"
 
 #include <inttypes.h>
 #include <math.h>
@@ -25,8 +26,8 @@ static const char *bool_name(bool value) { return value ? "true" : "false"; }
 
 static void print_settings(const detect_passes *passes) {
     const tulle_detect_def *const def = &passes->def;
-    printf("\"settings\":{\"method\":\"%s\",\"cone\":\"%s\"", detect_method_names[def->method],
-           detect_cone_names[def->cone]);
+    printf("\"settings\":{\"method\":\"%s\",\"cone\":\"%s\"", method_words[def->method],
+           cone_words[def->cone]);
     printf(",\"alpha_max_degrees\":%.12g", def->max_angle * DEGREES_PER_RADIAN);
     printf(",\"certificate\":%s,\"patches\":\"%s\"", bool_name(def->has_certificate != 0),
            def->grows_patches_anew || def->method == TULLE_DETECT_PAPER ? "grow" : "keep");
@@ -124,9 +125,9 @@ static void print_list(const detect_passes *passes) {
 
 void detect_report_json(const detect_report *report, const detect_passes *passes) {
     printf("{\"format\":\"tulle detect\",\"format_version\":1,\n\"start\":");
-    json_print_text(report->start_path);
+    json_print_text(stdout, report->start_path);
     printf(",\"end\":");
-    json_print_text(report->end_path);
+    json_print_text(stdout, report->end_path);
     printf(",\n\"mesh\":{\"vertices\":%zu,\"triangles\":%zu},\n", passes->def.vertex_count,
            passes->def.triangle_count);
     print_settings(passes);

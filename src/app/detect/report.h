@@ -15,11 +15,9 @@ void detect_report_text(const detect_report *report, const detect_passes *passes
 void detect_report_json(const detect_report *report, const detect_passes *passes);
 
 /* The words that options, text and JSON have for the values, ending with a null. */
-extern const char *const detect_method_names[]; /* by tulle_detect_method */
-extern const char *const detect_cone_names[];   /* by tulle_detect_cone */
-extern const char *const detect_kind_names[];   /* by tulle_detect_kind */
-extern const char *const detect_state_names[];  /* by tulle_detect_state */
-extern const char *const detect_stage_names[];  /* by detect_stage */
+extern const char *const detect_kind_names[];  /* by tulle_detect_kind */
+extern const char *const detect_state_names[]; /* by tulle_detect_state */
+extern const char *const detect_stage_names[]; /* by detect_stage */
 
 /* After how many events of a list to look whether standard output still takes them. */
 enum { DETECT_LIST_STRIDE = 4096 };

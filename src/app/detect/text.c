@@ -1,7 +1,8 @@
 /* app/detect/text.c - the report of `tulle detect` as text. */
-#include "app/cli/shortest_number.h"
 #include "app/detect/report.h"
 #include "base/parallel.h"
+#include "base/words.h"
+#include "io/text/number.h"
 
 #include <inttypes.h>
 #include <math.h>
@@ -12,10 +13,10 @@ static const double MILLISECONDS_PER_SECOND = 1e3;
 
 static void print_method(const detect_passes *passes) {
     const tulle_detect_def *const def = &passes->def;
-    printf("  %-18s %s", "method", detect_method_names[def->method]);
+    printf("  %-18s %s", "method", method_words[def->method]);
     if (detect_has_patches(passes))
-        printf(": cones %s, up to %.6g deg, patches %s, certificate %s",
-               detect_cone_names[def->cone], def->max_angle * DEGREES_PER_RADIAN,
+        printf(": cones %s, up to %.6g deg, patches %s, certificate %s", cone_words[def->cone],
+               def->max_angle * DEGREES_PER_RADIAN,
                def->grows_patches_anew || def->method == TULLE_DETECT_PAPER ? "grown anew" : "kept",
                def->has_certificate ? "on" : "off");
     printf("\n  %-18s %.6g m\n", "separation", def->thickness + def->minimum_separation);
@@ -121,7 +122,7 @@ static void print_warning(const detect_passes *passes) {
 }
 
 static void print_list(const detect_passes *passes) {
-    char time[SHORTEST_NUMBER_SIZE];
+    char time[NUMBER_TEXT_SIZE];
     for (size_t i = 0; i < passes->result.event_count; i++) {
         const tulle_detect_event *const event = &passes->result.events[i];
         const uint32_t *const v = event->vertices;
@@ -130,8 +131,8 @@ static void print_list(const detect_passes *passes) {
             printf("%" PRIu32 " %" PRIu32, v[0], event->face);
         else
             printf("%" PRIu32 "-%" PRIu32 " %" PRIu32 "-%" PRIu32, v[0], v[1], v[2], v[3]);
-        printf(" %s %s\n", shortest_number_format(event->time, time),
-               detect_state_names[event->state]);
+        number_format_double(event->time, time);
+        printf(" %s %s\n", time, detect_state_names[event->state]);
         if (i % DETECT_LIST_STRIDE == 0 && ferror(stdout)) return;
     }
 }

@@ -1,5 +1,6 @@
 /* app/info/run.c - what `tulle info` prints of a run directory. */
 #include "app/info/info.h"
+#include "base/words.h"
 
 #include "tulle_io/run.h"
 
@@ -21,9 +22,8 @@ static void print_head(const char *path, const tulle_run_info *info) {
 
 /* How pairs were found. */
 static void print_detection(const tulle_world_detection *detection) {
-    static const char *const methods[] = {"patches", "refit", "bvox", "paper"};
     if (!detection) return;
-    printf("  %-16s %s", "detection", methods[detection->method]);
+    printf("  %-16s %s", "detection", method_words[detection->method]);
     if (detection->method == TULLE_DETECT_PATCHES || detection->method == TULLE_DETECT_PAPER)
         printf(", %s cones, %.4g degrees, %s",
                detection->cone == TULLE_CONE_PAPER ? "paper's" : "Bernstein",

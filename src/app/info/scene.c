@@ -23,8 +23,8 @@ static void print_json_bodies(const tulle_scene *loaded, bool are_obstacles) {
         tulle_mesh_view const mesh = are_obstacles ? tulle_scene_get_obstacle_mesh(loaded, i)
                                                    : tulle_scene_get_cloth_mesh(loaded, i);
         printf("%s{\"name\":", i > 0 ? "," : "");
-        json_print_text(are_obstacles ? tulle_scene_get_obstacle_name(loaded, i)
-                                      : tulle_scene_get_cloth_name(loaded, i));
+        json_print_text(stdout, are_obstacles ? tulle_scene_get_obstacle_name(loaded, i)
+                                              : tulle_scene_get_cloth_name(loaded, i));
         print_count("vertices", mesh.vertex_count);
         print_count("triangles", mesh.triangle_count);
         putchar('}');
@@ -34,7 +34,7 @@ static void print_json_bodies(const tulle_scene *loaded, bool are_obstacles) {
 
 static void print_json(const tulle_scene *loaded, double contact_distance) {
     fputs("{\"format\":\"tulle scene\",\"format_version\":1,\"path\":", stdout);
-    json_print_text(tulle_scene_get_path(loaded));
+    json_print_text(stdout, tulle_scene_get_path(loaded));
     printf(",\"scene_hash\":\"%016" PRIx64 "\",\"time_step\":", tulle_scene_get_hash(loaded));
     json_print_double(tulle_scene_get_time_step(loaded));
     print_count("frames", tulle_scene_get_frame_count(loaded));

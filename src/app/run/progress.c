@@ -1,5 +1,6 @@
 /* app/run/progress.c - shows on standard error how far a run is: a bar with the time left, contacts
  * and smallest gap on a terminal; lines every ten seconds elsewhere; or JSON lines. */
+#include "app/cli/json_text.h"
 #include "app/commands.h"
 #include "app/run/session.h"
 #include "base/timer.h"
@@ -143,21 +144,6 @@ void progress_show_untangling(run_session *session) {
     progress->shown = timer_now();
 }
 
-/* A text as JSON has it. */
-static void print_json_text(const char *text) {
-    fputc('"', stderr);
-    for (; *text; text++) {
-        unsigned char const c = (unsigned char)*text;
-        if (c == '"' || c == '\\')
-            fprintf(stderr, "\\%c", c);
-        else if (c < ' ')
-            fprintf(stderr, "\\u%04x", c);
-        else
-            fputc(c, stderr);
-    }
-    fputc('"', stderr);
-}
-
 void progress_show_message(run_session *session, const tulle_step_report *report,
                            const char *message) {
     run_progress *const progress = &session->progress;
@@ -166,7 +152,7 @@ void progress_show_message(run_session *session, const tulle_step_report *report
                 (unsigned long long)report->step + 1);
         print_json_number("time", report->time);
         fputs(",\"message\":", stderr);
-        print_json_text(message);
+        json_print_text(stderr, message);
         fputs("}\n", stderr);
         fflush(stderr);
         return;

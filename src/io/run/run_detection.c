@@ -1,17 +1,10 @@
 /* io/run/run_detection.c - how a run found its pairs and answered contact, as run.json says it:
  * {"method": "patches", "cone": "bernstein", "alpha_max": 1.047, "certificate": true, "patches":
  * "keep"}; "response": "paper", "motion_space": "cone" (this only with paper). */
+#include "base/words.h"
 #include "io/run/run_record.h"
 
 #include <string.h>
-
-/* By tulle_detect_method, tulle_detect_cone and grows_patches_anew. */
-static const char *const method_names[] = {"patches", "refit", "bvox", "paper", NULL};
-static const char *const cone_names[] = {"bernstein", "paper", NULL};
-static const char *const patches_names[] = {"keep", "grow", NULL};
-/* By tulle_response and tulle_motion_space. */
-static const char *const response_names[] = {"coupled", "paper", NULL};
-static const char *const space_names[] = {"cone", "polyhedral", NULL};
 
 /* The name, or null: nothing is said of a value that has none. */
 static const char *get_name(const char *const *names, unsigned index) {
@@ -24,11 +17,11 @@ void run_detection_write(json_writer *writer, const run_record *record) {
     tulle_world_detection const *const detection = &record->detection;
     if (!record->has_detection) return;
     json_begin(writer, "detection", '{');
-    json_put_string(writer, "method", get_name(method_names, (unsigned)detection->method));
-    json_put_string(writer, "cone", get_name(cone_names, (unsigned)detection->cone));
+    json_put_string(writer, "method", get_name(method_words, (unsigned)detection->method));
+    json_put_string(writer, "cone", get_name(cone_words, (unsigned)detection->cone));
     json_put_double(writer, "alpha_max", detection->max_angle);
     json_put_bool(writer, "certificate", detection->has_certificate != 0);
-    json_put_string(writer, "patches", patches_names[detection->grows_patches_anew != 0]);
+    json_put_string(writer, "patches", patches_words[detection->grows_patches_anew != 0]);
     json_end(writer, '}');
 }
 
@@ -51,14 +44,14 @@ tulle_status run_detection_read(run_record *record, const json_document *documen
     if (!json_find(document, root, "detection")) return TULLE_OK;
     tulle_status status =
         json_take_member(document, root, "detection", JSON_OBJECT, &object, error);
-    if (!status) status = take_choice(document, object, "method", method_names, &method, error);
-    if (!status) status = take_choice(document, object, "cone", cone_names, &cone, error);
+    if (!status) status = take_choice(document, object, "method", method_words, &method, error);
+    if (!status) status = take_choice(document, object, "cone", cone_words, &cone, error);
     if (!status)
         status = json_take_double(document, object, "alpha_max", &detection.max_angle, error);
     if (!status)
         status = json_take_bool(document, object, "certificate", &detection.has_certificate, error);
     if (!status)
-        status = take_choice(document, object, "patches", patches_names,
+        status = take_choice(document, object, "patches", patches_words,
                              &detection.grows_patches_anew, error);
     if (status) return status;
     detection.method = (tulle_detect_method)method;
@@ -70,18 +63,19 @@ tulle_status run_detection_read(run_record *record, const json_document *documen
 
 void run_response_write(json_writer *writer, const run_record *record) {
     if (!record->has_response) return;
-    json_put_string(writer, "response", get_name(response_names, (unsigned)record->response));
+    json_put_string(writer, "response", get_name(response_words, (unsigned)record->response));
     if (record->response != TULLE_RESPONSE_PAPER) return;
-    json_put_string(writer, "motion_space", get_name(space_names, (unsigned)record->motion_space));
+    json_put_string(writer, "motion_space",
+                    get_name(motion_space_words, (unsigned)record->motion_space));
 }
 
 tulle_status run_response_read(run_record *record, const json_document *document,
                                const json_value *root, tulle_error *error) {
     int response = 0, space = TULLE_MOTION_SPACE_POLYHEDRAL;
     if (!json_find(document, root, "response")) return TULLE_OK;
-    tulle_status status = take_choice(document, root, "response", response_names, &response, error);
+    tulle_status status = take_choice(document, root, "response", response_words, &response, error);
     if (!status && response == TULLE_RESPONSE_PAPER)
-        status = take_choice(document, root, "motion_space", space_names, &space, error);
+        status = take_choice(document, root, "motion_space", motion_space_words, &space, error);
     if (status) return status;
     record->response = (tulle_response)response;
     record->motion_space = (tulle_motion_space)space;

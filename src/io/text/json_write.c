@@ -1,6 +1,8 @@
 /* io/text/json_write.c - see json_write.h. Based on: RFC 8259. */
 #include "io/text/json_write.h"
 
+#include "io/text/json_quote.h"
+
 #include <math.h>
 #include <stdio.h>
 
@@ -12,22 +14,9 @@ static void start_line(json_writer *writer) {
 }
 
 static void write_quoted(output_file *output, const char *text) {
+    char piece[JSON_PIECE_SIZE];
     output_text(output, "\"");
-    for (; *text; text++) {
-        unsigned char const c = (unsigned char)*text;
-        char escaped[8];
-        if (c == '"' || c == '\\') {
-            snprintf(escaped, sizeof escaped, "\\%c", c);
-            output_text(output, escaped);
-        } else if (c == '\n') {
-            output_text(output, "\\n");
-        } else if (c < 0x20 || c == 0x7f) {
-            snprintf(escaped, sizeof escaped, "\\u%04x", c);
-            output_text(output, escaped);
-        } else {
-            output_write(output, text, 1);
-        }
-    }
+    while (json_take_piece(&text, piece) > 0) output_text(output, piece);
     output_text(output, "\"");
 }
 

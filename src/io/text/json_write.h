@@ -19,7 +19,7 @@ json_writer json_writer_make(output_file *output);
 void json_begin(json_writer *writer, const char *key, char bracket);
 /* bracket: '}' or ']'; ends the text with a line end at depth 0. */
 void json_end(json_writer *writer, char bracket);
-/* UTF-8 goes through as it is; null text is written as null. */
+/* UTF-8 goes through as it is, what is none becomes U+FFFD; null text is written as null. */
 void json_put_string(json_writer *writer, const char *key, const char *text);
 /* What is not finite is written as null. */
 void json_put_double(json_writer *writer, const char *key, double value);
