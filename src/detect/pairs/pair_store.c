@@ -26,12 +26,6 @@ void pair_store_prepare(pair_store *store, size_t first_count, size_t second_cou
     store->key_bits = bits[0] + bits[1];
 }
 
-void pair_store_free(memory *heap, pair_store *store) {
-    ARRAY_FREE(heap, &store->keys);
-    ARRAY_FREE(heap, &store->spare);
-    ARRAY_FREE(heap, &store->counts);
-}
-
 size_t pair_store_copy(const pair_store *store, feature_pair *pairs) {
     size_t const key_count = atomic_load(&store->block_count) * KEY_BLOCK;
     uint64_t const mask = ((uint64_t)1 << store->shift) - 1;

@@ -32,7 +32,6 @@ typedef struct pair_writer {
 
 /* Keys of pairs (first < first_count, second < second_count). */
 void pair_store_prepare(pair_store *store, size_t first_count, size_t second_count);
-void pair_store_free(memory *heap, pair_store *store);
 
 /* Copies the pairs into `pairs`, which has room for all blocks, in an order that depends on who
  * wrote what; returns their number. */

@@ -71,13 +71,6 @@ static bool reserve_parts(broad_phase *broad, const surface_set *set) {
     return true;
 }
 
-static void release_boxes(broad_phase *broad) {
-    if (!broad->scratch)
-        memory_release(broad->heap, broad->vertex_boxes,
-                       broad->vertex_count * sizeof *broad->vertex_boxes);
-    broad->vertex_boxes = NULL;
-}
-
 void broad_phase_destroy(broad_phase *broad) {
     if (!broad) return;
     memory *const heap = broad->heap;
@@ -85,7 +78,9 @@ void broad_phase_destroy(broad_phase *broad) {
     for (size_t s = 0; broad->trees && s < broad->surface_count; s++)
         ARRAY_FREE(heap, &broad->trees[s].nodes);
     memory_release(heap, broad->trees, broad->surface_count * sizeof *broad->trees);
-    release_boxes(broad);
+    if (!broad->scratch)
+        memory_release(heap, broad->vertex_boxes,
+                       broad->vertex_count * sizeof *broad->vertex_boxes);
     memory_release(heap, broad->records, broad->vertex_count * sizeof *broad->records);
     memory_release(heap, broad->record_vertices,
                    broad->vertex_count * sizeof *broad->record_vertices);
@@ -95,7 +90,9 @@ void broad_phase_destroy(broad_phase *broad) {
         memory_release(heap, broad->voxel_keys[k],
                        broad->triangle_count * sizeof *broad->voxel_keys[k]);
         ARRAY_FREE(heap, &broad->search_tasks[k]);
-        pair_store_free(heap, &broad->stores[k]);
+        ARRAY_FREE(heap, &broad->stores[k].keys);
+        ARRAY_FREE(heap, &broad->stores[k].spare);
+        ARRAY_FREE(heap, &broad->stores[k].counts);
     }
     ARRAY_FREE(heap, &broad->leaf_corners);
     ARRAY_FREE(heap, &broad->masks);
@@ -196,10 +193,13 @@ bool broad_phase_is_straight(const broad_phase *broad) {
 }
 
 void broad_phase_use_scratch(broad_phase *broad, arena *scratch) {
-    memory_release(broad->heap, broad->records, broad->vertex_count * sizeof *broad->records);
-    broad->records = NULL;
-    broad->tables.records = NULL;
-    release_boxes(broad);
+    memory *const heap = broad->heap;
+    memory_release(heap, broad->records, broad->vertex_count * sizeof *broad->records);
+    if (!broad->scratch)
+        memory_release(heap, broad->vertex_boxes,
+                       broad->vertex_count * sizeof *broad->vertex_boxes);
+    broad->tables.records = broad->records = NULL;
+    broad->vertex_boxes = NULL;
     broad->scratch = scratch;
 }
 

@@ -247,28 +247,6 @@ void release_blocks(broad_phase *broad) {
         broad->trees[s].has_blocks = false;
 }
 
-/* Blocks and slabs of all leaves of refitted trees, where no patches leave out pairs of leaves;
- * else workers keep blocks of their own. */
-static bool prepare_blocks(broad_phase *broad) {
-    memory *const heap = broad->heap;
-    broad->has_all_blocks = !broad->has_labels && broad->method == BROAD_PHASE_REFIT;
-    if (!broad->has_all_blocks) {
-        if (broad->blocks) release_blocks(broad);
-        return true;
-    }
-    if (broad->blocks || broad->leaf_capacity == 0) return true;
-    ARRAY_FREE(heap, &broad->kept_blocks);
-    broad->block_capacity =
-        LEAF_HEADER * broad->leaf_capacity + GROUP_FLOATS * (size_t)broad->group_count;
-    broad->blocks = memory_allocate_zeroed(heap, broad->block_capacity, sizeof *broad->blocks);
-    bool const needs_slabs = broad->following != PATHS_IN_BOXES;
-    if (needs_slabs)
-        broad->slabs = memory_allocate_zeroed(heap, broad->leaf_capacity, sizeof *broad->slabs);
-    if (broad->blocks && (broad->slabs || !needs_slabs)) return true;
-    release_blocks(broad);
-    return false;
-}
-
 bool fit_trees(broad_phase *broad, const surface_set *set, int threads) {
     /* Nodes bear labels where there are patches, and may have theirs already. Absent surfaces get
      * none, so the next call has to label again. */
@@ -282,7 +260,27 @@ bool fit_trees(broad_phase *broad, const surface_set *set, int threads) {
         for (uint32_t s = 0; s < set->surface_count; s++)
             if (!set->surfaces[s].is_present) broad->node_patches.version = 0;
     }
-    if (!prepare_blocks(broad)) return false;
+
+    /* Refitted trees have blocks and slabs of all leaves where no patches leave out pairs of
+     * leaves; else workers keep blocks of their own. */
+    memory *const heap = broad->heap;
+    broad->has_all_blocks = !broad->has_labels && broad->method == BROAD_PHASE_REFIT;
+    if (!broad->has_all_blocks && broad->blocks) release_blocks(broad);
+    if (broad->has_all_blocks && !broad->blocks && broad->leaf_capacity > 0) {
+        bool const needs_slabs = broad->following != PATHS_IN_BOXES;
+        ARRAY_FREE(heap, &broad->kept_blocks);
+        broad->block_capacity =
+            LEAF_HEADER * broad->leaf_capacity + GROUP_FLOATS * (size_t)broad->group_count;
+        broad->blocks = memory_allocate_zeroed(heap, broad->block_capacity, sizeof *broad->blocks);
+        if (needs_slabs)
+            broad->slabs = memory_allocate_zeroed(heap, broad->leaf_capacity, sizeof *broad->slabs);
+        if (!broad->blocks || (needs_slabs && !broad->slabs)) {
+            release_blocks(broad);
+            return false;
+        }
+    }
+
+    /* Leaves and lowest nodes, then the nodes above them. */
     size_t task_count = 0;
     for (uint32_t s = 0; s < set->surface_count; s++) {
         const surface_tree *const tree = &broad->trees[s];
