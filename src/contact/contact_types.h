@@ -1,4 +1,4 @@
-/* contact/contact_types.h - the data of the contact stages 2, 3 and 9 to 12: settings, the scene of
+/* contact/contact_types.h - the data of the contact stages 5 and 7 to 10: settings, the scene of
  * one step as seen by contact, rows, and the store that lives from step to step.
  *
  * All vertices share one numbering, cloths first (0 .. cloth_vertex_count - 1), then obstacles. The
@@ -22,7 +22,7 @@ typedef struct contact_settings {
     int solve_rounds;         /* solves of motion and impulses a step, at least */
     int solve_rounds_landing; /* at most: as many when the impulses have not settled by then */
     int impulse_sweeps;       /* projected Gauss-Seidel sweeps a round, each forward and backward */
-    int impact_rounds;        /* rounds of stage 10 */
+    int impact_rounds;        /* rounds of stage 8 */
     int zone_rounds;          /* rescue: rounds of impact zones */
     int component_rounds;     /* rescue: rounds of component scaling */
     double slip_speed;        /* [m/s] a contact that starts slower is at rest: static friction */
@@ -230,7 +230,7 @@ typedef struct contact_row {
     row_law law;
 } contact_row;
 
-/* A pair that starts nearer than the scene's largest separation distance, or that stage 2 found to
+/* A pair that starts nearer than the scene's largest separation distance, or that stage 5 found to
  * come within its contact distance. */
 typedef struct near_pair {
     feature_kind kind;
@@ -247,7 +247,7 @@ typedef struct near_pair_list {
  */
 typedef struct row_list {
     ARRAY(contact_row) rows;
-    size_t gathered_count; /* rows before those of stage 10 */
+    size_t gathered_count; /* rows before those of stage 8 */
     near_pair_list near_pairs;
 } row_list;
 

@@ -238,7 +238,7 @@ static void steady_steps_of_all_scenes_make_no_heap_call(void **state) {
             check_scene(&small_scenes[i], threads, NULL);
 }
 
-/* Patches grow in the repeated steps of a net of this size; see stage 5. */
+/* Patches grow in the repeated steps of a net of this size; see update_patches. */
 static void growth_of_patches_makes_no_heap_call(void **state) {
     (void)state;
     if (TULLE_TIME_FACTOR > 1) skip();

@@ -1,5 +1,5 @@
 /* For all distances that a world allows, patches are certified so widely that no pair within one
- * could be a row of stage 2 or a hit of stages 10 and 11, the tolerance of a hit included. */
+ * could be a row of stage 5 or a hit of stages 8 and 9, the tolerance of a hit included. */
 #include "support/small_world.h"
 #include "world/step/search.h"
 

@@ -1,6 +1,6 @@
-/* contact/commit/commit_safely.c - stage 11, see commit_safely.h.
+/* contact/commit/commit_safely.c - stage 9, see commit_safely.h.
  *
- * Nothing is accepted but what a test of all candidates passed. If the paths of stage 10 are not
+ * Nothing is accepted but what a test of all candidates passed. If the paths of stage 8 are not
  * clean, in this order: impact zones; component scaling; one factor for the whole scene, obstacles
  * included, by which time is shortened. A common factor below every time of impact leaves only
  * parts of paths that were tested, so the last resort passes unless a pair starts at its gap.

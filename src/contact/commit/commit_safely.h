@@ -1,4 +1,4 @@
-/* contact/commit/commit_safely.h - stage 11: an end of the step that is proven free of
+/* contact/commit/commit_safely.h - stage 9: an end of the step that is proven free of
  * intersection. */
 #ifndef TULLE_CONTACT_COMMIT_COMMIT_SAFELY_H
 #define TULLE_CONTACT_COMMIT_COMMIT_SAFELY_H
@@ -27,7 +27,7 @@ typedef struct commit_report {
     feature_pair blocking_pair;
 } commit_report;
 
-/* In: u and x1 of stage 10, is_clean its verdict on exactly these x1. Out: x1, and u of the
+/* In: u and x1 of stage 8, is_clean its verdict on exactly these x1. Out: x1, and u of the
  * vertices that were held back is their displacement over the time that passed. When time was
  * shortened, vertices with inverse mass 0 are at x0 + fraction (target - x0): the caller sets its
  * obstacles there and goes on with the rest of the step. The last thing done before COMMIT_CLEAN

@@ -1,4 +1,4 @@
-/* contact/commit/resolve_impacts.c - stage 10, see resolve_impacts.h.
+/* contact/commit/resolve_impacts.c - stage 8, see resolve_impacts.h.
  *
  * Each hit becomes a row with the frame of its time of impact, against an obstacle with the normal
  * nearest to it in the normal cone of the feature that is hit, added after those that are there: a

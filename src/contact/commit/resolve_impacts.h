@@ -1,4 +1,4 @@
-/* contact/commit/resolve_impacts.h - stage 10: impacts of the proposed paths become rows. */
+/* contact/commit/resolve_impacts.h - stage 8: impacts of the proposed paths become rows. */
 #ifndef TULLE_CONTACT_COMMIT_RESOLVE_IMPACTS_H
 #define TULLE_CONTACT_COMMIT_RESOLVE_IMPACTS_H
 
@@ -13,7 +13,7 @@ typedef struct impact_report {
 } impact_report;
 
 /* Tests all candidates along x0 -> x1 with the pairs' minimum gaps, adds a row for each hit and
- * projects impulses, at most settings.impact_rounds times. In: u of stage 3 and x1 of stage 4; out:
+ * projects impulses, at most settings.impact_rounds times. In: u of stage 7 and its paths x1; out:
  * both after the impacts (x1 is always propose_paths of u). */
 tulle_status resolve_impacts(const contact_scene *scene, pair_source *source, row_list *list,
                              double *u, double *x1, impact_report *report);

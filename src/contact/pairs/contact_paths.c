@@ -1,4 +1,4 @@
-/* contact/pairs/contact_paths.c - stage 4 and the contract of pair_source, see contact_paths.h. */
+/* contact/pairs/contact_paths.c - paths and the contract of pair_source, see contact_paths.h. */
 #include "contact/pairs/contact_paths.h"
 
 #include "contact/pairs/body_paths.h"

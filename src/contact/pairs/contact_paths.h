@@ -1,14 +1,14 @@
-/* contact/pairs/contact_paths.h - stage 4, and candidate pairs that are complete for the paths
- * tested.
+/* contact/pairs/contact_paths.h - the paths x0 -> x1 of a velocity u, and candidate pairs that are
+ * complete for the paths tested.
  *
  * Contract. pair_source holds the candidates for paths x0 -> bounds with boxes widened by
  * margin / 2. They are complete for other paths x0 -> x1 as long as every vertex stays in the box
  * of its own path x0 -> bounds widened by (margin - 1.06 xi) / 2, or, where pairs that straight
  * paths keep apart were left out, ends in the box of its end in `bounds` widened by as much. Stages
- * 10 and 11 check this before every test and call `renew` when a vertex has left, so no test ever
+ * 8 and 9 check this before every test and call `renew` when a vertex has left, so no test ever
  * runs on an incomplete list.
  *
- * Stage 2 notes the pairs that start near each other. Along short paths no other pair can come
+ * Stage 5 notes the pairs that start near each other. Along short paths no other pair can come
  * under xi, and the tests look at those alone (near_pairs.h).
  *
  * A source may leave out pairs that are proven to keep their gap along the very paths that are
@@ -25,8 +25,8 @@ typedef struct pair_source {
     bool is_straight; /* pairs that the paths to `bounds` keep apart were left out; set by renew
                          and adapt */
     double margin;    /* [m] > xi, that the pairs were found with; at least the largest
-                         separation_distance for stage 2 */
-    /* Those that start near; null: not known. Set by stage 2; renew and adapt, where they change
+                         separation_distance for stage 5 */
+    /* Those that start near; null: not known. Set by stage 5; renew and adapt, where they change
      * the pairs, reset it. */
     const near_pair_list *near_pairs;
     /* Finds the candidates of x0 -> x1 with `margin` and sets pairs and bounds (a copy of x1). */

@@ -1,4 +1,4 @@
-/* contact/rows/choose_rows.c - stage 9, see choose_rows.h. Most events get no row, so each is
+/* contact/rows/choose_rows.c - in stage 5, see choose_rows.h. Most events get no row, so each is
  * dropped by the cheapest test that drops it, and only what is left is worked out and written. Each
  * row stays where its event is; what goes on from there are pointers. */
 #include "contact/rows/choose_rows.h"

@@ -1,4 +1,4 @@
-/* contact/rows/choose_rows.h - stage 9: the rows of the pairs that stage 2 found. */
+/* contact/rows/choose_rows.h - in stage 5: the rows of the pairs that its tests found. */
 #ifndef TULLE_CONTACT_ROWS_CHOOSE_ROWS_H
 #define TULLE_CONTACT_ROWS_CHOOSE_ROWS_H
 

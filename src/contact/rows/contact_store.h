@@ -1,4 +1,4 @@
-/* contact/rows/contact_store.h - stage 12 and the contacts that live from step to step. */
+/* contact/rows/contact_store.h - in stage 10: the contacts that live from step to step. */
 #ifndef TULLE_CONTACT_ROWS_CONTACT_STORE_H
 #define TULLE_CONTACT_ROWS_CONTACT_STORE_H
 

@@ -257,7 +257,7 @@ static void shortest_ways_to_a_hit_are_tested(void **state) {
     }
 }
 
-/* Pairs that were found anew have no near pairs until stage 2 notes them. */
+/* Pairs that were found anew have no near pairs until stage 5 notes them. */
 static void renewed_pairs_have_none(void **state) {
     (void)state;
     uint64_t random = 7;
