@@ -34,6 +34,25 @@ expect 0 '^  as obstacle +can be used' fan.obj
 grep -Eq '^  as cloth +can be used' out && { echo "three triangles on an edge pass as cloth"; faults=1; }
 expect 0 '^sheet.obj: triangle mesh' solid.obj sheet.obj
 
+# As other tools write them, and a triangle twice.
+printf 'o it\nv 0 0 0\nv 1 0 0\nv 0 1 0\nseam 1 2\nl 1 2\nl 2 3\nvt 0 0\nf 1/1 2/1 3/1\nf 3 2 1\n' >other.obj
+expect 0 "^  file +passed over: 1 'o' \\(line 1\\), 1 'seam' \\(line 5\\), 2 'l' \\(line 6\\), 1 'vt' \\(line 8\\)$" other.obj
+expect 0 '^  as cloth +triangle 1 \(line 10\) has the same three vertices as triangle 0 \(line 9\) \(first vertex 2 \(line 4\)' other.obj
+expect 0 '^  as obstacle +can be used$' other.obj
+expect 0 '^ +dropped there: 1 triangles .*; triangle 1 \(line 10\) is triangle 0 \(line 9\) again$' other.obj
+"$TULLE" convert other.obj other.ply | grep -q "^  loss  *passed over: 1 'o' (line 1), 1 'seam'" || { echo "convert does not say what it passes over"; faults=1; }
+expect 0 '^  triangles +2 ' other.ply
+grep -q '^  file' out && { echo "a PLY file has a note"; faults=1; }
+
+printf 'time: {frames: 1, step: 0.01}\ncloth: [{mesh: {shape: rectangle}, translate: [0, 0, 1]}]\nobstacles: [{mesh: {file: other.obj}}]\n' >scene.yaml
+"$TULLE" run scene.yaml -o out_run --progress none >/dev/null 2>notes || { echo "a scene with other.obj: $(cat notes)"; faults=1; }
+"$TULLE" info scene.yaml >/dev/null 2>info_notes
+for name in run info; do
+    [ $name = run ] || mv info_notes notes
+    grep -q "^tulle $name: other.obj: passed over: 1 'o' (line 1), 1 'seam' (line 5)" notes || { echo "$name: no note: $(cat notes)"; faults=1; }
+    grep -q "^tulle $name: other.obj:10: triangle 1 has the same corners as triangle 0 (line 9) and is dropped$" notes || { echo "$name: no warning: $(cat notes)"; faults=1; }
+done
+
 # A cache of 2 points and 2 frames: signature, version, points, start, rate, frames; then the frames, float32.
 {
     printf 'POINTCACHE2\0\001\0\0\0\002\0\0\0\0\0\0\0\0\0\200?\002\0\0\0'

@@ -3,10 +3,22 @@
 
 #include "app/convert/names.h"
 
-#include "tulle_io/mesh_files.h"
+#include <stdio.h>
 
-tulle_status mesh_file_read(const char *path, tulle_mesh *mesh, tulle_vtp_passed_over *passed_over,
+tulle_status mesh_file_read(const char *path, tulle_mesh *mesh, tulle_mesh_source *source,
                             tulle_error *error) {
-    return convert_get_format(path) == CONVERT_VTP ? tulle_vtp_read(path, mesh, passed_over, error)
-                                                   : tulle_mesh_read(path, mesh, error);
+    if (convert_get_format(path) != CONVERT_VTP)
+        return tulle_mesh_read_source(path, mesh, source, error);
+    tulle_vtp_passed_over passed = {0};
+    tulle_status const status = tulle_vtp_read(path, mesh, &passed, error);
+    if (!source) return status;
+    *source = (tulle_mesh_source){0};
+    unsigned long long const cells = passed.vertex_cells, lines = passed.lines;
+    if (cells > 0 && lines > 0)
+        snprintf(source->note, sizeof source->note, "passed over: %llu vertex cells, %llu lines",
+                 cells, lines);
+    else if (cells > 0 || lines > 0)
+        snprintf(source->note, sizeof source->note, "passed over: %llu %s", cells + lines,
+                 cells > 0 ? "vertex cells" : "lines");
+    return status;
 }

@@ -266,12 +266,7 @@ static void print_losses(const convert_session *session) {
     if (source->kind != SOURCE_RUN && convert_get_format(source->path) == CONVERT_STL)
         PRINT_LOSS(count, "corners of %zu triangles in the same place became %zu vertices",
                    source->mesh.triangle_count, source->mesh.vertex_count);
-    if (source->passed_over.vertex_cells > 0)
-        PRINT_LOSS(count, "%llu vertex cells of the VTP file are passed over",
-                   (unsigned long long)source->passed_over.vertex_cells);
-    if (source->passed_over.lines > 0)
-        PRINT_LOSS(count, "%llu lines of the VTP file are passed over",
-                   (unsigned long long)source->passed_over.lines);
+    if (source->described.note[0]) PRINT_LOSS(count, "%s", source->described.note);
     if (source->kind == SOURCE_CACHE &&
         (source->cache_info.start_frame != 0.0 || source->cache_info.frame_step != 1.0))
         PRINT_LOSS(count, "the cache began at %g with a frame every %g; that is not kept",

@@ -58,7 +58,7 @@ static tulle_status open_mesh(convert_source *source, tulle_error *error) {
     source->frames = frame_range_make(1);
     tulle_status status = make_inputs(source, 1, error);
     if (status == TULLE_OK)
-        status = mesh_file_read(source->path, &source->mesh, &source->passed_over, error);
+        status = mesh_file_read(source->path, &source->mesh, &source->described, error);
     if (status == TULLE_OK) add_input(source, source->path);
     return status;
 }
@@ -171,7 +171,7 @@ static tulle_status open_files(convert_source *source, tulle_error *error) {
             add_input(source, path);
     if (!numbered_files_get_path(&source->files, source->frames.first, path))
         return refuse(source, error, "the path is too long");
-    return mesh_file_read(path, &source->mesh, &source->passed_over, error);
+    return mesh_file_read(path, &source->mesh, &source->described, error);
 }
 
 static tulle_status check_options(const source_options *options, const convert_source *source,
@@ -210,6 +210,7 @@ tulle_status convert_source_open(const source_options *options, convert_source *
 
 void convert_source_close(convert_source *source) {
     tulle_mesh_destroy(&source->mesh);
+    tulle_mesh_source_destroy(&source->described);
     tulle_pc2_close(source->cache);
     tulle_run_reader_close(source->run);
     numbered_files_destroy(&source->files);

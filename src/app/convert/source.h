@@ -35,8 +35,8 @@ typedef struct convert_source {
     tulle_run_reader *run;
     size_t body;
     numbered_files files;
-    tulle_vtp_passed_over passed_over;
-    file_identity *inputs; /* all files that are read */
+    tulle_mesh_source described; /* by the mesh file; of numbered files the first */
+    file_identity *inputs;       /* all files that are read */
     size_t input_count;
 } convert_source;
 

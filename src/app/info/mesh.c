@@ -38,15 +38,38 @@ static void print_quality(const tulle_mesh_info *info) {
     printf("  %-16s %.4g deg\n", "smallest angle", info->angle_min * DEGREES_PER_RADIAN);
 }
 
-static void print_use(tulle_mesh_view mesh, tulle_mesh_role role, const char *label) {
+/* Whether the mesh can be cloth or an obstacle; else why not. */
+static void print_use(tulle_mesh_view mesh, tulle_mesh_role role, const tulle_mesh_source *source,
+                      const char *label) {
+    tulle_mesh_lines const lines = {source->vertex_lines, source->triangle_lines};
     tulle_error reason = {0};
-    tulle_status const status = tulle_mesh_validate(mesh, role, &reason);
+    tulle_status const status = tulle_mesh_validate_lines(mesh, role, lines, &reason);
     printf("  %-16s %s\n", label, status == TULLE_OK ? "can be used" : reason.message);
+}
+
+/* An obstacle drops triangles that it has twice. */
+static tulle_status print_use_as_obstacle(tulle_mesh *mesh, const tulle_mesh_source *source,
+                                          tulle_error *error) {
+    tulle_mesh_duplicates found;
+    tulle_status const status =
+        tulle_mesh_drop_duplicates(mesh, source->triangle_lines, &found, error);
+    if (status != TULLE_OK) return status;
+    print_use(tulle_mesh_get_view(mesh), TULLE_MESH_ROLE_OBSTACLE, source, "as obstacle");
+    if (found.count > 0) {
+        printf("  %-16s dropped there: %zu triangles with the same corners as others; triangle %u",
+               "", found.count, found.dropped);
+        if (found.dropped_line > 0) printf(" (line %u)", found.dropped_line);
+        printf(" is triangle %u", found.original);
+        if (found.original_line > 0) printf(" (line %u)", found.original_line);
+        puts(" again");
+    }
+    return TULLE_OK;
 }
 
 tulle_status info_print_mesh(const char *path, tulle_error *error) {
     tulle_mesh mesh = {0};
-    tulle_status status = mesh_file_read(path, &mesh, NULL, error);
+    tulle_mesh_source source;
+    tulle_status status = mesh_file_read(path, &mesh, &source, error);
     if (status != TULLE_OK) return status;
     tulle_mesh_view const view = tulle_mesh_get_view(&mesh);
     tulle_mesh_info info;
@@ -56,11 +79,13 @@ tulle_status info_print_mesh(const char *path, tulle_error *error) {
         print_counts(&info);
         print_bounds(info.bounds_min, info.bounds_max);
         print_quality(&info);
-        print_use(view, TULLE_MESH_ROLE_CLOTH, "as cloth");
-        print_use(view, TULLE_MESH_ROLE_OBSTACLE, "as obstacle");
+        if (source.note[0]) printf("  %-16s %s\n", "file", source.note);
+        print_use(view, TULLE_MESH_ROLE_CLOTH, &source, "as cloth");
+        status = print_use_as_obstacle(&mesh, &source, error);
     } else if (error->file[0] == '\0') {
         snprintf(error->file, sizeof error->file, "%s", path);
     }
+    tulle_mesh_source_destroy(&source);
     tulle_mesh_destroy(&mesh);
     return status;
 }

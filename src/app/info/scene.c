@@ -81,6 +81,8 @@ int info_print_scene(const char *path, const option_list *overrides, bool is_jso
     if (status != TULLE_OK) scene_print_problems(problems, stderr);
     free(problems);
     if (status != TULLE_OK) return app_exit_for_input(status);
+    for (size_t i = 0; i < tulle_scene_get_note_count(loaded); i++)
+        app_print_message("info", "%s", tulle_scene_get_note(loaded, i));
     double contact_distance = 0.0;
     tulle_scene_world built = {0};
     tulle_error error = {0};
