@@ -11,7 +11,7 @@
 #include <assert.h>
 #include <string.h>
 
-enum { INSERTION_MOST = 24, SIZE_MOST = 64 /* [bytes] */ };
+enum { INSERTION_MOST = 24, SIZE_MOST = 96 /* [bytes] */ };
 
 typedef struct sorting {
     char *items;
@@ -36,29 +36,37 @@ static void sink_item(const sorting *list, const char *item, size_t at, size_t c
     memcpy(get_item(list, at), item, list->size);
 }
 
-void sort_in_place(void *items, size_t count, size_t size,
-                   int (*compare)(const void *, const void *)) {
+void sort_by_heap(void *items, size_t count, size_t size,
+                  int (*compare)(const void *, const void *)) {
     assert(size <= SIZE_MOST);
     sorting const list = {items, size, compare};
     char item[SIZE_MOST];
-    if (count <= INSERTION_MOST) {
-        for (size_t i = 1; i < count; i++) {
-            size_t at = i;
-            while (at > 0 && compare(get_item(&list, at - 1), get_item(&list, i)) > 0) at--;
-            if (at == i) continue;
-            memcpy(item, get_item(&list, i), size);
-            memmove(get_item(&list, at + 1), get_item(&list, at), (i - at) * size);
-            memcpy(get_item(&list, at), item, size);
-        }
-        return;
-    }
     for (size_t i = count / 2; i-- > 0;) {
         memcpy(item, get_item(&list, i), size);
         sink_item(&list, item, i, count);
     }
-    for (size_t end = count - 1; end > 0; end--) {
+    for (size_t end = count; end-- > 1;) {
         memcpy(item, get_item(&list, end), size);
         memcpy(get_item(&list, end), list.items, size);
         sink_item(&list, item, 0, end);
+    }
+}
+
+void sort_in_place(void *items, size_t count, size_t size,
+                   int (*compare)(const void *, const void *)) {
+    if (count > INSERTION_MOST) {
+        sort_by_heap(items, count, size, compare);
+        return;
+    }
+    assert(size <= SIZE_MOST);
+    sorting const list = {items, size, compare};
+    char item[SIZE_MOST];
+    for (size_t i = 1; i < count; i++) {
+        size_t at = i;
+        while (at > 0 && compare(get_item(&list, at - 1), get_item(&list, i)) > 0) at--;
+        if (at == i) continue;
+        memcpy(item, get_item(&list, i), size);
+        memmove(get_item(&list, at + 1), get_item(&list, at), (i - at) * size);
+        memcpy(get_item(&list, at), item, size);
     }
 }

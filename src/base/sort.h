@@ -4,8 +4,11 @@
 
 #include <stddef.h>
 
-/* As qsort; equal items end in an order that depends on the items alone. size: at most 64 bytes. */
+/* As qsort; equal items end in an order that depends on the items alone. size: at most 96 bytes. */
 void sort_in_place(void *items, size_t count, size_t size,
                    int (*compare)(const void *, const void *));
+/* The same by a heap, however few the items are. */
+void sort_by_heap(void *items, size_t count, size_t size,
+                  int (*compare)(const void *, const void *));
 
 #endif

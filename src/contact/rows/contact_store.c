@@ -3,40 +3,21 @@
  * The store is an array sorted by (kind, first, second), looked up by bisection. A pair may own
  * several rows (one gathered, some from impacts); their impulses act on nearly the same points, so
  * their sum is what the pair carries. State and age are the largest of them, the normal is that of
- * the oldest row. */
+ * the oldest row. Contacts of equal keys are added in the order in which the heap leaves them. */
 #include "contact/rows/contact_store.h"
 
 #include "base/hash.h"
+#include "base/sort.h"
 
 #include <math.h>
 #include <string.h>
 
-static int compare_keys(const stored_contact *a, const stored_contact *b) {
+static int compare_keys(const void *one, const void *two) {
+    const stored_contact *const a = one, *const b = two;
     if (a->kind != b->kind) return a->kind < b->kind ? -1 : 1;
     if (a->first != b->first) return a->first < b->first ? -1 : 1;
     if (a->second != b->second) return a->second < b->second ? -1 : 1;
     return 0;
-}
-
-/* Moves item `hole` down the heap of `count` contacts (a heap sort needs no memory). */
-static void sift_down(stored_contact *items, size_t hole, size_t count) {
-    stored_contact const item = items[hole];
-    for (size_t child; (child = 2 * hole + 1) < count; hole = child) {
-        if (child + 1 < count && compare_keys(&items[child], &items[child + 1]) < 0) child++;
-        if (compare_keys(&items[child], &item) <= 0) break;
-        items[hole] = items[child];
-    }
-    items[hole] = item;
-}
-
-static void sort_contacts(stored_contact *items, size_t count) {
-    for (size_t i = count / 2; i-- > 0;) sift_down(items, i, count);
-    for (size_t end = count; end-- > 1;) {
-        stored_contact const largest = items[0];
-        items[0] = items[end];
-        items[end] = largest;
-        sift_down(items, 0, end);
-    }
 }
 
 tulle_status reserve_contacts(contact_store *store, memory *heap, size_t row_count) {
@@ -68,7 +49,7 @@ tulle_status update_contacts(contact_store *store, memory *heap, const row_list 
     bool is_sorted = true;
     for (size_t i = 1; i < list->rows.count; i++)
         is_sorted = is_sorted && compare_keys(&contacts[i - 1], &contacts[i]) < 0;
-    if (!is_sorted) sort_contacts(contacts, list->rows.count);
+    if (!is_sorted) sort_by_heap(contacts, list->rows.count, sizeof *contacts, compare_keys);
     /* one contact of each run of equal keys */
     size_t kept = 0;
     for (size_t i = 0; i < list->rows.count; i++) {
@@ -99,7 +80,8 @@ tulle_status add_contacts(contact_store *store, memory *heap, const stored_conta
     if (status != TULLE_OK) return status;
     memcpy(store->contacts.data + store->contacts.count, contacts, count * sizeof *contacts);
     store->contacts.count += count;
-    sort_contacts(store->contacts.data, store->contacts.count);
+    sort_by_heap(store->contacts.data, store->contacts.count, sizeof *store->contacts.data,
+                 compare_keys);
     store->time_step = time_step;
     return TULLE_OK;
 }
