@@ -32,24 +32,20 @@ typedef struct active_planes {
     double r[3][3]; /* upper triangle: normal of member k = sum_j q[j] r[j][k] */
 } active_planes;
 
-static double get_offset(const half_space *space, half_space_rules rules) {
-    return fmin(fmax(space->offset, rules.low), rules.high);
-}
-
 /* How far v is outside. */
-static double find_missing(const half_space *space, half_space_rules rules, vec3 v) {
-    return get_offset(space, rules) - vec3_dot(space->normal, v);
+static double measure_missing(const half_space *space, half_space_rules rules, vec3 v) {
+    return fmin(fmax(space->offset, rules.low), rules.high) - vec3_dot(space->normal, v);
 }
 
-double find_violation(const half_space *spaces, size_t count, vec3 v) {
+double measure_violation(const half_space *spaces, size_t count, vec3 v) {
     double largest = 0.0;
     for (size_t i = 0; i < count; i++)
-        largest = fmax(largest, find_missing(&spaces[i], OFFSETS_AS_GIVEN, v));
+        largest = fmax(largest, measure_missing(&spaces[i], OFFSETS_AS_GIVEN, v));
     return largest;
 }
 
 /* The part of a vector outside the span of the active normals; its coordinates within it. */
-static vec3 find_outer_part(const active_planes *active, vec3 vector, double coordinates[3]) {
+static vec3 split_outer_part(const active_planes *active, vec3 vector, double coordinates[3]) {
     for (int j = 0; j < 3; j++) coordinates[j] = 0.0;
     for (int pass = 0; pass < 2; pass++)
         for (int j = 0; j < active->count; j++) {
@@ -63,7 +59,7 @@ static vec3 find_outer_part(const active_planes *active, vec3 vector, double coo
 /* Adds a plane whose normal is independent of those that are there. */
 static void add_column(active_planes *active, size_t member, double multiplier) {
     double coordinates[3];
-    vec3 const outer = find_outer_part(active, active->spaces[member].normal, coordinates);
+    vec3 const outer = split_outer_part(active, active->spaces[member].normal, coordinates);
     int const k = active->count;
     double const norm = vec3_norm(outer);
     active->q[k] = vec3_scale(outer, 1.0 / norm);
@@ -74,35 +70,6 @@ static void add_column(active_planes *active, size_t member, double multiplier) 
     active->count = k + 1;
 }
 
-static void drop_plane(active_planes *active, int dropped) {
-    active_planes const old = *active;
-    active->count = 0;
-    for (int k = 0; k < old.count; k++)
-        if (k != dropped) add_column(active, old.members[k], old.multipliers[k]);
-}
-
-/* R x = coordinates */
-static void solve_triangle(const active_planes *active, const double coordinates[3], double x[3]) {
-    for (int k = active->count - 1; k >= 0; k--) {
-        double sum = coordinates[k];
-        for (int j = k + 1; j < active->count; j++) sum -= active->r[k][j] * x[j];
-        x[k] = sum / active->r[k][k];
-    }
-}
-
-/* The nearest point to v on all active planes at once. */
-static vec3 find_point_on_planes(const active_planes *active, vec3 v) {
-    double shift[3];
-    vec3 point = v;
-    for (int k = 0; k < active->count; k++) {
-        double sum = find_missing(&active->spaces[active->members[k]], active->rules, v);
-        for (int j = 0; j < k; j++) sum -= active->r[j][k] * shift[j];
-        shift[k] = sum / active->r[k][k];
-    }
-    for (int k = 0; k < active->count; k++) point = vec3_add_scaled(point, active->q[k], shift[k]);
-    return point;
-}
-
 /* Makes the plane `entering` active, dropping others as their multipliers reach zero. False when
  * the half-spaces contradict. *point is where the active planes are left. */
 static bool enter_plane(active_planes *active, size_t entering, vec3 v, vec3 *point) {
@@ -111,11 +78,16 @@ static bool enter_plane(active_planes *active, size_t entering, vec3 v, vec3 *po
     double multiplier = 0.0;
     for (;;) {
         double coordinates[3], direction[3];
-        vec3 const outer = find_outer_part(active, space->normal, coordinates);
-        solve_triangle(active, coordinates, direction);
+        vec3 const outer = split_outer_part(active, space->normal, coordinates);
+        for (int k = active->count - 1; k >= 0; k--) { /* R direction = coordinates */
+            double sum = coordinates[k];
+            for (int j = k + 1; j < active->count; j++) sum -= active->r[k][j] * direction[j];
+            direction[k] = sum / active->r[k][k];
+        }
+        /* the way to the plane, or until the first multiplier reaches zero */
         double const norm2 = vec3_norm2(outer);
         bool const is_free = active->count < 3 && norm2 > sine * sine;
-        double const missing = find_missing(space, active->rules, *point);
+        double const missing = measure_missing(space, active->rules, *point);
         double length = is_free ? missing / norm2 : (double)INFINITY;
         int leaving = -1;
         for (int k = 0; k < active->count; k++) {
@@ -130,27 +102,39 @@ static bool enter_plane(active_planes *active, size_t entering, vec3 v, vec3 *po
             active->multipliers[k] = fmax(active->multipliers[k] - length * direction[k], 0.0);
         multiplier += length;
         if (is_free) *point = vec3_add_scaled(*point, outer, length);
-        if (leaving < 0) {
-            add_column(active, entering, multiplier);
-            *point = find_point_on_planes(active, v);
-            return true;
-        }
-        drop_plane(active, leaving);
+        if (leaving < 0) break;
+        active_planes const old = *active;
+        active->count = 0;
+        for (int k = 0; k < old.count; k++)
+            if (k != leaving) add_column(active, old.members[k], old.multipliers[k]);
     }
+    add_column(active, entering, multiplier);
+    /* the nearest point to v on all active planes at once */
+    double shift[3];
+    *point = v;
+    for (int k = 0; k < active->count; k++) {
+        double sum = measure_missing(&active->spaces[active->members[k]], active->rules, v);
+        for (int j = 0; j < k; j++) sum -= active->r[j][k] * shift[j];
+        shift[k] = sum / active->r[k][k];
+    }
+    for (int k = 0; k < active->count; k++)
+        *point = vec3_add_scaled(*point, active->q[k], shift[k]);
+    return true;
 }
 
 bool find_nearest_point(const half_space *spaces, size_t count, half_space_rules rules, vec3 v,
                         vec3 *nearest) {
     active_planes active = {.spaces = spaces, .rules = rules};
     double size = fmax(fabs(v.x), fmax(fabs(v.y), fabs(v.z)));
-    for (size_t i = 0; i < count; i++) size = fmax(size, fabs(get_offset(&spaces[i], rules)));
+    for (size_t i = 0; i < count; i++)
+        size = fmax(size, fabs(fmin(fmax(spaces[i].offset, rules.low), rules.high)));
     vec3 point = v;
     for (size_t change = 0; change < CHANGES_PER_PLANE * count + CHANGES_LEAST; change++) {
         double const reach = fmax(size, vec3_norm(point));
         double largest = fmax(MISSED_PART, rules.tolerance) * reach;
         size_t entering = count;
         for (size_t i = 0; i < count; i++) {
-            double const missing = find_missing(&spaces[i], rules, point);
+            double const missing = measure_missing(&spaces[i], rules, point);
             if (missing <= largest) continue;
             largest = missing;
             entering = i;

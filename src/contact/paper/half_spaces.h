@@ -24,7 +24,7 @@ typedef struct half_space_rules {
 #define OFFSETS_AS_GIVEN ((half_space_rules){-(double)INFINITY, (double)INFINITY, 0.0})
 
 /* Largest amount by which v misses a half-space; 0 when it misses none. */
-double find_violation(const half_space *spaces, size_t count, vec3 v);
+double measure_violation(const half_space *spaces, size_t count, vec3 v);
 
 /* The point of the intersection that is nearest to v, exact up to the tolerance; v itself where it
  * misses none. False when the intersection is empty; *nearest is then unset. */

@@ -24,11 +24,9 @@
 enum { SOFT_ROUNDS_MAX = 64 };
 #define SOFT_CHANGE2 1e-28
 
-static bool cone_is_empty(const canonical_cone *cone) { return !(vec3_norm2(cone->axis) > 0.0); }
-
 vec3 canonical_cone_project(const canonical_cone *cone, vec3 v) {
     vec3 const zero = {0.0, 0.0, 0.0};
-    if (cone_is_empty(cone)) return zero;
+    if (!(vec3_norm2(cone->axis) > 0.0)) return zero;
     double const along = vec3_dot(v, cone->axis);
     double const cosine = cone->angle < RIGHT_ANGLE ? cos(cone->angle) : 0.0;
     if (along >= cosine * vec3_norm(v)) return v;
@@ -40,7 +38,7 @@ vec3 canonical_cone_project(const canonical_cone *cone, vec3 v) {
 
 canonical_cone canonical_cone_intersect(const canonical_cone *a, const canonical_cone *b) {
     canonical_cone const empty = {{0.0, 0.0, 0.0}, 0.0};
-    if (cone_is_empty(a) || cone_is_empty(b)) return empty;
+    if (!(vec3_norm2(a->axis) > 0.0) || !(vec3_norm2(b->axis) > 0.0)) return empty;
     vec3 const cross = vec3_cross(a->axis, b->axis);
     double const between = atan2(vec3_norm(cross), vec3_dot(a->axis, b->axis));
     if (between + a->angle <= b->angle) return *a;
@@ -86,32 +84,28 @@ bool motion_space_contains(const motion_space *space, vec3 v) {
     return true;
 }
 
-/* Least of |x - v|^2 + SOFT_STIFFNESS sum missing^2 over the half-spaces that `point` misses. */
-static vec3 solve_missed(const motion_space *space, vec3 v, vec3 point) {
-    mat3 matrix = mat3_identity(1.0);
-    vec3 right = v;
-    for (size_t i = 0; i < space->count; i++) {
-        half_space const *const plane = &space->half_spaces[i];
-        if (!(find_violation(plane, 1, point) > 0.0)) continue;
-        mat3 const outer = mat3_outer(plane->normal, plane->normal, SOFT_STIFFNESS);
-        mat3_add_scaled(&matrix, &outer, 1.0);
-        right = vec3_add_scaled(right, plane->normal, SOFT_STIFFNESS * plane->offset);
-    }
-    /* symmetric: rows are columns */
-    double const *const m = matrix.m;
-    vec3 const rows[3] = {{m[0], m[1], m[2]}, {m[3], m[4], m[5]}, {m[6], m[7], m[8]}};
-    vec3 const yz = vec3_cross(rows[1], rows[2]), zx = vec3_cross(rows[2], rows[0]);
-    vec3 const xy = vec3_cross(rows[0], rows[1]);
-    double const scale = 1.0 / vec3_dot(rows[0], yz);
-    return (vec3){scale * vec3_dot(yz, right), scale * vec3_dot(zx, right),
-                  scale * vec3_dot(xy, right)};
-}
-
-/* Newton's method, which ends when the half-spaces that are missed stay the same. */
-static vec3 find_soft_point(const motion_space *space, vec3 v) {
+/* Least of |x - v|^2 + SOFT_STIFFNESS sum missing^2 over the half-spaces that x misses, by Newton's
+ * method, which ends when these stay the same. */
+static vec3 compute_soft_point(const motion_space *space, vec3 v) {
     vec3 point = v;
     for (int round = 0; round < SOFT_ROUNDS_MAX; round++) {
-        vec3 const next = solve_missed(space, v, point);
+        mat3 matrix = mat3_identity(1.0);
+        vec3 right = v;
+        for (size_t i = 0; i < space->count; i++) {
+            half_space const *const plane = &space->half_spaces[i];
+            if (!(measure_violation(plane, 1, point) > 0.0)) continue;
+            mat3 const outer = mat3_outer(plane->normal, plane->normal, SOFT_STIFFNESS);
+            mat3_add_scaled(&matrix, &outer, 1.0);
+            right = vec3_add_scaled(right, plane->normal, SOFT_STIFFNESS * plane->offset);
+        }
+        /* symmetric: rows are columns */
+        double const *const m = matrix.m;
+        vec3 const rows[3] = {{m[0], m[1], m[2]}, {m[3], m[4], m[5]}, {m[6], m[7], m[8]}};
+        vec3 const yz = vec3_cross(rows[1], rows[2]), zx = vec3_cross(rows[2], rows[0]);
+        vec3 const xy = vec3_cross(rows[0], rows[1]);
+        double const scale = 1.0 / vec3_dot(rows[0], yz);
+        vec3 const next = {scale * vec3_dot(yz, right), scale * vec3_dot(zx, right),
+                           scale * vec3_dot(xy, right)};
         double const change2 = vec3_norm2(vec3_sub(next, point));
         point = next;
         if (change2 <= SOFT_CHANGE2 * vec3_norm2(point)) break;
@@ -132,15 +126,12 @@ static bool project_on_planes(const motion_space *space, double high, vec3 v, ve
     return vec3_norm(vec3_sub(*nearest, v)) <= WEDGE_REACH * violation;
 }
 
-static vec3 project_on_polyhedron(const motion_space *space, vec3 v) {
+vec3 motion_space_project(const motion_space *space, vec3 v) {
+    if (space->kind != TULLE_MOTION_SPACE_POLYHEDRAL)
+        return motion_space_contains(space, v) ? v : canonical_cone_project(&space->cone, v);
     vec3 nearest;
-    if (!(find_violation(space->half_spaces, space->count, v) > 0.0)) return v;
+    if (!(measure_violation(space->half_spaces, space->count, v) > 0.0)) return v;
     if (project_on_planes(space, (double)INFINITY, v, &nearest)) return nearest;
     if (project_on_planes(space, 0.0, v, &nearest)) return nearest;
-    return find_soft_point(space, v);
-}
-
-vec3 motion_space_project(const motion_space *space, vec3 v) {
-    if (space->kind == TULLE_MOTION_SPACE_POLYHEDRAL) return project_on_polyhedron(space, v);
-    return motion_space_contains(space, v) ? v : canonical_cone_project(&space->cone, v);
+    return compute_soft_point(space, v);
 }

@@ -57,11 +57,6 @@ static bool allocate_work(paper_work *work) {
     return work->seen && work->force && work->impulses && work->is_held;
 }
 
-/* An impulse [N s] on a vertex. */
-static void add_impulse(paper_work *work, uint32_t vertex, vec3 impulse) {
-    vec3_store(work->impulses, vertex, vec3_add(vec3_load(work->impulses, vertex), impulse));
-}
-
 /* ---- before the solve ---- */
 
 /* Old contacts: rows of the step before, or touched by a vertex that was in contact. */
@@ -78,26 +73,8 @@ static bool is_old_contact(const void *context, uint32_t vertex, const contact_r
  * within the step. */
 typedef struct contact_motion {
     vec3 normal_force, tangential_force, velocity;
-    bool is_free;     /* F lies in Z */
     bool is_in_space; /* v lies in Z */
 } contact_motion;
-
-static contact_motion split_motion(const paper_work *work, uint32_t vertex, const vertex_space *at,
-                                   bool sticks) {
-    motion_space const *const space = &at->space;
-    vec3 const v0 = vec3_sub(vec3_load(work->u, vertex), at->reference);
-    vec3 const force =
-        vec3_scale(vec3_load(work->force, vertex), work->scene->inverse_mass[vertex]);
-    contact_motion motion = {.is_in_space = motion_space_contains(space, v0)};
-    if (!sticks) motion.velocity = motion.is_in_space ? v0 : motion_space_project(space, v0);
-    bool const is_relative = space->kind == TULLE_MOTION_SPACE_POLYHEDRAL;
-    vec3 const whole = is_relative ? vec3_add(v0, force) : force;
-    vec3 const kept = motion_space_project(space, whole);
-    motion.is_free = motion_space_contains(space, whole);
-    motion.normal_force = vec3_sub(whole, kept);
-    motion.tangential_force = is_relative ? vec3_sub(kept, motion.velocity) : kept;
-    return motion;
-}
 
 /* |a| less `size`, along the direction of `against`. */
 static vec3 reduce(vec3 a, double size, vec3 against) {
@@ -124,63 +101,50 @@ static vec3 analyse_friction(const contact_motion *motion, const contact_law *la
     return reduce(tangential, limit, speed > 0.0 ? motion->velocity : tangential);
 }
 
-static void analyse_vertex(paper_work *work, uint32_t vertex) {
-    paper_rules const *const rules = work->scene->paper;
-    uint8_t *const state = &rules->after[vertex];
-    space_choice const choice = {.filter = is_old_contact, .context = work};
-    vertex_space const at = find_vertex_space(&work->spaces, vertex, choice);
-    *state = PARTICLE_FREE;
-    if (at.space.count == 0) return;
-    *state = rules->before[vertex] == PARTICLE_STICKS ? PARTICLE_STICKS : PARTICLE_SLIDES;
-    contact_motion const motion = split_motion(work, vertex, &at, *state == PARTICLE_STICKS);
-    if (motion.is_free) {
-        *state = PARTICLE_SLIDES;
-        return;
-    }
-    bool const is_relative = at.space.kind == TULLE_MOTION_SPACE_POLYHEDRAL;
-    vec3 const v0 = vec3_sub(vec3_load(work->u, vertex), at.reference);
-    double const inverse_mass = work->scene->inverse_mass[vertex];
-    vec3 const force = vec3_scale(vec3_load(work->force, vertex), inverse_mass);
-    vec3 const pressing = is_relative ? vec3_add(v0, force) : force;
-    const contact_row *const row = find_pressed_row(&work->spaces, vertex, &at, choice, pressing);
-    if (!row) return;
-    vec3 const left =
-        analyse_friction(&motion, get_contact_law(work->scene, row->frame.vertices), state);
-    bool const sticks = *state == PARTICLE_STICKS;
-    vec3 const end = sticks ? (vec3){0.0, 0.0, 0.0} : vec3_add(motion.velocity, left);
-    vec3 const change = vec3_sub(end, vec3_add(v0, force));
-    add_impulse(work, vertex, vec3_scale(change, 1.0 / inverse_mass));
-}
-
+/* The force F that contact leaves of each vertex goes to the right-hand side as an impulse. */
 static void analyse_chunk(void *context, size_t begin, size_t end, size_t chunk, int worker) {
     (void)chunk, (void)worker;
-    for (size_t i = begin; i < end; i++) analyse_vertex(context, (uint32_t)i);
-}
-
-/* h F, or the part of h that the integrator counts at once, and the velocities v0 + h F / m that
- * planes are carried along with. */
-static void find_forces(paper_work *work) {
+    paper_work *const work = context;
     const contact_scene *const scene = work->scene;
-    const motion_system *const system = work->system;
-    memcpy(work->seen, work->u, 3 * scene->vertex_count * sizeof(double));
-    for (size_t i = 0; i < scene->cloth_vertex_count; i++) {
-        vec3 const force = vec3_scale(vec3_load(system->forces, i), system->force_time);
-        vec3_store(work->force, i, force);
-        if (!(scene->inverse_mass[i] > 0.0)) continue;
-        vec3_store(work->seen, i,
-                   vec3_add_scaled(vec3_load(work->u, i), force, scene->inverse_mass[i]));
+    space_choice const choice = {.filter = is_old_contact, .context = work};
+    for (size_t i = begin; i < end; i++) {
+        uint32_t const vertex = (uint32_t)i;
+        uint8_t *const state = &scene->paper->after[vertex];
+        vertex_space const at = make_vertex_space(&work->spaces, vertex, choice);
+        motion_space const *const space = &at.space;
+        *state = PARTICLE_FREE;
+        if (space->count == 0) continue;
+        bool const stuck = scene->paper->before[vertex] == PARTICLE_STICKS;
+        *state = stuck ? PARTICLE_STICKS : PARTICLE_SLIDES;
+
+        /* F and v as seen from the frame; polyhedral: F with v0, as what both lead to */
+        bool const is_relative = space->kind == TULLE_MOTION_SPACE_POLYHEDRAL;
+        double const inverse_mass = scene->inverse_mass[vertex];
+        vec3 const v0 = vec3_sub(vec3_load(work->u, vertex), at.reference);
+        vec3 const force = vec3_scale(vec3_load(work->force, vertex), inverse_mass);
+        vec3 const whole = is_relative ? vec3_add(v0, force) : force;
+        contact_motion motion = {.is_in_space = motion_space_contains(space, v0)};
+        if (!stuck) motion.velocity = motion.is_in_space ? v0 : motion_space_project(space, v0);
+        vec3 const kept = motion_space_project(space, whole);
+        motion.normal_force = vec3_sub(whole, kept);
+        motion.tangential_force = is_relative ? vec3_sub(kept, motion.velocity) : kept;
+        if (motion_space_contains(space, whole)) {
+            *state = PARTICLE_SLIDES;
+            continue;
+        }
+        const contact_row *const row = find_pressed_row(&work->spaces, vertex, &at, choice, whole);
+        if (!row) continue;
+        contact_law const *const law = get_contact_law(scene, row->frame.vertices);
+        vec3 const left = analyse_friction(&motion, law, state);
+        vec3 const last =
+            *state == PARTICLE_STICKS ? vec3_make(0.0, 0.0, 0.0) : vec3_add(motion.velocity, left);
+        vec3 const change = vec3_sub(last, vec3_add(v0, force));
+        vec3 const given = vec3_load(work->impulses, vertex);
+        vec3_store(work->impulses, vertex, vec3_add(given, vec3_scale(change, 1.0 / inverse_mass)));
     }
-    find_shared_motions(&work->spaces, work->seen);
 }
 
 /* ---- the solve ---- */
-
-/* Norm of the force impulse, as conjugate gradients measure it. */
-static tulle_status measure_force(paper_work *work, conjugate_gradients_problem problem,
-                                  double *norm) {
-    problem.right_hand_side = work->force;
-    return conjugate_gradients_measure(&problem, work->scene->scratch, norm);
-}
 
 static tulle_status solve_system(paper_work *work) {
     const contact_scene *const scene = work->scene;
@@ -198,14 +162,18 @@ static tulle_status solve_system(paper_work *work) {
     conjugate_gradients_problem problem = {.vertex_count = count,
                                            .apply = system->apply,
                                            .apply_context = system->apply_context,
-                                           .right_hand_side = right_hand_side,
+                                           .right_hand_side = work->force,
                                            .diagonal = diagonal,
                                            .is_fixed = work->is_held,
                                            .tolerance = scene->settings.cg_tolerance,
                                            .max_iterations = scene->settings.cg_max_iterations,
                                            .threads = scene->threads,
                                            .stop = scene->stop};
-    tulle_status status = measure_force(work, problem, &problem.reference);
+    /* residuals are measured against the force impulse */
+    double reference = 0.0;
+    tulle_status status = conjugate_gradients_measure(&problem, scene->scratch, &reference);
+    problem.right_hand_side = right_hand_side;
+    problem.reference = reference;
     conjugate_gradients_result result;
     if (status == TULLE_OK)
         status = conjugate_gradients_solve(&problem, work->u, scene->scratch, &result);
@@ -220,39 +188,11 @@ static tulle_status solve_system(paper_work *work) {
 
 /* ---- after the solve ---- */
 
-/* A new pair that is apart and does not come near is no contact. */
-static void drop_rows_apart(paper_work *work) {
-    row_list *const list = work->list;
-    size_t kept = 0;
-    for (size_t i = 0; i < list->rows.count; i++) {
-        const contact_row *const row = &list->rows.data[i];
-        double const speed = vec3_dot(row->frame.normal, get_relative_velocity(row, work->u));
-        if (row->law.is_old || row->law.bias >= 0.0 || speed < row->law.bias)
-            list->rows.data[kept++] = *row;
-    }
-    list->rows.count = list->gathered_count = work->first_new = kept;
-}
-
-/* The time, in parts of the step, until a vertex's new contacts reach the contact distance; 1 where
- * none is hit. */
-static double find_collision_time(const paper_work *work, uint32_t vertex) {
-    const vertex_spaces *const spaces = &work->spaces;
-    double time = 1.0;
-    for (uint32_t i = spaces->begin[vertex]; i < spaces->begin[vertex + 1]; i++) {
-        size_t const index = spaces->entries[i] / 4;
-        const contact_row *const row = &work->list->rows.data[index];
-        if (index < work->first_new && is_old_contact(work, vertex, row)) continue;
-        double const speed = vec3_dot(row->frame.normal, get_relative_velocity(row, work->seen));
-        if (speed < fmin(row->law.bias, 0.0)) time = fmin(time, fmin(row->law.bias, 0.0) / speed);
-    }
-    return time;
-}
-
 /* Impact of a vertex; false when its own velocity [m/s] hits nothing. */
-static bool find_impact(const paper_work *work, uint32_t vertex, double time, uint8_t *state,
-                        vec3 *velocity) {
+static bool collide_vertex(const paper_work *work, uint32_t vertex, double time, uint8_t *state,
+                           vec3 *velocity) {
     space_choice const choice = {.is_closed = true};
-    vertex_space const at = find_vertex_space(&work->spaces, vertex, choice);
+    vertex_space const at = make_vertex_space(&work->spaces, vertex, choice);
     vec3 const before = vec3_sub(*velocity, at.reference);
     const contact_row *const row = find_pressed_row(&work->spaces, vertex, &at, choice, before);
     if (!row || motion_space_contains(&at.space, before)) return false;
@@ -270,68 +210,71 @@ static bool find_impact(const paper_work *work, uint32_t vertex, double time, ui
     return true;
 }
 
-static void project_vertex(paper_work *work, uint32_t vertex) {
-    uint8_t *const state = &work->scene->paper->after[vertex];
-    if (work->spaces.begin[vertex] == work->spaces.begin[vertex + 1]) return;
-    vec3 const before = vec3_load(work->seen, vertex);
-    double const time = find_collision_time(work, vertex);
-    vec3 end = before;
-    if (*state == PARTICLE_FREE) *state = PARTICLE_SLIDES;
-    if (!(time < 1.0) || !find_impact(work, vertex, time, state, &end)) {
-        vertex_space const at = find_vertex_space(&work->spaces, vertex, (space_choice){0});
-        end =
-            vec3_add(motion_space_project(&at.space, vec3_sub(before, at.reference)), at.reference);
-    }
-    vec3_store(work->u, vertex, end);
-    add_impulse(work, vertex,
-                vec3_scale(vec3_sub(end, before), 1.0 / work->scene->inverse_mass[vertex]));
-}
-
+/* Velocities onto their motion spaces, or impacts of vertices with new contacts, all from the
+ * velocities seen. */
 static void project_chunk(void *context, size_t begin, size_t end, size_t chunk, int worker) {
     (void)chunk, (void)worker;
-    for (size_t i = begin; i < end; i++) project_vertex(context, (uint32_t)i);
+    paper_work *const work = context;
+    const vertex_spaces *const spaces = &work->spaces;
+    for (size_t i = begin; i < end; i++) {
+        uint32_t const vertex = (uint32_t)i;
+        uint8_t *const state = &work->scene->paper->after[vertex];
+        if (spaces->begin[vertex] == spaces->begin[vertex + 1]) continue;
+        /* in parts of the step, until new contacts reach the contact distance; 1: none is hit */
+        double time = 1.0;
+        for (uint32_t k = spaces->begin[vertex]; k < spaces->begin[vertex + 1]; k++) {
+            size_t const index = spaces->entries[k] / 4;
+            const contact_row *const row = &work->list->rows.data[index];
+            if (index < work->first_new && is_old_contact(work, vertex, row)) continue;
+            double const speed =
+                vec3_dot(row->frame.normal, get_relative_velocity(row, work->seen));
+            double const bias = fmin(row->law.bias, 0.0);
+            if (speed < bias) time = fmin(time, bias / speed);
+        }
+        vec3 const before = vec3_load(work->seen, vertex);
+        vec3 last = before;
+        if (*state == PARTICLE_FREE) *state = PARTICLE_SLIDES;
+        if (!(time < 1.0) || !collide_vertex(work, vertex, time, state, &last)) {
+            vertex_space const at = make_vertex_space(spaces, vertex, (space_choice){0});
+            vec3 const seen = vec3_sub(before, at.reference);
+            last = vec3_add(motion_space_project(&at.space, seen), at.reference);
+        }
+        vec3_store(work->u, vertex, last);
+        vec3 const impulse =
+            vec3_scale(vec3_sub(last, before), 1.0 / work->scene->inverse_mass[vertex]);
+        vec3_store(work->impulses, vertex, vec3_add(vec3_load(work->impulses, vertex), impulse));
+    }
 }
 
-/* Each row's share of what its vertices took, for reports and for what is stored. */
-static void share_impulses(paper_work *work) {
+/* Projects all velocities, then gives each row its share of what its vertices took, for reports and
+ * for what is stored. */
+static tulle_status project_velocities(paper_work *work) {
+    const contact_scene *const scene = work->scene;
+    const vertex_spaces *const spaces = &work->spaces;
+    if (!vertex_spaces_make(&work->spaces, scene, work->list, scene->paper->motion_space))
+        return TULLE_ERROR_OUT_OF_MEMORY;
+    memcpy(work->seen, work->u, 3 * scene->vertex_count * sizeof(double));
+    compute_shared_motions(&work->spaces, work->seen);
+    parallel_for(scene->cloth_vertex_count, VERTEX_CHUNK, scene->threads, project_chunk, work);
     for (size_t i = 0; i < work->list->rows.count; i++) {
         contact_row *const row = &work->list->rows.data[i];
         vec3 sum = {0.0, 0.0, 0.0};
         bool sticks = false;
         for (int k = 0; k < 4; k++) {
             uint32_t const vertex = row->frame.vertices[k];
-            if (vertex >= work->scene->cloth_vertex_count) continue;
-            uint32_t const rows = work->spaces.begin[vertex + 1] - work->spaces.begin[vertex];
+            double const weight = row->frame.weights[k];
+            if (vertex >= scene->cloth_vertex_count) continue;
+            uint32_t const rows = spaces->begin[vertex + 1] - spaces->begin[vertex];
             if (rows == 0) continue;
-            double const side = row->frame.weights[k] >= 0.0 ? 1.0 : -1.0;
+            double const side = weight >= 0.0 ? 1.0 : -1.0;
             sum = vec3_add_scaled(sum, vec3_load(work->impulses, vertex), side / rows);
-            if (work->scene->paper->after[vertex] == PARTICLE_STICKS &&
-                row->frame.weights[k] != 0.0)
-                sticks = true;
+            sticks |= scene->paper->after[vertex] == PARTICLE_STICKS && weight != 0.0;
         }
         row->solve.impulse = vec3_add(row->solve.impulse, sum);
         bool const is_loaded = vec3_norm2(row->solve.impulse) > 0.0;
         row->solve.state = !is_loaded ? ROW_OPEN : sticks ? ROW_STICKS : ROW_SLIDES;
     }
-}
-
-/* Velocities onto their motion spaces, all from the same velocities. */
-static tulle_status project_velocities(paper_work *work) {
-    const contact_scene *const scene = work->scene;
-    if (!vertex_spaces_make(&work->spaces, scene, work->list, scene->paper->motion_space))
-        return TULLE_ERROR_OUT_OF_MEMORY;
-    memcpy(work->seen, work->u, 3 * scene->vertex_count * sizeof(double));
-    find_shared_motions(&work->spaces, work->seen);
-    parallel_for(scene->cloth_vertex_count, VERTEX_CHUNK, scene->threads, project_chunk, work);
-    share_impulses(work);
     return TULLE_OK;
-}
-
-static void count_states(const paper_work *work) {
-    for (size_t i = 0; i < work->list->rows.count; i++) {
-        work->report->stick_count += work->list->rows.data[i].solve.state == ROW_STICKS;
-        work->report->slip_count += work->list->rows.data[i].solve.state == ROW_SLIDES;
-    }
 }
 
 static tulle_status run_response(paper_work *work) {
@@ -344,13 +287,34 @@ static tulle_status run_response(paper_work *work) {
     if (!allocate_work(work) ||
         !vertex_spaces_make(&work->spaces, scene, list, scene->paper->motion_space))
         return TULLE_ERROR_OUT_OF_MEMORY;
-    find_forces(work);
+    /* h F, or the part of h that the integrator counts at once, and the velocities v0 + h F / m
+     * that planes are carried along with */
+    memcpy(work->seen, work->u, 3 * scene->vertex_count * sizeof(double));
+    for (size_t i = 0; i < scene->cloth_vertex_count; i++) {
+        vec3 const force = vec3_scale(vec3_load(work->system->forces, i), work->system->force_time);
+        vec3_store(work->force, i, force);
+        if (!(scene->inverse_mass[i] > 0.0)) continue;
+        vec3_store(work->seen, i,
+                   vec3_add_scaled(vec3_load(work->u, i), force, scene->inverse_mass[i]));
+    }
+    compute_shared_motions(&work->spaces, work->seen);
     parallel_for(scene->cloth_vertex_count, VERTEX_CHUNK, scene->threads, analyse_chunk, work);
     tulle_status status = solve_system(work);
     if (status != TULLE_OK) return status;
-    drop_rows_apart(work);
+    /* a new pair that is apart and does not come near is no contact */
+    size_t kept = 0;
+    for (size_t i = 0; i < list->rows.count; i++) {
+        const contact_row *const row = &list->rows.data[i];
+        double const speed = vec3_dot(row->frame.normal, get_relative_velocity(row, work->u));
+        if (row->law.is_old || row->law.bias >= 0.0 || speed < row->law.bias)
+            list->rows.data[kept++] = *row;
+    }
+    list->rows.count = list->gathered_count = work->first_new = kept;
     status = project_velocities(work);
-    if (status == TULLE_OK) count_states(work);
+    for (size_t i = 0; i < list->rows.count && status == TULLE_OK; i++) {
+        work->report->stick_count += list->rows.data[i].solve.state == ROW_STICKS;
+        work->report->slip_count += list->rows.data[i].solve.state == ROW_SLIDES;
+    }
     return status;
 }
 

@@ -20,14 +20,14 @@ typedef struct vertex_spaces {
     uint32_t *begin;       /* cloth_vertex_count + 1 */
     uint32_t *entries;     /* 4 * row + corner, in the order of the rows */
     shared_motion *shared; /* of each row */
-    half_space *planes;    /* of each entry, filled by find_vertex_space */
+    half_space *planes;    /* of each entry, filled by make_vertex_space */
 } vertex_spaces;
 
 /* False when memory is short. The rows must neither move nor grow while this is used. */
 bool vertex_spaces_make(vertex_spaces *spaces, const contact_scene *scene, const row_list *list,
                         tulle_motion_space kind);
 /* Takes the motion of the planes from these velocities of all vertices. */
-void find_shared_motions(vertex_spaces *spaces, const double *velocities);
+void compute_shared_motions(vertex_spaces *spaces, const double *velocities);
 
 /* Whether an entry's row takes part. */
 typedef bool (*entry_filter)(const void *context, uint32_t vertex, const contact_row *row);
@@ -47,7 +47,7 @@ typedef struct vertex_space {
  * polyhedral: each plane moves as the row's sides would together, and leaves room for the approach
  * down to the contact distance and for what a corner lies behind the contact point; the frame is
  * their mean. May run for several vertices at once. */
-vertex_space find_vertex_space(const vertex_spaces *spaces, uint32_t vertex, space_choice choice);
+vertex_space make_vertex_space(const vertex_spaces *spaces, uint32_t vertex, space_choice choice);
 
 /* The row whose plane a velocity, seen from the frame, misses by most; null: it misses none. */
 const contact_row *find_pressed_row(const vertex_spaces *spaces, uint32_t vertex,

@@ -17,7 +17,7 @@
 /* Normals of the history that differ by more than 60 degrees from the line say nothing about it. */
 #define LEAST_COSINE 0.5
 
-static orientation sign_of(double value) {
+static orientation get_sign(double value) {
     if (value > 0.0) return ORIENTATION_ALONG;
     return value < 0.0 ? ORIENTATION_AGAINST : ORIENTATION_UNDECIDED;
 }
@@ -53,96 +53,76 @@ void settle_history(side_history *history) {
     history->sides.count = kept;
 }
 
-/* The first side in the history that is not before those of a vertex. */
-static size_t find_first(const side_history *history, uint32_t vertex) {
-    size_t low = 0, high = history->sides.count;
+orientation orient_by_history(const topology *topo, const side_history *history,
+                              feature_pair vertex_triangle, vec3 axis) {
+    const known_side *const sides = history->sides.data;
+    const uint32_t *const corners = topo->triangles + 3 * (size_t)vertex_triangle.second;
+    size_t low = 0, high = history->sides.count; /* the first side of the vertex, by bisection */
     while (low < high) {
         size_t const middle = low + (high - low) / 2;
-        if (history->sides.data[middle].vertex < vertex)
+        if (sides[middle].vertex < vertex_triangle.first)
             low = middle + 1;
         else
             high = middle;
     }
-    return low;
-}
-
-static bool share_a_corner(const topology *topo, uint32_t a, uint32_t b) {
-    for (size_t i = 0; i < 3; i++)
-        for (size_t j = 0; j < 3; j++)
-            if (topo->triangles[3 * (size_t)a + i] == topo->triangles[3 * (size_t)b + j])
-                return true;
-    return false;
-}
-
-static orientation compare_normals(vec3 normal, vec3 axis) {
-    double const cosine = vec3_dot(normal, axis);
-    return fabs(cosine) >= LEAST_COSINE ? sign_of(cosine) : ORIENTATION_UNDECIDED;
-}
-
-orientation orient_by_history(const topology *topo, const side_history *history,
-                              feature_pair vertex_triangle, vec3 axis) {
     int votes = 0;
-    for (size_t i = find_first(history, vertex_triangle.first); i < history->sides.count; i++) {
-        known_side const *const side = &history->sides.data[i];
-        if (side->vertex != vertex_triangle.first) break;
-        orientation const own = compare_normals(side->normal, axis);
-        if (side->triangle == vertex_triangle.second) return own;
-        if (share_a_corner(topo, side->triangle, vertex_triangle.second)) votes += own;
+    for (size_t i = low; i < history->sides.count && sides[i].vertex == vertex_triangle.first;
+         i++) {
+        double const cosine = vec3_dot(sides[i].normal, axis);
+        orientation const own =
+            fabs(cosine) >= LEAST_COSINE ? get_sign(cosine) : ORIENTATION_UNDECIDED;
+        if (sides[i].triangle == vertex_triangle.second) return own;
+        const uint32_t *const others = topo->triangles + 3 * (size_t)sides[i].triangle;
+        bool shares_corner = false;
+        for (size_t a = 0; a < 3; a++)
+            for (size_t b = 0; b < 3; b++) shares_corner |= others[a] == corners[b];
+        if (shares_corner) votes += own;
     }
-    return sign_of(votes);
+    return get_sign(votes);
 }
 
 static orientation side_of_vertex(const oriented_pair *question, const double *positions,
                                   uint32_t vertex) {
     vec3 const to = vec3_sub(vec3_load(positions, vertex), question->point);
-    return sign_of(vec3_dot(question->axis, to));
-}
-
-/* The common side of all neighbours, if there is one. */
-static orientation side_of_neighbours(const topology *topo, const double *positions,
-                                      const oriented_pair *question) {
-    const adjacency *const around = &topo->vertex_neighbours;
-    uint32_t const vertex = question->pair.first;
-    orientation side = ORIENTATION_UNDECIDED;
-    for (uint32_t i = around->begin[vertex]; i < around->begin[vertex + 1]; i++) {
-        orientation const own = side_of_vertex(question, positions, around->items[i]);
-        if (side != ORIENTATION_UNDECIDED && own != side) return ORIENTATION_UNDECIDED;
-        side = own;
-    }
-    return side;
-}
-
-/* The common side of the vertices opposite an edge. */
-static orientation side_of_opposites(const topology *topo, const double *positions,
-                                     const oriented_pair *question, uint32_t edge) {
-    const uint32_t *const opposites = topo->edge_opposites + 2 * (size_t)edge;
-    orientation sides[2] = {ORIENTATION_UNDECIDED, ORIENTATION_UNDECIDED};
-    for (int k = 0; k < 2; k++)
-        if (opposites[k] != TULLE_NONE)
-            sides[k] = side_of_vertex(question, positions, opposites[k]);
-    if (opposites[1] == TULLE_NONE) return sides[0];
-    return sides[0] == sides[1] ? sides[0] : ORIENTATION_UNDECIDED;
+    return get_sign(vec3_dot(question->axis, to));
 }
 
 orientation orient_by_neighbours(const topology *topo, const double *positions,
                                  const oriented_pair *question) {
-    if (question->kind == FEATURE_VERTEX_TRIANGLE)
-        return side_of_neighbours(topo, positions, question);
-    orientation const first = side_of_opposites(topo, positions, question, question->pair.first);
-    orientation const second = side_of_opposites(topo, positions, question, question->pair.second);
-    return (int)first == -(int)second ? first : ORIENTATION_UNDECIDED;
-}
-
-static vec3 sum_corners(const topology *topo, const double *positions, uint32_t triangle) {
-    vec3 sum = {0.0, 0.0, 0.0};
-    for (size_t k = 0; k < 3; k++)
-        sum = vec3_add(sum, vec3_load(positions, topo->triangles[3 * (size_t)triangle + k]));
-    return sum;
+    orientation side = ORIENTATION_UNDECIDED;
+    if (question->kind == FEATURE_VERTEX_TRIANGLE) {
+        /* the common side of all neighbours, if there is one */
+        const adjacency *const around = &topo->vertex_neighbours;
+        uint32_t const vertex = question->pair.first;
+        for (uint32_t i = around->begin[vertex]; i < around->begin[vertex + 1]; i++) {
+            orientation const own = side_of_vertex(question, positions, around->items[i]);
+            if (side != ORIENTATION_UNDECIDED && own != side) return ORIENTATION_UNDECIDED;
+            side = own;
+        }
+        return side;
+    }
+    const uint32_t edges[2] = {question->pair.first, question->pair.second};
+    orientation of_edges[2]; /* the common sides of the vertices opposite them */
+    for (int k = 0; k < 2; k++) {
+        const uint32_t *const opposites = topo->edge_opposites + 2 * (size_t)edges[k];
+        of_edges[k] = ORIENTATION_UNDECIDED;
+        if (opposites[0] != TULLE_NONE)
+            of_edges[k] = side_of_vertex(question, positions, opposites[0]);
+        if (opposites[1] != TULLE_NONE &&
+            side_of_vertex(question, positions, opposites[1]) != of_edges[k])
+            of_edges[k] = ORIENTATION_UNDECIDED;
+    }
+    return (int)of_edges[0] == -(int)of_edges[1] ? of_edges[0] : ORIENTATION_UNDECIDED;
 }
 
 orientation orient_by_triangles(const topology *topo, const double *positions, uint32_t first,
                                 uint32_t second, vec3 axis) {
-    vec3 const difference =
-        vec3_sub(sum_corners(topo, positions, first), sum_corners(topo, positions, second));
-    return sign_of(vec3_dot(axis, difference));
+    vec3 sums[2] = {{0.0, 0.0, 0.0}, {0.0, 0.0, 0.0}}; /* of corners */
+    for (int triangle = 0; triangle < 2; triangle++) {
+        const uint32_t *const corner =
+            topo->triangles + 3 * (size_t)(triangle == 0 ? first : second);
+        for (int k = 0; k < 3; k++)
+            sums[triangle] = vec3_add(sums[triangle], vec3_load(positions, corner[k]));
+    }
+    return get_sign(vec3_dot(axis, vec3_sub(sums[0], sums[1])));
 }

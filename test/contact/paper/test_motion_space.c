@@ -79,7 +79,7 @@ static void finds_known_optima(void **state) {
         assert_true(find_nearest_point(p.spaces, p.count, OFFSETS_AS_GIVEN, p.v, &found));
         double const error = vec3_norm(vec3_sub(found, p.best)) * p.conditioning;
         worst = fmax(worst, error);
-        worst_violation = fmax(worst_violation, find_violation(p.spaces, p.count, found));
+        worst_violation = fmax(worst_violation, measure_violation(p.spaces, p.count, found));
         assert_true(find_nearest_point(p.spaces, p.count, OFFSETS_AS_GIVEN, found, &again));
         assert_true(vec3_norm(vec3_sub(found, again)) * p.conditioning < 1e-12);
     }
@@ -120,7 +120,7 @@ static void nothing_feasible_is_nearer(void **state) {
         }
         vec3 found;
         assert_true(find_nearest_point(spaces, count, OFFSETS_AS_GIVEN, v, &found));
-        assert_true(find_violation(spaces, count, found) < 1e-12);
+        assert_true(measure_violation(spaces, count, found) < 1e-12);
         assert_true(find_worst_angle(spaces, count, inside, v, found) < 1e-11);
     }
 }
@@ -179,7 +179,7 @@ static void empty_sets_follow_the_rule(void **state) {
             soft_count++;
             continue;
         }
-        assert_true(find_violation(relaxed, count, found) < 1e-12);
+        assert_true(measure_violation(relaxed, count, found) < 1e-12);
         assert_true(find_worst_angle(relaxed, count, zero, v, found) < 1e-11);
     }
     assert_in_range(soft_count, 1, PROBLEMS / 10);
