@@ -33,8 +33,9 @@ static vec3 transfer(const render_footprint *footprint, vec3 change, vec3 normal
     return vec3_scale(vec3_add_scaled(change, footprint->direction, -along), distance);
 }
 
-static weight_change find_weight_change(const render_geometry *geometry, const render_point *point,
-                                        const render_footprint *footprint) {
+static weight_change compute_weight_change(const render_geometry *geometry,
+                                           const render_point *point,
+                                           const render_footprint *footprint) {
     const uint32_t *const corners = geometry->triangles + 3 * (size_t)point->triangle;
     vec3 const across = transfer(footprint, footprint->across, point->normal, point->distance);
     vec3 const down = transfer(footprint, footprint->down, point->normal, point->distance);
@@ -139,7 +140,7 @@ void render_point_get_color(const render_geometry *geometry, const render_point 
                              surface->rest_coordinates && !surface->vertex_colors &&
                              !surface->triangle_colors;
     if (!footprint || !(has_pattern || surface->has_wire)) return;
-    weight_change const change = find_weight_change(geometry, point, footprint);
+    weight_change const change = compute_weight_change(geometry, point, footprint);
     double factor = has_pattern ? get_pattern(geometry, part, point, &change) : 1.0;
     if (surface->has_wire) factor *= 1.0 - wire_strength * get_wire(point, &change);
     for (int channel = 0; channel < 3; channel++)

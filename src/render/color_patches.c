@@ -166,7 +166,7 @@ static void lower_degree(patch_work *work, uint32_t patch) {
 /* Smallest last: patches up to `at` are off the graph, the others follow in groups of rising
  * degree. A degree is not counted below that of the patch taken off last, which changes no order
  * that matters: such a patch may go next as well as any. */
-static void find_order(patch_work *work) {
+static void compute_order(patch_work *work) {
     start_order(work);
     for (size_t at = 0; at < work->patch_count; at++) {
         uint32_t const patch = work->order[at];
@@ -249,7 +249,7 @@ tulle_status color_patches(memory *heap, tulle_mesh_view mesh, const uint32_t *l
         is_fine = find_neighbours(heap, &work);
     }
     if (is_fine) {
-        find_order(&work);
+        compute_order(&work);
         size_t const alike = give_colors(&work);
         if (alike_count) *alike_count = alike;
         for (size_t t = 0; t < mesh.triangle_count; t++) {

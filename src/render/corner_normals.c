@@ -26,14 +26,14 @@ typedef struct workspace {
     double *sums;        /* 3 of each corner */
 } workspace;
 
-static vec3 find_triangle_normal(tulle_mesh_view mesh, size_t triangle) {
+static vec3 compute_triangle_normal(tulle_mesh_view mesh, size_t triangle) {
     const uint32_t *const t = mesh.triangles + 3 * triangle;
     vec3 const a = vec3_load(mesh.positions, t[0]);
     return vec3_normalize(vec3_cross(vec3_sub(vec3_load(mesh.positions, t[1]), a),
                                      vec3_sub(vec3_load(mesh.positions, t[2]), a)));
 }
 
-static double find_corner_angle(tulle_mesh_view mesh, size_t corner) {
+static double compute_corner_angle(tulle_mesh_view mesh, size_t corner) {
     const uint32_t *const t = mesh.triangles + corner / 3 * 3;
     vec3 const at = vec3_load(mesh.positions, t[corner % 3]);
     vec3 const a = vec3_sub(vec3_load(mesh.positions, t[(corner + 1) % 3]), at);
@@ -78,8 +78,8 @@ static void list_sides(workspace *work) {
 
 static bool is_smooth(const workspace *work, const side *a, const side *b) {
     if (a->is_outgoing == b->is_outgoing) return false;
-    vec3 const m = find_triangle_normal(work->mesh, a->corner / 3);
-    vec3 const n = find_triangle_normal(work->mesh, b->corner / 3);
+    vec3 const m = compute_triangle_normal(work->mesh, a->corner / 3);
+    vec3 const n = compute_triangle_normal(work->mesh, b->corner / 3);
     return atan2(vec3_norm(vec3_cross(m, n)), vec3_dot(m, n)) <= work->crease_angle;
 }
 
@@ -103,11 +103,11 @@ static void sum_groups(workspace *work, float *corner_normals) {
         uint32_t const root = find_root(work->group, corner);
         vec3_store(work->sums, root,
                    vec3_add_scaled(vec3_load(work->sums, root),
-                                   find_triangle_normal(mesh, corner / 3),
-                                   find_corner_angle(mesh, corner)));
+                                   compute_triangle_normal(mesh, corner / 3),
+                                   compute_corner_angle(mesh, corner)));
     }
     for (uint32_t corner = 0; corner < 3 * mesh.triangle_count; corner++) {
-        vec3 const own = find_triangle_normal(mesh, corner / 3);
+        vec3 const own = compute_triangle_normal(mesh, corner / 3);
         vec3 normal = vec3_normalize(vec3_load(work->sums, find_root(work->group, corner)));
         if (vec3_dot(normal, own) <= 0.0) normal = own; /* folded over: no mean makes sense */
         float *const out = corner_normals + 3 * (size_t)corner;
@@ -117,8 +117,8 @@ static void sum_groups(workspace *work, float *corner_normals) {
     }
 }
 
-bool render_find_corner_normals(memory *heap, tulle_mesh_view mesh, double crease_angle,
-                                float *corner_normals) {
+bool render_compute_corner_normals(memory *heap, tulle_mesh_view mesh, double crease_angle,
+                                   float *corner_normals) {
     size_t const corner_count = 3 * mesh.triangle_count,
                  side_bytes = 2 * corner_count * sizeof(side);
     size_t const start_bytes = (mesh.vertex_count + 1) * sizeof(size_t);

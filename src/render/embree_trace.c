@@ -69,7 +69,7 @@ static vec3 get_vector(const float *v) {
 }
 
 /* Where the ray meets the floor, in lengths of its direction; infinite if it does not. */
-static double find_floor(const picture *p, vec3 origin, vec3 direction) {
+static double compute_floor(const picture *p, vec3 origin, vec3 direction) {
     if (!p->def->lighting.has_floor) return (double)INFINITY;
     double const distance = ((double)p->floor_height - origin.z) / direction.z;
     return distance > 0.0 ? distance : (double)INFINITY;
@@ -78,7 +78,7 @@ static double find_floor(const picture *p, vec3 origin, vec3 direction) {
 /* The first thing a ray meets; false: the sky. A surface that lies in the floor hides it. */
 static bool find_point(const picture *p, const render_ray *ray, render_point *point) {
     vec3 const origin = get_vector(ray->origin), direction = get_vector(ray->direction);
-    double const floor_distance = find_floor(p, origin, direction);
+    double const floor_distance = compute_floor(p, origin, direction);
     uint32_t const triangle = render_scene_find_first(p->scene, ray);
     if (triangle != TULLE_NONE) {
         const render_geometry *const geometry = &p->scene->geometry;
@@ -102,7 +102,7 @@ static void leave_point(const picture *p, const render_point *point, vec3 direct
 }
 
 static bool is_blocked(const picture *p, const render_ray *ray) {
-    if (find_floor(p, get_vector(ray->origin), get_vector(ray->direction)) < (double)ray->length)
+    if (compute_floor(p, get_vector(ray->origin), get_vector(ray->direction)) < (double)ray->length)
         return true;
     return render_scene_is_blocked(p->scene, ray);
 }
@@ -124,8 +124,8 @@ static bool lift_ray(const picture *p, const render_point *point, vec3 direction
 }
 
 /* Light that comes to the point straight from the light, as a white surface sends it back. */
-static double find_light_share(const picture *p, const light_path *path,
-                               const render_point *point) {
+static double measure_light_share(const picture *p, const light_path *path,
+                                  const render_point *point) {
     double place[2];
     sampling_get_pair(path->index, path->pixel_seed, PAIR_LIGHT + PAIRS_OF_BOUNCE * path->depth,
                       place);
@@ -216,7 +216,7 @@ static bool follow(const picture *p, light_path *path, const render_footprint *f
         return false;
     }
     if (!take_color(p, path, &point, footprint)) return false;
-    add_radiance(path, p->light.radiance, find_light_share(p, path, &point));
+    add_radiance(path, p->light.radiance, measure_light_share(p, path, &point));
     return bounce(p, path, &point);
 }
 

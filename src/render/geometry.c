@@ -3,7 +3,7 @@
 
 #include "base/error.h"
 
-static void find_center(const render_frame_def *def, render_geometry *geometry) {
+static void compute_center(const render_frame_def *def, render_geometry *geometry) {
     vec3 low = vec3_make(INFINITY, INFINITY, INFINITY), high = vec3_neg(low);
     for (size_t s = 0; s < def->surface_count; s++) {
         tulle_mesh_view const mesh = def->surfaces[s].mesh;
@@ -55,7 +55,7 @@ static void copy_part(render_geometry *geometry, uint32_t index) {
         geometry->part_index[part->first_triangle + t] = index;
 }
 
-static float find_longest_edge(const render_geometry *geometry, const uint32_t *corners) {
+static float measure_longest_edge(const render_geometry *geometry, const uint32_t *corners) {
     double longest = 0.0;
     for (int i = 0; i < 3; i++) {
         vec3 const edge = vec3_sub(render_geometry_get_vertex(geometry, corners[(i + 1) % 3]),
@@ -65,13 +65,13 @@ static float find_longest_edge(const render_geometry *geometry, const uint32_t *
     return (float)longest;
 }
 
-static bool find_reach(render_geometry *geometry) {
+static bool measure_reach(render_geometry *geometry) {
     size_t const byte_count = geometry->vertex_count * sizeof(float);
     float *const around = memory_allocate_zeroed(&geometry->heap, geometry->vertex_count, 4);
     if (!around) return false;
     for (size_t t = 0; t < geometry->triangle_count; t++) {
         const uint32_t *const corners = geometry->triangles + 3 * t;
-        float const longest = find_longest_edge(geometry, corners);
+        float const longest = measure_longest_edge(geometry, corners);
         for (int i = 0; i < 3; i++) around[corners[i]] = fmaxf(around[corners[i]], longest);
     }
     for (size_t t = 0; t < geometry->triangle_count; t++) {
@@ -90,19 +90,19 @@ static bool fill(const render_frame_def *def, render_geometry *geometry) {
         geometry->parts[s] = (render_part){surface, vertex, triangle, surface->crease_angle > 0.0};
         copy_part(geometry, s);
         if (geometry->parts[s].is_smooth &&
-            !render_find_corner_normals(&geometry->heap, surface->mesh, surface->crease_angle,
-                                        geometry->corner_normals + 9 * (size_t)triangle))
+            !render_compute_corner_normals(&geometry->heap, surface->mesh, surface->crease_angle,
+                                           geometry->corner_normals + 9 * (size_t)triangle))
             return false;
         vertex += (uint32_t)surface->mesh.vertex_count;
         triangle += (uint32_t)surface->mesh.triangle_count;
     }
-    return find_reach(geometry);
+    return measure_reach(geometry);
 }
 
 tulle_status render_geometry_build(const render_frame_def *def, render_geometry *geometry,
                                    tulle_error *error) {
     *geometry = (render_geometry){.heap = memory_default()};
-    find_center(def, geometry);
+    compute_center(def, geometry);
     if (allocate(def, geometry) && fill(def, geometry)) return TULLE_OK;
     size_t const triangle_count = geometry->triangle_count;
     render_geometry_destroy(geometry);

@@ -38,8 +38,8 @@ void render_geometry_destroy(render_geometry *geometry);
 /* Normals of corners, 9 * triangle_count: the mean, weighted by angle, of the triangles about the
  * vertex that are reached over edges with exactly two triangles, turned the same way round, which
  * turn by crease_angle at most. False when memory is short. */
-bool render_find_corner_normals(memory *heap, tulle_mesh_view mesh, double crease_angle,
-                                float *corner_normals);
+bool render_compute_corner_normals(memory *heap, tulle_mesh_view mesh, double crease_angle,
+                                   float *corner_normals);
 
 static inline vec3 render_geometry_get_vertex(const render_geometry *geometry, uint32_t vertex) {
     const float *const v = geometry->vertices + 3 * (size_t)vertex;

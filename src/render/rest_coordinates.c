@@ -115,7 +115,7 @@ static size_t unfold_piece(const unfolding *self, uint32_t first, uint32_t piece
 /* The turn that brings the borders of a piece along the axes: the mean direction of border edges
  * up to quarter turns, by their lengths. Borders that go all ways say nothing; then the image of x
  * in the first triangle decides, or of y where x stands upright on it. */
-static double find_turn(const unfolding *self, size_t count) {
+static double compute_turn(const unfolding *self, size_t count) {
     double const least_agreement = 0.5; /* of borders: 1 right-angled, 0 round */
     double sum_cos = 0.0, sum_sin = 0.0, total = 0.0;
     for (size_t i = 0; i < count; i++) {
@@ -146,7 +146,7 @@ static double find_turn(const unfolding *self, size_t count) {
 
 /* Each vertex of the piece once: the flags of the placed ones are taken back as they are turned. */
 static void turn_piece(const unfolding *self, size_t count) {
-    double const turn = find_turn(self, count);
+    double const turn = compute_turn(self, count);
     double const cosine = cos(turn), sine = sin(turn);
     for (size_t i = 0; i < 3 * count; i++) {
         uint32_t const vertex = self->mesh.triangles[3 * (size_t)self->queue[i / 3] + i % 3];

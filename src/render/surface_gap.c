@@ -193,8 +193,8 @@ static uint32_t *find_vertex_pieces(arena *scratch, const render_gap_surface *su
     return pieces;
 }
 
-static bool find_all(arena *scratch, gap_search *search, size_t surface_count, int threads,
-                     double *const *gaps) {
+static bool measure_all(arena *scratch, gap_search *search, size_t surface_count, int threads,
+                        double *const *gaps) {
     size_t most_trees = 0;
     for (size_t i = 0; i < surface_count; i++)
         most_trees += search->surfaces[i].rest ? search->surfaces[i].piece_count : 1;
@@ -215,8 +215,8 @@ static bool find_all(arena *scratch, gap_search *search, size_t surface_count, i
     return true;
 }
 
-tulle_status render_find_gaps(memory *heap, const render_gap_def *def, double *const *gaps,
-                              tulle_error *error) {
+tulle_status render_measure_gaps(memory *heap, const render_gap_def *def, double *const *gaps,
+                                 tulle_error *error) {
     size_t triangle_count = 0;
     for (size_t i = 0; i < def->surface_count; i++)
         triangle_count += def->surfaces[i].mesh.triangle_count;
@@ -225,8 +225,8 @@ tulle_status render_find_gaps(memory *heap, const render_gap_def *def, double *c
                          triangle_count);
     arena scratch = arena_make(heap);
     gap_search search = {.surfaces = def->surfaces, .farthest = def->farthest};
-    bool const is_good = find_all(&scratch, &search, def->surface_count,
-                                  parallel_resolve_threads(def->threads), gaps);
+    bool const is_good = measure_all(&scratch, &search, def->surface_count,
+                                     parallel_resolve_threads(def->threads), gaps);
     arena_destroy(&scratch);
     return is_good ? TULLE_OK
                    : error_set(error, TULLE_ERROR_OUT_OF_MEMORY,

@@ -24,8 +24,8 @@ typedef struct render_gap_def {
  * fold counts and the sheet around the vertex does not; of each triangle the nearest place is
  * taken. Gaps of edges in the middle of triangles are not looked for. Errors:
  * TULLE_ERROR_OUT_OF_MEMORY, TULLE_ERROR_LIMIT (over 2^30 triangles). */
-tulle_status render_find_gaps(memory *heap, const render_gap_def *def, double *const *gaps,
-                              tulle_error *error);
+tulle_status render_measure_gaps(memory *heap, const render_gap_def *def, double *const *gaps,
+                                 tulle_error *error);
 
 /* Weights of the corners of the triangle's point that is nearest to p; gives the distance. Corners:
  * 3 * 3 coordinates. */

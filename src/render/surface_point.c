@@ -31,8 +31,8 @@ static vec3 load_float3(const float *v) {
     return vec3_make((double)v[0], (double)v[1], (double)v[2]);
 }
 
-static vec3 find_shading_normal(const render_geometry *geometry, uint32_t triangle,
-                                const double weights[3], vec3 normal) {
+static vec3 compute_shading_normal(const render_geometry *geometry, uint32_t triangle,
+                                   const double weights[3], vec3 normal) {
     if (!geometry->parts[geometry->part_index[triangle]].is_smooth) return normal;
     const float *const corners = geometry->corner_normals + 9 * (size_t)triangle;
     vec3 sum = {0};
@@ -67,7 +67,7 @@ void render_point_find(const render_geometry *geometry, uint32_t triangle, vec3 
         vec3_dot(vec3_sub(point->position, origin), direction) / vec3_norm2(direction);
     vec3 const normal =
         area2 > 0.0 ? vec3_scale(cross, 1.0 / sqrt(area2)) : vec3_normalize(vec3_neg(direction));
-    vec3 const shading_normal = find_shading_normal(geometry, triangle, w, normal);
+    vec3 const shading_normal = compute_shading_normal(geometry, triangle, w, normal);
     point->is_front = slope < 0.0;
     point->normal = point->is_front ? normal : vec3_neg(normal);
     point->shading_normal = point->is_front ? shading_normal : vec3_neg(shading_normal);

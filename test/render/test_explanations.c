@@ -284,10 +284,10 @@ static void test_gaps_against_all_pairs(void **state) {
     for (size_t i = 0; i < 2; i++) crumple(&meshes[i], i + 1, 0.06 * (double)i);
     double first[24 * 18], second[12 * 14], again[24 * 18];
     double *gaps[3] = {first, second, NULL}, *gaps_again[3] = {again, second, NULL};
-    assert_int_equal(render_find_gaps(&heap, &(render_gap_def){surfaces, 3, 0.1, 2}, gaps, NULL),
+    assert_int_equal(render_measure_gaps(&heap, &(render_gap_def){surfaces, 3, 0.1, 2}, gaps, NULL),
                      TULLE_OK);
     assert_int_equal(
-        render_find_gaps(&heap, &(render_gap_def){surfaces, 3, 0.1, 1}, gaps_again, NULL),
+        render_measure_gaps(&heap, &(render_gap_def){surfaces, 3, 0.1, 1}, gaps_again, NULL),
         TULLE_OK);
     assert_memory_equal(first, again, sizeof first);
     assert_int_equal(heap.bytes_held, 0);
@@ -327,10 +327,10 @@ static void test_flat_sheet_over_ground(void **state) {
                                              .piece_count = 1},
                                             {.mesh = tulle_mesh_get_view(&ground)}};
     memory heap = memory_default();
-    assert_int_equal(render_find_gaps(&heap, &(render_gap_def){surfaces, 1, 0.1, 1}, all, NULL),
+    assert_int_equal(render_measure_gaps(&heap, &(render_gap_def){surfaces, 1, 0.1, 1}, all, NULL),
                      TULLE_OK);
     for (size_t i = 0; i < 121; i++) assert_true(gaps[i] == 0.1);
-    assert_int_equal(render_find_gaps(&heap, &(render_gap_def){surfaces, 2, 0.1, 1}, all, NULL),
+    assert_int_equal(render_measure_gaps(&heap, &(render_gap_def){surfaces, 2, 0.1, 1}, all, NULL),
                      TULLE_OK);
     for (size_t i = 0; i < 121; i++) assert_true(fabs(gaps[i] - 0.007) < 1e-15);
     tulle_mesh_destroy(&sheet);

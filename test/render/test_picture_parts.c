@@ -127,7 +127,7 @@ static void creases_keep_or_join_normals(void **state) {
     double const angles[3] = {0.5, 1.5, INFINITY};
     for (int trial = 0; trial < 3; trial++) {
         assert_true(
-            render_find_corner_normals(&heap, small_mesh_view(&box), angles[trial], normals));
+            render_compute_corner_normals(&heap, small_mesh_view(&box), angles[trial], normals));
         for (size_t corner = 0; corner < 36; corner++) {
             const uint32_t *const t = box.triangles + corner / 3 * 3;
             vec3 const a = vec3_load(box.positions, t[0]);
@@ -142,7 +142,7 @@ static void creases_keep_or_join_normals(void **state) {
     assert_int_equal(heap.bytes_held, 0);
     tulle_mesh sphere = make_sphere(8, 2.0);
     float *const round = malloc(9 * sphere.triangle_count * sizeof *round);
-    assert_true(render_find_corner_normals(&heap, tulle_mesh_get_view(&sphere), 0.5, round));
+    assert_true(render_compute_corner_normals(&heap, tulle_mesh_get_view(&sphere), 0.5, round));
     for (size_t corner = 0; corner < 3 * sphere.triangle_count; corner++) {
         vec3 const radial = vec3_normalize(vec3_load(sphere.positions, sphere.triangles[corner]));
         assert_true(vec3_dot(get_normal(round, corner), radial) > cos(0.02));
@@ -167,7 +167,7 @@ static void unclear_edges_are_sharp(void **state) {
     float normals[9 * 6];
     memory heap = memory_default();
     assert_true(
-        render_find_corner_normals(&heap, small_mesh_view(&fan), (double)INFINITY, normals));
+        render_compute_corner_normals(&heap, small_mesh_view(&fan), (double)INFINITY, normals));
     for (size_t corner = 0; corner < 18; corner++) {
         vec3 const n = get_normal(normals, corner);
         double const flat = corner < 12 ? fabs(n.z) : fabs(n.x);

@@ -35,8 +35,8 @@ void check_frames_judge(check_frame *frames, size_t count, int threads);
 
 /* A place close to where two intersecting triangles meet: the centre of what their boxes have in
  * common. */
-void check_find_place(const tulle_check_body *bodies, const tulle_check_pair *pair,
-                      double place[3]);
+void check_compute_place(const tulle_check_body *bodies, const tulle_check_pair *pair,
+                         double place[3]);
 
 /* Prints the verdict of one frame and its pairs; adds it to the totals. */
 void check_report_frame(const check_report *report, const check_frame *frame, check_totals *totals);

@@ -33,8 +33,8 @@ static const double *get_corner(const tulle_check_body *body, uint32_t triangle,
     return body->mesh.positions + 3 * (size_t)body->mesh.triangles[3 * (size_t)triangle + corner];
 }
 
-void check_find_place(const tulle_check_body *bodies_of_frame, const tulle_check_pair *pair,
-                      double place[3]) {
+void check_compute_place(const tulle_check_body *bodies_of_frame, const tulle_check_pair *pair,
+                         double place[3]) {
     const tulle_check_body *const bodies[2] = {&bodies_of_frame[pair->body_a],
                                                &bodies_of_frame[pair->body_b]};
     uint32_t const triangles[2] = {pair->triangle_a, pair->triangle_b};
@@ -56,7 +56,7 @@ void check_find_place(const tulle_check_body *bodies_of_frame, const tulle_check
 
 static void print_pair_json(const check_frame *frame, const tulle_check_pair *pair) {
     double place[3];
-    check_find_place(frame->bodies, pair, place);
+    check_compute_place(frame->bodies, pair, place);
     fputs("{\"a\":", stdout);
     json_print_text(stdout, frame->names[pair->body_a]);
     printf(",\"triangle_a\":%" PRIu32 ",\"b\":", pair->triangle_a);
@@ -67,7 +67,7 @@ static void print_pair_json(const check_frame *frame, const tulle_check_pair *pa
 
 static void print_pair_text(const check_frame *frame, const tulle_check_pair *pair) {
     double place[3];
-    check_find_place(frame->bodies, pair, place);
+    check_compute_place(frame->bodies, pair, place);
     printf("  %s triangle %" PRIu32 " and %s triangle %" PRIu32 " near (%.6g, %.6g, %.6g)\n",
            frame->names[pair->body_a], pair->triangle_a, frame->names[pair->body_b],
            pair->triangle_b, place[0], place[1], place[2]);

@@ -56,7 +56,7 @@ static void describe(const subdivided_frame *frame, subdivided_verdict *verdict)
            verdict->pair_count, get_plural(verdict->pair_count));
     describe_bodies(frame, verdict);
     double place[3];
-    check_find_place(frame->bodies, &verdict->pairs[0], place);
+    check_compute_place(frame->bodies, &verdict->pairs[0], place);
     append(verdict->text, "; the first near (%.6g, %.6g, %.6g)", place[0], place[1], place[2]);
     if (frame->simulated && verdict->simulated_pair_count == 0)
         append(verdict->text, "; the simulated surface does not intersect");

@@ -29,19 +29,19 @@ static int compare_doubles(const void *a, const void *b) {
 }
 
 /* Sorts the values; count > 0. */
-static double find_median(double *values, size_t count) {
+static double compute_median(double *values, size_t count) {
     qsort(values, count, sizeof *values, compare_doubles);
     return 0.5 * (values[(count - 1) / 2] + values[count / 2]);
 }
 
 /* seconds: of each stage, calls side by side; the first call comes first. */
-static void find_times(detect_passes *passes, double *seconds, size_t call_count) {
+static void compute_times(detect_passes *passes, double *seconds, size_t call_count) {
     for (int stage = 0; stage < DETECT_STAGE_COUNT; stage++) {
         double *const calls = seconds + (size_t)stage * call_count;
         detect_times *const times = &passes->times[stage];
         times->first = times->median = times->minimum = calls[0];
         if (call_count == 1) continue;
-        times->median = find_median(calls + 1, call_count - 1);
+        times->median = compute_median(calls + 1, call_count - 1);
         times->minimum = calls[1];
     }
 }
@@ -67,7 +67,7 @@ static tulle_status ask_repeatedly(detect_passes *passes, const detect_frames *f
             progress_bar_show(&bar, call + 1, call_count, "%zu of %zu calls", call + 1, call_count);
     }
     progress_bar_clear(&bar);
-    if (status == TULLE_OK) find_times(passes, seconds, call_count);
+    if (status == TULLE_OK) compute_times(passes, seconds, call_count);
     return status;
 }
 

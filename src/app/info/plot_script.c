@@ -71,7 +71,7 @@ static range make_decades(range found, range otherwise) {
                    pow(10.0, floor(log10(2.0 * found.high)) + 1.0)};
 }
 
-static plot_ranges find_ranges(const plot_content *content) {
+static plot_ranges measure_ranges(const plot_content *content) {
     plot_ranges r = {.gap = {INFINITY, 0.0}, .residual = {INFINITY, 0.0}};
     for (size_t i = 0; i < content->report_count; i++) {
         const tulle_step_report *const report = &content->reports[i];
@@ -271,7 +271,7 @@ static void write_solves(FILE *script, const plot_ranges *r) {
 }
 
 void plot_write_script(FILE *script, const plot_content *content, const char *terminal) {
-    plot_ranges const ranges = find_ranges(content);
+    plot_ranges const ranges = measure_ranges(content);
     fputs("set datafile missing '?'\n$rows << END_OF_ROWS\n", script);
     for (size_t i = 0; i < content->report_count; i++)
         write_row(script, &content->reports[i], &ranges);

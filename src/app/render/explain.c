@@ -39,7 +39,8 @@ static tulle_status read_debug(picture_run *run, const tulle_run_debug **debug,
     return tulle_run_reader_read_debug(run->reader, run->frame, debug, error);
 }
 
-static tulle_status find_speeds(picture_explanation *self, picture_run *run, tulle_error *error) {
+static tulle_status compute_speeds(picture_explanation *self, picture_run *run,
+                                   tulle_error *error) {
     const tulle_run_debug *debug = NULL;
     tulle_status const status = read_debug(run, &debug, error);
     if (status != TULLE_OK) return status;
@@ -53,7 +54,7 @@ static tulle_status find_speeds(picture_explanation *self, picture_run *run, tul
     return TULLE_OK;
 }
 
-static tulle_status find_gaps(picture_explanation *self, picture_run *run, tulle_error *error) {
+static tulle_status measure_gaps(picture_explanation *self, picture_run *run, tulle_error *error) {
     size_t count = 0;
     render_gap_surface *const surfaces =
         memory_allocate_zeroed(&self->heap, run->body_count, sizeof *surfaces);
@@ -73,12 +74,12 @@ static tulle_status find_gaps(picture_explanation *self, picture_run *run, tulle
                                 .surface_count = count,
                                 .farthest = GAP_FARTHEST,
                                 .threads = run->options->threads};
-    tulle_status const status = render_find_gaps(&self->heap, &def, self->values, error);
+    tulle_status const status = render_measure_gaps(&self->heap, &def, self->values, error);
     memory_release(&self->heap, surfaces, run->body_count * sizeof *surfaces);
     return status;
 }
 
-static void find_strains(picture_explanation *self, const picture_run *run) {
+static void compute_strains(picture_explanation *self, const picture_run *run) {
     for (size_t i = 0; i < run->cloth_count; i++) {
         const picture_body *const body = &run->bodies[i];
         render_get_vertex_strains(body->rest, body->mesh.positions, self->values[i],
@@ -88,10 +89,11 @@ static void find_strains(picture_explanation *self, const picture_run *run) {
 }
 
 /* Fills self->values for the frame that was read last. */
-static tulle_status find_values(picture_explanation *self, picture_run *run, tulle_error *error) {
-    if (self->color == PICTURE_VELOCITY) return find_speeds(self, run, error);
-    if (self->color == PICTURE_GAP) return find_gaps(self, run, error);
-    find_strains(self, run);
+static tulle_status compute_values(picture_explanation *self, picture_run *run,
+                                   tulle_error *error) {
+    if (self->color == PICTURE_VELOCITY) return compute_speeds(self, run, error);
+    if (self->color == PICTURE_GAP) return measure_gaps(self, run, error);
+    compute_strains(self, run);
     return TULLE_OK;
 }
 
@@ -142,7 +144,7 @@ static tulle_status survey(picture_explanation *self, picture_run *run, tulle_er
     for (uint32_t sample = 0; sample < count; sample++) {
         uint32_t const frame = picture_run_get_sample(run, SCALE_SAMPLES, sample);
         tulle_status status = picture_run_read_frame(run, frame, error);
-        if (status == TULLE_OK) status = find_values(self, run, error);
+        if (status == TULLE_OK) status = compute_values(self, run, error);
         if (status != TULLE_OK) return status;
         for (size_t i = 0; i < run->cloth_count; i++) {
             size_t const vertex_count = run->bodies[i].mesh.vertex_count;
@@ -249,7 +251,7 @@ void picture_explanation_close(picture_explanation *self) {
 
 static tulle_status color_vertices(picture_explanation *self, picture_run *run,
                                    tulle_error *error) {
-    tulle_status status = find_values(self, run, error);
+    tulle_status status = compute_values(self, run, error);
     for (size_t i = 0; i < run->cloth_count && status == TULLE_OK; i++) {
         picture_body *const body = &run->bodies[i];
         if (body->subdivision)

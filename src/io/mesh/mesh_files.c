@@ -121,7 +121,7 @@ static void write_ply(output_file *output, tulle_mesh_view mesh) {
 }
 
 /* Unit normal of a triangle; zero for one without area. */
-static void find_normal(const double *const corners[3], double normal[3]) {
+static void compute_normal(const double *const corners[3], double normal[3]) {
     double first[3], second[3];
     for (int axis = 0; axis < 3; axis++) {
         first[axis] = corners[1][axis] - corners[0][axis];
@@ -147,7 +147,7 @@ static void write_stl(output_file *output, tulle_mesh_view mesh) {
         for (size_t corner = 0; corner < 3; corner++)
             corners[corner] = mesh.positions + 3 * (size_t)mesh.triangles[3 * i + corner];
         double normal[3];
-        find_normal(corners, normal);
+        compute_normal(corners, normal);
         unsigned char bytes[50] = {0};
         for (size_t axis = 0; axis < 3; axis++) {
             bytes_store_float(bytes + 4 * axis, (float)normal[axis]);
