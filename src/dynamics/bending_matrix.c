@@ -86,17 +86,6 @@ static double fill_hinge(const bending_input *input, size_t edge, cloth_hinge *h
     return softening;
 }
 
-/* Squared cosine between two edges of a triangle, edge k joining corners k and k + 1. */
-static double square_cosine(const double *positions, const uint32_t *corners, size_t i, size_t j) {
-    if (i == j) return 1.0;
-    vec3 const a =
-        vec3_sub(vec3_load(positions, corners[(i + 1) % 3]), vec3_load(positions, corners[i]));
-    vec3 const b =
-        vec3_sub(vec3_load(positions, corners[(j + 1) % 3]), vec3_load(positions, corners[j]));
-    double const dot = vec3_dot(a, b);
-    return dot * dot / (vec3_norm2(a) * vec3_norm2(b));
-}
-
 typedef struct coupling_builder {
     const bending_input *input;
     cloth_model *model;
@@ -120,6 +109,10 @@ static void add_couplings(const coupling_builder *build, size_t edge, size_t sid
         input->vertex_materials ? input->vertex_materials[corners[0]] : 0;
     const tulle_material *const material = &input->materials[material_index];
     double const stiffness = material->bend_stiffness / (4.0 * input->areas[triangle]);
+    vec3 edges_of[3]; /* edge k joins corners k and k + 1 */
+    for (size_t k = 0; k < 3; k++)
+        edges_of[k] = vec3_sub(vec3_load(input->rest_positions, corners[(k + 1) % 3]),
+                               vec3_load(input->rest_positions, corners[k]));
     in_triangle->rest_double_area = 2.0 * input->areas[triangle];
     in_triangle->time = material->bend_damping;
     for (size_t k = 0; k < 3; k++) {
@@ -127,8 +120,11 @@ static void add_couplings(const coupling_builder *build, size_t edge, size_t sid
         size_t const at = k == own ? self : place++;
         model->triangle_hinges[3 * (size_t)triangle + k] = other;
         if (other == TULLE_NONE) continue;
-        double const value = stiffness * build->softening[hinge] * build->softening[other] *
-                             square_cosine(input->rest_positions, corners, own, k);
+        double const dot = vec3_dot(edges_of[own], edges_of[k]);
+        double const cosine2 =
+            k == own ? 1.0 : dot * dot / (vec3_norm2(edges_of[own]) * vec3_norm2(edges_of[k]));
+        double const value =
+            stiffness * build->softening[hinge] * build->softening[other] * cosine2;
         model->couplings[at] += value;
         model->damping_couplings[at] += value * material->bend_damping;
         if (k == own) in_triangle->own[k] = value * material->bend_damping;

@@ -46,20 +46,17 @@ static int get_passing_side(const double *x, const uint32_t ends[2], uint32_t p,
     return p < q ? side : -side;
 }
 
-static int get_plane_side(const double *x, const uint32_t corners[3], uint32_t vertex) {
-    return orient3d_sign(x + 3 * (size_t)corners[0], x + 3 * (size_t)corners[1],
-                         x + 3 * (size_t)corners[2], x + 3 * (size_t)vertex, NULL) < 0
-               ? -1
-               : 1;
-}
-
 static bool edge_crosses(const untangling *work, uint32_t edge, uint32_t triangle) {
     const double *const x = work->positions;
     const uint32_t *const ends = work->topo->edges + 2 * (size_t)edge;
     const uint32_t *const corners = work->topo->triangles + 3 * (size_t)triangle;
     for (int k = 0; k < 3; k++)
         if (corners[k] == ends[0] || corners[k] == ends[1]) return false;
-    if (get_plane_side(x, corners, ends[0]) == get_plane_side(x, corners, ends[1])) return false;
+    bool is_below[2]; /* the plane of the triangle */
+    for (int k = 0; k < 2; k++)
+        is_below[k] = orient3d_sign(x + 3 * (size_t)corners[0], x + 3 * (size_t)corners[1],
+                                    x + 3 * (size_t)corners[2], x + 3 * (size_t)ends[k], NULL) < 0;
+    if (is_below[0] == is_below[1]) return false;
     int const side = get_passing_side(x, ends, corners[0], corners[1]);
     return side == get_passing_side(x, ends, corners[1], corners[2]) &&
            side == get_passing_side(x, ends, corners[2], corners[0]);
@@ -102,26 +99,6 @@ vec3 compute_crossing_point(const untangling *work, const surface_crossing *cros
     const uint32_t *const ends = work->topo->edges + 2 * (size_t)crossing->edge;
     return vec3_lerp(vec3_load(work->positions, ends[0]), vec3_load(work->positions, ends[1]),
                      crossing->along);
-}
-
-/* All sightings of the pairs; pairs without any are loose. */
-static size_t find_sightings(untangling *work, const intersection_list *pairs, sighting *found) {
-    const surface_range *const surfaces = work->world->surfaces;
-    size_t count = 0;
-    for (size_t i = 0; i < pairs->count; i++) {
-        const tulle_intersection *const pair = &pairs->data[i];
-        uint32_t const triangles[2] = {surfaces[pair->object_a].triangle_begin + pair->triangle_a,
-                                       surfaces[pair->object_b].triangle_begin + pair->triangle_b};
-        size_t const before = count;
-        for (size_t k = 0; k < CROSSINGS_OF_PAIR; k++) {
-            uint32_t const edge = work->topo->triangle_edges[3 * (size_t)triangles[k / 3] + k % 3];
-            uint32_t const other = triangles[1 - k / 3];
-            if (edge_crosses(work, edge, other))
-                found[count++] = (sighting){edge, other, (uint32_t)i};
-        }
-        if (count == before) work->contours.loose[work->contours.loose_count++] = *pair;
-    }
-    return count;
 }
 
 /* One crossing for all sightings of it; joins their pairs. first[i]: a crossing of pair i. */
@@ -191,11 +168,25 @@ tulle_status find_contours(untangling *work, const intersection_list *pairs) {
         return TULLE_ERROR_OUT_OF_MEMORY;
     union_find_reset(pair_sets, pairs->count);
     for (size_t i = 0; i < pairs->count; i++) first[i] = TULLE_NONE;
-    size_t const found_count = find_sightings(work, pairs, found);
+    /* All sightings of the pairs; pairs without any are loose. */
+    const surface_range *const surfaces = work->world->surfaces;
+    size_t found_count = 0;
+    for (size_t i = 0; i < pairs->count; i++) {
+        const tulle_intersection *const pair = &pairs->data[i];
+        uint32_t const triangles[2] = {surfaces[pair->object_a].triangle_begin + pair->triangle_a,
+                                       surfaces[pair->object_b].triangle_begin + pair->triangle_b};
+        for (size_t k = 0; k < CROSSINGS_OF_PAIR; k++) {
+            uint32_t const edge = work->topo->triangle_edges[3 * (size_t)triangles[k / 3] + k % 3];
+            uint32_t const other = triangles[1 - k / 3];
+            if (!edge_crosses(work, edge, other)) continue;
+            found[found_count++] = (sighting){edge, other, (uint32_t)i};
+            counts[i]++;
+        }
+        if (counts[i] == 0) contours->loose[contours->loose_count++] = *pair;
+    }
     if (found_count == 0) return TULLE_OK;
     qsort(found, found_count, sizeof *found, compare_sightings);
     join_sightings(work, found, found_count, pair_sets, first);
-    for (size_t i = 0; i < found_count; i++) counts[found[i].pair]++;
     pull_to_shared(work, pairs, first, counts);
     for (size_t i = 0; i < contours->count; i++)
         contours->crossings[i].contour = union_find_root(pair_sets, contours->crossings[i].contour);

@@ -105,10 +105,8 @@ static void decide_alone(untangling *work, const contour_range *range, flood *re
         orient_short_contour(work, range->begin, range->end);
 }
 
+/* A group with an open contour; others are decided already. */
 static void decide_group(untangling *work, contour_group *group) {
-    bool has_open = false;
-    for (size_t k = 0; k < group->count; k++) has_open = has_open || group->ranges[k].is_open;
-    if (!has_open) return;
     flood_contours(work, group->ranges, group->count, &group->regions);
     bool is_parted = false; /* some edge has its ends in two regions */
     for (size_t k = 0; k < group->count; k++)
@@ -136,16 +134,17 @@ tulle_status decide_joint_contours(untangling *work, contour_range *ranges, size
         .distances = ARENA_NEW(&work->world->scratch, uint32_t, 2 * work->contours.count + 1)};
     if (!group.distances) return TULLE_ERROR_OUT_OF_MEMORY;
     for (size_t begin = 0, end; begin < count; begin = end) {
-        end = begin + 1;
-        while (end < count && ranges[end].obstacle == ranges[begin].obstacle &&
-               ranges[end].cloth == ranges[begin].cloth)
-            end++;
+        bool has_open = false;
+        for (end = begin; end < count && ranges[end].obstacle == ranges[begin].obstacle &&
+                          ranges[end].cloth == ranges[begin].cloth;
+             end++)
+            has_open |= ranges[end].is_open;
         regions->mark++;
         regions->begin += regions->count;
         group.ranges = ranges + begin;
         group.count = end - begin;
         group.regions = *regions;
-        decide_group(work, &group);
+        if (has_open) decide_group(work, &group);
         *regions = group.regions;
     }
     return TULLE_OK;

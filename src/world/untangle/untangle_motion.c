@@ -63,6 +63,12 @@ vec3 compute_triangle_normal(const untangling *work, uint32_t triangle) {
                                      vec3_sub(vec3_load(work->positions, corners[2]), a)));
 }
 
+vec3 compute_edge_direction(const untangling *work, uint32_t edge) {
+    const uint32_t *const ends = work->topo->edges + 2 * (size_t)edge;
+    return vec3_normalize(
+        vec3_sub(vec3_load(work->positions, ends[1]), vec3_load(work->positions, ends[0])));
+}
+
 double get_gap(const untangling *work, uint32_t a, uint32_t b) {
     const tulle_world *const world = work->world;
     const contact_law *const law =
@@ -95,8 +101,7 @@ static void shorten_contour(untangling *work, const surface_crossing *crossing) 
     const uint32_t *const ends = work->topo->edges + 2 * (size_t)crossing->edge;
     const uint32_t *const corners = work->topo->triangles + 3 * (size_t)crossing->triangle;
     vec3 const normal = compute_triangle_normal(work, crossing->triangle);
-    vec3 const edge = vec3_normalize(
-        vec3_sub(vec3_load(work->positions, ends[1]), vec3_load(work->positions, ends[0])));
+    vec3 const edge = compute_edge_direction(work, crossing->edge);
     double slant = vec3_dot(normal, edge);
     if (fabs(slant) < CROSSING_SLANT) slant = slant < 0.0 ? -CROSSING_SLANT : CROSSING_SLANT;
     vec3 const way =
@@ -125,37 +130,8 @@ static void part_loose(untangling *work, const tulle_intersection *pair) {
     vote_together(work, vertices, weights, 6, vec3_scale(normal, gap));
 }
 
-/* Pairs that are near but on the right sides; those of vertices and triangles are remembered. */
-static tulle_status push_near_pairs(untangling *work, const contact_scene *scene, feature_kind kind,
-                                    const feature_pair *pairs, size_t count) {
-    for (size_t i = 0; i < count; i++) {
-        uint32_t v[4];
-        vec3 points[4];
-        feature_pair_vertices(work->topo, kind, pairs[i], v);
-        if (work->mobility[v[0]] + work->mobility[v[1]] + work->mobility[v[2]] +
-                work->mobility[v[3]] ==
-            0.0)
-            continue;
-        load_points(work->positions, v, points);
-        closest_points const closest = closest_of_pair(kind, points);
-        double const distance = sqrt(closest.distance2);
-        pair_distances const distances = compute_pair_distances(scene, kind, v);
-        double const wanted = GAP_SHARE * distances.contact;
-        if (distance >= wanted) continue;
-        if (distance < distances.minimum * (1.0 + 1e-6)) work->has_gap = false;
-        if (work->is_astray[v[0]] || work->is_astray[v[1]] || work->is_astray[v[2]] ||
-            work->is_astray[v[3]])
-            continue;
-        vec3 const normal = vec3_normalize(closest.difference);
-        vote_together(work, v, closest.weights, 4, vec3_scale(normal, wanted - distance));
-        if (kind != FEATURE_VERTEX_TRIANGLE) continue;
-        known_side const side = {pairs[i].first, pairs[i].second, normal};
-        tulle_status const status = remember_side(&work->history, &work->world->heap, side);
-        if (status != TULLE_OK) return status;
-    }
-    return TULLE_OK;
-}
-
+/* Pushes apart pairs that are near but on the right sides; those of vertices and triangles are
+ * remembered. */
 static tulle_status push_near(untangling *work) {
     tulle_world *const world = work->world;
     contact_scene const scene = {.set = &world->set,
@@ -169,15 +145,39 @@ static tulle_status push_near(untangling *work) {
                                       world->contact_distance, world->threads);
     if (status == TULLE_OK)
         status = find_pairs(work->broad, &world->set, world->threads, &work->pairs, NULL);
-    if (status != TULLE_OK) return status;
-    const pair_list *const pairs = &work->pairs;
+    size_t const triangle_pairs = work->pairs.vertex_triangle.count;
+    size_t const count = triangle_pairs + work->pairs.edge_edge.count;
     work->has_gap = true;
     work->history.sides.count = 0;
-    status = push_near_pairs(work, &scene, FEATURE_VERTEX_TRIANGLE, pairs->vertex_triangle.data,
-                             pairs->vertex_triangle.count);
-    if (status != TULLE_OK) return status;
-    return push_near_pairs(work, &scene, FEATURE_EDGE_EDGE, pairs->edge_edge.data,
-                           pairs->edge_edge.count);
+    for (size_t i = 0; status == TULLE_OK && i < count; i++) {
+        bool const has_triangle = i < triangle_pairs;
+        feature_kind const kind = has_triangle ? FEATURE_VERTEX_TRIANGLE : FEATURE_EDGE_EDGE;
+        feature_pair const pair = has_triangle ? work->pairs.vertex_triangle.data[i]
+                                               : work->pairs.edge_edge.data[i - triangle_pairs];
+        uint32_t v[4];
+        feature_pair_vertices(work->topo, kind, pair, v);
+        bool is_astray = false;
+        double mobility = 0.0;
+        for (int k = 0; k < 4; k++) {
+            mobility += work->mobility[v[k]];
+            is_astray |= work->is_astray[v[k]];
+        }
+        if (mobility == 0.0) continue;
+        vec3 points[4];
+        load_points(work->positions, v, points);
+        closest_points const closest = closest_of_pair(kind, points);
+        double const distance = sqrt(closest.distance2);
+        pair_distances const distances = compute_pair_distances(&scene, kind, v);
+        double const wanted = GAP_SHARE * distances.contact;
+        if (distance >= wanted) continue;
+        if (distance < distances.minimum * (1.0 + 1e-6)) work->has_gap = false;
+        if (is_astray) continue;
+        vec3 const normal = vec3_normalize(closest.difference);
+        vote_together(work, v, closest.weights, 4, vec3_scale(normal, wanted - distance));
+        known_side const side = {pair.first, pair.second, normal};
+        if (has_triangle) status = remember_side(&work->history, &world->heap, side);
+    }
+    return status;
 }
 
 /* Averages votes and lets the rest of the cloth follow. */

@@ -77,12 +77,6 @@ static uint32_t find_end_by_neighbours(const untangling *work, const surface_cro
     return end != CROSSING_UNDECIDED && is_verified[end] ? end : CROSSING_UNDECIDED;
 }
 
-static vec3 get_edge_direction(const untangling *work, uint32_t edge) {
-    const uint32_t *const ends = work->topo->edges + 2 * (size_t)edge;
-    return vec3_normalize(
-        vec3_sub(vec3_load(work->positions, ends[1]), vec3_load(work->positions, ends[0])));
-}
-
 /* The edge, and the side of the triangle that it crosses nearest to, part along their common
  * normal. */
 static void orient_edges(const untangling *work, surface_crossing *crossing) {
@@ -96,8 +90,8 @@ static void orient_edges(const untangling *work, surface_crossing *crossing) {
         const uint32_t *const ends = work->topo->edges + 2 * (size_t)sides[k];
         if (ends[0] != corners[far] && ends[1] != corners[far]) side = sides[k];
     }
-    vec3 const normal =
-        vec3_cross(get_edge_direction(work, crossing->edge), get_edge_direction(work, side));
+    vec3 const normal = vec3_cross(compute_edge_direction(work, crossing->edge),
+                                   compute_edge_direction(work, side));
     if (vec3_norm(normal) < CROSSING_SINE) return;
     oriented_pair const question = {FEATURE_EDGE_EDGE,
                                     {crossing->edge, side},

@@ -84,7 +84,9 @@ typedef struct untangling {
 
 /* untangle_search.c: pairs of triangles in which an edge of one passes through the other. */
 tulle_status find_crossing_pairs(untangling *work, intersection_list *list);
+/* untangle_motion.c: unit normal of a triangle, unit direction of an edge. */
 vec3 compute_triangle_normal(const untangling *work, uint32_t triangle);
+vec3 compute_edge_direction(const untangling *work, uint32_t edge);
 /* untangle_contours.c */
 bool triangles_cross(const untangling *work, uint32_t first, uint32_t second);
 /* untangle_contours.c: crossings of the pairs, joined to contours. */
