@@ -38,7 +38,7 @@ static const schema_key time_table[] = {
      .meaning = "steps between two written frames"},
 };
 const schema_map time_map = {.title = "Time",
-                             .meaning = "How long and in which steps.",
+                             .meaning = "How long the scene is simulated, and in which steps.",
                              MAP_OF(time_table, time_keys),
                              .needs_alternative = true};
 
@@ -103,16 +103,16 @@ static const schema_key pair_table[] = {
      .most_count = 2,
      .flags = SCHEMA_REQUIRED,
      FIELD(pair_keys, between),
-     .meaning = "a cloth and another cloth or an obstacle, or two obstacles of which one is a "
-                "rigid body; the name of an obstacle stands for all its copies, the same name "
-                "twice for its copies among themselves"},
+     .meaning = "names of two objects: a cloth and another object, or two obstacles of which one "
+                "is a rigid body. An obstacle's name stands for all its copies; the same name "
+                "twice means its copies among themselves"},
     {.name = "friction",
      FRICTION_VALUE,
      .flags = SCHEMA_REQUIRED,
      FIELD(pair_keys, friction),
      .meaning = "Coulomb coefficient of contacts that do not slide"},
     DYNAMIC_FRICTION(pair_keys, "the coefficient of contacts that slide; at most friction"),
-    RESTITUTION(pair_keys, "part of an impact's speed with which they part"),
+    RESTITUTION(pair_keys, "share of an impact's speed at which the two part"),
 };
 const schema_map pair_map = {
     .title = "Pair",
@@ -127,22 +127,22 @@ static const schema_key material_pair_table[] = {
      .most_count = 2,
      .flags = SCHEMA_REQUIRED,
      FIELD(pair_keys, between),
-     .meaning = "names of materials, in any order: presets, or what material.name of a cloth or "
-                "material of an obstacle says; the same name twice is for that material on itself, "
-                "folds of one cloth too"},
+     .meaning =
+         "names of two materials: presets, a cloth's material.name, or an obstacle's material. The "
+         "same name twice means that material on itself, folds of one cloth included"},
     {.name = "friction",
      FRICTION_VALUE,
      .flags = SCHEMA_REQUIRED,
      FIELD(pair_keys, friction),
      .meaning = "Coulomb coefficient of contacts that do not slide"},
     DYNAMIC_FRICTION(pair_keys, "the coefficient of contacts that slide; at most friction"),
-    RESTITUTION(pair_keys, "part of an impact's speed with which they part"),
+    RESTITUTION(pair_keys, "share of an impact's speed at which the two part"),
 };
 const schema_map material_pair_map = {
     .title = "Pair of materials",
     .meaning = "Friction and restitution of all surfaces of these two materials, in place of what "
-               "the objects say on their own. A pair of named objects goes before. Where one has a "
-               "grain, this is the friction along it.",
+               "the objects say on their own. A law for two named objects takes precedence. Where "
+               "a surface has a grain, this is the friction along it.",
     MAP_OF(material_pair_table, pair_keys)};
 
 static const schema_key contact_table[] = {
@@ -158,8 +158,8 @@ static const schema_key contact_table[] = {
     {.name = "xi",
      DISTANCE,
      FIELD(contact_keys, xi),
-     .meaning = "gap that no state undercuts, at most half of delta_c; auto: from delta_c and the "
-                "scene's extent"},
+     .meaning = "smallest gap that a state may have, at most half of delta_c; auto: from delta_c "
+                "and the scene's extent"},
     {.name = "friction",
      FRICTION_VALUE,
      .fallback = "0.3",
@@ -205,21 +205,21 @@ static const schema_key contact_table[] = {
      .minimum = 1e-12,
      .maximum = 1.57,
      FIELD(contact_keys, alpha_max),
-     .meaning = "widest cone in which a patch grows, half its opening"},
+     .meaning = "half the opening of the widest cone that the normals of a patch may fill"},
     {.name = "certificate",
      .type = SCHEMA_CHOICE,
      .choices = switch_words,
      .fallback = "on",
      FIELD(contact_keys, certificate),
-     .meaning = "on: only patches that are proven not to touch themselves are skipped; off: all "
-                "are, as in the paper, and cloth may pass through itself within a patch"},
+     .meaning = "on: the search skips only patches that are proven not to touch themselves; off: "
+                "it skips all, as in the paper, and cloth may pass through itself within a patch"},
     {.name = "patches",
      .type = SCHEMA_CHOICE,
      .choices = patches_words,
      .fallback = "keep",
      FIELD(contact_keys, patches),
-     .meaning = "keep: patches are kept and checked again; grow: they are grown anew for every "
-                "search, as paper always does"},
+     .meaning = "keep: patches live from step to step and are checked again; grow: every search "
+                "grows them anew, as method paper always does"},
     {.name = "impact_rounds",
      .type = SCHEMA_INTEGER,
      .fallback = "5",
@@ -256,7 +256,7 @@ static const schema_key contact_table[] = {
      .minimum = 0,
      .maximum = 4096,
      FIELD(contact_keys, pairs),
-     .meaning = "laws of certain pairs of objects"},
+     .meaning = "friction and restitution of certain pairs of objects"},
     {.name = "materials",
      .type = SCHEMA_LIST,
      .map = &material_pair_map,
@@ -264,11 +264,13 @@ static const schema_key contact_table[] = {
      .minimum = 0,
      .maximum = 4096,
      FIELD(contact_keys, materials),
-     .meaning = "laws of certain pairs of materials"},
+     .meaning = "friction and restitution of certain pairs of materials"},
 };
-const schema_map contact_map = {.title = "Contact",
-                                .meaning = "Distances and how contacts are found.",
-                                MAP_OF(contact_table, contact_keys)};
+const schema_map contact_map = {
+    .title = "Contact",
+    .meaning =
+        "Contact distances, friction between cloths, and how contacts are found and answered.",
+    MAP_OF(contact_table, contact_keys)};
 
 static const schema_key solver_table[] = {
     {.name = "integrator",
@@ -283,7 +285,8 @@ static const schema_key solver_table[] = {
      .minimum = 1e-12,
      .maximum = 0.1,
      FIELD(solver_keys, cg_tolerance),
-     .meaning = "relative residual at which conjugate gradients stop; 1e-3 falsifies sliding"},
+     .meaning =
+         "relative residual at which conjugate gradients stop; 1e-3 makes sliding inaccurate"},
     {.name = "cg_iterations",
      .type = SCHEMA_INTEGER,
      .fallback = "5000",
@@ -297,17 +300,18 @@ static const schema_key solver_table[] = {
      .minimum = 1,
      .maximum = 20,
      FIELD(solver_keys, rounds),
-     .meaning = "fewest solves of motion and impulses a step; more follow until impulses settle"},
+     .meaning = "least number of solves of motion and impulses in a step; more follow until the "
+                "impulses settle"},
     {.name = "sweeps",
      .type = SCHEMA_INTEGER,
      .fallback = "10",
      .minimum = 1,
      .maximum = 1000,
      FIELD(solver_keys, sweeps),
-     .meaning = "sweeps over the contacts a round"},
+     .meaning = "sweeps over the contacts in a round"},
 };
 const schema_map solver_map = {.title = "Solver",
-                               .meaning = "Integration and its linear systems.",
+                               .meaning = "Time integration and its linear systems.",
                                MAP_OF(solver_table, solver_keys)};
 
 static const schema_key scene_table[] = {
@@ -315,7 +319,7 @@ static const schema_key scene_table[] = {
      .type = SCHEMA_TEXT,
      .fallback = "''",
      FIELD(scene_keys, title),
-     .meaning = "a line for people"},
+     .meaning = "title for people; nothing depends on it"},
     {.name = "seed",
      ANY_SEED,
      .fallback = "1",
@@ -326,7 +330,7 @@ static const schema_key scene_table[] = {
      .map = &time_map,
      .flags = SCHEMA_REQUIRED,
      FIELD(scene_keys, time),
-     .meaning = "how long and in which steps"},
+     .meaning = "how long the scene is simulated, and in which steps"},
     {.name = "gravity",
      .type = SCHEMA_VECTOR,
      .unit = UNIT_ACCELERATION,
@@ -349,7 +353,7 @@ static const schema_key scene_table[] = {
      .minimum = 0,
      .maximum = 1000,
      FIELD(scene_keys, cloth),
-     .meaning = "what is simulated; may be left out where an obstacle is a rigid body"},
+     .meaning = "what is simulated; may be left out if an obstacle is a rigid body"},
     {.name = "obstacles",
      .type = SCHEMA_LIST,
      .map = &obstacle_map,
@@ -357,17 +361,17 @@ static const schema_key scene_table[] = {
      .minimum = 0,
      .maximum = 4096,
      FIELD(scene_keys, obstacles),
-     .meaning = "what cloth falls on"},
+     .meaning = "what cloth meets: fixed things, moving things, rigid bodies"},
     {.name = "contact",
      .type = SCHEMA_MAP,
      .map = &contact_map,
      FIELD(scene_keys, contact),
-     .meaning = "distances and detection"},
+     .meaning = "contact distances, friction between cloths, detection and response"},
     {.name = "solver",
      .type = SCHEMA_MAP,
      .map = &solver_map,
      FIELD(scene_keys, solver),
-     .meaning = "integration"},
+     .meaning = "time integration and its linear systems"},
     {.name = "render",
      .type = SCHEMA_MAP,
      .map = &picture_map,

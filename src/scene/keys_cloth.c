@@ -6,7 +6,7 @@ static const schema_key keyframe_table[] = {
      ANY_TIME,
      .flags = SCHEMA_REQUIRED,
      FIELD(keyframe_keys, time),
-     .meaning = "when; later than the keyframe before"},
+     .meaning = "time of the keyframe, later than that of the one before"},
     {.name = "translate",
      POINT,
      .fallback = "[0, 0, 0]",
@@ -17,11 +17,12 @@ static const schema_key keyframe_table[] = {
      .unit = UNIT_ANGLE,
      .fallback = "[0, 0, 0]",
      FIELD(keyframe_keys, rotate),
-     .meaning = "turn from the start position, about the pivot; between keyframes the shorter way"},
+     .meaning = "turn from the start position, about the pivot; between keyframes it goes the "
+                "shorter way"},
 };
 const schema_map keyframe_map = {.title = "Keyframe",
-                                 .meaning = "A displacement and a turn at a time. Before the first "
-                                            "and after the last keyframe all holds still.",
+                                 .meaning = "A displacement and a turn at a time. Nothing moves "
+                                            "before the first keyframe or after the last one.",
                                  MAP_OF(keyframe_table, keyframe_keys)};
 
 static const schema_key box_table[] = {
@@ -37,7 +38,7 @@ static const schema_key box_table[] = {
      .meaning = "highest corner"},
 };
 const schema_map box_map = {.title = "Box of a pin",
-                            .meaning = "Pins all vertices within, corners included.",
+                            .meaning = "Pins all vertices in the box, its faces included.",
                             MAP_OF(box_table, box_keys)};
 
 static const schema_key line_table[] = {
@@ -83,7 +84,7 @@ static const schema_key pin_table[] = {
      .minimum = 0,
      .maximum = 100000,
      FIELD(pin_keys, keyframes),
-     .meaning = "moves the pinned vertices; none: held"},
+     .meaning = "moves the pinned vertices; without keyframes they are held"},
     {.name = "eased",
      .type = SCHEMA_BOOL,
      .fallback = "false",
@@ -101,7 +102,7 @@ static const schema_key pin_table[] = {
      .word = "never",
      .word_value = INFINITY,
      FIELD(pin_keys, release),
-     .meaning = "when the vertices are let go"},
+     .meaning = "time at which the vertices are let go"},
 };
 const schema_map pin_map = {.title = "Pin",
                             .meaning = "Vertices of a cloth that do not move freely. Points are in "
@@ -122,7 +123,7 @@ static const schema_key cloth_table[] = {
      .map = &mesh_map,
      .flags = SCHEMA_REQUIRED,
      FIELD(cloth_keys, mesh),
-     .meaning = "triangles; a manifold, with or without boundary"},
+     .meaning = "triangles; they must form a manifold, with or without boundary"},
     SCALE(cloth_keys),
     ROTATE(cloth_keys),
     TRANSLATE(cloth_keys),
@@ -160,7 +161,7 @@ static const schema_key cloth_table[] = {
      .minimum = -1000,
      .maximum = 1000,
      FIELD(cloth_keys, velocity),
-     .meaning = "at the start"},
+     .meaning = "velocity of every vertex at the start"},
     {.name = "pins",
      .type = SCHEMA_LIST,
      .map = &pin_map,
@@ -185,7 +186,7 @@ static const schema_key cloth_table[] = {
      .flags = SCHEMA_OPTIONAL | SCHEMA_PICTURE,
      FIELD(cloth_keys, pattern),
      .derived = "`check`",
-     .meaning = "pattern in pictures, along with the cloth where it lies at rest"},
+     .meaning = "pattern in pictures; it follows the cloth's rest shape"},
     {.name = "pattern_size",
      POSITIVE_LENGTH(SCHEMA_OPTIONAL | SCHEMA_PICTURE),
      FIELD(cloth_keys, pattern_size),

@@ -140,7 +140,8 @@ static const schema_key mesh_table[] = {
      .fallback = "false",
      .applies = CUT,
      FIELD(mesh_keys, irregular),
-     .meaning = "jitters inner vertices and turns diagonals at random, outline and area stay"},
+     .meaning =
+         "moves inner vertices and turns diagonals at random; outline and area stay the same"},
     {.name = "seed",
      AUTO_SEED,
      FIELD(mesh_keys, seed),
@@ -228,7 +229,7 @@ static const schema_key material_table[] = {
      OF_PRESET,
      RESTITUTION_VALUE,
      FIELD(material_keys, restitution),
-     .meaning = "part of an impact's speed with which the cloth rebounds; the geometric mean of "
+     .meaning = "share of an impact's speed at which the cloth rebounds; the geometric mean of "
                 "both sides counts, between cloths too"},
     {.name = "friction_across",
      OF_PRESET,

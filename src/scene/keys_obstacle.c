@@ -96,11 +96,11 @@ const schema_map motion_map = {
         .minimum = 0, .maximum = 1e6, FIELD(dynamic_keys, field_name), .meaning = text             \
     }
 static const schema_key dynamic_table[] = {
-    MASS_OF_KIND(mass, UNIT_MASS, "by density", "of each copy, evenly in its volume"),
+    MASS_OF_KIND(mass, UNIT_MASS, "by density", "mass of each copy, spread evenly over its volume"),
     MASS_OF_KIND(density, UNIT_DENSITY, "1000, as water, where none of the three is given",
-                 "of the volume"),
+                 "density of the volume"),
     MASS_OF_KIND(area_density, UNIT_AREA_DENSITY, "none",
-                 "of the surface, for shells; any mesh will do"),
+                 "density of the surface, for shells; the mesh need not be closed"),
     {.name = "velocity",
      .type = SCHEMA_VECTOR,
      .unit = UNIT_VELOCITY,
@@ -110,7 +110,7 @@ static const schema_key dynamic_table[] = {
      .minimum = -1000,
      .maximum = 1000,
      FIELD(dynamic_keys, velocity),
-     .meaning = "of the centre of mass, at the start"},
+     .meaning = "velocity of the centre of mass at the start"},
     {.name = "spin",
      .type = SCHEMA_VECTOR,
      .unit = UNIT_SPIN,
@@ -121,13 +121,14 @@ static const schema_key dynamic_table[] = {
      .maximum = 10000,
      FIELD(dynamic_keys, spin),
      .meaning = "angular velocity at the start"},
-    DAMPING(linear_damping, "slows the centre"),
-    DAMPING(angular_damping, "slows the spin"),
+    DAMPING(linear_damping, "rate at which the velocity of the centre decays"),
+    DAMPING(angular_damping, "rate at which the spin decays"),
     {.name = "start",
      ANY_TIME,
      .fallback = "0",
      FIELD(dynamic_keys, start),
-     .meaning = "until then it follows its motion; then it goes on with that velocity"},
+     .meaning = "until then the body follows its motion; after that it moves freely, with the "
+                "velocity that it has"},
     {.name = "sleep_speed",
      .type = SCHEMA_NUMBER,
      .unit = UNIT_VELOCITY,
@@ -135,9 +136,9 @@ static const schema_key dynamic_table[] = {
      .minimum = 0,
      .maximum = 1000,
      FIELD(dynamic_keys, sleep_speed),
-     .meaning = "it falls asleep when no point of it, nor of what it touches, was faster for "
-                "sleep_time; then it stands still and costs little until something presses on it "
-                "anew; 0: never. 1 cm/s is usual"},
+     .meaning = "the body falls asleep once it and all that it touches have been slower than this "
+                "for sleep_time. A sleeping body stands still and costs little; it wakes when "
+                "something presses on it. 0: never; 1 cm/s is usual"},
     {.name = "sleep_time",
      .type = SCHEMA_NUMBER,
      .unit = UNIT_TIME,
@@ -146,7 +147,7 @@ static const schema_key dynamic_table[] = {
      .maximum = 1e6,
      .flags = SCHEMA_ABOVE_MINIMUM,
      FIELD(dynamic_keys, sleep_time),
-     .meaning = "how long it is slow before it falls asleep"},
+     .meaning = "how long the body must be slow before it falls asleep"},
 };
 const schema_map dynamic_map = {
     .title = "Rigid body",
@@ -165,8 +166,9 @@ static const schema_key row_table[] = {
      FIELD(row_keys, offset),
      .meaning = "from one copy to the next; the first stays in place"},
 };
-const schema_map row_map = {
-    .title = "Copies in a row", .meaning = "Equal steps, equal axes.", MAP_OF(row_table, row_keys)};
+const schema_map row_map = {.title = "Copies in a row",
+                            .meaning = "Copies stand at equal distances and have the same axes.",
+                            MAP_OF(row_table, row_keys)};
 
 static const schema_key grid_table[] = {
     {.name = "count",
@@ -189,7 +191,7 @@ static const schema_key grid_table[] = {
      .meaning = "distance along x, y and perhaps z; the grid is centred"},
 };
 const schema_map grid_map = {.title = "Copies in a grid",
-                             .meaning = "Rows of x first, equal axes.",
+                             .meaning = "Copies fill rows along x first and have the same axes.",
                              MAP_OF(grid_table, grid_keys)};
 
 static const schema_key ring_table[] = {
@@ -197,7 +199,7 @@ static const schema_key ring_table[] = {
     {.name = "radius",
      POSITIVE_LENGTH(SCHEMA_REQUIRED),
      FIELD(ring_keys, radius),
-     .meaning = "of the ring"},
+     .meaning = "radius of the ring"},
     {.name = "from",
      .type = SCHEMA_NUMBER,
      .unit = UNIT_ANGLE,
@@ -207,16 +209,17 @@ static const schema_key ring_table[] = {
      FIELD(ring_keys, from),
      .meaning = "angle of the first copy"},
 };
-const schema_map ring_map = {.title = "Copies on a ring",
-                             .meaning = "Evenly around z; the x axis of each copy points outwards.",
-                             MAP_OF(ring_table, ring_keys)};
+const schema_map ring_map = {
+    .title = "Copies on a ring",
+    .meaning = "Copies stand evenly around z. The x axis of each points outwards.",
+    MAP_OF(ring_table, ring_keys)};
 
 static const schema_key spiral_table[] = {
     {.name = "count", COUNT_OF_COPIES, FIELD(spiral_keys, count), .meaning = "copies"},
     {.name = "radius",
      POSITIVE_LENGTH(SCHEMA_REQUIRED),
      FIELD(spiral_keys, radius),
-     .meaning = "of the sphere"},
+     .meaning = "radius of the sphere"},
     {.name = "from",
      .type = SCHEMA_NUMBER,
      .unit = UNIT_ANGLE,
@@ -243,8 +246,9 @@ static const schema_key spiral_table[] = {
 };
 const schema_map spiral_map = {
     .title = "Copies on a spiral",
-    .meaning = "At even distances along a spiral on a sphere about the origin, from the pole on "
-               "the z axis outwards; the z axis of each copy points away from the sphere.",
+    .meaning =
+        "Copies stand at even distances along a spiral on a sphere about the origin, which begins "
+        "near the pole on the z axis. The z axis of each copy points away from the sphere.",
     MAP_OF(spiral_table, spiral_keys)};
 
 static const char *const order_names[] = {"first-to-last", "last-to-first", NULL};
@@ -272,7 +276,7 @@ static const schema_key copies_table[] = {
      .choices = order_names,
      .fallback = "first-to-last",
      FIELD(copies_keys, order),
-     .meaning = "which copy is the first to move"},
+     .meaning = "which copy moves first"},
 };
 const schema_map copies_map = {
     .title = "Copies",
@@ -293,7 +297,7 @@ static const schema_key obstacle_table[] = {
      .flags = SCHEMA_OPTIONAL,
      FIELD(obstacle_keys, mesh),
      .derived = "first file of the sequence",
-     .meaning = "triangles; any, closed or not"},
+     .meaning = "any triangles, closed or not"},
     SCALE(obstacle_keys),
     ROTATE(obstacle_keys),
     TRANSLATE(obstacle_keys),
@@ -309,7 +313,7 @@ static const schema_key obstacle_table[] = {
      .meaning = "Coulomb coefficient of a contact that does not slide; the geometric mean with the "
                 "cloth's counts"},
     DYNAMIC_FRICTION(obstacle_keys, "the coefficient of a contact that slides; at most friction"),
-    RESTITUTION(obstacle_keys, "part of an impact's speed with which cloth rebounds; the geometric "
+    RESTITUTION(obstacle_keys, "share of an impact's speed at which cloth rebounds; the geometric "
                                "mean with the cloth's counts"),
     {.name = "friction_across",
      FRICTION_VALUE,
@@ -341,21 +345,21 @@ static const schema_key obstacle_table[] = {
      .flags = SCHEMA_OPTIONAL,
      FIELD(obstacle_keys, dynamic),
      .derived = "none",
-     .meaning = "makes it a rigid body that answers"},
+     .meaning = "makes it a rigid body, which contact moves"},
     {.name = "appears",
      ANY_TIME,
      .fallback = "start",
      .word = "start",
      .word_value = -INFINITY,
      FIELD(obstacle_keys, appears),
-     .meaning = "when it comes into the scene"},
+     .meaning = "time at which it comes into the scene"},
     {.name = "disappears",
      ANY_TIME,
      .fallback = "never",
      .word = "never",
      .word_value = INFINITY,
      FIELD(obstacle_keys, disappears),
-     .meaning = "when it leaves the scene"},
+     .meaning = "time at which it leaves the scene"},
     {.name = "copies",
      .type = SCHEMA_MAP,
      .map = &copies_map,

@@ -50,7 +50,8 @@ static const schema_key camera_table[] = {
 };
 const schema_map camera_map = {
     .title = "Camera",
-    .meaning = "Where `tulle render` looks from. Its option --camera goes before these keys.",
+    .meaning =
+        "Where `tulle render` looks from. Its option --camera takes precedence over these keys.",
     MAP_OF(camera_table, camera_keys)};
 
 /* In the order of scene_floor. */
@@ -62,15 +63,15 @@ static const schema_key picture_table[] = {
      .flags = SCHEMA_OPTIONAL | SCHEMA_PICTURE,
      FIELD(picture_keys, camera),
      .derived = "all in view",
-     .meaning = "from where"},
+     .meaning = "where the picture is taken from"},
     {.name = "floor",
      .type = SCHEMA_CHOICE,
      .choices = floor_names,
      .fallback = "auto",
      .flags = SCHEMA_PICTURE,
      FIELD(picture_keys, floor),
-     .meaning = "an endless floor. auto: a flat ground of the scene is shown endless; where there "
-                "is none, a floor lies below everything; on: always below everything"},
+     .meaning = "an endless floor. auto: extends a flat ground of the scene, or lays a floor below "
+                "everything if there is none; on: lays a floor below everything; off: none"},
     {.name = "exposure",
      .type = SCHEMA_NUMBER,
      .fallback = "1",
@@ -78,7 +79,7 @@ static const schema_key picture_table[] = {
      .maximum = 100,
      .flags = SCHEMA_PICTURE,
      FIELD(picture_keys, exposure),
-     .meaning = "factor of the brightness"},
+     .meaning = "factor on the brightness"},
 };
 const schema_map picture_map = {.title = "Picture",
                                 .meaning =
