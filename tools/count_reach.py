@@ -1,15 +1,19 @@
 #!/usr/bin/env python3
 """Counts the functions that a step of the world can reach, and how deep the deepest of them lies.
 
-usage: count_reach.py [ROOT] [--from FUNCTION] [--rooms] [--once FOLDER] [--path FUNCTION] [--limits]
+usage: count_reach.py [ROOT] [--from FUNCTION] [--without FUNCTION] [--rooms] [--once FOLDER] [--path FUNCTION] [--limits]
        count_reach.py --self-test
 
 A function reaches every function whose name stands in its body, as a call or as a callback. A static name means the
 function of the same file; any other name means the one that is visible in all files. A macro reaches what its text
-names, and so does a table of functions; its own name is that of the variable. Members (a.name, a->name, .name = ...) and names in comments and texts do not count. Depth is the least number of
-calls that lead to a function, so the depth of the whole is that of the function that lies farthest away.
+names, and so does a table of functions; its own name is that of the variable. A function that a file gives in several
+variants (#if) counts once. Members (a.name, a->name, .name = ...) and names in comments and texts do not count. Depth is
+the least number of calls that lead to a function, so the depth of the whole is that of the function that lies farthest
+away.
 
   --from FUNCTION   where to start (default: tulle_world_step)
+  --without FUNCTION  leaves out FUNCTION, and what only FUNCTION reaches; with tulle_world_start, which runs once before
+                    the first step: what a step reaches in a world that has started
   --rooms           also: functions reached by folder
   --once FOLDER     also: static functions below src/FOLDER that one function alone names, with their lines
   --path FUNCTION   also: a shortest chain of calls to FUNCTION
@@ -55,7 +59,18 @@ def read_functions(root):
                     (functions if parsed else tables).append(
                         Function(path, name, bool(re.search(r"\bstatic\b", code[head:opened])),
                                  code.count("\n", opened, closed) + 1, frozenset(WORD.findall(code[opened:closed]))))
-    return functions, tables, macros
+    return join_variants(functions), tables, macros
+
+
+def join_variants(functions):
+    """One function for those of the same name in a file, with the words of all."""
+    joined = {}
+    for function in functions:
+        key = (function.path, function.name)
+        known = joined.get(key, function)
+        joined[key] = function._replace(words=function.words | known.words,
+                                        line_count=max(function.line_count, known.line_count))
+    return list(joined.values())
 
 
 def widen(words, macros):
@@ -94,8 +109,8 @@ def find_callees(functions, tables, macros):
     return callees
 
 
-def find_reached(callees, start):
-    """{function: (depth, the function that names it)} of all that `start` reaches, itself at depth 0."""
+def find_reached(callees, start, without=None):
+    """{function: (depth, the function that names it)} of all that `start` reaches, itself at depth 0, not over `without`."""
     roots = [f for f in callees if f.name == start]
     if not roots:
         sys.exit(f"count_reach: there is no function {start} below src/")
@@ -104,7 +119,7 @@ def find_reached(callees, start):
     while waiting:
         function = waiting.popleft()
         for callee in callees[function]:
-            if callee not in reached:
+            if callee not in reached and callee.name != without:
                 reached[callee] = (reached[function][0] + 1, function)
                 waiting.append(callee)
     return reached
@@ -156,7 +171,13 @@ void quoted(void) { }
 int unreached(int x) { return x; }
 void not_called_in_a_comment(void) { }
 """,
-    "src/base/c.h": "static inline void deeper(void) { tulle_world_step(); }\n",
+    "src/base/c.h": """
+#if WIDE
+static inline void deeper(void) { tulle_world_step(); }
+#else
+static inline void deeper(void) { tulle_world_step(); }
+#endif
+""",
 }
 
 
@@ -166,13 +187,18 @@ def self_test():
             os.makedirs(os.path.join(root, os.path.dirname(path)), exist_ok=True)
             with open(os.path.join(root, path), "w", encoding="utf-8") as file:
                 file.write(text)
-        reached = find_reached(find_callees(*read_functions(root)), "tulle_world_step")
+        callees = find_callees(*read_functions(root))
+    reached = find_reached(callees, "tulle_world_step")
+    rest = {f.name for f in find_reached(callees, "tulle_world_step", "callback")}
     found = {(f.name, f.path, depth) for f, (depth, _) in reached.items()}
     expected = {("tulle_world_step", "src/world/a.c", 0), ("once", "src/world/a.c", 1), ("callback", "src/world/a.c", 1),
                 ("listed", "src/world/a.c", 1),
                 ("walk", "src/world/b.c", 1), ("deep", "src/world/b.c", 2), ("deeper", "src/base/c.h", 3)}
-    if found != expected:
+    if len(reached) != len(expected) or found != expected:
         print(f"self-test: found {sorted(found)}, expected {sorted(expected)}")
+        return 1
+    if rest != {"tulle_world_step", "once", "walk", "listed"}:
+        print(f"self-test: found {sorted(rest)} without callback")
         return 1
     print("self-test: reached functions and depths are right")
     return 0
@@ -184,13 +210,14 @@ def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("root", nargs="?", default=os.path.dirname(os.path.dirname(os.path.abspath(__file__))))
     parser.add_argument("--from", dest="start", default="tulle_world_step")
+    parser.add_argument("--without", metavar="FUNCTION")
     parser.add_argument("--rooms", action="store_true")
     parser.add_argument("--once", metavar="FOLDER")
     parser.add_argument("--path", metavar="FUNCTION")
     parser.add_argument("--limits", action="store_true")
     options = parser.parse_args()
     callees = find_callees(*read_functions(options.root))
-    reached = find_reached(callees, options.start)
+    reached = find_reached(callees, options.start, options.without)
     if options.rooms:
         print_rooms(reached)
     if options.once is not None:
@@ -198,7 +225,8 @@ def main():
     if options.path:
         print_path(reached, options.path)
     depth = max(depth for depth, _ in reached.values())
-    print(f"{options.start}: {len(reached)} functions in {len({f.path for f in reached})} files, {depth} deep")
+    left_out = f" without {options.without}" if options.without else ""
+    print(f"{options.start}{left_out}: {len(reached)} functions in {len({f.path for f in reached})} files, {depth} deep")
     return int(options.limits and (len(reached) > LIMITS["functions"] or depth > LIMITS["depth"]))
 
 
