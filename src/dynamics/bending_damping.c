@@ -53,8 +53,8 @@ static double bound_turning(const assembly *work, size_t triangle, const triangl
 
 /* Couplings of the hinge of edge `a` with those of all three. False for an edge of more than two
  * triangles, of which this is none of the hinge's two. */
-static bool get_couplings(const cloth_model *model, size_t triangle, uint32_t a,
-                          double couplings[3]) {
+static bool compute_couplings(const cloth_model *model, size_t triangle, uint32_t a,
+                              double couplings[3]) {
     const cloth_bend_damping *const damping = &model->bend_dampings[triangle];
     size_t const edge = 3 * triangle + a, hinge = model->triangle_hinges[edge];
     const uint32_t *const sides = model->hinges[hinge].sides;
@@ -110,7 +110,7 @@ static void damp_triangle(const assembly *work, size_t triangle, bend_damping_re
     vec3 sum = {0.0, 0.0, 0.0};
     for (uint32_t a = 0; a < 3; a++) {
         double couplings[3], moment = 0.0;
-        if (hinges[a] == TULLE_NONE || !get_couplings(model, triangle, a, couplings)) continue;
+        if (hinges[a] == TULLE_NONE || !compute_couplings(model, triangle, a, couplings)) continue;
         for (int b = 0; b < 3; b++) moment += kept * couplings[b] * rates[b];
         response->moments[a] = moment;
         sum = vec3_add_scaled(sum, vectors[a], moment);

@@ -167,8 +167,8 @@ static conjugate_gradients_end iterate(solver *work, double rho, double target, 
     }
 }
 
-double conjugate_gradients_target(const conjugate_gradients_problem *problem, double reference,
-                                  double first) {
+double conjugate_gradients_choose_target(const conjugate_gradients_problem *problem,
+                                         double reference, double first) {
     double const early = fmin(problem->early_share * first, problem->early_most * reference);
     return fmax(problem->tolerance * reference, early);
 }
@@ -214,7 +214,7 @@ tulle_status conjugate_gradients_solve(const conjugate_gradients_problem *proble
     double rho = run_pass(&work, begin_iteration);
     if (!(reference > 0.0)) reference = sqrt(rho);
     *result = (conjugate_gradients_result){.reference = reference};
-    result->target = conjugate_gradients_target(problem, reference, sqrt(rho));
+    result->target = conjugate_gradients_choose_target(problem, reference, sqrt(rho));
     result->end = iterate(&work, rho, result->target, &result->iterations, &rho);
     result->residual = reference > 0.0 ? sqrt(rho) / reference : 0.0;
     arena_release(scratch, mark);

@@ -60,8 +60,8 @@ tulle_status conjugate_gradients_measure(const conjugate_gradients_problem *prob
                                          double *norm);
 
 /* The residual at which a solve with this first residual ends. */
-double conjugate_gradients_target(const conjugate_gradients_problem *problem, double reference,
-                                  double first);
+double conjugate_gradients_choose_target(const conjugate_gradients_problem *problem,
+                                         double reference, double first);
 
 /* The preconditioner's block of a vertex, symmetric: zero at a fixed one. */
 void invert_block_of(const conjugate_gradients_problem *problem, size_t vertex, double inverse[9]);

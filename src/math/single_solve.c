@@ -301,7 +301,7 @@ void single_solver_run(single_solver *solver, conjugate_gradients_result *result
     double const reference = solver->problem->reference;
     solver->iterations = 0;
     *result = (conjugate_gradients_result){.reference = reference};
-    result->target = conjugate_gradients_target(solver->problem, reference, solver->norm);
+    result->target = conjugate_gradients_choose_target(solver->problem, reference, solver->norm);
     result->end = run_passes(solver, result->target);
     result->iterations = solver->iterations;
     result->residual = reference > 0.0 ? solver->norm / reference : 0.0;

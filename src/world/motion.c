@@ -93,8 +93,8 @@ static void quaternion_slerp(const double a[4], const double b[4], double s, dou
 }
 
 /* Pose at `time` [s]: translation [m] and unit quaternion (w, x, y, z); identity without keys. */
-static void get_pose(const world_motion *motion, double time, double translation[3],
-                     double rotation[4]) {
+static void compute_pose(const world_motion *motion, double time, double translation[3],
+                         double rotation[4]) {
     static const double identity[4] = {1.0, 0.0, 0.0, 0.0};
     memset(translation, 0, 3 * sizeof(double));
     memcpy(rotation, identity, sizeof identity);
@@ -128,7 +128,7 @@ void motion_apply(const world_motion *motion, double time, const double *source,
         return;
     }
     double translation[3], q[4];
-    get_pose(motion, time, translation, q);
+    compute_pose(motion, time, translation, q);
 
     mat3 const r = quaternion_to_matrix(quaternion_load(q));
     vec3 const pivot = vec3_load(motion->pivot, 0);
@@ -139,11 +139,11 @@ void motion_apply(const world_motion *motion, double time, const double *source,
     }
 }
 
-void motion_get_change(const world_motion *motion, double from, double to, mat3 *matrix,
-                       vec3 *offset) {
+void motion_compute_change(const world_motion *motion, double from, double to, mat3 *matrix,
+                           vec3 *offset) {
     double t0[3], t1[3], q0[4], q1[4];
-    get_pose(motion, from, t0, q0);
-    get_pose(motion, to, t1, q1);
+    compute_pose(motion, from, t0, q0);
+    compute_pose(motion, to, t1, q1);
     mat3 const r0 = quaternion_to_matrix(quaternion_load(q0)),
                r1 = quaternion_to_matrix(quaternion_load(q1));
     /* R1 R0^T, and the offset that takes pivot + t0 to pivot + t1 */
@@ -159,8 +159,8 @@ void motion_get_change(const world_motion *motion, double from, double to, mat3 
     *offset = vec3_sub(vec3_add(pivot, vec3_load(t1, 0)), mat3_multiply_vec3(matrix, centre));
 }
 
-void motion_get_rotation(const world_motion *motion, double time, quaternion *rotation) {
+void motion_compute_rotation(const world_motion *motion, double time, quaternion *rotation) {
     double translation[3], q[4];
-    get_pose(motion, time, translation, q);
+    compute_pose(motion, time, translation, q);
     *rotation = quaternion_load(q);
 }

@@ -21,14 +21,14 @@ tulle_status motion_copy(memory *heap, const tulle_motion *source, world_motion 
 void motion_destroy(memory *heap, world_motion *motion);
 
 /* The rigid change from the pose at `from` to that at `to`: x -> matrix x + offset. */
-void motion_get_change(const world_motion *motion, double from, double to, mat3 *matrix,
-                       vec3 *offset);
+void motion_compute_change(const world_motion *motion, double from, double to, mat3 *matrix,
+                           vec3 *offset);
 
 /* Applies the pose at `time` to `count` points: 3 * count doubles in, the same out. */
 void motion_apply(const world_motion *motion, double time, const double *source, size_t count,
                   double *target);
 
 /* The rotation from motion zero to `time` [s]. */
-void motion_get_rotation(const world_motion *motion, double time, quaternion *rotation);
+void motion_compute_rotation(const world_motion *motion, double time, quaternion *rotation);
 
 #endif

@@ -83,7 +83,7 @@ static void changes_lead_from_place_to_place(void **state) {
         motion_apply(&motion, to, point, 1, after);
         mat3 matrix;
         vec3 offset;
-        motion_get_change(&motion, from, to, &matrix, &offset);
+        motion_compute_change(&motion, from, to, &matrix, &offset);
         vec3 const moved = vec3_add(mat3_multiply_vec3(&matrix, vec3_load(before, 0)), offset);
         assert_true(vec3_norm(vec3_sub(moved, vec3_load(after, 0))) < SMALL);
     }

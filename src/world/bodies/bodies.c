@@ -99,7 +99,7 @@ static void compute_script_pose(const world_obstacle *obstacle, double time, vec
     double point[3];
     vec3_store(point, 0, obstacle->centre);
     motion_apply(&obstacle->motion, time, point, 1, point);
-    motion_get_rotation(&obstacle->motion, time, &turn);
+    motion_compute_rotation(&obstacle->motion, time, &turn);
     *centre = vec3_load(point, 0);
     *orientation = quaternion_normalize(quaternion_multiply(turn, obstacle->axes));
 }

@@ -73,7 +73,7 @@ void world_find_carriers(step_context *context) {
         size_t const surface = world->cloths.count + i;
         affine_map *const map = &context->carrier_maps[surface];
         affine_map *const script = &context->script_maps[i];
-        motion_get_change(motion, context->step_start, to, &script->matrix, &script->offset);
+        motion_compute_change(motion, context->step_start, to, &script->matrix, &script->offset);
         if (divide_maps(script, &context->progress[i], map) &&
             map_fits(context, &world->surfaces[surface], map))
             context->carriers[surface] = map;

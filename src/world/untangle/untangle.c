@@ -121,8 +121,8 @@ static tulle_status run_round(untangling *work, tulle_error *error) {
         return TULLE_OK;
     }
     arena_mark const mark = arena_get_mark(&world->scratch);
-    status = find_contours(work, &world->intersections);
-    if (status == TULLE_OK) status = find_sides(work);
+    status = make_contours(work, &world->intersections);
+    if (status == TULLE_OK) status = decide_sides(work);
     if (status == TULLE_OK) status = move_apart(work);
     arena_release(&world->scratch, mark);
     if (status == TULLE_OK) return status;

@@ -38,7 +38,7 @@ static int compare_contours(const void *a, const void *b) {
 }
 
 /* 1 or -1: on which side of the line a b the line p q passes; antisymmetric in p and q. */
-static int get_passing_side(const double *x, const uint32_t ends[2], uint32_t p, uint32_t q) {
+static int compute_passing_side(const double *x, const uint32_t ends[2], uint32_t p, uint32_t q) {
     uint32_t const low = p < q ? p : q, high = p < q ? q : p;
     int const sign = orient3d_sign(x + 3 * (size_t)ends[0], x + 3 * (size_t)ends[1],
                                    x + 3 * (size_t)low, x + 3 * (size_t)high, NULL);
@@ -57,9 +57,9 @@ static bool edge_crosses(const untangling *work, uint32_t edge, uint32_t triangl
         is_below[k] = orient3d_sign(x + 3 * (size_t)corners[0], x + 3 * (size_t)corners[1],
                                     x + 3 * (size_t)corners[2], x + 3 * (size_t)ends[k], NULL) < 0;
     if (is_below[0] == is_below[1]) return false;
-    int const side = get_passing_side(x, ends, corners[0], corners[1]);
-    return side == get_passing_side(x, ends, corners[1], corners[2]) &&
-           side == get_passing_side(x, ends, corners[2], corners[0]);
+    int const side = compute_passing_side(x, ends, corners[0], corners[1]);
+    return side == compute_passing_side(x, ends, corners[1], corners[2]) &&
+           side == compute_passing_side(x, ends, corners[2], corners[0]);
 }
 
 bool triangles_cross(const untangling *work, uint32_t first, uint32_t second) {
@@ -154,7 +154,7 @@ static void pull_to_shared(untangling *work, const intersection_list *pairs, con
     }
 }
 
-tulle_status find_contours(untangling *work, const intersection_list *pairs) {
+tulle_status make_contours(untangling *work, const intersection_list *pairs) {
     arena *const scratch = &work->world->scratch;
     size_t const most = CROSSINGS_OF_PAIR * pairs->count;
     contour_set *const contours = &work->contours;

@@ -71,7 +71,7 @@ void push_out_of_depth(untangling *work) {
         nearest[vertex] = point.triangle;
         double const depth = sqrt(point.distance2);
         double const way =
-            depth + get_gap(work, vertex, work->topo->triangles[3 * (size_t)point.triangle]);
+            depth + compute_gap(work, vertex, work->topo->triangles[3 * (size_t)point.triangle]);
         if (depth > 0.0 && work->mobility[vertex] > 0.0)
             add_vote(work, vertex,
                      vec3_scale(point.difference, -fmin(way, WAY_MAX * work->mean_edge) / depth));

@@ -69,7 +69,7 @@ vec3 compute_edge_direction(const untangling *work, uint32_t edge) {
         vec3_sub(vec3_load(work->positions, ends[1]), vec3_load(work->positions, ends[0])));
 }
 
-double get_gap(const untangling *work, uint32_t a, uint32_t b) {
+double compute_gap(const untangling *work, uint32_t a, uint32_t b) {
     const tulle_world *const world = work->world;
     const contact_law *const law =
         &world
@@ -87,7 +87,8 @@ static void push_through(untangling *work, const surface_crossing *crossing) {
     if (vec3_dot(normal, vec3_sub(vec3_load(work->positions, right), origin)) < 0.0)
         normal = vec3_neg(normal);
     double const height = vec3_dot(normal, vec3_sub(vec3_load(work->positions, wrong), origin));
-    double const way = fmin(get_gap(work, wrong, corners[0]) - height, VOTE_MAX * work->mean_edge);
+    double const way =
+        fmin(compute_gap(work, wrong, corners[0]) - height, VOTE_MAX * work->mean_edge);
     uint32_t const vertices[4] = {wrong, corners[0], corners[1], corners[2]};
     double const weights[4] = {1.0, -crossing->weights[0], -crossing->weights[1],
                                -crossing->weights[2]};
@@ -124,7 +125,7 @@ static void part_loose(untangling *work, const tulle_intersection *pair) {
     vec3 const normal = compute_triangle_normal(work, second);
     orientation const side =
         orient_by_triangles(work->topo, work->positions, first, second, normal);
-    double const gap = get_gap(work, a[0], b[0]) * (side == ORIENTATION_AGAINST ? -1.0 : 1.0);
+    double const gap = compute_gap(work, a[0], b[0]) * (side == ORIENTATION_AGAINST ? -1.0 : 1.0);
     uint32_t const vertices[6] = {a[0], a[1], a[2], b[0], b[1], b[2]};
     double const third = 1.0 / 3.0, weights[6] = {third, third, third, -third, -third, -third};
     vote_together(work, vertices, weights, 6, vec3_scale(normal, gap));

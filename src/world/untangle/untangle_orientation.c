@@ -50,7 +50,7 @@ static uint32_t choose_end(const bool is_astray[2]) {
     return is_astray[0] ? 0 : 1;
 }
 
-static uint32_t find_end_by_history(const untangling *work, const surface_crossing *crossing) {
+static uint32_t choose_end_by_history(const untangling *work, const surface_crossing *crossing) {
     bool is_astray[2];
     for (size_t end = 0; end < 2; end++) {
         end_place const place = place_end(work, crossing, end);
@@ -62,7 +62,7 @@ static uint32_t find_end_by_history(const untangling *work, const surface_crossi
 }
 
 /* Ends that come from the other side of the triangle, verified by the triangles. */
-static uint32_t find_end_by_neighbours(const untangling *work, const surface_crossing *crossing) {
+static uint32_t choose_end_by_neighbours(const untangling *work, const surface_crossing *crossing) {
     uint32_t const owner = work->topo->edge_triangles[2 * (size_t)crossing->edge];
     bool is_astray[2], is_verified[2];
     for (size_t end = 0; end < 2; end++) {
@@ -107,9 +107,9 @@ void orient_short_contour(untangling *work, size_t begin, size_t end) {
     for (size_t i = begin; i < end; i++) {
         surface_crossing *const crossing = &work->contours.crossings[i];
         if (crossing->wrong_end != CROSSING_UNDECIDED) continue;
-        crossing->wrong_end = find_end_by_history(work, crossing);
+        crossing->wrong_end = choose_end_by_history(work, crossing);
         if (crossing->wrong_end == CROSSING_UNDECIDED)
-            crossing->wrong_end = find_end_by_neighbours(work, crossing);
+            crossing->wrong_end = choose_end_by_neighbours(work, crossing);
         if (crossing->wrong_end == CROSSING_UNDECIDED) orient_edges(work, crossing);
     }
 }

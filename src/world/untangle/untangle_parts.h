@@ -90,11 +90,11 @@ vec3 compute_edge_direction(const untangling *work, uint32_t edge);
 /* untangle_contours.c */
 bool triangles_cross(const untangling *work, uint32_t first, uint32_t second);
 /* untangle_contours.c: crossings of the pairs, joined to contours. */
-tulle_status find_contours(untangling *work, const intersection_list *pairs);
+tulle_status make_contours(untangling *work, const intersection_list *pairs);
 /* untangle_contours.c: [m] where the edge passes through the triangle. */
 vec3 compute_crossing_point(const untangling *work, const surface_crossing *crossing);
 /* untangle_sides.c: wrong ends of crossings, and what is astray. */
-tulle_status find_sides(untangling *work);
+tulle_status decide_sides(untangling *work);
 /* Cuts the contours' edges at once and numbers the regions that hang on them. */
 void flood_contours(untangling *work, const contour_range *ranges, size_t count, flood *regions);
 /* What hangs on the wrong ends of a contour, and all corners at it. */
@@ -119,7 +119,7 @@ void calm_surroundings(untangling *work);
 void push_out_of_depth(untangling *work);
 /* untangle_motion.c */
 void add_vote(untangling *work, uint32_t vertex, vec3 shift);
-double get_gap(const untangling *work, uint32_t a, uint32_t b); /* [m] to push apart to */
+double compute_gap(const untangling *work, uint32_t a, uint32_t b); /* [m] to push apart to */
 /* untangle_motion.c: one displacement of all free vertices. */
 tulle_status move_apart(untangling *work);
 /* untangle_report.c: what is left in `positions`, as text. */

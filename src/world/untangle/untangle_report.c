@@ -72,8 +72,8 @@ tulle_status describe_left(untangling *work, char *text, size_t size) {
     surface_count *const counts = ARENA_NEW(&world->scratch, surface_count, left->count);
     if (!counts) return TULLE_ERROR_OUT_OF_MEMORY;
     size_t const count = count_by_surfaces(left, counts);
-    tulle_status status = find_contours(work, left);
-    if (status == TULLE_OK) status = find_sides(work);
+    tulle_status status = make_contours(work, left);
+    if (status == TULLE_OK) status = decide_sides(work);
     if (status != TULLE_OK) return status;
 
     const contour_set *const contours = &work->contours;

@@ -269,7 +269,7 @@ static tulle_status decide_contours(untangling *work, flood *regions) {
     return decide_joint_contours(work, ranges, range_count, regions);
 }
 
-tulle_status find_sides(untangling *work) {
+tulle_status decide_sides(untangling *work) {
     tulle_world *const world = work->world;
     size_t const n = world->vertex_count;
     memset(work->is_inside, 0, n * sizeof(bool));
