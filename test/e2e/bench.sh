@@ -61,7 +61,7 @@ grep -q '^slower:  drop 169, 1 thread, processor: .* 2.000 times' slow.out || fa
 bench --skip 12 --threads 1 --set contact.friction=0.5 --set obstacles[0].friction=0.9 --csv other.csv >other.out 2>&1 || fault "--set: exit $?"
 cmp -s <(grep ',hash,' first.csv) <(grep ',hash,' other.csv) && fault "--set changes nothing"
 
-refuse 2 'give a scene to measure, or --from'
+refuse 2 'SCENE.yaml is missing; usage: tulle bench'
 refuse 2 'give a scene to measure, or --from' drop.yaml --from first.csv
 refuse 2 'missing.yaml: ' missing.yaml
 refuse 2 'whole numbers from 1 to 256' drop.yaml --threads 1,0

@@ -183,7 +183,11 @@ int app_bench(int argc, char **argv) {
     options_outcome const outcome = read_words(argc, argv, &words, &count);
     if (outcome != OPTIONS_READ) return options_exit(outcome);
     if ((count == 0) == (words.from.count == 0)) {
-        app_print_message("bench", "give a scene to measure, or --from with measures to show");
+        app_print_message("bench", count == 0
+                                       ? "SCENE.yaml is missing; usage: tulle bench SCENE.yaml "
+                                         "[options], or tulle bench --from FILE [options]"
+                                       : "give a scene to measure, or --from with measures to "
+                                         "show, not both");
         return APP_EXIT_BAD_INPUT;
     }
     bench_session self = {.scene_path = count > 0 ? argv[0] : NULL,

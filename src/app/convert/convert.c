@@ -48,7 +48,8 @@ static options_outcome read_words(int argc, char **argv, convert_words *words) {
          "the mesh whose points a point cache (.pc2) moves", 0, 0, NULL},
         {"body", 'b', OPTION_TEXT, &words->body, "NAME", "body of a run (default: its only cloth)",
          0, 0, NULL},
-        {"frame", 0, OPTION_TEXT, &words->frame, "N", "one frame; last: the last", 0, 0, NULL},
+        {"frame", 0, OPTION_TEXT, &words->frame, "N", "number of the one frame to convert, or last",
+         0, 0, NULL},
         {"frames", 0, OPTION_TEXT, &words->frames, "RANGE", FRAME_RANGE_HELP, 0, 0, NULL},
         {"subdivide", 0, OPTION_INTEGER, &words->levels, "N",
          "smooth by N steps of Loop subdivision; each makes four triangles of one", 0,
@@ -70,9 +71,9 @@ static options_outcome read_words(int argc, char **argv, convert_words *words) {
         .summary =
             "Converts FROM, a mesh (.obj, .ply, .stl, .vtp), a point cache (.pc2), the directory\n"
             "of a run, or numbered meshes (frame_%04d.obj or 'frame_*.obj'), to TO, a mesh, a\n"
-            "point cache, or numbered meshes (out_%04d.vtp, numbered as the frames they come\n"
-            "from). Says what became of frames, axes and units, and what was lost. Whether a\n"
-            "subdivided surface intersects is judged and said; it changes no exit code.",
+            "point cache, or numbered meshes (out_%04d.vtp, with the numbers of their frames).\n"
+            "Says what became of frames, axes and units, and what was lost. A subdivided\n"
+            "surface is judged: intersections are told, and the exit code stays 0.",
         .options = options,
         .option_count = sizeof options / sizeof options[0],
         .operand_minimum = 2,

@@ -54,7 +54,8 @@ static options_outcome read_words(int argc, char **argv, detect_words *words) {
          .kind = OPTION_TEXT,
          .value = &words->thickness,
          .argument = "LENGTH",
-         .help = "nearer than this is a hit; in metres or with a unit, as 1mm (default: 0)"},
+         .help =
+             "features nearer than this collide; in metres or with a unit, as 1mm (default: 0)"},
         {.name = "minimum-separation",
          .kind = OPTION_TEXT,
          .value = &words->minimum_separation,
@@ -84,7 +85,7 @@ static options_outcome read_words(int argc, char **argv, detect_words *words) {
          .kind = OPTION_INTEGER,
          .value = &words->repeat,
          .argument = "N",
-         .help = "ask again N times, for the times (default: 0)",
+         .help = "search N more times, to measure how long it takes (default: 0)",
          .maximum = DETECT_REPEAT_MAX},
         {.name = "list",
          .letter = 'l',
@@ -104,13 +105,12 @@ static options_outcome read_words(int argc, char **argv, detect_words *words) {
         .name = "detect",
         .operands = "START END",
         .summary = "Finds what collides while the vertices of a surface move in straight lines "
-                   "from where START\n"
-                   "has them to where END has them (OBJ, PLY, VTP with the same triangles): "
-                   "vertices with\n"
-                   "triangles and edges with edges. What touches or crosses at the start is told "
-                   "apart. Tells\n"
-                   "events, candidates at every stage, patches and times. Exit code 0 with events "
-                   "and without.",
+                   "from START\n"
+                   "to END (OBJ, PLY, VTP with the same triangles): vertices with triangles and "
+                   "edges with\n"
+                   "edges. Pairs that touch or cross at the start are told apart. Prints events, "
+                   "candidates\n"
+                   "at every stage, patches and times. The exit code is 0 with events and without.",
         .options = specs,
         .option_count = sizeof specs / sizeof specs[0],
         .operand_minimum = 2,

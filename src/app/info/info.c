@@ -22,8 +22,7 @@ static const option_spec options[] = {
     {"output", 'o', OPTION_TEXT, &output_path, "FILE",
      "the plot, .svg, .png or .pdf (default: plot.svg)", 0, 0, NULL},
     {"set", 's', OPTION_LIST, &overrides, "PATH=VALUE",
-     "another value for a key of a scene, as cloth[0].mesh.size=[1, 1]; may be repeated", 0, 0,
-     NULL},
+     "change a key of a scene, as cloth[0].mesh.size=[1, 1]; may be repeated", 0, 0, NULL},
     {"json", 0, OPTION_FLAG, &wants_json, NULL, "a scene as one JSON object a line", 0, 0, NULL},
 };
 

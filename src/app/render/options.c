@@ -148,10 +148,10 @@ options_outcome picture_options_read(int argc, char **argv, picture_options *opt
         .name = "render",
         .operands = "RUN",
         .summary =
-            "Makes ray traced pictures and films of a run's frames. A film needs ffmpeg; its\n"
-            "frames are kept in NAME.frames until it is whole, so that one that was cut\n"
-            "short (Ctrl-C: after the frame, a second one at once) goes on when asked for\n"
-            "again. --color patches, contacts and velocity need `tulle run --record debug`.",
+            "Makes ray traced pictures and films of a run's frames. A film needs ffmpeg. Its\n"
+            "frames are kept in NAME.frames until the film is whole: the same command goes on\n"
+            "with one that was interrupted. Ctrl-C ends after the frame under way, a second one\n"
+            "at once. --color patches, contacts and velocity need `tulle run --record debug`.",
         .options = specs,
         .option_count = sizeof specs / sizeof specs[0],
         .operand_minimum = 1,

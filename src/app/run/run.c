@@ -69,17 +69,18 @@ static bool name_directory(const char *scene_path, char name[DIRECTORY_SIZE]) {
 static options_outcome read_words(int argc, char **argv, run_words *words) {
     const option_spec options[] = {
         {"output", 'o', OPTION_TEXT, &words->directory, "DIR",
-         "where the run goes (default: SCENE.run in this directory)", 0, 0, NULL},
+         "directory for the run (default: SCENE.run in this directory)", 0, 0, NULL},
         {"frames", 'n', OPTION_INTEGER, &words->frames, "N",
-         "frames to write after the start, instead of what the scene says", 1, FRAMES_MAX, NULL},
-        {"threads", 't', OPTION_INTEGER, &words->threads, "N",
-         "threads; the result does not depend on it (default: one per processor)", 1, THREADS_MAX,
+         "frames to write after the start (default: as many as the scene says)", 1, FRAMES_MAX,
          NULL},
+        {"threads", 't', OPTION_INTEGER, &words->threads, "N",
+         "threads; the result is the same for any number (default: one per processor)", 1,
+         THREADS_MAX, NULL},
         {"resume", 0, OPTION_FLAG, &words->resumes, NULL,
-         "go on where the run in DIR was cut short; start it if there is none", 0, 0, NULL},
+         "go on from the last checkpoint in DIR; start the run if there is none", 0, 0, NULL},
         {"force", 0, OPTION_FLAG, &words->replaces, NULL, "replace the run in DIR", 0, 0, NULL},
         {"set", 's', OPTION_LIST, &words->overrides, "PATH=VALUE",
-         "another value for a key of the scene, as time.frames=10; may be repeated", 0, 0, NULL},
+         "change a key of the scene, as time.frames=10; may be repeated", 0, 0, NULL},
         {"progress", 0, OPTION_CHOICE, &words->progress, "auto|json|none",
          "how progress is shown on standard error (default: auto)", 0, 0, progress_choices},
         {"write", 0, OPTION_CHOICE, &words->write, "vtp",
@@ -88,20 +89,20 @@ static options_outcome read_words(int argc, char **argv, run_words *words) {
          "debug: also keep velocities, contacts and patches of each frame (default: plain)", 0, 0,
          record_choices},
         {"list-left", 0, OPTION_TEXT, &words->left, "FILE",
-         "where the start is refused, write the pairs of triangles that intersect as CSV", 0, 0,
-         NULL},
+         "if the start is refused, list the pairs of triangles that intersect as CSV", 0, 0, NULL},
         {"checkpoint-every", 0, OPTION_TEXT, &words->checkpoint, "STEPS|SECONDS",
          "time between checkpoints: 100 steps, or 30s (default: 30s)", 0, 0, NULL},
     };
     const command_spec command = {
         .name = "run",
         .operands = "SCENE.yaml",
-        .summary = "Simulates the scene and writes a directory: the meshes as OBJ, every frame of\n"
-                   "what moves as PC2 (Blender's Mesh Cache), report.csv with a line a step, and\n"
-                   "checkpoints from which a run that was cut short goes on. Ctrl-C undoes the\n"
-                   "step under way, writes a checkpoint of the last whole one and exits with 130;\n"
-                   "a second one ends at once.\n"
-                   "While the start is untangled, Ctrl-C ends the run before anything is written.",
+        .summary =
+            "Simulates the scene and writes a directory: the mesh of each body as OBJ, its\n"
+            "frames as PC2 (Blender's Mesh Cache) if it moves, report.csv with a line for each\n"
+            "step, and checkpoints. --resume goes on from the last checkpoint.\n"
+            "Ctrl-C undoes the step under way, writes a checkpoint and exits with 130; a\n"
+            "second one ends at once. While the start is untangled, Ctrl-C ends the run before\n"
+            "anything is written.",
         .options = options,
         .option_count = sizeof options / sizeof options[0],
         .operand_minimum = 1,
