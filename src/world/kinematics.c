@@ -116,23 +116,6 @@ static void say_what_is_caught(tulle_world *world, double time) {
              world_surface_name(world, first->object_b), count);
 }
 
-/* "at 0.8 s, when 'late' appears": the first obstacle of the intersecting pairs that is new. */
-static void name_appearance(const tulle_world *world, double time, char *text, size_t size) {
-    for (size_t i = 0; i < world->intersections.count; i++) {
-        uint32_t const objects[2] = {world->intersections.data[i].object_a,
-                                     world->intersections.data[i].object_b};
-        for (int k = 0; k < 2; k++) {
-            if (objects[k] < world->cloths.count ||
-                world->now.is_present[objects[k] - world->cloths.count])
-                continue;
-            snprintf(text, size, "at %.6g s, when '%s' appears", time,
-                     world_surface_name(world, objects[k]));
-            return;
-        }
-    }
-    snprintf(text, size, "at %.6g s, when a body comes free", time);
-}
-
 /* Judges obstacles that have just appeared (all others are clean already). */
 static tulle_status judge_appearance(tulle_world *world, const world_motion_state *state,
                                      tulle_error *error) {
@@ -147,7 +130,18 @@ static tulle_status judge_appearance(tulle_world *world, const world_motion_stat
     }
     if (status != TULLE_OK || world->intersections.count == 0) return status;
     if (!is_ignored) {
-        name_appearance(world, state->time, when, sizeof when);
+        /* "at 0.8 s, when 'late' appears": the first obstacle of the pairs that is new */
+        snprintf(when, sizeof when, "at %.6g s, when a body comes free", state->time);
+        bool is_named = false;
+        for (size_t i = 0; i < 2 * world->intersections.count && !is_named; i++) {
+            const tulle_intersection *const pair = &world->intersections.data[i / 2];
+            uint32_t const object = i % 2 == 0 ? pair->object_a : pair->object_b;
+            is_named = object >= world->cloths.count &&
+                       !world->now.is_present[object - world->cloths.count];
+            if (is_named)
+                snprintf(when, sizeof when, "at %.6g s, when '%s' appears", state->time,
+                         world_surface_name(world, object));
+        }
         return world_refuse_intersections(world, state->positions, when, error);
     }
     say_what_is_caught(world, state->time);

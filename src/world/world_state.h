@@ -8,6 +8,7 @@
 #define TULLE_WORLD_WORLD_STATE_H
 
 #include "base/arena.h"
+#include "contact/response.h"
 #include "contact/rows/contact_store.h"
 #include "detect/patches/kept_patches.h"
 #include "detect/trees/broad_phase.h"
@@ -151,6 +152,7 @@ typedef ARRAY(tulle_intersection) intersection_list;
 struct tulle_world {
     memory heap;
     tulle_world_def def;
+    contact_response const *response; /* that def.response names; set by the start */
     ARRAY(world_cloth) cloths;
     ARRAY(world_obstacle) obstacles;
     ARRAY(world_pair_law) pair_laws;
@@ -219,9 +221,9 @@ static inline uint32_t world_cloth_edge_count(const tulle_world *world) {
     return cloth_count > 0 ? world->surfaces[cloth_count - 1].edge_end : 0;
 }
 
-/* Cloth vertices whose particle_state is kept: none but by the paper's response. */
+/* Cloth vertices whose particle_state is kept. */
 static inline size_t world_particle_count(const tulle_world *world) {
-    return world->def.response == TULLE_RESPONSE_PAPER ? world->cloth_vertex_count : 0;
+    return get_response(world->def.response)->keeps_particles ? world->cloth_vertex_count : 0;
 }
 
 static inline const char *world_surface_name(const tulle_world *world, size_t surface) {

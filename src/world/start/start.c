@@ -122,8 +122,8 @@ static tulle_status build_model(tulle_world *world, tulle_error *error) {
     if (!materials) return no_memory(error);
     for (size_t i = 0; i < cloth_count; i++) {
         materials[i] = world->cloths.data[i].material;
-        /* the paper's springs are linear, and its one solve a step would tear others */
-        if (world->def.response == TULLE_RESPONSE_PAPER) materials[i].stiffening_strain = 0.0;
+        /* with one solve a step springs are linear; others would tear */
+        if (!world->response->keeps_momentum) materials[i].stiffening_strain = 0.0;
     }
     cloth_model_def const def = {.vertex_count = world->cloth_vertex_count,
                                  .surface = &world->topo,
@@ -219,6 +219,7 @@ static tulle_status judge_start(tulle_world *world, tulle_error *error) {
 
 static tulle_status start_stages(tulle_world *world, bool is_judged, tulle_error *error) {
     size_t triangle_count;
+    world->response = get_response(world->def.response);
     tulle_status status = number_surfaces(world, &triangle_count, error);
     if (status == TULLE_OK) status = build_topology(world, triangle_count, error);
     if (status == TULLE_OK && !world_allocate_start(world)) status = no_memory(error);

@@ -22,7 +22,6 @@ static const double MINIMUM_GAP_RESERVE = 0.01;
 contact_scene world_make_scene(step_context *context) {
     tulle_world *const world = context->world;
     world_motion_state *const state = context->state;
-    contact_response const *const response = get_response(world->def.response);
     contact_settings settings = contact_settings_default();
     settings.minimum_gap =
         (1.0 + ldexp(MINIMUM_GAP_RESERVE, -context->retry.shorter_count)) * world->minimum_gap;
@@ -51,8 +50,8 @@ contact_scene world_make_scene(step_context *context) {
                            .ignored = world->ignored_keys.data,
                            .ignored_count = world->ignored_keys.count,
                            .time_step = context->time_step,
-                           .response = response,
-                           .paper = response->keeps_particles ? &context->paper : NULL,
+                           .response = world->response,
+                           .paper = world->response->keeps_particles ? &context->paper : NULL,
                            .settings = settings,
                            .heap = &world->heap,
                            .scratch = &world->scratch,
