@@ -49,7 +49,7 @@ void big_integer_set_differences(big_integer *differences, const double *values,
         uint64_t const low = parts[i].mantissa << rest;
         uint64_t const high = rest ? parts[i].mantissa >> (64 - rest) : 0;
         big_integer *const shifted = i == 0 ? &origin : &point;
-        memset(shifted->limbs, 0, (size_t)skipped * sizeof *shifted->limbs);
+        if (skipped > 0) memset(shifted->limbs, 0, (size_t)skipped * sizeof *shifted->limbs);
         shifted->limbs[skipped] = (uint32_t)low;
         shifted->limbs[skipped + 1] = (uint32_t)(low >> 32);
         shifted->limbs[skipped + 2] = (uint32_t)high;
@@ -61,48 +61,44 @@ void big_integer_set_differences(big_integer *differences, const double *values,
 
 void big_integer_add(big_integer *result, const big_integer *a, const big_integer *b, int factor) {
     int const sign_of_b = factor * b->sign;
-    int sign = a->sign ? a->sign : sign_of_b;
-    if (a->sign * sign_of_b >= 0) { /* |a| + |b| */
-        const big_integer *const longer = a->count >= b->count ? a : b;
-        const big_integer *const shorter = a->count >= b->count ? b : a;
-        uint64_t carry = 0;
-        for (int i = 0; i < longer->count; i++) {
-            carry += (uint64_t)longer->limbs[i] + (i < shorter->count ? shorter->limbs[i] : 0);
-            result->limbs[i] = (uint32_t)carry;
-            carry >>= 32;
-        }
-        result->count = longer->count;
-        if (carry) result->limbs[result->count++] = (uint32_t)carry;
-    } else {                    /* the larger one less the smaller one */
-        int top = a->count - 1; /* the highest limb in which they differ */
-        while (a->count == b->count && top > 0 && a->limbs[top] == b->limbs[top]) top--;
-        bool const is_a_larger =
-            a->count != b->count ? a->count > b->count : a->limbs[top] >= b->limbs[top];
-        const big_integer *const larger = is_a_larger ? a : b;
-        const big_integer *const smaller = is_a_larger ? b : a;
-        uint64_t borrow = 0;
-        for (int i = 0; i < larger->count; i++) {
-            uint64_t const taken = (i < smaller->count ? smaller->limbs[i] : 0) + borrow;
-            borrow = larger->limbs[i] < taken;
-            result->limbs[i] = (uint32_t)(larger->limbs[i] - taken);
-        }
-        result->count = larger->count;
-        if (!is_a_larger) sign = sign_of_b;
+    int top = a->count - 1; /* the highest limb in which they differ */
+    while (a->count == b->count && top > 0 && a->limbs[top] == b->limbs[top]) top--;
+    bool const is_b_larger =
+        a->count != b->count ? a->count < b->count : top >= 0 && a->limbs[top] < b->limbs[top];
+    const big_integer *const larger = is_b_larger ? b : a;
+    const big_integer *const smaller = is_b_larger ? a : b;
+
+    /* The magnitude of the larger one, and that of the other one added or taken away. Shifts of a
+     * negative carry keep its sign, as gcc and clang define it. */
+    int64_t const sign = a->sign * sign_of_b < 0 ? -1 : 1;
+    int const count = larger->count, both = smaller->count;
+    int64_t carry = 0;
+    int i = 0;
+    for (; i < both; i++, carry >>= 32) {
+        carry += (int64_t)larger->limbs[i] + sign * (int64_t)smaller->limbs[i];
+        result->limbs[i] = (uint32_t)carry;
     }
-    trim(result, sign);
+    for (; i < count; i++, carry >>= 32) {
+        carry += larger->limbs[i];
+        result->limbs[i] = (uint32_t)carry;
+    }
+    result->count = count;
+    if (carry) result->limbs[result->count++] = (uint32_t)carry;
+    trim(result, is_b_larger ? sign_of_b : a->sign);
 }
 
 void big_integer_multiply(big_integer *result, const big_integer *a, const big_integer *b) {
-    result->count = a->sign && b->sign ? a->count + b->count : 0;
-    memset(result->limbs, 0, (size_t)result->count * sizeof *result->limbs);
-    for (int i = 0; result->count > 0 && i < a->count; i++) {
+    int const a_count = a->sign && b->sign ? a->count : 0, b_count = b->count;
+    result->count = a_count > 0 ? a_count + b_count : 0;
+    for (int i = 0; i < a_count; i++) {
+        uint64_t const factor = a->limbs[i];
         uint64_t carry = 0;
-        for (int j = 0; j < b->count; j++) {
-            carry += (uint64_t)a->limbs[i] * b->limbs[j] + result->limbs[i + j];
+        for (int j = 0; j < b_count; j++) {
+            carry += factor * b->limbs[j] + (i > 0 ? result->limbs[i + j] : 0);
             result->limbs[i + j] = (uint32_t)carry;
             carry >>= 32;
         }
-        result->limbs[i + b->count] = (uint32_t)carry;
+        result->limbs[i + b_count] = (uint32_t)carry;
     }
     trim(result, a->sign * b->sign);
 }

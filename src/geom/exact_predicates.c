@@ -39,12 +39,13 @@ static int sign_exact_2d(const double *a, const double *b, const double *c) {
 }
 
 static int sign_exact_3d(const double *a, const double *b, const double *c, const double *d) {
+    static const int next[3] = {1, 2, 0};
     big_integer difference[3][3], left, right, minor, term[3], partial; /* difference[axis][bcd] */
     for (int axis = 0; axis < 3; axis++)
         big_integer_set_differences(difference[axis],
                                     (double[]){a[axis], b[axis], c[axis], d[axis]}, 4);
     for (int k = 0; k < 3; k++) { /* term[k] = (x[i] y[j] - x[j] y[i]) z[k] */
-        int const i = (k + 1) % 3, j = (k + 2) % 3;
+        int const i = next[k], j = next[i];
         big_integer_multiply(&left, &difference[0][i], &difference[1][j]);
         big_integer_multiply(&right, &difference[0][j], &difference[1][i]);
         big_integer_add(&minor, &left, &right, -1);

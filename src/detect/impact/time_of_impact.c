@@ -54,11 +54,14 @@ static gap_corners make_gap_corners(feature_kind kind, const moving_pair *pair, 
     double most = 0.0;
     corners.is_finite = true;
     for (int k = 0; k < corners.count; k++) {
-        vec3 const start = corners.start[k], end = corners.end[k];
-        double const parts[6] = {start.x, start.y, start.z, end.x, end.y, end.z};
-        for (int i = 0; i < 6; i++) {
-            if (fabs(parts[i]) > most) most = fabs(parts[i]);
-            corners.is_finite = corners.is_finite && parts[i] - parts[i] == 0.0;
+        vec3 const ends[2] = {corners.start[k], corners.end[k]};
+        for (int e = 0; e < 2; e++) {
+            vec3 const d = ends[e];
+            most = fabs(d.x) > most ? fabs(d.x) : most;
+            most = fabs(d.y) > most ? fabs(d.y) : most;
+            most = fabs(d.z) > most ? fabs(d.z) : most;
+            /* x - x is zero for finite x and NaN otherwise */
+            corners.is_finite = corners.is_finite && (d.x - d.x) + (d.y - d.y) + (d.z - d.z) == 0.0;
         }
     }
     corners.scale = 1.0;
