@@ -156,7 +156,7 @@ static void report_scene(validation_run *run, const scene_record *record) {
                  at_least(1.0), "at most 1000 is told");
     /* times of short runs on a busy machine are told, not judged */
     expectation const most = validate_options(run)->is_quick ? nothing() : at_most(1.0);
-    validate_row(run, "stages 9 to 12 over the solve, time",
+    validate_row(run, "stages 8 to 10 over the solve, time",
                  record->contact_seconds / record->solve_seconds, "", most, "");
     validate_row(run, "time of the solve", record->solve_seconds, "s", nothing(), "");
     validate_row(run, "contacts, summed over steps", (double)record->contacts, "", nothing(), "");

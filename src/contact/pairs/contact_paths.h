@@ -38,7 +38,7 @@ typedef struct pair_source {
     uint64_t renew_count; /* renewals so far */
 } pair_source;
 
-/* Stage 4. x1 = x0 + h u, or the target where the inverse mass is 0; vertices of free bodies where
+/* x1 = x0 + h u, or the target where the inverse mass is 0; vertices of free bodies where
  * their motion places them, with the lifts that are set. */
 void propose_paths(const contact_scene *scene, const double *u, double *x1);
 

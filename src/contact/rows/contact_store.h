@@ -4,7 +4,7 @@
 
 #include "contact/contact_types.h"
 
-/* Stage 12. Replaces the store's contents by the rows of an accepted step of length time_step [s]:
+/* Replaces the store's contents by the rows of an accepted step of length time_step [s]:
  * every pair once, impulses of its rows summed. Fails only for want of memory; the store is then
  * as it was. reserve_contacts before the point of no return makes failure impossible. */
 tulle_status update_contacts(contact_store *store, memory *heap, const row_list *list,

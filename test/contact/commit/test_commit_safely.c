@@ -1,4 +1,4 @@
-/* Stages 10 and 11 on random violent displacements: whatever the motion, the state that comes out
+/* Stages 8 and 9 on random violent displacements: whatever the motion, the state that comes out
  * is free of intersection by the exact judge, keeps the minimum gap, and nothing touched on the way
  * there, by rational arithmetic over all pairs of features. Resting, moving and turning obstacles.
  */

@@ -1,4 +1,4 @@
-/* Stages 2 and 9: rows of a sheet over a finer or coarser flat mesh are those of the plane, however
+/* Stage 5: rows of a sheet over a finer or coarser flat mesh are those of the plane, however
  * the meshes lie to each other; rows are found where brute force finds nearness; layers fall and
  * come to rest together. */
 #include "base/hash.h"
