@@ -78,7 +78,7 @@ void rigid_apply_gravity(const rigid_body *body, rigid_state *state, vec3 gravit
 static quaternion turn(const rigid_body *body, quaternion q, vec3 spin, double h) {
     vec3 const start = quaternion_rotate_back(q, spin), i = body->moments;
     vec3 end = start;
-    double last = INFINITY;
+    double last = (double)INFINITY;
     for (int iteration = 0; iteration < MIDPOINT_ITERATIONS; iteration++) {
         vec3 const p = vec3_lerp(start, end, 0.5), w = divide(p, i);
         vec3 const error = vec3_sub(vec3_sub(end, start), vec3_scale(vec3_cross(p, w), h));
