@@ -8,6 +8,7 @@
 #include "world/bodies/bodies.h"
 #include "world/bodies/bodies_sleep.h"
 #include "world/start/inside.h"
+#include "world/surface_box.h"
 
 #include <math.h>
 #include <stdio.h>
@@ -151,23 +152,16 @@ static tulle_status judge_appearance(tulle_world *world, const world_motion_stat
 /* Whether some cloth vertex lies inside a closed obstacle. */
 static bool holds_cloth_inside(const tulle_world *world, const world_obstacle *obstacle,
                                const world_motion_state *state) {
+    size_t const surface = world->cloths.count + (size_t)(obstacle - world->obstacles.data);
     double const *const positions = state->positions + 3 * (size_t)obstacle->vertex_begin;
-    double low[3], high[3];
-    memcpy(low, positions, sizeof low);
-    memcpy(high, positions, sizeof high);
-    for (size_t i = 0; i < 3 * obstacle->mesh.vertex_count; i++) {
-        low[i % 3] = fmin(low[i % 3], positions[i]);
-        high[i % 3] = fmax(high[i % 3], positions[i]);
-    }
+    surface_box const box =
+        measure_surface_box(&world->surfaces[surface], state->positions, state->positions);
     for (size_t v = 0; v < world->cloth_vertex_count; v++) {
         double const *const x = state->positions + 3 * v;
-        bool is_near = true;
-        for (int c = 0; c < 3; c++) is_near = is_near && x[c] >= low[c] && x[c] <= high[c];
-        if (is_near &&
+        if (surface_box_holds(&box, x) &&
             fabs(compute_winding_number(obstacle->mesh.triangles, obstacle->mesh.triangle_count,
-                                        positions, vec3_load(x, 0))) > 0.5) {
+                                        positions, vec3_load(x, 0))) > INSIDE_WINDING)
             return true;
-        }
     }
     return false;
 }

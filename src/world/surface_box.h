@@ -5,6 +5,7 @@
 #include "detect/surface_set.h"
 
 #include <math.h>
+#include <stdbool.h>
 
 /* [m] */
 typedef struct surface_box {
@@ -23,6 +24,13 @@ static inline surface_box measure_surface_box(const surface_range *range, const 
         }
     }
     return box;
+}
+
+static inline bool surface_box_holds(const surface_box *box, const double *point) {
+    bool is_inside = true;
+    for (size_t c = 0; c < 3; c++)
+        is_inside = is_inside && point[c] >= box->low[c] && point[c] <= box->high[c];
+    return is_inside;
 }
 
 #endif

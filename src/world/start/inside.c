@@ -13,9 +13,6 @@
 #include <math.h>
 #include <stdio.h>
 
-/* Over this the winding number says inside. Surfaces that face inward (rooms) have no inside. */
-static const double INSIDE_WINDING = 0.5;
-
 double compute_winding_number(const uint32_t *triangles, size_t triangle_count,
                               const double *positions, vec3 point) {
     double sum = 0.0;
@@ -81,11 +78,8 @@ static const surface_range *find_holder(const holder_search *search, uint32_t ve
                 ? held->is_body || range->is_body
                 : !search->question.is_late || !world->now.is_present[s - world->cloths.count];
         if (!is_forbidden) continue;
-        const surface_box *const box = &search->boxes[s];
-        bool is_in_box = true;
-        for (size_t c = 0; c < 3; c++)
-            is_in_box = is_in_box && point[c] >= box->low[c] && point[c] <= box->high[c];
-        if (!is_in_box || !surface_is_closed(&world->topo, range)) continue;
+        if (!surface_box_holds(&search->boxes[s], point)) continue;
+        if (!surface_is_closed(&world->topo, range)) continue;
         if (compute_winding_number(world->topo.triangles + 3 * (size_t)range->triangle_begin,
                                    range->triangle_end - range->triangle_begin, search->positions,
                                    vec3_load(point, 0)) > INSIDE_WINDING)

@@ -11,6 +11,9 @@
 double compute_winding_number(const uint32_t *triangles, size_t triangle_count,
                               const double *positions, vec3 point);
 
+/* Over this the winding number says inside. Surfaces that face inward (rooms) have no inside. */
+static const double INSIDE_WINDING = 0.5;
+
 /* Whether each edge of a surface has two triangles. */
 bool surface_is_closed(const topology *topo, const surface_range *range);
 
@@ -19,10 +22,10 @@ typedef struct inside_question {
     bool is_late;     /* asked in a step: cloth only in what has just appeared */
 } inside_question;
 
-/* TULLE_ERROR_INTERSECTING_START when a piece of cloth that intersects nothing lies inside a
- * present obstacle that is closed and faces outward, or a piece of an obstacle inside another of
- * which one is a free body. The winding number decides, so what lies in the hollow of a shell with
- * an inner surface is not inside. */
+/* Refuses what lies inside something, with TULLE_ERROR_INTERSECTING_START: a piece of cloth that
+ * intersects nothing, inside a present obstacle that is closed and faces outward; a piece of an
+ * obstacle inside another of which one is a free body. The winding number decides, so what lies in
+ * the hollow of a shell with an inner surface is not inside. */
 tulle_status world_refuse_inside(tulle_world *world, const double *positions,
                                  inside_question question, tulle_error *error);
 

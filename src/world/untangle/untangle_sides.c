@@ -14,8 +14,6 @@
 
 #include <string.h>
 
-/* Over this the winding number says inside. Surfaces that face inward (rooms) have no inside. */
-static const double INSIDE_WINDING = 0.5;
 /* Area inside an obstacle still counts this share, to decide among regions that are all inside. */
 static const double INSIDE_SHARE = 1e-6;
 
