@@ -65,18 +65,14 @@ static void show_frame(sequence *self, uint32_t done, uint32_t frame, bool is_re
 
 /* ---- pictures ---- */
 
-/* The frame's share of the whole way: 0 for the first; a turn by 360 degrees does not show the same
- * picture twice. */
-static double get_share(const sequence *self, uint32_t index) {
-    return (double)index / (double)self->totals->frame_count;
-}
-
 static tulle_status make_picture(sequence *self, uint32_t index, const char *path, bool can_reuse,
                                  bool *is_reused, tulle_error *error) {
     picture_maker *const maker = &self->maker;
     char digest[PICTURE_DIGEST_SIZE];
     uint32_t const frame = frame_range_get(maker->run->frames, index);
-    tulle_status status = picture_prepare(maker, frame, get_share(self, index), digest, error);
+    /* Of the whole way: 0 for the first; a turn by 360 degrees shows no picture twice. */
+    double const share = (double)index / (double)self->totals->frame_count;
+    tulle_status status = picture_prepare(maker, frame, share, digest, error);
     if (status != TULLE_OK) return status;
     *is_reused = can_reuse && picture_read_again(maker, path, digest);
     if (*is_reused) {

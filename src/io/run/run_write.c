@@ -63,12 +63,6 @@ static tulle_status write_vtps(tulle_run_writer *writer, const tulle_run_frame *
     return status;
 }
 
-static tulle_status append_debug(tulle_run_writer *writer, const tulle_run_frame *frame,
-                                 size_t index, tulle_error *error) {
-    if (!writer->record.records_debug) return TULLE_OK;
-    return debug_log_append(&writer->debug, &writer->record, (uint32_t)index, frame->debug, error);
-}
-
 /* Takes the last frame back out of the first `done` caches, and of debug.bin and bodies.csv, which
  * had so many bytes before; best effort on a disk that fails. */
 static void roll_back(tulle_run_writer *writer, size_t done, uint64_t debug_size,
@@ -94,7 +88,9 @@ tulle_status tulle_run_write_frame(tulle_run_writer *writer, const tulle_run_fra
     size_t done = 0;
     uint64_t const debug_size = writer->debug.log.size, bodies_size = writer->bodies_log.size;
     status = append_to_caches(writer, frame, &done, error);
-    if (!status) status = append_debug(writer, frame, index, error);
+    if (!status && writer->record.records_debug)
+        status =
+            debug_log_append(&writer->debug, &writer->record, (uint32_t)index, frame->debug, error);
     if (!status)
         status = transforms_append(&writer->bodies_log, &writer->record, (uint32_t)index,
                                    frame->transforms, error);
