@@ -30,30 +30,25 @@ void set_body_lifts(const contact_scene *scene, const row_list *list) {
     }
 }
 
-void place_body(const contact_scene *scene, size_t index, const double *u, double share,
-                double *x1) {
-    const contact_body *const body = &scene->bodies[index];
-    size_t const slot = get_body_slot(scene, index), begin = body->vertex_begin;
-    size_t const count = body->vertex_end - begin;
-    rigid_state state = body->start;
-    state.spin = mat3_multiply_vec3(&body->inertia, vec3_load(u, slot + 1));
-    vec3 const velocity = vec3_add(vec3_load(u, slot), body->lift);
-    if (!rigid_drift(body->body, velocity, share * scene->time_step, &state)) {
-        for (size_t i = 0; i < 6; i++) x1[3 * slot + i] = NAN;
-        for (size_t i = 0; i < 3 * count; i++) x1[3 * begin + i] = NAN;
-        return;
-    }
-    vec3_store(x1, slot, state.position);
-    vec3_store(x1, slot + 1, pack_orientation(state.orientation));
-    rigid_place(&state, body->points, count, x1 + 3 * begin);
-}
-
 void place_bodies(const contact_scene *scene, const double *u, double share, double *x1) {
     for (size_t b = 0; b < scene->body_count; b++) {
-        size_t const slot = 3 * (size_t)get_body_slot(scene, b);
-        if (scene->bodies[b].is_free)
-            place_body(scene, b, u, share, x1);
-        else
-            memcpy(x1 + slot, scene->x0 + slot, 6 * sizeof(double));
+        const contact_body *const body = &scene->bodies[b];
+        size_t const slot = get_body_slot(scene, b), begin = body->vertex_begin;
+        size_t const count = body->vertex_end - begin;
+        if (!body->is_free) {
+            memcpy(x1 + 3 * slot, scene->x0 + 3 * slot, 6 * sizeof(double));
+            continue;
+        }
+        rigid_state state = body->start;
+        state.spin = mat3_multiply_vec3(&body->inertia, vec3_load(u, slot + 1));
+        vec3 const velocity = vec3_add(vec3_load(u, slot), body->lift);
+        if (!rigid_drift(body->body, velocity, share * scene->time_step, &state)) {
+            for (size_t i = 0; i < 6; i++) x1[3 * slot + i] = NAN;
+            for (size_t i = 0; i < 3 * count; i++) x1[3 * begin + i] = NAN;
+            continue;
+        }
+        vec3_store(x1, slot, state.position);
+        vec3_store(x1, slot + 1, pack_orientation(state.orientation));
+        rigid_place(&state, body->points, count, x1 + 3 * begin);
     }
 }

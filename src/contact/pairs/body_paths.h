@@ -23,11 +23,9 @@ quaternion unpack_orientation(vec3 parameters);
  * velocities at the start and the end, others with that at the end. */
 void set_body_lifts(const contact_scene *scene, const row_list *list);
 
-/* Moves a free body on by `share` of the step with u: x1 of its slots and its vertices. The
- * rotation is that of a free body with the spin that u stands for. Where that cannot be computed,
- * as beyond 99 turns, x1 becomes NaN. */
-void place_body(const contact_scene *scene, size_t body, const double *u, double share, double *x1);
-/* The same of all free bodies; slots of the others keep x0. */
+/* Moves free bodies on by `share` of the step with u: x1 of their slots and vertices. The rotation
+ * is that of a free body with the spin that u stands for. Where that cannot be computed, as beyond
+ * 99 turns, x1 becomes NaN. Slots of other bodies keep x0. */
 void place_bodies(const contact_scene *scene, const double *u, double share, double *x1);
 
 #endif

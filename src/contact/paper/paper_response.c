@@ -277,47 +277,6 @@ static tulle_status project_velocities(paper_work *work) {
     return TULLE_OK;
 }
 
-static tulle_status run_response(paper_work *work) {
-    const contact_scene *const scene = work->scene;
-    row_list *const list = work->list;
-    for (size_t i = 0; i < list->rows.count; i++) {
-        list->rows.data[i].solve.impulse = (vec3){0.0, 0.0, 0.0};
-        list->rows.data[i].solve.is_hard = false;
-    }
-    if (!allocate_work(work) ||
-        !vertex_spaces_make(&work->spaces, scene, list, scene->paper->motion_space))
-        return TULLE_ERROR_OUT_OF_MEMORY;
-    /* h F, or the part of h that the integrator counts at once, and the velocities v0 + h F / m
-     * that planes are carried along with */
-    memcpy(work->seen, work->u, 3 * scene->vertex_count * sizeof(double));
-    for (size_t i = 0; i < scene->cloth_vertex_count; i++) {
-        vec3 const force = vec3_scale(vec3_load(work->system->forces, i), work->system->force_time);
-        vec3_store(work->force, i, force);
-        if (!(scene->inverse_mass[i] > 0.0)) continue;
-        vec3_store(work->seen, i,
-                   vec3_add_scaled(vec3_load(work->u, i), force, scene->inverse_mass[i]));
-    }
-    compute_shared_motions(&work->spaces, work->seen);
-    parallel_for(scene->cloth_vertex_count, VERTEX_CHUNK, scene->threads, analyse_chunk, work);
-    tulle_status status = solve_system(work);
-    if (status != TULLE_OK) return status;
-    /* a new pair that is apart and does not come near is no contact */
-    size_t kept = 0;
-    for (size_t i = 0; i < list->rows.count; i++) {
-        const contact_row *const row = &list->rows.data[i];
-        double const speed = vec3_dot(row->frame.normal, get_relative_velocity(row, work->u));
-        if (row->law.is_old || row->law.bias >= 0.0 || speed < row->law.bias)
-            list->rows.data[kept++] = *row;
-    }
-    list->rows.count = list->gathered_count = work->first_new = kept;
-    status = project_velocities(work);
-    for (size_t i = 0; i < list->rows.count && status == TULLE_OK; i++) {
-        work->report->stick_count += list->rows.data[i].solve.state == ROW_STICKS;
-        work->report->slip_count += list->rows.data[i].solve.state == ROW_SLIDES;
-    }
-    return status;
-}
-
 /* In: u as for solve_motion. Out: u; rows that are no contact by the paper's rule are dropped, the
  * impulses of the others say what their vertices took; scene->paper->after. */
 static tulle_status respond_by_paper(const contact_scene *scene, const motion_system *system,
@@ -325,7 +284,43 @@ static tulle_status respond_by_paper(const contact_scene *scene, const motion_sy
     *report = (solve_report){.has_converged = true};
     arena_mark const mark = arena_get_mark(scene->scratch);
     paper_work work = {.scene = scene, .system = system, .list = list, .u = u, .report = report};
-    tulle_status const status = run_response(&work);
+    contact_row *const rows = list->rows.data;
+    for (size_t i = 0; i < list->rows.count; i++) {
+        rows[i].solve.impulse = vec3_make(0.0, 0.0, 0.0);
+        rows[i].solve.is_hard = false;
+    }
+    tulle_status status = TULLE_ERROR_OUT_OF_MEMORY;
+    if (allocate_work(&work) &&
+        vertex_spaces_make(&work.spaces, scene, list, scene->paper->motion_space)) {
+        /* h F, or the part of h that the integrator counts at once, and the velocities v0 + h F / m
+         * that planes are carried along with */
+        memcpy(work.seen, u, 3 * scene->vertex_count * sizeof(double));
+        for (size_t i = 0; i < scene->cloth_vertex_count; i++) {
+            vec3 const force = vec3_scale(vec3_load(system->forces, i), system->force_time);
+            double const inverse_mass = scene->inverse_mass[i];
+            vec3_store(work.force, i, force);
+            if (inverse_mass > 0.0)
+                vec3_store(work.seen, i, vec3_add_scaled(vec3_load(u, i), force, inverse_mass));
+        }
+        compute_shared_motions(&work.spaces, work.seen);
+        parallel_for(scene->cloth_vertex_count, VERTEX_CHUNK, scene->threads, analyse_chunk, &work);
+        status = solve_system(&work);
+    }
+    if (status == TULLE_OK) {
+        /* a new pair that is apart and does not come near is no contact */
+        size_t kept = 0;
+        for (size_t i = 0; i < list->rows.count; i++) {
+            double const speed = vec3_dot(rows[i].frame.normal, get_relative_velocity(&rows[i], u));
+            const row_law *const law = &rows[i].law;
+            if (law->is_old || law->bias >= 0.0 || speed < law->bias) rows[kept++] = rows[i];
+        }
+        list->rows.count = list->gathered_count = work.first_new = kept;
+        status = project_velocities(&work);
+    }
+    for (size_t i = 0; i < list->rows.count && status == TULLE_OK; i++) {
+        report->stick_count += rows[i].solve.state == ROW_STICKS;
+        report->slip_count += rows[i].solve.state == ROW_SLIDES;
+    }
     arena_release(scene->scratch, mark);
     return status;
 }

@@ -14,10 +14,6 @@
 
 #include "contact/rows/row_motion.h"
 
-static bool has_entry(const vertex_spaces *spaces, uint32_t vertex) {
-    return vertex < spaces->scene->cloth_vertex_count && spaces->scene->inverse_mass[vertex] > 0.0;
-}
-
 bool vertex_spaces_make(vertex_spaces *spaces, const contact_scene *scene, const row_list *list,
                         tulle_motion_space kind) {
     arena *const scratch = scene->scratch;
@@ -33,7 +29,7 @@ bool vertex_spaces_make(vertex_spaces *spaces, const contact_scene *scene, const
     for (size_t i = 0; i < row_count; i++)
         for (int k = 0; k < 4; k++) {
             uint32_t const vertex = list->rows.data[i].frame.vertices[k];
-            if (!has_entry(spaces, vertex)) continue;
+            if (vertex >= vertex_count || !(scene->inverse_mass[vertex] > 0.0)) continue;
             begin[vertex + 1]++;
             total++;
         }
@@ -42,7 +38,7 @@ bool vertex_spaces_make(vertex_spaces *spaces, const contact_scene *scene, const
     for (size_t i = row_count; i-- > 0;)
         for (int k = 3; k >= 0; k--) {
             uint32_t const vertex = list->rows.data[i].frame.vertices[k];
-            if (has_entry(spaces, vertex))
+            if (vertex < vertex_count && scene->inverse_mass[vertex] > 0.0)
                 spaces->entries[--begin[vertex + 1]] = (uint32_t)(4 * i) + (uint32_t)k;
         }
     for (size_t i = 0; i < vertex_count; i++) begin[i] = begin[i + 1];

@@ -38,21 +38,13 @@ typedef struct heir_search {
     uint32_t *begin, *items; /* candidates without contact around each vertex */
 } heir_search;
 
-/* What a contact gives on to whatever features it has now. */
-static void inherit_contact(const contact_scene *scene, contact_row *row,
-                            const stored_contact *contact, double scale, double side) {
+void inherit_contact(const contact_scene *scene, contact_row *row, const stored_contact *contact,
+                     double scale, double side) {
     row->solve.impulse = vec3_scale(vec3_load(contact->impulse, 0), side * scale);
     row->law.is_old = true;
     row->law.old_state = (row_state)contact->state;
     row->law.age = contact->age;
     take_anchor(scene, row, vec3_scale(vec3_load(contact->anchor, 0), side));
-}
-
-void restore_contact(const contact_scene *scene, contact_row *row, const stored_contact *contact,
-                     double scale) {
-    inherit_contact(scene, row, contact, scale, 1.0);
-    row->solve.is_hard = contact->is_hard != 0;
-    row->solve.state = row->law.old_state;
 }
 
 static int count_common(const uint32_t *a, int a_count, const uint32_t *b, int b_count) {
@@ -160,12 +152,6 @@ static void hand_over(const heir_search *search, const contact_store *store,
     }
 }
 
-static bool comes_before(const row_frame *a, const row_frame *b) {
-    if (a->kind != b->kind) return a->kind < b->kind;
-    if (a->pair.first != b->pair.first) return a->pair.first < b->pair.first;
-    return a->pair.second < b->pair.second;
-}
-
 tulle_status carry_over_contacts(const contact_scene *scene, const contact_store *store,
                                  contact_row **rows, size_t *count, contact_row *const *reserve,
                                  size_t reserve_count) {
@@ -193,8 +179,15 @@ tulle_status carry_over_contacts(const contact_scene *scene, const contact_store
             if (rows[i]->law.is_old) later[later_count++] = rows[i];
         *count += later_count;
         for (size_t place = *count; later_count > 0;) {
-            bool const is_later =
-                begin == 0 || comes_before(&rows[begin - 1]->frame, &later[later_count - 1]->frame);
+            const row_frame *const last = begin > 0 ? &rows[begin - 1]->frame : NULL;
+            const row_frame *const next = &later[later_count - 1]->frame;
+            bool is_later = true;
+            if (last && last->kind != next->kind)
+                is_later = last->kind < next->kind;
+            else if (last && last->pair.first != next->pair.first)
+                is_later = last->pair.first < next->pair.first;
+            else if (last)
+                is_later = last->pair.second < next->pair.second;
             rows[--place] = is_later ? later[--later_count] : rows[--begin];
         }
     }

@@ -4,9 +4,11 @@
 
 #include "contact/contact_types.h"
 
-/* The row of a contact of the step before takes its impulse (times `scale`), hardness and state. */
-void restore_contact(const contact_scene *scene, contact_row *row, const stored_contact *contact,
-                     double scale);
+/* Gives a row what a contact of the step before hands on to whatever features it has: its impulse
+ * (times `scale`), state, age and anchor. side: -1 where the row's first feature is on the side of
+ * the contact's second one, else 1. */
+void inherit_contact(const contact_scene *scene, contact_row *row, const stored_contact *contact,
+                     double scale, double side);
 
 /* Hands each contact of the store that has no row any more to at most one row that has no contact:
  * among `rows`, or among `reserve`, rows that are only kept when a contact is handed to them. Each

@@ -50,11 +50,6 @@ static row_choice choose_row(const row_work *work, const contact_row *row, doubl
     return row->law.is_old ? ROW_KEPT : ROW_RESERVED;
 }
 
-static bool is_hidden(const row_work *work, const contact_row *row, size_t i) {
-    return work->planes.of_rows &&
-           row_is_hidden(work->scene, work->predicted, &work->planes, row, i);
-}
-
 /* Rows of edges are tried against the planes of those of vertices before they are completed. */
 static row_choice make_row(const row_work *work, size_t i, contact_reader *reader,
                            contact_row *row) {
@@ -67,12 +62,16 @@ static row_choice make_row(const row_work *work, size_t i, contact_reader *reade
     const stored_contact *const kept = read_contact(reader, event->kind, event->pair);
     begin_contact_row(scene, event, vertices, &closest, row);
     row->law.is_old = kept != NULL;
-    if (is_edge_row && is_hidden(work, row, i)) return ROW_DROPPED;
+    if (is_edge_row && row_is_hidden(scene, work->predicted, &work->planes, row, i))
+        return ROW_DROPPED;
     row_choice const choice = choose_row(work, row, event->time);
     if (choice == ROW_DROPPED || !finish_contact_row(scene, row)) return ROW_DROPPED;
     straighten_row(scene, work->predicted, event->time, row);
     if (event->time == 0.0) turn_row_to_end(scene, row);
-    if (kept) restore_contact(scene, row, kept, scene->time_step / work->store->time_step);
+    if (!kept) return choice;
+    inherit_contact(scene, row, kept, scene->time_step / work->store->time_step, 1.0);
+    row->solve.is_hard = kept->is_hard != 0;
+    row->solve.state = row->law.old_state;
     return choice;
 }
 
@@ -101,7 +100,8 @@ static void end_rows(void *context, size_t begin, size_t end, size_t chunk, int 
     const row_work *const work = context;
     size_t i = begin;
     for (; i < end && i < work->vertex_event_count; i++)
-        if (work->choices[i] != ROW_DROPPED && is_hidden(work, &work->rows[i], i))
+        if (work->choices[i] != ROW_DROPPED &&
+            row_is_hidden(work->scene, work->predicted, &work->planes, &work->rows[i], i))
             work->choices[i] = ROW_DROPPED;
     if (i == end) return;
     contact_reader reader =

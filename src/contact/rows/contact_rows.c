@@ -46,13 +46,25 @@ static bool set_masses(const contact_scene *scene, contact_row *row) {
     return row->solve.inverse_mass > least;
 }
 
-/* What follows from normal, weights and masses. */
+/* What follows from normal, weights and masses: the tangential part of the row's turning, gap and
+ * bias, friction. Points of the two sides are a gap apart, so what turns together would seem to
+ * slip, and friction would undo the turn. Rows of bodies have arms instead. */
 static void set_row_gap(const contact_scene *scene, contact_row *row) {
     row_frame *const frame = &row->frame;
     vec3 start[4];
     load_points(scene->x0, frame->vertices, start);
     frame->gap = vec3_dot(frame->normal, blend_points(start, frame->weights));
-    set_row_turning(scene, row);
+    const affine_map *carrier = NULL;
+    for (int k = 0; k < 4 && !carrier && scene->carriers && !frame->has_body; k++)
+        carrier = scene->carriers[scene->vertex_surface[frame->vertices[k]]];
+    frame->turning = vec3_make(0.0, 0.0, 0.0);
+    if (carrier) {
+        vec3 const offset = vec3_scale(frame->normal, frame->gap);
+        vec3 const change = vec3_sub(mat3_multiply_vec3(&carrier->matrix, offset), offset);
+        double const rise = vec3_dot(change, frame->normal);
+        frame->turning =
+            vec3_scale(vec3_add_scaled(change, frame->normal, -rise), 1.0 / scene->time_step);
+    }
     double const contact = compute_pair_distances(scene, frame->kind, frame->vertices).contact;
     double const gap = frame->gap + compute_row_curvature(scene, row);
     double const bias = (contact - gap) / scene->time_step;
@@ -106,7 +118,7 @@ static const affine_map *get_carrier(const contact_scene *scene, const contact_r
 
 /* Whether the row is fitted to an obstacle: one side follows a script, so that it takes up any
  * couple, and stands still or shifts. What rides on an obstacle that turns keeps its place by
- * set_row_turning; predicted from its velocity, which trembles, the frame would let it creep. */
+ * set_row_gap; predicted from its velocity, which trembles, the frame would let it creep. */
 static bool is_fitted(const contact_scene *scene, const contact_row *row) {
     const uint32_t *const vertices = row->frame.vertices;
     size_t const cloth_count = scene->cloth_vertex_count;

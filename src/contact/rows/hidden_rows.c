@@ -89,7 +89,7 @@ bool row_is_hidden(const contact_scene *scene, const double *ends, const near_pl
                    const contact_row *row, size_t index) {
     const near_plane *first = NULL;
     row_sides sides;
-    if (!find_sides(scene, &row->frame, &sides)) return false;
+    if (!planes->of_rows || !find_sides(scene, &row->frame, &sides)) return false;
     for (int k = sides.moved_begin; k < sides.moved_end; k++) {
         if (fabs(row->frame.weights[k]) < RIM_WEIGHT) continue;
         uint32_t const nearest = planes->nearest[row->frame.vertices[k]];

@@ -14,8 +14,8 @@ typedef struct near_plane {
 
 /* The planes of rows, and which of them is that of the nearest obstacle to each vertex. */
 typedef struct near_planes {
-    near_plane *of_rows;
-    uint32_t *nearest; /* of each vertex: a row, or TULLE_NONE */
+    near_plane *of_rows; /* null: no row is hidden */
+    uint32_t *nearest;   /* of each vertex: a row, or TULLE_NONE */
 } near_planes;
 
 /* Sets the plane of a row. There is one for a vertex/triangle row of the start with a scripted

@@ -91,7 +91,15 @@ void set_row_friction(const contact_scene *scene, contact_row *row) {
     vec3 const velocity =
         scene->v0 ? get_relative_velocity(row, scene->v0) : vec3_make(0.0, 0.0, 0.0);
     law->approach = vec3_dot(velocity, row->frame.normal);
-    law->fall = compute_row_fall(scene, row);
+    /* gravity pulls what has mass: vertices, and the bodies of both sides */
+    double const pull = vec3_dot(row->frame.normal, scene->gravity);
+    law->fall = 0.0;
+    for (int k = 0; k < 4; k++)
+        if (scene->inverse_mass[row->frame.vertices[k]] > 0.0)
+            law->fall += scene->time_step * row->frame.weights[k] * pull;
+    for (int side = 0; side < 2 && row->frame.has_body; side++)
+        if (row->frame.slots[side] != TULLE_NONE)
+            law->fall += scene->time_step * (side == 0 ? 1.0 : -1.0) * pull;
     vec3 const slip = vec3_add_scaled(velocity, row->frame.normal, -law->approach);
     law->restitution = given->restitution;
     law->is_sliding = vec3_norm(slip) > scene->settings.slip_speed;

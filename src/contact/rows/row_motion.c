@@ -122,20 +122,6 @@ double measure_row_mobility(const contact_scene *scene, const contact_row *row,
     return mobility;
 }
 
-void set_row_turning(const contact_scene *scene, contact_row *row) {
-    row->frame.turning = vec3_make(0.0, 0.0, 0.0);
-    if (!scene->carriers || row->frame.has_body) return;
-    const affine_map *carrier = NULL;
-    for (int k = 0; k < 4 && !carrier; k++)
-        carrier = scene->carriers[scene->vertex_surface[row->frame.vertices[k]]];
-    if (!carrier) return;
-    vec3 const offset = vec3_scale(row->frame.normal, row->frame.gap);
-    vec3 const change = vec3_sub(mat3_multiply_vec3(&carrier->matrix, offset), offset);
-    row->frame.turning =
-        vec3_scale(vec3_add_scaled(change, row->frame.normal, -vec3_dot(change, row->frame.normal)),
-                   1.0 / scene->time_step);
-}
-
 void move_row(const contact_scene *scene, const contact_row *row, vec3 impulse, double *u) {
     for (int k = 0; k < 4; k++) {
         uint32_t const vertex = row->frame.vertices[k];
@@ -227,19 +213,6 @@ void set_row_mobility(const contact_scene *scene, contact_row *row) {
     double const half = 0.5 * (aa - bb); /* no hypot: its last bits differ between processors */
     row->solve.slip_inverse_mass =
         of_vertices + 0.5 * (aa + bb) + sqrt(half * half + ab * ab); /* largest eigenvalue */
-}
-
-double compute_row_fall(const contact_scene *scene, const contact_row *row) {
-    double fall = 0.0;
-    for (int k = 0; k < 4; k++)
-        if (scene->inverse_mass[row->frame.vertices[k]] > 0.0)
-            fall += scene->time_step * row->frame.weights[k] *
-                    vec3_dot(row->frame.normal, scene->gravity);
-    for (int side = 0; side < 2 && row->frame.has_body; side++)
-        if (row->frame.slots[side] != TULLE_NONE)
-            fall +=
-                scene->time_step * SIDE_SIGNS[side] * vec3_dot(row->frame.normal, scene->gravity);
-    return fall;
 }
 
 double compute_row_curvature(const contact_scene *scene, const contact_row *row) {

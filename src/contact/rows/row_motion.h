@@ -62,11 +62,6 @@ void add_row_blocks(const contact_row *row, size_t cloth_count, const mat3 *stif
 double measure_row_mobility(const contact_scene *scene, const contact_row *row,
                             const double *blocks);
 
-/* The tangential part of the row's turning: points of the two sides are a gap apart, so what turns
- * together would seem to slip, and friction would undo the turn. Needs normal and gap; rows of
- * bodies have arms. */
-void set_row_turning(const contact_scene *scene, contact_row *row);
-
 /* Changes u of all that has mass by an impulse on the row, in the metric of the masses. */
 void move_row(const contact_scene *scene, const contact_row *row, vec3 impulse, double *u);
 
@@ -74,9 +69,6 @@ void move_row(const contact_scene *scene, const contact_row *row, vec3 impulse, 
  * bodies the answer to normal and tangential impulses. Needs the normal. */
 void set_row_bodies(const contact_scene *scene, contact_row *row);
 void set_row_mobility(const contact_scene *scene, contact_row *row);
-
-/* [m/s] What gravity adds in the step to the row's normal velocity. */
-double compute_row_fall(const contact_scene *scene, const contact_row *row);
 
 /* [m] What predicted turns of bodies add to the row's gap beyond h w x arm. */
 double compute_row_curvature(const contact_scene *scene, const contact_row *row);

@@ -11,7 +11,6 @@
 
 /* One solve under way. */
 typedef struct solve_run {
-    staged_solve *stages;
     conjugate_gradients_problem problem;
     single_system single;
     single_solver *solver;
@@ -32,43 +31,17 @@ static bool run_single(solve_run *run, int most) {
     return run->result->end == CONJUGATE_GRADIENTS_CONVERGED || run->used >= run->limit;
 }
 
-/* Runs one stage after the other. terms: of the hard rows. */
-static tulle_status run_stages(solve_run *run, const matrix_term *terms, size_t term_count,
-                               double *u) {
-    staged_solve *const stages = run->stages;
-    arena *const scratch = stages->scene->scratch;
-    nested_aggregates *const aggregates = stages->system->aggregates;
-    int const threads = run->problem.threads;
-    stages->has_residual = true;
-    run->solver = single_solver_make(&run->problem, &run->single, u, scratch);
-    if (!run->solver) return TULLE_ERROR_OUT_OF_MEMORY;
-    if (stages->plain_iterations < PLAIN_ITERATIONS) {
-        bool const is_done = run_single(run, PLAIN_ITERATIONS - stages->plain_iterations);
-        stages->plain_iterations += run->used;
-        if (is_done) return TULLE_OK;
-    }
-    /* the aggregates become a preconditioner of the solves that follow */
-    if (!stages->has_aggregates &&
-        !nested_aggregates_set_matrix(aggregates, stages->system->matrix, run->problem.is_fixed,
-                                      threads, scratch))
-        return TULLE_ERROR_OUT_OF_MEMORY;
-    stages->has_aggregates = true;
-    nested_aggregates_set_terms(aggregates, terms, term_count, threads);
-    run->single.aggregates = aggregates;
-    if (run_single(run, run->limit)) return TULLE_OK;
-    stages->has_residual = false;
-    run->problem.max_iterations = run->limit - run->used;
-    tulle_status const status = conjugate_gradients_solve(&run->problem, u, scratch, run->result);
-    run->used += run->result->iterations;
-    return status;
-}
-
 tulle_status solve_in_stages(staged_solve *stages, const conjugate_gradients_problem *problem,
                              contact_row *const *hard_rows, size_t hard_count, double *u,
                              conjugate_gradients_result *result) {
     const contact_scene *const scene = stages->scene;
-    arena_mark const mark = arena_get_mark(scene->scratch);
-    matrix_term *const terms = ARENA_NEW(scene->scratch, matrix_term, hard_count);
+    const block_matrix *const matrix = stages->system->matrix;
+    arena *const scratch = scene->scratch;
+    arena_mark const mark = arena_get_mark(scratch);
+    solve_run run = {.problem = *problem, .result = result, .limit = problem->max_iterations};
+    run.problem.residual = stages->residual;
+    *result = (conjugate_gradients_result){.reference = problem->reference};
+    matrix_term *const terms = ARENA_NEW(scratch, matrix_term, hard_count);
     for (size_t i = 0; terms && i < hard_count; i++) {
         const row_frame *const frame = &hard_rows[i]->frame;
         terms[i] = (matrix_term){.stiffness = hard_rows[i]->solve.pull};
@@ -78,15 +51,40 @@ tulle_status solve_in_stages(staged_solve *stages, const conjugate_gradients_pro
             terms[i].weights[k] = frame->weights[k];
         }
     }
-    solve_run run = {
-        .stages = stages, .problem = *problem, .result = result, .limit = problem->max_iterations};
-    run.problem.residual = stages->residual;
-    *result = (conjugate_gradients_result){.reference = problem->reference};
     tulle_status status = TULLE_ERROR_OUT_OF_MEMORY;
-    if (terms && single_system_make(stages->system->matrix, terms, hard_count, problem->threads,
-                                    scene->scratch, &run.single))
-        status = run_stages(&run, terms, hard_count, u);
+    bool is_done = false;
+    if (terms &&
+        single_system_make(matrix, terms, hard_count, problem->threads, scratch, &run.single)) {
+        stages->has_residual = true;
+        run.solver = single_solver_make(&run.problem, &run.single, u, scratch);
+        if (run.solver) status = TULLE_OK;
+    }
+    /* blocks of the diagonal */
+    if (status == TULLE_OK && stages->plain_iterations < PLAIN_ITERATIONS) {
+        is_done = run_single(&run, PLAIN_ITERATIONS - stages->plain_iterations);
+        stages->plain_iterations += run.used;
+    }
+    /* aggregates, too, as a preconditioner of this solve and those that follow */
+    if (status == TULLE_OK && !is_done) {
+        nested_aggregates *const aggregates = stages->system->aggregates;
+        stages->has_aggregates = stages->has_aggregates ||
+                                 nested_aggregates_set_matrix(aggregates, matrix, problem->is_fixed,
+                                                              problem->threads, scratch);
+        if (!stages->has_aggregates) status = TULLE_ERROR_OUT_OF_MEMORY;
+        if (status == TULLE_OK) {
+            nested_aggregates_set_terms(aggregates, terms, hard_count, problem->threads);
+            run.single.aggregates = aggregates;
+            is_done = run_single(&run, run.limit);
+        }
+    }
+    /* double precision */
+    if (status == TULLE_OK && !is_done) {
+        stages->has_residual = false;
+        run.problem.max_iterations = run.limit - run.used;
+        status = conjugate_gradients_solve(&run.problem, u, scratch, result);
+        run.used += result->iterations;
+    }
     result->iterations = run.used;
-    arena_release(scene->scratch, mark);
+    arena_release(scratch, mark);
     return status;
 }

@@ -317,31 +317,6 @@ static tulle_status measure_reference(motion_solve *solve) {
     return status;
 }
 
-static tulle_status run_rounds(motion_solve *solve) {
-    const contact_settings *const settings = &solve->scene->settings;
-    row_list *const list = solve->list;
-    prepare_hard_rows(solve->scene, solve->diagonal, list->rows.data, list->rows.count, solve->u);
-    for (int round = 0; round < settings->solve_rounds_landing; round++) {
-        uint32_t const before = solve->report->cg_iterations;
-        prepare_round(solve, round == 0);
-        tulle_status status = solve_linear(solve);
-        if (status != TULLE_OK || list->rows.count == 0) return status;
-        round_result result;
-        status = end_round(solve->scene, list, solve->sums, solve->u, &result);
-        if (status != TULLE_OK) return status;
-        solve->report->violation = result.largest_violation;
-        bool const has_all = round + 1 >= settings->solve_rounds;
-        solve->report->has_settled =
-            round_has_settled(settings, &result, solve->report->cg_iterations - before);
-        if (has_all && solve->report->has_settled) break;
-    }
-    bool const rests = solve->report->violation <= LEAST_VIOLATION;
-    for (size_t i = 0; i < list->rows.count; i++) list->rows.data[i].solve.is_in_matrix = false;
-    /* what the tolerance of the solve leaves of rest; more would give springs energy */
-    if (!rests) return TULLE_OK;
-    return project_impulses(solve->scene, list->rows.data, list->rows.count, solve->u);
-}
-
 tulle_status solve_motion(const contact_scene *scene, const motion_system *system, row_list *list,
                           double *u, solve_report *report) {
     *report = (solve_report){.has_converged = true, .has_settled = true};
@@ -370,12 +345,33 @@ tulle_status solve_motion(const contact_scene *scene, const motion_system *syste
             solve.is_fixed[i] = i < cloth_count ? !(scene->inverse_mass[i] > 0.0)
                                                 : !scene->bodies[(i - cloth_count) / 2].is_free;
         status = measure_reference(&solve);
-        if (status == TULLE_OK) status = run_rounds(&solve);
     }
-    for (size_t i = 0; i < list->rows.count; i++) {
-        report->stick_count += list->rows.data[i].solve.state == ROW_STICKS;
-        report->slip_count += list->rows.data[i].solve.state == ROW_SLIDES;
-        report->hard_count += list->rows.data[i].solve.is_hard;
+    const contact_settings *const settings = &scene->settings;
+    contact_row *const rows = list->rows.data;
+    size_t const row_count = list->rows.count;
+    if (status == TULLE_OK) prepare_hard_rows(scene, solve.diagonal, rows, row_count, u);
+    for (int round = 0; round < settings->solve_rounds_landing && status == TULLE_OK; round++) {
+        uint32_t const before = report->cg_iterations;
+        prepare_round(&solve, round == 0);
+        status = solve_linear(&solve);
+        if (status != TULLE_OK || row_count == 0) break;
+        round_result result;
+        status = end_round(scene, list, solve.sums, u, &result);
+        if (status != TULLE_OK) break;
+        report->violation = result.largest_violation;
+        report->has_settled = round_has_settled(settings, &result, report->cg_iterations - before);
+        if (round + 1 >= settings->solve_rounds && report->has_settled) break;
+    }
+    if (status == TULLE_OK && row_count > 0) {
+        for (size_t i = 0; i < row_count; i++) rows[i].solve.is_in_matrix = false;
+        /* what the tolerance of the solve leaves of rest; more would give springs energy */
+        if (report->violation <= LEAST_VIOLATION)
+            status = project_impulses(scene, rows, row_count, u);
+    }
+    for (size_t i = 0; i < row_count; i++) {
+        report->stick_count += rows[i].solve.state == ROW_STICKS;
+        report->slip_count += rows[i].solve.state == ROW_SLIDES;
+        report->hard_count += rows[i].solve.is_hard;
     }
     arena_release(scratch, mark);
     return status;
