@@ -1,16 +1,23 @@
 /* dynamics/bending_damping.c - damping of the rates at which hinges fold.
  *
- * In each triangle the fold of hinge a is measured along the triangle's normal: n . c_a, c_a the
- * hinge's vector (bending_matrix.c). Its rate has the gradient g_a = n w_a + e_a, with w_a the
- * constant weights on the hinge's corners and e_a from the turning of n, on the triangle's. The
- * force is -sum_ab g_a C_ab (g_b . v), C the triangle's couplings times the damping time: it takes
- * energy only, adds up to nothing, as its moments do, and a rigid motion has no rates.
+ * In each triangle the fold of hinge a is measured along the triangle's normal n: it is n . c_a,
+ * with c_a the hinge's vector (bending_matrix.c). The rate of the fold has the gradient
  *
- * The matrix of the system holds H = sum w_a C_ab w_b, along every direction, in place of the true
- * G = sum g_a C_ab g_b^T, which is explicit. A step is stable while G <= 2 (H + M / h). All hinges
- * of a triangle share n, so sum n w_a C_ab w_b n^T <= H; then G <= 2 H + 2 sum e_a C_ab e_b^T. What
- * remains is to keep the part of e under M / h: where sharp folds, fine meshes or strong damping
- * exceed that, the damping of the triangle is scaled down, which vanishes with the step. */
+ *     g_a = n w_a + e_a.
+ *
+ * The constant weights w_a act on the hinge's corners; e_a, from the turning of n, acts on the
+ * triangle's. The force is -sum_ab g_a C_ab (g_b . v), with C the triangle's couplings times the
+ * damping time. It only takes energy. Its sum and the sum of its moments are zero, and a rigid
+ * motion has no rates.
+ *
+ * The matrix of the system holds H = sum w_a C_ab w_b, along every direction. The true matrix is
+ * G = sum g_a C_ab g_b^T; the force uses it explicitly. A step is stable while G <= 2 (H + M / h).
+ * All hinges of a triangle share n, so sum n w_a C_ab w_b n^T <= H, and then
+ *
+ *     G <= 2 H + 2 sum e_a C_ab e_b^T.
+ *
+ * So the part of e must stay below M / h. Where sharp folds, fine meshes or strong damping exceed
+ * that, the damping of the triangle is scaled down; this effect vanishes with the time step. */
 #include "dynamics/assembly.h"
 
 #include <math.h>

@@ -17,21 +17,30 @@
  *     Crank-Nicolson   1/2 .. 1   c h     c^2 h^2    c h     v0                         v0
  *     BDF2             2/3 .. 1   c h     c^2 h^2    c^2 h   below                      below
  *
- * f0, K = df/dx and D = df/dv at (x0, v0); u' and v' are the mean velocity and the start velocity
- * of the last step. c goes with the damping from the integrator itself to implicit Euler.
- * Crank-Nicolson: u = c v1 + (1 - c) v0, the same mean of forces. BDF2: with d = 1 - c,
- * x1 - x0 - d (x0 - x') = c h v1, the same for v, and v1 = (u - d u') / c, times c so that M has
- * the factor one: a = d u' + c (2 - c) v0 - c d v', w = v0 + d/c u'.
+ * f0, K = df/dx and D = df/dv are taken at (x0, v0); u' and v' are the mean velocity and the start
+ * velocity of the last step. `damping` moves c from its value at full order to 1, which is implicit
+ * Euler.
  *
- * With a guess of u, springs are linearised about x0 + h guess instead, a step of Newton's method
- * for the same equations.
+ * Crank-Nicolson: u = c v1 + (1 - c) v0, and the same mean of forces.
  *
- * Where K and D are not the exact derivatives, so that A is symmetric positive definite in every
- * state: a spring under compression has no stiffness across itself; drag keeps its part along the
- * normal; the rest-curvature term of bending is taken as constant; bending damping uses the
- * constant matrix, which with M / h is at least half the true one (bending_damping.c); derivatives
- * of damping by positions are dropped. Every integrator stays consistent with f0; steps in which
- * one of these acts are of first order.
+ * BDF2, with d = 1 - c: x1 - x0 - d (x0 - x') = c h v1, the same for v, and v1 = (u - d u') / c.
+ * All is multiplied by c, so that M has the factor one:
+ *
+ *     a = d u' + c (2 - c) v0 - c d v',    w = v0 + d/c u'.
+ *
+ * With a guess of u, springs are linearised about x0 + h guess instead. That is a step of Newton's
+ * method for the same equations.
+ *
+ * A must be symmetric positive definite in every state, so K and D are not always the exact
+ * derivatives:
+ *   - a spring under compression has no stiffness across itself;
+ *   - drag keeps its part along the normal;
+ *   - the rest-curvature term of bending is taken as constant;
+ *   - bending damping uses the constant matrix, which with M / h is at least half the true one
+ *     (bending_damping.c);
+ *   - derivatives of damping with respect to positions are dropped.
+ * Every integrator stays consistent with f0, but steps in which one of these acts are of first
+ * order.
  *
  * A pass of elements is followed by a pass of vertices: elements fill their own slots, then each
  * vertex adds the slots around it to its row in a fixed order. No two threads write the same

@@ -5,7 +5,7 @@
 
 #include <math.h>
 
-/* Contact distance of a cloth without a thickness: this share of its mean edge ... */
+/* A cloth without a thickness has this share of its mean edge as contact distance ... */
 static const double CONTACT_EDGE_SHARE = 0.2;
 /* ... but not more than this [m]; thicker looks like felt. */
 static const double CONTACT_DISTANCE_MAX = 5e-3;
@@ -58,8 +58,9 @@ static surface_roughness get_roughness(const tulle_world *world, size_t surface)
     return roughness;
 }
 
-/* Coefficients of a pair: what was set for it, or for what it is made of; else geometric means, but
- * that friction between cloths is the world's. */
+/* Coefficients of a pair. A law that was set for the pair, or for what its objects are made of,
+ * comes first. Else friction between cloths is the world's, and all other coefficients are the
+ * geometric means of both surfaces'. */
 static void set_coefficients(const tulle_world *world, size_t a, size_t b, contact_law *law) {
     const tulle_contact_law *const given = world_find_pair_law(world, a, b);
     if (given) {
