@@ -17,10 +17,10 @@
  * the legs of a right-triangle mesh, and depends on the direction; the shape operator does not. */
 #include "dynamics/bending_matrix.h"
 
+#include "base/sort.h"
 #include "dynamics/bending.h"
 
 #include <math.h>
-#include <stdlib.h>
 #include <string.h>
 
 /* Triangles are slivers below this ratio of height to longest edge. Their hinges soften in
@@ -170,53 +170,50 @@ bool bending_build_hinges(memory *heap, const bending_input *input, cloth_model 
     return ok;
 }
 
-/* An entry of one row while it is collected. */
+/* An entry of one row. */
 typedef struct row_entry {
-    uint32_t column, order; /* order of arrival: makes the order of summation unique */
+    uint32_t column;
     double stiffness, damping;
 } row_entry;
 
 static int compare_entries(const void *a, const void *b) {
     const row_entry *const left = a, *const right = b;
-    if (left->column != right->column) return left->column < right->column ? -1 : 1;
-    return left->order < right->order ? -1 : left->order > right->order;
+    return (left->column > right->column) - (left->column < right->column);
 }
 
 typedef ARRAY(row_entry) entry_array;
 
-/* Row `vertex` of K^T C K, K the hinge weights and C the couplings, sorted, equal columns summed.
- */
-static bool collect_row(memory *heap, const cloth_model *model, uint32_t vertex, entry_array *row) {
+/* Row `vertex` of K^T C K, K the hinge weights and C the couplings, sorted. Products of one column
+ * are added in the order in which they arrive. `places` is TULLE_NONE for each vertex, before and
+ * after. */
+static bool collect_row(memory *heap, const cloth_model *model, uint32_t vertex, uint32_t *places,
+                        entry_array *row) {
+    const adjacency *const uses = &model->vertex_hinges;
     row->count = 0;
-    for (uint32_t u = model->vertex_hinges.begin[vertex];
-         u < model->vertex_hinges.begin[vertex + 1]; u++) {
-        uint32_t const hinge = model->vertex_hinges.items[u] / 4;
-        double const weight = model->hinges[hinge].weights[model->vertex_hinges.items[u] % 4];
+    for (uint32_t u = uses->begin[vertex]; u < uses->begin[vertex + 1]; u++) {
+        uint32_t const hinge = uses->items[u] / 4;
+        double const weight = model->hinges[hinge].weights[uses->items[u] % 4];
         uint32_t hinges[HINGE_COUPLINGS];
-        size_t places[HINGE_COUPLINGS];
-        size_t const count = bend_list_couplings(model, hinge, hinges, places);
-        for (size_t k = 0; k < count; k++) {
-            const cloth_hinge *const other = &model->hinges[hinges[k]];
-            if (!ARRAY_RESERVE(heap, row, 4)) return false;
-            for (int corner = 0; corner < 4; corner++) {
-                double const product = weight * other->weights[corner];
-                row->data[row->count] = (row_entry){other->vertices[corner], (uint32_t)row->count,
-                                                    product * model->couplings[places[k]],
-                                                    product * model->damping_couplings[places[k]]};
-                row->count++;
+        size_t couplings[HINGE_COUPLINGS];
+        size_t const count = bend_list_couplings(model, hinge, hinges, couplings);
+        if (!ARRAY_RESERVE(heap, row, 4 * count)) return false;
+        for (size_t k = 0; k < 4 * count; k++) {
+            const cloth_hinge *const other = &model->hinges[hinges[k / 4]];
+            double const product = weight * other->weights[k % 4];
+            double const stiffness = product * model->couplings[couplings[k / 4]];
+            double const damping = product * model->damping_couplings[couplings[k / 4]];
+            uint32_t *const place = &places[other->vertices[k % 4]];
+            if (*place == TULLE_NONE) {
+                *place = (uint32_t)row->count;
+                row->data[row->count++] = (row_entry){other->vertices[k % 4], stiffness, damping};
+            } else {
+                row->data[*place].stiffness += stiffness;
+                row->data[*place].damping += damping;
             }
         }
     }
-    if (row->count) qsort(row->data, row->count, sizeof *row->data, compare_entries);
-    size_t kept = 0;
-    for (size_t i = 0; i < row->count; i++) {
-        if (kept && row->data[kept - 1].column == row->data[i].column) {
-            row->data[kept - 1].stiffness += row->data[i].stiffness;
-            row->data[kept - 1].damping += row->data[i].damping;
-        } else
-            row->data[kept++] = row->data[i];
-    }
-    row->count = kept;
+    for (size_t i = 0; i < row->count; i++) places[row->data[i].column] = TULLE_NONE;
+    sort_in_place(row->data, row->count, sizeof *row->data, compare_entries);
     return true;
 }
 
@@ -241,10 +238,12 @@ bool bending_build_matrix(memory *heap, cloth_model *model) {
     model->scalar_begin = memory_allocate_zeroed(heap, model->vertex_count + 1, sizeof(uint32_t));
     model->bend_blocks = memory_allocate_zeroed(heap, model->block_count, sizeof(double));
     model->bend_block_damping = memory_allocate_zeroed(heap, model->block_count, sizeof(double));
+    uint32_t *const places = memory_allocate(heap, model->vertex_count * sizeof(uint32_t));
     entry_array row = {0}, rest = {0};
-    bool ok = model->scalar_begin && model->bend_blocks && model->bend_block_damping;
+    bool ok = model->scalar_begin && model->bend_blocks && model->bend_block_damping && places;
+    if (places) memset(places, 0xff, model->vertex_count * sizeof(uint32_t));
     for (uint32_t v = 0; ok && model->has_bending && v < model->vertex_count; v++) {
-        ok = collect_row(heap, model, v, &row) && split_row(heap, model, v, &row, &rest);
+        ok = collect_row(heap, model, v, places, &row) && split_row(heap, model, v, &row, &rest);
         model->scalar_begin[v + 1] = (uint32_t)rest.count;
     }
     if (ok) {
@@ -269,6 +268,7 @@ bool bending_build_matrix(memory *heap, cloth_model *model) {
                        model->triangle_count * sizeof *model->bend_dampings);
         model->bend_dampings = NULL;
     }
+    memory_release(heap, places, model->vertex_count * sizeof(uint32_t));
     ARRAY_FREE(heap, &row);
     ARRAY_FREE(heap, &rest);
     return ok;
