@@ -23,9 +23,9 @@ int app_render(int argc, char **argv);
 int app_convert(int argc, char **argv);
 int app_bench(int argc, char **argv);
 
-/* Exit code for a status of the library, met while reading input. */
+/* Exit code for a status that the library returned while input was read. */
 int app_exit_for_input(tulle_status status);
-/* Exit code for a status of the library, met while a run goes on. */
+/* Exit code for a status that the library returned while a run was under way. */
 int app_exit_for_run(tulle_status status);
 
 /* Prints "tulle COMMAND: FILE:LINE:COLUMN: MESSAGE" to standard error, the parts that there are. */

@@ -1,6 +1,6 @@
-/* io/output_file.h - a file that appears whole or not at all: buffered bytes go to a temporary name
- * beside the target, which output_commit flushes to disk and renames. A target that is there and is
- * no regular file (a device, a pipe) is written directly. */
+/* io/output_file.h - a file that appears whole or not at all. Bytes go through a buffer to a
+ * temporary file in the target's folder; output_commit flushes it to disk and renames it. A target
+ * that exists and is no regular file (a device, a pipe) is written directly. */
 #ifndef TULLE_IO_OUTPUT_FILE_H
 #define TULLE_IO_OUTPUT_FILE_H
 

@@ -107,8 +107,8 @@ static bool find_neighbours(memory *heap, patch_work *work) {
     for (size_t from = 0, to; from < work->use_count; from = to) {
         for (to = from + 1; to < work->use_count && work->uses[to].edge == work->uses[from].edge;)
             to++;
-        /* All with all; where more patches meet than there are colors, some must look alike, and
-         * each with as many as there are colors shows that as well. */
+        /* Pairs every patch with every other. Where more patches meet than there are colors, some
+         * must look the same; pairs up to the number of colors show that as well. */
         for (size_t i = from; i < to; i++)
             for (size_t k = i + 1; k < to && k <= i + COLOR_PATCH_COUNT; k++)
                 if (!add_pair(heap, work, work->uses[i].patch, work->uses[k].patch)) return false;

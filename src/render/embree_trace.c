@@ -1,7 +1,7 @@
-/* render/embree_trace.c - light by paths: each sample of a pixel is a ray that finds a surface,
- * asks one place of the light whether it is seen from there, and goes on in a direction chosen by
- * the cosine; after the last bounce the whole sky is taken as seen. Surfaces are matt, so no weight
- * but the color enters, and a white surface in uniform light sends exactly that light.
+/* render/embree_trace.c - light by paths. Each sample of a pixel is a ray that finds a surface.
+ * From there it asks whether one place of the light is visible, and goes on in a direction chosen
+ * by the cosine. After the last bounce the whole sky counts as visible. Surfaces are matt, so no
+ * weight but the color enters, and a white surface in uniform light sends exactly that light.
  *
  * Pixels are worked on in square tiles, a tile by one thread; each pixel adds its samples in their
  * order, so the number of threads changes no bit.

@@ -4,9 +4,9 @@
  * x from 0 to its width. Its strokes are text: M moves, L draws a line, H and V a quarter of an
  * ellipse that leaves horizontally or vertically, C a cubic Bezier curve.
  *
- * Fitting to pixels: the edges of strokes at the baseline and at the heights of small and of
- * capital letters fall on edges of pixels, and so does every other end of a piece, so that
- * horizontal and vertical strokes are sharp. */
+ * Fitting to pixels: edges of strokes at the baseline, at the height of small letters and at that
+ * of capitals fall on edges of pixels, as does every other end of a piece. So horizontal and
+ * vertical strokes are sharp. */
 #include "render/font.h"
 
 #include <math.h>

@@ -35,8 +35,8 @@ static int compare_edges(const void *left, const void *right) {
     return a->corner < b->corner ? -1 : a->corner > b->corner;
 }
 
-/* Pairs each edge with the next one of the same vertices; of three or more, two by two, so that all
- * are in one piece where the number is even, which cloth, with two at most, does not need. */
+/* Pairs each edge with the next one of the same vertices. Cloth has two at most; three or more are
+ * paired two by two. */
 static void pair_edges(const unfolding *self, half_edge *edges) {
     size_t const count = 3 * self->mesh.triangle_count;
     for (size_t i = 0; i < count; i++) {
@@ -63,7 +63,8 @@ static void place(const unfolding *self, uint32_t vertex, double x, double y) {
 
 /* Places the vertex at corner `corner` of its triangle, whose other two vertices are placed: on the
  * left of the edge from the next corner to the one after it, by its true lengths from the middle of
- * that edge, so that errors of edges that could not be laid out by theirs do not grow. */
+ * that edge. So the error of an edge that could not be laid out with its true length does not grow.
+ */
 static void place_corner(const unfolding *self, uint32_t corner) {
     if (!self->coordinates) return;
     uint32_t const *const corners = self->mesh.triangles + 3 * (size_t)(corner / 3);

@@ -1,7 +1,7 @@
 /* render/strain.c - see strain.h.
  *
- * With the edges at rest written in an orthonormal frame of the triangle, the map F of the plane to
- * space has C = F^T F, a symmetric 2 x 2 matrix whose eigenvalues are the squared stretches. */
+ * The edges at rest are written in an orthonormal frame of the triangle. F maps the plane to space;
+ * C = F^T F is a symmetric 2 x 2 matrix whose eigenvalues are the squared stretches. */
 #include "render/strain.h"
 
 #include "math/vec3.h"

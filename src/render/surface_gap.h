@@ -19,11 +19,11 @@ typedef struct render_gap_def {
 } render_gap_def;
 
 /* gaps[i] [m] of surface i, 1 a vertex, where it is a cloth (null otherwise): the distance to the
- * nearest place of another surface or of the cloth itself, at most `farthest`. A place of the
- * vertex's own piece counts only where it is nearer than half of its distance at rest, so that a
- * fold counts and the sheet around the vertex does not; of each triangle the nearest place is
- * taken. Gaps of edges in the middle of triangles are not looked for. Errors:
- * TULLE_ERROR_OUT_OF_MEMORY, TULLE_ERROR_LIMIT (over 2^30 triangles). */
+ * nearest place of another surface or of the cloth itself, at most `farthest`. Of each triangle the
+ * nearest place is taken. A place of the vertex's own piece counts only if it is nearer than half
+ * of its distance at rest: so a fold counts, and the sheet around the vertex does not. Gaps of
+ * edges in the middle of triangles are not looked for. Errors: TULLE_ERROR_OUT_OF_MEMORY,
+ * TULLE_ERROR_LIMIT (over 2^30 triangles). */
 tulle_status render_measure_gaps(memory *heap, const render_gap_def *def, double *const *gaps,
                                  tulle_error *error);
 

@@ -68,7 +68,7 @@ static tulle_status add_cloth(const scene_cloth *cloth, tulle_world *world, tull
     return status == TULLE_OK ? TULLE_OK : add_place(&cloth->keys->head, status, error);
 }
 
-/* [kg/m^3] of bodies whose scene gives no mass; the table of keys tells of it. */
+/* [kg/m^3] of bodies whose scene gives no mass; the table of keys documents it. */
 static const double DENSITY_DEFAULT = 1000.0;
 
 /* No body where the scene does not say so: all zero. */

@@ -1,8 +1,8 @@
 /* scene/make_pairs.c - laws of contact of named pairs: names of contact.pairs resolved to objects,
  * those of contact.materials checked.
  *
- * A name of a pair stands for a cloth, an obstacle, or an obstacle with all its copies; one of
- * materials is a preset's or what some object says that it is made of. */
+ * A name of a pair stands for a cloth, an obstacle, or an obstacle with all its copies. A name of a
+ * material is that of a preset or of an object's material. */
 #include "scene/scene_data.h"
 
 #include "base/text.h"

@@ -1,6 +1,6 @@
 /* scene/sequence.c - mesh sequences: numbered mesh files or a PC2 cache. Every frame is read once
- * when the scene is loaded, so that a bad file is found before the run begins, and again when the
- * world asks for it; the last two frames are kept. */
+ * when the scene is loaded, so that a bad file is found before the run begins. It is read again
+ * when the world asks for it; the last two frames are kept. */
 #include "scene/scene_data.h"
 
 #include "base/error.h"

@@ -1,11 +1,11 @@
-/* app/bench/compare.c - what measured rows say against a baseline.
+/* app/bench/compare.c - what got worse or changed between two tables of measures.
  *
- * Times are judged between equal processors only: a time is slower when even its least is above the
- * baseline's median by more than the spreads of both, faster when its median lies under the
- * baseline's least by as much. Where other work ran beside, then or now, the clock says little and
- * processor time alone is judged, and must differ by a bound too. Counts do not depend on the
- * machine: from the same state they must be the same. Instructions and memory may differ by a small
- * bound. */
+ * Times are judged between equal processors only. A time is slower when even its minimum is above
+ * the baseline's median by more than both spreads. It is faster when its median is below the
+ * baseline's minimum by as much. Where other work ran on the machine, then or now, the clock says
+ * little: only processor time is judged, and it must differ by a bound, too. Counts do not depend
+ * on the machine: from the same state they must be the same. Instructions and memory may differ by
+ * a small bound. */
 #include "app/bench/bench.h"
 
 #include <math.h>
@@ -14,10 +14,12 @@
 /* Stages below this share of the step, before and now, are not judged: their times are those of the
  * clock and the caches. */
 static const double LEAST_SHARE = 0.01;
-/* What other work beside does to the processor time of the same steps, by the caches: 7 % was seen.
+/* [share] Other work on the machine changes the processor time of the same steps, through the
+ * caches: 7 % was seen.
  */
 static const double DISTURBED_BOUND = 0.25;
-/* Above what the C library's choices by the processor change; below what a change of code is. */
+/* [share] The C library chooses code by the processor, which changes less; a change of our code
+ * changes more. */
 static const double INSTRUCTION_BOUND = 0.005;
 static const double MEMORY_BOUND =
     0.05; /* growth of arrays by doubling is not to be flagged twice */

@@ -15,7 +15,7 @@
 #include <string.h>
 
 enum {
-    REPEATS_MIN = 3, /* however long they take, as far as so many are asked for */
+    REPEATS_MIN = 3, /* however long they take, unless fewer are asked for */
     STEP_TIME = TULLE_STAGE_COUNT,
     PROCESSOR_TIME,
     TIME_COUNT /* the stages, the step, its processor time */

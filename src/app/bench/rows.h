@@ -49,7 +49,7 @@ bool bench_rows_were_disturbed(const bench_rows *rows, const bench_row *of);
 /* Adds the rows of a file. Errors name file and line: TULLE_ERROR_IO, TULLE_ERROR_PARSE,
  * TULLE_ERROR_OUT_OF_MEMORY. */
 tulle_status bench_csv_read(const char *path, bench_rows *rows, tulle_error *error);
-/* Writes all rows beside the file and moves them there, so that the file is whole at any time. */
+/* Writes all rows to a temporary file and renames it, so that the file is whole at any time. */
 tulle_status bench_csv_write(const char *path, const bench_rows *rows, tulle_error *error);
 /* Whether the file could be written, before the work is done for it. */
 tulle_status bench_csv_check(const char *path, tulle_error *error);

@@ -1,5 +1,5 @@
-/* app/bench/table.c - the rows of a bench as tables that people read, in Markdown: what a step
- * takes, stage by stage, and what it does. */
+/* app/bench/table.c - prints measures as Markdown tables: what each stage of a step takes, and what
+ * a step does. */
 #include "app/bench/bench.h"
 
 #include <stdlib.h>

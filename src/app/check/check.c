@@ -40,7 +40,7 @@ static tulle_status read_mesh(const char *path, tulle_mesh *mesh, tulle_error *e
                         "the file holds no triangles, so there is nothing to judge");
 }
 
-/* Judges one frame of which the meshes are given: first the cloths, then the obstacles. */
+/* Judges one frame. Its meshes are given: the cloths first, then the obstacles. */
 static tulle_status judge_meshes(const check_options *options, check_frame *frame,
                                  const tulle_mesh *meshes, size_t cloth_count,
                                  check_totals *totals) {

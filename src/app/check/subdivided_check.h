@@ -1,6 +1,6 @@
-/* app/check/subdivided_check.h - whether a subdivided frame intersects, and the words that say so.
- * Smoothing may push surfaces through each other that the simulation kept apart: a picture or file
- * of such a frame is still made, and this is said beside it. */
+/* app/check/subdivided_check.h - judges whether a subdivided frame intersects, and says so in
+ * words. Smoothing may push surfaces through each other that the simulation kept apart. A picture
+ * or a file of such a frame is made all the same, with a message. */
 #ifndef TULLE_APP_CHECK_SUBDIVIDED_CHECK_H
 #define TULLE_APP_CHECK_SUBDIVIDED_CHECK_H
 

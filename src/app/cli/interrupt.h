@@ -4,10 +4,11 @@
 
 #include <stdbool.h>
 
-/* From now on SIGINT and SIGTERM only set a flag, which the work looks at between its parts; a
- * second one ends the process. Closed pipes and file-size limits become errors of the writes. */
+/* From this call on SIGINT and SIGTERM only set a flag. The work looks at the flag between its
+ * parts; another signal ends the process. Closed pipes and file-size limits become errors of the
+ * writes. */
 void interrupt_catch(void);
-/* Whether one has come since. */
+/* Whether a signal has come since. */
 bool interrupt_is_pending(void);
 
 #endif

@@ -139,7 +139,7 @@ static tulle_status measure_rounding(convert_target *target, tulle_mesh_view mes
     return TULLE_OK;
 }
 
-/* A name beside the target that nobody uses; links are followed. */
+/* An unused name in the target's folder; links are followed. */
 static bool make_temporary(convert_target *target) {
     char resolved[PATH_MAX];
     const char *const final = realpath(target->path, resolved) ? resolved : target->path;

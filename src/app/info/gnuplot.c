@@ -1,6 +1,6 @@
-/* app/info/gnuplot.c - see gnuplot.h. gnuplot is started without a shell, reads its commands from a
- * temporary file and draws to its standard output, which is a temporary file beside the target: no
- * name that a user gave is ever part of a command. */
+/* app/info/gnuplot.c - see gnuplot.h. gnuplot is started without a shell. It reads its commands
+ * from a temporary file and draws to its standard output, which is a temporary file in the target's
+ * folder. So no name that a user gave is ever part of a command. */
 #define _POSIX_C_SOURCE 200809L
 #include "app/info/gnuplot.h"
 
@@ -124,7 +124,7 @@ static void write_script(FILE *script, const plot_content *content, const plot_f
     plot_write_script(script, content, terminal);
 }
 
-/* Draws to a temporary file beside `path` and moves it there. */
+/* Draws to a temporary file in the folder of `path` and renames it. */
 static int draw(const plot_content *content, const char *path, const plot_format *format) {
     char temporary[PATH_SIZE];
     int const length = snprintf(temporary, sizeof temporary, "%s.%ld.tmp", path, (long)getpid());

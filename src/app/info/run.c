@@ -60,8 +60,8 @@ static void print_progress(const tulle_run_reader *reader, const tulle_run_info 
         printf("  %-16s none\n", "checkpoint");
 }
 
-/* What did not go well, a line each. The steps of a run that goes on or was killed are counted
- * anew. */
+/* What did not go well, a line each. Where run.json does not say it, as of a run under way or a
+ * killed one, the steps of report.csv are counted. */
 static void print_trouble(tulle_run_reader *reader, const tulle_run_info *info) {
     tulle_run_outcome outcome = {0};
     if (info->outcome) {

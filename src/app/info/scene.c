@@ -1,6 +1,6 @@
 /* app/info/scene.c - what `tulle info` prints of a scene file: how long it is, what is in it, and
- * the contact distance that its world works with. The world is made and its start judged, so a
- * scene that is told here can be run. docs/guide/formats.md tells the JSON. */
+ * the contact distance that its world works with. It makes the world and judges its start, so a
+ * scene that it prints can be run. docs/guide/formats.md tells the JSON. */
 #include "scene/scene.h"
 #include "app/cli/json_text.h"
 #include "app/commands.h"

@@ -187,7 +187,7 @@ static tulle_status set_camera(const camera_key *key, const double *values, int 
     return TULLE_OK;
 }
 
-/* Reads "key=value" and the values that follow it, up to the next "="; *at goes on behind them. Bit
+/* Reads "key=value" and the values that follow it, up to the next "="; *at is then behind them. Bit
  * k of *is_given stands for key k. */
 static tulle_status read_camera_key(char **at, unsigned *is_given, scene_camera *camera,
                                     tulle_error *error) {
@@ -277,10 +277,9 @@ scene_camera picture_camera_merge(const scene_camera *first, const scene_camera 
     return merged;
 }
 
-/* The camera that looks along a direction and sees all points, as near as can be: with the
- * picture's axes `right` and `up` and slopes s of the edges of what is seen, a camera c holds a
- * point p within one edge where c_right + s c_back >= p_right + s p_back, and alike for the other
- * three. */
+/* The nearest camera that looks along a direction and sees all points. Let `right` and `up` be the
+ * picture's axes and s the slope of an edge of the view. A camera c holds a point p within that
+ * edge where c_right + s c_back >= p_right + s p_back; the other three edges follow by symmetry. */
 static void fit_points(const picture_view *view, double azimuth, double elevation, double aspect,
                        double slope, render_camera *camera) {
     double const back[3] = {cos(elevation) * cos(azimuth), cos(elevation) * sin(azimuth),

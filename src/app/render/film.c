@@ -33,7 +33,8 @@ struct film_format {
 #define BT709                                                                                      \
     "-colorspace", "bt709", "-color_primaries", "bt709", "-color_trc", "bt709", "-color_range", "tv"
 
-/* Quality: of x264, 18 is where most see no difference from the original; of VP9, 24 is alike. */
+/* Quality: at 18 of x264 most people see no difference from the original; 24 of VP9 looks the same.
+ */
 static const film_format formats[] = {
     {".mp4",
      "mp4",

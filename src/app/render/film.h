@@ -16,9 +16,9 @@ tulle_status film_check(const film_format *format, tulle_error *error);
 
 typedef struct film film;
 
-/* Starts a film, to be whole at `path` after film_close; until then nothing is there but a
- * temporary name beside it. Pictures have width x height pixels; where the format wants even sides,
- * the last column or row is repeated. Errors: TULLE_ERROR_UNSUPPORTED, TULLE_ERROR_IO,
+/* Starts a film. film_close puts it at `path`; until then there is only a temporary file in the
+ * same folder. Pictures have width x height pixels; where the format wants even sides, the last
+ * column or row is repeated. Errors: TULLE_ERROR_UNSUPPORTED, TULLE_ERROR_IO,
  * TULLE_ERROR_OUT_OF_MEMORY. */
 tulle_status film_open(const char *path, uint32_t width, uint32_t height, double frame_rate,
                        film **result, tulle_error *error);

@@ -1,8 +1,8 @@
 /* app/render/sequence.c - see render_sequence.h.
  *
- * The pictures of a series and of a film are files of their own, each with a digest of everything
- * that decides it; a file that is there with the digest that is wanted is not made again. A film is
- * encoded from its files once all are whole; then they are removed. */
+ * Each picture of a series or a film is a file, with a digest of everything that decides it. A file
+ * that is there with the wanted digest is not made again. A film is encoded from its files once all
+ * are whole; then they are removed. */
 #define _POSIX_C_SOURCE 200809L
 #include "app/render/sequence.h"
 

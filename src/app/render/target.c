@@ -35,7 +35,7 @@ static tulle_status name_output(const picture_options *options, bool is_film,
     return written > 0 && written < NUMBERED_PATH_SIZE ? TULLE_OK : fail_length(error);
 }
 
-/* Whether a file can be made at the path: tried with another name beside it. */
+/* Whether a file can be made at the path: tries another name in the same folder. */
 static tulle_status check_place(const char *path, tulle_error *error) {
     struct stat facts;
     if (stat(path, &facts) == 0 && !S_ISREG(facts.st_mode))

@@ -11,8 +11,10 @@
 
 enum { FACTS_SIZE = 160 /* [bytes] */ };
 static const double LINE_INTERVAL = 10.0; /* [s] a log of a long run stays readable */
-static const double JSON_INTERVAL = 1.0;  /* [s] between what is told of untangling or of a step */
-static const double LONG_STEP = 3.0;      /* [s] a step is told of while it is under way */
+static const double JSON_INTERVAL =
+    1.0; /* [s] between two lines about untangling or about a long step */
+static const double LONG_STEP =
+    3.0; /* [s] a step that takes longer is shown while it is under way */
 static const double MILLIMETRES_PER_METRE = 1000.0;
 
 void progress_begin(run_progress *progress, const char *kind) {

@@ -1,5 +1,5 @@
-/* app/run/session.h - a run of the program while it goes on: scene, world, output directory, and
- * what is shown of it. */
+/* app/run/session.h - a run under way: its scene, world, output directory, and what is shown of it.
+ */
 #ifndef TULLE_APP_RUN_SESSION_H
 #define TULLE_APP_RUN_SESSION_H
 

@@ -1,7 +1,7 @@
 /* io/run/run_create.c - makes the directory of a run.
  *
- * run.json is written first, so a directory that a killed process left half made is known as a run;
- * without a checkpoint such a run starts anew. */
+ * run.json is written first. So a directory that a killed process left half made is known as a run;
+ * without a checkpoint such a run begins again from the start. */
 #define _POSIX_C_SOURCE 200809L
 #include "base/error.h"
 #include "io/cache/pc2.h"

@@ -152,7 +152,7 @@ static int clear_bodies(const char *directory, const run_record *record) {
 
 tulle_status run_directory_clear(const char *directory, const run_record *record,
                                  tulle_error *error) {
-    /* Without checkpoints the rest is no longer resumed, whatever of it is left. */
+    /* Without checkpoints nobody resumes the rest, whatever is left of it. */
     static const char *const first[] = {RUN_FILE_CHECKPOINT, RUN_FILE_CHECKPOINT_BEFORE};
     static const char *const last[] = {RUN_FILE_FRAMES, RUN_FILE_REPORT, RUN_FILE_SCENE,
                                        RUN_FILE_RECORD};

@@ -11,7 +11,7 @@ size_t transforms_count_bodies(const run_record *record);
 
 tulle_status transforms_create(run_log *log, const run_record *record, const char *directory,
                                tulle_error *error);
-/* Opens the file of a run that goes on, cut back to its first frame_count frames. */
+/* Opens the file of a run that is resumed and cuts it back to its first frame_count frames. */
 tulle_status transforms_resume(run_log *log, const run_record *record, const char *directory,
                                uint32_t frame_count, tulle_error *error);
 /* transforms: one for each rigid body, in the order of the record's bodies. On failure the file is

@@ -20,7 +20,7 @@ struct tulle_run_writer {
     debug_log debug;
     tulle_pc2_writer **caches; /* of each body; null for static ones */
     uint32_t **triangles;      /* of each body, for VTP; null without VTP */
-    bool has_unflushed_files;  /* beside the caches and logs, since the last checkpoint */
+    bool has_unflushed_files;  /* other than caches and logs, written since the last checkpoint */
     char *line;                /* of frames.csv, run_frames_line_size bytes */
 };
 

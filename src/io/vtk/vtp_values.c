@@ -143,7 +143,8 @@ static tulle_status decode_bytes(value_reader *reader) {
 static tulle_status check_count(const value_reader *reader) {
     const vtp_array *const array = reader->array;
     uint64_t const size = reader->document->byte_count;
-    /* A value takes a letter and a blank, or a byte, of which zlib may have made many. */
+    /* A value takes at least a letter and a blank, or a byte; zlib may make many values of a byte.
+     */
     uint64_t const most = array->format == VTP_ASCII ? array->text.count / 2 + 1
                           : reader->document->is_compressed
                               ? size * (VTP_EXPANSION_LIMIT / VALUE_SIZE)
