@@ -18,22 +18,16 @@ static const double FREE_RATE = 10.0;
 /* [1/s] With it cloth on needles comes about as much to rest as by implicit Euler. */
 static const double CONTACT_RATE = 40.0;
 
-static bool has_impact(const step_context *context) {
-    row_list const *const list = &context->world->rows;
-    for (size_t i = 0; i < list->rows.count; i++) {
-        contact_row const *const row = &list->rows.data[i];
-        if (row->law.approach + row->law.fall < row->law.bias &&
-            row_is_impact(&context->scene, row))
-            return true;
-    }
-    return false;
-}
-
 double world_choose_damping(const step_context *context) {
     tulle_world const *const world = context->world;
     tulle_integrator const integrator = world->def.integrator;
     if (integrator == TULLE_INTEGRATOR_IMPLICIT_EULER) return 0.0;
-    if (has_impact(context)) return 1.0;
+    row_list const *const list = &world->rows;
+    for (size_t i = 0; i < list->rows.count; i++) {
+        contact_row const *const row = &list->rows.data[i];
+        bool const is_faster = row->law.approach + row->law.fall < row->law.bias;
+        if (is_faster && row_is_impact(&context->scene, row)) return 1.0;
+    }
     double rate = integrator == TULLE_INTEGRATOR_CRANK_NICOLSON ? FREE_RATE : 0.0;
     if (world->rows.rows.count > 0) rate = CONTACT_RATE;
     return fmin(rate * context->time_step, 1.0);

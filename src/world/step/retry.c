@@ -183,21 +183,29 @@ void world_retry_substep(step_context *context) {
 
 /* ---- in a step ---- */
 
-/* Undoes the step but for the holds and releases that it has come to. */
-static tulle_status begin_again(step_context *context) {
+bool world_retry_step(step_context *context, tulle_status *status) {
     tulle_world *const world = context->world;
     world_motion_state *const state = context->state;
+    bool const is_bad = context->outcome == SUBSTEP_PINCHED || context->outcome == SUBSTEP_TORN;
+    if (*status != TULLE_OK || !is_bad) return false;
+    *status = world_handle_pinch(context);
+    if (*status != TULLE_OK) return false;
+
+    /* undo the step, but for the holds and releases that it has come to */
     world_hold holds[HOLDS_MAX];
     uint64_t const hold_count = state->hold_count;
     memcpy(holds, state->holds, sizeof holds);
     size_t const count = world->obstacles.count;
     uint8_t *const is_released = ARENA_NEW(&world->scratch, uint8_t, count);
-    if (!is_released)
-        return error_set(context->error, TULLE_ERROR_OUT_OF_MEMORY, "no memory left for a pinch");
+    if (!is_released) {
+        *status =
+            error_set(context->error, TULLE_ERROR_OUT_OF_MEMORY, "no memory left for a pinch");
+        return false;
+    }
     if (count > 0) memcpy(is_released, state->is_released, count);
     world_undo_step(world);
-    tulle_status const status = world_copy_start(world, context->error);
-    if (status != TULLE_OK) return status;
+    *status = world_copy_start(world, context->error);
+    if (*status != TULLE_OK) return false;
     memcpy(state->holds, holds, sizeof holds);
     state->hold_count = hold_count;
     for (size_t i = 0; i < count; i++) {
@@ -207,13 +215,5 @@ static tulle_status begin_again(step_context *context) {
         world->surfaces[world->cloths.count + i].is_present = false;
         world_wake_all(world, state);
     }
-    return TULLE_OK;
-}
-
-bool world_retry_step(step_context *context, tulle_status *status) {
-    bool const is_bad = context->outcome == SUBSTEP_PINCHED || context->outcome == SUBSTEP_TORN;
-    if (*status != TULLE_OK || !is_bad) return false;
-    *status = world_handle_pinch(context);
-    if (*status == TULLE_OK) *status = begin_again(context);
-    return *status == TULLE_OK;
+    return true;
 }

@@ -176,30 +176,18 @@ tulle_status world_resolve_impacts(step_context *context) {
 
 /* ---- 9 ---- */
 
-static void count_rows_and_rescues(const step_context *context) {
-    tulle_step_report *const report = context->report;
-    row_list const *const list = &context->world->rows;
-    report->rescue_impact_zones += context->commit.impact_zones;
-    report->rescue_component_scalings += context->commit.component_scalings;
-    report->rescue_global_scalings += context->commit.global_scalings;
-    report->smallest_gap = context->commit.smallest_gap;
-    report->contacts = list->rows.count;
-    report->new_contacts = 0;
-    for (size_t i = 0; i < list->rows.count; i++)
-        report->new_contacts += !list->rows.data[i].law.is_old;
-}
-
 tulle_status world_commit_safely(step_context *context) {
     static const substep_outcome outcomes[] = {[COMMIT_CLEAN] = SUBSTEP_WHOLE,
                                                [COMMIT_SHORTENED] = SUBSTEP_SHORTENED,
                                                [COMMIT_BLOCKED] = SUBSTEP_BLOCKED};
     commit_report *const commit = &context->commit;
+    tulle_step_report *const report = context->report;
     tulle_status status =
         commit_safely(&context->scene, &context->source, context->impacts.is_clean,
                       context->mean_velocity, context->end, commit);
     context->has_end_elastic &= context->impacts.is_clean; /* else a rescue may move the ends */
-    context->report->tested_pairs += commit->tested_pairs;
-    context->report->turning_pairs += commit->turning_pairs;
+    report->tested_pairs += commit->tested_pairs;
+    report->turning_pairs += commit->turning_pairs;
     if (status == TULLE_OK) {
         if (commit->has_blocking) context->blocked = *commit;
         context->passed = commit->fraction * context->time_step;
@@ -213,8 +201,17 @@ tulle_status world_commit_safely(step_context *context) {
             if (status == TULLE_OK && world_gains_too_much(context))
                 context->outcome = SUBSTEP_GAINS;
         }
-        if (status == TULLE_OK && context->outcome != SUBSTEP_GAINS)
-            count_rows_and_rescues(context);
+    }
+    if (status == TULLE_OK && context->outcome != SUBSTEP_GAINS) {
+        row_list const *const list = &context->world->rows;
+        report->rescue_impact_zones += commit->impact_zones;
+        report->rescue_component_scalings += commit->component_scalings;
+        report->rescue_global_scalings += commit->global_scalings;
+        report->smallest_gap = commit->smallest_gap;
+        report->contacts = list->rows.count;
+        report->new_contacts = 0;
+        for (size_t i = 0; i < list->rows.count; i++)
+            report->new_contacts += !list->rows.data[i].law.is_old;
     }
     return world_end_stage(context, STAGE_COMMIT_SAFELY, status);
 }

@@ -65,8 +65,9 @@ static tulle_status run_substep(step_context *context) {
     if (status == TULLE_OK) status = judge_motion(context);
     if (status == TULLE_OK && context->outcome == SUBSTEP_RUNS)
         status = world_commit_safely(context); /* 9 */
-    if (status == TULLE_OK && world_is_accepted(context))
-        status = world_accept_state(context); /* 10 */
+    bool const is_accepted =
+        context->outcome == SUBSTEP_WHOLE || context->outcome == SUBSTEP_SHORTENED;
+    if (status == TULLE_OK && is_accepted) status = world_accept_state(context); /* 10 */
 
     arena_release(&context->world->scratch, mark);
     context->report->substeps += context->outcome != SUBSTEP_WAKES;

@@ -127,10 +127,6 @@ typedef struct step_context {
     char pinch_message[WORLD_MESSAGE_BYTES / 2]; /* of the pinch found last */
 } step_context;
 
-static inline bool world_is_accepted(const step_context *context) {
-    return context->outcome == SUBSTEP_WHOLE || context->outcome == SUBSTEP_SHORTENED;
-}
-
 /* ---- the stages, each a call of run_substep in step.c ---- */
 
 /* predict_paths.c: all that the stages read, and stage 1: where cloth goes without contact and

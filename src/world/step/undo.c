@@ -9,8 +9,24 @@
 
 #include <string.h>
 
-static void copy_state(const tulle_world *world, const world_motion_state *source,
-                       world_motion_state *target) {
+tulle_status world_keep_start(tulle_world *world, tulle_error *error) {
+    tulle_status const status = world_keep_ignored(world, error);
+    if (status != TULLE_OK || world_keep_patches(world) == TULLE_OK) return status;
+    return error_set(error, TULLE_ERROR_OUT_OF_MEMORY, "no memory left for patches");
+}
+
+void world_undo_step(tulle_world *world) {
+    for (size_t i = 0; i < world->obstacles.count; i++) {
+        world->surfaces[world->cloths.count + i].is_present = world->now.is_present[i];
+    }
+    world_mark_bodies(world, &world->now);
+    world_restore_ignored(world);
+    world_restore_patches(world);
+}
+
+tulle_status world_copy_start(tulle_world *world, tulle_error *error) {
+    world_motion_state const *const source = &world->now;
+    world_motion_state *const target = &world->next;
     size_t const bytes = 3 * world->vertex_count * sizeof(double);
     memcpy(target->positions, source->positions, bytes);
     memcpy(target->velocities, source->velocities, bytes);
@@ -31,44 +47,17 @@ static void copy_state(const tulle_world *world, const world_motion_state *sourc
     memcpy(target->holds, source->holds, source->hold_count * sizeof *source->holds);
     target->hold_count = source->hold_count;
     target->time = source->time;
-}
 
-static tulle_status copy_contacts(tulle_world *world, const contact_store *source,
-                                  contact_store *target) {
-    target->contacts.count = 0;
-    if (reserve_contacts(target, &world->heap, source->contacts.count) != TULLE_OK) {
-        return TULLE_ERROR_OUT_OF_MEMORY;
-    }
-    if (source->contacts.count > 0) {
-        memcpy(target->contacts.data, source->contacts.data,
-               source->contacts.count * sizeof *source->contacts.data);
-    }
-    target->contacts.count = source->contacts.count;
-    target->time_step = source->time_step;
-    return TULLE_OK;
-}
-
-tulle_status world_keep_start(tulle_world *world, tulle_error *error) {
-    tulle_status const status = world_keep_ignored(world, error);
-    if (status != TULLE_OK || world_keep_patches(world) == TULLE_OK) return status;
-    return error_set(error, TULLE_ERROR_OUT_OF_MEMORY, "no memory left for patches");
-}
-
-void world_undo_step(tulle_world *world) {
-    for (size_t i = 0; i < world->obstacles.count; i++) {
-        world->surfaces[world->cloths.count + i].is_present = world->now.is_present[i];
-    }
-    world_mark_bodies(world, &world->now);
-    world_restore_ignored(world);
-    world_restore_patches(world);
-}
-
-tulle_status world_copy_start(tulle_world *world, tulle_error *error) {
-    copy_state(world, &world->now, &world->next);
-    if (copy_contacts(world, &world->now.contacts, &world->next.contacts) != TULLE_OK) {
+    size_t const count = source->contacts.contacts.count;
+    target->contacts.contacts.count = 0;
+    if (reserve_contacts(&target->contacts, &world->heap, count) != TULLE_OK)
         return error_set(error, TULLE_ERROR_OUT_OF_MEMORY, "no memory left for contacts");
-    }
-    return world_update_presence(world, &world->next, error);
+    if (count > 0)
+        memcpy(target->contacts.contacts.data, source->contacts.contacts.data,
+               count * sizeof *source->contacts.contacts.data);
+    target->contacts.contacts.count = count;
+    target->contacts.time_step = source->contacts.time_step;
+    return world_update_presence(world, target, error);
 }
 
 tulle_status world_swap_states(tulle_world *world, tulle_error *error) {
