@@ -11,7 +11,7 @@ CTEST := ctest --output-on-failure -j $(JOBS)
 CHECK_PACKAGES := TULLE_NO_INSTALL=1 sh tools/install_packages.sh
 INSTALL_PACKAGES := sh tools/install_packages.sh
 
-.PHONY: all demo pictures paper paper-quick paper-pictures test test-long test-asan test-tsan coverage check-arm64 check-portability bench bench-compare bench-detect bench-peers validate docs test-docs install format check-format layers sizes clean help
+.PHONY: all demo pictures paper paper-quick paper-pictures test test-long test-asan test-tsan test-clang test-musl test-m32 coverage check-arm64 check-portability bench bench-compare bench-detect bench-peers validate docs test-docs install format check-format layers sizes clean help
 .NOTPARALLEL:
 
 # The program at build/release/tulle, libtulle.so and libtulle.a beside it.
@@ -88,6 +88,18 @@ test-tsan:
 	@cmake --preset tsan
 	@cmake --build build/tsan -j $(JOBS)
 	@cd build/tsan && $(CTEST)
+
+# All of it built by clang, warnings are errors; the tests that hold the golden hashes and the names of the libraries.
+test-clang:
+	@$(INSTALL_PACKAGES) build test clang
+	@cmake --preset clang -DTULLE_BUILD_TESTS=ON
+	@cmake --build build/clang -j $(JOBS)
+	@cd build/clang && $(CTEST) -R '^(world\.golden|math\.|dynamics\.forces|detect\.narrow|io\.|subdivision\.|examples\.|tools\.(io_)?symbols|tools\.names)'
+
+# libtulle by another C library, and with 32-bit pointers: a small host runs and has the golden hash.
+test-musl test-m32: test-%:
+	@$(INSTALL_PACKAGES) build $*
+	@sh tools/check_small_host.sh $* $(JOBS); code=$$?; [ $$code = 77 ] || exit $$code
 
 # Lines and branches that the quick tests run.
 coverage:
@@ -199,6 +211,9 @@ help:
 	@echo "make test-long    all tests, the whole scenes too"
 	@echo "make test-asan    the quick tests under the address and undefined-behaviour sanitizers"
 	@echo "make test-tsan    the quick tests under the thread sanitizer"
+	@echo "make test-clang   all built by clang, with the same hashes"
+	@echo "make test-musl    the library by musl-gcc, linked statically into a small host, with the same hash"
+	@echo "make test-m32     the same for 32-bit x86"
 	@echo "make check-arm64  compiles for arm64 and runs some tests by an emulator"
 	@echo "make check-portability the same, and the default build on an emulated x86-64 processor without extensions"
 	@echo "make bench        what the stages of a step cost (makes its inputs once: some minutes)"

@@ -7,7 +7,6 @@
 #include "base/timer.h"
 #include "dynamics/compute_forces.h"
 #include "math/single_solve.h"
-#include "math/vector_width.h"
 
 #include <math.h>
 #include <stdio.h>
@@ -130,6 +129,14 @@ static void destroy_cloth(bench_cloth *cloth) {
 }
 
 /* ---- what the machine does ---- */
+
+/* For several vector widths, one of which is chosen when the program loads. */
+#if defined(__x86_64__) && defined(__GNUC__) && !defined(__clang__) && defined(__linux__) &&       \
+    !defined(__SANITIZE_ADDRESS__) && !defined(__SANITIZE_THREAD__)
+#define TULLE_VECTOR_CLONES __attribute__((target_clones("default", "avx2", "avx512f")))
+#else
+#define TULLE_VECTOR_CLONES
+#endif
 
 /* Reads as the product does: sixteen lanes of single precision. */
 TULLE_VECTOR_CLONES

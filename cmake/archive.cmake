@@ -19,7 +19,7 @@ function(tulle_add_archive name)
         set(whole ${CMAKE_CURRENT_BINARY_DIR}/${name}.o)
         separate_arguments(flags NATIVE_COMMAND "${CMAKE_C_FLAGS}")
         add_custom_command(OUTPUT ${whole}
-            COMMAND ${CMAKE_C_COMPILER} ${flags} -r -nostdlib -o ${whole} ${objects}
+            COMMAND ${CMAKE_C_COMPILER} ${flags} -r -nostdlib -Wl,--force-group-allocation -o ${whole} ${objects}
             COMMAND ${CMAKE_OBJCOPY} --localize-hidden ${whole}
             DEPENDS ${objects} COMMAND_EXPAND_LISTS VERBATIM)
         add_library(${name} STATIC ${whole})

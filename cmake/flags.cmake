@@ -7,7 +7,8 @@ set(CMAKE_CXX_STANDARD 17)
 set(CMAKE_CXX_STANDARD_REQUIRED ON)
 
 add_library(tulle_flags INTERFACE)
-target_compile_options(tulle_flags INTERFACE -Wall -Wextra -Wpedantic -Wshadow -Wconversion -Wvla -Wdouble-promotion
+target_compile_options(tulle_flags INTERFACE -Wall -Wextra -Wpedantic -Wshadow -Wconversion -Wvla
+    $<$<C_COMPILER_ID:GNU>:-Wdouble-promotion> # clang's would mean INFINITY and NAN, too
     $<$<COMPILE_LANGUAGE:C>:-Wmissing-prototypes> -ffp-contract=off $<$<BOOL:${TULLE_WARNINGS_AS_ERRORS}>:-Werror>)
 if(TULLE_SANITIZE)
     target_compile_options(tulle_flags INTERFACE -fsanitize=${TULLE_SANITIZE} -fno-sanitize-recover=all -fno-omit-frame-pointer)

@@ -20,7 +20,7 @@ function(tulle_add_objects name)
     target_include_directories(${name} PRIVATE ${PROJECT_SOURCE_DIR}/include ${PROJECT_SOURCE_DIR}/src)
     target_compile_definitions(${name} PRIVATE TULLE_BUILD_SHARED)
     target_link_libraries(${name} PRIVATE tulle_flags)
-    set_target_properties(${name} PROPERTIES POSITION_INDEPENDENT_CODE ON C_VISIBILITY_PRESET hidden)
+    set_target_properties(${name} PROPERTIES POSITION_INDEPENDENT_CODE ON C_VISIBILITY_PRESET hidden EXCLUDE_FROM_ALL ON)
 endfunction()
 
 # Files without public names, of which libtulle_io holds a copy of its own.

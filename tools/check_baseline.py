@@ -7,7 +7,7 @@ usage: check_baseline.py BUILD_DIR    reads the object files of library and prog
        check_baseline.py --self-test  proves that breaches are found
 
 Left out are the objects of tulle_kernels_avx2 and tulle_kernels_avx512, and the clones that gcc makes for wider
-vectors: these run only where the processor has what they need (math/kernel_target.c, math/vector_width.h).
+vectors: these run only where the processor has what they need (math/kernel_target.c).
 """
 import os
 import platform

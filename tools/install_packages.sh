@@ -1,6 +1,6 @@
 #!/bin/sh
 # Installs the Debian packages that a build or the tests need and that are missing; does nothing when all is there.
-# usage: install_packages.sh ROLE...      ROLE: build, test, paper, bench, peers, portability, docs
+# usage: install_packages.sh ROLE...      ROLE: build, test, paper, bench, peers, clang, musl, m32, portability, docs
 #   TULLE_NO_INSTALL=1   only says what is missing; fails if it cannot be done without
 set -eu
 
@@ -49,6 +49,16 @@ needs() {
         echo "nodejs         program:node        optional"
         echo "npm            program:npm         optional"
         ;;
+    clang)
+        echo "clang          program:clang       needed"
+        ;;
+    musl)
+        echo "musl-tools     program:musl-gcc    optional"
+        ;;
+    m32)
+        echo "gcc-i686-linux-gnu program:i686-linux-gnu-gcc optional"
+        echo "libc6-dev-i386-cross file:/usr/i686-linux-gnu/include/stdlib.h optional"
+        ;;
     portability)
         echo "gcc-aarch64-linux-gnu program:aarch64-linux-gnu-gcc optional"
         echo "libc6-dev-arm64-cross file:/usr/aarch64-linux-gnu/include/stdlib.h optional"
@@ -62,7 +72,7 @@ needs() {
         echo "doxygen        program:doxygen     needed"
         ;;
     *)
-        echo "install_packages.sh: unknown role \"$1\"; the roles are build, test, paper, bench, peers, portability and docs" >&2
+        echo "install_packages.sh: unknown role \"$1\"; the roles are build, test, paper, bench, peers, clang, musl, m32, portability and docs" >&2
         exit 2
         ;;
     esac

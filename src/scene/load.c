@@ -162,7 +162,8 @@ static bool finish(const scene_work *work) {
 
 static bool load(const scene_work *work, const char *const *overrides, size_t override_count) {
     if (!read_scene_keys(work, overrides, override_count)) return false;
-    bool is_good = set_frame_count(work) & check_picture(work);
+    bool is_good = set_frame_count(work);
+    is_good &= check_picture(work);
     is_good &= make_cloths(work);
     is_good &= make_all_obstacles(work);
     return is_good && check_names(work) && make_pairs(work) && finish(work);

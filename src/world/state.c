@@ -75,6 +75,12 @@ static size_t state_size(const tulle_world *world, part_sizes parts) {
            parts.ignored_count * sizeof(tulle_intersection);
 }
 
+/* As a header says; it has been checked that the state has as many bytes. */
+static part_sizes read_parts(const state_header *header) {
+    return (part_sizes){(size_t)header->contact_bytes, (size_t)header->patch_bytes,
+                        (size_t)header->ignored_count, (size_t)header->hold_count};
+}
+
 static part_sizes measure_parts(const tulle_world *world) {
     return (part_sizes){.contact_bytes = contact_store_get_size(&world->now.contacts),
                         .patch_bytes =
@@ -169,8 +175,7 @@ static tulle_status check_header(const tulle_world *world, const state_header *h
     }
     if (header->def_hash != world->def_hash || header->vertex_count != world->vertex_count ||
         header->obstacle_count != world->obstacles.count ||
-        state_size(world, (part_sizes){header->contact_bytes, header->patch_bytes,
-                                       header->ignored_count, header->hold_count}) != byte_count) {
+        state_size(world, read_parts(header)) != byte_count) {
         return error_set(error, TULLE_ERROR_INVALID_ARGUMENT,
                          "the saved state belongs to another scene");
     }
@@ -230,6 +235,8 @@ static tulle_status load_state(tulle_world *world, const void *bytes, size_t byt
     status = check_header(world, &header, bytes, byte_count, error);
     if (status != TULLE_OK) return status;
 
+    part_sizes const parts = read_parts(&header);
+
     /* into the spare state first, so that a failure changes nothing */
     world_motion_state *const next = &world->next;
     byte_cursor cursor = {(unsigned char *)(uintptr_t)bytes, sizeof header};
@@ -243,21 +250,21 @@ static tulle_status load_state(tulle_world *world, const void *bytes, size_t byt
     take(&cursor, next->particles, world_particle_count(world));
     take(&cursor, next->rests, world->body_count * sizeof *next->rests);
     next->has_elastic = false;
-    next->hold_count = header.hold_count;
-    take(&cursor, next->holds, header.hold_count * sizeof *next->holds);
+    next->hold_count = parts.hold_count;
+    take(&cursor, next->holds, parts.hold_count * sizeof *next->holds);
     if (!world_holds_are_valid(world, next))
         return error_set(error, TULLE_ERROR_PARSE,
                          "the saved state holds back obstacles that are not there");
-    size_t const ignored_bytes = header.ignored_count * sizeof(tulle_intersection);
+    size_t const ignored_bytes = parts.ignored_count * sizeof(tulle_intersection);
     status = contact_store_load(&next->contacts, &world->heap,
-                                cursor.bytes + cursor.used + ignored_bytes, header.contact_bytes);
+                                cursor.bytes + cursor.used + ignored_bytes, parts.contact_bytes);
     if (status != TULLE_OK) {
         return error_set(error, status, "the contacts of the saved state cannot be read");
     }
-    status = take_patches(world, cursor.bytes + cursor.used + ignored_bytes + header.contact_bytes,
-                          header.patch_bytes, error);
+    status = take_patches(world, cursor.bytes + cursor.used + ignored_bytes + parts.contact_bytes,
+                          parts.patch_bytes, error);
     if (status != TULLE_OK) return status;
-    status = take_ignored(world, &cursor, header.ignored_count, error);
+    status = take_ignored(world, &cursor, parts.ignored_count, error);
     if (status != TULLE_OK) {
         world_restore_patches(world);
         return status;

@@ -125,7 +125,7 @@ typedef struct world_motion_state {
     uint8_t *particles;   /* particle_state of world_particle_count vertices */
     body_rest *rests;     /* per body */
     world_hold holds[HOLDS_MAX];
-    uint64_t hold_count;
+    size_t hold_count;
     contact_store contacts;
 } world_motion_state;
 

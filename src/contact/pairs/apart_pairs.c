@@ -20,7 +20,8 @@ void find_apart(const pair_tables *tables, const apart_query *query, bool is_apa
     _Static_assert((int)SCAN_MOST <= (int)IMPACT_POOL_SIZE, "the pool must have room for all");
     uint32_t first[SCAN_MOST], second[SCAN_MOST], odd[SCAN_MOST];
     impact_pool pool;
-    pool.count = pool.filtered_count = 0;
+    pool.count = 0;
+    pool.filtered_count = 0;
     for (size_t i = 0; i < query->count; i++) {
         first[i] = query->pairs[i].first;
         second[i] = query->pairs[i].second;

@@ -42,6 +42,7 @@ static void measure_touches(const void *context, feature_kind kind, pair_event *
                             size_t count, scan_verdict *verdicts) {
     const gathering *const work = context;
     const contact_scene *const scene = work->scene;
+    if (count == 0) return;
     /* distances at the start and in the rest shape */
     double start[SCAN_MOST], rest[SCAN_MOST];
     bool is_at_end[SCAN_MOST];

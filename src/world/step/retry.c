@@ -193,7 +193,7 @@ bool world_retry_step(step_context *context, tulle_status *status) {
 
     /* undo the step, but for the holds and releases that it has come to */
     world_hold holds[HOLDS_MAX];
-    uint64_t const hold_count = state->hold_count;
+    size_t const hold_count = state->hold_count;
     memcpy(holds, state->holds, sizeof holds);
     size_t const count = world->obstacles.count;
     uint8_t *const is_released = ARENA_NEW(&world->scratch, uint8_t, count);

@@ -66,7 +66,7 @@ SIMD_INLINE void get_records(const pair_tables *tables, feature_kind kind, const
 }
 
 #ifdef __AVX512F__
-#define SHUFFLE(a, b, ...) __builtin_shuffle(a, b, (int64x8){__VA_ARGS__})
+#define SHUFFLE(a, b, ...) __builtin_shufflevector(a, b, __VA_ARGS__)
 
 /* Rows x0 y0 z0 - x1 y1 z1 - of eight pairs become vectors over the pairs. */
 SIMD_INLINE moving_lanes transpose_rows(const double8 rows[DOUBLE_LANES]) {

@@ -11,7 +11,7 @@
 #include <immintrin.h>
 #endif
 
-#define PATCH_INLINE static inline __attribute__((always_inline))
+#define PATCH_INLINE static inline __attribute__((always_inline, unused))
 
 enum { LANES = 4 };
 
@@ -31,14 +31,14 @@ PATCH_INLINE lanes absolute(lanes a) {
 
 /* Rows become columns. */
 PATCH_INLINE void transpose(lanes row[4]) {
-    lanes const a = __builtin_shuffle(row[0], row[1], (lane_flags){0, 4, 2, 6});
-    lanes const b = __builtin_shuffle(row[0], row[1], (lane_flags){1, 5, 3, 7});
-    lanes const c = __builtin_shuffle(row[2], row[3], (lane_flags){0, 4, 2, 6});
-    lanes const d = __builtin_shuffle(row[2], row[3], (lane_flags){1, 5, 3, 7});
-    row[0] = __builtin_shuffle(a, c, (lane_flags){0, 1, 4, 5});
-    row[1] = __builtin_shuffle(b, d, (lane_flags){0, 1, 4, 5});
-    row[2] = __builtin_shuffle(a, c, (lane_flags){2, 3, 6, 7});
-    row[3] = __builtin_shuffle(b, d, (lane_flags){2, 3, 6, 7});
+    lanes const a = __builtin_shufflevector(row[0], row[1], 0, 4, 2, 6);
+    lanes const b = __builtin_shufflevector(row[0], row[1], 1, 5, 3, 7);
+    lanes const c = __builtin_shufflevector(row[2], row[3], 0, 4, 2, 6);
+    lanes const d = __builtin_shufflevector(row[2], row[3], 1, 5, 3, 7);
+    row[0] = __builtin_shufflevector(a, c, 0, 1, 4, 5);
+    row[1] = __builtin_shufflevector(b, d, 0, 1, 4, 5);
+    row[2] = __builtin_shufflevector(a, c, 2, 3, 6, 7);
+    row[3] = __builtin_shufflevector(b, d, 2, 3, 6, 7);
 }
 
 /* ---- turns ---- */
@@ -62,11 +62,10 @@ PATCH_INLINE void load_columns(const planar_path *points, const uint32_t *corner
     turn_lanes const b = (turn_lanes)_mm512_unpackhi_pd((__m512d)row[0], (__m512d)row[1]);
     turn_lanes const c = (turn_lanes)_mm512_unpacklo_pd((__m512d)row[2], (__m512d)row[3]);
     turn_lanes const d = (turn_lanes)_mm512_unpackhi_pd((__m512d)row[2], (__m512d)row[3]);
-    turn_bits const low = {0, 1, 8, 9, 4, 5, 12, 13}, high = {2, 3, 10, 11, 6, 7, 14, 15};
-    column[0] = __builtin_shuffle(a, c, low);
-    column[1] = __builtin_shuffle(b, d, low);
-    column[2] = __builtin_shuffle(a, c, high);
-    column[3] = __builtin_shuffle(b, d, high);
+    column[0] = __builtin_shufflevector(a, c, 0, 1, 8, 9, 4, 5, 12, 13);
+    column[1] = __builtin_shufflevector(b, d, 0, 1, 8, 9, 4, 5, 12, 13);
+    column[2] = __builtin_shufflevector(a, c, 2, 3, 10, 11, 6, 7, 14, 15);
+    column[3] = __builtin_shufflevector(b, d, 2, 3, 10, 11, 6, 7, 14, 15);
 }
 PATCH_INLINE turn_flags exceeds(turn_lanes a, turn_lanes b) {
     return _mm512_cmp_pd_mask((__m512d)a, (__m512d)b, _CMP_GT_OQ);

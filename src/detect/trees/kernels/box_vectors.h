@@ -61,7 +61,7 @@ BOX_INLINE uint32_t box_vector_positive(box_vector a) {
 }
 #endif
 
-#define BOX_SHUFFLE(a, b, ...) __builtin_shuffle(a, b, (box_index){__VA_ARGS__})
+#define BOX_SHUFFLE(a, b, ...) __builtin_shufflevector(a, b, __VA_ARGS__)
 
 /* Lane l of row k becomes lane k of box l. */
 BOX_INLINE void box_vectors_transpose(const box_vector boxes[8], box_vector rows[8]) {
