@@ -6,7 +6,7 @@
  *     bending.c                   bending; its constant matrix is made in bending_matrix.c
  *     bending_damping.c           damping of bending
  *     wind.c                      wind and gusts on triangles
- * fill_system and gather_rows list them in the order in which they act. A new force gets a file
+ * fill_system and gather_forces list them in the order in which they act. A new force gets a file
  * with fill_... and gather_... (assembly.h), a line in each of these two, and its part of the
  * matrix in begin_row.
  *
@@ -125,7 +125,7 @@ static void begin_row(const assembly *work, uint32_t vertex, vertex_sum *sum) {
 
 /* The rows of a range of vertices, after all slots of a kind. Until the last pass the forces of the
  * system are those so far, and the right-hand side has their sources, f - D w. */
-static void gather_rows(void *context, size_t begin, size_t end, size_t chunk, int worker) {
+static void gather_forces(void *context, size_t begin, size_t end, size_t chunk, int worker) {
     (void)chunk, (void)worker;
     const assembly *const work = context;
     const motion_state *const state = work->state;
@@ -161,7 +161,7 @@ static void gather_rows(void *context, size_t begin, size_t end, size_t chunk, i
 /* A pass over the vertices. */
 static void add_to_rows(assembly *work, unsigned parts) {
     work->row_parts = parts;
-    parallel_for(work->model->vertex_count, VERTICES_PER_CHUNK, work->threads, gather_rows, work);
+    parallel_for(work->model->vertex_count, VERTICES_PER_CHUNK, work->threads, gather_forces, work);
 }
 
 /* All forces, in their order. False: no memory. */
