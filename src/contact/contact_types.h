@@ -16,7 +16,7 @@
 #include "dynamics/rigid_body.h"
 #include "tulle/world.h"
 
-/* Numbers that shape the response. contact_settings_default fills all but minimum_gap. */
+/* Numbers that shape the response. contact_settings_default gives each a value and a reason. */
 typedef struct contact_settings {
     double minimum_gap;       /* [m] xi: no accepted state undercuts it */
     int solve_rounds;         /* solves of motion and impulses a step, at least */
@@ -27,22 +27,24 @@ typedef struct contact_settings {
     int component_rounds;     /* rescue: rounds of component scaling */
     double slip_speed;        /* [m/s] a contact that starts slower is at rest: static friction */
     double push_out_speed;    /* [m/s] most a row inside the contact distance asks for */
-    double slope_tolerance;   /* sine of the angle by which a new row's normal may leave a normal
-                                 cone ... */
-    double old_slope_tolerance; /* ... and that of a row that the step before had */
-    double settled_speed;     /* [m/s] rounds end when violation and misfit of friction have no more
-                                 root mean square ... */
-    double settled_drift;     /* [m/s] ... what friction misses gives no cloth more speed ... */
-    double settled_slip;      /* [m/s] ... no cloth slips more as a whole where rows hold it ... */
-    double settled_misfit;    /* [m/s] ... no row of friction misses more ... */
-    double settled_most;      /* [m/s] ... and no row is violated by more */
+    double slope_tolerance;   /* sine of the angle by which a new row's normal may lie outside of a
+                                 normal cone */
+    double old_slope_tolerance; /* the same for a row that goes on from the step before */
+    /* Rounds end when all of these hold: */
+    double settled_speed; /* [m/s] violations, and misfits of friction, have at most this root mean
+                             square */
+    double settled_drift; /* [m/s] what friction misses gives each cloth at most this speed */
+    double settled_slip;  /* [m/s] each cloth slips at most so fast as a whole where rows hold it */
+    double settled_misfit;    /* [m/s] friction of each row misses at most this speed */
+    double settled_most;      /* [m/s] each row is violated by at most this speed */
     double hard_stiffness;    /* penalty of a hard row over its share of diag(A) */
     double anchor_share;      /* of the offset of a contact that sticks, undone in a step */
     double hard_friction;     /* penalty of slip over that of the normal part */
     double push_out_softness; /* compliance of a row times its share of diag(A) */
     double cg_tolerance;      /* preconditioned residual over that of the step's force impulse */
-    double early_share; /* solves that others follow end at this part of their first residual */
-    double early_most;  /* ... though not above this tolerance; 0: none ends early */
+    double early_share;       /* a solve that another one follows stops at this part of its first
+                                 residual */
+    double early_most;        /* it does not stop above this tolerance; 0: none stops early */
     int cg_max_iterations;
 } contact_settings;
 

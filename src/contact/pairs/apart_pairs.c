@@ -16,7 +16,7 @@ bool make_feature_tables(const contact_scene *scene, const vertex_record *record
     return numbers && records;
 }
 
-void find_apart(const pair_tables *tables, const apart_query *query, bool is_apart[SCAN_MOST]) {
+void mark_apart(const pair_tables *tables, const apart_query *query, bool is_apart[SCAN_MOST]) {
     _Static_assert((int)SCAN_MOST <= (int)IMPACT_POOL_SIZE, "the pool must have room for all");
     uint32_t first[SCAN_MOST], second[SCAN_MOST], odd[SCAN_MOST];
     impact_pool pool;

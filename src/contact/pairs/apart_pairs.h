@@ -20,6 +20,6 @@ typedef struct apart_query {
 
 /* Marks the pairs that an axis or the closest direction at the start keeps apart, by the arithmetic
  * of pair_stays_apart: it is true of them, and may be of others. */
-void find_apart(const pair_tables *tables, const apart_query *query, bool is_apart[SCAN_MOST]);
+void mark_apart(const pair_tables *tables, const apart_query *query, bool is_apart[SCAN_MOST]);
 
 #endif

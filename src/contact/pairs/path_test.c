@@ -26,7 +26,7 @@ typedef struct path_test {
     pair_tables tables; /* of x0 -> x1 */
 } path_test;
 
-/* The verdict on a pair that find_apart does not prove apart. */
+/* The verdict on a pair that mark_apart does not prove apart. */
 static scan_verdict measure_hit(const path_test *test, pair_event *event) {
     const contact_scene *const scene = test->scene;
     feature_kind const kind = event->kind;
@@ -56,7 +56,7 @@ static void measure_hits(const void *context, feature_kind kind, pair_event *eve
         query.pairs[i] = events[i].pair;
         query.separations[i] = test->scene->settings.minimum_gap;
     }
-    find_apart(&test->tables, &query, is_apart);
+    mark_apart(&test->tables, &query, is_apart);
     for (size_t i = 0; i < count; i++)
         verdicts[i] = is_apart[i] ? SCAN_DROP : measure_hit(test, &events[i]);
 }

@@ -20,7 +20,7 @@ typedef struct cone_test {
     const double *x1;
     double time;
     const double *slope_tolerances; /* two sines */
-    bool *is_within;                /* of each; false: not asked for any more */
+    bool *is_within;                /* of each; false: not asked for */
     vec3 point;                     /* [m] of contact, on the feature */
     vec3 outward;                   /* unit, from the feature's surface towards the other body */
     const uint32_t *others;         /* vertices of the other feature ... */
@@ -39,7 +39,7 @@ static bool joins_both_features(const cone_test *test, uint32_t vertex) {
     return false;
 }
 
-/* Tests neighbours of the feature, or TULLE_NONE, until no tolerance holds any more. */
+/* Tests neighbours of the feature, or TULLE_NONE, until both tolerances have failed. */
 static void test_neighbours(const cone_test *test, const uint32_t *neighbours, size_t count) {
     const contact_scene *const scene = test->scene;
     bool *const is_within = test->is_within;

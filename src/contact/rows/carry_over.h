@@ -10,7 +10,7 @@
 void inherit_contact(const contact_scene *scene, contact_row *row, const stored_contact *contact,
                      double scale, double side);
 
-/* Hands each contact of the store that has no row any more to at most one row that has no contact:
+/* Hands each contact of the store that lost its row to at most one row that has no contact:
  * among `rows`, or among `reserve`, rows that are only kept when a contact is handed to them. Each
  * row takes one contact at most, so nothing is doubled. In: rows sorted by (kind, pair), with room
  * for reserve_count more; reserve sorted, too, of other pairs. Out: rows and *count with those of

@@ -26,8 +26,8 @@ tulle_status reserve_contacts(contact_store *store, memory *heap, size_t row_cou
     return has_room ? TULLE_OK : TULLE_ERROR_OUT_OF_MEMORY;
 }
 
-tulle_status update_contacts(contact_store *store, memory *heap, const row_list *list,
-                             double time_step) {
+tulle_status store_contacts(contact_store *store, memory *heap, const row_list *list,
+                            double time_step) {
     tulle_status const status = reserve_contacts(store, heap, list->rows.count);
     if (status != TULLE_OK) return status;
     stored_contact *const contacts = store->contacts.data;

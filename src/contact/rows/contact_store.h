@@ -4,11 +4,11 @@
 
 #include "contact/contact_types.h"
 
-/* Replaces the store's contents by the rows of an accepted step of length time_step [s]:
- * every pair once, impulses of its rows summed. Fails only for want of memory; the store is then
- * as it was. reserve_contacts before the point of no return makes failure impossible. */
-tulle_status update_contacts(contact_store *store, memory *heap, const row_list *list,
-                             double time_step);
+/* Replaces the store's contents by the rows of an accepted step of length time_step [s]: each pair
+ * once, with the sum of its rows' impulses. Fails only when memory is short, which a call of
+ * reserve_contacts before rules out; the store is then as it was. */
+tulle_status store_contacts(contact_store *store, memory *heap, const row_list *list,
+                            double time_step);
 /* Adds contacts of pairs that are not in the store, of a step of length time_step [s]. Fails only
  * for want of memory; the store is then as it was. */
 tulle_status add_contacts(contact_store *store, memory *heap, const stored_contact *contacts,

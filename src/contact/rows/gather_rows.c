@@ -70,7 +70,7 @@ static void measure_touches(const void *context, feature_kind kind, pair_event *
 
     /* those that approach */
     bool is_apart[SCAN_MOST];
-    find_apart(&work->tables, &far, is_apart);
+    mark_apart(&work->tables, &far, is_apart);
     for (size_t k = 0; k < far.count; k++) {
         size_t const i = indices[k];
         verdicts[i] =

@@ -8,7 +8,7 @@
 typedef struct near_plane {
     double distance; /* [m] of the vertex from it; 0: there is none */
     vec3 normal;     /* unit, towards the vertex */
-    vec3 point;      /* [m] nearest to the vertex now ... */
+    vec3 point;      /* [m] nearest to the vertex at the start ... */
     vec3 end;        /* [m] ... and where the obstacle takes it */
 } near_plane;
 

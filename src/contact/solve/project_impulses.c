@@ -19,21 +19,23 @@
  * nanometre in a minute needs. */
 #define SETTLED_SPEED 1e-13
 
-/* ... or when that speed is no more than rounding of positions makes of it, which are so many times
- * the largest coordinate's over the time step, and a sweep leaves this part of it: rows of one body
- * then want what no motion of it gives, and sweeps could go on forever. */
+/* Sweeps also end when that speed is rounding and a sweep leaves more than STALLED_PART of it: rows
+ * of one body then want what no motion of it gives, and sweeps could go on forever. Rounding of
+ * positions gives a speed of SPEED_ROUNDINGS times that of the largest coordinate, over the time
+ * step. */
 #define SPEED_ROUNDINGS 8.0
 #define STALLED_PART 0.99
 
-/* Times as many sweeps over the rows of bodies alone, before those over all. No solve carries load
- * along a chain of bodies, nor shares it between the many contacts of one body: only sweeps do. A
- * chain of 20 rings that falls taut needs no rescue with 4, and 1.5 in 1,000 contacts with 1; three
- * boxes on a sheet come to rest where they are, while they crept by up to a micrometre a second. */
+/* Before the sweeps over all rows, those of bodies alone are swept so many times as often. No solve
+ * carries load along a chain of bodies, nor shares it between the many contacts of one body: only
+ * sweeps do. A chain of 20 rings that falls taut needs no rescue with 4, and 1.5 in 1,000 contacts
+ * with 1; three boxes on a sheet come to rest where they are, while they crept by up to a
+ * micrometre a second. */
 #define SWEEPS_OF_BODIES 4
 
-/* The same where bodies take part, which answer an impulse not along itself: first the normal part,
- * then the tangential one, after what the normal part has changed, by no more than the largest
- * answer. Each is a step down for the impulse of least energy. */
+/* The same where bodies take part: they answer an impulse in another direction than its own. The
+ * normal part comes first. The tangential part comes after what the normal part has changed, and is
+ * divided by the largest answer. Each part is a step down for the impulse of least energy. */
 static vec3 compute_coupled_impulse(contact_row *row, vec3 velocity) {
     vec3 const n = row->frame.normal;
     double const before = vec3_dot(n, row->solve.impulse), speed = vec3_dot(n, velocity);

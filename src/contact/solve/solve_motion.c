@@ -53,7 +53,7 @@ typedef struct motion_solve {
     double reference;
     double net_target; /* residual that solves with bodies get below; negative: not known yet */
     staged_solve stages;
-    bool is_cloth_only; /* vectors of the system have no entries of slots now */
+    bool is_cloth_only; /* vectors of the system have no entries of slots */
 } motion_solve;
 
 /* y = A x + sum over hard rows of J^T K J x */

@@ -81,7 +81,7 @@ tulle_status world_accept_state(step_context *context) {
     /* impulses belong to the whole substep that was solved for, even if less of it passed */
     if (status == TULLE_OK) status = world_keep_resting(context);
     if (status == TULLE_OK)
-        status = update_contacts(&state->contacts, &world->heap, &world->rows, context->time_step);
+        status = store_contacts(&state->contacts, &world->heap, &world->rows, context->time_step);
     if (status == TULLE_OK)
         status = add_contacts(&state->contacts, &world->heap, context->resting,
                               context->resting_count, context->time_step);

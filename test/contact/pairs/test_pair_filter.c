@@ -210,7 +210,7 @@ static size_t check_apart(const random_pairs *of, feature_kind kind, double sepa
     size_t marked_count = 0;
     memcpy(query.pairs, of->pairs, sizeof query.pairs);
     for (size_t i = 0; i < SCAN_MOST; i++) query.separations[i] = separation * (double)(i % 3);
-    find_apart(&tables, &query, is_apart);
+    mark_apart(&tables, &query, is_apart);
     for (size_t i = 0; i < query.count; i++) {
         moving_pair paths;
         get_points(of, kind, query.pairs[i], 0.0, paths.start);

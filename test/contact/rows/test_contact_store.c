@@ -1,4 +1,4 @@
-/* The contact store: what update_contacts keeps, look-up, saving and loading, damaged blocks, lack
+/* The contact store: what store_contacts keeps, look-up, saving and loading, damaged blocks, lack
  * of memory. */
 #include "base/hash.h"
 #include "contact/rows/contact_store.h"
@@ -31,7 +31,7 @@ static void keeps_the_sum_of_each_pair(void **state) {
     memory heap = memory_default();
     row_list list = make_rows(&heap, 3, 500);
     contact_store store = {0};
-    assert_int_equal(update_contacts(&store, &heap, &list, 0.01), TULLE_OK);
+    assert_int_equal(store_contacts(&store, &heap, &list, 0.01), TULLE_OK);
     assert_true(store.contacts.count < 500 && store.time_step == 0.01);
     contact_reader all = {.store = &store};
     for (int kind = 0; kind < 2; kind++)
@@ -67,7 +67,7 @@ static void loads_what_it_saved(void **state) {
     for (int count = 0; count < 300; count += 59) {
         row_list list = make_rows(&heap, 5, count);
         contact_store store = {0}, copy = {0};
-        assert_int_equal(update_contacts(&store, &heap, &list, 0.02), TULLE_OK);
+        assert_int_equal(store_contacts(&store, &heap, &list, 0.02), TULLE_OK);
         size_t const size = contact_store_get_size(&store);
         char *const bytes = malloc(size + 1);
         contact_store_save(&store, bytes + 1); /* unaligned on purpose */
@@ -92,7 +92,7 @@ static void refuses_damaged_blocks(void **state) {
     add_row(&list, &heap, FEATURE_VERTEX_TRIANGLE, 1, 2, 1.0);
     add_row(&list, &heap, FEATURE_VERTEX_TRIANGLE, 1, 3, 1.0);
     contact_store store = {0};
-    assert_int_equal(update_contacts(&store, &heap, &list, 0.02), TULLE_OK);
+    assert_int_equal(store_contacts(&store, &heap, &list, 0.02), TULLE_OK);
     size_t const size = contact_store_get_size(&store);
     assert_int_equal(size, 16 + 2 * sizeof(stored_contact));
     stored_contact contacts[2];
@@ -122,10 +122,10 @@ static void lack_of_memory_changes_nothing(void **state) {
     memory heap = memory_default();
     row_list few = make_rows(&heap, 8, 5), many = make_rows(&heap, 9, 5000);
     contact_store store = {0};
-    assert_int_equal(update_contacts(&store, &heap, &few, 0.02), TULLE_OK);
+    assert_int_equal(store_contacts(&store, &heap, &few, 0.02), TULLE_OK);
     uint64_t const before = contact_store_hash(&store, HASH_SEED);
     heap.allocator.byte_limit = heap.bytes_held + 1000;
-    assert_int_equal(update_contacts(&store, &heap, &many, 0.02), TULLE_ERROR_OUT_OF_MEMORY);
+    assert_int_equal(store_contacts(&store, &heap, &many, 0.02), TULLE_ERROR_OUT_OF_MEMORY);
     assert_true(contact_store_hash(&store, HASH_SEED) == before);
     heap.allocator.byte_limit = 0;
     contact_store_destroy(&store, &heap);

@@ -170,7 +170,7 @@ static void impulses_come_back(void **state) {
         assert_false(world.rows->rows.data[r].law.is_old);
         world.rows->rows.data[r].solve.impulse = vec3_make(1.0 + (double)r, 0.0, 0.5);
     }
-    assert_int_equal(update_contacts(world.store, world.heap, world.rows, 2.0 * TIME_STEP),
+    assert_int_equal(store_contacts(world.store, world.heap, world.rows, 2.0 * TIME_STEP),
                      TULLE_OK);
     gather(&world);
     assert_int_equal(world.rows->rows.count, count);

@@ -13,7 +13,7 @@ SIMD_INLINE void store_lanes(double *to, double8 values, size_t lane_count) {
 }
 
 /* Lanes in which a foot is an end of its edge. */
-SIMD_INLINE lane_mask find_ends(const double8 feet[2]) {
+SIMD_INLINE lane_mask mark_ends(const double8 feet[2]) {
     double8 const one = double8_fill(1.0), least = double8_fill(RIM_WEIGHT);
     lane_mask ends = 0;
     for (int k = 0; k < 2; k++)
@@ -40,7 +40,7 @@ SIMD_INLINE void measure_kind(const topology *topo, const vertex_record *records
             is_vertex ? compute_vertex_distances2(end) : compute_edge_distances2(end, unused);
         store_lanes(measures->start + begin, double8_sqrt(at_start), lane_count);
         store_lanes(measures->end + begin, double8_sqrt(at_end), lane_count);
-        lane_mask const ends = is_vertex ? 0 : find_ends(feet);
+        lane_mask const ends = is_vertex ? 0 : mark_ends(feet);
         for (size_t k = 0; k < lane_count; k++) measures->is_at_end[begin + k] = ends >> k & 1;
     }
 }

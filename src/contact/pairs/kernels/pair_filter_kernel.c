@@ -12,7 +12,7 @@ SIMD_INLINE void load_vectors(feature_kind kind, const record_lanes *at, moving_
 }
 
 /* d: from the middle of the second feature to that of the first. */
-SIMD_INLINE vec3x8 find_direction(feature_kind kind, const moving_lanes v[3]) {
+SIMD_INLINE vec3x8 compute_direction(feature_kind kind, const moving_lanes v[3]) {
     if (kind == FEATURE_VERTEX_TRIANGLE)
         return vec3x8_scale(vec3x8_add(vec3x8_add(v[0].start, v[1].start), v[2].start),
                             double8_fill(1.0 / 3.0));
@@ -20,7 +20,7 @@ SIMD_INLINE vec3x8 find_direction(feature_kind kind, const moving_lanes v[3]) {
 }
 
 /* g from the extents of the vectors along d */
-SIMD_INLINE double8 find_gap(feature_kind kind, const double8 along[3]) {
+SIMD_INLINE double8 compute_gap(feature_kind kind, const double8 along[3]) {
     double8 const zero = double8_fill(0.0);
     if (kind == FEATURE_VERTEX_TRIANGLE)
         return double8_min(along[0], double8_min(along[1], along[2]));
@@ -38,9 +38,9 @@ SIMD_INLINE lane_mask keep_lanes(const pair_filter *filter, feature_kind kind,
                                  const feature_pair *pairs, size_t lane_count) {
     record_lanes at;
     moving_lanes v[3];
-    find_pair_records(filter->topo, filter->records, kind, pairs, lane_count, &at);
+    get_pair_records(filter->topo, filter->records, kind, pairs, lane_count, &at);
     load_vectors(kind, &at, v);
-    vec3x8 const direction = find_direction(kind, v);
+    vec3x8 const direction = compute_direction(kind, v);
     double8 const norm2 = vec3x8_dot(direction, direction);
     double8 start[3], end[3];
     for (int k = 0; k < 3; k++) {
@@ -48,8 +48,8 @@ SIMD_INLINE lane_mask keep_lanes(const pair_filter *filter, feature_kind kind,
         end[k] = vec3x8_dot(direction, v[k].end);
     }
     bool8 const apart =
-        bool8_and(exceeds(find_gap(kind, start), filter->at_start * filter->at_start, norm2),
-                  exceeds(find_gap(kind, end), filter->at_end * filter->at_end, norm2));
+        bool8_and(exceeds(compute_gap(kind, start), filter->at_start * filter->at_start, norm2),
+                  exceeds(compute_gap(kind, end), filter->at_end * filter->at_end, norm2));
     return ~bool8_bits(apart) & (((lane_mask)1 << lane_count) - 1);
 }
 

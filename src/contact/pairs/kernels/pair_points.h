@@ -5,9 +5,9 @@
 #include "detect/impact/kernels/pair_lanes.h"
 
 /* Up to eight pairs; lanes beyond repeat the last pair. records: of all vertices. */
-SIMD_INLINE void find_pair_records(const topology *topo, const vertex_record *records,
-                                   feature_kind kind, const feature_pair *pairs, size_t lane_count,
-                                   record_lanes *at) {
+SIMD_INLINE void get_pair_records(const topology *topo, const vertex_record *records,
+                                  feature_kind kind, const feature_pair *pairs, size_t lane_count,
+                                  record_lanes *at) {
     for (size_t k = 0; k < DOUBLE_LANES; k++) {
         uint32_t vertices[4];
         feature_pair_vertices(topo, kind, pairs[k < lane_count ? k : lane_count - 1], vertices);
@@ -19,7 +19,7 @@ SIMD_INLINE void load_pair_points(const topology *topo, const vertex_record *rec
                                   feature_kind kind, const feature_pair *pairs, size_t lane_count,
                                   moving_lanes points[4]) {
     record_lanes at;
-    find_pair_records(topo, records, kind, pairs, lane_count, &at);
+    get_pair_records(topo, records, kind, pairs, lane_count, &at);
     for (int i = 0; i < 4; i++) points[i] = load_moving(at.points[i]);
 }
 
