@@ -54,16 +54,16 @@ static void describe_number(const schema_key *key, char *text, size_t capacity) 
         snprintf(text + used, capacity - (size_t)used, ", or the word %s", key->word);
 }
 
-static bool refuse_number(const value_work *work, const scene_node *node, number_state state) {
+static bool refuse_number(const value_work *work, const scene_node *node, quantity_state state) {
     char found[80], wanted[200], names[100];
     describe(node, found, sizeof found);
     describe_number(work->key, wanted, sizeof wanted);
-    if (state == NUMBER_NOT_FINITE) {
+    if (state == QUANTITY_NOT_FINITE) {
         problem_add(work->reader->problems, TULLE_ERROR_PARSE, node->place,
                     "%s: is %s, must be finite: %s", work->path, found, wanted);
         return false;
     }
-    if (state == NUMBER_UNKNOWN_UNIT) {
+    if (state == QUANTITY_UNKNOWN_UNIT) {
         unit_list_names(work->key->unit, names, sizeof names);
         problem_add(work->reader->problems, TULLE_ERROR_PARSE, node->place,
                     "%s: %s has an unknown unit; allowed here: %s%s", work->path, found,
@@ -74,14 +74,14 @@ static bool refuse_number(const value_work *work, const scene_node *node, number
 }
 
 static bool read_number(const value_work *work, const scene_node *node, double *value) {
-    if (node->kind != NODE_SCALAR) return refuse_number(work, node, NUMBER_NOT_A_NUMBER);
+    if (node->kind != NODE_SCALAR) return refuse_number(work, node, QUANTITY_NOT_A_NUMBER);
     if (work->key->word && strcmp(node->text, work->key->word) == 0) {
         *value = work->key->word_value;
         return true;
     }
     double number = 0;
-    number_state state = number_read(node->text, work->key->unit, &number);
-    if (state != NUMBER_READ) return refuse_number(work, node, state);
+    quantity_state state = quantity_read(node->text, work->key->unit, &number);
+    if (state != QUANTITY_READ) return refuse_number(work, node, state);
     if (!is_in_range(work->key, number)) {
         char range[160];
         describe_range(work->key, unit_si_name(work->key->unit), range, sizeof range);

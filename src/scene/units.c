@@ -1,9 +1,10 @@
 /* scene/units.c - numbers with units. The table below is all that is known about units. */
 #include "scene/units.h"
 
+#include "io/text/number.h"
+
 #include <math.h>
 #include <stdio.h>
-#include <stdlib.h>
 #include <string.h>
 
 typedef struct unit {
@@ -138,19 +139,24 @@ static bool is_spelled_not_finite(const char *text) {
     return false;
 }
 
-number_state number_read(const char *text, unit_dimension dimension, double *value) {
-    if (is_spelled_not_finite(text)) return NUMBER_NOT_FINITE;
+quantity_state quantity_read(const char *text, unit_dimension dimension, double *value) {
+    if (is_spelled_not_finite(text)) return QUANTITY_NOT_FINITE;
     const char *end = scan_number(text);
-    if (!end) return NUMBER_NOT_A_NUMBER;
-    double number = strtod(text, NULL);
+    if (!end) return QUANTITY_NOT_A_NUMBER;
+    double number = 0.0;
+    if (number_parse_double(text, (size_t)(end - text), &number) != NUMBER_READ)
+        return QUANTITY_NOT_FINITE;
     if (*end == '/' && skip_digits(end + 1) != end + 1) {
         const char *divisor = end + 1;
         end = scan_number(divisor);
-        if (!end) return NUMBER_NOT_A_NUMBER;
-        number /= strtod(divisor, NULL);
+        if (!end) return QUANTITY_NOT_A_NUMBER;
+        double by = 0.0;
+        if (number_parse_double(divisor, (size_t)(end - divisor), &by) != NUMBER_READ)
+            return QUANTITY_NOT_FINITE;
+        number /= by;
     }
     if (*end && *end != ' ' && *end != '%' && !((*end | 0x20) >= 'a' && (*end | 0x20) <= 'z'))
-        return NUMBER_NOT_A_NUMBER;
+        return QUANTITY_NOT_A_NUMBER;
     while (*end == ' ') end++;
     double factor = 1.0;
     if (*end) {
@@ -158,11 +164,11 @@ number_state number_read(const char *text, unit_dimension dimension, double *val
         while (i < unit_count &&
                (units[i].dimension != dimension || strcmp(units[i].name, end) != 0))
             i++;
-        if (i == unit_count) return NUMBER_UNKNOWN_UNIT;
+        if (i == unit_count) return QUANTITY_UNKNOWN_UNIT;
         factor = units[i].factor;
     }
     *value = number * factor;
-    return isfinite(*value) ? NUMBER_READ : NUMBER_NOT_FINITE;
+    return isfinite(*value) ? QUANTITY_READ : QUANTITY_NOT_FINITE;
 }
 
 bool integer_read(const char *text, unsigned long long *value) {

@@ -24,15 +24,15 @@ typedef enum unit_dimension {
 } unit_dimension;
 
 /* What a text turned out to be. */
-typedef enum number_state {
-    NUMBER_READ,
-    NUMBER_NOT_A_NUMBER,
-    NUMBER_NOT_FINITE, /* NaN, an infinity, or too large for a double */
-    NUMBER_UNKNOWN_UNIT
-} number_state;
+typedef enum quantity_state {
+    QUANTITY_READ,
+    QUANTITY_NOT_A_NUMBER,
+    QUANTITY_NOT_FINITE, /* NaN, an infinity, or too large for a double */
+    QUANTITY_UNKNOWN_UNIT
+} quantity_state;
 
 /* Reads a number or a fraction ("1/90"), with an optional unit of the dimension; *value gets SI. */
-number_state number_read(const char *text, unit_dimension dimension, double *value);
+quantity_state quantity_read(const char *text, unit_dimension dimension, double *value);
 
 /* Whether the text is a decimal integer without sign that fits 2^53; *value gets it. */
 bool integer_read(const char *text, unsigned long long *value);

@@ -310,15 +310,15 @@ static void test_units(void **state) {
     };
     for (size_t i = 0; i < sizeof good / sizeof good[0]; i++) {
         double value = NAN;
-        assert_int_equal(number_read(good[i].text, good[i].unit, &value), NUMBER_READ);
+        assert_int_equal(quantity_read(good[i].text, good[i].unit, &value), QUANTITY_READ);
         assert_true(fabs(value - good[i].value) <= 4e-16 * fabs(good[i].value));
     }
     static const char *const bad[] = {"",     "m",   "-",     ".",  "e5", "0x10 ?", "1,5",   "1 /2",
                                       "1..2", "--1", "1_000", " 1", "1/", "1/x",    "1:30 s"};
     for (size_t i = 0; i < sizeof bad / sizeof bad[0]; i++) {
         double value = 7;
-        number_state found = number_read(bad[i], UNIT_LENGTH, &value);
-        assert_true(found == NUMBER_NOT_A_NUMBER || found == NUMBER_UNKNOWN_UNIT);
+        quantity_state found = quantity_read(bad[i], UNIT_LENGTH, &value);
+        assert_true(found == QUANTITY_NOT_A_NUMBER || found == QUANTITY_UNKNOWN_UNIT);
         assert_true(value == 7);
     }
 }

@@ -127,14 +127,14 @@ static int find_name(const char *const *names, const char *name) {
 
 static tulle_status read_angle(const char *text, double *angle, tulle_error *error) {
     double plain = 0.0;
-    bool const is_plain = number_read(text, UNIT_NONE, &plain) == NUMBER_READ;
+    bool const is_plain = quantity_read(text, UNIT_NONE, &plain) == QUANTITY_READ;
     if (is_plain && plain > 0.0 && plain < LEAST_PLAIN_DEGREES)
         return error_set(error, TULLE_ERROR_INVALID_ARGUMENT,
                          "--alpha-max: \"%.80s\" could be meant in degrees or in radians; give a "
                          "unit, as 60deg or 1rad",
                          text);
     double value = plain * RIGHT_ANGLE / 90.0;
-    if ((is_plain || number_read(text, UNIT_ANGLE, &value) == NUMBER_READ) && value > 0.0 &&
+    if ((is_plain || quantity_read(text, UNIT_ANGLE, &value) == QUANTITY_READ) && value > 0.0 &&
         value < RIGHT_ANGLE) {
         *angle = value;
         return TULLE_OK;
@@ -147,7 +147,7 @@ static tulle_status read_angle(const char *text, double *angle, tulle_error *err
 static tulle_status read_length(const char *name, const char *text, double *length,
                                 tulle_error *error) {
     double value = 0.0;
-    if (number_read(text, UNIT_LENGTH, &value) == NUMBER_READ && value >= 0.0) {
+    if (quantity_read(text, UNIT_LENGTH, &value) == QUANTITY_READ && value >= 0.0) {
         *length = value;
         return TULLE_OK;
     }

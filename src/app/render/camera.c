@@ -149,9 +149,10 @@ static tulle_status fail(tulle_error *error, const char *text, const char *wrong
 /* Angles need a unit: 30 could be meant either way. */
 static bool read_value(const char *text, unit_dimension unit, double *value) {
     double plain;
-    if (unit == UNIT_ANGLE && number_read(text, UNIT_NONE, &plain) == NUMBER_READ && plain != 0.0)
+    if (unit == UNIT_ANGLE && quantity_read(text, UNIT_NONE, &plain) == QUANTITY_READ &&
+        plain != 0.0)
         return false;
-    return number_read(text, unit, value) == NUMBER_READ &&
+    return quantity_read(text, unit, value) == QUANTITY_READ &&
            (unit != UNIT_LENGTH || fabs(*value) <= LENGTH_MAX);
 }
 

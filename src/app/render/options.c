@@ -79,7 +79,7 @@ tulle_status picture_find_kind(const char *path, picture_kind *kind, tulle_error
 
 static tulle_status read_rate(const char *text, double *rate, tulle_error *error) {
     double value = 0.0;
-    if (number_read(text, UNIT_RATE, &value) != NUMBER_READ ||
+    if (quantity_read(text, UNIT_RATE, &value) != QUANTITY_READ ||
         !(value >= RATE_MIN && value <= RATE_MAX))
         return error_set(error, TULLE_ERROR_INVALID_ARGUMENT,
                          "--fps: \"%.40s\" should be a number of frames a second from %g to %g",
