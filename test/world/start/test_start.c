@@ -158,8 +158,15 @@ static void cloth_inside_a_solid_is_refused(void **state) {
             int const is_refused = !is_room && choices[i] != TULLE_START_IGNORE;
             assert_int_equal(tulle_world_start(world, &error),
                              is_refused ? TULLE_ERROR_INTERSECTING_START : TULLE_OK);
-            if (is_refused)
+            if (is_refused) {
                 assert_non_null(strstr(error.message, "'cloth 0' lies inside 'obstacle 0'"));
+                /* a corner of the sheet, (-0.05, -0.05, 0.01), below the ball's radius of 0.2 */
+                const char *const told = strstr(error.message, " is ");
+                double depth = 0.0;
+                assert_non_null(told);
+                assert_int_equal(sscanf(told, " is %lf m deep", &depth), 1);
+                assert_true(depth > 0.12 && depth < 0.2 - sqrt(0.0051) + 0.001);
+            }
             tulle_world_destroy(world);
         }
     }
