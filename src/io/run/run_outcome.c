@@ -10,6 +10,8 @@
 
 /* Beyond this length over rest length cloth looks wrong: woven cloth stretches by a few percent. */
 static const double NOTABLE_STRETCH = 1.15;
+/* Less is rounding, of cloth that nothing pulls at. */
+static const double LEAST_STRETCH = 1.0001;
 
 void tulle_run_outcome_add(tulle_run_outcome *outcome, const tulle_step_report *report) {
     outcome->steps++;
@@ -112,7 +114,7 @@ void tulle_run_outcome_describe(const tulle_run_outcome *outcome, const char *bo
     }
     if (into.lines > 0) return;
     add(&into, "none: every solve converged, no step was cut, nothing was rescued or pinched");
-    if (outcome->largest_stretch > 1.0) {
+    if (outcome->largest_stretch > LEAST_STRETCH) {
         add(&into, "; cloth was stretched by at most ");
         add_stretch(&into, outcome, body_name);
     }
