@@ -20,11 +20,11 @@
 #include <string.h>
 
 /* A smaller part of the time step is no progress: the scene is blocked. */
-#define MINIMUM_FRACTION 1e-6
+static const double MINIMUM_FRACTION = 1e-6;
 /* Part of the smallest time of impact that the whole scene goes. */
-#define PART_OF_TIME 0.9
+static const double PART_OF_TIME = 0.9;
 /* Component rounds from which on components stop where they are. */
-#define STOP_ROUND 8
+enum { STOP_ROUND = 8 };
 
 typedef struct commit_work {
     const contact_scene *scene;

@@ -10,9 +10,9 @@
 #include <math.h>
 
 /* [rad] A zone that would turn further in a step is not moved: its chords would shrink it. */
-#define LARGEST_TURN 0.3
+static const double LARGEST_TURN = 0.3;
 /* Part of the inertia's trace that makes a zone of points on a line invertible. */
-#define INERTIA_MARGIN 1e-9
+static const double INERTIA_MARGIN = 1e-9;
 
 typedef struct zone_motion {
     double mass;                 /* [kg] */

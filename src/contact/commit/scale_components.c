@@ -13,9 +13,9 @@
 #include <string.h>
 
 /* Part of the time of impact that is used: what is left keeps the gap open for the next step. */
-#define PART_OF_TIME 0.9
+static const double PART_OF_TIME = 0.9;
 /* Time of a component that was not hit. */
-#define NOT_HIT 2.0
+static const double NOT_HIT = 2.0;
 enum { CARRIER_NONE = -1, CARRIER_IDENTITY = -2 };
 
 bool scaled_components_make(scaled_components *components, const contact_scene *scene,

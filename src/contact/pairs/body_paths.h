@@ -5,14 +5,14 @@
 #include "contact/contact_types.h"
 
 /* [rad] Turn of a step, at most, for the next to hold. */
-#define BODY_TURN_MAX 0.4
+static const double BODY_TURN_MAX = 0.4;
 /* A vertex at distance r of the centre of a free body that turns by an angle a = |w| h, w at the
  * start, leaves the chord of its way by at most this times r a^2. Its acceleration beside the
  * centre's even motion is at most |w|^2 r + |dw/dt| r, where |dw/dt| <= |w|^2 / sqrt 3 by Euler's
  * equations, as no moment is more than the sum of the others; a path leaves its chord by no more
  * than an eighth of that times h^2; and |w| gains no more than 0.3 of itself in a turn of
  * BODY_TURN_MAX. */
-#define BODY_CHORD_FACTOR 0.36
+static const double BODY_CHORD_FACTOR = 0.36;
 
 /* Orientations among positions: modified Rodrigues parameters, (x, y, z) / (1 + w) of the
  * quaternion with w >= 0. Both ways lose no more than rounding. */

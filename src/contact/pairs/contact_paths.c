@@ -5,7 +5,7 @@
 
 /* A test of paths calls a pair a hit up to a twentieth of its separation above it, see
  * detect/impact/time_of_impact.c: what is not among the pairs keeps more than that. */
-#define HIT_RESERVE 1.06
+static const double HIT_RESERVE = 1.06;
 
 void propose_paths(const contact_scene *scene, const double *u, double *x1) {
     for (size_t vertex = 0; vertex < scene->vertex_count; vertex++) {

@@ -13,10 +13,10 @@
 #include <string.h>
 
 /* Over the relative rounding of distances and ways. */
-#define LENGTH_ROUNDING 1e-9
+static const double LENGTH_ROUNDING = 1e-9;
 /* Where more than this part of all vertices is fast, all pairs are taken: a pair has four, so
  * hardly any would be left out. */
-#define MOST_FAST 0.5
+static const double MOST_FAST = 0.5;
 
 enum { PICK_CHUNK = 4096 /* pairs; some 10 microseconds */ };
 

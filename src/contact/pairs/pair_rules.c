@@ -5,20 +5,20 @@
 
 /* Parts of the rest distance of a pair of one cloth: cloth can be compressed to half before it
  * touches itself ... */
-#define CONTACT_PART_OF_REST 0.5
+static const double CONTACT_PART_OF_REST = 0.5;
 /* ... and to a quarter before the safe commit holds it. */
-#define MINIMUM_PART_OF_REST 0.25
+static const double MINIMUM_PART_OF_REST = 0.25;
 /* Rest distances under this part of the contact distance are no neighbours of one surface but
  * pattern pieces laid over one another: the rest shape then says nothing about the pair. */
-#define OVERLAPPING_REST 1e-3
+static const double OVERLAPPING_REST = 1e-3;
 /* A pair that starts at the minimum gap or nearer (pressed there by the step before, or a bad
  * start) may come nearer by this factor, so that a step can begin; so near to 1 that 10,000 pressed
  * steps take a hundredth. */
-#define PART_OF_START (1.0 - 1e-6)
+static const double PART_OF_START = 1.0 - 1e-6;
 /* Accepted states keep more than xi up to this relative rounding. */
-#define MINIMUM_ROUNDING 1e-9
+static const double MINIMUM_ROUNDING = 1e-9;
 /* Corner gaps: three subtractions or sums and a dot product, generously. */
-#define SLACK_ROUNDINGS 64.0
+static const double SLACK_ROUNDINGS = 64.0;
 
 const contact_law *get_contact_law(const contact_scene *scene, const uint32_t vertices[4]) {
     size_t const a = scene->vertex_surface[vertices[0]], b = scene->vertex_surface[vertices[3]];

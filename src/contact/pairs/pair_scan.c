@@ -14,9 +14,9 @@ enum {
     FILTER_PART = 512    /* of these, picked at a time */
 };
 /* Times of pairs that are dropped. */
-#define DROPPED (-1.0)
-#define DROPPED_TURNING (-2.0)
-#define DROPPED_NEAR (-3.0)
+static const double DROPPED = -1.0;
+static const double DROPPED_TURNING = -2.0;
+static const double DROPPED_NEAR = -3.0;
 
 typedef struct scan_work {
     const pair_scan *scan;

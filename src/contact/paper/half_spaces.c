@@ -12,13 +12,13 @@
 #include "contact/paper/half_spaces.h"
 
 /* Half-spaces are missed from this part of the largest number on: some hundred roundings. */
-#define MISSED_PART 2e-14
+static const double MISSED_PART = 2e-14;
 /* A normal whose part outside the span of the active ones is shorter than this lies in it. */
-#define INDEPENDENT_SINE 1e-14
+static const double INDEPENDENT_SINE = 1e-14;
 /* The same as a part of the tolerance: what a parallel normal hides must not be missed. */
-#define INDEPENDENT_PART 0.25
+static const double INDEPENDENT_PART = 0.25;
 /* Multiplier directions under this are zero: no plane leaves because of rounding. */
-#define LEAST_DIRECTION 1e-14
+static const double LEAST_DIRECTION = 1e-14;
 /* Changes of the active planes in units of the count; cycles only by rounding. */
 enum { CHANGES_PER_PLANE = 8, CHANGES_LEAST = 64 };
 

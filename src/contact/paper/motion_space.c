@@ -6,23 +6,23 @@
 #include "contact/paper/motion_space.h"
 
 /* [rad] half of pi */
-#define RIGHT_ANGLE 1.5707963267948966
+static const double RIGHT_ANGLE = 1.5707963267948966;
 /* Normals of features that are a hundredth of a millimetre apart are good for this much: a vector
  * misses a half-space only by more than this part of it. */
-#define NORMAL_TOLERANCE 1e-9
+static const double NORMAL_TOLERANCE = 1e-9;
 /* |w|^2 of a cone that is a half-space but for rounding. */
-#define HALF_SPACE_NORM2 (1.0 + 1e-12)
+static const double HALF_SPACE_NORM2 = 1.0 + 1e-12;
 /* |w| beyond which a cone has no angle to speak of: under a millionth. */
-#define EMPTY_NORM 1e6
+static const double EMPTY_NORM = 1e6;
 /* Two axes nearer to opposite than this (the square of a sine) have no plane in common. */
-#define OPPOSITE_SINE2 1e-24
+static const double OPPOSITE_SINE2 = 1e-24;
 /* A projection may go this many times as far as the largest violation. */
-#define WEDGE_REACH 20.0
+static const double WEDGE_REACH = 20.0;
 /* Soft half-spaces: a miss counts as much as a way this many times as long, squared. */
-#define SOFT_STIFFNESS (WEDGE_REACH * WEDGE_REACH)
+static const double SOFT_STIFFNESS = 20.0 * 20.0; /* WEDGE_REACH squared */
 /* Rounds of a soft projection, and the square of the relative change that ends it. */
 enum { SOFT_ROUNDS_MAX = 64 };
-#define SOFT_CHANGE2 1e-28
+static const double SOFT_CHANGE2 = 1e-28;
 
 vec3 canonical_cone_project(const canonical_cone *cone, vec3 v) {
     vec3 const zero = {0.0, 0.0, 0.0};

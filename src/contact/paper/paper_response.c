@@ -31,7 +31,7 @@
 
 enum { VERTEX_CHUNK = 128 };
 /* A row whose gap is over its contact distance by less than this part is touched. */
-#define TOUCHING_PART 1e-3
+static const double TOUCHING_PART = 1e-3;
 
 typedef struct paper_work {
     const contact_scene *scene;

@@ -12,7 +12,7 @@
 
 /* Part of a gap by which the inside of a triangle may be further than the rim and still replace
  * it: the slope tolerance's own size. */
-#define RIM_GAP_TOLERANCE 0.02
+static const double RIM_GAP_TOLERANCE = 0.02;
 
 /* The neighbourhood of one feature of a row. */
 typedef struct cone_test {

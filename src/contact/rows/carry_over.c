@@ -26,7 +26,7 @@
 #include <string.h>
 
 /* Least cosine between the normals of a contact and the row that takes it over. */
-#define LEAST_COSINE 0.5
+static const double LEAST_COSINE = 0.5;
 /* Corners in common rank rows of one kind among each other. Rows of the same kind come before those
  * of the other, even where they are further on upon the same obstacle. */
 enum { SLID_RANK = 5, SAME_KIND_RANK = 10 };

@@ -5,7 +5,7 @@
 #include "contact/contact_types.h"
 
 /* A weight below this is zero: the nearest point is on the rim. */
-#define RIM_WEIGHT 1e-9
+static const double RIM_WEIGHT = 1e-9;
 
 /* Where on its triangle a vertex/triangle row touches. */
 typedef enum rim_part { RIM_INSIDE, RIM_EDGE, RIM_VERTEX } rim_part;

@@ -15,7 +15,7 @@
 #include <stdlib.h>
 
 /* Normals of the history that differ by more than 60 degrees from the line say nothing about it. */
-#define LEAST_COSINE 0.5
+static const double LEAST_COSINE = 0.5;
 
 static orientation get_sign(double value) {
     if (value > 0.0) return ORIENTATION_ALONG;

@@ -21,11 +21,11 @@
 #include "contact/rows/row_motion.h"
 
 /* Newton steps for the nearest point of an ellipse; from a start below the root they rise to it. */
-#define ELLIPSE_STEPS 60
+enum { ELLIPSE_STEPS = 60 };
 /* Factors are not taken below this where two grains meet: logarithms. */
-#define LEAST_FACTOR 1e-6
+static const double LEAST_FACTOR = 1e-6;
 /* A grain nearer to the normal than this sine has no direction in the tangent plane. */
-#define LEAST_GRAIN 1e-6
+static const double LEAST_GRAIN = 1e-6;
 
 /* A tensor of the tangent plane: 1 + (factor - 1) across across^T. */
 typedef struct grain_tensor {

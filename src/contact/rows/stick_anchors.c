@@ -21,10 +21,10 @@
 #include "contact/rows/row_motion.h"
 
 /* Undoing is never faster than this share of the speed that counts as slip. */
-#define SPEED_SHARE 0.5
+static const double SPEED_SHARE = 0.5;
 
 /* [s] Offsets fade by e in this time; half to three times as long does as well. */
-#define MEMORY 1.0
+static const double MEMORY = 1.0;
 
 /* The offset, not longer than what asks for the largest speed of undoing. */
 static vec3 limit_offset(const contact_scene *scene, vec3 offset) {

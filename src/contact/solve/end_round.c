@@ -10,10 +10,10 @@
 /* Friction is settled when what it misses is less than this part of what a cloth gains in a step:
  * cloth that slides misses it in the same direction in every step. A patch that landed on a slope
  * goes 4% too fast with 0.1, at two solves a step fewer. */
-#define SETTLED_SHARE 0.01
+static const double SETTLED_SHARE = 0.01;
 
 /* A round of so few iterations costs little. */
-#define CHEAP_ITERATIONS 32
+enum { CHEAP_ITERATIONS = 32 };
 
 /* Whether the sums give a cloth that nothing holds more speed than a share of what the step does,
  * or a cloth slips as a whole on rows that hold it, by the multipliers that they still gain. */

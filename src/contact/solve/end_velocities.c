@@ -23,9 +23,9 @@
 #include <string.h>
 
 /* Sweeps; most end before, when nothing changes. */
-#define END_SWEEPS 200
+enum { END_SWEEPS = 200 };
 /* Rows that approach by less than so many times what gravity adds in a step are at rest. */
-#define RESTING_FALLS 2.0
+static const double RESTING_FALLS = 2.0;
 
 bool row_is_impact(const contact_scene *scene, const contact_row *row) {
     double const resting = fmax(RESTING_FALLS * fabs(row->law.fall), scene->settings.slip_speed);

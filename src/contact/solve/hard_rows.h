@@ -15,7 +15,7 @@ void prepare_hard_rows(const contact_scene *scene, const double *diagonal, conta
 
 /* [m/s] A violation that the projection may mend: over ten times what a solve of cloth at rest
  * leaves. Layers that fall together meet with less, and would be tied to each other for nothing. */
-#define LEAST_VIOLATION 1e-5
+static const double LEAST_VIOLATION = 1e-5;
 
 /* Lets a row that is violated by so much be in the matrix, unless its sides are all rigid. */
 static inline void harden(contact_row *row, double violation) {

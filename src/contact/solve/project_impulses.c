@@ -17,21 +17,21 @@
 
 /* [m/s] Sweeps end when no row changed its relative velocity by more: far below what a drift of a
  * nanometre in a minute needs. */
-#define SETTLED_SPEED 1e-13
+static const double SETTLED_SPEED = 1e-13;
 
 /* Sweeps also end when that speed is rounding and a sweep leaves more than STALLED_PART of it: rows
  * of one body then want what no motion of it gives, and sweeps could go on forever. Rounding of
  * positions gives a speed of SPEED_ROUNDINGS times that of the largest coordinate, over the time
  * step. */
-#define SPEED_ROUNDINGS 8.0
-#define STALLED_PART 0.99
+static const double SPEED_ROUNDINGS = 8.0;
+static const double STALLED_PART = 0.99;
 
 /* Before the sweeps over all rows, those of bodies alone are swept so many times as often. No solve
  * carries load along a chain of bodies, nor shares it between the many contacts of one body: only
  * sweeps do. A chain of 20 rings that falls taut needs no rescue with 4, and 1.5 in 1,000 contacts
  * with 1; three boxes on a sheet come to rest where they are, while they crept by up to a
  * micrometre a second. */
-#define SWEEPS_OF_BODIES 4
+enum { SWEEPS_OF_BODIES = 4 };
 
 /* The same where bodies take part: they answer an impulse in another direction than its own. The
  * normal part comes first. The tangential part comes after what the normal part has changed, and is

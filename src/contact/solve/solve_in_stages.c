@@ -7,7 +7,7 @@
 
 /* Iterations by blocks of the diagonal of vertices alone: free flight takes five to seven. To take
  * in the aggregates costs about as much as three. */
-#define PLAIN_ITERATIONS 8
+enum { PLAIN_ITERATIONS = 8 };
 
 /* One solve under way. */
 typedef struct solve_run {

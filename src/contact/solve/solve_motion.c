@@ -24,7 +24,7 @@
 
 /* Residuals are not driven below this part of the momentum's: free flight has no force to compare
  * with. */
-#define LEAST_REFERENCE 1e-12
+static const double LEAST_REFERENCE = 1e-12;
 
 /* With bodies on cloth a solve also ends below this share of the net impulse at the velocities of
  * the start, J^T p included: what they are about to change. The force impulse of the cloth under a
@@ -33,11 +33,11 @@
  * Three boxes on a sheet, damped by 3/s, creep by 1.4e-7 to 1.7e-7 m in 30 s with shares of 1e-4 to
  * 0.1, and by 4e-5 m without; with the tolerance alone a tenth or a hundredth of itself 2e-6
  * and 1.3e-4. */
-#define NET_SHARE 0.01
+static const double NET_SHARE = 0.01;
 /* Net impulses are not told apart below this part of the force impulse; 1e-7 does as well. */
-#define LEAST_NET 1e-9
+static const double LEAST_NET = 1e-9;
 /* ... nor below this part of all impulses, far over what rounding leaves of their sum. */
-#define LEAST_NET_OF_ALL 1e-13
+static const double LEAST_NET_OF_ALL = 1e-13;
 
 typedef struct motion_solve {
     const contact_scene *scene;
