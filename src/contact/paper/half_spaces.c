@@ -73,7 +73,7 @@ static void add_column(active_planes *active, size_t member, double multiplier) 
 /* Makes the plane `entering` active, dropping others as their multipliers reach zero. False when
  * the half-spaces contradict. *point is where the active planes are left. */
 static bool enter_plane(active_planes *active, size_t entering, vec3 v, vec3 *point) {
-    half_space const *const space = &active->spaces[entering];
+    const half_space *const space = &active->spaces[entering];
     double const sine = fmax(INDEPENDENT_SINE, INDEPENDENT_PART * active->rules.tolerance);
     double multiplier = 0.0;
     for (;;) {

@@ -76,7 +76,7 @@ bool motion_space_contains(const motion_space *space, vec3 v) {
     bool const has_offsets = space->kind == TULLE_MOTION_SPACE_POLYHEDRAL;
     double const size = vec3_norm(v);
     for (size_t i = 0; i < space->count; i++) {
-        half_space const *const plane = &space->half_spaces[i];
+        const half_space *const plane = &space->half_spaces[i];
         double const offset = has_offsets ? plane->offset : 0.0;
         double const slack = NORMAL_TOLERANCE * (size + fabs(offset));
         if (vec3_dot(plane->normal, v) < offset - slack) return false;
@@ -92,14 +92,14 @@ static vec3 compute_soft_point(const motion_space *space, vec3 v) {
         mat3 matrix = mat3_identity(1.0);
         vec3 right = v;
         for (size_t i = 0; i < space->count; i++) {
-            half_space const *const plane = &space->half_spaces[i];
+            const half_space *const plane = &space->half_spaces[i];
             if (!(measure_violation(plane, 1, point) > 0.0)) continue;
             mat3 const outer = mat3_outer(plane->normal, plane->normal, SOFT_STIFFNESS);
             mat3_add_scaled(&matrix, &outer, 1.0);
             right = vec3_add_scaled(right, plane->normal, SOFT_STIFFNESS * plane->offset);
         }
         /* symmetric: rows are columns */
-        double const *const m = matrix.m;
+        const double *const m = matrix.m;
         vec3 const rows[3] = {{m[0], m[1], m[2]}, {m[3], m[4], m[5]}, {m[6], m[7], m[8]}};
         vec3 const yz = vec3_cross(rows[1], rows[2]), zx = vec3_cross(rows[2], rows[0]);
         vec3 const xy = vec3_cross(rows[0], rows[1]);
@@ -120,7 +120,7 @@ static bool project_on_planes(const motion_space *space, double high, vec3 v, ve
     if (!find_nearest_point(space->half_spaces, space->count, rules, v, nearest)) return false;
     double violation = 0.0;
     for (size_t i = 0; i < space->count; i++) {
-        half_space const *const plane = &space->half_spaces[i];
+        const half_space *const plane = &space->half_spaces[i];
         violation = fmax(violation, fmin(plane->offset, high) - vec3_dot(plane->normal, v));
     }
     return vec3_norm(vec3_sub(*nearest, v)) <= WEDGE_REACH * violation;

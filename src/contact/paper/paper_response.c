@@ -63,7 +63,7 @@ static bool allocate_work(paper_work *work) {
 static bool is_old_contact(const void *context, uint32_t vertex, const contact_row *row) {
     const paper_work *const work = context;
     if (row->law.is_old) return true;
-    contact_law const *const law = get_contact_law(work->scene, row->frame.vertices);
+    const contact_law *const law = get_contact_law(work->scene, row->frame.vertices);
     double const excess = -row->law.bias * work->scene->time_step;
     return work->scene->paper->before[vertex] != PARTICLE_FREE &&
            excess <= TOUCHING_PART * law->contact_distance;
@@ -111,7 +111,7 @@ static void analyse_chunk(void *context, size_t begin, size_t end, size_t chunk,
         uint32_t const vertex = (uint32_t)i;
         uint8_t *const state = &scene->paper->after[vertex];
         vertex_space const at = make_vertex_space(&work->spaces, vertex, choice);
-        motion_space const *const space = &at.space;
+        const motion_space *const space = &at.space;
         *state = PARTICLE_FREE;
         if (space->count == 0) continue;
         bool const stuck = scene->paper->before[vertex] == PARTICLE_STICKS;
@@ -134,7 +134,7 @@ static void analyse_chunk(void *context, size_t begin, size_t end, size_t chunk,
         }
         const contact_row *const row = find_pressed_row(&work->spaces, vertex, &at, choice, whole);
         if (!row) continue;
-        contact_law const *const law = get_contact_law(scene, row->frame.vertices);
+        const contact_law *const law = get_contact_law(scene, row->frame.vertices);
         vec3 const left = analyse_friction(&motion, law, state);
         vec3 const last =
             *state == PARTICLE_STICKS ? vec3_make(0.0, 0.0, 0.0) : vec3_add(motion.velocity, left);
@@ -196,7 +196,7 @@ static bool collide_vertex(const paper_work *work, uint32_t vertex, double time,
     vec3 const before = vec3_sub(*velocity, at.reference);
     const contact_row *const row = find_pressed_row(&work->spaces, vertex, &at, choice, before);
     if (!row || motion_space_contains(&at.space, before)) return false;
-    contact_law const *const law = get_contact_law(work->scene, row->frame.vertices);
+    const contact_law *const law = get_contact_law(work->scene, row->frame.vertices);
     vec3 const tangential = motion_space_project(&at.space, before);
     vec3 const normal = vec3_sub(before, tangential);
     double const limit = law->dynamic_friction * vec3_norm(normal);

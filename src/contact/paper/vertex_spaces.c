@@ -78,10 +78,10 @@ static half_space make_plane(const vertex_spaces *spaces, uint32_t entry, bool i
     bool const is_first = side == 0;
     vec3 const normal = is_first ? row->frame.normal : vec3_neg(row->frame.normal);
     if (spaces->kind == TULLE_MOTION_SPACE_CONE) return (half_space){normal, 0.0};
-    shared_motion const *const shared = &spaces->shared[entry / 4];
+    const shared_motion *const shared = &spaces->shared[entry / 4];
     double const offset = vec3_dot(normal, shared->velocity);
     if (is_closed) return (half_space){normal, offset};
-    double const *const x0 = spaces->scene->x0;
+    const double *const x0 = spaces->scene->x0;
     vec3 const arm =
         vec3_sub(vec3_load(x0, row->frame.vertices[corner]), blend_side(row, side, x0));
     double const behind = fmax(vec3_dot(normal, arm), 0.0) / spaces->scene->time_step;

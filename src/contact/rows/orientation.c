@@ -33,7 +33,7 @@ void side_history_destroy(side_history *history, memory *heap) {
 }
 
 static int compare_pairs(const void *a, const void *b) {
-    known_side const *const x = a, *const y = b;
+    const known_side *const x = a, *const y = b;
     if (x->vertex != y->vertex) return x->vertex < y->vertex ? -1 : 1;
     return (x->triangle > y->triangle) - (x->triangle < y->triangle);
 }

@@ -38,10 +38,10 @@ static bool may_drift(const contact_scene *scene, const friction_sums *all, cons
     return false;
 }
 
-tulle_status end_round(const contact_scene *scene, row_list *list, friction_sums *sums, double *u,
-                       round_result *result) {
+tulle_status end_round(const contact_scene *scene, row_list *list, uint32_t iterations,
+                       friction_sums *sums, double *u, round_result *result) {
     double const count = (double)list->rows.count;
-    double violation2 = 0.0, misfit2 = 0.0;
+    double violation2 = 0.0, misfit2 = 0.0, largest_misfit = 0.0;
     *result = (round_result){0};
     memset(sums, 0, scene->set->surface_count * sizeof *sums);
     for (size_t i = 0; i < list->rows.count; i++) {
@@ -54,7 +54,7 @@ tulle_status end_round(const contact_scene *scene, row_list *list, friction_sums
         vec3 const misfit = update_hard_row(row, u);
         double const missed = vec3_norm(misfit) / row->solve.slip_penalty;
         misfit2 += missed * missed;
-        result->largest_misfit = fmax(result->largest_misfit, missed);
+        largest_misfit = fmax(largest_misfit, missed);
         /* the sums of the cloths that it touches */
         bool const sticks = row->solve.state == ROW_STICKS;
         double const penalty = row->solve.slip_penalty;
@@ -70,18 +70,14 @@ tulle_status end_round(const contact_scene *scene, row_list *list, friction_sums
         }
     }
     tulle_status const status = project_impulses(scene, list->rows.data, list->rows.count, u);
-    result->violation = sqrt(violation2 / count);
-    result->misfit = sqrt(misfit2 / count);
-    result->may_drift = may_drift(scene, sums, u);
+    double const violation = sqrt(violation2 / count), misfit = sqrt(misfit2 / count);
+    /* rounds go on until little is left; those that cost little, until nothing is */
+    const contact_settings *const settings = &scene->settings;
+    bool const is_cheap = iterations <= CHEAP_ITERATIONS;
+    result->has_settled = !(is_cheap && violation > LEAST_VIOLATION) &&
+                          violation <= settings->settled_speed &&
+                          misfit <= settings->settled_speed && !may_drift(scene, sums, u) &&
+                          largest_misfit <= settings->settled_misfit &&
+                          result->largest_violation <= settings->settled_most;
     return status;
-}
-
-/* Rounds go on until little is left; those that cost little, until nothing is. */
-bool round_has_settled(const contact_settings *settings, const round_result *result,
-                       uint32_t iterations) {
-    if (iterations <= CHEAP_ITERATIONS && result->violation > LEAST_VIOLATION) return false;
-    return result->violation <= settings->settled_speed &&
-           result->misfit <= settings->settled_speed && !result->may_drift &&
-           result->largest_misfit <= settings->settled_misfit &&
-           result->largest_violation <= settings->settled_most;
 }

@@ -12,22 +12,14 @@ typedef struct friction_sums {
     double held; /* [kg] sum of these penalties */
 } friction_sums;
 
-/* What a round leaves to do. */
 typedef struct round_result {
-    double violation, misfit; /* [m/s] root mean squares over the rows */
-    double largest_violation; /* [m/s] */
-    double largest_misfit;    /* [m/s] */
-    bool may_drift;           /* the misfit would give a cloth as a whole speed that counts, or rows
-                                 that hold it let it slip as a whole */
+    double largest_violation; /* [m/s] of a row */
+    bool has_settled;         /* rows miss so little that rounds may end, see contact_settings */
 } round_result;
 
-/* Takes the velocities u of a solve; gives the impulses after it. Rows that are violated become
- * hard. `sums`: room for one of each surface. */
-tulle_status end_round(const contact_scene *scene, row_list *list, friction_sums *sums, double *u,
-                       round_result *result);
-
-/* Whether rounds may end after one of so many iterations. */
-bool round_has_settled(const contact_settings *settings, const round_result *result,
-                       uint32_t iterations);
+/* Takes the velocities u of a solve of so many iterations; gives the impulses after it. Rows that
+ * are violated become hard. `sums`: room for one of each surface. */
+tulle_status end_round(const contact_scene *scene, row_list *list, uint32_t iterations,
+                       friction_sums *sums, double *u, round_result *result);
 
 #endif

@@ -356,10 +356,10 @@ tulle_status solve_motion(const contact_scene *scene, const motion_system *syste
         status = solve_linear(&solve);
         if (status != TULLE_OK || row_count == 0) break;
         round_result result;
-        status = end_round(scene, list, solve.sums, u, &result);
+        status = end_round(scene, list, report->cg_iterations - before, solve.sums, u, &result);
         if (status != TULLE_OK) break;
         report->violation = result.largest_violation;
-        report->has_settled = round_has_settled(settings, &result, report->cg_iterations - before);
+        report->has_settled = result.has_settled;
         if (round + 1 >= settings->solve_rounds && report->has_settled) break;
     }
     if (status == TULLE_OK && row_count > 0) {
