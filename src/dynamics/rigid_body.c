@@ -12,6 +12,9 @@
  * preserve energy and momentum, 1991; Suzuki 1990 and Yoshida 1990 (composition). */
 #include "dynamics/rigid_body.h"
 
+/* Rounded correctly. A call of cbrt is not, where the compiler does not fold it. */
+static const double CUBE_ROOT_OF_2 = 0x1.428a2f98d728bp+0;
+
 /* [rad] Turn of one part of a step. */
 static const double PART_TURN = 0.1;
 /* [rad] Turn in one step beyond which no result makes sense. */
@@ -107,7 +110,7 @@ bool rigid_drift(const rigid_body *body, vec3 mean_velocity, double time_step, r
     double const angle = vec3_norm(rigid_compute_angular_velocity(body, state)) * time_step;
     if (!(angle <= TURN_MAX) || !isfinite(position.x + position.y + position.z)) return false;
     double const part_count = ceil(angle / PART_TURN);
-    double const outer = 1.0 / (2.0 - cbrt(2.0)), h = time_step / fmax(part_count, 1.0);
+    double const outer = 1.0 / (2.0 - CUBE_ROOT_OF_2), h = time_step / fmax(part_count, 1.0);
     quaternion q = state->orientation;
     for (double i = 0.0; i < part_count; i += 1.0) {
         q = turn(body, q, state->spin, outer * h);
