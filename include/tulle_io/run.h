@@ -166,10 +166,11 @@ TULLE_API void tulle_run_outcome_add(tulle_run_outcome *outcome, const tulle_ste
 TULLE_API void tulle_run_outcome_place(tulle_run_outcome *outcome, const tulle_stretch *stretch,
                                        uint32_t body);
 /* Says in words what did not go well, a line for each, without a line end after the last; a single
- * line where nothing did. `body_name` is that of stretch_body. At most `size` bytes of `text` are
+ * line where nothing did. `body_name` is that of stretch_body. `failure` says why the run could not
+ * go on; null: it did. At most `size` bytes of `text` are
  * written, with the terminating zero. */
 TULLE_API void tulle_run_outcome_describe(const tulle_run_outcome *outcome, const char *body_name,
-                                          char *text, size_t size);
+                                          const char *failure, char *text, size_t size);
 /* Records the outcome so far; tulle_run_close writes it to run.json. */
 TULLE_API void tulle_run_set_outcome(tulle_run_writer *writer, const tulle_run_outcome *outcome);
 

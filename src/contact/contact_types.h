@@ -185,8 +185,8 @@ typedef struct row_frame {
 } row_frame;
 
 /* What contact and friction ask of a row. Written when rows are made, from the laws of the surfaces
- * and the contact of the step before; stage 10 sets the rebound and moves the anchor. The solve
- * reads it; sweeps read it up to `return_velocity`. */
+ * and the contact of the step before. Between solves bodies may ask for less room, by the bias;
+ * stage 10 sets the rebound and moves the anchor. Sweeps read it up to `return_velocity`. */
 typedef struct row_law {
     double bias;     /* [m/s] normal speed that the row asks for */
     double friction; /* coefficient in this step: the static or the dynamic one */
@@ -204,8 +204,9 @@ typedef struct row_law {
     bool is_sliding;     /* slips at the start of the step */
 } row_law;
 
-/* What the solve keeps of a row. Stages 7 and 8 write it, but for the masses, which come with the
- * frame; sweeps read and write it up to `slip_answer`. Stage 10 stores impulse and state. */
+/* What the solve keeps of a row. Stage 5 sets the masses, and impulse and state as the contact of
+ * the step before left them; stages 7 and 8 write it; sweeps read and write it up to `slip_answer`.
+ * Stage 10 stores impulse and state. */
 typedef struct row_solve {
     vec3 impulse;        /* [N s] total over the step, acts w_i impulse on vertex i */
     double inverse_mass; /* [1/kg] sum w_i^2 / m_i and what bodies add along the normal, > 0 */

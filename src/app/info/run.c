@@ -73,8 +73,9 @@ static void print_trouble(tulle_run_reader *reader, const tulle_run_info *info) 
         for (size_t i = 0; i < count; i++) tulle_run_outcome_add(&outcome, &reports[i]);
     }
     if (outcome.steps == 0) return;
-    char text[1024];
-    tulle_run_outcome_describe(&outcome, info->bodies[outcome.stretch_body].name, text,
+    char text[2048];
+    tulle_run_outcome_describe(&outcome, info->bodies[outcome.stretch_body].name,
+                               info->state == TULLE_RUN_FAILED ? info->message : NULL, text,
                                sizeof text);
     const char *label = "trouble";
     for (const char *line = strtok(text, "\n"); line; line = strtok(NULL, "\n")) {

@@ -300,7 +300,7 @@ static tulle_status open_directory(run_session *session, bool *is_new, tulle_err
 
 /* ---- the end ---- */
 
-enum { OUTCOME_SIZE = 1024 /* [bytes] of what did not go well, in words */ };
+enum { OUTCOME_SIZE = 2048 /* [bytes] of what did not go well, in words */ };
 
 /* Whether pairs were left untested without a proof. */
 static bool skips_unproven(tulle_world_detection detection) {
@@ -309,7 +309,8 @@ static bool skips_unproven(tulle_world_detection detection) {
     return has_patches && !detection.has_certificate;
 }
 
-static void print_summary(const run_session *session) {
+/* failure: why the run could not go on, or null. */
+static void print_summary(const run_session *session, const char *failure) {
     const run_totals *const totals = &session->totals;
     tulle_world *const world = session->built.world;
     printf("result: %s\n", session->options.directory);
@@ -339,7 +340,7 @@ static void print_summary(const run_session *session) {
                 ? tulle_scene_get_cloth_name(session->scene, session->outcome.stretch_body)
                 : NULL;
         char text[OUTCOME_SIZE];
-        tulle_run_outcome_describe(&session->outcome, name, text, sizeof text);
+        tulle_run_outcome_describe(&session->outcome, name, failure, text, sizeof text);
         for (const char *line = strtok(text, "\n"); line; line = strtok(NULL, "\n"))
             printf("trouble: %s\n", line);
     }
@@ -364,7 +365,7 @@ static int end_run(run_session *session, tulle_status status, tulle_error *error
     if (state == TULLE_RUN_INTERRUPTED)
         app_print_message("run", "interrupted after step %llu; --resume goes on from there",
                           (unsigned long long)steps);
-    print_summary(session);
+    print_summary(session, state == TULLE_RUN_FAILED ? error->message : NULL);
     tulle_run_set_outcome(session->writer, &session->outcome);
     tulle_error close_error = {0};
     tulle_status const closed = tulle_run_close(

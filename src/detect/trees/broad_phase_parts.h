@@ -137,7 +137,7 @@ static inline bool boxes_meet(const float a[6], const float b[6]) {
            b[2] <= a[5];
 }
 
-/* refit_tree.c: order of the triangles, leaves, slots and nodes of one surface, from rest
+/* tree_shape.c: order of the triangles, leaves, slots and nodes of one surface, from rest
  * positions. */
 tulle_status shape_refit_tree(broad_phase *broad, const surface_set *set, uint32_t surface,
                               const double *rest);
@@ -162,7 +162,7 @@ tulle_status mask_leaves(broad_phase *broad, const surface_tree *tree);
  * roots do, ascending; false when memory is short. */
 bool list_root_pairs(broad_phase *broad, const surface_set *set);
 
-/* tree_boxes.c */
+/* refit_boxes.c */
 /* The frame of the boxes, from the vertices of triangles; false when a rest position is not finite.
  */
 bool choose_box_frame(broad_phase *broad, const topology *topo, const double *rest);

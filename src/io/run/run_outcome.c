@@ -80,11 +80,15 @@ static void add_stretch(outcome_text *into, const tulle_run_outcome *outcome,
             x[0], x[1], x[2]);
 }
 
-void tulle_run_outcome_describe(const tulle_run_outcome *outcome, const char *body_name, char *text,
-                                size_t size) {
+void tulle_run_outcome_describe(const tulle_run_outcome *outcome, const char *body_name,
+                                const char *failure, char *text, size_t size) {
     outcome_text into = {.text = text, .size = size};
     if (size > 0) text[0] = '\0';
     unsigned long long const steps = outcome->steps;
+    if (failure) {
+        begin_line(&into);
+        add(&into, "the run could not go on: %s", failure);
+    }
     if (outcome->unconverged_steps > 0) {
         begin_line(&into);
         add(&into,
@@ -150,8 +154,10 @@ void run_outcome_write(json_writer *writer, const run_record *record) {
         json_end(writer, ']');
         json_end(writer, '}');
     }
-    char text[1024];
-    tulle_run_outcome_describe(outcome, name, text, sizeof text);
+    char text[2048];
+    const char *const failure =
+        record->state == TULLE_RUN_FAILED ? run_record_text(record, record->message) : NULL;
+    tulle_run_outcome_describe(outcome, name, failure, text, sizeof text);
     json_put_string(writer, "trouble", text);
     json_end(writer, '}');
 }

@@ -74,7 +74,7 @@ enum { COLUMN_COUNT = sizeof columns / sizeof columns[0] };
  * Times of two stages that are one today are added. */
 static const column stages_of_version_1[] = {
     {"compute_forces_seconds", COLUMN_DOUBLE, STAGE(5)},
-    {"gather_rows_seconds", COLUMN_DOUBLE, STAGE(4)},
+    {"gather_contacts_seconds", COLUMN_DOUBLE, STAGE(4)},
     {"solve_motion_seconds", COLUMN_DOUBLE, STAGE(6)},
     {"propose_paths_seconds", COLUMN_DOUBLE, STAGE(0)},
     {"build_patches_seconds", COLUMN_DOUBLE, STAGE(1)},

@@ -1,6 +1,7 @@
 /* world/step/retry.c - all that is tried again when a step does not come out at once.
  *
- * A stage says what happened; this file decides what follows:
+ * A stage says what happened; this file decides what follows. Loops within a stage (rounds of
+ * impacts, the rescue of commit_safely, searches for other paths) are told there.
  *
  *   what happened                      | what is tried                       | how often
  *   -----------------------------------|-------------------------------------|------------------
@@ -13,18 +14,20 @@
  *   in a substep                       |                                     |
  *   its contacts wake bodies           | the substep with them awake         | once for each body
  *   a contact makes a body turn too far| as long as the turn allows          | until it fits
- *   an edge grows, energy is gained    | half the length                     | down to 1/4 step
- *   a part of the time passed          | the rest as another substep         | 48 a step
+ *   an edge grows, energy is gained    | half the length                     | while over 1/4 step
+ *   a part of the time passed          | the rest as another substep         | 48 a go at the step
  *   stuck while a script moves         | substeps shorter by 4, half reserve | 3
- *   stuck with nothing on a script     | cloth stands still for the rest     | once
+ *   stuck with nothing on a script     | cloth and bodies stand still        | to its end
  *                                      |                                     |
  *   in a step                          |                                     |
- *   stuck still, or cloth is torn      | undo; what on_pinch says            | until it gives up
+ *   it is pinched, or tears cloth      | undo; what on_pinch says, anew      | see below
  *
  * A step is stuck when a substep is blocked, when four in a row pass next to no time, or when it
- * took 48 substeps (and what shorter ones and turns add). on_pinch `stop` gives up at once, `slow`
- * holds back more each time, at last all that follows a script; `release` lets go of obstacles as
- * long as there are any. A body that turns too fast for 4,096 substeps fails the step. */
+ * took 48 substeps, refused ones too (and what shorter ones and turns add). It is pinched when it
+ * is stuck after the last of the shorter substeps. on_pinch `stop` fails the step; `slow` holds
+ * back more each time, at last all that follows a script (pinch.c), and while anything is held back
+ * a gain of energy refuses no substep; `release` lets go of obstacles as long as there are any. A
+ * body that turns too fast for 4,096 substeps fails the step. */
 #include "base/error.h"
 #include "world/bodies/bodies_room.h"
 #include "world/bodies/bodies_sleep.h"

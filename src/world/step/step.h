@@ -23,7 +23,8 @@ typedef enum stage {
     STAGE_ACCEPT_STATE
 } stage;
 
-/* How a substep ended. The stage that ends it says so; retry.c decides what is tried next. */
+/* How a substep ended. What ends it says so: a stage, the judgement of its motion, retry.c or, at
+ * the end of the step, step.c. retry.c decides what is tried next. */
 typedef enum substep_outcome {
     SUBSTEP_RUNS,      /* no stage has ended it yet */
     SUBSTEP_WHOLE,     /* accepted: all of its time passed */
@@ -33,8 +34,8 @@ typedef enum substep_outcome {
     SUBSTEP_TURNS,     /* refused: a contact makes a body turn too far */
     SUBSTEP_STRETCHES, /* refused: an edge of cloth would grow too much */
     SUBSTEP_GAINS,     /* refused: it would end with far more energy than there is */
-    SUBSTEP_PINCHED,   /* the last of a step that what follows a script blocks */
-    SUBSTEP_TORN       /* the last of a step that tears cloth which obstacles squeeze */
+    SUBSTEP_PINCHED,   /* the last of the step: obstacles or pins leave cloth no room */
+    SUBSTEP_TORN       /* the last of the step, which tears squeezed cloth */
 } substep_outcome;
 
 /* Cloth vertices at which a step was blocked or tears cloth. */
@@ -46,7 +47,8 @@ typedef struct blocked_place {
     vec3 position;    /* [m] of one of them */
 } blocked_place;
 
-/* What retry.c counts. The first group lasts for a step, the second for a substep. */
+/* What retry.c decides by. The first group lasts for one go at the step, the second for a substep.
+ */
 typedef struct retry_state {
     double remaining;       /* [s] of the step that must still pass */
     double wanted;          /* [s] length of the next substep, if no body turns too far in it */

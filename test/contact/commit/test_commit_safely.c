@@ -285,6 +285,7 @@ static void run_violent_case(uint64_t seed, obstacle_motion motion, violence_cou
         counts->blocked += world.commit.outcome == COMMIT_BLOCKED;
         counts->clean += world.impacts.is_clean;
         counts->smallest_gap = fmin(counts->smallest_gap, world.commit.smallest_gap);
+        assert_true(world.commit.smallest_gap >= world.settings.minimum_gap);
         if (world.commit.outcome != COMMIT_BLOCKED) assert_velocities_match(&world, &world.commit);
         if (seed % EXACT_EVERY == 0) assert_paths_are_free(&world, counts);
         ARRAY_FREE(world.heap, &brute.pairs.vertex_triangle);

@@ -263,7 +263,7 @@ static void detection_comes_back(void **state) {
 /* A report of format version 1: its heading, and a line in which each stage took another power of
  * two of seconds. */
 static const char *const version_1_lines[] = {
-    "step,time,total_seconds,compute_forces_seconds,gather_rows_seconds,solve_motion_seconds,"
+    "step,time,total_seconds,compute_forces_seconds,gather_contacts_seconds,solve_motion_seconds,"
     "propose_paths_seconds,build_patches_seconds,build_trees_seconds,find_pairs_seconds,"
     "test_pairs_seconds,select_admissible_seconds,resolve_impacts_seconds,commit_safely_seconds,"
     "update_contacts_seconds,solve_count,cg_iterations,cg_residual,cg_converged,box_pairs,"

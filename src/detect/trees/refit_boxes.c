@@ -1,4 +1,4 @@
-/* detect/trees/tree_boxes.c - boxes of moving vertices, features, leaves and nodes, and labels of
+/* detect/trees/refit_boxes.c - boxes of moving vertices, features, leaves and nodes, and labels of
  * nodes.
  *
  * In: the paths of all vertices. Out: boxes in the nodes of all trees. The box of a vertex holds

@@ -1,4 +1,4 @@
-/* detect/trees/refit_tree.c - the constant tree of one surface: takes rest positions, gives an
+/* detect/trees/tree_shape.c - the constant tree of one surface: takes rest positions, gives an
  * order of its triangles, equal and nearly full leaves of at most LEAF_TRIANGLES, and a complete
  * tree above them. It is built once; afterwards only its boxes change.
  *
