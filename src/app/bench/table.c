@@ -75,7 +75,10 @@ static void fill_times(text_table *table, const bench_rows *rows, const bench_ro
     fill_case(cells, step);
     for (size_t k = 0; k < TIME_COLUMN_COUNT; k++) {
         const bench_row *const row = find(rows, step, BENCH_TIME, time_columns[k].stage);
-        format_milliseconds(row ? row->value : 0.0, cells[3 + k]);
+        if (row)
+            format_milliseconds(row->value, cells[3 + k]);
+        else
+            snprintf(cells[3 + k], CELL_SIZE, "-");
     }
     char median[CELL_SIZE / 3], least[CELL_SIZE], spread[CELL_SIZE];
     format_milliseconds(step->minimum, least);
