@@ -1,15 +1,17 @@
 #!/usr/bin/env python3
 """Counts the functions that a step of the world can reach, and how deep the deepest of them lies.
 
-usage: count_reach.py [ROOT] [--from FUNCTION] [--without FUNCTION] [--rooms] [--once FOLDER] [--path FUNCTION] [--limits]
+usage: count_reach.py [ROOT] [--from FUNCTION] [--without FUNCTION] [--rooms] [--once FOLDER] [--path FUNCTION]
+                      [--kernels] [--limits]
        count_reach.py --self-test
 
 A function reaches every function whose name stands in its body, as a call or as a callback. A static name means the
 function of the same file; any other name means the one that is visible in all files. A macro reaches what its text
 names, and so does a table of functions; its own name is that of the variable. A function that a file gives in several
-variants (#if) counts once. Members (a.name, a->name, .name = ...) and names in comments and texts do not count. Depth is
-the least number of calls that lead to a function, so the depth of the whole is that of the function that lies farthest
-away.
+variants (#if) counts once, and so does one that several files give, of which the build takes one. Members (a.name,
+a->name, .name = ...) and names in comments and texts do not count. Kernels, the loops over lanes in src/**/kernels/*.c,
+are not followed unless --kernels says so. Depth is the least number of calls that lead to a function, so the depth of
+the whole is that of the function that lies farthest away.
 
   --from FUNCTION   where to start (default: tulle_world_step)
   --without FUNCTION  leaves out FUNCTION, and what only FUNCTION reaches; with tulle_world_start, which runs once before
@@ -17,6 +19,7 @@ away.
   --rooms           also: functions reached by folder
   --once FOLDER     also: static functions below src/FOLDER that one function alone names, with their lines
   --path FUNCTION   also: a shortest chain of calls to FUNCTION
+  --kernels         follow kernels, too; LIMITS are for the count without them
   --limits          fail if there are more functions, or deeper ones, than the house allows (LIMITS below)
 """
 import argparse
@@ -32,18 +35,19 @@ import check_sizes  # noqa: E402
 LIMITS = {"functions": 900, "depth": 14}
 WORD = re.compile(r"(?<![\w.])(?<!->)[A-Za-z_]\w*")
 MACRO = re.compile(r"^[ \t]*#[ \t]*define[ \t]+([A-Za-z_]\w*)((?:\\\n|[^\n])*)", re.M)
-
+KERNEL = re.compile(r"\bTULLE_KERNEL\(\s*(\w+)\s*\)")
 TABLE = re.compile(r"([A-Za-z_]\w*)\s*(?:\[[^\]]*\]\s*)*=\s*$|\(\s*\*\s*(?:const\s+)?([A-Za-z_]\w*)[^()]*\)\s*\([^()]*\)\s*=\s*$")
 
 Function = collections.namedtuple("Function", "path name is_static line_count words")
 
 
-def read_functions(root):
+def read_functions(root, with_kernels=False):
     """All functions below src/, the variables with a value in braces, and the words that each macro names."""
     functions, tables, macros = [], [], collections.defaultdict(set)
     for folder, _, names in sorted(os.walk(os.path.join(root, "src"))):
         for name in sorted(names):
-            if not name.endswith((".c", ".h")):
+            is_kernel = name.endswith(".c") and os.path.basename(folder) == "kernels"
+            if not name.endswith((".c", ".h")) or is_kernel and not with_kernels:
                 continue
             full = os.path.join(folder, name)
             path = os.path.relpath(full, root).replace(os.sep, "/")
@@ -51,7 +55,7 @@ def read_functions(root):
                 text = file.read()
             for match in MACRO.finditer(text):
                 macros[match.group(1)].update(WORD.findall(match.group(2)))
-            code = check_sizes.TOKEN.sub(check_sizes.blank, text)
+            code = KERNEL.sub(r"\1", check_sizes.TOKEN.sub(check_sizes.blank, text))
             for head, opened, closed in check_sizes.split_top_level(code):
                 parsed, table = check_sizes.parse_head(code[head:opened]), TABLE.search(code[head:opened])
                 if parsed or table:
@@ -63,10 +67,10 @@ def read_functions(root):
 
 
 def join_variants(functions):
-    """One function for those of the same name in a file, with the words of all."""
+    """One function for those of the same name in a file, or visible in all files, with the words of all."""
     joined = {}
     for function in functions:
-        key = (function.path, function.name)
+        key = (function.path if function.is_static or function.name == "main" else None, function.name)
         known = joined.get(key, function)
         joined[key] = function._replace(words=function.words | known.words,
                                         line_count=max(function.line_count, known.line_count))
@@ -164,7 +168,7 @@ static void listed(void) { }
     "src/world/b.c": """
 static void once(int x) { wrong(); }
 void walk(int list) { }
-void deep(void) { deeper(); }
+void deep(void) { deeper(); PICK(lanes)(); }
 void wrong(void) { }
 void member(void) { }
 void quoted(void) { }
@@ -178,6 +182,14 @@ static inline void deeper(void) { tulle_world_step(); }
 static inline void deeper(void) { tulle_world_step(); }
 #endif
 """,
+    "src/base/kernels/lanes.c": """
+static int inner(int x) { return x; }
+void TULLE_KERNEL(lanes)(void) { inner(1); }
+""",
+    "src/base/other_deep.c": """
+void deep(void) { other(); }
+static void other(void) { }
+""",
 }
 
 
@@ -188,7 +200,9 @@ def self_test():
             with open(os.path.join(root, path), "w", encoding="utf-8") as file:
                 file.write(text)
         callees = find_callees(*read_functions(root))
+        with_kernels = find_callees(*read_functions(root, True))
     reached = find_reached(callees, "tulle_world_step")
+    more = {f.name for f in find_reached(with_kernels, "tulle_world_step")} - {f.name for f in reached}
     rest = {f.name for f in find_reached(callees, "tulle_world_step", "callback")}
     found = {(f.name, f.path, depth) for f, (depth, _) in reached.items()}
     expected = {("tulle_world_step", "src/world/a.c", 0), ("once", "src/world/a.c", 1), ("callback", "src/world/a.c", 1),
@@ -196,6 +210,9 @@ def self_test():
                 ("walk", "src/world/b.c", 1), ("deep", "src/world/b.c", 2), ("deeper", "src/base/c.h", 3)}
     if len(reached) != len(expected) or found != expected:
         print(f"self-test: found {sorted(found)}, expected {sorted(expected)}")
+        return 1
+    if more != {"lanes", "inner"}:
+        print(f"self-test: found {sorted(more)} more with kernels")
         return 1
     if rest != {"tulle_world_step", "once", "walk", "listed"}:
         print(f"self-test: found {sorted(rest)} without callback")
@@ -214,9 +231,10 @@ def main():
     parser.add_argument("--rooms", action="store_true")
     parser.add_argument("--once", metavar="FOLDER")
     parser.add_argument("--path", metavar="FUNCTION")
+    parser.add_argument("--kernels", action="store_true")
     parser.add_argument("--limits", action="store_true")
     options = parser.parse_args()
-    callees = find_callees(*read_functions(options.root))
+    callees = find_callees(*read_functions(options.root, options.kernels))
     reached = find_reached(callees, options.start, options.without)
     if options.rooms:
         print_rooms(reached)
@@ -226,6 +244,7 @@ def main():
         print_path(reached, options.path)
     depth = max(depth for depth, _ in reached.values())
     left_out = f" without {options.without}" if options.without else ""
+    left_out += " with kernels" if options.kernels else ""
     print(f"{options.start}{left_out}: {len(reached)} functions in {len({f.path for f in reached})} files, {depth} deep")
     return int(options.limits and (len(reached) > LIMITS["functions"] or depth > LIMITS["depth"]))
 
