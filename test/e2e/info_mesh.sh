@@ -46,10 +46,14 @@ grep -q '^  file' out && { echo "a PLY file has a note"; faults=1; }
 
 printf 'time: {frames: 1, step: 0.01}\ncloth: [{mesh: {shape: rectangle}, translate: [0, 0, 1]}]\nobstacles: [{mesh: {file: other.obj}}]\n' >scene.yaml
 "$TULLE" run scene.yaml -o out_run --progress none >/dev/null 2>notes || { echo "a scene with other.obj: $(cat notes)"; faults=1; }
+mv notes run_notes
 "$TULLE" info scene.yaml >/dev/null 2>info_notes
-for name in run info; do
-    [ $name = run ] || mv info_notes notes
+"$TULLE" check other.obj >/dev/null 2>check_notes
+"$TULLE" detect other.obj other.obj >/dev/null 2>detect_notes
+for name in run info check detect; do
+    mv ${name}_notes notes
     grep -q "^tulle $name: other.obj: passed over: 1 'o' (line 1), 1 'seam' (line 5)" notes || { echo "$name: no note: $(cat notes)"; faults=1; }
+    [ $name = run ] || [ $name = info ] || continue
     grep -q "^tulle $name: other.obj:10: triangle 1 has the same corners as triangle 0 (line 9) and is dropped$" notes || { echo "$name: no warning: $(cat notes)"; faults=1; }
 done
 

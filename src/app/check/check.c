@@ -33,7 +33,7 @@ static bool is_directory(const char *path) {
 }
 
 static tulle_status read_mesh(const char *path, tulle_mesh *mesh, tulle_error *error) {
-    tulle_status const status = mesh_file_read(path, mesh, NULL, error);
+    tulle_status const status = mesh_file_read_noted(path, "check", mesh, error);
     if (status != TULLE_OK || mesh->triangle_count > 0) return status;
     tulle_mesh_destroy(mesh);
     return error_set_at(error, TULLE_ERROR_INVALID_MESH, path, 0, 0,

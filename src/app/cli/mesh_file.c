@@ -1,6 +1,7 @@
 /* app/cli/mesh_file.c - see mesh_file.h. */
 #include "app/cli/mesh_file.h"
 
+#include "app/commands.h"
 #include "app/convert/names.h"
 
 #include <stdio.h>
@@ -21,4 +22,14 @@ tulle_status mesh_file_read(const char *path, tulle_mesh *mesh, tulle_mesh_sourc
         snprintf(source->note, sizeof source->note, "passed over: %llu %s", cells + lines,
                  cells > 0 ? "vertex cells" : "lines");
     return status;
+}
+
+tulle_status mesh_file_read_noted(const char *path, const char *command, tulle_mesh *mesh,
+                                  tulle_error *error) {
+    tulle_mesh_source source = {0};
+    tulle_status const status = mesh_file_read(path, mesh, &source, error);
+    if (status != TULLE_OK) return status;
+    if (source.has_passed_shape) app_print_message(command, "%s: %s", path, source.note);
+    tulle_mesh_source_destroy(&source);
+    return TULLE_OK;
 }

@@ -9,4 +9,9 @@
 tulle_status mesh_file_read(const char *path, tulle_mesh *mesh, tulle_mesh_source *source,
                             tulle_error *error);
 
+/* The same for a command that has no use for the source. Says on standard error what was passed
+ * over, where it may say something about the shape. */
+tulle_status mesh_file_read_noted(const char *path, const char *command, tulle_mesh *mesh,
+                                  tulle_error *error);
+
 #endif
