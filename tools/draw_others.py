@@ -31,6 +31,8 @@ def draw_step():
     d.label(240, 244, 220, 40, "retry: what to try next", RED, RED_FILL, bold=True)
     for i in (6, 7, 8):
         d.arrow((places[i][0] + 58, 196), (min(max(places[i][0] + 58, 260), 440), 242), RED, 1.2, "4 3")
+    d.dot((449, 176), RED, 3.6)
+    d.text(440, 212, "motion judged", RED, "middle", size=11)
     d.path([(240, 264), (8, 264), (8, 76)], RED, 1.2, dash="4 3")
     d.arrow((8, 76), (18, 76), RED, 1.2)
     d.text(20, 306, "A stage reports what happened. retry.c decides: solve again, half the substep, undo the step.", RED, size=12)
