@@ -42,7 +42,7 @@ typedef enum tulle_mesh_role {
 /* Refuses a mesh that cannot be simulated. The message names the first offender, with its index and
  * coordinates, and how many there are. Refused are: no triangles, NaN or infinite coordinates,
  * indices out of range, a triangle that uses a vertex twice, zero-area or needle-thin triangles
- * (height under 1e-9 of the longest edge), duplicate triangles, and for cloth: edges with more than
+ * (height under 1e-9 of the longest edge), duplicate triangles. Of cloth also: edges with more than
  * two triangles, neighbours with opposite orientation, vertices whose triangles do not form one
  * fan, unreferenced vertices. Errors: TULLE_ERROR_INVALID_MESH, TULLE_ERROR_OUT_OF_MEMORY. */
 TULLE_API tulle_status tulle_mesh_validate(tulle_mesh_view mesh, tulle_mesh_role role,

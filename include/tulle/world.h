@@ -166,8 +166,9 @@ typedef struct tulle_material {
      * 10, whatever law they come from; 1: the same all around, as always with TULLE_RESPONSE_PAPER
      */
     double friction_across;
-    /* strain s at which cloth pulls twice as hard as stretch_stiffness says: by 1 + (strain / s)^2
-     * up to 3 s, then with the slope there; 1e-3 .. 1e6. 0: never, as with TULLE_RESPONSE_PAPER. */
+    /* strain s at which cloth pulls twice as hard as stretch_stiffness says; 1e-3 .. 1e6. The
+     * factor is 1 + (strain / s)^2 up to 3 s; beyond, the force goes on with the slope there. 0:
+     * never harder, as with TULLE_RESPONSE_PAPER. */
     double stiffening_strain;
 } tulle_material;
 /* Fills `material` with the preset `name`: cotton, silk, wool, denim, net or rubber-sheet. Error:
@@ -235,10 +236,12 @@ typedef tulle_status (*tulle_frame_reader)(void *context, uint32_t frame, double
  *
  * A body falls asleep when no point of it, nor of any body that touches it directly or over others,
  * was faster than sleep_speed for sleep_time. A sleeping body stands still and costs little. It
- * wakes, with all that fell asleep with it, when a body that is awake presses on it; when cloth
- * presses on it so differently that it would gain sleep_speed within a step; when something on a
- * script moves near it; when an obstacle appears or leaves; and by tulle_obstacle_add_impulse and
- * tulle_obstacle_wake. */
+ * wakes, with all that fell asleep with it, when one of these happens:
+ *   - a body that is awake presses on it;
+ *   - cloth presses on it so differently that it would gain sleep_speed within a step;
+ *   - something on a script moves near it;
+ *   - an obstacle appears or leaves;
+ *   - tulle_obstacle_add_impulse or tulle_obstacle_wake is called. */
 typedef struct tulle_body {
     int is_dynamic;             /* 0: the obstacle is no body, and nothing else here counts */
     double mass;                /* [kg] spread evenly over the volume */

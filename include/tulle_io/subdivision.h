@@ -66,9 +66,9 @@ TULLE_API const uint32_t *tulle_subdivision_get_triangles(const tulle_subdivisio
 TULLE_API uint32_t tulle_subdivision_get_parent_triangle(const tulle_subdivision *subdivision,
                                                          uint32_t triangle);
 
-/* values: component_count (1 .. 16) doubles for each vertex of the mesh: positions (3), or anything
- * else to be smoothed alike, such as texture coordinates and colours. result: the same for each
- * vertex of the subdivided mesh; must not overlap values. Every result is a sum of values
+/* values: component_count (1 .. 16) doubles for each vertex of the mesh. They may be positions (3)
+ * or anything else to be smoothed alike, such as texture coordinates and colours. result: as many
+ * for each vertex of the subdivided mesh; must not overlap values. Every result is a sum of values
  * whose weights sum to one, with the same bits on every call. Errors: TULLE_ERROR_INVALID_ARGUMENT,
  * TULLE_ERROR_OUT_OF_MEMORY (scratch). */
 TULLE_API tulle_status tulle_subdivision_apply(const tulle_subdivision *subdivision,

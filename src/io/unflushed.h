@@ -1,6 +1,6 @@
-/* io/unflushed.h - writers of whole files that are not flushed to disk one by one: a killed process
- * leaves each whole or not at all, a power failure may lose them until the file system is flushed.
- * For runs, which write many small files and flush them together before a checkpoint. */
+/* io/unflushed.h - writers of whole files that are not flushed to disk one by one. A killed process
+ * leaves each file whole or not at all. A power failure may lose it until the file system is
+ * flushed. For runs, which write many small files and flush them together before a checkpoint. */
 #ifndef TULLE_IO_UNFLUSHED_H
 #define TULLE_IO_UNFLUSHED_H
 

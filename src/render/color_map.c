@@ -1,6 +1,6 @@
-/* render/color_map.c - see color_map.h. Colors are laid out by lightness, chroma and hue in OKLab:
- * lightness is a straight line in the value, so that order shows in grey as well, and every color
- * of a map lies within sRGB, so that nothing is clipped. */
+/* render/color_map.c - see color_map.h. Colors are laid out by lightness, chroma and hue in OKLab.
+ * Lightness is linear in the value, so order shows in grey as well. Every color of a map lies
+ * within sRGB, so nothing is clipped. */
 #include "render/color_map.h"
 
 #include "render/color_space.h"

@@ -39,9 +39,9 @@ void color_map_patch(uint32_t index, float rgb[3]);
  * labels: one a triangle; any numbers; 0 is no patch, drawn grey. mesh.positions is not read;
  * indices are < mesh.vertex_count. triangle_colors: 3 a triangle, filled in.
  * alike_count (may be null): pairs of neighbouring patches that look alike after all. It is 0 when
- * every group of patches has one with fewer than COLOR_PATCH_COUNT neighbours in the group; so
- * always on a sheet or a sphere whose patches are in one piece each. Errors:
- * TULLE_ERROR_OUT_OF_MEMORY; TULLE_ERROR_LIMIT (over 2^30 triangles).
+ * every group of patches has one with fewer than COLOR_PATCH_COUNT neighbours in the group. On a
+ * sheet or a sphere whose patches are in one piece each, that is always so.
+ * Errors: TULLE_ERROR_OUT_OF_MEMORY; TULLE_ERROR_LIMIT (over 2^30 triangles).
  */
 tulle_status color_patches(memory *heap, tulle_mesh_view mesh, const uint32_t *labels,
                            float *triangle_colors, size_t *alike_count, tulle_error *error);

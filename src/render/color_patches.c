@@ -3,11 +3,12 @@
  *
  * In: triangles and a label each. Out: a color a triangle.
  *
- * The order is smallest last: the patch with the fewest neighbours left is taken off the graph, and
- * again, and patches are colored in the opposite order. Each then has at most as many colored
- * neighbours as it had when it was taken off: five at most where the graph is planar, as that of
- * patches of a disc or a sphere is when each patch is in one piece. Among the free colors a patch
- * takes the first from a place given by its label, which keeps colors from frame to frame.
+ * The order is smallest last. The patch with the fewest neighbours left is taken off the graph, and
+ * again, until none is left. Patches are colored in the opposite order. Each then has at most as
+ * many colored neighbours as it had when it was taken off. In a planar graph these are five at
+ * most. The graph of a disc or a sphere is planar when each patch is in one piece. Among the free
+ * colors a patch takes the first from a place given by its label. So it keeps its color from frame
+ * to frame.
  *
  * Based on: D. W. Matula, L. L. Beck, "Smallest-last ordering and clustering and graph coloring
  * algorithms", 1983. */

@@ -35,9 +35,10 @@ tulle_status render_geometry_build(const render_frame_def *def, render_geometry 
                                    tulle_error *error);
 void render_geometry_destroy(render_geometry *geometry);
 
-/* Normals of corners, 9 * triangle_count: the mean, weighted by angle, of the triangles about the
- * vertex that are reached over edges with exactly two triangles, turned the same way round, which
- * turn by crease_angle at most. False when memory is short. */
+/* Normals of corners, 9 * triangle_count. The normal of a corner is the mean, weighted by angle, of
+ * triangles about its vertex: of those that are reached from its own over smooth edges. An edge is
+ * smooth if it has exactly two triangles, both turned the same way round, and they meet at an angle
+ * of crease_angle at most. False when memory is short. */
 bool render_compute_corner_normals(memory *heap, tulle_mesh_view mesh, double crease_angle,
                                    float *corner_normals);
 

@@ -1,6 +1,6 @@
-/* render/lighting.c - see lighting.h. The light is a disc at infinity; the sky's radiance is linear
- * in the height of the direction, so its mean over a tilted hemisphere has a closed form:
- * with the angle a between normal and zenith, the integral of max(z, 0) max(n d, 0) over all
+/* render/lighting.c - see lighting.h. The light is a disc at infinity. The sky's radiance is linear
+ * in the height z of the direction. So its mean over a tilted hemisphere has a closed form. Let a
+ * be the angle between normal n and zenith: the integral of max(z, 0) max(n d, 0) over all
  * directions d is 2/3 (sin a + (pi - a) cos a).
  *
  * Based on: Matt Jen-Yuan Chiang, Yining Karl Li and Brent Burley, Taming the shadow terminator,
@@ -11,8 +11,8 @@
 
 static const double pi = 3.14159265358979323846;
 
-/* A bright studio: a soft key light from one side, a dim sky, and a floor that sends about as much
- * as the horizon, so that it runs into it without a line. */
+/* A bright studio: a soft key light from one side, a dim sky, and a floor. The floor sends about as
+ * much light as the horizon, so no line shows where they meet. */
 render_lighting render_lighting_default(void) {
     return (render_lighting){.light_direction = {-0.74, -0.20, 0.64},
                              .light_angle = 0.10,

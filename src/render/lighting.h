@@ -25,12 +25,13 @@ void render_light_get_sky(const render_light *light, vec3 direction, double radi
  * white surface sends that sees nothing else. */
 void render_light_get_ambient(const render_light *light, vec3 normal, double radiance[3]);
 
-/* A direction to the light, with the chance of one in the light's direction over the cosine to its
- * middle: a surface that faces the light receives the same from every sample. */
+/* A random direction to the light. Its density is proportional to the cosine to the middle, so a
+ * surface that faces the light receives the same from every sample. */
 vec3 render_light_get_direction(const render_light *light, const double point[2]);
 
-/* What a shading normal's cosine is multiplied with where the surface itself turns away sooner: 1
- * where it does not, and down to 0, without a step, where it has turned away. */
+/* Factor on a shading normal's cosine, because the surface itself may turn away from the light
+ * sooner than its shading normal. It is 1 where it does not, and falls to 0, without a step, where
+ * the surface has turned away. */
 double render_light_get_agreement(vec3 direction, vec3 shading_normal, vec3 normal);
 
 #endif

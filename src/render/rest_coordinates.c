@@ -1,9 +1,9 @@
 /* render/rest_coordinates.c - see rest_coordinates.h.
  *
- * Triangles are laid out breadth first over shared edges: the first one of a piece in the plane,
- * each next one where the lengths of its edges say, on the far side of the edge it is met through.
- * In a flat piece every vertex so lands where it lies in its plane, in another one each vertex
- * keeps the place it got first. */
+ * Triangles are laid out breadth first over shared edges. The first one of a piece is laid in the
+ * plane. Each other one is placed by the lengths of its edges, on the far side of the edge over
+ * which it was reached. In a flat piece every vertex lands where it lies in the piece's plane. In
+ * another piece a vertex keeps the place that it got first. */
 #include "render/rest_coordinates.h"
 
 #include "base/arena.h"
@@ -61,10 +61,10 @@ static void place(const unfolding *self, uint32_t vertex, double x, double y) {
     self->coordinates[2 * vertex + 1] = y;
 }
 
-/* Places the vertex at corner `corner` of its triangle, whose other two vertices are placed: on the
- * left of the edge from the next corner to the one after it, by its true lengths from the middle of
- * that edge. So the error of an edge that could not be laid out with its true length does not grow.
- */
+/* Places the vertex at corner `corner` of a triangle whose other two vertices are placed. It lies
+ * on the left of the edge from the next corner to the one after it. Its place is measured from the
+ * middle of that edge by true lengths, so the error of an edge that could not be laid out with its
+ * true length does not grow. */
 static void place_corner(const unfolding *self, uint32_t corner) {
     if (!self->coordinates) return;
     uint32_t const *const corners = self->mesh.triangles + 3 * (size_t)(corner / 3);

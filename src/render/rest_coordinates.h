@@ -12,8 +12,8 @@ tulle_status render_find_pieces(memory *heap, tulle_mesh_view mesh, uint32_t *pi
                                 size_t *piece_count, tulle_error *error);
 
 /* coordinates [m]: 2 a vertex, from the shape at rest. A flat piece maps to its plane without
- * distortion; another one is unfolded triangle by triangle, which keeps lengths where it is
- * developable and leaves a seam where it closes on itself. Axes go along the borders where these
+ * distortion. Another piece is unfolded triangle by triangle. That keeps lengths where the piece is
+ * developable, and leaves a seam where it closes on itself. Axes go along the borders where these
  * are mostly at right angles to one another, else along x. A vertex that no triangle uses gets 0,
  * 0. Errors: TULLE_ERROR_OUT_OF_MEMORY. */
 tulle_status render_make_rest_coordinates(memory *heap, tulle_mesh_view rest, double *coordinates,

@@ -9,8 +9,9 @@
  * where the triangle at rest has no area. */
 void render_get_stretches(const double rest[9], const double now[9], double stretches[2]);
 
-/* strains: 1 a vertex, the principal strain (stretch - 1) that is larger in magnitude, signed, of
- * the triangles around it: their mean by area at rest. 0 for vertices without triangles.
+/* strains: 1 a vertex. A triangle has the principal strain (stretch - 1) that is larger in
+ * magnitude, signed. A vertex has the mean of the triangles around it, weighted by area at rest, or
+ * 0 if there is none.
  * areas: scratch, 1 a vertex. now: positions, 3 a vertex of the mesh at rest. */
 void render_get_vertex_strains(tulle_mesh_view rest, const double *now, double *strains,
                                double *areas);

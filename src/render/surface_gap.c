@@ -1,8 +1,8 @@
 /* render/surface_gap.c - see surface_gap.h.
  *
  * Each piece of cloth and each obstacle has a tree of boxes over its triangles, sorted along a
- * Morton curve and halved. A box carries a second one around the same triangles at rest: where all
- * of it is too near at rest to count, the search in the vertex's own piece does not enter it. */
+ * Morton curve and halved. A box carries a second one around the same triangles at rest. It tells
+ * the search in the vertex's own piece where all triangles are too near at rest to count. */
 #include "render/surface_gap.h"
 
 #include "base/arena.h"

@@ -18,11 +18,11 @@ typedef struct render_gap_def {
     int threads;     /* 0: one per processor; the result does not depend on it */
 } render_gap_def;
 
-/* gaps[i] [m] of surface i, 1 a vertex, where it is a cloth (null otherwise): the distance to the
- * nearest place of another surface or of the cloth itself, at most `farthest`. Of each triangle the
- * nearest place is taken. A place of the vertex's own piece counts only if it is nearer than half
- * of its distance at rest: so a fold counts, and the sheet around the vertex does not. Gaps of
- * edges in the middle of triangles are not looked for. Errors: TULLE_ERROR_OUT_OF_MEMORY,
+/* gaps[i] [m]: 1 a vertex of surface i if it is a cloth, else null. A gap is the distance to the
+ * nearest place of another surface or of the cloth itself, at most `farthest`. A place of the
+ * vertex's own piece counts only if it is nearer than half of its distance at rest. So a fold
+ * counts, and the sheet around the vertex does not. Gaps between two edges are not looked for,
+ * only those from vertices. Errors: TULLE_ERROR_OUT_OF_MEMORY,
  * TULLE_ERROR_LIMIT (over 2^30 triangles). */
 tulle_status render_measure_gaps(memory *heap, const render_gap_def *def, double *const *gaps,
                                  tulle_error *error);

@@ -5,9 +5,9 @@
  *   - the point itself lies on the triangle to double precision;
  *   - its coordinates are rounded to single: by at most u |x| each, u (|x| + |y| + |z|) along any
  *     direction, and the same again for the offset vector;
- *   - the ray tracer finds on which side of a plane the ray starts from vertices relative to it,
- *     rounded by u of their distance, at most the reach of the triangles around; a cross and a dot
- *     product of such vectors lose less than 8 u of their size.
+ *   - the ray tracer decides on which side of a plane the ray starts. It uses the vertices relative
+ *     to the start, rounded by u of their distance, which is at most the reach of the triangles
+ *     around. A cross and a dot product of such vectors lose less than 8 u of their size.
  * For a scene of 6 m it is some micrometres at most, far less than a contact's thickness. The
  * triangle that a ray leaves is left out by its number as well, which also holds for slivers, whose
  * plane is less certain.

@@ -32,9 +32,9 @@ double tick_scale_get_part(const tick_scale *scale, double value);
 /* The inverse. */
 double tick_scale_get_value(const tick_scale *scale, double part);
 
-/* At most label_max (2 .. 16) labelled ticks at 1, 2 or 5 times a power of ten; on a logarithmic
- * scale at powers of ten, with 2 and 5 between them where few powers are in range. A scale of no
- * extent has none. */
+/* At most label_max (2 .. 16) labelled ticks. On a linear scale they are at 1, 2 or 5 times a power
+ * of ten. On a logarithmic scale they are at powers of ten, and at 2 and 5 times these where few
+ * powers are in range. A scale of no extent has none. */
 void tick_list_make(const tick_scale *scale, size_t label_max, tick_list *list);
 
 #endif

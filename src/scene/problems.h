@@ -14,8 +14,9 @@ typedef struct scene_place {
 tulle_status problem_add(tulle_scene_problems *problems, tulle_status status, scene_place place,
                          const char *format, ...) __attribute__((format(printf, 4, 5)));
 
-/* Adds a failure of a library call on behalf of an object of the scene: a message that names a mesh
- * file keeps that place and gains the object's place in its text; else the object's place leads. */
+/* Adds a failure of a library call on behalf of an object of the scene. If the message names a mesh
+ * file, it keeps that place, and the object's place is added to its text. Else the object's place
+ * leads. */
 tulle_status problem_add_error(tulle_scene_problems *problems, scene_place place, const char *path,
                                const tulle_error *error);
 

@@ -2,8 +2,8 @@
  *
  * Input: text in memory. Output: nodes in an arena, or a problem with line and column. Refused,
  * each with a message: syntax errors, invalid UTF-8, several documents, duplicate keys, keys that
- * are no plain text, anchors, aliases and tags, and anything past the limits below; so memory stays
- * a small multiple of the text's size. */
+ * are no plain text, anchors, aliases, tags, and anything past the limits below. The limits keep
+ * memory a small multiple of the text's size. */
 #ifndef TULLE_SCENE_TREE_H
 #define TULLE_SCENE_TREE_H
 

@@ -1,12 +1,14 @@
 /* subdivision/loop_subdivision.h - the parts of Loop subdivision: what is sharp in a mesh, how its
  * connections refine, and the masks as rows of a sparse matrix from one level to the next.
  *
- * Numbering. A level has vertices, edges (a, b) and triangles (v0, v1, v2), edge k of which joins
- * corners k and k + 1. In the next level vertices keep their numbers and edge e has its midpoint at
- * vertex_count + e; edge e becomes 2 e (its end 0 and the midpoint) and 2 e + 1 (the midpoint and
- * its end 1), and triangle t adds the edges 2 edge_count + 3 t + k that cut off corner k; triangle
- * t becomes 4 t + k (at corner k) and 4 t + 3 (the middle one). So the part of base edge e next to
- * its end i is, after d levels, e 2^d + i (2^d - 1), with the same end. */
+ * Numbering. A level has vertices, edges (a, b) and triangles (v0, v1, v2). Edge k of a triangle
+ * joins its corners k and k + 1. In the next level:
+ *   - A vertex keeps its number. The midpoint of edge e is vertex vertex_count + e.
+ *   - Edge e becomes 2 e (its end 0 and the midpoint) and 2 e + 1 (the midpoint and its end 1).
+ *   - Triangle t adds the edges 2 edge_count + 3 t + k, which cut off its corners k.
+ *   - Triangle t becomes 4 t + k (at corner k) and 4 t + 3 (the middle one).
+ * After d levels the part of base edge e next to its end i is edge e 2^d + i (2^d - 1). It has the
+ * same end. */
 #ifndef TULLE_SUBDIVISION_LOOP_SUBDIVISION_H
 #define TULLE_SUBDIVISION_LOOP_SUBDIVISION_H
 

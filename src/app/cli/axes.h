@@ -24,8 +24,9 @@ axes_change axes_change_make(axes_frame from, axes_frame to);
 
 /* Changes `count` points, three numbers each, in place. Turning about x is exact: from z up to y up
  * (x, y, z) becomes (x, z, -y), from y up to z up (x, -z, y). Lengths are multiplied, then divided,
- * by whole numbers: correctly rounded where one of them is 1 (metres, centimetres, millimetres;
- * feet and inches; from inches to millimetres up to two roundings), unchanged where both are. */
+ * by whole numbers. They are unchanged where both are 1. They are correctly rounded where one of
+ * them is 1, as between metres, centimetres and millimetres, or feet and inches. Else, as from
+ * inches to millimetres, they are rounded up to twice. */
 void axes_apply(const axes_change *change, double *points, size_t count);
 
 /* Prints the lines "axes" and "units" of a report to standard output. */

@@ -1,6 +1,6 @@
 /* app/cli/options.c - reads the options of a subcommand by its table and prints its help.
  *
- * Takes a table of options and the words of the command line, gives the options' values and the
+ * In: a table of options and the words of the command line. Out: the options' values and the
  * operands, or one message that names the word at fault and what would be right. */
 #include "app/cli/options.h"
 

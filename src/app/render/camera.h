@@ -31,9 +31,9 @@ void picture_view_add(picture_view *view, const double *positions, size_t vertex
 /* Empty ones add nothing. */
 void picture_view_join(picture_view *view, const picture_view *other);
 
-/* Adds an obstacle to the view of the cloths if it is near them: all of it where it is not much
- * larger than they are, else the part next to them, so that ground of many metres does not make the
- * cloth tiny. `cloths` is the box of the cloths alone. */
+/* Adds an obstacle to the view of the cloths if it is near them. Of one that is much larger than
+ * they are only the part next to them is added: ground of many metres must not make the cloth tiny.
+ * `cloths` is the box of the cloths alone. */
 void picture_view_add_obstacle(picture_view *view, const picture_bounds *cloths,
                                const picture_view *obstacle);
 

@@ -1,8 +1,8 @@
 /* app/render/render.c - `tulle render`: pictures and films of a run.
  *
- * Everything that can be wrong with the input is found before the first picture is made: the run is
- * read, the frames, the camera and the colors are chosen, the place of the output and ffmpeg tried.
- */
+ * Everything that can be wrong with the input is found before the first picture is made. The run is
+ * read. The frames, the camera and the colors are chosen. The place of the output and ffmpeg are
+ * tried. */
 #include "app/cli/interrupt.h"
 #include "app/commands.h"
 #include "app/render/options.h"

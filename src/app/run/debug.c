@@ -1,6 +1,6 @@
 /* app/run/debug.c - what `tulle run --record debug` keeps of a frame: velocities of all that moves,
- * contacts of the last step, patches of each cloth: those that the last step used, or, for methods
- * without patches, those along its way over the next one. */
+ * contacts of the last step, patches of each cloth. Patches are those that the last step used. For
+ * a method without patches they are grown for the cloth's way over the next step. */
 #include "app/run/session.h"
 
 #include <stdlib.h>

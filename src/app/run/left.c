@@ -1,6 +1,6 @@
-/* app/run/left.c - the pairs of triangles for which a start was refused, as CSV, the deepest first:
- * names of the two objects, number of the triangle in each, its three vertices, how deep they lie
- * in each other and where. */
+/* app/run/left.c - the pairs of triangles for which a start was refused, as CSV, the deepest first.
+ * A line has the names of the two objects, the number of the triangle in each, its three vertices,
+ * how deep the triangles lie in each other, and where. */
 #include "app/run/session.h"
 
 #include <errno.h>

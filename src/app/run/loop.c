@@ -11,8 +11,8 @@
 #include <math.h>
 #include <stdio.h>
 
-/* Files hold floats. A vertex at distance r along an axis is rounded by up to 2^-24 r there, so two
- * features come nearer by at most 2 sqrt(3) 2^-24 r: that must stay under the minimum gap. */
+/* Files hold floats. A vertex at distance r along an axis is rounded by up to 2^-24 r there. So two
+ * features come nearer by at most 2 sqrt(3) 2^-24 r. That must stay under the minimum gap. */
 static tulle_status check_extent(const run_session *session, tulle_error *error) {
     const tulle_scene_world *const built = &session->built;
     double minimum_gap = 0.0;

@@ -1,8 +1,7 @@
 /* io/text/number.h - decimal numbers as text, the same in every locale, always correctly rounded.
  *
- * number_parse_double reads  [+-] digits [. digits] [e [+-] digits]  in time linear in its length;
- * number_format_double writes the shortest of 15, 16 or 17 digits that reads back to the same
- * double. */
+ * number_parse_double reads  [+-] digits [. digits] [e [+-] digits]  in time linear in its length.
+ * number_format_double writes 15, 16 or 17 digits: the fewest that read back to the same double. */
 #ifndef TULLE_IO_TEXT_NUMBER_H
 #define TULLE_IO_TEXT_NUMBER_H
 
