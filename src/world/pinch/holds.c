@@ -1,8 +1,8 @@
 /* world/pinch/holds.c - see holds.h.
  *
- * Takes the targets that the script gives and the holds of the state; gives the targets that
- * scripted vertices reach. Shifts of obstacles that several holds share come from a projected
- * Gauss-Seidel on the amounts by which they hold back. */
+ * In: the targets that the script gives, and the holds of the state. Out: the targets that scripted
+ * vertices reach. Several holds may share an obstacle: projected Gauss-Seidel then finds the
+ * amounts by which they hold back. */
 #include "world/pinch/holds.h"
 
 #include <math.h>
@@ -10,24 +10,15 @@
 
 /* Sweeps over several holds; one is exact after the first. */
 enum { HOLD_SWEEPS = 32 };
-/* Steps that what stands still waits before it is tried again: at first, at most. */
+/* Steps for which a hold waits before its obstacle moves again: at first, at most. */
 enum { WAIT_FIRST = 8, WAIT_MOST = 64 };
-/* What comes back to its script loses its lag at this speed [m/s], or with this rate [1/s] where
- * that is more: as fast as a hand moves. */
+/* An obstacle on the way back to its script loses its lag at this speed [m/s], or at this rate
+ * [1/s] where that is faster: as fast as a hand moves. */
 static const double RETURN_SPEED = 0.5, RETURN_RATE = 4.0;
 
-/* [m/s] Obstacles that are held nearer than the cloth takes part at this speed, that at which
- * contact pushes out what is too near. */
+/* [m/s] Obstacles whose gap is smaller than the cloth needs part at this speed. Contact pushes out
+ * what is too near at the same speed. */
 static const double OPENING_SPEED = 0.05;
-
-static surface_range *get_range(const tulle_world *world, size_t obstacle) {
-    return &world->surfaces[world->cloths.count + obstacle];
-}
-
-bool world_may_hold(const tulle_world *world, size_t obstacle) {
-    size_t const surface = world->cloths.count + obstacle;
-    return !world->surface_bodies || world->surface_bodies[surface] == TULLE_NONE;
-}
 
 vec3 world_get_hold_point(const world_hold *hold, int side, const double *positions) {
     vec3 point = {0, 0, 0};
@@ -71,7 +62,9 @@ bool world_delay_holds(world_motion_state *state) {
     return has_any;
 }
 
-bool world_is_held(const tulle_world *world, const world_motion_state *state, size_t obstacle) {
+bool world_is_held_or_released(const tulle_world *world, const world_motion_state *state,
+                               size_t obstacle) {
+    if (obstacle < world->obstacles.count && state->is_released[obstacle]) return true;
     for (size_t k = 0; k < state->hold_count; k++) {
         world_hold const *const hold = &state->holds[k];
         if (hold->kind == HOLD_ALL
@@ -87,7 +80,7 @@ static bool side_is_valid(const tulle_world *world, const world_hold *hold, int 
     uint32_t const obstacle = hold->obstacles[side];
     if (obstacle == TULLE_NONE) return side == 1 || hold->kind == HOLD_ALL;
     if (obstacle >= world->obstacles.count) return false;
-    surface_range const *const range = get_range(world, obstacle);
+    surface_range const *const range = &world->surfaces[world->cloths.count + obstacle];
     for (int k = 0; k < 4; k++) {
         uint32_t const vertex = hold->points[side][k];
         if (vertex < range->vertex_begin || vertex >= range->vertex_end ||
@@ -119,10 +112,10 @@ void world_begin_holds(step_context *context) {
             state->holds[k].kind == HOLD_ALL && !is_tried(&state->holds[k]);
 }
 
-/* Amounts [m] by which each hold keeps its points apart. */
+/* Amount [m] by which each hold keeps its points apart. */
 static void compute_amounts(const tulle_world *world, const world_motion_state *state,
                             double amounts[HOLDS_MAX]) {
-    double excess[HOLDS_MAX]; /* [m] that the script brings the points nearer than the gap */
+    double excess[HOLDS_MAX]; /* [m] by how much the script brings the points nearer than the gap */
     for (size_t k = 0; k < state->hold_count; k++) {
         world_hold const *const hold = &state->holds[k];
         vec3 const way = vec3_sub(world_get_hold_point(hold, 1, world->targets),
@@ -131,7 +124,8 @@ static void compute_amounts(const tulle_world *world, const world_motion_state *
         excess[k] = hold->gap - vec3_dot(vec3_load(hold->normal, 0), way);
         for (int side = 0; side < 2; side++) {
             uint32_t const obstacle = hold->obstacles[side];
-            if (obstacle != TULLE_NONE && !get_range(world, obstacle)->is_present)
+            if (obstacle != TULLE_NONE &&
+                !world->surfaces[world->cloths.count + obstacle].is_present)
                 excess[k] = -INFINITY;
         }
     }
@@ -160,14 +154,7 @@ static void compute_amounts(const tulle_world *world, const world_motion_state *
     }
 }
 
-static void shift_obstacle(tulle_world *world, uint32_t obstacle, vec3 shift) {
-    if (obstacle == TULLE_NONE || vec3_norm2(shift) == 0.0) return;
-    surface_range const *const range = get_range(world, obstacle);
-    for (size_t v = range->vertex_begin; v < range->vertex_end; v++)
-        vec3_store(world->targets, v, vec3_add(vec3_load(world->targets, v), shift));
-}
-
-/* Whether a hold that is no HOLD_APART is about a vertex. */
+/* Whether a hold that is no HOLD_APART is about a vertex. Bodies are not held. */
 static bool concerns(const step_context *context, const world_hold *hold, size_t vertex) {
     tulle_world const *const world = context->world;
     size_t const first = world->cloth_vertex_count + 2 * world->body_count;
@@ -175,7 +162,7 @@ static bool concerns(const step_context *context, const world_hold *hold, size_t
         return hold->kind == HOLD_ALL && vertex < world->cloth_vertex_count &&
                world->active_inverse_masses[vertex] == 0.0;
     size_t const obstacle = world->vertex_surface[vertex] - world->cloths.count;
-    return world_may_hold(world, obstacle) &&
+    return !world->obstacles.data[obstacle].body.is_dynamic &&
            (hold->kind == HOLD_ALL || hold->obstacles[0] == obstacle);
 }
 
@@ -211,10 +198,15 @@ void world_hold_targets(step_context *context) {
         world_hold const *const hold = &state->holds[k];
         context->hold_left[k] = amounts[k];
         if (hold->kind != HOLD_APART) continue;
-        vec3 const normal = vec3_load(hold->normal, 0);
-        shift_obstacle(world, hold->obstacles[0], vec3_scale(normal, -hold->share * amounts[k]));
-        shift_obstacle(world, hold->obstacles[1],
-                       vec3_scale(normal, (1.0 - hold->share) * amounts[k]));
+        double const shares[2] = {-hold->share, 1.0 - hold->share};
+        for (int side = 0; side < 2; side++) {
+            vec3 const shift = vec3_scale(vec3_load(hold->normal, 0), shares[side] * amounts[k]);
+            if (hold->obstacles[side] == TULLE_NONE || vec3_norm2(shift) == 0.0) continue;
+            surface_range const *const range =
+                &world->surfaces[world->cloths.count + hold->obstacles[side]];
+            for (size_t v = range->vertex_begin; v < range->vertex_end; v++)
+                vec3_store(world->targets, v, vec3_add(vec3_load(world->targets, v), shift));
+        }
     }
     for (size_t k = 0; k < state->hold_count; k++)
         if (state->holds[k].kind != HOLD_APART)

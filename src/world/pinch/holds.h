@@ -1,16 +1,17 @@
 /* world/pinch/holds.h - what on_pinch: slow holds back, and how it comes back to its script.
  *
- * Two obstacles that pinch cloth are held apart: a point of each is noted, the direction across the
- * cloth, and the gap between the points before the pinch. From then on the script moves both as
- * before, but for what would bring the points nearer than that gap: that much the two are shifted
- * apart, as they approached. So what closes stands still, what then lifts or turns as a whole does
- * so with its gap kept, and as soon as the script asks for more than the gap the shift is zero. It
- * follows from the time alone; nothing is tried in between. One obstacle that runs into cloth that
- * cannot give way is held apart from what is fixed in the same way.
+ * Two obstacles that pinch cloth are held apart. The hold notes a point of each, the direction
+ * across the cloth, and the gap between the points before the pinch. From then on the script moves
+ * both as before. Where it would bring the points nearer than the gap, the two are shifted apart by
+ * what is missing, in the ratio in which they approached. So obstacles that close stand still, and
+ * obstacles that then lift or turn together keep their gap. As soon as the script asks for more
+ * than the gap, the shift is zero. The shift follows from the time alone; nothing is tried in
+ * between. One obstacle that runs into cloth that cannot give way is held apart from what is fixed
+ * in the same way.
  *
- * Where that does not help the obstacle stands still for some steps and then goes towards its
- * script, twice as many steps later after each try that pinches again; at last all that follows a
- * script, pins included. */
+ * Where that does not help, the obstacle stands still for some steps and then goes towards its
+ * script. After each try that pinches again it waits twice as many steps. At last all that follows
+ * a script, pins included, is held like that. */
 #ifndef TULLE_WORLD_PINCH_HOLDS_H
 #define TULLE_WORLD_PINCH_HOLDS_H
 
@@ -24,23 +25,23 @@ typedef enum hold_kind {
 
 /* Before the substeps of a step. */
 void world_begin_holds(step_context *context);
-/* Once the targets of a substep are where the script has them: puts them where holds let them be.
+/* Takes the targets of a substep as the script gives them and puts them where the holds let them
+ * be.
  */
 void world_hold_targets(step_context *context);
-/* After the substeps of a step: ends holds that have come to nothing. */
+/* After the substeps of a step: ends holds that hold nothing back any more. */
 void world_end_holds(step_context *context);
 
-/* Adds a hold, or puts it in the place of the same kind for the same obstacles; false when there
- * are too many. */
+/* Adds a hold, or replaces the one of the same kind for the same obstacles. False when there are
+ * too many. */
 bool world_add_hold(world_motion_state *state, const world_hold *hold);
-/* Makes those that are being tried wait again, longer; false when there are none. */
+/* Makes the holds that are being tried wait again, for longer. False when there are none. */
 bool world_delay_holds(world_motion_state *state);
 
-/* Whether an obstacle, or with obstacles.count anything else, is held back. */
-bool world_is_held(const tulle_world *world, const world_motion_state *state, size_t obstacle);
-
-/* Whether an obstacle may be held by itself: bodies may not. */
-bool world_may_hold(const tulle_world *world, size_t obstacle);
+/* Whether an obstacle is held back or released. obstacles.count stands for all that follows a
+ * script, pins included. */
+bool world_is_held_or_released(const tulle_world *world, const world_motion_state *state,
+                               size_t obstacle);
 
 /* Mean of up to four points of `positions`; zero for no obstacle. */
 vec3 world_get_hold_point(const world_hold *hold, int side, const double *positions);

@@ -1,12 +1,14 @@
 /* world/pinch/pinch.c - what happens when a step can move on no further, or tears cloth that is
  * squeezed.
  *
- * Cloth alone can always stand still, so only scripted vertices (obstacles, pins) that go where
- * cloth has no room can block a step. Before it blocks, cloth between obstacles that close on it is
- * torn: rows of both sides push it where neither lets it. Either way the step is undone and the
- * message names the cloth and the obstacles around the place; then on_pinch decides: stop (an
- * error), slow (those obstacles are held back, see holds.h) or release (the moving ones among them
- * let the cloth through until they are free of it again), and the step is made anew. */
+ * Cloth alone can always stand still. So only scripted vertices (obstacles, pins) that go where
+ * cloth has no room can block a step. Obstacles that close on cloth tear it before they block the
+ * step: the rows of each side push the cloth into the other side. Either way the step is undone,
+ * and the message names the cloth and the obstacles around the place. Then on_pinch decides:
+ * - stop: the step is an error.
+ * - slow: those obstacles are held back (see holds.h), and the step is made anew.
+ * - release: the moving ones among them let the cloth through until they are free of it again, and
+ *   the step is made anew. */
 #include "base/error.h"
 #include "world/bodies/bodies_sleep.h"
 #include "world/pinch/holds.h"
@@ -16,15 +18,16 @@
 #include <stdio.h>
 #include <string.h>
 
-/* An obstacle is moving nearer when it does so by this share of the minimum gap in a step. */
+/* Obstacles that come nearer by at most this share of the minimum gap in a step count as still. */
 static const double APPROACH_SHARE = 1e-6;
 
-/* What comes nearer in a direction within acos of this of that across the cloth is held back along
- * its way: then what goes at right angles to it does not change the gap. */
+/* The way of an obstacle may differ by at most acos of this from the direction across the cloth.
+ * Then the obstacle is held back along its way, and motion at right angles to that way does not
+ * change the gap. */
 static const double STRAIGHT_COSINE = 0.99;
 
-/* Obstacles that pinch one layer of cloth are let come to this many contact distances from each
- * other, or part to there: it rests between them, a little pressed. */
+/* Obstacles that pinch one layer of cloth may come to this many contact distances from each other.
+ * Nearer ones part to there. The cloth rests between them, a little pressed. */
 static const double CLOSED_DISTANCES = 1.5;
 
 /* Two sides of cloth face each other when the cosine between their directions is under this. */
@@ -59,7 +62,8 @@ void world_stand_still(step_context *context) {
 
 /* ---- messages ---- */
 
-/* The names of obstacles that are marked, as many as there is room for; how many are marked. */
+/* Writes the names of marked obstacles, as many as there is room for. Returns how many are marked.
+ */
 static size_t list_names(const tulle_world *world, const uint8_t *is_marked, char *text,
                          size_t size) {
     static const char others[] = " and others";
@@ -79,18 +83,6 @@ static size_t list_names(const tulle_world *world, const uint8_t *is_marked, cha
     return count;
 }
 
-/* Marks the obstacles of the vertices of a contact with a body, but for the body itself. */
-static void mark_others(const tulle_world *world, const uint32_t vertices[4], uint32_t body,
-                        uint8_t *is_near) {
-    bool has_body = false;
-    for (int k = 0; k < 4; k++) has_body |= world->vertex_surface[vertices[k]] == body;
-    for (int k = 0; k < 4 && has_body; k++) {
-        uint32_t const surface = world->vertex_surface[vertices[k]];
-        if (surface != body && surface >= world->cloths.count)
-            is_near[surface - world->cloths.count] = 1;
-    }
-}
-
 static void write_message(step_context *context, const blocked_place *place,
                           const pinch_side *sides, const char *consequence) {
     tulle_world *const world = context->world;
@@ -98,10 +90,20 @@ static void write_message(step_context *context, const blocked_place *place,
     uint8_t *const is_near = ARENA_NEW(&world->scratch, uint8_t, world->obstacles.count);
     if (!is_near) return;
     for (size_t i = 0; i < world->obstacles.count; i++) is_near[i] = sides[i].is_near;
-    if (place->surface >= world->cloths.count) { /* a body: all that it touches */
-        for (size_t i = 0; i < world->rows.rows.count; i++)
-            mark_others(world, world->rows.rows.data[i].frame.vertices, place->surface, is_near);
-        if (place->is_pair) mark_others(world, place->vertices, place->surface, is_near);
+    /* A body: all obstacles that it touches, by rows and by the pair of the place. */
+    bool const is_body = place->surface >= world->cloths.count;
+    size_t const row_count = world->rows.rows.count;
+    for (size_t i = 0; is_body && i < row_count + place->is_pair; i++) {
+        uint32_t const *const vertices =
+            i < row_count ? world->rows.rows.data[i].frame.vertices : place->vertices;
+        bool has_body = false;
+        for (int k = 0; k < 4; k++)
+            has_body |= world->vertex_surface[vertices[k]] == place->surface;
+        for (int k = 0; k < 4 && has_body; k++) {
+            uint32_t const surface = world->vertex_surface[vertices[k]];
+            if (surface != place->surface && surface >= world->cloths.count)
+                is_near[surface - world->cloths.count] = 1;
+        }
     }
     size_t const count = list_names(world, is_near, names, sizeof names);
     snprintf(context->pinch_message, sizeof context->pinch_message,
@@ -109,11 +111,6 @@ static void write_message(step_context *context, const blocked_place *place,
              world_surface_name(world, place->surface), place->position.x, place->position.y,
              place->position.z, context->state->time, count == 1 ? "by" : "between",
              count > 0 ? names : "pins and other cloth", consequence);
-}
-
-static bool is_special(const tulle_world *world, const world_motion_state *state, size_t i) {
-    return world_is_held(world, state, i) ||
-           (i < world->obstacles.count && state->is_released[i] != 0);
 }
 
 static void append_message(tulle_world *world, const char *text) {
@@ -131,8 +128,8 @@ tulle_status world_end_pinch(step_context *context) {
     world_end_holds(context);
     bool has_begun = false, any_ended = false;
     for (size_t i = 0; i <= count; i++) {
-        bool const was = is_special(world, &world->now, i);
-        bool const is = is_special(world, context->state, i);
+        bool const was = world_is_held_or_released(world, &world->now, i);
+        bool const is = world_is_held_or_released(world, context->state, i);
         if (was || is) context->report->pinched = 1;
         has_begun |= is && !was;
         has_ended[i] = was && !is;
@@ -154,13 +151,13 @@ tulle_status world_end_pinch(step_context *context) {
 
 /* ---- slow ---- */
 
-/* [m] Way of the point of an obstacle by its script in this step; none of what is not to be held.
- */
+/* [m] How far the script moves the point of an obstacle in this step. Zero for static obstacles and
+ * bodies, which are not held. */
 static vec3 get_way(const step_context *context, size_t obstacle, const pinch_side *side) {
     tulle_world const *const world = context->world;
     vec3 way = {0, 0, 0};
     if (world->surfaces[world->cloths.count + obstacle].is_static ||
-        !world_may_hold(world, obstacle))
+        world->obstacles.data[obstacle].body.is_dynamic)
         return way;
     for (int k = 0; k < 4; k++) {
         uint32_t const v = side->points[k];
@@ -171,14 +168,8 @@ static vec3 get_way(const step_context *context, size_t obstacle, const pinch_si
     return way;
 }
 
-static void set_hold_side(world_hold *hold, int which, size_t obstacle, const pinch_side *side) {
-    hold->obstacles[which] = (uint32_t)obstacle;
-    memcpy(hold->points[which], side->points, sizeof side->points);
-    memcpy(hold->weights[which], side->weights, sizeof side->weights);
-}
-
-/* Holds two obstacles apart, or one from what is fixed (pair[1]: SIZE_MAX); false when none of them
- * brings them nearer or there are too many holds. */
+/* Holds two obstacles apart, or one from what is fixed (pair[1]: SIZE_MAX). False when neither
+ * moves towards the other, or when there are too many holds. */
 static bool hold_apart(step_context *context, const blocked_place *place, const pinch_side *sides,
                        const size_t pair[2]) {
     tulle_world const *const world = context->world;
@@ -192,16 +183,18 @@ static bool hold_apart(step_context *context, const blocked_place *place, const 
     }
     vec3 const way = vec3_sub(first_way, second_way);
     if (vec3_dot(way, normal) > STRAIGHT_COSINE * vec3_norm(way)) normal = vec3_normalize(way);
-    world_hold hold = {.kind = HOLD_APART, .cloth = place->surface};
+    world_hold hold = {
+        .kind = HOLD_APART, .cloth = place->surface, .obstacles = {TULLE_NONE, TULLE_NONE}};
     double const first = fmax(0.0, vec3_dot(first_way, normal));
     double const second = fmax(0.0, -vec3_dot(second_way, normal));
     if (!(first + second > APPROACH_SHARE * world->minimum_gap)) return false;
     hold.share = first / (first + second);
-    set_hold_side(&hold, 0, pair[0], a);
-    if (has_second)
-        set_hold_side(&hold, 1, pair[1], &sides[pair[1]]);
-    else
-        hold.obstacles[1] = TULLE_NONE;
+    for (int k = 0; k < (has_second ? 2 : 1); k++) {
+        pinch_side const *const side = &sides[pair[k]];
+        hold.obstacles[k] = (uint32_t)pair[k];
+        memcpy(hold.points[k], side->points, sizeof side->points);
+        memcpy(hold.weights[k], side->weights, sizeof side->weights);
+    }
     vec3_store(hold.normal, 0, normal);
     hold.gap = vec3_dot(normal, vec3_sub(world_get_hold_point(&hold, 1, world->now.positions),
                                          world_get_hold_point(&hold, 0, world->now.positions)));
@@ -212,8 +205,8 @@ static bool hold_apart(step_context *context, const blocked_place *place, const 
     return world_add_hold(context->state, &hold);
 }
 
-/* Holds for the obstacles around the place that bring one another nearer; false when there are
- * none. */
+/* Holds apart the obstacles around the place that come nearer to each other, or to what is fixed.
+ * False when there are none. */
 static bool hold_obstacles_apart(step_context *context, const blocked_place *place,
                                  const pinch_side *sides) {
     size_t const count = context->world->obstacles.count;
@@ -243,7 +236,8 @@ static void hold_back(step_context *context, const blocked_place *place, const p
     bool has_still = false;
     for (size_t i = 0; context->pinch_level == LEVEL_STILL && i < world->obstacles.count; i++) {
         surface_range const *const range = &world->surfaces[world->cloths.count + i];
-        if (!sides[i].is_near || range->is_static || !world_may_hold(world, i)) continue;
+        bool const is_body = world->obstacles.data[i].body.is_dynamic;
+        if (!sides[i].is_near || range->is_static || is_body) continue;
         world_hold still = {.kind = HOLD_STILL, .cloth = place->surface};
         still.obstacles[0] = (uint32_t)i;
         still.obstacles[1] = TULLE_NONE;
@@ -260,44 +254,6 @@ static void hold_back(step_context *context, const blocked_place *place, const p
 
 /* ---- the choice ---- */
 
-static bool may_release(const step_context *context, const pinch_side *sides, size_t obstacle) {
-    tulle_world const *const world = context->world;
-    return sides[obstacle].is_near && !world->surfaces[world->cloths.count + obstacle].is_static &&
-           !context->state->is_released[obstacle];
-}
-
-/* What on_pinch says, with targets at the end of the whole step, where the script alone has them.
- */
-static tulle_status choose(step_context *context, const blocked_place *place,
-                           const pinch_side *sides) {
-    tulle_world *const world = context->world;
-    if (world->def.on_pinch == TULLE_ON_PINCH_SLOW) {
-        write_message(context, place, sides, "scripted motion waits (on_pinch: slow)");
-        hold_back(context, place, sides);
-        return TULLE_OK;
-    }
-    bool helps_release = false;
-    for (size_t i = 0; i < world->obstacles.count; i++)
-        helps_release |= may_release(context, sides, i);
-    if (world->def.on_pinch == TULLE_ON_PINCH_RELEASE && helps_release) {
-        for (size_t i = 0; i < world->obstacles.count; i++)
-            if (may_release(context, sides, i)) context->state->is_released[i] = 1;
-        write_message(
-            context, place, sides,
-            "the moving ones let it through until they are free of it (on_pinch: release)");
-        return TULLE_OK;
-    }
-    write_message(context, place, sides,
-                  helps_release
-                      ? "give it room, take shorter steps if the obstacle is fast, or set on_pinch "
-                        "to slow or release"
-                      : "give it room, take shorter steps if the obstacle is fast, or set on_pinch "
-                        "to slow");
-    context->report->pinched = 1;
-    append_message(world, context->pinch_message);
-    return error_set(context->error, TULLE_ERROR_PINCHED, "%s", context->pinch_message);
-}
-
 tulle_status world_handle_pinch(step_context *context) {
     tulle_world *const world = context->world;
     arena_mark const mark = arena_get_mark(&world->scratch);
@@ -308,10 +264,40 @@ tulle_status world_handle_pinch(step_context *context) {
     blocked_place const place =
         context->outcome == SUBSTEP_TORN ? context->torn_place : world_find_blocked_place(context);
     world_find_pinch_sides(world, &place, sides);
+    /* Targets at the end of the whole step, where the script alone has them. */
     double const start = world->now.time;
     tulle_status status =
         world_script_targets(world, start, start + context->whole_step, context->error);
-    if (status == TULLE_OK) status = choose(context, &place, sides);
+    if (status != TULLE_OK) {
+        arena_release(&world->scratch, mark);
+        return status;
+    }
+    bool helps_release = false; /* some moving obstacle around the place is not released yet */
+    for (size_t i = 0; i < world->obstacles.count; i++) {
+        if (!sides[i].is_near || world->surfaces[world->cloths.count + i].is_static ||
+            context->state->is_released[i])
+            continue;
+        helps_release = true;
+        if (world->def.on_pinch == TULLE_ON_PINCH_RELEASE) context->state->is_released[i] = 1;
+    }
+    if (world->def.on_pinch == TULLE_ON_PINCH_SLOW) {
+        write_message(context, &place, sides, "scripted motion waits (on_pinch: slow)");
+        hold_back(context, &place, sides);
+    } else if (world->def.on_pinch == TULLE_ON_PINCH_RELEASE && helps_release) {
+        write_message(
+            context, &place, sides,
+            "the moving ones let it through until they are free of it (on_pinch: release)");
+    } else {
+        write_message(context, &place, sides,
+                      helps_release
+                          ? "give it room, take shorter steps if the obstacle is fast, or set "
+                            "on_pinch to slow or release"
+                          : "give it room, take shorter steps if the obstacle is fast, or set "
+                            "on_pinch to slow");
+        context->report->pinched = 1;
+        append_message(world, context->pinch_message);
+        status = error_set(context->error, TULLE_ERROR_PINCHED, "%s", context->pinch_message);
+    }
     arena_release(&world->scratch, mark);
     return status;
 }

@@ -37,25 +37,12 @@ blocked_place world_find_blocked_place(const step_context *context) {
     return place;
 }
 
-/* Whether a row touches a vertex of the place or one of its neighbours. */
-static bool row_is_near(const tulle_world *world, const contact_row *row,
-                        const blocked_place *place) {
+/* The obstacle of a row between cloth and an obstacle that touches a vertex of the place or one of
+ * its neighbours. SIZE_MAX for other rows. */
+static size_t find_row_obstacle(const tulle_world *world, const contact_row *row,
+                                const blocked_place *place) {
     adjacency const *const around = &world->topo.vertex_neighbours;
-    for (int k = 0; k < 4; k++) {
-        uint32_t const vertex = place->vertices[k];
-        for (int j = 0; j < 4; j++) {
-            if (row->frame.vertices[j] == vertex) return true;
-            for (uint32_t i = around->begin[vertex]; i < around->begin[vertex + 1]; i++) {
-                if (around->items[i] == row->frame.vertices[j]) return true;
-            }
-        }
-    }
-    return false;
-}
-
-/* The obstacle of a row between cloth and an obstacle, or SIZE_MAX. */
-static size_t get_row_obstacle(const tulle_world *world, const contact_row *row) {
-    bool has_cloth = false;
+    bool has_cloth = false, is_near = false;
     size_t obstacle = SIZE_MAX;
     for (int k = 0; k < 4; k++) {
         size_t const surface = world->vertex_surface[row->frame.vertices[k]];
@@ -64,16 +51,23 @@ static size_t get_row_obstacle(const tulle_world *world, const contact_row *row)
         else
             obstacle = surface - world->cloths.count;
     }
-    return has_cloth ? obstacle : SIZE_MAX;
+    for (int k = 0; k < 4 && has_cloth && obstacle != SIZE_MAX; k++) {
+        uint32_t const vertex = place->vertices[k];
+        for (int j = 0; j < 4; j++) {
+            is_near |= row->frame.vertices[j] == vertex;
+            for (uint32_t i = around->begin[vertex]; i < around->begin[vertex + 1]; i++)
+                is_near |= around->items[i] == row->frame.vertices[j];
+        }
+    }
+    return is_near ? obstacle : SIZE_MAX;
 }
 
 /* Adds a row to its obstacle's side: its direction by its load, or alike where none carries any. */
-static void add_row(const tulle_world *world, const contact_row *row, bool by_load,
-                    pinch_side *side) {
+static void add_row(const tulle_world *world, const contact_row *row, pinch_side *side) {
     bool const is_first = row->frame.vertices[0] < world->cloth_vertex_count;
     double const sign = is_first ? 1.0 : -1.0;
     double const weight =
-        by_load ? fmax(0.0, vec3_dot(row->frame.normal, row->solve.impulse)) : 1.0;
+        side->load > 0.0 ? fmax(0.0, vec3_dot(row->frame.normal, row->solve.impulse)) : 1.0;
     side->direction = vec3_add(side->direction, vec3_scale(row->frame.normal, sign * weight));
     if (side->is_near && row->frame.gap >= side->gap) return;
     double sum = 0.0;
@@ -102,44 +96,45 @@ static void add_blocked_pair(const tulle_world *world, const blocked_place *plac
         pair.frame.vertices[k] = place->vertices[k];
         points[k] = vec3_load(world->now.positions, place->vertices[k]);
     }
-    size_t const obstacle = get_row_obstacle(world, &pair);
+    size_t const obstacle = find_row_obstacle(world, &pair, place);
     if (obstacle == SIZE_MAX || sides[obstacle].is_near) return;
     closest_points const closest = closest_of_pair(place->kind, points);
     memcpy(pair.frame.weights, closest.weights, sizeof pair.frame.weights);
     pair.frame.gap = sqrt(closest.distance2);
     if (!(pair.frame.gap > 0.0)) return;
     pair.frame.normal = vec3_scale(closest.difference, 1.0 / pair.frame.gap);
-    add_row(world, &pair, false, &sides[obstacle]);
+    sides[obstacle].load = 0.0;
+    add_row(world, &pair, &sides[obstacle]);
     sides[obstacle].has_direction = sides[obstacle].is_near;
 }
 
 void world_find_pinch_sides(const tulle_world *world, const blocked_place *place,
                             pinch_side *sides) {
+    for (size_t r = 0; r < world->rows.rows.count; r++) {
+        contact_row const *const row = &world->rows.rows.data[r];
+        size_t const obstacle = find_row_obstacle(world, row, place);
+        if (obstacle == SIZE_MAX) continue;
+        sides[obstacle].load += fmax(0.0, vec3_dot(row->frame.normal, row->solve.impulse));
+        sides[obstacle].row_count++;
+    }
+    for (size_t r = 0; r < world->rows.rows.count; r++) {
+        contact_row const *const row = &world->rows.rows.data[r];
+        size_t const obstacle = find_row_obstacle(world, row, place);
+        if (obstacle != SIZE_MAX) add_row(world, row, &sides[obstacle]);
+    }
     for (size_t i = 0; i < world->obstacles.count; i++) {
-        double load = 0.0;
-        size_t count = 0;
-        for (size_t r = 0; r < world->rows.rows.count; r++) {
-            contact_row const *const row = &world->rows.rows.data[r];
-            if (get_row_obstacle(world, row) != i || !row_is_near(world, row, place)) continue;
-            load += fmax(0.0, vec3_dot(row->frame.normal, row->solve.impulse));
-            count++;
-        }
-        for (size_t r = 0; r < world->rows.rows.count && count > 0; r++) {
-            contact_row const *const row = &world->rows.rows.data[r];
-            if (get_row_obstacle(world, row) == i && row_is_near(world, row, place))
-                add_row(world, row, load > 0.0, &sides[i]);
-        }
-        double const norm = vec3_norm(sides[i].direction);
-        sides[i].has_direction =
-            sides[i].is_near && norm > DIRECTION_MIN * (load > 0.0 ? load : (double)count);
-        if (sides[i].has_direction) sides[i].direction = vec3_scale(sides[i].direction, 1.0 / norm);
+        pinch_side *const side = &sides[i];
+        double const norm = vec3_norm(side->direction);
+        double const sum = side->load > 0.0 ? side->load : (double)side->row_count;
+        side->has_direction = side->is_near && norm > DIRECTION_MIN * sum;
+        if (side->has_direction) side->direction = vec3_scale(side->direction, 1.0 / norm);
     }
     add_blocked_pair(world, place, sides);
 }
 
 /* ---- squeezed cloth that tears ---- */
 
-/* Whether the point of a side goes along `direction` by more than rounding in this step. */
+/* [m] How far the point of a side goes along `direction` in this step. */
 static double get_way(const step_context *context, const pinch_side *side, vec3 direction) {
     double way = 0.0;
     for (int k = 0; k < 4; k++) {

@@ -11,7 +11,9 @@ typedef struct pinch_side {
     vec3 direction;     /* unit: where it pushes the cloth */
     uint32_t points[4]; /* vertices whose weighted mean is its point nearest to the cloth */
     double weights[4];
-    double gap; /* [m] there */
+    double gap;       /* [m] there */
+    double load;      /* [N s] sum of what its rows at the place push with */
+    size_t row_count; /* of those rows */
 } pinch_side;
 
 /* The place of the pair that blocked the step last. */
