@@ -9,6 +9,7 @@
 #include "base/sort.h"
 
 #include <assert.h>
+#include <stdint.h>
 #include <string.h>
 
 enum { INSERTION_MOST = 24, SIZE_MOST = 96 /* [bytes] */ };
@@ -69,4 +70,9 @@ void sort_in_place(void *items, size_t count, size_t size,
         memmove(get_item(&list, at + 1), get_item(&list, at), (i - at) * size);
         memcpy(get_item(&list, at), item, size);
     }
+}
+
+int compare_u64(const void *a, const void *b) {
+    uint64_t const x = *(const uint64_t *)a, y = *(const uint64_t *)b;
+    return (x > y) - (x < y);
 }

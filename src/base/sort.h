@@ -11,4 +11,7 @@ void sort_in_place(void *items, size_t count, size_t size,
 void sort_by_heap(void *items, size_t count, size_t size,
                   int (*compare)(const void *, const void *));
 
+/* Compares two keys of 64 bits, for an ascending order. */
+int compare_u64(const void *a, const void *b);
+
 #endif

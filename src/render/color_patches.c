@@ -15,6 +15,7 @@
 #include "render/color_map.h"
 
 #include "base/error.h"
+#include "base/sort.h"
 
 #include <stdlib.h>
 #include <string.h>
@@ -45,11 +46,6 @@ enum { NO_COLOR = 255 };
 
 static int compare_u32(const void *a, const void *b) {
     uint32_t const x = *(const uint32_t *)a, y = *(const uint32_t *)b;
-    return (x > y) - (x < y);
-}
-
-static int compare_u64(const void *a, const void *b) {
-    uint64_t const x = *(const uint64_t *)a, y = *(const uint64_t *)b;
     return (x > y) - (x < y);
 }
 

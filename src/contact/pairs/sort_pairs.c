@@ -19,11 +19,6 @@ typedef struct pair_buckets {
 
 static uint64_t make_key(feature_pair pair) { return (uint64_t)pair.first << 32 | pair.second; }
 
-static int compare_keys(const void *a, const void *b) {
-    uint64_t const x = *(const uint64_t *)a, y = *(const uint64_t *)b;
-    return (x > y) - (x < y);
-}
-
 static void sort_buckets(void *context, size_t begin, size_t end, size_t chunk, int worker) {
     (void)chunk, (void)worker;
     const pair_buckets *const buckets = context;
@@ -32,7 +27,7 @@ static void sort_buckets(void *context, size_t begin, size_t end, size_t chunk, 
         uint64_t *const keys = buckets->keys + from;
         size_t const count = buckets->ends[b] - from;
         if (count > INSERTION_MOST) {
-            sort_in_place(keys, count, sizeof *keys, compare_keys);
+            sort_in_place(keys, count, sizeof *keys, compare_u64);
             continue;
         }
         for (size_t i = 1; i < count; i++) { /* by insertion */

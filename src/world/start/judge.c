@@ -58,29 +58,6 @@ size_t world_count_intersecting_bodies(const tulle_world *world) {
     return count;
 }
 
-/* Whether one pair of triangles intersects, as the judge sees it. */
-static bool pair_intersects(const tulle_world *world, const double *positions,
-                            const tulle_intersection *pair) {
-    uint32_t const surfaces[2] = {pair->object_a, pair->object_b};
-    uint32_t const numbers[2] = {pair->triangle_a, pair->triangle_b};
-    uint32_t corners[2][3];
-    bool has_free = false; /* something that follows no script */
-    for (size_t k = 0; k < 2; k++) {
-        const surface_range *const range = &world->surfaces[surfaces[k]];
-        has_free |= !range->is_obstacle || range->is_body;
-        const uint32_t *const triangle =
-            world_surface_mesh(world, surfaces[k])->triangles + 3 * (size_t)numbers[k];
-        for (size_t i = 0; i < 3; i++) corners[k][i] = range->vertex_begin + triangle[i];
-    }
-    return has_free &&
-           tulle_check_triangle_pair(positions, corners[0], corners[1], surfaces[0] == surfaces[1]);
-}
-
-static int compare_keys(const void *a, const void *b) {
-    uint64_t const x = *(const uint64_t *)a, y = *(const uint64_t *)b;
-    return (x > y) - (x < y);
-}
-
 /* The ignored pairs as sorted keys of world triangle numbers; room is there already. */
 static void refresh_ignored_keys(tulle_world *world) {
     for (size_t i = 0; i < world->ignored.count; i++) {
@@ -91,7 +68,7 @@ static void refresh_ignored_keys(tulle_world *world) {
     }
     world->ignored_keys.count = world->ignored.count;
     sort_in_place(world->ignored_keys.data, world->ignored_keys.count, sizeof(uint64_t),
-                  compare_keys);
+                  compare_u64);
 }
 
 tulle_status world_ignore_intersections(tulle_world *world, tulle_error *error) {
@@ -132,7 +109,16 @@ void world_update_ignored(tulle_world *world, const double *positions) {
     size_t kept = 0;
     for (size_t i = 0; i < world->ignored.count; i++) {
         tulle_intersection const pair = world->ignored.data[i];
-        if (pair_intersects(world, positions, &pair)) world->ignored.data[kept++] = pair;
+        const surface_range *const a = &world->surfaces[pair.object_a];
+        const surface_range *const b = &world->surfaces[pair.object_b];
+        /* As the judge sees it: of two surfaces, one at least follows no script. */
+        bool const has_free = !a->is_obstacle || a->is_body || !b->is_obstacle || b->is_body;
+        size_t const first = a->triangle_begin + pair.triangle_a;
+        size_t const second = b->triangle_begin + pair.triangle_b;
+        if (has_free && tulle_check_triangle_pair(positions, world->topo.triangles + 3 * first,
+                                                  world->topo.triangles + 3 * second,
+                                                  pair.object_a == pair.object_b))
+            world->ignored.data[kept++] = pair;
     }
     world->ignored.count = kept;
     refresh_ignored_keys(world);

@@ -30,17 +30,6 @@ static int compare_depths(const void *one, const void *two) {
     return 0;
 }
 
-static const uint32_t *get_corners(const tulle_world *world, uint32_t surface, uint32_t triangle) {
-    return world_surface_mesh(world, surface)->triangles + 3 * (size_t)triangle;
-}
-
-static void load_corners(const tulle_world *world, const double *positions, uint32_t surface,
-                         uint32_t triangle, vec3 corners[3]) {
-    const uint32_t *const numbers = get_corners(world, surface, triangle);
-    for (size_t k = 0; k < 3; k++)
-        corners[k] = vec3_load(positions, world->surfaces[surface].vertex_begin + numbers[k]);
-}
-
 /* Measures every pair and puts the deepest first. */
 static tulle_status measure_overlaps(tulle_world *world, const double *positions,
                                      tulle_error *error) {
@@ -53,10 +42,15 @@ static tulle_status measure_overlaps(tulle_world *world, const double *positions
     }
     for (size_t i = 0; i < count; i++) {
         tulle_intersection const pair = world->intersections.data[i];
-        vec3 a[3], b[3];
-        load_corners(world, positions, pair.object_a, pair.triangle_a, a);
-        load_corners(world, positions, pair.object_b, pair.triangle_b, b);
-        triangle_overlap const overlap = measure_overlap(a, b);
+        uint32_t const triangles[2] = {
+            world->surfaces[pair.object_a].triangle_begin + pair.triangle_a,
+            world->surfaces[pair.object_b].triangle_begin + pair.triangle_b};
+        vec3 corners[2][3];
+        for (size_t k = 0; k < 6; k++) {
+            uint32_t const corner = world->topo.triangles[3 * (size_t)triangles[k / 3] + k % 3];
+            corners[k / 3][k % 3] = vec3_load(positions, corner);
+        }
+        triangle_overlap const overlap = measure_overlap(corners[0], corners[1]);
         pairs[i] = (deep_pair){.overlap.depth = overlap.depth, .pair = pair};
         vec3_store(pairs[i].overlap.position, 0, overlap.position);
     }
@@ -75,8 +69,10 @@ static tulle_status measure_overlaps(tulle_world *world, const double *positions
 static size_t describe_pair(const tulle_world *world, size_t index, char *text, size_t size) {
     const tulle_intersection *const pair = &world->intersections.data[index];
     const tulle_overlap *const overlap = &world->overlaps.data[index];
-    const uint32_t *const a = get_corners(world, pair->object_a, pair->triangle_a);
-    const uint32_t *const b = get_corners(world, pair->object_b, pair->triangle_b);
+    const uint32_t *const a =
+        world_surface_mesh(world, pair->object_a)->triangles + 3 * (size_t)pair->triangle_a;
+    const uint32_t *const b =
+        world_surface_mesh(world, pair->object_b)->triangles + 3 * (size_t)pair->triangle_b;
     return (size_t)snprintf(
         text, size,
         "%.3g m deep at (%.6g, %.6g, %.6g), triangle %u of '%s' (vertices %u, %u, %u) with "

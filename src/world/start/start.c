@@ -12,34 +12,29 @@
 
 #include <string.h>
 
-static tulle_status no_memory(tulle_error *error) {
-    return error_set(error, TULLE_ERROR_OUT_OF_MEMORY, "no memory left to start the world");
-}
-
-/* Ranges of vertices and triangles of every surface, cloths first. */
-static tulle_status number_surfaces(tulle_world *world, size_t *triangle_count,
-                                    tulle_error *error) {
+/* Joins the surfaces, cloths first: ranges of vertices, triangles and edges of each, and the
+ * topology of all triangles together. Leaves it to the caller to say that memory is short. */
+static tulle_status join_surfaces(tulle_world *world, tulle_error *error) {
     size_t const surface_count = world_surface_count(world);
-    size_t vertex_count = 0;
-    *triangle_count = 0;
+    size_t vertex_count = 0, triangle_count = 0;
     world->surfaces = memory_allocate_zeroed(&world->heap, surface_count, sizeof(surface_range));
-    if (!world->surfaces) return no_memory(error);
-    if (world_number_bodies(world) != TULLE_OK) return no_memory(error);
+    if (!world->surfaces || world_number_bodies(world) != TULLE_OK)
+        return TULLE_ERROR_OUT_OF_MEMORY;
     for (size_t s = 0; s < surface_count; s++) {
         const world_mesh *const mesh = world_surface_mesh(world, s);
         if (s == world->cloths.count) vertex_count += 2 * world->body_count; /* their slots */
         if (vertex_count + mesh->vertex_count > INT32_MAX ||
-            *triangle_count + mesh->triangle_count > INT32_MAX) {
+            triangle_count + mesh->triangle_count > INT32_MAX) {
             return error_set(error, TULLE_ERROR_LIMIT,
                              "all meshes together have over 2^31 - 1 vertices or triangles");
         }
         surface_range *const range = &world->surfaces[s];
         range->vertex_begin = (uint32_t)vertex_count;
-        range->triangle_begin = (uint32_t)*triangle_count;
+        range->triangle_begin = (uint32_t)triangle_count;
         vertex_count += mesh->vertex_count;
-        *triangle_count += mesh->triangle_count;
+        triangle_count += mesh->triangle_count;
         range->vertex_end = (uint32_t)vertex_count;
-        range->triangle_end = (uint32_t)*triangle_count;
+        range->triangle_end = (uint32_t)triangle_count;
         range->is_obstacle = s >= world->cloths.count;
         range->is_present = true;
         if (!range->is_obstacle) {
@@ -53,15 +48,11 @@ static tulle_status number_surfaces(tulle_world *world, size_t *triangle_count,
         }
     }
     world->vertex_count = vertex_count;
-    return TULLE_OK;
-}
 
-/* Topology of all triangles together, and each surface's range of edges. */
-static tulle_status build_topology(tulle_world *world, size_t triangle_count, tulle_error *error) {
     arena_mark const mark = arena_get_mark(&world->scratch);
     uint32_t *const triangles = ARENA_NEW(&world->scratch, uint32_t, 3 * triangle_count);
-    if (!triangles) return no_memory(error);
-    for (size_t s = 0; s < world_surface_count(world); s++) {
+    if (!triangles) return TULLE_ERROR_OUT_OF_MEMORY;
+    for (size_t s = 0; s < surface_count; s++) {
         const world_mesh *const mesh = world_surface_mesh(world, s);
         const surface_range *const range = &world->surfaces[s];
         uint32_t *const target = triangles + 3 * (size_t)range->triangle_begin;
@@ -72,9 +63,9 @@ static tulle_status build_topology(tulle_world *world, size_t triangle_count, tu
     tulle_status const status =
         topology_build(&world->heap, triangles, triangle_count, world->vertex_count, &world->topo);
     arena_release(&world->scratch, mark);
-    if (status != TULLE_OK) return no_memory(error);
+    if (status != TULLE_OK) return status;
     size_t edge = 0;
-    for (size_t s = 0; s < world_surface_count(world); s++) {
+    for (size_t s = 0; s < surface_count; s++) {
         surface_range *const range = &world->surfaces[s];
         range->edge_begin = (uint32_t)edge;
         while (edge < world->topo.edge_count && world->topo.edges[2 * edge] < range->vertex_end) {
@@ -82,9 +73,8 @@ static tulle_status build_topology(tulle_world *world, size_t triangle_count, tu
         }
         range->edge_end = (uint32_t)edge;
     }
-    world->set = (surface_set){.topo = &world->topo,
-                               .surfaces = world->surfaces,
-                               .surface_count = world_surface_count(world)};
+    world->set = (surface_set){
+        .topo = &world->topo, .surfaces = world->surfaces, .surface_count = surface_count};
     return TULLE_OK;
 }
 
@@ -114,12 +104,12 @@ enum { SCRATCH_BYTES = 640 };
 /* Cloth of fewer vertices is solved as fast in double precision (20 x 20; 45 x 45 slower). */
 enum { SINGLE_VERTICES = 1000 };
 
-/* Forces and masses of all cloth together. */
+/* Forces and masses of all cloth together. Leaves it to the caller to say that memory is short. */
 static tulle_status build_model(tulle_world *world, tulle_error *error) {
     arena_mark const mark = arena_get_mark(&world->scratch);
     size_t const cloth_count = world->cloths.count;
     tulle_material *const materials = ARENA_NEW(&world->scratch, tulle_material, cloth_count);
-    if (!materials) return no_memory(error);
+    if (!materials) return TULLE_ERROR_OUT_OF_MEMORY;
     for (size_t i = 0; i < cloth_count; i++) {
         materials[i] = world->cloths.data[i].material;
         /* with one solve a step springs are linear; others would tear */
@@ -132,7 +122,7 @@ static tulle_status build_model(tulle_world *world, tulle_error *error) {
                                  .material_count = cloth_count,
                                  .vertex_materials = world->vertex_surface};
     world->model = memory_allocate_zeroed(&world->heap, 1, sizeof *world->model);
-    if (!world->model) return no_memory(error);
+    if (!world->model) return TULLE_ERROR_OUT_OF_MEMORY;
     tulle_status status = cloth_model_build(&world->heap, &def, world->model, error);
     arena_release(&world->scratch, mark);
     if (status != TULLE_OK) {
@@ -140,12 +130,11 @@ static tulle_status build_model(tulle_world *world, tulle_error *error) {
         world->model = NULL;
         return status;
     }
-    if (linear_system_build(&world->heap, world->model, &world->system) != TULLE_OK) {
-        return no_memory(error);
-    }
+    status = linear_system_build(&world->heap, world->model, &world->system);
+    if (status != TULLE_OK) return status;
     if (world->cloth_vertex_count >= SINGLE_VERTICES) {
         world->aggregates = nested_aggregates_build(&world->heap, &world->system.matrix);
-        if (!world->aggregates) return no_memory(error);
+        if (!world->aggregates) return TULLE_ERROR_OUT_OF_MEMORY;
     }
     for (size_t v = 0; v < world->cloth_vertex_count; v++) {
         world->inverse_masses[v] = 1.0 / world->model->masses[v];
@@ -218,22 +207,23 @@ static tulle_status judge_start(tulle_world *world, tulle_error *error) {
 }
 
 static tulle_status start_stages(tulle_world *world, bool is_judged, tulle_error *error) {
-    size_t triangle_count;
+    static const char no_memory[] = "no memory left to start the world";
     world->response = get_response(world->def.response);
-    tulle_status status = number_surfaces(world, &triangle_count, error);
-    if (status == TULLE_OK) status = build_topology(world, triangle_count, error);
-    if (status == TULLE_OK && !world_allocate_start(world)) status = no_memory(error);
-    if (status != TULLE_OK) return status;
-    fill_arrays(world);
-    world_place_bodies(world);
-    status = build_model(world, error);
+    tulle_status status = join_surfaces(world, error);
+    if (status == TULLE_OK && !world_allocate_start(world)) status = TULLE_ERROR_OUT_OF_MEMORY;
+    if (status == TULLE_OK) {
+        fill_arrays(world);
+        world_place_bodies(world);
+        status = build_model(world, error);
+    }
     if (status == TULLE_OK) status = world_derive_distances(world, error);
-    if (status == TULLE_OK) status = world_set_grains(world, error);
-    if (status != TULLE_OK) return status;
-    status = place_obstacles(world, error);
+    if (status == TULLE_OK) status = world_set_grains(world);
+    if (status == TULLE_ERROR_OUT_OF_MEMORY) return error_set(error, status, no_memory);
+    if (status == TULLE_OK) status = place_obstacles(world, error);
     if (status == TULLE_OK && is_judged) status = judge_start(world, error);
     if (status != TULLE_OK) return status;
-    if (world_start_detection(world) != TULLE_OK) return no_memory(error);
+    status = world_start_detection(world);
+    if (status != TULLE_OK) return error_set(error, status, no_memory);
     arena_reserve(&world->scratch, SCRATCH_BYTES * world->cloth_vertex_count);
     world->def_hash = hash_defs(world);
     return TULLE_OK;

@@ -11,7 +11,7 @@ bool world_allocate_start(tulle_world *world);
 /* start_laws.c: contact laws of all pairs of surfaces and the distances that the world reports. */
 tulle_status world_derive_distances(tulle_world *world, tulle_error *error);
 /* start_laws.c: grain of the surfaces, if one of them has friction that depends on the direction.
- */
-tulle_status world_set_grains(tulle_world *world, tulle_error *error);
+ * TULLE_ERROR_OUT_OF_MEMORY without a text. */
+tulle_status world_set_grains(tulle_world *world);
 
 #endif

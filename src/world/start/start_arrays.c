@@ -5,37 +5,6 @@
 
 #include <string.h>
 
-/* Arrays of one motion state. */
-static bool allocate_state(tulle_world *world, world_motion_state *state) {
-    memory *const heap = &world->heap;
-    size_t const n = 3 * world->vertex_count, obstacle_count = world->obstacles.count;
-    state->positions = memory_allocate_zeroed(heap, n, sizeof(double));
-    state->velocities = memory_allocate_zeroed(heap, n, sizeof(double));
-    state->previous_mean = memory_allocate_zeroed(heap, n, sizeof(double));
-    state->previous_velocities = memory_allocate_zeroed(heap, n, sizeof(double));
-    state->is_released = memory_allocate_zeroed(heap, obstacle_count, 1);
-    state->is_present = memory_allocate_zeroed(heap, obstacle_count, 1);
-    state->particles = memory_allocate_zeroed(heap, world_particle_count(world), 1);
-    state->rests = memory_allocate_zeroed(heap, world->body_count, sizeof *state->rests);
-    return state->positions && state->velocities && state->previous_mean && state->particles &&
-           state->previous_velocities && state->is_released && state->is_present && state->rests;
-}
-
-static void release_state(tulle_world *world, world_motion_state *state) {
-    memory *const heap = &world->heap;
-    size_t const vector_bytes = 3 * world->vertex_count * sizeof(double);
-    memory_release(heap, state->positions, vector_bytes);
-    memory_release(heap, state->velocities, vector_bytes);
-    memory_release(heap, state->previous_mean, vector_bytes);
-    memory_release(heap, state->previous_velocities, vector_bytes);
-    memory_release(heap, state->is_released, world->obstacles.count);
-    memory_release(heap, state->is_present, world->obstacles.count);
-    memory_release(heap, state->particles, world_particle_count(world));
-    memory_release(heap, state->rests, world->body_count * sizeof *state->rests);
-    contact_store_destroy(&state->contacts, heap);
-    memset(state, 0, sizeof *state);
-}
-
 bool world_allocate_start(tulle_world *world) {
     memory *const heap = &world->heap;
     size_t const n = world->vertex_count, surface_count = world_surface_count(world);
@@ -46,9 +15,25 @@ bool world_allocate_start(tulle_world *world) {
     world->is_fixed = memory_allocate_zeroed(heap, n, 1);
     world->vertex_surface = memory_allocate(heap, n * sizeof(uint32_t));
     world->laws = memory_allocate_zeroed(heap, surface_count * surface_count, sizeof(contact_law));
-    return world->rest && world->targets && world->inverse_masses && world->active_inverse_masses &&
-           world->is_fixed && world->vertex_surface && world->laws &&
-           allocate_state(world, &world->now) && allocate_state(world, &world->next);
+    bool has_all = world->rest && world->targets && world->inverse_masses &&
+                   world->active_inverse_masses && world->is_fixed && world->vertex_surface &&
+                   world->laws;
+    world_motion_state *const states[2] = {&world->now, &world->next};
+    for (int i = 0; i < 2; i++) {
+        world_motion_state *const state = states[i];
+        state->positions = memory_allocate_zeroed(heap, 3 * n, sizeof(double));
+        state->velocities = memory_allocate_zeroed(heap, 3 * n, sizeof(double));
+        state->previous_mean = memory_allocate_zeroed(heap, 3 * n, sizeof(double));
+        state->previous_velocities = memory_allocate_zeroed(heap, 3 * n, sizeof(double));
+        state->is_released = memory_allocate_zeroed(heap, world->obstacles.count, 1);
+        state->is_present = memory_allocate_zeroed(heap, world->obstacles.count, 1);
+        state->particles = memory_allocate_zeroed(heap, world_particle_count(world), 1);
+        state->rests = memory_allocate_zeroed(heap, world->body_count, sizeof *state->rests);
+        has_all = has_all && state->positions && state->velocities && state->previous_mean &&
+                  state->previous_velocities && state->is_released && state->is_present &&
+                  state->particles && state->rests;
+    }
+    return has_all;
 }
 
 void world_release_first_cloth(tulle_world *world) {
@@ -76,8 +61,20 @@ void world_release_start(tulle_world *world) {
         cloth_model_destroy(heap, world->model);
         memory_release(heap, world->model, sizeof *world->model);
     }
-    release_state(world, &world->now);
-    release_state(world, &world->next);
+    world_motion_state *const states[2] = {&world->now, &world->next};
+    for (int i = 0; i < 2; i++) {
+        world_motion_state *const state = states[i];
+        memory_release(heap, state->positions, 3 * n * sizeof(double));
+        memory_release(heap, state->velocities, 3 * n * sizeof(double));
+        memory_release(heap, state->previous_mean, 3 * n * sizeof(double));
+        memory_release(heap, state->previous_velocities, 3 * n * sizeof(double));
+        memory_release(heap, state->is_released, world->obstacles.count);
+        memory_release(heap, state->is_present, world->obstacles.count);
+        memory_release(heap, state->particles, world_particle_count(world));
+        memory_release(heap, state->rests, world->body_count * sizeof *state->rests);
+        contact_store_destroy(&state->contacts, heap);
+        memset(state, 0, sizeof *state);
+    }
     world_release_bodies(world);
     topology_destroy(heap, &world->topo);
     memory_release(heap, world->surfaces, surface_count * sizeof(surface_range));

@@ -39,20 +39,28 @@ static double choose_cloth_distance(const tulle_world *world, size_t cloth) {
                 CONTACT_EDGE_SHARE * measure_mean_edge(world, range->edge_begin, range->edge_end));
 }
 
-/* What a surface brings to a contact; dynamic friction is not negative. */
+/* What a surface brings to a contact. Dynamic friction is not negative. */
 typedef struct surface_roughness {
     double friction, dynamic_friction, restitution;
+    surface_grain grain;
 } surface_roughness;
 
 static surface_roughness get_roughness(const tulle_world *world, size_t surface) {
     size_t const cloth_count = world->cloths.count;
     surface_roughness roughness;
     if (surface < cloth_count) {
-        const tulle_material *const m = &world->cloths.data[surface].material;
-        roughness = (surface_roughness){m->friction, m->dynamic_friction, m->restitution};
+        const world_cloth *const c = &world->cloths.data[surface];
+        const tulle_material *const m = &c->material;
+        roughness = (surface_roughness){m->friction,
+                                        m->dynamic_friction,
+                                        m->restitution,
+                                        {vec3_load(c->grain, 0), m->friction_across}};
     } else {
         const world_obstacle *const o = &world->obstacles.data[surface - cloth_count];
-        roughness = (surface_roughness){o->friction, o->dynamic_friction, o->restitution};
+        roughness = (surface_roughness){o->friction,
+                                        o->dynamic_friction,
+                                        o->restitution,
+                                        {vec3_load(o->grain, 0), o->friction_across}};
     }
     if (roughness.dynamic_friction < 0.0) roughness.dynamic_friction = roughness.friction;
     return roughness;
@@ -159,26 +167,14 @@ tulle_status world_derive_distances(tulle_world *world, tulle_error *error) {
                      world->minimum_gap, extent, smallest);
 }
 
-static surface_grain get_grain(const tulle_world *world, size_t surface) {
-    size_t const cloth_count = world->cloths.count;
-    if (surface < cloth_count) {
-        const world_cloth *const c = &world->cloths.data[surface];
-        return (surface_grain){vec3_load(c->grain, 0), c->material.friction_across};
-    }
-    const world_obstacle *const o = &world->obstacles.data[surface - cloth_count];
-    return (surface_grain){vec3_load(o->grain, 0), o->friction_across};
-}
-
 /* Grain of the surfaces, if one of them has friction that depends on the direction. */
-tulle_status world_set_grains(tulle_world *world, tulle_error *error) {
-    bool has_grain = false;
-    for (size_t s = 0; s < world_surface_count(world); s++)
-        has_grain |= get_grain(world, s).across != 1.0;
-    if (!has_grain) return TULLE_OK;
+tulle_status world_set_grains(tulle_world *world) {
     size_t const count = world_surface_count(world);
+    bool has_grain = false;
+    for (size_t s = 0; s < count; s++) has_grain |= get_roughness(world, s).grain.across != 1.0;
+    if (!has_grain) return TULLE_OK;
     world->grains = memory_allocate_zeroed(&world->heap, count, sizeof *world->grains);
-    if (!world->grains)
-        return error_set(error, TULLE_ERROR_OUT_OF_MEMORY, "no memory left to start the world");
-    for (size_t s = 0; s < count; s++) world->grains[s] = get_grain(world, s);
+    if (!world->grains) return TULLE_ERROR_OUT_OF_MEMORY;
+    for (size_t s = 0; s < count; s++) world->grains[s] = get_roughness(world, s).grain;
     return TULLE_OK;
 }
