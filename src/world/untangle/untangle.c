@@ -24,11 +24,8 @@ enum { WORSE_FACTOR = 3 };
 /* A clean state waits so many rounds for its gaps to open. */
 enum { GAP_ROUNDS = 60 };
 
-static tulle_status no_memory(tulle_error *error) {
-    return error_set(error, TULLE_ERROR_OUT_OF_MEMORY, "no memory left to untangle the start");
-}
-
-static bool allocate_work(untangling *work) {
+/* Allocates all arrays and measures the start: lengths and areas that the cloth is to keep. */
+static tulle_status begin_work(untangling *work) {
     tulle_world *const world = work->world;
     arena *const scratch = &world->scratch;
     size_t const n = world->vertex_count, edge_count = work->topo->edge_count;
@@ -50,19 +47,19 @@ static bool allocate_work(untangling *work) {
     work->sets = ARENA_NEW(scratch, uint32_t, n);
     work->grown = ARENA_NEW(scratch, uint32_t, n);
     work->set_areas = ARENA_NEW(scratch, double, n);
-    return work->sets && work->grown && work->set_areas && work->positions && work->best &&
-           work->recent && work->mobility && work->lengths && work->areas && work->is_closed &&
-           work->is_inside && work->is_astray && work->shift && work->votes && work->region &&
-           work->queue && work->cut && work->cut_along;
-}
+    bool const has_all = work->positions && work->best && work->recent && work->mobility &&
+                         work->lengths && work->areas && work->is_closed && work->is_inside &&
+                         work->is_astray && work->shift && work->votes && work->region &&
+                         work->queue && work->cut && work->cut_along && work->sets && work->grown &&
+                         work->set_areas;
+    if (!has_all || broad_phase_create(&world->heap, &world->set, world->rest, BROAD_PHASE_REFIT,
+                                       &work->broad) != TULLE_OK)
+        return TULLE_ERROR_OUT_OF_MEMORY;
 
-/* Lengths and areas of the start: what the cloth is to keep. */
-static void measure_start(untangling *work) {
-    const tulle_world *const world = work->world;
-    memcpy(work->positions, world->now.positions, 3 * world->vertex_count * sizeof(double));
+    memcpy(work->positions, world->now.positions, 3 * n * sizeof(double));
     for (size_t v = 0; v < world->cloth_vertex_count; v++)
         work->mobility[v] = world->is_fixed[v] ? 0.0 : 1.0;
-    for (size_t e = 0; e < work->topo->edge_count; e++)
+    for (size_t e = 0; e < edge_count; e++)
         work->lengths[e] =
             vec3_norm(vec3_sub(vec3_load(work->positions, work->topo->edges[2 * e]),
                                vec3_load(work->positions, work->topo->edges[2 * e + 1])));
@@ -76,10 +73,11 @@ static void measure_start(untangling *work) {
     for (size_t i = 0; i < world->obstacles.count; i++)
         work->is_closed[i] =
             surface_is_closed(work->topo, &world->surfaces[world->cloths.count + i]);
+    return TULLE_OK;
 }
 
-/* Keeps the state with the fewest pairs; counts rounds without progress and escalates. True when
- * the positions are others than those with pair_count pairs. */
+/* Keeps the state with the fewest pairs, counts rounds without progress and escalates. True when it
+ * puts other positions in the place of those that have `pair_count` pairs. */
 static bool follow_progress(untangling *work, size_t pair_count) {
     size_t const bytes = 3 * work->world->vertex_count * sizeof(double);
     if (pair_count < work->best_count) {
@@ -109,43 +107,36 @@ static bool follow_progress(untangling *work, size_t pair_count) {
     return true;
 }
 
-/* One round: judge, contours, sides, motion. */
-static tulle_status run_round(untangling *work, tulle_error *error) {
-    tulle_world *const world = work->world;
-    tulle_status status = find_crossing_pairs(work, &world->intersections);
-    if (status == TULLE_OK && world->intersections.count == 0)
-        status = world_find_intersections(world, work->positions, &world->intersections, error);
-    if (status != TULLE_OK) return status == TULLE_ERROR_OUT_OF_MEMORY ? no_memory(error) : status;
-    if (follow_progress(work, world->intersections.count)) {
-        work->history.sides.count = 0; /* of other positions */
-        return TULLE_OK;
-    }
-    arena_mark const mark = arena_get_mark(&world->scratch);
-    status = make_contours(work, &world->intersections);
-    if (status == TULLE_OK) status = decide_sides(work);
-    if (status == TULLE_OK) status = move_apart(work);
-    arena_release(&world->scratch, mark);
-    if (status == TULLE_OK) return status;
-    return status == TULLE_ERROR_OUT_OF_MEMORY
-               ? no_memory(error)
-               : error_set(error, status, "the start cannot be untangled: %s",
-                           tulle_status_text(status));
-}
-
-/* Rounds until the state is clean and its gaps are open, or have had their time. */
+/* Rounds of judge, contours, sides and motion, until the state is clean and its gaps are open or
+ * have had their time. */
 static tulle_status run_rounds(untangling *work, tulle_error *error) {
     tulle_world *const world = work->world;
+    intersection_list *const found = &world->intersections;
     uint32_t const limit = (uint32_t)world->def.untangle_limit;
     uint32_t clean_rounds = 0;
     for (uint32_t round = 0; round < limit; round++) {
         if (stop_is_wanted(&world->stop))
             return error_set(error, TULLE_ERROR_INTERRUPTED,
                              "interrupted after %u rounds of untangling", round);
-        tulle_status const status = run_round(work, error);
+        tulle_status status = find_crossing_pairs(work, found);
+        if (status == TULLE_OK && found->count == 0)
+            status = world_find_intersections(world, work->positions, found, error);
         if (status != TULLE_OK) return status;
+        if (follow_progress(work, found->count)) {
+            work->history.sides.count = 0; /* of other positions */
+        } else {
+            arena_mark const mark = arena_get_mark(&world->scratch);
+            status = make_contours(work, found);
+            if (status == TULLE_OK) status = decide_sides(work);
+            if (status == TULLE_OK) status = move_apart(work);
+            arena_release(&world->scratch, mark);
+        }
+        if (status != TULLE_OK)
+            return error_set(error, status, "the start cannot be untangled: %s",
+                             tulle_status_text(status));
         world->untangle_report.rounds = round + 1;
         world->untangle_report.left = work->best_count;
-        if (world->intersections.count > 0) continue;
+        if (found->count > 0) continue;
         if (work->has_gap) {
             world->untangle_report.keeps_minimum_gap = 1;
             memcpy(work->best, work->positions, 3 * world->vertex_count * sizeof(double));
@@ -159,14 +150,14 @@ static tulle_status run_rounds(untangling *work, tulle_error *error) {
 /* The best state becomes the start, or is the reason of an error. */
 static tulle_status accept_best(untangling *work, tulle_error *error) {
     tulle_world *const world = work->world;
-    tulle_status const status =
-        world_find_intersections(world, work->best, &world->intersections, error);
+    tulle_status status = world_find_intersections(world, work->best, &world->intersections, error);
     if (status != TULLE_OK) return status;
     tulle_untangle_report *const report = &world->untangle_report;
     if (world->intersections.count > 0) {
         char when[WORLD_MESSAGE_BYTES];
         memcpy(work->positions, work->best, 3 * world->vertex_count * sizeof(double));
-        if (describe_left(work, when, sizeof when) != TULLE_OK) return no_memory(error);
+        status = describe_left(work, when, sizeof when);
+        if (status != TULLE_OK) return status;
         return world_refuse_intersections(world, work->best, when, error);
     }
     for (size_t v = 0; v < world->cloth_vertex_count; v++) {
@@ -189,15 +180,11 @@ tulle_status world_untangle(tulle_world *world, tulle_error *error) {
                        .best_count = SIZE_MAX,
                        .recent_count = SIZE_MAX};
     arena_mark const mark = arena_get_mark(&world->scratch);
-    tulle_status status = TULLE_OK;
-    if (!allocate_work(&work) || broad_phase_create(&world->heap, &world->set, world->rest,
-                                                    BROAD_PHASE_REFIT, &work.broad) != TULLE_OK)
-        status = no_memory(error);
-    if (status == TULLE_OK) {
-        measure_start(&work);
-        status = run_rounds(&work, error);
-    }
+    tulle_status status = begin_work(&work);
+    if (status == TULLE_OK) status = run_rounds(&work, error);
     if (status == TULLE_OK) status = accept_best(&work, error);
+    if (status == TULLE_ERROR_OUT_OF_MEMORY)
+        error_set(error, status, "no memory left to untangle the start");
     if (work.broad) broad_phase_destroy(work.broad);
     side_history_destroy(&work.history, &world->heap);
     ARRAY_FREE(&world->heap, &work.pairs.vertex_triangle);

@@ -11,9 +11,10 @@
 
 /* Corners on both sides of an edge go apart to this share of their distance in the rest shape. */
 static const double UNFOLDED_SHARE = 0.9;
-/* A level. */
+/* For each level of escalation. */
 enum { UNFOLD_RINGS = 2, UNFOLD_SWEEPS = 2 };
-/* Contours of so few crossings are opened that last so many rounds without progress. */
+/* Folds around contours of at most so many crossings are opened after so many rounds without
+ * progress. */
 enum { SHORT_CROSSINGS = 12, SHORT_ROUNDS = 10 };
 enum { SMOOTH_LEVEL = 2, UNFOLD_LEVEL = 1 };
 
@@ -69,11 +70,23 @@ static void smooth_surroundings(untangling *work) {
     }
 }
 
-/* Opens folds. */
-static void unfold_surroundings(untangling *work, int strength, size_t longest) {
+void calm_surroundings(untangling *work) {
     const tulle_world *const world = work->world;
     const topology *const topo = work->topo;
-    uint32_t const edge_end = world->surfaces[world->cloths.count - 1].edge_end;
+    bool const unfolds = work->attempt % 2 != 0;
+    int strength = 0; /* of unfolding */
+    size_t longest = SIZE_MAX;
+    if (unfolds && work->level >= UNFOLD_LEVEL) {
+        strength = work->level;
+    } else if (work->level == 0 && work->stalled >= SHORT_ROUNDS) {
+        strength = 1;
+        longest = SHORT_CROSSINGS;
+    }
+    if (!unfolds && work->level >= SMOOTH_LEVEL) smooth_surroundings(work);
+    if (strength == 0) return;
+
+    /* Corners on both sides of an edge go apart. */
+    uint32_t const edge_end = world_cloth_edge_count(world);
     mark_surroundings(work, UNFOLD_RINGS * (uint32_t)strength, longest);
     for (int sweep = 0; sweep < UNFOLD_SWEEPS * strength; sweep++) {
         for (uint32_t i = 0; i < edge_end; i++) {
@@ -82,25 +95,9 @@ static void unfold_surroundings(untangling *work, int strength, size_t longest) 
             if (work->region[topo->edges[2 * (size_t)e]] == 0 || sides[1] == TULLE_NONE) continue;
             uint32_t const a = topo->edge_opposites[2 * (size_t)e];
             uint32_t const b = topo->edge_opposites[2 * (size_t)e + 1];
-            double const mobility = work->mobility[a] + work->mobility[b];
-            vec3 const pa = vec3_load(work->positions, a), pb = vec3_load(work->positions, b);
-            vec3 const way = vec3_sub(pb, pa);
-            double const length = vec3_norm(way);
             double const rest =
                 vec3_norm(vec3_sub(vec3_load(world->rest, a), vec3_load(world->rest, b)));
-            if (mobility == 0.0 || !(length > 0.0) || length >= UNFOLDED_SHARE * rest) continue;
-            double const missing = (UNFOLDED_SHARE * rest - length) / (length * mobility);
-            vec3_store(work->positions, a, vec3_add_scaled(pa, way, -missing * work->mobility[a]));
-            vec3_store(work->positions, b, vec3_add_scaled(pb, way, missing * work->mobility[b]));
+            limit_distance(work, a, b, UNFOLDED_SHARE * rest, (double)INFINITY);
         }
     }
-}
-
-void calm_surroundings(untangling *work) {
-    bool const unfolds = work->attempt % 2 != 0;
-    if (unfolds && work->level >= UNFOLD_LEVEL)
-        unfold_surroundings(work, work->level, SIZE_MAX);
-    else if (work->level == 0 && work->stalled >= SHORT_ROUNDS)
-        unfold_surroundings(work, 1, SHORT_CROSSINGS);
-    if (!unfolds && work->level >= SMOOTH_LEVEL) smooth_surroundings(work);
 }

@@ -72,9 +72,9 @@ void push_out_of_depth(untangling *work) {
         double const depth = sqrt(point.distance2);
         double const way =
             depth + compute_gap(work, vertex, work->topo->triangles[3 * (size_t)point.triangle]);
-        if (depth > 0.0 && work->mobility[vertex] > 0.0)
-            add_vote(work, vertex,
-                     vec3_scale(point.difference, -fmin(way, WAY_MAX * work->mean_edge) / depth));
+        if (depth > 0.0)
+            add_votes(work, &vertex, (const double[]){1.0}, 1,
+                      vec3_scale(point.difference, -fmin(way, WAY_MAX * work->mean_edge) / depth));
         for (uint32_t i = around->begin[vertex]; i < around->begin[vertex + 1]; i++) {
             uint32_t const next = around->items[i];
             if (!work->is_inside[next] || nearest[next] != TULLE_NONE) continue;

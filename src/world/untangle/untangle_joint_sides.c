@@ -28,13 +28,13 @@ static uint32_t get_end_region(const untangling *work, const surface_crossing *c
 typedef struct contour_group {
     const contour_range *ranges;
     size_t count;
-    flood regions;
+    const flood *regions;
     uint32_t *distances; /* per region: contours between it and the largest one */
 } contour_group;
 
 /* Contours between each region and the largest one of its piece of surface. */
-static void compute_distances(const untangling *work, contour_group *group) {
-    const flood *const regions = &group->regions;
+static void compute_distances(const untangling *work, const contour_group *group) {
+    const flood *const regions = group->regions;
     uint32_t *const distances = group->distances;
     for (uint32_t r = 0; r < regions->count; r++) distances[r] = TULLE_NONE;
     for (;;) {
@@ -69,10 +69,10 @@ static void compute_distances(const untangling *work, contour_group *group) {
 /* Wrong ends, and aims where an edge is not parted but its triangle is. */
 static void decide_crossing(const untangling *work, const contour_group *group,
                             surface_crossing *crossing) {
-    uint32_t const begin = group->regions.begin;
+    uint32_t const begin = group->regions->begin;
     uint32_t const a = get_end_region(work, crossing, 0) - begin;
     uint32_t const b = get_end_region(work, crossing, 1) - begin;
-    const double *const weights = group->regions.weights;
+    const double *const weights = group->regions->weights;
     crossing->is_joint = true;
     if (a != b) {
         bool const is_equal = group->distances[a] == group->distances[b];
@@ -93,46 +93,12 @@ static void decide_crossing(const untangling *work, const contour_group *group,
     aim_over_corners(work, crossing, is_wrong);
 }
 
-static void decide_alone(untangling *work, const contour_range *range, flood *regions) {
-    if (!range->is_open) return;
-    regions->mark++;
-    regions->begin += regions->count;
-    flood_contours(work, range, 1, regions);
-    if (range->end - range->begin >= OPEN_CROSSINGS_MIN)
-        decide_open_contour(work, range->begin, range->end, regions->mark);
-    mark_astray(work, range->begin, range->end, regions);
-    if (range->end - range->begin < OPEN_CROSSINGS_MIN)
-        orient_short_contour(work, range->begin, range->end);
-}
-
-/* A group with an open contour; others are decided already. */
-static void decide_group(untangling *work, contour_group *group) {
-    flood_contours(work, group->ranges, group->count, &group->regions);
-    bool is_parted = false; /* some edge has its ends in two regions */
-    for (size_t k = 0; k < group->count; k++)
-        for (size_t i = group->ranges[k].begin; i < group->ranges[k].end; i++) {
-            const surface_crossing *const crossing = &work->contours.crossings[i];
-            is_parted |= get_end_region(work, crossing, 0) != get_end_region(work, crossing, 1);
-        }
-    if (is_parted) compute_distances(work, group);
-    for (size_t k = 0; k < group->count; k++) {
-        const contour_range *const range = &group->ranges[k];
-        if (!is_parted) {
-            decide_alone(work, range, &group->regions);
-            continue;
-        }
-        for (size_t i = range->begin; i < range->end; i++)
-            decide_crossing(work, group, &work->contours.crossings[i]);
-        mark_astray(work, range->begin, range->end, &group->regions);
-    }
-}
-
 tulle_status decide_joint_contours(untangling *work, contour_range *ranges, size_t count,
                                    flood *regions) {
     qsort(ranges, count, sizeof *ranges, compare_ranges);
-    contour_group group = {
-        .distances = ARENA_NEW(&work->world->scratch, uint32_t, 2 * work->contours.count + 1)};
-    if (!group.distances) return TULLE_ERROR_OUT_OF_MEMORY;
+    uint32_t *const distances =
+        ARENA_NEW(&work->world->scratch, uint32_t, 2 * work->contours.count + 1);
+    if (!distances) return TULLE_ERROR_OUT_OF_MEMORY;
     for (size_t begin = 0, end; begin < count; begin = end) {
         bool has_open = false;
         for (end = begin; end < count && ranges[end].obstacle == ranges[begin].obstacle &&
@@ -141,11 +107,30 @@ tulle_status decide_joint_contours(untangling *work, contour_range *ranges, size
             has_open |= ranges[end].is_open;
         regions->mark++;
         regions->begin += regions->count;
-        group.ranges = ranges + begin;
-        group.count = end - begin;
-        group.regions = *regions;
-        if (has_open) decide_group(work, &group);
-        *regions = group.regions;
+        if (!has_open) continue; /* all are decided already */
+
+        contour_group const group = {ranges + begin, end - begin, regions, distances};
+        flood_contours(work, group.ranges, group.count, regions);
+        bool is_parted = false; /* some edge has its ends in two regions */
+        for (size_t k = begin; k < end; k++)
+            for (size_t i = ranges[k].begin; i < ranges[k].end; i++) {
+                const surface_crossing *const crossing = &work->contours.crossings[i];
+                is_parted |= get_end_region(work, crossing, 0) != get_end_region(work, crossing, 1);
+            }
+        if (is_parted) compute_distances(work, &group);
+        for (size_t k = begin; k < end; k++) {
+            const contour_range *const range = &ranges[k];
+            if (is_parted) {
+                for (size_t i = range->begin; i < range->end; i++)
+                    decide_crossing(work, &group, &work->contours.crossings[i]);
+                mark_astray(work, range, regions);
+            } else if (range->is_open) {
+                regions->mark++;
+                regions->begin += regions->count;
+                flood_contours(work, range, 1, regions);
+                decide_open_contour(work, range, regions);
+            }
+        }
     }
     return TULLE_OK;
 }

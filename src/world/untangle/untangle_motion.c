@@ -39,20 +39,17 @@ static const double REACHES[] = {5.0, 3.0, 8.0, 2.0};
 enum { REACH_COUNT = 4 };
 enum { SPREAD_SWEEPS = 12, LENGTH_SWEEPS = 4, REACH_LEVEL_MAX = 3 };
 
-void add_vote(untangling *work, uint32_t vertex, vec3 shift) {
-    vec3_store(work->shift, vertex, vec3_add(vec3_load(work->shift, vertex), shift));
-    work->votes[vertex] += 1.0;
-}
-
-/* Moves sum w_i x_i by `change`, shared among the four or five vertices by mobility. */
-static void vote_together(untangling *work, const uint32_t *vertices, const double *weights,
-                          int count, vec3 change) {
+void add_votes(untangling *work, const uint32_t *vertices, const double *weights, int count,
+               vec3 change) {
     double sum = 0.0;
     for (int k = 0; k < count; k++) sum += weights[k] * weights[k] * work->mobility[vertices[k]];
     if (!(sum > 1e-6)) return;
     for (int k = 0; k < count; k++) {
-        double const share = work->mobility[vertices[k]] * weights[k] / sum;
-        if (share != 0.0) add_vote(work, vertices[k], vec3_scale(change, share));
+        uint32_t const v = vertices[k];
+        double const share = work->mobility[v] * weights[k] / sum;
+        if (share == 0.0) continue;
+        vec3_store(work->shift, v, vec3_add(vec3_load(work->shift, v), vec3_scale(change, share)));
+        work->votes[v] += 1.0;
     }
 }
 
@@ -92,7 +89,7 @@ static void push_through(untangling *work, const surface_crossing *crossing) {
     uint32_t const vertices[4] = {wrong, corners[0], corners[1], corners[2]};
     double const weights[4] = {1.0, -crossing->weights[0], -crossing->weights[1],
                                -crossing->weights[2]};
-    vote_together(work, vertices, weights, 4, vec3_scale(normal, way));
+    add_votes(work, vertices, weights, 4, vec3_scale(normal, way));
 }
 
 /* Edge and triangle move so that the contour gets shorter. With the unit edge e, the normal n and
@@ -111,7 +108,7 @@ static void shorten_contour(untangling *work, const surface_crossing *crossing) 
     uint32_t const vertices[5] = {ends[0], ends[1], corners[0], corners[1], corners[2]};
     double const weights[5] = {1.0 - crossing->along, crossing->along, -crossing->weights[0],
                                -crossing->weights[1], -crossing->weights[2]};
-    vote_together(work, vertices, weights, 5, vec3_scale(way, step));
+    add_votes(work, vertices, weights, 5, vec3_scale(way, step));
 }
 
 /* Triangles that touch without a crossing (flat on one another) part along a normal, to the sides
@@ -128,7 +125,7 @@ static void part_loose(untangling *work, const tulle_intersection *pair) {
     double const gap = compute_gap(work, a[0], b[0]) * (side == ORIENTATION_AGAINST ? -1.0 : 1.0);
     uint32_t const vertices[6] = {a[0], a[1], a[2], b[0], b[1], b[2]};
     double const third = 1.0 / 3.0, weights[6] = {third, third, third, -third, -third, -third};
-    vote_together(work, vertices, weights, 6, vec3_scale(normal, gap));
+    add_votes(work, vertices, weights, 6, vec3_scale(normal, gap));
 }
 
 /* Pushes apart pairs that are near but on the right sides; those of vertices and triangles are
@@ -174,7 +171,7 @@ static tulle_status push_near(untangling *work) {
         if (distance < distances.minimum * (1.0 + 1e-6)) work->has_gap = false;
         if (is_astray) continue;
         vec3 const normal = vec3_normalize(closest.difference);
-        vote_together(work, v, closest.weights, 4, vec3_scale(normal, wanted - distance));
+        add_votes(work, v, closest.weights, 4, vec3_scale(normal, wanted - distance));
         known_side const side = {pair.first, pair.second, normal};
         if (has_triangle) status = remember_side(&work->history, &world->heap, side);
     }
@@ -209,26 +206,15 @@ static void spread_votes(untangling *work) {
     }
 }
 
-static void keep_lengths(untangling *work) {
-    const tulle_world *const world = work->world;
-    uint32_t const edge_end = world_cloth_edge_count(world);
-    for (int sweep = 0; sweep < LENGTH_SWEEPS; sweep++) {
-        for (uint32_t i = 0; i < edge_end; i++) {
-            uint32_t const e = sweep % 2 ? edge_end - 1 - i : i;
-            uint32_t const a = work->topo->edges[2 * (size_t)e];
-            uint32_t const b = work->topo->edges[2 * (size_t)e + 1];
-            double const mobility = work->mobility[a] + work->mobility[b];
-            vec3 const pa = vec3_load(work->positions, a), pb = vec3_load(work->positions, b);
-            vec3 const way = vec3_sub(pb, pa);
-            double const length = vec3_norm(way);
-            double const low = SHORTEST_SHARE * work->lengths[e];
-            double const high = LONGEST_SHARE * work->lengths[e];
-            if (mobility == 0.0 || !(length > 0.0) || (length >= low && length <= high)) continue;
-            double const excess = (length - (length < low ? low : high)) / (length * mobility);
-            vec3_store(work->positions, a, vec3_add_scaled(pa, way, excess * work->mobility[a]));
-            vec3_store(work->positions, b, vec3_add_scaled(pb, way, -excess * work->mobility[b]));
-        }
-    }
+void limit_distance(untangling *work, uint32_t a, uint32_t b, double low, double high) {
+    double const mobility = work->mobility[a] + work->mobility[b];
+    vec3 const pa = vec3_load(work->positions, a), pb = vec3_load(work->positions, b);
+    vec3 const way = vec3_sub(pb, pa);
+    double const length = vec3_norm(way);
+    if (mobility == 0.0 || !(length > 0.0) || (length >= low && length <= high)) return;
+    double const excess = (length - (length < low ? low : high)) / (length * mobility);
+    vec3_store(work->positions, a, vec3_add_scaled(pa, way, excess * work->mobility[a]));
+    vec3_store(work->positions, b, vec3_add_scaled(pb, way, -excess * work->mobility[b]));
 }
 
 tulle_status move_apart(untangling *work) {
@@ -255,6 +241,14 @@ tulle_status move_apart(untangling *work) {
         vec3_store(work->positions, v,
                    vec3_add(vec3_load(work->positions, v), vec3_load(work->shift, v)));
     calm_surroundings(work);
-    keep_lengths(work);
+    uint32_t const edge_end = world_cloth_edge_count(world);
+    for (int sweep = 0; sweep < LENGTH_SWEEPS; sweep++) {
+        for (uint32_t i = 0; i < edge_end; i++) {
+            uint32_t const e = sweep % 2 ? edge_end - 1 - i : i;
+            const uint32_t *const ends = work->topo->edges + 2 * (size_t)e;
+            double const length = work->lengths[e];
+            limit_distance(work, ends[0], ends[1], SHORTEST_SHARE * length, LONGEST_SHARE * length);
+        }
+    }
     return TULLE_OK;
 }

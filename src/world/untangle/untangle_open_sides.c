@@ -11,6 +11,9 @@
 
 #include "geom/union_find.h"
 
+/* Shorter contours that part nothing are shortened, or oriented. */
+enum { OPEN_CROSSINGS_MIN = 3 };
+
 /* Joins neighbouring ends on the same side: a triangle that the contour crosses from edge to edge
  * has its third edge on one side. */
 static void join_rows(untangling *work, size_t begin, size_t end, uint32_t mark) {
@@ -70,7 +73,14 @@ static void grow_rows(untangling *work, size_t begin, size_t end, uint32_t mark)
     }
 }
 
-void decide_open_contour(untangling *work, size_t begin, size_t end, uint32_t mark) {
+void decide_open_contour(untangling *work, const contour_range *range, const flood *regions) {
+    size_t const begin = range->begin, end = range->end;
+    uint32_t const mark = regions->mark;
+    if (end - begin < OPEN_CROSSINGS_MIN) { /* too short for rows */
+        mark_astray(work, range, regions);
+        orient_short_contour(work, range);
+        return;
+    }
     join_rows(work, begin, end, mark);
     grow_rows(work, begin, end, mark);
     double smallest = (double)INFINITY;
@@ -102,4 +112,5 @@ void decide_open_contour(untangling *work, size_t begin, size_t end, uint32_t ma
                 work->grown[corners[k]] == mark && union_find_root(work->sets, corners[k]) == wrong;
         aim_over_corners(work, crossing, is_wrong);
     }
+    mark_astray(work, range, regions);
 }

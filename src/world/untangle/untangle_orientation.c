@@ -44,37 +44,28 @@ static end_place place_end(const untangling *work, const surface_crossing *cross
                        height};
 }
 
-/* The only end of two that is astray, if there is one. */
-static uint32_t choose_end(const bool is_astray[2]) {
-    if (is_astray[0] == is_astray[1]) return CROSSING_UNDECIDED;
-    return is_astray[0] ? 0 : 1;
-}
-
-static uint32_t choose_end_by_history(const untangling *work, const surface_crossing *crossing) {
-    bool is_astray[2];
-    for (size_t end = 0; end < 2; end++) {
-        end_place const place = place_end(work, crossing, end);
-        orientation const side =
-            orient_by_history(work->topo, &work->history, place.question.pair, place.question.axis);
-        is_astray[end] = (double)side * place.height < 0.0;
-    }
-    return choose_end(is_astray);
-}
-
-/* Ends that come from the other side of the triangle, verified by the triangles. */
-static uint32_t choose_end_by_neighbours(const untangling *work, const surface_crossing *crossing) {
-    uint32_t const owner = work->topo->edge_triangles[2 * (size_t)crossing->edge];
+/* The only end that comes from the other side of the triangle: by history, or by its neighbours and
+ * verified by the triangles. */
+static uint32_t choose_end(const untangling *work, const surface_crossing *crossing,
+                           bool by_history) {
+    const topology *const topo = work->topo;
+    uint32_t const owner = topo->edge_triangles[2 * (size_t)crossing->edge];
     bool is_astray[2], is_verified[2];
     for (size_t end = 0; end < 2; end++) {
         end_place const place = place_end(work, crossing, end);
-        orientation const own = orient_by_neighbours(work->topo, work->positions, &place.question);
-        orientation const by_triangles = orient_by_triangles(
-            work->topo, work->positions, owner, crossing->triangle, place.question.axis);
-        is_astray[end] = (double)own * place.height < 0.0;
-        is_verified[end] = (double)by_triangles * place.height < 0.0;
+        vec3 const axis = place.question.axis;
+        orientation const side =
+            by_history ? orient_by_history(topo, &work->history, place.question.pair, axis)
+                       : orient_by_neighbours(topo, work->positions, &place.question);
+        is_astray[end] = (double)side * place.height < 0.0;
+        orientation const other = by_history ? side
+                                             : orient_by_triangles(topo, work->positions, owner,
+                                                                   crossing->triangle, axis);
+        is_verified[end] = (double)other * place.height < 0.0;
     }
-    uint32_t const end = choose_end(is_astray);
-    return end != CROSSING_UNDECIDED && is_verified[end] ? end : CROSSING_UNDECIDED;
+    if (is_astray[0] == is_astray[1]) return CROSSING_UNDECIDED;
+    uint32_t const end = is_astray[0] ? 0 : 1;
+    return is_verified[end] ? end : CROSSING_UNDECIDED;
 }
 
 /* The edge, and the side of the triangle that it crosses nearest to, part along their common
@@ -102,14 +93,14 @@ static void orient_edges(const untangling *work, surface_crossing *crossing) {
     crossing->pull = vec3_scale(question.axis, ORIENTED_PULL * (double)way);
 }
 
-void orient_short_contour(untangling *work, size_t begin, size_t end) {
+void orient_short_contour(untangling *work, const contour_range *range) {
     if (work->level < ORIENTED_LEVEL) return;
-    for (size_t i = begin; i < end; i++) {
+    for (size_t i = range->begin; i < range->end; i++) {
         surface_crossing *const crossing = &work->contours.crossings[i];
         if (crossing->wrong_end != CROSSING_UNDECIDED) continue;
-        crossing->wrong_end = choose_end_by_history(work, crossing);
+        crossing->wrong_end = choose_end(work, crossing, true);
         if (crossing->wrong_end == CROSSING_UNDECIDED)
-            crossing->wrong_end = choose_end_by_neighbours(work, crossing);
+            crossing->wrong_end = choose_end(work, crossing, false);
         if (crossing->wrong_end == CROSSING_UNDECIDED) orient_edges(work, crossing);
     }
 }

@@ -10,8 +10,6 @@
 
 /* Neither end of a crossing edge is known to be on the wrong side. */
 #define CROSSING_UNDECIDED 2
-/* Shorter contours that part nothing are shortened, or oriented. */
-enum { OPEN_CROSSINGS_MIN = 3 };
 
 /* An edge that passes through a triangle, both in the world's numbering. */
 typedef struct surface_crossing {
@@ -98,27 +96,31 @@ tulle_status decide_sides(untangling *work);
 /* Cuts the contours' edges at once and numbers the regions that hang on them. */
 void flood_contours(untangling *work, const contour_range *ranges, size_t count, flood *regions);
 /* What hangs on the wrong ends of a contour, and all corners at it. */
-void mark_astray(untangling *work, size_t begin, size_t end, const flood *regions);
+void mark_astray(untangling *work, const contour_range *range, const flood *regions);
 /* untangle_joint_sides.c: all contours with obstacles; `regions` go on from those in use. */
 tulle_status decide_joint_contours(untangling *work, contour_range *ranges, size_t count,
                                    flood *regions);
 /* An edge that is on no wrong side itself has to leave its triangle over the corners that are: the
  * crossing is aimed there, across the contour. */
 void aim_over_corners(const untangling *work, surface_crossing *crossing, const bool is_wrong[3]);
-/* untangle_open_sides.c: wrong ends where a contour, whose edges bear `mark` in `cut`, parts
- * nothing.
- */
-void decide_open_contour(untangling *work, size_t begin, size_t end, uint32_t mark);
+/* untangle_open_sides.c: wrong ends, and what is astray, where a contour parts nothing. Its edges
+ * are cut and `regions` flooded. */
+void decide_open_contour(untangling *work, const contour_range *range, const flood *regions);
 /* untangle_orientation.c: undecided crossings of a short contour, where escalation asks for it. */
-void orient_short_contour(untangling *work, size_t begin, size_t end);
+void orient_short_contour(untangling *work, const contour_range *range);
 /* Adds the sides of the crossings whose wrong end is known to the history, and settles it. */
 tulle_status remember_crossings(untangling *work);
 /* untangle_calm.c: where escalation asks for it, less crumpled cloth around contours. */
 void calm_surroundings(untangling *work);
 /* untangle_depth.c: votes of what lies in an obstacle and reaches from one contour to another. */
 void push_out_of_depth(untangling *work);
-/* untangle_motion.c */
-void add_vote(untangling *work, uint32_t vertex, vec3 shift);
+/* untangle_motion.c: votes that move sum w_i x_i by `change`, shared among `count` vertices by
+ * mobility. */
+void add_votes(untangling *work, const uint32_t *vertices, const double *weights, int count,
+               vec3 change);
+/* untangle_motion.c: moves two vertices along their line until they are `low` to `high` [m] apart.
+ */
+void limit_distance(untangling *work, uint32_t a, uint32_t b, double low, double high);
 double compute_gap(const untangling *work, uint32_t a, uint32_t b); /* [m] to push apart to */
 /* untangle_motion.c: one displacement of all free vertices. */
 tulle_status move_apart(untangling *work);

@@ -18,14 +18,6 @@ typedef struct surface_count {
     uint32_t pairs;
 } surface_count;
 
-static int compare_surfaces(const void *one, const void *two) {
-    const tulle_intersection *const x = one, *const y = two;
-    if (x->object_a != y->object_a) return x->object_a < y->object_a ? -1 : 1;
-    if (x->object_b != y->object_b) return x->object_b < y->object_b ? -1 : 1;
-    if (x->triangle_a != y->triangle_a) return x->triangle_a < y->triangle_a ? -1 : 1;
-    return (x->triangle_b > y->triangle_b) - (x->triangle_b < y->triangle_b);
-}
-
 static int compare_counts(const void *one, const void *two) {
     const surface_count *const x = one, *const y = two;
     if (x->pairs != y->pairs) return x->pairs > y->pairs ? -1 : 1;
@@ -50,16 +42,16 @@ static size_t write_surfaces(const tulle_world *world, const surface_count *coun
     return length;
 }
 
-/* Pairs by surfaces, most first; sorts the list by surfaces. */
-static size_t count_by_surfaces(intersection_list *list, surface_count *counts) {
+/* Pairs by surfaces, most first. */
+static size_t count_by_surfaces(const intersection_list *list, surface_count *counts) {
     size_t count = 0;
-    qsort(list->data, list->count, sizeof *list->data, compare_surfaces);
     for (size_t i = 0; i < list->count; i++) {
         const tulle_intersection *const pair = &list->data[i];
-        if (count == 0 || counts[count - 1].a != pair->object_a ||
-            counts[count - 1].b != pair->object_b)
-            counts[count++] = (surface_count){pair->object_a, pair->object_b, 0};
-        counts[count - 1].pairs++;
+        size_t at = 0;
+        while (at < count && (counts[at].a != pair->object_a || counts[at].b != pair->object_b))
+            at++;
+        if (at == count) counts[count++] = (surface_count){pair->object_a, pair->object_b, 0};
+        counts[at].pairs++;
     }
     qsort(counts, count, sizeof *counts, compare_counts);
     return count;

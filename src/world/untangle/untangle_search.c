@@ -68,19 +68,6 @@ static void fill_boxes(const untangling *work, sorted_triangles *cloth,
         qsort(obstacles->boxes, obstacles->count, sizeof *obstacles->boxes, compare_lows);
 }
 
-/* First box that begins at `low` or later. */
-static size_t find_first(const sorted_triangles *list, double low) {
-    size_t begin = 0, end = list->count;
-    while (begin < end) {
-        size_t const middle = begin + (end - begin) / 2;
-        if (list->boxes[middle].low[0] < low)
-            begin = middle + 1;
-        else
-            end = middle;
-    }
-    return begin;
-}
-
 /* Compares a box with those of the list from `begin` that begin before it ends, and adds the pairs
  * that cross. False when memory is short. */
 static bool sweep(untangling *work, const sorted_triangle *box, const sorted_triangles *list,
@@ -114,17 +101,18 @@ tulle_status find_crossing_pairs(untangling *work, intersection_list *list) {
     bool has_memory = cloth.boxes && obstacles.boxes;
     list->count = 0;
     if (has_memory) fill_boxes(work, &cloth, &obstacles);
-    for (size_t i = 0; i < cloth.count && has_memory; i++) {
+    /* Cloth with cloth and obstacles that begin later. */
+    for (size_t i = 0, first = 0; i < cloth.count && has_memory; i++) {
         const sorted_triangle *const box = &cloth.boxes[i];
-        has_memory = sweep(work, box, &cloth, i + 1, list) &&
-                     sweep(work, box, &obstacles, find_first(&obstacles, box->low[0]), list);
+        while (first < obstacles.count && obstacles.boxes[first].low[0] < box->low[0]) first++;
+        has_memory =
+            sweep(work, box, &cloth, i + 1, list) && sweep(work, box, &obstacles, first, list);
     }
-    /* cloth that begins after the obstacle; equal beginnings were met above */
-    for (size_t i = 0; i < obstacles.count && has_memory; i++) {
+    /* Obstacles with cloth that begins later; equal beginnings were met above. */
+    for (size_t i = 0, first = 0; i < obstacles.count && has_memory; i++) {
         const sorted_triangle *const box = &obstacles.boxes[i];
-        size_t begin = find_first(&cloth, box->low[0]);
-        while (begin < cloth.count && cloth.boxes[begin].low[0] == box->low[0]) begin++;
-        has_memory = sweep(work, box, &cloth, begin, list);
+        while (first < cloth.count && cloth.boxes[first].low[0] <= box->low[0]) first++;
+        has_memory = sweep(work, box, &cloth, first, list);
     }
     arena_release(scratch, mark);
     return has_memory ? TULLE_OK : TULLE_ERROR_OUT_OF_MEMORY;

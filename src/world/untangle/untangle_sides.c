@@ -217,8 +217,8 @@ static bool decide_contour(untangling *work, const contour_range *range, flood *
     return true;
 }
 
-void mark_astray(untangling *work, size_t begin, size_t end, const flood *regions) {
-    for (size_t i = begin; i < end; i++) {
+void mark_astray(untangling *work, const contour_range *range, const flood *regions) {
+    for (size_t i = range->begin; i < range->end; i++) {
         const surface_crossing *const crossing = &work->contours.crossings[i];
         const uint32_t *const ends = work->topo->edges + 2 * (size_t)crossing->edge;
         for (size_t k = 0; k < 3; k++)
@@ -234,13 +234,25 @@ void mark_astray(untangling *work, size_t begin, size_t end, const flood *region
     }
 }
 
-/* Contours that part a surface each; others with obstacles together, then the rest. */
-static tulle_status decide_contours(untangling *work, flood *regions) {
+tulle_status decide_sides(untangling *work) {
     tulle_world *const world = work->world;
     const contour_set *const contours = &work->contours;
+    size_t const n = world->vertex_count;
+    memset(work->is_inside, 0, n * sizeof(bool));
+    memset(work->is_astray, 0, n * sizeof(bool));
+    memset(work->region, 0, n * sizeof *work->region);
+    memset(work->grown, 0, n * sizeof *work->grown);
+    memset(work->cut, 0, work->topo->edge_count * sizeof *work->cut);
+    flood regions = {.mark = 1, .begin = 1};
+    regions.weights = ARENA_NEW(&world->scratch, double, 2 * contours->count);
     contour_range *const ranges = ARENA_NEW(&world->scratch, contour_range, contours->count);
+    if (!regions.weights || !ranges) return TULLE_ERROR_OUT_OF_MEMORY;
+    for (uint32_t i = 0; i < world->obstacles.count; i++)
+        if (work->is_closed[i])
+            mark_inside(work, (uint32_t)world->cloths.count + i, regions.mark++, &regions.begin);
+
+    /* Contours that part a surface each; open ones with obstacles are decided together below. */
     size_t range_count = 0;
-    if (!ranges) return TULLE_ERROR_OUT_OF_MEMORY;
     contour_range range;
     for (size_t begin = 0; begin < contours->count; begin = range.end) {
         const surface_crossing *const first = &contours->crossings[begin];
@@ -252,34 +264,15 @@ static tulle_status decide_contours(untangling *work, flood *regions) {
         while (range.end < contours->count &&
                contours->crossings[range.end].contour == first->contour)
             range.end++;
-        regions->mark++;
-        regions->begin += regions->count;
-        range.is_open = !decide_contour(work, &range, regions);
+        regions.mark++;
+        regions.begin += regions.count;
+        range.is_open = !decide_contour(work, &range, &regions);
         bool const is_of_obstacle = range.obstacle >= world->cloths.count;
         if (is_of_obstacle) ranges[range_count++] = range;
-        if (range.is_open && is_of_obstacle) continue;
-        if (range.is_open && range.end - begin >= OPEN_CROSSINGS_MIN)
-            decide_open_contour(work, begin, range.end, regions->mark);
-        mark_astray(work, begin, range.end, regions);
-        if (range.is_open && range.end - begin < OPEN_CROSSINGS_MIN)
-            orient_short_contour(work, begin, range.end);
+        if (!range.is_open)
+            mark_astray(work, &range, &regions);
+        else if (!is_of_obstacle)
+            decide_open_contour(work, &range, &regions);
     }
-    return decide_joint_contours(work, ranges, range_count, regions);
-}
-
-tulle_status decide_sides(untangling *work) {
-    tulle_world *const world = work->world;
-    size_t const n = world->vertex_count;
-    memset(work->is_inside, 0, n * sizeof(bool));
-    memset(work->is_astray, 0, n * sizeof(bool));
-    memset(work->region, 0, n * sizeof *work->region);
-    memset(work->grown, 0, n * sizeof *work->grown);
-    memset(work->cut, 0, work->topo->edge_count * sizeof *work->cut);
-    flood regions = {.mark = 1, .begin = 1};
-    regions.weights = ARENA_NEW(&world->scratch, double, 2 * work->contours.count);
-    if (!regions.weights) return TULLE_ERROR_OUT_OF_MEMORY;
-    for (uint32_t i = 0; i < world->obstacles.count; i++)
-        if (work->is_closed[i])
-            mark_inside(work, (uint32_t)world->cloths.count + i, regions.mark++, &regions.begin);
-    return decide_contours(work, &regions);
+    return decide_joint_contours(work, ranges, range_count, &regions);
 }
