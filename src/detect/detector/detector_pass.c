@@ -33,7 +33,8 @@ static tulle_status make_stages(tulle_detector *detector, const double *rest) {
     if (status == TULLE_OK)
         status = broad_phase_create(heap, &detector->set, rest, get_broad_method(method),
                                     &detector->broad);
-    if (status == TULLE_OK) broad_phase_follow_paths(detector->broad, PATHS_ALWAYS);
+    if (status == TULLE_OK)
+        broad_phase_configure(detector->broad, (broad_phase_options){.following = PATHS_ALWAYS});
     return status;
 }
 

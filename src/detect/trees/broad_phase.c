@@ -182,29 +182,27 @@ tulle_status build_trees(broad_phase *broad, const surface_set *set, const doubl
     return TULLE_OK;
 }
 
-void broad_phase_follow_paths(broad_phase *broad, path_following how) {
-    if (broad->method != BROAD_PHASE_REFIT || broad->following == how) return;
-    broad->following = how;
-    for (size_t s = 0; s < broad->surface_count; s++) broad->trees[s].is_fitted = false;
-}
-
-bool broad_phase_is_straight(const broad_phase *broad) {
-    return broad->is_straight || broad->following == PATHS_ALWAYS;
-}
-
-void broad_phase_use_scratch(broad_phase *broad, arena *scratch) {
+void broad_phase_configure(broad_phase *broad, broad_phase_options options) {
     memory *const heap = broad->heap;
+    broad->stop = options.stop;
+    if (broad->method == BROAD_PHASE_REFIT && broad->following != options.following) {
+        broad->following = options.following;
+        for (size_t s = 0; s < broad->surface_count; s++) broad->trees[s].is_fitted = false;
+    }
+    if (!options.scratch) return;
     memory_release(heap, broad->records, broad->vertex_count * sizeof *broad->records);
     if (!broad->scratch)
         memory_release(heap, broad->vertex_boxes,
                        broad->vertex_count * sizeof *broad->vertex_boxes);
     broad->tables.records = broad->records = NULL;
     broad->vertex_boxes = NULL;
-    broad->scratch = scratch;
+    broad->scratch = options.scratch;
+}
+
+bool broad_phase_is_straight(const broad_phase *broad) {
+    return broad->is_straight || broad->following == PATHS_ALWAYS;
 }
 
 void broad_phase_set_patches(broad_phase *broad, patch_labels patches) { broad->patches = patches; }
-
-void broad_phase_set_stop(broad_phase *broad, stop_poll *stop) { broad->stop = stop; }
 
 const pair_tables *broad_phase_get_tables(const broad_phase *broad) { return &broad->tables; }

@@ -41,23 +41,25 @@ tulle_status build_trees(broad_phase *broad, const surface_set *set, const doubl
  * nodes), not everywhere. Call this before build_trees, which reads the patches; zeroed: no
  * patches. Borrowed until the next call. */
 void broad_phase_set_patches(broad_phase *broad, patch_labels patches);
-/* A search asks `stop`, and ends with TULLE_ERROR_INTERRUPTED when a stop is wanted. Null, as at
- * first: nothing is asked. */
-void broad_phase_set_stop(broad_phase *broad, stop_poll *stop);
-
-/* From the next build_trees on, searches may leave out pairs whose boxes meet but whose straight
- * paths x0 -> x1 stay farther apart than the margin along one axis or diagonal. They do so where
- * that is cheap: always, or only where paths are long and neighbours move together. Only refitted
- * trees leave out such pairs. */
+/* Searches may leave out pairs whose boxes meet but whose straight paths x0 -> x1 stay farther
+ * apart than the margin along one axis or diagonal. They do so where that is cheap: always, or only
+ * where paths are long and neighbours move together. Only refitted trees leave out such pairs. */
 typedef enum path_following { PATHS_IN_BOXES, PATHS_WHERE_LONG, PATHS_ALWAYS } path_following;
-void broad_phase_follow_paths(broad_phase *broad, path_following how);
-/* Whether such pairs are left out. The candidates then hold for the straight paths alone, not for
- * other paths within the boxes. */
+
+typedef struct broad_phase_options {
+    path_following following;
+    stop_poll *stop; /* Searches ask it, and end with TULLE_ERROR_INTERRUPTED when a stop is wanted.
+                        Null: they ask nothing. */
+    arena *scratch;  /* For callers of find_pairs alone. The records in pair_tables are then null,
+                        and each build_trees puts the boxes of vertices into the arena, which must
+                        not be released before find_pairs. Null: they stay where they are. */
+} broad_phase_options;
+/* The options hold from the next build_trees on. Before the first call all of them are zero. */
+void broad_phase_configure(broad_phase *broad, broad_phase_options options);
+
+/* Whether pairs that straight paths keep apart are left out. The candidates then hold for the
+ * straight paths alone, not for other paths within the boxes. */
 bool broad_phase_is_straight(const broad_phase *broad);
-/* For callers of find_pairs alone. From then on the records in pair_tables are null, and each
- * build_trees puts the boxes of vertices into the arena, which must not be released before
- * find_pairs. */
-void broad_phase_use_scratch(broad_phase *broad, arena *scratch);
 
 typedef struct search_counts {
     uint64_t leaf_pair_count, candidate_count;

@@ -48,9 +48,9 @@ tulle_status world_start_detection(tulle_world *world) {
     tulle_status status =
         broad_phase_create(&world->heap, &world->set, world->rest, trees, &world->broad);
     if (status != TULLE_OK) return status;
-    broad_phase_set_stop(world->broad, &world->stop);
-    broad_phase_follow_paths(world->broad, PATHS_WHERE_LONG);
-    broad_phase_use_scratch(world->broad, &world->scratch);
+    broad_phase_configure(world->broad, (broad_phase_options){.following = PATHS_WHERE_LONG,
+                                                              .stop = &world->stop,
+                                                              .scratch = &world->scratch});
     if (def->method != TULLE_DETECT_PATCHES && !is_paper) return TULLE_OK;
 
     /* [m] Inner pairs of patches stay beyond all that gather_rows makes rows of. */

@@ -58,7 +58,7 @@ static broad_phase *make_following(memory *heap, const soup_scene *of, path_foll
     broad_phase *broad;
     assert_int_equal(broad_phase_create(heap, &of->set, of->x0, BROAD_PHASE_REFIT, &broad),
                      TULLE_OK);
-    broad_phase_follow_paths(broad, how);
+    broad_phase_configure(broad, (broad_phase_options){.following = how});
     return broad;
 }
 
@@ -76,7 +76,7 @@ static void following_paths_leaves_out_only_what_stays_apart(void **state) {
         assert_int_equal(build_trees(broad, &soup->set, soup->x0, soup->x1, margin, 1), TULLE_OK);
         key_list const list = search_keys(broad, &soup->set, 1);
         if (round % 4 == 3) { /* from now on only */
-            broad_phase_follow_paths(broad, PATHS_ALWAYS);
+            broad_phase_configure(broad, (broad_phase_options){.following = PATHS_ALWAYS});
         } else {
             broad_phase_destroy(broad);
             broad = make_following(&heap, soup, PATHS_ALWAYS);

@@ -169,7 +169,7 @@ static void nothing_near_is_left_out(void **state) {
         assert_int_equal(kept_patches_create(&heap, &soup->set, &patches), TULLE_OK);
         assert_int_equal(broad_phase_create(&heap, &soup->set, soup->x0, BROAD_PHASE_REFIT, &broad),
                          TULLE_OK);
-        broad_phase_follow_paths(broad, PATHS_WHERE_LONG);
+        broad_phase_configure(broad, (broad_phase_options){.following = PATHS_WHERE_LONG});
         for (int call = 0; call < CALLS; call++) {
             move_sheets(soup, call == 1 ? 0.003 : 0.2, &seed);
             search_jointly(soup, patches, broad, call, &sums);
