@@ -44,11 +44,16 @@ typedef struct voxel_grid {
     unsigned bits; /* of one coordinate */
 } voxel_grid;
 
+typedef struct tree_box {
+    float low[3], high[3];
+} tree_box;
+
 /* The triangles of one patch, or the isolated ones, of the surface whose trees are being built. */
 typedef struct voxel_group {
     voxel_grid grid;
-    uint32_t begin; /* in the sorted list of triangles */
-    uint32_t voxel; /* of the group among the groups */
+    tree_box centres; /* around the centres of the triangles' boxes */
+    uint32_t begin;   /* in the sorted list of triangles */
+    uint32_t voxel;   /* of the group among the groups */
 } voxel_group;
 
 /* [m] Sums over some vertices: of how far they move along the axes, and of how much that differs
@@ -148,11 +153,11 @@ uint32_t choose_leaf_count(size_t triangle_count, uint32_t *group);
 tulle_status shape_voxel_tree(broad_phase *broad, const surface_set *set, uint32_t surface);
 
 /* tree_slots.c */
-/* Fills the slots of a surface from the order of its triangles and the leaves' triangle ranges:
- * each vertex and edge goes to the leaf of its lowest triangle. */
-void assign_slots(broad_phase *broad, const surface_set *set, uint32_t surface);
-/* The same, but leaves get about equally many features. Besides, leaves get to know their
- * neighbours, and records are numbered in leaf order. */
+/* Puts a feature with the records of its corners into a slot. */
+void assign_slot(slot_list *list, uint32_t slot, uint32_t feature, const uint32_t *corners);
+/* Fills the slots of a surface from the order of its triangles and the leaves' triangle ranges.
+ * Leaves get about equally many vertices and edges. They also get to know their neighbours, and
+ * records are numbered in leaf order. */
 tulle_status assign_even_slots(broad_phase *broad, const surface_set *set, uint32_t surface);
 
 /* leaf_masks.c: which features of a leaf and itself, and its neighbours, share no vertex. */

@@ -6,43 +6,10 @@
  * comparing each of them with each. */
 enum { HUB_TRIANGLES = 64 };
 
-static void assign_slot(slot_list *list, uint32_t slot, uint32_t feature, const uint32_t *corners) {
+void assign_slot(slot_list *list, uint32_t slot, uint32_t feature, const uint32_t *corners) {
     list->features[slot] = feature;
     for (uint32_t k = 0; k < list->corner_count; k++)
         list->corners[list->corner_count * (size_t)slot + k] = corners[k];
-}
-
-void assign_slots(broad_phase *broad, const surface_set *set, uint32_t surface) {
-    const topology *const topo = set->topo;
-    const surface_range *const range = &set->surfaces[surface];
-    const surface_tree *const tree = &broad->trees[surface];
-    tree_leaf at = {.triangle_end = range->triangle_begin,
-                    .vertex_end = range->vertex_begin,
-                    .edge_end = range->edge_begin,
-                    .neighbours = {LEAF_ANY}};
-    for (uint32_t l = tree->leaf_begin; l < tree->leaf_begin + tree->leaf_count; l++) {
-        tree_leaf *const leaf = &broad->leaves[l];
-        uint32_t const begin = leaf->triangle_begin, end = leaf->triangle_end;
-        at.triangle_begin = at.triangle_end;
-        at.vertex_begin = at.vertex_end;
-        at.edge_begin = at.edge_end;
-        for (uint32_t slot = begin; slot < end; slot++) {
-            /* A triangle brings the vertices and edges of which it is the lowest triangle. */
-            uint32_t const triangle = broad->triangles.features[slot];
-            const uint32_t *const corners = topo->triangles + 3 * (size_t)triangle;
-            assign_slot(&broad->triangles, at.triangle_end++, triangle, corners);
-            for (int k = 0; k < 3; k++) {
-                uint32_t const vertex = corners[k];
-                const adjacency *const around = &topo->vertex_triangles;
-                if (around->items[around->begin[vertex]] == triangle)
-                    assign_slot(&broad->vertices, at.vertex_end++, vertex, &vertex);
-                uint32_t const edge = topo->triangle_edges[3 * (size_t)triangle + (size_t)k];
-                if (topo->edge_triangles[2 * (size_t)edge] == triangle)
-                    assign_slot(&broad->edges, at.edge_end++, edge, topo->edges + 2 * (size_t)edge);
-            }
-        }
-        *leaf = at;
-    }
 }
 
 /* What is needed while the features of one surface are dealt out. Arrays are indexed by what they
@@ -58,28 +25,25 @@ typedef struct dealer {
     uint32_t *vertex_slot;
 } dealer;
 
-static uint32_t leaf_of(const dealer *deal, uint32_t triangle) {
-    return deal->triangle_leaf[triangle - deal->range->triangle_begin];
-}
-
 /* Deals vertices and edges out: each goes to the leaf around it that has fewest. Meanwhile
  * vertex_end and edge_end of a leaf are numbers of what it has. */
 static void deal_features(dealer *deal) {
     const topology *const topo = deal->topo;
     const slot_list *const triangles = &deal->broad->triangles;
     tree_leaf *const leaves = deal->leaves;
+    uint32_t *const leaf_of = deal->triangle_leaf;
+    uint32_t const first = deal->range->triangle_begin;
     for (uint32_t l = 0; l < deal->leaf_count; l++)
         for (uint32_t slot = leaves[l].triangle_begin; slot < leaves[l].triangle_end; slot++)
-            deal->triangle_leaf[triangles->features[slot] - deal->range->triangle_begin] = l;
-    for (size_t i = 3 * (size_t)deal->range->triangle_begin;
-         i < 3 * (size_t)deal->range->triangle_end; i++) {
+            leaf_of[triangles->features[slot] - first] = l;
+    for (size_t i = 3 * (size_t)first; i < 3 * (size_t)deal->range->triangle_end; i++) {
         size_t const corner = 3 * (size_t)triangles->features[i / 3] + i % 3;
         uint32_t const vertex = topo->triangles[corner], edge = topo->triangle_edges[corner];
         uint32_t *owner = &deal->vertex_leaf[vertex - deal->range->vertex_begin];
         if (*owner == TULLE_NONE) {
             const adjacency *const around = &topo->vertex_triangles;
             for (uint32_t k = around->begin[vertex]; k < around->begin[vertex + 1]; k++) {
-                uint32_t const leaf = leaf_of(deal, around->items[k]);
+                uint32_t const leaf = leaf_of[around->items[k] - first];
                 if (*owner == TULLE_NONE || leaves[leaf].vertex_end < leaves[*owner].vertex_end)
                     *owner = leaf;
             }
@@ -88,9 +52,9 @@ static void deal_features(dealer *deal) {
         owner = &deal->edge_leaf[edge - deal->range->edge_begin];
         if (*owner == TULLE_NONE) {
             const uint32_t *const beside = topo->edge_triangles + 2 * (size_t)edge;
-            *owner = leaf_of(deal, beside[0]);
+            *owner = leaf_of[beside[0] - first];
             if (beside[1] != TULLE_NONE) {
-                uint32_t const other = leaf_of(deal, beside[1]);
+                uint32_t const other = leaf_of[beside[1] - first];
                 if (leaves[other].edge_end < leaves[*owner].edge_end) *owner = other;
             }
             leaves[*owner].edge_end++;
@@ -141,56 +105,33 @@ static void fill_slots(dealer *deal) {
     }
 }
 
-static void add_neighbour(tree_leaf *leaf, uint32_t neighbour) {
-    if (leaf->neighbours[0] == LEAF_ANY) return;
-    for (size_t i = 0; i < LEAF_NEIGHBOURS; i++) {
-        if (leaf->neighbours[i] == neighbour) return;
-        if (leaf->neighbours[i] == 0) { /* no leaf has 0 as neighbour of higher number */
-            leaf->neighbours[i] = neighbour;
-            return;
-        }
-    }
-    leaf->neighbours[0] = LEAF_ANY;
-}
-
 /* Leaves that share a vertex become neighbours. */
 static void join_leaves(dealer *deal) {
     const adjacency *const around = &deal->topo->vertex_triangles;
+    const uint32_t *const leaf_of = deal->triangle_leaf;
+    uint32_t const first = deal->range->triangle_begin;
     for (uint32_t v = deal->range->vertex_begin; v < deal->range->vertex_end; v++) {
         const uint32_t *const triangles = around->items + around->begin[v];
         uint32_t const count = around->begin[v + 1] - around->begin[v];
         for (uint32_t i = 0; i < count; i++) {
-            tree_leaf *const leaf = &deal->leaves[leaf_of(deal, triangles[i])];
-            if (count > HUB_TRIANGLES) leaf->neighbours[0] = LEAF_ANY;
-            for (uint32_t j = 0; j < count && leaf->neighbours[0] != LEAF_ANY; j++) {
-                uint32_t const other = leaf_of(deal, triangles[j]);
-                if (deal->leaves + other > leaf) add_neighbour(leaf, deal->leaf_begin + other);
+            uint32_t const own = leaf_of[triangles[i] - first];
+            uint32_t *const neighbours = deal->leaves[own].neighbours;
+            if (count > HUB_TRIANGLES) neighbours[0] = LEAF_ANY;
+            for (uint32_t j = 0; j < count && neighbours[0] != LEAF_ANY; j++) {
+                uint32_t const other = leaf_of[triangles[j] - first];
+                if (other <= own) continue;
+                /* no leaf has 0 as neighbour of higher number: it marks a free place */
+                uint32_t const neighbour = deal->leaf_begin + other;
+                size_t at = 0;
+                while (at < LEAF_NEIGHBOURS && neighbours[at] != neighbour && neighbours[at] != 0)
+                    at++;
+                if (at < LEAF_NEIGHBOURS)
+                    neighbours[at] = neighbour;
+                else
+                    neighbours[0] = LEAF_ANY;
             }
         }
     }
-}
-
-/* Lists the records of the corners of each leaf, each once; false when memory is short. */
-static bool list_corners(const dealer *deal) {
-    broad_phase *const broad = deal->broad;
-    for (uint32_t l = 0; l < deal->leaf_count; l++) {
-        tree_leaf *const leaf = &deal->leaves[l];
-        if (!ARRAY_RESERVE(broad->heap, &broad->leaf_corners, LEAF_SLOTS)) return false;
-        const uint32_t *const corners = broad->triangles.corners + 3 * (size_t)leaf->triangle_begin;
-        uint32_t *const own = broad->leaf_corners.data + broad->leaf_corners.count;
-        uint32_t count = 0;
-        for (uint32_t i = 0; i < 3 * (leaf->triangle_end - leaf->triangle_begin); i++) {
-            uint32_t at = 0;
-            while (at < count && own[at] != corners[i]) at++;
-            if (at == count) own[count++] = corners[i];
-        }
-        leaf->group_begin = broad->group_count;
-        broad->group_count += count_groups(leaf);
-        leaf->corner_begin = (uint32_t)broad->leaf_corners.count;
-        broad->leaf_corners.count += count;
-        leaf->corner_end = (uint32_t)broad->leaf_corners.count;
-    }
-    return true;
 }
 
 tulle_status assign_even_slots(broad_phase *broad, const surface_set *set, uint32_t surface) {
@@ -225,7 +166,27 @@ tulle_status assign_even_slots(broad_phase *broad, const surface_set *set, uint3
         for (size_t i = 0; i < LEAF_NEIGHBOURS && neighbours[i] != 0; i++)
             tree->near_pair_count += neighbours[0] != LEAF_ANY;
     }
-    bool const has_room = list_corners(&deal) && mask_leaves(broad, tree) == TULLE_OK;
+    /* the records of the corners of each leaf, each once */
+    bool has_room = true;
+    for (uint32_t l = 0; l < tree->leaf_count; l++) {
+        tree_leaf *const leaf = &deal.leaves[l];
+        has_room = ARRAY_RESERVE(heap, &broad->leaf_corners, LEAF_SLOTS);
+        if (!has_room) break;
+        const uint32_t *const corners = broad->triangles.corners + 3 * (size_t)leaf->triangle_begin;
+        uint32_t *const own = broad->leaf_corners.data + broad->leaf_corners.count;
+        uint32_t count = 0;
+        for (uint32_t i = 0; i < 3 * (leaf->triangle_end - leaf->triangle_begin); i++) {
+            uint32_t at = 0;
+            while (at < count && own[at] != corners[i]) at++;
+            if (at == count) own[count++] = corners[i];
+        }
+        leaf->group_begin = broad->group_count;
+        broad->group_count += count_groups(leaf);
+        leaf->corner_begin = (uint32_t)broad->leaf_corners.count;
+        broad->leaf_corners.count += count;
+        leaf->corner_end = (uint32_t)broad->leaf_corners.count;
+    }
+    has_room = has_room && mask_leaves(broad, tree) == TULLE_OK;
     memory_release(heap, owners, owner_bytes);
     return has_room ? TULLE_OK : TULLE_ERROR_OUT_OF_MEMORY;
 }

@@ -27,10 +27,6 @@ enum {
  * voxel. */
 static const double VOXEL_EDGE = 1.5;
 
-typedef struct tree_box {
-    float low[3], high[3];
-} tree_box;
-
 /* Records are in the order of vertices. */
 static tree_box make_triangle_box(const broad_phase *broad, const topology *topo,
                                   uint32_t triangle) {
@@ -110,7 +106,8 @@ typedef struct voxel_build {
     broad_phase *broad;
     const surface_set *set;
     surface_tree *tree;
-    uint32_t triangle_begin, triangle_count;
+    const surface_range *range;
+    uint32_t triangle_count;
     const uint32_t *labels; /* by triangle; null: one group */
     uint32_t label_min;     /* of the patches; group 0 is that of the isolated triangles */
     uint64_t *keys, *spare; /* voxel and triangle; spare also takes the voxels of a level */
@@ -121,38 +118,38 @@ static uint32_t get_group(const voxel_build *build, uint32_t triangle) {
     return build->labels[triangle] - build->label_min + 1;
 }
 
-/* The box of the centres of a group. */
-static tree_box make_group_box(const voxel_group *group) {
-    tree_box box;
-    for (int k = 0; k < 3; k++) {
-        box.low[k] = (float)(0.5 * group->grid.low[k]);
-        box.high[k] = (float)(0.5 * group->grid.high[k]);
-    }
-    return box;
-}
-
-/* Counts the triangles of the groups and puts the groups in the order of their voxels. */
-static void order_groups(voxel_build *build) {
+/* Sorts the triangles by the voxel of their group, by group, and by their own voxel. */
+static void sort_triangles(voxel_build *build) {
     voxel_group *const groups = build->broad->voxel_groups.data;
     size_t const group_count = build->broad->voxel_groups.count;
+    const topology *const topo = build->set->topo;
+    uint32_t const first = build->range->triangle_begin, count = build->triangle_count;
+
+    /* Voxels within each group, and voxels for the groups. */
     voxel_grid grid = {.count = 0};
-    uint32_t used = 0, begin = 0;
-    for (uint32_t i = 0; i < build->triangle_count; i++) {
-        uint32_t const triangle = build->triangle_begin + i;
-        tree_box const box = make_triangle_box(build->broad, build->set->topo, triangle);
-        grid_include(&groups[get_group(build, triangle)].grid, &box);
+    unsigned bits = 0;
+    for (uint32_t i = 0; i < count; i++) {
+        tree_box const box = make_triangle_box(build->broad, topo, first + i);
+        grid_include(&groups[get_group(build, first + i)].grid, &box);
     }
     for (uint32_t g = 0; g < group_count; g++) {
-        if (groups[g].grid.count == 0) continue;
-        grid_cut(&groups[g].grid);
-        tree_box const box = make_group_box(&groups[g]);
-        grid_include(&grid, &box);
+        voxel_group *const group = &groups[g];
+        if (group->grid.count == 0) continue;
+        grid_cut(&group->grid);
+        if (group->grid.bits > bits) bits = group->grid.bits;
+        for (int k = 0; k < 3; k++) {
+            group->centres.low[k] = (float)(0.5 * group->grid.low[k]);
+            group->centres.high[k] = (float)(0.5 * group->grid.high[k]);
+        }
+        grid_include(&grid, &group->centres);
     }
     grid_cut(&grid);
+
+    /* The groups by voxel: where the triangles of each begin. */
+    uint32_t used = 0, begin = 0;
     for (uint32_t g = 0; g < group_count; g++) {
         if (groups[g].grid.count == 0) continue;
-        tree_box const box = make_group_box(&groups[g]);
-        groups[g].voxel = choose_voxel(&grid, &box);
+        groups[g].voxel = choose_voxel(&grid, &groups[g].centres);
         build->keys[used++] = (uint64_t)groups[g].voxel << 32 | g;
     }
     sort_by_voxel(&build->keys, &build->spare, used, grid.bits);
@@ -161,23 +158,15 @@ static void order_groups(voxel_build *build) {
         group->begin = begin;
         begin += group->grid.count;
     }
-}
 
-/* Sorts the triangles by group, and those of a group by voxel. */
-static void sort_triangles(voxel_build *build) {
-    broad_phase *const broad = build->broad;
-    voxel_group *const groups = broad->voxel_groups.data;
-    uint32_t const first = build->triangle_begin, count = build->triangle_count;
-    unsigned bits = 0;
-    for (size_t g = 0; g < broad->voxel_groups.count; g++)
-        if (groups[g].grid.bits > bits) bits = groups[g].grid.bits;
+    /* The triangles by voxel, then to their groups. */
     for (uint32_t i = 0; i < count; i++) {
-        tree_box const box = make_triangle_box(broad, build->set->topo, first + i);
+        tree_box const box = make_triangle_box(build->broad, topo, first + i);
         uint32_t const voxel = choose_voxel(&groups[get_group(build, first + i)].grid, &box);
         build->keys[i] = (uint64_t)voxel << 32 | (first + i);
     }
     sort_by_voxel(&build->keys, &build->spare, count, bits);
-    if (broad->voxel_groups.count == 1) return;
+    if (group_count == 1) return;
     for (uint32_t i = 0; i < count; i++)
         build->spare[groups[get_group(build, (uint32_t)build->keys[i])].begin++] = build->keys[i];
     uint64_t *const sorted = build->spare;
@@ -187,24 +176,42 @@ static void sort_triangles(voxel_build *build) {
 
 /* ---- leaves and nodes ---- */
 
-/* Runs of one voxel of one group, at most LEAF_TRIANGLES long; their codes go to `spare`. */
+/* Leaves are runs of one voxel of one group, at most LEAF_TRIANGLES long; their codes go to
+ * `spare`. A triangle brings to its leaf the vertices and edges of which it is the lowest triangle.
+ */
 static void build_leaves(voxel_build *build) {
     broad_phase *const broad = build->broad;
     surface_tree *const tree = build->tree;
-    uint32_t const first = build->triangle_begin, count = build->triangle_count;
+    const topology *const topo = build->set->topo;
+    const adjacency *const around = &topo->vertex_triangles;
     tree_leaf *leaf = NULL;
-    for (uint32_t i = 0; i < count; i++) {
-        uint32_t const triangle = (uint32_t)build->keys[i];
+    uint32_t vertex_slot = build->range->vertex_begin, edge_slot = build->range->edge_begin;
+    for (uint32_t i = 0; i < build->triangle_count; i++) {
+        uint32_t const slot = build->range->triangle_begin + i, triangle = (uint32_t)build->keys[i];
         uint64_t const code = (uint64_t)get_group(build, triangle) << 32 | build->keys[i] >> 32;
-        broad->triangles.features[first + i] = triangle;
-        bool const continues = leaf && first + i - leaf->triangle_begin < LEAF_TRIANGLES &&
+        bool const continues = leaf && slot - leaf->triangle_begin < LEAF_TRIANGLES &&
                                build->spare[tree->leaf_count - 1] == code;
         if (!continues) {
             leaf = &broad->leaves[tree->leaf_begin + tree->leaf_count];
-            leaf->triangle_begin = first + i;
+            *leaf = (tree_leaf){.triangle_begin = slot,
+                                .vertex_begin = vertex_slot,
+                                .edge_begin = edge_slot,
+                                .neighbours = {LEAF_ANY}};
             build->spare[tree->leaf_count++] = code;
         }
-        leaf->triangle_end = first + i + 1;
+        const uint32_t *const corners = topo->triangles + 3 * (size_t)triangle;
+        assign_slot(&broad->triangles, slot, triangle, corners);
+        for (int k = 0; k < 3; k++) {
+            uint32_t const vertex = corners[k];
+            uint32_t const edge = topo->triangle_edges[3 * (size_t)triangle + (size_t)k];
+            if (around->items[around->begin[vertex]] == triangle)
+                assign_slot(&broad->vertices, vertex_slot++, vertex, &vertex);
+            if (topo->edge_triangles[2 * (size_t)edge] == triangle)
+                assign_slot(&broad->edges, edge_slot++, edge, topo->edges + 2 * (size_t)edge);
+        }
+        leaf->triangle_end = slot + 1;
+        leaf->vertex_end = vertex_slot;
+        leaf->edge_end = edge_slot;
     }
 }
 
@@ -261,7 +268,7 @@ tulle_status shape_voxel_tree(broad_phase *broad, const surface_set *set, uint32
     voxel_build build = {.broad = broad,
                          .set = set,
                          .tree = tree,
-                         .triangle_begin = range->triangle_begin,
+                         .range = range,
                          .triangle_count = range->triangle_end - range->triangle_begin,
                          .labels =
                              broad->method == BROAD_PHASE_PAPER ? broad->patches.labels : NULL,
@@ -287,7 +294,6 @@ tulle_status shape_voxel_tree(broad_phase *broad, const surface_set *set, uint32
     if (!ARRAY_RESERVE(broad->heap, &broad->voxel_groups, count)) return TULLE_ERROR_OUT_OF_MEMORY;
     memset(broad->voxel_groups.data, 0, count * sizeof *broad->voxel_groups.data);
     broad->voxel_groups.count = count;
-    order_groups(&build);
     sort_triangles(&build);
     build_leaves(&build);
     if (!build_levels(&build)) {
@@ -295,6 +301,5 @@ tulle_status shape_voxel_tree(broad_phase *broad, const surface_set *set, uint32
         tree->nodes.count = 0;
         return TULLE_ERROR_OUT_OF_MEMORY;
     }
-    assign_slots(broad, set, surface);
     return TULLE_OK;
 }
