@@ -119,6 +119,7 @@ struct broad_phase {
     uint32_t group_count;  /* of all leaves of refitted trees */
     ARRAY(uint16_t) masks; /* of refitted trees, see leaf_tables */
     bool has_all_blocks;   /* since the last build_trees */
+    leaf_fit fit;          /* what boxes of leaves are fitted from, since then too */
     slot_list triangles, vertices, edges;
     pair_tables tables;
     uint64_t *voxel_keys[2];         /* one a triangle; voxel trees only */
@@ -179,7 +180,5 @@ bool fit_vertex_boxes(broad_phase *broad, const surface_set *set, const double *
  * when memory is short. */
 bool fit_trees(broad_phase *broad, const surface_set *set, int threads);
 void release_blocks(broad_phase *broad);
-/* What boxes of leaves are fitted from. */
-leaf_fit make_leaf_fit(const broad_phase *broad);
 
 #endif

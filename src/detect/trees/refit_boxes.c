@@ -151,71 +151,47 @@ bool fit_vertex_boxes(broad_phase *broad, const surface_set *set, const double *
     return is_finite;
 }
 
-/* Labels the children of a node, leaves or nodes: each with the label that all below it bear, or
- * with 0. */
-static void label_children(const broad_phase *broad, surface_tree *tree, uint32_t index,
-                           bool is_lowest) {
-    tree_node *const node = &tree->nodes.data[index];
-    for (uint32_t c = 0; c < node->child_count; c++) {
-        uint32_t label;
-        bool is_one = true;
-        if (is_lowest) {
-            const uint32_t *const labels = broad->patches.labels;
-            const uint32_t *const triangles = broad->triangles.features;
-            const tree_leaf *const leaf = &broad->leaves[node->first + c];
-            label = labels[triangles[leaf->triangle_begin]];
-            for (uint32_t slot = leaf->triangle_begin + 1; is_one && slot < leaf->triangle_end;
-                 slot++)
-                is_one = labels[triangles[slot]] == label;
-        } else {
-            const tree_node *const child = &tree->nodes.data[node->first + c];
-            label = child->labels[0];
-            for (uint32_t k = 1; is_one && k < child->child_count; k++)
-                is_one = child->labels[k] == label;
-        }
-        node->labels[c] = is_one ? label : 0;
-    }
-}
-
-leaf_fit make_leaf_fit(const broad_phase *broad) {
-    return (leaf_fit){.leaves = broad->leaves,
-                      .triangle_corners = broad->triangles.corners,
-                      .vertex_corners = broad->vertices.corners,
-                      .edge_corners = broad->edges.corners,
-                      .leaf_corners = broad->leaf_corners.data,
-                      .vertex_boxes = broad->vertex_boxes,
-                      .blocks = broad->has_all_blocks ? broad->blocks : NULL,
-                      .is_straight = broad->is_straight};
-}
-
-static bool needs_blocks(const broad_phase *broad, const surface_tree *tree) {
-    return broad->has_all_blocks && !(tree->is_fitted && tree->has_blocks);
-}
-
+/* Fits lowest nodes and what is below them. A leaf bears the label that all its triangles bear, or
+ * 0. */
 static void fit_lowest_task(void *context, size_t begin, size_t end, size_t chunk, int worker) {
     (void)begin, (void)end, (void)worker;
     const broad_phase *const broad = context;
     const fit_task *const task = &broad->fit_tasks[chunk];
     surface_tree *const tree = &broad->trees[task->surface];
-    leaf_fit const fit = make_leaf_fit(broad);
+    bool const needs_blocks = broad->has_all_blocks && !tree->has_blocks;
     leaf_slabs *const slabs = broad->has_all_blocks ? broad->slabs : NULL;
-    if (!tree->is_fitted || (slabs && needs_blocks(broad, tree)))
-        TULLE_PICK_KERNEL(fit_lowest_nodes)
-    (&fit, tree->nodes.data, slabs, task->begin, task->end);
+    if (!tree->is_fitted || (slabs && needs_blocks)) TULLE_PICK_KERNEL(fit_lowest_nodes)
+    (&broad->fit, tree->nodes.data, slabs, task->begin, task->end);
     const tree_node *const first = &tree->nodes.data[task->begin];
     const tree_node *const last = &tree->nodes.data[task->end - 1];
-    if (needs_blocks(broad, tree))
-        TULLE_PICK_KERNEL(fit_leaves)(&fit, first->first, last->first + last->child_count);
-    for (uint32_t i = task->begin; !broad->is_labelled && i < task->end; i++)
-        label_children(broad, tree, i, true);
+    if (needs_blocks)
+        TULLE_PICK_KERNEL(fit_leaves)(&broad->fit, first->first, last->first + last->child_count);
+    const uint32_t *const labels = broad->patches.labels;
+    const uint32_t *const triangles = broad->triangles.features;
+    for (uint32_t i = task->begin; !broad->is_labelled && i < task->end; i++) {
+        tree_node *const node = &tree->nodes.data[i];
+        for (uint32_t c = 0; c < node->child_count; c++) {
+            const tree_leaf *const leaf = &broad->leaves[node->first + c];
+            uint32_t const label = labels[triangles[leaf->triangle_begin]];
+            uint32_t slot = leaf->triangle_begin + 1;
+            while (slot < leaf->triangle_end && labels[triangles[slot]] == label) slot++;
+            node->labels[c] = slot == leaf->triangle_end ? label : 0;
+        }
+    }
 }
 
-/* All nodes but the lowest. */
+/* Fits all nodes but the lowest. A node bears the label that all its children bear, or 0. */
 static void fit_upper_nodes(const broad_phase *broad, surface_tree *tree) {
     if (tree->level_count < 2) return;
     for (uint32_t i = tree->level_begin[1]; i < tree->nodes.count; i++) {
         tree_node *const node = &tree->nodes.data[i];
-        if (!broad->is_labelled) label_children(broad, tree, i, false);
+        for (uint32_t c = 0; !broad->is_labelled && c < node->child_count; c++) {
+            const tree_node *const child = &tree->nodes.data[node->first + c];
+            uint32_t const label = child->labels[0];
+            uint32_t k = 1;
+            while (k < child->child_count && child->labels[k] == label) k++;
+            node->labels[c] = k == child->child_count ? label : 0;
+        }
         if (tree->is_fitted) continue;
         for (int k = 0; k < 3; k++) {
             node->box[k] = INFINITY;
@@ -281,13 +257,21 @@ bool fit_trees(broad_phase *broad, const surface_set *set, int threads) {
     }
 
     /* Leaves and lowest nodes, then the nodes above them. */
+    broad->fit = (leaf_fit){.leaves = broad->leaves,
+                            .triangle_corners = broad->triangles.corners,
+                            .vertex_corners = broad->vertices.corners,
+                            .edge_corners = broad->edges.corners,
+                            .leaf_corners = broad->leaf_corners.data,
+                            .vertex_boxes = broad->vertex_boxes,
+                            .blocks = broad->has_all_blocks ? broad->blocks : NULL,
+                            .is_straight = broad->is_straight};
     size_t task_count = 0;
     for (uint32_t s = 0; s < set->surface_count; s++) {
-        const surface_tree *const tree = &broad->trees[s];
-        bool const has_work =
-            set->surfaces[s].is_present &&
-            (!tree->is_fitted || !broad->is_labelled || needs_blocks(broad, tree));
-        if (has_work && tree->level_count > 0)
+        surface_tree *const tree = &broad->trees[s];
+        if (!set->surfaces[s].is_present || tree->level_count == 0) continue;
+        tree->has_blocks = tree->is_fitted && tree->has_blocks;
+        bool const needs_blocks = broad->has_all_blocks && !tree->has_blocks;
+        if (!tree->is_fitted || !broad->is_labelled || needs_blocks)
             task_count =
                 append_tasks(broad, task_count, s, 0, tree->level_begin[1], NODES_PER_TASK);
     }
@@ -296,7 +280,7 @@ bool fit_trees(broad_phase *broad, const surface_set *set, int threads) {
         surface_tree *const tree = &broad->trees[s];
         if (!set->surfaces[s].is_present) continue;
         fit_upper_nodes(broad, tree);
-        tree->has_blocks = broad->has_all_blocks || (tree->is_fitted && tree->has_blocks);
+        tree->has_blocks = broad->has_all_blocks || tree->has_blocks;
         tree->is_fitted = true;
     }
     return true;
