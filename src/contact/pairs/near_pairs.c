@@ -1,9 +1,15 @@
-/* contact/pairs/near_pairs.c - see near_pairs.h. Two features approach each other by at most the
- * longest ways of their surfaces. What starts further apart than the largest separation distance
- * and will not touch is in no list: that distance less the approach bounds what a list can answer.
- * Where some vertices go further than half of what that leaves, pairs of these are taken from all
- * pairs. Here alone safety rests on distances as they are computed; their error is some roundings
- * of the coordinates, far below compute_rounding_slack. */
+/* contact/pairs/near_pairs.c - see near_pairs.h.
+ *
+ * Two features approach each other by at most the longest ways of what moves and of anything else.
+ * The list holds all pairs that start nearer than the largest separation distance. Where the limit
+ * and the approach together are less than that distance, no other pair comes under the limit.
+ *
+ * Else a vertex is called fast if it goes farther than half of the largest separation distance less
+ * the limit. Two vertices that are not fast cannot bring another pair under the limit, so only
+ * pairs with a fast vertex are taken from all pairs.
+ *
+ * Here alone safety rests on distances as they are computed. Their error is some roundings of the
+ * coordinates, far below compute_rounding_slack. */
 #include "contact/pairs/near_pairs.h"
 
 #include "base/parallel.h"
@@ -35,19 +41,13 @@ tulle_status note_near_pairs(const contact_scene *scene, const pair_events *foun
 }
 
 typedef struct fast_pick {
-    const contact_scene *scene;
+    const topology *topo;
     const bool *is_fast; /* vertex_count */
     feature_kind kind;
     const feature_pair *pairs; /* of that kind */
     feature_pair *picked;      /* PICK_CHUNK for each chunk */
     uint32_t *counts;          /* of each chunk */
 } fast_pick;
-
-static bool has_fast_vertex(const fast_pick *pick, feature_kind kind, feature_pair pair) {
-    uint32_t v[4];
-    feature_pair_vertices(pick->scene->set->topo, kind, pair, v);
-    return pick->is_fast[v[0]] | pick->is_fast[v[1]] | pick->is_fast[v[2]] | pick->is_fast[v[3]];
-}
 
 static void pick_chunk(void *context, size_t begin, size_t end, size_t chunk, int worker) {
     (void)worker;
@@ -56,43 +56,20 @@ static void pick_chunk(void *context, size_t begin, size_t end, size_t chunk, in
     uint32_t count = 0;
     for (size_t i = begin; i < end; i++) {
         picked[count] = pick->pairs[i];
-        count += has_fast_vertex(pick, pick->kind, pick->pairs[i]);
+        count += pair_has_mark(pick->topo, pick->kind, pick->pairs[i], pick->is_fast);
     }
     pick->counts[chunk] = count;
 }
 
-/* Pairs of one kind with a fast vertex, and the near ones without. Null when memory is short. */
-static feature_pair *pick_kind(fast_pick *pick, const near_pair_list *list, size_t pair_count,
-                               size_t *count) {
-    const contact_scene *const scene = pick->scene;
-    size_t const chunk_count = parallel_chunk_count(pair_count, PICK_CHUNK);
-    feature_pair *const all =
-        ARENA_NEW(scene->scratch, feature_pair, list->pairs.count + chunk_count * PICK_CHUNK);
-    pick->counts = ARENA_NEW(scene->scratch, uint32_t, chunk_count);
-    if (!all || !pick->counts) return NULL;
-    pick->picked = all + list->pairs.count;
-    parallel_for(pair_count, PICK_CHUNK, scene->threads, pick_chunk, pick);
-    *count = 0;
-    for (size_t i = 0; i < list->pairs.count; i++) {
-        const near_pair *const near = &list->pairs.data[i];
-        if (near->kind == pick->kind && !has_fast_vertex(pick, near->kind, near->pair))
-            all[(*count)++] = near->pair;
-    }
-    for (size_t chunk = 0; chunk < chunk_count; chunk++) {
-        memmove(all + *count, pick->picked + chunk * PICK_CHUNK, pick->counts[chunk] * sizeof *all);
-        *count += pick->counts[chunk];
-    }
-    return all;
-}
-
-/* Those that may come nearer than `limit` [m] where some vertices are fast; *picked stays what it
- * is where that is no help. */
+/* Picks all pairs with a fast vertex, and of the others those of the list. *picked stays what it is
+ * where too many vertices are fast. */
 static tulle_status pick_fast(const contact_scene *scene, const pair_source *source,
                               const double *x1, double limit, pair_list *picked) {
+    const near_pair_list *const list = source->near_pairs;
     double const reach = scene->largest_separation * (1.0 - 2.0 * LENGTH_ROUNDING) - limit -
                          compute_rounding_slack(scene, x1);
     bool *const is_fast = ARENA_NEW(scene->scratch, bool, scene->vertex_count);
-    fast_pick pick = {.scene = scene, .is_fast = is_fast};
+    fast_pick pick = {.topo = scene->set->topo, .is_fast = is_fast};
     if (!is_fast) return TULLE_ERROR_OUT_OF_MEMORY;
     if (!(reach > 0.0)) return TULLE_OK;
     double const most = 0.5 * reach;
@@ -103,18 +80,39 @@ static tulle_status pick_fast(const contact_scene *scene, const pair_source *sou
         fast_count += is_fast[i];
     }
     if ((double)fast_count > MOST_FAST * (double)scene->vertex_count) return TULLE_OK;
-    pair_list found = {0};
-    pick.kind = FEATURE_VERTEX_TRIANGLE;
-    pick.pairs = source->pairs->vertex_triangle.data;
-    found.vertex_triangle.data =
-        pick_kind(&pick, source->near_pairs, source->pairs->vertex_triangle.count,
-                  &found.vertex_triangle.count);
-    pick.kind = FEATURE_EDGE_EDGE;
-    pick.pairs = source->pairs->edge_edge.data;
-    found.edge_edge.data = pick_kind(&pick, source->near_pairs, source->pairs->edge_edge.count,
-                                     &found.edge_edge.count);
-    if (!found.vertex_triangle.data || !found.edge_edge.data) return TULLE_ERROR_OUT_OF_MEMORY;
-    *picked = found;
+
+    /* By kind: all pairs, and those that are picked. */
+    const feature_pair *const pairs[2] = {source->pairs->vertex_triangle.data,
+                                          source->pairs->edge_edge.data};
+    size_t const counts[2] = {source->pairs->vertex_triangle.count, source->pairs->edge_edge.count};
+    feature_pair *found[2];
+    size_t found_counts[2] = {0, 0};
+    for (int kind = 0; kind < 2; kind++) {
+        size_t const chunk_count = parallel_chunk_count(counts[kind], PICK_CHUNK);
+        size_t const room = list->pairs.count + chunk_count * PICK_CHUNK;
+        found[kind] = ARENA_NEW(scene->scratch, feature_pair, room);
+        pick.counts = ARENA_NEW(scene->scratch, uint32_t, chunk_count);
+        if (!found[kind] || !pick.counts) return TULLE_ERROR_OUT_OF_MEMORY;
+        pick.kind = (feature_kind)kind;
+        pick.pairs = pairs[kind];
+        pick.picked = found[kind] + list->pairs.count;
+        parallel_for(counts[kind], PICK_CHUNK, scene->threads, pick_chunk, &pick);
+        size_t count = 0;
+        for (size_t i = 0; i < list->pairs.count; i++) {
+            const near_pair *const near = &list->pairs.data[i];
+            if (near->kind == pick.kind &&
+                !pair_has_mark(pick.topo, near->kind, near->pair, is_fast))
+                found[kind][count++] = near->pair;
+        }
+        for (size_t chunk = 0; chunk < chunk_count; chunk++) {
+            memmove(found[kind] + count, pick.picked + chunk * PICK_CHUNK,
+                    pick.counts[chunk] * sizeof *found[kind]);
+            count += pick.counts[chunk];
+        }
+        found_counts[kind] = count;
+    }
+    *picked = (pair_list){.vertex_triangle = {.data = found[0], .count = found_counts[0]},
+                          .edge_edge = {.data = found[1], .count = found_counts[1]}};
     return TULLE_OK;
 }
 
@@ -150,20 +148,4 @@ tulle_status pick_pairs(const contact_scene *scene, const pair_source *source, c
             picked->edge_edge.data[picked->edge_edge.count++] = near->pair;
     }
     return TULLE_OK;
-}
-
-/* No pair that is further apart than the nearest of the start will be at x1. */
-tulle_status pick_pairs_for_nearest(const contact_scene *scene, const pair_source *source,
-                                    const double *x1, double *limit, pair_list *picked) {
-    const near_pair_list *const list = source->near_pairs;
-    *picked = *source->pairs;
-    if (!list || list->pairs.count == 0) return TULLE_OK;
-    const near_pair *const nearest = &list->pairs.data[list->nearest];
-    uint32_t vertices[4];
-    vec3 points[4];
-    feature_pair_vertices(scene->set->topo, nearest->kind, nearest->pair, vertices);
-    load_points(x1, vertices, points);
-    double const distance = sqrt(closest_of_pair(nearest->kind, points).distance2);
-    *limit = fmin(*limit, nextafter(distance, (double)INFINITY));
-    return pick_pairs(scene, source, x1, distance, picked);
 }

@@ -11,9 +11,9 @@ static const double MINIMUM_PART_OF_REST = 0.25;
 /* Rest distances under this part of the contact distance are no neighbours of one surface but
  * pattern pieces laid over one another: the rest shape then says nothing about the pair. */
 static const double OVERLAPPING_REST = 1e-3;
-/* A pair that starts at the minimum gap or nearer (pressed there by the step before, or a bad
- * start) may come nearer by this factor, so that a step can begin; so near to 1 that 10,000 pressed
- * steps take a hundredth. */
+/* A pair that starts at the minimum gap or nearer may come nearer by this factor, so that a step
+ * can begin. It was pressed there by the step before, or the start was bad. The factor is so near
+ * to 1 that 10,000 pressed steps take a hundredth of the distance. */
 static const double PART_OF_START = 1.0 - 1e-6;
 /* Accepted states keep more than xi up to this relative rounding. */
 static const double MINIMUM_ROUNDING = 1e-9;

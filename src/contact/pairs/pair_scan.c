@@ -46,10 +46,8 @@ static void filter_chunk(void *context, size_t begin, size_t end, size_t chunk, 
         if (changed) {
             size_t picked_count = 0;
             for (size_t k = 0; k < count; k++) {
-                uint32_t v[4];
-                feature_pair_vertices(topo, work->kind, part[k], v);
                 picked[picked_count] = part[k];
-                picked_count += changed[v[0]] | changed[v[1]] | changed[v[2]] | changed[v[3]];
+                picked_count += pair_has_mark(topo, work->kind, part[k], changed);
             }
             part = picked;
             count = picked_count;
@@ -58,28 +56,6 @@ static void filter_chunk(void *context, size_t begin, size_t end, size_t chunk, 
                                                       kept + kept_count);
     }
     work->kept_counts[chunk] = (uint32_t)kept_count;
-}
-
-/* The pairs of one kind that pass the cheap test, sorted. */
-static tulle_status filter_kind(const contact_scene *scene, scan_work *work, feature_kind kind,
-                                size_t pair_count) {
-    size_t const chunk_count = parallel_chunk_count(pair_count, FILTER_CHUNK);
-    work->kind = kind;
-    work->kept = ARENA_NEW(scene->scratch, feature_pair, chunk_count * FILTER_CHUNK);
-    work->kept_counts = ARENA_NEW(scene->scratch, uint32_t, chunk_count);
-    if (!work->kept || !work->kept_counts) return TULLE_ERROR_OUT_OF_MEMORY;
-    parallel_for(pair_count, FILTER_CHUNK, scene->threads, filter_chunk, work);
-    size_t count = 0;
-    for (size_t chunk = 0; chunk < chunk_count; chunk++) {
-        memmove(work->kept + count, work->kept + chunk * FILTER_CHUNK,
-                work->kept_counts[chunk] * sizeof *work->kept);
-        count += work->kept_counts[chunk];
-    }
-    work->survivors[kind] = work->kept;
-    work->survivor_counts[kind] = count;
-    return sort_pairs(scene->scratch, scene->threads, work->kept, count,
-                      kind == FEATURE_VERTEX_TRIANGLE ? scene->vertex_count
-                                                      : scene->set->topo->edge_count);
 }
 
 /* The full test. Vertices and triangles come first; a chunk may hold the last of them and the first
@@ -113,19 +89,40 @@ static void measure_chunk(void *context, size_t begin, size_t end, size_t chunk,
 
 tulle_status scan_pairs(const contact_scene *scene, const pair_list *pairs, const pair_scan *scan,
                         pair_events *result) {
-    size_t const vertex_count = pairs->vertex_triangle.count, edge_count = pairs->edge_edge.count;
+    const feature_pair *const lists[2] = {pairs->vertex_triangle.data, pairs->edge_edge.data};
+    size_t const counts[2] = {pairs->vertex_triangle.count, pairs->edge_edge.count};
+    size_t const first_counts[2] = {scene->vertex_count, scene->set->topo->edge_count};
     scan_work work = {
         .scan = scan,
         .filter = {scene->set->topo, scan->records, scan->at_start, scan->at_end},
         .stop = scene->stop,
     };
     *result = (pair_events){0};
-    if (vertex_count + edge_count >= UINT32_MAX) return TULLE_ERROR_LIMIT;
-    work.pairs = pairs->vertex_triangle.data;
-    tulle_status status = filter_kind(scene, &work, FEATURE_VERTEX_TRIANGLE, vertex_count);
-    work.pairs = pairs->edge_edge.data;
-    if (status == TULLE_OK) status = filter_kind(scene, &work, FEATURE_EDGE_EDGE, edge_count);
-    if (status != TULLE_OK) return status;
+    if (counts[0] + counts[1] >= UINT32_MAX) return TULLE_ERROR_LIMIT;
+
+    /* the cheap test of each kind: what passes is moved together and sorted */
+    for (int kind = 0; kind < 2; kind++) {
+        size_t const chunk_count = parallel_chunk_count(counts[kind], FILTER_CHUNK);
+        work.kind = (feature_kind)kind;
+        work.pairs = lists[kind];
+        work.kept = ARENA_NEW(scene->scratch, feature_pair, chunk_count * FILTER_CHUNK);
+        work.kept_counts = ARENA_NEW(scene->scratch, uint32_t, chunk_count);
+        if (!work.kept || !work.kept_counts) return TULLE_ERROR_OUT_OF_MEMORY;
+        parallel_for(counts[kind], FILTER_CHUNK, scene->threads, filter_chunk, &work);
+        size_t count = 0;
+        for (size_t chunk = 0; chunk < chunk_count; chunk++) {
+            memmove(work.kept + count, work.kept + chunk * FILTER_CHUNK,
+                    work.kept_counts[chunk] * sizeof *work.kept);
+            count += work.kept_counts[chunk];
+        }
+        work.survivors[kind] = work.kept;
+        work.survivor_counts[kind] = count;
+        tulle_status const status =
+            sort_pairs(scene->scratch, scene->threads, work.kept, count, first_counts[kind]);
+        if (status != TULLE_OK) return status;
+    }
+
+    /* the full test */
     size_t const survivor_count = work.survivor_counts[0] + work.survivor_counts[1];
     work.events = ARENA_NEW(scene->scratch, pair_event, survivor_count);
     pair_event *const near_pairs =

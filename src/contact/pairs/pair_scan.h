@@ -20,8 +20,8 @@ typedef enum scan_verdict {
     SCAN_DROP_NEAR,    /* dropped, but noted among the near pairs */
     SCAN_EVENT
 } scan_verdict;
-/* Full test: what becomes of the pairs of `count` events of one kind, SCAN_MOST at most. Sets the
- * times of events, and the distances of near pairs. Runs on several threads. */
+/* Full test of `count` pairs of one kind, SCAN_MOST at most. Sets their verdicts, the times of
+ * events, and the distances of near pairs. Runs on several threads. */
 enum { SCAN_MOST = 64 };
 typedef void (*pair_measure)(const void *context, feature_kind kind, pair_event *events,
                              size_t count, scan_verdict *verdicts);
@@ -31,12 +31,20 @@ typedef void (*pair_measure)(const void *context, feature_kind kind, pair_event 
 typedef struct pair_scan {
     const vertex_record *records; /* paths x0 -> x1 of all vertices, see make_records */
     double at_start, at_end;      /* [m] with rounding slack */
-    const bool *has_changed; /* vertex_count; pairs none of whose vertices has a mark are dropped;
-                                null: none is */
+    const bool *has_changed;      /* vertex_count; pairs without a marked vertex are dropped; null:
+                                     no pair is */
     pair_measure measure;
     const void *context; /* of measure */
     bool notes_near_pairs;
 } pair_scan;
+
+/* Whether a vertex of the pair has a mark. marks: vertex_count. */
+static inline bool pair_has_mark(const topology *topo, feature_kind kind, feature_pair pair,
+                                 const bool *marks) {
+    uint32_t v[4];
+    feature_pair_vertices(topo, kind, pair, v);
+    return marks[v[0]] | marks[v[1]] | marks[v[2]] | marks[v[3]];
+}
 
 typedef struct pair_events {
     pair_event *events; /* in scratch; by (kind, first, second) */

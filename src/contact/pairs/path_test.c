@@ -26,39 +26,40 @@ typedef struct path_test {
     pair_tables tables; /* of x0 -> x1 */
 } path_test;
 
-/* The verdict on a pair that mark_apart does not prove apart. */
-static scan_verdict measure_hit(const path_test *test, pair_event *event) {
-    const contact_scene *const scene = test->scene;
-    feature_kind const kind = event->kind;
-    uint32_t vertices[4];
-    moving_pair paths;
-    feature_pair_vertices(scene->set->topo, kind, event->pair, vertices);
-    load_points(scene->x0, vertices, paths.start);
-    load_points(test->x1, vertices, paths.end);
-    /* where all four points rest nothing can change, however near they are */
-    if (memcmp(paths.start, paths.end, sizeof paths.start) == 0) return SCAN_DROP;
-    apart_proof const proof = prove_apart(kind, &paths, scene->settings.minimum_gap);
-    if (proof != APART_UNPROVEN) return proof == APART_BY_TURNING ? SCAN_DROP_TURNING : SCAN_DROP;
-    double const start = sqrt(closest_of_pair(kind, paths.start).distance2);
-    double const minimum = compute_pair_distances(scene, kind, vertices).minimum;
-    toi_result const result = time_of_impact(kind, &paths, choose_minimum_gap(minimum, start));
-    if (result.state == TOI_SEPARATED) return SCAN_DROP;
-    event->time = result.lower_bound;
-    return pair_is_ignored(scene, kind, event->pair) ? SCAN_DROP : SCAN_EVENT;
-}
-
+/* The chain for pairs that the direction between the middles leaves; verdicts: SCAN_EVENT for a
+ * pair that may come under its gap. */
 static void measure_hits(const void *context, feature_kind kind, pair_event *events, size_t count,
                          scan_verdict *verdicts) {
     const path_test *const test = context;
+    const contact_scene *const scene = test->scene;
+    double const least = scene->settings.minimum_gap;
     apart_query query = {.kind = kind, .count = count};
     bool is_apart[SCAN_MOST];
     for (size_t i = 0; i < count; i++) {
         query.pairs[i] = events[i].pair;
-        query.separations[i] = test->scene->settings.minimum_gap;
+        query.separations[i] = least;
     }
     mark_apart(&test->tables, &query, is_apart);
-    for (size_t i = 0; i < count; i++)
-        verdicts[i] = is_apart[i] ? SCAN_DROP : measure_hit(test, &events[i]);
+    for (size_t i = 0; i < count; i++) {
+        verdicts[i] = SCAN_DROP;
+        if (is_apart[i]) continue;
+        uint32_t vertices[4];
+        moving_pair paths;
+        feature_pair_vertices(scene->set->topo, kind, events[i].pair, vertices);
+        load_points(scene->x0, vertices, paths.start);
+        load_points(test->x1, vertices, paths.end);
+        /* where all four points rest nothing can change, however near they are */
+        if (memcmp(paths.start, paths.end, sizeof paths.start) == 0) continue;
+        apart_proof const proof = prove_apart(kind, &paths, least);
+        if (proof == APART_BY_TURNING) verdicts[i] = SCAN_DROP_TURNING;
+        if (proof != APART_UNPROVEN) continue;
+        double const start = sqrt(closest_of_pair(kind, paths.start).distance2);
+        double const minimum = compute_pair_distances(scene, kind, vertices).minimum;
+        toi_result const result = time_of_impact(kind, &paths, choose_minimum_gap(minimum, start));
+        if (result.state == TOI_SEPARATED) continue;
+        events[i].time = result.lower_bound;
+        if (!pair_is_ignored(scene, kind, events[i].pair)) verdicts[i] = SCAN_EVENT;
+    }
 }
 
 tulle_status find_hits(const contact_scene *scene, const pair_source *source, const double *x1,
@@ -127,24 +128,6 @@ static void search_chunk(void *context, size_t begin, size_t end, size_t chunk, 
     search->smallest[chunk] = best;
 }
 
-/* Improves `result` by the pairs of one kind; of equal distances a vertex comes first. */
-static tulle_status search_kind(gap_search *search, feature_kind kind, const feature_pair *pairs,
-                                size_t count, smallest_gap *result) {
-    size_t const chunk_count = parallel_chunk_count(count, GAP_CHUNK);
-    search->kind = kind;
-    search->pairs = pairs;
-    search->smallest = ARENA_NEW(search->scene->scratch, smallest_gap, chunk_count);
-    if (!search->smallest) return TULLE_ERROR_OUT_OF_MEMORY;
-    parallel_for(count, GAP_CHUNK, search->scene->threads, search_chunk, search);
-    for (size_t chunk = 0; chunk < chunk_count; chunk++) {
-        smallest_gap const found = search->smallest[chunk];
-        if (found.distance < search->limit &&
-            (result->kind != kind || is_smaller(found.distance, found.pair, result)))
-            *result = found;
-    }
-    return TULLE_OK;
-}
-
 tulle_status find_smallest_gap(const contact_scene *scene, const pair_source *source,
                                const double *x1, double limit, smallest_gap *result) {
     arena_mark const mark = arena_get_mark(scene->scratch);
@@ -153,17 +136,45 @@ tulle_status find_smallest_gap(const contact_scene *scene, const pair_source *so
                          .x1 = x1,
                          .limit = limit,
                          .slack = compute_rounding_slack(scene, x1)};
-    pair_list pairs;
+    const near_pair_list *const near = source->near_pairs;
+    pair_list pairs = *source->pairs;
+    tulle_status status = TULLE_OK;
     *result = (smallest_gap){.distance = (double)INFINITY};
     if (!search.records) return TULLE_ERROR_OUT_OF_MEMORY;
-    tulle_status status = pick_pairs_for_nearest(scene, source, x1, &search.limit, &pairs);
-    if (status == TULLE_OK)
-        status = search_kind(&search, FEATURE_VERTEX_TRIANGLE, pairs.vertex_triangle.data,
-                             pairs.vertex_triangle.count, result);
-    search.limit = fmin(search.limit, result->distance);
-    if (status == TULLE_OK)
-        status = search_kind(&search, FEATURE_EDGE_EDGE, pairs.edge_edge.data,
-                             pairs.edge_edge.count, result);
+
+    /* The pair that is nearest at the start bounds the smallest distance at x1. */
+    if (near && near->pairs.count > 0) {
+        const near_pair *const nearest = &near->pairs.data[near->nearest];
+        uint32_t vertices[4];
+        vec3 points[4];
+        feature_pair_vertices(scene->set->topo, nearest->kind, nearest->pair, vertices);
+        load_points(x1, vertices, points);
+        double const distance = sqrt(closest_of_pair(nearest->kind, points).distance2);
+        search.limit = fmin(search.limit, nextafter(distance, (double)INFINITY));
+        status = pick_pairs(scene, source, x1, distance, &pairs);
+    }
+
+    /* The pairs of each kind; of equal distances that of a vertex and a triangle comes first. */
+    const feature_pair *const lists[2] = {pairs.vertex_triangle.data, pairs.edge_edge.data};
+    size_t const counts[2] = {pairs.vertex_triangle.count, pairs.edge_edge.count};
+    for (int kind = 0; status == TULLE_OK && kind < 2; kind++) {
+        size_t const chunk_count = parallel_chunk_count(counts[kind], GAP_CHUNK);
+        search.kind = (feature_kind)kind;
+        search.pairs = lists[kind];
+        search.smallest = ARENA_NEW(scene->scratch, smallest_gap, chunk_count);
+        if (!search.smallest) {
+            status = TULLE_ERROR_OUT_OF_MEMORY;
+            break;
+        }
+        parallel_for(counts[kind], GAP_CHUNK, scene->threads, search_chunk, &search);
+        for (size_t chunk = 0; chunk < chunk_count; chunk++) {
+            smallest_gap const found = search.smallest[chunk];
+            if (found.distance < search.limit &&
+                (result->kind != search.kind || is_smaller(found.distance, found.pair, result)))
+                *result = found;
+        }
+        search.limit = fmin(search.limit, result->distance);
+    }
     arena_release(scene->scratch, mark);
     return status;
 }
