@@ -18,8 +18,8 @@ typedef struct apart_query {
     double separations[SCAN_MOST];
 } apart_query;
 
-/* Marks the pairs that an axis or the closest direction at the start keeps apart, by the arithmetic
- * of pair_stays_apart: it is true of them, and may be of others. */
+/* Marks the pairs that an axis or the closest direction at the start keeps apart. The arithmetic is
+ * that of pair_stays_apart, which is true of all marked pairs and may be true of others. */
 void mark_apart(const pair_tables *tables, const apart_query *query, bool is_apart[SCAN_MOST]);
 
 #endif

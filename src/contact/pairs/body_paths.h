@@ -6,12 +6,12 @@
 
 /* [rad] Turn of a step, at most, for the next to hold. */
 static const double BODY_TURN_MAX = 0.4;
-/* A vertex at distance r of the centre of a free body that turns by an angle a = |w| h, w at the
- * start, leaves the chord of its way by at most this times r a^2. Its acceleration beside the
- * centre's even motion is at most |w|^2 r + |dw/dt| r, where |dw/dt| <= |w|^2 / sqrt 3 by Euler's
- * equations, as no moment is more than the sum of the others; a path leaves its chord by no more
- * than an eighth of that times h^2; and |w| gains no more than 0.3 of itself in a turn of
- * BODY_TURN_MAX. */
+/* A vertex of a free body leaves the chord of its way by at most this times r a^2. Here r is its
+ * distance from the centre, and a = |w| h is the angle that the body turns by, with w at the start.
+ * Beside the centre's even motion the acceleration is at most |w|^2 r + |dw/dt| r. By Euler's
+ * equations |dw/dt| <= |w|^2 / sqrt 3, as no moment is more than the sum of the others. A path
+ * leaves its chord by no more than an eighth of the acceleration times h^2. And |w| gains no more
+ * than 0.3 of itself in a turn of BODY_TURN_MAX. */
 static const double BODY_CHORD_FACTOR = 0.36;
 
 /* Orientations among positions: modified Rodrigues parameters, (x, y, z) / (1 + w) of the
@@ -19,13 +19,13 @@ static const double BODY_CHORD_FACTOR = 0.36;
 vec3 pack_orientation(quaternion q);
 quaternion unpack_orientation(vec3 parameters);
 
-/* Tells how free bodies fall: those that no row of the list holds go with the mean of their
- * velocities at the start and the end, others with that at the end. */
+/* Sets how free bodies fall. A body that no row of the list holds goes with the mean of its
+ * velocities at the start and the end, any other with that at the end. */
 void set_body_lifts(const contact_scene *scene, const row_list *list);
 
-/* Moves free bodies on by `share` of the step with u: x1 of their slots and vertices. The rotation
- * is that of a free body with the spin that u stands for. Where that cannot be computed, as beyond
- * 99 turns, x1 becomes NaN. Slots of other bodies keep x0. */
+/* Moves free bodies on by `share` of the step with u, and sets x1 of their slots and vertices. They
+ * turn as free bodies with the spin that u stands for. Where that turn cannot be computed, as
+ * beyond 99 turns, x1 becomes NaN. Slots of other bodies keep x0. */
 void place_bodies(const contact_scene *scene, const double *u, double share, double *x1);
 
 #endif

@@ -1,19 +1,19 @@
 /* contact/pairs/contact_paths.h - the paths x0 -> x1 of a velocity u, and candidate pairs that are
  * complete for the paths tested.
  *
- * Contract. pair_source holds the candidates for paths x0 -> bounds with boxes widened by
+ * Contract. A source finds its candidates for the paths x0 -> bounds, with boxes widened by
  * margin / 2. They are complete for other paths x0 -> x1 as long as every vertex stays in the box
- * of its own path x0 -> bounds widened by (margin - 1.06 xi) / 2, or, where pairs that straight
- * paths keep apart were left out, ends in the box of its end in `bounds` widened by as much. Stages
- * 8 and 9 check this before every test and call `renew` when a vertex has left, so no test ever
- * runs on an incomplete list.
+ * of its own path x0 -> bounds widened by (margin - 1.06 xi) / 2. A straight source has left out
+ * pairs that straight paths keep apart: then each vertex must end in the box of its end in `bounds`
+ * widened by as much. Stages 8 and 9 check this before every test. They call `renew` when a vertex
+ * has left its box, so no test ever runs on an incomplete list.
  *
  * Stage 5 notes the pairs that start near each other. Along short paths no other pair can come
- * under xi, and the tests look at those alone (near_pairs.h).
+ * under xi, so the tests look at those alone (near_pairs.h).
  *
- * A source may leave out pairs that are proven to keep their gap along the very paths that are
- * tested, not only those that the pairs were found for: before every test it is asked to `adapt`
- * its pairs to them. */
+ * A source may leave out pairs that are proven to keep their gap. The proof must hold for the very
+ * paths that are tested, not only for those that the pairs were found for. So before every test the
+ * source is asked to `adapt` its pairs. */
 #ifndef TULLE_CONTACT_PAIRS_CONTACT_PATHS_H
 #define TULLE_CONTACT_PAIRS_CONTACT_PATHS_H
 
@@ -22,30 +22,31 @@
 typedef struct pair_source {
     const pair_list *pairs; /* in any order */
     const double *bounds;   /* [m] 3 * vertex_count, x1 that the pairs were found for */
-    bool is_straight; /* pairs that the paths to `bounds` keep apart were left out; set by renew
-                         and adapt */
-    double margin;    /* [m] > xi, that the pairs were found with; at least the largest
-                         separation_distance for stage 5 */
-    /* Those that start near; null: not known. Set by stage 5; renew and adapt, where they change
-     * the pairs, reset it. */
+    bool is_straight;       /* pairs that the paths to `bounds` keep apart were left out; set by
+                               renew and adapt */
+    double margin;          /* [m] > xi, that the pairs were found with; at least the largest
+                               separation_distance for stage 5 */
+    /* Pairs that start near each other; null: not known. Stage 5 sets it; renew and adapt reset it
+     * where they change the pairs. */
     const near_pair_list *near_pairs;
     /* Finds the candidates of x0 -> x1 with `margin` and sets pairs and bounds (a copy of x1). */
     tulle_status (*renew)(struct pair_source *source, const double *x1);
-    /* Takes in again what was left out and is not proven to keep its gap along x0 -> x1, within the
-     * same bounds; called when x1 stays in them. Null: nothing is left out. */
+    /* Called when x1 stays in the bounds, which it keeps. Takes in again the pairs that were left
+     * out and are not proven to keep their gap along x0 -> x1. Null: nothing is left out. */
     tulle_status (*adapt)(struct pair_source *source, const double *x1);
     void *context;        /* of renew and adapt */
     uint64_t renew_count; /* renewals so far */
 } pair_source;
 
-/* x1 = x0 + h u, or the target where the inverse mass is 0; vertices of free bodies where
- * their motion places them, with the lifts that are set. */
+/* x1 = x0 + h u, or the target where the inverse mass is 0. Vertices of free bodies go where the
+ * motion of their body places them, with the lifts that are set. */
 void propose_paths(const contact_scene *scene, const double *u, double *x1);
 
 /* Fills u of vertices with inverse mass 0 from their targets: (target - x0) / h. Slots stay. */
 void prescribe_motion(const contact_scene *scene, double *u);
 
-/* True when the source's pairs are complete for x0 -> x1, but for what it leaves out. */
+/* Whether the source's pairs are complete for x0 -> x1, but for those that it leaves out as proven.
+ */
 bool paths_stay_in_bounds(const contact_scene *scene, const pair_source *source, const double *x1);
 
 /* Renews the pairs if paths_stay_in_bounds is false, else adapts them. */

@@ -1,11 +1,11 @@
 /* contact/pairs/pair_filter.h - the cheapest test of candidate pairs, eight at a time.
  *
  * Let d be the direction from the middle of the second feature to that of the first at the start of
- * the step, the gap g(t) the smallest extent of the first feature along d less the largest of the
- * second. No two points of the features are nearer than g(t) / |d|. If g(0) > s0 |d| and
- * g(1) > s1 |d|, the pair is further apart than s0 at the start and, if s1 <= s0, than s1 for all
- * t: gaps between corners along a fixed direction are linear in t. Both distances include the
- * rounding slack (compute_rounding_slack), which covers what g may be off. */
+ * the step. Let the gap g(t) be the smallest extent of the first feature along d less the largest
+ * of the second. No two points of the features are nearer than g(t) / |d|. If g(0) > s0 |d|, the
+ * pair starts farther apart than s0. If also g(1) > s1 |d| and s1 <= s0, it stays farther apart
+ * than s1 for all t, because gaps between corners along a fixed direction are linear in t. Both
+ * distances include the rounding slack (compute_rounding_slack), which covers the error of g. */
 #ifndef TULLE_CONTACT_PAIRS_PAIR_FILTER_H
 #define TULLE_CONTACT_PAIRS_PAIR_FILTER_H
 

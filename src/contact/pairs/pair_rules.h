@@ -16,8 +16,8 @@ typedef struct pair_distances {
  * first feature, the last to the second. */
 pair_distances compute_pair_distances(const contact_scene *scene, feature_kind kind,
                                       const uint32_t vertices[4]);
-/* The same where the distance [m] in the rest shape is known; read of pairs of one surface alone.
- */
+/* The same where the distance [m] in the rest shape is known. It matters for pairs of one surface
+ * alone. */
 pair_distances limit_pair_distances(const contact_scene *scene, const uint32_t vertices[4],
                                     double rest);
 /* The gap [m] that a pair must keep over a step that it starts at start_distance [m]. */
@@ -35,10 +35,10 @@ static inline void load_points(const double *positions, const uint32_t vertices[
     for (int k = 0; k < 4; k++) points[k] = vec3_load(positions, vertices[k]);
 }
 
-/* True when the normal that both features have in common proves that they are further apart than
- * `distance` [m], which includes the rounding slack: no two points of theirs are nearer than the
- * gap along it, the smallest extent of the first feature less the largest of the second. That is
- * all of the distance where they lie flat on one another. */
+/* Whether the common normal of both features proves that they are farther apart than `distance`
+ * [m], which includes the rounding slack. No two points of theirs are nearer than the gap along the
+ * normal: the smallest extent of the first feature less the largest of the second. Where the
+ * features lie flat on one another, that gap is all of their distance. */
 static inline bool common_normal_separates(feature_kind kind, const vec3 points[4],
                                            double distance) {
     bool const is_vertex = kind == FEATURE_VERTEX_TRIANGLE;
