@@ -4,35 +4,28 @@
 #include <stdarg.h>
 #include <stdio.h>
 
-/* Where in a file something is wrong. */
-typedef struct place {
-    const char *path;
-    int line, column;
-} place;
-
-static void fill(tulle_error *error, tulle_status status, place at, const char *format,
-                 va_list arguments) {
-    if (!error) return;
-    error->status = status;
-    snprintf(error->file, sizeof error->file, "%s", at.path ? at.path : "");
-    error->line = at.line;
-    error->column = at.column;
-    vsnprintf(error->message, sizeof error->message, format, arguments);
-}
-
 tulle_status error_set(tulle_error *error, tulle_status status, const char *format, ...) {
+    if (!error) return status;
+    error->status = status;
+    error->file[0] = '\0';
+    error->line = error->column = 0;
     va_list arguments;
     va_start(arguments, format);
-    fill(error, status, (place){0}, format, arguments);
+    vsnprintf(error->message, sizeof error->message, format, arguments);
     va_end(arguments);
     return status;
 }
 
 tulle_status error_set_at(tulle_error *error, tulle_status status, const char *path, int line,
                           int column, const char *format, ...) {
+    if (!error) return status;
+    error->status = status;
+    snprintf(error->file, sizeof error->file, "%s", path ? path : "");
+    error->line = line;
+    error->column = column;
     va_list arguments;
     va_start(arguments, format);
-    fill(error, status, (place){path, line, column}, format, arguments);
+    vsnprintf(error->message, sizeof error->message, format, arguments);
     va_end(arguments);
     return status;
 }
