@@ -12,33 +12,16 @@ enum {
     TRIM_SHARE = 16 /* room for less than this share of the elements is not worth a copy */
 };
 
-static void *default_allocate(void *context, size_t byte_count) {
-    (void)context;
-    return malloc(byte_count);
-}
-
-static void default_release(void *context, void *pointer, size_t byte_count) {
-    (void)context;
-    (void)byte_count;
-    free(pointer);
-}
-
-memory memory_make(tulle_allocator allocator) {
-    if (!allocator.allocate) {
-        allocator.allocate = default_allocate;
-        allocator.release = default_release;
-    }
-    return (memory){.allocator = allocator};
-}
-
-memory memory_default(void) { return memory_make((tulle_allocator){0}); }
+memory memory_default(void) { return (memory){0}; }
 
 void *memory_allocate(memory *heap, size_t byte_count) {
     if (byte_count > SIZE_MAX / 2) return NULL;
     size_t const total = byte_count + 2 * BLOCK_ALIGNMENT;
     size_t const limit = heap->allocator.byte_limit;
     if (limit != 0 && (total > limit || heap->bytes_held > limit - total)) return NULL;
-    void *const raw = heap->allocator.allocate(heap->allocator.context, total);
+    void *const raw = heap->allocator.allocate
+                          ? heap->allocator.allocate(heap->allocator.context, total)
+                          : malloc(total);
     if (!raw) return NULL;
     uintptr_t const aligned =
         ((uintptr_t)raw + 2 * BLOCK_ALIGNMENT - 1) & ~(uintptr_t)(BLOCK_ALIGNMENT - 1);
@@ -63,7 +46,10 @@ void memory_release(memory *heap, void *pointer, size_t byte_count) {
     memcpy(&raw, (char *)pointer - sizeof(void *), sizeof(void *));
     size_t const total = byte_count + 2 * BLOCK_ALIGNMENT;
     heap->bytes_held -= total;
-    heap->allocator.release(heap->allocator.context, raw, total);
+    if (heap->allocator.release)
+        heap->allocator.release(heap->allocator.context, raw, total);
+    else
+        free(raw);
 }
 
 /* Moves an array to new memory for `wanted` elements. False when memory is short. */

@@ -9,19 +9,16 @@
 #include <stdbool.h>
 
 typedef struct memory {
-    tulle_allocator allocator;
-    size_t bytes_held;       /* [bytes] now */
-    uint64_t allocate_count; /* heap calls so far; a steady step makes none */
+    tulle_allocator allocator; /* of both functions or none: malloc and free */
+    size_t bytes_held;         /* [bytes] now */
+    uint64_t allocate_count;   /* heap calls so far; a steady step makes none */
 } memory;
 
 /* Whether an allocator has both functions, or none. */
 static inline bool allocator_is_whole(const tulle_allocator *allocator) {
     return !allocator->allocate == !allocator->release;
 }
-/* A memory over the given allocator, which has both functions or none. With none it uses malloc
- * and free. */
-memory memory_make(tulle_allocator allocator);
-/* A memory over malloc without a limit. */
+/* A memory over malloc and free without a limit: all zero. */
 memory memory_default(void);
 
 /* 64-byte aligned, uninitialised; null when the allocator fails or the limit would be passed.

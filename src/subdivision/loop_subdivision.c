@@ -228,7 +228,7 @@ tulle_status tulle_subdivision_apply(const tulle_subdivision *subdivision, const
     if (!values || !result)
         return error_set(error, TULLE_ERROR_INVALID_ARGUMENT,
                          "the values or the result of a subdivision are null");
-    memory heap = memory_make(subdivision->heap.allocator);
+    memory heap = {.allocator = subdivision->heap.allocator};
     double *halves[2] = {NULL, NULL};
     size_t bytes[2] = {0, 0};
     for (size_t i = 0; i + 1 < subdivision->step_count; i++)

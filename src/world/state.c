@@ -118,7 +118,7 @@ tulle_status tulle_world_save_state(const tulle_world *world, void **bytes, size
     const world_motion_state *const now = &world->now;
     part_sizes const parts = measure_parts(world);
     size_t const size = state_size(world, parts);
-    memory heap = memory_make(world->def.allocator);
+    memory heap = {.allocator = world->def.allocator};
     byte_cursor cursor = {memory_allocate(&heap, size), sizeof(state_header)};
     if (!cursor.bytes) {
         return error_set(error, TULLE_ERROR_OUT_OF_MEMORY, "no memory left to save the state");
@@ -146,7 +146,7 @@ tulle_status tulle_world_save_state(const tulle_world *world, void **bytes, size
 
 void tulle_world_free_state(const tulle_world *world, void *bytes, size_t byte_count) {
     if (!world) return;
-    memory heap = memory_make(world->def.allocator);
+    memory heap = {.allocator = world->def.allocator};
     heap.bytes_held = SIZE_MAX / 2; /* this heap did not count the block */
     memory_release(&heap, bytes, byte_count);
 }

@@ -19,7 +19,7 @@ tulle_status tulle_world_create(const tulle_world_def *def, tulle_world **world,
     *world = NULL;
     tulle_status const status = world_def_check(def, error);
     if (status != TULLE_OK) return status;
-    memory heap = memory_make(def->allocator);
+    memory heap = {.allocator = def->allocator};
     tulle_world *const made = memory_allocate_zeroed(&heap, 1, sizeof *made);
     if (!made) return out_of_memory(error, "the world");
     made->heap = heap;

@@ -13,7 +13,7 @@
 
 static void memory_limit_is_kept(void **state) {
     (void)state;
-    memory heap = memory_make((tulle_allocator){.byte_limit = 4096});
+    memory heap = {.allocator = {.byte_limit = 4096}};
     void *const block = memory_allocate(&heap, 3000);
     assert_non_null(block);
     assert_int_equal((uintptr_t)block % 64, 0);
@@ -41,7 +41,7 @@ static void array_grows_and_keeps_contents(void **state) {
 
 static void matched_arrays_have_the_room_of_the_larger(void **state) {
     (void)state;
-    memory heap = memory_make((tulle_allocator){.byte_limit = 4096});
+    memory heap = {.allocator = {.byte_limit = 4096}};
     ARRAY(uint32_t) one = {0}, other = {0};
     assert_true(ARRAY_RESERVE(&heap, &one, 100));
     assert_true(ARRAY_RESERVE(&heap, &other, 120));

@@ -70,8 +70,8 @@ static void an_arena_outlives_failed_allocations(void **state) {
     (void)state;
     for (int calls = 0; calls < 6; calls++) {
         failing_allocator failing = {.calls_left = calls};
-        memory heap = memory_make((tulle_allocator){
-            .allocate = allocate_or_fail, .release = release, .context = &failing});
+        memory heap = {
+            .allocator = {.allocate = allocate_or_fail, .release = release, .context = &failing}};
         arena scratch = arena_make(&heap);
         int served = 0;
         for (int i = 0; i < 3; i++) {

@@ -241,8 +241,9 @@ static void every_allocation_may_fail(void **unused) {
     long failures = 0;
     for (long calls = 0;; calls++) {
         failing_heap counter = {.calls_left = calls};
-        memory heap = memory_make((tulle_allocator){
-            .allocate = allocate_or_fail, .release = release_counted, .context = &counter});
+        memory heap = {.allocator = {.allocate = allocate_or_fail,
+                                     .release = release_counted,
+                                     .context = &counter}};
         tulle_check_result result;
         tulle_status const status =
             check_intersections(&(check_settings){&heap, 2, MANY}, &s.body, 1, &result, NULL);

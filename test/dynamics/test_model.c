@@ -133,8 +133,7 @@ static void cloths_beside_obstacles_are_independent(void **state) {
 static tulle_status try_build(const double *positions, size_t vertex_count, size_t byte_limit,
                               tulle_error *error) {
     uint32_t const triangles[] = {0, 1, 2, 2, 1, 3};
-    memory heap = memory_default(),
-           limited = memory_make((tulle_allocator){.byte_limit = byte_limit});
+    memory heap = memory_default(), limited = {.allocator = {.byte_limit = byte_limit}};
     topology surface;
     assert_int_equal(topology_build(&heap, triangles, 2, vertex_count, &surface), TULLE_OK);
     tulle_material const material = plain_material();
@@ -178,7 +177,7 @@ static void failing_memory_is_reported(void **state) {
     assert_true(failures > 20);
     /* A step without scratch memory fails and says so. */
     fixture *const f = fixture_make_grid(30, 30, 1.0, 1.0, 0, plain_material());
-    memory limited = memory_make((tulle_allocator){.byte_limit = 100000});
+    memory limited = {.allocator = {.byte_limit = 100000}};
     arena scratch = arena_make(&limited);
     motion_state const now = fixture_state(f, 0.01);
     force_options const options = {TULLE_INTEGRATOR_IMPLICIT_EULER, 1, 0.0};

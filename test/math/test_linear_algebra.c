@@ -303,7 +303,7 @@ static void failing_memory_is_reported(void **state) {
     uint32_t const begin[] = {0, 1, 2}, columns[] = {0, 1};
     bool succeeded = false;
     for (size_t limit = 1; !succeeded; limit += 60) {
-        memory heap = memory_make((tulle_allocator){.byte_limit = limit});
+        memory heap = {.allocator = {.byte_limit = limit}};
         block_matrix matrix;
         tulle_status const status = block_matrix_build(&heap, 2, (block_pattern){begin, columns},
                                                        (block_pattern){NULL, NULL}, &matrix);
@@ -316,7 +316,7 @@ static void failing_memory_is_reported(void **state) {
     }
     ring r;
     ring_make(&r, VERTICES, 9.0);
-    memory heap = memory_make((tulle_allocator){.byte_limit = 1000});
+    memory heap = {.allocator = {.byte_limit = 1000}};
     arena scratch = arena_make(&heap);
     double b[ENTRIES] = {1.0}, x[ENTRIES] = {0.5}, diagonal[9 * VERTICES];
     block_matrix_get_diagonal(&r.matrix, diagonal, 2);

@@ -178,7 +178,7 @@ static void test_no_memory(void **state) {
     int allowed = 0;
     for (tulle_status status = TULLE_ERROR_OUT_OF_MEMORY; status != TULLE_OK; allowed++) {
         failing f = {allowed};
-        memory heap = memory_make((tulle_allocator){allocate_some, release_some, &f, 0});
+        memory heap = {.allocator = {allocate_some, release_some, &f, 0}};
         tulle_error error;
         status = color_patches(&heap, view_sheet(&s), s.labels, s.colors, NULL, &error);
         assert_true(status == TULLE_OK || error.status == TULLE_ERROR_OUT_OF_MEMORY);

@@ -161,7 +161,7 @@ static void test_pieces(void **state) {
     /* Memory that is short is told. */
     mesh = make_grid(3, 2);
     tulle_allocator small = {.byte_limit = 1};
-    memory short_heap = memory_make(small);
+    memory short_heap = {.allocator = small};
     double coordinates[24];
     assert_int_equal(
         render_make_rest_coordinates(&short_heap, tulle_mesh_get_view(&mesh), coordinates, NULL),

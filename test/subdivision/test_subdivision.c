@@ -483,8 +483,7 @@ static void every_allocation_may_fail(void **state) {
     tulle_mesh mesh = make_shape(TULLE_SHAPE_NET, false);
     tulle_subdivision_def const def = tulle_subdivision_def_default();
     counted_heap counted = {0};
-    memory const heap =
-        memory_make((tulle_allocator){allocate_until, release_counted, &counted, 0});
+    memory const heap = {.allocator = {allocate_until, release_counted, &counted, 0}};
     tulle_subdivision *made = NULL;
     tulle_error error;
     for (int k = 0; !made; k++) {

@@ -18,7 +18,7 @@ static inline void failing_heap_release(void *context, void *pointer, size_t byt
 
 /* The first *left allocations succeed. */
 static inline memory failing_heap_make(int *left) {
-    return memory_make((tulle_allocator){failing_heap_allocate, failing_heap_release, left, 0});
+    return (memory){.allocator = {failing_heap_allocate, failing_heap_release, left, 0}};
 }
 
 #endif

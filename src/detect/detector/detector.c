@@ -132,7 +132,7 @@ tulle_status tulle_detector_create(const tulle_detect_def *def, tulle_detector *
     *detector = NULL;
     tulle_status status = detect_def_check(def, error);
     if (status != TULLE_OK) return status;
-    memory heap = memory_make(def->allocator);
+    memory heap = {.allocator = def->allocator};
     tulle_detector *const made = memory_allocate_zeroed(&heap, 1, sizeof *made);
     if (!made) return out_of_memory(error, "the detector");
     made->heap = heap;

@@ -292,8 +292,7 @@ static void survives_failing_allocations(void **state) {
     bool has_failed = true;
     for (size_t k = 1; has_failed; k++) {
         failing_allocator allocator = {.fails_at = k};
-        memory heap =
-            memory_make((tulle_allocator){allocate_or_fail, release_plainly, &allocator, 0});
+        memory heap = {.allocator = {allocate_or_fail, release_plainly, &allocator, 0}};
         narrow_phase_input input = {.set = &soup.set, .separations = &separation, .threads = 1};
         batch_feed feed = {.of = &soup, .batch_size = 777};
         has_failed = narrow_phase_create(&heap, &feed.narrow) != TULLE_OK;

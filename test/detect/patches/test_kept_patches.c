@@ -329,7 +329,7 @@ static void want_of_memory_leaves_no_patches(void **state) {
     for (; !is_through; allowed++) {
         assert_true(allowed < 1000);
         long left = allowed;
-        memory heap = memory_make((tulle_allocator){refuse_memory, release_memory, &left, 0});
+        memory heap = {.allocator = {refuse_memory, release_memory, &left, 0}};
         kept_patches *patches = NULL;
         if (kept_patches_create(&heap, &scene.set, &patches) == TULLE_OK) {
             patch_counts counts;

@@ -203,7 +203,7 @@ static void want_of_memory_is_reported(void **state) {
     long allowed = 0;
     for (; status == TULLE_ERROR_OUT_OF_MEMORY; allowed++) {
         long left = allowed;
-        memory heap = memory_make((tulle_allocator){refuse_memory, release_memory, &left, 0});
+        memory heap = {.allocator = {refuse_memory, release_memory, &left, 0}};
         arena scratch = arena_make(&heap);
         patch_list list;
         status = grow_patches(&surface, &settings, &scratch, sheet.labels, &list);

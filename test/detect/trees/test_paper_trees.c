@@ -224,8 +224,7 @@ static void survives_failing_allocations_over_steps(void **state) {
     size_t k = 0;
     for (; has_failed; k++) {
         failing_allocator allocator = {.fails_at = k + 1};
-        memory heap =
-            memory_make((tulle_allocator){allocate_or_fail, release_plainly, &allocator, 0});
+        memory heap = {.allocator = {allocate_or_fail, release_plainly, &allocator, 0}};
         broad_phase *broad = NULL;
         pair_list pairs = {0};
         has_failed =
