@@ -150,7 +150,7 @@ static conjugate_gradients_end iterate(solver *work, double rho, double target, 
         *last_rho = rho;
         if (!isfinite(rho)) return CONJUGATE_GRADIENTS_NOT_FINITE;
         if (sqrt(rho) <= target) return CONJUGATE_GRADIENTS_CONVERGED;
-        if (*iterations >= problem->max_iterations || stop_is_wanted(problem->stop)) return end;
+        if (*iterations >= problem->max_iterations || stop_is_wanted(problem->stop, 0)) return end;
         problem->apply(problem->apply_context, work->direction, work->product);
         double const curvature = run_pass(work, measure_curvature);
         if (!isfinite(curvature)) return CONJUGATE_GRADIENTS_NOT_FINITE;

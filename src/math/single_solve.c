@@ -228,7 +228,7 @@ static conjugate_gradients_end iterate(single_solver *work, double norm2, double
                          turn_direction, work);
         if (!isfinite(norm2) || !isfinite(descent)) return CONJUGATE_GRADIENTS_NOT_FINITE;
         if (sqrt(norm2) <= target) return CONJUGATE_GRADIENTS_CONVERGED;
-        if (work->iterations >= problem->max_iterations || stop_is_wanted(problem->stop))
+        if (work->iterations >= problem->max_iterations || stop_is_wanted(problem->stop, 0))
             return CONJUGATE_GRADIENTS_ITERATION_LIMIT;
         double curvature = run_loop(work, multiply);
         curvature += parallel_sum(work->apart.curvatures, work->apart.count);

@@ -43,7 +43,7 @@ bool paths_stay_in_bounds(const contact_scene *scene, const pair_source *source,
 tulle_status ensure_pairs_cover(const contact_scene *scene, pair_source *source, const double *x1) {
     if (paths_stay_in_bounds(scene, source, x1))
         return source->adapt ? source->adapt(source, x1) : TULLE_OK;
-    if (stop_is_wanted(scene->stop)) return TULLE_ERROR_INTERRUPTED;
+    if (stop_is_wanted(scene->stop, 0)) return TULLE_ERROR_INTERRUPTED;
     source->renew_count++;
     return source->renew(source, x1);
 }

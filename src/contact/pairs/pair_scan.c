@@ -38,7 +38,7 @@ static void filter_chunk(void *context, size_t begin, size_t end, size_t chunk, 
     feature_pair *const kept = work->kept + chunk * FILTER_CHUNK;
     size_t kept_count = 0;
     work->kept_counts[chunk] = 0;
-    if (stop_is_wanted_by(work->stop, worker)) return;
+    if (stop_is_wanted(work->stop, worker)) return;
     for (size_t i = begin; i < end; i += FILTER_PART) {
         const feature_pair *part = work->pairs + i;
         size_t count = end - i < FILTER_PART ? end - i : FILTER_PART;
@@ -63,7 +63,7 @@ static void filter_chunk(void *context, size_t begin, size_t end, size_t chunk, 
 static void measure_chunk(void *context, size_t begin, size_t end, size_t chunk, int worker) {
     (void)chunk;
     scan_work *const work = context;
-    if (stop_is_wanted_by(work->stop, worker)) return;
+    if (stop_is_wanted(work->stop, worker)) return;
     size_t const first_edge = work->survivor_counts[FEATURE_VERTEX_TRIANGLE];
     while (begin < end) {
         bool const is_vertex = begin < first_edge;
@@ -129,7 +129,7 @@ tulle_status scan_pairs(const contact_scene *scene, const pair_list *pairs, cons
         scan->notes_near_pairs ? ARENA_NEW(scene->scratch, pair_event, survivor_count) : NULL;
     if (!work.events || (scan->notes_near_pairs && !near_pairs)) return TULLE_ERROR_OUT_OF_MEMORY;
     parallel_for(survivor_count, SCAN_MOST, scene->threads, measure_chunk, &work);
-    if (stop_is_wanted(scene->stop)) return TULLE_ERROR_INTERRUPTED;
+    if (stop_is_wanted(scene->stop, 0)) return TULLE_ERROR_INTERRUPTED;
     /* keeps the events, and copies what is near */
     for (size_t i = 0; i < survivor_count; i++) {
         pair_event const event = work.events[i];

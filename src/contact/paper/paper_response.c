@@ -178,7 +178,7 @@ static tulle_status solve_system(paper_work *work) {
     if (status == TULLE_OK)
         status = conjugate_gradients_solve(&problem, work->u, scene->scratch, &result);
     if (status != TULLE_OK) return status;
-    if (stop_is_wanted(scene->stop)) return TULLE_ERROR_INTERRUPTED;
+    if (stop_is_wanted(scene->stop, 0)) return TULLE_ERROR_INTERRUPTED;
     work->report->solve_count = 1;
     work->report->cg_iterations = (uint32_t)result.iterations;
     work->report->cg_residual = result.residual;

@@ -128,7 +128,7 @@ static void run_sweeps(sweeps *all, bool has_bodies_only) {
     int const factor = has_bodies_only ? SWEEPS_OF_BODIES : 1;
     int const limit = factor * scene->settings.impulse_sweeps;
     double before = (double)INFINITY; /* [m/s] */
-    for (int sweep = 0; sweep < limit && !stop_is_wanted(scene->stop); sweep++) {
+    for (int sweep = 0; sweep < limit && !stop_is_wanted(scene->stop, 0); sweep++) {
         double largest2 = 0.0;
         all->pass++;
         for (size_t i = 0; i < all->active_count; i++)

@@ -277,7 +277,7 @@ static tulle_status solve_linear(motion_solve *solve) {
         solve->is_cloth_only = false;
     }
     if (status != TULLE_OK) return status;
-    if (stop_is_wanted(scene->stop)) return TULLE_ERROR_INTERRUPTED;
+    if (stop_is_wanted(scene->stop, 0)) return TULLE_ERROR_INTERRUPTED;
     solve_report *const report = solve->report;
     report->solve_count++;
     report->cg_iterations += (uint32_t)result.iterations;

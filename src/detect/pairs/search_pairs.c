@@ -122,7 +122,7 @@ static void run_tasks(void *context, size_t begin, size_t end, size_t chunk, int
     const search_context *const search = context;
     broad_phase *const broad = search->broad;
     node_pairs *const lists = broad->lists.data + (size_t)worker * broad->list_count;
-    if (stop_is_wanted_by(broad->stop, worker)) return;
+    if (stop_is_wanted(broad->stop, worker)) return;
     for (size_t i = begin; i < end; i++) {
         const search_task *const task = &broad->search_tasks[search->list].data[i];
         uint32_t levels[MOST_LEVELS + 1][2] = {{task->level[0], task->level[1]}};
@@ -219,5 +219,5 @@ tulle_status search_pairs(broad_phase *broad, const surface_set *set, int thread
             total.near_pair_count += broad->trees[s].near_pair_count;
     }
     if (counts) *counts = total;
-    return stop_is_wanted(broad->stop) ? TULLE_ERROR_INTERRUPTED : TULLE_OK;
+    return stop_is_wanted(broad->stop, 0) ? TULLE_ERROR_INTERRUPTED : TULLE_OK;
 }

@@ -88,7 +88,7 @@ static tulle_status run_substeps(step_context *context) {
                                   .substep = context->report->substeps + 1,
                                   .share = 1.0 - context->retry.remaining / context->whole_step,
                                   .solve_count = context->report->solve_count};
-        if (stop_is_wanted(&world->stop)) return TULLE_ERROR_INTERRUPTED;
+        if (stop_is_wanted(&world->stop, 0)) return TULLE_ERROR_INTERRUPTED;
         tulle_status status = world_choose_substep(context);
         if (status == TULLE_OK) status = run_substep(context);
         if (status != TULLE_OK) return status;

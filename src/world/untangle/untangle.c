@@ -115,7 +115,7 @@ static tulle_status run_rounds(untangling *work, tulle_error *error) {
     uint32_t const limit = (uint32_t)world->def.untangle_limit;
     uint32_t clean_rounds = 0;
     for (uint32_t round = 0; round < limit; round++) {
-        if (stop_is_wanted(&world->stop))
+        if (stop_is_wanted(&world->stop, 0))
             return error_set(error, TULLE_ERROR_INTERRUPTED,
                              "interrupted after %u rounds of untangling", round);
         tulle_status status = find_crossing_pairs(work, found);
