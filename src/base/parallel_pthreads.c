@@ -135,19 +135,6 @@ static bool sees_ticket(void *context) {
     return watch->ticket != watch->seen;
 }
 
-/* The first ticket that is not `seen`. */
-static uint64_t await_ticket(helper *self, uint64_t seen) {
-    helper_team *const team = self->team;
-    ticket_watch watch = {.team = team, .seen = seen};
-    for (;;) {
-        if (look_for(team, sees_ticket, &watch)) return watch.ticket;
-        atomic_store(&self->is_asleep, 1);
-        uint64_t const ticket = atomic_load(&team->ticket);
-        if (ticket != seen && atomic_exchange(&self->is_asleep, 0)) return ticket;
-        await_post(&self->wake);
-    }
-}
-
 /* Calls the first `count` helpers to a loop, or to end. All that they find in the team is ready. */
 static void publish_ticket(helper_team *team, uint64_t ticket, int count) {
     atomic_store(&team->ticket, ticket);
@@ -160,9 +147,15 @@ static void publish_ticket(helper_team *team, uint64_t ticket, int count) {
 static void *run_helper(void *argument) {
     helper *const self = argument;
     helper_team *const team = self->team;
-    uint64_t seen = 0;
+    ticket_watch watch = {.team = team};
     for (;;) {
-        seen = await_ticket(self, seen);
+        /* Looks for another ticket, then sleeps until someone wakes it. */
+        while (!look_for(team, sees_ticket, &watch)) {
+            atomic_store(&self->is_asleep, 1);
+            if (sees_ticket(&watch) && atomic_exchange(&self->is_asleep, 0)) break;
+            await_post(&self->wake);
+        }
+        uint64_t const seen = watch.seen = watch.ticket;
         uint64_t const limit = seen & STOP_LIMIT;
         if (limit == STOP_LIMIT) return NULL;
         if ((uint64_t)self->worker > limit) continue;
@@ -220,18 +213,6 @@ static helper_team *get_team(void) {
     return NULL;
 }
 
-/* Starts helpers until there are `wanted`, or no more can be had. Returns how many take part. */
-static int start_helpers(helper_team *team, int wanted) {
-    while (team->helper_count < wanted && team->helper_count < MAX_HELPERS) {
-        helper *const next = &team->helpers[team->helper_count];
-        *next = (helper){.team = team, .worker = team->helper_count + 1};
-        sem_init(&next->wake, 0, 0);
-        if (pthread_create(&next->thread, NULL, run_helper, next) != 0) break;
-        team->helper_count++;
-    }
-    return team->helper_count < wanted ? team->helper_count : wanted;
-}
-
 int parallel_backend_processor_count(void) {
     cpu_set_t set;
     if (sched_getaffinity(0, sizeof set, &set) != 0) return 1;
@@ -246,7 +227,16 @@ void parallel_backend_run(const parallel_loop *loop, int threads) {
             parallel_run_chunk(loop, chunk, 0);
         return;
     }
-    int const helper_count = start_helpers(team, threads - 1);
+    /* Starts helpers until there are as many as wanted, or no more can be had. */
+    int const wanted = threads - 1;
+    while (team->helper_count < wanted && team->helper_count < MAX_HELPERS) {
+        helper *const next = &team->helpers[team->helper_count];
+        *next = (helper){.team = team, .worker = team->helper_count + 1};
+        sem_init(&next->wake, 0, 0);
+        if (pthread_create(&next->thread, NULL, run_helper, next) != 0) break;
+        team->helper_count++;
+    }
+    int const helper_count = team->helper_count < wanted ? team->helper_count : wanted;
     uint64_t const number = (atomic_load(&team->ticket) >> LIMIT_BITS) + 1;
     atomic_store(&team->has_room, threads <= team->processor_count);
     /* The gate opens to this loop; nobody is inside. */
