@@ -16,10 +16,8 @@ int coplanar_choose_axis(const double *a, const double *b, const double *c, size
     return -1;
 }
 
-/* Whether all `count` points lie strictly outside the line of some edge of the triangle, that is on
- * the other side than the triangle. */
-static bool edge_separates(int axis, const double *const triangle[3], const double *const *points,
-                           int count, size_t *exact_count) {
+bool coplanar_edge_separates(int axis, const double *const triangle[3], const double *const *points,
+                             int count, size_t *exact_count) {
     int const turn = coplanar_orient(axis, triangle[0], triangle[1], triangle[2], exact_count);
     for (int i = 0; i < 3; i++) {
         int outside = 0;
@@ -29,13 +27,6 @@ static bool edge_separates(int axis, const double *const triangle[3], const doub
         if (outside == count) return true;
     }
     return false;
-}
-
-/* Disjoint convex polygons are separated, strictly, by the line of an edge of one of them. */
-bool coplanar_triangles_meet(int axis, const double *const a[3], const double *const b[3],
-                             size_t *exact_count) {
-    return !edge_separates(axis, a, b, 3, exact_count) &&
-           !edge_separates(axis, b, a, 3, exact_count);
 }
 
 /* Close to the common vertex v each triangle is the cone of directions between its two edges. The
@@ -53,13 +44,4 @@ bool coplanar_triangles_meet_beyond_vertex(int axis, const double *const a[3],
     int const a1b1 = coplanar_orient(axis, v, a1, b1, exact_count);
     if (a1b1 >= 0 && coplanar_orient(axis, v, a2, b1, exact_count) <= 0) return true;
     return a1b1 <= 0 && coplanar_orient(axis, v, a1, b2, exact_count) >= 0;
-}
-
-/* A segment is a convex polygon with two corners; the line that separates it may be its own. */
-bool coplanar_segment_meets_triangle(int axis, const double *p, const double *q,
-                                     const double *const triangle[3], size_t *exact_count) {
-    if (edge_separates(axis, triangle, (const double *const[]){p, q}, 2, exact_count)) return false;
-    int const first = coplanar_orient(axis, p, q, triangle[0], exact_count);
-    return first == 0 || coplanar_orient(axis, p, q, triangle[1], exact_count) != first ||
-           coplanar_orient(axis, p, q, triangle[2], exact_count) != first;
 }

@@ -18,19 +18,15 @@ int coplanar_choose_axis(const double *a, const double *b, const double *c, size
 int coplanar_orient(int axis, const double *a, const double *b, const double *c,
                     size_t *exact_count);
 
-/* Whether two coplanar triangles with area, none degenerate in the projection, have a common
- * point. */
-bool coplanar_triangles_meet(int axis, const double *const a[3], const double *const b[3],
-                             size_t *exact_count);
+/* Whether all `count` points lie strictly outside the line of some edge of the triangle: on the
+ * side where the triangle is not. Points and triangle lie in one plane, and the triangle is not
+ * degenerate in the projection. */
+bool coplanar_edge_separates(int axis, const double *const triangle[3], const double *const *points,
+                             int count, size_t *exact_count);
 
-/* The same for triangles with a[0] and b[0] the same point: whether they have another common
- * point. */
+/* Whether two coplanar triangles, none degenerate in the projection, have another common point than
+ * a[0] and b[0], which are the same. */
 bool coplanar_triangles_meet_beyond_vertex(int axis, const double *const a[3],
                                            const double *const b[3], size_t *exact_count);
-
-/* Whether the segment pq (p = q allowed) and a triangle with area in its plane have a common
- * point. */
-bool coplanar_segment_meets_triangle(int axis, const double *p, const double *q,
-                                     const double *const triangle[3], size_t *exact_count);
 
 #endif

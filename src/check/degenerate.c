@@ -57,8 +57,16 @@ static bool segment_meets_triangle(segment s, const double *const triangle[3], i
     int const low = orient3d_sign(triangle[0], triangle[1], triangle[2], s.low, exact_count);
     int const high = orient3d_sign(triangle[0], triangle[1], triangle[2], s.high, exact_count);
     if (low * high > 0) return false;
-    if (low == 0 && high == 0)
-        return coplanar_segment_meets_triangle(axis, s.low, s.high, triangle, exact_count);
+    if (low == 0 && high == 0) {
+        /* Convex polygons in one plane, of which the segment has two corners. The line of an edge
+         * of one of them separates them; it may be that of the segment. */
+        const double *const ends[2] = {s.low, s.high};
+        if (coplanar_edge_separates(axis, triangle, ends, 2, exact_count)) return false;
+        int const side = coplanar_orient(axis, s.low, s.high, triangle[0], exact_count);
+        return side == 0 ||
+               coplanar_orient(axis, s.low, s.high, triangle[1], exact_count) != side ||
+               coplanar_orient(axis, s.low, s.high, triangle[2], exact_count) != side;
+    }
     bool has_positive = false, has_negative = false;
     for (int i = 0; i < 3; i++) {
         int const side =

@@ -64,7 +64,9 @@ static bool flat_triangles_intersect(const double *const a[3], const double *con
     int const axis_b = coplanar_choose_axis(b[0], b[1], b[2], exact_count);
     if (axis_a < 0 || axis_b < 0)
         return degenerate_triangles_meet(a, axis_a, b, axis_b, shared_count, exact_count);
-    if (shared_count == 0) return coplanar_triangles_meet(axis_a, a, b, exact_count);
+    if (shared_count == 0) /* disjoint convex polygons: the line of an edge of one separates them */
+        return !coplanar_edge_separates(axis_a, a, b, 3, exact_count) &&
+               !coplanar_edge_separates(axis_a, b, a, 3, exact_count);
     if (shared_count == 1) return coplanar_triangles_meet_beyond_vertex(axis_a, a, b, exact_count);
     return coplanar_orient(axis_a, a[0], a[1], a[2], exact_count) ==
            coplanar_orient(axis_a, a[0], a[1], b[2], exact_count);

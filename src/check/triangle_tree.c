@@ -44,23 +44,6 @@ static const sort_key *sort_keys(sort_key *keys, size_t count) {
     return from;
 }
 
-/* Splits begin .. end-1 at the median along `axis`: the other two orders are parted stably. */
-static void split_orders(tree_builder *builder, int axis, size_t begin, size_t middle, size_t end) {
-    for (size_t i = begin; i < end; i++) builder->is_left[builder->order[axis][i]] = i < middle;
-    for (int other = 0; other < 3; other++) {
-        if (other == axis) continue;
-        uint32_t *const order = builder->order[other];
-        size_t left = begin, right = 0;
-        for (size_t i = begin; i < end; i++) {
-            if (builder->is_left[order[i]])
-                order[left++] = order[i];
-            else
-                builder->scratch[right++] = order[i];
-        }
-        memcpy(order + left, builder->scratch, right * sizeof *order);
-    }
-}
-
 /* The node of items begin .. end-1 and all below it. Recursion is as deep as the tree: at most
  * TREE_DEPTH_LIMIT. */
 static void build_node(tree_builder *builder, size_t begin, size_t end) {
@@ -84,7 +67,7 @@ static void build_node(tree_builder *builder, size_t begin, size_t end) {
         return;
     }
 
-    /* Split at the median along the axis in which the centres spread widest. */
+    /* The axis along which the centres spread widest. */
     int widest = 0;
     double widest_spread = -1.0;
     for (int axis = 0; axis < 3; axis++) {
@@ -96,8 +79,21 @@ static void build_node(tree_builder *builder, size_t begin, size_t end) {
             widest_spread = spread;
         }
     }
+    /* Parts the other two orders at its median, stably. */
     size_t const middle = begin + (end - begin) / 2;
-    split_orders(builder, widest, begin, middle, end);
+    for (size_t i = begin; i < end; i++) builder->is_left[builder->order[widest][i]] = i < middle;
+    for (int axis = 0; axis < 3; axis++) {
+        if (axis == widest) continue;
+        uint32_t *const order = builder->order[axis];
+        size_t left = begin, right = 0;
+        for (size_t i = begin; i < end; i++) {
+            if (builder->is_left[order[i]])
+                order[left++] = order[i];
+            else
+                builder->scratch[right++] = order[i];
+        }
+        memcpy(order + left, builder->scratch, right * sizeof *order);
+    }
     node->leaf_count = 0;
     build_node(builder, begin, middle);
     node->right = (uint32_t)tree->node_count;
