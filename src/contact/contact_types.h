@@ -1,5 +1,5 @@
-/* contact/contact_types.h - the data of the contact stages 5 and 7 to 10: settings, the scene of
- * one step as seen by contact, rows, and the store that lives from step to step.
+/* contact/contact_types.h - the data of the contact stages 5 and 7 to 10: settings, what contact
+ * sees of one step, rows, and the store that lives from step to step.
  *
  * All vertices share one numbering, cloths first (0 .. cloth_vertex_count - 1), then obstacles. The
  * unknown of a step is u, the mean displacement velocity of every vertex: x1 = x0 + h u. Vertices
@@ -16,17 +16,17 @@
 #include "dynamics/rigid_body.h"
 #include "tulle/world.h"
 
-/* Numbers that shape the response. contact_settings_default gives each a value and a reason. */
+/* Numbers that shape the response. default_contact_settings gives each a value and a reason. */
 typedef struct contact_settings {
     double minimum_gap;       /* [m] xi: no accepted state undercuts it */
     int solve_rounds;         /* solves of motion and impulses a step, at least */
-    int solve_rounds_landing; /* at most: as many when the impulses have not settled by then */
+    int solve_rounds_landing; /* at most, while the impulses have not settled */
     int impulse_sweeps;       /* projected Gauss-Seidel sweeps a round, each forward and backward */
     int impact_rounds;        /* rounds of stage 8 */
     int zone_rounds;          /* rescue: rounds of impact zones */
     int component_rounds;     /* rescue: rounds of component scaling */
     double slip_speed;        /* [m/s] a contact that starts slower is at rest: static friction */
-    double push_out_speed;    /* [m/s] most a row inside the contact distance asks for */
+    double push_out_speed;    /* [m/s] a row inside the contact distance asks for this at most */
     double slope_tolerance;   /* sine of the angle by which a new row's normal may lie outside of a
                                  normal cone */
     double old_slope_tolerance; /* the same for a row that goes on from the step before */
@@ -34,34 +34,34 @@ typedef struct contact_settings {
     double settled_speed; /* [m/s] violations, and misfits of friction, have at most this root mean
                              square */
     double settled_drift; /* [m/s] what friction misses gives each cloth at most this speed */
-    double settled_slip;  /* [m/s] each cloth slips at most so fast as a whole where rows hold it */
+    double settled_slip;  /* [m/s] where rows hold a cloth, it slips as a whole at most this fast */
     double settled_misfit;    /* [m/s] friction of each row misses at most this speed */
     double settled_most;      /* [m/s] each row is violated by at most this speed */
     double hard_stiffness;    /* penalty of a hard row over its share of diag(A) */
-    double anchor_share;      /* of the offset of a contact that sticks, undone in a step */
+    double anchor_share;      /* a step undoes this part of the offset of a contact that sticks */
     double hard_friction;     /* penalty of slip over that of the normal part */
     double push_out_softness; /* compliance of a row times its share of diag(A) */
     double cg_tolerance;      /* preconditioned residual over that of the step's force impulse */
-    double early_share;       /* a solve that another one follows stops at this part of its first
-                                 residual */
-    double early_most;        /* it does not stop above this tolerance; 0: none stops early */
+    double early_share;       /* a solve that another one follows stops early, at this part of its
+                                 first residual */
+    double early_most;        /* but not above this tolerance; 0: none stops early */
     int cg_max_iterations;
 } contact_settings;
 
-contact_settings contact_settings_default(void);
+extern const contact_settings default_contact_settings;
 
 /* How two surfaces touch. */
 typedef struct contact_law {
     double contact_distance;    /* [m] delta_c: where a contact carries load */
     double separation_distance; /* [m] delta_s >= delta_c: where it ends */
-    double static_friction;     /* Coulomb coefficient of what does not slide */
-    double dynamic_friction;    /* <= static_friction, of what slides */
+    double static_friction;     /* Coulomb coefficient of a contact that does not slide */
+    double dynamic_friction;    /* <= static_friction, of one that slides */
     double restitution;         /* 0 .. 1, part of the speed of an impact that comes back */
 } contact_law;
 
-/* Where friction of a surface depends on the direction. */
+/* How friction of a surface depends on the direction. */
 typedef struct surface_grain {
-    vec3 direction; /* in the rest shape, of any length */
+    vec3 direction; /* of the grain in the rest shape, of any length */
     double across;  /* factor on friction at right angles to it; 1: no grain */
 } surface_grain;
 
@@ -81,11 +81,11 @@ typedef struct paper_rules {
     uint8_t *after;  /* the same at its end, filled by the response */
 } paper_rules;
 
-/* A rigid body in one (sub)step. It has two slots among the vertices, right after those of cloths:
- * body b owns cloth_vertex_count + 2 b, where u is the velocity V of its centre, and the entry
- * after it, where u is its angular velocity w, for the inertia at x0. Positions of the slots are
- * the centre, and the orientation as modified Rodrigues parameters. Its own vertices go where its
- * motion places them; their u is read nowhere. */
+/* A rigid body in one (sub)step. It has two slots among the vertices, after those of cloths. The
+ * slot of body b is cloth_vertex_count + 2 b, where u is the velocity V of its centre. In the next
+ * slot u is its angular velocity w, for the inertia at x0. The positions of the two slots are the
+ * centre, and the orientation as modified Rodrigues parameters. The body's own vertices go where
+ * its motion places them; nothing reads their u. */
 typedef struct contact_body {
     const rigid_body *body;
     const double *points;              /* [m] of its vertices, in the body's coordinates */
@@ -93,7 +93,7 @@ typedef struct contact_body {
     bool is_free;                      /* else scripted or absent: its slots are no unknowns */
     rigid_state start;                 /* at x0 */
     mat3 inertia, inverse_inertia;     /* about the centre, in the world's axes at x0 */
-    vec3 momentum, spin; /* [N s], [N m s] right-hand sides: at the start, with gravity's share */
+    vec3 momentum, spin; /* [N s], [N m s] right-hand sides: those of the start, with gravity */
     mat3 turn;           /* predicted for the step */
     vec3 turn_vector;    /* [rad] h w of the prediction */
     vec3 fall;           /* [m/s] its mean velocity less V while nothing holds it */
@@ -102,8 +102,8 @@ typedef struct contact_body {
 
 typedef struct contact_response contact_response;
 
-/* Everything about one (sub)step that contact reads. Borrowed; constant while the stages run,
- * but for what `scratch` and `heap` hand out. */
+/* All that contact reads of one (sub)step. Borrowed. It is constant while the stages run, except
+ * for what `scratch` and `heap` hand out. */
 typedef struct contact_scene {
     const surface_set *set;
     size_t vertex_count, cloth_vertex_count;
@@ -121,8 +121,8 @@ typedef struct contact_scene {
     const uint32_t *surface_bodies;    /* surface_count: body of each surface, or TULLE_NONE; may be
                                           null where body_count is 0 */
     vec3 gravity;                      /* [m/s^2] */
-    const affine_map *const *carriers; /* surface_count entries, each may be null; null: none. The
-                                          way of what rides on a scripted obstacle */
+    const affine_map *const *carriers; /* surface_count entries, each may be null; null: none. How
+                                          what rides on a scripted obstacle moves with it */
     const uint64_t *ignored;           /* triangle pairs that may intersect, ascending, see
                                           ignored_pair_key; null: none */
     size_t ignored_count;
@@ -132,14 +132,14 @@ typedef struct contact_scene {
     contact_settings settings;
     memory *heap;
     arena *scratch;  /* each stage releases what it took */
-    stop_poll *stop; /* asked often; stages then end with TULLE_ERROR_INTERRUPTED, or with any
-                        result where they have no status. May be null */
+    stop_poll *stop; /* asked often. When it says stop, stages end with TULLE_ERROR_INTERRUPTED, or
+                        with any result where they have no status. May be null */
     int threads;
 } contact_scene;
 
-/* Key of the triangle pair {a, b} in contact_scene.ignored. A feature pair is ignored when every
- * triangle that owns the first feature forms an ignored pair with every one that owns the second;
- * hence no pair of triangles outside the list can begin to intersect. */
+/* Key of the triangle pair {a, b} in contact_scene.ignored. A feature pair is ignored if every
+ * triangle that owns the first feature forms an ignored pair with every triangle that owns the
+ * second. So no pair of triangles outside the list can begin to intersect. */
 static inline uint64_t ignored_pair_key(uint32_t a, uint32_t b) {
     return a < b ? (uint64_t)a << 32 | b : (uint64_t)b << 32 | a;
 }
@@ -167,7 +167,7 @@ static inline uint32_t find_body(const contact_scene *scene, uint32_t vertex) {
 typedef enum row_state { ROW_OPEN, ROW_STICKS, ROW_SLIDES } row_state;
 
 /* Where a row is and how it moves. Written when rows are made: in stage 5, or in stage 8 for an
- * impact. Every later stage reads it; sweeps read it from `weights` on. */
+ * impact. All later stages read it. Sweeps read only `weights` and what follows. */
 typedef struct row_frame {
     feature_kind kind;
     feature_pair pair;
@@ -178,22 +178,25 @@ typedef struct row_frame {
     double gap;            /* [m] n . sum w x0 in the frame the row was made with */
     double weights[4];     /* signed, see closest_points */
     vec3 normal;           /* unit, from the second feature to the first */
-    vec3 turning; /* [m/s] of what keeps its place: the frame turns until the end of the step, and
-                     tangentially what rides on a scripted obstacle, the gap away from it */
+    vec3 turning; /* [m/s] relative velocity at which the contact keeps its place. Tangentially:
+                     what rides on a scripted obstacle that turns, a gap away from it, seems to
+                     slip. Along the normal: what the gap seems to lose while the frame turns to
+                     that of the end of the step */
     uint32_t vertices[4];
     bool has_body; /* a side lies on a free body */
 } row_frame;
 
 /* What contact and friction ask of a row. Written when rows are made, from the laws of the surfaces
- * and the contact of the step before. Between solves bodies may ask for less room, by the bias;
- * stage 10 sets the rebound and moves the anchor. Sweeps read it up to `return_velocity`. */
+ * and the contact of the step before. Between solves the bias is lowered where pushing bodies apart
+ * would cost too much energy. Stage 10 sets the rebound and moves the anchor. Sweeps read the
+ * members up to `return_velocity`. */
 typedef struct row_law {
     double bias;     /* [m/s] normal speed that the row asks for */
     double friction; /* coefficient in this step: the static or the dynamic one */
     double friction_along, friction_across; /* factors on it along the grain and across; 1: none */
-    vec3 return_velocity; /* [m/s] tangential, that friction aims at: undoes the anchor */
+    vec3 return_velocity; /* [m/s] tangential; friction aims at it, and it undoes the anchor */
     vec3 grain;           /* unit tangent; read where the two factors differ */
-    vec3 anchor;          /* [m] tangential way since the contact sticks */
+    vec3 anchor;          /* [m] tangential offset since the contact began to stick */
     double restitution;   /* as in contact_law */
     double approach;     /* [m/s] n . sum w v0: negative where the sides come nearer at the start */
     double fall;         /* [m/s] what gravity adds to it in this step */
@@ -204,9 +207,9 @@ typedef struct row_law {
     bool is_sliding;     /* slips at the start of the step */
 } row_law;
 
-/* What the solve keeps of a row. Stage 5 sets the masses, and impulse and state as the contact of
- * the step before left them; stages 7 and 8 write it; sweeps read and write it up to `slip_answer`.
- * Stage 10 stores impulse and state. */
+/* What the solve keeps of a row. Stage 5 sets the masses, and takes impulse and state over from the
+ * contact of the step before. Stages 7 and 8 write it; sweeps read and write the members up to
+ * `slip_answer`. Stage 10 stores impulse and state. */
 typedef struct row_solve {
     vec3 impulse;        /* [N s] total over the step, acts w_i impulse on vertex i */
     double inverse_mass; /* [1/kg] sum w_i^2 / m_i and what bodies add along the normal, > 0 */
@@ -220,13 +223,14 @@ typedef struct row_solve {
     double stiffness;    /* [kg] penalty of a hard row in the solve */
     double slip_penalty; /* [kg] penalty of its slip */
     mat3 pull;           /* [kg] of a row in the matrix: impulse against a velocity */
-    double slip_pull;    /* [kg] the part of slip in it ... */
-    vec3 slip_free;      /* unit: not along this; zero: along all tangents ... */
-    vec3 slip_target;    /* [m/s] ... and the slip at which that does nothing */
+    double slip_pull;    /* [kg] the part of `pull` that acts against slip */
+    vec3 slip_free;      /* unit: slip_pull does not act along this; zero: it acts on all slip */
+    vec3 slip_target;    /* [m/s] slip_pull pulls towards this slip */
 } row_solve;
 
-/* One contact: the half-space  n . sum_i w_i u_i >= bias  with friction and its total impulse. What
- * sweeps touch lies together: the end of the frame, the begin of the solve, that of the law. */
+/* One contact: the half-space  n . sum_i w_i u_i >= bias  with friction and its total impulse. So
+ * that what sweeps touch lies together, it is the end of `frame` and the beginnings of `solve` and
+ * `law`. */
 typedef struct contact_row {
     row_frame frame;
     row_solve solve;
@@ -263,7 +267,7 @@ typedef struct stored_contact {
     uint32_t age;                 /* steps since the contact began, on whatever features */
     double impulse[3];            /* [N s] of a step of length contact_store.time_step */
     double normal[3];             /* unit, from the second feature to the first: the side */
-    double anchor[3]; /* [m] tangential way of the sides past each other, while it sticks */
+    double anchor[3];             /* [m] tangential offset of the sides, while the contact sticks */
 } stored_contact;
 
 /* Contacts at the end of the last step. Zeroed is empty. */

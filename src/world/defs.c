@@ -15,7 +15,7 @@ static const double PATCH_ANGLE_DEFAULT = 0.78539816339744831;
 static const double PATCH_ANGLE_MAX = 1.5707963267948966 - 1e-6;
 
 tulle_world_def tulle_world_def_default(void) {
-    contact_settings const settings = contact_settings_default();
+    contact_settings const settings = default_contact_settings;
     return (tulle_world_def){
         .cookie = WORLD_DEF_COOKIE,
         .gravity = {0.0, 0.0, -9.81},

@@ -21,7 +21,7 @@ contact_world contact_world_make(void) {
                                         .bend_damping = 2e-3,
                                         .friction_across = 1.0}};
     world.def.contact_distance = 3e-3;
-    world.def.minimum_gap = contact_settings_default().minimum_gap;
+    world.def.minimum_gap = default_contact_settings.minimum_gap;
     world.def.detection.method = TULLE_DETECT_REFIT; /* no pair is left out */
     world.def.threads = 1;
     world.def.wind.drag_coefficient = 0.0;

@@ -1,11 +1,12 @@
 /* contact/rows/orientation.c - see orientation.h.
  *
- * States that do not intersect need none of this: their normal is the unit vector between the
- * closest points. The rules serve starts that intersect.
+ * Only starts that intersect need these rules. In other states the normal is the unit vector
+ * between the closest points.
  *
- * The verification in closed form: with d_i the corners' signed distances along the axis, moving
- * the first triangle by e and the second by -e changes sum d_i^2 by 2 e (sum_1 d - sum_2 d) + 6
- * e^2. The larger change belongs to the axis that points from the second centroid to the first.
+ * The verification has a closed form. Let d_i be the corners' signed distances along the axis.
+ * Moving the first triangle by e and the second by -e changes sum d_i^2 by
+ * 2 e (sum_1 d - sum_2 d) + 6 e^2. So the axis that points from the second centroid to the first
+ * has the larger change.
  *
  * Based on: Wong, Baciu, Dynamic interaction between deformable surfaces and nonsmooth objects,
  * 2005, section 3.6. Departures: normals point from the second feature to the first; on borders,
@@ -14,7 +15,7 @@
 
 #include <stdlib.h>
 
-/* Normals of the history that differ by more than 60 degrees from the line say nothing about it. */
+/* A normal of the history that differs by more than 60 degrees from the line decides nothing. */
 static const double LEAST_COSINE = 0.5;
 
 static orientation get_sign(double value) {
@@ -26,10 +27,6 @@ tulle_status remember_side(side_history *history, memory *heap, known_side side)
     if (!ARRAY_RESERVE(heap, &history->sides, 1)) return TULLE_ERROR_OUT_OF_MEMORY;
     history->sides.data[history->sides.count++] = side;
     return TULLE_OK;
-}
-
-void side_history_destroy(side_history *history, memory *heap) {
-    ARRAY_FREE(heap, &history->sides);
 }
 
 static int compare_pairs(const void *a, const void *b) {

@@ -22,7 +22,7 @@ static const double MINIMUM_GAP_RESERVE = 0.01;
 contact_scene world_make_scene(step_context *context) {
     tulle_world *const world = context->world;
     world_motion_state *const state = context->state;
-    contact_settings settings = contact_settings_default();
+    contact_settings settings = default_contact_settings;
     settings.minimum_gap =
         (1.0 + ldexp(MINIMUM_GAP_RESERVE, -context->retry.shorter_count)) * world->minimum_gap;
     settings.solve_rounds = world->def.solve_rounds;

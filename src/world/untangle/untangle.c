@@ -186,7 +186,7 @@ tulle_status world_untangle(tulle_world *world, tulle_error *error) {
     if (status == TULLE_ERROR_OUT_OF_MEMORY)
         error_set(error, status, "no memory left to untangle the start");
     if (work.broad) broad_phase_destroy(work.broad);
-    side_history_destroy(&work.history, &world->heap);
+    ARRAY_FREE(&world->heap, &work.history.sides);
     ARRAY_FREE(&world->heap, &work.pairs.vertex_triangle);
     ARRAY_FREE(&world->heap, &work.pairs.edge_edge);
     arena_release(&world->scratch, mark);

@@ -308,7 +308,7 @@ static void run_violent_cases(obstacle_motion motion, uint64_t first_seed) {
                   (unsigned long long)counts.global, (unsigned long long)counts.blocked,
                   counts.smallest_gap);
     assert_true(counts.zones > 0 && counts.components > 0 && counts.exact_tests > 1000);
-    assert_true(counts.smallest_gap >= contact_settings_default().minimum_gap);
+    assert_true(counts.smallest_gap >= default_contact_settings.minimum_gap);
 }
 
 static void violence_over_resting_obstacles(void **state) {

@@ -234,7 +234,7 @@ static void shortest_ways_to_a_hit_are_tested(void **state) {
     static const double shares[] = {0.5, 0.500001, 0.0, 1.0, 0.3};
     for (int turn = 1; turn <= 8; turn++) {
         contact_world world;
-        contact_settings const settings = contact_settings_default();
+        contact_settings const settings = default_contact_settings;
         double const height = 4.5e-3 * (1.0 + 1e-5), way = height - settings.minimum_gap;
         make_two_sheets(&world, height, 0.19 * turn);
         close_sheets(&world, 0.06, 4.0 * height, 0.5);

@@ -74,7 +74,7 @@ static void rules_agree_with_geometry(void **state) {
             count++;
             by_neighbours += side == sign;
         }
-        side_history_destroy(&history, world.heap);
+        ARRAY_FREE(world.heap, &history.sides);
         contact_world_destroy(&world);
     }
     print_message("%zu of %zu pairs decided by their neighbours\n", by_neighbours, count);
@@ -144,7 +144,7 @@ static void sides_are_remembered(void **state) {
                              ORIENTATION_ALONG);
             raise_all_but(&world, k, -7e-3);
         }
-        side_history_destroy(&history, world.heap);
+        ARRAY_FREE(world.heap, &history.sides);
         contact_world_destroy(&world);
     }
     assert_true(slid > 300);
@@ -178,7 +178,7 @@ static void histories_settle(void **state) {
         }
         assert_int_equal(orient_by_history(&topo, &history, (feature_pair){8, 1}, up), -1);
         assert_int_equal(orient_by_history(&topo, &history, (feature_pair){8, 3}, up), 0);
-        side_history_destroy(&history, &heap);
+        ARRAY_FREE(&heap, &history.sides);
     }
     topology_destroy(&heap, &topo);
     assert_int_equal(heap.bytes_held, 0);

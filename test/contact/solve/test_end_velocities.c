@@ -39,7 +39,7 @@ static void make_world(end_world *world, uint64_t *random, double restitution, d
                                    .inverse_mass = world->inverse_mass,
                                    .v0 = world->v0,
                                    .time_step = 0.01,
-                                   .settings = contact_settings_default(),
+                                   .settings = default_contact_settings,
                                    .heap = &world->heap,
                                    .scratch = &world->scratch};
     world->scene.settings.impulse_sweeps = 2000;

@@ -37,7 +37,7 @@ static void set_row(row_world *world, contact_row *row, const uint32_t vertices[
 
 static void start_world(row_world *world, int sweeps) {
     memset(world, 0, sizeof *world);
-    world->scene.settings = contact_settings_default();
+    world->scene.settings = default_contact_settings;
     world->scene.settings.impulse_sweeps = sweeps;
     world->scene.inverse_mass = world->inverse_mass;
     world->scene.vertex_count = VERTEX_COUNT;
