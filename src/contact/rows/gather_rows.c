@@ -1,8 +1,9 @@
 /* contact/rows/gather_rows.c - stage 5, see gather_rows.h.
  *
- * A pair gets a row when it is near at the start (with the frame of the start) or its predicted
- * path comes within the contact distance (with the frame of that time, so that the row pushes where
- * the impact will be). Rows only shape the response: what has no row is caught by stages 8 and 9.
+ * A pair that is near at the start gets a row with the frame of the start. A pair whose predicted
+ * path comes within the contact distance gets a row with the frame of that time, so that the row
+ * pushes where the impact will be. Rows only shape the response: stages 8 and 9 catch what has no
+ * row.
  */
 #include "contact/rows/gather_rows.h"
 
@@ -20,24 +21,9 @@ typedef struct gathering {
     double largest_contact, largest_separation; /* [m] with rounding slack */
 } gathering;
 
-/* The verdict on a pair that is not near at the start: its time is when its path first comes within
- * the contact distance. */
-static scan_verdict measure_approach(const gathering *work, pair_event *event, double contact) {
-    const contact_scene *const scene = work->scene;
-    feature_kind const kind = event->kind;
-    uint32_t vertices[4];
-    moving_pair paths;
-    feature_pair_vertices(scene->set->topo, kind, event->pair, vertices);
-    load_points(scene->x0, vertices, paths.start);
-    load_points(work->predicted, vertices, paths.end);
-    if (pair_stays_apart(kind, &paths, contact)) return SCAN_DROP;
-    toi_result const result = time_of_impact(kind, &paths, contact);
-    event->time = result.lower_bound;
-    return result.state == TOI_SEPARATED ? SCAN_DROP : SCAN_EVENT;
-}
-
-/* Time 0 for a pair that is near at the start. Two edges that touch at an end are no event: their
- * contact is left to the vertex's own rows (admissible_rows.h). */
+/* The time of an event is 0 for a pair that is near at the start. For another one it is when the
+ * pair's path first comes within the contact distance. Two edges that touch at an end are no event:
+ * their contact is left to the vertex's own rows (admissible_rows.h). */
 static void measure_touches(const void *context, feature_kind kind, pair_event *events,
                             size_t count, scan_verdict *verdicts) {
     const gathering *const work = context;
@@ -68,15 +54,23 @@ static void measure_touches(const void *context, feature_kind kind, pair_event *
         far.separations[far.count++] = limits.contact;
     }
 
-    /* those that approach */
+    /* those of the others that approach */
     bool is_apart[SCAN_MOST];
     mark_apart(&work->tables, &far, is_apart);
     for (size_t k = 0; k < far.count; k++) {
         size_t const i = indices[k];
-        verdicts[i] =
-            is_apart[k] ? SCAN_DROP : measure_approach(work, &events[i], far.separations[k]);
-        if (verdicts[i] == SCAN_DROP && start[i] < work->largest_separation)
-            verdicts[i] = SCAN_DROP_NEAR;
+        double const contact = far.separations[k];
+        verdicts[i] = start[i] < work->largest_separation ? SCAN_DROP_NEAR : SCAN_DROP;
+        if (is_apart[k]) continue;
+        uint32_t vertices[4];
+        moving_pair paths;
+        feature_pair_vertices(scene->set->topo, kind, pairs[i], vertices);
+        load_points(scene->x0, vertices, paths.start);
+        load_points(work->predicted, vertices, paths.end);
+        if (pair_stays_apart(kind, &paths, contact)) continue;
+        toi_result const result = time_of_impact(kind, &paths, contact);
+        events[i].time = result.lower_bound;
+        if (result.state != TOI_SEPARATED) verdicts[i] = SCAN_EVENT;
     }
     for (size_t i = 0; i < count; i++)
         if (verdicts[i] != SCAN_DROP && pair_is_ignored(scene, kind, pairs[i]))

@@ -1,21 +1,21 @@
 /* contact/rows/hidden_rows.c - see hidden_rows.h.
  *
- * The test of admissible rows knows neighbours that share vertices. Where two boxes stand
+ * The test of admissible rows knows only neighbours that share vertices. Where two boxes stand
  * flush, or each triangle has vertices of its own, the rim of the next triangle looks like a free
- * edge: what slides towards it at the contact distance is near it before it is above, with a normal
- * that leans against its way. But the plane of the row that carries it already keeps it away from
- * all that lies behind. */
+ * edge. What slides towards that rim at the contact distance is near the rim before it is above it.
+ * The normal of such a row leans against the motion and would stop it. But the plane of the row
+ * that carries the vertex already keeps it away from all that lies behind. */
 #include "contact/rows/hidden_rows.h"
 
 #include "contact/rows/normal_cones.h"
 
 #include <math.h>
 
-/* What is behind a plane may rise above it by this part of the distance that the plane keeps: far
- * over rounding, and hardly felt. */
+/* What counts as behind a plane may rise above it by this part of the vertex's distance: far over
+ * rounding, and hardly felt. */
 static const double FLAT_SHARE = 0.1;
-/* Part of that for a row of the step before: what hides it lets the cloth sink by as much, and the
- * share shrinks with the gap. */
+/* Part of that for a row of the step before. Hiding it lets the cloth sink by as much, and a
+ * smaller gap then allows less. */
 static const double OLD_SHARE = 0.5;
 
 /* Vertices of the row's side of cloth or of a free body, and those of a scripted obstacle. */
@@ -66,27 +66,12 @@ static bool lies_behind(const near_plane *plane, vec3 from, vec3 point, double s
     return vec3_dot(plane->normal, to) <= least;
 }
 
-/* Whether the obstacle's feature is behind the plane, at the start and at the predicted end. */
-static bool hides(const contact_scene *scene, const double *ends, const near_plane *plane,
-                  const contact_row *row, const row_sides *sides) {
-    double const share = row->law.is_old ? OLD_SHARE * FLAT_SHARE : FLAT_SHARE;
-    double const slope = scene->settings.slope_tolerance;
-    vec3 touched = {0.0, 0.0, 0.0};
-    for (int k = sides->obstacle_begin; k < sides->obstacle_end; k++) {
-        vec3 const start = vec3_load(scene->x0, row->frame.vertices[k]);
-        vec3 const end = vec3_load(ends, row->frame.vertices[k]);
-        if (!lies_behind(plane, plane->point, start, slope, share) ||
-            !lies_behind(plane, plane->end, end, slope, share))
-            return false;
-        touched = vec3_add_scaled(touched, start, fabs(row->frame.weights[k]));
-    }
-    return lies_behind(plane, plane->point, touched, slope, share);
-}
-
-/* The planes of all vertices that the row pushes must be one plane, so that what spans two vertices
- * stays as high over it as they do: between two planes it may hang over an edge. */
+/* The planes of all vertices that the row pushes must be one plane. Then what spans two vertices is
+ * as high over it as they are. Between two different planes it may hang over an edge. */
 bool row_is_hidden(const contact_scene *scene, const double *ends, const near_planes *planes,
                    const contact_row *row, size_t index) {
+    double const share = row->law.is_old ? OLD_SHARE * FLAT_SHARE : FLAT_SHARE;
+    double const slope = scene->settings.slope_tolerance;
     const near_plane *first = NULL;
     row_sides sides;
     if (!planes->of_rows || !find_sides(scene, &row->frame, &sides)) return false;
@@ -98,9 +83,18 @@ bool row_is_hidden(const contact_scene *scene, const double *ends, const near_pl
         if (!first) first = plane;
         double const turn = vec3_norm(vec3_sub(plane->normal, first->normal));
         double const sag = turn * vec3_norm(vec3_sub(plane->point, first->point));
-        if (!(turn <= scene->settings.slope_tolerance && sag <= FLAT_SHARE * first->distance))
-            return false;
-        if (!hides(scene, ends, plane, row, &sides)) return false;
+        if (!(turn <= slope && sag <= FLAT_SHARE * first->distance)) return false;
+        /* the obstacle's feature must be behind the plane, at the start and at the predicted end */
+        vec3 touched = {0.0, 0.0, 0.0};
+        for (int j = sides.obstacle_begin; j < sides.obstacle_end; j++) {
+            vec3 const start = vec3_load(scene->x0, row->frame.vertices[j]);
+            vec3 const end = vec3_load(ends, row->frame.vertices[j]);
+            if (!lies_behind(plane, plane->point, start, slope, share) ||
+                !lies_behind(plane, plane->end, end, slope, share))
+                return false;
+            touched = vec3_add_scaled(touched, start, fabs(row->frame.weights[j]));
+        }
+        if (!lies_behind(plane, plane->point, touched, slope, share)) return false;
     }
     return first != NULL;
 }

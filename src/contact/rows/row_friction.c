@@ -1,28 +1,29 @@
 /* contact/rows/row_friction.c - see row_friction.h.
  *
- * Static or dynamic: a contact that slips faster than slip_speed at the start of the step is one
- * that slides; its friction is bounded by the dynamic coefficient, that of all others by the static
- * one. The bound holds for the whole step. A sliding contact that friction can stop within the step
- * is stopped by it, and sticks from the next step on. A patch that is held has rows that yield a
- * little while load moves to their neighbours: they are far slower than slip_speed, so their bound
- * stays, and with it the sum over the patch.
+ * Static or dynamic: a contact slides if it slips faster than slip_speed at the start of the step.
+ * The dynamic coefficient bounds its friction; the static one bounds that of all others. The bound
+ * holds for the whole step. If friction can stop a sliding contact within the step, it does, and
+ * the contact sticks from the next step on. In a patch that is held some rows yield a little while
+ * load moves to their neighbours. They are far slower than slip_speed, so they keep the static
+ * bound, and the patch keeps its sum.
  *
  * Grain: the bound is an ellipse with the axes mu along the grain and mu times a factor across it.
  * The grain goes with the deformed triangle. Where both sides have one, the logarithms of their
- * tensors add: factors multiply where grains agree.
+ * tensors add, so factors multiply where grains agree.
  *
  * Based on: Wong, Baciu, Dynamic interaction between deformable surfaces and nonsmooth objects,
  * 2005, 5.2 (sticking and sliding contacts); Moreau 1988 (slip along the normal of the bound's
- * edge, the rule of largest dissipation). Departure: the paper decides by forces before the solve,
- * here the solve itself decides whether friction stops the slip. */
+ * edge, the rule of largest dissipation). Departure: the paper decides by forces before the solve
+ * whether friction stops the slip; here the solve itself decides. */
 #include "contact/rows/row_friction.h"
 
 #include "contact/pairs/pair_rules.h"
 #include "contact/rows/row_motion.h"
 
-/* Newton steps for the nearest point of an ellipse; from a start below the root they rise to it. */
+/* Most Newton steps for the nearest point of an ellipse. They start below the root and rise to it.
+ */
 enum { ELLIPSE_STEPS = 60 };
-/* Factors are not taken below this where two grains meet: logarithms. */
+/* Where two grains meet, smaller factors count as this, so that they have a logarithm. */
 static const double LEAST_FACTOR = 1e-6;
 /* A grain nearer to the normal than this sine has no direction in the tangent plane. */
 static const double LEAST_GRAIN = 1e-6;
@@ -70,21 +71,6 @@ static bool make_tensor(const contact_scene *scene, const contact_row *row, int 
     return true;
 }
 
-/* Principal axes of ln a P + ln b Q in the plane of both directions. */
-static void join_tensors(const grain_tensor *a, const grain_tensor *b, contact_row *row) {
-    double const p = log(fmax(a->factor, LEAST_FACTOR)), q = log(fmax(b->factor, LEAST_FACTOR));
-    vec3 const along = vec3_cross(a->across, row->frame.normal);
-    double const c = vec3_dot(b->across, a->across), s = vec3_dot(b->across, along);
-    double const xx = p + q * c * c, xy = q * c * s, yy = q * s * s; /* x: across of a */
-    double const middle = 0.5 * (xx + yy), difference = 0.5 * (xx - yy);
-    double const half = sqrt(difference * difference + xy * xy);
-    double const angle = 0.5 * atan2(2.0 * xy, xx - yy);
-    vec3 const major = vec3_add_scaled(vec3_scale(a->across, cos(angle)), along, sin(angle));
-    row->law.grain = vec3_cross(major, row->frame.normal);
-    row->law.friction_across = exp(middle + half);
-    row->law.friction_along = exp(middle - half);
-}
-
 void set_row_friction(const contact_scene *scene, contact_row *row) {
     row_law *const law = &row->law;
     const contact_law *const given = get_contact_law(scene, row->frame.vertices);
@@ -107,16 +93,29 @@ void set_row_friction(const contact_scene *scene, contact_row *row) {
     law->friction_along = law->friction_across = 1.0;
     if (!scene->grains) return;
     int const first_count = row->frame.kind == FEATURE_VERTEX_TRIANGLE ? 1 : 2;
-    grain_tensor first, second;
-    bool const has_first = make_tensor(scene, row, 0, first_count, &first);
-    bool const has_second = make_tensor(scene, row, first_count, 4 - first_count, &second);
-    if (has_first && has_second) {
-        join_tensors(&first, &second, row);
-    } else if (has_first || has_second) {
-        const grain_tensor *const only = has_first ? &first : &second;
-        law->grain = vec3_cross(only->across, row->frame.normal);
-        law->friction_across = only->factor;
+    grain_tensor tensors[2];
+    int count = make_tensor(scene, row, 0, first_count, &tensors[0]);
+    count += make_tensor(scene, row, first_count, 4 - first_count, &tensors[count]);
+    if (count == 0) return;
+    vec3 const across = tensors[0].across, along = vec3_cross(across, row->frame.normal);
+    if (count == 1) {
+        law->grain = along;
+        law->friction_across = tensors[0].factor;
+        return;
     }
+    /* Two tensors meet: the principal axes of the sum of their logarithms. x is across the first
+     * grain, y along it. */
+    double const p = log(fmax(tensors[0].factor, LEAST_FACTOR));
+    double const q = log(fmax(tensors[1].factor, LEAST_FACTOR));
+    double const c = vec3_dot(tensors[1].across, across), s = vec3_dot(tensors[1].across, along);
+    double const xx = p + q * c * c, xy = q * c * s, yy = q * s * s;
+    double const middle = 0.5 * (xx + yy), difference = 0.5 * (xx - yy);
+    double const half = sqrt(difference * difference + xy * xy);
+    double const angle = 0.5 * atan2(2.0 * xy, xx - yy);
+    vec3 const major = vec3_add_scaled(vec3_scale(across, cos(angle)), along, sin(angle));
+    law->grain = vec3_cross(major, row->frame.normal);
+    law->friction_across = exp(middle + half);
+    law->friction_along = exp(middle - half);
 }
 
 /* (x, y) outside of the ellipse with half axes a and b becomes its nearest point

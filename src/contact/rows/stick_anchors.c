@@ -1,17 +1,17 @@
 /* contact/rows/stick_anchors.c - see stick_anchors.h.
  *
- * Friction that sticks holds velocities at zero, as well as a few rounds find it; what is left of
- * each step would add up. So a contact keeps the tangential way d that its two sides have gone past
- * each other since it began to stick, and friction aims at the speed -s d / h instead of rest,
- * within the same Coulomb bound: errors are undone, not summed. The way is that of the material
- * points in contact, step by step, so the anchor goes along with what moves or turns, and from face
- * to face with the contact.
+ * Friction that sticks holds velocities at zero, but only as well as a few rounds find it. What is
+ * left in each step would add up. So a contact keeps the tangential offset d by which its two sides
+ * have moved past each other since it began to stick. Friction then aims at the velocity -s d / h
+ * instead of rest, within the same Coulomb bound, and errors are undone instead of summed. The
+ * offset is summed step by step over the material points in contact. So the anchor goes along with
+ * what moves or turns, and from face to face with the contact.
  *
- * A contact that slides, at the start of the step or by its bound at the end, lets go; then it
- * begins anew. Offsets are kept to what asks for a fraction of the speed that counts as slip, so
- * that no anchor ever makes a contact slide. They fade within MEMORY: what many contacts of one
- * piece of cloth have gathered along different ways does not fit together for ever, and without
- * fading a pinched sheet trembles.
+ * A contact that slides, at the start of the step or by its bound at the end, lets go and begins
+ * anew. An offset is limited so that it asks for a fraction of the speed that counts as slip; hence
+ * no anchor ever makes a contact slide. Offsets fade within MEMORY. What many contacts of one piece
+ * of cloth have gathered on different ways does not fit together for ever, and without fading a
+ * pinched sheet trembles.
  *
  * Based on: Cundall, Strack, A discrete numerical model for granular assemblies, 1979 (tangential
  * offset of a contact, bounded by friction); Baumgarte 1972 (a share of the error a step).
@@ -20,13 +20,13 @@
 
 #include "contact/rows/row_motion.h"
 
-/* Undoing is never faster than this share of the speed that counts as slip. */
+/* An anchor asks for this share of the speed that counts as slip, at most. */
 static const double SPEED_SHARE = 0.5;
 
-/* [s] Offsets fade by e in this time; half to three times as long does as well. */
+/* [s] Offsets fade by the factor e in this time; half to three times as long does as well. */
 static const double MEMORY = 1.0;
 
-/* The offset, not longer than what asks for the largest speed of undoing. */
+/* The offset, shortened to what asks for the largest speed that an anchor may ask for. */
 static vec3 limit_offset(const contact_scene *scene, vec3 offset) {
     const contact_settings *const settings = &scene->settings;
     double const largest =
