@@ -100,8 +100,9 @@ static tulle_status append_rows(impact_work *work, const pair_events *hits) {
         return TULLE_ERROR_OUT_OF_MEMORY;
     for (size_t i = 0; i < hits->count; i++) {
         contact_row *const row = &list->rows.data[list->rows.count];
-        if (!make_contact_row(scene, work->x1, &hits->events[i], row)) continue;
-        straighten_impact(scene, work->x1, hits->events[i].time, row);
+        begin_contact_row(scene, work->x1, &hits->events[i], row);
+        if (!finish_contact_row(scene, row)) continue;
+        straighten_row(scene, work->x1, hits->events[i].time, true, row);
         times[list->rows.count++ - first_new] = hits->events[i].time;
     }
     tulle_status status = TULLE_OK;

@@ -1,20 +1,22 @@
 /* contact/rows/carry_over.c - see carry_over.h.
  *
- * A vertex slides from triangle to triangle, an edge from edge to edge, and at the rim of a surface
- * the one contact becomes the other. The pair changes, the contact does not: its impulse goes on.
- * A contact and a row match when
- *  - they have the vertex in common, and their triangles an edge or a vertex;
- *  - they have one edge in common, and the other two a vertex;
- *  - they have the vertex or one edge in common, and the rest is of one obstacle: what slides by
- *    more than a triangle in a step;
+ * A vertex slides from triangle to triangle, and an edge from edge to edge. At the rim of a surface
+ * a contact of a vertex becomes one of edges. The pair changes, but the contact goes on, and so
+ * does its impulse. A contact and a row match when
+ *  - they have the vertex in common, and their triangles share an edge or a vertex;
+ *  - they have one edge in common, and their other edges share a vertex;
+ *  - they have the vertex or one edge in common, and the other features belong to one obstacle: a
+ *    vertex may slide by more than a triangle in a step;
  *  - one is of a vertex and a triangle, the other of two edges; one edge ends in the vertex, and
  *    the other in a corner of the triangle.
  *
  * Their normals must agree, so that no impulse goes to another side. Contacts choose in the order
- * of the store; of several rows the one of the same kind with most in common, then the one with the
- * nearest normal.
- * Whether the contact was hard is not handed on: with it cloth that lands on spikes tears further
- * (largest stretch 4.9 against 3.0 over ten places), since a tip is hard on one triangle only.
+ * of the store. A contact takes the row of its own kind that has most in common with it; of equal
+ * ones it takes the row with the nearest normal.
+ *
+ * Whether the contact was hard is not handed on. A tip is hard on one triangle only; if the mark
+ * slid along, cloth that lands on spikes would tear further (largest stretch 4.9 against 3.0 over
+ * ten places).
  *
  * Based on: Wong, Baciu, Dynamic interaction between deformable surfaces and nonsmooth objects,
  * 2005, section 3.6 (sliding in a determined configuration). */
@@ -23,19 +25,16 @@
 #include "contact/rows/contact_store.h"
 #include "contact/rows/stick_anchors.h"
 
-#include <string.h>
-
 /* Least cosine between the normals of a contact and the row that takes it over. */
 static const double LEAST_COSINE = 0.5;
-/* Corners in common rank rows of one kind among each other. Rows of the same kind come before those
- * of the other, even where they are further on upon the same obstacle. */
+/* Rows of the contact's own kind come before those of the other kind, even where they only share
+ * its obstacle. Among rows of one kind the number of common vertices decides. */
 enum { SLID_RANK = 5, SAME_KIND_RANK = 10 };
 
 typedef struct heir_search {
     const contact_scene *scene;
-    contact_row *const *rows; /* candidates: the rows, then the reserve */
-    size_t count;
-    uint32_t *begin, *items; /* candidates without contact around each vertex */
+    contact_row *const *rows;
+    uint32_t *begin, *items; /* candidates around each vertex */
 } heir_search;
 
 void inherit_contact(const contact_scene *scene, contact_row *row, const stored_contact *contact,
@@ -54,8 +53,8 @@ static int count_common(const uint32_t *a, int a_count, const uint32_t *b, int b
     return common;
 }
 
-/* How much a contact with the vertices v and a row have in common. 0: the row is none for this
- * contact. *side is -1 where the row's second feature is what the contact's first was. */
+/* How well a row fits a contact with the vertices v; 0: not at all. *side is -1 where the row's
+ * second feature continues the contact's first one, else 1. */
 static int rank_heir(const contact_scene *scene, const stored_contact *contact, const uint32_t v[4],
                      const contact_row *row, double *side) {
     const uint32_t *const r = row->frame.vertices;
@@ -87,27 +86,26 @@ static int rank_heir(const contact_scene *scene, const stored_contact *contact, 
     return is_slid ? SLID_RANK : 0;
 }
 
-/* The candidate for a contact, or null. */
-static contact_row *find_heir(const heir_search *search, const stored_contact *contact,
-                              double *side) {
+/* The candidate for a contact, as an index of rows, or TULLE_NONE. */
+static uint32_t find_heir(const heir_search *search, const stored_contact *contact, double *side) {
     uint32_t v[4];
     feature_pair const pair = {contact->first, contact->second};
     feature_pair_vertices(search->scene->set->topo, (feature_kind)contact->kind, pair, v);
     vec3 const normal = vec3_load(contact->normal, 0);
     int const own_count = contact->kind == FEATURE_VERTEX_TRIANGLE ? 1 : 4;
-    contact_row *best = NULL;
+    uint32_t best = TULLE_NONE;
     int best_rank = 0;
     double best_cosine = 0.0;
     for (int k = 0; k < own_count; k++)
         for (uint32_t i = search->begin[v[k]]; i < search->begin[v[k] + 1]; i++) {
-            contact_row *const row = search->rows[search->items[i]];
+            const contact_row *const row = search->rows[search->items[i]];
             double row_side;
             int const rank =
                 row->law.is_old ? 0 : rank_heir(search->scene, contact, v, row, &row_side);
             if (rank == 0 || rank < best_rank) continue;
             double const cosine = row_side * vec3_dot(normal, row->frame.normal);
             if (!(cosine >= LEAST_COSINE) || (rank == best_rank && cosine <= best_cosine)) continue;
-            best = row;
+            best = search->items[i];
             best_rank = rank;
             best_cosine = cosine;
             *side = row_side;
@@ -115,28 +113,46 @@ static contact_row *find_heir(const heir_search *search, const stored_contact *c
     return best;
 }
 
-/* Lists the rows without contact at each of their vertices, in ascending order. */
-static bool list_candidates(heir_search *search) {
-    arena *const scratch = search->scene->scratch;
-    size_t const vertex_count = search->scene->vertex_count;
-    search->begin = ARENA_NEW_ZEROED(scratch, uint32_t, vertex_count + 2);
-    search->items = ARENA_NEW(scratch, uint32_t, 4 * search->count);
-    if (!search->begin || !search->items) return false;
-    for (size_t i = 0; i < search->count; i++)
-        for (int k = 0; k < 4 && !search->rows[i]->law.is_old; k++)
-            search->begin[search->rows[i]->frame.vertices[k] + 2]++;
-    for (size_t v = 0; v < vertex_count; v++) search->begin[v + 2] += search->begin[v + 1];
-    for (size_t i = 0; i < search->count; i++)
-        for (int k = 0; k < 4 && !search->rows[i]->law.is_old; k++)
-            search->items[search->begin[search->rows[i]->frame.vertices[k] + 1]++] = (uint32_t)i;
-    return true;
-}
+tulle_status carry_over_contacts(const contact_scene *scene, const contact_store *store,
+                                 contact_row *const *rows, uint8_t *choices, size_t count) {
+    if (store->contacts.count == 0 || count == 0) return TULLE_OK;
+    const topology *const topo = scene->set->topo;
+    arena_mark const mark = arena_get_mark(scene->scratch);
+    bool *const is_present = ARENA_NEW_ZEROED(scene->scratch, bool, store->contacts.count);
+    uint32_t *const begin = ARENA_NEW_ZEROED(scene->scratch, uint32_t, scene->vertex_count + 2);
+    uint32_t *const items = ARENA_NEW(scene->scratch, uint32_t, 4 * count);
+    if (!is_present || !begin || !items) {
+        arena_release(scene->scratch, mark);
+        return TULLE_ERROR_OUT_OF_MEMORY;
+    }
 
-/* Hands each contact of the store that carries load and has no row to its heir, if there is one. */
-static void hand_over(const heir_search *search, const contact_store *store,
-                      const bool *is_present) {
-    const topology *const topo = search->scene->set->topo;
-    double const scale = search->scene->time_step / store->time_step;
+    /* Contacts that have a row are marked; rows that have no contact are counted at their vertices.
+     */
+    contact_reader reader = {.store = store};
+    for (size_t i = 0; i < count; i++) {
+        const row_frame *const frame = &rows[i]->frame;
+        if (choices[i] == ROW_DROPPED) continue;
+        for (int k = 0; k < 4 && !rows[i]->law.is_old; k++) begin[frame->vertices[k] + 2]++;
+        if (!rows[i]->law.is_old) continue;
+        const stored_contact *const contact = read_contact(&reader, frame->kind, frame->pair);
+        if (contact) is_present[contact - store->contacts.data] = true;
+    }
+
+    /* Those rows are listed at each of their vertices. Of equally good ones the first becomes the
+     * heir, so rows that are kept anyway come before reserved ones. */
+    for (size_t v = 0; v < scene->vertex_count; v++) begin[v + 2] += begin[v + 1];
+    const row_choice choice_order[2] = {ROW_KEPT, ROW_RESERVED};
+    for (int pass = 0; pass < 2; pass++)
+        for (size_t i = 0; i < count; i++) {
+            if (choices[i] != choice_order[pass] || rows[i]->law.is_old) continue;
+            for (int k = 0; k < 4; k++)
+                items[begin[rows[i]->frame.vertices[k] + 1]++] = (uint32_t)i;
+        }
+
+    /* Each contact that carries load and has no row goes to its heir, if there is one. A contact of
+     * another scene's store may name features that do not exist here. */
+    heir_search const search = {scene, rows, begin, items};
+    double const scale = scene->time_step / store->time_step;
     for (size_t i = 0; i < store->contacts.count; i++) {
         const stored_contact *const contact = &store->contacts.data[i];
         bool const is_vertex = contact->kind == FEATURE_VERTEX_TRIANGLE;
@@ -146,51 +162,12 @@ static void hand_over(const heir_search *search, const contact_store *store,
         bool const has_impulse =
             contact->impulse[0] != 0.0 || contact->impulse[1] != 0.0 || contact->impulse[2] != 0.0;
         if (is_present[i] || !has_impulse || !is_known) continue;
-        double side;
-        contact_row *const heir = find_heir(search, contact, &side);
-        if (heir) inherit_contact(search->scene, heir, contact, scale, side);
-    }
-}
-
-tulle_status carry_over_contacts(const contact_scene *scene, const contact_store *store,
-                                 contact_row **rows, size_t *count, contact_row *const *reserve,
-                                 size_t reserve_count) {
-    if (store->contacts.count == 0 || *count + reserve_count == 0) return TULLE_OK;
-    arena_mark const mark = arena_get_mark(scene->scratch);
-    heir_search search = {.scene = scene, .rows = rows, .count = *count + reserve_count};
-    bool *const is_present = ARENA_NEW_ZEROED(scene->scratch, bool, store->contacts.count);
-    contact_row **const later = ARENA_NEW(scene->scratch, contact_row *, reserve_count);
-    if (reserve_count > 0) memcpy(rows + *count, reserve, reserve_count * sizeof *reserve);
-    bool const has_room = is_present && later && list_candidates(&search);
-    if (has_room) {
-        /* contacts that have a row */
-        contact_reader reader = {.store = store};
-        for (size_t i = 0; i < *count; i++) {
-            if (!rows[i]->law.is_old) continue;
-            const stored_contact *const contact =
-                read_contact(&reader, rows[i]->frame.kind, rows[i]->frame.pair);
-            if (contact) is_present[contact - store->contacts.data] = true;
-        }
-        hand_over(&search, store, is_present);
-        /* rows of the reserve that took a contact are merged into the others from the back, which
-         * needs a copy of the later ones only */
-        size_t later_count = 0, begin = *count;
-        for (size_t i = *count; i < search.count; i++)
-            if (rows[i]->law.is_old) later[later_count++] = rows[i];
-        *count += later_count;
-        for (size_t place = *count; later_count > 0;) {
-            const row_frame *const last = begin > 0 ? &rows[begin - 1]->frame : NULL;
-            const row_frame *const next = &later[later_count - 1]->frame;
-            bool is_later = true;
-            if (last && last->kind != next->kind)
-                is_later = last->kind < next->kind;
-            else if (last && last->pair.first != next->pair.first)
-                is_later = last->pair.first < next->pair.first;
-            else if (last)
-                is_later = last->pair.second < next->pair.second;
-            rows[--place] = is_later ? later[--later_count] : rows[--begin];
-        }
+        double side = 1.0;
+        uint32_t const heir = find_heir(&search, contact, &side);
+        if (heir == TULLE_NONE) continue;
+        inherit_contact(scene, rows[heir], contact, scale, side);
+        choices[heir] = ROW_KEPT;
     }
     arena_release(scene->scratch, mark);
-    return has_room ? TULLE_OK : TULLE_ERROR_OUT_OF_MEMORY;
+    return TULLE_OK;
 }

@@ -2,21 +2,19 @@
 #ifndef TULLE_CONTACT_ROWS_CARRY_OVER_H
 #define TULLE_CONTACT_ROWS_CARRY_OVER_H
 
-#include "contact/contact_types.h"
+#include "contact/rows/admissible_rows.h"
 
-/* Gives a row what a contact of the step before hands on to whatever features it has: its impulse
- * (times `scale`), state, age and anchor. side: -1 where the row's first feature is on the side of
- * the contact's second one, else 1. */
+/* Gives a row the impulse (times `scale`), state, age and anchor of a contact of the step before,
+ * whatever features that had. side: -1 where the row's first feature is on the side of the
+ * contact's second one, else 1. */
 void inherit_contact(const contact_scene *scene, contact_row *row, const stored_contact *contact,
                      double scale, double side);
 
-/* Hands each contact of the store that lost its row to at most one row that has no contact:
- * among `rows`, or among `reserve`, rows that are only kept when a contact is handed to them. Each
- * row takes one contact at most, so nothing is doubled. In: rows sorted by (kind, pair), with room
- * for reserve_count more; reserve sorted, too, of other pairs. Out: rows and *count with those of
- * the reserve that are kept. */
+/* Hands each contact of the store that lost its row to at most one of the rows that have none. A
+ * row takes one contact at most, so no impulse is doubled. In: rows sorted by (kind, pair), and the
+ * row_choice of each; dropped ones take part in nothing. Out: a reserved row that inherits a
+ * contact is kept. */
 tulle_status carry_over_contacts(const contact_scene *scene, const contact_store *store,
-                                 contact_row **rows, size_t *count, contact_row *const *reserve,
-                                 size_t reserve_count);
+                                 contact_row *const *rows, uint8_t *choices, size_t count);
 
 #endif

@@ -5,33 +5,28 @@
 #include "contact/pairs/pair_rules.h"
 #include "contact/pairs/pair_scan.h"
 
-/* Fills a row with normal and weights of the event's time along x0 -> x1, without impulse. False
- * when the pair has no row: nothing of it can move, or its points coincide (which only pairs do
- * that are let intersect). */
-bool make_contact_row(const contact_scene *scene, const double *x1, const pair_event *event,
-                      contact_row *row);
-
-/* The same in three steps, since most rows are dropped after the first or the second. The closest
- * points of the event's time, and the pair's vertices: */
-closest_points compute_contact_points(const contact_scene *scene, const double *x1,
-                                      const pair_event *event, uint32_t vertices[4]);
-/* the row's frame and bodies: */
-void begin_contact_row(const contact_scene *scene, const pair_event *event,
-                       const uint32_t vertices[4], const closest_points *closest, contact_row *row);
-/* and all that follows from these; false as make_contact_row. */
+/* A row is made in two parts, because most rows are dropped between them. The first one fills
+ * features, bodies, normal and weights, as of the event's time along x0 -> x1. */
+void begin_contact_row(const contact_scene *scene, const double *x1, const pair_event *event,
+                       contact_row *row);
+/* The second one fills all that follows from these; the row has no impulse yet. False when the pair
+ * has no row: nothing of it can move, or its points coincide, which only pairs do that may
+ * intersect. */
 bool finish_contact_row(const contact_scene *scene, contact_row *row);
 
-/* Puts the normal of an admissible row of cloth with an obstacle that stands or shifts into the
- * normal cone of the obstacle's feature at that time along x0 -> x1. A row may lean by the slope
- * tolerance; on a flat of many triangles that would lift what slides by as much of its way. */
-void straighten_row(const contact_scene *scene, const double *x1, double time, contact_row *row);
+/* Straightens a row that leans: its normal becomes the nearest one in the normal cone of the
+ * obstacle's feature, at time `time` along x0 -> x1. A row may lean by the slope tolerance, and on
+ * a flat of many triangles that would lift what slides, by as much of its way. Changes rows of
+ * cloth with a scripted obstacle that does not turn.
+ *
+ * The row of an impact takes the normal however far it leans, if the sides start on the right side
+ * of each other along it. Other rows take it if they lean by the slope tolerance at most, or where
+ * no other normal is near. */
+void straighten_row(const contact_scene *scene, const double *x1, double time, bool is_impact,
+                    contact_row *row);
 
-/* The same for a row of an impact, however far its normal leans, if the sides start on the right
- * side of each other along the new one. */
-void straighten_impact(const contact_scene *scene, const double *x1, double time, contact_row *row);
-
-/* Turns the frame of a row of cloth with a scripted obstacle, made for time 0, to the predicted end
- * of the step. */
+/* Turns the frame of a row that was made for time 0 to the predicted end of the step. Changes rows
+ * of cloth with a scripted obstacle that does not turn. */
 void turn_row_to_end(const contact_scene *scene, contact_row *row);
 
 #endif

@@ -1,9 +1,9 @@
 /* contact/rows/contact_store.c - see contact_store.h.
  *
- * The store is an array sorted by (kind, first, second), looked up by bisection. A pair may own
- * several rows (one gathered, some from impacts); their impulses act on nearly the same points, so
- * their sum is what the pair carries. State and age are the largest of them, the normal is that of
- * the oldest row. Contacts of equal keys are added in the order in which the heap leaves them. */
+ * The store is an array sorted by (kind, first, second). A pair may own several rows, one gathered
+ * and some from impacts. Their impulses act on nearly the same points, so the pair carries their
+ * sum. State and age are the largest of them; the normal is that of the oldest row. Contacts of
+ * equal keys are added in the order in which the heap sort leaves them. */
 #include "contact/rows/contact_store.h"
 
 #include "base/hash.h"
@@ -27,8 +27,8 @@ tulle_status reserve_contacts(contact_store *store, memory *heap, size_t row_cou
 }
 
 tulle_status store_contacts(contact_store *store, memory *heap, const row_list *list,
-                            double time_step) {
-    tulle_status const status = reserve_contacts(store, heap, list->rows.count);
+                            const stored_contact *others, size_t other_count, double time_step) {
+    tulle_status const status = reserve_contacts(store, heap, list->rows.count + other_count);
     if (status != TULLE_OK) return status;
     stored_contact *const contacts = store->contacts.data;
     for (size_t i = 0; i < list->rows.count; i++) {
@@ -68,57 +68,36 @@ tulle_status store_contacts(contact_store *store, memory *heap, const row_list *
             memcpy(last->anchor, next->anchor, sizeof last->anchor);
         }
     }
-    store->contacts.count = kept;
-    store->time_step = store->contacts.count > 0 ? time_step : 0.0;
-    return TULLE_OK;
-}
-
-tulle_status add_contacts(contact_store *store, memory *heap, const stored_contact *contacts,
-                          size_t count, double time_step) {
-    if (count == 0) return TULLE_OK;
-    tulle_status const status = reserve_contacts(store, heap, store->contacts.count + count);
-    if (status != TULLE_OK) return status;
-    memcpy(store->contacts.data + store->contacts.count, contacts, count * sizeof *contacts);
-    store->contacts.count += count;
-    sort_by_heap(store->contacts.data, store->contacts.count, sizeof *store->contacts.data,
-                 compare_keys);
-    store->time_step = time_step;
-    return TULLE_OK;
-}
-
-contact_reader read_contacts_from(const contact_store *store, feature_kind kind,
-                                  feature_pair pair) {
-    stored_contact const key = {.kind = (uint32_t)kind, .first = pair.first, .second = pair.second};
-    size_t low = 0, high = store->contacts.count;
-    while (low < high) {
-        size_t const middle = low + (high - low) / 2;
-        if (compare_keys(&store->contacts.data[middle], &key) < 0)
-            low = middle + 1;
-        else
-            high = middle;
+    if (other_count > 0) {
+        memcpy(contacts + kept, others, other_count * sizeof *others);
+        kept += other_count;
+        sort_by_heap(contacts, kept, sizeof *contacts, compare_keys);
     }
-    return (contact_reader){store, low};
+    store->contacts.count = kept;
+    store->time_step = kept > 0 ? time_step : 0.0;
+    return TULLE_OK;
 }
 
+/* Passes over contacts in leaps that double, then looks for the key in the last one by bisection.
+ */
 const stored_contact *read_contact(contact_reader *reader, feature_kind kind, feature_pair pair) {
     stored_contact const key = {.kind = (uint32_t)kind, .first = pair.first, .second = pair.second};
     const stored_contact *const contacts = reader->store->contacts.data;
     size_t const count = reader->store->contacts.count;
-    int order = 1;
-    while (reader->next < count && (order = compare_keys(&contacts[reader->next], &key)) < 0)
-        reader->next++;
-    return order == 0 ? &contacts[reader->next] : NULL;
-}
-
-const stored_contact *find_contact(const contact_store *store, feature_kind kind,
-                                   feature_pair pair) {
-    contact_reader reader = read_contacts_from(store, kind, pair);
-    return read_contact(&reader, kind, pair);
-}
-
-void contact_store_destroy(contact_store *store, memory *heap) {
-    ARRAY_FREE(heap, &store->contacts);
-    store->time_step = 0.0;
+    size_t low = reader->next, high = reader->next;
+    for (size_t leap = 1; high < count && compare_keys(&contacts[high], &key) < 0; leap *= 2) {
+        low = high + 1;
+        high = leap < count - high ? high + leap : count;
+    }
+    while (low < high) {
+        size_t const middle = low + (high - low) / 2;
+        if (compare_keys(&contacts[middle], &key) < 0)
+            low = middle + 1;
+        else
+            high = middle;
+    }
+    reader->next = low;
+    return low < count && compare_keys(&contacts[low], &key) == 0 ? &contacts[low] : NULL;
 }
 
 uint64_t contact_store_hash(const contact_store *store, uint64_t hash) {

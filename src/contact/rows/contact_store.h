@@ -4,34 +4,25 @@
 
 #include "contact/contact_types.h"
 
-/* Replaces the store's contents by the rows of an accepted step of length time_step [s]: each pair
- * once, with the sum of its rows' impulses. Fails only when memory is short, which a call of
- * reserve_contacts before rules out; the store is then as it was. */
+/* Replaces the store's contents by the rows of an accepted step of length time_step [s], each pair
+ * once with the sum of its rows' impulses, and by `others`, contacts of pairs without a row. Fails
+ * only when memory is short, which a call of reserve_contacts before rules out; the store is then
+ * as it was. */
 tulle_status store_contacts(contact_store *store, memory *heap, const row_list *list,
-                            double time_step);
-/* Adds contacts of pairs that are not in the store, of a step of length time_step [s]. Fails only
- * for want of memory; the store is then as it was. */
-tulle_status add_contacts(contact_store *store, memory *heap, const stored_contact *contacts,
-                          size_t count, double time_step);
+                            const stored_contact *others, size_t other_count, double time_step);
 /* Makes room for `row_count` contacts. */
 tulle_status reserve_contacts(contact_store *store, memory *heap, size_t row_count);
 
-/* The contact of a pair, or null. */
-const stored_contact *find_contact(const contact_store *store, feature_kind kind,
-                                   feature_pair pair);
-
-/* The same for keys in ascending order of (kind, pair), one after the other. A zeroed reader with
- * its store is at the first contact. */
+/* Looks up keys that ascend in (kind, pair), at least from one call of read_contact to the next. A
+ * zeroed reader with its store is at the first contact. */
 typedef struct contact_reader {
     const contact_store *store;
-    size_t next;
+    size_t next; /* contacts before this one have smaller keys than the last one looked up */
 } contact_reader;
 
-/* The reader that goes on from this key. */
-contact_reader read_contacts_from(const contact_store *store, feature_kind kind, feature_pair pair);
+/* The contact of a pair, or null. */
 const stored_contact *read_contact(contact_reader *reader, feature_kind kind, feature_pair pair);
 
-void contact_store_destroy(contact_store *store, memory *heap);
 uint64_t contact_store_hash(const contact_store *store, uint64_t hash);
 
 /* The store as bytes (a little-endian block without padding), for the checkpoint. */

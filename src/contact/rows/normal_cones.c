@@ -3,14 +3,14 @@
 
 #include <math.h>
 
-/* Sine under which a direction lies in a half-space: rounding. */
+/* A direction lies in a half-space if it leaves it by this sine at most: rounding. */
 static const double CONE_TOLERANCE = 1e-12;
-/* Of projections on the half-spaces of a vertex; six edges round it take ten. */
+/* Rounds of projections on the half-spaces of a vertex's edges; six edges take ten. */
 enum { MOST_ROUNDS = 40 };
-/* A projection that is left with less of its length is into a hollow. */
+/* A direction that projections shorten to less than this points into a hollow. */
 static const double LEAST_LENGTH = 0.5;
 
-/* Where points are at one time of the step. */
+/* The positions of all vertices at one time of the step. */
 typedef struct cone_view {
     const contact_scene *scene;
     const double *x1;
@@ -41,8 +41,24 @@ rim_part find_rim_part(const topology *topo, const contact_row *row, uint32_t *f
     return RIM_VERTEX;
 }
 
+vec3 compute_vertex_normal(const contact_scene *scene, const double *x1, double time,
+                           uint32_t vertex) {
+    cone_view const view = {scene, x1, time};
+    const topology *const topo = scene->set->topo;
+    const adjacency *const around = &topo->vertex_triangles;
+    vec3 sum = {0.0, 0.0, 0.0};
+    for (uint32_t i = around->begin[vertex]; i < around->begin[vertex + 1]; i++) {
+        const uint32_t *const corner = topo->triangles + 3 * (size_t)around->items[i];
+        vec3 const a = point_at(&view, corner[0]);
+        sum = vec3_add(sum, vec3_cross(vec3_sub(point_at(&view, corner[1]), a),
+                                       vec3_sub(point_at(&view, corner[2]), a)));
+    }
+    return vec3_normalize(sum);
+}
+
 /* The cone of an edge lies in the plane at right angles to it, between the normals of its
- * triangles. In a hollow: their mean. */
+ * triangles. Where the edge is hollow the cone is empty, and the mean of the two normals is taken.
+ */
 static vec3 fit_to_edge(const cone_view *view, uint32_t edge, vec3 outward) {
     const topology *const topo = view->scene->set->topo;
     const uint32_t *const ends = topo->edges + 2 * (size_t)edge;
@@ -74,11 +90,10 @@ static vec3 fit_to_edge(const cone_view *view, uint32_t edge, vec3 outward) {
     return vec3_normalize(sum);
 }
 
-/* Projects on one half-space after the other. In a hollow: the mean normal of the triangles. */
+/* The cone of a vertex is where all of its edges' half-spaces meet. Projects on one half-space
+ * after the other. Where the vertex is hollow the mean normal of its triangles is taken. */
 static vec3 fit_to_vertex(const cone_view *view, uint32_t vertex, vec3 outward) {
-    const topology *const topo = view->scene->set->topo;
-    const adjacency *const neighbours = &topo->vertex_neighbours;
-    const adjacency *const triangles = &topo->vertex_triangles;
+    const adjacency *const neighbours = &view->scene->set->topo->vertex_neighbours;
     vec3 const point = point_at(view, vertex);
     vec3 fitted = outward;
     bool is_above = true;
@@ -93,14 +108,7 @@ static vec3 fit_to_vertex(const cone_view *view, uint32_t vertex, vec3 outward) 
         }
     }
     if (vec3_norm2(fitted) > LEAST_LENGTH * LEAST_LENGTH) return vec3_normalize(fitted);
-    vec3 sum = {0.0, 0.0, 0.0};
-    for (uint32_t i = triangles->begin[vertex]; i < triangles->begin[vertex + 1]; i++) {
-        const uint32_t *const corner = topo->triangles + 3 * (size_t)triangles->items[i];
-        vec3 const a = point_at(view, corner[0]);
-        sum = vec3_add(sum, vec3_cross(vec3_sub(point_at(view, corner[1]), a),
-                                       vec3_sub(point_at(view, corner[2]), a)));
-    }
-    vec3 const mean = vec3_normalize(sum);
+    vec3 const mean = compute_vertex_normal(view->scene, view->x1, view->time, vertex);
     return vec3_dot(mean, outward) < 0.0 ? vec3_neg(mean) : mean;
 }
 

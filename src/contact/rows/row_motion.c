@@ -7,12 +7,9 @@
 /* The sign of each side in the relative velocity. */
 static const double SIDE_SIGNS[2] = {1.0, -1.0};
 
-/* The free body of a side, or null. */
-static const contact_body *find_side_body(const contact_scene *scene, const contact_row *row,
-                                          int side) {
-    if (!row->frame.has_body || row->frame.slots[side] == TULLE_NONE) return NULL;
-    return &scene->bodies[(row->frame.slots[side] - scene->cloth_vertex_count) / 2];
-}
+/* A row acts on what can move if this much of one side's weight lies on it. With less, as where an
+ * edge lies under a held one, the impulse that moves the row would throw the free vertex away. */
+static const double LEAST_FREE_WEIGHT = 0.01;
 
 vec3 get_body_velocity(const contact_row *row, const double *u) {
     vec3 sum = {0.0, 0.0, 0.0};
@@ -138,11 +135,11 @@ void move_row(const contact_scene *scene, const contact_row *row, vec3 impulse, 
     }
 }
 
-/* Fills slots and arms of the row's bodies. Between two sides that answer, the impulse acts at one
- * point of x0 on both, so that it keeps angular momentum, friction across the gap too: cloth's own
- * point, else the middle. Against what nothing moves, arms are those of the end of the step, where
- * the contact lands below the centre: with those of x0 a rolling ball meets a resistance of first
- * order in its turn. */
+/* Between two sides that can move, the impulse acts on both at one point of x0. So it keeps angular
+ * momentum, and so does friction across the gap. The point is that of the cloth, else the middle.
+ * Against what cannot move, arms are those of the end of the step, where the contact lands below
+ * the centre. With those of x0 a rolling ball would meet a resistance of first order in its turn.
+ */
 void set_row_bodies(const contact_scene *scene, contact_row *row) {
     row_frame *const frame = &row->frame;
     frame->has_body = false;
@@ -180,39 +177,44 @@ void set_row_bodies(const contact_scene *scene, contact_row *row) {
     }
 }
 
-/* K p for an impulse p on the row, K the part of bodies in the change of its velocity. */
-static vec3 answer_by_bodies(const contact_scene *scene, const contact_row *row, vec3 impulse) {
-    vec3 sum = {0.0, 0.0, 0.0};
-    for (int side = 0; side < 2; side++) {
-        const contact_body *const body = find_side_body(scene, row, side);
-        if (!body) continue;
-        vec3 const arm = row->frame.arms[side];
-        vec3 const turn = mat3_multiply_vec3(&body->inverse_inertia, vec3_cross(arm, impulse));
-        sum = vec3_add_scaled(sum, impulse, 1.0 / body->body->mass);
-        sum = vec3_add(sum, vec3_cross(turn, arm));
+bool set_row_mobility(const contact_scene *scene, contact_row *row) {
+    double of_vertices = 0.0, lightest = 0.0; /* [1/kg] */
+    for (int k = 0; k < 4; k++) {
+        double const inverse_mass = scene->inverse_mass[row->frame.vertices[k]];
+        of_vertices += row->frame.weights[k] * row->frame.weights[k] * inverse_mass;
+        lightest = fmax(lightest, inverse_mass);
     }
-    return sum;
-}
-
-void set_row_mobility(const contact_scene *scene, contact_row *row) {
-    double of_vertices = 0.0;
-    for (int k = 0; k < 4; k++)
-        of_vertices += row->frame.weights[k] * row->frame.weights[k] *
-                       scene->inverse_mass[row->frame.vertices[k]];
     row->solve.inverse_mass = of_vertices;
-    if (!row->frame.has_body) return;
-    vec3 const n = row->frame.normal; /* a and b: unit tangents at right angles */
+    if (!row->frame.has_body)
+        return row->solve.inverse_mass > LEAST_FREE_WEIGHT * LEAST_FREE_WEIGHT * lightest;
+
+    /* K a, K b and K n for an impulse of 1 along two tangents and the normal, K the part of bodies
+     * in the change of the row's velocity */
+    vec3 const n = row->frame.normal;
     vec3 const axis = fabs(n.x) < 0.6 ? vec3_make(1.0, 0.0, 0.0) : vec3_make(0.0, 1.0, 0.0);
     vec3 const a = vec3_normalize(vec3_cross(n, axis)), b = vec3_cross(n, a);
-    vec3 const ka = answer_by_bodies(scene, row, a), kb = answer_by_bodies(scene, row, b);
-    vec3 const kn = answer_by_bodies(scene, row, row->frame.normal);
-    row->solve.inverse_mass += vec3_dot(row->frame.normal, kn);
-    row->solve.slip_answer =
-        vec3_add_scaled(kn, row->frame.normal, -vec3_dot(row->frame.normal, kn));
+    const vec3 impulses[3] = {a, b, n};
+    vec3 answers[3];
+    for (int i = 0; i < 3; i++) {
+        answers[i] = vec3_make(0.0, 0.0, 0.0);
+        for (int side = 0; side < 2; side++) {
+            const contact_body *const body = find_side_body(scene, row, side);
+            if (!body) continue;
+            vec3 const arm = row->frame.arms[side];
+            vec3 const turn =
+                mat3_multiply_vec3(&body->inverse_inertia, vec3_cross(arm, impulses[i]));
+            answers[i] = vec3_add_scaled(answers[i], impulses[i], 1.0 / body->body->mass);
+            answers[i] = vec3_add(answers[i], vec3_cross(turn, arm));
+        }
+    }
+    vec3 const ka = answers[0], kb = answers[1], kn = answers[2];
+    row->solve.inverse_mass += vec3_dot(n, kn);
+    row->solve.slip_answer = vec3_add_scaled(kn, n, -vec3_dot(n, kn));
     double const aa = vec3_dot(a, ka), ab = vec3_dot(a, kb), bb = vec3_dot(b, kb);
     double const half = 0.5 * (aa - bb); /* no hypot: its last bits differ between processors */
     row->solve.slip_inverse_mass =
         of_vertices + 0.5 * (aa + bb) + sqrt(half * half + ab * ab); /* largest eigenvalue */
+    return row->solve.inverse_mass > 0.0;
 }
 
 double compute_row_curvature(const contact_scene *scene, const contact_row *row) {
@@ -230,15 +232,6 @@ double compute_row_curvature(const contact_scene *scene, const contact_row *row)
                              : vec3_sub(mat3_multiply_vec3(&body->turn, arm), arm);
         vec3 const linear = vec3_cross(body->turn_vector, arm);
         sum += vec3_dot(row->frame.normal, vec3_sub(way, linear));
-    }
-    return sum;
-}
-
-double compute_row_turn(const contact_scene *scene, const contact_row *row) {
-    double sum = 0.0;
-    for (int side = 0; side < 2; side++) {
-        const contact_body *const body = find_side_body(scene, row, side);
-        if (body) sum += vec3_norm(body->turn_vector);
     }
     return sum;
 }

@@ -1,9 +1,10 @@
 /* contact/rows/row_motion.h - how a row moves with what it touches: vertices, and rigid bodies
  * through the two slots of each.
  *
- * A side of a row that lies on a body moves by  s V + w x a,  V and w the body's slots, s = 1 for
- * the first side and -1 for the second, a = sum w_i r_i its arm. Its own vertices then say nothing.
- * An impulse p on the row acts s p on the body, and a x p on its spin. */
+ * A side of a row that lies on a body adds  s V + w x a  to the row's velocity: V and w are the
+ * body's slots, a = sum w_i r_i is the side's arm, and s is 1 for the first side and -1 for the
+ * second. The velocities of the side's own vertices are then not read. An impulse p on the row adds
+ * s p to the body's momentum and a x p to its spin. */
 #ifndef TULLE_CONTACT_ROWS_ROW_MOTION_H
 #define TULLE_CONTACT_ROWS_ROW_MOTION_H
 
@@ -32,21 +33,27 @@ static inline bool is_row_vertex(const contact_row *row, int k) {
     return !row->frame.has_body || row->frame.slots[get_row_side(row, k)] == TULLE_NONE;
 }
 
+/* The free body of a side, or null. */
+static inline const contact_body *find_side_body(const contact_scene *scene, const contact_row *row,
+                                                 int side) {
+    if (!row->frame.has_body || row->frame.slots[side] == TULLE_NONE) return NULL;
+    return &scene->bodies[(row->frame.slots[side] - scene->cloth_vertex_count) / 2];
+}
+
 /* The part of bodies in the relative velocity, of velocities u. */
 vec3 get_body_velocity(const contact_row *row, const double *u);
-/* The same with the vertices that count by themselves. */
+/* The same plus that of the vertices that count by themselves. */
 vec3 get_coupled_velocity(const contact_row *row, const double *u);
 
-/* Velocity of the first feature relative to the second at the contact [m/s], less row->turning:
- * what a scripted obstacle that turns gives to whatever rides on it, tangentially, and along the
- * normal what the turn of the row's frame to the end of the step takes from the gap. */
+/* Velocity [m/s] of the first feature relative to the second at the contact, less the row's
+ * `turning`, which is the velocity of what keeps its place. */
 static inline vec3 get_relative_velocity(const contact_row *row, const double *u) {
     vec3 const of_points =
         row->frame.has_body ? get_coupled_velocity(row, u) : blend_row_vertices(row, u);
     return vec3_sub(of_points, row->frame.turning);
 }
 
-/* The part of it that vertices and bodies with mass have. */
+/* The part that vertices and bodies with mass have in the relative velocity [m/s]. */
 vec3 get_free_velocity(const contact_scene *scene, const contact_row *row, const double *u);
 
 /* The next three see the unknowns of the solve: cloth vertices, those before cloth_count, and
@@ -57,23 +64,21 @@ void add_row_impulse(const contact_row *row, size_t cloth_count, vec3 impulse, d
 /* adds J^T stiffness J to diagonal blocks of 9 doubles. */
 void add_row_blocks(const contact_row *row, size_t cloth_count, const mat3 *stiffness,
                     double *blocks);
-/* n . J D^-1 J^T n [1/kg] with D the diagonal blocks of a matrix over unknowns; what has no mass
- * counts nothing. */
+/* n . J D^-1 J^T n [1/kg] with D the diagonal blocks of a matrix over unknowns, without vertices
+ * that cannot move. */
 double measure_row_mobility(const contact_scene *scene, const contact_row *row,
                             const double *blocks);
 
 /* Changes u of all that has mass by an impulse on the row, in the metric of the masses. */
 void move_row(const contact_scene *scene, const contact_row *row, vec3 impulse, double *u);
 
-/* Fills what the row knows of bodies, from vertices and weights; and of mass: inverse_mass, and for
- * bodies the answer to normal and tangential impulses. Needs the normal. */
+/* Fills slots and arms of the row's bodies, from vertices and weights. */
 void set_row_bodies(const contact_scene *scene, contact_row *row);
-void set_row_mobility(const contact_scene *scene, contact_row *row);
+/* Sets inverse_mass from the normal too, and with bodies the answers to normal and tangential
+ * impulses. False when the row acts on too little to move it. */
+bool set_row_mobility(const contact_scene *scene, contact_row *row);
 
 /* [m] What predicted turns of bodies add to the row's gap beyond h w x arm. */
 double compute_row_curvature(const contact_scene *scene, const contact_row *row);
-
-/* [rad] By how much the row's sides may turn in the step, as predicted. */
-double compute_row_turn(const contact_scene *scene, const contact_row *row);
 
 #endif

@@ -72,7 +72,7 @@ void world_release_start(tulle_world *world) {
         memory_release(heap, state->is_present, world->obstacles.count);
         memory_release(heap, state->particles, world_particle_count(world));
         memory_release(heap, state->rests, world->body_count * sizeof *state->rests);
-        contact_store_destroy(&state->contacts, heap);
+        ARRAY_FREE(heap, &state->contacts.contacts);
         memset(state, 0, sizeof *state);
     }
     world_release_bodies(world);

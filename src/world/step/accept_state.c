@@ -81,10 +81,8 @@ tulle_status world_accept_state(step_context *context) {
     /* impulses belong to the whole substep that was solved for, even if less of it passed */
     if (status == TULLE_OK) status = world_keep_resting(context);
     if (status == TULLE_OK)
-        status = store_contacts(&state->contacts, &world->heap, &world->rows, context->time_step);
-    if (status == TULLE_OK)
-        status = add_contacts(&state->contacts, &world->heap, context->resting,
-                              context->resting_count, context->time_step);
+        status = store_contacts(&state->contacts, &world->heap, &world->rows, context->resting,
+                                context->resting_count, context->time_step);
     if (status != TULLE_OK) return world_end_stage(context, STAGE_ACCEPT_STATE, status);
     memcpy(state->positions, context->end, 3 * world->vertex_count * sizeof(double));
     state->elastic = context->end_elastic;

@@ -237,7 +237,7 @@ static void lack_of_memory_is_an_error(void **state) {
             status = commit_safely(&scene, &source, world.impacts.is_clean, world.u, world.x1,
                                    &world.commit);
         if (status == TULLE_OK)
-            status = store_contacts(world.store, world.heap, world.rows, TIME_STEP);
+            status = store_contacts(world.store, world.heap, world.rows, NULL, 0, TIME_STEP);
         assert_true(status == TULLE_OK || status == TULLE_ERROR_OUT_OF_MEMORY);
         assert_true(hash_bytes(HASH_SEED, world.x0, size) == before);
         failures += status != TULLE_OK;

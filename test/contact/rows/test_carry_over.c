@@ -12,7 +12,8 @@
 static void store_marked_rows(contact_world *world) {
     for (size_t r = 0; r < world->rows->rows.count; r++)
         world->rows->rows.data[r].solve.impulse = vec3_make(0.0, (double)(r + 1), 0.0);
-    assert_int_equal(store_contacts(world->store, world->heap, world->rows, TIME_STEP), TULLE_OK);
+    assert_int_equal(store_contacts(world->store, world->heap, world->rows, NULL, 0, TIME_STEP),
+                     TULLE_OK);
 }
 
 static void shift_sheet(contact_world *world, double dx, double dy, double dz) {
@@ -92,8 +93,8 @@ static void impulses_do_not_change_sides(void **state) {
     size_t old_count = 0;
     for (size_t r = 0; r < world.rows->rows.count; r++) {
         const contact_row *const row = &world.rows->rows.data[r];
-        const stored_contact *const own =
-            find_contact(world.store, row->frame.kind, row->frame.pair);
+        contact_reader reader = {.store = world.store};
+        const stored_contact *const own = read_contact(&reader, row->frame.kind, row->frame.pair);
         assert_int_equal(row->law.is_old, own != NULL);
         old_count += row->law.is_old;
     }
@@ -113,7 +114,8 @@ static void unknown_contacts_are_left_alone(void **state) {
         row->solve.impulse = vec3_make(1.0, 0.0, 0.0);
         row->frame.pair = (feature_pair){1000000 + (uint32_t)r, 2000000};
     }
-    assert_int_equal(store_contacts(world.store, world.heap, world.rows, TIME_STEP), TULLE_OK);
+    assert_int_equal(store_contacts(world.store, world.heap, world.rows, NULL, 0, TIME_STEP),
+                     TULLE_OK);
     gather_at_rest(&world, TIME_STEP);
     for (size_t r = 0; r < world.rows->rows.count; r++)
         assert_false(world.rows->rows.data[r].law.is_old);

@@ -31,9 +31,9 @@ static void keeps_the_sum_of_each_pair(void **state) {
     memory heap = memory_default();
     row_list list = make_rows(&heap, 3, 500);
     contact_store store = {0};
-    assert_int_equal(store_contacts(&store, &heap, &list, 0.01), TULLE_OK);
+    assert_int_equal(store_contacts(&store, &heap, &list, NULL, 0, 0.01), TULLE_OK);
     assert_true(store.contacts.count < 500 && store.time_step == 0.01);
-    contact_reader all = {.store = &store};
+    contact_reader all = {.store = &store}, some = all, few = all;
     for (int kind = 0; kind < 2; kind++)
         for (uint32_t a = 0; a < 20; a++)
             for (uint32_t b = 0; b < 20; b++) {
@@ -48,17 +48,41 @@ static void keeps_the_sum_of_each_pair(void **state) {
                     sum += row->solve.impulse.x;
                     is_there = true;
                 }
-                const stored_contact *const found = find_contact(&store, (feature_kind)kind, pair);
+                contact_reader fresh = {.store = &store};
+                const stored_contact *const found = read_contact(&fresh, (feature_kind)kind, pair);
                 assert_int_equal(found != NULL, is_there);
-                contact_reader here = read_contacts_from(&store, (feature_kind)kind, pair);
-                assert_ptr_equal(read_contact(&here, (feature_kind)kind, pair), found);
+                assert_ptr_equal(read_contact(&all, (feature_kind)kind, pair), found);
                 if (b % 3 == 0) /* some contacts are passed over */
-                    assert_ptr_equal(read_contact(&all, (feature_kind)kind, pair), found);
+                    assert_ptr_equal(read_contact(&some, (feature_kind)kind, pair), found);
+                if (a % 9 == 4 && b == 17) /* and many */
+                    assert_ptr_equal(read_contact(&few, (feature_kind)kind, pair), found);
                 if (found) assert_true(fabs(found->impulse[0] - sum) < 1e-14);
             }
-    contact_store_destroy(&store, &heap);
+    ARRAY_FREE(&heap, &store.contacts);
     row_list_destroy(&list, &heap);
     assert_int_equal(heap.bytes_held, 0);
+}
+
+/* Contacts of pairs without a row take their places among those of the rows. */
+static void takes_in_contacts_without_a_row(void **state) {
+    (void)state;
+    memory heap = memory_default();
+    row_list list = make_rows(&heap, 4, 50);
+    contact_store store = {0};
+    assert_int_equal(store_contacts(&store, &heap, &list, NULL, 0, 0.01), TULLE_OK);
+    size_t const row_count = store.contacts.count;
+    stored_contact const others[2] = {{.kind = 1, .first = 7, .second = 30, .age = 3},
+                                      {.kind = 0, .first = 21, .second = 1, .age = 4}};
+    assert_int_equal(store_contacts(&store, &heap, &list, others, 2, 0.01), TULLE_OK);
+    assert_int_equal(store.contacts.count, row_count + 2);
+    contact_reader reader = {.store = &store};
+    assert_int_equal(read_contact(&reader, FEATURE_VERTEX_TRIANGLE, (feature_pair){21, 1})->age, 4);
+    assert_int_equal(read_contact(&reader, FEATURE_EDGE_EDGE, (feature_pair){7, 30})->age, 3);
+    list.rows.count = 0;
+    assert_int_equal(store_contacts(&store, &heap, &list, others, 1, 0.03), TULLE_OK);
+    assert_true(store.contacts.count == 1 && store.time_step == 0.03);
+    ARRAY_FREE(&heap, &store.contacts);
+    row_list_destroy(&list, &heap);
 }
 
 static void loads_what_it_saved(void **state) {
@@ -67,7 +91,7 @@ static void loads_what_it_saved(void **state) {
     for (int count = 0; count < 300; count += 59) {
         row_list list = make_rows(&heap, 5, count);
         contact_store store = {0}, copy = {0};
-        assert_int_equal(store_contacts(&store, &heap, &list, 0.02), TULLE_OK);
+        assert_int_equal(store_contacts(&store, &heap, &list, NULL, 0, 0.02), TULLE_OK);
         size_t const size = contact_store_get_size(&store);
         char *const bytes = malloc(size + 1);
         contact_store_save(&store, bytes + 1); /* unaligned on purpose */
@@ -78,8 +102,8 @@ static void loads_what_it_saved(void **state) {
                              TULLE_ERROR_INVALID_ARGUMENT);
         assert_true(contact_store_hash(&store, HASH_SEED) == contact_store_hash(&copy, HASH_SEED));
         free(bytes);
-        contact_store_destroy(&store, &heap);
-        contact_store_destroy(&copy, &heap);
+        ARRAY_FREE(&heap, &store.contacts);
+        ARRAY_FREE(&heap, &copy.contacts);
         row_list_destroy(&list, &heap);
     }
     assert_int_equal(heap.bytes_held, 0);
@@ -92,7 +116,7 @@ static void refuses_damaged_blocks(void **state) {
     add_row(&list, &heap, FEATURE_VERTEX_TRIANGLE, 1, 2, 1.0);
     add_row(&list, &heap, FEATURE_VERTEX_TRIANGLE, 1, 3, 1.0);
     contact_store store = {0};
-    assert_int_equal(store_contacts(&store, &heap, &list, 0.02), TULLE_OK);
+    assert_int_equal(store_contacts(&store, &heap, &list, NULL, 0, 0.02), TULLE_OK);
     size_t const size = contact_store_get_size(&store);
     assert_int_equal(size, 16 + 2 * sizeof(stored_contact));
     stored_contact contacts[2];
@@ -113,7 +137,7 @@ static void refuses_damaged_blocks(void **state) {
     uint64_t const huge = UINT64_MAX / 2;
     memcpy(bytes, &huge, sizeof huge);
     assert_int_equal(contact_store_load(&store, &heap, bytes, size), TULLE_ERROR_INVALID_ARGUMENT);
-    contact_store_destroy(&store, &heap);
+    ARRAY_FREE(&heap, &store.contacts);
     row_list_destroy(&list, &heap);
 }
 
@@ -122,13 +146,14 @@ static void lack_of_memory_changes_nothing(void **state) {
     memory heap = memory_default();
     row_list few = make_rows(&heap, 8, 5), many = make_rows(&heap, 9, 5000);
     contact_store store = {0};
-    assert_int_equal(store_contacts(&store, &heap, &few, 0.02), TULLE_OK);
+    assert_int_equal(store_contacts(&store, &heap, &few, NULL, 0, 0.02), TULLE_OK);
     uint64_t const before = contact_store_hash(&store, HASH_SEED);
     heap.allocator.byte_limit = heap.bytes_held + 1000;
-    assert_int_equal(store_contacts(&store, &heap, &many, 0.02), TULLE_ERROR_OUT_OF_MEMORY);
+    assert_int_equal(store_contacts(&store, &heap, &many, NULL, 0, 0.02),
+                     TULLE_ERROR_OUT_OF_MEMORY);
     assert_true(contact_store_hash(&store, HASH_SEED) == before);
     heap.allocator.byte_limit = 0;
-    contact_store_destroy(&store, &heap);
+    ARRAY_FREE(&heap, &store.contacts);
     row_list_destroy(&few, &heap);
     row_list_destroy(&many, &heap);
     assert_int_equal(heap.bytes_held, 0);
@@ -137,6 +162,7 @@ static void lack_of_memory_changes_nothing(void **state) {
 int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(keeps_the_sum_of_each_pair),
+        cmocka_unit_test(takes_in_contacts_without_a_row),
         cmocka_unit_test(loads_what_it_saved),
         cmocka_unit_test(refuses_damaged_blocks),
         cmocka_unit_test(lack_of_memory_changes_nothing),
