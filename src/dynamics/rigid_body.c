@@ -25,12 +25,12 @@ enum { MIDPOINT_ITERATIONS = 20 };
 static vec3 divide(vec3 a, vec3 b) { return vec3_make(a.x / b.x, a.y / b.y, a.z / b.z); }
 
 vec3 rigid_compute_angular_velocity(const rigid_body *body, const rigid_state *state) {
-    vec3 const own = quaternion_rotate_back(state->orientation, state->spin);
+    vec3 const own = quaternion_rotate(quaternion_conjugate(state->orientation), state->spin);
     return quaternion_rotate(state->orientation, divide(own, body->moments));
 }
 
 vec3 rigid_compute_spin(const rigid_body *body, quaternion orientation, vec3 angular_velocity) {
-    vec3 const own = quaternion_rotate_back(orientation, angular_velocity);
+    vec3 const own = quaternion_rotate(quaternion_conjugate(orientation), angular_velocity);
     vec3 const i = body->moments;
     return quaternion_rotate(orientation, vec3_make(own.x * i.x, own.y * i.y, own.z * i.z));
 }
@@ -79,7 +79,7 @@ void rigid_apply_gravity(const rigid_body *body, rigid_state *state, vec3 gravit
 /* One midpoint step of the orientation. Newton's method finds P_m and stops when its error stops
  * shrinking. */
 static quaternion turn(const rigid_body *body, quaternion q, vec3 spin, double h) {
-    vec3 const start = quaternion_rotate_back(q, spin), i = body->moments;
+    vec3 const start = quaternion_rotate(quaternion_conjugate(q), spin), i = body->moments;
     vec3 end = start;
     double last = (double)INFINITY;
     for (int iteration = 0; iteration < MIDPOINT_ITERATIONS; iteration++) {

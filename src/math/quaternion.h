@@ -9,7 +9,6 @@ typedef struct quaternion {
     double w, x, y, z;
 } quaternion;
 
-static inline quaternion quaternion_identity(void) { return (quaternion){1.0, 0.0, 0.0, 0.0}; }
 static inline quaternion quaternion_load(const double *q) {
     return (quaternion){q[0], q[1], q[2], q[3]};
 }
@@ -19,7 +18,7 @@ static inline double quaternion_norm(quaternion q) {
 /* q / |q|, or the identity where |q| is zero. */
 static inline quaternion quaternion_normalize(quaternion q) {
     double const norm = quaternion_norm(q);
-    if (!(norm > 0.0)) return quaternion_identity();
+    if (!(norm > 0.0)) return (quaternion){1.0, 0.0, 0.0, 0.0};
     return (quaternion){q.w / norm, q.x / norm, q.y / norm, q.z / norm};
 }
 /* a b: first b, then a. */
@@ -41,14 +40,10 @@ static inline mat3 quaternion_to_matrix(quaternion q) {
                    2.0 * (q.x * q.z - q.w * q.y), 2.0 * (q.y * q.z + q.w * q.x),
                    1.0 - 2.0 * (q.x * q.x + q.y * q.y)}};
 }
-/* R a */
+/* R a; with the conjugate R^T a. */
 static inline vec3 quaternion_rotate(quaternion q, vec3 a) {
     mat3 const matrix = quaternion_to_matrix(q);
     return mat3_multiply_vec3(&matrix, a);
-}
-/* R^T a */
-static inline vec3 quaternion_rotate_back(quaternion q, vec3 a) {
-    return quaternion_rotate(quaternion_conjugate(q), a);
 }
 
 #endif

@@ -51,7 +51,7 @@ tulle_status world_make_body(tulle_world *world, world_obstacle *obstacle, tulle
     obstacle->radius = 0.0;
     for (size_t i = 0; i < count; i++) {
         vec3 const arm = vec3_sub(vec3_load(mesh.positions, i), unit.centre);
-        vec3_store(obstacle->points, i, quaternion_rotate_back(unit.axes, arm));
+        vec3_store(obstacle->points, i, quaternion_rotate(quaternion_conjugate(unit.axes), arm));
         obstacle->radius = fmax(obstacle->radius, vec3_norm(arm));
     }
     return TULLE_OK;
