@@ -109,7 +109,7 @@ static bench_cloth *make_cloth(size_t side, int threads) {
     block_matrix_get_diagonal(matrix, cloth->diagonal, 2);
     check(single_system_make(matrix, NULL, 0, threads, &cloth->scratch, &cloth->single),
           "the copy");
-    cloth->aggregates = nested_aggregates_build(&cloth->heap, matrix);
+    cloth->aggregates = nested_aggregates_build(&cloth->heap, matrix, &cloth->scratch);
     check(cloth->aggregates && nested_aggregates_set_matrix(cloth->aggregates, matrix, NULL,
                                                             threads, &cloth->scratch),
           "the aggregates");

@@ -33,11 +33,11 @@ typedef struct nested_aggregates {
     /* Of each entry of the matrix: the first level whose aggregates join row and column. */
     uint8_t *block_levels, *scalar_levels;
     uint8_t *is_fixed; /* vertex_count, of the last matrix */
-    double *partials;  /* one a chunk of any loop */
 } nested_aggregates;
 
 /* Aggregates of the vertices that the matrix joins. Null: no memory. */
-nested_aggregates *nested_aggregates_build(memory *heap, const block_matrix *matrix);
+nested_aggregates *nested_aggregates_build(memory *heap, const block_matrix *matrix,
+                                           arena *scratch);
 void nested_aggregates_destroy(memory *heap, nested_aggregates *aggregates);
 
 /* Takes the numbers of a matrix without the rows and columns of fixed vertices (null: none).

@@ -178,40 +178,32 @@ static void restrict_chunk(void *context, size_t begin, size_t end, size_t chunk
     }
 }
 
-/* Dots of residual and own correction, each of AGGREGATES_PER_SUM aggregates. Four are summed
- * side by side, because each addition waits for the one before. Returns how many dots there are. */
-static size_t compute_dots(const aggregate_level *level, double *dots) {
-    enum { AT_ONCE = 4, NUMBERS = 3 * AGGREGATES_PER_SUM };
-    size_t const count = 3 * level->count;
-    const float *const r = level->residual, *const z = level->correction;
-    size_t begin = 0, dot_count = 0;
-    for (; begin + AT_ONCE * NUMBERS <= count; begin += AT_ONCE * NUMBERS) {
-        double sums[AT_ONCE] = {0.0};
-        for (size_t i = begin; i < begin + NUMBERS; i++)
-            for (size_t s = 0; s < AT_ONCE; s++)
-                sums[s] += (double)r[NUMBERS * s + i] * (double)z[NUMBERS * s + i];
-        memcpy(dots + dot_count, sums, sizeof sums);
-        dot_count += AT_ONCE;
-    }
-    for (; begin < count; begin += NUMBERS) {
-        size_t const end = begin + NUMBERS < count ? begin + NUMBERS : count;
-        double sum = 0.0;
-        for (size_t i = begin; i < end; i++) sum += (double)r[i] * (double)z[i];
-        dots[dot_count++] = sum;
-    }
-    return dot_count;
-}
-
 double nested_aggregates_correct(nested_aggregates *aggregates, const float *r, int threads) {
+    enum { AT_ONCE = 4, NUMBERS = 3 * AGGREGATES_PER_SUM };
     double dot = 0.0;
     correct_task task = {.all = aggregates, .below = r};
     for (size_t l = 0; l < aggregates->level_count; l++) {
-        task.level = &aggregates->levels[l];
-        size_t const count = task.level->count;
-        parallel_for(count, choose_chunk(count), threads, restrict_chunk, &task);
-        size_t const dot_count = compute_dots(task.level, aggregates->partials);
-        for (size_t i = 0; i < dot_count; i++) dot += aggregates->partials[i];
-        task.below = task.level->residual;
+        const aggregate_level *const level = task.level = &aggregates->levels[l];
+        parallel_for(level->count, choose_chunk(level->count), threads, restrict_chunk, &task);
+        const float *const residual = level->residual, *const own = level->correction;
+        task.below = residual;
+        /* Dots of residual and own correction, each of AGGREGATES_PER_SUM aggregates. Four are
+         * summed side by side, because each addition waits for the one before. */
+        size_t const count = 3 * level->count;
+        size_t begin = 0;
+        for (; begin + AT_ONCE * NUMBERS <= count; begin += AT_ONCE * NUMBERS) {
+            double dots[AT_ONCE] = {0.0};
+            for (size_t i = begin; i < begin + NUMBERS; i++)
+                for (size_t s = 0; s < AT_ONCE; s++)
+                    dots[s] += (double)residual[NUMBERS * s + i] * (double)own[NUMBERS * s + i];
+            for (size_t s = 0; s < AT_ONCE; s++) dot += dots[s];
+        }
+        for (; begin < count; begin += NUMBERS) {
+            size_t const end = begin + NUMBERS < count ? begin + NUMBERS : count;
+            double rest = 0.0;
+            for (size_t i = begin; i < end; i++) rest += (double)residual[i] * (double)own[i];
+            dot += rest;
+        }
     }
     /* Down again: each level adds the correction of the level above. */
     for (size_t l = aggregates->level_count; l-- > 1;) {

@@ -98,10 +98,11 @@ static double check_level(const spring_system *system, const spring_matrix *matr
 
 static void check_correction(spring_system *system, const spring_matrix *matrix) {
     size_t const size = 3 * system->matrix.row_count;
-    nested_aggregates *const all = nested_aggregates_build(&system->heap, &system->matrix);
+    arena scratch = arena_make(&system->heap);
+    nested_aggregates *const all =
+        nested_aggregates_build(&system->heap, &system->matrix, &scratch);
     assert_non_null(all);
     check_partition(all);
-    arena scratch = arena_make(&system->heap);
     float *const r = calloc(size + 16, sizeof(float));
     double *const expected = calloc(size, sizeof(double));
     uint64_t random = 5;
@@ -178,13 +179,15 @@ static void test_pieces(void **state) {
     spring_graph graph = spring_graph_make_grid(SIDE, SIDE, false);
     graph.vertex_count += ALONE;
     spring_system system = spring_system_make(graph, 10.0, 2);
-    nested_aggregates *const all = nested_aggregates_build(&system.heap, &system.matrix);
+    arena scratch = arena_make(&system.heap);
+    nested_aggregates *const all = nested_aggregates_build(&system.heap, &system.matrix, &scratch);
     assert_non_null(all);
     check_partition(all);
     assert_true(all->level_count >= 2);
     size_t const least = all->levels[all->level_count - 1].count - ALONE;
     assert_in_range(least, 1, SIDE * SIDE / 20);
     nested_aggregates_destroy(&system.heap, all);
+    arena_destroy(&scratch);
     spring_system_destroy(&system);
 }
 
@@ -212,12 +215,12 @@ static void test_memory(void **state) {
     for (; !all; fails++) {
         int left = fails;
         memory heap = failing_heap_make(&left);
-        all = nested_aggregates_build(&heap, &system.matrix);
+        arena scratch = arena_make(&heap);
+        all = nested_aggregates_build(&heap, &system.matrix, &scratch);
+        arena_destroy(&scratch);
         if (all) {
             left = 0;
-            arena scratch = arena_make(&heap);
             assert_false(nested_aggregates_set_matrix(all, &system.matrix, NULL, 1, &scratch));
-            arena_destroy(&scratch);
             nested_aggregates_destroy(&heap, all);
         }
         assert_int_equal(heap.bytes_held, 0);

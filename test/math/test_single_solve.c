@@ -173,7 +173,8 @@ static void test_aggregates(void **state) {
     single_case given = {&test.system, &test.matrix, NULL, &test.problem, 6, &test.scratch};
     test.problem.threads = 1;
     int const without = solve_single(&given, test.x).iterations;
-    given.aggregates = nested_aggregates_build(&test.system.heap, &test.system.matrix);
+    given.aggregates =
+        nested_aggregates_build(&test.system.heap, &test.system.matrix, &test.scratch);
     assert_non_null(given.aggregates);
     assert_true(nested_aggregates_set_matrix(given.aggregates, &test.system.matrix,
                                              test.system.is_fixed, 1, &test.scratch));

@@ -133,7 +133,8 @@ static tulle_status build_model(tulle_world *world, tulle_error *error) {
     status = linear_system_build(&world->heap, world->model, &world->system);
     if (status != TULLE_OK) return status;
     if (world->cloth_vertex_count >= SINGLE_VERTICES) {
-        world->aggregates = nested_aggregates_build(&world->heap, &world->system.matrix);
+        world->aggregates =
+            nested_aggregates_build(&world->heap, &world->system.matrix, &world->scratch);
         if (!world->aggregates) return TULLE_ERROR_OUT_OF_MEMORY;
     }
     for (size_t v = 0; v < world->cloth_vertex_count; v++) {
