@@ -8,11 +8,18 @@
 #define TULLE_MATH_BLOCK_MATRIX_H
 
 #include "base/memory.h"
+#include "math/vec3.h"
 
 /* A symmetric 3x3 block is six numbers: xx, xy, xz, yy, yz, zz. */
 enum { BLOCK_NUMBERS = 6 };
 /* Where they are in one of nine. */
 extern const size_t block_places[BLOCK_NUMBERS];
+
+static inline vec3 block_multiply(const double *block, vec3 a) {
+    return (vec3){block[0] * a.x + block[1] * a.y + block[2] * a.z,
+                  block[1] * a.x + block[3] * a.y + block[4] * a.z,
+                  block[2] * a.x + block[4] * a.y + block[5] * a.z};
+}
 
 typedef struct block_matrix {
     size_t row_count;    /* vertices */

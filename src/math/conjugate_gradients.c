@@ -20,7 +20,7 @@ enum { VERTICES_PER_CHUNK = 512 };
 typedef struct solver {
     const conjugate_gradients_problem *problem;
     double *x, *residual, *direction, *product, *preconditioned;
-    double *inverse;  /* 9 a vertex, zero for fixed vertices */
+    double *inverse;  /* BLOCK_NUMBERS a vertex, zero for fixed vertices */
     double *partials; /* one a chunk */
     size_t chunk_count;
     double step; /* alpha or beta of the pass */
@@ -33,8 +33,9 @@ static double run_pass(solver *work, parallel_body body) {
     return parallel_sum(work->partials, work->chunk_count);
 }
 
-void invert_block_of(const conjugate_gradients_problem *problem, size_t vertex, double inverse[9]) {
-    for (int i = 0; i < 9; i++) inverse[i] = 0.0;
+void invert_block_of(const conjugate_gradients_problem *problem, size_t vertex,
+                     double inverse[BLOCK_NUMBERS]) {
+    for (int i = 0; i < BLOCK_NUMBERS; i++) inverse[i] = 0.0;
     if (problem->is_fixed && problem->is_fixed[vertex]) return;
     const double *const a = problem->diagonal + 9 * vertex;
     double const c0 = a[4] * a[8] - a[5] * a[5];
@@ -48,38 +49,28 @@ void invert_block_of(const conjugate_gradients_problem *problem, size_t vertex, 
         double const s = 1.0 / determinant;
         double const c4 = a[0] * a[8] - a[2] * a[2];
         double const c5 = a[1] * a[2] - a[0] * a[5];
-        double const adjugate[9] = {c0, c1, c2, c1, c4, c5, c2, c5, minor};
-        for (int i = 0; i < 9; i++) inverse[i] = s * adjugate[i];
+        double const adjugate[BLOCK_NUMBERS] = {c0, c1, c2, c4, c5, minor};
+        for (int i = 0; i < BLOCK_NUMBERS; i++) inverse[i] = s * adjugate[i];
         return;
     }
-    for (int i = 0; i < 9; i += 4) {
-        double const reciprocal = 1.0 / a[i];
-        inverse[i] = a[i] > 0.0 && isfinite(reciprocal) ? reciprocal : 1.0;
+    static const size_t diagonal_places[3] = {0, 3, 5};
+    for (size_t i = 0; i < 3; i++) {
+        double const reciprocal = 1.0 / a[4 * i];
+        bool const is_usable = a[4 * i] > 0.0 && isfinite(reciprocal);
+        inverse[diagonal_places[i]] = is_usable ? reciprocal : 1.0;
     }
 }
 
+/* P^-1 of each vertex; sums b . P^-1 b. */
 static void invert_diagonal(void *context, size_t begin, size_t end, size_t chunk, int worker) {
-    (void)worker;
-    solver *const work = context;
-    work->partials[chunk] = 0.0;
-    for (size_t v = begin; v < end; v++) invert_block_of(work->problem, v, work->inverse + 9 * v);
-}
-
-static inline vec3 apply_inverse(const solver *work, size_t vertex, vec3 r) {
-    const double *const m = work->inverse + 9 * vertex;
-    return (vec3){m[0] * r.x + m[1] * r.y + m[2] * r.z, m[3] * r.x + m[4] * r.y + m[5] * r.z,
-                  m[6] * r.x + m[7] * r.y + m[8] * r.z};
-}
-
-/* b . P^-1 b */
-static void measure_right_hand_side(void *context, size_t begin, size_t end, size_t chunk,
-                                    int worker) {
     (void)worker;
     solver *const work = context;
     double sum = 0.0;
     for (size_t vertex = begin; vertex < end; vertex++) {
+        double *const inverse = work->inverse + BLOCK_NUMBERS * vertex;
+        invert_block_of(work->problem, vertex, inverse);
         vec3 const b = vec3_load(work->problem->right_hand_side, vertex);
-        sum += vec3_dot(b, apply_inverse(work, vertex, b));
+        sum += vec3_dot(b, block_multiply(inverse, b));
     }
     work->partials[chunk] = sum;
 }
@@ -92,7 +83,7 @@ static void begin_iteration(void *context, size_t begin, size_t end, size_t chun
     for (size_t vertex = begin; vertex < end; vertex++) {
         vec3 const r = vec3_sub(vec3_load(work->problem->right_hand_side, vertex),
                                 vec3_load(work->product, vertex));
-        vec3 const z = apply_inverse(work, vertex, r);
+        vec3 const z = block_multiply(work->inverse + BLOCK_NUMBERS * vertex, r);
         vec3_store(work->residual, vertex, r);
         vec3_store(work->preconditioned, vertex, z);
         vec3_store(work->direction, vertex, z);
@@ -123,7 +114,7 @@ static void advance(void *context, size_t begin, size_t end, size_t chunk, int w
         vec3_store(work->x, vertex, vec3_add_scaled(vec3_load(work->x, vertex), p, alpha));
         vec3 const r = vec3_add_scaled(vec3_load(work->residual, vertex),
                                        vec3_load(work->product, vertex), -alpha);
-        vec3 const z = apply_inverse(work, vertex, r);
+        vec3 const z = block_multiply(work->inverse + BLOCK_NUMBERS * vertex, r);
         vec3_store(work->residual, vertex, r);
         vec3_store(work->preconditioned, vertex, z);
         sum += vec3_dot(r, z);
@@ -179,13 +170,10 @@ tulle_status conjugate_gradients_measure(const conjugate_gradients_problem *prob
     size_t const count = problem->vertex_count;
     solver work = {.problem = problem,
                    .chunk_count = parallel_chunk_count(count, VERTICES_PER_CHUNK),
-                   .inverse = ARENA_NEW(scratch, double, 9 * count)};
+                   .inverse = ARENA_NEW(scratch, double, BLOCK_NUMBERS *count)};
     work.partials = ARENA_NEW(scratch, double, work.chunk_count);
     bool const has_memory = work.inverse && work.partials;
-    if (has_memory) {
-        run_pass(&work, invert_diagonal);
-        *norm = sqrt(run_pass(&work, measure_right_hand_side));
-    }
+    if (has_memory) *norm = sqrt(run_pass(&work, invert_diagonal));
     arena_release(scratch, mark);
     return has_memory ? TULLE_OK : TULLE_ERROR_OUT_OF_MEMORY;
 }
@@ -200,16 +188,15 @@ tulle_status conjugate_gradients_solve(const conjugate_gradients_problem *proble
     work.direction = ARENA_NEW(scratch, double, 3 * count);
     work.product = ARENA_NEW(scratch, double, 3 * count);
     work.preconditioned = ARENA_NEW(scratch, double, 3 * count);
-    work.inverse = ARENA_NEW(scratch, double, 9 * count);
+    work.inverse = ARENA_NEW(scratch, double, BLOCK_NUMBERS *count);
     work.partials = ARENA_NEW(scratch, double, work.chunk_count);
     if (!work.residual || !work.direction || !work.product || !work.preconditioned ||
         !work.inverse || !work.partials) {
         arena_release(scratch, mark);
         return TULLE_ERROR_OUT_OF_MEMORY;
     }
-    run_pass(&work, invert_diagonal);
-    double reference = problem->reference;
-    if (!(reference > 0.0)) reference = sqrt(run_pass(&work, measure_right_hand_side));
+    double const of_right_hand_side = sqrt(run_pass(&work, invert_diagonal));
+    double reference = problem->reference > 0.0 ? problem->reference : of_right_hand_side;
     problem->apply(problem->apply_context, x, work.product);
     double rho = run_pass(&work, begin_iteration);
     if (!(reference > 0.0)) reference = sqrt(rho);

@@ -5,6 +5,7 @@
 
 #include "base/arena.h"
 #include "base/stop.h"
+#include "math/block_matrix.h"
 
 /* y = A x over 3 * vertex_count doubles that do not overlap. Called from the thread that solves; it
  * may run parallel_for itself and must give the same bits for any number of threads. */
@@ -49,7 +50,7 @@ typedef struct conjugate_gradients_result {
 } conjugate_gradients_result;
 
 /* Solves A x = b from the given x (warm start; fixed entries are data). x then holds the last
- * iterate, whatever the end. Scratch (about 15 doubles a vertex) comes from the
+ * iterate, whatever the end. Scratch (18 doubles a vertex) comes from the
  * arena and is released. Returns TULLE_OK or TULLE_ERROR_OUT_OF_MEMORY (x unchanged); how the
  * iteration ended is in `result`. Bits do not depend on `threads`. */
 tulle_status conjugate_gradients_solve(const conjugate_gradients_problem *problem, double *x,
@@ -63,7 +64,8 @@ tulle_status conjugate_gradients_measure(const conjugate_gradients_problem *prob
 double conjugate_gradients_choose_target(const conjugate_gradients_problem *problem,
                                          double reference, double first);
 
-/* The preconditioner's block of a vertex, symmetric: zero at a fixed one. */
-void invert_block_of(const conjugate_gradients_problem *problem, size_t vertex, double inverse[9]);
+/* The preconditioner's block of a vertex: zero at a fixed one. */
+void invert_block_of(const conjugate_gradients_problem *problem, size_t vertex,
+                     double inverse[BLOCK_NUMBERS]);
 
 #endif

@@ -130,9 +130,10 @@ static void invert_chunk(void *context, size_t begin, size_t end, size_t chunk, 
     const aggregate_level *const level = context;
     for (size_t a = begin; a < end; a++) {
         conjugate_gradients_problem const problem = {.diagonal = level->blocks + 9 * a};
-        double inverse[9];
-        invert_block_of(&problem, 0, inverse);
-        for (size_t i = 0; i < 9; i++) level->inverse[9 * a + i] = (float)inverse[i];
+        double m[BLOCK_NUMBERS];
+        invert_block_of(&problem, 0, m);
+        double const full[9] = {m[0], m[1], m[2], m[1], m[3], m[4], m[2], m[4], m[5]};
+        for (size_t i = 0; i < 9; i++) level->inverse[9 * a + i] = (float)full[i];
     }
 }
 

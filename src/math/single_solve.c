@@ -12,7 +12,6 @@
 #include "math/single_solve.h"
 
 #include "base/parallel.h"
-#include "math/apart_terms.h"
 #include "math/vec3.h"
 
 #include <math.h>
@@ -90,11 +89,63 @@ bool single_system_make(const block_matrix *matrix, const matrix_term *terms, si
     return true;
 }
 
+/* ---- terms outside the pattern ---- */
+
+/* What a term gives one of its vertices. */
+typedef struct apart_share {
+    uint32_t vertex, term;
+    double weight;
+} apart_share;
+
+/* The terms apart and, by chunk of the vertices, their shares in the order of terms. Each sum has
+ * one order, however many chunks are done at once: each term is pulled by itself, and a vertex adds
+ * what it gets in the order of terms. */
+typedef struct apart_terms {
+    double *pulls;         /* 3 a term: its stiffness times the weighted sum of its vertices */
+    double *curvatures;    /* of each term, once it is pulled: direction . term direction */
+    uint32_t *share_begin; /* of each chunk */
+    apart_share *shares;
+} apart_terms;
+
+/* Sorts the shares by chunk; those of one chunk keep the order of terms. False: no memory. */
+static bool sort_apart_terms(const single_system *system, size_t chunk_count, arena *scratch,
+                             apart_terms *apart) {
+    const matrix_term *const *const terms = system->apart;
+    size_t const count = system->apart_count;
+    size_t share_count = 0;
+    for (size_t t = 0; t < count; t++)
+        for (size_t k = 0; k < 4; k++) share_count += terms[t]->vertices[k] != TULLE_NONE;
+    *apart = (apart_terms){.pulls = ARENA_NEW(scratch, double, 3 * count),
+                           .curvatures = ARENA_NEW(scratch, double, count),
+                           .share_begin = ARENA_NEW_ZEROED(scratch, uint32_t, chunk_count + 1),
+                           .shares = ARENA_NEW(scratch, apart_share, share_count)};
+    if (!apart->pulls || !apart->curvatures || !apart->share_begin || !apart->shares) return false;
+    uint32_t *const begin = apart->share_begin;
+    for (size_t t = 0; t < count; t++)
+        for (size_t k = 0; k < 4; k++) {
+            uint32_t const vertex = terms[t]->vertices[k];
+            if (vertex != TULLE_NONE) begin[vertex / VERTICES_PER_CHUNK + 1]++;
+        }
+    for (size_t chunk = 0; chunk < chunk_count; chunk++) begin[chunk + 1] += begin[chunk];
+    for (size_t t = count; t-- > 0;)
+        for (size_t k = 4; k-- > 0;) {
+            uint32_t const vertex = terms[t]->vertices[k];
+            if (vertex == TULLE_NONE) continue;
+            apart->shares[--begin[vertex / VERTICES_PER_CHUNK + 1]] =
+                (apart_share){vertex, (uint32_t)t, terms[t]->weights[k]};
+        }
+    /* Each entry has come down to the begin of the chunk before it. */
+    for (size_t chunk = 0; chunk < chunk_count; chunk++) begin[chunk] = begin[chunk + 1];
+    begin[chunk_count] = (uint32_t)share_count;
+    return true;
+}
+
 /* ---- the solve ---- */
 
 struct single_solver {
     const conjugate_gradients_problem *problem;
     const single_system *system;
+    nested_aggregates *aggregates; /* of this run; null: none, or none with a level */
     apart_terms apart;
     single_vectors vectors;
     double *x, *product, *inverse; /* in double precision; inverse: six numbers a block */
@@ -118,19 +169,11 @@ static void invert_diagonal(void *context, size_t begin, size_t end, size_t chun
     single_solver *const work = context;
     work->partials[chunk] = 0.0;
     for (size_t v = begin; v < end; v++) {
-        double full[9];
-        invert_block_of(work->problem, v, full);
-        for (size_t i = 0; i < BLOCK_NUMBERS; i++) {
-            work->inverse[BLOCK_NUMBERS * v + i] = full[block_places[i]];
-            work->vectors.inverse[SINGLE_BLOCK * v + i] = (float)full[block_places[i]];
-        }
+        double *const inverse = work->inverse + BLOCK_NUMBERS * v;
+        invert_block_of(work->problem, v, inverse);
+        for (size_t i = 0; i < BLOCK_NUMBERS; i++)
+            work->vectors.inverse[SINGLE_BLOCK * v + i] = (float)inverse[i];
     }
-}
-
-static vec3 apply_inverse(const single_solver *work, size_t vertex, vec3 r) {
-    const double *const m = work->inverse + BLOCK_NUMBERS * vertex;
-    return (vec3){m[0] * r.x + m[1] * r.y + m[2] * r.z, m[1] * r.x + m[3] * r.y + m[4] * r.z,
-                  m[2] * r.x + m[4] * r.y + m[5] * r.z};
 }
 
 /* r = b - A x into `product`; sums r . P^-1 r. */
@@ -142,7 +185,7 @@ static void compute_residual(void *context, size_t begin, size_t end, size_t chu
         vec3 const r =
             vec3_sub(vec3_load(work->problem->right_hand_side, v), vec3_load(work->product, v));
         vec3_store(work->product, v, r);
-        sum += vec3_dot(r, apply_inverse(work, v, r));
+        sum += vec3_dot(r, block_multiply(work->inverse + BLOCK_NUMBERS * v, r));
     }
     work->partials[chunk] = sum;
 }
@@ -155,7 +198,7 @@ static void begin_pass(void *context, size_t begin, size_t end, size_t chunk, in
     double sum = 0.0;
     for (size_t v = begin; v < end; v++) {
         vec3 const r = vec3_scale(vec3_load(work->product, v), work->scale);
-        vec3 const z = apply_inverse(work, v, r);
+        vec3 const z = block_multiply(work->inverse + BLOCK_NUMBERS * v, r);
         double const rs[3] = {r.x, r.y, r.z}, zs[3] = {z.x, z.y, z.z};
         for (size_t i = 0; i < 3; i++) {
             to->residual[3 * v + i] = (float)rs[i];
@@ -174,37 +217,52 @@ static void end_pass(void *context, size_t begin, size_t end, size_t chunk, int 
         work->x[i] += (double)work->vectors.x[i] / work->scale;
 }
 
-/* The product with the terms in the pattern. The terms outside it are pulled here; `advance`
- * adds them. */
+/* The product with the terms in the pattern. The terms outside it are pulled here, each chunk its
+ * part of them; `advance` adds them. */
 static void multiply(void *context, size_t begin, size_t end, size_t chunk, int worker) {
     (void)worker;
     single_solver *const work = context;
+    const float *const direction = work->vectors.direction;
     work->partials[chunk] =
         (double)TULLE_PICK_KERNEL(single_multiply)(&work->system->copy, &work->vectors, begin, end);
-    apart_terms_pull(&work->apart, chunk, work->vectors.direction);
+    size_t const count = work->system->apart_count;
+    for (size_t t = count * chunk / work->chunk_count; t < count * (chunk + 1) / work->chunk_count;
+         t++) {
+        const matrix_term *const term = work->system->apart[t];
+        double way[3] = {0.0, 0.0, 0.0};
+        for (size_t k = 0; k < 4; k++)
+            for (size_t i = 0; i < 3 && term->vertices[k] != TULLE_NONE; i++)
+                way[i] += term->weights[k] * (double)direction[3 * (size_t)term->vertices[k] + i];
+        vec3 const pull = mat3_multiply_vec3(&term->stiffness, vec3_load(way, 0));
+        vec3_store(work->apart.pulls, t, pull);
+        work->apart.curvatures[t] = vec3_dot(vec3_load(way, 0), pull);
+    }
 }
 
+/* Adds the pulls to the product of the chunk's vertices; then goes alpha along the direction. */
 static void advance(void *context, size_t begin, size_t end, size_t chunk, int worker) {
     (void)worker;
     single_solver *const work = context;
-    apart_terms_add(&work->apart, chunk, work->vectors.product);
+    const apart_terms *const apart = &work->apart;
+    for (uint32_t s = apart->share_begin[chunk]; s < apart->share_begin[chunk + 1]; s++) {
+        const apart_share *const share = &apart->shares[s];
+        for (size_t i = 0; i < 3; i++)
+            work->vectors.product[3 * (size_t)share->vertex + i] +=
+                (float)(share->weight * apart->pulls[3 * (size_t)share->term + i]);
+    }
     work->partials[chunk] =
         (double)TULLE_PICK_KERNEL(single_advance)(&work->vectors, work->step, begin, end);
-}
-
-static bool has_aggregates(const single_solver *work) {
-    return work->system->aggregates && work->system->aggregates->level_count > 0;
 }
 
 /* p = z + beta p; z of the aggregates is not in `preconditioned`. */
 static void turn_direction(void *context, size_t begin, size_t end, size_t chunk, int worker) {
     (void)chunk, (void)worker;
     single_solver *const work = context;
-    if (!has_aggregates(work)) {
+    const nested_aggregates *const aggregates = work->aggregates;
+    if (!aggregates) {
         TULLE_PICK_KERNEL(single_turn)(&work->vectors, work->step, begin, end);
         return;
     }
-    const nested_aggregates *const aggregates = work->system->aggregates;
     single_correction const correction = {aggregates->levels[0].correction,
                                           aggregates->levels[0].parents, aggregates->is_fixed};
     TULLE_PICK_KERNEL(single_turn_corrected)(&work->vectors, &correction, work->step, begin, end);
@@ -219,11 +277,11 @@ static conjugate_gradients_end iterate(single_solver *work, double norm2, double
          */
         double const before = descent;
         descent = norm2;
-        if (has_aggregates(work))
-            descent += nested_aggregates_correct(work->system->aggregates, work->vectors.residual,
+        if (work->aggregates)
+            descent += nested_aggregates_correct(work->aggregates, work->vectors.residual,
                                                  problem->threads);
         work->step = is_first ? 0.0F : (float)(descent / before);
-        if (!is_first || has_aggregates(work)) /* else begin_pass has set the direction */
+        if (!is_first || work->aggregates) /* else begin_pass has set the direction */
             parallel_for(problem->vertex_count, VERTICES_PER_CHUNK, problem->threads,
                          turn_direction, work);
         if (!isfinite(norm2) || !isfinite(descent)) return CONJUGATE_GRADIENTS_NOT_FINITE;
@@ -231,7 +289,7 @@ static conjugate_gradients_end iterate(single_solver *work, double norm2, double
         if (work->iterations >= problem->max_iterations || stop_is_wanted(problem->stop, 0))
             return CONJUGATE_GRADIENTS_ITERATION_LIMIT;
         double curvature = run_loop(work, multiply);
-        curvature += parallel_sum(work->apart.curvatures, work->apart.count);
+        curvature += parallel_sum(work->apart.curvatures, work->system->apart_count);
         work->iterations++;
         if (!isfinite(curvature)) return CONJUGATE_GRADIENTS_NOT_FINITE;
         if (!(curvature > 0.0 && descent > 0.0)) return CONJUGATE_GRADIENTS_NOT_POSITIVE;
@@ -289,8 +347,7 @@ single_solver *single_solver_make(const conjugate_gradients_problem *problem,
     work->partials = ARENA_NEW(scratch, double, work->chunk_count);
     if (!v->x || !v->residual || !v->direction || !v->product || !v->preconditioned ||
         !v->inverse || !work->product || !work->inverse || !work->partials ||
-        !apart_terms_make(system->apart, system->apart_count, count, VERTICES_PER_CHUNK, scratch,
-                          &work->apart))
+        !sort_apart_terms(system, work->chunk_count, scratch, &work->apart))
         return NULL;
     run_loop(work, invert_diagonal);
     work->norm = measure_residual(work);
@@ -299,6 +356,8 @@ single_solver *single_solver_make(const conjugate_gradients_problem *problem,
 
 void single_solver_run(single_solver *solver, conjugate_gradients_result *result) {
     double const reference = solver->problem->reference;
+    nested_aggregates *const aggregates = solver->system->aggregates;
+    solver->aggregates = aggregates && aggregates->level_count > 0 ? aggregates : NULL;
     solver->iterations = 0;
     *result = (conjugate_gradients_result){.reference = reference};
     result->target = conjugate_gradients_choose_target(solver->problem, reference, solver->norm);
