@@ -27,39 +27,30 @@ SINGLE_INLINE lanes16 load16(const float *from) {
     memcpy(&a, from, sizeof a);
     return a;
 }
-SINGLE_INLINE void store16(float *to, lanes16 a) { memcpy(to, &a, sizeof a); }
-SINGLE_INLINE float add_lanes(lanes16 a) {
-    float sums[16];
-    store16(sums, a);
-    for (size_t half = 8; half > 0; half /= 2)
-        for (size_t l = 0; l < half; l++) sums[l] += sums[l + half];
-    return sums[0];
-}
-
 SINGLE_INLINE float dot(const float *a, const float *b, size_t begin, size_t end) {
     lanes16 sum = {0};
     size_t i = begin;
     for (; i + 16 <= end; i += 16) sum += load16(a + i) * load16(b + i);
     float rest = 0.0F;
     for (; i < end; i++) rest += a[i] * b[i];
-    return add_lanes(sum) + rest;
+    float lanes[16];
+    memcpy(lanes, &sum, sizeof lanes);
+    for (size_t half = 8; half > 0; half /= 2)
+        for (size_t l = 0; l < half; l++) lanes[l] += lanes[l + half];
+    return lanes[0] + rest;
 }
 
 #ifdef __AVX512F__
-/* Products of the six numbers of a block, twice side by side, with those of x that they meet in
- * the upper triangle, and in the lower one; other lanes are ignored. */
+/* The six numbers of a block, with the two after them, stand side by side twice. The first six meet
+ * the numbers of x that belong to them in the upper triangle, the second six those in the lower
+ * one. Other lanes are ignored. */
 typedef __m512 column_sums;
-/* Six numbers, and two after them. */
-SINGLE_INLINE __m512 load_twice(const float *block) {
-    return _mm512_broadcast_f32x8(_mm256_loadu_ps(block));
-}
-SINGLE_INLINE __m512 spread(floats4 x) {
-    __m512i const places = _mm512_setr_epi32(0, 1, 2, 1, 2, 2, 0, 0, 0, 0, 0, 0, 1, 0, 0, 0);
-    return _mm512_permutexvar_ps(places, _mm512_castps128_ps512((__m128)x));
-}
 SINGLE_INLINE column_sums no_sums(void) { return _mm512_setzero_ps(); }
 SINGLE_INLINE column_sums add_columns(column_sums sums, const float *block, floats4 x) {
-    return _mm512_add_ps(sums, _mm512_mul_ps(load_twice(block), spread(x)));
+    __m512i const places = _mm512_setr_epi32(0, 1, 2, 1, 2, 2, 0, 0, 0, 0, 0, 0, 1, 0, 0, 0);
+    __m512 const numbers = _mm512_broadcast_f32x8(_mm256_loadu_ps(block));
+    __m512 const met = _mm512_permutexvar_ps(places, _mm512_castps128_ps512((__m128)x));
+    return _mm512_add_ps(sums, _mm512_mul_ps(numbers, met));
 }
 SINGLE_INLINE floats4 pick(column_sums sums, int first, int second, int third) {
     __m512i const places = _mm512_castsi128_si512(_mm_setr_epi32(first, second, third, 0));
