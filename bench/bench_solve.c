@@ -173,9 +173,9 @@ static void keep_least(double *least, double start) { *least = fmin(*least, time
 
 static double time_iterations(bench_cloth *cloth, bool has_aggregates, int iterations,
                               int threads) {
-    linear_system_operator matrix = {&cloth->system, threads};
+    block_matrix_operator matrix = {&cloth->system.matrix, threads};
     conjugate_gradients_problem const problem = {.vertex_count = cloth->vertex_count,
-                                                 .apply = linear_system_apply,
+                                                 .apply = block_matrix_apply,
                                                  .apply_context = &matrix,
                                                  .right_hand_side = cloth->system.right_hand_side,
                                                  .diagonal = cloth->diagonal,
@@ -187,8 +187,12 @@ static double time_iterations(bench_cloth *cloth, bool has_aggregates, int itera
     memset(cloth->u, 0, 3 * cloth->vertex_count * sizeof(double));
     conjugate_gradients_result result;
     double const start = timer_now();
-    check(single_solve(&problem, &cloth->single, cloth->u, &cloth->scratch, &result) == TULLE_OK,
-          "a solve");
+    arena_mark const mark = arena_get_mark(&cloth->scratch);
+    single_solver *const solver =
+        single_solver_make(&problem, &cloth->single, cloth->u, &cloth->scratch);
+    check(solver != NULL, "a solve");
+    single_solver_run(solver, &result);
+    arena_release(&cloth->scratch, mark);
     double const seconds = timer_now() - start;
     check(result.iterations == iterations, "a solve of that many iterations");
     return seconds;
@@ -234,8 +238,9 @@ static void run_round(bench_cloth *cloth, int threads, float *from, float *to, f
         keep_least(&times->copy, start);
         sink = to[count / 4];
     }
+    block_matrix_operator product = {matrix, 1};
     double start = timer_now();
-    block_matrix_multiply(matrix, cloth->velocities, cloth->u, 1);
+    block_matrix_apply(&product, cloth->velocities, cloth->u);
     keep_least(&times->product_double, start);
     time_iteration(cloth, false, threads, &times->plain);
     time_iteration(cloth, true, threads, &times->aggregated);

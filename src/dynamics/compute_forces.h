@@ -100,13 +100,6 @@ tulle_status measure_wind_work(const cloth_model *model, const motion_state *sta
                                const double *mean, wind_work_options options, arena *scratch,
                                double *work);
 
-/* A as a linear_operator for conjugate_gradients_solve; context is a linear_system_operator. */
-typedef struct linear_system_operator {
-    const linear_system *system;
-    int threads;
-} linear_system_operator;
-void linear_system_apply(void *context, const double *x, double *y);
-
 /* Velocities at the end of the step from the mean velocity u (u may equal v1 in storage):
  * implicit Euler v1 = u, Crank-Nicolson v1 = 2 u - v0, BDF2 v1 = 3/2 u - 1/2 previous u, or what
  * their damping makes of it.

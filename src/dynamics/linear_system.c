@@ -1,5 +1,5 @@
-/* dynamics/linear_system.c - storage and use of the system that compute_forces fills: the operator
- * for conjugate gradients, and the end velocities of each integrator. */
+/* dynamics/linear_system.c - storage and use of the system that compute_forces fills: the end
+ * velocities of each integrator. */
 #include "dynamics/compute_forces.h"
 
 tulle_status linear_system_build(memory *heap, const cloth_model *model, linear_system *system) {
@@ -27,11 +27,6 @@ void linear_system_destroy(memory *heap, linear_system *system) {
     memory_release(heap, system->right_hand_side, 3 * count * sizeof(double));
     memory_release(heap, system->forces, 3 * count * sizeof(double));
     *system = (linear_system){0};
-}
-
-void linear_system_apply(void *context, const double *x, double *y) {
-    const linear_system_operator *const matrix = context;
-    block_matrix_multiply(&matrix->system->matrix, x, y, matrix->threads);
 }
 
 void finish_velocities(const linear_system *system, const motion_state *state,

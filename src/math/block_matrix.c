@@ -56,10 +56,10 @@ void block_matrix_destroy(memory *heap, block_matrix *matrix) {
     *matrix = (block_matrix){0};
 }
 
-void block_matrix_multiply(const block_matrix *matrix, const double *x, double *result,
-                           int threads) {
-    multiply_task task = {matrix, x, result};
-    parallel_for(matrix->row_count, ROWS_PER_CHUNK, threads, TULLE_PICK_KERNEL(multiply_rows),
+void block_matrix_apply(void *context, const double *x, double *result) {
+    const block_matrix_operator *const a = context;
+    multiply_task task = {a->matrix, x, result};
+    parallel_for(a->matrix->row_count, ROWS_PER_CHUNK, a->threads, TULLE_PICK_KERNEL(multiply_rows),
                  &task);
 }
 

@@ -59,10 +59,14 @@ void block_matrix_destroy(memory *heap, block_matrix *matrix);
  */
 uint32_t block_matrix_find(const block_matrix *matrix, uint32_t row, uint32_t column);
 
-/* result = matrix * x, arrays of 3 * row_count doubles that do not overlap. The same bits for any
+/* A matrix as a linear_operator for conjugate_gradients_solve; context is a block_matrix_operator.
+ * result = matrix * x, arrays of 3 * row_count doubles that do not overlap. The same bits for any
  * number of threads and any vector width. */
-void block_matrix_multiply(const block_matrix *matrix, const double *x, double *result,
-                           int threads);
+typedef struct block_matrix_operator {
+    const block_matrix *matrix;
+    int threads;
+} block_matrix_operator;
+void block_matrix_apply(void *context, const double *x, double *result);
 
 /* The diagonal blocks in full, 9 * row_count doubles. */
 void block_matrix_get_diagonal(const block_matrix *matrix, double *diagonal, int threads);

@@ -12,7 +12,7 @@ typedef struct multiply_task {
     double *result;
 } multiply_task;
 
-/* A chunk of block_matrix_multiply, as parallel_for calls it; `context` is a multiply_task. */
+/* A chunk of block_matrix_apply, as parallel_for calls it; `context` is a multiply_task. */
 TULLE_DECLARE_KERNEL(void, multiply_rows,
                      (void *context, size_t begin, size_t end, size_t chunk, int worker))
 

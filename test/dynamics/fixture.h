@@ -108,10 +108,10 @@ static inline void fixture_find_diagonal(fixture *f) {
 
 /* Solves the system as assembled, from the guess x; fixed vertices keep theirs. */
 static inline void fixture_solve(fixture *f, double *x) {
-    linear_system_operator matrix = {&f->system, f->threads};
+    block_matrix_operator matrix = {&f->system.matrix, f->threads};
     fixture_find_diagonal(f);
     conjugate_gradients_problem const problem = {.vertex_count = f->vertex_count,
-                                                 .apply = linear_system_apply,
+                                                 .apply = block_matrix_apply,
                                                  .apply_context = &matrix,
                                                  .right_hand_side = f->system.right_hand_side,
                                                  .diagonal = f->diagonal,
@@ -201,9 +201,10 @@ static inline double *fixture_dense(fixture *f) {
     size_t const n = 3 * f->vertex_count;
     double *const dense = malloc(n * n * sizeof(double));
     double *const unit = calloc(n, sizeof(double)), *const column = calloc(n, sizeof(double));
+    block_matrix_operator matrix = {&f->system.matrix, 1};
     for (size_t j = 0; j < n; j++) {
         unit[j] = 1.0;
-        block_matrix_multiply(&f->system.matrix, unit, column, 1);
+        block_matrix_apply(&matrix, unit, column);
         for (size_t i = 0; i < n; i++) dense[i * n + j] = column[i];
         unit[j] = 0.0;
     }

@@ -47,8 +47,8 @@ static void check_exact_at_the_guess(double stiffening_strain) {
     double u[3 * 30], residual[3 * 30];
     fixture *const f = make_case(stiffening_strain, u);
     assemble_about(f, h, u);
-    linear_system_operator matrix = {&f->system, 1};
-    linear_system_apply(&matrix, u, residual);
+    block_matrix_operator matrix = {&f->system.matrix, 1};
+    block_matrix_apply(&matrix, u, residual);
     for (size_t i = 0; i < 90; i++) residual[i] -= f->system.right_hand_side[i];
 
     double x1[3 * 30], largest = 0.0, worst = 0.0;
@@ -287,7 +287,7 @@ static void wind_works_as_the_system_reckons(void **state) {
     fixture *const f = make_case(0.0, u);
     motion_state const now = fixture_state(f, 0.01);
     force_options const options = {TULLE_INTEGRATOR_IMPLICIT_EULER, 1, 0.0};
-    linear_system_operator matrix = {&f->system, 1};
+    block_matrix_operator matrix = {&f->system.matrix, 1};
     for (int k = 0; k < 2; k++) {
         wind_work_options const wind = {&f->surroundings.wind, 1};
         assert_int_equal(measure_wind_work(&f->model, &now, u, wind, &f->scratch, &work), TULLE_OK);
@@ -295,7 +295,7 @@ static void wind_works_as_the_system_reckons(void **state) {
         assert_int_equal(
             compute_forces(&f->model, &now, &f->surroundings, options, &f->scratch, &f->system),
             TULLE_OK);
-        linear_system_apply(&matrix, u, product);
+        block_matrix_apply(&matrix, u, product);
         for (size_t i = 0; i < 90; i++)
             force_work[k] += u[i] * (f->system.right_hand_side[i] - product[i]);
         f->surroundings.wind = (tulle_wind){.velocity = {3.0, -1.0, 2.0},

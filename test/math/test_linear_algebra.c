@@ -105,7 +105,8 @@ static void product_equals_dense_product(void **state) {
     double *const x = malloc(ENTRIES * sizeof(double)), *const y = malloc(ENTRIES * sizeof(double));
     uint64_t random = 3;
     for (int i = 0; i < ENTRIES; i++) x[i] = random_signed(&random);
-    block_matrix_multiply(&r.matrix, x, y, 1);
+    block_matrix_operator product = {&r.matrix, 1};
+    block_matrix_apply(&product, x, y);
     for (size_t i = 0; i < ENTRIES; i++) {
         double sum = 0.0;
         for (size_t j = 0; j < ENTRIES; j++) sum += dense[i * ENTRIES + j] * x[j];
@@ -123,15 +124,6 @@ static void product_equals_dense_product(void **state) {
     ring_free(&r);
 }
 
-typedef struct operator_context {
-    const block_matrix *matrix;
-    int threads;
-} operator_context;
-static void apply(void *context, const double *x, double *y) {
-    operator_context const *const c = context;
-    block_matrix_multiply(c->matrix, x, y, c->threads);
-}
-
 typedef struct solve_input {
     const block_matrix *matrix;
     const double *b;
@@ -144,9 +136,9 @@ static conjugate_gradients_result solve(solve_input in, double *x) {
     arena scratch = arena_make(&heap);
     double *const diagonal = malloc(9 * in.matrix->row_count * sizeof(double));
     block_matrix_get_diagonal(in.matrix, diagonal, 2);
-    operator_context context = {in.matrix, in.threads};
+    block_matrix_operator context = {in.matrix, in.threads};
     conjugate_gradients_problem const problem = {.vertex_count = in.matrix->row_count,
-                                                 .apply = apply,
+                                                 .apply = block_matrix_apply,
                                                  .apply_context = &context,
                                                  .right_hand_side = in.b,
                                                  .diagonal = diagonal,
@@ -320,9 +312,9 @@ static void failing_memory_is_reported(void **state) {
     arena scratch = arena_make(&heap);
     double b[ENTRIES] = {1.0}, x[ENTRIES] = {0.5}, diagonal[9 * VERTICES];
     block_matrix_get_diagonal(&r.matrix, diagonal, 2);
-    operator_context context = {&r.matrix, 1};
+    block_matrix_operator context = {&r.matrix, 1};
     conjugate_gradients_problem const problem = {.vertex_count = VERTICES,
-                                                 .apply = apply,
+                                                 .apply = block_matrix_apply,
                                                  .apply_context = &context,
                                                  .right_hand_side = b,
                                                  .diagonal = diagonal,

@@ -159,9 +159,10 @@ static tulle_status solve_system(paper_work *work) {
     for (size_t i = 0; i < count; i++) {
         if (!(scene->inverse_mass[i] > 0.0)) work->is_held[i] = 1;
     }
+    block_matrix_operator matrix = {system->matrix, scene->threads};
     conjugate_gradients_problem problem = {.vertex_count = count,
-                                           .apply = system->apply,
-                                           .apply_context = system->apply_context,
+                                           .apply = block_matrix_apply,
+                                           .apply_context = &matrix,
                                            .right_hand_side = work->force,
                                            .diagonal = diagonal,
                                            .is_fixed = work->is_held,

@@ -60,7 +60,8 @@ typedef struct motion_solve {
 static void apply_with_hard_rows(void *context, const double *x, double *y) {
     const motion_solve *const solve = context;
     size_t const cloth_count = solve->scene->cloth_vertex_count;
-    solve->system->apply(solve->system->apply_context, x, y);
+    block_matrix_operator matrix = {solve->system->matrix, solve->scene->threads};
+    block_matrix_apply(&matrix, x, y);
     if (!solve->is_cloth_only) apply_bodies(solve->scene, x, y);
     for (size_t i = 0; i < solve->hard_count; i++) {
         const contact_row *const row = solve->hard_rows[i];
@@ -298,7 +299,8 @@ static tulle_status measure_reference(motion_solve *solve) {
     arena_mark const mark = arena_get_mark(scene->scratch);
     double *const impulse = ARENA_NEW(scene->scratch, double, size);
     if (!impulse) return TULLE_ERROR_OUT_OF_MEMORY;
-    system->apply(system->apply_context, system->start ? system->start : solve->u, impulse);
+    block_matrix_operator matrix = {system->matrix, scene->threads};
+    block_matrix_apply(&matrix, system->start ? system->start : solve->u, impulse);
     for (size_t i = 0; i < size; i++) impulse[i] = system->right_hand_side[i] - impulse[i];
     conjugate_gradients_problem problem = {
         .vertex_count = scene->cloth_vertex_count,

@@ -12,8 +12,6 @@
 typedef struct motion_system {
     const double *right_hand_side; /* [N s] 3 * cloth_vertex_count */
     const block_matrix *matrix;    /* A */
-    linear_operator apply; /* A x over the cloth vertices; for example linear_system_apply */
-    void *apply_context;
     const double *forces;          /* [N] f(x0, v0), 3 * cloth_vertex_count */
     double force_time;             /* [s] right_hand_side holds force_time f */
     const double *start;           /* [m/s] cloth velocities at the start of the step; null: u */

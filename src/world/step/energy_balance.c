@@ -59,8 +59,8 @@ static tulle_status measure_pins(const step_context *context, double *work) {
     arena_mark const mark = arena_get_mark(&world->scratch);
     double *const product = ARENA_NEW(&world->scratch, double, 3 * world->cloth_vertex_count);
     if (!product) return TULLE_ERROR_OUT_OF_MEMORY;
-    linear_system_operator matrix = {&world->system, world->threads};
-    linear_system_apply(&matrix, u, product);
+    block_matrix_operator matrix = {&world->system.matrix, world->threads};
+    block_matrix_apply(&matrix, u, product);
     for (size_t v = 0; v < world->cloth_vertex_count; v++) {
         if (!world->is_fixed[v]) continue;
         vec3 const pull =

@@ -122,11 +122,8 @@ tulle_status world_solve_motion(step_context *context) {
     contact_settings *const settings = &context->scene.settings;
     contact_settings const given = *settings;
     bool const is_first = context->retry.solves++ == 0;
-    linear_system_operator system_operator = {&world->system, world->threads};
     motion_system const system = {.right_hand_side = world->system.right_hand_side,
                                   .matrix = &world->system.matrix,
-                                  .apply = linear_system_apply,
-                                  .apply_context = &system_operator,
                                   .forces = world->system.forces,
                                   .force_time = world->system.force_time,
                                   .start = is_first ? NULL : context->state->velocities,
