@@ -5,8 +5,8 @@
  * 5. Departures: the filter is a mask, which makes the iteration plain conjugate gradients on the
  * free vertices; the residual is measured in the preconditioner's norm.
  *
- * Dots are summed over blocks of a fixed number of vertices, the blocks in order, so that the
- * number of threads changes no bit. */
+ * A dot is summed over chunks of a fixed number of vertices, and the sums of the chunks are added
+ * in order, so the number of threads changes no bit. */
 #include "math/conjugate_gradients.h"
 
 #include "base/parallel.h"
@@ -14,7 +14,7 @@
 
 #include <math.h>
 
-/* Vertices a chunk: a sum of one chunk is the unit of every dot. */
+/* Vertices in a chunk. Each dot is made of sums over one chunk. */
 enum { VERTICES_PER_CHUNK = 512 };
 
 typedef struct solver {
@@ -131,17 +131,17 @@ static void turn_direction(void *context, size_t begin, size_t end, size_t chunk
         work->direction[i] = work->preconditioned[i] + beta * work->direction[i];
 }
 
-/* The loop proper; rho is r . z of the start. */
+/* Iterates down to the residual `target`. rho is r . z at the start, last_rho at the end. */
 static conjugate_gradients_end iterate(solver *work, double rho, double target, int *iterations,
                                        double *last_rho) {
     const conjugate_gradients_problem *const problem = work->problem;
-    conjugate_gradients_end end = CONJUGATE_GRADIENTS_ITERATION_LIMIT;
     *iterations = 0;
     for (;;) {
         *last_rho = rho;
         if (!isfinite(rho)) return CONJUGATE_GRADIENTS_NOT_FINITE;
         if (sqrt(rho) <= target) return CONJUGATE_GRADIENTS_CONVERGED;
-        if (*iterations >= problem->max_iterations || stop_is_wanted(problem->stop, 0)) return end;
+        if (*iterations >= problem->max_iterations || stop_is_wanted(problem->stop, 0))
+            return CONJUGATE_GRADIENTS_ITERATION_LIMIT;
         problem->apply(problem->apply_context, work->direction, work->product);
         double const curvature = run_pass(work, measure_curvature);
         if (!isfinite(curvature)) return CONJUGATE_GRADIENTS_NOT_FINITE;

@@ -28,7 +28,7 @@ typedef struct conjugate_gradients_problem {
     double early_share, early_most;
     int max_iterations;
     int threads;
-    double *residual; /* single_solve puts b - A x of its end here, 3 * vertex_count; null: none */
+    double *residual; /* single_solver puts b - A x of its end here, 3 * vertex_count; null: none */
     stop_poll *stop;  /* asked before each iteration; then it ends as at the limit. May be null */
 } conjugate_gradients_problem;
 
@@ -38,7 +38,7 @@ typedef enum conjugate_gradients_end {
     CONJUGATE_GRADIENTS_NOT_POSITIVE, /* p . A p <= 0 for a direction p: A is not positive definite
                                        */
     CONJUGATE_GRADIENTS_NOT_FINITE,   /* a product or a dot became infinite or NaN */
-    CONJUGATE_GRADIENTS_STALLED       /* of single_solve only: no nearer by single precision */
+    CONJUGATE_GRADIENTS_STALLED       /* of single_solver only: no nearer by single precision */
 } conjugate_gradients_end;
 
 typedef struct conjugate_gradients_result {

@@ -9,9 +9,9 @@
 
 #include <string.h>
 
-/* A level with so few members that have neighbours is the last. Pieces of a cloth never join, so
- * members without neighbours do not count. All others share an aggregate with a neighbour, so
- * each level has at most half as many of them as the one below. */
+/* A level is the last when at most this many of its members have neighbours. Pieces of a cloth
+ * never join, so members without neighbours do not count. Each of the others shares an aggregate
+ * with a neighbour, so each level has at most half as many of them as the one below. */
 enum { FEW_AGGREGATES = 8 };
 
 /* Neighbours of the members of a level. A member may be its own neighbour. */

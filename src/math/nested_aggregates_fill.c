@@ -2,7 +2,7 @@
  *
  * G of a level is the sum of the entries of A between vertices of one aggregate. Each entry is
  * added once, at the first level that joins its row and column, and goes up with its aggregate from
- * there. In double precision: springs cancel in these sums, and masses are left.
+ * there. The sums are in double precision, because springs cancel in them and masses are left.
  *
  * Based on: Bramble, Pasciak, Xu, Parallel multilevel preconditioners, 1990; Zhang, Multilevel
  * Schwarz methods, 1992 (diagonal blocks at every level). Departure: aggregates are constant. */
@@ -22,7 +22,8 @@ static size_t choose_chunk(size_t count) {
     return count > AGGREGATES_PER_SUM ? AGGREGATES_PER_CHUNK : AGGREGATES_PER_SUM;
 }
 
-/* Sums that go up: of an aggregate of level l, one block for each level from l on. */
+/* An aggregate of level l has one sum, a block, for each level from l on. The level above adds up
+ * the sums of its members. */
 typedef struct fill_task {
     nested_aggregates *all;
     const block_matrix *matrix;

@@ -1,8 +1,9 @@
-/* math/simd.h - boxes side by side, one a lane, compared with one box; and lane numbers of a mask
- * written without gaps. For kernels: each target has its own instructions, all give the same bits.
+/* math/simd.h - compares boxes side by side, one a lane, with one box; and writes the lane numbers
+ * of a mask without gaps. For kernels: each target has its own instructions, and all give the same
+ * bits.
  *
- * Side k of lane l lies at sides[k * stride + l], k: low x, y, z, high x, y, z. Loads read all
- * lanes, so arrays end with that much room; lanes that are not wanted are masked by the caller. */
+ * Side k of lane l lies at sides[k * stride + l]; k counts low x, y, z, high x, y, z. Loads read
+ * all lanes, so arrays end with that much room. The caller masks lanes that are not wanted. */
 #ifndef TULLE_MATH_SIMD_H
 #define TULLE_MATH_SIMD_H
 

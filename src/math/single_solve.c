@@ -1,14 +1,14 @@
 /* math/single_solve.c - see single_solve.h.
  *
- * In passes: the residual r = b - A x in double precision, then A d = r by conjugate gradients with
- * matrix, preconditioner and vectors in single precision, then x += d. A pass takes the residual
- * down by five powers of ten at most, so one or two do.
+ * A pass computes the residual r = b - A x in double precision. It solves A d = r by conjugate
+ * gradients with matrix, preconditioner and vectors in single precision, and adds d to x. A pass
+ * lowers the residual by at most five powers of ten, so one or two are enough.
  *
  * Based on: Golub, Van Loan, Matrix computations, 3.5.3 (iterative refinement); Hestenes, Stiefel,
  * 1952.
  *
- * Dots are summed over chunks of a fixed number of vertices, the chunks in order in double
- * precision, so that the number of threads changes no bit. */
+ * A dot is summed over chunks of a fixed number of vertices. The sums of the chunks are added in
+ * order and in double precision, so the number of threads changes no bit. */
 #include "math/single_solve.h"
 
 #include "base/parallel.h"
@@ -17,11 +17,11 @@
 #include <math.h>
 #include <string.h>
 
-/* Vertices a chunk: a sum of one chunk is the unit of every dot. */
+/* Vertices in a chunk. Each dot is made of sums over one chunk. */
 enum { VERTICES_PER_CHUNK = 512 };
-/* A second pass is rare. Where more are needed, single precision does not see the matrix. */
+/* A second pass is rare. A matrix that needs more is beyond single precision. */
 enum { MOST_PASSES = 4 };
-/* A pass ends at this share of its first residual: single precision sees no more. */
+/* A pass ends at this share of its first residual: single precision cannot gain more. */
 static const double PASS_DEPTH = 1e-5;
 /* A pass aims this much below the target, so that rounding does not call for another. */
 static const double PASS_AIM = 0.9;
@@ -254,7 +254,7 @@ static void advance(void *context, size_t begin, size_t end, size_t chunk, int w
         (double)TULLE_PICK_KERNEL(single_advance)(&work->vectors, work->step, begin, end);
 }
 
-/* p = z + beta p; z of the aggregates is not in `preconditioned`. */
+/* p = z + beta p. The aggregates' part of z is not in `preconditioned` and is added here. */
 static void turn_direction(void *context, size_t begin, size_t end, size_t chunk, int worker) {
     (void)chunk, (void)worker;
     single_solver *const work = context;
@@ -364,13 +364,4 @@ void single_solver_run(single_solver *solver, conjugate_gradients_result *result
     result->end = run_passes(solver, result->target);
     result->iterations = solver->iterations;
     result->residual = reference > 0.0 ? solver->norm / reference : 0.0;
-}
-
-tulle_status single_solve(const conjugate_gradients_problem *problem, const single_system *system,
-                          double *x, arena *scratch, conjugate_gradients_result *result) {
-    arena_mark const mark = arena_get_mark(scratch);
-    single_solver *const solver = single_solver_make(problem, system, x, scratch);
-    if (solver) single_solver_run(solver, result);
-    arena_release(scratch, mark);
-    return solver ? TULLE_OK : TULLE_ERROR_OUT_OF_MEMORY;
 }

@@ -22,18 +22,15 @@ bool single_system_make(const block_matrix *matrix, const matrix_term *terms, si
 
 /* A solve that may be run in parts, with other limits, tolerances or aggregates each time. */
 typedef struct single_solver single_solver;
-/* Problem, system and x stay borrowed, and the solver lies in the arena. Null: no memory. */
+/* Problem, system and x stay borrowed, and the solver lies in the arena. problem->apply must be the
+ * system's matrix with its terms. Null: no memory. */
 single_solver *single_solver_make(const conjugate_gradients_problem *problem,
                                   const single_system *system, double *x, arena *scratch);
-/* Goes on from x, by max_iterations more at most. */
+/* Goes on from x, by max_iterations more at most, to the same residual as
+ * conjugate_gradients_solve, which is measured in double precision with problem->apply. The
+ * preconditioner is the blocks of the diagonal, with those of aggregates if the system has them.
+ * Where single precision comes no nearer the iteration ends with CONJUGATE_GRADIENTS_STALLED; x is
+ * then still better than before. */
 void single_solver_run(single_solver *solver, conjugate_gradients_result *result);
-
-/* Solves as conjugate_gradients_solve does, to the same residual, measured in double precision with
- * problem->apply, which must be the system's matrix with its terms. The preconditioner is the
- * blocks of the diagonal, with those of aggregates if the system has them. Where single precision
- * comes no nearer the iteration ends with CONJUGATE_GRADIENTS_STALLED; x is then still better than
- * before. */
-tulle_status single_solve(const conjugate_gradients_problem *problem, const single_system *system,
-                          double *x, arena *scratch, conjugate_gradients_result *result);
 
 #endif

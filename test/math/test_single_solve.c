@@ -55,14 +55,18 @@ typedef struct single_case {
 /* x (3 * vertex_count) from zero. */
 static conjugate_gradients_result solve_single(const single_case *given, double *x) {
     const spring_matrix *const matrix = given->matrix;
+    arena_mark const mark = arena_get_mark(given->scratch);
     single_system single;
     assert_true(single_system_make(&given->system->matrix, matrix->terms, matrix->term_count,
                                    given->problem->threads, given->scratch, &single));
     assert_int_equal(single.apart_count, given->apart_count);
     single.aggregates = given->aggregates;
     memset(x, 0, 3 * given->problem->vertex_count * sizeof(double));
+    single_solver *const solver = single_solver_make(given->problem, &single, x, given->scratch);
+    assert_non_null(solver);
     conjugate_gradients_result result;
-    assert_int_equal(single_solve(given->problem, &single, x, given->scratch, &result), TULLE_OK);
+    single_solver_run(solver, &result);
+    arena_release(given->scratch, mark);
     return result;
 }
 
