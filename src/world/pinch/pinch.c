@@ -226,7 +226,7 @@ static bool hold_obstacles_apart(step_context *context, const blocked_place *pla
     return has_any;
 }
 
-/* Holds more with each time that the step is made anew. */
+/* Holds back more each time the step is made anew. */
 static void hold_back(step_context *context, const blocked_place *place, const pinch_side *sides) {
     tulle_world const *const world = context->world;
     if (world_delay_holds(context->state)) return;

@@ -7,11 +7,12 @@
 #include <math.h>
 #include <string.h>
 
-/* Contacts of an obstacle have a direction together when the mean of theirs is longer than this. */
+/* The contacts of an obstacle have a common direction when the mean of theirs is longer than this.
+ */
 static const double DIRECTION_MIN = 0.3;
 
-/* An edge of squeezed cloth that a step stretches by more than this share of its rest length,
- * beyond what cloth may have anyway, is torn. */
+/* A step tears squeezed cloth when it makes an edge longer by over TEARING_GROWTH of its rest
+ * length. Stretch up to TEARING_FREE does not count. */
 static const double TEARING_GROWTH = 0.1, TEARING_FREE = 1.05;
 
 /* Cosine between the directions of two sides that squeeze cloth, at most. */
@@ -86,7 +87,7 @@ static void add_row(const tulle_world *world, const contact_row *row, pinch_side
     side->is_near = true;
 }
 
-/* The pair that blocked may have no row, as where pins hold all of the cloth's side. */
+/* Adds the pair that blocked. It may have no row, as where pins hold all of the cloth's side. */
 static void add_blocked_pair(const tulle_world *world, const blocked_place *place,
                              pinch_side *sides) {
     if (!place->is_pair) return;

@@ -19,13 +19,15 @@ bool surface_is_closed(const topology *topo, const surface_range *range);
 
 typedef struct inside_question {
     const char *when; /* "at the start" and the like, for the message */
-    bool is_late;     /* asked in a step: cloth only in what has just appeared */
+    bool is_late;     /* asked in a step: refuses cloth only inside what has just appeared */
 } inside_question;
 
-/* Refuses what lies inside something, with TULLE_ERROR_INTERSECTING_START: a piece of cloth that
- * intersects nothing, inside a present obstacle that is closed and faces outward; a piece of an
- * obstacle inside another of which one is a free body. The winding number decides, so what lies in
- * the hollow of a shell with an inner surface is not inside. */
+/* Refuses what lies inside something, with TULLE_ERROR_INTERSECTING_START:
+ * - a piece of cloth that intersects nothing, inside a present obstacle that is closed and faces
+ *   outward;
+ * - a piece of an obstacle inside another obstacle, when one of the two is a free body.
+ * The winding number decides, so what lies in the hollow of a shell with an inner surface is not
+ * inside. */
 tulle_status world_refuse_inside(tulle_world *world, const double *positions,
                                  inside_question question, tulle_error *error);
 

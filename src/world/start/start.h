@@ -4,8 +4,8 @@
 
 #include "world/world_state.h"
 
-/* start_arrays.c: allocates the arrays whose sizes are numbers of vertices or surfaces. False: no
- * memory; world_release_start then releases what there is. */
+/* start_arrays.c: allocates the arrays whose sizes are numbers of vertices or surfaces. False when
+ * memory is short: world_release_start then releases what there is. */
 bool world_allocate_start(tulle_world *world);
 
 /* start_laws.c: contact laws of all pairs of surfaces and the distances that the world reports. */

@@ -9,12 +9,12 @@
 static const double CONTACT_EDGE_SHARE = 0.2;
 /* ... but not more than this [m]; thicker looks like felt. */
 static const double CONTACT_DISTANCE_MAX = 5e-3;
-/* Release distance over contact distance. */
+/* Separation distance over contact distance. */
 static const double SEPARATION_FACTOR = 1.5;
 /* Minimum gap: this share of the smallest contact distance. */
 static const double MINIMUM_GAP_SHARE = 1.0 / 40.0;
-/* The minimum gap survives rounding to float in files: this many float ulps of the scene's extent.
- */
+/* The minimum gap is at least this many float ulps of the scene's extent, so that it survives
+ * rounding to float in files. */
 static const double MINIMUM_GAP_ULPS = 4.0;
 /* Largest share of a contact distance that the minimum gap may take. */
 static const double MINIMUM_GAP_LARGEST_SHARE = 0.5;

@@ -1,9 +1,9 @@
 /* world/untangle/untangle.c - the rounds of untangling, see untangle.h.
  *
  * A round finds the pairs of triangles that cross, joins them to contours, decides which
- * side of each went wrong and moves the cloth a little. It is no motion in time: what passes
- * through what on the way is free, only the end is judged, exactly. Velocities, rest shapes and
- * obstacles stay.
+ * side of each went wrong and moves the cloth a little. It is no motion in time: on the way, cloth
+ * may pass through anything. Only the end is judged, exactly. Velocities, rest shapes and obstacles
+ * stay.
  *
  * Based on: Baraff, Witkin, Kass, Untangling cloth, 2003; Volino, Magnenat-Thalmann, Resolving
  * surface collisions through intersection contour minimization, 2006. */
@@ -18,8 +18,8 @@
 
 /* Rounds without fewer pairs before the next level of escalation. */
 enum { STALLED_ROUNDS = 40, LEVEL_MAX = 3 };
-/* A stalled state with so many times the fewest pairs of its attempt goes back to that with these.
- */
+/* A stalled state with over so many times the fewest pairs of its attempt goes back to the state
+ * that had the fewest. */
 enum { WORSE_FACTOR = 3 };
 /* A clean state waits so many rounds for its gaps to open. */
 enum { GAP_ROUNDS = 60 };

@@ -5,11 +5,12 @@
 
 #include "world/world_state.h"
 
-/* Moves cloth vertices of world->now that are not pinned until the exact judge finds no
- * intersection and pairs keep the minimum gap, or def.untangle_limit rounds have passed. Distances,
- * trees, masses and world->intersections (of the start) must be there. Fills
- * world->untangle_report. TULLE_ERROR_INTERSECTING_START with the pairs that are left, of the state
- * with fewest, when the limit is met; TULLE_ERROR_INTERRUPTED by the world's stop request. */
+/* Moves the cloth vertices of world->now that are not pinned, until the exact judge finds no
+ * intersection and pairs keep the minimum gap, or until def.untangle_limit rounds have passed.
+ * Laws, distances, world->is_fixed and world->intersections (of the start) must be there. Fills
+ * world->untangle_report. TULLE_ERROR_INTERSECTING_START when the limit is met: the text names
+ * pairs that the state with the fewest has left. TULLE_ERROR_INTERRUPTED by the world's stop
+ * request. */
 tulle_status world_untangle(tulle_world *world, tulle_error *error);
 
 #endif

@@ -1,8 +1,9 @@
 /* world/untangle/untangle_calm.c - takes the crumples out of the cloth around contours.
  *
- * Cloth that many contours have pulled to and fro is folded to and fro, and then has no room to
- * come apart. Two ways, for neither frees every start: smoothing, in attempts 0, 2, ..., from level
- * 2 on; opening folds towards the rest shape, in attempts 1, 3, ..., from level 1 on.
+ * Contours that pull cloth to and fro fold it, and folded cloth has no room to come apart. Two ways
+ * take turns, because neither frees every start: smoothing in attempts 0, 2, ..., from level 2 on,
+ * and opening folds towards the rest shape in attempts 1, 3, ..., from level 1 on. Before that, at
+ * level 0, only folds around short contours are opened.
  *
  * Based on: Mueller et al., Position based dynamics, 2007 (distances across edges). */
 #include "world/untangle/untangle_parts.h"
@@ -18,9 +19,8 @@ enum { UNFOLD_RINGS = 2, UNFOLD_SWEEPS = 2 };
 enum { SHORT_CROSSINGS = 12, SHORT_ROUNDS = 10 };
 enum { SMOOTH_LEVEL = 2, UNFOLD_LEVEL = 1 };
 
-/* region: 1 at the crossings of contours with at most `longest`, 2 .. rings + 1 around them, else
- * 0.
- */
+/* region: 1 at contours of at most `longest` crossings, 2 .. rings + 1 in the rings around them,
+ * else 0. */
 static void mark_surroundings(untangling *work, uint32_t rings, size_t longest) {
     const tulle_world *const world = work->world;
     const adjacency *const around = &work->topo->vertex_neighbours;

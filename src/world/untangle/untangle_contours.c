@@ -1,10 +1,10 @@
 /* world/untangle/untangle_contours.c - from intersecting triangle pairs to the lines of
  * intersection.
  *
- * In: the judge's pairs. Out: every edge that passes through the other triangle of its pair, once,
- * with its place on both and the contour to which it belongs. Two pairs are of one contour when
- * they share a crossing. Signs are exact; a point on a plane counts as above it, so that an edge
- * meets one of two neighbours.
+ * In: pairs of triangles that intersect. Out: every edge that passes through the other triangle of
+ * its pair, once, with its place on both and the contour to which it belongs. Two pairs are of one
+ * contour when they share a crossing. Signs are exact. A point on a plane counts as above it, so
+ * that an edge which meets the side between two triangles crosses one of them.
  *
  * Based on: Baraff, Witkin, Kass, Untangling cloth, 2003, section 4; Volino, Magnenat-Thalmann,
  * Resolving surface collisions through intersection contour minimization, 2006 (pull). */

@@ -2,9 +2,9 @@
  *
  * A contour moves only what is next to it. Where a long strip of a tube lies in an obstacle, both
  * its sides pull at it while the rest of the tube holds it back. So every vertex of such a strip
- * votes for the way to the obstacle's surface. The nearest triangle is handed on from neighbour to
- * neighbour, beginning at the contours, and improved by going to adjoining triangles that are
- * nearer: neighbours leave by the same wall.
+ * votes for the way to the obstacle's surface. Each vertex hands its nearest triangle on to its
+ * neighbours, beginning at the contours, and a neighbour goes on to adjoining triangles that are
+ * nearer. So neighbours leave by the same wall.
  *
  * In: wrong ends of crossings and what is inside. Out: votes.
  *

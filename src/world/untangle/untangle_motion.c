@@ -32,8 +32,7 @@ static const double CROSSING_SLANT = 0.2;
 static const double SHORTEST_SHARE = 0.7, LONGEST_SHARE = 1.05;
 /* Weight of a vertex's own votes over that of one neighbour. */
 static const double VOTE_WEIGHT = 20.0;
-/* [edges] Reach of displacements at level 0 of each attempt, over and over; doubles with each
- * level.
+/* [edges] Reach of displacements at level 0 of each attempt, in turn. It doubles with each level.
  */
 static const double REACHES[] = {5.0, 3.0, 8.0, 2.0};
 enum { REACH_COUNT = 4 };
@@ -111,8 +110,8 @@ static void shorten_contour(untangling *work, const surface_crossing *crossing) 
     add_votes(work, vertices, weights, 5, vec3_scale(way, step));
 }
 
-/* Triangles that touch without a crossing (flat on one another) part along a normal, to the sides
- * that their corners say. */
+/* Triangles that touch without a crossing, as flat on one another, part along the normal of the
+ * second, to the sides on which orient_by_triangles finds them. */
 static void part_loose(untangling *work, const tulle_intersection *pair) {
     const surface_range *const surfaces = work->world->surfaces;
     uint32_t const first = surfaces[pair->object_a].triangle_begin + pair->triangle_a;
@@ -128,8 +127,8 @@ static void part_loose(untangling *work, const tulle_intersection *pair) {
     add_votes(work, vertices, weights, 6, vec3_scale(normal, gap));
 }
 
-/* Pushes apart pairs that are near but on the right sides; those of vertices and triangles are
- * remembered. */
+/* Pushes apart pairs that are near but not astray. Remembers on which side of its triangle a near
+ * vertex is. */
 static tulle_status push_near(untangling *work) {
     tulle_world *const world = work->world;
     contact_scene const scene = {.set = &world->set,

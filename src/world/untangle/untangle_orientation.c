@@ -22,9 +22,10 @@
 #include "contact/rows/orientation.h"
 #include "world/untangle/untangle_parts.h"
 
-/* Of escalation: before, contours are shortened, which frees most of them in fewer rounds. */
+/* Contours are oriented from this level of escalation on. Before, they are shortened, which frees
+ * most of them in fewer rounds. */
 enum { ORIENTED_LEVEL = 1 };
-/* Of a crossing whose edges are oriented; that of one on a bent contour is at most 2. */
+/* Length of the pull of a crossing whose edges are oriented. On a bent contour it is at most 2. */
 static const double ORIENTED_PULL = 2.0;
 /* Least sine between edges that have a common normal. */
 static const double CROSSING_SINE = 0.1;

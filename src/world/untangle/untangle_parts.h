@@ -95,13 +95,14 @@ vec3 compute_crossing_point(const untangling *work, const surface_crossing *cros
 tulle_status decide_sides(untangling *work);
 /* Cuts the contours' edges at once and numbers the regions that hang on them. */
 void flood_contours(untangling *work, const contour_range *ranges, size_t count, flood *regions);
-/* What hangs on the wrong ends of a contour, and all corners at it. */
+/* Marks what hangs on the wrong ends of a contour, and all corners at it. */
 void mark_astray(untangling *work, const contour_range *range, const flood *regions);
-/* untangle_joint_sides.c: all contours with obstacles; `regions` go on from those in use. */
+/* untangle_joint_sides.c: decides contours with obstacles together, where one of them parts nothing
+ * alone. `regions` go on from those in use. */
 tulle_status decide_joint_contours(untangling *work, contour_range *ranges, size_t count,
                                    flood *regions);
-/* An edge that is on no wrong side itself has to leave its triangle over the corners that are: the
- * crossing is aimed there, across the contour. */
+/* Aims a crossing across the contour to the wrong corners of its triangle: an edge that is on no
+ * wrong side itself has to leave the triangle there. */
 void aim_over_corners(const untangling *work, surface_crossing *crossing, const bool is_wrong[3]);
 /* untangle_open_sides.c: wrong ends, and what is astray, where a contour parts nothing. Its edges
  * are cut and `regions` flooded. */
@@ -112,7 +113,7 @@ void orient_short_contour(untangling *work, const contour_range *range);
 tulle_status remember_crossings(untangling *work);
 /* untangle_calm.c: where escalation asks for it, less crumpled cloth around contours. */
 void calm_surroundings(untangling *work);
-/* untangle_depth.c: votes of what lies in an obstacle and reaches from one contour to another. */
+/* untangle_depth.c: votes of cloth in an obstacle that reaches from one contour to another. */
 void push_out_of_depth(untangling *work);
 /* untangle_motion.c: votes that move sum w_i x_i by `change`, shared among `count` vertices by
  * mobility. */

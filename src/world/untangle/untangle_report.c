@@ -25,10 +25,24 @@ static int compare_counts(const void *one, const void *two) {
     return (x->b > y->b) - (x->b < y->b);
 }
 
-/* "3 of 'a' with 'b', 2 of 'b' with itself"; the length. */
-static size_t write_surfaces(const tulle_world *world, const surface_count *counts, size_t count,
-                             char *text, size_t size) {
-    size_t length = 0;
+/* Writes how many pairs each two surfaces have, most first, of surfaces from `first_surface` on:
+ * "3 of 'a' with 'b', 2 of 'b' with itself". */
+static tulle_status write_surfaces(tulle_world *world, size_t first_surface, char *text,
+                                   size_t size) {
+    const intersection_list *const list = &world->intersections;
+    arena_mark const mark = arena_get_mark(&world->scratch);
+    surface_count *const counts = ARENA_NEW(&world->scratch, surface_count, list->count);
+    if (!counts) return TULLE_ERROR_OUT_OF_MEMORY;
+    size_t count = 0, length = 0;
+    for (size_t i = 0; i < list->count; i++) {
+        uint32_t const a = list->data[i].object_a, b = list->data[i].object_b;
+        if (a < first_surface || b < first_surface) continue;
+        size_t at = 0;
+        while (at < count && (counts[at].a != a || counts[at].b != b)) at++;
+        if (at == count) counts[count++] = (surface_count){a, b, 0};
+        counts[at].pairs++;
+    }
+    qsort(counts, count, sizeof *counts, compare_counts);
     for (size_t i = 0; i < count && i < NAMED_SURFACES && length < size; i++) {
         bool const is_self = counts[i].a == counts[i].b;
         length += (size_t)snprintf(
@@ -37,34 +51,16 @@ static size_t write_surfaces(const tulle_world *world, const surface_count *coun
             is_self ? "itself" : world_surface_name(world, counts[i].b), is_self ? "" : "'");
     }
     if (count > NAMED_SURFACES && length < size)
-        length += (size_t)snprintf(text + length, size - length, ", %zu other pairs of surfaces",
-                                   count - NAMED_SURFACES);
-    return length;
-}
-
-/* Pairs by surfaces, most first. */
-static size_t count_by_surfaces(const intersection_list *list, surface_count *counts) {
-    size_t count = 0;
-    for (size_t i = 0; i < list->count; i++) {
-        const tulle_intersection *const pair = &list->data[i];
-        size_t at = 0;
-        while (at < count && (counts[at].a != pair->object_a || counts[at].b != pair->object_b))
-            at++;
-        if (at == count) counts[count++] = (surface_count){pair->object_a, pair->object_b, 0};
-        counts[at].pairs++;
-    }
-    qsort(counts, count, sizeof *counts, compare_counts);
-    return count;
+        (void)snprintf(text + length, size - length, ", %zu other pairs of surfaces",
+                       count - NAMED_SURFACES);
+    arena_release(&world->scratch, mark);
+    return TULLE_OK;
 }
 
 tulle_status describe_left(untangling *work, char *text, size_t size) {
     tulle_world *const world = work->world;
     const tulle_untangle_report *const report = &world->untangle_report;
-    intersection_list *const left = &world->intersections;
-    surface_count *const counts = ARENA_NEW(&world->scratch, surface_count, left->count);
-    if (!counts) return TULLE_ERROR_OUT_OF_MEMORY;
-    size_t const count = count_by_surfaces(left, counts);
-    tulle_status status = make_contours(work, left);
+    tulle_status status = make_contours(work, &world->intersections);
     if (status == TULLE_OK) status = decide_sides(work);
     if (status != TULLE_OK) return status;
 
@@ -74,32 +70,20 @@ tulle_status describe_left(untangling *work, char *text, size_t size) {
         lines += i == 0 || contours->crossings[i].contour != contours->crossings[i - 1].contour;
     for (size_t v = 0; v < world->cloth_vertex_count; v++)
         held += work->is_inside[v] && world->is_fixed[v];
-    size_t length = (size_t)snprintf(
-        text, size,
-        "after %u rounds of untangling (%llu at the start; in %zu lines: ", report->rounds,
-        (unsigned long long)report->intersections, lines);
-    if (length < size) length += write_surfaces(world, counts, count, text + length, size - length);
-    if (held > 0 && length < size)
-        length +=
-            (size_t)snprintf(text + length, size - length,
-                             "; %zu pinned vertices lie inside an obstacle, where they stay", held);
-    if (length < size) (void)snprintf(text + length, size - length, ")");
-    return TULLE_OK;
+    char surfaces[WORLD_MESSAGE_BYTES] = "", pins[128] = "";
+    status = write_surfaces(world, 0, surfaces, sizeof surfaces);
+    if (held > 0)
+        (void)snprintf(pins, sizeof pins,
+                       "; %zu pinned vertices lie inside an obstacle, where they stay", held);
+    (void)snprintf(
+        text, size, "after %u rounds of untangling (%llu at the start; in %zu lines: %s%s)",
+        report->rounds, (unsigned long long)report->intersections, lines, surfaces, pins);
+    return status;
 }
 
 tulle_status refuse_bodies(tulle_world *world, tulle_error *error) {
-    char text[WORLD_MESSAGE_BYTES / 2];
-    arena_mark const mark = arena_get_mark(&world->scratch);
-    intersection_list *const list = &world->intersections;
-    surface_count *const counts = ARENA_NEW(&world->scratch, surface_count, list->count);
-    if (!counts)
-        return error_set(error, TULLE_ERROR_OUT_OF_MEMORY, "no memory left to judge the start");
-    size_t const count = count_by_surfaces(list, counts);
-    size_t kept = 0;
-    for (size_t i = 0; i < count; i++)
-        if (counts[i].a >= world->cloths.count && counts[i].b >= world->cloths.count)
-            counts[kept++] = counts[i];
-    (void)write_surfaces(world, counts, kept, text, sizeof text);
-    arena_release(&world->scratch, mark);
+    char text[WORLD_MESSAGE_BYTES / 2] = "";
+    tulle_status const status = write_surfaces(world, world->cloths.count, text, sizeof text);
+    if (status != TULLE_OK) return error_set(error, status, "no memory left to judge the start");
     return world_refuse_bodies(world, text, error);
 }

@@ -21,12 +21,12 @@ static const double INSIDE_SHARE = 1e-6;
  * contour is at least this. */
 static const double ALONG_COSINE = 0.3;
 
-/* Pull of a crossing that is aimed over a side of its triangle. That of a crossing on a bent
- * contour is at most 2. */
+/* Length of the pull of a crossing that is aimed over a side of its triangle. On a bent contour it
+ * is at most 2. */
 static const double AIM_PULL = 4.0;
 
-/* Visits all that hangs on `seed` without a cut edge, numbers it and returns its weight: area,
- * where a vertex at a cut counts as far as it reaches. */
+/* Gives `number` to all vertices that hang on `seed` without a cut edge. Returns their weight: the
+ * area, of which a vertex at a cut counts the share that its edges reach. */
 static double flood_region(untangling *work, uint32_t seed, uint32_t mark, uint32_t number) {
     const adjacency *const around = &work->topo->vertex_edges;
     size_t head = 0, tail = 0;
@@ -57,8 +57,8 @@ static double flood_region(untangling *work, uint32_t seed, uint32_t mark, uint3
     return weight;
 }
 
-/* Vertices of cloth that hang together without a cut edge, all inside the obstacle or all outside:
- * one winding number tells. */
+/* Marks what lies inside an obstacle. Vertices of cloth that hang together without a cut edge are
+ * all inside it or all outside, so one winding number tells. */
 static void mark_inside(untangling *work, uint32_t surface, uint32_t mark, uint32_t *number) {
     const surface_range *const range = &work->world->surfaces[surface];
     const contour_set *const contours = &work->contours;
@@ -112,8 +112,8 @@ static vec3 leave_out(vec3 a, vec3 unit) {
     return vec3_normalize(vec3_add_scaled(a, unit, -vec3_dot(a, unit)));
 }
 
-/* How much the second end of the crossing's edge and the corners of the triangle that are in
- * `region` lie on the same side of the contour: cosines between their directions across it. */
+/* Mean cosine between two directions across the contour: towards the second end of the crossing's
+ * edge, and towards a corner of the triangle. Corners that are not in `region` count negative. */
 static double compare_sides(const untangling *work, const surface_crossing *crossing,
                             uint32_t region) {
     const uint32_t *const ends = work->topo->edges + 2 * (size_t)crossing->edge;
