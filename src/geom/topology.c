@@ -26,25 +26,23 @@ static void sort_half_edges(const topology *topo, const uint32_t *source, bool b
     }
 }
 
-/* For each vertex, the ascending items that name it: item k names keys[stride * k] ... */
-static void fill_adjacency(const uint32_t *keys, size_t key_count, uint32_t stride,
-                           adjacency *lists) {
-    memset(lists->begin, 0, (lists->count + 1) * sizeof *lists->begin);
+/* Lists for each vertex the items that name it, ascending; item k names keys[stride * k] ... False:
+ * no memory. */
+static bool list_items(memory *heap, const uint32_t *keys, size_t key_count, uint32_t stride,
+                       size_t vertex_count, adjacency *lists) {
+    lists->count = vertex_count;
+    lists->item_count = key_count;
+    lists->begin = memory_allocate_zeroed(heap, vertex_count + 1, sizeof(uint32_t));
+    lists->items = memory_allocate(heap, key_count * sizeof(uint32_t));
+    if (!lists->begin || !lists->items) return false;
     for (size_t k = 0; k < key_count; k++) lists->begin[keys[k] + 1]++;
-    for (size_t v = 0; v < lists->count; v++) lists->begin[v + 1] += lists->begin[v];
+    for (size_t v = 0; v < vertex_count; v++) lists->begin[v + 1] += lists->begin[v];
     for (size_t k = 0; k < key_count; k++)
         lists->items[lists->begin[keys[k]]++] = (uint32_t)(k / stride);
     /* Filling moved each begin to its end: shift back by one. */
-    for (size_t v = lists->count; v > 0; v--) lists->begin[v] = lists->begin[v - 1];
+    for (size_t v = vertex_count; v > 0; v--) lists->begin[v] = lists->begin[v - 1];
     lists->begin[0] = 0;
-}
-
-static bool create_adjacency(memory *heap, size_t count, size_t item_count, adjacency *lists) {
-    lists->count = count;
-    lists->item_count = item_count;
-    lists->begin = memory_allocate(heap, (count + 1) * sizeof(uint32_t));
-    lists->items = memory_allocate(heap, item_count * sizeof(uint32_t));
-    return lists->begin && lists->items;
+    return true;
 }
 
 /* Sorts the half-edges with scratch memory of its own, numbers the edges in that order and fills
@@ -76,74 +74,41 @@ static bool number_edges(memory *heap, topology *topo) {
     return has_memory;
 }
 
-/* Everything that hangs on the numbered edges; is_small: see topology_build_small. */
-static bool fill_topology(memory *heap, topology *topo, bool is_small) {
-    size_t const edge_count = topo->edge_count, vertex_count = topo->vertex_count;
-    topo->edges = memory_allocate(heap, 2 * edge_count * sizeof(uint32_t));
-    topo->edge_triangles = memory_allocate(heap, 2 * edge_count * sizeof(uint32_t));
-    if (!topo->edges || !topo->edge_triangles ||
-        !create_adjacency(heap, vertex_count, 3 * topo->triangle_count, &topo->vertex_triangles))
-        return false;
-    if (!is_small) {
-        topo->edge_opposites = memory_allocate(heap, 2 * edge_count * sizeof(uint32_t));
-        if (!topo->edge_opposites ||
-            !create_adjacency(heap, vertex_count, 2 * edge_count, &topo->vertex_edges) ||
-            !create_adjacency(heap, vertex_count, 2 * edge_count, &topo->vertex_neighbours))
-            return false;
-    }
-
-    /* Ends, triangles and opposite corners of each edge; triangle order makes the triangles ascend.
-     */
-    for (size_t e = 0; e < 2 * edge_count; e++) {
-        topo->edge_triangles[e] = TULLE_NONE;
-        if (topo->edge_opposites) topo->edge_opposites[e] = TULLE_NONE;
-    }
-    for (uint32_t h = 0; h < 3 * topo->triangle_count; h++) {
-        size_t const e = topo->triangle_edges[h];
-        size_t slot = 2 * e;
-        if (topo->edge_triangles[slot] != TULLE_NONE) slot++;
-        topo->edges[2 * e] = get_end(topo->triangles, h, false);
-        topo->edges[2 * e + 1] = get_end(topo->triangles, h, true);
-        if (topo->edge_triangles[slot] != TULLE_NONE) continue;
-        uint32_t const opposite = h % 3 == 0 ? h + 2 : h - 1;
-        topo->edge_triangles[slot] = h / 3;
-        if (topo->edge_opposites) topo->edge_opposites[slot] = topo->triangles[opposite];
-    }
-    fill_adjacency(topo->triangles, 3 * topo->triangle_count, 3, &topo->vertex_triangles);
-    if (is_small) return true;
-    fill_adjacency(topo->edges, 2 * edge_count, 2, &topo->vertex_edges);
-
-    /* The other end of each vertex's edges. Sorted edges make these ascend: smaller neighbours come
-     * from edges that begin at them, larger ones from the vertex's own range. */
-    adjacency *const lists = &topo->vertex_neighbours;
-    memcpy(lists->begin, topo->vertex_edges.begin, (lists->count + 1) * sizeof *lists->begin);
-    for (uint32_t v = 0; v < lists->count; v++) {
-        for (uint32_t k = lists->begin[v]; k < lists->begin[v + 1]; k++) {
-            const uint32_t *const edge = topo->edges + 2 * (size_t)topo->vertex_edges.items[k];
-            lists->items[k] = edge[0] == v ? edge[1] : edge[0];
-        }
-    }
-    return true;
-}
-
-static tulle_status build(memory *heap, const uint32_t *triangles, topology topo, bool is_small,
-                          topology *result) {
-    size_t const triangle_count = topo.triangle_count;
+tulle_status topology_build_small(memory *heap, const uint32_t *triangles, size_t triangle_count,
+                                  size_t vertex_count, topology *result) {
+    topology topo = {.vertex_count = vertex_count, .triangle_count = triangle_count};
+    size_t const half_edge_count = 3 * triangle_count;
     *result = (topology){0};
     /* Half-edges and edges are numbered with 32 bits. */
-    if (triangle_count > (TULLE_NONE - 1) / 3 || topo.vertex_count > TULLE_NONE - 1)
+    if (triangle_count > (TULLE_NONE - 1) / 3 || vertex_count > TULLE_NONE - 1)
         return TULLE_ERROR_LIMIT;
-    topo.triangles = memory_allocate(heap, 3 * triangle_count * sizeof(uint32_t));
-    topo.triangle_edges = memory_allocate(heap, 3 * triangle_count * sizeof(uint32_t));
+    topo.triangles = memory_allocate(heap, half_edge_count * sizeof(uint32_t));
+    topo.triangle_edges = memory_allocate(heap, half_edge_count * sizeof(uint32_t));
     bool has_memory = topo.triangles && topo.triangle_edges;
+    if (has_memory && triangle_count > 0)
+        memcpy(topo.triangles, triangles, half_edge_count * sizeof *triangles);
+    has_memory = has_memory && number_edges(heap, &topo);
     if (has_memory) {
-        if (triangle_count > 0)
-            memcpy(topo.triangles, triangles, 3 * triangle_count * sizeof *triangles);
-        has_memory = number_edges(heap, &topo) && fill_topology(heap, &topo, is_small);
+        topo.edges = memory_allocate(heap, 2 * topo.edge_count * sizeof(uint32_t));
+        topo.edge_triangles = memory_allocate(heap, 2 * topo.edge_count * sizeof(uint32_t));
+        has_memory = topo.edges && topo.edge_triangles &&
+                     list_items(heap, topo.triangles, half_edge_count, 3, vertex_count,
+                                &topo.vertex_triangles);
     }
     if (!has_memory) {
         topology_destroy(heap, &topo);
         return TULLE_ERROR_OUT_OF_MEMORY;
+    }
+    /* Ends and triangles of each edge; the order of half-edges makes the triangles ascend. */
+    for (size_t e = 0; e < 2 * topo.edge_count; e++) topo.edge_triangles[e] = TULLE_NONE;
+    for (uint32_t h = 0; h < half_edge_count; h++) {
+        size_t const first = 2 * (size_t)topo.triangle_edges[h], second = first + 1;
+        topo.edges[first] = get_end(topo.triangles, h, false);
+        topo.edges[second] = get_end(topo.triangles, h, true);
+        if (topo.edge_triangles[first] == TULLE_NONE)
+            topo.edge_triangles[first] = h / 3;
+        else if (topo.edge_triangles[second] == TULLE_NONE)
+            topo.edge_triangles[second] = h / 3;
     }
     *result = topo;
     return TULLE_OK;
@@ -151,14 +116,36 @@ static tulle_status build(memory *heap, const uint32_t *triangles, topology topo
 
 tulle_status topology_build(memory *heap, const uint32_t *triangles, size_t triangle_count,
                             size_t vertex_count, topology *result) {
-    topology const empty = {.vertex_count = vertex_count, .triangle_count = triangle_count};
-    return build(heap, triangles, empty, false, result);
-}
-
-tulle_status topology_build_small(memory *heap, const uint32_t *triangles, size_t triangle_count,
-                                  size_t vertex_count, topology *result) {
-    topology const empty = {.vertex_count = vertex_count, .triangle_count = triangle_count};
-    return build(heap, triangles, empty, true, result);
+    tulle_status const status =
+        topology_build_small(heap, triangles, triangle_count, vertex_count, result);
+    if (status != TULLE_OK) return status;
+    size_t const end_count = 2 * result->edge_count;
+    result->edge_opposites = memory_allocate(heap, end_count * sizeof(uint32_t));
+    if (!result->edge_opposites ||
+        !list_items(heap, result->edges, end_count, 2, vertex_count, &result->vertex_edges) ||
+        !list_items(heap, result->edges, end_count, 2, vertex_count, &result->vertex_neighbours)) {
+        topology_destroy(heap, result);
+        return TULLE_ERROR_OUT_OF_MEMORY;
+    }
+    for (size_t k = 0; k < end_count; k++) {
+        size_t const triangle = result->edge_triangles[k];
+        result->edge_opposites[k] = TULLE_NONE;
+        if (triangle == TULLE_NONE) continue;
+        const uint32_t *const corners = result->triangles + 3 * triangle;
+        const uint32_t *const ends = result->edges + 2 * (k / 2);
+        /* The corner that is no end of the edge. The sum may wrap; the difference is right. */
+        result->edge_opposites[k] = corners[0] + corners[1] + corners[2] - ends[0] - ends[1];
+    }
+    /* A neighbour is the other end of an edge. Sorted edges make neighbours ascend: smaller ones
+     * come from edges that begin at them, larger ones from the vertex's own range. */
+    adjacency *const neighbours = &result->vertex_neighbours;
+    for (uint32_t v = 0; v < vertex_count; v++) {
+        for (uint32_t k = neighbours->begin[v]; k < neighbours->begin[v + 1]; k++) {
+            const uint32_t *const ends = result->edges + 2 * (size_t)neighbours->items[k];
+            neighbours->items[k] = ends[0] == v ? ends[1] : ends[0];
+        }
+    }
+    return TULLE_OK;
 }
 
 void topology_keep_corners(memory *heap, topology *topo) {
