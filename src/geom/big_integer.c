@@ -1,60 +1,45 @@
 /* geom/big_integer.c - see big_integer.h. Sign and magnitude, schoolbook arithmetic. */
 #include "geom/big_integer.h"
 
+#include <limits.h>
 #include <stdbool.h>
 #include <string.h>
 
-/* |value| = mantissa * 2^exponent with an odd mantissa, or mantissa 0. */
-typedef struct binary_value {
-    uint64_t mantissa;
-    int exponent;
-    int sign;
-} binary_value;
-
-static binary_value split_double(double value) {
-    uint64_t bits;
-    memcpy(&bits, &value, sizeof bits);
-    int const field = (int)(bits >> 52 & 0x7ff);
-    binary_value parts = {.mantissa = bits & ((UINT64_C(1) << 52) - 1),
-                          .exponent = (field ? field : 1) - 1075,
-                          .sign = bits >> 63 ? -1 : 1};
-    if (field) parts.mantissa |= UINT64_C(1) << 52;
-    if (parts.mantissa == 0) return (binary_value){0};
-    while (!(parts.mantissa & 0xff)) parts.mantissa >>= 8, parts.exponent += 8;
-    while (!(parts.mantissa & 1)) parts.mantissa >>= 1, parts.exponent += 1;
-    return parts;
-}
-
+/* Drops leading zeros and sets the sign of what is left. */
 static void trim(big_integer *a, int sign) {
     while (a->count > 0 && a->limbs[a->count - 1] == 0) a->count--;
     a->sign = a->count > 0 ? sign : 0;
 }
 
 void big_integer_set_differences(big_integer *differences, const double *values, int count) {
-    binary_value parts[4];
-    int lowest = 0;
-    int has_lowest = 0;
+    /* |value| = mantissa * 2^exponent with an odd mantissa, or mantissa 0. */
+    uint64_t mantissas[4];
+    int exponents[4], lowest = INT_MAX;
     for (int i = 0; i < count; i++) {
-        parts[i] = split_double(values[i]);
-        if (parts[i].mantissa && (!has_lowest || parts[i].exponent < lowest)) {
-            lowest = parts[i].exponent;
-            has_lowest = 1;
-        }
+        uint64_t bits;
+        memcpy(&bits, &values[i], sizeof bits);
+        int const field = (int)(bits >> 52 & 0x7ff); /* 0 for subnormal numbers */
+        mantissas[i] = (bits & ((UINT64_C(1) << 52) - 1)) | (uint64_t)(field > 0) << 52;
+        exponents[i] = (field > 0 ? field : 1) - 1075;
+        if (mantissas[i] == 0) continue;
+        for (; !(mantissas[i] & 0xff); mantissas[i] >>= 8) exponents[i] += 8;
+        for (; !(mantissas[i] & 1); mantissas[i] >>= 1) exponents[i]++;
+        if (exponents[i] < lowest) lowest = exponents[i];
     }
     big_integer origin, point;
     for (int i = 0; i < count; i++) {
-        /* the value times 2^-lowest: its mantissa shifted to the left */
-        int const shift = parts[i].mantissa ? parts[i].exponent - lowest : 0;
+        /* The value times 2^-lowest: its mantissa shifted to the left. */
+        int const shift = mantissas[i] ? exponents[i] - lowest : 0;
         int const skipped = shift / 32, rest = shift % 32;
-        uint64_t const low = parts[i].mantissa << rest;
-        uint64_t const high = rest ? parts[i].mantissa >> (64 - rest) : 0;
+        uint64_t const low = mantissas[i] << rest;
+        uint64_t const high = rest ? mantissas[i] >> (64 - rest) : 0;
         big_integer *const shifted = i == 0 ? &origin : &point;
         if (skipped > 0) memset(shifted->limbs, 0, (size_t)skipped * sizeof *shifted->limbs);
         shifted->limbs[skipped] = (uint32_t)low;
         shifted->limbs[skipped + 1] = (uint32_t)(low >> 32);
         shifted->limbs[skipped + 2] = (uint32_t)high;
         shifted->count = skipped + 3;
-        trim(shifted, parts[i].sign);
+        trim(shifted, values[i] < 0.0 ? -1 : 1);
         if (i > 0) big_integer_add(&differences[i - 1], &point, &origin, -1);
     }
 }

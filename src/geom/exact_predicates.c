@@ -8,15 +8,14 @@
  * determinant differs from the exact one by at most ((1 + u)^8 - 1) S, S the sum of the terms'
  * magnitudes. The permanent P, the same formula with every term made positive, is computed with the
  * same factors, so S <= P / (1 - u)^8, and the error is below (8 u + 100 u^2) P < 9 u P. The bound
- * used is 10 u P, which also covers the rounding of that product itself. In the plane a term
- * carries four factors (two differences, product, subtraction): 6 u P by the same reasoning.
+ * used is 10 u P, which also covers the rounding of that product itself.
  *
  * Underflow: sums and differences are exact there; a product that underflows is off by at most
  * 2^-1075. A product of two coordinates' differences has that error multiplied by the third
- * difference, so all of it together stays below 2^-1070 (1 + sum of the |third differences|), in
- * the plane below 2^-1070. The far larger 2^-1000 is added instead, because it is a normal number
- * (arithmetic with subnormal ones is slow). Overflow makes P infinite or NaN; no comparison with it
- * succeeds, and the integers decide.
+ * difference, so all of it together stays below 2^-1070 (1 + sum of the |third differences|). The
+ * far larger 2^-1000 is added instead, because it is a normal number (arithmetic with subnormal
+ * ones is slow). Overflow makes P infinite or NaN; no comparison with it succeeds, and the integers
+ * decide.
  */
 #include "geom/exact_predicates.h"
 
@@ -24,21 +23,11 @@
 
 #include <math.h>
 
-static const double FILTER_2D = 6.0 * 0x1p-53;   /* relative to the permanent; derived above */
-static const double FILTER_3D = 10.0 * 0x1p-53;  /* relative to the permanent; derived above */
+static const double FILTER = 10.0 * 0x1p-53;     /* relative to the permanent; derived above */
 static const double UNDERFLOW_BOUND = 0x1p-1000; /* above any sum of underflow errors */
 
-static int sign_exact_2d(const double *a, const double *b, const double *c) {
-    big_integer difference[2][2], left, right, determinant;
-    for (int axis = 0; axis < 2; axis++)
-        big_integer_set_differences(difference[axis], (double[]){a[axis], b[axis], c[axis]}, 3);
-    big_integer_multiply(&left, &difference[0][0], &difference[1][1]);
-    big_integer_multiply(&right, &difference[1][0], &difference[0][1]);
-    big_integer_add(&determinant, &left, &right, -1);
-    return determinant.sign;
-}
-
-static int sign_exact_3d(const double *a, const double *b, const double *c, const double *d) {
+/* The sign of the determinant of these points, by integers. */
+static int sign_exact(const double *a, const double *b, const double *c, const double *d) {
     static const int next[3] = {1, 2, 0};
     big_integer difference[3][3], left, right, minor, term[3], partial; /* difference[axis][bcd] */
     for (int axis = 0; axis < 3; axis++)
@@ -56,20 +45,6 @@ static int sign_exact_3d(const double *a, const double *b, const double *c, cons
     return left.sign;
 }
 
-int orient2d_sign(const double a[2], const double b[2], const double c[2], size_t *exact_count) {
-    double const bx = b[0] - a[0], by = b[1] - a[1];
-    double const cx = c[0] - a[0], cy = c[1] - a[1];
-    double const left = bx * cy, right = by * cx;
-    double const determinant = left - right;
-    double const bound = FILTER_2D * (fabs(left) + fabs(right)) + UNDERFLOW_BOUND;
-    if (determinant > bound) return 1;
-    if (-determinant > bound) return -1;
-    /* A difference is zero exactly when the coordinates are equal. */
-    if ((bx == 0.0 && cx == 0.0) || (by == 0.0 && cy == 0.0)) return 0;
-    if (exact_count) (*exact_count)++;
-    return sign_exact_2d(a, b, c);
-}
-
 int orient3d_sign(const double a[3], const double b[3], const double c[3], const double d[3],
                   size_t *exact_count) {
     double const bx = b[0] - a[0], by = b[1] - a[1], bz = b[2] - a[2];
@@ -83,7 +58,7 @@ int orient3d_sign(const double a[3], const double b[3], const double c[3], const
                              fabs(cz) * (fabs(dxby) + fabs(bxdy)) +
                              fabs(dz) * (fabs(bxcy) + fabs(cxby));
     double const bound =
-        FILTER_3D * permanent + UNDERFLOW_BOUND * (1.0 + fabs(bz) + fabs(cz) + fabs(dz));
+        FILTER * permanent + UNDERFLOW_BOUND * (1.0 + fabs(bz) + fabs(cz) + fabs(dz));
     if (determinant > bound) return 1;
     if (-determinant > bound) return -1;
     /* A difference is zero exactly when the coordinates are equal: all in one axis-aligned plane.
@@ -92,5 +67,11 @@ int orient3d_sign(const double a[3], const double b[3], const double c[3], const
         (bx == 0.0 && cx == 0.0 && dx == 0.0))
         return 0;
     if (exact_count) (*exact_count)++;
-    return sign_exact_3d(a, b, c, d);
+    return sign_exact(a, b, c, d);
+}
+
+int orient2d_sign(const double a[2], const double b[2], const double c[2], size_t *exact_count) {
+    /* With a fourth point at height 1 over a, the determinant in space is that in the plane. */
+    return orient3d_sign((double[3]){a[0], a[1], 0.0}, (double[3]){b[0], b[1], 0.0},
+                         (double[3]){c[0], c[1], 0.0}, (double[3]){a[0], a[1], 1.0}, exact_count);
 }
