@@ -92,79 +92,50 @@ static closest_points closest_on_any_triangle(const vec3 points[4]) {
     return result;
 }
 
-/* A sound triangle a, a + u, a + v by Ericson's regions; products: u.u, u.v, v.v, u.q, v.q of the
- * offset q. One division. Out: foot = a + s u + t v. */
-static inline void compute_foot_by_region(const double products[5], double determinant,
-                                          double foot[2]) {
-    double const uu = products[0], uv = products[1], vv = products[2];
-    double const a_u = products[3], a_v = products[4]; /* u and v times p - a, p - b, p - c */
-    double const b_u = a_u - uu, b_v = a_v - uv, c_u = a_u - uv, c_v = a_v - vv;
-    double const t_area = uu * a_v - uv * a_u, s_area = vv * a_u - uv * a_v;
-    double const rest_area = determinant - s_area - t_area;
-    foot[0] = foot[1] = 0.0;
-    if (a_u <= 0.0 && a_v <= 0.0) return;
-    if (b_u >= 0.0 && b_v <= b_u) {
-        foot[0] = 1.0;
-    } else if (c_v >= 0.0 && c_u <= c_v) {
-        foot[1] = 1.0;
-    } else if (t_area <= 0.0 && a_u >= 0.0 && b_u <= 0.0) {
-        foot[0] = clamp_unit(a_u / uu);
-    } else if (s_area <= 0.0 && a_v >= 0.0 && c_v <= 0.0) {
-        foot[1] = clamp_unit(a_v / vv);
-    } else if (rest_area <= 0.0) {
-        foot[1] = clamp_unit((b_v - b_u) / (uu - 2.0 * uv + vv));
-        foot[0] = 1.0 - foot[1];
-    } else {
-        double const inverse = 1.0 / determinant;
-        foot[0] = clamp_unit(s_area * inverse);
-        foot[1] = clamp_unit(t_area * inverse);
-    }
-}
-
 closest_points closest_vertex_triangle(const vec3 points[4]) {
     vec3 const u = vec3_sub(points[2], points[1]), v = vec3_sub(points[3], points[1]);
     vec3 const offset = vec3_sub(points[0], points[1]);
-    double const products[5] = {vec3_norm2(u), vec3_dot(u, v), vec3_norm2(v), vec3_dot(u, offset),
-                                vec3_dot(v, offset)};
-    double const longer2 = products[0] > products[2] ? products[0] : products[2];
-    double const determinant = products[0] * products[2] - products[1] * products[1];
+    double const uu = vec3_norm2(u), uv = vec3_dot(u, v), vv = vec3_norm2(v);
+    double const longer2 = uu > vv ? uu : vv, determinant = uu * vv - uv * uv;
     if (!(determinant > SOUND_RATIO * longer2 * longer2 && determinant > DETERMINANT_MIN))
         return closest_on_any_triangle(points);
-    double foot[2];
-    compute_foot_by_region(products, determinant, foot);
-    double const sum = foot[0] + foot[1];
-    closest_points result = {.weights = {1.0, sum < 1.0 ? -(1.0 - sum) : -0.0, -foot[0], -foot[1]}};
-    if (foot[0] >= 1.0)
+
+    /* Ericson's regions of a triangle a, b, c: u and v times p - a, p - b, p - c, and the areas
+     * that the foot makes with the edges. One division gives the foot, a + s u + t v. */
+    double const a_u = vec3_dot(u, offset), a_v = vec3_dot(v, offset);
+    double const b_u = a_u - uu, b_v = a_v - uv, c_u = a_u - uv, c_v = a_v - vv;
+    double const t_area = uu * a_v - uv * a_u, s_area = vv * a_u - uv * a_v;
+    double const rest_area = determinant - s_area - t_area;
+    double s = 0.0, t = 0.0;
+    if (a_u <= 0.0 && a_v <= 0.0) {
+        s = t = 0.0; /* at a */
+    } else if (b_u >= 0.0 && b_v <= b_u) {
+        s = 1.0;
+    } else if (c_v >= 0.0 && c_u <= c_v) {
+        t = 1.0;
+    } else if (t_area <= 0.0 && a_u >= 0.0 && b_u <= 0.0) {
+        s = clamp_unit(a_u / uu);
+    } else if (s_area <= 0.0 && a_v >= 0.0 && c_v <= 0.0) {
+        t = clamp_unit(a_v / vv);
+    } else if (rest_area <= 0.0) {
+        t = clamp_unit((b_v - b_u) / (uu - 2.0 * uv + vv));
+        s = 1.0 - t;
+    } else {
+        double const inverse = 1.0 / determinant;
+        s = clamp_unit(s_area * inverse);
+        t = clamp_unit(t_area * inverse);
+    }
+
+    double const sum = s + t;
+    closest_points result = {.weights = {1.0, sum < 1.0 ? -(1.0 - sum) : -0.0, -s, -t}};
+    if (s >= 1.0)
         result.difference = vec3_sub(points[0], points[2]);
-    else if (foot[1] >= 1.0)
+    else if (t >= 1.0)
         result.difference = vec3_sub(points[0], points[3]);
     else
-        result.difference = vec3_add_scaled(vec3_add_scaled(offset, u, -foot[0]), v, -foot[1]);
+        result.difference = vec3_add_scaled(vec3_add_scaled(offset, u, -s), v, -t);
     result.distance2 = vec3_norm2(result.difference);
     return result;
-}
-
-/* Parameters (s, t) of the closest points a + s u and b + t v; offset = b - a, |u| >= |v|. Exact
- * minimum of the convex quadratic on the unit square: the free t, clamped; the best s for it; and
- * where that had to be clamped, the best t for that s. */
-static inline void compute_edge_parameters(vec3 offset, vec3 u, vec3 v, double u_length2,
-                                           double v_length2, double parameters[2]) {
-    double s = 0.0, t = 0.0;
-    if (u_length2 > 0.0) {
-        double const inverse = 1.0 / u_length2;
-        vec3 const v_normal = remove_component(v, u, inverse);
-        double const height2 = vec3_norm2(v_normal);
-        if (height2 > 0.0)
-            t = clamp_unit(-vec3_dot(remove_component(offset, u, inverse), v_normal) / height2);
-        double const s_free = vec3_dot(vec3_add_scaled(offset, v, t), u) * inverse;
-        s = clamp_unit(s_free);
-        if (s != s_free && v_length2 > 0.0) {
-            vec3 const back = vec3_add_scaled(vec3_neg(offset), u, s);
-            t = clamp_unit(vec3_dot(back, v) / v_length2);
-        }
-    }
-    parameters[0] = s;
-    parameters[1] = t;
 }
 
 closest_points closest_edge_edge(const vec3 points[4]) {
@@ -172,24 +143,39 @@ closest_points closest_edge_edge(const vec3 points[4]) {
     vec3 const offset = vec3_sub(points[2], points[0]);
     double const products[3] = {vec3_norm2(first), vec3_dot(first, second), vec3_norm2(second)};
     double const determinant = products[0] * products[2] - products[1] * products[1];
-    double s, t;
+    double s = 0.0, t = 0.0;
     if (determinant > SOUND_RATIO * products[0] * products[2] && determinant > DETERMINANT_MIN) {
-        /* well apart in direction: the normal equations */
+        /* Well apart in direction: the normal equations. */
         double const uu = products[0], uv = products[1], vv = products[2];
         double const u_q = vec3_dot(first, offset), v_q = vec3_dot(second, offset);
         t = clamp_unit((uv * u_q - uu * v_q) / determinant);
         double const s_free = (u_q + uv * t) / uu;
         s = clamp_unit(s_free);
         if (s != s_free) t = clamp_unit((uv * s - v_q) / vv);
-    } else { /* the longer edge is the base */
+    } else {
+        /* The longer edge is the base: a + s u and b + t v, q = b - a, |u| >= |v|. Exact minimum of
+         * the convex quadratic on the unit square: the free t, clamped; the best s for it; and
+         * where that had to be clamped, the best t for that s. */
         bool const is_swapped = products[0] < products[2];
-        double at[2];
-        if (is_swapped)
-            compute_edge_parameters(vec3_neg(offset), second, first, products[2], products[0], at);
-        else
-            compute_edge_parameters(offset, first, second, products[0], products[2], at);
-        s = at[is_swapped ? 1 : 0];
-        t = at[is_swapped ? 0 : 1];
+        vec3 const u = is_swapped ? second : first, v = is_swapped ? first : second;
+        vec3 const q = is_swapped ? vec3_neg(offset) : offset;
+        double const uu = products[is_swapped ? 2 : 0], vv = products[is_swapped ? 0 : 2];
+        if (uu > 0.0) {
+            double const inverse = 1.0 / uu;
+            vec3 const v_normal = remove_component(v, u, inverse);
+            double const height2 = vec3_norm2(v_normal);
+            if (height2 > 0.0)
+                t = clamp_unit(-vec3_dot(remove_component(q, u, inverse), v_normal) / height2);
+            double const s_free = vec3_dot(vec3_add_scaled(q, v, t), u) * inverse;
+            s = clamp_unit(s_free);
+            if (s != s_free && vv > 0.0)
+                t = clamp_unit(vec3_dot(vec3_add_scaled(vec3_neg(q), u, s), v) / vv);
+        }
+        if (is_swapped) {
+            double const of_first = t;
+            t = s;
+            s = of_first;
+        }
     }
     /* From the corner itself where a parameter is at its end, so that the difference is exact. */
     bool const at_end_first = s >= 1.0, at_end_second = t >= 1.0;
