@@ -35,10 +35,12 @@ vec3 rigid_compute_spin(const rigid_body *body, quaternion orientation, vec3 ang
     return quaternion_rotate(orientation, vec3_make(own.x * i.x, own.y * i.y, own.z * i.z));
 }
 
-/* R diag(values) R^T */
-static mat3 turn_diagonal(quaternion orientation, const double values[3]) {
+mat3 rigid_compute_inertia(const rigid_body *body, quaternion orientation, int power) {
+    vec3 const moments =
+        power < 0 ? divide(vec3_make(1.0, 1.0, 1.0), body->moments) : body->moments;
+    double const values[3] = {moments.x, moments.y, moments.z};
     mat3 const r = quaternion_to_matrix(orientation);
-    mat3 result;
+    mat3 result; /* R diag(values) R^T */
     for (int i = 0; i < 3; i++) {
         for (int j = 0; j < 3; j++) {
             double sum = 0.0;
@@ -47,16 +49,6 @@ static mat3 turn_diagonal(quaternion orientation, const double values[3]) {
         }
     }
     return result;
-}
-
-mat3 rigid_compute_inertia(const rigid_body *body, quaternion orientation) {
-    double const moments[3] = {body->moments.x, body->moments.y, body->moments.z};
-    return turn_diagonal(orientation, moments);
-}
-
-mat3 rigid_compute_inverse_inertia(const rigid_body *body, quaternion orientation) {
-    double const inverse[3] = {1.0 / body->moments.x, 1.0 / body->moments.y, 1.0 / body->moments.z};
-    return turn_diagonal(orientation, inverse);
 }
 
 double rigid_measure_kinetic_energy(const rigid_body *body, const rigid_state *state) {
