@@ -11,28 +11,21 @@
 
 #include "base/parallel.h"
 
-spring_edge spring_shorten_guess(const cloth_spring *spring, vec3 start, spring_edge guess) {
-    double const longest =
-        fmax(vec3_norm(start), spring->rest_length) + GUESS_STRAINS / sqrt(spring->stiffening);
-    if (!(guess.length > longest)) return guess;
-    return spring_make_edge(vec3_scale(guess.edge, longest / guess.length));
-}
-
 /* The response of a spring at the guess, given its response at x0. The linear system needs a
  * force at x0: it gets the force at the guess, moved back to x0 along its derivative.
  * Crank-Nicolson takes 1 - c of the true force at x0. */
 static void linearise_at_guess(const assembly *work, const cloth_spring *spring,
                                spring_response *response) {
     vec3 const at_start = response->elastic_force;
+    vec3 const start = spring_get_difference(spring, work->state->positions);
     vec3 const guessed = spring_get_difference(spring, work->guessed_positions);
-    spring_edge const edge =
-        spring_limit_guess(spring, spring_get_difference(spring, work->state->positions), guessed);
+    vec3 const edge = spring_limit_guess(spring, start, guessed);
     *response =
-        spring_evaluate_edge(spring, edge, spring_get_difference(spring, work->state->velocities));
+        spring_evaluate(spring, edge, spring_get_difference(spring, work->state->velocities));
     vec3 const n = response->direction;
     vec3 const drift = vec3_add(
         vec3_scale(spring_get_difference(spring, work->state->guess), work->state->time_step),
-        vec3_sub(edge.edge, guessed));
+        vec3_sub(edge, guessed));
     double const across = response->across > 0.0 ? response->across : 0.0;
     double const along = (response->axial - across) * vec3_dot(n, drift);
     vec3 force = vec3_add_scaled(response->elastic_force, n, -along);
@@ -51,7 +44,9 @@ static void fill_slots(void *context, size_t begin, size_t end, size_t chunk, in
         const cloth_spring *const spring = &work->model->springs[s];
         spring_response response = {0};
         if (needs_start) {
-            response = spring_evaluate(spring, work->state->positions, work->state->velocities);
+            response =
+                spring_evaluate(spring, spring_get_difference(spring, work->state->positions),
+                                spring_get_difference(spring, work->state->velocities));
             if (work->spring_forces)
                 work->spring_forces[s] = vec3_add(response.elastic_force, response.damping_force);
         }

@@ -59,15 +59,6 @@ static inline spring_law spring_compute_law(const cloth_spring *spring, double e
     return law;
 }
 
-/* A spring's difference vector. */
-typedef struct spring_edge {
-    vec3 edge;     /* [m] from the first end to the second */
-    double length; /* [m] */
-} spring_edge;
-static inline spring_edge spring_make_edge(vec3 edge) {
-    return (spring_edge){edge, vec3_norm(edge)};
-}
-
 /* [stiffening strains] How far a guess may exceed the start. With 1 or 2, landings on spikes
  * take more solves and leave longer edges. */
 #define GUESS_STRAINS 0.5
@@ -75,30 +66,29 @@ static inline spring_edge spring_make_edge(vec3 edge) {
 #define GUESS_LENGTH_ROUNDING 1e-9
 #define GUESS_STRAIN_ROUNDING 1e-6
 
-/* Shortens a guess that is longer than it may be. Guesses can be far off: contact may have
- * stopped a vertex whose neighbours still move. The spring's tangent at such a high tension
- * would push its ends apart, although the spring turns out to be only a little shorter. */
-spring_edge spring_shorten_guess(const cloth_spring *spring, vec3 start, spring_edge guess);
-
 /* The difference vector about which a spring is linearised: `guess`, shortened to half a
- * stiffening strain beyond what it has at the start, `start`. */
-static inline spring_edge spring_limit_guess(const cloth_spring *spring, vec3 start, vec3 guess) {
-    spring_edge const given = spring_make_edge(guess);
-    /* Few springs are so much longer than at rest. The margins only cost a call. */
-    double const extension = (1.0 + GUESS_LENGTH_ROUNDING) * given.length - spring->rest_length;
+ * stiffening strain beyond what it has at the start, `start`. Guesses can be far off: contact may
+ * have stopped a vertex whose neighbours still move. The spring's tangent at such a high tension
+ * would push its ends apart, although the spring turns out to be only a little shorter. */
+static inline vec3 spring_limit_guess(const cloth_spring *spring, vec3 start, vec3 guess) {
+    double const length = vec3_norm(guess);
+    /* Few springs are so much longer than at rest. The margins only cost time. */
+    double const extension = (1.0 + GUESS_LENGTH_ROUNDING) * length - spring->rest_length;
     bool const may_be_long =
         extension > 0.0 && spring->stiffening * extension * extension >
                                (1.0 - GUESS_STRAIN_ROUNDING) * GUESS_STRAINS * GUESS_STRAINS;
-    return may_be_long ? spring_shorten_guess(spring, start, given) : given;
+    if (!may_be_long) return guess;
+    double const longest =
+        fmax(vec3_norm(start), spring->rest_length) + GUESS_STRAINS / sqrt(spring->stiffening);
+    return length > longest ? vec3_scale(guess, longest / length) : guess;
 }
 
-/* Evaluates one spring with this difference vector, whose ends differ in velocity by `rate`. */
-static inline spring_response spring_evaluate_edge(const cloth_spring *spring, spring_edge edge,
-                                                   vec3 rate) {
-    double const length = edge.length;
+/* Evaluates a spring with this difference vector, whose ends differ in velocity by `rate`. */
+static inline spring_response spring_evaluate(const cloth_spring *spring, vec3 edge, vec3 rate) {
+    double const length = vec3_norm(edge);
     /* A spring of no length has no direction and exerts no force. */
     if (!(length > 0.0)) return (spring_response){.axial = spring->stiffness};
-    vec3 const n = vec3_scale(edge.edge, 1.0 / length);
+    vec3 const n = vec3_scale(edge, 1.0 / length);
     spring_law const law = spring_compute_law(spring, length - spring->rest_length);
     return (spring_response){
         .elastic_force = vec3_scale(n, law.tension),
@@ -107,13 +97,6 @@ static inline spring_response spring_evaluate_edge(const cloth_spring *spring, s
         .across = law.tension / length,
         .direction = n,
     };
-}
-
-/* The same at positions x and velocities v. */
-static inline spring_response spring_evaluate(const cloth_spring *spring, const double *positions,
-                                              const double *velocities) {
-    return spring_evaluate_edge(spring, spring_make_edge(spring_get_difference(spring, positions)),
-                                spring_get_difference(spring, velocities));
 }
 
 #endif

@@ -83,8 +83,7 @@ SIMD_INLINE vec3x8 limit_guess(const cloth_spring *springs, const spring_batch *
         if (begin + k >= count) continue;
         vec3 const given = {guess.x[k], guess.y[k], guess.z[k]};
         vec3 const edge = spring_limit_guess(springs + begin + k,
-                                             (vec3){start.x[k], start.y[k], start.z[k]}, given)
-                              .edge;
+                                             (vec3){start.x[k], start.y[k], start.z[k]}, given);
         guess.x[k] = edge.x, guess.y[k] = edge.y, guess.z[k] = edge.z;
     }
     return guess;
