@@ -118,17 +118,12 @@ typedef struct cloth_energies {
 typedef struct energy_options {
     vec3 gravity; /* [m/s^2] */
     int threads;
+    bool is_elastic_known; /* `energies` holds the elastic ones, which depend on positions alone */
 } energy_options;
-/* Energies of a state, and the elastic ones alone. Sums run over fixed blocks: bits do not depend
- * on `threads`. They return TULLE_OK or TULLE_ERROR_OUT_OF_MEMORY. */
+/* Energies of a state. Sums run over fixed blocks: bits do not depend on `threads`. Returns
+ * TULLE_OK or TULLE_ERROR_OUT_OF_MEMORY. */
 tulle_status compute_energies(const cloth_model *model, const double *positions,
                               const double *velocities, energy_options options, arena *scratch,
                               cloth_energies *energies);
-tulle_status compute_elastic_energies(const cloth_model *model, const double *positions,
-                                      int threads, arena *scratch, elastic_energies *energies);
-/* Kinetic and gravity energy. */
-tulle_status compute_motion_energies(const cloth_model *model, const double *positions,
-                                     const double *velocities, energy_options options,
-                                     arena *scratch, cloth_energies *energies);
 
 #endif

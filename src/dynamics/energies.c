@@ -58,60 +58,43 @@ static void couple_hinges(void *context, size_t begin, size_t end, size_t chunk,
     task->first[chunk] = energy;
 }
 
-tulle_status compute_motion_energies(const cloth_model *model, const double *positions,
-                                     const double *velocities, energy_options options,
-                                     arena *scratch, cloth_energies *energies) {
+tulle_status compute_energies(const cloth_model *model, const double *positions,
+                              const double *velocities, energy_options options, arena *scratch,
+                              cloth_energies *energies) {
     arena_mark const mark = arena_get_mark(scratch);
-    size_t const count = model->vertex_count, chunks = parallel_chunk_count(count, ITEMS_PER_CHUNK);
+    size_t const vertices = model->vertex_count, springs = model->spring_count;
+    size_t const hinges = model->hinge_count;
+    size_t const vertex_chunks = parallel_chunk_count(vertices, ITEMS_PER_CHUNK);
+    size_t const spring_chunks = parallel_chunk_count(springs, ITEMS_PER_CHUNK);
+    size_t const hinge_chunks = parallel_chunk_count(hinges, ITEMS_PER_CHUNK);
+    size_t const most = spring_chunks > hinge_chunks ? spring_chunks : hinge_chunks;
+    size_t const sums = most > vertex_chunks ? most : vertex_chunks;
     energy_task task = {.model = model,
                         .positions = positions,
                         .velocities = velocities,
                         .gravity = options.gravity,
-                        .first = ARENA_NEW(scratch, double, chunks),
-                        .second = ARENA_NEW(scratch, double, chunks)};
-    bool const has_memory = task.first && task.second;
+                        .first = ARENA_NEW(scratch, double, sums),
+                        .second = ARENA_NEW(scratch, double, sums)};
+    if (!options.is_elastic_known) task.deviations = ARENA_NEW(scratch, vec3, hinges);
+    bool const has_memory =
+        task.first && task.second && (options.is_elastic_known || task.deviations);
     if (has_memory) {
-        parallel_for(count, ITEMS_PER_CHUNK, options.threads, measure_vertices, &task);
-        energies->kinetic = parallel_sum(task.first, chunks);
-        energies->gravity = parallel_sum(task.second, chunks);
+        parallel_for(vertices, ITEMS_PER_CHUNK, options.threads, measure_vertices, &task);
+        energies->kinetic = parallel_sum(task.first, vertex_chunks);
+        energies->gravity = parallel_sum(task.second, vertex_chunks);
     }
-    arena_release(scratch, mark);
-    return has_memory ? TULLE_OK : TULLE_ERROR_OUT_OF_MEMORY;
-}
-
-tulle_status compute_elastic_energies(const cloth_model *model, const double *positions,
-                                      int threads, arena *scratch, elastic_energies *energies) {
-    arena_mark const mark = arena_get_mark(scratch);
-    size_t const springs = model->spring_count, hinges = model->hinge_count;
-    size_t const spring_chunks = parallel_chunk_count(springs, ITEMS_PER_CHUNK);
-    size_t const hinge_chunks = parallel_chunk_count(hinges, ITEMS_PER_CHUNK);
-    size_t const most = spring_chunks > hinge_chunks ? spring_chunks : hinge_chunks;
-    energy_task task = {.model = model,
-                        .positions = positions,
-                        .deviations = ARENA_NEW(scratch, vec3, hinges),
-                        .first = ARENA_NEW(scratch, double, most),
-                        .second = ARENA_NEW(scratch, double, most)};
-    bool const has_memory = task.deviations && task.first && task.second;
-    if (has_memory) {
-        *energies = (elastic_energies){0};
-        parallel_for(springs, ITEMS_PER_CHUNK, threads, measure_springs, &task);
-        energies->stretch = parallel_sum(task.first, spring_chunks);
+    if (has_memory && !options.is_elastic_known) {
+        energies->elastic = (elastic_energies){0};
+        parallel_for(springs, ITEMS_PER_CHUNK, options.threads, measure_springs, &task);
+        energies->elastic.stretch = parallel_sum(task.first, spring_chunks);
         for (size_t i = 0; i < spring_chunks; i++)
-            energies->max_stretch = fmax(energies->max_stretch, task.second[i]);
+            energies->elastic.max_stretch = fmax(energies->elastic.max_stretch, task.second[i]);
         deviation_task hinge_task = {model, positions, task.deviations};
-        parallel_for(hinges, ITEMS_PER_CHUNK, threads, bend_compute_deviations, &hinge_task);
-        parallel_for(hinges, ITEMS_PER_CHUNK, threads, couple_hinges, &task);
-        energies->bend = parallel_sum(task.first, hinge_chunks);
+        parallel_for(hinges, ITEMS_PER_CHUNK, options.threads, bend_compute_deviations,
+                     &hinge_task);
+        parallel_for(hinges, ITEMS_PER_CHUNK, options.threads, couple_hinges, &task);
+        energies->elastic.bend = parallel_sum(task.first, hinge_chunks);
     }
     arena_release(scratch, mark);
     return has_memory ? TULLE_OK : TULLE_ERROR_OUT_OF_MEMORY;
-}
-
-tulle_status compute_energies(const cloth_model *model, const double *positions,
-                              const double *velocities, energy_options options, arena *scratch,
-                              cloth_energies *energies) {
-    tulle_status const status =
-        compute_motion_energies(model, positions, velocities, options, scratch, energies);
-    if (status != TULLE_OK) return status;
-    return compute_elastic_energies(model, positions, options.threads, scratch, &energies->elastic);
 }

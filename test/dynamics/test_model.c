@@ -206,7 +206,8 @@ static double *run_threads(int threads) {
     for (int i = 0; i < 15; i++) {
         fixture_step(f, TULLE_INTEGRATOR_BDF2, 0.01);
         cloth_energies energies;
-        compute_energies(&f->model, f->x, f->v, (energy_options){f->surroundings.gravity, threads},
+        compute_energies(&f->model, f->x, f->v,
+                         (energy_options){.gravity = f->surroundings.gravity, .threads = threads},
                          &f->scratch, &energies);
         if (i == 1) heap_calls = f->heap.allocate_count;
     }

@@ -31,15 +31,16 @@ bool world_gains_too_much(const step_context *context) {
 static tulle_status measure(step_context *context, const double *positions,
                             elastic_energies *elastic, bool *is_known, cloth_energies *energies) {
     tulle_world *const world = context->world;
-    energy_options const options = {vec3_load(world->def.gravity, 0), world->threads};
-    tulle_status status = compute_motion_energies(
+    energy_options const options = {.gravity = vec3_load(world->def.gravity, 0),
+                                    .threads = world->threads,
+                                    .is_elastic_known = *is_known};
+    if (*is_known) energies->elastic = *elastic;
+    tulle_status const status = compute_energies(
         world->model, positions, context->state->velocities, options, &world->scratch, energies);
-    if (status == TULLE_OK && !*is_known)
-        status = compute_elastic_energies(world->model, positions, world->threads, &world->scratch,
-                                          elastic);
-    *is_known |= status == TULLE_OK;
-    energies->elastic = *elastic;
-    return status;
+    if (status != TULLE_OK) return status;
+    *elastic = energies->elastic;
+    *is_known = true;
+    return TULLE_OK;
 }
 
 tulle_status world_measure_state(step_context *context, cloth_energies *energies) {

@@ -28,7 +28,8 @@ static void add_needles(tulle_world *world) {
 /* What a step measured on its way is kept, and must be that of the state it came to. */
 static void check_energies(tulle_world *world, const tulle_step_report *report) {
     world_motion_state const *const now = &world->now;
-    energy_options const options = {vec3_load(world->def.gravity, 0), world->threads};
+    energy_options const options = {.gravity = vec3_load(world->def.gravity, 0),
+                                    .threads = world->threads};
     cloth_energies measured;
     assert_int_equal(compute_energies(world->model, now->positions, now->velocities, options,
                                       &world->scratch, &measured),
