@@ -19,13 +19,6 @@ enum {
     HINGES_PER_CHUNK = 512
 };
 
-/* Which parts of the rows a pass over the vertices brings. */
-typedef enum row_parts {
-    ROW_BEGIN = 1,   /* the matrix; gravity, air damping, springs */
-    ROW_BENDING = 2, /* bending and its damping */
-    ROW_END = 4      /* wind; the right-hand side */
-} row_parts;
-
 typedef struct assembly {
     const cloth_model *model;
     const motion_state *state;
@@ -39,7 +32,9 @@ typedef struct assembly {
     double *start_velocities;  /* w of that table, 3 a vertex */
     double *guessed_positions; /* x0 + h guess, 3 a vertex; null without a guess */
     force_terms terms;         /* those of the state, or slots of this stage alone */
-    unsigned row_parts;        /* of the pass that runs */
+    /* What the pass over the vertices that runs brings to the rows. */
+    bool begins_rows; /* the matrix; gravity, air damping, springs */
+    bool ends_rows;   /* bending and its damping, wind; the right-hand side */
     /* Slots of springs. */
     symmetric3 *spring_blocks; /* alpha D + beta K, negated, of the first end by the first end */
     vec3 *spring_forces, *spring_sources; /* f and f - D w at the first end; no f when renewed */

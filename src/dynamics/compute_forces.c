@@ -44,9 +44,9 @@
  *
  * A pass of elements is followed by a pass of vertices: elements fill their own slots, then each
  * vertex adds the slots around it to its row in a fixed order. No two threads write the same
- * number. Slots are released before those of the next kind are made: they are most of the memory of
- * a step. Terms that do not depend on the guess may be kept from the first linearisation of a step;
- * the others then add the same numbers in the same order, in one pass.
+ * number. The slots of springs are released before those of bending are made: slots are most of the
+ * memory of a step. Terms that do not depend on the guess may be kept from the first linearisation
+ * of a step; later ones then add the same numbers in the same order, in one pass.
  *
  * Based on: Baraff, Witkin, Large steps in cloth simulation, 1998; Choi, Ko, Stable but responsive
  * cloth, 2002; Wong, Baciu, Dynamic interaction between deformable surfaces and nonsmooth objects,
@@ -123,8 +123,8 @@ static void begin_row(const assembly *work, uint32_t vertex, vertex_sum *sum) {
     memcpy(matrix->values + BLOCK_NUMBERS * diagonal, sum->diagonal.m, sizeof sum->diagonal.m);
 }
 
-/* The rows of a range of vertices, after all slots of a kind. Until the last pass the forces of the
- * system are those so far, and the right-hand side has their sources, f - D w. */
+/* The rows of a range of vertices. After a pass that does not end them the forces of the system are
+ * those so far, and the right-hand side has their sources, f - D w. */
 static void gather_forces(void *context, size_t begin, size_t end, size_t chunk, int worker) {
     (void)chunk, (void)worker;
     const assembly *const work = context;
@@ -134,14 +134,14 @@ static void gather_forces(void *context, size_t begin, size_t end, size_t chunk,
     for (size_t v = begin; v < end; v++) {
         uint32_t const vertex = (uint32_t)v;
         vertex_sum sum;
-        if (work->row_parts & ROW_BEGIN) {
+        if (work->begins_rows) {
             begin_row(work, vertex, &sum);
         } else {
             sum.force = vec3_load(system->forces, v);
             sum.source = vec3_load(system->right_hand_side, v);
         }
-        if (work->row_parts & ROW_BENDING) gather_bending(work, vertex, &sum);
-        if (work->row_parts & ROW_END) {
+        if (work->ends_rows) {
+            if (work->model->has_bending) gather_bending(work, vertex, &sum);
             if (work->has_wind) gather_wind(work, vertex, &sum);
             vec3 start = vec3_load(state->velocities, v); /* a of the table */
             if (work->is_bdf2) {
@@ -158,18 +158,11 @@ static void gather_forces(void *context, size_t begin, size_t end, size_t chunk,
     }
 }
 
-/* A pass over the vertices. */
-static void add_to_rows(assembly *work, unsigned parts) {
-    work->row_parts = parts;
-    parallel_for(work->model->vertex_count, VERTICES_PER_CHUNK, work->threads, gather_forces, work);
-}
-
 /* All forces, in their order. False: no memory. */
 static bool fill_system(assembly *work) {
     const cloth_model *const model = work->model;
     arena *const scratch = work->scratch;
     size_t const triangles = work->has_wind ? model->triangle_count : 0;
-    unsigned const bending = model->has_bending ? ROW_BENDING : 0;
 
     /* Slots that outlive the passes. */
     work->start_velocities = ARENA_NEW(scratch, double, 3 * model->vertex_count);
@@ -186,15 +179,16 @@ static bool fill_system(assembly *work) {
     parallel_for(model->vertex_count, VERTICES_PER_CHUNK, work->threads, fill_starts, work);
     if (work->has_wind && !work->is_renewed && !fill_wind(work)) return false;
     if (!fill_springs(work)) return false;
-    add_to_rows(work, work->is_renewed ? ROW_BEGIN | bending | ROW_END : ROW_BEGIN);
+    work->begins_rows = true;
+    work->ends_rows = work->is_renewed;
+    parallel_for(model->vertex_count, VERTICES_PER_CHUNK, work->threads, gather_forces, work);
     arena_release(scratch, mark);
     if (work->is_renewed) return true;
 
-    if (bending) {
-        if (!fill_bending(work)) return false;
-        add_to_rows(work, ROW_BENDING);
-    }
-    add_to_rows(work, ROW_END);
+    if (model->has_bending && !fill_bending(work)) return false;
+    work->begins_rows = false;
+    work->ends_rows = true;
+    parallel_for(model->vertex_count, VERTICES_PER_CHUNK, work->threads, gather_forces, work);
     return true;
 }
 
