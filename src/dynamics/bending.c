@@ -50,49 +50,45 @@ void bend_compute_deviations(void *context, size_t begin, size_t end, size_t chu
     }
 }
 
-/* Forces [N] on the four corners of any hinge: from its elastic moment, and from what damping adds
- * to it in both of its triangles [N]. The model has hinge_rests. */
-static void compute_corner_forces(const assembly *work, size_t number, vec3 elastic, vec3 damping,
-                                  vec3 forces[4]) {
-    const cloth_hinge *const hinge = &work->model->hinges[number];
-    const cloth_hinge_rest *const rest = &work->model->hinge_rests[number];
-    vec3 const all = vec3_add(elastic, damping);
-    for (size_t k = 0; k < 4; k++) forces[k] = vec3_scale(all, -hinge->weights[k]);
-    if (rest->curvature == 0.0) return;
-    vec3 normal;
-    hinge_frame const frame = compute_frame(hinge, rest, work->state->positions, &normal);
-    if (vec3_norm2(normal) == 0.0) return;
-    /* r (dn/dx_k)^T y: the gradient of r n . y at fixed y, the elastic moment. */
-    vec3 const y = elastic;
-    vec3 const tangential = vec3_scale(vec3_add_scaled(y, normal, -vec3_dot(normal, y)),
-                                       rest->curvature / frame.length);
-    vec3 const by_edge = vec3_cross(frame.across, tangential);
-    vec3 const by_across = vec3_cross(tangential, frame.edge);
-    vec3 const by_left = vec3_scale(by_across, rest->inv_double_areas[0]);
-    vec3 const by_right = vec3_scale(by_across, -rest->inv_double_areas[1]);
-    forces[1] = vec3_add(forces[1], by_edge);
-    forces[2] = vec3_add(forces[2], by_left);
-    forces[3] = vec3_add(forces[3], by_right);
-    forces[0] = vec3_sub(forces[0], vec3_add(by_edge, vec3_add(by_left, by_right)));
-}
-
-/* Moments of hinges, or forces on their corners where the model has curved rest shapes. */
+/* Moments [N] of hinges, from bending and from what damping adds in both of their triangles; or, in
+ * a model with curved rest shapes, forces [N] on their corners. */
 static void fill_slots(void *context, size_t begin, size_t end, size_t chunk, int worker) {
     (void)chunk, (void)worker;
     assembly *const work = context;
     const cloth_model *const model = work->model;
     for (size_t h = begin; h < end; h++) {
+        const cloth_hinge *const hinge = &model->hinges[h];
         vec3 const elastic = bend_compute_moment(model, h, work->hinge_deviations);
         vec3 damping = {0.0, 0.0, 0.0};
         for (int side = 0; side < 2 && work->bend_dampings; side++) {
-            uint32_t const place = model->hinges[h].sides[side];
+            uint32_t const place = hinge->sides[side];
             const bend_damping_response *const in = &work->bend_dampings[place / 3];
             damping = vec3_add(damping, vec3_scale(in->normal, in->moments[place % 3]));
         }
-        if (work->terms.hinge_forces)
-            compute_corner_forces(work, h, elastic, damping, work->terms.hinge_forces + 4 * h);
-        else
-            work->terms.hinge_moments[h] = vec3_add(elastic, damping);
+        vec3 const all = vec3_add(elastic, damping);
+        if (!work->terms.hinge_forces) {
+            work->terms.hinge_moments[h] = all;
+            continue;
+        }
+        vec3 *const forces = work->terms.hinge_forces + 4 * h;
+        for (size_t k = 0; k < 4; k++) forces[k] = vec3_scale(all, -hinge->weights[k]);
+        const cloth_hinge_rest *const rest = &model->hinge_rests[h];
+        if (rest->curvature == 0.0) continue;
+        vec3 normal;
+        hinge_frame const frame = compute_frame(hinge, rest, work->state->positions, &normal);
+        if (vec3_norm2(normal) == 0.0) continue;
+        /* r (dn/dx_k)^T y: the gradient of r n . y at fixed y, the elastic moment. */
+        vec3 const y = elastic;
+        vec3 const tangential = vec3_scale(vec3_add_scaled(y, normal, -vec3_dot(normal, y)),
+                                           rest->curvature / frame.length);
+        vec3 const by_edge = vec3_cross(frame.across, tangential);
+        vec3 const by_across = vec3_cross(tangential, frame.edge);
+        vec3 const by_left = vec3_scale(by_across, rest->inv_double_areas[0]);
+        vec3 const by_right = vec3_scale(by_across, -rest->inv_double_areas[1]);
+        forces[1] = vec3_add(forces[1], by_edge);
+        forces[2] = vec3_add(forces[2], by_left);
+        forces[3] = vec3_add(forces[3], by_right);
+        forces[0] = vec3_sub(forces[0], vec3_add(by_edge, vec3_add(by_left, by_right)));
     }
 }
 

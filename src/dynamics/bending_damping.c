@@ -39,7 +39,7 @@ typedef struct triangle_frame {
 static double bound_turning(const assembly *work, size_t triangle, const triangle_frame *frame,
                             const vec3 vectors[3]) {
     const cloth_model *const model = work->model;
-    const uint32_t *const corners = cloth_get_corners(model, triangle);
+    const uint32_t *const corners = model->surface->triangles + 3 * triangle;
     const uint32_t *const uses = model->surface->vertex_triangles.begin;
     double strength = 0.0, tangential2 = 0.0;
     uint32_t most = 0; /* triangles at one of the corners */
@@ -58,83 +58,77 @@ static double bound_turning(const assembly *work, size_t triangle, const triangl
            (frame->double_area * frame->double_area);
 }
 
-/* Couplings of the hinge of edge `a` with those of all three. False for an edge of more than two
- * triangles, of which this is none of the hinge's two. */
-static bool compute_couplings(const cloth_model *model, size_t triangle, uint32_t a,
-                              double couplings[3]) {
-    const cloth_bend_damping *const damping = &model->bend_dampings[triangle];
-    size_t const edge = 3 * triangle + a, hinge = model->triangle_hinges[edge];
-    const uint32_t *const sides = model->hinges[hinge].sides;
-    size_t const side = sides[0] == edge ? 0 : 1;
-    if (sides[side] != edge) return false;
-    const double *from = model->couplings + HINGE_COUPLINGS * hinge + 1 + 2 * side;
-    for (uint32_t b = 0; b < 3; b++)
-        couplings[b] = b == a ? damping->own[a] : *from++ * damping->time;
-    return true;
-}
-
-/* The response of a triangle, and forces [N] on corners 1 and 2 from the turning of n. */
-static void damp_triangle(const assembly *work, size_t triangle, bend_damping_response *response,
-                          vec3 forces[2]) {
-    const cloth_model *const model = work->model;
-    const double *const positions = work->state->positions;
-    const double *const velocities = work->state->velocities;
-    const uint32_t *const hinges = model->triangle_hinges + 3 * triangle;
-    const uint32_t *const corners = cloth_get_corners(model, triangle);
-    *response = (bend_damping_response){0};
-    forces[0] = forces[1] = (vec3){0.0, 0.0, 0.0};
-
-    vec3 const origin = vec3_load(positions, corners[0]);
-    triangle_frame frame = {.left = vec3_sub(vec3_load(positions, corners[1]), origin),
-                            .right = vec3_sub(vec3_load(positions, corners[2]), origin)};
-    vec3 const cross = vec3_cross(frame.left, frame.right);
-    frame.double_area = vec3_norm(cross);
-    if (!(frame.double_area > FLATTENED_LIMIT * model->bend_dampings[triangle].rest_double_area))
-        return;
-    vec3 const n = frame.normal = vec3_scale(cross, 1.0 / frame.double_area);
-
-    /* dn/dt [1/s] */
-    vec3 const start = vec3_load(velocities, corners[0]);
-    vec3 const left = vec3_sub(vec3_load(velocities, corners[1]), start);
-    vec3 const right = vec3_sub(vec3_load(velocities, corners[2]), start);
-    vec3 const change = vec3_add(vec3_cross(left, frame.right), vec3_cross(frame.left, right));
-    vec3 const turning =
-        vec3_scale(vec3_add_scaled(change, n, -vec3_dot(n, change)), 1.0 / frame.double_area);
-
-    /* c_a and the rates of n . c_a */
-    vec3 vectors[3] = {0};
-    double rates[3] = {0};
-    for (int a = 0; a < 3; a++) {
-        if (hinges[a] == TULLE_NONE) continue;
-        const cloth_hinge *const hinge = &model->hinges[hinges[a]];
-        vectors[a] = bend_sum_corners(hinge, positions);
-        rates[a] = vec3_dot(n, bend_sum_corners(hinge, velocities)) + vec3_dot(turning, vectors[a]);
-    }
-
-    double const share = bound_turning(work, triangle, &frame, vectors) / TURNING_SHARE;
-    double const kept = share > 1.0 ? 1.0 / share : 1.0;
-    response->normal = n;
-    vec3 sum = {0.0, 0.0, 0.0};
-    for (uint32_t a = 0; a < 3; a++) {
-        double couplings[3], moment = 0.0;
-        if (hinges[a] == TULLE_NONE || !compute_couplings(model, triangle, a, couplings)) continue;
-        for (int b = 0; b < 3; b++) moment += kept * couplings[b] * rates[b];
-        response->moments[a] = moment;
-        sum = vec3_add_scaled(sum, vectors[a], moment);
-    }
-
-    /* -(dn/dx)^T y on corners 1 and 2, y the sum of moments times c_a */
-    vec3 const across =
-        vec3_scale(vec3_add_scaled(sum, n, -vec3_dot(n, sum)), 1.0 / frame.double_area);
-    forces[0] = vec3_cross(across, frame.right);
-    forces[1] = vec3_cross(frame.left, across);
-}
-
+/* The responses of triangles, and forces [N] on their corners 1 and 2 from the turning of n. */
 void fill_bending_damping(void *context, size_t begin, size_t end, size_t chunk, int worker) {
     (void)chunk, (void)worker;
     assembly *const work = context;
-    for (size_t t = begin; t < end; t++)
-        damp_triangle(work, t, &work->bend_dampings[t], work->terms.bend_forces + 2 * t);
+    const cloth_model *const model = work->model;
+    const double *const positions = work->state->positions;
+    const double *const velocities = work->state->velocities;
+    for (size_t t = begin; t < end; t++) {
+        const cloth_bend_damping *const damping = &model->bend_dampings[t];
+        const uint32_t *const hinges = model->triangle_hinges + 3 * t;
+        const uint32_t *const corners = model->surface->triangles + 3 * t;
+        bend_damping_response *const response = &work->bend_dampings[t];
+        vec3 *const forces = work->terms.bend_forces + 2 * t;
+        *response = (bend_damping_response){0};
+        forces[0] = forces[1] = (vec3){0.0, 0.0, 0.0};
+
+        vec3 const origin = vec3_load(positions, corners[0]);
+        triangle_frame frame = {.left = vec3_sub(vec3_load(positions, corners[1]), origin),
+                                .right = vec3_sub(vec3_load(positions, corners[2]), origin)};
+        vec3 const cross = vec3_cross(frame.left, frame.right);
+        frame.double_area = vec3_norm(cross);
+        if (!(frame.double_area > FLATTENED_LIMIT * damping->rest_double_area)) continue;
+        vec3 const n = frame.normal = vec3_scale(cross, 1.0 / frame.double_area);
+
+        /* dn/dt [1/s] */
+        vec3 const start = vec3_load(velocities, corners[0]);
+        vec3 const left = vec3_sub(vec3_load(velocities, corners[1]), start);
+        vec3 const right = vec3_sub(vec3_load(velocities, corners[2]), start);
+        vec3 const change = vec3_add(vec3_cross(left, frame.right), vec3_cross(frame.left, right));
+        vec3 const turning =
+            vec3_scale(vec3_add_scaled(change, n, -vec3_dot(n, change)), 1.0 / frame.double_area);
+
+        /* c_a and the rates of n . c_a */
+        vec3 vectors[3] = {0};
+        double rates[3] = {0};
+        for (int a = 0; a < 3; a++) {
+            if (hinges[a] == TULLE_NONE) continue;
+            const cloth_hinge *const hinge = &model->hinges[hinges[a]];
+            vectors[a] = bend_sum_corners(hinge, positions);
+            rates[a] =
+                vec3_dot(n, bend_sum_corners(hinge, velocities)) + vec3_dot(turning, vectors[a]);
+        }
+
+        double const share = bound_turning(work, t, &frame, vectors) / TURNING_SHARE;
+        double const kept = share > 1.0 ? 1.0 / share : 1.0;
+        response->normal = n;
+        vec3 sum = {0.0, 0.0, 0.0};
+        for (uint32_t a = 0; a < 3; a++) {
+            if (hinges[a] == TULLE_NONE) continue;
+            /* An edge of more than two triangles is a hinge of two of them alone. */
+            size_t const edge = 3 * t + a;
+            const uint32_t *const sides = model->hinges[hinges[a]].sides;
+            size_t const side = sides[0] == edge ? 0 : 1;
+            if (sides[side] != edge) continue;
+            const double *others =
+                model->couplings + HINGE_COUPLINGS * (size_t)hinges[a] + 1 + 2 * side;
+            double moment = 0.0;
+            for (uint32_t b = 0; b < 3; b++) {
+                double const coupling = b == a ? damping->own[a] : *others++ * damping->time;
+                moment += kept * coupling * rates[b];
+            }
+            response->moments[a] = moment;
+            sum = vec3_add_scaled(sum, vectors[a], moment);
+        }
+
+        /* -(dn/dx)^T y on corners 1 and 2, y the sum of moments times c_a */
+        vec3 const across =
+            vec3_scale(vec3_add_scaled(sum, n, -vec3_dot(n, sum)), 1.0 / frame.double_area);
+        forces[0] = vec3_cross(across, frame.right);
+        forces[1] = vec3_cross(frame.left, across);
+    }
 }
 
 void gather_bending_damping(const assembly *work, uint32_t vertex, vertex_sum *sum) {
@@ -145,7 +139,7 @@ void gather_bending_damping(const assembly *work, uint32_t vertex, vertex_sum *s
     for (size_t k = uses->begin[vertex]; work->terms.bend_forces && k < uses->begin[vertex + 1];
          k++) {
         uint32_t const triangle = uses->items[k];
-        const uint32_t *const corners = cloth_get_corners(model, triangle);
+        const uint32_t *const corners = model->surface->triangles + 3 * (size_t)triangle;
         const vec3 *const at = work->terms.bend_forces + 2 * triangle; /* on corners 1 and 2 */
         vec3 const force = corners[0] == vertex   ? vec3_neg(vec3_add(at[0], at[1]))
                            : corners[1] == vertex ? at[0]

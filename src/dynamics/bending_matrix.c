@@ -30,40 +30,22 @@ static const double SLIVER_RATIO = 0.1;
 /* [rad] Fold angles below this are rounding of a flat rest shape. */
 static const double FLAT_ANGLE = 1e-7;
 
-/* Signed rest value of c along the hinge normal; zero for a fold that is only rounding. */
-static double measure_rest_curvature(const double *positions, const cloth_hinge *hinge,
-                                     const cloth_hinge_rest *rest) {
-    vec3 const x0 = vec3_load(positions, hinge->vertices[0]);
-    vec3 const edge = vec3_sub(vec3_load(positions, hinge->vertices[1]), x0);
-    vec3 const left = vec3_sub(vec3_load(positions, hinge->vertices[2]), x0);
-    vec3 const right = vec3_sub(vec3_load(positions, hinge->vertices[3]), x0);
-    vec3 const across = vec3_sub(vec3_scale(left, rest->inv_double_areas[0]),
-                                 vec3_scale(right, rest->inv_double_areas[1]));
-    vec3 const normal = vec3_normalize(vec3_cross(edge, across));
-    double const value = vec3_dot(normal, bend_sum_corners(hinge, positions));
-    return fabs(value) > FLAT_ANGLE * vec3_norm(edge) ? value : 0.0;
-}
-
-/* Place of an edge in one of its triangles. */
-static uint32_t find_edge(const topology *surface, uint32_t triangle, uint32_t edge) {
-    uint32_t place = 0;
-    while (surface->triangle_edges[3 * (size_t)triangle + place] != edge) place++;
-    return place;
-}
-
 /* Fills hinge geometry and its softening in (0, 1]. */
-static double fill_hinge(const bending_input *input, size_t edge, cloth_hinge *hinge,
-                         cloth_hinge_rest *rest) {
-    const double *const positions = input->rest_positions;
+static double fill_hinge(const cloth_model_def *def, const double *areas, size_t edge,
+                         cloth_hinge *hinge, cloth_hinge_rest *rest) {
+    const topology *const surface = def->surface;
+    const double *const positions = def->rest_positions;
     double softening = 1.0;
     for (size_t k = 0; k < 2; k++) {
-        uint32_t const triangle = input->surface->edge_triangles[2 * edge + k];
-        const uint32_t *const corners = input->surface->triangles + 3 * (size_t)triangle;
-        double const area = input->areas[triangle];
-        hinge->vertices[k] = input->surface->edges[2 * edge + k];
-        hinge->vertices[2 + k] = input->surface->edge_opposites[2 * edge + k];
+        size_t const triangle = surface->edge_triangles[2 * edge + k];
+        const uint32_t *const corners = surface->triangles + 3 * triangle;
+        double const area = areas[triangle];
+        uint32_t side = (uint32_t)(3 * triangle);
+        while (surface->triangle_edges[side] != edge) side++;
+        hinge->vertices[k] = surface->edges[2 * edge + k];
+        hinge->vertices[2 + k] = surface->edge_opposites[2 * edge + k];
         rest->inv_double_areas[k] = 0.5 / area;
-        hinge->sides[k] = 3 * triangle + find_edge(input->surface, triangle, (uint32_t)edge);
+        hinge->sides[k] = side;
         double longest2 = 0.0;
         for (int i = 0; i < 3; i++)
             longest2 =
@@ -74,20 +56,27 @@ static double fill_hinge(const bending_input *input, size_t edge, cloth_hinge *h
     /* Weights: the outward conormal of each side, times the edge length. */
     vec3 const origin = vec3_load(positions, hinge->vertices[0]);
     vec3 const along = vec3_sub(vec3_load(positions, hinge->vertices[1]), origin);
+    vec3 offsets[2]; /* of corners 2 and 3 */
     for (int side = 0; side < 2; side++) {
-        vec3 const corner = vec3_sub(vec3_load(positions, hinge->vertices[2 + side]), origin);
-        double const foot = vec3_dot(corner, along) / vec3_norm2(along);
+        offsets[side] = vec3_sub(vec3_load(positions, hinge->vertices[2 + side]), origin);
+        double const foot = vec3_dot(offsets[side], along) / vec3_norm2(along);
         double const slope = vec3_norm2(along) * rest->inv_double_areas[side];
         hinge->weights[2 + side] -= slope;
         hinge->weights[0] += slope * (1.0 - foot);
         hinge->weights[1] += slope * foot;
     }
-    rest->curvature = measure_rest_curvature(positions, hinge, rest);
+    /* The rest value of c along the hinge normal (bending.c), unless the fold is only rounding. */
+    vec3 const across = vec3_sub(vec3_scale(offsets[0], rest->inv_double_areas[0]),
+                                 vec3_scale(offsets[1], rest->inv_double_areas[1]));
+    vec3 const normal = vec3_normalize(vec3_cross(along, across));
+    double const value = vec3_dot(normal, bend_sum_corners(hinge, positions));
+    rest->curvature = fabs(value) > FLAT_ANGLE * vec3_norm(along) ? value : 0.0;
     return softening;
 }
 
 typedef struct coupling_builder {
-    const bending_input *input;
+    const cloth_model_def *def;
+    const double *areas; /* by triangle */
     cloth_model *model;
     const uint32_t *edge_hinges; /* by edge; TULLE_NONE for borders */
     const double *softening;     /* by hinge */
@@ -95,30 +84,29 @@ typedef struct coupling_builder {
 
 /* Fills the couplings of the hinge of an edge through one of its triangles. */
 static void add_couplings(const coupling_builder *build, size_t edge, size_t side) {
-    const bending_input *const input = build->input;
+    const cloth_model_def *const def = build->def;
+    const topology *const surface = def->surface;
     cloth_model *const model = build->model;
-    uint32_t const triangle = input->surface->edge_triangles[2 * edge + side];
+    size_t const triangle = surface->edge_triangles[2 * edge + side];
     cloth_bend_damping *const in_triangle = &model->bend_dampings[triangle];
-    const uint32_t *const corners = input->surface->triangles + 3 * (size_t)triangle;
-    const uint32_t *const edges = input->surface->triangle_edges + 3 * (size_t)triangle;
+    const uint32_t *const corners = surface->triangles + 3 * triangle;
+    const uint32_t *const edges = surface->triangle_edges + 3 * triangle;
     uint32_t const hinge = build->edge_hinges[edge];
-    size_t const own = find_edge(input->surface, triangle, (uint32_t)edge);
+    size_t const own = model->hinges[hinge].sides[side] % 3;
     size_t const self = HINGE_COUPLINGS * (size_t)hinge;
     size_t place = self + 1 + 2 * side;
-    uint32_t const material_index =
-        input->vertex_materials ? input->vertex_materials[corners[0]] : 0;
-    const tulle_material *const material = &input->materials[material_index];
-    double const stiffness = material->bend_stiffness / (4.0 * input->areas[triangle]);
+    const tulle_material *const material = cloth_get_material(def, corners[0]);
+    double const stiffness = material->bend_stiffness / (4.0 * build->areas[triangle]);
     vec3 edges_of[3]; /* edge k joins corners k and k + 1 */
     for (size_t k = 0; k < 3; k++)
-        edges_of[k] = vec3_sub(vec3_load(input->rest_positions, corners[(k + 1) % 3]),
-                               vec3_load(input->rest_positions, corners[k]));
-    in_triangle->rest_double_area = 2.0 * input->areas[triangle];
+        edges_of[k] = vec3_sub(vec3_load(def->rest_positions, corners[(k + 1) % 3]),
+                               vec3_load(def->rest_positions, corners[k]));
+    in_triangle->rest_double_area = 2.0 * build->areas[triangle];
     in_triangle->time = material->bend_damping;
     for (size_t k = 0; k < 3; k++) {
         uint32_t const other = build->edge_hinges[edges[k]];
         size_t const at = k == own ? self : place++;
-        model->triangle_hinges[3 * (size_t)triangle + k] = other;
+        model->triangle_hinges[3 * triangle + k] = other;
         if (other == TULLE_NONE) continue;
         double const dot = vec3_dot(edges_of[own], edges_of[k]);
         double const cosine2 =
@@ -133,8 +121,10 @@ static void add_couplings(const coupling_builder *build, size_t edge, size_t sid
     }
 }
 
-bool bending_build_hinges(memory *heap, const bending_input *input, cloth_model *model) {
+bool bending_build_hinges(memory *heap, const cloth_model_def *def, const double *areas,
+                          cloth_model *model) {
     size_t const hinges = model->hinge_count, triangles = model->triangle_count;
+    size_t const vertices = model->vertex_count, use_count = 4 * hinges;
     size_t const couplings = HINGE_COUPLINGS * hinges;
     uint32_t *const edge_hinges = memory_allocate(heap, model->spring_count * sizeof(uint32_t));
     double *const softening = memory_allocate(heap, hinges * sizeof(double));
@@ -143,15 +133,20 @@ bool bending_build_hinges(memory *heap, const bending_input *input, cloth_model 
     model->couplings = memory_allocate_zeroed(heap, couplings, sizeof(double));
     model->damping_couplings = memory_allocate_zeroed(heap, couplings, sizeof(double));
     model->bend_dampings = memory_allocate_zeroed(heap, triangles, sizeof *model->bend_dampings);
+    adjacency *const uses = &model->vertex_hinges;
+    *uses = (adjacency){.count = vertices, .item_count = use_count};
+    uses->begin = memory_allocate_zeroed(heap, vertices + 1, sizeof(uint32_t));
+    uses->items = memory_allocate(heap, use_count * sizeof(uint32_t));
     bool const ok = edge_hinges && softening && model->hinge_rests && model->triangle_hinges &&
-                    model->couplings && model->damping_couplings && model->bend_dampings;
+                    model->couplings && model->damping_couplings && model->bend_dampings &&
+                    uses->begin && uses->items;
     if (ok) {
         uint32_t hinge = 0;
         for (size_t edge = 0; edge < model->spring_count; edge++) {
             edge_hinges[edge] = TULLE_NONE;
-            if (input->surface->edge_triangles[2 * edge + 1] == TULLE_NONE) continue;
+            if (def->surface->edge_triangles[2 * edge + 1] == TULLE_NONE) continue;
             cloth_hinge_rest *const rest = &model->hinge_rests[hinge];
-            softening[hinge] = fill_hinge(input, edge, &model->hinges[hinge], rest);
+            softening[hinge] = fill_hinge(def, areas, edge, &model->hinges[hinge], rest);
             model->has_curved_rest |= rest->curvature != 0.0;
             edge_hinges[edge] = hinge++;
         }
@@ -159,11 +154,20 @@ bool bending_build_hinges(memory *heap, const bending_input *input, cloth_model 
             memory_release(heap, model->hinge_rests, hinges * sizeof *model->hinge_rests);
             model->hinge_rests = NULL;
         }
-        coupling_builder const build = {input, model, edge_hinges, softening};
+        coupling_builder const build = {def, areas, model, edge_hinges, softening};
         for (size_t k = 0; k < 3 * triangles; k++) model->triangle_hinges[k] = TULLE_NONE;
         for (size_t edge = 0; edge < model->spring_count; edge++)
             for (size_t side = 0; side < 2 && edge_hinges[edge] != TULLE_NONE; side++)
                 add_couplings(&build, edge, side);
+
+        /* The hinges of each vertex, as 4 * hinge + corner. Filling moves each begin to its end. */
+        for (size_t use = 0; use < use_count; use++)
+            uses->begin[model->hinges[use / 4].vertices[use % 4] + 1]++;
+        for (size_t v = 0; v < vertices; v++) uses->begin[v + 1] += uses->begin[v];
+        for (size_t use = 0; use < use_count; use++)
+            uses->items[uses->begin[model->hinges[use / 4].vertices[use % 4]]++] = (uint32_t)use;
+        for (size_t v = vertices; v > 0; v--) uses->begin[v] = uses->begin[v - 1];
+        uses->begin[0] = 0;
     }
     memory_release(heap, edge_hinges, model->spring_count * sizeof(uint32_t));
     memory_release(heap, softening, hinges * sizeof(double));
@@ -217,23 +221,6 @@ static bool collect_row(memory *heap, const cloth_model *model, uint32_t vertex,
     return true;
 }
 
-/* Sends the entries of a row to the blocks that exist, the others to `rest`. */
-static bool split_row(memory *heap, cloth_model *model, uint32_t vertex, const entry_array *row,
-                      entry_array *rest) {
-    uint32_t block = model->block_begin[vertex];
-    uint32_t const block_end = model->block_begin[vertex + 1];
-    if (!ARRAY_RESERVE(heap, rest, row->count)) return false;
-    for (size_t i = 0; i < row->count; i++) {
-        while (block < block_end && model->block_columns[block] < row->data[i].column) block++;
-        if (block < block_end && model->block_columns[block] == row->data[i].column) {
-            model->bend_blocks[block] = row->data[i].stiffness;
-            model->bend_block_damping[block] = row->data[i].damping;
-        } else
-            rest->data[rest->count++] = row->data[i];
-    }
-    return true;
-}
-
 bool bending_build_matrix(memory *heap, cloth_model *model) {
     model->scalar_begin = memory_allocate_zeroed(heap, model->vertex_count + 1, sizeof(uint32_t));
     model->bend_blocks = memory_allocate_zeroed(heap, model->block_count, sizeof(double));
@@ -243,7 +230,20 @@ bool bending_build_matrix(memory *heap, cloth_model *model) {
     bool ok = model->scalar_begin && model->bend_blocks && model->bend_block_damping && places;
     if (places) memset(places, 0xff, model->vertex_count * sizeof(uint32_t));
     for (uint32_t v = 0; ok && model->has_bending && v < model->vertex_count; v++) {
-        ok = collect_row(heap, model, v, places, &row) && split_row(heap, model, v, &row, &rest);
+        ok = collect_row(heap, model, v, places, &row) && ARRAY_RESERVE(heap, &rest, row.count);
+        /* Entries go to the blocks that exist, the others to the scalars. */
+        uint32_t block = model->block_begin[v];
+        uint32_t const block_end = model->block_begin[v + 1];
+        for (size_t i = 0; ok && i < row.count; i++) {
+            row_entry const *const entry = &row.data[i];
+            while (block < block_end && model->block_columns[block] < entry->column) block++;
+            if (block < block_end && model->block_columns[block] == entry->column) {
+                model->bend_blocks[block] = entry->stiffness;
+                model->bend_block_damping[block] = entry->damping;
+            } else {
+                rest.data[rest.count++] = *entry;
+            }
+        }
         model->scalar_begin[v + 1] = (uint32_t)rest.count;
     }
     if (ok) {
@@ -272,20 +272,4 @@ bool bending_build_matrix(memory *heap, cloth_model *model) {
     ARRAY_FREE(heap, &row);
     ARRAY_FREE(heap, &rest);
     return ok;
-}
-
-void bending_destroy(memory *heap, cloth_model *model) {
-    size_t const couplings = HINGE_COUPLINGS * model->hinge_count;
-    memory_release(heap, model->triangle_hinges, 3 * model->triangle_count * sizeof(uint32_t));
-    memory_release(heap, model->couplings, couplings * sizeof(double));
-    memory_release(heap, model->damping_couplings, couplings * sizeof(double));
-    memory_release(heap, model->hinge_rests, model->hinge_count * sizeof *model->hinge_rests);
-    memory_release(heap, model->bend_dampings,
-                   model->triangle_count * sizeof *model->bend_dampings);
-    memory_release(heap, model->scalar_begin, (model->vertex_count + 1) * sizeof(uint32_t));
-    memory_release(heap, model->scalar_columns, model->scalar_count * sizeof(uint32_t));
-    memory_release(heap, model->bend_blocks, model->block_count * sizeof(double));
-    memory_release(heap, model->bend_block_damping, model->block_count * sizeof(double));
-    memory_release(heap, model->bend_scalars, model->scalar_count * sizeof(double));
-    memory_release(heap, model->bend_scalar_damping, model->scalar_count * sizeof(double));
 }

@@ -6,21 +6,13 @@
 
 #include "dynamics/cloth_model.h"
 
-/* Borrowed input; areas [m^2] of triangles. */
-typedef struct bending_input {
-    const topology *surface;
-    const double *rest_positions;
-    const tulle_material *materials;
-    const uint32_t *vertex_materials;
-    const double *areas;
-} bending_input;
-
-/* Fills model->hinges (allocated, hinge_count) and the couplings. False: no memory. */
-bool bending_build_hinges(memory *heap, const bending_input *input, cloth_model *model);
+/* Fills model->hinges (allocated, hinge_count), the hinges of triangles and of vertices, and the
+ * couplings, from the triangles' rest areas [m^2]. False: no memory. */
+bool bending_build_hinges(memory *heap, const cloth_model_def *def, const double *areas,
+                          cloth_model *model);
 
 /* From hinges, couplings, vertex_hinges and the block pattern: the scalar pattern and the bending
- * matrix on both patterns. False: no memory; bending_destroy then releases what there is. */
+ * matrix on both patterns. False: no memory. */
 bool bending_build_matrix(memory *heap, cloth_model *model);
-void bending_destroy(memory *heap, cloth_model *model);
 
 #endif

@@ -13,15 +13,11 @@
 #include <math.h>
 #include <string.h>
 
-static const tulle_material *get_material(const cloth_model_def *def, uint32_t vertex) {
-    return &def->materials[def->vertex_materials ? def->vertex_materials[vertex] : 0];
-}
-
 /* Spreads the triangles' mass and notes their rest areas. */
 static tulle_status fill_triangles(const cloth_model_def *def, cloth_model *model, double *areas,
                                    tulle_error *error) {
     for (size_t t = 0; t < model->triangle_count; t++) {
-        const uint32_t *const corners = cloth_get_corners(model, t);
+        const uint32_t *const corners = model->surface->triangles + 3 * t;
         vec3 const a = vec3_load(def->rest_positions, corners[0]);
         vec3 const b = vec3_sub(vec3_load(def->rest_positions, corners[1]), a);
         vec3 const c = vec3_sub(vec3_load(def->rest_positions, corners[2]), a);
@@ -32,14 +28,15 @@ static tulle_status fill_triangles(const cloth_model_def *def, cloth_model *mode
                              "remove it or move its vertices apart",
                              t, corners[0], corners[1], corners[2]);
         for (int k = 0; k < 3; k++)
-            model->masses[corners[k]] += get_material(def, corners[k])->area_density * area / 3.0;
+            model->masses[corners[k]] +=
+                cloth_get_material(def, corners[k])->area_density * area / 3.0;
         areas[t] = area;
     }
     for (size_t v = 0; v < def->vertex_count; v++) {
         if (!(model->masses[v] > 0.0))
             return error_set(error, TULLE_ERROR_INVALID_MESH,
                              "cloth vertex %zu belongs to no triangle and would have no mass", v);
-        model->air_damping[v] = get_material(def, (uint32_t)v)->air_damping;
+        model->air_damping[v] = cloth_get_material(def, (uint32_t)v)->air_damping;
     }
     return TULLE_OK;
 }
@@ -62,7 +59,7 @@ static tulle_status fill_springs(const cloth_model_def *def, cloth_model *model,
             return error_set(error, TULLE_ERROR_INVALID_MESH,
                              "cloth vertices %u and %u are at the same place in the rest shape",
                              spring->vertices[0], spring->vertices[1]);
-        const tulle_material *const material = get_material(def, spring->vertices[0]);
+        const tulle_material *const material = cloth_get_material(def, spring->vertices[0]);
         spring->rest_length = length;
         spring->stiffness = material->stretch_stiffness * area / (length * length);
         spring->damping = spring->stiffness * material->stretch_damping;
@@ -70,48 +67,6 @@ static tulle_status fill_springs(const cloth_model_def *def, cloth_model *model,
         spring->stiffening = limit > 0.0 ? 1.0 / (limit * limit) : 0.0;
     }
     return TULLE_OK;
-}
-
-/* Blocks: the vertex itself and its neighbours, ascending. */
-static void fill_block_pattern(const topology *surface, cloth_model *model) {
-    uint32_t position = 0;
-    for (uint32_t v = 0; v < model->vertex_count; v++) {
-        bool has_diagonal = false;
-        model->block_begin[v] = position;
-        uint32_t const end = surface->vertex_edges.begin[v + 1];
-        for (uint32_t k = surface->vertex_edges.begin[v]; k < end; k++) {
-            uint32_t const edge = surface->vertex_edges.items[k];
-            const uint32_t *const ends = surface->edges + 2 * (size_t)edge;
-            uint32_t const other = ends[0] == v ? ends[1] : ends[0];
-            if (other > v && !has_diagonal) {
-                has_diagonal = true;
-                model->block_columns[position++] = v;
-            }
-            model->block_columns[position++] = other;
-        }
-        if (has_diagonal) continue;
-        model->block_columns[position++] = v;
-    }
-    model->block_begin[model->vertex_count] = position;
-}
-
-/* Lists the hinges of each vertex: item 4 * hinge + corner. */
-static bool list_vertex_hinges(memory *heap, cloth_model *model) {
-    adjacency *const uses = &model->vertex_hinges;
-    const cloth_hinge *const hinges = model->hinges;
-    size_t const vertex_count = model->vertex_count, use_count = 4 * model->hinge_count;
-    *uses = (adjacency){.count = vertex_count, .item_count = use_count};
-    uses->begin = memory_allocate_zeroed(heap, vertex_count + 1, sizeof(uint32_t));
-    uses->items = memory_allocate(heap, use_count * sizeof(uint32_t));
-    if (!uses->begin || !uses->items) return false;
-    for (size_t use = 0; use < use_count; use++)
-        uses->begin[hinges[use / 4].vertices[use % 4] + 1]++;
-    for (size_t v = 0; v < vertex_count; v++) uses->begin[v + 1] += uses->begin[v];
-    for (size_t use = 0; use < use_count; use++)
-        uses->items[uses->begin[hinges[use / 4].vertices[use % 4]]++] = (uint32_t)use;
-    for (size_t v = vertex_count; v > 0; v--) uses->begin[v] = uses->begin[v - 1];
-    uses->begin[0] = 0;
-    return true;
 }
 
 tulle_status cloth_model_build(memory *heap, const cloth_model_def *def, cloth_model *model,
@@ -147,10 +102,21 @@ tulle_status cloth_model_build(memory *heap, const cloth_model_def *def, cloth_m
     if (status == TULLE_OK) status = fill_triangles(def, &result, areas, error);
     if (status == TULLE_OK) status = fill_springs(def, &result, areas, error);
     if (status == TULLE_OK) {
-        fill_block_pattern(surface, &result);
-        bending_input const input = {surface, def->rest_positions, def->materials,
-                                     def->vertex_materials, areas};
-        if (!bending_build_hinges(heap, &input, &result) || !list_vertex_hinges(heap, &result) ||
+        /* Blocks: the vertex itself and its neighbours, ascending. */
+        uint32_t position = 0;
+        for (uint32_t v = 0; v < vertices; v++) {
+            const adjacency *const around = &surface->vertex_neighbours;
+            uint32_t k = around->begin[v];
+            uint32_t const end = around->begin[v + 1];
+            result.block_begin[v] = position;
+            while (k < end && around->items[k] < v)
+                result.block_columns[position++] = around->items[k++];
+            result.block_columns[position++] = v;
+            while (k < end) result.block_columns[position++] = around->items[k++];
+        }
+        result.block_begin[vertices] = position;
+
+        if (!bending_build_hinges(heap, def, areas, &result) ||
             !bending_build_matrix(heap, &result))
             status =
                 error_set(error, TULLE_ERROR_OUT_OF_MEMORY, "no memory for the cloth's bending");
@@ -164,16 +130,27 @@ tulle_status cloth_model_build(memory *heap, const cloth_model_def *def, cloth_m
 }
 
 void cloth_model_destroy(memory *heap, cloth_model *model) {
-    size_t const vertices = model->vertex_count;
+    size_t const vertices = model->vertex_count, triangles = model->triangle_count;
+    size_t const hinges = model->hinge_count, couplings = HINGE_COUPLINGS * hinges;
     adjacency *const uses = &model->vertex_hinges;
     memory_release(heap, model->masses, vertices * sizeof(double));
     memory_release(heap, model->air_damping, vertices * sizeof(double));
     memory_release(heap, model->springs, model->spring_count * sizeof *model->springs);
-    memory_release(heap, model->hinges, model->hinge_count * sizeof *model->hinges);
-    memory_release(heap, model->block_begin, (vertices + 1) * sizeof(uint32_t));
-    memory_release(heap, model->block_columns, model->block_count * sizeof(uint32_t));
+    memory_release(heap, model->hinges, hinges * sizeof *model->hinges);
+    memory_release(heap, model->hinge_rests, hinges * sizeof *model->hinge_rests);
+    memory_release(heap, model->triangle_hinges, 3 * triangles * sizeof(uint32_t));
+    memory_release(heap, model->couplings, couplings * sizeof(double));
+    memory_release(heap, model->damping_couplings, couplings * sizeof(double));
+    memory_release(heap, model->bend_dampings, triangles * sizeof *model->bend_dampings);
     memory_release(heap, uses->begin, (uses->count + 1) * sizeof(uint32_t));
     memory_release(heap, uses->items, uses->item_count * sizeof(uint32_t));
-    bending_destroy(heap, model);
+    memory_release(heap, model->block_begin, (vertices + 1) * sizeof(uint32_t));
+    memory_release(heap, model->block_columns, model->block_count * sizeof(uint32_t));
+    memory_release(heap, model->scalar_begin, (vertices + 1) * sizeof(uint32_t));
+    memory_release(heap, model->scalar_columns, model->scalar_count * sizeof(uint32_t));
+    memory_release(heap, model->bend_blocks, model->block_count * sizeof(double));
+    memory_release(heap, model->bend_block_damping, model->block_count * sizeof(double));
+    memory_release(heap, model->bend_scalars, model->scalar_count * sizeof(double));
+    memory_release(heap, model->bend_scalar_damping, model->scalar_count * sizeof(double));
     *model = (cloth_model){0};
 }

@@ -21,6 +21,11 @@ typedef struct cloth_model_def {
     const uint32_t *vertex_materials; /* vertex_count indices into materials; null: all use 0 */
 } cloth_model_def;
 
+static inline const tulle_material *cloth_get_material(const cloth_model_def *def,
+                                                       uint32_t vertex) {
+    return &def->materials[def->vertex_materials ? def->vertex_materials[vertex] : 0];
+}
+
 /* One spring for each mesh edge. */
 typedef struct cloth_spring {
     uint32_t vertices[2];
@@ -79,10 +84,6 @@ typedef struct cloth_model {
     size_t block_count, scalar_count;
     bool has_curved_rest, has_bend_damping, has_bending;
 } cloth_model;
-
-static inline const uint32_t *cloth_get_corners(const cloth_model *model, size_t triangle) {
-    return model->surface->triangles + 3 * triangle;
-}
 
 /* Builds the model. Vertices without a triangle, triangles without area and edges of no length are
  * TULLE_ERROR_INVALID_MESH (the vertices are named). */

@@ -91,7 +91,7 @@ static void fill_slots(void *context, size_t begin, size_t end, size_t chunk, in
     assembly *const work = context;
     double const third = 1.0 / 3.0;
     for (size_t t = begin; t < end; t++) {
-        const uint32_t *const vertices = cloth_get_corners(work->model, t);
+        const uint32_t *const vertices = work->model->surface->triangles + 3 * t;
         vec3 corners[3], relative = {0.0, 0.0, 0.0}, start = {0.0, 0.0, 0.0};
         for (int k = 0; k < 3; k++) {
             corners[k] = vec3_load(work->state->positions, vertices[k]);
@@ -152,9 +152,10 @@ static void measure_triangles(void *context, size_t begin, size_t end, size_t ch
     const motion_state *const state = task->state;
     double sum = 0.0;
     for (size_t t = begin; t < end; t++) {
+        const uint32_t *const vertices = task->model->surface->triangles + 3 * t;
         vec3 corners[3], relative = {0.0, 0.0, 0.0}, start = relative, mean = relative;
         for (int k = 0; k < 3; k++) {
-            size_t const v = cloth_get_corners(task->model, t)[k];
+            size_t const v = vertices[k];
             vec3 const velocity = vec3_load(state->velocities, v);
             corners[k] = vec3_load(state->positions, v);
             start = vec3_add_scaled(start, velocity, 1.0 / 3.0);
