@@ -48,10 +48,9 @@ typedef struct assembly {
 /* What a vertex gathers. */
 typedef struct vertex_sum {
     vec3 force, source; /* f and f - D w */
-    symmetric3 diagonal;
 } vertex_sum;
 
-/* Room for slots of this stage, where the state keeps none. */
+/* Gives slots room from `scratch` unless they have some. False: no memory. */
 static inline bool provide_slots(vec3 **slots, size_t count, arena *scratch) {
     if (!*slots) *slots = ARENA_NEW(scratch, vec3, count);
     return *slots != NULL;
@@ -65,10 +64,10 @@ bool fill_wind(assembly *work);
 void gather_bending(const assembly *work, uint32_t vertex, vertex_sum *sum);
 void gather_wind(const assembly *work, uint32_t vertex, vertex_sum *sum);
 
-/* bending.c: room for the terms of bending. */
+/* bending.c: gives the terms of bending room, as provide_slots does. */
 bool provide_bending_terms(const cloth_model *model, force_terms *terms, arena *scratch);
-/* bending_damping.c: the damping of a range of triangles, a body of parallel_for; and what it
- * brings to a vertex. */
+/* bending_damping.c: damping in a range of triangles, a body of parallel_for; and what a vertex
+ * gathers of it. */
 void fill_bending_damping(void *context, size_t begin, size_t end, size_t chunk, int worker);
 void gather_bending_damping(const assembly *work, uint32_t vertex, vertex_sum *sum);
 

@@ -17,8 +17,8 @@ static inline vec3 bend_sum_corners(const cloth_hinge *hinge, const double *valu
     return sum;
 }
 
-/* Hinges that a hinge is coupled with and the places of these couplings in the model, itself first.
- * Returns how many there are. */
+/* Lists the hinges that a hinge is coupled with, itself first, and the places of the couplings in
+ * the model. Returns how many there are. */
 static inline size_t bend_list_couplings(const cloth_model *model, size_t hinge,
                                          uint32_t hinges[HINGE_COUPLINGS],
                                          size_t places[HINGE_COUPLINGS]) {
@@ -49,8 +49,8 @@ static inline vec3 bend_compute_moment(const cloth_model *model, size_t hinge,
     return moment;
 }
 
-/* Computes d = c - curvature * normal [m] of a range of hinges, a body of parallel_for; d is c
- * alone where the sides of a hinge are folded onto each other. */
+/* A body of parallel_for that computes d = c - curvature * normal [m] of a range of hinges. Where
+ * the sides of a hinge are folded onto each other, d is c. */
 typedef struct deviation_task {
     const cloth_model *model;
     const double *positions;
@@ -58,10 +58,10 @@ typedef struct deviation_task {
 } deviation_task;
 void bend_compute_deviations(void *context, size_t begin, size_t end, size_t chunk, int worker);
 
-/* Damping in one triangle, part of the force -sum_ab g_a C_ab (g_b . v): g the gradient of n . c_a,
- * n the triangle's normal. */
+/* Damping in one triangle: part of the force -sum_ab g_a C_ab (g_b . v), where n is the triangle's
+ * normal and g_a the gradient of n . c_a. */
 typedef struct bend_damping_response {
-    vec3 normal;       /* n; zero where the triangle is damped by nothing */
+    vec3 normal;       /* n; zero where nothing damps the triangle */
     double moments[3]; /* [N] along n, to the damping moment of the hinge of each edge */
 } bend_damping_response;
 

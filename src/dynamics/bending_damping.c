@@ -22,20 +22,20 @@
 
 #include <math.h>
 
-/* A triangle with less than this part of its rest area has no normal to go by. */
+/* A triangle with less than this part of its rest area has no usable normal. */
 static const double FLATTENED_LIMIT = 0.1;
 
 /* Part of M / h that the turning of normals may take. */
 static const double TURNING_SHARE = 0.5;
 
-/* A triangle now: edges from corner 0, normal, and twice the area. */
+/* A triangle at the start of the step: edges from corner 0, normal, and twice the area. */
 typedef struct triangle_frame {
     vec3 left, right, normal;
     double double_area;
 } triangle_frame;
 
-/* Bound of h m^-1/2 (sum e_a C_ab e_b^T) m^-1/2 over all triangles at a vertex: trace of C times
- * sum |e_ak|^2 / m_k. */
+/* Bounds h m^-1/2 (sum e_a C_ab e_b^T) m^-1/2, summed over all triangles at a vertex, by the trace
+ * of C times sum |e_ak|^2 / m_k. */
 static double bound_turning(const assembly *work, size_t triangle, const triangle_frame *frame,
                             const vec3 vectors[3]) {
     const cloth_model *const model = work->model;

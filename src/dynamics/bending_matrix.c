@@ -13,8 +13,9 @@
  * Based on: Bergou, Wardetzky, Harmon, Zorin, Grinspun, A quadratic bending model for inextensible
  * surfaces, 2006 (c linear in the positions under isometry); Grinspun, Gingold, Reisman, Zorin,
  * Computing discrete shape operators on general meshes, 2006 (S from the three edges). Departure:
- * the energy of single hinges of the first paper takes three times the energy of a cylinder along
- * the legs of a right-triangle mesh, and depends on the direction; the shape operator does not. */
+ * the first paper sums the energies of single hinges. That sum depends on the direction: a cylinder
+ * along the legs of a right-triangle mesh has three times its energy. The shape operator gives
+ * every direction the same. */
 #include "dynamics/bending_matrix.h"
 
 #include "base/sort.h"

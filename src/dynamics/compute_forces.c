@@ -81,7 +81,8 @@ static inline void add_drag(const assembly *work, uint32_t triangle, symmetric3 
     symmetric3_add(block, &drag);
 }
 
-/* The row of the matrix, of all forces, and the sums of the vertex itself and its springs. */
+/* Fills the row of the matrix, for all forces, and starts the sums with the vertex's own forces and
+ * those of its springs. */
 static void begin_row(const assembly *work, uint32_t vertex, vertex_sum *sum) {
     const cloth_model *const model = work->model;
     block_matrix *const matrix = &work->system->matrix;
@@ -93,7 +94,7 @@ static void begin_row(const assembly *work, uint32_t vertex, vertex_sum *sum) {
     size_t const diagonal = matrix->diagonal_positions[vertex];
     double const own = mass + alpha * (damping + model->bend_block_damping[diagonal]) +
                        beta * model->bend_blocks[diagonal];
-    sum->diagonal = symmetric3_make(own, 0.0, none);
+    symmetric3 own_block = symmetric3_make(own, 0.0, none);
     sum->force = vec3_add_scaled(vec3_scale(work->surroundings->gravity, mass),
                                  vec3_load(work->state->velocities, vertex), -damping);
     sum->source = vec3_add_scaled(sum->force, vec3_load(work->start_velocities, vertex), damping);
@@ -108,7 +109,7 @@ static void begin_row(const assembly *work, uint32_t vertex, vertex_sum *sum) {
         if (work->spring_forces)
             sum->force = vec3_add_scaled(sum->force, work->spring_forces[s], sign);
         sum->source = vec3_add_scaled(sum->source, work->spring_sources[s], sign);
-        symmetric3_add(&sum->diagonal, &work->spring_blocks[s]);
+        symmetric3_add(&own_block, &work->spring_blocks[s]);
         double const bend = alpha * model->bend_block_damping[k] + beta * model->bend_blocks[k];
         symmetric3 block = symmetric3_make(bend, 0.0, none);
         for (int i = 0; i < 6; i++) block.m[i] -= work->spring_blocks[s].m[i];
@@ -119,8 +120,8 @@ static void begin_row(const assembly *work, uint32_t vertex, vertex_sum *sum) {
 
     const adjacency *const uses = &model->surface->vertex_triangles;
     for (size_t k = uses->begin[vertex]; work->has_wind && k < uses->begin[vertex + 1]; k++)
-        add_drag(work, uses->items[k], &sum->diagonal);
-    memcpy(matrix->values + BLOCK_NUMBERS * diagonal, sum->diagonal.m, sizeof sum->diagonal.m);
+        add_drag(work, uses->items[k], &own_block);
+    memcpy(matrix->values + BLOCK_NUMBERS * diagonal, own_block.m, sizeof own_block.m);
 }
 
 /* The rows of a range of vertices. After a pass that does not end them the forces of the system are
@@ -158,7 +159,7 @@ static void gather_forces(void *context, size_t begin, size_t end, size_t chunk,
     }
 }
 
-/* All forces, in their order. False: no memory. */
+/* Fills the system with all forces, in their order. False: no memory. */
 static bool fill_system(assembly *work) {
     const cloth_model *const model = work->model;
     arena *const scratch = work->scratch;

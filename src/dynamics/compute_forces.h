@@ -13,14 +13,14 @@
 #include <stdbool.h>
 
 /* What compute_forces computes from x0 and v0 alone, wherever springs are linearised. There is
- * one entry a vertex, triangle or hinge; arrays are null where the model has no wind, no bending
- * or no damping of it. */
+ * one entry a vertex, triangle or hinge. Arrays are null where there is no wind, no bending or no
+ * damping of bending. */
 typedef struct force_terms {
     vec3 *air_velocities;   /* [m/s] of the wind at each vertex */
     vec3 *triangle_sources; /* per corner, f - D w */
     vec3 *triangle_drags;   /* g: D of a corner by a corner is -g g^T */
-    vec3 *hinge_moments;    /* of hinges that are flat at rest ... */
-    vec3 *hinge_forces;     /* ... 4 a hinge instead, where one is not */
+    vec3 *hinge_moments;    /* where all hinges are flat at rest; else null */
+    vec3 *hinge_forces;     /* 4 a hinge, where one is not flat; else null */
     vec3 *bend_forces;      /* 2 a triangle: on its corners 1 and 2, from its damping */
     bool is_complete;
 } force_terms;
@@ -100,10 +100,10 @@ tulle_status measure_wind_work(const cloth_model *model, const motion_state *sta
                                const double *mean, wind_work_options options, arena *scratch,
                                double *work);
 
-/* Velocities at the end of the step from the mean velocity u (u may equal v1 in storage):
- * implicit Euler v1 = u, Crank-Nicolson v1 = 2 u - v0, BDF2 v1 = 3/2 u - 1/2 previous u, or what
- * their damping makes of it.
- * Vertices with is_fixed (may be null) get v1 = u. `integrator` is the one in linear_system. */
+/* Velocities v1 at the end of the step from the mean velocity u; `mean` and `velocities` may be the
+ * same array. Without damping v1 is u for implicit Euler, 2 u - v0 for Crank-Nicolson, and
+ * 3/2 u - 1/2 previous u for BDF2; see `share` of linear_system. Vertices with is_fixed (may be
+ * null) get v1 = u. The integrator is that of linear_system. */
 void finish_velocities(const linear_system *system, const motion_state *state,
                        const uint8_t *is_fixed, const double *mean, double *velocities);
 

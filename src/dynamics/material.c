@@ -4,8 +4,9 @@
  * Area density and bending rigidity lie in the ranges that fabric-testing textbooks print for such
  * cloth (KES-F bending rigidity, 1 gf cm^2/cm = 9.81e-5 N m). The model is isotropic, its shear
  * modulus 3/8 of the stretch stiffness. Woven cloth is ten times stiffer and more along its yarns
- * than the stretch stiffness here, and about half as stiff in shear as the model: shear lets it
- * drape, so the values stay near it (with those of the yarns a draped cloth stands like paper).
+ * than the stretch stiffness here, and about half as stiff in shear as the model. Cloth drapes by
+ * shear, so the values stay near its shear stiffness; with that of the yarns a draped cloth would
+ * stand like paper.
  * Friction is typical of such cloth on a smooth hard surface; damping is chosen, not measured. */
 #include "base/error.h"
 #include "dynamics/cloth_model.h"

@@ -12,7 +12,7 @@
  * preserve energy and momentum, 1991; Suzuki 1990 and Yoshida 1990 (composition). */
 #include "dynamics/rigid_body.h"
 
-/* Rounded correctly. A call of cbrt is not, where the compiler does not fold it. */
+/* Correctly rounded. A call of cbrt is so only where the compiler folds it. */
 static const double CUBE_ROOT_OF_2 = 0x1.428a2f98d728bp+0;
 
 /* [rad] Turn of one part of a step. */

@@ -1,4 +1,5 @@
-/* dynamics/spring.h - one spring: its law, its response, and the guess that it believes. */
+/* dynamics/spring.h - one spring: its law, its response, and the guess about which it is
+ * linearised. */
 #ifndef TULLE_DYNAMICS_SPRING_H
 #define TULLE_DYNAMICS_SPRING_H
 
@@ -34,8 +35,8 @@ typedef struct spring_response {
     vec3 direction;       /* n, from the first end to the second; zero for a spring of no length */
 } spring_response;
 
-/* Stretched by more than so many stiffening strains, a spring is linear again, with the slope that
- * it has there: the yarns themselves are stretched. */
+/* Beyond so many stiffening strains a spring is linear again, with the slope that it has there:
+ * then the yarns themselves stretch. */
 #define STIFFENING_STRAINS_MAX 3.0
 
 /* Tension [N] of a spring that is longer than at rest by `extension` [m], and its derivative and

@@ -133,9 +133,9 @@ void gather_wind(const assembly *work, uint32_t vertex, vertex_sum *sum) {
 
 /* ---- its work ----
  *
- * The force on a triangle at (x0, v0) is carried on to the mean velocity of the step by the part of
- * its derivative that the matrix holds, along the normal at x0. The work is negative where the air
- * slows the cloth. */
+ * The linear system continues the force on a triangle from (x0, v0) to the mean velocity of the
+ * step. It does so by the part of the force's derivative that the matrix holds, along the normal at
+ * x0. The work is negative where the air slows the cloth. */
 
 typedef struct work_task {
     const cloth_model *model;

@@ -4,9 +4,9 @@
  * exactly these doubles. The answer is exact for all finite inputs, from the smallest subnormal to
  * the largest double and any mixture of them; for infinities and NaN it is meaningless.
  *
- * A floating-point evaluation with a proven error bound decides almost all calls (10 to 20
- * nanoseconds); what it leaves open is decided in integers of whatever length it takes (about half
- * a microsecond for coordinates of ordinary size).
+ * A floating-point evaluation with a proven error bound decides almost all calls, in 10 to 20
+ * nanoseconds. Integers as long as necessary decide the rest, in about half a microsecond for
+ * coordinates of ordinary size.
  *
  * Based on: J. R. Shewchuk, "Adaptive Precision Floating-Point Arithmetic and Fast Robust Geometric
  * Predicates", 1997: the idea of a determinant filtered by its permanent. Departure: behind the
