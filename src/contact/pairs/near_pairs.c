@@ -1,8 +1,9 @@
 /* contact/pairs/near_pairs.c - see near_pairs.h.
  *
  * Two features approach each other by at most the longest ways of what moves and of anything else.
- * The list holds all pairs that start nearer than the largest separation distance. Where the limit
- * and the approach together are less than that distance, no other pair comes under the limit.
+ * The list holds all pairs that start nearer than the largest separation distance, but for ignored
+ * ones. Where the limit and the approach together are less than that distance, no other pair comes
+ * under the limit.
  *
  * Else a vertex is called fast if it goes farther than half of the largest separation distance less
  * the limit. Two vertices that are not fast cannot bring another pair under the limit, so only

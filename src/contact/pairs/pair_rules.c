@@ -1,7 +1,10 @@
 /* contact/pairs/pair_rules.c - see pair_rules.h. */
 #include "contact/pairs/pair_rules.h"
 
+#include "base/sort.h"
+
 #include <float.h>
+#include <stdlib.h>
 
 /* Parts of the rest distance of a pair of one cloth: cloth can be compressed to half before it
  * touches itself ... */
@@ -11,12 +14,6 @@ static const double MINIMUM_PART_OF_REST = 0.25;
 /* Rest distances under this part of the contact distance are no neighbours of one surface but
  * pattern pieces laid over one another: the rest shape then says nothing about the pair. */
 static const double OVERLAPPING_REST = 1e-3;
-/* A pair that starts at the minimum gap or nearer may come nearer by this factor, so that a step
- * can begin. It was pressed there by the step before, or the start was bad. The factor is so near
- * to 1 that 10,000 pressed steps take a hundredth of the distance. */
-static const double PART_OF_START = 1.0 - 1e-6;
-/* Accepted states keep more than xi up to this relative rounding. */
-static const double MINIMUM_ROUNDING = 1e-9;
 /* Corner gaps: three subtractions or sums and a dot product, generously. */
 static const double SLACK_ROUNDINGS = 64.0;
 
@@ -25,14 +22,21 @@ const contact_law *get_contact_law(const contact_scene *scene, const uint32_t ve
     return &scene->laws[a * scene->set->surface_count + b];
 }
 
-pair_distances limit_pair_distances(const contact_scene *scene, const uint32_t vertices[4],
-                                    double rest) {
+pair_distances compute_pair_distances(const contact_scene *scene, feature_kind kind,
+                                      const uint32_t vertices[4], const double *rest_distance) {
     const contact_law *const law = get_contact_law(scene, vertices);
     pair_distances distances = {law->contact_distance, law->separation_distance,
                                 scene->settings.minimum_gap};
-    if (scene->vertex_surface[vertices[0]] != scene->vertex_surface[vertices[3]] ||
-        rest < OVERLAPPING_REST * law->contact_distance)
-        return distances;
+    if (scene->vertex_surface[vertices[0]] != scene->vertex_surface[vertices[3]]) return distances;
+    double rest;
+    if (rest_distance) {
+        rest = *rest_distance;
+    } else {
+        vec3 points[4];
+        load_points(scene->rest, vertices, points);
+        rest = sqrt(closest_of_pair(kind, points).distance2);
+    }
+    if (rest < OVERLAPPING_REST * law->contact_distance) return distances;
     if (CONTACT_PART_OF_REST * rest < distances.contact) {
         distances.separation *= CONTACT_PART_OF_REST * rest / distances.contact;
         distances.contact = CONTACT_PART_OF_REST * rest;
@@ -42,47 +46,21 @@ pair_distances limit_pair_distances(const contact_scene *scene, const uint32_t v
     return distances;
 }
 
-pair_distances compute_pair_distances(const contact_scene *scene, feature_kind kind,
-                                      const uint32_t vertices[4]) {
-    if (scene->vertex_surface[vertices[0]] != scene->vertex_surface[vertices[3]])
-        return limit_pair_distances(scene, vertices, 0.0);
-    vec3 points[4];
-    load_points(scene->rest, vertices, points);
-    double const rest = sqrt(closest_of_pair(kind, points).distance2);
-    return limit_pair_distances(scene, vertices, rest);
-}
-
-double choose_minimum_gap(double minimum, double start_distance) {
-    if (start_distance > minimum * (1.0 + MINIMUM_ROUNDING)) return minimum;
-    double const part = PART_OF_START * start_distance;
-    return part < minimum ? part : minimum;
-}
-
-static bool is_in_ignored(const contact_scene *scene, uint64_t key) {
-    size_t low = 0, high = scene->ignored_count;
-    while (low < high) {
-        size_t const middle = low + (high - low) / 2;
-        if (scene->ignored[middle] == key) return true;
-        if (scene->ignored[middle] < key)
-            low = middle + 1;
-        else
-            high = middle;
-    }
-    return false;
-}
-
 /* Owners of an edge are those triangles of its first vertex that have the edge: also right where
  * more than two triangles meet. */
 bool pair_is_ignored(const contact_scene *scene, feature_kind kind, feature_pair pair) {
     const topology *const topo = scene->set->topo;
     const adjacency *const around = &topo->vertex_triangles;
     const uint32_t *const edges = topo->triangle_edges;
-    if (scene->ignored_count == 0) return false;
+    const uint64_t *const ignored = scene->ignored;
+    size_t const count = scene->ignored_count;
+    if (count == 0) return false;
     if (kind == FEATURE_VERTEX_TRIANGLE) {
         uint32_t const begin = around->begin[pair.first], end = around->begin[pair.first + 1];
-        for (uint32_t i = begin; i < end; i++)
-            if (!is_in_ignored(scene, ignored_pair_key(around->items[i], pair.second)))
-                return false;
+        for (uint32_t i = begin; i < end; i++) {
+            uint64_t const key = ignored_pair_key(around->items[i], pair.second);
+            if (!bsearch(&key, ignored, count, sizeof key, compare_u64)) return false;
+        }
         return end > begin;
     }
     uint32_t const a = topo->edges[2 * (size_t)pair.first];
@@ -98,7 +76,8 @@ bool pair_is_ignored(const contact_scene *scene, feature_kind kind, feature_pair
                 edges[3 * second + 2] != pair.second)
                 continue;
             uint64_t const key = ignored_pair_key((uint32_t)first, (uint32_t)second);
-            if (first != second && !is_in_ignored(scene, key)) return false;
+            if (first != second && !bsearch(&key, ignored, count, sizeof key, compare_u64))
+                return false;
         }
     }
     return true;

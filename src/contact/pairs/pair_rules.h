@@ -13,15 +13,10 @@ typedef struct pair_distances {
 } pair_distances;
 
 /* Those of a pair. Its vertices are numbered as by feature_pair_vertices: the first belongs to the
- * first feature, the last to the second. */
+ * first feature, the last to the second. rest: its distance [m] in the rest shape, which matters
+ * for pairs of one surface alone; null: it is computed. */
 pair_distances compute_pair_distances(const contact_scene *scene, feature_kind kind,
-                                      const uint32_t vertices[4]);
-/* The same where the distance [m] in the rest shape is known. It matters for pairs of one surface
- * alone. */
-pair_distances limit_pair_distances(const contact_scene *scene, const uint32_t vertices[4],
-                                    double rest);
-/* The gap [m] that a pair must keep over a step that it starts at start_distance [m]. */
-double choose_minimum_gap(double minimum, double start_distance);
+                                      const uint32_t vertices[4], const double *rest);
 const contact_law *get_contact_law(const contact_scene *scene, const uint32_t vertices[4]);
 /* See ignored_pair_key. */
 bool pair_is_ignored(const contact_scene *scene, feature_kind kind, feature_pair pair);

@@ -65,7 +65,8 @@ bool finish_contact_row(const contact_scene *scene, contact_row *row) {
         frame->turning =
             vec3_scale(vec3_add_scaled(change, frame->normal, -rise), 1.0 / scene->time_step);
     }
-    double const contact = compute_pair_distances(scene, frame->kind, frame->vertices).contact;
+    double const contact =
+        compute_pair_distances(scene, frame->kind, frame->vertices, NULL).contact;
     double const gap = frame->gap + compute_row_curvature(scene, row);
     double const bias = (contact - gap) / scene->time_step;
     double const most = scene->settings.push_out_speed;

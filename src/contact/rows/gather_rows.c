@@ -44,7 +44,7 @@ static void measure_touches(const void *context, feature_kind kind, pair_event *
     for (size_t i = 0; i < count; i++) {
         uint32_t vertices[4];
         feature_pair_vertices(scene->set->topo, kind, pairs[i], vertices);
-        pair_distances const limits = limit_pair_distances(scene, vertices, rest[i]);
+        pair_distances const limits = compute_pair_distances(scene, kind, vertices, &rest[i]);
         events[i].distance = start[i];
         events[i].time = 0.0;
         verdicts[i] = is_at_end[i] ? SCAN_DROP_NEAR : SCAN_EVENT;

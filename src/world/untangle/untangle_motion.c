@@ -164,7 +164,7 @@ static tulle_status push_near(untangling *work) {
         load_points(work->positions, v, points);
         closest_points const closest = closest_of_pair(kind, points);
         double const distance = sqrt(closest.distance2);
-        pair_distances const distances = compute_pair_distances(&scene, kind, v);
+        pair_distances const distances = compute_pair_distances(&scene, kind, v, NULL);
         double const wanted = GAP_SHARE * distances.contact;
         if (distance >= wanted) continue;
         if (distance < distances.minimum * (1.0 + 1e-6)) work->has_gap = false;
