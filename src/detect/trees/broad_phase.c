@@ -21,13 +21,19 @@ static bool reserve_parts(broad_phase *broad, const surface_set *set) {
     broad->trees = memory_allocate_zeroed(heap, broad->surface_count, sizeof *broad->trees);
     if (!broad->trees) return false;
 
-    /* Leaves are numbered through the surfaces; a voxel tree may need one for each triangle. */
+    /* Leaves are numbered through the surfaces. A voxel tree may need one for each triangle. A
+     * refitted tree takes the fewest of the form 5 .. 8 times a power of two (or 1 .. 8), so that
+     * leaves and lowest nodes are nearly full. */
     for (size_t s = 0; s < set->surface_count; s++) {
         const surface_range *const range = &set->surfaces[s];
         size_t const count = range->triangle_end - range->triangle_begin;
-        uint32_t group;
+        uint32_t const needed = (uint32_t)((count + LEAF_TRIANGLES - 1) / LEAF_TRIANGLES);
+        unsigned levels = 0;
+        while (needed > (uint32_t)NODE_LANES << levels) levels++;
         broad->trees[s].leaf_begin = (uint32_t)broad->leaf_capacity;
-        broad->leaf_capacity += is_refit ? choose_leaf_count(count, &group) : count;
+        if (is_refit)
+            broad->trees[s].leaf_count = (needed + (1U << levels) - 1) >> levels << levels;
+        broad->leaf_capacity += is_refit ? broad->trees[s].leaf_count : count;
     }
 
     /* A fit task takes many vertices or lowest nodes of one surface, and there are fewer nodes than

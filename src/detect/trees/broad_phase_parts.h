@@ -147,9 +147,6 @@ static inline bool boxes_meet(const float a[6], const float b[6]) {
  * positions. */
 tulle_status shape_refit_tree(broad_phase *broad, const surface_set *set, uint32_t surface,
                               const double *rest);
-/* Number of leaves of such a tree, and how many of them a lowest node has: the fewest of the form
- * 5 .. 8 times a power of two (or 1 .. 8), so that leaves and lowest nodes are nearly full. */
-uint32_t choose_leaf_count(size_t triangle_count, uint32_t *group);
 /* voxel_tree.c: the same from the vertex boxes and, by BROAD_PHASE_PAPER, the labels of patches. */
 tulle_status shape_voxel_tree(broad_phase *broad, const surface_set *set, uint32_t surface);
 

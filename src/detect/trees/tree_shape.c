@@ -88,23 +88,12 @@ static void split_triangles(const shaper *shape, size_t count, size_t leaf_count
     split_triangles(shape, count, leaf_count, leaf_middle, leaf_end);
 }
 
-uint32_t choose_leaf_count(size_t triangle_count, uint32_t *group) {
-    uint32_t const needed = (uint32_t)((triangle_count + LEAF_TRIANGLES - 1) / LEAF_TRIANGLES);
-    unsigned levels = 0;
-    while (needed > (uint32_t)NODE_LANES << levels) levels++;
-    *group = (needed + (1U << levels) - 1) >> levels;
-    return *group << levels;
-}
-
 tulle_status shape_refit_tree(broad_phase *broad, const surface_set *set, uint32_t surface,
                               const double *rest) {
     const surface_range *const range = &set->surfaces[surface];
     surface_tree *const tree = &broad->trees[surface];
     size_t const count = range->triangle_end - range->triangle_begin;
-    tree->leaf_count = 0;
     if (count == 0) return assign_even_slots(broad, set, surface);
-    uint32_t group;
-    tree->leaf_count = choose_leaf_count(count, &group);
     shaper const shape = {.order = broad->triangles.features + range->triangle_begin,
                           .corners = set->topo->triangles,
                           .rest = rest};
@@ -116,10 +105,11 @@ tulle_status shape_refit_tree(broad_phase *broad, const surface_set *set, uint32
         leaf->triangle_end = range->triangle_begin + (uint32_t)(count * (l + 1) / tree->leaf_count);
     }
 
-    /* Levels up to the root: the lowest nodes take `group` leaves, the others NODE_LANES, the root
-     * what is left. */
-    uint32_t first = tree->leaf_begin, left = tree->leaf_count, children = group;
-    if (!ARRAY_RESERVE(broad->heap, &tree->nodes, left / group * 8 / 7 + 2))
+    /* Levels up to the root: the lowest nodes take `children` leaves, the others NODE_LANES, the
+     * root what is left. */
+    uint32_t first = tree->leaf_begin, left = tree->leaf_count, children = left;
+    while (children > NODE_LANES) children /= 2;
+    if (!ARRAY_RESERVE(broad->heap, &tree->nodes, left / children * 8 / 7 + 2))
         return TULLE_ERROR_OUT_OF_MEMORY;
     do {
         tree->level_begin[tree->level_count++] = (uint32_t)tree->nodes.count;
