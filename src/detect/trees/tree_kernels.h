@@ -1,17 +1,19 @@
 /* detect/trees/tree_kernels.h - the trees as their kernels see them, and those kernels
  * (kernels/...).
  *
- * The boxes of a leaf's features are fitted from those of vertices: of all leaves beforehand, or,
- * where most are not needed, when a pair of leaves needs them; then each worker keeps them for the
- * leaves it met last. They lie together, one block a leaf: a header, then groups of six rows of
- * sixteen lanes with the low x, y, z, high x, y, z of its features: eight triangles and eight
- * vertices, then its edges, then vertices beyond eight. Lanes without a feature meet nothing.
+ * The boxes of a leaf's features are fitted from those of vertices. Where most leaves need theirs,
+ * all are fitted beforehand. Else those of a leaf are fitted when a pair of leaves needs them, and
+ * each worker keeps them for the leaves that it met last.
+ *
+ * They lie together, one block a leaf: a header, then groups of six rows of sixteen lanes with the
+ * low x, y, z, high x, y, z of its features. The first group has eight triangles and eight
+ * vertices, the next ones have its edges, then come vertices beyond eight. Lanes without a feature
+ * meet nothing.
  *
  * Where straight paths are followed and are long, boxes of features hold the start only. The header
- * then has the drift of the leaf, bounds on how far its vertices move along each axis. What is
- * apart at the start by more than the drifts of both leaves can make up for is apart at the end
- * too, along the same axis, and so throughout. Else boxes hold all of the paths, and the drift is
- * 0. */
+ * then has the drift of the leaf: bounds on how far its vertices move along each axis. Features
+ * that start apart by more than the drifts of both leaves can make up for are apart at the end too,
+ * along the same axis, and so throughout. Else boxes hold all of the paths, and the drift is 0. */
 #ifndef TULLE_DETECT_TREES_TREE_KERNELS_H
 #define TULLE_DETECT_TREES_TREE_KERNELS_H
 
@@ -122,10 +124,11 @@ typedef struct node_search {
 
 typedef struct leaf_tables {
     leaf_fit fit;
-    /* For a leaf with itself, then for each of its neighbours: which features share no vertex, and
-     * are to be compared: bits of the edges of the other, group by group, for each edge; bits of
-     * the triangles of the other for each vertex, and of its own for each vertex of the other.
-     * Null where leaves do not know their neighbours. */
+    /* Which features of two leaves share no vertex, and are to be compared. A leaf has such masks
+     * for itself, then for each of its neighbours. Each edge of the leaf has bits of the other's
+     * edges, group by group. Each vertex of the leaf has bits of the other's triangles, and each
+     * vertex of the other has bits of the leaf's triangles. Null where leaves do not know their
+     * neighbours. */
     const uint16_t *masks;
     bool is_one_tree; /* leaves of a pair may be equal, or share vertices */
 } leaf_tables;
