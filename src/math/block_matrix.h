@@ -55,8 +55,7 @@ tulle_status block_matrix_build(memory *heap, size_t row_count, block_pattern bl
                                 block_pattern scalars, block_matrix *result);
 void block_matrix_destroy(memory *heap, block_matrix *matrix);
 
-/* Index of block (row, column) in columns; TULLE_NONE if it is not in the pattern.
- */
+/* Index of block (row, column) in columns; TULLE_NONE if it is not in the pattern. */
 uint32_t block_matrix_find(const block_matrix *matrix, uint32_t row, uint32_t column);
 
 /* A matrix as a linear_operator for conjugate_gradients_solve; context is a block_matrix_operator.

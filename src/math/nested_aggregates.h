@@ -1,5 +1,6 @@
-/* math/nested_aggregates.h - a preconditioner for matrices over the vertices of a mesh: what blocks
- * of the diagonal do for vertices, done for aggregates of vertices, of aggregates, and so on.
+/* math/nested_aggregates.h - a preconditioner for matrices over the vertices of a mesh. It does for
+ * aggregates of vertices, for aggregates of these, and so on, what the blocks of the diagonal do
+ * for vertices.
  *
  * With P_l, which gives all vertices of an aggregate its value,
  *     B = D^-1 + sum over levels l of P_l G_l^-1 P_l^T,    G_l the diagonal blocks of P_l^T A P_l;

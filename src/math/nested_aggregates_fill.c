@@ -97,35 +97,6 @@ bool nested_aggregates_set_matrix(nested_aggregates *aggregates, const block_mat
     return ok;
 }
 
-/* Adds a term to the blocks of all levels. */
-static void add_term(nested_aggregates *all, const matrix_term *term) {
-    uint32_t members[4];
-    double weights[4];
-    for (size_t k = 0; k < 4; k++) {
-        uint32_t const vertex = term->vertices[k];
-        members[k] = vertex == TULLE_NONE || all->is_fixed[vertex] ? TULLE_NONE : vertex;
-        weights[k] = term->weights[k];
-    }
-    for (size_t l = 0; l < all->level_count; l++) {
-        const aggregate_level *const level = &all->levels[l];
-        /* Each vertex becomes its aggregate; vertices of the same aggregate become one. */
-        for (size_t k = 0; k < 4; k++) {
-            if (members[k] == TULLE_NONE) continue;
-            members[k] = level->parents[members[k]];
-            for (size_t j = 0; j < k && members[k] != TULLE_NONE; j++) {
-                if (members[j] != members[k]) continue;
-                weights[j] += weights[k];
-                members[k] = TULLE_NONE;
-            }
-        }
-        for (size_t k = 0; k < 4; k++) {
-            if (members[k] == TULLE_NONE) continue;
-            double *const to = level->blocks + 9 * (size_t)members[k];
-            for (size_t i = 0; i < 9; i++) to[i] += weights[k] * weights[k] * term->stiffness.m[i];
-        }
-    }
-}
-
 static void invert_chunk(void *context, size_t begin, size_t end, size_t chunk, int worker) {
     (void)chunk, (void)worker;
     const aggregate_level *const level = context;
@@ -144,7 +115,36 @@ void nested_aggregates_set_terms(nested_aggregates *aggregates, const matrix_ter
         aggregate_level *const level = &aggregates->levels[l];
         memcpy(level->blocks, level->matrix_blocks, 9 * level->count * sizeof(double));
     }
-    for (size_t t = 0; t < count; t++) add_term(aggregates, &terms[t]);
+    for (size_t t = 0; t < count; t++) {
+        const matrix_term *const term = &terms[t];
+        uint32_t members[4];
+        double weights[4];
+        for (size_t k = 0; k < 4; k++) {
+            uint32_t const vertex = term->vertices[k];
+            bool const is_free = vertex != TULLE_NONE && !aggregates->is_fixed[vertex];
+            members[k] = is_free ? vertex : TULLE_NONE;
+            weights[k] = term->weights[k];
+        }
+        for (size_t l = 0; l < aggregates->level_count; l++) {
+            const aggregate_level *const level = &aggregates->levels[l];
+            /* Each vertex becomes its aggregate; vertices of the same aggregate become one. */
+            for (size_t k = 0; k < 4; k++) {
+                if (members[k] == TULLE_NONE) continue;
+                members[k] = level->parents[members[k]];
+                for (size_t j = 0; j < k && members[k] != TULLE_NONE; j++) {
+                    if (members[j] != members[k]) continue;
+                    weights[j] += weights[k];
+                    members[k] = TULLE_NONE;
+                }
+            }
+            for (size_t k = 0; k < 4; k++) {
+                if (members[k] == TULLE_NONE) continue;
+                double *const to = level->blocks + 9 * (size_t)members[k];
+                for (size_t i = 0; i < 9; i++)
+                    to[i] += weights[k] * weights[k] * term->stiffness.m[i];
+            }
+        }
+    }
     for (size_t l = 0; l < aggregates->level_count; l++)
         parallel_for(aggregates->levels[l].count, choose_chunk(aggregates->levels[l].count),
                      threads, invert_chunk, &aggregates->levels[l]);

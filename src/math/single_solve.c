@@ -46,28 +46,6 @@ static void copy_rows(void *context, size_t begin, size_t end, size_t chunk, int
         task->copy->scalar_values[i] = (float)block_matrix_get_scalar(matrix, i);
 }
 
-/* Adds a term to the copy; false where one of its blocks is not in the pattern. */
-static bool add_term(single_system *system, const matrix_term *term) {
-    uint32_t places[4][4];
-    for (size_t i = 0; i < 4; i++)
-        for (size_t j = 0; j < 4; j++) {
-            uint32_t const row = term->vertices[i], column = term->vertices[j];
-            places[i][j] = TULLE_NONE;
-            if (row == TULLE_NONE || column == TULLE_NONE) continue;
-            places[i][j] = block_matrix_find(system->matrix, row, column);
-            if (places[i][j] == TULLE_NONE) return false;
-        }
-    for (size_t i = 0; i < 4; i++)
-        for (size_t j = 0; j < 4; j++) {
-            if (places[i][j] == TULLE_NONE) continue;
-            float *const block = system->copy.values + SINGLE_BLOCK * (size_t)places[i][j];
-            double const scale = term->weights[i] * term->weights[j];
-            for (size_t k = 0; k < SINGLE_BLOCK; k++)
-                block[k] += (float)(scale * term->stiffness.m[block_places[k]]);
-        }
-    return true;
-}
-
 bool single_system_make(const block_matrix *matrix, const matrix_term *terms, size_t term_count,
                         int threads, arena *scratch, single_system *system) {
     *system = (single_system){.matrix = matrix,
@@ -84,8 +62,31 @@ bool single_system_make(const block_matrix *matrix, const matrix_term *terms, si
     parallel_for(matrix->row_count, VERTICES_PER_CHUNK, threads, copy_rows, &task);
     memset(system->copy.values + SINGLE_BLOCK * matrix->block_count, 0,
            SINGLE_PADDING * sizeof(float));
-    for (size_t t = 0; t < term_count; t++)
-        if (!add_term(system, &terms[t])) system->apart[system->apart_count++] = &terms[t];
+    for (size_t t = 0; t < term_count; t++) {
+        const matrix_term *const term = &terms[t];
+        uint32_t places[4][4];
+        bool is_inside = true; /* all blocks of the term are in the pattern */
+        for (size_t i = 0; i < 4; i++)
+            for (size_t j = 0; j < 4; j++) {
+                uint32_t const row = term->vertices[i], column = term->vertices[j];
+                places[i][j] = TULLE_NONE;
+                if (row == TULLE_NONE || column == TULLE_NONE) continue;
+                places[i][j] = block_matrix_find(matrix, row, column);
+                is_inside &= places[i][j] != TULLE_NONE;
+            }
+        if (!is_inside) {
+            system->apart[system->apart_count++] = term;
+            continue;
+        }
+        for (size_t i = 0; i < 4; i++)
+            for (size_t j = 0; j < 4; j++) {
+                if (places[i][j] == TULLE_NONE) continue;
+                float *const block = system->copy.values + SINGLE_BLOCK * (size_t)places[i][j];
+                double const scale = term->weights[i] * term->weights[j];
+                for (size_t k = 0; k < SINGLE_BLOCK; k++)
+                    block[k] += (float)(scale * term->stiffness.m[block_places[k]]);
+            }
+    }
     return true;
 }
 

@@ -1,8 +1,8 @@
 /* math/kernels/single_kernel.c - see single_kernel.h.
  *
- * A block times three numbers is nine products: three columns of four lanes, the last of which is
- * ignored, side by side where a register has sixteen. Each lane's sum is over the blocks of a row
- * in their order, so all widths give the same bits. */
+ * A block times three numbers is nine products. Wide registers hold them side by side; lanes
+ * beyond them are ignored. Each lane adds up the blocks of a row in their order, so all widths give
+ * the same bits. */
 #include "math/single_kernel.h"
 
 #include <string.h>
@@ -12,7 +12,7 @@
 
 #define SINGLE_INLINE static inline __attribute__((always_inline))
 
-/* Where the next number may be another thread's. */
+/* For places where the number after the three may belong to another thread. */
 SINGLE_INLINE floats4 load3(const float *from) {
     floats4 const a = {from[0], from[1], from[2], 0.0F};
     return a;
