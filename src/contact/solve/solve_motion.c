@@ -65,7 +65,7 @@ static void apply_with_hard_rows(void *context, const double *x, double *y) {
     if (!solve->is_cloth_only) apply_bodies(solve->scene, x, y);
     for (size_t i = 0; i < solve->hard_count; i++) {
         const contact_row *const row = solve->hard_rows[i];
-        vec3 const velocity = get_solved_velocity(row, cloth_count, x);
+        vec3 const velocity = get_coupled_velocity(row, cloth_count, x);
         add_row_impulse(row, cloth_count, mat3_multiply_vec3(&row->solve.pull, velocity), y);
     }
 }
