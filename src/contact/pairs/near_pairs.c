@@ -5,9 +5,9 @@
  * ones. Where the limit and the approach together are less than that distance, no other pair comes
  * under the limit.
  *
- * Else a vertex is called fast if it goes farther than half of the largest separation distance less
- * the limit. Two vertices that are not fast cannot bring another pair under the limit, so only
- * pairs with a fast vertex are taken from all pairs.
+ * Else a vertex is called fast if it goes farther than half of what the largest separation distance
+ * exceeds the limit by. Two features without a fast vertex that are not in the list cannot come
+ * under the limit, so besides the list only pairs with a fast vertex are taken.
  *
  * Here alone safety rests on distances as they are computed. Their error is some roundings of the
  * coordinates, far below compute_rounding_slack. */
@@ -63,7 +63,7 @@ static void pick_chunk(void *context, size_t begin, size_t end, size_t chunk, in
 }
 
 /* Picks all pairs with a fast vertex, and of the others those of the list. *picked stays what it is
- * where too many vertices are fast. */
+ * where the limit leaves no room, or too many vertices are fast. */
 static tulle_status pick_fast(const contact_scene *scene, const pair_source *source,
                               const double *x1, double limit, pair_list *picked) {
     const near_pair_list *const list = source->near_pairs;

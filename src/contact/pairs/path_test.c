@@ -33,8 +33,8 @@ typedef struct path_test {
     pair_tables tables; /* of x0 -> x1 */
 } path_test;
 
-/* The chain for pairs that the direction between the middles leaves; verdicts: SCAN_EVENT for a
- * pair that may come under its gap. */
+/* The rest of the chain, for pairs that the direction between their middles does not separate. A
+ * pair that may come under its gap becomes an event. */
 static void measure_hits(const void *context, feature_kind kind, pair_event *events, size_t count,
                          scan_verdict *verdicts) {
     const path_test *const test = context;
