@@ -19,10 +19,11 @@ static const double FOLDED_LIMIT = 0.1;
 typedef struct hinge_frame {
     vec3 edge, across; /* a [m], m [1/m] */
     double length;     /* |a x m| */
+    vec3 normal;       /* zero where the sides are folded onto each other */
 } hinge_frame;
 
 static hinge_frame compute_frame(const cloth_hinge *hinge, const cloth_hinge_rest *rest,
-                                 const double *positions, vec3 *normal) {
+                                 const double *positions) {
     vec3 const x0 = vec3_load(positions, hinge->vertices[0]);
     vec3 const left = vec3_sub(vec3_load(positions, hinge->vertices[2]), x0);
     vec3 const right = vec3_sub(vec3_load(positions, hinge->vertices[3]), x0);
@@ -32,7 +33,7 @@ static hinge_frame compute_frame(const cloth_hinge *hinge, const cloth_hinge_res
     vec3 const sum = vec3_cross(frame.edge, frame.across);
     frame.length = vec3_norm(sum);
     bool const is_folded = !(frame.length > FOLDED_LIMIT);
-    *normal = is_folded ? (vec3){0.0, 0.0, 0.0} : vec3_scale(sum, 1.0 / frame.length);
+    frame.normal = is_folded ? (vec3){0.0, 0.0, 0.0} : vec3_scale(sum, 1.0 / frame.length);
     return frame;
 }
 
@@ -44,8 +45,7 @@ void bend_compute_deviations(void *context, size_t begin, size_t end, size_t chu
         const cloth_hinge_rest *const rests = task->model->hinge_rests;
         task->deviations[h] = bend_sum_corners(hinge, task->positions);
         if (!rests || rests[h].curvature == 0.0) continue;
-        vec3 normal;
-        compute_frame(hinge, &rests[h], task->positions, &normal);
+        vec3 const normal = compute_frame(hinge, &rests[h], task->positions).normal;
         task->deviations[h] = vec3_add_scaled(task->deviations[h], normal, -rests[h].curvature);
     }
 }
@@ -74,13 +74,12 @@ static void fill_slots(void *context, size_t begin, size_t end, size_t chunk, in
         for (size_t k = 0; k < 4; k++) forces[k] = vec3_scale(all, -hinge->weights[k]);
         const cloth_hinge_rest *const rest = &model->hinge_rests[h];
         if (rest->curvature == 0.0) continue;
-        vec3 normal;
-        hinge_frame const frame = compute_frame(hinge, rest, work->state->positions, &normal);
-        if (vec3_norm2(normal) == 0.0) continue;
+        hinge_frame const frame = compute_frame(hinge, rest, work->state->positions);
+        vec3 const n = frame.normal, y = elastic;
+        if (vec3_norm2(n) == 0.0) continue;
         /* r (dn/dx_k)^T y: the gradient of r n . y at fixed y, the elastic moment. */
-        vec3 const y = elastic;
-        vec3 const tangential = vec3_scale(vec3_add_scaled(y, normal, -vec3_dot(normal, y)),
-                                           rest->curvature / frame.length);
+        vec3 const tangential =
+            vec3_scale(vec3_add_scaled(y, n, -vec3_dot(n, y)), rest->curvature / frame.length);
         vec3 const by_edge = vec3_cross(frame.across, tangential);
         vec3 const by_across = vec3_cross(tangential, frame.edge);
         vec3 const by_left = vec3_scale(by_across, rest->inv_double_areas[0]);

@@ -78,7 +78,7 @@ static void fill_starts(void *context, size_t begin, size_t end, size_t chunk, i
 static inline void add_drag(const assembly *work, uint32_t triangle, symmetric3 *block) {
     if (triangle == TULLE_NONE) return;
     symmetric3 const drag = symmetric3_make(0.0, work->alpha, work->terms.triangle_drags[triangle]);
-    symmetric3_add(block, &drag);
+    for (int i = 0; i < 6; i++) block->m[i] += drag.m[i];
 }
 
 /* Fills the row of the matrix, for all forces, and starts the sums with the vertex's own forces and
@@ -109,10 +109,12 @@ static void begin_row(const assembly *work, uint32_t vertex, vertex_sum *sum) {
         if (work->spring_forces)
             sum->force = vec3_add_scaled(sum->force, work->spring_forces[s], sign);
         sum->source = vec3_add_scaled(sum->source, work->spring_sources[s], sign);
-        symmetric3_add(&own_block, &work->spring_blocks[s]);
         double const bend = alpha * model->bend_block_damping[k] + beta * model->bend_blocks[k];
         symmetric3 block = symmetric3_make(bend, 0.0, none);
-        for (int i = 0; i < 6; i++) block.m[i] -= work->spring_blocks[s].m[i];
+        for (int i = 0; i < 6; i++) {
+            own_block.m[i] += work->spring_blocks[s].m[i];
+            block.m[i] -= work->spring_blocks[s].m[i];
+        }
         for (size_t side = 0; work->has_wind && side < 2; side++)
             add_drag(work, model->surface->edge_triangles[2 * (size_t)s + side], &block);
         memcpy(matrix->values + BLOCK_NUMBERS * k, block.m, sizeof block.m);

@@ -18,9 +18,6 @@ static inline symmetric3 symmetric3_make(double a, double b, vec3 n) {
     return (symmetric3){{a + b * n.x * n.x, b * n.x * n.y, b * n.x * n.z, a + b * n.y * n.y,
                          b * n.y * n.z, a + b * n.z * n.z}};
 }
-static inline void symmetric3_add(symmetric3 *a, const symmetric3 *b) {
-    for (int i = 0; i < 6; i++) a->m[i] += b->m[i];
-}
 
 /* Difference of the values (3 a vertex) at the second end and at the first. */
 static inline vec3 spring_get_difference(const cloth_spring *spring, const double *values) {
