@@ -156,13 +156,14 @@ static void run_method(memory *heap, const bench_scene *of, cloth_pose pose,
         double const start = timer_now();
         if (build_trees(broad, &of->set, of->x0, of->x1, margin, threads) != TULLE_OK) exit(4);
         double const built = timer_now();
-        if (find_pairs(broad, &of->set, threads, &pairs, NULL) != TULLE_OK) exit(4);
+        if (find_pairs(broad, &of->set, threads, PAIRS_SORTED, &pairs, NULL) != TULLE_OK) exit(4);
         double const found = timer_now();
         if (round < 0) continue;
         build[round] = built - start;
         find[round] = found - built;
     }
-    if (find_pairs(broad, &of->set, threads, &pairs, &found_counts) != TULLE_OK) exit(4);
+    if (find_pairs(broad, &of->set, threads, PAIRS_SORTED, &pairs, &found_counts) != TULLE_OK)
+        exit(4);
     printf("%s,%s,%d,%zu,%llu,%zu,%zu", pose_names[pose],
            method == BROAD_PHASE_REFIT ? "refit" : "bvox", threads, of->triangle_count,
            (unsigned long long)found_counts.leaf_pair_count, pairs.vertex_triangle.count,

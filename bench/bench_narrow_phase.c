@@ -110,7 +110,7 @@ static part_times time_single_tests(const bench_pairs *of) {
     double const filtered = cpu_now();
     for (size_t i = 0; i < part.after_coplanarity; i++) {
         near[part.after_start] = crossing[i];
-        part.after_start += !pair_stays_apart(of->kind, crossing[i], 0.0);
+        part.after_start += prove_apart(of->kind, crossing[i], 0.0) != APART_BY_DIRECTION;
     }
     double const apart = cpu_now();
     part.tested = part.after_start;

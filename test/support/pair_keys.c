@@ -68,7 +68,7 @@ key_list search_keys(broad_phase *broad, const surface_set *set, int threads) {
 
 key_list list_keys(memory *heap, broad_phase *broad, const surface_set *set, int threads) {
     pair_list pairs = {0};
-    assert_int_equal(find_pairs(broad, set, threads, &pairs, NULL), TULLE_OK);
+    assert_int_equal(find_pairs(broad, set, threads, PAIRS_SORTED, &pairs, NULL), TULLE_OK);
     key_list all = {.keys = malloc(MAX_PAIRS * sizeof *all.keys)};
     assert_non_null(all.keys);
     assert_true(pairs.vertex_triangle.count + pairs.edge_edge.count <= MAX_PAIRS);

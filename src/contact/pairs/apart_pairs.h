@@ -1,4 +1,4 @@
-/* contact/pairs/apart_pairs.h - the first proofs of pair_stays_apart, eight pairs at a time. */
+/* contact/pairs/apart_pairs.h - the first proofs of prove_apart, eight pairs at a time. */
 #ifndef TULLE_CONTACT_PAIRS_APART_PAIRS_H
 #define TULLE_CONTACT_PAIRS_APART_PAIRS_H
 
@@ -19,7 +19,7 @@ typedef struct apart_query {
 } apart_query;
 
 /* Marks the pairs that an axis or the closest direction at the start keeps apart. The arithmetic is
- * that of pair_stays_apart, which is true of all marked pairs and may be true of others. */
+ * that of prove_apart, which calls all marked pairs APART_BY_DIRECTION and may call others so. */
 void mark_apart(const pair_tables *tables, const apart_query *query, bool is_apart[SCAN_MOST]);
 
 #endif

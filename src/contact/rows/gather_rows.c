@@ -67,7 +67,7 @@ static void measure_touches(const void *context, feature_kind kind, pair_event *
         feature_pair_vertices(scene->set->topo, kind, pairs[i], vertices);
         load_points(scene->x0, vertices, paths.start);
         load_points(work->predicted, vertices, paths.end);
-        if (pair_stays_apart(kind, &paths, contact)) continue;
+        if (prove_apart(kind, &paths, contact) == APART_BY_DIRECTION) continue;
         toi_result const result = time_of_impact(kind, &paths, contact);
         events[i].time = result.lower_bound;
         if (result.state != TOI_SEPARATED) verdicts[i] = SCAN_EVENT;

@@ -55,10 +55,10 @@ TULLE_DECLARE_KERNEL(size_t, begin_impacts,
                      (const pair_tables *tables, const slot_pairs *pairs, impact_pool *pool,
                       uint32_t *odd))
 
-/* Advances the pairs of the pool to their ends, as pair_stays_apart and time_of_impact; less than
- * eight may stay in the pool unless is_last. Pairs safe beyond *latest are left out; if
- * lowers_latest it follows the times found. Returns the number of results, which have room for all
- * pairs of the pool. */
+/* Advances the pairs of the pool to their ends, by the direction at the end and by conservative
+ * advancement; fewer than eight may stay in the pool unless is_last. Pairs safe beyond *latest
+ * are left out; if lowers_latest it follows the times found. Returns the number of results, which
+ * have room for all pairs of the pool. */
 TULLE_DECLARE_KERNEL(size_t, advance_impacts,
                      (impact_pool * pool, feature_kind kind, bool is_last, bool lowers_latest,
                       double *latest, impact_result *results))

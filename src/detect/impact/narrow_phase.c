@@ -152,7 +152,7 @@ static void test_odd_pair(narrow_phase *narrow, const pair_tables *tables, const
         pair.end[k] = vec3_load(tables->records[records[k]].end, 0);
     }
     double const separation = get_separation(&narrow->input, pairs->kind, records);
-    if (pair_stays_apart(pairs->kind, &pair, separation)) return;
+    if (prove_apart(pairs->kind, &pair, separation) == APART_BY_DIRECTION) return;
     own->counts.pooled_count++;
     own->counts.tested_count++;
     toi_result const found = time_of_impact(pairs->kind, &pair, separation);

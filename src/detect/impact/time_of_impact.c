@@ -133,26 +133,19 @@ static bool compute_closing(const gap_corners *corners, vec3 w, double t, double
     return true;
 }
 
-static toi_result make_result(toi_state state, double lower_bound, closest_points closest,
-                              double scale) {
-    closest.difference = vec3_scale(closest.difference, 1.0 / scale);
-    closest.distance2 = vec3_norm2(closest.difference);
-    return (toi_result){.state = state, .lower_bound = lower_bound, .closest = closest};
-}
-
 toi_result time_of_impact(feature_kind kind, const moving_pair *pair, double separation) {
     gap_corners const corners = make_gap_corners(kind, pair, separation);
     vec3 points[4];
     place_points(kind, &corners, 0.0, points);
     closest_points closest = closest_of_pair(kind, points);
     double t = 0.0;
-    if (!corners.is_finite) return make_result(TOI_TOUCHING_AT_START, t, closest, corners.scale);
+    toi_state state = corners.is_finite ? TOI_UNRESOLVED : TOI_TOUCHING_AT_START;
     double const excess = sqrt(closest.distance2) - corners.separation;
     /* Advancement stops where no more than this is left of the excess. */
     double const part = corners.separation > 0.0 ? HIT_PART_OF_START : HIT_PART_OF_START_TOUCHING;
     double const tolerance = fmin(fmax(HIT_PART_OF_SEPARATION * corners.separation, part * excess),
                                   HIT_PART_OF_START_MOST * excess);
-    for (int round = 0; round < MAX_ADVANCES; round++) {
+    for (int round = 0; round < MAX_ADVANCES && state == TOI_UNRESOLVED; round++) {
         double closing;
         bool is_apart = compute_closing(&corners, make_direction(closest.difference), t, &closing);
         if (!is_apart) {
@@ -166,8 +159,8 @@ toi_result time_of_impact(feature_kind kind, const moving_pair *pair, double sep
                        compute_closing(&corners, vec3_neg(normal), t, &closing);
         }
         if (!is_apart) {
-            toi_state const state = round == 0 ? TOI_TOUCHING_AT_START : TOI_HIT;
-            return make_result(state, t, closest, corners.scale);
+            state = round == 0 ? TOI_TOUCHING_AT_START : TOI_HIT;
+            break;
         }
         bool const is_separated = closing > 1.0;
         double const next = is_separated ? 1.0 : t + ADVANCE_FACTOR * (closing - t);
@@ -175,11 +168,14 @@ toi_result time_of_impact(feature_kind kind, const moving_pair *pair, double sep
         t = next;
         place_points(kind, &corners, t, points);
         closest = closest_of_pair(kind, points);
-        if (is_separated) return make_result(TOI_SEPARATED, 1.0, closest, corners.scale);
-        if (!has_advanced || sqrt(closest.distance2) - corners.separation <= tolerance)
-            return make_result(TOI_HIT, t, closest, corners.scale);
+        if (is_separated)
+            state = TOI_SEPARATED;
+        else if (!has_advanced || sqrt(closest.distance2) - corners.separation <= tolerance)
+            state = TOI_HIT;
     }
-    return make_result(TOI_UNRESOLVED, t, closest, corners.scale);
+    closest.difference = vec3_scale(closest.difference, 1.0 / corners.scale);
+    closest.distance2 = vec3_norm2(closest.difference);
+    return (toi_result){.state = state, .lower_bound = t, .closest = closest};
 }
 
 apart_proof prove_apart(feature_kind kind, const moving_pair *pair, double separation) {
@@ -224,8 +220,4 @@ apart_proof prove_apart(feature_kind kind, const moving_pair *pair, double separ
             return APART_UNPROVEN;
     }
     return APART_BY_TURNING;
-}
-
-bool pair_stays_apart(feature_kind kind, const moving_pair *pair, double separation) {
-    return prove_apart(kind, pair, separation) == APART_BY_DIRECTION;
 }

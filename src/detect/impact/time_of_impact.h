@@ -28,21 +28,18 @@ typedef struct toi_result {
     closest_points closest; /* at lower_bound */
 } toi_result;
 
-/* True when the pair certainly keeps more than `separation` [m] for all t: one fixed direction (an
- * axis, the closest one at t = 0, then at t = 1) separates the corners at both ends. Outward
- * rounding. False proves nothing. */
-bool pair_stays_apart(feature_kind kind, const moving_pair *pair, double separation);
-
 /* What proves that a pair keeps its separation. */
 typedef enum apart_proof {
-    APART_UNPROVEN,
-    APART_BY_DIRECTION, /* as pair_stays_apart */
-    APART_BY_TURNING    /* a direction that turns from the closest one at t = 0 to that at t = 1 */
+    APART_UNPROVEN,     /* it may keep it all the same */
+    APART_BY_DIRECTION, /* one fixed direction separates the corners at both ends */
+    APART_BY_TURNING    /* a direction that turns with the pair does */
 } apart_proof;
 
-/* pair_stays_apart, then the plane that turns with the pair: with n(t) = n0 + t (n1 - n0) the gaps
- * n(t) . (a_i - b_j)(t) are quadratic, and their Bernstein coefficients exceed `separation`. Edges
- * may so rotate about each other. Outward rounding. */
+/* Whether the pair certainly keeps more than `separation` [m] for all t, with outward rounding. The
+ * fixed directions are the axes, the closest direction at t = 0 and that at t = 1. Then comes the
+ * direction n(t) = n0 + t (n1 - n0) from the one closest direction to the other: the gaps
+ * n(t) . (a_i - b_j)(t) are quadratic, and their Bernstein coefficients exceed `separation`. So
+ * edges may rotate about each other. */
 apart_proof prove_apart(feature_kind kind, const moving_pair *pair, double separation);
 
 /* True when the coplanarity cubic has no root by Bernstein signs with an error bound: the pair

@@ -28,13 +28,15 @@ static void write_pairs(void *context, const pair_tables *tables, const pair_bat
     }
 }
 
-/* Searches until the stores hold all pairs; empties the list and makes room in it. */
-static tulle_status fill_stores(broad_phase *broad, const surface_set *set, int threads,
-                                pair_list *pairs, search_counts *counts) {
+tulle_status find_pairs(broad_phase *broad, const surface_set *set, int threads, pair_order order,
+                        pair_list *pairs, search_counts *counts) {
+    if (threads < 1) threads = 1;
     pairs->vertex_triangle.count = pairs->edge_edge.count = 0;
     broad->writers.count = 0;
     if (!ARRAY_RESERVE(broad->heap, &broad->writers, 2 * (size_t)threads))
         return TULLE_ERROR_OUT_OF_MEMORY;
+
+    /* Search until the stores hold all pairs. */
     for (bool is_complete = false; !is_complete;) {
         for (int kind = 0; kind < 2; kind++) atomic_store(&broad->stores[kind].block_count, 0);
         for (int w = 0; w < 2 * threads; w++) {
@@ -63,36 +65,26 @@ static tulle_status fill_stores(broad_phase *broad, const surface_set *set, int 
                 return TULLE_ERROR_OUT_OF_MEMORY;
         }
     }
-    bool const has_room = ARRAY_RESERVE(broad->heap, &pairs->vertex_triangle,
-                                        broad->stores[FEATURE_VERTEX_TRIANGLE].keys.capacity) &&
-                          ARRAY_RESERVE(broad->heap, &pairs->edge_edge,
-                                        broad->stores[FEATURE_EDGE_EDGE].keys.capacity);
-    return has_room ? TULLE_OK : TULLE_ERROR_OUT_OF_MEMORY;
-}
 
-tulle_status find_unsorted_pairs(broad_phase *broad, const surface_set *set, int threads,
-                                 pair_list *pairs, search_counts *counts) {
-    tulle_status const status = fill_stores(broad, set, threads < 1 ? 1 : threads, pairs, counts);
-    if (status != TULLE_OK) return status;
-    pairs->vertex_triangle.count =
-        pair_store_copy(&broad->stores[FEATURE_VERTEX_TRIANGLE], pairs->vertex_triangle.data);
-    pairs->edge_edge.count =
-        pair_store_copy(&broad->stores[FEATURE_EDGE_EDGE], pairs->edge_edge.data);
-    return TULLE_OK;
-}
-
-tulle_status find_pairs(broad_phase *broad, const surface_set *set, int threads, pair_list *pairs,
-                        search_counts *counts) {
-    if (threads < 1) threads = 1;
+    /* The list has room for all that the stores may hold. */
+    if (!ARRAY_RESERVE(broad->heap, &pairs->vertex_triangle,
+                       broad->stores[FEATURE_VERTEX_TRIANGLE].keys.capacity) ||
+        !ARRAY_RESERVE(broad->heap, &pairs->edge_edge,
+                       broad->stores[FEATURE_EDGE_EDGE].keys.capacity))
+        return TULLE_ERROR_OUT_OF_MEMORY;
+    feature_pair *const lists[2] = {[FEATURE_VERTEX_TRIANGLE] = pairs->vertex_triangle.data,
+                                    [FEATURE_EDGE_EDGE] = pairs->edge_edge.data};
     size_t found[2] = {0, 0};
-    tulle_status status = fill_stores(broad, set, threads, pairs, counts);
-    if (status == TULLE_OK)
-        status = pair_store_sort(&broad->stores[FEATURE_VERTEX_TRIANGLE], broad->heap, threads,
-                                 pairs->vertex_triangle.data, &found[FEATURE_VERTEX_TRIANGLE]);
-    if (status == TULLE_OK)
-        status = pair_store_sort(&broad->stores[FEATURE_EDGE_EDGE], broad->heap, threads,
-                                 pairs->edge_edge.data, &found[FEATURE_EDGE_EDGE]);
-    if (status != TULLE_OK) return status;
+    for (int kind = 0; kind < 2; kind++) {
+        pair_store *const store = &broad->stores[kind];
+        if (order == PAIRS_UNSORTED) {
+            found[kind] = pair_store_copy(store, lists[kind]);
+        } else {
+            tulle_status const status =
+                pair_store_sort(store, broad->heap, threads, lists[kind], &found[kind]);
+            if (status != TULLE_OK) return status;
+        }
+    }
     pairs->vertex_triangle.count = found[FEATURE_VERTEX_TRIANGLE];
     pairs->edge_edge.count = found[FEATURE_EDGE_EDGE];
     return TULLE_OK;

@@ -10,19 +10,10 @@ static bool share_vertex(const uint32_t *a, uint32_t a_count, const uint32_t *b,
     return false;
 }
 
-/* Triangles of a leaf of which the vertex in a slot is no corner. */
-static uint16_t mask_triangles(const broad_phase *broad, uint32_t slot, const tree_leaf *leaf) {
-    uint32_t mask = 0;
-    for (uint32_t t = leaf->triangle_begin; t < leaf->triangle_end; t++) {
-        bool const shares = share_vertex(&broad->vertices.corners[slot], 1,
-                                         broad->triangles.corners + 3 * (size_t)t, 3);
-        mask |= (uint32_t)!shares << (t - leaf->triangle_begin);
-    }
-    return (uint16_t)mask;
-}
-
-/* Writes the masks of leaf a against leaf b: for each edge of a and each group of edges of b, of
- * the leaf itself those after the edge; then for each vertex the triangles of the other leaf. */
+/* Writes the masks of leaf a against leaf b. For each edge of a and each group of edges of b: which
+ * of these share no vertex with it; of the leaf itself only those after the edge. Then for each
+ * vertex of a, and of b if that is another leaf: of which triangles of the other it is no corner.
+ */
 static void mask_pair(const broad_phase *broad, const tree_leaf *a, const tree_leaf *b,
                       uint16_t *to) {
     const uint32_t *const corners = broad->edges.corners;
@@ -40,9 +31,19 @@ static void mask_pair(const broad_phase *broad, const tree_leaf *a, const tree_l
             *to++ = (uint16_t)mask;
         }
     }
-    for (uint32_t v = a->vertex_begin; v < a->vertex_end; v++) *to++ = mask_triangles(broad, v, b);
-    for (uint32_t v = b->vertex_begin; v < b->vertex_end && a != b; v++)
-        *to++ = mask_triangles(broad, v, a);
+    const tree_leaf *const leaves[2] = {a, b};
+    for (int side = 0; side < (a == b ? 1 : 2); side++) {
+        const tree_leaf *const own = leaves[side], *const other = leaves[1 - side];
+        for (uint32_t v = own->vertex_begin; v < own->vertex_end; v++) {
+            uint32_t mask = 0;
+            for (uint32_t t = other->triangle_begin; t < other->triangle_end; t++) {
+                bool const shares = share_vertex(&broad->vertices.corners[v], 1,
+                                                 broad->triangles.corners + 3 * (size_t)t, 3);
+                mask |= (uint32_t)!shares << (t - other->triangle_begin);
+            }
+            *to++ = (uint16_t)mask;
+        }
+    }
 }
 
 tulle_status mask_leaves(broad_phase *broad, const surface_tree *tree) {

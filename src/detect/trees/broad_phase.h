@@ -75,14 +75,13 @@ tulle_status search_pairs(broad_phase *broad, const surface_set *set, int thread
 /* The tables of the last build_trees. */
 const pair_tables *broad_phase_get_tables(const broad_phase *broad);
 
-/* Lists all candidates by the boxes of the last build_trees, sorted. Replaces the contents of
- * `pairs`, whose arrays live on the heap of the broad phase. counts may be null. Out of memory
- * leaves the list empty and returns the error; TULLE_ERROR_INVALID_ARGUMENT where the last
- * build_trees failed. */
-tulle_status find_pairs(broad_phase *broad, const surface_set *set, int threads, pair_list *pairs,
-                        search_counts *counts);
-/* The same in an order that may depend on the threads, which takes less time. */
-tulle_status find_unsorted_pairs(broad_phase *broad, const surface_set *set, int threads,
-                                 pair_list *pairs, search_counts *counts);
+/* Unsorted lists take less time; their order may depend on the threads. */
+typedef enum pair_order { PAIRS_SORTED, PAIRS_UNSORTED } pair_order;
+/* Lists all candidates by the boxes of the last build_trees. Replaces the contents of `pairs`,
+ * whose arrays live on the heap of the broad phase. counts may be null. Out of memory leaves the
+ * list empty and returns the error; TULLE_ERROR_INVALID_ARGUMENT where the last build_trees failed.
+ */
+tulle_status find_pairs(broad_phase *broad, const surface_set *set, int threads, pair_order order,
+                        pair_list *pairs, search_counts *counts);
 
 #endif

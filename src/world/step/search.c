@@ -143,8 +143,8 @@ tulle_status world_find_pairs(step_context *context, const double *bounds) {
     pair_source *const source = &context->source;
     double const start = timer_now();
     search_counts counts;
-    tulle_status const status =
-        find_unsorted_pairs(world->broad, &world->set, world->threads, &world->pairs, &counts);
+    tulle_status const status = find_pairs(world->broad, &world->set, world->threads,
+                                           PAIRS_UNSORTED, &world->pairs, &counts);
     if (status == TULLE_OK && world->patches)
         kept_patches_tell_search(world->patches, counts.leaf_pair_count, counts.near_pair_count);
     arena_release(&world->scratch, context->search_mark);

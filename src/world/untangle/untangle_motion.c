@@ -141,7 +141,8 @@ static tulle_status push_near(untangling *work) {
     tulle_status status = build_trees(work->broad, &world->set, work->positions, work->positions,
                                       world->contact_distance, world->threads);
     if (status == TULLE_OK)
-        status = find_pairs(work->broad, &world->set, world->threads, &work->pairs, NULL);
+        status =
+            find_pairs(work->broad, &world->set, world->threads, PAIRS_SORTED, &work->pairs, NULL);
     size_t const triangle_pairs = work->pairs.vertex_triangle.count;
     size_t const count = triangle_pairs + work->pairs.edge_edge.count;
     work->has_gap = true;

@@ -1,5 +1,5 @@
 /* The kernels of impact tests on random pairs, most of them degenerate, for every vector width: the
- * same bits as pair_cannot_cross, pair_stays_apart and time_of_impact; nothing that touches by
+ * same bits as pair_cannot_cross, prove_apart and time_of_impact; nothing that touches by
  * exact rational arithmetic is missed, bounds are safe; values that are not finite are never
  * separated. With TULLE_TEST_LONG=1 more pairs. */
 #include "base/hash.h"
@@ -99,7 +99,7 @@ static size_t check_against_single_tests(const lone_pairs *of, const narrow_phas
         const moving_pair *const pair = &of->pairs[i];
         double const separation = of->separations[i];
         if ((separation == 0.0 && pair_cannot_cross(kind, pair)) ||
-            pair_stays_apart(kind, pair, separation)) {
+            prove_apart(kind, pair, separation) == APART_BY_DIRECTION) {
             filtered_count++;
             continue;
         }

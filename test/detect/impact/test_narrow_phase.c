@@ -81,7 +81,7 @@ static void make_sheets(memory *heap, sheets *to) {
     assert_int_equal(broad_phase_create(heap, &to->set, to->x0, BROAD_PHASE_REFIT, &broad),
                      TULLE_OK);
     assert_int_equal(build_trees(broad, &to->set, to->x0, to->x1, 1e-3, 1), TULLE_OK);
-    assert_int_equal(find_pairs(broad, &to->set, 1, &to->pairs, NULL), TULLE_OK);
+    assert_int_equal(find_pairs(broad, &to->set, 1, PAIRS_SORTED, &to->pairs, NULL), TULLE_OK);
     broad_phase_destroy(broad);
     make_tables(to);
 }
@@ -167,7 +167,7 @@ static void check_events(const sheets *of, const narrow_phase_input *input,
             bool const same = v[0] / (VERTEX_COUNT / 2) == v[2] / (VERTEX_COUNT / 2);
             double const separation = input->separations[input->vertex_surface && !same];
             if ((separation == 0.0 && pair_cannot_cross((feature_kind)kind, &paths)) ||
-                pair_stays_apart((feature_kind)kind, &paths, separation)) {
+                prove_apart((feature_kind)kind, &paths, separation) == APART_BY_DIRECTION) {
                 filtered_count++;
                 continue;
             }

@@ -111,7 +111,7 @@ static void sort_list(pair_list *pairs) {
 static void check_unsorted(memory *heap, broad_phase *broad, const soup_scene *of, int threads,
                            const pair_list *sorted) {
     pair_list pairs = {0};
-    assert_int_equal(find_unsorted_pairs(broad, &of->set, threads, &pairs, NULL), TULLE_OK);
+    assert_int_equal(find_pairs(broad, &of->set, threads, PAIRS_UNSORTED, &pairs, NULL), TULLE_OK);
     sort_list(&pairs);
     assert_same_pairs(&pairs, sorted);
     free_pairs(heap, &pairs);
@@ -123,7 +123,7 @@ static void find_with(memory *heap, const soup_scene *of, broad_phase_method met
     broad_phase *broad;
     assert_int_equal(broad_phase_create(heap, &of->set, of->x0, method, &broad), TULLE_OK);
     assert_int_equal(build_trees(broad, &of->set, of->x0, of->x1, margin, threads), TULLE_OK);
-    assert_int_equal(find_pairs(broad, &of->set, threads, pairs, &counts), TULLE_OK);
+    assert_int_equal(find_pairs(broad, &of->set, threads, PAIRS_SORTED, pairs, &counts), TULLE_OK);
     assert_int_equal(counts.candidate_count, pairs->vertex_triangle.count + pairs->edge_edge.count);
     check_unsorted(heap, broad, of, threads, pairs);
     broad_phase_destroy(broad);
@@ -261,7 +261,8 @@ static void keeps_over_steps(void **state) {
             int const threads = 1 + step % 3;
             assert_int_equal(build_trees(broad, &soup->set, soup->x0, soup->x1, margin, threads),
                              TULLE_OK);
-            assert_int_equal(find_pairs(broad, &soup->set, threads, &kept, NULL), TULLE_OK);
+            assert_int_equal(find_pairs(broad, &soup->set, threads, PAIRS_SORTED, &kept, NULL),
+                             TULLE_OK);
             check_lists(soup, &kept, margin, 1e-5);
         }
         assert_true(kept.edge_edge.count > 100 && kept.vertex_triangle.count > 100);
@@ -313,7 +314,8 @@ static void survives_failing_allocations(void **state) {
             if (has_failed) assert_null(broad);
             for (int attempt = 0; attempt < 2 && broad; attempt++) {
                 status = build_trees(broad, &soup->set, soup->x0, soup->x1, 0.05, 2);
-                if (status == TULLE_OK) status = find_pairs(broad, &soup->set, 2, &pairs, NULL);
+                if (status == TULLE_OK)
+                    status = find_pairs(broad, &soup->set, 2, PAIRS_SORTED, &pairs, NULL);
                 if (status == TULLE_OK) break;
                 assert_int_equal(attempt, 0);
                 assert_int_equal(status, TULLE_ERROR_OUT_OF_MEMORY);
@@ -342,7 +344,8 @@ static void refuses_what_is_not_finite(void **state) {
     pair_list pairs = {0};
     assert_int_equal(broad_phase_create(&heap, &soup->set, soup->x0, BROAD_PHASE_REFIT, &broad),
                      TULLE_OK);
-    assert_int_equal(find_pairs(broad, &soup->set, 1, &pairs, NULL), TULLE_ERROR_INVALID_ARGUMENT);
+    assert_int_equal(find_pairs(broad, &soup->set, 1, PAIRS_SORTED, &pairs, NULL),
+                     TULLE_ERROR_INVALID_ARGUMENT);
     assert_int_equal(build_trees(broad, &soup->set, soup->x0, soup->x1, (double)NAN, 1),
                      TULLE_ERROR_INVALID_ARGUMENT);
     const double bad[] = {(double)NAN, (double)INFINITY};

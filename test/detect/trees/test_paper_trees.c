@@ -30,7 +30,7 @@ static void find_with(memory *heap, const soup_scene *of, broad_phase_method met
         broad_phase_set_patches(broad,
                                 (patch_labels){.labels = labels, .label_count = label_count});
     assert_int_equal(build_trees(broad, &of->set, of->x0, of->x1, 0.02, threads), TULLE_OK);
-    assert_int_equal(find_pairs(broad, &of->set, threads, pairs, &counts), TULLE_OK);
+    assert_int_equal(find_pairs(broad, &of->set, threads, PAIRS_SORTED, pairs, &counts), TULLE_OK);
     assert_int_equal(counts.candidate_count, pairs->vertex_triangle.count + pairs->edge_edge.count);
     broad_phase_destroy(broad);
 }
@@ -235,7 +235,8 @@ static void survives_failing_allocations_over_steps(void **state) {
             broad_phase_set_patches(broad,
                                     (patch_labels){.labels = labels, .label_count = MAX_TRIANGLES});
             tulle_status status = build_trees(broad, &soup->set, soup->x0, soup->x1, 0.02, 1);
-            if (status == TULLE_OK) status = find_pairs(broad, &soup->set, 1, &pairs, NULL);
+            if (status == TULLE_OK)
+                status = find_pairs(broad, &soup->set, 1, PAIRS_SORTED, &pairs, NULL);
             if (status == TULLE_OK) continue;
             assert_int_equal(status, TULLE_ERROR_OUT_OF_MEMORY);
             assert_false(has_failed);

@@ -1,5 +1,5 @@
-/* detect/impact/kernels/impact_kernel.c - pair_stays_apart and time_of_impact for eight pairs at a
- * time, the same arithmetic as time_of_impact.c.
+/* detect/impact/kernels/impact_kernel.c - fixed directions and conservative advancement for eight
+ * pairs at a time, by the same arithmetic as prove_apart and time_of_impact.
  *
  * begin_impacts takes fresh pairs through the axes and the first round of advancement, which
  * includes the direction at the start. A pair for which some gap closes goes to the pool. In
