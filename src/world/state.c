@@ -83,8 +83,7 @@ static part_sizes read_parts(const state_header *header) {
 
 static part_sizes measure_parts(const tulle_world *world) {
     return (part_sizes){.contact_bytes = contact_store_get_size(&world->now.contacts),
-                        .patch_bytes =
-                            world->patches ? kept_patches_get_saved_size(world->patches) : 0,
+                        .patch_bytes = world->patches ? kept_patches_save(world->patches, NULL) : 0,
                         .ignored_count = world->ignored.count,
                         .hold_count = world->now.hold_count};
 }

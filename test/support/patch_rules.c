@@ -30,7 +30,7 @@ void rule_begin(rule_state *state, memory *heap, const open_surface *of, patch_r
                      .keeps_all = true}, /* the surfaces are small */
         .seed = random_next(seed)};
     if (rule >= RULE_KEPT)
-        assert_int_equal(kept_patches_create(heap, &of->set, &state->kept), TULLE_OK);
+        assert_int_equal(kept_patches_create(heap, &of->set, NULL, &state->kept), TULLE_OK);
 }
 
 void rule_end(rule_state *state) { kept_patches_destroy(state->kept); }
@@ -223,8 +223,8 @@ static void apply_kept(rule_state *state, const open_surface *of) {
         patches_hold(state->kept, &step, &state->settings))
         return;
     assert_int_equal(update_patches(state->kept, &step, &state->settings, &counts), TULLE_OK);
-    state->label_count = kept_patches_get_label_count(state->kept);
-    memcpy(state->labels, kept_patches_get_labels(state->kept),
+    state->label_count = kept_patches_get_labels(state->kept).label_count;
+    memcpy(state->labels, kept_patches_get_labels(state->kept).labels,
            of->triangle_count * sizeof state->labels[0]);
 }
 

@@ -29,7 +29,7 @@ static tulle_status make_stages(tulle_detector *detector, const double *rest) {
     tulle_status status = TULLE_OK;
     if (!detector->narrow) status = narrow_phase_create(heap, &detector->narrow);
     if (status == TULLE_OK && has_patches && !detector->patches)
-        status = kept_patches_create(heap, &detector->set, &detector->patches);
+        status = kept_patches_create(heap, &detector->set, NULL, &detector->patches);
     if (status == TULLE_OK)
         status = broad_phase_create(heap, &detector->set, rest, get_broad_method(method),
                                     &detector->broad);
@@ -71,7 +71,7 @@ static tulle_status prepare_patches(tulle_detector *detector, detector_pass *pas
     patch_step const step = {&detector->set, pass->start, pass->end, detector->threads};
     tulle_status const status = update_patches(detector->patches, &step, &rules, &counts);
     if (status != TULLE_OK) return status;
-    detector->labels = kept_patches_get_labels(detector->patches);
+    detector->labels = kept_patches_get_labels(detector->patches).labels;
     tulle_detect_statistics *const statistics = &pass->statistics;
     statistics->patch_count = counts.patch_count;
     statistics->uncertified_count = counts.dissolved_count;
@@ -127,7 +127,7 @@ static tulle_status run_stages(tulle_detector *detector, detector_pass *pass) {
     statistics->patch_seconds = patched - began;
     if (status != TULLE_OK) return status;
     patch_labels patches = {0};
-    if (statistics->uses_patches) patches = kept_patches_get_labelling(detector->patches);
+    if (statistics->uses_patches) patches = kept_patches_get_labels(detector->patches);
     broad_phase_set_patches(detector->broad, patches);
     status = build_trees(detector->broad, &detector->set, pass->start, pass->end, detector->margin,
                          detector->threads);

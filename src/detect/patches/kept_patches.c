@@ -17,13 +17,15 @@ enum {
 
 /* ---- creation ---- */
 
-tulle_status kept_patches_create(memory *heap, const surface_set *set, kept_patches **result) {
+tulle_status kept_patches_create(memory *heap, const surface_set *set, arena *scratch,
+                                 kept_patches **result) {
     kept_patches *const patches = memory_allocate_zeroed(heap, 1, sizeof *patches);
     if (!patches) return TULLE_ERROR_OUT_OF_MEMORY;
     const topology *const topo = set->topo;
     size_t const count = topo->triangle_count;
     patches->heap = heap;
     patches->topo = topo;
+    patches->scratch = scratch;
     patches->neighbours = memory_allocate_zeroed(heap, 3 * count, sizeof(uint32_t));
     patches->triangle_surface = memory_allocate_zeroed(heap, count, sizeof(uint32_t));
     patches->labels = memory_allocate_zeroed(heap, count, sizeof(uint32_t));
@@ -66,7 +68,16 @@ void release_patches(kept_patches *patches) {
     ARRAY_FREE(heap, &patches->loops);
     ARRAY_FREE(heap, &patches->tasks);
     ARRAY_FREE(heap, &patches->contour_scratch);
-    release_growth(patches);
+
+    growth_scratch *const growth = &patches->growth;
+    size_t const triangle_bytes = patches->topo->triangle_count * sizeof(uint32_t);
+    size_t const vertex_bytes = patches->topo->vertex_count * sizeof(uint32_t);
+    release_cones(patches);
+    memory_release(heap, growth->queue, triangle_bytes);
+    memory_release(heap, growth->local, vertex_bytes);
+    memory_release(heap, growth->stamps, vertex_bytes);
+    memory_release(heap, growth->next, vertex_bytes);
+    growth->queue = growth->local = growth->stamps = growth->next = NULL;
 }
 
 void kept_patches_destroy(kept_patches *patches) {
@@ -80,11 +91,6 @@ void kept_patches_destroy(kept_patches *patches) {
     memory_release(heap, patches, sizeof *patches);
 }
 
-void kept_patches_keep_room(kept_patches *patches, arena *scratch) {
-    release_cones(patches);
-    patches->scratch = scratch;
-}
-
 void drop_patches(kept_patches *patches) {
     patches->version++;
     patches->patches.count = patches->triangles.count = patches->corners.count = 0;
@@ -96,11 +102,7 @@ void drop_patches(kept_patches *patches) {
         memset(patches->labels, 0, patches->topo->triangle_count * sizeof *patches->labels);
 }
 
-const uint32_t *kept_patches_get_labels(const kept_patches *patches) { return patches->labels; }
-uint32_t kept_patches_get_label_count(const kept_patches *patches) {
-    return (uint32_t)patches->patches.count;
-}
-patch_labels kept_patches_get_labelling(const kept_patches *patches) {
+patch_labels kept_patches_get_labels(const kept_patches *patches) {
     return (patch_labels){.labels = patches->labels,
                           .label_count = (uint32_t)patches->patches.count,
                           .version = patches->version};

@@ -51,13 +51,13 @@ typedef struct patch_step {
 
 typedef struct kept_patches kept_patches;
 
-/* The topology of the set is kept by its address; it must not change or move. */
-tulle_status kept_patches_create(memory *heap, const surface_set *set, kept_patches **result);
+/* The topology of the set is kept by its address; it must not change or move. scratch is for
+ * callers whose steady steps must make no heap call; it outlives the patches, or is null. With it
+ * what growth alone needs comes from there, and patches keep the memory that they took. Without it
+ * growth gives back all that the patches do not need. */
+tulle_status kept_patches_create(memory *heap, const surface_set *set, arena *scratch,
+                                 kept_patches **result);
 void kept_patches_destroy(kept_patches *patches);
-/* For callers whose steady steps must make no heap call. Patches keep the memory that they took for
- * the next growth, and what growth alone needs comes from `scratch`, which outlives the patches.
- * Without this call growth gives back all that the patches do not need. */
-void kept_patches_keep_room(kept_patches *patches, arena *scratch);
 
 /* Checks kept patches again for a step, and splits or dissolves those that fail. From time to time
  * it grows patches where much is isolated; counts alone decide when. The first call grows. Surfaces
@@ -75,17 +75,13 @@ void kept_patches_tell_search(kept_patches *patches, uint64_t pair_count, uint64
  * changes. With has_certificate false only the cones are checked. */
 bool patches_hold(const kept_patches *patches, const patch_step *step, const patch_rules *rules);
 
-/* triangle_count of the topology. */
-const uint32_t *kept_patches_get_labels(const kept_patches *patches);
-uint32_t kept_patches_get_label_count(const kept_patches *patches);
-/* Both, with a version. */
-patch_labels kept_patches_get_labelling(const kept_patches *patches);
+/* The array is that of the patches and changes with them. */
+patch_labels kept_patches_get_labels(const kept_patches *patches);
 
-/* All that the next call depends on, as plain bytes, for checkpoints: size 0 when there is nothing.
- * Loading bytes that do not fit the topology leaves no patches and returns
- * TULLE_ERROR_INVALID_ARGUMENT. */
-size_t kept_patches_get_saved_size(const kept_patches *patches);
-void kept_patches_save(const kept_patches *patches, void *bytes);
+/* Writes all that the next call depends on, as plain bytes, for checkpoints. Returns their number,
+ * 0 when there is nothing. Where `bytes` is null it only counts them. */
+size_t kept_patches_save(const kept_patches *patches, void *bytes);
+/* Bytes that do not fit the topology leave no patches: TULLE_ERROR_INVALID_ARGUMENT. */
 tulle_status kept_patches_load(kept_patches *patches, const void *bytes, size_t size);
 
 #endif

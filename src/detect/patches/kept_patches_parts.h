@@ -174,9 +174,8 @@ void dissolve_patch(kept_patches *patches, uint32_t index);
 /* patch_staging.c */
 /* Allocates scratch of growth but for cones and limits, when there is none. */
 tulle_status reserve_growth(kept_patches *patches);
-/* Frees cones and limits, and all of it. */
+/* Frees cones and limits. */
 void release_cones(kept_patches *patches);
-void release_growth(kept_patches *patches);
 /* From now on no vertex is in the patch that grows. */
 void start_patch(kept_patches *patches);
 static inline bool is_in_patch(const growth_scratch *growth, uint32_t vertex) {
@@ -192,7 +191,7 @@ tulle_status stage_loop(kept_patches *patches, kept_patch *patch, uint32_t label
 /* Makes a staged patch that of its label. */
 void commit_patch(kept_patches *patches, const kept_patch *patch, uint32_t label);
 
-/* Appends a patch of triangles that are a disc in this order (any order without certificate);
+/* Appends a patch of triangles of one surface, with is_disc those of a disc in this order.
  * INVALID_ARGUMENT where they are none. */
 tulle_status append_patch(kept_patches *patches, const uint32_t *triangles, size_t count, vec3 axis,
                           bool is_disc);

@@ -24,26 +24,19 @@ typedef struct saved_patch {
     uint64_t triangle_count;
 } saved_patch;
 
-static size_t count_kept_triangles(const kept_patches *patches) {
-    size_t count = 0;
-    for (size_t i = 0; i < patches->patches.count; i++)
-        count += patches->patches.data[i].triangle_count;
-    return count;
-}
-
-size_t kept_patches_get_saved_size(const kept_patches *patches) {
+size_t kept_patches_save(const kept_patches *patches, void *bytes) {
     if (patches->schedule.call_count == 0) return 0;
-    return sizeof(saved_header) + patches->patches.count * sizeof(saved_patch) +
-           count_kept_triangles(patches) * sizeof(uint32_t);
-}
-
-void kept_patches_save(const kept_patches *patches, void *bytes) {
-    if (patches->schedule.call_count == 0) return;
+    size_t triangle_count = 0;
+    for (size_t i = 0; i < patches->patches.count; i++)
+        triangle_count += patches->patches.data[i].triangle_count;
+    size_t const byte_count = sizeof(saved_header) + patches->patches.count * sizeof(saved_patch) +
+                              triangle_count * sizeof(uint32_t);
+    if (!bytes) return byte_count;
     saved_header const header = {.magic = SAVED_MAGIC,
                                  .triangle_count = patches->topo->triangle_count,
                                  .vertex_count = patches->topo->vertex_count,
                                  .patch_count = patches->patches.count,
-                                 .kept_triangle_count = count_kept_triangles(patches),
+                                 .kept_triangle_count = triangle_count,
                                  .max_angle = patches->rules.max_angle,
                                  .reach = patches->rules.reach,
                                  .cone = patches->rules.cone,
@@ -67,42 +60,11 @@ void kept_patches_save(const kept_patches *patches, void *bytes) {
         memcpy(at, patches->triangles.data + patch->triangle_begin, size);
         at += size;
     }
-}
-
-static bool header_fits(const kept_patches *patches, const saved_header *header, size_t size) {
-    uint64_t const triangle_count = patches->topo->triangle_count;
-    if (header->magic != SAVED_MAGIC || header->triangle_count != triangle_count ||
-        header->vertex_count != patches->topo->vertex_count ||
-        header->kept_triangle_count > triangle_count ||
-        header->patch_count > size / sizeof(saved_patch))
-        return false;
-    if (size != sizeof *header + header->patch_count * sizeof(saved_patch) +
-                    header->kept_triangle_count * sizeof(uint32_t))
-        return false;
-    return header->max_angle > 0.0 && header->max_angle < 1.5707963267948966 &&
-           header->reach >= 0.0 && header->cone <= CONE_PAPER && header->has_certificate <= 1 &&
-           header->grows_anew <= 1 && header->keeps_all <= 1 &&
-           schedule_is_possible(&header->schedule, triangle_count, header->kept_triangle_count);
-}
-
-/* One patch from its record; its triangles are copied for their alignment. */
-static tulle_status load_patch(kept_patches *patches, const saved_patch *saved,
-                               const unsigned char *bytes, bool is_disc) {
-    uint32_t *const list = patches->growth.queue;
-    size_t const count = (size_t)saved->triangle_count;
-    vec3 const axis = vec3_make(saved->axis[0], saved->axis[1], saved->axis[2]);
-    double const length2 = vec3_norm2(axis);
-    if (!(length2 > 0.99 && length2 < 1.01)) return TULLE_ERROR_INVALID_ARGUMENT;
-    if (count > 0) memcpy(list, bytes, count * sizeof(uint32_t));
-    for (size_t i = 0; i < count; i++) {
-        if (list[i] >= patches->topo->triangle_count ||
-            patches->triangle_surface[list[i]] != patches->triangle_surface[list[0]])
-            return TULLE_ERROR_INVALID_ARGUMENT;
-    }
-    return append_patch(patches, list, count, axis, is_disc);
+    return byte_count;
 }
 
 tulle_status kept_patches_load(kept_patches *patches, const void *bytes, size_t size) {
+    const topology *const topo = patches->topo;
     drop_patches(patches);
     patches->schedule = (patch_schedule){0};
     patches->rules = (patch_rules){0};
@@ -110,9 +72,25 @@ tulle_status kept_patches_load(kept_patches *patches, const void *bytes, size_t 
     saved_header header;
     if (size < sizeof header) return TULLE_ERROR_INVALID_ARGUMENT;
     memcpy(&header, bytes, sizeof header);
-    if (!header_fits(patches, &header, size)) return TULLE_ERROR_INVALID_ARGUMENT;
 
-    /* Records stand one after the other, and so do the triangles of their patches. */
+    /* The counts fit the topology and the number of bytes, the rest what an update may leave. */
+    bool const has_size = header.magic == SAVED_MAGIC &&
+                          header.triangle_count == topo->triangle_count &&
+                          header.vertex_count == topo->vertex_count &&
+                          header.kept_triangle_count <= topo->triangle_count &&
+                          header.patch_count <= size / sizeof(saved_patch) &&
+                          size == sizeof header + header.patch_count * sizeof(saved_patch) +
+                                      header.kept_triangle_count * sizeof(uint32_t);
+    bool const has_rules = header.max_angle > 0.0 && header.max_angle < 1.5707963267948966 &&
+                           header.reach >= 0.0 && header.cone <= CONE_PAPER &&
+                           header.has_certificate <= 1 && header.grows_anew <= 1 &&
+                           header.keeps_all <= 1;
+    if (!has_size || !has_rules ||
+        !schedule_is_possible(&header.schedule, topo->triangle_count, header.kept_triangle_count))
+        return TULLE_ERROR_INVALID_ARGUMENT;
+
+    /* Records stand one after the other, and so do the triangles of their patches. These are copied
+     * for their alignment. */
     tulle_status status = reserve_growth(patches);
     const unsigned char *record = (const unsigned char *)bytes + sizeof header;
     const unsigned char *triangles = record + header.patch_count * sizeof(saved_patch);
@@ -120,12 +98,19 @@ tulle_status kept_patches_load(kept_patches *patches, const void *bytes, size_t 
     for (uint64_t i = 0; i < header.patch_count && status == TULLE_OK; i++) {
         saved_patch saved;
         memcpy(&saved, record, sizeof saved);
-        status = saved.triangle_count > left
-                     ? TULLE_ERROR_INVALID_ARGUMENT
-                     : load_patch(patches, &saved, triangles, header.has_certificate == 1);
+        vec3 const axis = vec3_make(saved.axis[0], saved.axis[1], saved.axis[2]);
+        double const length2 = vec3_norm2(axis);
+        if (saved.triangle_count > left || !(length2 > 0.99 && length2 < 1.01)) {
+            status = TULLE_ERROR_INVALID_ARGUMENT;
+            break;
+        }
+        uint32_t *const list = patches->growth.queue;
+        size_t const count = (size_t)saved.triangle_count;
+        if (count > 0) memcpy(list, triangles, count * sizeof(uint32_t));
+        status = append_patch(patches, list, count, axis, header.has_certificate == 1);
         record += sizeof saved;
-        triangles += saved.triangle_count * sizeof(uint32_t);
-        left -= saved.triangle_count;
+        triangles += count * sizeof(uint32_t);
+        left -= count;
     }
     if (status == TULLE_OK && left > 0) status = TULLE_ERROR_INVALID_ARGUMENT;
     if (status != TULLE_OK) {

@@ -309,16 +309,19 @@ tulle_status append_patch(kept_patches *patches, const uint32_t *triangles, size
         status = TULLE_ERROR_OUT_OF_MEMORY;
     if (status != TULLE_OK) return status;
     uint32_t const label = (uint32_t)(patches->patches.count + 1);
+    const uint32_t *const surfaces = patches->triangle_surface;
     patches->version++;
-    kept_patch patch = {.axis = axis, .loop_begin = (uint32_t)patches->loops.count};
     start_patch(patches);
-    bool is_good = true;
-    for (size_t i = 0; i < count && is_good; i++) {
-        is_good = patches->labels[triangles[i]] == PATCH_ISOLATED &&
-                  (!is_disc || i == 0 || keeps_disc(patches, triangles[i], label));
-        if (is_good) take_in(patches, triangles[i], label);
+    for (size_t i = 0; i < count; i++) {
+        uint32_t const triangle = triangles[i];
+        bool const is_good = triangle < patches->topo->triangle_count &&
+                             surfaces[triangle] == surfaces[triangles[0]] &&
+                             patches->labels[triangle] == PATCH_ISOLATED &&
+                             (!is_disc || i == 0 || keeps_disc(patches, triangle, label));
+        if (!is_good) return TULLE_ERROR_INVALID_ARGUMENT;
+        take_in(patches, triangle, label);
     }
-    if (!is_good) return TULLE_ERROR_INVALID_ARGUMENT;
+    kept_patch patch = {.axis = axis, .loop_begin = (uint32_t)patches->loops.count};
     if (count > 0) status = stage_patch(patches, triangles, count, &patch);
     if (status == TULLE_OK && is_disc && count > 0) {
         bool is_one = false;

@@ -23,18 +23,6 @@ tulle_status reserve_growth(kept_patches *patches) {
     return growth->next ? TULLE_OK : TULLE_ERROR_OUT_OF_MEMORY;
 }
 
-void release_growth(kept_patches *patches) {
-    growth_scratch *const growth = &patches->growth;
-    size_t const triangle_bytes = patches->topo->triangle_count * sizeof(uint32_t);
-    size_t const vertex_bytes = patches->topo->vertex_count * sizeof(uint32_t);
-    release_cones(patches);
-    memory_release(patches->heap, growth->queue, triangle_bytes);
-    memory_release(patches->heap, growth->local, vertex_bytes);
-    memory_release(patches->heap, growth->stamps, vertex_bytes);
-    memory_release(patches->heap, growth->next, vertex_bytes);
-    growth->queue = growth->local = growth->stamps = growth->next = NULL;
-}
-
 void release_cones(kept_patches *patches) {
     growth_scratch *const growth = &patches->growth;
     size_t const count = patches->topo->triangle_count;

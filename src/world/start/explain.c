@@ -159,9 +159,10 @@ static tulle_status name_patches_in_use(tulle_world *world, size_t index, uint32
         memset(labels, 0, count * sizeof *labels);
         return TULLE_OK;
     }
-    const uint32_t *const used = kept_patches_get_labels(world->patches) + range->triangle_begin;
-    uint32_t const label_count = kept_patches_get_label_count(world->patches);
-    uint32_t *const names = ARENA_NEW_ZEROED(&world->scratch, uint32_t, (size_t)label_count + 1);
+    patch_labels const all = kept_patches_get_labels(world->patches);
+    const uint32_t *const used = all.labels + range->triangle_begin;
+    uint32_t *const names =
+        ARENA_NEW_ZEROED(&world->scratch, uint32_t, (size_t)all.label_count + 1);
     if (!names) return TULLE_ERROR_OUT_OF_MEMORY;
     for (size_t t = 0; t < count; t++) {
         uint32_t const label = used[t];

@@ -63,9 +63,7 @@ tulle_status world_start_detection(tulle_world *world) {
                       .grows_anew = def->grows_patches_anew || is_paper,
                       .reach = reach,
                       .keeps_all = world->patch_rules.keeps_all};
-    status = kept_patches_create(&world->heap, &world->set, &world->patches);
-    if (status == TULLE_OK) kept_patches_keep_room(world->patches, &world->scratch);
-    return status;
+    return kept_patches_create(&world->heap, &world->set, &world->scratch, &world->patches);
 }
 
 void world_release_detection(tulle_world *world) {
@@ -81,11 +79,10 @@ void world_release_detection(tulle_world *world) {
 tulle_status world_keep_patches(tulle_world *world) {
     world->kept_patch_bytes.count = 0;
     if (!world->patches) return TULLE_OK;
-    size_t const size = kept_patches_get_saved_size(world->patches);
+    size_t const size = kept_patches_save(world->patches, NULL);
     if (!ARRAY_RESERVE(&world->heap, &world->kept_patch_bytes, size))
         return TULLE_ERROR_OUT_OF_MEMORY;
-    if (size > 0) kept_patches_save(world->patches, world->kept_patch_bytes.data);
-    world->kept_patch_bytes.count = size;
+    world->kept_patch_bytes.count = kept_patches_save(world->patches, world->kept_patch_bytes.data);
     return TULLE_OK;
 }
 
@@ -123,7 +120,7 @@ tulle_status world_update_patches(step_context *context, const double *x1) {
     report->patches_certified = counts.star_count + counts.contour_count;
     report->patches_dissolved += counts.dissolved_count;
     memcpy(context->certified_end, x1, 3 * world->vertex_count * sizeof(double));
-    broad_phase_set_patches(world->broad, kept_patches_get_labelling(world->patches));
+    broad_phase_set_patches(world->broad, kept_patches_get_labels(world->patches));
     return end_search(context, STAGE_UPDATE_PATCHES, start, status);
 }
 

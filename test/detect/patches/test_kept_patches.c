@@ -16,7 +16,7 @@ static patch_rules make_rules(double degrees, bool grows_anew, double reach) {
 
 static kept_patches *create(patch_scene *scene) {
     kept_patches *patches = NULL;
-    assert_int_equal(kept_patches_create(&scene->heap, &scene->set, &patches), TULLE_OK);
+    assert_int_equal(kept_patches_create(&scene->heap, &scene->set, NULL, &patches), TULLE_OK);
     return patches;
 }
 
@@ -50,7 +50,7 @@ static void patches_of_all_shapes_are_apart(void **state) {
         patch_rules const rules = make_rules(random_between(&seed, 30.0, 89.0), true, reach);
         kept_patches *const patches = create(&scene);
         patch_counts const counts = update(patches, &scene, &rules, 2);
-        const uint32_t *const labels = kept_patches_get_labels(patches);
+        const uint32_t *const labels = kept_patches_get_labels(patches).labels;
         assert_int_equal(counts.triangle_count, count_labelled(&scene, labels));
         assert_int_equal(counts.star_count + counts.contour_count, counts.patch_count);
         assert_patches_are_discs(&scene, labels);
@@ -96,17 +96,19 @@ static uint64_t hash_labels(uint64_t hash, const patch_scene *scene, const uint3
 }
 
 static kept_patches *reload(kept_patches *patches, patch_scene *scene) {
-    size_t const size = kept_patches_get_saved_size(patches);
+    size_t const size = kept_patches_save(patches, NULL);
     assert_true(size > 0);
     unsigned char *const bytes = malloc(size + 1);
     assert_non_null(bytes);
     kept_patches_save(patches, bytes + 1); /* need not be aligned */
     kept_patches *const again = create(scene);
     assert_int_equal(kept_patches_load(again, bytes + 1, size), TULLE_OK);
-    assert_memory_equal(kept_patches_get_labels(again), kept_patches_get_labels(patches),
+    assert_memory_equal(kept_patches_get_labels(again).labels,
+                        kept_patches_get_labels(patches).labels,
                         scene->triangle_count * sizeof(uint32_t));
-    assert_int_equal(kept_patches_get_label_count(again), kept_patches_get_label_count(patches));
-    assert_int_equal(kept_patches_get_saved_size(again), size);
+    assert_int_equal(kept_patches_get_labels(again).label_count,
+                     kept_patches_get_labels(patches).label_count);
+    assert_int_equal(kept_patches_save(again, NULL), size);
     free(bytes);
     kept_patches_destroy(patches);
     return again;
@@ -133,13 +135,13 @@ static long_run run_long(int threads, int reload_every, bool is_checked) {
         patch_scene_move(&scene, 0.02 + 0.1 * violence, 0.03 * violence * violence, &seed);
         memcpy(scene.x0, before, bytes);
         patch_counts const counts = update(patches, &scene, &rules, threads);
-        const uint32_t *const labels = kept_patches_get_labels(patches);
+        const uint32_t *const labels = kept_patches_get_labels(patches).labels;
         total.kept += counts.kept_count, total.split += counts.split_count;
         total.dissolved += counts.dissolved_count, total.grown += counts.grown_triangle_count;
         if (counts.triangle_count > total.most_triangles)
             total.most_triangles = counts.triangle_count;
         total.labels_hash = hash_labels(total.labels_hash, &scene, labels);
-        patch_labels const now = kept_patches_get_labelling(patches);
+        patch_labels const now = kept_patches_get_labels(patches);
         uint64_t const hash = hash_labels(0, &scene, labels);
         bool const is_same = now.labels == last.labels && now.version == last.version;
         if (is_same) assert_true(hash == last_hash);
@@ -220,7 +222,7 @@ static void what_fails_is_noticed(void **state) {
     update(patches, &scene, &rules, 2);
     uint32_t *const labels = malloc(scene.triangle_count * sizeof *labels);
     assert_non_null(labels);
-    memcpy(labels, kept_patches_get_labels(patches), scene.triangle_count * sizeof *labels);
+    memcpy(labels, kept_patches_get_labels(patches).labels, scene.triangle_count * sizeof *labels);
     for (int round = 0; round < 40; round++) {
         size_t const vertex = (size_t)(random_uniform(&seed) * (double)scene.vertex_count);
         double *const x = scene.x1 + 3 * vertex, old = x[0];
@@ -232,12 +234,12 @@ static void what_fails_is_noticed(void **state) {
         assert_true(
             patches_hold(patches, &(patch_step){&scene.set, scene.x0, scene.x1, 2}, &rules));
     }
-    assert_memory_equal(labels, kept_patches_get_labels(patches),
+    assert_memory_equal(labels, kept_patches_get_labels(patches).labels,
                         scene.triangle_count * sizeof *labels);
     scene.range.ignores_self = true;
     assert_false(patches_hold(patches, &(patch_step){&scene.set, scene.x0, scene.x1, 2}, &rules));
     assert_int_equal(update(patches, &scene, &rules, 2).patch_count, 0);
-    assert_int_equal(count_labelled(&scene, kept_patches_get_labels(patches)), 0);
+    assert_int_equal(count_labelled(&scene, kept_patches_get_labels(patches).labels), 0);
     free(labels);
     kept_patches_destroy(patches);
     patch_scene_destroy(&scene);
@@ -277,11 +279,11 @@ static void damaged_bytes_are_refused(void **state) {
     patch_scene scene;
     patch_scene_make(&scene, PATCH_SHEET, 12, &seed);
     kept_patches *const patches = create(&scene);
-    assert_int_equal(kept_patches_get_saved_size(patches), 0);
+    assert_int_equal(kept_patches_save(patches, NULL), 0);
     assert_int_equal(kept_patches_load(patches, NULL, 0), TULLE_OK);
     patch_rules const rules = make_rules(60.0, false, 0.0);
     update(patches, &scene, &rules, 1);
-    size_t const size = kept_patches_get_saved_size(patches);
+    size_t const size = kept_patches_save(patches, NULL);
     unsigned char *const bytes = malloc(size), *const damaged = malloc(size);
     assert_true(bytes && damaged);
     kept_patches_save(patches, bytes);
@@ -292,12 +294,12 @@ static void damaged_bytes_are_refused(void **state) {
         damaged[at] ^= (unsigned char)(1u << (round % 8));
         tulle_status const status = kept_patches_load(patches, damaged, round % 5 == 0 ? at : size);
         if (status == TULLE_OK) { /* the schedule, or another order of the same disc */
-            assert_patches_are_discs(&scene, kept_patches_get_labels(patches));
+            assert_patches_are_discs(&scene, kept_patches_get_labels(patches).labels);
         } else {
             refused++;
             assert_int_equal(status, TULLE_ERROR_INVALID_ARGUMENT);
-            assert_int_equal(kept_patches_get_label_count(patches), 0);
-            assert_int_equal(count_labelled(&scene, kept_patches_get_labels(patches)), 0);
+            assert_int_equal(kept_patches_get_labels(patches).label_count, 0);
+            assert_int_equal(count_labelled(&scene, kept_patches_get_labels(patches).labels), 0);
         }
         update(patches, &scene, &rules, 1);
     }
@@ -331,15 +333,16 @@ static void want_of_memory_leaves_no_patches(void **state) {
         long left = allowed;
         memory heap = {.allocator = {refuse_memory, release_memory, &left, 0}};
         kept_patches *patches = NULL;
-        if (kept_patches_create(&heap, &scene.set, &patches) == TULLE_OK) {
+        if (kept_patches_create(&heap, &scene.set, NULL, &patches) == TULLE_OK) {
             patch_counts counts;
             tulle_status const status = update_patches(
                 patches, &(patch_step){&scene.set, scene.x0, scene.x1, 2}, &rules, &counts);
             is_through = status == TULLE_OK;
             if (!is_through) {
                 assert_int_equal(status, TULLE_ERROR_OUT_OF_MEMORY);
-                assert_int_equal(kept_patches_get_label_count(patches), 0);
-                assert_int_equal(count_labelled(&scene, kept_patches_get_labels(patches)), 0);
+                assert_int_equal(kept_patches_get_labels(patches).label_count, 0);
+                assert_int_equal(count_labelled(&scene, kept_patches_get_labels(patches).labels),
+                                 0);
                 left = 1000;
                 assert_true(update(patches, &scene, &rules, 2).patch_count > 0);
             }

@@ -31,7 +31,7 @@ static void check_surface(const char *start_name, const char *end_name, double d
     patch_scene_make_of(&scene, start.positions, end.positions, start.vertex_count, start.triangles,
                         start.triangle_count);
     kept_patches *patches = NULL;
-    assert_int_equal(kept_patches_create(&scene.heap, &scene.set, &patches), TULLE_OK);
+    assert_int_equal(kept_patches_create(&scene.heap, &scene.set, NULL, &patches), TULLE_OK);
     patch_rules rules = {CONE_BERNSTEIN, degrees * DEGREE, false, true, 0.0, false};
     patch_counts counts;
     assert_int_equal(
@@ -45,7 +45,7 @@ static void check_surface(const char *start_name, const char *end_name, double d
                                         &rules, &counts),
                          TULLE_OK);
         assert_true(counts.patch_count > 1);
-        const uint32_t *const labels = kept_patches_get_labels(patches);
+        const uint32_t *const labels = kept_patches_get_labels(patches).labels;
         assert_patches_are_discs(&scene, labels);
         assert_patches_are_apart(&scene, labels, 0.0, &seed);
     }

@@ -34,7 +34,7 @@ static patch_counts update(kept_patches *patches, const patch_scene *scene,
 }
 
 static patch_counts grow(patch_scene *scene, const patch_rules *rules, kept_patches **patches) {
-    assert_int_equal(kept_patches_create(&scene->heap, &scene->set, patches), TULLE_OK);
+    assert_int_equal(kept_patches_create(&scene->heap, &scene->set, NULL, patches), TULLE_OK);
     return update(*patches, scene, rules, 1);
 }
 
@@ -83,7 +83,7 @@ static patch_counts grow_arch(double half, double gap, double reach, bool merges
     make_arch(&scene, half, gap);
     patch_rules const rules = make_rules(60.0, reach, merges);
     patch_counts const counts = grow(&scene, &rules, &patches);
-    const uint32_t *const labels = kept_patches_get_labels(patches);
+    const uint32_t *const labels = kept_patches_get_labels(patches).labels;
     assert_patches_are_discs(&scene, labels);
     assert_true(assert_patches_are_apart(&scene, labels, 2.0 * reach, &seed) > 0);
     assert_int_equal(counts.triangle_count, scene.triangle_count);
@@ -132,7 +132,7 @@ static void merged_patches_are_apart(void **state) {
         kept_patches *grown, *merged;
         patch_counts const before = grow(&scene, &plain, &grown);
         patch_counts const after = grow(&scene, &merging, &merged);
-        const uint32_t *const labels = kept_patches_get_labels(merged);
+        const uint32_t *const labels = kept_patches_get_labels(merged).labels;
         assert_true(after.patch_count <= before.patch_count);
         assert_int_equal(after.star_count + after.contour_count, after.patch_count);
         assert_patches_are_discs(&scene, labels);
@@ -151,10 +151,10 @@ static void merged_patches_are_apart(void **state) {
 }
 
 static void assert_same_patches(const kept_patches *a, const kept_patches *b, size_t count) {
-    size_t const size = kept_patches_get_saved_size(a);
-    assert_memory_equal(kept_patches_get_labels(a), kept_patches_get_labels(b),
+    size_t const size = kept_patches_save(a, NULL);
+    assert_memory_equal(kept_patches_get_labels(a).labels, kept_patches_get_labels(b).labels,
                         count * sizeof(uint32_t));
-    assert_true(size > 0 && size == kept_patches_get_saved_size(b));
+    assert_true(size > 0 && size == kept_patches_save(b, NULL));
     unsigned char *const bytes = malloc(2 * size);
     assert_non_null(bytes);
     kept_patches_save(a, bytes);
@@ -180,7 +180,7 @@ static void merging_does_not_depend_on_threads(void **state) {
         merged_count += grow(&scene, &plain, &grown).patch_count;
         kept_patches_destroy(grown);
         for (int i = 0; i < COUNTS; i++)
-            assert_int_equal(kept_patches_create(&scene.heap, &scene.set, &all[i]), TULLE_OK);
+            assert_int_equal(kept_patches_create(&scene.heap, &scene.set, NULL, &all[i]), TULLE_OK);
         for (int call = 0; call < CALLS; call++) {
             patch_counts const first = update(all[0], &scene, &rules, threads[0]);
             if (call == 0) merged_count -= first.patch_count;

@@ -25,7 +25,7 @@ static void begin(schedule_case *with, uint64_t seed) {
     with->seed = seed;
     patch_scene_make(&with->scene, PATCH_SHEET, SIDE, &with->seed);
     patch_scene_move(&with->scene, 0.01, 0.0, &with->seed);
-    assert_int_equal(kept_patches_create(&with->scene.heap, &with->scene.set, &with->patches),
+    assert_int_equal(kept_patches_create(&with->scene.heap, &with->scene.set, NULL, &with->patches),
                      TULLE_OK);
 }
 
@@ -157,11 +157,12 @@ static void impossible_schedules_are_refused(void **state) {
     begin(&with, 9);
     call(&with, 200, 1000);
     call(&with, 200, 1000);
-    size_t const size = kept_patches_get_saved_size(with.patches);
+    size_t const size = kept_patches_save(with.patches, NULL);
     void *const bytes = malloc(size);
     kept_patches *again = NULL;
     assert_non_null(bytes);
-    assert_int_equal(kept_patches_create(&with.scene.heap, &with.scene.set, &again), TULLE_OK);
+    assert_int_equal(kept_patches_create(&with.scene.heap, &with.scene.set, NULL, &again),
+                     TULLE_OK);
     patch_schedule const good = with.patches->schedule;
     for (int k = 0; k < 3; k++) {
         with.patches->schedule = good;
@@ -170,7 +171,7 @@ static void impossible_schedules_are_refused(void **state) {
         kept_patches_save(with.patches, bytes);
         assert_int_equal(kept_patches_load(again, bytes, size),
                          k < 2 ? TULLE_ERROR_INVALID_ARGUMENT : TULLE_OK);
-        assert_int_equal(kept_patches_get_label_count(again), k < 2 ? 0 : 1);
+        assert_int_equal(kept_patches_get_labels(again).label_count, k < 2 ? 0 : 1);
     }
     free(bytes);
     kept_patches_destroy(again);
@@ -229,7 +230,7 @@ static void what_was_cut_is_merged_again(void **state) {
     assert_true(merged_at > 10);
     assert_true(with.counts.patch_count < most);
     assert_int_equal(with.counts.triangle_count, with.scene.triangle_count);
-    assert_patches_are_discs(&with.scene, kept_patches_get_labels(with.patches));
+    assert_patches_are_discs(&with.scene, kept_patches_get_labels(with.patches).labels);
     free(smooth);
     end(&with);
 }
@@ -250,13 +251,14 @@ static void saved_schedules_go_on(void **state) {
         assert_memory_equal(&whole.counts, &parted.counts, sizeof whole.counts);
         used += whole.counts.patch_count;
         if (i % 3 != 1) continue;
-        size_t const size = kept_patches_get_saved_size(parted.patches);
+        size_t const size = kept_patches_save(parted.patches, NULL);
         void *const bytes = malloc(size);
         assert_non_null(bytes);
         kept_patches_save(parted.patches, bytes);
         kept_patches_destroy(parted.patches);
         assert_int_equal(
-            kept_patches_create(&parted.scene.heap, &parted.scene.set, &parted.patches), TULLE_OK);
+            kept_patches_create(&parted.scene.heap, &parted.scene.set, NULL, &parted.patches),
+            TULLE_OK);
         assert_int_equal(kept_patches_load(parted.patches, bytes, size), TULLE_OK);
         free(bytes);
     }

@@ -146,10 +146,10 @@ static void search_jointly(soup_scene *soup, kept_patches *patches, broad_phase 
     assert_int_equal(counts.star_count + counts.contour_count, counts.patch_count);
     bool const has_patches = call != CALLS - 2; /* without them in between */
     broad_phase_set_patches(broad,
-                            has_patches ? kept_patches_get_labelling(patches) : (patch_labels){0});
+                            has_patches ? kept_patches_get_labels(patches) : (patch_labels){0});
     assert_int_equal(build_trees(broad, &soup->set, soup->x0, soup->x1, MARGIN, threads), TULLE_OK);
     joint_search search = {.of = soup,
-                           .labels = has_patches ? kept_patches_get_labels(patches) : NULL,
+                           .labels = has_patches ? kept_patches_get_labels(patches).labels : NULL,
                            .is_straight = broad_phase_is_straight(broad)};
     search.found = search_keys(broad, &soup->set, threads);
     sums->joint_count += search.is_straight && has_patches && counts.patch_count > 0;
@@ -166,7 +166,7 @@ static void nothing_near_is_left_out(void **state) {
         soup_scene *const soup = make_sheets(&heap, &seed);
         kept_patches *patches;
         broad_phase *broad;
-        assert_int_equal(kept_patches_create(&heap, &soup->set, &patches), TULLE_OK);
+        assert_int_equal(kept_patches_create(&heap, &soup->set, NULL, &patches), TULLE_OK);
         assert_int_equal(broad_phase_create(&heap, &soup->set, soup->x0, BROAD_PHASE_REFIT, &broad),
                          TULLE_OK);
         broad_phase_configure(broad, (broad_phase_options){.following = PATHS_WHERE_LONG});
