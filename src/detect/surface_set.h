@@ -40,6 +40,11 @@ static inline bool surfaces_may_meet(const surface_set *set, size_t a, size_t b)
     return !set->collides || set->collides[a * set->surface_count + b];
 }
 
+/* Whether features of a surface are paired with one another. */
+static inline bool surface_meets_itself(const surface_set *set, size_t surface) {
+    return set->surfaces[surface].is_present && surfaces_may_meet(set, surface, surface);
+}
+
 /* Vertex `first` and triangle `second`, or edges first < second (of one surface; across surfaces
  * the surface of lower index comes first, which is the same since ranges ascend). */
 typedef struct feature_pair {

@@ -214,10 +214,8 @@ tulle_status search_pairs(broad_phase *broad, const surface_set *set, int thread
         total.leaf_pair_count += broad->outputs.data[w].counts.leaf_pair_count;
         total.candidate_count += broad->outputs.data[w].counts.candidate_count;
     }
-    for (uint32_t s = 0; s < set->surface_count; s++) {
-        if (set->surfaces[s].is_present && surfaces_may_meet(set, s, s))
-            total.near_pair_count += broad->trees[s].near_pair_count;
-    }
+    for (uint32_t s = 0; s < set->surface_count; s++)
+        if (surface_meets_itself(set, s)) total.near_pair_count += broad->trees[s].near_pair_count;
     if (counts) *counts = total;
     return stop_is_wanted(broad->stop, 0) ? TULLE_ERROR_INTERRUPTED : TULLE_OK;
 }

@@ -5,13 +5,11 @@
 #include <string.h>
 
 enum {
-    KEPT_MINIMUM = 32,    /* [triangles] smaller patches hold hardly a leaf of a tree */
-    RIM_WIDTH = 3,        /* [triangles a boundary edge] whose pairs lie partly outside */
-    LARGE_SHARE = 16,     /* of all triangles: patches of more than one in that many are large */
-    LARGE_MINIMUM = 1024, /* [triangles] and at least that many */
-    USEFUL_PERCENT = 15,  /* of triangles inside patches, without their rims; fewer: off */
-    MERGED_FIRST = 4,     /* triangles that merging looks at, over all, after growth of all */
-    GROWN_DEAD_SHARE = 8, /* after growth: of triangles in patches, to be worth it */
+    KEPT_MINIMUM = 32,          /* [triangles] smaller patches hold hardly a leaf of a tree */
+    RIM_WIDTH = 3,              /* [triangles a boundary edge] whose pairs lie partly outside */
+    USEFUL_PERCENT = 15,        /* of triangles inside patches, without their rims; fewer: off */
+    MERGED_FIRST = 4,           /* triangles that merging looks at, over all, after growth of all */
+    GROWN_DEAD_SHARE = 8,       /* after growth: of triangles in patches, to be worth it */
     COMPACT_TRIANGLE_MIN = 1024 /* dead ones that are not worth a new layout */
 };
 
@@ -121,7 +119,8 @@ static cover measure_cover(const kept_patches *patches, const surface_set *set) 
     cover sum = {0, 0, 0, 0};
     for (uint32_t s = 0; s < set->surface_count; s++) {
         const surface_range *const range = &set->surfaces[s];
-        if (surface_has_patches(set, s)) sum.meeting += range->triangle_end - range->triangle_begin;
+        if (surface_meets_itself(set, s))
+            sum.meeting += range->triangle_end - range->triangle_begin;
     }
     for (size_t i = 0; i < patches->patches.count; i++) {
         const kept_patch *const patch = &patches->patches.data[i];
@@ -185,36 +184,6 @@ static void compact_patches(kept_patches *patches) {
 }
 
 /* ---- a call ---- */
-
-/* Repairs or dissolves patches that have failed. Large ones are not repaired: cut about their own
- * axis they lose most of their triangles, so they are grown again instead. */
-static tulle_status mend_patches(kept_patches *patches, const growth_input *input,
-                                 patch_counts *counts) {
-    uint64_t most = patches->topo->triangle_count / LARGE_SHARE;
-    if (most < LARGE_MINIMUM) most = LARGE_MINIMUM;
-    for (uint32_t i = 0; i < patches->patches.count; i++) {
-        kept_patch const old = patches->patches.data[i];
-        if (old.triangle_count == 0) continue;
-        if (verdict_holds((patch_verdict)old.verdict)) {
-            counts->kept_count++;
-            continue;
-        }
-        bool const is_repairable = old.verdict != PATCH_LEFT &&
-                                   (old.triangle_count <= most || patches->rules.keeps_all) &&
-                                   pay_repair(&patches->schedule, old.triangle_count);
-        if (is_repairable) {
-            tulle_status const status = repair_patch(patches, input, i, counts);
-            if (status != TULLE_OK) return status;
-        } else {
-            dissolve_patch(patches, i);
-        }
-        if (patches->patches.data[i].triangle_count > 0)
-            counts->split_count++;
-        else
-            counts->dissolved_count++;
-    }
-    return TULLE_OK;
-}
 
 /* Grows patches over everything. */
 static tulle_status grow_first(kept_patches *patches, const growth_input *input,
@@ -353,8 +322,7 @@ bool patches_hold(const kept_patches *patches, const patch_step *step, const pat
     check_patches(scratch, &narrowed, rules);
     for (size_t i = 0; i < patches->patches.count; i++) {
         const kept_patch *const patch = &patches->patches.data[i];
-        if (patch->triangle_count > 0 && !verdict_holds((patch_verdict)patch->verdict))
-            return false;
+        if (patch->triangle_count > 0 && patch->verdict > PATCH_HOLDS) return false;
     }
     return true;
 }

@@ -17,10 +17,6 @@ enum {
         64, /* pairs of boxes and edges looked at, at most, over the boundary's length */
 };
 
-bool surface_has_patches(const surface_set *set, uint32_t surface) {
-    return set->surfaces[surface].is_present && surfaces_may_meet(set, surface, surface);
-}
-
 double project_patch(kept_patches *patches, const kept_patch *patch, const patch_step *step,
                      size_t begin, size_t end) {
     planar_map const map = planar_map_make(
@@ -28,13 +24,6 @@ double project_patch(kept_patches *patches, const kept_patch *patch, const patch
     return TULLE_PICK_KERNEL(project_paths)(
         &map, patches->vertices.data + patch->vertex_begin + begin, end - begin, step->x0, step->x1,
         patches->points.data + patch->vertex_begin + begin);
-}
-
-static bool all_turn_left(const kept_patches *patches, const kept_patch *patch, size_t begin,
-                          size_t end, double reach) {
-    return TULLE_PICK_KERNEL(patch_turns_left)(
-        patches->points.data + patch->vertex_begin,
-        patches->corners.data + 3 * ((size_t)patch->triangle_begin + begin), end - begin, reach);
 }
 
 bool patch_faces_axis(const kept_patches *patches, const kept_patch *patch, const patch_step *step,
@@ -52,10 +41,40 @@ bool patch_faces_axis(const kept_patches *patches, const kept_patch *patch, cons
     return true;
 }
 
-/* Whether the boundary of a patch, of projected vertices, stays simple. */
-static patch_verdict check_contour(const kept_patches *patches, const kept_patch *patch,
-                                   double reach, void *scratch) {
+patch_verdict check_patch(kept_patches *patches, const kept_patch *patch, const patch_step *step,
+                          const patch_rules *rules, check_task *part, void *scratch) {
+    bool const has_turns = !part || part->kind == CHECK_TURNS;
+    bool const has_contour = !part || part->kind == CHECK_CONTOUR;
+    size_t const begin = part ? part->begin : 0;
+    size_t const triangle_end = part ? part->end : patch->triangle_count;
+    if (!rules->has_certificate) {
+        bool const holds = !has_turns || patch_faces_axis(patches, patch, step, rules->max_angle,
+                                                          begin, triangle_end);
+        return holds ? PATCH_HOLDS_BY_CONE : PATCH_TURNED;
+    }
+
+    /* Vertices are projected; their size gives the planar reach. */
+    if (part && part->kind == CHECK_PROJECTION) {
+        part->size = project_patch(patches, patch, step, begin, part->end);
+        return PATCH_HOLDS_BY_STAR;
+    }
+    double const reach =
+        part ? part->reach
+             : compute_planar_reach(rules->reach,
+                                    project_patch(patches, patch, step, 0, patch->vertex_count));
+    if (!(reach > 0.0)) return PATCH_TURNED;
+
+    /* All triangles turn to the left. */
     const planar_path *const points = patches->points.data + patch->vertex_begin;
+    if (has_turns) {
+        const uint32_t *const corners =
+            patches->corners.data + 3 * ((size_t)patch->triangle_begin + begin);
+        if (!TULLE_PICK_KERNEL(patch_turns_left)(points, corners, triangle_end - begin, reach))
+            return PATCH_TURNED;
+    }
+    if (!has_contour) return PATCH_HOLDS_BY_STAR;
+
+    /* The boundary stays simple. */
     const uint32_t *const loop = patches->loops.data + patch->loop_begin;
     planar_path *const around = scratch;
     for (size_t i = 0; i < patch->loop_count; i++) around[i] = points[loop[i]];
@@ -67,27 +86,7 @@ static patch_verdict check_contour(const kept_patches *patches, const kept_patch
                                     : PATCH_CROSSED;
 }
 
-patch_verdict check_patch(kept_patches *patches, const kept_patch *patch, const patch_step *step,
-                          const patch_rules *rules, void *scratch) {
-    if (!rules->has_certificate) {
-        bool const holds =
-            patch_faces_axis(patches, patch, step, rules->max_angle, 0, patch->triangle_count);
-        return holds ? PATCH_HOLDS_BY_CONE : PATCH_TURNED;
-    }
-    double const size = project_patch(patches, patch, step, 0, patch->vertex_count);
-    double const reach = compute_planar_reach(rules->reach, size);
-    if (!(reach > 0.0) || !all_turn_left(patches, patch, 0, patch->triangle_count, reach))
-        return PATCH_TURNED;
-    return check_contour(patches, patch, reach, scratch);
-}
-
 /* ---- tasks ---- */
-
-static bool append_task(kept_patches *patches, check_task task) {
-    if (!ARRAY_RESERVE(patches->heap, &patches->tasks, 1)) return false;
-    patches->tasks.data[patches->tasks.count++] = task;
-    return true;
-}
 
 tulle_status prepare_checks(kept_patches *patches, int threads) {
     if (patches->has_tasks && patches->worker_count >= threads) return TULLE_OK;
@@ -104,8 +103,10 @@ tulle_status prepare_checks(kept_patches *patches, int threads) {
                                                             : all[i].triangle_count;
             for (uint32_t begin = 0; begin < count; begin += CHECK_CHUNK) {
                 uint32_t const end = count - begin > CHECK_CHUNK ? begin + CHECK_CHUNK : count;
-                check_task const task = {.kind = kind, .patch = i, .begin = begin, .end = end};
-                if (!append_task(patches, task)) return TULLE_ERROR_OUT_OF_MEMORY;
+                if (!ARRAY_RESERVE(patches->heap, &patches->tasks, 1))
+                    return TULLE_ERROR_OUT_OF_MEMORY;
+                patches->tasks.data[patches->tasks.count++] =
+                    (check_task){.kind = kind, .patch = i, .begin = begin, .end = end};
             }
         }
     }
@@ -116,12 +117,13 @@ tulle_status prepare_checks(kept_patches *patches, int threads) {
         if (all[i].triangle_count > 0 && all[i].loop_count > longest) longest = all[i].loop_count;
         if (all[i].triangle_count <= LARGE_PATCH) triangle_count += all[i].triangle_count;
         if (triangle_count < GROUP_SIZE && i + 1 < patch_count) continue;
-        check_task const task = {.kind = CHECK_WHOLE, .begin = begin, .end = i + 1};
-        if (!append_task(patches, task)) return TULLE_ERROR_OUT_OF_MEMORY;
+        if (!ARRAY_RESERVE(patches->heap, &patches->tasks, 1)) return TULLE_ERROR_OUT_OF_MEMORY;
+        patches->tasks.data[patches->tasks.count++] =
+            (check_task){.kind = CHECK_WHOLE, .begin = begin, .end = i + 1};
         begin = i + 1;
         triangle_count = 0;
     }
-    patches->scratch_stride = (contour_scratch_size(longest) + 63) / 64 * 64;
+    patches->scratch_stride = contour_scratch_size(longest) / 64 * 64 + 64;
     patches->contour_scratch.count = 0;
     if (!ARRAY_RESERVE(patches->heap, &patches->contour_scratch,
                        patches->scratch_stride * (size_t)threads))
@@ -138,27 +140,6 @@ typedef struct check_run {
     size_t task_begin;
 } check_run;
 
-/* A share of the check of a large patch. */
-static patch_verdict check_part(const check_run *run, check_task *task, void *scratch) {
-    kept_patches *const patches = run->patches;
-    kept_patch *const patch = &patches->patches.data[task->patch];
-    if (!run->rules->has_certificate) {
-        if (task->kind != CHECK_TURNS) return PATCH_HOLDS_BY_CONE;
-        bool const holds = patch_faces_axis(patches, patch, run->step, run->rules->max_angle,
-                                            task->begin, task->end);
-        return holds ? PATCH_HOLDS_BY_CONE : PATCH_TURNED;
-    }
-    if (task->kind == CHECK_PROJECTION) {
-        task->size = project_patch(patches, patch, run->step, task->begin, task->end);
-        return PATCH_HOLDS_BY_STAR;
-    }
-    double const reach = task->size; /* computed from the sizes by then */
-    if (!(reach > 0.0)) return PATCH_TURNED;
-    if (task->kind == CHECK_CONTOUR) return check_contour(patches, patch, reach, scratch);
-    return all_turn_left(patches, patch, task->begin, task->end, reach) ? PATCH_HOLDS_BY_STAR
-                                                                        : PATCH_TURNED;
-}
-
 static void run_tasks(void *context, size_t begin, size_t end, size_t chunk, int worker) {
     (void)chunk;
     const check_run *const run = context;
@@ -167,14 +148,15 @@ static void run_tasks(void *context, size_t begin, size_t end, size_t chunk, int
     for (size_t i = begin; i < end; i++) {
         check_task *const task = &patches->tasks.data[run->task_begin + i];
         if (task->kind != CHECK_WHOLE) {
-            task->verdict = check_part(run, task, scratch);
+            task->verdict = check_patch(patches, &patches->patches.data[task->patch], run->step,
+                                        run->rules, task, scratch);
             continue;
         }
         for (uint32_t k = task->begin; k < task->end; k++) {
             kept_patch *const patch = &patches->patches.data[k];
             if (patch->triangle_count == 0 || patch->triangle_count > LARGE_PATCH) continue;
-            patch->verdict = surface_has_patches(run->step->set, patch->surface)
-                                 ? check_patch(patches, patch, run->step, run->rules, scratch)
+            patch->verdict = surface_meets_itself(run->step->set, patch->surface)
+                                 ? check_patch(patches, patch, run->step, run->rules, NULL, scratch)
                                  : PATCH_LEFT;
         }
     }
@@ -199,7 +181,7 @@ void check_patches(kept_patches *patches, const patch_step *step, const patch_ru
             double const own = tasks[k].size; /* NaN stays */
             if (!(own <= size) && !(size != size)) size = own;
         }
-        tasks[i].size = compute_planar_reach(rules->reach, size);
+        tasks[i].reach = compute_planar_reach(rules->reach, size);
     }
     run.task_begin = projection_count;
     parallel_for(task_count - projection_count, 1, step->threads, run_tasks, &run);
@@ -210,6 +192,6 @@ void check_patches(kept_patches *patches, const patch_step *step, const patch_ru
         if (tasks[i].kind == CHECK_WHOLE) continue;
         kept_patch *const patch = &all[tasks[i].patch];
         if (tasks[i].verdict > patch->verdict) patch->verdict = tasks[i].verdict;
-        if (!surface_has_patches(step->set, patch->surface)) patch->verdict = PATCH_LEFT;
+        if (!surface_meets_itself(step->set, patch->surface)) patch->verdict = PATCH_LEFT;
     }
 }

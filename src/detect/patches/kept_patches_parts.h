@@ -20,13 +20,12 @@
 typedef enum patch_verdict {
     PATCH_HOLDS_BY_STAR,
     PATCH_HOLDS_BY_SWEEP,
-    PATCH_HOLDS_BY_CONE, /* without certificate */
-    PATCH_TURNED,        /* a triangle may turn away from the axis */
-    PATCH_CROSSED,       /* its boundary may touch itself */
-    PATCH_LEFT           /* its surface is absent, or does not meet itself any more */
+    PATCH_HOLDS_BY_CONE,               /* without certificate */
+    PATCH_HOLDS = PATCH_HOLDS_BY_CONE, /* up to this verdict a patch holds */
+    PATCH_TURNED,                      /* a triangle may turn away from the axis */
+    PATCH_CROSSED,                     /* its boundary may touch itself */
+    PATCH_LEFT                         /* its surface is absent, or does not meet itself any more */
 } patch_verdict;
-
-static inline bool verdict_holds(patch_verdict verdict) { return verdict <= PATCH_HOLDS_BY_CONE; }
 
 typedef struct kept_patch {
     vec3 axis;
@@ -37,14 +36,15 @@ typedef struct kept_patch {
     uint32_t verdict; /* patch_verdict of the last check */
 } kept_patch;
 
-/* A share of a check: of one large patch, or some small ones. */
+/* A share of all checks: a part of the check of one large patch, or small patches as a whole. */
 typedef enum check_kind { CHECK_PROJECTION, CHECK_CONTOUR, CHECK_TURNS, CHECK_WHOLE } check_kind;
 typedef struct check_task {
     uint32_t kind;       /* check_kind */
-    uint32_t patch;      /* the first; the only one but with CHECK_WHOLE */
+    uint32_t patch;      /* the large one */
     uint32_t begin, end; /* vertices, triangles or patches */
-    uint32_t verdict;    /* result */
-    double size;         /* result of CHECK_PROJECTION */
+    uint32_t verdict;    /* result but of CHECK_WHOLE */
+    double size;         /* [m] result of CHECK_PROJECTION */
+    double reach;        /* [m] planar, of CHECK_CONTOUR and CHECK_TURNS */
 } check_task;
 
 /* What decides when patches are grown; counts only, so that runs can be repeated. */
@@ -75,7 +75,6 @@ void judge_last_search(kept_patches *patches, uint64_t edge_count);
 /* Lets patches go until the next try, and gives back what they took. */
 void let_patches_go(kept_patches *patches);
 bool is_growth_due(const kept_patches *patches, uint64_t isolated, uint64_t meeting);
-bool pay_repair(patch_schedule *schedule, uint64_t triangle_count);
 bool is_merging_due(const kept_patches *patches);
 /* Pays merging and says when the next may be. */
 void pay_merging(patch_schedule *schedule, uint64_t looked_at, bool has_merged);
@@ -118,10 +117,10 @@ struct kept_patches {
     int worker_count;
 };
 
-/* Checks a whole patch at once, by one thread. scratch: contour_scratch_size bytes for a contour of
- * loop_count vertices. */
+/* Checks a patch, or where `part` is not null only that share of it. scratch: contour_scratch_size
+ * bytes for a contour of loop_count vertices. */
 patch_verdict check_patch(kept_patches *patches, const kept_patch *patch, const patch_step *step,
-                          const patch_rules *rules, void *scratch);
+                          const patch_rules *rules, check_task *part, void *scratch);
 /* Whether triangles begin .. end - 1 of a patch keep within max_angle of its axis. */
 bool patch_faces_axis(const kept_patches *patches, const kept_patch *patch, const patch_step *step,
                       double max_angle, size_t begin, size_t end);
@@ -138,7 +137,6 @@ void release_patches(kept_patches *patches);
 tulle_status prepare_checks(kept_patches *patches, int threads);
 /* Checks all patches and fills their verdicts. */
 void check_patches(kept_patches *patches, const patch_step *step, const patch_rules *rules);
-bool surface_has_patches(const surface_set *set, uint32_t surface);
 
 /* One growth over all triangles without a label. */
 typedef struct growth_input {
@@ -160,17 +158,13 @@ tulle_status merge_patches(kept_patches *patches, const growth_input *input, uin
 size_t spread_patch(kept_patches *patches, const patch_rules *rules, uint32_t seed, uint32_t label,
                     normal_cone *cone);
 void label_triangles(kept_patches *patches, const uint32_t *list, size_t count, uint32_t label);
-/* Those among them that still bear LABEL_PASSED become isolated. */
-void isolate_passed(kept_patches *patches, const uint32_t *list, size_t count);
 /* Writes the first `count` triangles of the queue, which bear the label, behind all patches and
  * checks them; patch->verdict says what came of it. */
 tulle_status stage_and_check(kept_patches *patches, const growth_input *input, size_t count,
                              uint32_t label, kept_patch *patch);
-/* Makes what is left of patch `index`, which has failed, a patch again, or dissolves it. */
-tulle_status repair_patch(kept_patches *patches, const growth_input *input, uint32_t index,
-                          patch_counts *counts);
-/* Its triangles become isolated. */
-void dissolve_patch(kept_patches *patches, uint32_t index);
+/* Repairs or dissolves patches that have failed. Large ones are not repaired: cut about their own
+ * axis they lose most of their triangles, so they are grown again instead. */
+tulle_status mend_patches(kept_patches *patches, const growth_input *input, patch_counts *counts);
 /* patch_staging.c */
 /* Allocates scratch of growth but for cones and limits, when there is none. */
 tulle_status reserve_growth(kept_patches *patches);
@@ -181,13 +175,11 @@ void start_patch(kept_patches *patches);
 static inline bool is_in_patch(const growth_scratch *growth, uint32_t vertex) {
     return growth->stamps[vertex] == growth->stamp;
 }
-/* Numbers the vertices of the first `count` triangles of `list` and writes list, corners, vertices
- * and room for points behind all patches. */
-tulle_status stage_patch(kept_patches *patches, const uint32_t *list, size_t count,
-                         kept_patch *patch);
-/* Writes the boundary of a staged patch, whose triangles bear its label, behind all loops.
- * *is_one is false when it is not one loop through each of its vertices once. */
-tulle_status stage_loop(kept_patches *patches, kept_patch *patch, uint32_t label, bool *is_one);
+/* Writes the first `count` triangles of `list`, which bear the label, behind all patches, with
+ * their corners and vertices, room for points, and of a disc the boundary. Then loop_count is 0
+ * where that is not one loop through each of its vertices once. */
+tulle_status stage_patch(kept_patches *patches, const uint32_t *list, size_t count, uint32_t label,
+                         bool is_disc, kept_patch *patch);
 /* Makes a staged patch that of its label. */
 void commit_patch(kept_patches *patches, const kept_patch *patch, uint32_t label);
 

@@ -17,10 +17,16 @@
 
 #include "base/parallel.h"
 
+#include <string.h>
+
 enum {
-    CONE_CHUNK = 512,  /* triangles; some 40 microseconds */
-    LOOKED_AT_MAX = 3, /* triangles that one growth looks at, over all triangles */
-    YIELD_SHARE = 4    /* one in that many must have found a patch when all might have been */
+    CONE_CHUNK = 512,     /* triangles; some 40 microseconds */
+    LOOKED_AT_MAX = 3,    /* triangles that one growth looks at, over all triangles */
+    YIELD_SHARE = 4,      /* one in that many must have found a patch when all might have been */
+    LARGE_SHARE = 16,     /* of all triangles: patches of more than one in that many are large */
+    LARGE_MINIMUM = 1024, /* [triangles] and at least that many */
+    REPAIR_COST = 2 /* [pairs of leaves] of a triangle of a patch that is repaired: twice what it
+                       takes, so that at most half of what is saved goes into repairs */
 };
 
 /* [rad] For the rounding of the limit, and of coordinates far from the origin. */
@@ -97,11 +103,6 @@ void label_triangles(kept_patches *patches, const uint32_t *list, size_t count, 
     for (size_t i = 0; i < count; i++) patches->labels[list[i]] = label;
 }
 
-void isolate_passed(kept_patches *patches, const uint32_t *list, size_t count) {
-    for (size_t i = 0; i < count; i++)
-        if (patches->labels[list[i]] == LABEL_PASSED) patches->labels[list[i]] = PATCH_ISOLATED;
-}
-
 /* A triangle that may not be tried again, if this is a growth of all. */
 static void isolate(kept_patches *patches, uint32_t triangle) {
     patches->labels[triangle] = PATCH_ISOLATED;
@@ -110,18 +111,18 @@ static void isolate(kept_patches *patches, uint32_t triangle) {
 
 tulle_status stage_and_check(kept_patches *patches, const growth_input *input, size_t count,
                              uint32_t label, kept_patch *patch) {
-    bool is_one = true;
-    tulle_status status = stage_patch(patches, patches->growth.queue, count, patch);
-    if (status == TULLE_OK && input->rules->has_certificate)
-        status = stage_loop(patches, patch, label, &is_one);
+    bool const is_disc = input->rules->has_certificate;
+    tulle_status const status =
+        stage_patch(patches, patches->growth.queue, count, label, is_disc, patch);
     if (status != TULLE_OK) return status;
     patches->contour_scratch.count = 0;
     if (!ARRAY_RESERVE(patches->heap, &patches->contour_scratch,
                        contour_scratch_size(patch->loop_count)))
         return TULLE_ERROR_OUT_OF_MEMORY;
-    patch->verdict = is_one ? check_patch(patches, patch, input->step, input->rules,
-                                          patches->contour_scratch.data)
-                            : PATCH_CROSSED;
+    patch->verdict = is_disc && patch->loop_count == 0
+                         ? PATCH_CROSSED
+                         : check_patch(patches, patch, input->step, input->rules, NULL,
+                                       patches->contour_scratch.data);
     return TULLE_OK;
 }
 
@@ -143,22 +144,22 @@ static size_t leave_out_turned(kept_patches *patches, const kept_patch *patch, d
         if (passes && seed == TULLE_NONE) seed = list[i];
     }
     size_t const joined = seed == TULLE_NONE ? 0 : spread_patch(patches, NULL, seed, label, NULL);
-    isolate_passed(patches, list, patch->triangle_count);
+    label_triangles(patches, list, patch->triangle_count, PATCH_ISOLATED);
+    label_triangles(patches, patches->growth.queue, joined, label);
     return joined;
 }
 
 /* Makes the first `count` triangles of the queue, which bear the label, the patch of that label, or
- * gives them up. *left: triangles of the patch; 0 without one. */
+ * as many of them as hold. Without any, patch->triangle_count is 0. */
 static tulle_status settle_patch(kept_patches *patches, const growth_input *input, size_t count,
                                  kept_patch *patch, uint32_t label) {
     uint32_t *const list = patches->growth.queue;
     const patch_rules *const rules = input->rules;
     bool was_regrown = false;
-    patch->loop_begin = (uint32_t)patches->loops.count, patch->loop_count = 0;
     while (count >= input->minimum && count > 0) {
         tulle_status const status = stage_and_check(patches, input, count, label, patch);
         if (status != TULLE_OK) return status;
-        if (verdict_holds(patch->verdict)) {
+        if (patch->verdict <= PATCH_HOLDS) {
             commit_patch(patches, patch, label);
             return TULLE_OK;
         }
@@ -219,7 +220,7 @@ static void compute_cones(void *context, size_t begin, size_t end, size_t chunk,
         normal_cone *const cone = &patches->growth.cones[i];
         *cone = no_cone;
         if (patches->labels[i] != PATCH_ISOLATED ||
-            !surface_has_patches(run->input->step->set, patches->triangle_surface[i]))
+            !surface_meets_itself(run->input->step->set, patches->triangle_surface[i]))
             continue;
         const uint32_t *const corners = patches->topo->triangles + 3 * i;
         vec3 start[3], finish[3];
@@ -277,29 +278,48 @@ tulle_status grow_kept_patches(kept_patches *patches, const growth_input *input,
     return TULLE_OK;
 }
 
-void dissolve_patch(kept_patches *patches, uint32_t index) {
-    kept_patch *const patch = &patches->patches.data[index];
-    patches->version++;
-    label_triangles(patches, patches->triangles.data + patch->triangle_begin, patch->triangle_count,
-                    PATCH_ISOLATED);
-    patches->schedule.dead_triangle_count += patch->triangle_count;
-    patch->triangle_count = 0;
-    patches->has_tasks = false;
-}
+tulle_status mend_patches(kept_patches *patches, const growth_input *input, patch_counts *counts) {
+    patch_schedule *const schedule = &patches->schedule;
+    uint64_t most = patches->topo->triangle_count / LARGE_SHARE;
+    if (most < LARGE_MINIMUM) most = LARGE_MINIMUM;
+    for (uint32_t i = 0; i < patches->patches.count; i++) {
+        kept_patch const old = patches->patches.data[i];
+        if (old.triangle_count == 0) continue;
+        if (old.verdict <= PATCH_HOLDS) {
+            counts->kept_count++;
+            continue;
+        }
+        uint64_t const cost = REPAIR_COST * (uint64_t)old.triangle_count;
+        bool const is_repaired = old.verdict != PATCH_LEFT && schedule->credit >= cost &&
+                                 (old.triangle_count <= most || patches->rules.keeps_all);
 
-tulle_status repair_patch(kept_patches *patches, const growth_input *input, uint32_t index,
-                          patch_counts *counts) {
-    tulle_status const status = reserve_growth(patches);
-    if (status != TULLE_OK) return status;
-    kept_patch const old = patches->patches.data[index];
-    uint32_t *const queue = patches->growth.queue;
-    for (size_t i = 0; i < old.triangle_count; i++)
-        queue[i] = patches->triangles.data[old.triangle_begin + i];
-    dissolve_patch(patches, index);
-    label_triangles(patches, queue, old.triangle_count, index + 1);
-    counts->grown_triangle_count += old.triangle_count;
-    kept_patch patch = {.axis = old.axis};
-    return settle_patch(patches, input, old.triangle_count, &patch, index + 1);
+        /* The patch is dissolved: its triangles are isolated, or go to the queue to be repaired. */
+        const uint32_t *const list = patches->triangles.data + old.triangle_begin;
+        patches->patches.data[i].triangle_count = 0;
+        patches->version++;
+        patches->has_tasks = false;
+        schedule->dead_triangle_count += old.triangle_count;
+        if (!is_repaired) {
+            label_triangles(patches, list, old.triangle_count, PATCH_ISOLATED);
+            counts->dissolved_count++;
+            continue;
+        }
+
+        /* What is left of it becomes the patch of its label again. */
+        tulle_status status = reserve_growth(patches);
+        if (status != TULLE_OK) return status;
+        memcpy(patches->growth.queue, list, old.triangle_count * sizeof *list);
+        schedule->credit -= cost;
+        counts->grown_triangle_count += old.triangle_count;
+        kept_patch patch = {.axis = old.axis};
+        status = settle_patch(patches, input, old.triangle_count, &patch, i + 1);
+        if (status != TULLE_OK) return status;
+        if (patch.triangle_count > 0)
+            counts->split_count++;
+        else
+            counts->dissolved_count++;
+    }
+    return TULLE_OK;
 }
 
 tulle_status append_patch(kept_patches *patches, const uint32_t *triangles, size_t count, vec3 axis,
@@ -321,14 +341,10 @@ tulle_status append_patch(kept_patches *patches, const uint32_t *triangles, size
         if (!is_good) return TULLE_ERROR_INVALID_ARGUMENT;
         take_in(patches, triangle, label);
     }
-    kept_patch patch = {.axis = axis, .loop_begin = (uint32_t)patches->loops.count};
-    if (count > 0) status = stage_patch(patches, triangles, count, &patch);
-    if (status == TULLE_OK && is_disc && count > 0) {
-        bool is_one = false;
-        status = stage_loop(patches, &patch, label, &is_one);
-        if (status == TULLE_OK && !is_one) status = TULLE_ERROR_INVALID_ARGUMENT;
-    }
+    kept_patch patch = {.axis = axis};
+    if (count > 0) status = stage_patch(patches, triangles, count, label, is_disc, &patch);
     if (status != TULLE_OK) return status;
+    if (count > 0 && is_disc && patch.loop_count == 0) return TULLE_ERROR_INVALID_ARGUMENT;
     patches->patches.count++;
     commit_patch(patches, &patch, label);
     return TULLE_OK;

@@ -63,14 +63,15 @@ static tulle_status try_merging(kept_patches *patches, const growth_input *input
     label_triangles(patches, a_list, a.triangle_count, LABEL_PASSED);
     label_triangles(patches, b_list, b.triangle_count, LABEL_PASSED);
     size_t const joined = spread_patch(patches, NULL, a_list[0], large + 1, NULL);
-    isolate_passed(patches, a_list, a.triangle_count);
-    isolate_passed(patches, b_list, b.triangle_count);
+    label_triangles(patches, a_list, a.triangle_count, PATCH_ISOLATED);
+    label_triangles(patches, b_list, b.triangle_count, PATCH_ISOLATED);
+    label_triangles(patches, patches->growth.queue, joined, large + 1);
     kept_patch merged = {.axis = a.axis, .verdict = PATCH_CROSSED};
     if (joined + left_out_most >= (size_t)a.triangle_count + b.triangle_count) {
         tulle_status const status = stage_and_check(patches, input, joined, large + 1, &merged);
         if (status != TULLE_OK) return status;
     }
-    *is_merged = verdict_holds((patch_verdict)merged.verdict);
+    *is_merged = merged.verdict <= PATCH_HOLDS;
     if (*is_merged) {
         patches->schedule.dead_triangle_count += (uint64_t)a.triangle_count + b.triangle_count;
         patches->patches.data[small].triangle_count = 0;

@@ -16,7 +16,6 @@ enum {
     EDGE_COST = 3,          /* [half pairs] of checking an edge of a boundary */
     GROWTH_COST = 4,        /* [pairs] of a triangle that growth looks at, twice what it takes, so
                                that at most half of what is saved goes into growth */
-    REPAIR_COST = 2,        /* [pairs] of a triangle of a patch that is repaired, likewise */
     CREDIT_MOST = 8,        /* [pairs a triangle] */
     ISOLATED_SHARE = 8,     /* growth waits until one in that many triangles is isolated */
     GAIN_SHARE = 4,         /* it paid when one in that many of those found a patch */
@@ -109,13 +108,6 @@ bool is_growth_due(const kept_patches *patches, uint64_t isolated, uint64_t meet
     const patch_schedule *const schedule = &patches->schedule;
     return isolated * ISOLATED_SHARE >= meeting && schedule->call_count >= schedule->regrow_at &&
            schedule->credit >= GROWTH_COST * isolated;
-}
-
-bool pay_repair(patch_schedule *schedule, uint64_t triangle_count) {
-    uint64_t const cost = REPAIR_COST * triangle_count;
-    if (schedule->credit < cost) return false;
-    schedule->credit -= cost;
-    return true;
 }
 
 /* Takes the cost of looking at some triangles off the credit, as far as there is some. */

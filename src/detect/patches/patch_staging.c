@@ -43,8 +43,8 @@ void start_patch(kept_patches *patches) {
     growth->stamp++;
 }
 
-tulle_status stage_patch(kept_patches *patches, const uint32_t *list, size_t count,
-                         kept_patch *patch) {
+tulle_status stage_patch(kept_patches *patches, const uint32_t *list, size_t count, uint32_t label,
+                         bool is_disc, kept_patch *patch) {
     memory *const heap = patches->heap;
     if (!ARRAY_RESERVE(heap, &patches->triangles, count) ||
         !ARRAY_RESERVE(heap, &patches->corners, 3 * count))
@@ -79,39 +79,31 @@ tulle_status stage_patch(kept_patches *patches, const uint32_t *list, size_t cou
     patch->vertex_begin = (uint32_t)patches->vertices.count;
     patch->vertex_count = vertex_count;
     patch->surface = patches->triangle_surface[list[0]];
-    return TULLE_OK;
-}
+    patch->loop_begin = (uint32_t)patches->loops.count;
+    patch->loop_count = 0;
+    if (!is_disc) return TULLE_OK;
 
-tulle_status stage_loop(kept_patches *patches, kept_patch *patch, uint32_t label, bool *is_one) {
-    uint32_t *const next = patches->growth.next;
-    const uint32_t *const corners = patches->corners.data + 3 * (size_t)patch->triangle_begin;
+    /* The boundary: edges without a neighbour of the same label, each of which tells the next. */
+    uint32_t *const next = growth->next;
     uint32_t edge_count = 0, first = TULLE_NONE;
-    for (size_t i = 0; i < patch->triangle_count; i++) {
-        uint32_t const triangle = patches->triangles.data[patch->triangle_begin + i];
+    for (size_t i = 0; i < count; i++) {
         for (size_t k = 0; k < 3; k++) {
-            uint32_t const other = patches->neighbours[3 * (size_t)triangle + k];
+            uint32_t const other = patches->neighbours[3 * (size_t)list[i] + k];
             if (other < NEIGHBOUR_BARRED && patches->labels[other] == label) continue;
             next[corners[3 * i + k]] = corners[3 * i + (k + 1) % 3];
             if (corners[3 * i + k] < first) first = corners[3 * i + k];
             edge_count++;
         }
     }
-    if (!ARRAY_RESERVE(patches->heap, &patches->loops, edge_count))
-        return TULLE_ERROR_OUT_OF_MEMORY;
+    if (first == TULLE_NONE) return TULLE_OK;
+    if (!ARRAY_RESERVE(heap, &patches->loops, edge_count)) return TULLE_ERROR_OUT_OF_MEMORY;
     uint32_t *const loop = patches->loops.data + patches->loops.count;
-    uint32_t count = 0;
-    if (first != TULLE_NONE) {
-        uint32_t at = first;
-        do {
-            loop[count++] = at;
-            at = next[at];
-        } while (at != first && count < edge_count);
-        *is_one = at == first && count == edge_count;
-    } else {
-        *is_one = false;
-    }
-    patch->loop_begin = (uint32_t)patches->loops.count;
-    patch->loop_count = count;
+    uint32_t loop_count = 0, at = first;
+    do {
+        loop[loop_count++] = at;
+        at = next[at];
+    } while (at != first && loop_count < edge_count);
+    if (at == first && loop_count == edge_count) patch->loop_count = loop_count;
     return TULLE_OK;
 }
 

@@ -39,14 +39,9 @@ typedef struct planar_box {
     double low[2], high[2];
 } planar_box;
 
-static size_t count_leaves(size_t count) {
-    size_t leaf_count = 1;
-    while (leaf_count < count) leaf_count *= 2;
-    return leaf_count;
-}
-
 size_t contour_scratch_size(size_t vertex_count) {
-    return vertex_count * sizeof(planar_path) + 2 * count_leaves(vertex_count) * sizeof(planar_box);
+    /* The points, and a tree of fewer than four boxes an edge. */
+    return vertex_count * (sizeof(planar_path) + 4 * sizeof(planar_box));
 }
 
 /* Whether direction (x, y), the same at all times, keeps edge a, b before edge c, d by more than
@@ -133,7 +128,8 @@ contour_proof prove_planar_contour(const planar_path *points, size_t count, doub
     /* A tree of boxes over the whole step. The root is node 1, the children of node i are 2 i and
      * 2 i + 1, and the leaves are the edges: edge i joins points i and i + 1. */
     planar_box *const boxes = scratch;
-    size_t const leaf_count = count_leaves(count);
+    size_t leaf_count = 1;
+    while (leaf_count < count) leaf_count *= 2;
     for (size_t i = 0; i < leaf_count; i++) {
         planar_box *const box = &boxes[leaf_count + i];
         *box = (planar_box){{DBL_MAX, DBL_MAX}, {-DBL_MAX, -DBL_MAX}};
