@@ -8,7 +8,6 @@ enum {
     KEPT_MINIMUM = 32,          /* [triangles] smaller patches hold hardly a leaf of a tree */
     RIM_WIDTH = 3,              /* [triangles a boundary edge] whose pairs lie partly outside */
     USEFUL_PERCENT = 15,        /* of triangles inside patches, without their rims; fewer: off */
-    MERGED_FIRST = 4,           /* triangles that merging looks at, over all, after growth of all */
     GROWN_DEAD_SHARE = 8,       /* after growth: of triangles in patches, to be worth it */
     COMPACT_TRIANGLE_MIN = 1024 /* dead ones that are not worth a new layout */
 };
@@ -108,15 +107,8 @@ patch_labels kept_patches_get_labels(const kept_patches *patches) {
 
 /* ---- what they cover ---- */
 
-typedef struct cover {
-    uint64_t meeting; /* triangles of surfaces that may have patches */
-    uint64_t covered; /* in patches */
-    uint64_t useful;  /* in patches and not near their boundaries */
-    uint64_t rims;    /* edges on boundaries */
-} cover;
-
-static cover measure_cover(const kept_patches *patches, const surface_set *set) {
-    cover sum = {0, 0, 0, 0};
+patch_cover measure_cover(const kept_patches *patches, const surface_set *set) {
+    patch_cover sum = {0, 0, 0, 0};
     for (uint32_t s = 0; s < set->surface_count; s++) {
         const surface_range *const range = &set->surfaces[s];
         if (surface_meets_itself(set, s))
@@ -185,29 +177,11 @@ static void compact_patches(kept_patches *patches) {
 
 /* ---- a call ---- */
 
-/* Grows patches over everything. */
-static tulle_status grow_first(kept_patches *patches, const growth_input *input,
-                               patch_counts *counts) {
-    patch_schedule *const schedule = &patches->schedule;
-    drop_patches(patches);
-    schedule->has_grown = 1;
-    schedule->grown_at = schedule->call_count;
-    schedule->regrow_at = schedule->regrow_wait = 0;
-    pay_merging(schedule, 0, true);
-    tulle_status const status = grow_kept_patches(patches, input, counts);
-    schedule->is_off = 0;
-    if (status != TULLE_OK || !input->rules->has_certificate || input->rules->grows_anew)
-        return status;
-    if (!patches->scratch) release_cones(patches);
-    return merge_patches(patches, input, MERGED_FIRST * patches->topo->triangle_count, counts);
-}
-
-/* Checks patches, mends those that fail and grows more where that is due. */
+/* Checks patches, mends those that fail, and grows and merges more where that is due. */
 static tulle_status keep_patches(kept_patches *patches, const growth_input *input,
                                  patch_counts *counts) {
     patch_schedule *const schedule = &patches->schedule;
     const surface_set *const set = input->step->set;
-    bool const has_certificate = input->rules->has_certificate;
     judge_last_search(patches, measure_cover(patches, set).rims);
     if (schedule->is_off && schedule->call_count < schedule->retry_at) return TULLE_OK;
     tulle_status status;
@@ -219,39 +193,16 @@ static tulle_status keep_patches(kept_patches *patches, const growth_input *inpu
         if (status != TULLE_OK) return status;
         check_patches(patches, input->step, input->rules);
         status = mend_patches(patches, input, counts);
-        if (status != TULLE_OK) return status;
-
-        /* Grow patches from time to time, where much is isolated. */
-        cover const before = measure_cover(patches, set);
-        uint64_t const isolated =
-            before.meeting > before.covered ? before.meeting - before.covered : 0;
-        if (isolated >= input->minimum && is_growth_due(patches, isolated, before.meeting)) {
-            has_grown = true;
-            uint64_t const looked_at = counts->grown_triangle_count;
-            status = grow_kept_patches(patches, input, counts);
-            if (status != TULLE_OK) return status;
-            pay_growth(schedule, counts->grown_triangle_count - looked_at, isolated,
-                       measure_cover(patches, set).covered - before.covered);
-        }
+        if (status == TULLE_OK) status = grow_when_due(patches, input, counts, &has_grown);
         if (has_grown || counts->split_count > 0) schedule->has_changed = 1;
-
-        /* Merge again from time to time, where patches were cut or grown since. */
-        if (has_certificate && is_merging_due(patches)) {
-            uint64_t const looked_at = counts->grown_triangle_count;
-            uint64_t const dead = schedule->dead_triangle_count;
-            status = reserve_growth(patches);
-            if (status != TULLE_OK) return status;
-            status = merge_patches(patches, input, patches->topo->triangle_count, counts);
-            pay_merging(schedule, counts->grown_triangle_count - looked_at,
-                        schedule->dead_triangle_count > dead);
-        }
+        if (status == TULLE_OK) status = merge_when_due(patches, input, counts);
     }
     if (status != TULLE_OK) return status;
 
     /* After growth, before a search has told: let patches go that cannot save more than they cost.
      * To check an edge of a boundary again costs as much as a triangle inside a patch saves. */
-    if (has_certificate && !input->rules->keeps_all && has_grown) {
-        cover const now = measure_cover(patches, set);
+    if (input->rules->has_certificate && !input->rules->keeps_all && has_grown) {
+        patch_cover const now = measure_cover(patches, set);
         if (now.useful * 100 < now.meeting * USEFUL_PERCENT + now.rims * 100)
             let_patches_go(patches);
     }
@@ -284,7 +235,7 @@ tulle_status update_patches(kept_patches *patches, const patch_step *step, const
                            last->keeps_all == rules->keeps_all;
     if (!are_alike) {
         drop_patches(patches);
-        reset_schedule(patches);
+        patches->schedule = (patch_schedule){0};
     }
     patches->rules = *rules;
     bool const keeps_small = !rules->has_certificate || rules->grows_anew || rules->keeps_all;
@@ -297,7 +248,7 @@ tulle_status update_patches(kept_patches *patches, const patch_step *step, const
     if (status == TULLE_OK) status = prepare_checks(patches, step->threads);
     if (status != TULLE_OK) {
         drop_patches(patches);
-        reset_schedule(patches);
+        patches->schedule = (patch_schedule){0};
         *counts = (patch_counts){0};
         return status;
     }

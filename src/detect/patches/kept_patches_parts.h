@@ -64,23 +64,6 @@ typedef struct patch_schedule {
     uint32_t has_changed; /* since patches were last merged, some were cut or grown */
 } patch_schedule;
 
-/* patch_schedule.c */
-/* Whether a saved one may have come about. */
-bool schedule_is_possible(const patch_schedule *schedule, uint64_t triangle_count,
-                          uint64_t kept_triangle_count);
-void reset_schedule(kept_patches *patches);
-/* Begins a call: judges by the last search whether patches in use pay, and lets them go where they
- * do not. edge_count: of all boundaries. */
-void judge_last_search(kept_patches *patches, uint64_t edge_count);
-/* Lets patches go until the next try, and gives back what they took. */
-void let_patches_go(kept_patches *patches);
-bool is_growth_due(const kept_patches *patches, uint64_t isolated, uint64_t meeting);
-bool is_merging_due(const kept_patches *patches);
-/* Pays merging and says when the next may be. */
-void pay_merging(patch_schedule *schedule, uint64_t looked_at, bool has_merged);
-/* Pays growth and says when the next may be. */
-void pay_growth(patch_schedule *schedule, uint64_t looked_at, uint64_t isolated, uint64_t gained);
-
 /* Scratch of growth; one entry a triangle or a vertex. */
 typedef struct growth_scratch {
     normal_cone *cones; /* of triangles without patch; not valid: not to be used. Null, as limits,
@@ -117,6 +100,46 @@ struct kept_patches {
     int worker_count;
 };
 
+/* What growth and repairs go by. */
+typedef struct growth_input {
+    const patch_step *step;
+    const patch_rules *rules;
+    size_t minimum; /* triangles of the smallest patch that is kept */
+} growth_input;
+
+typedef struct patch_cover {
+    uint64_t meeting; /* triangles of surfaces that may have patches */
+    uint64_t covered; /* in patches */
+    uint64_t useful;  /* in patches and not near their boundaries */
+    uint64_t rims;    /* edges on boundaries */
+} patch_cover;
+
+/* kept_patches.c */
+patch_cover measure_cover(const kept_patches *patches, const surface_set *set);
+/* Leaves no patches. */
+void drop_patches(kept_patches *patches);
+/* Frees what patches took, and the scratch of growth. */
+void release_patches(kept_patches *patches);
+
+/* patch_schedule.c */
+/* Whether a saved one may have come about. */
+bool schedule_is_possible(const patch_schedule *schedule, uint64_t triangle_count,
+                          uint64_t kept_triangle_count);
+/* Begins a call: judges by the last search whether patches in use pay, and lets them go where they
+ * do not. edge_count: of all boundaries. */
+void judge_last_search(kept_patches *patches, uint64_t edge_count);
+/* Lets patches go until the next try, and gives back what they took. */
+void let_patches_go(kept_patches *patches);
+/* Grows patches over everything, and merges them. */
+tulle_status grow_first(kept_patches *patches, const growth_input *input, patch_counts *counts);
+/* Grows patches where much is isolated, pays for it and says when the next growth may be. */
+tulle_status grow_when_due(kept_patches *patches, const growth_input *input, patch_counts *counts,
+                           bool *has_grown);
+/* Merges certified patches where some were cut or grown, pays for it and says when the next merging
+ * may be. */
+tulle_status merge_when_due(kept_patches *patches, const growth_input *input, patch_counts *counts);
+
+/* kept_patches_check.c */
 /* Checks a patch, or where `part` is not null only that share of it. scratch: contour_scratch_size
  * bytes for a contour of loop_count vertices. */
 patch_verdict check_patch(kept_patches *patches, const kept_patch *patch, const patch_step *step,
@@ -127,34 +150,26 @@ bool patch_faces_axis(const kept_patches *patches, const kept_patch *patch, cons
 /* Projects local vertices begin .. end - 1 of a patch, and returns their size. */
 double project_patch(kept_patches *patches, const kept_patch *patch, const patch_step *step,
                      size_t begin, size_t end);
-
-/* Leaves no patches. */
-void drop_patches(kept_patches *patches);
-/* Frees what patches took, and the scratch of growth. */
-void release_patches(kept_patches *patches);
-
 /* Prepares tasks and scratch after patches have changed. */
 tulle_status prepare_checks(kept_patches *patches, int threads);
 /* Checks all patches and fills their verdicts. */
 void check_patches(kept_patches *patches, const patch_step *step, const patch_rules *rules);
 
-/* One growth over all triangles without a label. */
-typedef struct growth_input {
-    const patch_step *step;
-    const patch_rules *rules;
-    size_t minimum; /* triangles of the smallest patch that is kept */
-} growth_input;
-tulle_status grow_kept_patches(kept_patches *patches, const growth_input *input,
-                               patch_counts *counts);
-/* Joins patches that are certified together; looks at some `budget` triangles at most. */
+/* patch_merging.c: joins patches that are certified together; looks at some `budget` triangles at
+ * most. */
 tulle_status merge_patches(kept_patches *patches, const growth_input *input, uint64_t budget,
                            patch_counts *counts);
+
+/* patch_growth.c */
+/* Grows patches over all triangles without a label. */
+tulle_status grow_kept_patches(kept_patches *patches, const growth_input *input,
+                               patch_counts *counts);
 /* While a patch is grown again: may join. */
 #define LABEL_PASSED UINT32_MAX
 /* Grows a patch of that label from a triangle: fills the queue, and returns how many joined. With a
- * cone, which becomes that of the patch, among triangles without a patch, as a disc if the rules
- * ask for a certificate; the cone stays within the limit of every triangle, so all of them face its
- * axis. Without a cone, among triangles that bear LABEL_PASSED, as a disc. */
+ * cone it takes triangles without a patch, and is a disc if the rules ask for a certificate. The
+ * cone becomes that of the patch; it stays within the limit of every triangle, so all of them face
+ * its axis. Without a cone it takes triangles that bear LABEL_PASSED, and is a disc. */
 size_t spread_patch(kept_patches *patches, const patch_rules *rules, uint32_t seed, uint32_t label,
                     normal_cone *cone);
 void label_triangles(kept_patches *patches, const uint32_t *list, size_t count, uint32_t label);
@@ -165,6 +180,11 @@ tulle_status stage_and_check(kept_patches *patches, const growth_input *input, s
 /* Repairs or dissolves patches that have failed. Large ones are not repaired: cut about their own
  * axis they lose most of their triangles, so they are grown again instead. */
 tulle_status mend_patches(kept_patches *patches, const growth_input *input, patch_counts *counts);
+/* Appends a patch of triangles of one surface, with is_disc those of a disc in this order.
+ * INVALID_ARGUMENT where they are none. */
+tulle_status append_patch(kept_patches *patches, const uint32_t *triangles, size_t count, vec3 axis,
+                          bool is_disc);
+
 /* patch_staging.c */
 /* Allocates scratch of growth but for cones and limits, when there is none. */
 tulle_status reserve_growth(kept_patches *patches);
@@ -182,10 +202,5 @@ tulle_status stage_patch(kept_patches *patches, const uint32_t *list, size_t cou
                          bool is_disc, kept_patch *patch);
 /* Makes a staged patch that of its label. */
 void commit_patch(kept_patches *patches, const kept_patch *patch, uint32_t label);
-
-/* Appends a patch of triangles of one surface, with is_disc those of a disc in this order.
- * INVALID_ARGUMENT where they are none. */
-tulle_status append_patch(kept_patches *patches, const uint32_t *triangles, size_t count, vec3 axis,
-                          bool is_disc);
 
 #endif

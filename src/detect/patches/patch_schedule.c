@@ -1,4 +1,4 @@
-/* detect/patches/patch_schedule.c - when patches are repaired, grown again and given up.
+/* detect/patches/patch_schedule.c - when patches are grown, merged and given up.
  *
  * The measure is the number of pairs of leaves that searches visit. With patches it is what the
  * last search counted; without patches it is at least the pairs that are near one another on the
@@ -24,16 +24,12 @@ enum {
     FADING = 64,            /* [calls] */
     REGROW_WAIT_MIN = 8,    /* [calls] */
     REGROW_WAIT_MAX = 1024, /* [calls] */
+    MERGED_FIRST = 4,       /* triangles that merging looks at, over all, after growth of all */
     MERGE_WAIT_MIN = 64,    /* [calls] */
     MERGE_WAIT_MAX = 4096,  /* [calls] */
     RETRY_WAIT_MIN = 128,   /* [calls] */
     RETRY_WAIT_MAX = 4096   /* [calls] */
 };
-
-void reset_schedule(kept_patches *patches) {
-    patches->schedule =
-        (patch_schedule){.retry_wait = RETRY_WAIT_MIN, .credit = patches->topo->triangle_count};
-}
 
 bool schedule_is_possible(const patch_schedule *schedule, uint64_t triangle_count,
                           uint64_t kept_triangle_count) {
@@ -67,6 +63,10 @@ void let_patches_go(kept_patches *patches) {
 void judge_last_search(kept_patches *patches, uint64_t edge_count) {
     patch_schedule *const schedule = &patches->schedule;
     uint64_t const credit_most = CREDIT_MOST * (uint64_t)patches->topo->triangle_count;
+    if (schedule->call_count == 0) {
+        schedule->credit = patches->topo->triangle_count;
+        schedule->retry_wait = RETRY_WAIT_MIN;
+    }
     schedule->call_count++;
     bool const is_told = schedule->is_told == 1;
     schedule->is_told = 0;
@@ -104,39 +104,75 @@ void judge_last_search(kept_patches *patches, uint64_t edge_count) {
     }
 }
 
-bool is_growth_due(const kept_patches *patches, uint64_t isolated, uint64_t meeting) {
-    const patch_schedule *const schedule = &patches->schedule;
-    return isolated * ISOLATED_SHARE >= meeting && schedule->call_count >= schedule->regrow_at &&
-           schedule->credit >= GROWTH_COST * isolated;
-}
-
 /* Takes the cost of looking at some triangles off the credit, as far as there is some. */
 static void pay_looks(patch_schedule *schedule, uint64_t looked_at) {
     uint64_t const cost = GROWTH_COST * looked_at;
     schedule->credit -= cost < schedule->credit ? cost : schedule->credit;
 }
 
-bool is_merging_due(const kept_patches *patches) {
-    const patch_schedule *const schedule = &patches->schedule;
-    return schedule->has_changed && schedule->call_count >= schedule->merge_at &&
-           schedule->credit >= GROWTH_COST * (uint64_t)patches->topo->triangle_count;
+tulle_status grow_first(kept_patches *patches, const growth_input *input, patch_counts *counts) {
+    patch_schedule *const schedule = &patches->schedule;
+    drop_patches(patches);
+    schedule->has_grown = 1;
+    schedule->grown_at = schedule->call_count;
+    schedule->regrow_at = schedule->regrow_wait = 0;
+    schedule->merge_wait = MERGE_WAIT_MIN;
+    schedule->merge_at = schedule->call_count + schedule->merge_wait;
+    schedule->has_changed = 0;
+    tulle_status const status = grow_kept_patches(patches, input, counts);
+    schedule->is_off = 0;
+    if (status != TULLE_OK || !input->rules->has_certificate || input->rules->grows_anew)
+        return status;
+    if (!patches->scratch) release_cones(patches);
+    return merge_patches(patches, input, MERGED_FIRST * patches->topo->triangle_count, counts);
 }
 
-void pay_merging(patch_schedule *schedule, uint64_t looked_at, bool has_merged) {
-    pay_looks(schedule, looked_at);
+tulle_status grow_when_due(kept_patches *patches, const growth_input *input, patch_counts *counts,
+                           bool *has_grown) {
+    patch_schedule *const schedule = &patches->schedule;
+    patch_cover const before = measure_cover(patches, input->step->set);
+    uint64_t const isolated = before.meeting > before.covered ? before.meeting - before.covered : 0;
+    *has_grown = isolated >= input->minimum && isolated * ISOLATED_SHARE >= before.meeting &&
+                 schedule->call_count >= schedule->regrow_at &&
+                 schedule->credit >= GROWTH_COST * isolated;
+    if (!*has_grown) return TULLE_OK;
+    uint64_t const looked_at = counts->grown_triangle_count;
+    tulle_status const status = grow_kept_patches(patches, input, counts);
+    if (status != TULLE_OK) return status;
+    pay_looks(schedule, counts->grown_triangle_count - looked_at);
+
+    /* Growth that found patches for few triangles waits longer each time. */
+    uint64_t const gained = measure_cover(patches, input->step->set).covered - before.covered;
+    uint64_t const longer =
+        schedule->regrow_wait < REGROW_WAIT_MIN ? REGROW_WAIT_MIN : 2 * schedule->regrow_wait;
+    bool const paid = gained * GAIN_SHARE >= isolated;
+    schedule->regrow_wait = paid ? 0 : longer > REGROW_WAIT_MAX ? REGROW_WAIT_MAX : longer;
+    schedule->regrow_at = schedule->call_count + schedule->regrow_wait;
+    return TULLE_OK;
+}
+
+tulle_status merge_when_due(kept_patches *patches, const growth_input *input,
+                            patch_counts *counts) {
+    patch_schedule *const schedule = &patches->schedule;
+    uint64_t const triangle_count = patches->topo->triangle_count;
+    bool const is_due = input->rules->has_certificate && schedule->has_changed &&
+                        schedule->call_count >= schedule->merge_at &&
+                        schedule->credit >= GROWTH_COST * triangle_count;
+    if (!is_due) return TULLE_OK;
+    uint64_t const looked_at = counts->grown_triangle_count;
+    uint64_t const dead = schedule->dead_triangle_count;
+    tulle_status status = reserve_growth(patches);
+    if (status == TULLE_OK) status = merge_patches(patches, input, triangle_count, counts);
+    if (status != TULLE_OK) return status;
+    pay_looks(schedule, counts->grown_triangle_count - looked_at);
+
+    /* Merging that joined none waits longer each time. */
+    bool const has_merged = schedule->dead_triangle_count > dead;
     uint64_t const longer = 2 * schedule->merge_wait;
     schedule->merge_wait = has_merged                ? MERGE_WAIT_MIN
                            : longer > MERGE_WAIT_MAX ? MERGE_WAIT_MAX
                                                      : longer;
     schedule->merge_at = schedule->call_count + schedule->merge_wait;
     schedule->has_changed = 0;
-}
-
-void pay_growth(patch_schedule *schedule, uint64_t looked_at, uint64_t isolated, uint64_t gained) {
-    pay_looks(schedule, looked_at);
-    uint64_t const longer =
-        schedule->regrow_wait < REGROW_WAIT_MIN ? REGROW_WAIT_MIN : 2 * schedule->regrow_wait;
-    bool const paid = gained * GAIN_SHARE >= isolated;
-    schedule->regrow_wait = paid ? 0 : longer > REGROW_WAIT_MAX ? REGROW_WAIT_MAX : longer;
-    schedule->regrow_at = schedule->call_count + schedule->regrow_wait;
+    return TULLE_OK;
 }
