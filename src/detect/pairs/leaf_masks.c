@@ -1,6 +1,7 @@
-/* detect/pairs/leaf_masks.c - which features of leaves that share a vertex are to be compared:
- * takes the slots of one refitted tree, gives masks for each leaf with itself and with its
- * neighbours of higher number, see leaf_tables. They never change. */
+/* detect/pairs/leaf_masks.c - which features of leaves that share a vertex are to be compared.
+ *
+ * Takes the slots of one refitted tree. Gives masks for each leaf with itself and with its
+ * neighbours of higher number; see leaf_tables. They never change. */
 #include "detect/trees/broad_phase_parts.h"
 
 static bool share_vertex(const uint32_t *a, uint32_t a_count, const uint32_t *b, uint32_t b_count) {

@@ -1,6 +1,8 @@
-/* detect/pairs/pair_store.c - see pair_store.h. Sorting: keys are spread over buckets by their
- * highest bits, in chunks; then each bucket is sorted by a radix sort in cache, from the least
- * significant digit on. All keys differ, so the order does not depend on who wrote which block. */
+/* detect/pairs/pair_store.c - see pair_store.h.
+ *
+ * Sorting: chunks of keys are spread over buckets by their highest bits. Then each bucket is sorted
+ * in cache by a radix sort, from the least significant digit on. All keys differ, so the order does
+ * not depend on who wrote which block. */
 #include "detect/pairs/pair_store.h"
 
 #include "base/parallel.h"

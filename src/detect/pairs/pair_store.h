@@ -2,8 +2,8 @@
  *
  * Pairs are packed into keys, first << shift | second. Each writer fills blocks of its own in one
  * shared array. When the array is full, writers write to `lost` and go on counting blocks, so that
- * the caller can make room and repeat. Blocks are filled to their ends, so the number of blocks
- * depends on the number of pairs, and by at most one a writer on who writes what. */
+ * the caller can make room and repeat. Blocks are filled to their ends, so their number
+ * depends on the number of pairs. Who writes what changes it by at most one a writer. */
 #ifndef TULLE_DETECT_PAIRS_PAIR_STORE_H
 #define TULLE_DETECT_PAIRS_PAIR_STORE_H
 

@@ -1,8 +1,8 @@
 /* detect/patches/kept_patches_check.c - whether patches hold over a step; see kept_patches_parts.h.
  *
- * Small patches are checked whole, several in one task. Large patches are cut into tasks: first
- * their vertices are projected, then their contours and runs of their triangles are checked. Tasks
- * are the same for any number of threads, and so is the result of each. */
+ * A task checks several small patches, or a share of a large one. The vertices of large patches are
+ * projected first; then come their contours and runs of their triangles. Tasks are the same for any
+ * number of threads, and so is the result of each. */
 #include "detect/patches/kept_patches_parts.h"
 
 #include "base/parallel.h"
@@ -13,8 +13,7 @@ enum {
     LARGE_PATCH = 6144, /* triangles; some 50 microseconds */
     CHECK_CHUNK = 4096, /* vertices or triangles of a large patch a task */
     GROUP_SIZE = 4096,  /* triangles of small patches a task */
-    CONTOUR_TESTS =
-        64, /* pairs of boxes and edges looked at, at most, over the boundary's length */
+    CONTOUR_TESTS = 64  /* at most, of pairs of boxes or edges, a boundary edge */
 };
 
 double project_patch(kept_patches *patches, const kept_patch *patch, const patch_step *step,

@@ -1,18 +1,18 @@
-/* detect/patches/patch_growth.c - grows patches, as discs where they shall be certified, and cuts
- * those that fail; see kept_patches_parts.h. patch_staging.c writes them into the arrays of
- * patches.
+/* detect/patches/patch_growth.c - grows patches, and cuts those that fail; see
+ * kept_patches_parts.h. patch_staging.c writes them into the arrays of patches.
  *
  * Growth is breadth-first over shared edges, from the first triangle that has no patch. A triangle
- * joins while one cone of at most max_angle holds all normals and the disc stays a disc. For that
- * it either shares one edge and its third corner is new, or it shares two edges, which then meet at
- * a vertex of the boundary, and the third edge is not in the patch. The first glues a disc to a
- * disc along an edge, the second along two edges in a row. So the patch stays a disc, each vertex
- * is on its boundary at most once, and every first part of the list of triangles is a disc too.
+ * joins while one cone of at most max_angle holds all normals and, where patches shall be
+ * certified, the patch stays a disc. For that the triangle shares one edge, and its third corner is
+ * new. Or it shares two edges, which then meet at a vertex of the boundary, and the third edge is
+ * not in the patch. The first glues a disc to a disc along an edge, the second along two edges in a
+ * row. So each vertex is on the boundary at most once, and every first part of the list of
+ * triangles is a disc too.
  *
  * A patch that is not certified is cut. If triangles may turn away from the axis, the patch is
  * grown again about the same axis without them. If its boundary may cross itself, its first half is
- * tried, which is what lies nearer to its first triangle. What is left over may grow patches of its
- * own. */
+ * tried: that is what lies nearer to its first triangle. Triangles that are left over may grow
+ * patches of their own. */
 #include "detect/patches/kept_patches_parts.h"
 
 #include "base/parallel.h"
@@ -36,7 +36,7 @@ static const normal_cone no_cone = {{0.0, 0.0, 0.0}, -1.0};
 
 /* ---- what may join ---- */
 
-/* Whether patch `label` with this triangle is a disc still. */
+/* Whether patch `label` stays a disc when this triangle joins. */
 static bool keeps_disc(const kept_patches *patches, uint32_t triangle, uint32_t label) {
     int shared_count = 0;
     size_t shared = 0; /* the last shared edge */
@@ -103,7 +103,7 @@ void label_triangles(kept_patches *patches, const uint32_t *list, size_t count, 
     for (size_t i = 0; i < count; i++) patches->labels[list[i]] = label;
 }
 
-/* A triangle that may not be tried again, if this is a growth of all. */
+/* Takes a triangle out of its patch. A growth of all does not try it again. */
 static void isolate(kept_patches *patches, uint32_t triangle) {
     patches->labels[triangle] = PATCH_ISOLATED;
     if (patches->growth.cones) patches->growth.cones[triangle] = no_cone;
@@ -188,10 +188,10 @@ typedef struct cone_run {
     const growth_input *input;
 } cone_run;
 
-/* How far the axis may lean from the normals of a triangle that shall face it with a reach r: the
- * bound of compute_turn_sign holds when |n| cos(lean) > r p + DISC_TRIANGLE r^2, with p the
- * perimeter in space, which is no less than in the plane, and 9% for bound_length. Not under
- * max_angle without reach; negative where r is too much for it. */
+/* How far the axis may lean from the normals of a triangle that shall face it with a reach r: at
+ * most max_angle, and negative where r is too much for any lean. The bound of compute_turn_sign
+ * holds when |n| cos(lean) > r p + DISC_TRIANGLE r^2. p is the perimeter in space, which is no less
+ * than that in the plane; 9% are added for bound_length. */
 static double compute_limit(const vec3 start[3], const vec3 end[3], const patch_rules *rules) {
     double const reach = rules->reach;
     if (!(reach > 0.0) || !rules->has_certificate) return rules->max_angle;
@@ -259,7 +259,7 @@ tulle_status grow_kept_patches(kept_patches *patches, const growth_input *input,
     for (uint32_t seed = 0; seed < triangle_count; seed++) {
         if (!is_free(patches, seed)) continue;
         if (looked_at > LOOKED_AT_MAX * triangle_count) break;
-        /* where patches were let go before, hardly one may hold now either */
+        /* Where patches were let go before, most of what grows now may fail too. */
         if (patches->schedule.is_off && looked_at > triangle_count &&
             kept * YIELD_SHARE < looked_at)
             break;

@@ -7,9 +7,9 @@
  * for repairs and growth.
  *
  * Patches that save nothing are let go. The next search then counts the pairs without patches. If
- * there are more of them than patches were measured against, patches are grown again at once, else
- * after a number of calls that doubles each time. Only calls, triangles and pairs are counted,
- * never time, so runs can be repeated. */
+ * there are more of them than patches were measured against, patches are grown again at once. Else
+ * they are grown again after a number of calls, which doubles each time. Only calls, triangles and
+ * pairs are counted, never time, so runs can be repeated. */
 #include "detect/patches/kept_patches_parts.h"
 
 enum {
@@ -73,9 +73,9 @@ void judge_last_search(kept_patches *patches, uint64_t edge_count) {
     if (!patches->rules.has_certificate || patches->rules.keeps_all) {
         schedule->credit = credit_most;
     } else if (is_told && schedule->is_off) {
-        /* A search without patches. Those that were measured against too little are tried again at
-         * once, if nothing was known then or what was known had faded: not again and again in a
-         * few calls. */
+        /* A search without patches. They are tried again at once where they were measured against
+         * too little, and where nothing was known then or what was known had faded. So they are not
+         * tried again and again within a few calls. */
         uint64_t const lasted = schedule->call_count - 1 - schedule->grown_at;
         uint64_t const without = schedule->seen_pairs;
         bool const was_known = schedule->pairs_without > 0 && lasted < FADING;
@@ -88,7 +88,8 @@ void judge_last_search(kept_patches *patches, uint64_t edge_count) {
         schedule->pairs_without = without;
         schedule->pairs_with = 0;
     } else if (is_told && schedule->has_grown) {
-        /* A search with patches: what they save becomes credit; without that they are let go. */
+        /* A search with patches. What they save becomes credit; if they save little, they are let
+         * go. */
         uint64_t const with = schedule->seen_pairs + EDGE_COST * edge_count / 2;
         uint64_t without = schedule->near_pairs;
         if (schedule->pairs_without > without) without = schedule->pairs_without;

@@ -1,20 +1,21 @@
 /* detect/patches/planar_contour.c - see planar_contour.h.
  *
  * Star test: o(t) is the mean of the points. If cross(a - o, b - o) > 0 for every edge a, b at all
- * times, the angle about o rises along the polygon, and it rises by a whole number of turns that
+ * times, the angle about o rises along the polygon. It rises by a whole number of turns, which
  * cannot change with time, as no point ever meets o. If that number is one, the polygon is simple.
  *
- * Else all pairs of edges are tested: two that share a point must meet nowhere else, two that do
- * not must not meet. A tree of boxes over runs of edges finds the pairs that could meet. It tries
- * both halves of each run against one another, so for a polygon that is nowhere near itself the
- * work grows with the number of edges. */
+ * Else all pairs of edges are tested. Two edges that share a point must meet nowhere else, all
+ * others must not meet. A tree of boxes over runs of edges finds the pairs that could meet. It
+ * tries the two halves of each run against one another. So for a polygon that is nowhere near
+ * itself the work grows with the number of edges. */
 #include "detect/patches/planar_contour.h"
 
 #include <float.h>
 
 /* ---- star ---- */
 
-/* Any centre will do; that it is taken to be displaced too costs little. */
+/* Any centre will do. Its reach is that of a point: this asks for more than is needed, but costs
+ * little. */
 static bool is_star(const planar_path *points, size_t count, double reach) {
     planar_path middle = {{0.0, 0.0}, {0.0, 0.0}};
     for (size_t i = 0; i < count; i++)
