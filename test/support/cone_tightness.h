@@ -10,7 +10,7 @@
 /* Half-angle of the smallest cone of sampled normals: from the axis of the Bernstein cone, moved
  * while that helps. */
 static inline double search_best_angle(const vec3 start[3], const vec3 end[3]) {
-    vec3 axis = normal_cone_of_triangle(start, end).axis;
+    vec3 axis = normal_cone_of_triangle(CONE_BERNSTEIN, start, end).axis;
     double best = sample_angle(axis, start, end, 32);
     vec3 const side = vec3_normalize(
         vec3_cross(axis, fabs(axis.x) < 0.5 ? vec3_make(1, 0, 0) : vec3_make(0, 1, 0)));
@@ -31,8 +31,8 @@ typedef struct tightness {
 } tightness;
 
 static inline void add_triangle(tightness *to, const vec3 start[3], const vec3 end[3]) {
-    normal_cone const paper = normal_cone_of_triangle_by(CONE_PAPER, start, end);
-    normal_cone const bernstein = normal_cone_of_triangle_by(CONE_BERNSTEIN, start, end);
+    normal_cone const paper = normal_cone_of_triangle(CONE_PAPER, start, end);
+    normal_cone const bernstein = normal_cone_of_triangle(CONE_BERNSTEIN, start, end);
     to->all++;
     if (!normal_cone_is_valid(paper) || !normal_cone_is_valid(bernstein)) return;
     to->valid++;

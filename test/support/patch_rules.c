@@ -70,7 +70,7 @@ static void apply_cone(rule_state *state, const open_surface *of) {
     for (uint32_t t = 0; t < of->triangle_count; t++) {
         vec3 start[3], end[3];
         load_corners(of, t, start, end);
-        cones[t] = normal_cone_of_triangle_by(state->settings.cone, start, end);
+        cones[t] = normal_cone_of_triangle(state->settings.cone, start, end);
     }
     for (uint32_t t = 0; t < of->triangle_count; t++)
         if (state->labels[t] == 0 && normal_cone_is_valid(cones[t]) &&

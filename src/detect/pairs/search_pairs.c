@@ -50,36 +50,6 @@ static void open_pairs(const broad_phase *broad, const uint32_t surface[2], uint
     from->count = begin;
 }
 
-/* Splits all tasks, level by level, until there are enough; those of lowest nodes stay. Returns the
- * list that holds them, or -1 when memory is short. */
-static int split_tasks(broad_phase *broad) {
-    node_pairs *const opened = &broad->lists.data[0], *const found = &broad->lists.data[1];
-    int list = 0;
-    for (int round = 0; round < SPLIT_ROUNDS; round++) {
-        size_t const count = broad->search_tasks[list].count;
-        if (count == 0 || count >= WANTED_TASKS) break;
-        broad->search_tasks[1 - list].count = 0;
-        for (size_t i = 0; i < count; i++) {
-            search_task task = broad->search_tasks[list].data[i];
-            bool const is_lowest = task.level[0] <= 1 && task.level[1] <= 1;
-            node_pairs *const own = is_lowest ? found : opened;
-            own->first[0] = task.node[0];
-            own->second[0] = task.node[1];
-            own->count = 1;
-            if (!is_lowest) open_pairs(broad, task.surface, task.level, opened, found);
-            if (!ARRAY_RESERVE(broad->heap, &broad->search_tasks[1 - list], found->count))
-                return -1;
-            for (size_t k = 0; k < found->count; k++) {
-                task.node[0] = found->first[k];
-                task.node[1] = found->second[k];
-                broad->search_tasks[1 - list].data[broad->search_tasks[1 - list].count++] = task;
-            }
-        }
-        list = 1 - list;
-    }
-    return list;
-}
-
 typedef struct search_context {
     broad_phase *broad;
     int list;
@@ -204,10 +174,35 @@ tulle_status search_pairs(broad_phase *broad, const surface_set *set, int thread
     if (threads < 1) threads = 1;
     if (!prepare_workers(broad, threads) || !list_root_pairs(broad, set))
         return TULLE_ERROR_OUT_OF_MEMORY;
-    search_context search = {.broad = broad, .consume = consume, .context = context};
-    search.list = split_tasks(broad);
-    if (search.list < 0) return TULLE_ERROR_OUT_OF_MEMORY;
-    parallel_for(broad->search_tasks[search.list].count, 1, threads, run_tasks, &search);
+
+    /* Split all tasks, level by level, until there are enough; those of lowest nodes stay. */
+    node_pairs *const opened = &broad->lists.data[0], *const found = &broad->lists.data[1];
+    int list = 0;
+    for (int round = 0; round < SPLIT_ROUNDS; round++) {
+        size_t const count = broad->search_tasks[list].count;
+        if (count == 0 || count >= WANTED_TASKS) break;
+        broad->search_tasks[1 - list].count = 0;
+        for (size_t i = 0; i < count; i++) {
+            search_task task = broad->search_tasks[list].data[i];
+            bool const is_lowest = task.level[0] <= 1 && task.level[1] <= 1;
+            node_pairs *const own = is_lowest ? found : opened;
+            own->first[0] = task.node[0];
+            own->second[0] = task.node[1];
+            own->count = 1;
+            if (!is_lowest) open_pairs(broad, task.surface, task.level, opened, found);
+            if (!ARRAY_RESERVE(broad->heap, &broad->search_tasks[1 - list], found->count))
+                return TULLE_ERROR_OUT_OF_MEMORY;
+            for (size_t k = 0; k < found->count; k++) {
+                task.node[0] = found->first[k];
+                task.node[1] = found->second[k];
+                broad->search_tasks[1 - list].data[broad->search_tasks[1 - list].count++] = task;
+            }
+        }
+        list = 1 - list;
+    }
+
+    search_context search = {broad, list, consume, context};
+    parallel_for(broad->search_tasks[list].count, 1, threads, run_tasks, &search);
     search_counts total = {0};
     for (int w = 0; w < threads; w++) {
         for (int kind = 0; kind < 2; kind++) send_batch(&search, w, kind);

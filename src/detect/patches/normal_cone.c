@@ -148,7 +148,7 @@ static normal_cone make_paper_cone(const vec3 n[3]) {
     return half_angle < HALF_PI - ANGLE_SLACK ? (normal_cone){axis, half_angle} : no_cone;
 }
 
-normal_cone normal_cone_of_triangle_by(cone_rule rule, const vec3 start[3], const vec3 end[3]) {
+normal_cone normal_cone_of_triangle(cone_rule rule, const vec3 start[3], const vec3 end[3]) {
     vec3 const u0 = vec3_sub(start[1], start[0]), v0 = vec3_sub(start[2], start[0]);
     vec3 const u1 = vec3_sub(end[1], end[0]), v1 = vec3_sub(end[2], end[0]);
     double const longest_u = sqrt(fmax(vec3_norm2(u0), vec3_norm2(u1)));
@@ -164,10 +164,6 @@ normal_cone normal_cone_of_triangle_by(cone_rule rule, const vec3 start[3], cons
         vec3_scale(vec3_add(vec3_cross(u0, v1), vec3_cross(u1, v0)), 0.5 * scale),
         vec3_scale(vec3_cross(u1, v1), scale)};
     return rule == CONE_PAPER ? make_paper_cone(normals) : make_bernstein_cone(normals);
-}
-
-normal_cone normal_cone_of_triangle(const vec3 start[3], const vec3 end[3]) {
-    return normal_cone_of_triangle_by(CONE_BERNSTEIN, start, end);
 }
 
 bool normal_cone_merge(const normal_cone *a, const normal_cone *b, double limit,

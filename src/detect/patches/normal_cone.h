@@ -6,9 +6,9 @@
  * arithmetic, whatever rounding did on the way.
  *
  * Based on: Wong, Baciu, Dynamic interaction between deformable surfaces and nonsmooth objects,
- * 2005, 3.1 and 3.2. Departure: the cone of a triangle is, unless asked otherwise, the smallest one
- * of the three Bernstein coefficients of its normal, which is tighter than their bound by the
- * longest normal; a change of area does not widen it. */
+ * 2005, 3.1 and 3.2. Departure: with CONE_BERNSTEIN the cone of a triangle is the smallest one of
+ * the three Bernstein coefficients of its normal. It is tighter than their bound by the longest
+ * normal; a change of area does not widen it. */
 #ifndef TULLE_DETECT_PATCHES_NORMAL_CONE_H
 #define TULLE_DETECT_PATCHES_NORMAL_CONE_H
 
@@ -33,9 +33,7 @@ typedef enum cone_rule {
  * lines, with velocities that do not change. Not valid when the normal might vanish or turn by a
  * half-angle of pi/2 or more, and when coordinates are so large or small that products overflow or
  * lose digits. A valid cone proves that the triangle never degenerates. */
-normal_cone normal_cone_of_triangle_by(cone_rule rule, const vec3 start[3], const vec3 end[3]);
-/* With CONE_BERNSTEIN. */
-normal_cone normal_cone_of_triangle(const vec3 start[3], const vec3 end[3]);
+normal_cone normal_cone_of_triangle(cone_rule rule, const vec3 start[3], const vec3 end[3]);
 
 /* The smallest cone that holds two valid ones, if its half-angle is at most `limit` < pi/2 [rad];
  * else false, and *merged is left alone. It may be the same object as a or b. Limits over

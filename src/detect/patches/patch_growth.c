@@ -228,7 +228,7 @@ static void compute_cones(void *context, size_t begin, size_t end, size_t chunk,
             start[k] = vec3_load(run->input->step->x0, corners[k]);
             finish[k] = vec3_load(run->input->step->x1, corners[k]);
         }
-        *cone = normal_cone_of_triangle_by(run->input->rules->cone, start, finish);
+        *cone = normal_cone_of_triangle(run->input->rules->cone, start, finish);
         double const limit = compute_limit(start, finish, run->input->rules);
         patches->growth.limits[i] = limit;
         if (cone->half_angle > limit) *cone = no_cone;

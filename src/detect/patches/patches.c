@@ -31,7 +31,7 @@ static void compute_cones(void *context, size_t begin, size_t end, size_t chunk,
             start[k] = vec3_load(surface->x0, corners[k]);
             finish[k] = vec3_load(surface->x1, corners[k]);
         }
-        work->cones[i] = normal_cone_of_triangle(start, finish);
+        work->cones[i] = normal_cone_of_triangle(CONE_BERNSTEIN, start, finish);
     }
 }
 

@@ -64,7 +64,7 @@ static void cones_hold_all_normals(void **state) {
         const char *const what = make_moving_triangle(&seed, round, start, end);
         all++;
         for (int r = 0; r < 2; r++) {
-            normal_cone const cone = normal_cone_of_triangle_by(both_rules[r], start, end);
+            normal_cone const cone = normal_cone_of_triangle(both_rules[r], start, end);
             if (!normal_cone_is_valid(cone)) continue;
             valid[r]++;
             assert_true(cone.half_angle < 90.0 * DEGREE);
@@ -103,7 +103,7 @@ static void paper_cones_are_those_of_the_paper(void **state) {
         vec3 start[3], end[3];
         make_triangle(&seed, 0.8, start);
         move_triangle(&seed, 0.4 * random_uniform(&seed), start, end);
-        normal_cone const cone = normal_cone_of_triangle_by(CONE_PAPER, start, end);
+        normal_cone const cone = normal_cone_of_triangle(CONE_PAPER, start, end);
         double const printed = sample_paper_angle(start, end);
         if (!normal_cone_is_valid(cone)) {
             assert_true(!(printed < 90.0 * DEGREE - 1e-4));
@@ -125,7 +125,7 @@ static void cones_are_the_smallest_of_their_coefficients(void **state) {
         vec3 start[3], end[3];
         make_triangle(&seed, 0.8, start);
         move_triangle(&seed, 0.3, start, end);
-        normal_cone const cone = normal_cone_of_triangle(start, end);
+        normal_cone const cone = normal_cone_of_triangle(CONE_BERNSTEIN, start, end);
         if (!normal_cone_is_valid(cone)) continue;
         vec3 const u0 = vec3_sub(start[1], start[0]), v0 = vec3_sub(start[2], start[0]);
         vec3 const u1 = vec3_sub(end[1], end[0]), v1 = vec3_sub(end[2], end[0]);
@@ -216,13 +216,13 @@ static void turning_over_has_no_cone(void **state) {
     const vec3 *const others[] = {flipped, mirrored, line, broken, endless, huge, tiny};
     for (int r = 0; r < 2; r++) {
         cone_rule const rule = both_rules[r];
-        assert_true(normal_cone_is_valid(normal_cone_of_triangle_by(rule, start, start)));
-        assert_true(normal_cone_is_valid(normal_cone_of_triangle_by(rule, start, upright)));
+        assert_true(normal_cone_is_valid(normal_cone_of_triangle(rule, start, start)));
+        assert_true(normal_cone_is_valid(normal_cone_of_triangle(rule, start, upright)));
         for (size_t i = 0; i < sizeof others / sizeof others[0]; i++) {
-            assert_false(normal_cone_is_valid(normal_cone_of_triangle_by(rule, start, others[i])));
-            assert_false(normal_cone_is_valid(normal_cone_of_triangle_by(rule, others[i], start)));
+            assert_false(normal_cone_is_valid(normal_cone_of_triangle(rule, start, others[i])));
+            assert_false(normal_cone_is_valid(normal_cone_of_triangle(rule, others[i], start)));
         }
-        assert_false(normal_cone_is_valid(normal_cone_of_triangle_by(rule, line, line)));
+        assert_false(normal_cone_is_valid(normal_cone_of_triangle(rule, line, line)));
     }
 }
 

@@ -102,7 +102,7 @@ static void assert_good_patches(const moving_sheet *sheet, const patch_list *lis
     for (size_t i = 0; i < count; i++) {
         vec3 start[3], end[3];
         load_triangle(sheet, i, start, end);
-        normal_cone const own = normal_cone_of_triangle(start, end);
+        normal_cone const own = normal_cone_of_triangle(CONE_BERNSTEIN, start, end);
         uint32_t const label = sheet->labels[i];
         bool const has_cone = normal_cone_is_valid(own) && own.half_angle <= max_angle;
         assert_int_equal(has_cone, label != PATCH_ISOLATED);
