@@ -98,72 +98,53 @@ tulle_status world_script_targets(tulle_world *world, double time, double end_ti
     return TULLE_OK;
 }
 
-/* Names the first obstacle that appears in cloth and is ignored. */
-static void say_what_is_caught(tulle_world *world, double time) {
-    size_t count = 0;
-    const tulle_intersection *first = NULL;
-    for (size_t i = 0; i < world->intersections.count; i++) {
-        const tulle_intersection *const pair = &world->intersections.data[i];
-        size_t const obstacle = pair->object_b - world->cloths.count;
-        if (pair->object_b < world->cloths.count || world->now.is_present[obstacle]) continue;
-        if (!first) first = pair;
-        count++;
-    }
-    if (!first) return;
-    snprintf(world->message, sizeof world->message,
-             "'%s' is caught at %.6g s in '%s', which appears there: %zu pairs of triangles "
-             "intersect and are let be until they come apart (start_intersections: ignore)",
-             world_surface_name(world, first->object_a), time,
-             world_surface_name(world, first->object_b), count);
-}
-
 /* Judges obstacles that have just appeared (all others are clean already). */
 static tulle_status judge_appearance(tulle_world *world, const world_motion_state *state,
                                      tulle_error *error) {
-    tulle_status status =
-        world_find_intersections(world, state->positions, &world->intersections, error);
+    intersection_list const *const list = &world->intersections;
+    size_t const cloth_count = world->cloths.count;
     bool const is_ignored = world->def.start_intersections == TULLE_START_IGNORE;
     char when[WORLD_NAME_BYTES + 64];
-    if (status == TULLE_OK && world->intersections.count == 0 && !is_ignored) {
+    tulle_status const status =
+        world_find_intersections(world, state->positions, &world->intersections, error);
+    if (status != TULLE_OK || (list->count == 0 && is_ignored)) return status;
+    if (list->count == 0) {
         snprintf(when, sizeof when, "when one of them appears or comes free at %.6g s",
                  state->time);
         return world_refuse_inside(world, state->positions, (inside_question){when, true}, error);
     }
-    if (status != TULLE_OK || world->intersections.count == 0) return status;
-    if (!is_ignored) {
-        /* "at 0.8 s, when 'late' appears": the first obstacle of the pairs that is new */
-        snprintf(when, sizeof when, "at %.6g s, when a body comes free", state->time);
-        bool is_named = false;
-        for (size_t i = 0; i < 2 * world->intersections.count && !is_named; i++) {
-            const tulle_intersection *const pair = &world->intersections.data[i / 2];
-            uint32_t const object = i % 2 == 0 ? pair->object_a : pair->object_b;
-            is_named = object >= world->cloths.count &&
-                       !world->now.is_present[object - world->cloths.count];
-            if (is_named)
-                snprintf(when, sizeof when, "at %.6g s, when '%s' appears", state->time,
-                         world_surface_name(world, object));
+    if (is_ignored) {
+        /* a message that names the first obstacle that appears in cloth */
+        size_t count = 0;
+        const tulle_intersection *first = NULL;
+        for (size_t i = 0; i < list->count; i++) {
+            const tulle_intersection *const pair = &list->data[i];
+            bool const is_new = pair->object_b >= cloth_count &&
+                                !world->now.is_present[pair->object_b - cloth_count];
+            if (is_new && !first) first = pair;
+            count += is_new;
         }
-        return world_refuse_intersections(world, state->positions, when, error);
+        if (first)
+            snprintf(world->message, sizeof world->message,
+                     "'%s' is caught at %.6g s in '%s', which appears there: %zu pairs of "
+                     "triangles intersect and are let be until they come apart "
+                     "(start_intersections: ignore)",
+                     world_surface_name(world, first->object_a), state->time,
+                     world_surface_name(world, first->object_b), count);
+        return world_ignore_intersections(world, error);
     }
-    say_what_is_caught(world, state->time);
-    return world_ignore_intersections(world, error);
-}
-
-/* Whether some cloth vertex lies inside a closed obstacle. */
-static bool holds_cloth_inside(const tulle_world *world, const world_obstacle *obstacle,
-                               const world_motion_state *state) {
-    size_t const surface = world->cloths.count + (size_t)(obstacle - world->obstacles.data);
-    double const *const positions = state->positions + 3 * (size_t)obstacle->vertex_begin;
-    surface_box const box =
-        measure_surface_box(&world->surfaces[surface], state->positions, state->positions);
-    for (size_t v = 0; v < world->cloth_vertex_count; v++) {
-        double const *const x = state->positions + 3 * v;
-        if (surface_box_holds(&box, x) &&
-            fabs(compute_winding_number(obstacle->mesh.triangles, obstacle->mesh.triangle_count,
-                                        positions, vec3_load(x, 0))) > INSIDE_WINDING)
-            return true;
+    /* "at 0.8 s, when 'late' appears": the first obstacle of the pairs that is new */
+    snprintf(when, sizeof when, "at %.6g s, when a body comes free", state->time);
+    bool is_named = false;
+    for (size_t i = 0; i < 2 * list->count && !is_named; i++) {
+        const tulle_intersection *const pair = &list->data[i / 2];
+        uint32_t const object = i % 2 == 0 ? pair->object_a : pair->object_b;
+        is_named = object >= cloth_count && !world->now.is_present[object - cloth_count];
+        if (is_named)
+            snprintf(when, sizeof when, "at %.6g s, when '%s' appears", state->time,
+                     world_surface_name(world, object));
     }
-    return false;
+    return world_refuse_intersections(world, state->positions, when, error);
 }
 
 /* Takes released obstacles back that are free of cloth again: none crosses their surface or lies
@@ -173,18 +154,27 @@ static tulle_status end_releases(tulle_world *world, world_motion_state *state,
     for (size_t i = 0; i < world->obstacles.count; i++) {
         if (!state->is_released[i]) continue;
         uint32_t const surface = (uint32_t)(world->cloths.count + i);
-        world->surfaces[surface].is_present = true;
+        surface_range *const range = &world->surfaces[surface];
+        range->is_present = true;
         tulle_status const status =
             world_find_intersections(world, state->positions, &world->intersections, error);
-        world->surfaces[surface].is_present = false;
+        range->is_present = false;
         if (status != TULLE_OK) return status;
         bool is_free = true;
-        for (size_t k = 0; k < world->intersections.count; k++) {
+        for (size_t k = 0; k < world->intersections.count; k++)
             if (world->intersections.data[k].object_b == surface) is_free = false;
+        const world_mesh *const mesh = &world->obstacles.data[i].mesh;
+        double const *const positions = state->positions + 3 * (size_t)range->vertex_begin;
+        surface_box const box = measure_surface_box(range, state->positions, state->positions);
+        for (size_t v = 0; is_free && v < world->cloth_vertex_count; v++) {
+            double const *const x = state->positions + 3 * v;
+            bool const is_inside =
+                surface_box_holds(&box, x) &&
+                fabs(compute_winding_number(mesh->triangles, mesh->triangle_count, positions,
+                                            vec3_load(x, 0))) > INSIDE_WINDING;
+            is_free = !is_inside;
         }
-        if (is_free && !holds_cloth_inside(world, &world->obstacles.data[i], state)) {
-            state->is_released[i] = 0;
-        }
+        if (is_free) state->is_released[i] = 0;
     }
     return TULLE_OK;
 }

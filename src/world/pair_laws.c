@@ -43,22 +43,23 @@ static world_material_law *find_material_law(const tulle_world *world, uint32_t 
     return NULL;
 }
 
-static uint32_t get_material(const tulle_world *world, size_t surface) {
-    size_t const cloth_count = world->cloths.count;
-    return surface < cloth_count ? world->cloths.data[surface].contact_material
-                                 : world->obstacles.data[surface - cloth_count].contact_material;
-}
-
 const tulle_contact_law *world_find_pair_law(const tulle_world *world, size_t a, size_t b) {
-    size_t const cloth_count = world->cloths.count, low = a < b ? a : b, high = a < b ? b : a;
-    bool const is_obstacle[2] = {low >= cloth_count, high >= cloth_count};
-    world_pair_law const wanted = {.first = is_obstacle[0] ? low - cloth_count : low,
-                                   .second = is_obstacle[1] ? high - cloth_count : high,
-                                   .obstacle_count = is_obstacle[0] + is_obstacle[1]};
+    size_t const surfaces[2] = {a < b ? a : b, a < b ? b : a}, cloth_count = world->cloths.count;
+    size_t numbers[2]; /* among the cloths or among the obstacles */
+    uint32_t materials[2];
+    int obstacle_count = 0;
+    for (int i = 0; i < 2; i++) {
+        bool const is_cloth = surfaces[i] < cloth_count;
+        numbers[i] = is_cloth ? surfaces[i] : surfaces[i] - cloth_count;
+        materials[i] = is_cloth ? world->cloths.data[numbers[i]].contact_material
+                                : world->obstacles.data[numbers[i]].contact_material;
+        obstacle_count += !is_cloth;
+    }
+    world_pair_law const wanted = {
+        .first = numbers[0], .second = numbers[1], .obstacle_count = obstacle_count};
     const world_pair_law *const entry = find_entry(world, &wanted);
     if (entry) return &entry->law;
-    const world_material_law *const material =
-        find_material_law(world, get_material(world, a), get_material(world, b));
+    const world_material_law *const material = find_material_law(world, materials[0], materials[1]);
     return material ? &material->law : NULL;
 }
 
