@@ -76,10 +76,10 @@ void motion_destroy(memory *heap, world_motion *motion) {
 }
 
 /* Spherical interpolation from a to b along the shorter arc. */
-static void quaternion_slerp(const double a[4], const double b[4], double s, double result[4]) {
-    double dot = a[0] * b[0] + a[1] * b[1] + a[2] * b[2] + a[3] * b[3];
-    double const sign = dot < 0.0 ? -1.0 : 1.0;
-    dot = fmin(dot * sign, 1.0);
+static quaternion slerp(quaternion a, quaternion b, double s) {
+    double const signed_dot = a.w * b.w + a.x * b.x + a.y * b.y + a.z * b.z;
+    double const sign = signed_dot < 0.0 ? -1.0 : 1.0;
+    double const dot = fmin(signed_dot * sign, 1.0);
     double const sine = sqrt(fmax(0.0, 1.0 - dot * dot));
     double weight_a = 1.0 - s, weight_b = s;
     if (sine > SLERP_LINEAR_SINE) {
@@ -87,38 +87,28 @@ static void quaternion_slerp(const double a[4], const double b[4], double s, dou
         weight_a = sin((1.0 - s) * angle) / sine;
         weight_b = sin(s * angle) / sine;
     }
-    for (int c = 0; c < 4; c++) result[c] = weight_a * a[c] + sign * weight_b * b[c];
-    double const norm = quaternion_norm(quaternion_load(result));
-    for (int c = 0; c < 4; c++) result[c] /= norm;
+    weight_b = sign * weight_b;
+    return quaternion_normalize(
+        (quaternion){weight_a * a.w + weight_b * b.w, weight_a * a.x + weight_b * b.x,
+                     weight_a * a.y + weight_b * b.y, weight_a * a.z + weight_b * b.z});
 }
 
-/* Pose at `time` [s]: translation [m] and unit quaternion (w, x, y, z); identity without keys. */
-static void compute_pose(const world_motion *motion, double time, double translation[3],
-                         double rotation[4]) {
-    static const double identity[4] = {1.0, 0.0, 0.0, 0.0};
-    memset(translation, 0, 3 * sizeof(double));
-    memcpy(rotation, identity, sizeof identity);
+motion_pose motion_compute_pose(const world_motion *motion, double time) {
     size_t const count = motion->key_count;
-    if (count == 0) return;
+    if (count == 0) return (motion_pose){.rotation = {.w = 1.0}};
 
     /* outside the keys the nearest pose holds */
     size_t next = 0;
     while (next < count && motion->keys[next].time <= time) next++;
-    if (next == 0 || next == count) {
-        const tulle_keyframe *const key = &motion->keys[next == 0 ? 0 : count - 1];
-        memcpy(translation, key->translation, sizeof key->translation);
-        memcpy(rotation, key->rotation, sizeof key->rotation);
-        return;
-    }
+    const tulle_keyframe *const to = &motion->keys[next < count ? next : count - 1];
+    motion_pose const end = {vec3_load(to->translation, 0), quaternion_load(to->rotation)};
+    if (next == 0 || next == count) return end;
 
     const tulle_keyframe *const from = &motion->keys[next - 1];
-    const tulle_keyframe *const to = &motion->keys[next];
     double s = (time - from->time) / (to->time - from->time);
     if (motion->is_eased) s = s * s * (3.0 - 2.0 * s);
-    for (int c = 0; c < 3; c++) {
-        translation[c] = from->translation[c] + s * (to->translation[c] - from->translation[c]);
-    }
-    quaternion_slerp(from->rotation, to->rotation, s, rotation);
+    return (motion_pose){vec3_lerp(vec3_load(from->translation, 0), end.translation, s),
+                         slerp(quaternion_load(from->rotation), end.rotation, s)};
 }
 
 void motion_apply(const world_motion *motion, double time, const double *source, size_t count,
@@ -127,12 +117,10 @@ void motion_apply(const world_motion *motion, double time, const double *source,
         if (target != source) memcpy(target, source, 3 * count * sizeof(double));
         return;
     }
-    double translation[3], q[4];
-    compute_pose(motion, time, translation, q);
-
-    mat3 const r = quaternion_to_matrix(quaternion_load(q));
+    motion_pose const pose = motion_compute_pose(motion, time);
+    mat3 const r = quaternion_to_matrix(pose.rotation);
     vec3 const pivot = vec3_load(motion->pivot, 0);
-    vec3 const shift = vec3_add(vec3_load(translation, 0), pivot);
+    vec3 const shift = vec3_add(pose.translation, pivot);
     for (size_t i = 0; i < count; i++) {
         vec3 const arm = vec3_sub(vec3_load(source, i), pivot);
         vec3_store(target, i, vec3_add(mat3_multiply_vec3(&r, arm), shift));
@@ -141,11 +129,9 @@ void motion_apply(const world_motion *motion, double time, const double *source,
 
 void motion_compute_change(const world_motion *motion, double from, double to, mat3 *matrix,
                            vec3 *offset) {
-    double t0[3], t1[3], q0[4], q1[4];
-    compute_pose(motion, from, t0, q0);
-    compute_pose(motion, to, t1, q1);
-    mat3 const r0 = quaternion_to_matrix(quaternion_load(q0)),
-               r1 = quaternion_to_matrix(quaternion_load(q1));
+    motion_pose const start = motion_compute_pose(motion, from);
+    motion_pose const end = motion_compute_pose(motion, to);
+    mat3 const r0 = quaternion_to_matrix(start.rotation), r1 = quaternion_to_matrix(end.rotation);
     /* R1 R0^T, and the offset that takes pivot + t0 to pivot + t1 */
     for (int row = 0; row < 3; row++) {
         for (int column = 0; column < 3; column++) {
@@ -155,12 +141,6 @@ void motion_compute_change(const world_motion *motion, double from, double to, m
         }
     }
     vec3 const pivot = vec3_load(motion->pivot, 0);
-    vec3 const centre = vec3_add(pivot, vec3_load(t0, 0));
-    *offset = vec3_sub(vec3_add(pivot, vec3_load(t1, 0)), mat3_multiply_vec3(matrix, centre));
-}
-
-void motion_compute_rotation(const world_motion *motion, double time, quaternion *rotation) {
-    double translation[3], q[4];
-    compute_pose(motion, time, translation, q);
-    *rotation = quaternion_load(q);
+    vec3 const centre = vec3_add(pivot, start.translation);
+    *offset = vec3_sub(vec3_add(pivot, end.translation), mat3_multiply_vec3(matrix, centre));
 }

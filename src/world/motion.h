@@ -20,6 +20,13 @@ tulle_status motion_validate(const tulle_motion *motion, const char *owner, tull
 tulle_status motion_copy(memory *heap, const tulle_motion *source, world_motion *target);
 void motion_destroy(memory *heap, world_motion *motion);
 
+/* The pose at `time` [s]: x -> R (x - pivot) + pivot + translation. The identity without keys. */
+typedef struct motion_pose {
+    vec3 translation;    /* [m] */
+    quaternion rotation; /* R */
+} motion_pose;
+motion_pose motion_compute_pose(const world_motion *motion, double time);
+
 /* The rigid change from the pose at `from` to that at `to`: x -> matrix x + offset. */
 void motion_compute_change(const world_motion *motion, double from, double to, mat3 *matrix,
                            vec3 *offset);
@@ -27,8 +34,5 @@ void motion_compute_change(const world_motion *motion, double from, double to, m
 /* Applies the pose at `time` to `count` points: 3 * count doubles in, the same out. */
 void motion_apply(const world_motion *motion, double time, const double *source, size_t count,
                   double *target);
-
-/* The rotation from motion zero to `time` [s]. */
-void motion_compute_rotation(const world_motion *motion, double time, quaternion *rotation);
 
 #endif

@@ -95,11 +95,10 @@ void world_release_bodies(tulle_world *world) {
 /* Centre and orientation as scripted at `time`. */
 static void compute_script_pose(const world_obstacle *obstacle, double time, vec3 *centre,
                                 quaternion *orientation) {
-    quaternion turn;
+    quaternion const turn = motion_compute_pose(&obstacle->motion, time).rotation;
     double point[3];
     vec3_store(point, 0, obstacle->centre);
     motion_apply(&obstacle->motion, time, point, 1, point);
-    motion_compute_rotation(&obstacle->motion, time, &turn);
     *centre = vec3_load(point, 0);
     *orientation = quaternion_normalize(quaternion_multiply(turn, obstacle->axes));
 }
