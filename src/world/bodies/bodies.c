@@ -80,18 +80,6 @@ tulle_status world_number_bodies(tulle_world *world) {
     return TULLE_OK;
 }
 
-void world_release_bodies(tulle_world *world) {
-    memory *const heap = &world->heap;
-    if (world->surface_bodies)
-        memory_release(heap, world->surface_bodies,
-                       world_surface_count(world) * sizeof *world->surface_bodies);
-    if (world->body_obstacles)
-        memory_release(heap, world->body_obstacles,
-                       world->body_count * sizeof *world->body_obstacles);
-    world->surface_bodies = world->body_obstacles = NULL;
-    world->body_count = 0;
-}
-
 /* Centre and orientation as scripted at `time`. */
 static void compute_script_pose(const world_obstacle *obstacle, double time, vec3 *centre,
                                 quaternion *orientation) {
@@ -141,31 +129,6 @@ void world_mark_bodies(tulle_world *world, const world_motion_state *state) {
         get_body_surface(world, b)->is_body = state->rests[b].state != BODY_SCRIPTED;
 }
 
-static void prepare_body(step_context *context, size_t index) {
-    tulle_world *const world = context->world;
-    const world_motion_state *const state = context->state;
-    const world_obstacle *const obstacle = get_body(world, index);
-    contact_body *const body = &context->scene.bodies[index];
-    size_t const slot = get_first_slot(world, index), begin = obstacle->vertex_begin;
-    quaternion const orientation = unpack_orientation(vec3_load(state->positions, slot + 1));
-    *body =
-        (contact_body){.body = &obstacle->rigid,
-                       .points = obstacle->points,
-                       .vertex_begin = obstacle->vertex_begin,
-                       .vertex_end = obstacle->vertex_begin + (uint32_t)obstacle->mesh.vertex_count,
-                       .is_free = body_answers(world, index) && !body_sleeps(state, index),
-                       .start = {.position = vec3_load(state->positions, slot),
-                                 .orientation = orientation,
-                                 .velocity = vec3_load(state->velocities, slot)}};
-    memcpy(world->targets + 3 * slot, state->positions + 3 * slot, 6 * sizeof(double));
-    if (!body_answers(world, index)) return;
-    memcpy(world->targets + 3 * begin, state->positions + 3 * begin,
-           3 * obstacle->mesh.vertex_count * sizeof(double));
-    body->inertia = rigid_compute_inertia(&obstacle->rigid, orientation, 1);
-    body->inverse_inertia = rigid_compute_inertia(&obstacle->rigid, orientation, -1);
-    body->start.spin = mat3_multiply_vec3(&body->inertia, vec3_load(state->velocities, slot + 1));
-}
-
 void world_load_bodies(step_context *context, double share) {
     double const h = context->time_step, ch = share * h;
     vec3 const gravity = context->scene.gravity;
@@ -182,13 +145,36 @@ void world_load_bodies(step_context *context, double share) {
 
 tulle_status world_prepare_bodies(step_context *context) {
     tulle_world *const world = context->world;
-    double const h = context->time_step;
+    const world_motion_state *const state = context->state;
     contact_scene *const scene = &context->scene;
     scene->body_count = world->body_count;
     scene->surface_bodies = world->surface_bodies;
     scene->bodies = ARENA_NEW(&world->scratch, contact_body, world->body_count);
     if (!scene->bodies) return TULLE_ERROR_OUT_OF_MEMORY;
-    for (size_t b = 0; b < world->body_count; b++) prepare_body(context, b);
+    for (size_t b = 0; b < world->body_count; b++) {
+        const world_obstacle *const obstacle = get_body(world, b);
+        size_t const slot = get_first_slot(world, b), begin = obstacle->vertex_begin;
+        size_t const count = obstacle->mesh.vertex_count;
+        quaternion const orientation = unpack_orientation(vec3_load(state->positions, slot + 1));
+        bool const answers = body_answers(world, b);
+        contact_body *const body = &scene->bodies[b];
+        *body = (contact_body){.body = &obstacle->rigid,
+                               .points = obstacle->points,
+                               .vertex_begin = obstacle->vertex_begin,
+                               .vertex_end = obstacle->vertex_begin + (uint32_t)count,
+                               .is_free = answers && state->rests[b].state != BODY_SLEEPS,
+                               .start = {.position = vec3_load(state->positions, slot),
+                                         .orientation = orientation,
+                                         .velocity = vec3_load(state->velocities, slot)}};
+        memcpy(world->targets + 3 * slot, state->positions + 3 * slot, 6 * sizeof(double));
+        if (!answers) continue;
+        memcpy(world->targets + 3 * begin, state->positions + 3 * begin,
+               3 * count * sizeof(double));
+        body->inertia = rigid_compute_inertia(&obstacle->rigid, orientation, 1);
+        body->inverse_inertia = rigid_compute_inertia(&obstacle->rigid, orientation, -1);
+        body->start.spin =
+            mat3_multiply_vec3(&body->inertia, vec3_load(state->velocities, slot + 1));
+    }
     world_load_bodies(context, 1.0);
     for (size_t b = 0; b < world->body_count; b++) {
         contact_body *const body = &scene->bodies[b];
@@ -200,8 +186,8 @@ tulle_status world_prepare_bodies(step_context *context) {
         end.spin = body->spin;
         body->turn = mat3_identity(1.0);
         body->turn_vector = vec3_make(0.0, 0.0, 0.0);
-        if (!rigid_drift(body->body, end.velocity, h, &end)) continue;
-        body->turn_vector = vec3_scale(turn_rate, h);
+        if (!rigid_drift(body->body, end.velocity, context->time_step, &end)) continue;
+        body->turn_vector = vec3_scale(turn_rate, context->time_step);
         body->turn = quaternion_to_matrix(
             quaternion_multiply(end.orientation, quaternion_conjugate(body->start.orientation)));
     }
@@ -254,7 +240,7 @@ void world_finish_bodies(const step_context *context, double *end) {
         size_t const slot = get_body_slot(scene, b);
         if (!body->is_free) {
             memcpy(end + 3 * slot, scene->v0 + 3 * slot, 6 * sizeof(double));
-            if (!body_sleeps(context->state, b)) follow_script(context, b, end);
+            if (context->state->rests[b].state != BODY_SLEEPS) follow_script(context, b, end);
             continue;
         }
         quaternion const orientation = unpack_orientation(vec3_load(context->end, slot + 1));

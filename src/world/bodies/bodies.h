@@ -24,15 +24,11 @@ static inline bool body_answers(const tulle_world *world, size_t body) {
     const surface_range *const range = get_body_surface(world, body);
     return range->is_body && range->is_present;
 }
-static inline bool body_sleeps(const world_motion_state *state, size_t body) {
-    return state->rests[body].state == BODY_SLEEPS;
-}
 
 /* Numbers the bodies. Called before the surfaces are numbered. */
 tulle_status world_number_bodies(tulle_world *world);
 /* The slots of the bodies in the first state, at time 0. */
 void world_place_bodies(tulle_world *world);
-void world_release_bodies(tulle_world *world);
 
 /* Frees bodies whose start time has come at the state's time. True when there is one. */
 bool world_free_bodies(const tulle_world *world, world_motion_state *state);

@@ -14,7 +14,7 @@
 
 void world_wake_body(const tulle_world *world, world_motion_state *state, size_t body) {
     state->rests[body].quiet_time = 0.0;
-    if (!body_sleeps(state, body)) return;
+    if (state->rests[body].state != BODY_SLEEPS) return;
     uint32_t const group = state->rests[body].group;
     for (size_t b = 0; b < world->body_count; b++) {
         body_rest *const rest = &state->rests[b];
@@ -26,8 +26,9 @@ void world_wake_body(const tulle_world *world, world_motion_state *state, size_t
 
 void world_wake_all(const tulle_world *world, world_motion_state *state) {
     for (size_t b = 0; b < world->body_count; b++) {
-        state->rests[b].quiet_time = 0.0;
-        if (body_sleeps(state, b)) state->rests[b].state = BODY_FREE;
+        body_rest *const rest = &state->rests[b];
+        rest->quiet_time = 0.0;
+        if (rest->state == BODY_SLEEPS) rest->state = BODY_FREE;
     }
 }
 
@@ -56,7 +57,7 @@ void world_wake_near_script(step_context *context) {
         }
     }
     for (size_t b = 0; b < world->body_count; b++)
-        get_body_surface(world, b)->is_asleep = body_sleeps(state, b);
+        get_body_surface(world, b)->is_asleep = state->rests[b].state == BODY_SLEEPS;
 }
 
 /* What cloth presses on a sleeper with, as an impulse [N s] and its moment [N m s]. */
@@ -147,7 +148,7 @@ tulle_status world_wake_pressed(step_context *context) {
     const body_press *const presses = collect_presses(context);
     if (!presses) return TULLE_ERROR_OUT_OF_MEMORY;
     for (size_t b = 0; b < world->body_count; b++) {
-        if (!body_sleeps(context->state, b)) continue;
+        if (context->state->rests[b].state != BODY_SLEEPS) continue;
         bool const is_pressed = presses[b].by_body || compute_change(context, b, &presses[b]) >
                                                           get_body(world, b)->body.sleep_speed;
         if (!is_pressed) continue;
@@ -160,28 +161,25 @@ tulle_status world_wake_pressed(step_context *context) {
 
 /* ---- contacts that no row tells of ---- */
 
-static bool is_resting(const tulle_world *world, const stored_contact *contact) {
-    bool const has_edges = contact->kind == FEATURE_EDGE_EDGE;
-    uint32_t const first = contact->first, second = contact->second;
-    size_t const vertices[2] = {has_edges ? world->topo.edges[2 * (size_t)first] : first,
-                                has_edges ? world->topo.edges[2 * (size_t)second]
-                                          : world->topo.triangles[3 * (size_t)second]};
-    size_t const a = world->vertex_surface[vertices[0]], b = world->vertex_surface[vertices[1]];
-    bool const has_sleeper = world->surfaces[a].is_asleep || world->surfaces[b].is_asleep;
-    return has_sleeper && !surfaces_may_meet(&world->set, a, b);
-}
-
 tulle_status world_keep_resting(step_context *context) {
     tulle_world *const world = context->world;
     const contact_store *const store = &context->state->contacts;
     context->resting_count = 0;
+    const uint32_t *const edges = world->topo.edges, *const triangles = world->topo.triangles;
     if (!world->has_sleep) return TULLE_OK;
     context->resting = ARENA_NEW(&world->scratch, stored_contact, store->contacts.count);
     if (!context->resting) return TULLE_ERROR_OUT_OF_MEMORY;
     for (size_t i = 0; i < store->contacts.count; i++) {
-        if (!is_resting(world, &store->contacts.data[i])) continue;
+        const stored_contact *const contact = &store->contacts.data[i];
+        bool const has_edges = contact->kind == FEATURE_EDGE_EDGE;
+        size_t const first = contact->first, second = contact->second;
+        uint32_t const vertices[2] = {has_edges ? edges[2 * first] : contact->first,
+                                      has_edges ? edges[2 * second] : triangles[3 * second]};
+        size_t const a = world->vertex_surface[vertices[0]], b = world->vertex_surface[vertices[1]];
+        bool const has_sleeper = world->surfaces[a].is_asleep || world->surfaces[b].is_asleep;
+        if (!has_sleeper || surfaces_may_meet(&world->set, a, b)) continue;
         stored_contact *const kept = &context->resting[context->resting_count++];
-        *kept = store->contacts.data[i];
+        *kept = *contact;
         for (int k = 0; k < 3; k++) kept->impulse[k] *= context->time_step / store->time_step;
     }
     return TULLE_OK;
@@ -214,24 +212,6 @@ static void join_bodies(const step_context *context, uint32_t *parents) {
     }
 }
 
-/* Counts on while a body is slow. True when it has been slow for long enough. */
-static bool count_quiet_time(const step_context *context, size_t body, double time_step) {
-    const tulle_world *const world = context->world;
-    const world_motion_state *const state = context->state;
-    const world_obstacle *const obstacle = get_body(world, body);
-    body_rest *const rest = &state->rests[body];
-    if (rest->state == BODY_SLEEPS) return true;
-    if (rest->state != BODY_FREE || !(obstacle->body.sleep_speed > 0.0) ||
-        !get_body_surface(world, body)->is_present)
-        return false;
-    size_t const slot = get_first_slot(world, body);
-    double const speed =
-        vec3_norm(vec3_load(state->velocities, slot)) +
-        vec3_norm(vec3_load(state->velocities, slot + 1)) * obstacle->radius; /* of any point */
-    rest->quiet_time = speed <= obstacle->body.sleep_speed ? rest->quiet_time + time_step : 0.0;
-    return rest->quiet_time >= obstacle->body.sleep_time;
-}
-
 static void fall_asleep(step_context *context, size_t body, uint32_t group,
                         const body_press *press) {
     tulle_world *const world = context->world;
@@ -253,6 +233,7 @@ static void fall_asleep(step_context *context, size_t body, uint32_t group,
 tulle_status world_settle_bodies(step_context *context, double time_step) {
     tulle_world *const world = context->world;
     if (!world->has_sleep) return TULLE_OK;
+    const world_motion_state *const state = context->state;
     size_t const count = world->body_count;
     uint32_t *const parents = ARENA_NEW(&world->scratch, uint32_t, count);
     bool *const is_awake = ARENA_NEW_ZEROED(&world->scratch, bool, count);
@@ -260,11 +241,27 @@ tulle_status world_settle_bodies(step_context *context, double time_step) {
     if (!parents || !is_awake || !presses)
         return error_set(context->error, TULLE_ERROR_OUT_OF_MEMORY, "no memory left for bodies");
     join_bodies(context, parents);
-    for (uint32_t b = 0; b < count; b++)
-        if (!count_quiet_time(context, b, time_step)) is_awake[find_root(parents, b)] = true;
+    /* Bodies that hang together stay awake while one of them has not been slow for long enough. */
+    for (uint32_t b = 0; b < count; b++) {
+        const world_obstacle *const obstacle = get_body(world, b);
+        body_rest *const rest = &state->rests[b];
+        if (rest->state == BODY_SLEEPS) continue;
+        bool const may_sleep = rest->state == BODY_FREE && obstacle->body.sleep_speed > 0.0 &&
+                               get_body_surface(world, b)->is_present;
+        if (may_sleep) {
+            size_t const slot = get_first_slot(world, b);
+            double const speed = vec3_norm(vec3_load(state->velocities, slot)) +
+                                 vec3_norm(vec3_load(state->velocities, slot + 1)) *
+                                     obstacle->radius; /* of any point */
+            bool const is_slow = speed <= obstacle->body.sleep_speed;
+            rest->quiet_time = is_slow ? rest->quiet_time + time_step : 0.0;
+        }
+        if (!may_sleep || rest->quiet_time < obstacle->body.sleep_time)
+            is_awake[find_root(parents, b)] = true;
+    }
     for (uint32_t b = 0; b < count; b++) {
         uint32_t const root = find_root(parents, b);
-        if (is_awake[root] || body_sleeps(context->state, b)) continue;
+        if (is_awake[root] || state->rests[b].state == BODY_SLEEPS) continue;
         fall_asleep(context, b, root, &presses[b]);
     }
     return TULLE_OK;

@@ -114,7 +114,7 @@ tulle_status tulle_obstacle_get_contact_impulse(const tulle_world *world, tulle_
 int tulle_obstacle_is_asleep(const tulle_world *world, tulle_obstacle_id id) {
     if (!world || !world->is_started) return 0;
     uint32_t const body = find_body_number(world, id, NULL);
-    return body != TULLE_NONE && body_sleeps(&world->now, body);
+    return body != TULLE_NONE && world->now.rests[body].state == BODY_SLEEPS;
 }
 
 tulle_status tulle_obstacle_wake(tulle_world *world, tulle_obstacle_id id, tulle_error *error) {

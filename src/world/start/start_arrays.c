@@ -75,7 +75,8 @@ void world_release_start(tulle_world *world) {
         ARRAY_FREE(heap, &state->contacts.contacts);
         memset(state, 0, sizeof *state);
     }
-    world_release_bodies(world);
+    memory_release(heap, world->surface_bodies, surface_count * sizeof *world->surface_bodies);
+    memory_release(heap, world->body_obstacles, world->body_count * sizeof *world->body_obstacles);
     topology_destroy(heap, &world->topo);
     memory_release(heap, world->surfaces, surface_count * sizeof(surface_range));
     memory_release(heap, world->rest, 3 * n * sizeof(double));
@@ -95,6 +96,7 @@ void world_release_start(tulle_world *world) {
     arena_destroy(&world->scratch);
     world->model = NULL;
     world->surfaces = NULL;
+    world->surface_bodies = world->body_obstacles = NULL;
     world->rest = world->targets = world->inverse_masses = world->active_inverse_masses = NULL;
     world->is_fixed = NULL;
     world->vertex_surface = NULL;
