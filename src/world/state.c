@@ -53,7 +53,7 @@ uint64_t tulle_world_get_state_hash(const tulle_world *world) {
     hash = hash_bytes(hash, &world->step_count, sizeof world->step_count);
     hash = hash_bytes(hash, now->is_present, world->obstacles.count);
     hash = hash_bytes(hash, now->is_released, world->obstacles.count);
-    hash = hash_bytes(hash, now->particles, world_particle_count(world));
+    hash = hash_bytes(hash, now->particles, world->particle_count);
     hash = hash_bytes(hash, now->rests, world->body_count * sizeof *now->rests);
     if (now->hold_count > 0)
         hash = hash_bytes(hash, now->holds, now->hold_count * sizeof *now->holds);
@@ -69,7 +69,7 @@ typedef struct part_sizes {
 
 static size_t state_size(const tulle_world *world, part_sizes parts) {
     return sizeof(state_header) + 12 * world->vertex_count * sizeof(double) +
-           2 * world->obstacles.count + world_particle_count(world) +
+           2 * world->obstacles.count + world->particle_count +
            world->body_count * sizeof(body_rest) + parts.hold_count * sizeof(world_hold) +
            parts.contact_bytes + parts.patch_bytes +
            parts.ignored_count * sizeof(tulle_intersection);
@@ -98,7 +98,7 @@ static void put_parts(const tulle_world *world, part_sizes parts, byte_cursor *c
     put(cursor, now->previous_velocities, vector_bytes);
     put(cursor, now->is_present, world->obstacles.count);
     put(cursor, now->is_released, world->obstacles.count);
-    put(cursor, now->particles, world_particle_count(world));
+    put(cursor, now->particles, world->particle_count);
     put(cursor, now->rests, world->body_count * sizeof *now->rests);
     put(cursor, now->holds, parts.hold_count * sizeof *now->holds);
     put(cursor, world->ignored.data, parts.ignored_count * sizeof(tulle_intersection));
@@ -246,7 +246,7 @@ static tulle_status load_state(tulle_world *world, const void *bytes, size_t byt
     take(&cursor, next->previous_velocities, vector_bytes);
     take(&cursor, next->is_present, world->obstacles.count);
     take(&cursor, next->is_released, world->obstacles.count);
-    take(&cursor, next->particles, world_particle_count(world));
+    take(&cursor, next->particles, world->particle_count);
     take(&cursor, next->rests, world->body_count * sizeof *next->rests);
     next->has_elastic = false;
     next->hold_count = parts.hold_count;

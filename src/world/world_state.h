@@ -165,9 +165,11 @@ struct tulle_world {
 
     /* fixed by the start */
     size_t vertex_count, cloth_vertex_count;
-    size_t body_count;        /* each has two slots after the cloth vertices, see bodies.h */
-    uint32_t *surface_bodies; /* number of each surface's body, or TULLE_NONE; null: no bodies */
-    uint32_t *body_obstacles; /* obstacle of each body */
+    size_t particle_count; /* cloth vertices whose particle_state the response keeps: all or none */
+    uint32_t cloth_edge_count; /* edges of all cloths come first */
+    size_t body_count;         /* each has two slots after the cloth vertices, see bodies.h */
+    uint32_t *surface_bodies;  /* number of each surface's body, or TULLE_NONE; null: no bodies */
+    uint32_t *body_obstacles;  /* obstacle of each body */
     topology topo;
     surface_range *surfaces;
     surface_set set;
@@ -210,21 +212,6 @@ struct tulle_world {
     arena scratch;
     char message[WORLD_MESSAGE_BYTES];
 };
-
-static inline size_t world_surface_count(const tulle_world *world) {
-    return world->cloths.count + world->obstacles.count;
-}
-
-/* Edges of all cloths come first. */
-static inline uint32_t world_cloth_edge_count(const tulle_world *world) {
-    size_t const cloth_count = world->cloths.count;
-    return cloth_count > 0 ? world->surfaces[cloth_count - 1].edge_end : 0;
-}
-
-/* Cloth vertices whose particle_state is kept. */
-static inline size_t world_particle_count(const tulle_world *world) {
-    return get_response(world->def.response)->keeps_particles ? world->cloth_vertex_count : 0;
-}
 
 static inline const char *world_surface_name(const tulle_world *world, size_t surface) {
     size_t const cloth_count = world->cloths.count;

@@ -58,7 +58,7 @@ tulle_status world_make_body(tulle_world *world, world_obstacle *obstacle, tulle
 }
 
 tulle_status world_number_bodies(tulle_world *world) {
-    size_t const cloth_count = world->cloths.count, surface_count = world_surface_count(world);
+    size_t const cloth_count = world->cloths.count, surface_count = world->set.surface_count;
     world->body_count = 0;
     world->has_sleep = false;
     for (size_t i = 0; i < world->obstacles.count; i++)

@@ -18,7 +18,7 @@ static const double TURN_SLACK = 1.1;
 /* [rad] Turn of a body in one substep, at most: by the least contact distance that it has with
  * anything. All obstacles and bodies have one with it. */
 static double compute_largest_turn(const tulle_world *world, size_t body) {
-    size_t const cloth_count = world->cloths.count, count = world_surface_count(world);
+    size_t const cloth_count = world->cloths.count, count = world->set.surface_count;
     size_t const surface = cloth_count + world->body_obstacles[body];
     size_t const other = surface == cloth_count ? surface + 1 : cloth_count;
     const contact_law *const laws = world->laws + surface * count;

@@ -180,7 +180,7 @@ bool world_tears_squeezed(step_context *context) {
     bool const may_tear = context->report->max_stretch > TEARING_FREE + TEARING_GROWTH;
     if (!may_tear || world->obstacles.count < 2 || world->rows.rows.count == 0) return false;
     const double *const states[3] = {world->rest, world->now.positions, context->state->positions};
-    for (size_t e = 0; e < world_cloth_edge_count(world); e++) {
+    for (size_t e = 0; e < world->cloth_edge_count; e++) {
         uint32_t const a = world->topo.edges[2 * e], b = world->topo.edges[2 * e + 1];
         double lengths[3];
         for (int k = 0; k < 3; k++)

@@ -70,7 +70,7 @@ tulle_status tulle_world_get_contacts(tulle_world *world, const tulle_contact **
 tulle_stretch tulle_world_find_largest_stretch(const tulle_world *world) {
     tulle_stretch largest = {0};
     if (!world || !world->is_started) return largest;
-    size_t const count = world_cloth_edge_count(world);
+    size_t const count = world->cloth_edge_count;
     size_t found = 0;
     for (size_t e = 0; e < count; e++) {
         size_t const a = world->topo.edges[2 * e], b = world->topo.edges[2 * e + 1];

@@ -69,7 +69,7 @@ static const surface_range *find_holder(const holder_search *search, uint32_t ve
     const tulle_world *const world = search->world;
     const double *const point = search->positions + 3 * (size_t)vertex;
     const surface_range *const held = &world->surfaces[world->vertex_surface[vertex]];
-    for (size_t s = world->cloths.count; s < world_surface_count(world); s++) {
+    for (size_t s = world->cloths.count; s < world->set.surface_count; s++) {
         const surface_range *const range = &world->surfaces[s];
         if (held == range || !held->is_present || !range->is_present) continue;
         /* Of two obstacles one is a body. In a step, cloth may lie in what was there before. */
@@ -119,7 +119,7 @@ static tulle_status refuse(const holder_search *search, uint32_t vertex,
 tulle_status world_refuse_inside(tulle_world *world, const double *positions,
                                  inside_question question, tulle_error *error) {
     arena_mark const mark = arena_get_mark(&world->scratch);
-    size_t const count = world->vertex_count, surface_count = world_surface_count(world);
+    size_t const count = world->vertex_count, surface_count = world->set.surface_count;
     bool *const is_seen = ARENA_NEW_ZEROED(&world->scratch, bool, count);
     uint32_t *const queue = ARENA_NEW(&world->scratch, uint32_t, count);
     holder_search search = {.world = world,

@@ -11,7 +11,7 @@
 tulle_status world_find_intersections(tulle_world *world, const double *positions,
                                       intersection_list *list, tulle_error *error) {
     arena_mark const mark = arena_get_mark(&world->scratch);
-    size_t const surface_count = world_surface_count(world);
+    size_t const surface_count = world->set.surface_count;
     tulle_check_body *const bodies = ARENA_NEW(&world->scratch, tulle_check_body, surface_count);
     uint32_t *const surface_of = ARENA_NEW(&world->scratch, uint32_t, surface_count);
     tulle_check_result result = {0};

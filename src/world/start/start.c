@@ -15,8 +15,9 @@
 /* Joins the surfaces, cloths first: ranges of vertices, triangles and edges of each, and the
  * topology of all triangles together. Leaves it to the caller to say that memory is short. */
 static tulle_status join_surfaces(tulle_world *world, tulle_error *error) {
-    size_t const surface_count = world_surface_count(world);
+    size_t const surface_count = world->cloths.count + world->obstacles.count;
     size_t vertex_count = 0, triangle_count = 0;
+    world->set.surface_count = surface_count;
     world->surfaces = memory_allocate_zeroed(&world->heap, surface_count, sizeof(surface_range));
     if (!world->surfaces || world_number_bodies(world) != TULLE_OK)
         return TULLE_ERROR_OUT_OF_MEMORY;
@@ -48,6 +49,7 @@ static tulle_status join_surfaces(tulle_world *world, tulle_error *error) {
         }
     }
     world->vertex_count = vertex_count;
+    world->particle_count = world->response->keeps_particles ? world->cloth_vertex_count : 0;
 
     arena_mark const mark = arena_get_mark(&world->scratch);
     uint32_t *const triangles = ARENA_NEW(&world->scratch, uint32_t, 3 * triangle_count);
@@ -72,6 +74,7 @@ static tulle_status join_surfaces(tulle_world *world, tulle_error *error) {
             edge++;
         }
         range->edge_end = (uint32_t)edge;
+        if (!range->is_obstacle) world->cloth_edge_count = range->edge_end;
     }
     world->set = (surface_set){
         .topo = &world->topo, .surfaces = world->surfaces, .surface_count = surface_count};
@@ -80,7 +83,7 @@ static tulle_status join_surfaces(tulle_world *world, tulle_error *error) {
 
 /* First positions and velocities, rest shapes, surface of each vertex. */
 static void fill_arrays(tulle_world *world) {
-    for (size_t s = 0; s < world_surface_count(world); s++) {
+    for (size_t s = 0; s < world->set.surface_count; s++) {
         const world_mesh *const mesh = world_surface_mesh(world, s);
         const surface_range *const range = &world->surfaces[s];
         size_t const offset = 3 * (size_t)range->vertex_begin;

@@ -7,7 +7,7 @@
 
 bool world_allocate_start(tulle_world *world) {
     memory *const heap = &world->heap;
-    size_t const n = world->vertex_count, surface_count = world_surface_count(world);
+    size_t const n = world->vertex_count, surface_count = world->set.surface_count;
     world->rest = memory_allocate(heap, 3 * n * sizeof(double));
     world->targets = memory_allocate_zeroed(heap, 3 * n, sizeof(double));
     world->inverse_masses = memory_allocate_zeroed(heap, n, sizeof(double));
@@ -27,7 +27,7 @@ bool world_allocate_start(tulle_world *world) {
         state->previous_velocities = memory_allocate_zeroed(heap, 3 * n, sizeof(double));
         state->is_released = memory_allocate_zeroed(heap, world->obstacles.count, 1);
         state->is_present = memory_allocate_zeroed(heap, world->obstacles.count, 1);
-        state->particles = memory_allocate_zeroed(heap, world_particle_count(world), 1);
+        state->particles = memory_allocate_zeroed(heap, world->particle_count, 1);
         state->rests = memory_allocate_zeroed(heap, world->body_count, sizeof *state->rests);
         has_all = has_all && state->positions && state->velocities && state->previous_mean &&
                   state->previous_velocities && state->is_released && state->is_present &&
@@ -52,7 +52,7 @@ void world_release_first_cloth(tulle_world *world) {
 
 void world_release_start(tulle_world *world) {
     memory *const heap = &world->heap;
-    size_t const n = world->vertex_count, surface_count = world_surface_count(world);
+    size_t const n = world->vertex_count, surface_count = world->set.surface_count;
     world_release_detection(world);
     linear_system_destroy(heap, &world->system);
     nested_aggregates_destroy(heap, world->aggregates);
@@ -70,7 +70,7 @@ void world_release_start(tulle_world *world) {
         memory_release(heap, state->previous_velocities, 3 * n * sizeof(double));
         memory_release(heap, state->is_released, world->obstacles.count);
         memory_release(heap, state->is_present, world->obstacles.count);
-        memory_release(heap, state->particles, world_particle_count(world));
+        memory_release(heap, state->particles, world->particle_count);
         memory_release(heap, state->rests, world->body_count * sizeof *state->rests);
         ARRAY_FREE(heap, &state->contacts.contacts);
         memset(state, 0, sizeof *state);
@@ -102,7 +102,9 @@ void world_release_start(tulle_world *world) {
     world->vertex_surface = NULL;
     world->laws = NULL;
     world->grains = NULL;
-    world->vertex_count = world->cloth_vertex_count = 0;
+    world->vertex_count = world->cloth_vertex_count = world->particle_count = 0;
+    world->body_count = 0;
+    world->cloth_edge_count = 0;
     world->contact_distance = world->separation_distance = 0.0;
     world->is_started = false;
 }

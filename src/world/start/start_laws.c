@@ -122,7 +122,7 @@ static contact_law make_law(const tulle_world *world, size_t a, size_t b) {
 
 /* Contact laws of all pairs of surfaces and the distances that the world reports. */
 tulle_status world_derive_distances(tulle_world *world, tulle_error *error) {
-    size_t const surface_count = world_surface_count(world), cloth_count = world->cloths.count;
+    size_t const surface_count = world->set.surface_count, cloth_count = world->cloths.count;
     double smallest = (double)INFINITY; /* [m] contact distance of all pairs that can touch */
     for (size_t a = 0; a < surface_count; a++) {
         for (size_t b = 0; b < surface_count; b++) {
@@ -142,7 +142,7 @@ tulle_status world_derive_distances(tulle_world *world, tulle_error *error) {
             smallest = fmin(smallest, law.contact_distance);
         }
     }
-    world->edge_length = measure_mean_edge(world, 0, world_cloth_edge_count(world));
+    world->edge_length = measure_mean_edge(world, 0, world->cloth_edge_count);
 
     double extent = 0.0; /* [m] the largest coordinate; the slots of bodies are no places */
     size_t const slots = world->cloth_vertex_count, after = slots + 2 * world->body_count;
@@ -169,7 +169,7 @@ tulle_status world_derive_distances(tulle_world *world, tulle_error *error) {
 
 /* Grain of the surfaces, if one of them has friction that depends on the direction. */
 tulle_status world_set_grains(tulle_world *world) {
-    size_t const count = world_surface_count(world);
+    size_t const count = world->set.surface_count;
     bool has_grain = false;
     for (size_t s = 0; s < count; s++) has_grain |= get_roughness(world, s).grain.across != 1.0;
     if (!has_grain) return TULLE_OK;

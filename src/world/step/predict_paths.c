@@ -71,7 +71,7 @@ static bool allocate_arrays(step_context *context) {
     context->certified_end = ARENA_NEW(scratch, double, n);
     context->carrier_maps = ARENA_NEW(scratch, affine_map, world->set.surface_count);
     context->paper = (paper_rules){world->def.motion_space, context->state->particles,
-                                   ARENA_NEW_ZEROED(scratch, uint8_t, world_particle_count(world))};
+                                   ARENA_NEW_ZEROED(scratch, uint8_t, world->particle_count)};
     context->carriers = ARENA_NEW(scratch, const affine_map *, world->set.surface_count);
     return context->mean_velocity && context->guess && context->predicted && context->end &&
            context->bounds && context->certified_end && context->carrier_maps &&

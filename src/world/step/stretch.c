@@ -31,7 +31,7 @@ static edge_lengths measure_lengths(const step_context *context, size_t edge) {
 
 double world_measure_stretch_growth(const step_context *context) {
     double largest = 0.0;
-    for (size_t e = 0; e < world_cloth_edge_count(context->world); e++) {
+    for (size_t e = 0; e < context->world->cloth_edge_count; e++) {
         edge_lengths const length = measure_lengths(context, e);
         double const before = fmax(length.start / length.rest, STRETCH_FREE);
         largest = fmax(largest, length.end / length.rest - before);
@@ -40,7 +40,7 @@ double world_measure_stretch_growth(const step_context *context) {
 }
 
 tulle_status world_check_torn(const step_context *context) {
-    for (size_t e = 0; e < world_cloth_edge_count(context->world); e++) {
+    for (size_t e = 0; e < context->world->cloth_edge_count; e++) {
         edge_lengths const length = measure_lengths(context, e);
         if (length.end > TORN_STRETCH * length.rest && length.end > TORN_GROWTH * length.start)
             return error_set(context->error, TULLE_ERROR_STEP_FAILED,

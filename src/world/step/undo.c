@@ -36,8 +36,8 @@ tulle_status world_copy_start(tulle_world *world, tulle_error *error) {
         memcpy(target->is_released, source->is_released, world->obstacles.count);
         memcpy(target->is_present, source->is_present, world->obstacles.count);
     }
-    if (world_particle_count(world) > 0)
-        memcpy(target->particles, source->particles, world_particle_count(world));
+    if (world->particle_count > 0)
+        memcpy(target->particles, source->particles, world->particle_count);
     if (world->body_count > 0)
         memcpy(target->rests, source->rests, world->body_count * sizeof *target->rests);
     target->previous_time_step = source->previous_time_step;

@@ -86,7 +86,7 @@ void calm_surroundings(untangling *work) {
     if (strength == 0) return;
 
     /* Corners on both sides of an edge go apart. */
-    uint32_t const edge_end = world_cloth_edge_count(world);
+    uint32_t const edge_end = world->cloth_edge_count;
     mark_surroundings(work, UNFOLD_RINGS * (uint32_t)strength, longest);
     for (int sweep = 0; sweep < UNFOLD_SWEEPS * strength; sweep++) {
         for (uint32_t i = 0; i < edge_end; i++) {

@@ -241,7 +241,7 @@ tulle_status move_apart(untangling *work) {
         vec3_store(work->positions, v,
                    vec3_add(vec3_load(work->positions, v), vec3_load(work->shift, v)));
     calm_surroundings(work);
-    uint32_t const edge_end = world_cloth_edge_count(world);
+    uint32_t const edge_end = world->cloth_edge_count;
     for (int sweep = 0; sweep < LENGTH_SWEEPS; sweep++) {
         for (uint32_t i = 0; i < edge_end; i++) {
             uint32_t const e = sweep % 2 ? edge_end - 1 - i : i;
