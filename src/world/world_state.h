@@ -109,6 +109,12 @@ typedef struct world_hold {
 } world_hold;
 enum { HOLDS_MAX = 16 };
 
+/* Elastic energies of the cloths, measured once for the same positions. */
+typedef struct known_elastic {
+    elastic_energies energies;
+    bool is_known;
+} known_elastic;
+
 /* What a step replaces; there are two, swapped when a step succeeds. */
 typedef struct world_motion_state {
     double *positions;           /* [m] all vertices */
@@ -117,13 +123,12 @@ typedef struct world_motion_state {
     double *previous_velocities; /* [m/s] at the start of the last step, all vertices (BDF2) */
     double previous_time_step;   /* [s] of that step; 0: none, or it was shortened */
     double lost_energy;          /* [J] in the last substep; 0 without bodies */
-    elastic_energies elastic;    /* of the cloths at `positions`, where has_elastic; not saved */
-    bool has_elastic;
-    double time;          /* [s] */
-    uint8_t *is_released; /* per obstacle: let through by on_pinch: release */
-    uint8_t *is_present;  /* per obstacle */
-    uint8_t *particles;   /* particle_state of world_particle_count vertices */
-    body_rest *rests;     /* per body */
+    known_elastic elastic;       /* of the cloths at `positions`; not saved */
+    double time;                 /* [s] */
+    uint8_t *is_released;        /* per obstacle: let through by on_pinch: release */
+    uint8_t *is_present;         /* per obstacle */
+    uint8_t *particles;          /* particle_state of particle_count vertices */
+    body_rest *rests;            /* per body */
     world_hold holds[HOLDS_MAX];
     size_t hold_count;
     contact_store contacts;

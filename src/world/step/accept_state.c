@@ -86,7 +86,6 @@ tulle_status world_accept_state(step_context *context) {
     if (status != TULLE_OK) return world_end_stage(context, STAGE_ACCEPT_STATE, status);
     memcpy(state->positions, context->end, 3 * world->vertex_count * sizeof(double));
     state->elastic = context->end_elastic;
-    state->has_elastic = context->has_end_elastic;
     state->time += context->passed;
     world_follow_carriers(context);
     return world_end_stage(context, STAGE_ACCEPT_STATE, TULLE_OK);

@@ -27,25 +27,18 @@ bool world_gains_too_much(const step_context *context) {
     return context->gain > GAIN_MAX * context->energy_scale && !is_held;
 }
 
-/* Elastic energies are those `known`, and become known if they are not. */
-static tulle_status measure(step_context *context, const double *positions,
-                            elastic_energies *elastic, bool *is_known, cloth_energies *energies) {
+tulle_status world_measure_cloths(const step_context *context, const double *positions,
+                                  known_elastic *elastic, cloth_energies *energies) {
     tulle_world *const world = context->world;
     energy_options const options = {.gravity = vec3_load(world->def.gravity, 0),
                                     .threads = world->threads,
-                                    .is_elastic_known = *is_known};
-    if (*is_known) energies->elastic = *elastic;
+                                    .is_elastic_known = elastic->is_known};
+    if (elastic->is_known) energies->elastic = elastic->energies;
     tulle_status const status = compute_energies(
         world->model, positions, context->state->velocities, options, &world->scratch, energies);
     if (status != TULLE_OK) return status;
-    *elastic = energies->elastic;
-    *is_known = true;
+    *elastic = (known_elastic){energies->elastic, true};
     return TULLE_OK;
-}
-
-tulle_status world_measure_state(step_context *context, cloth_energies *energies) {
-    world_motion_state *const state = context->state;
-    return measure(context, state->positions, &state->elastic, &state->has_elastic, energies);
 }
 
 /* Work [J] of what holds cloth vertices, but for what their contacts ask: u . (A u - b). */
@@ -84,13 +77,12 @@ static double measure_kinetic(const step_context *context, bool is_held) {
 
 tulle_status world_find_kinetic_limit(step_context *context, kinetic_limit *limit) {
     tulle_world *const world = context->world;
-    world_motion_state const *const state = context->state;
+    world_motion_state *const state = context->state;
     double wind, pins;
     cloth_energies start, end;
-    tulle_status status = world_measure_state(context, &start);
-    if (status == TULLE_OK) /* with the velocities of the start */
-        status =
-            measure(context, context->end, &context->end_elastic, &context->has_end_elastic, &end);
+    tulle_status status = world_measure_cloths(context, state->positions, &state->elastic, &start);
+    if (status == TULLE_OK)
+        status = world_measure_cloths(context, context->end, &context->end_elastic, &end);
     if (status == TULLE_OK)
         status = measure_wind_work(world->model, &context->dynamics, context->mean_velocity,
                                    (wind_work_options){&world->def.wind, world->threads},

@@ -162,7 +162,7 @@ tulle_status world_resolve_impacts(step_context *context) {
     impact_report *const impacts = &context->impacts;
     set_body_lifts(&context->scene, &world->rows);
     propose_paths(&context->scene, context->mean_velocity, context->end);
-    context->has_end_elastic = false; /* impacts move the ends on */
+    context->end_elastic.is_known = false; /* impacts move the ends on */
     tulle_status const status = resolve_impacts(&context->scene, &context->source, &world->rows,
                                                 context->mean_velocity, context->end, impacts);
     context->report->impact_rounds += impacts->rounds;
@@ -182,7 +182,8 @@ tulle_status world_commit_safely(step_context *context) {
     tulle_status status =
         commit_safely(&context->scene, &context->source, context->impacts.is_clean,
                       context->mean_velocity, context->end, commit);
-    context->has_end_elastic &= context->impacts.is_clean; /* else a rescue may move the ends */
+    context->end_elastic.is_known &=
+        context->impacts.is_clean; /* else a rescue may move the ends */
     report->tested_pairs += commit->tested_pairs;
     report->turning_pairs += commit->turning_pairs;
     if (status == TULLE_OK) {

@@ -98,16 +98,17 @@ static tulle_status run_substeps(step_context *context) {
     return TULLE_OK;
 }
 
-/* Energies and stretch at the end of the step. */
-static tulle_status measure(step_context *context) {
+/* Energies and stretch at the end of the step, into the report. */
+static tulle_status report_energies(step_context *context) {
     tulle_world *const world = context->world;
+    world_motion_state *const state = context->state;
     tulle_step_report *const report = context->report;
     cloth_energies energies;
-    tulle_status const status = world_measure_state(context, &energies);
+    tulle_status const status =
+        world_measure_cloths(context, state->positions, &state->elastic, &energies);
     if (status != TULLE_OK)
         return error_set(context->error, status, "no memory left for the energies");
-    body_energies const bodies =
-        world_measure_bodies(world, context->state->positions, context->state->velocities);
+    body_energies const bodies = world_measure_bodies(world, state->positions, state->velocities);
     report->kinetic_energy = energies.kinetic + bodies.kinetic;
     report->gravity_energy = energies.gravity + bodies.gravity;
     report->elastic_energy = energies.elastic.stretch + energies.elastic.bend;
@@ -128,7 +129,7 @@ static tulle_status run_step(step_context *context) {
         if (status == TULLE_OK) status = run_substeps(context);
         if (status == TULLE_OK && context->outcome != SUBSTEP_PINCHED) {
             status = world_settle_bodies(context, context->whole_step);
-            if (status == TULLE_OK) status = measure(context);
+            if (status == TULLE_OK) status = report_energies(context);
             if (status == TULLE_OK && world_tears_squeezed(context))
                 context->outcome = SUBSTEP_TORN;
         }

@@ -91,20 +91,19 @@ typedef struct step_context {
     double damping; /* of the integrator, see force_options */
 
     /* what they write */
-    double *predicted;            /* [m] predict_paths: ends of the paths to expect, all vertices */
-    double *bounds;               /* [m] find_pairs: ends of the paths that the pairs are for */
-    double *certified_end;        /* [m] update_patches: ends that the patches are certified for */
-    double *guess;                /* [m/s] u about which springs are linearised */
-    double *mean_velocity;        /* [m/s] solve_motion: u of all vertices */
-    double *end;                  /* [m] solve_motion: ends x0 + h u of the paths */
-    bool is_stretched;            /* the cloth takes more energy than the system reckons with */
-    bool has_settled;             /* the impulses of a full solve no longer change */
-    impact_report impacts;        /* resolve_impacts */
-    double gain;                  /* [J] that the paths give beyond what there is, see ... */
-    double energy_scale;          /* [J] ... and the energy at work: motion, and what falls */
-    double lost_energy;           /* [J] that the substep loses; only with bodies */
-    elastic_energies end_elastic; /* of the cloths at `end`, where has_end_elastic */
-    bool has_end_elastic;
+    double *predicted;         /* [m] predict_paths: ends of the paths to expect, all vertices */
+    double *bounds;            /* [m] find_pairs: ends of the paths that the pairs are for */
+    double *certified_end;     /* [m] update_patches: ends that the patches are certified for */
+    double *guess;             /* [m/s] u about which springs are linearised */
+    double *mean_velocity;     /* [m/s] solve_motion: u of all vertices */
+    double *end;               /* [m] solve_motion: ends x0 + h u of the paths */
+    bool is_stretched;         /* the cloth takes more energy than the system reckons with */
+    bool has_settled;          /* the impulses of a full solve no longer change */
+    impact_report impacts;     /* resolve_impacts */
+    double gain;               /* [J] that the paths give beyond what there is, see ... */
+    double energy_scale;       /* [J] ... and the energy at work: motion, and what falls */
+    double lost_energy;        /* [J] that the substep loses; only with bodies */
+    known_elastic end_elastic; /* of the cloths at `end` */
     commit_report commit;
     commit_report blocked;   /* the last commit of the step that named a blocking pair */
     stored_contact *resting; /* contacts of the store whose pairs have no rows */
@@ -208,9 +207,10 @@ typedef struct kinetic_limit {
 } kinetic_limit;
 tulle_status world_find_kinetic_limit(step_context *context, kinetic_limit *limit);
 
-/* Energies of the cloths in context->state; the elastic ones are measured once for the same
- * positions. */
-tulle_status world_measure_state(step_context *context, cloth_energies *energies);
+/* Energies of the cloths at `positions` with the velocities of context->state. The elastic ones are
+ * those in *elastic where they are known, else they are measured into it. */
+tulle_status world_measure_cloths(const step_context *context, const double *positions,
+                                  known_elastic *elastic, cloth_energies *energies);
 
 /* Sets `gain`: the energy that the substep, ending with u at `end`, has beyond what it may and a
  * small slack; 0 where it need not keep a balance. */

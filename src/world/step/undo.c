@@ -43,7 +43,6 @@ tulle_status world_copy_start(tulle_world *world, tulle_error *error) {
     target->previous_time_step = source->previous_time_step;
     target->lost_energy = source->lost_energy;
     target->elastic = source->elastic;
-    target->has_elastic = source->has_elastic;
     memcpy(target->holds, source->holds, source->hold_count * sizeof *source->holds);
     target->hold_count = source->hold_count;
     target->time = source->time;
