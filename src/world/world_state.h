@@ -192,6 +192,7 @@ struct tulle_world {
     broad_phase *broad;
     kept_patches *patches;   /* null for methods without */
     patch_rules patch_rules; /* set by the start, but for keeps_all */
+    double hold_reach;       /* [m] with which patches hold for the paths of stages 8 and 9 */
     uint64_t def_hash;       /* of all defs; guards loaded states */
 
     /* changed by steps */

@@ -31,14 +31,6 @@ static const double HOLD_ANGLE = 1.5533430342749535;
  * more where the minimum gap asks for it. */
 static const double HOLD_REACH_SHARE = 0.25;
 
-/* Inner pairs stay beyond all that stages 8 and 9 call a hit. The minimum gap is at most half of
- * the contact distance, so this is less than the reach. */
-double world_compute_hold_reach(const tulle_world *world) {
-    double const reach = world->patch_rules.reach;
-    double const hit = 0.5 * REACH_RESERVE * HIT_RESERVE * world->minimum_gap;
-    return fmin(fmax(HOLD_REACH_SHARE * reach, hit), reach);
-}
-
 tulle_status world_start_detection(tulle_world *world) {
     tulle_world_detection const *const def = &world->def.detection;
     bool const is_paper = def->method == TULLE_DETECT_PAPER;
@@ -63,6 +55,10 @@ tulle_status world_start_detection(tulle_world *world) {
                       .grows_anew = def->grows_patches_anew || is_paper,
                       .reach = reach,
                       .keeps_all = world->patch_rules.keeps_all};
+    /* Beyond all that stages 8 and 9 call a hit. The minimum gap is at most half of the contact
+     * distance, so this is less than the reach. */
+    double const gap_reach = 0.5 * REACH_RESERVE * HIT_RESERVE * world->minimum_gap;
+    world->hold_reach = fmin(fmax(HOLD_REACH_SHARE * reach, gap_reach), reach);
     return kept_patches_create(&world->heap, &world->set, &world->scratch, &world->patches);
 }
 
@@ -167,32 +163,28 @@ static tulle_status renew_pairs(pair_source *source, const double *x1) {
     return search_again(source->context, x1, x1);
 }
 
-/* Whether the patches are proven for x0 -> x1 too. They are where no vertex of a cloth ends farther
- * from the end that they are certified for than their reach allows; else they are tested anew. */
-static bool patches_cover(const step_context *context, const double *x1) {
-    tulle_world const *const world = context->world;
-    patch_rules rules = world->patch_rules;
-    rules.reach = world_compute_hold_reach(world);
-    rules.max_angle = fmax(rules.max_angle, HOLD_ANGLE);
-    double const spare = world->patch_rules.reach - rules.reach, limit = spare * spare;
-    bool is_within = true;
-    for (size_t v = 0; is_within && v < world->cloth_vertex_count; v++) {
-        vec3 const moved = vec3_sub(vec3_load(x1, v), vec3_load(context->certified_end, v));
-        is_within = vec3_norm2(moved) <= limit;
-    }
-    patch_step const paths = {&world->set, context->state->positions, x1, world->threads};
-    return is_within || patches_hold(world->patches, &paths, &rules);
-}
-
 /* Takes pairs again that patches left out and that are not proven for x0 -> x1. The boxes stay
  * those of the paths that the pairs were found for, so they leave out the same as before. */
 static tulle_status adapt_pairs(pair_source *source, const double *x1) {
     step_context *const context = source->context;
-    if (!context->world->patches) return TULLE_OK;
+    tulle_world const *const world = context->world;
+    if (!world->patches) return TULLE_OK;
     double const start = timer_now();
-    bool const is_covered = patches_cover(context, x1);
+    /* The patches are proven for x0 -> x1 too where no vertex of a cloth ends farther from the end
+     * that they are certified for than their reach allows; else they are tested anew. */
+    patch_rules rules = world->patch_rules;
+    rules.reach = world->hold_reach;
+    rules.max_angle = fmax(rules.max_angle, HOLD_ANGLE);
+    double const spare = world->patch_rules.reach - rules.reach, limit = spare * spare;
+    bool is_proven = true;
+    for (size_t v = 0; is_proven && v < world->cloth_vertex_count; v++) {
+        vec3 const moved = vec3_sub(vec3_load(x1, v), vec3_load(context->certified_end, v));
+        is_proven = vec3_norm2(moved) <= limit;
+    }
+    patch_step const paths = {&world->set, context->state->positions, x1, world->threads};
+    is_proven = is_proven || patches_hold(world->patches, &paths, &rules);
     (void)end_search(context, STAGE_UPDATE_PATCHES, start, TULLE_OK);
-    return is_covered ? TULLE_OK : search_again(context, x1, context->bounds);
+    return is_proven ? TULLE_OK : search_again(context, x1, context->bounds);
 }
 
 pair_source world_make_pair_source(step_context *context) {

@@ -20,10 +20,6 @@
 tulle_status world_start_detection(tulle_world *world);
 void world_release_detection(tulle_world *world);
 
-/* [m] The reach with which patches must be certified for the paths that stages 8 and 9 test, of a
- * started world with patches. */
-double world_compute_hold_reach(const tulle_world *world);
-
 /* Keeps the patches as they are now, for world_restore_patches: a step that fails leaves none of
  * its changes. */
 tulle_status world_keep_patches(tulle_world *world);
