@@ -10,9 +10,8 @@
 
 #include <string.h>
 
-/* The solve counts impulses of rows as its right-hand side does; before and after it they are those
- * of the whole step. By implicit Euler both are the same. */
-static void scale_impulses(row_list *list, double factor) {
+void world_scale_impulses(step_context *context, double factor) {
+    row_list *const list = &context->world->rows;
     for (size_t i = 0; i < list->rows.count; i++)
         list->rows.data[i].solve.impulse = vec3_scale(list->rows.data[i].solve.impulse, factor);
 }
@@ -34,7 +33,7 @@ static tulle_status accept_velocities(step_context *context) {
     for (size_t v = 0; v < world->cloth_vertex_count; v++)
         world->is_fixed[v] = !(world->active_inverse_masses[v] > 0.0);
     response->mark_plain_ends(&context->scene, rows, world->is_fixed);
-    scale_impulses(rows, 1.0 / system->share); /* to what they gave to end velocities */
+    world_scale_impulses(context, 1.0 / system->share); /* to what they gave to end velocities */
     memcpy(end, u, bytes);
     finish_velocities(system, &context->dynamics, world->is_fixed, u, end);
 
@@ -60,7 +59,7 @@ static tulle_status accept_velocities(step_context *context) {
             status = response->end_contacts(&context->scene, rows, u, end, &ends);
         if (status != TULLE_OK) return status;
     }
-    scale_impulses(rows, system->share * context->time_step / system->force_time);
+    world_scale_impulses(context, system->share * context->time_step / system->force_time);
     world_finish_bodies(context, end);
 
     memcpy(state->previous_velocities, state->velocities, bytes);

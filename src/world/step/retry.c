@@ -138,28 +138,6 @@ tulle_status world_choose_substep(step_context *context) {
     return status;
 }
 
-/* Whether going on as before is hopeless. What a turn alone cut short is no sign of it. */
-static bool is_stuck(step_context *context) {
-    retry_state *const retry = &context->retry;
-    double const wanted = retry->is_cut_by_turns ? context->time_step : retry->wanted;
-    bool const is_slow = context->passed < CRAWL_SHARE * wanted;
-    retry->crawl_count = is_slow ? retry->crawl_count + 1 : 0;
-    return context->outcome == SUBSTEP_BLOCKED || retry->crawl_count >= CRAWLS_MAX ||
-           context->report->substeps >= retry->substep_limit;
-}
-
-/* Shorter substeps help where something follows a script: what turns fast leaves its circle less,
- * and cloth that rides on it comes less near. */
-static bool go_on_shorter(step_context *context) {
-    retry_state *const retry = &context->retry;
-    if (retry->shorter_count == SHORTER_MAX) return false;
-    retry->shorter_count++;
-    retry->wanted = ldexp(context->whole_step, -SHORTER_HALVINGS * retry->shorter_count);
-    retry->substep_limit += 1u << (SHORTER_HALVINGS * retry->shorter_count);
-    retry->crawl_count = 0;
-    return true;
-}
-
 void world_retry_substep(step_context *context) {
     retry_state *const retry = &context->retry;
     /* substeps that turns alone ask for do not count as those of a step that is stuck */
@@ -173,15 +151,28 @@ void world_retry_substep(step_context *context) {
     default: break;
     }
     retry->remaining -= context->passed;
-    if (world_is_step_over(context) || !is_stuck(context)) return;
-    bool const is_script_moving = world_is_script_moving(context);
-    if (is_script_moving && go_on_shorter(context)) return;
-    if (is_script_moving) {
+    if (world_is_step_over(context)) return;
+
+    /* what a turn alone cut short is no sign of a step that is stuck */
+    double const wanted = retry->is_cut_by_turns ? context->time_step : retry->wanted;
+    bool const is_slow = context->passed < CRAWL_SHARE * wanted;
+    retry->crawl_count = is_slow ? retry->crawl_count + 1 : 0;
+    bool const is_stuck = context->outcome == SUBSTEP_BLOCKED || retry->crawl_count >= CRAWLS_MAX ||
+                          context->report->substeps >= retry->substep_limit;
+    if (!is_stuck) return;
+    if (!world_is_script_moving(context)) {
+        world_stand_still(context);
+        retry->remaining = 0.0;
+    } else if (retry->shorter_count == SHORTER_MAX) {
         context->outcome = SUBSTEP_PINCHED;
-        return;
+    } else {
+        /* What turns fast leaves its circle less in shorter substeps, and cloth that rides on it
+         * comes less near. */
+        retry->shorter_count++;
+        retry->wanted = ldexp(context->whole_step, -SHORTER_HALVINGS * retry->shorter_count);
+        retry->substep_limit += 1u << (SHORTER_HALVINGS * retry->shorter_count);
+        retry->crawl_count = 0;
     }
-    world_stand_still(context);
-    retry->remaining = 0.0;
 }
 
 /* ---- in a step ---- */

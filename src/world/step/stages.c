@@ -84,23 +84,6 @@ tulle_status world_compute_forces(step_context *context) {
 
 /* ---- 7 ---- */
 
-/* Velocities and impulses from which the first solve of a substep starts. Rows keep impulses of a
- * whole step; the solve counts them as its right-hand side does. */
-static void start_solve(step_context *context) {
-    tulle_world *const world = context->world;
-    double *const u = context->mean_velocity;
-    double const share = world->system.force_time / context->time_step;
-    for (size_t i = 0; i < world->rows.rows.count; i++) {
-        contact_row *const row = &world->rows.rows.data[i];
-        row->solve.impulse = vec3_scale(row->solve.impulse, share);
-    }
-    if (world_keeps_balance(context)) world_share_room(context);
-    memcpy(u, context->state->velocities, 3 * world->cloth_vertex_count * sizeof(double));
-    start_bodies(&context->scene, u);
-    start_pressed_bodies(&context->scene, &world->rows, u);
-    prescribe_motion(&context->scene, u);
-}
-
 /* Whether the solution stretches the cloth by more energy than the linear system knows of. */
 static tulle_status check_springs(step_context *context) {
     tulle_world *const world = context->world;
@@ -121,6 +104,7 @@ tulle_status world_solve_motion(step_context *context) {
     tulle_world *const world = context->world;
     contact_settings *const settings = &context->scene.settings;
     contact_settings const given = *settings;
+    double *const u = context->mean_velocity;
     bool const is_first = context->retry.solves++ == 0;
     motion_system const system = {.right_hand_side = world->system.right_hand_side,
                                   .matrix = &world->system.matrix,
@@ -128,7 +112,14 @@ tulle_status world_solve_motion(step_context *context) {
                                   .force_time = world->system.force_time,
                                   .start = is_first ? NULL : context->state->velocities,
                                   .aggregates = world->aggregates};
-    if (is_first) start_solve(context);
+    if (is_first) { /* velocities and impulses from which the solves of a substep start */
+        world_scale_impulses(context, world->system.force_time / context->time_step);
+        if (world_keeps_balance(context)) world_share_room(context);
+        memcpy(u, context->state->velocities, 3 * world->cloth_vertex_count * sizeof(double));
+        start_bodies(&context->scene, u);
+        start_pressed_bodies(&context->scene, &world->rows, u);
+        prescribe_motion(&context->scene, u);
+    }
     if (context->retry.is_rough) {
         settings->solve_rounds = settings->solve_rounds_landing = 1;
         settings->early_share = ROUGH_SHARE;
@@ -137,8 +128,8 @@ tulle_status world_solve_motion(step_context *context) {
     solve_report solved = {0};
     world_load_bodies(context, world->system.share);
     contact_response const *const response = context->scene.response;
-    tulle_status status = response->solve_motion(&context->scene, &system, &world->rows,
-                                                 context->mean_velocity, &solved);
+    tulle_status status =
+        response->solve_motion(&context->scene, &system, &world->rows, u, &solved);
     context->has_settled =
         solved.has_settled && !solved.is_early && (int)solved.solve_count >= settings->solve_rounds;
     *settings = given;

@@ -151,6 +151,10 @@ tulle_status world_commit_safely(step_context *context);
 /* accept_state.c: the one place where the state moves on. */
 tulle_status world_accept_state(step_context *context);
 
+/* Multiplies the impulses of all rows. Before the solve and after it they are those of the whole
+ * step; the solve counts them as its right-hand side does. By implicit Euler both are the same. */
+void world_scale_impulses(step_context *context, double factor);
+
 /* Ends a stage: adds the time since the last end to it, without that of searches inside it, and
  * gives a status that is no success its message. Returns the status. */
 tulle_status world_end_stage(step_context *context, stage number, tulle_status status);
