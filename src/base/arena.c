@@ -1,8 +1,8 @@
 /* base/arena.c - see arena.h.
  *
- * The arena is a list of blocks. The end of a block is lost where it is too short for what comes
- * next. So once all is released, one block takes the place of several, with room for the most
- * that was in use at once. */
+ * The arena is a list of blocks. What does not fit into the rest of a block goes into the next one,
+ * and that rest stays unused. So once all is released, one block takes the place of several, with
+ * room for the most that was in use at once. */
 #include "base/arena.h"
 
 #include <string.h>

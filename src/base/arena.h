@@ -25,8 +25,8 @@ void arena_destroy(arena *scratch);
 /* 64-byte aligned, uninitialised, null when memory is short. */
 void *arena_allocate(arena *scratch, size_t count, size_t size);
 void *arena_allocate_zeroed(arena *scratch, size_t count, size_t size);
-/* Gives an empty arena one block of at least so many bytes, if there is memory for it. What is
- * allocated at once later on then need not be spread over smaller blocks. */
+/* Gives an empty arena one block of at least so many bytes, if there is memory for it, so that
+ * later allocations need not be spread over smaller blocks. */
 void arena_reserve(arena *scratch, size_t byte_count);
 /* [bytes] that the current block can still hand out. */
 size_t arena_get_room(const arena *scratch);

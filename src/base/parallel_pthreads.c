@@ -1,8 +1,8 @@
 /* base/parallel_pthreads.c - the chunks of parallel_for on POSIX threads.
  *
  * Each thread has a range of chunks. It takes those of its own range first, then what is left of
- * the ranges of the others. So in loops over the same data a thread mostly meets what it left in
- * its own cache.
+ * the ranges of the others. So in several loops over the same data a thread mostly works on what is
+ * still in its own cache.
  *
  * Each thread that runs loops keeps helper threads of its own. It makes them on demand and ends
  * them when it ends. Between loops a helper looks for work for a moment, then sleeps: loops that
@@ -11,11 +11,11 @@
  *
  * The caller takes chunks like its helpers. When no chunk is left it waits only for helpers that
  * are inside one. A loop has a gate for that: helpers enter while it is open, and the caller
- * closes it. A helper that the processor lets run only then finds the loop gone. So on a busy
- * machine a loop costs at most what the caller alone would take, and the rest of one chunk.
+ * closes it. A helper that gets a processor only then finds the gate closed. So on a busy machine a
+ * loop takes at most as long as the caller alone would need, and the rest of one chunk.
  *
- * There are no mutexes and no condition variables: with them, a thread that wakes up and is not
- * let run holds up the one that woke it. Posting a semaphore never waits.
+ * There are no mutexes and no condition variables: with them, a thread that has been woken and gets
+ * no processor holds up the one that woke it. Posting a semaphore never waits.
  *
  * Where no more threads can be had, the calling thread does their share. A child of fork() has
  * no helpers and makes new ones. */
@@ -69,8 +69,7 @@ struct helper_team {
     const parallel_loop *loop;
     int range_count;
     chunk_range ranges[MAX_HELPERS + 1]; /* by worker */
-    atomic_bool
-        has_room; /* there are no more threads than processors, so a thread may look for work */
+    atomic_bool has_room; /* no more threads than processors: a thread may look for work */
     int processor_count;
     pid_t process;
     int helper_count;

@@ -1,11 +1,12 @@
 /* check/check.c - see tulle/check.h and check.h.
  *
  * All triangles of all bodies are numbered through, in the order of the bodies. Two trees are
- * built, over the cloth and over the obstacles; every triangle asks for those of higher number
- * whose boxes meet its own, obstacles only in the tree of cloth. Boxes are exact, so the pairs that
- * come to the exact test include all that intersect. Triangles are worked on in chunks of fixed
- * size; a chunk finds its pairs in order, so that the chunks' lists one after the other are sorted,
- * however many threads there are.
+ * built, over the cloth and over the obstacles. Each triangle asks for those of higher number whose
+ * boxes meet its own; triangles of obstacles ask only the tree of the cloth. Boxes are exact, so
+ * the pairs that come to the exact test include all that intersect.
+ *
+ * Threads work on chunks of a fixed number of triangles. A chunk finds its pairs in order, so the
+ * chunks' lists one after the other are sorted, however many threads there are.
  */
 #include "check/check.h"
 

@@ -30,10 +30,10 @@ bool coplanar_edge_separates(int axis, const double *const triangle[3], const do
 }
 
 /* Close to the common vertex v each triangle is the cone of directions between its two edges. The
- * triangles share more than v exactly when the closed cones share a direction, and then, both being
- * narrower than half a turn, the first edge of one cone lies in the other. A direction lies in a
- * counterclockwise cone when it is not to the right of the first edge and not to the left of the
- * second. */
+ * triangles share more than v exactly when the closed cones share a direction. Both cones are
+ * narrower than half a turn, so then the first edge of one of them lies in the other. A direction
+ * lies in a counterclockwise cone when it is not to the right of the first edge and not to the left
+ * of the second. */
 bool coplanar_triangles_meet_beyond_vertex(int axis, const double *const a[3],
                                            const double *const b[3], size_t *exact_count) {
     const double *const v = a[0];

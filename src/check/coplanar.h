@@ -1,8 +1,8 @@
 /* check/coplanar.h - intersection of triangles that lie in one plane, decided in a projection.
  *
  * Dropping one coordinate maps a plane one-to-one onto the plane of the other two, unless the plane
- * is parallel to the dropped axis. A triangle whose projection has area shows that its plane is
- * not, so that whether sets in this plane meet can be read off their projections.
+ * is parallel to the dropped axis. It is not parallel if the projection of a triangle in it has
+ * area. Then sets in the plane meet exactly where their projections meet.
  */
 #ifndef TULLE_CHECK_COPLANAR_H
 #define TULLE_CHECK_COPLANAR_H

@@ -48,10 +48,9 @@ static bool segments_meet(segment s, segment t, size_t *exact_count) {
                0;
 }
 
-/* Whether a segment and a triangle with area have a common point. If the ends are not both in the
- * triangle's plane and not strictly on one side of it, the segment's line crosses the plane in one
- * point of the segment; it is in the triangle when the line passes all three edges on the same
- * side. */
+/* Whether a segment and a triangle with area have a common point. The segment meets the triangle's
+ * plane in one point if its ends are neither both in the plane nor strictly on one side of it. That
+ * point is in the triangle when the segment's line passes all three edges on the same side. */
 static bool segment_meets_triangle(segment s, const double *const triangle[3], int axis,
                                    size_t *exact_count) {
     int const low = orient3d_sign(triangle[0], triangle[1], triangle[2], s.low, exact_count);
@@ -100,9 +99,9 @@ bool degenerate_triangles_meet(const double *const a[3], int axis_a, const doubl
     int const axis = axis_a < 0 ? axis_b : axis_a;
     if (shared_count == 0) return segment_meets_triangle(s, triangle, axis, exact_count);
     if (shared_count == 1) {
-        /* The segment contains corner 0. On the part from there to either end: the end itself is in
-         * the triangle, or the part leaves the triangle through the opposite edge, which does not
-         * contain the corner. */
+        /* The segment contains corner 0. Its part from there to one end reaches beyond the corner
+         * in the triangle in two cases: that end is in the triangle, or the part leaves it through
+         * the opposite edge, which does not contain the corner. */
         segment const opposite = make_hull(triangle + 1, 2);
         const double *const ends[2] = {s.low, s.high};
         for (int i = 0; i < 2; i++) {

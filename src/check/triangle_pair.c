@@ -1,6 +1,6 @@
 /* check/triangle_pair.c - see triangle_pair.h.
  *
- * Every decision is taken from signs of orientation determinants, never from computed points.
+ * All decisions come from signs of orientation determinants, none from computed points.
  *
  * No shared vertex. If the corners of one triangle lie strictly on one side of the other's plane
  * they are disjoint. If the planes differ, the triangles meet exactly when an edge of one meets the
@@ -12,9 +12,9 @@
  * of the same triangle leaves the plane, or it is on an edge of the other triangle, to which the
  * same applies.
  *
- * One shared vertex v. Starting in v along the common segment one leaves one of the triangles
- * through its edge opposite to v, so it suffices whether such an edge meets the other triangle. Of
- * the three determinants two are plane signs that are known already, and the third,
+ * One shared vertex v. A common segment that starts in v leaves one of the triangles through its
+ * edge opposite to v. So the triangles intersect exactly when such an edge meets the other
+ * triangle. Of the three determinants two are plane signs that are known already, and the third,
  * |a1 a2 b1 b2|, is the same for both edges: five determinants decide.
  *
  * Two shared vertices. Different planes meet in the line of the shared edge, where both triangles

@@ -8,8 +8,8 @@
 #include <math.h>
 #include <string.h>
 
-/* [rad] 45 degrees. Triangles that are steeper than this look hardly wider, seen along the axis,
- * than the reach of the certificate. So a wider cone leaves out more triangles than it takes in. */
+/* [rad] 45 degrees. Seen along the axis of the cone, steeper triangles are hardly wider than the
+ * reach of the certificate. So a wider cone loses more triangles than it gains. */
 static const double PATCH_ANGLE_DEFAULT = 0.78539816339744831;
 /* [rad] The widest cone that can be computed with: a right angle less a millionth. */
 static const double PATCH_ANGLE_MAX = 1.5707963267948966 - 1e-6;
@@ -59,7 +59,8 @@ tulle_obstacle_def tulle_obstacle_def_default(void) {
 
 /* A grain shorter than this has no direction: its square would underflow. */
 static const double SMALLEST_GRAIN = 1e-100;
-/* A grain nearer to the normal of a triangle than this sine has no direction there. */
+/* A grain has no direction in a triangle where the sine of its angle to the normal is under this.
+ */
 static const double LEAST_GRAIN_SINE = 1e-6;
 
 /* One number of a def with its allowed range, ends included. */
@@ -98,7 +99,8 @@ static tulle_status check_dynamic(const char *name, double dynamic, double frict
                      owner, name, dynamic, friction);
 }
 
-/* A value of an enum, negative ones too: the type behind it may have no sign. */
+/* The value of an enum. The cast to int keeps a negative one negative where the enum's own type has
+ * no sign. */
 #define ENUM_VALUE(value) ((double)(int)(value))
 
 tulle_status world_def_check(const tulle_world_def *def, tulle_error *error) {
@@ -152,7 +154,7 @@ tulle_status world_def_check(const tulle_world_def *def, tulle_error *error) {
                          def->friction_cloth_cloth, "world", error);
 }
 
-/* Cloth that stiffens sooner is a chain of rods to any solver. */
+/* To a solver, cloth that stiffens at less strain is a chain of rods. */
 static const double LEAST_STIFFENING_STRAIN = 1e-3;
 
 static tulle_status check_material(const tulle_material *m, const char *owner, tulle_error *error) {
@@ -196,7 +198,7 @@ typedef struct grained_surface {
     const char *kind; /* "cloth" or "obstacle" */
 } grained_surface;
 
-/* A grain matters where friction depends on it. */
+/* A grain must have a direction only where friction depends on it. */
 static tulle_status check_grain(const grained_surface *surface, const char *owner,
                                 tulle_error *error) {
     const double *const g = surface->grain;
@@ -289,7 +291,7 @@ tulle_status cloth_def_check(const tulle_cloth_def *def, const char *owner, tull
     return status;
 }
 
-/* Exactly one of mass and densities, and numbers in their ranges. */
+/* A dynamic obstacle has exactly one of mass, density and area density. */
 static tulle_status check_body(const tulle_obstacle_def *def, const char *owner,
                                tulle_error *error) {
     const tulle_body *const body = &def->body;

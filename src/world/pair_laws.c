@@ -1,5 +1,6 @@
-/* world/pair_laws.c - laws of contact that are set before the start for pairs of objects, and for
- * pairs of contact materials: names that objects give what they are made of. */
+/* world/pair_laws.c - laws of contact that the user sets before the start, for pairs of objects and
+ * for pairs of contact materials. A contact material is the name that an object gives what it is
+ * made of. */
 #include "base/error.h"
 #include "world/defs.h"
 #include "world/world_state.h"

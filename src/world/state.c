@@ -1,9 +1,9 @@
 /* world/state.c - the state as a hash and as bytes.
  *
- * A saved state holds everything that decides the future and is not in the defs: positions,
+ * A saved state holds everything that decides later steps and is not in the defs: positions,
  * velocities, history of the integrator, clocks, presence of obstacles, contacts with their
- * impulses, ignored pairs; and the patches, which decide how fast the future is and what reports
- * say of it, but no position. Little-endian, doubles as they are. */
+ * impulses, ignored pairs. It also holds the patches: they decide how fast later steps are and what
+ * reports say, but no position. Little-endian, doubles as they are. */
 #include "base/error.h"
 #include "base/hash.h"
 #include "world/bodies/bodies.h"
@@ -75,7 +75,8 @@ static size_t state_size(const tulle_world *world, part_sizes parts) {
            parts.ignored_count * sizeof(tulle_intersection);
 }
 
-/* As a header says; it has been checked that the state has as many bytes. */
+/* The parts that a header names. Each of its counts has been checked to fit into the saved bytes.
+ */
 static part_sizes read_parts(const state_header *header) {
     return (part_sizes){(size_t)header->contact_bytes, (size_t)header->patch_bytes,
                         (size_t)header->ignored_count, (size_t)header->hold_count};
@@ -146,7 +147,7 @@ tulle_status tulle_world_save_state(const tulle_world *world, void **bytes, size
 void tulle_world_free_state(const tulle_world *world, void *bytes, size_t byte_count) {
     if (!world) return;
     memory heap = {.allocator = world->def.allocator};
-    heap.bytes_held = SIZE_MAX / 2; /* this heap did not count the block */
+    heap.bytes_held = SIZE_MAX / 2; /* another heap counted the block */
     memory_release(&heap, bytes, byte_count);
 }
 

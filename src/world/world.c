@@ -31,7 +31,7 @@ tulle_status tulle_world_create(const tulle_world_def *def, tulle_world **world,
     return TULLE_OK;
 }
 
-/* A copy of count * size bytes; null source or count gives null. */
+/* A copy of count * size bytes; null when memory is short. */
 static void *copy_array(memory *heap, const void *source, size_t count, size_t size) {
     void *const copy = memory_allocate(heap, count * size);
     if (copy && count > 0) memcpy(copy, source, count * size);
@@ -226,7 +226,7 @@ tulle_status tulle_world_add_obstacle(tulle_world *world, const tulle_obstacle_d
     return TULLE_OK;
 }
 
-/* Index of the first vertex in the world's numbering; null positions before the start. */
+/* The vectors of one object among those of all vertices; null before the start. */
 static const double *object_vectors(const double *vectors, uint32_t vertex_begin) {
     return vectors ? vectors + 3 * (size_t)vertex_begin : NULL;
 }

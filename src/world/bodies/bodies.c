@@ -176,11 +176,11 @@ tulle_status world_prepare_bodies(step_context *context) {
             mat3_multiply_vec3(&body->inertia, vec3_load(state->velocities, slot + 1));
     }
     world_load_bodies(context, 1.0);
+    /* the free turn in the step */
     for (size_t b = 0; b < world->body_count; b++) {
         contact_body *const body = &scene->bodies[b];
         if (!body->is_free) continue;
         body->lift = body->fall;
-        /* The free turn in the step. */
         vec3 const turn_rate = mat3_multiply_vec3(&body->inverse_inertia, body->spin);
         rigid_state end = body->start;
         end.spin = body->spin;

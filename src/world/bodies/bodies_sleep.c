@@ -117,8 +117,9 @@ static body_press *collect_presses(const step_context *context) {
     return presses;
 }
 
-/* [m/s] How fast this substep would make a sleeper, with all that it carries. The stack's moment
- * of inertia is larger than assumed here, so the sleeper is found to turn sooner than it does. */
+/* [m/s] The speed that this substep would give a sleeper with all that it carries. The moment of
+ * inertia is that of the sleeper alone. What it carries makes it larger, so a sleeper is found to
+ * turn sooner than it does. */
 static double compute_change(const step_context *context, size_t body, const body_press *press) {
     const tulle_world *const world = context->world;
     const world_obstacle *const obstacle = get_body(world, body);
@@ -164,8 +165,8 @@ tulle_status world_wake_pressed(step_context *context) {
 tulle_status world_keep_resting(step_context *context) {
     tulle_world *const world = context->world;
     const contact_store *const store = &context->state->contacts;
-    context->resting_count = 0;
     const uint32_t *const edges = world->topo.edges, *const triangles = world->topo.triangles;
+    context->resting_count = 0;
     if (!world->has_sleep) return TULLE_OK;
     context->resting = ARENA_NEW(&world->scratch, stored_contact, store->contacts.count);
     if (!context->resting) return TULLE_ERROR_OUT_OF_MEMORY;
@@ -232,8 +233,8 @@ static void fall_asleep(step_context *context, size_t body, uint32_t group,
 
 tulle_status world_settle_bodies(step_context *context, double time_step) {
     tulle_world *const world = context->world;
-    if (!world->has_sleep) return TULLE_OK;
     const world_motion_state *const state = context->state;
+    if (!world->has_sleep) return TULLE_OK;
     size_t const count = world->body_count;
     uint32_t *const parents = ARENA_NEW(&world->scratch, uint32_t, count);
     bool *const is_awake = ARENA_NEW_ZEROED(&world->scratch, bool, count);

@@ -15,8 +15,8 @@ static const double TURN_SUBSTEPS_MAX = 4096.0;
  * the substep is made anew, with a turn that is shorter by the same factor. */
 static const double TURN_SLACK = 1.1;
 
-/* [rad] Turn of a body in one substep, at most: by the least contact distance that it has with
- * anything. All obstacles and bodies have one with it. */
+/* [rad] The most that a body may turn in one substep, from its least contact distance with
+ * anything. With all obstacles and bodies it has the same. */
 static double compute_largest_turn(const tulle_world *world, size_t body) {
     size_t const cloth_count = world->cloths.count, count = world->set.surface_count;
     size_t const surface = cloth_count + world->body_obstacles[body];

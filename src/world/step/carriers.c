@@ -13,11 +13,11 @@
 #include <math.h>
 #include <string.h>
 
-/* A map that misses a vertex's target by more than this share of the minimum gap is none; so after
- * a pinch has held the obstacle back. */
+/* A map that misses a vertex's target by more than this share of the minimum gap is not used. It
+ * misses when a pinch has held the obstacle back. */
 static const double CARRIER_ERROR_SHARE = 1e-3;
-/* Volume that chords leave of an obstacle, under which its map is not inverted: over a right angle
- * in one substep. */
+/* An obstacle whose chords leave less than this share of its volume has no map. It has turned by
+ * over a right angle in one substep. */
 static const double VOLUME_LEFT_MIN = 0.1;
 
 static const affine_map IDENTITY = {{{1, 0, 0, 0, 1, 0, 0, 0, 1}}, {0, 0, 0}};

@@ -1,11 +1,11 @@
 /* world/step/choose_damping.c - how far a step goes from its integrator towards implicit Euler.
  *
  * Crank-Nicolson turns the sign of modes that the step does not resolve, and BDF2 goes on with
- * velocities from before an impact. So a step with an impact is one of implicit Euler, which stops
- * what hangs on the vertex that hit too; its velocities are no history for the next. Steps with
- * contact are damped, since impulses that have not settled excite such modes; free steps of
- * Crank-Nicolson a little. The damping is a rate times the step, so the order without impacts stays
- * two. It is the same for all vertices: linear momentum is kept.
+ * velocities from before an impact. So a step with an impact is one of implicit Euler, which also
+ * stops what hangs on the vertex that hit; the next step takes no history from it. Impulses that
+ * have not settled excite modes that the step does not resolve, so steps with contact are damped.
+ * Free steps of Crank-Nicolson are damped a little. The damping is a rate times the step, so the
+ * order without impacts stays two. It is the same for all vertices: linear momentum is kept.
  *
  * Takes rows as gathered and velocities at the start; gives force_options.damping. */
 #include "contact/solve/end_velocities.h"
@@ -15,7 +15,7 @@
 
 /* [1/s] Least rate with which cloth that hangs free gains no energy at steps of 1/90 s. */
 static const double FREE_RATE = 10.0;
-/* [1/s] With it cloth on needles comes about as much to rest as by implicit Euler. */
+/* [1/s] With this rate cloth on needles comes to rest about as well as by implicit Euler. */
 static const double CONTACT_RATE = 40.0;
 
 double world_choose_damping(const step_context *context) {

@@ -1,18 +1,19 @@
 /* world/step/energy_balance.c - the energy that a substep may end with.
  *
- * Kinetic energy and the true potentials of springs, bending and gravity may not be more than at
- * the start and by what was put in from outside: the work of wind, of pins and of obstacles on
- * their own way. Takes the substep as solved; gives what is left for the kinetic energy. */
+ * At the end of a substep, kinetic energy and the true potentials of springs, bending and gravity
+ * may not be more than at its start and what was put in from outside: the work of wind, of pins and
+ * of obstacles on their own way. Takes the substep as solved; gives what is left for the kinetic
+ * energy. */
 #include "contact/solve/end_velocities.h"
 #include "world/bodies/bodies.h"
 
-/* A gain under this share of the kinetic energy that gravity gives in a step, and of that at the
- * start, is not worth another solve. */
+/* A gain is worth another solve if it is over this share of the kinetic energy that gravity gives
+ * in a step, and this share of the kinetic energy at the start together. */
 static const double GRAVITY_SHARE = 1e-6, KINETIC_SHARE = 1e-12;
 
-/* A substep that ends with more than this share of the energy at work in it is not taken: it is
- * tried again at half its length. Where all is well what is gained is under a hundred thousandth of
- * it; very stiff cloth that the solve has lost gains a hundred times it. */
+/* A substep that gains more than this share of the energy at work in it is tried again at half its
+ * length. Where all is well, a substep gains under a hundred thousandth of that energy. Very stiff
+ * cloth that the solve has lost gains a hundred times that energy. */
 static const double GAIN_MAX = 0.1;
 
 bool world_keeps_balance(const step_context *context) {
@@ -22,7 +23,7 @@ bool world_keeps_balance(const step_context *context) {
 }
 
 bool world_gains_too_much(const step_context *context) {
-    /* what is held back with cloth between it presses in steps of any length alike */
+    /* things that are held back press the cloth between them in steps of any length */
     bool const is_held = context->state->hold_count > 0;
     return context->gain > GAIN_MAX * context->energy_scale && !is_held;
 }

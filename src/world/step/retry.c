@@ -1,7 +1,7 @@
 /* world/step/retry.c - all that is tried again when a step does not come out at once.
  *
- * A stage says what happened; this file decides what follows. Loops within a stage (rounds of
- * impacts, the rescue of commit_safely, searches for other paths) are told there.
+ * A stage says what happened; this file decides what follows. The files of the stages tell of loops
+ * within a stage: rounds of impacts, the rescue of commit_safely, searches for other paths.
  *
  *   what happened                      | what is tried                       | how often
  *   -----------------------------------|-------------------------------------|------------------
@@ -22,12 +22,13 @@
  *   in a step                          |                                     |
  *   it is pinched, or tears cloth      | undo; what on_pinch says, anew      | see below
  *
- * A step is stuck when a substep is blocked, when four in a row pass next to no time, or when it
- * took 48 substeps, refused ones too (and what shorter ones and turns add). It is pinched when it
- * is stuck after the last of the shorter substeps. on_pinch `stop` fails the step; `slow` holds
- * back more each time, at last all that follows a script (pinch.c), and while anything is held back
- * a gain of energy refuses no substep; `release` lets go of obstacles as long as there are any. A
- * body that turns too fast for 4,096 substeps fails the step. */
+ * A step is stuck when a substep is blocked, when four substeps in a row pass next to no time, or
+ * when it took 48 substeps. Refused substeps count too; shorter substeps and turns raise the limit.
+ * A step is pinched when it is stuck after the last of the shorter substeps. Then on_pinch decides:
+ * `stop` fails the step. `slow` holds back more each time, at last all that follows a script
+ * (pinch.c); while anything is held back, a gain of energy refuses no substep. `release` lets go of
+ * obstacles as long as there are any. A body that turns too fast for 4,096 substeps fails the step.
+ */
 #include "base/error.h"
 #include "world/bodies/bodies_room.h"
 #include "world/bodies/bodies_sleep.h"
@@ -41,9 +42,10 @@ enum { LINEARISATIONS_MAX = 3 };
 /* Solves that follow a gain of energy: the most rounds of others, then twice as many each time. */
 enum { BALANCES_MAX = 3, BALANCE_ROUNDS = 6, ROOM_LEVELS_MAX = 2 };
 
-/* What is left of a step under this share of it is not worth a substep: rounding. */
+/* A rest of the step under this share of it is rounding, and no substep follows. */
 static const double REMAINDER_SHARE = 1e-9;
-/* A substep of this share of the step, a power of two, is taken whatever it stretches. */
+/* A substep of this share of the step is taken even if it stretches cloth too much. A power of two.
+ */
 static const double SHORTEST_SHARE = 1.0 / 4.0;
 enum { SUBSTEPS_MAX = 48 };
 /* A substep crawls when it passes less than this share of what it is to pass. */
@@ -54,7 +56,7 @@ enum { SHORTER_MAX = 3, SHORTER_HALVINGS = 2 };
 
 /* ---- in a solve ---- */
 
-/* The first solves of a series are rough: they only tell about what springs are linearised. */
+/* The first solves of a series need only be rough: springs are linearised about what they find. */
 static void begin_series(step_context *context) {
     context->retry.is_rough = context->scene.response->keeps_momentum;
     context->retry.linearisations = 0;
@@ -140,7 +142,7 @@ tulle_status world_choose_substep(step_context *context) {
 
 void world_retry_substep(step_context *context) {
     retry_state *const retry = &context->retry;
-    /* substeps that turns alone ask for do not count as those of a step that is stuck */
+    /* substeps that are short only because bodies turn do not make a step stuck */
     bool const is_cut = retry->is_cut_by_turns && context->outcome == SUBSTEP_WHOLE;
     if (is_cut || context->outcome == SUBSTEP_TURNS) retry->substep_limit++;
     switch (context->outcome) {

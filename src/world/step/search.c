@@ -19,12 +19,12 @@ static const double PAIR_MARGIN_EDGE_SHARE = 0.05;
  * of a distance tells a candidate from one that was left out. */
 static const double REACH_RESERVE = 1.0 + 1e-6;
 
-/* A test of paths calls a pair a hit up to a twentieth of its separation above it, see
- * detect/impact/time_of_impact.c: what is left out keeps more than that. */
+/* A test of paths calls a pair a hit up to a twentieth above its separation, see
+ * detect/impact/time_of_impact.c. Pairs that are left out keep more distance than that. */
 static const double HIT_RESERVE = 1.06;
 
-/* [rad] 89 degrees, for other paths than those the patches were found for. Read only where patches
- * are used by their cones alone: with a certificate no angle is asked of a kept patch. */
+/* [rad] 89 degrees: the angle of a patch's cone for other paths than those it was found for. It
+ * counts only where patches have no certificate; with one, a kept patch may have any angle. */
 static const double HOLD_ANGLE = 1.5533430342749535;
 
 /* Stages 8 and 9 take patches that are certified for their paths with this share of the reach, or

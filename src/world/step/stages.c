@@ -13,13 +13,13 @@
 #include <math.h>
 #include <string.h>
 
-/* A solve is misled where springs take more energy than the system reckons with, by more than this
- * share of the energy that the step takes anyway. */
+/* Springs may take more energy than the linear system reckons with. It misleads the solve where the
+ * difference is over this share of the energy that the step takes anyway. */
 static const double EXCESS_SHARE = 0.5;
 
-/* A rough solve ends at this part of its first residual, but not above so many times the tolerance
- * nor above a hundredth: the next solve goes on from it. At rest the first residual is small, and a
- * rough solve is as exact as others. */
+/* The next solve goes on from a rough one. So a rough solve ends at this part of its first
+ * residual, but neither above so many times the tolerance nor above a hundredth. At rest the first
+ * residual is small, and a rough solve is as exact as others. */
 static const double ROUGH_SHARE = 0.01, ROUGH_TOLERANCES = 30.0, ROUGH_MOST = 0.01;
 
 /* [bytes] of scratch for each vertex of cloth that other stages may need while terms are kept. */
@@ -68,8 +68,8 @@ tulle_status world_compute_forces(step_context *context) {
     motion_state *const dynamics = &context->dynamics;
     if (!dynamics->guess) {
         context->damping = world_choose_damping(context);
-        /* Terms are kept for later linearisations where that takes no more memory than a step takes
-         * anyway: with contacts, whose search has taken more than what comes after it. */
+        /* Terms are kept for later linearisations where a step takes that much memory anyway. With
+         * contacts it does: their search has taken more than what comes after it. */
         size_t const needed = SCRATCH_BESIDE_TERMS * world->cloth_vertex_count +
                               measure_force_terms(world->model, &world->def.wind);
         context->terms = (force_terms){0};
