@@ -2,10 +2,7 @@
 #include "contact/pairs/contact_paths.h"
 
 #include "contact/pairs/body_paths.h"
-
-/* A test of paths calls a pair a hit up to a twentieth of its separation above it, see
- * detect/impact/time_of_impact.c: what is not among the pairs keeps more than that. */
-static const double HIT_RESERVE = 1.06;
+#include "detect/impact/time_of_impact.h"
 
 void propose_paths(const contact_scene *scene, const double *u, double *x1) {
     for (size_t vertex = 0; vertex < scene->vertex_count; vertex++) {

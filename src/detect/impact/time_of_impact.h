@@ -8,6 +8,11 @@
 
 #include <stdbool.h>
 
+/* A pair may be called a hit up to a twentieth of the separation above it (HIT_PART_OF_SEPARATION
+ * in time_of_impact.c). A pair that is left out of a test must keep more: the separation times
+ * this. */
+static const double HIT_RESERVE = 1.06;
+
 /* Paths of the four points: start + t (end - start). */
 typedef struct moving_pair {
     vec3 start[4], end[4];

@@ -6,6 +6,7 @@
 #include "world/step/search.h"
 
 #include "base/timer.h"
+#include "detect/impact/time_of_impact.h"
 
 #include <math.h>
 #include <string.h>
@@ -18,10 +19,6 @@ static const double PAIR_MARGIN_EDGE_SHARE = 0.05;
 /* Patches are certified with this much more than half the separation distance, so that no rounding
  * of a distance tells a candidate from one that was left out. */
 static const double REACH_RESERVE = 1.0 + 1e-6;
-
-/* A test of paths calls a pair a hit up to a twentieth above its separation, see
- * detect/impact/time_of_impact.c. Pairs that are left out keep more distance than that. */
-static const double HIT_RESERVE = 1.06;
 
 /* [rad] 89 degrees: the angle of a patch's cone for other paths than those it was found for. It
  * counts only where patches have no certificate; with one, a kept patch may have any angle. */
