@@ -46,6 +46,10 @@ static inline vec3 vec3_normalize(vec3 a) {
     double const norm = vec3_norm(a);
     return norm > 0.0 ? vec3_scale(a, 1.0 / norm) : (vec3){0.0, 0.0, 0.0};
 }
+/* The part of a at right angles to a unit vector. */
+static inline vec3 vec3_reject(vec3 a, vec3 unit) {
+    return vec3_add_scaled(a, unit, -vec3_dot(unit, a));
+}
 
 static inline mat3 mat3_identity(double s) { return (mat3){{s, 0, 0, 0, s, 0, 0, 0, s}}; }
 static inline vec3 mat3_multiply_vec3(const mat3 *a, vec3 b) {

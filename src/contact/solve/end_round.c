@@ -7,16 +7,17 @@
 #include <math.h>
 #include <string.h>
 
-/* Friction is settled when what it misses is less than this part of what a cloth gains in a step:
- * cloth that slides misses it in the same direction in every step. A patch that landed on a slope
- * goes 4% too fast with 0.1, at two solves a step fewer. */
+/* Friction is settled when its misfit is less than this part of the momentum that a cloth gains in
+ * a step. The misfits of sliding cloth have the same direction in every step, so they add up: with
+ * 0.1 a patch that landed on a slope goes 4% too fast, at two solves a step fewer. */
 static const double SETTLED_SHARE = 0.01;
 
 /* A round of so few iterations costs little. */
 enum { CHEAP_ITERATIONS = 32 };
 
-/* Whether the sums give a cloth that nothing holds more speed than a share of what the step does,
- * or a cloth slips as a whole on rows that hold it, by the multipliers that they still gain. */
+/* Whether misfits give a cloth that nothing holds more speed than settings and the step's own
+ * change of its motion allow, or a cloth still slips as a whole on the rows that hold it: their
+ * multipliers, which still gain, say so. */
 static bool may_drift(const contact_scene *scene, const friction_sums *all, const double *u) {
     for (size_t s = 0; s < scene->set->surface_count; s++) {
         const surface_range *const range = &scene->set->surfaces[s];
@@ -46,20 +47,21 @@ tulle_status end_round(const contact_scene *scene, row_list *list, uint32_t iter
     memset(sums, 0, scene->set->surface_count * sizeof *sums);
     for (size_t i = 0; i < list->rows.count; i++) {
         contact_row *const row = &list->rows.data[i];
-        double const violation = measure_row_violation(row, u);
+        double const violation = harden_if_violated(row, u);
         result->largest_violation = fmax(result->largest_violation, violation);
         violation2 += violation * violation;
-        harden(row, violation);
         if (!row->solve.is_in_matrix) continue;
         vec3 const misfit = update_hard_row(row, u);
         double const missed = vec3_norm(misfit) / row->solve.slip_penalty;
         misfit2 += missed * missed;
         largest_misfit = fmax(largest_misfit, missed);
-        /* the sums of the cloths that it touches */
+        /* to the sums of the cloths that the row touches */
         bool const sticks = row->solve.state == ROW_STICKS;
         double const penalty = row->solve.slip_penalty;
         vec3 slip = {0.0, 0.0, 0.0};
-        if (sticks) slip = vec3_sub(get_slip(row, u), row->law.return_velocity);
+        if (sticks)
+            slip = vec3_sub(vec3_reject(get_relative_velocity(row, u), row->frame.normal),
+                            row->law.return_velocity);
         for (int k = 0; k < 4; k++) {
             if (row->frame.vertices[k] >= scene->cloth_vertex_count) continue;
             friction_sums *const sum = &sums[scene->vertex_surface[row->frame.vertices[k]]];
@@ -71,7 +73,7 @@ tulle_status end_round(const contact_scene *scene, row_list *list, uint32_t iter
     }
     tulle_status const status = project_impulses(scene, list->rows.data, list->rows.count, u);
     double const violation = sqrt(violation2 / count), misfit = sqrt(misfit2 / count);
-    /* rounds go on until little is left; those that cost little, until nothing is */
+    /* Rounds go on until little is left. Cheap rounds go on until no row is violated. */
     const contact_settings *const settings = &scene->settings;
     bool const is_cheap = iterations <= CHEAP_ITERATIONS;
     result->has_settled = !(is_cheap && violation > LEAST_VIOLATION) &&

@@ -1,18 +1,18 @@
 /* contact/solve/end_velocities.c - see end_velocities.h.
  *
- * Positions end where stages 7 to 9 put them; only velocities change here. A row that carries load
- * and came nearer at the start with the speed a ends with the speed k a (Newton's law of impact for
- * the normal part); friction bounds the tangential part of all that the row gave in the step.
- * Impulses are found by projected Gauss-Seidel in the metric of the masses, over all rows that
- * carry load, so that a rebound passes through layers and no row ends with an approach that
- * its law does not allow.
+ * Positions end where stages 7 to 9 put them; only velocities change here. If the sides of a row
+ * that carries load meet with the speed a, they part with the speed k a at the end: Newton's law of
+ * impact for the normal part. Friction bounds the tangential part of all that the row gave in the
+ * step. Projected Gauss-Seidel finds the impulses in the metric of the masses, over all rows that
+ * carry load. So a rebound passes through layers, and no row ends with an approach that its law
+ * does not allow.
  *
- * The speed a is that at the time of the impact within the step, a0 + s fall: contact begins after
- * the part s of the step, until when gravity acts. Position and velocity at the end of the step are
- * those at the impact. Where springs take part, the end is checked against the energy at the start
- * and the work done in the step, and the rebound cut where it would exceed them.
+ * The speed a is that at the time of the impact, a0 + s fall: contact begins after the part s of
+ * the step, and gravity acts until then. Position and velocity at the end of the step are those at
+ * the impact. Springs may take part in an impact; so the energy at the end is held against that at
+ * the start and the work done in the step, and a rebound that would exceed both is cut.
  *
- * Contacts that rest approach with no more than what gravity gives in a step; they do not rebound.
+ * Contacts at rest approach with no more than what gravity gives in a step; they do not rebound.
  *
  * Based on: Moreau, Unilateral contact and dry friction in finite freedom dynamics, 1988 (laws of
  * impact on velocities at the end of a step). */
@@ -22,9 +22,10 @@
 
 #include <string.h>
 
-/* Sweeps; most end before, when nothing changes. */
+/* Sweeps at most. They usually end before, when nothing changes. */
 enum { END_SWEEPS = 200 };
-/* Rows that approach by less than so many times what gravity adds in a step are at rest. */
+/* Rows that approach with less than so many times the speed that gravity adds in a step are at
+ * rest. */
 static const double RESTING_FALLS = 2.0;
 
 bool row_is_impact(const contact_scene *scene, const contact_row *row) {
@@ -32,46 +33,21 @@ bool row_is_impact(const contact_scene *scene, const contact_row *row) {
     return row->law.approach < -resting;
 }
 
-/* Sets the speed at which each row must part at the end. Returns how many rows rebound. */
-static uint64_t mark_rebounds(const contact_scene *scene, row_list *list, size_t *loaded_count) {
-    uint64_t count = 0;
-    *loaded_count = 0;
-    for (size_t i = 0; i < list->rows.count; i++) {
-        contact_row *const row = &list->rows.data[i];
-        row_law *const law = &row->law;
-        bool const is_loaded = get_normal_impulse(row) > 0.0;
-        *loaded_count += is_loaded;
-        law->rebound = 0.0;
-        if (!(law->restitution > 0.0) || !is_loaded || !row_is_impact(scene, row)) continue;
-        double const end = law->approach + law->fall;
-        double part = end < 0.0 ? law->bias / end : 0.0;
-        part = part < 0.0 ? 0.0 : part > 1.0 ? 1.0 : part;
-        law->rebound = -law->restitution * (law->approach + part * law->fall);
-        count += law->rebound > 0.0;
-    }
-    return count;
-}
-
-/* What an obstacle that turns gives to whatever rides on it, without what a frame that is turned to
- * the end of the step takes from the gap: nothing does work by that. */
-static vec3 get_ridden_turning(const contact_row *row) {
-    return vec3_add_scaled(row->frame.turning, row->frame.normal,
-                           -vec3_dot(row->frame.turning, row->frame.normal));
-}
-
 double compute_obstacle_work(const contact_scene *scene, const contact_row *rows, size_t count,
                              const double *u) {
     double work = 0.0;
     for (size_t i = 0; i < count; i++) {
-        vec3 const frame = vec3_sub(rows[i].frame.turning, get_ridden_turning(&rows[i]));
+        const row_frame *const frame = &rows[i].frame;
+        /* what the frame's turn takes from the gap is no motion of what is held: no work */
+        vec3 const turn = vec3_sub(frame->turning, vec3_reject(frame->turning, frame->normal));
         vec3 const held =
             vec3_sub(get_relative_velocity(&rows[i], u), get_free_velocity(scene, &rows[i], u));
-        work -= vec3_dot(rows[i].solve.impulse, vec3_add(held, frame));
+        work -= vec3_dot(rows[i].solve.impulse, vec3_add(held, turn));
     }
     return work;
 }
 
-/* sum m a . b / 2 over vertices that can move, and the same of bodies [J] */
+/* [J] sum m a . b / 2 over the vertices and bodies that can move */
 static double compute_energy(const contact_scene *scene, const double *a, const double *b) {
     double sum = 0.0;
     for (size_t v = 0; v < scene->cloth_vertex_count; v++)
@@ -88,8 +64,8 @@ static double compute_energy(const contact_scene *scene, const double *a, const 
     return 0.5 * sum;
 }
 
-/* Goes only a part of the way from the inelastic end to the rebound when all of it would make the
- * energy larger than at the start and by what work was done: T(before + part * jump) <= allowed.
+/* Cuts a rebound that would have more energy than is allowed: goes only the largest part of the way
+ * from `before`, the inelastic end, to v1 for which T(before + part (v1 - before)) <= allowed.
  * Speeds of approach were taken at the start; forces within the step may have spent some. */
 static void limit_energy(const contact_scene *scene, double allowed, const double *before,
                          double *v1) {
@@ -108,9 +84,23 @@ static void limit_energy(const contact_scene *scene, double allowed, const doubl
 
 tulle_status end_contacts(const contact_scene *scene, row_list *list, const double *u, double *v1,
                           end_velocities *ends) {
-    size_t loaded_count;
+    /* the speed at which each impact must part at the end */
+    size_t loaded_count = 0;
     ends->approach = 0.0;
-    ends->rebound_count = mark_rebounds(scene, list, &loaded_count);
+    ends->rebound_count = 0;
+    for (size_t i = 0; i < list->rows.count; i++) {
+        const contact_row *const row = &list->rows.data[i];
+        row_law *const law = &list->rows.data[i].law;
+        bool const is_loaded = get_normal_impulse(row) > 0.0;
+        loaded_count += is_loaded;
+        law->rebound = 0.0;
+        if (!(law->restitution > 0.0) || !is_loaded || !row_is_impact(scene, row)) continue;
+        double const end = law->approach + law->fall;
+        double part = end < 0.0 ? law->bias / end : 0.0;
+        part = part < 0.0 ? 0.0 : part > 1.0 ? 1.0 : part;
+        law->rebound = -law->restitution * (law->approach + part * law->fall);
+        ends->rebound_count += law->rebound > 0.0;
+    }
     if (loaded_count == 0 || (ends->rebound_count == 0 && !ends->is_inelastic)) return TULLE_OK;
     arena_mark const mark = arena_get_mark(scene->scratch);
     size_t const size = 3 * get_solved_count(scene);
@@ -125,7 +115,8 @@ tulle_status end_contacts(const contact_scene *scene, row_list *list, const doub
         *row = list->rows.data[i];
         row->solve.friction_cap = -1.0;
         row->law.return_velocity = vec3_make(0.0, 0.0, 0.0);
-        row->frame.turning = get_ridden_turning(row); /* at the end its frame stands */
+        /* at the end its frame stands; what rides on an obstacle still turns with it */
+        row->frame.turning = vec3_reject(row->frame.turning, row->frame.normal);
         if (row->law.rebound > 0.0 || ends->is_inelastic) {
             row->law.bias = row->law.rebound; /* 0 where it does not rebound */
             row->solve.compliance = 0.0;

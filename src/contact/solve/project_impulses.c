@@ -1,9 +1,13 @@
 /* contact/solve/project_impulses.c - see project_impulses.h.
  *
- * One row: with W = sum w_i^2 / m_i the impulse that stops the row's relative velocity v at the
- * wanted normal speed is  p - (v - bias n) / W.  Its normal part is clamped to >= 0, its tangential
- * part to what friction can give under it; the difference to p acts on the four vertices.
- * Where a side lies on a body see row_motion.h.
+ * One row of impulse p: with W = sum w_i^2 / m_i the impulse  p - (v - bias n) / W  takes the row's
+ * relative velocity v to the wanted normal speed. Its normal part is clamped to >= 0, its
+ * tangential part to what friction can give under it. The difference to p acts on the four
+ * vertices.
+ *
+ * One row with bodies (row_motion.h): they answer an impulse in another direction than its own.
+ * The normal part comes first. The tangential part comes after what the normal part has changed,
+ * and is divided by the largest answer. Each part is a step down for the impulse of least energy.
  *
  * Based on: Moreau, Unilateral contact and dry friction in finite freedom dynamics, 1988; Jean, The
  * non-smooth contact dynamics method, 1999. */
@@ -15,68 +19,58 @@
 #include <math.h>
 #include <string.h>
 
-/* [m/s] Sweeps end when no row changed its relative velocity by more: far below what a drift of a
- * nanometre in a minute needs. */
+/* [m/s] Sweeps end when no row changed its relative velocity by more. A drift of a nanometre in a
+ * minute needs far more. */
 static const double SETTLED_SPEED = 1e-13;
 
-/* Sweeps also end when that speed is rounding and a sweep leaves more than STALLED_PART of it: rows
+/* Sweeps also end when that speed is rounding and a sweep leaves more than STALLED_PART of it. Rows
  * of one body then want what no motion of it gives, and sweeps could go on forever. Rounding of
- * positions gives a speed of SPEED_ROUNDINGS times that of the largest coordinate, over the time
- * step. */
+ * positions gives speeds up to SPEED_ROUNDINGS times the rounding of the largest coordinate, over
+ * the time step. */
 static const double SPEED_ROUNDINGS = 8.0;
 static const double STALLED_PART = 0.99;
 
-/* Before the sweeps over all rows, those of bodies alone are swept so many times as often. No solve
- * carries load along a chain of bodies, nor shares it between the many contacts of one body: only
- * sweeps do. A chain of 20 rings that falls taut needs no rescue with 4, and 1.5 in 1,000 contacts
- * with 1; three boxes on a sheet come to rest where they are, while they crept by up to a
- * micrometre a second. */
+/* Before the sweeps over all rows, rows with bodies have so many times as many sweeps of their own.
+ * No solve carries load along a chain of bodies, nor shares it between the many contacts of one
+ * body: only sweeps do. When a chain of 20 rings falls taut, none of its contacts needs rescue with
+ * 4, and 1.5 in 1,000 do with 1. Three boxes on a sheet come to rest with 4, and creep by up to a
+ * micrometre a second with 1. */
 enum { SWEEPS_OF_BODIES = 4 };
 
-/* The same where bodies take part: they answer an impulse in another direction than its own. The
- * normal part comes first. The tangential part comes after what the normal part has changed, and is
- * divided by the largest answer. Each part is a step down for the impulse of least energy. */
-static vec3 compute_coupled_impulse(contact_row *row, vec3 velocity) {
+/* The nearest total impulse by the rules above; sets the row's state. */
+static vec3 compute_impulse(contact_row *row, vec3 velocity) {
+    row_solve *const solve = &row->solve;
     vec3 const n = row->frame.normal;
-    double const before = vec3_dot(n, row->solve.impulse), speed = vec3_dot(n, velocity);
-    double const normal = before - (speed - get_wanted_speed(row)) / row->solve.inverse_mass;
+    vec3 const asked = vec3_sub(velocity, row->law.return_velocity);
+    double normal; /* of the trial */
+    vec3 trial;    /* its tangential part */
+    if (row->frame.has_body) {
+        double const before = vec3_dot(n, solve->impulse), speed = vec3_dot(n, velocity);
+        normal = before - (speed - get_wanted_speed(row)) / solve->inverse_mass;
+        vec3 const changed = vec3_add_scaled(asked, solve->slip_answer, normal - before);
+        vec3 const slip = vec3_reject(changed, n);
+        vec3 const held = vec3_add_scaled(solve->impulse, n, -before);
+        trial = vec3_add_scaled(held, slip, -1.0 / solve->slip_inverse_mass);
+    } else {
+        double const inverse = 1.0 / solve->inverse_mass;
+        vec3 const missing = vec3_add_scaled(asked, n, -get_wanted_speed(row));
+        vec3 const whole = vec3_add_scaled(solve->impulse, missing, -inverse);
+        normal = vec3_dot(whole, n);
+        trial = vec3_add_scaled(whole, n, -normal);
+    }
     if (!(normal > 0.0)) {
-        row->solve.state = ROW_OPEN;
+        solve->state = ROW_OPEN;
         return vec3_make(0.0, 0.0, 0.0);
     }
-    vec3 const changed = vec3_add_scaled(vec3_sub(velocity, row->law.return_velocity),
-                                         row->solve.slip_answer, normal - before);
-    vec3 const slip = vec3_add_scaled(changed, n, -vec3_dot(n, changed));
-    vec3 const held = vec3_add_scaled(row->solve.impulse, n, -before);
-    vec3 const trial = vec3_add_scaled(held, slip, -1.0 / row->solve.slip_inverse_mass);
     bool is_held;
-    double const bound = row->solve.friction_cap >= 0.0 ? row->solve.friction_cap : normal;
+    double const bound = solve->friction_cap >= 0.0 ? solve->friction_cap : normal;
     vec3 const tangential = limit_friction(row, bound, trial, &is_held);
-    row->solve.state = is_held ? ROW_STICKS : ROW_SLIDES;
+    solve->state = is_held ? ROW_STICKS : ROW_SLIDES;
     return vec3_add_scaled(tangential, n, normal);
 }
 
-/* The nearest total impulse by the rule above; sets the row's state. */
-static vec3 compute_impulse(contact_row *row, vec3 velocity) {
-    if (row->frame.has_body) return compute_coupled_impulse(row, velocity);
-    double const inverse = 1.0 / row->solve.inverse_mass;
-    vec3 const missing = vec3_add_scaled(vec3_sub(velocity, row->law.return_velocity),
-                                         row->frame.normal, -get_wanted_speed(row));
-    vec3 const trial = vec3_add_scaled(row->solve.impulse, missing, -inverse);
-    double const normal = vec3_dot(trial, row->frame.normal);
-    if (!(normal > 0.0)) {
-        row->solve.state = ROW_OPEN;
-        return vec3_make(0.0, 0.0, 0.0);
-    }
-    bool is_held;
-    double const bound = row->solve.friction_cap >= 0.0 ? row->solve.friction_cap : normal;
-    vec3 const tangential =
-        limit_friction(row, bound, vec3_add_scaled(trial, row->frame.normal, -normal), &is_held);
-    row->solve.state = is_held ? ROW_STICKS : ROW_SLIDES;
-    return vec3_add_scaled(tangential, row->frame.normal, normal);
-}
-
-/* A row that takes part in sweeps, and its vertices beside one another: rows are large. */
+/* A row that takes part in sweeps. It has its own copy of the vertices: rows are large, and these
+ * lie side by side. */
 typedef struct sweep_row {
     uint32_t row;
     uint32_t quiet_pass; /* the pass that last left it as it was; 0: none */
@@ -84,7 +78,7 @@ typedef struct sweep_row {
 } sweep_row;
 
 /* Passes go over all rows forward or backward, and are counted from 1. A row that a pass left as it
- * was is left so by the next ones, too, until a vertex of it changes: it need not be looked at. */
+ * was stays so until one of its vertices changes: passes skip it until then. */
 typedef struct sweeps {
     const contact_scene *scene;
     contact_row *rows;
@@ -96,8 +90,8 @@ typedef struct sweeps {
 } sweeps;
 
 /* Gives a row its impulse. Returns the square of the speed [m/s] that the change gives it at most;
- * 0 where nothing changes. What bodies take part in changes with their motion too, and is always
- * looked at. */
+ * 0 where nothing changes. A row with bodies changes with their motion, too, so no pass skips it.
+ */
 static double relax_row(sweeps *all, sweep_row *active) {
     bool is_quiet = active->quiet_pass > 0;
     for (int k = 0; k < 4; k++)
@@ -121,8 +115,8 @@ static double relax_row(sweeps *all, sweep_row *active) {
     return size2 * answer * answer;
 }
 
-/* Sweeps forward and backward until nothing changes; with `has_bodies_only` only over rows that
- * bodies take part in. */
+/* Sweeps forward and backward until nothing changes; with `has_bodies_only` only over rows with
+ * bodies. */
 static void run_sweeps(sweeps *all, bool has_bodies_only) {
     const contact_scene *const scene = all->scene;
     int const factor = has_bodies_only ? SWEEPS_OF_BODIES : 1;

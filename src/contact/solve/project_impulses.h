@@ -5,16 +5,16 @@
 
 #include "contact/rows/row_motion.h"
 
-/* Sweeps forward and backward over the rows, but for those in the matrix of the solve. Total
- * impulses are projected on the Coulomb cone (they may shrink); u of vertices with mass changes
- * with them, so that linear momentum is kept between cloths. Serial and in the order of the rows: a
- * fixed result. Returns TULLE_OK or TULLE_ERROR_OUT_OF_MEMORY. */
+/* Sweeps forward and backward over the rows that are not in the matrix of the solve. Projects total
+ * impulses on the Coulomb cone; they may shrink. u of what has mass changes with them, so linear
+ * momentum is kept between cloths. Sweeps are serial and in the order of the rows, so the result is
+ * fixed. Returns TULLE_OK or TULLE_ERROR_OUT_OF_MEMORY. */
 tulle_status project_impulses(const contact_scene *scene, contact_row *rows, size_t count,
                               double *u);
 
-/* Normal speed that a row asks for [m/s]. Where it starts inside the contact distance it asks the
- * less to be pushed out the more it carries, so that the impulses of rows that cannot all have
- * their way, as where cloth is pinched, come to an end. */
+/* The normal speed that a row asks for [m/s]. A row that starts inside the contact distance asks to
+ * be pushed out; the more it carries, the less it asks. Else the impulses of rows that cannot all
+ * have their way, as where cloth is pinched, would grow without end. */
 static inline double get_wanted_speed(const contact_row *row) {
     double const bias = row->law.bias;
     if (!(bias > 0.0)) return bias;
