@@ -1,7 +1,7 @@
 /* contact/response.h - the two ways in which contact answers, as tables of what differs between
  * them. A step calls the functions of its scene's table and never asks which one it is.
  *
- * coupled: impulses of all rows and the motion of all cloth and bodies are solved for together.
+ * coupled: one solve finds the impulses of all rows and the motion of all cloth and bodies.
  * paper: forces and velocities of each vertex are projected on its motion space, for comparison. */
 #ifndef TULLE_CONTACT_RESPONSE_H
 #define TULLE_CONTACT_RESPONSE_H
@@ -18,7 +18,8 @@ struct contact_response {
     tulle_status (*answer_impacts)(const contact_scene *scene, row_list *list, size_t first_new,
                                    double *u);
     /* Stage 10: marks cloth vertices whose velocity at the end is u itself, whatever the integrator
-     * says. is_plain: cloth_vertex_count entries; marks that are already set stay set. */
+     * says. is_plain: cloth_vertex_count entries; marks that are already set stay set. Null: every
+     * vertex ends as the integrator says. */
     void (*mark_plain_ends)(const contact_scene *scene, const row_list *list, uint8_t *is_plain);
     /* Stage 10: applies the laws of impact to the velocities at the end, see end_velocities.h.
      * Null: u obeys them already. */

@@ -10,15 +10,10 @@ static tulle_status answer_impacts(const contact_scene *scene, row_list *list, s
     return project_impulses(scene, list->rows.data, list->rows.count, u);
 }
 
-/* Every free vertex ends as the integrator says; contact then changes what it must. */
-static void mark_plain_ends(const contact_scene *scene, const row_list *list, uint8_t *is_plain) {
-    (void)scene, (void)list, (void)is_plain;
-}
-
 const contact_response coupled_response = {
     .solve_motion = solve_motion,
     .answer_impacts = answer_impacts,
-    .mark_plain_ends = mark_plain_ends,
+    .mark_plain_ends = NULL,
     .end_contacts = end_contacts,
     .keep_contacts = move_anchors,
     .keeps_momentum = true,

@@ -20,7 +20,7 @@ void fill_body_system(const contact_scene *scene, double *right_hand_side, doubl
     }
 }
 
-void start_bodies(const contact_scene *scene, double *u) {
+void start_bodies(const contact_scene *scene, const row_list *list, double *u) {
     for (size_t b = 0; b < scene->body_count; b++) {
         const contact_body *const body = &scene->bodies[b];
         size_t const slot = get_body_slot(scene, b);
@@ -29,10 +29,7 @@ void start_bodies(const contact_scene *scene, double *u) {
         vec3_store(u, slot, vec3_scale(body->momentum, 1.0 / body->body->mass));
         vec3_store(u, slot + 1, mat3_multiply_vec3(&body->inverse_inertia, body->spin));
     }
-}
-
-void start_pressed_bodies(const contact_scene *scene, const row_list *list, double *u) {
-    for (size_t i = 0; i < list->rows.count; i++) {
+    for (size_t i = 0; list && i < list->rows.count; i++) {
         const contact_row *const row = &list->rows.data[i];
         if (!row->frame.has_body || !(get_normal_impulse(row) > 0.0)) continue;
         for (int side = 0; side < 2; side++) {
@@ -68,22 +65,5 @@ void precondition_bodies(const contact_scene *scene, const double *diagonal, con
         vec3_store(z, slot,
                    vec3_make(scale * vec3_dot(b, n), scale * vec3_dot(c0, vec3_cross(b, c2)),
                              scale * vec3_dot(c0, vec3_cross(c1, b))));
-    }
-}
-
-void shift_bodies(const contact_scene *scene, const double *residual, const vec3 *velocity,
-                  double *shift) {
-    for (size_t b = 0; b < scene->body_count; b++) {
-        const contact_body *const body = &scene->bodies[b];
-        size_t const slot = get_body_slot(scene, b);
-        memset(shift + 3 * slot, 0, 6 * sizeof(double));
-        if (!body->is_free) continue;
-        if (velocity) {
-            vec3_store(shift, slot, *velocity);
-            continue;
-        }
-        vec3_store(shift, slot, vec3_scale(vec3_load(residual, slot), 1.0 / body->body->mass));
-        vec3_store(shift, slot + 1,
-                   mat3_multiply_vec3(&body->inverse_inertia, vec3_load(residual, slot + 1)));
     }
 }

@@ -1,12 +1,12 @@
 /* contact/solve/solve_in_stages.c - see solve_in_stages.h.
  *
- * In single precision by blocks of the diagonal; where that takes long, with those of aggregates
- * too; where single precision fails, in double precision. Which stage runs depends on counts alone,
- * never on time. */
+ * The first stage solves in single precision, preconditioned by the diagonal blocks of vertices. If
+ * that takes long, the second takes in the blocks of aggregates. If single precision fails, the
+ * third solves in double precision. Which stage runs depends on counts alone, never on time. */
 #include "contact/solve/solve_in_stages.h"
 
-/* Iterations by blocks of the diagonal of vertices alone: free flight takes five to seven. To take
- * in the aggregates costs about as much as three. */
+/* Iterations with the blocks of vertices alone. Free flight takes five to seven. To take in the
+ * aggregates costs about as much as three. */
 enum { PLAIN_ITERATIONS = 8 };
 
 /* One solve under way. */
@@ -18,8 +18,8 @@ typedef struct solve_run {
     int limit, used; /* iterations */
 } solve_run;
 
-/* At most so many iterations in single precision. True when the solve is done; what follows ends
- * where this was to. */
+/* Runs at most so many iterations in single precision. True when the solve is done; else the next
+ * stage keeps the target of this one. */
 static bool run_single(solve_run *run, int most) {
     int const left = run->limit - run->used;
     run->problem.max_iterations = left < most ? left : most;
@@ -64,7 +64,7 @@ tulle_status solve_in_stages(staged_solve *stages, const conjugate_gradients_pro
         is_done = run_single(&run, PLAIN_ITERATIONS - stages->plain_iterations);
         stages->plain_iterations += run.used;
     }
-    /* aggregates, too, as a preconditioner of this solve and those that follow */
+    /* aggregates too, in this solve and those that follow */
     if (status == TULLE_OK && !is_done) {
         nested_aggregates *const aggregates = stages->system->aggregates;
         stages->has_aggregates = stages->has_aggregates ||

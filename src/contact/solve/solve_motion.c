@@ -1,16 +1,17 @@
 /* contact/solve/solve_motion.c - stage 7, see solve_motion.h.
  *
- * Round: solve  A u = b + J^T p  by conjugate gradients, with the impulses p of the round before
- * (of the step before in the first round). Rows that are violated, or carry load, become hard: with
- * penalties on their normal part and on their slip they join A, and p is their multiplier
- * (hard_rows.c). So impulses act inside the implicit solve, in the metric of A. Other rows, and
- * those between bodies alone, have their total impulses projected on the Coulomb cones in the
- * metric of the true masses after each solve. At the fixed point neither changes anything.
+ * Each round solves  A u = b + J^T p  by conjugate gradients, with the impulses p of the round
+ * before; the first round takes those of the step before. Rows that are violated become hard: with
+ * penalties on their normal part and on their slip they join A while they carry load, and p is
+ * their multiplier (hard_rows.c). So impulses act inside the implicit solve, in the metric of A.
+ * After each solve the total impulses of other rows, and of rows between bodies alone, are
+ * projected on the Coulomb cones in the metric of the true masses. At the fixed point neither
+ * changes anything.
  *
  * Based on: Moreau 1988 and Jean 1999 as in project_impulses.c; for hard rows see there.
  * Departure: contact dynamics project every impulse in the metric of the masses. Where a tip or a
- * plane carries stiff cloth that corrects too little a round, by the ratio of A's diagonal to the
- * mass, and the last projection feeds the springs energy. */
+ * plane carries stiff cloth, that corrects too little in a round, by the ratio of A's diagonal to
+ * the mass, and the last projection gives the springs energy. */
 #include "contact/solve/solve_motion.h"
 
 #include "contact/rows/row_motion.h"
@@ -22,21 +23,22 @@
 
 #include <string.h>
 
-/* Residuals are not driven below this part of the momentum's: free flight has no force to compare
- * with. */
+/* The reference of residuals is at least this part of the momentum's norm: free flight has no force
+ * to compare with. */
 static const double LEAST_REFERENCE = 1e-12;
 
-/* With bodies on cloth a solve also ends below this share of the net impulse at the velocities of
- * the start, J^T p included: what they are about to change. The force impulse of the cloth under a
- * body at rest is its weight's, however little it moves; a residual of 1e-4 of that feeds each step
- * into the next, and over minutes slips a stack along. The net impulse dies out with the motion.
- * Three boxes on a sheet, damped by 3/s, creep by 1.4e-7 to 1.7e-7 m in 30 s with shares of 1e-4 to
- * 0.1, and by 4e-5 m without; with the tolerance alone a tenth or a hundredth of itself 2e-6
- * and 1.3e-4. */
+/* With bodies on cloth a solve must also get below this share of the net impulse at the velocities
+ * of the start, J^T p included, which is what is about to change them. The force impulse of cloth
+ * under a body at rest is that of the body's weight, however little the cloth moves. A residual of
+ * 1e-4 of that feeds each step into the next, and over minutes makes a stack slip along; the net
+ * impulse dies out with the motion. Three boxes on a sheet, damped by 3/s, creep by 1.4e-7 to
+ * 1.7e-7 m in 30 s with shares of 1e-4 to 0.1, and by 4e-5 m without. A tolerance of a tenth or a
+ * hundredth, without the share, gives 2e-6 and 1.3e-4 m. */
 static const double NET_SHARE = 0.01;
-/* Net impulses are not told apart below this part of the force impulse; 1e-7 does as well. */
+/* A net impulse below this part of the force impulse counts as none; 1e-7 does as well. */
 static const double LEAST_NET = 1e-9;
-/* ... nor below this part of all impulses, far over what rounding leaves of their sum. */
+/* So does one below this part of all impulses, which is far over what rounding leaves of their sum.
+ */
 static const double LEAST_NET_OF_ALL = 1e-13;
 
 typedef struct motion_solve {
@@ -51,7 +53,7 @@ typedef struct motion_solve {
     size_t hard_count;
     friction_sums *sums; /* of each surface */
     double reference;
-    double net_target; /* residual that solves with bodies get below; negative: not known yet */
+    double net_target; /* solves with bodies get below this residual; negative: not known yet */
     staged_solve stages;
     bool is_cloth_only; /* vectors of the system have no entries of slots */
 } motion_solve;
@@ -70,15 +72,15 @@ static void apply_with_hard_rows(void *context, const double *x, double *y) {
     }
 }
 
-/* Right-hand side, diagonal and hard rows of a round. A hard row takes part while it carries load
- * or is violated; otherwise it would pull. */
+/* Makes right-hand side, diagonal and hard rows of a round. A hard row takes part only while it
+ * carries load or is violated; else it would pull. */
 static void prepare_round(motion_solve *solve, bool is_first) {
     const contact_scene *const scene = solve->scene;
     const motion_system *const system = solve->system;
     size_t const cloth_count = scene->cloth_vertex_count;
     double *const right_hand_side = solve->right_hand_side;
     memcpy(right_hand_side, system->right_hand_side, 3 * cloth_count * sizeof(double));
-    if (!is_first) /* the first round's has no rows in it yet */
+    if (!is_first) /* before the first round the diagonal has no rows in it */
         block_matrix_get_diagonal(system->matrix, solve->diagonal, scene->threads);
     fill_body_system(scene, right_hand_side, solve->diagonal);
     solve->hard_count = 0;
@@ -97,7 +99,7 @@ static void prepare_round(motion_solve *solve, bool is_first) {
         }
         make_pull(&scene->settings, row, solve->u);
         add_row_blocks(row, cloth_count, &row->solve.pull, solve->diagonal);
-        /* w of the row, less what obstacles contribute: the operator knows unknowns only */
+        /* w of the row, less the part of obstacles: the operator knows unknowns only */
         vec3 target = vec3_add_scaled(row->solve.slip_target, frame->normal, get_wanted_speed(row));
         target = vec3_add(target, frame->turning);
         for (int k = 0; k < 4; k++)
@@ -111,62 +113,18 @@ static void prepare_round(motion_solve *solve, bool is_first) {
     }
 }
 
-/* Sum of residuals and mass of a cloth; false when it is an obstacle or has held vertices. */
-static bool sum_residuals(const contact_scene *scene, const surface_range *range,
-                          const double *residual, vec3 *sum, double *mass) {
-    *sum = vec3_make(0.0, 0.0, 0.0);
-    *mass = 0.0;
-    if (range->is_obstacle) return false;
-    for (uint32_t v = range->vertex_begin; v < range->vertex_end; v++) {
-        *sum = vec3_add(*sum, vec3_load(residual, v));
-        *mass += 1.0 / scene->inverse_mass[v];
-    }
-    return isfinite(*mass);
-}
-
-/* Mean residual over mass, as a velocity, of each cloth without held vertices, or of all of them
- * together; zero elsewhere. The same of free bodies, which turn too, but not together. */
-static void compute_translations(const motion_solve *solve, bool is_common, const double *residual,
-                                 double *shift) {
+/* Moves u along one direction of rigid translations, as far as is best: each free cloth and body by
+ * its own residual, or all by the same velocity. `masses` [kg]: of each surface, infinite if
+ * something holds it. */
+static void descend_translations(motion_solve *solve, bool is_common, const double *masses,
+                                 double *work[3]) {
     const contact_scene *const scene = solve->scene;
     const surface_set *const set = scene->set;
-    vec3 sum, total = {0.0, 0.0, 0.0};
-    double mass, total_mass = 0.0;
-    for (size_t s = 0; s < set->surface_count; s++) {
-        if (!sum_residuals(scene, &set->surfaces[s], residual, &sum, &mass)) continue;
-        total = vec3_add(total, sum);
-        total_mass += mass;
-    }
-    for (size_t b = 0; b < scene->body_count; b++) {
-        if (!scene->bodies[b].is_free) continue;
-        total = vec3_add(total, vec3_load(residual, get_body_slot(scene, b)));
-        total_mass += scene->bodies[b].body->mass;
-    }
-    vec3 const common = vec3_scale(total, total_mass > 0.0 ? 1.0 / total_mass : 0.0);
-    shift_bodies(scene, residual, is_common ? &common : NULL, shift);
-    memset(shift, 0, 3 * scene->cloth_vertex_count * sizeof(double));
-    for (size_t s = 0; s < set->surface_count; s++) {
-        const surface_range *const range = &set->surfaces[s];
-        if (!sum_residuals(scene, range, residual, &sum, &mass)) continue;
-        vec3 const velocity = is_common ? common : vec3_scale(sum, 1.0 / mass);
-        for (uint32_t v = range->vertex_begin; v < range->vertex_end; v++)
-            vec3_store(shift, v, velocity);
-    }
-}
-
-static double dot(const double *a, const double *b, size_t size) {
-    double sum = 0.0;
-    for (size_t i = 0; i < size; i++) sum += a[i] * b[i];
-    return sum;
-}
-
-/* Moves u down along one direction of rigid translations, as far as is best. */
-static void descend_translations(motion_solve *solve, bool is_common, double *work[3]) {
-    size_t const size = 3 * get_solved_count(solve->scene);
+    size_t const size = 3 * get_solved_count(scene);
     double *const shift = work[1], *const image = work[2];
     /* b - A u: that of the last solve, where it left one */
     const double *residual = work[0];
-    bool const is_known = solve->stages.has_residual && solve->scene->body_count == 0;
+    bool const is_known = solve->stages.has_residual && scene->body_count == 0;
     solve->stages.has_residual = false; /* u moves on */
     if (is_known) {
         residual = solve->stages.residual;
@@ -174,47 +132,85 @@ static void descend_translations(motion_solve *solve, bool is_common, double *wo
         apply_with_hard_rows(solve, solve->u, work[0]);
         for (size_t i = 0; i < size; i++) work[0][i] = solve->right_hand_side[i] - work[0][i];
     }
-    compute_translations(solve, is_common, residual, shift);
-    double const down = dot(shift, residual, size);
+    /* the direction: residual over mass; bodies also turn, by their own inertia */
+    vec3 total = {0.0, 0.0, 0.0};
+    double total_mass = 0.0;
+    memset(shift, 0, size * sizeof(double));
+    for (size_t s = 0; s < set->surface_count; s++) {
+        if (!isfinite(masses[s])) continue;
+        vec3 sum = {0.0, 0.0, 0.0};
+        for (uint32_t v = set->surfaces[s].vertex_begin; v < set->surfaces[s].vertex_end; v++)
+            sum = vec3_add(sum, vec3_load(residual, v));
+        for (uint32_t v = set->surfaces[s].vertex_begin; v < set->surfaces[s].vertex_end; v++)
+            vec3_store(shift, v, vec3_scale(sum, 1.0 / masses[s]));
+        total = vec3_add(total, sum);
+        total_mass += masses[s];
+    }
+    for (size_t b = 0; b < scene->body_count; b++) {
+        const contact_body *const body = &scene->bodies[b];
+        size_t const slot = get_body_slot(scene, b);
+        if (!body->is_free) continue;
+        vec3 const sum = vec3_load(residual, slot), spin = vec3_load(residual, slot + 1);
+        vec3_store(shift, slot, vec3_scale(sum, 1.0 / body->body->mass));
+        vec3_store(shift, slot + 1, mat3_multiply_vec3(&body->inverse_inertia, spin));
+        total = vec3_add(total, sum);
+        total_mass += body->body->mass;
+    }
+    if (is_common) {
+        vec3 const common = vec3_scale(total, total_mass > 0.0 ? 1.0 / total_mass : 0.0);
+        for (size_t s = 0; s < set->surface_count; s++)
+            for (uint32_t v = set->surfaces[s].vertex_begin;
+                 isfinite(masses[s]) && v < set->surfaces[s].vertex_end; v++)
+                vec3_store(shift, v, common);
+        for (size_t b = 0; b < scene->body_count; b++) {
+            if (!scene->bodies[b].is_free) continue;
+            vec3_store(shift, get_body_slot(scene, b), common);
+            vec3_store(shift, get_body_slot(scene, b) + 1, vec3_make(0.0, 0.0, 0.0));
+        }
+    }
+    /* the way to the least of the quadratic form */
+    double down = 0.0, curvature = 0.0;
+    for (size_t i = 0; i < size; i++) down += shift[i] * residual[i];
     if (!(down > 0.0)) return;
     apply_with_hard_rows(solve, shift, image);
-    double const curvature = dot(shift, image, size);
+    for (size_t i = 0; i < size; i++) curvature += shift[i] * image[i];
     if (!(curvature > 0.0)) return;
     for (size_t i = 0; i < size; i++) solve->u[i] += down / curvature * shift[i];
 }
 
-/* Improves u along the rigid translations of free cloths. The residual hardly sees a small force on
- * all of a cloth, such as what pulls it along when it just begins to slip: its preconditioner
- * divides by the stiffness. Without this such forces are lost in the tolerance, and linear momentum
- * is kept to the tolerance only. Hard rows couple cloths; all together they still move freely. */
+/* Improves u along the rigid translations of free cloths and bodies. A small force on all of a
+ * cloth hardly shows in the residual, since its preconditioner divides by the stiffness: the pull
+ * on cloth that just begins to slip is such a force. Without this step the tolerance would swallow
+ * such forces, and linear momentum would be kept to the tolerance only. Hard rows couple cloths,
+ * but all of them together still move freely. */
 static tulle_status translate_cloths(motion_solve *solve) {
     const contact_scene *const scene = solve->scene;
-    size_t const size = 3 * get_solved_count(scene);
+    size_t const size = 3 * get_solved_count(scene), surface_count = scene->set->surface_count;
     arena_mark const mark = arena_get_mark(scene->scratch);
-    double *work[3];
-    bool has_memory = true;
+    double *work[3], *const masses = ARENA_NEW(scene->scratch, double, surface_count);
+    bool has_memory = masses != NULL;
     for (int i = 0; i < 3; i++) {
         work[i] = ARENA_NEW(scene->scratch, double, size);
         has_memory &= work[i] != NULL;
     }
     size_t free_count = 0; /* cloths and bodies that nothing holds */
-    for (size_t s = 0; s < scene->set->surface_count; s++) {
+    for (size_t s = 0; s < surface_count && has_memory; s++) {
         const surface_range *const range = &scene->set->surfaces[s];
-        bool is_free = !range->is_obstacle;
-        for (uint32_t v = range->vertex_begin; is_free && v < range->vertex_end; v++)
-            is_free = scene->inverse_mass[v] > 0.0;
-        free_count += is_free;
+        masses[s] = range->is_obstacle ? (double)INFINITY : 0.0;
+        for (uint32_t v = range->vertex_begin; v < range->vertex_end && !range->is_obstacle; v++)
+            masses[s] += 1.0 / scene->inverse_mass[v];
+        free_count += isfinite(masses[s]);
     }
     for (size_t b = 0; b < scene->body_count; b++) free_count += scene->bodies[b].is_free;
-    if (has_memory) descend_translations(solve, false, work);
+    if (has_memory) descend_translations(solve, false, masses, work);
     if (has_memory && solve->hard_count > 0 && free_count > 1)
-        descend_translations(solve, true, work);
+        descend_translations(solve, true, masses, work);
     arena_release(scene->scratch, mark);
     return has_memory ? TULLE_OK : TULLE_ERROR_OUT_OF_MEMORY;
 }
 
-/* The residual that solves with bodies get below, from the impulses of the first one: a solve of no
- * iterations, at the velocities of the start. */
+/* Chooses net_target from the impulses of the first solve with bodies. A solve of no iterations
+ * measures the residual at the velocities of the start. */
 static tulle_status choose_net_target(motion_solve *solve,
                                       const conjugate_gradients_problem *problem) {
     const contact_scene *const scene = solve->scene;
@@ -267,7 +263,7 @@ static tulle_status solve_linear(motion_solve *solve) {
             problem.tolerance = fmin(problem.tolerance, solve->net_target / solve->reference);
         if (status == TULLE_OK)
             status = conjugate_gradients_solve(&problem, solve->u, scene->scratch, &result);
-    } else { /* bodies that no hard row joins to cloth are solved by themselves, at once */
+    } else { /* no hard row joins bodies to cloth: these are solved by themselves, at once */
         solve->is_cloth_only = true;
         problem.vertex_count = scene->cloth_vertex_count;
         precondition_bodies(scene, solve->diagonal, solve->right_hand_side, solve->u);
@@ -287,10 +283,10 @@ static tulle_status solve_linear(motion_solve *solve) {
         report->is_early = true;
     else
         report->cg_residual = fmax(report->cg_residual, result.residual);
-    return translate_cloths(solve); /* what the tolerance left over is no momentum */
+    return translate_cloths(solve); /* the tolerance must not cost momentum */
 }
 
-/* Residuals are measured against the norm of the force impulse b - A u at the velocities of the
+/* Sets the reference of residuals: the norm of the force impulse b - A u at the velocities of the
  * start, as conjugate gradients measure it. */
 static tulle_status measure_reference(motion_solve *solve) {
     const contact_scene *const scene = solve->scene;
@@ -366,7 +362,7 @@ tulle_status solve_motion(const contact_scene *scene, const motion_system *syste
     }
     if (status == TULLE_OK && row_count > 0) {
         for (size_t i = 0; i < row_count; i++) rows[i].solve.is_in_matrix = false;
-        /* what the tolerance of the solve leaves of rest; more would give springs energy */
+        /* mends what the tolerance of the solve left; larger changes would give springs energy */
         if (report->violation <= LEAST_VIOLATION)
             status = project_impulses(scene, rows, row_count, u);
     }

@@ -1,4 +1,4 @@
-/* contact/solve/solve_motion.h - stage 7: velocities and impulses that agree. */
+/* contact/solve/solve_motion.h - stage 7: finds velocities and impulses that agree. */
 #ifndef TULLE_CONTACT_SOLVE_SOLVE_MOTION_H
 #define TULLE_CONTACT_SOLVE_SOLVE_MOTION_H
 
@@ -6,34 +6,35 @@
 #include "math/conjugate_gradients.h"
 #include "math/single_solve.h"
 
-/* The implicit step without contact: A u = b over the cloth vertices. A is the plain matrix; rows
- * of vertices with inverse mass 0 are masked in the solve, their columns act with the prescribed
- * u. */
+/* The implicit step without contact: A u = b over the cloth vertices. A has entries for all of
+ * them. The solve masks the rows of vertices with inverse mass 0; their columns act with the
+ * prescribed u. */
 typedef struct motion_system {
     const double *right_hand_side; /* [N s] 3 * cloth_vertex_count */
     const block_matrix *matrix;    /* A */
     const double *forces;          /* [N] f(x0, v0), 3 * cloth_vertex_count */
     double force_time;             /* [s] right_hand_side holds force_time f */
     const double *start;           /* [m/s] cloth velocities at the start of the step; null: u */
-    nested_aggregates *aggregates; /* of A, for a preconditioner of a solve in single precision;
-                                      null: the solve is in double precision */
+    nested_aggregates *aggregates; /* of A, to precondition a solve in single precision; null: the
+                                      solve is in double precision */
 } motion_system;
 
 /* What the solve did, for tulle_step_report. */
 typedef struct solve_report {
     uint32_t solve_count, cg_iterations;
-    double cg_residual; /* largest relative preconditioned residual, early solves left out */
+    double cg_residual; /* largest relative preconditioned residual of solves that are not early */
     bool has_converged; /* no solve stopped at its limit */
-    bool has_settled;   /* impulses have, in the last round */
-    bool is_early;      /* a solve ended above the tolerance, as settings let it */
+    bool has_settled;   /* the impulses of the last round have settled */
+    bool is_early;      /* a solve ended above the tolerance, as settings allow */
     uint64_t stick_count, slip_count, hard_count;
     double violation; /* [m/s] largest violation of a row right after the last solve */
 } solve_report;
 
-/* Free bodies of the scene take part with their slots. In: u of cloth vertices is the velocity at
- * the start of the step (first guess, and what the force impulse is measured from); u of slots is
- * the first guess, u of vertices with inverse mass 0 is prescribed. Out: u, and the rows' impulses.
- * With free bodies the scene has v0. `list` may be empty. */
+/* Solves for u and for the impulses of the rows. Free bodies of the scene take part with their
+ * slots; the scene then has v0. `list` may be empty.
+ * In: u of cloth vertices is the velocity at the start of the step. It is the first guess, and the
+ * force impulse is measured from it. u of slots is the first guess; u of vertices with inverse mass
+ * 0 is prescribed. Out: u, and the rows' impulses. */
 tulle_status solve_motion(const contact_scene *scene, const motion_system *system, row_list *list,
                           double *u, solve_report *report);
 

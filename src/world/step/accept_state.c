@@ -32,7 +32,8 @@ static tulle_status accept_velocities(step_context *context) {
     double *const end = context->predicted; /* free again: takes the new velocities */
     for (size_t v = 0; v < world->cloth_vertex_count; v++)
         world->is_fixed[v] = !(world->active_inverse_masses[v] > 0.0);
-    response->mark_plain_ends(&context->scene, rows, world->is_fixed);
+    if (response->mark_plain_ends)
+        response->mark_plain_ends(&context->scene, rows, world->is_fixed);
     world_scale_impulses(context, 1.0 / system->share); /* to what they gave to end velocities */
     memcpy(end, u, bytes);
     finish_velocities(system, &context->dynamics, world->is_fixed, u, end);

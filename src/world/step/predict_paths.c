@@ -108,7 +108,7 @@ tulle_status world_predict_paths(step_context *context) {
         double *const u = context->mean_velocity;
         for (size_t v = 0; v < world->cloth_vertex_count; v++)
             vec3_store(u, v, vec3_add(vec3_load(state->velocities, v), fall));
-        start_bodies(&context->scene, u);
+        start_bodies(&context->scene, NULL, u);
         prescribe_motion(&context->scene, u);
         propose_paths(&context->scene, u, context->predicted);
     }

@@ -116,8 +116,7 @@ tulle_status world_solve_motion(step_context *context) {
         world_scale_impulses(context, world->system.force_time / context->time_step);
         if (world_keeps_balance(context)) world_share_room(context);
         memcpy(u, context->state->velocities, 3 * world->cloth_vertex_count * sizeof(double));
-        start_bodies(&context->scene, u);
-        start_pressed_bodies(&context->scene, &world->rows, u);
+        start_bodies(&context->scene, &world->rows, u);
         prescribe_motion(&context->scene, u);
     }
     if (context->retry.is_rough) {
