@@ -1,13 +1,13 @@
 /* contact/commit/commit_safely.c - stage 9, see commit_safely.h.
  *
- * Nothing is accepted but what a test of all candidates passed. If the paths of stage 8 are not
- * clean, in this order: impact zones; component scaling; one factor for the whole scene, obstacles
- * included, by which time is shortened. A common factor below every time of impact leaves only
- * parts of paths that were tested, so the last resort passes unless a pair starts at its gap.
+ * Only paths that passed a test of all candidates are accepted. If those of stage 8 are not clean,
+ * three rescues follow in this order: impact zones; component scaling; one factor for the whole
+ * scene, obstacles included, which shortens time. Below every time of impact a common factor leaves
+ * only parts of paths that were tested, so the last rescue passes unless a pair starts at its gap.
  *
  * Based on: Provot 1997; Bridson, Fedkiw, Anderson 2002; Harmon, Vouga, Tamstorf, Grinspun, Robust
  * treatment of simultaneous collisions, 2008. Departure: Wong and Baciu stop single particles at
- * their own times, which moves their neighbours' paths into new intersections; here connected
+ * their own times, which takes their neighbours' paths into new intersections. Here connected
  * components stop together, and the result is tested again. */
 #include "contact/commit/commit_safely.h"
 
@@ -23,7 +23,7 @@
 static const double MINIMUM_FRACTION = 1e-6;
 /* Part of the smallest time of impact that the whole scene goes. */
 static const double PART_OF_TIME = 0.9;
-/* Component rounds from which on components stop where they are. */
+/* From this component round on, components that are hit stop where they are. */
 enum { STOP_ROUND = 8 };
 
 typedef struct commit_work {
@@ -48,16 +48,19 @@ static tulle_status test_all(commit_work *work, pair_events *hits) {
 
 /* First: cloth vertices that keep hitting one another move as rigid bodies. */
 static tulle_status run_zone_rounds(commit_work *work) {
-    impact_zones zones;
-    if (!impact_zones_make(&zones, work->scene)) return TULLE_ERROR_OUT_OF_MEMORY;
-    for (int round = 0; round < work->scene->settings.zone_rounds; round++) {
-        arena_mark const mark = arena_get_mark(work->scene->scratch);
+    const contact_scene *const scene = work->scene;
+    size_t const count = scene->cloth_vertex_count;
+    impact_zones zones = {.is_held = ARENA_NEW_ZEROED(scene->scratch, bool, count)};
+    if (!zones.is_held || !vertex_groups_make(&zones.groups, scene->scratch, count))
+        return TULLE_ERROR_OUT_OF_MEMORY;
+    for (int round = 0; round < scene->settings.zone_rounds; round++) {
+        arena_mark const mark = arena_get_mark(scene->scratch);
         pair_events hits;
         tulle_status status = test_all(work, &hits);
         if (status == TULLE_OK && !work->is_clean)
-            status = project_impact_zones(work->scene, &zones, &hits, work->u, work->x1,
+            status = project_impact_zones(scene, &zones, &hits, work->u, work->x1,
                                           &work->report->impact_zones);
-        arena_release(work->scene->scratch, mark);
+        arena_release(scene->scratch, mark);
         if (status != TULLE_OK || work->is_clean) return status;
     }
     return TULLE_OK;

@@ -2,16 +2,17 @@
  *
  * Based on: Provot, Collision and self-collision handling in cloth model dedicated to design
  * garments, 1997; Bridson, Fedkiw, Anderson, Robust treatment of collisions, contact and friction
- * for cloth animation, 2002. Departures: the end of the step is placed by the true rotation, not
- * by the linearised one; the paths are still chords, so the zone is tested again like any other
- * motion; zones held by obstacles or pins are left to component scaling. */
+ * for cloth animation, 2002. Departures: the true rotation places the end of the step, not the
+ * linearised one. Paths are still chords, so the zone is tested again like any other motion. Zones
+ * that obstacles or pins hold are left to component scaling. */
 #include "contact/commit/impact_zones.h"
 
 #include <math.h>
 
 /* [rad] A zone that would turn further in a step is not moved: its chords would shrink it. */
 static const double LARGEST_TURN = 0.3;
-/* Part of the inertia's trace that makes a zone of points on a line invertible. */
+/* This part of the inertia's trace is added to its diagonal, so that a zone of points on a line has
+ * an invertible one, too. */
 static const double INERTIA_MARGIN = 1e-9;
 
 typedef struct zone_motion {
@@ -22,14 +23,8 @@ typedef struct zone_motion {
     mat3 inertia;                /* [kg m^2] */
 } zone_motion;
 
-bool impact_zones_make(impact_zones *zones, const contact_scene *scene) {
-    zones->is_held = ARENA_NEW_ZEROED(scene->scratch, bool, scene->cloth_vertex_count);
-    return zones->is_held &&
-           vertex_groups_make(&zones->groups, scene->scratch, scene->cloth_vertex_count);
-}
-
-/* Fills the motions of `count` zones, zeroed before, from the momenta of their vertices. zone_of:
- * the zone of each vertex. The rotation over the step is h I^-1 L, by Cramer's rule. */
+/* Fills the motions of `count` zones, which are zeroed before, from the momenta of their vertices.
+ * zone_of: the zone of each vertex. The rotation over the step is h I^-1 L, by Cramer's rule. */
 static void measure_motions(const contact_scene *scene, const uint32_t *zone_of, const double *u,
                             zone_motion *motions, uint32_t count) {
     for (size_t i = 0; i < scene->cloth_vertex_count; i++) {
@@ -73,33 +68,11 @@ static void measure_motions(const contact_scene *scene, const uint32_t *zone_of,
     }
 }
 
-/* Places the vertices of all zones: arms turn by Rodrigues' formula. */
-static void move_zones(const contact_scene *scene, const uint32_t *zone_of,
-                       const zone_motion *motions, double *u, double *x1) {
-    for (size_t i = 0; i < scene->cloth_vertex_count; i++) {
-        if (zone_of[i] == TULLE_NONE) continue;
-        const zone_motion *const motion = &motions[zone_of[i]];
-        double const angle = vec3_norm(motion->turn);
-        if (!(angle <= LARGEST_TURN)) continue;
-        vec3 const start = vec3_load(scene->x0, i);
-        vec3 arm = vec3_sub(start, motion->centre);
-        if (angle > 0.0) {
-            vec3 const axis = vec3_scale(motion->turn, 1.0 / angle);
-            vec3 const across = vec3_cross(axis, arm);
-            arm = vec3_add_scaled(arm, across, sin(angle));
-            arm = vec3_add_scaled(arm, vec3_cross(axis, across), 1.0 - cos(angle));
-        }
-        vec3 const centre = vec3_add_scaled(motion->centre, motion->velocity, scene->time_step);
-        vec3 const end = vec3_add(centre, arm);
-        vec3_store(x1, i, end);
-        vec3_store(u, i, vec3_scale(vec3_sub(end, start), 1.0 / scene->time_step));
-    }
-}
-
 tulle_status project_impact_zones(const contact_scene *scene, impact_zones *zones,
                                   const pair_events *hits, double *u, double *x1,
                                   uint64_t *zone_count) {
     vertex_groups *const groups = &zones->groups;
+    /* the vertices of a hit are in one zone */
     for (size_t i = 0; i < hits->count; i++) {
         uint32_t vertices[4], first = TULLE_NONE;
         bool is_held = false;
@@ -116,6 +89,7 @@ tulle_status project_impact_zones(const contact_scene *scene, impact_zones *zone
         }
         if (first != TULLE_NONE) zones->is_held[find_group(groups, first)] |= is_held;
     }
+    /* zones that nothing holds are numbered, and move */
     arena_mark const mark = arena_get_mark(scene->scratch);
     uint32_t *const zone_of = ARENA_NEW(scene->scratch, uint32_t, scene->cloth_vertex_count);
     uint32_t count = 0;
@@ -129,8 +103,26 @@ tulle_status project_impact_zones(const contact_scene *scene, impact_zones *zone
     bool const has_memory = zone_of && motions;
     if (has_memory) {
         measure_motions(scene, zone_of, u, motions, count);
-        move_zones(scene, zone_of, motions, u, x1);
         *zone_count += count;
+    }
+    /* the vertices of all zones: arms turn by Rodrigues' formula */
+    for (size_t i = 0; has_memory && i < scene->cloth_vertex_count; i++) {
+        if (zone_of[i] == TULLE_NONE) continue;
+        const zone_motion *const motion = &motions[zone_of[i]];
+        double const angle = vec3_norm(motion->turn);
+        if (!(angle <= LARGEST_TURN)) continue;
+        vec3 const start = vec3_load(scene->x0, i);
+        vec3 arm = vec3_sub(start, motion->centre);
+        if (angle > 0.0) {
+            vec3 const axis = vec3_scale(motion->turn, 1.0 / angle);
+            vec3 const across = vec3_cross(axis, arm);
+            arm = vec3_add_scaled(arm, across, sin(angle));
+            arm = vec3_add_scaled(arm, vec3_cross(axis, across), 1.0 - cos(angle));
+        }
+        vec3 const centre = vec3_add_scaled(motion->centre, motion->velocity, scene->time_step);
+        vec3 const end = vec3_add(centre, arm);
+        vec3_store(x1, i, end);
+        vec3_store(u, i, vec3_scale(vec3_sub(end, start), 1.0 / scene->time_step));
     }
     arena_release(scene->scratch, mark);
     return has_memory ? TULLE_OK : TULLE_ERROR_OUT_OF_MEMORY;

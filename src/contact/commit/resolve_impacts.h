@@ -7,14 +7,14 @@
 typedef struct impact_report {
     uint32_t rounds;        /* rounds that found something */
     uint64_t tested_pairs;  /* pairs that the cheapest test did not prove apart */
-    uint64_t turning_pairs; /* of these proven apart by a plane that turns */
+    uint64_t turning_pairs; /* those of them that a plane that turns proved apart */
     uint64_t impact_count;  /* rows added */
     bool is_clean;          /* the last test of x0 -> x1 found nothing */
 } impact_report;
 
-/* Tests all candidates along x0 -> x1 with the pairs' minimum gaps, adds a row for each hit and
- * projects impulses, at most settings.impact_rounds times. In: u of stage 7 and its paths x1; out:
- * both after the impacts (x1 is always propose_paths of u). */
+/* Tests all candidates along x0 -> x1 with the minimum gaps of the pairs, adds a row for each hit,
+ * and lets the response answer; all of this at most settings.impact_rounds times. In: u of stage 7
+ * and its paths x1. Out: both after the impacts; x1 is always propose_paths of u. */
 tulle_status resolve_impacts(const contact_scene *scene, pair_source *source, row_list *list,
                              double *u, double *x1, impact_report *report);
 

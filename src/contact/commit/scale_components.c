@@ -1,10 +1,10 @@
 /* contact/commit/scale_components.c - see scale_components.h.
  *
- * Against what rests, or against its own cloth, a component that goes s of its way passes through
- * the first part of paths that were tested, in the same order. Against an obstacle that moves by
- * K the displacement relative to K is shortened instead: for a translation the relative paths are
- * again the first part of those tested. Where this does not hold (several obstacles, rotation) the
- * next test says so. */
+ * A component that goes the part s of its way, against its own cloth or against what rests, passes
+ * in the same order through the first part of paths that were tested. Against an obstacle that
+ * moves by K the displacement relative to K is shortened instead: if K is a translation, the
+ * relative paths are again the first part of those tested. With several obstacles, or a rotation,
+ * they need not be; then the next test says so. */
 #include "contact/commit/scale_components.h"
 
 #include "contact/pairs/body_paths.h"
@@ -12,7 +12,7 @@
 #include <math.h>
 #include <string.h>
 
-/* Part of the time of impact that is used: what is left keeps the gap open for the next step. */
+/* Part of the time of impact that is used. The rest keeps the gap open for the next step. */
 static const double PART_OF_TIME = 0.9;
 /* Time of a component that was not hit. */
 static const double NOT_HIT = 2.0;
@@ -49,9 +49,10 @@ static int32_t combine_carriers(int32_t a, int32_t b) {
     return a == CARRIER_NONE ? b : CARRIER_IDENTITY;
 }
 
-/* Joins what the hit's vertices move with: themselves, or their bodies, which are numbered after
- * all cloth vertices. Returns the first of these, or TULLE_NONE where nothing has mass. What has no
- * mass gives the component its motion; a component with a body has none. */
+/* Joins the members of a hit to one component. A member is a vertex, or the body of a vertex;
+ * bodies are numbered after all cloth vertices. Returns the first member, or TULLE_NONE where
+ * nothing has mass. A vertex without mass gives the component its carrier; a component with a body
+ * has none. */
 static uint32_t join_hit(const contact_scene *scene, scaled_components *components,
                          const pair_event *hit) {
     vertex_groups *const groups = &components->groups;
@@ -87,26 +88,43 @@ static uint32_t join_hit(const contact_scene *scene, scaled_components *componen
     return first;
 }
 
-/* Sets x1 and u of all components: the part s of the way from where the carrier takes them. A body
- * that goes the part s of its free motion moves s times as fast all the time. */
-static void place_components(const contact_scene *scene, scaled_components *components, double *u,
-                             double *x1) {
+size_t scale_components(const contact_scene *scene, scaled_components *components,
+                        const pair_events *hits, bool stop, double *u, double *x1) {
     vertex_groups *const groups = &components->groups;
+    size_t const count = groups->vertex_count;
+    double *const times = components->times;
+    /* all hits are joined before times are noted: a time belongs to the whole component */
+    for (size_t i = 0; i < hits->count; i++) join_hit(scene, components, &hits->events[i]);
+    for (size_t i = 0; i < count; i++) times[i] = NOT_HIT;
+    for (size_t i = 0; i < hits->count; i++) {
+        uint32_t const member = join_hit(scene, components, &hits->events[i]);
+        if (member == TULLE_NONE) continue;
+        double *const time = &times[find_group(groups, member)];
+        *time = fmin(*time, hits->events[i].time);
+    }
+    size_t shortened_count = 0;
+    for (size_t i = 0; i < count; i++) {
+        if (times[i] == NOT_HIT || !(components->scales[i] > 0.0)) continue;
+        components->scales[i] *= stop ? 0.0 : PART_OF_TIME * times[i];
+        shortened_count++;
+    }
+    if (shortened_count == 0) return 0;
+    /* vertices go the part s of the way from where the carrier takes them */
     for (uint32_t i = 0; i < scene->cloth_vertex_count; i++) {
         if (!groups->is_member[i] || !(scene->inverse_mass[i] > 0.0)) continue;
         uint32_t const root = find_group(groups, i);
         int32_t const carrier = components->carriers[root];
-        vec3 const start = vec3_load(scene->x0, i);
+        vec3 const start = vec3_load(scene->x0, i), base = vec3_load(components->base, i);
         vec3 carried = start;
         if (carrier >= 0) {
             const affine_map *const map = scene->carriers[carrier];
             carried = vec3_add(mat3_multiply_vec3(&map->matrix, start), map->offset);
         }
-        vec3 const end =
-            vec3_lerp(carried, vec3_load(components->base, i), components->scales[root]);
+        vec3 const end = vec3_lerp(carried, base, components->scales[root]);
         vec3_store(x1, i, end);
         vec3_store(u, i, vec3_scale(vec3_sub(end, start), 1.0 / scene->time_step));
     }
+    /* a body that goes the part s of its free motion moves s times as fast all the time */
     for (uint32_t b = 0; b < scene->body_count; b++) {
         uint32_t const member = (uint32_t)scene->cloth_vertex_count + b;
         if (!groups->is_member[member]) continue;
@@ -118,27 +136,5 @@ static void place_components(const contact_scene *scene, scaled_components *comp
         scene->bodies[b].lift = vec3_scale(motion[2], s);
     }
     place_bodies(scene, u, 1.0, x1);
-}
-
-size_t scale_components(const contact_scene *scene, scaled_components *components,
-                        const pair_events *hits, bool stop, double *u, double *x1) {
-    size_t const count = components->groups.vertex_count;
-    double *const times = components->times;
-    /* all hits are joined before times are noted: a time belongs to the whole component */
-    for (size_t i = 0; i < hits->count; i++) join_hit(scene, components, &hits->events[i]);
-    for (size_t i = 0; i < count; i++) times[i] = NOT_HIT;
-    for (size_t i = 0; i < hits->count; i++) {
-        uint32_t const member = join_hit(scene, components, &hits->events[i]);
-        if (member == TULLE_NONE) continue;
-        double *const time = &times[find_group(&components->groups, member)];
-        *time = fmin(*time, hits->events[i].time);
-    }
-    size_t shortened_count = 0;
-    for (size_t i = 0; i < count; i++) {
-        if (times[i] == NOT_HIT || !(components->scales[i] > 0.0)) continue;
-        components->scales[i] *= stop ? 0.0 : PART_OF_TIME * times[i];
-        shortened_count++;
-    }
-    if (shortened_count > 0) place_components(scene, components, u, x1);
     return shortened_count;
 }

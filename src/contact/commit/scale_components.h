@@ -1,5 +1,5 @@
-/* contact/commit/scale_components.h - second step of the rescue: cloth vertices connected by hits
- * go only part of their way. */
+/* contact/commit/scale_components.h - second step of the rescue: what hits connect goes only part
+ * of its way. */
 #ifndef TULLE_CONTACT_COMMIT_SCALE_COMPONENTS_H
 #define TULLE_CONTACT_COMMIT_SCALE_COMPONENTS_H
 
@@ -15,15 +15,16 @@ typedef struct scaled_components {
     double *times;        /* by group name: smallest time of impact of the round */
 } scaled_components;
 
-/* False when memory is short. Arrays are in the scene's scratch arena. */
+/* Takes u and x1 before any scaling. Arrays are in the scene's scratch arena. False when memory is
+ * short. */
 bool scaled_components_make(scaled_components *components, const contact_scene *scene,
                             const double *x1, const double *u);
 
-/* Joins the hits to the components, shortens each component that was hit to 0.9 of its smallest
- * time of impact (to nothing when `stop`), and sets x1 and u of all components. A body is one
- * member. A component goes x0 -> K x0 + s (base - K x0), where K is the affine motion of the one
- * moving obstacle that it touches, else the identity. Returns how many components were shortened.
- * If 0, no component can help further. */
+/* Joins the hits to the components. Shortens each component that was hit to 0.9 of its smallest
+ * time of impact, or to nothing when `stop`, and sets x1 and u of all components. A component goes
+ * x0 -> K x0 + s (base - K x0). K is the affine motion of the moving obstacle that it touches, if
+ * it touches just one; else the identity. A body is one member. Returns how many components were
+ * shortened. If 0, no component can help further. */
 size_t scale_components(const contact_scene *scene, scaled_components *components,
                         const pair_events *hits, bool stop, double *u, double *x1);
 

@@ -10,11 +10,11 @@
 /* A group is named by its smallest vertex, so names do not depend on the order of joining. */
 typedef struct vertex_groups {
     uint32_t *parents; /* vertex_count, in scratch */
-    bool *is_member;   /* vertex_count: was ever added */
+    bool *is_member;   /* vertex_count: was ever joined */
     size_t vertex_count;
 } vertex_groups;
 
-/* Every vertex alone and no member; false when memory is short. */
+/* Makes each vertex a group of its own, and none a member. False when memory is short. */
 static inline bool vertex_groups_make(vertex_groups *groups, arena *scratch, size_t vertex_count) {
     groups->vertex_count = vertex_count;
     groups->parents = ARENA_NEW(scratch, uint32_t, vertex_count);
@@ -24,7 +24,7 @@ static inline bool vertex_groups_make(vertex_groups *groups, arena *scratch, siz
     return true;
 }
 
-/* Name of the vertex's group; halves the way up for the next time. */
+/* Returns the name of the vertex's group, and halves the way to it for the next time. */
 static inline uint32_t find_group(vertex_groups *groups, uint32_t vertex) {
     uint32_t *const parents = groups->parents;
     while (parents[vertex] != vertex) {
@@ -34,7 +34,7 @@ static inline uint32_t find_group(vertex_groups *groups, uint32_t vertex) {
     return vertex;
 }
 
-/* Makes members of both and one group; returns its name. */
+/* Makes both vertices members of one group; returns its name. */
 static inline uint32_t join_groups(vertex_groups *groups, uint32_t a, uint32_t b) {
     groups->is_member[a] = groups->is_member[b] = true;
     uint32_t const root_a = find_group(groups, a), root_b = find_group(groups, b);
