@@ -1,25 +1,27 @@
 /* contact/paper/half_spaces.c - see half_spaces.h.
  *
- * Dual active sets: starting at v, the half-space that is missed by most joins the active planes,
- * of which at most three are independent; the multipliers of the active planes stay >= 0 on the way
- * (a plane whose multiplier reaches zero leaves), so that every iterate is the nearest point to v
- * of the active planes and the distance from v grows with each. The normals that are active are
- * kept as Q R, orthogonalised twice.
+ * Dual active sets: the first iterate is v. The half-space that an iterate misses by most joins the
+ * active planes, of which at most three are independent. On the way to it the multipliers of the
+ * active planes stay >= 0: a plane whose multiplier reaches zero leaves. So every iterate is the
+ * point of the active planes that is nearest to v, and each lies further from v than the one
+ * before. The active normals are kept as Q R, orthogonalised twice.
  *
  * Based on: Goldfarb, Idnani, A numerically stable dual method for solving strictly convex
- * quadratic programs, 1983. Departure: Q R is made anew for every change; there are at most three
+ * quadratic programs, 1983. Departure: Q R is made anew for every change; it has at most three
  * columns. */
 #include "contact/paper/half_spaces.h"
 
-/* Half-spaces are missed from this part of the largest number on: some hundred roundings. */
+/* A vector misses a half-space if it does so by more than this part of the largest number, which is
+ * some hundred roundings. */
 static const double MISSED_PART = 2e-14;
-/* A normal whose part outside the span of the active ones is shorter than this lies in it. */
+/* A normal lies in the span of the active ones if its part outside of it is shorter than this. */
 static const double INDEPENDENT_SINE = 1e-14;
-/* The same as a part of the tolerance: what a parallel normal hides must not be missed. */
+/* The same as a part of the tolerance. The miss that a parallel normal hides must stay below the
+ * tolerance. */
 static const double INDEPENDENT_PART = 0.25;
-/* Multiplier directions under this are zero: no plane leaves because of rounding. */
+/* A direction of a multiplier below this counts as zero: no plane leaves because of rounding. */
 static const double LEAST_DIRECTION = 1e-14;
-/* Changes of the active planes in units of the count; cycles only by rounding. */
+/* Most changes of the active planes. Only rounding could make them go round in circles. */
 enum { CHANGES_PER_PLANE = 8, CHANGES_LEAST = 64 };
 
 typedef struct active_planes {
@@ -32,19 +34,12 @@ typedef struct active_planes {
     double r[3][3]; /* upper triangle: normal of member k = sum_j q[j] r[j][k] */
 } active_planes;
 
-/* How far v is outside. */
-static double measure_missing(const half_space *space, half_space_rules rules, vec3 v) {
+double measure_missing(const half_space *space, half_space_rules rules, vec3 v) {
     return fmin(fmax(space->offset, rules.low), rules.high) - vec3_dot(space->normal, v);
 }
 
-double measure_violation(const half_space *spaces, size_t count, vec3 v) {
-    double largest = 0.0;
-    for (size_t i = 0; i < count; i++)
-        largest = fmax(largest, measure_missing(&spaces[i], OFFSETS_AS_GIVEN, v));
-    return largest;
-}
-
-/* The part of a vector outside the span of the active normals; its coordinates within it. */
+/* Returns the part of a vector outside the span of the active normals, and gives the coordinates of
+ * the rest in Q. */
 static vec3 split_outer_part(const active_planes *active, vec3 vector, double coordinates[3]) {
     for (int j = 0; j < 3; j++) coordinates[j] = 0.0;
     for (int pass = 0; pass < 2; pass++)
@@ -56,7 +51,7 @@ static vec3 split_outer_part(const active_planes *active, vec3 vector, double co
     return vector;
 }
 
-/* Adds a plane whose normal is independent of those that are there. */
+/* Makes a plane active. Its normal must be independent of the active ones. */
 static void add_column(active_planes *active, size_t member, double multiplier) {
     double coordinates[3];
     vec3 const outer = split_outer_part(active, active->spaces[member].normal, coordinates);
@@ -70,8 +65,9 @@ static void add_column(active_planes *active, size_t member, double multiplier) 
     active->count = k + 1;
 }
 
-/* Makes the plane `entering` active, dropping others as their multipliers reach zero. False when
- * the half-spaces contradict. *point is where the active planes are left. */
+/* Makes the plane `entering` active, and drops others as their multipliers reach zero. *point moves
+ * to the point of the active planes that is nearest to v. False when the half-spaces contradict
+ * each other. */
 static bool enter_plane(active_planes *active, size_t entering, vec3 v, vec3 *point) {
     const half_space *const space = &active->spaces[entering];
     double const sine = fmax(INDEPENDENT_SINE, INDEPENDENT_PART * active->rules.tolerance);

@@ -1,6 +1,4 @@
-/* contact/paper/half_spaces.h - the nearest point of an intersection of half-spaces in three
- * dimensions.
- */
+/* contact/paper/half_spaces.h - the nearest point of an intersection of half-spaces in space. */
 #ifndef TULLE_CONTACT_PAPER_HALF_SPACES_H
 #define TULLE_CONTACT_PAPER_HALF_SPACES_H
 
@@ -16,18 +14,20 @@ typedef struct half_space {
 
 /* How half-spaces are read. */
 typedef struct half_space_rules {
-    double low, high; /* offsets count as the nearest value in this range */
-    double tolerance; /* what normals are good for: a vector misses a half-space only by more than
-                         this part of it, and normals that lie this near to one line or plane are
-                         parallel to it; 0: rounding, 2e-14 */
+    double low, high; /* an offset counts as the nearest value in this range */
+    /* How exact normals are. A vector misses a half-space only if it does so by more than this part
+     * of its size. A normal that lies this near to a line or plane is parallel to it. 0: up to
+     * rounding, 2e-14 */
+    double tolerance;
 } half_space_rules;
 #define OFFSETS_AS_GIVEN ((half_space_rules){-(double)INFINITY, (double)INFINITY, 0.0})
 
-/* Largest amount by which v misses a half-space; 0 when it misses none. */
-double measure_violation(const half_space *spaces, size_t count, vec3 v);
+/* By how much v misses the half-space; negative where v lies inside. */
+double measure_missing(const half_space *space, half_space_rules rules, vec3 v);
 
-/* The point of the intersection that is nearest to v, exact up to the tolerance; v itself where it
- * misses none. False when the intersection is empty; *nearest is then unset. */
+/* Finds the point of the intersection that is nearest to v, exact up to the tolerance. It is v
+ * itself if v misses no half-space. False when the intersection is empty; *nearest is then unset.
+ */
 bool find_nearest_point(const half_space *spaces, size_t count, half_space_rules rules, vec3 v,
                         vec3 *nearest);
 

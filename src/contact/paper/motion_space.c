@@ -1,26 +1,27 @@
 /* contact/paper/motion_space.c - see motion_space.h.
  *
- * The widest cone inside half-spaces {n_k . v >= 0}: with w the smallest vector for which every
- * n_k . w >= 1, its axis is w / |w| and the sine of its angle 1 / |w|, since a direction x makes at
- * least the angle asin(min n_k . x) with every boundary. */
+ * The widest cone inside half-spaces {n_k . v >= 0}: let w be the smallest vector for which every
+ * n_k . w >= 1. The axis of the cone is w / |w|, and the sine of its angle is 1 / |w|. For a
+ * direction x makes at least the angle asin(min n_k . x) with every boundary. */
 #include "contact/paper/motion_space.h"
 
 /* [rad] half of pi */
 static const double RIGHT_ANGLE = 1.5707963267948966;
-/* Normals of features that are a hundredth of a millimetre apart are good for this much: a vector
- * misses a half-space only by more than this part of it. */
+/* Normals of features that are a hundredth of a millimetre apart are exact to this: a vector misses
+ * a half-space only if it does so by more than this part of its size. */
 static const double NORMAL_TOLERANCE = 1e-9;
-/* |w|^2 of a cone that is a half-space but for rounding. */
+/* A cone with |w|^2 up to this is a half-space but for rounding. */
 static const double HALF_SPACE_NORM2 = 1.0 + 1e-12;
-/* |w| beyond which a cone has no angle to speak of: under a millionth. */
+/* With |w| beyond this the angle of a cone is under a millionth, and the cone counts as empty. */
 static const double EMPTY_NORM = 1e6;
-/* Two axes nearer to opposite than this (the square of a sine) have no plane in common. */
+/* Axes whose cross product has a smaller square than this span no plane. */
 static const double OPPOSITE_SINE2 = 1e-24;
-/* A projection may go this many times as far as the largest violation. */
+/* A projection goes at most this many times as far as the largest violation. */
 static const double WEDGE_REACH = 20.0;
-/* Soft half-spaces: a miss counts as much as a way this many times as long, squared. */
-static const double SOFT_STIFFNESS = 20.0 * 20.0; /* WEDGE_REACH squared */
-/* Rounds of a soft projection, and the square of the relative change that ends it. */
+/* Weight of a squared miss against a squared way: a miss counts as much as a way that is
+ * WEDGE_REACH times as long. */
+static const double SOFT_STIFFNESS = 20.0 * 20.0;
+/* Most rounds of a soft projection, and the square of the relative change that ends it. */
 enum { SOFT_ROUNDS_MAX = 64 };
 static const double SOFT_CHANGE2 = 1e-28;
 
@@ -84,8 +85,8 @@ bool motion_space_contains(const motion_space *space, vec3 v) {
     return true;
 }
 
-/* Least of |x - v|^2 + SOFT_STIFFNESS sum missing^2 over the half-spaces that x misses, by Newton's
- * method, which ends when these stay the same. */
+/* The point x with the least |x - v|^2 + SOFT_STIFFNESS sum missing^2 over the half-spaces that x
+ * misses. Newton's method finds it, and ends when these half-spaces stay the same. */
 static vec3 compute_soft_point(const motion_space *space, vec3 v) {
     vec3 point = v;
     for (int round = 0; round < SOFT_ROUNDS_MAX; round++) {
@@ -93,7 +94,7 @@ static vec3 compute_soft_point(const motion_space *space, vec3 v) {
         vec3 right = v;
         for (size_t i = 0; i < space->count; i++) {
             const half_space *const plane = &space->half_spaces[i];
-            if (!(measure_violation(plane, 1, point) > 0.0)) continue;
+            if (!(measure_missing(plane, OFFSETS_AS_GIVEN, point) > 0.0)) continue;
             mat3 const outer = mat3_outer(plane->normal, plane->normal, SOFT_STIFFNESS);
             mat3_add_scaled(&matrix, &outer, 1.0);
             right = vec3_add_scaled(right, plane->normal, SOFT_STIFFNESS * plane->offset);
@@ -113,16 +114,14 @@ static vec3 compute_soft_point(const motion_space *space, vec3 v) {
     return point;
 }
 
-/* The nearest point of the half-spaces, offsets at most `high`; false where there is none, or it is
- * the far end of a sharp wedge. */
+/* Finds the nearest point of the half-spaces, with offsets of at most `high`. False where there is
+ * none, or it is the far end of a sharp wedge. */
 static bool project_on_planes(const motion_space *space, double high, vec3 v, vec3 *nearest) {
     half_space_rules const rules = {-(double)INFINITY, high, NORMAL_TOLERANCE};
     if (!find_nearest_point(space->half_spaces, space->count, rules, v, nearest)) return false;
     double violation = 0.0;
-    for (size_t i = 0; i < space->count; i++) {
-        const half_space *const plane = &space->half_spaces[i];
-        violation = fmax(violation, fmin(plane->offset, high) - vec3_dot(plane->normal, v));
-    }
+    for (size_t i = 0; i < space->count; i++)
+        violation = fmax(violation, measure_missing(&space->half_spaces[i], rules, v));
     return vec3_norm(vec3_sub(*nearest, v)) <= WEDGE_REACH * violation;
 }
 
@@ -130,7 +129,6 @@ vec3 motion_space_project(const motion_space *space, vec3 v) {
     if (space->kind != TULLE_MOTION_SPACE_POLYHEDRAL)
         return motion_space_contains(space, v) ? v : canonical_cone_project(&space->cone, v);
     vec3 nearest;
-    if (!(measure_violation(space->half_spaces, space->count, v) > 0.0)) return v;
     if (project_on_planes(space, (double)INFINITY, v, &nearest)) return nearest;
     if (project_on_planes(space, 0.0, v, &nearest)) return nearest;
     return compute_soft_point(space, v);

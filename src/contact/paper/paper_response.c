@@ -1,23 +1,24 @@
 /* contact/paper/paper_response.c - the table of the paper's response: stages 7 and 8 by the paper's
  * own rules. The safe commit guards what comes out.
  *
- * Before the solve, every vertex with an old contact: F is the sum of the forces at the start of
- * the step. Inside the motion space Z nothing changes. Else, with F_T = F . Z and F_N = F - F_T:
+ * Before the solve, every vertex with an old contact: F is the sum of its forces at the start of
+ * the step. If F lies inside the motion space Z, nothing changes. Else, with F_T = F . Z and
+ * F_N = F - F_T:
  *      sticks, |F_T| <= mu_s |F_N|:       force 0
  *      sticks otherwise:                  starts with F_T - mu_d |F_N| F_T / |F_T|
  *      slides, v in Z, |F_T| > mu_d |F_N|:  F_T - mu_d |F_N| F_T / |F_T|
  *      slides otherwise, v_T = v . Z:     sticks when |F_T| <= mu_d |F_N| and friction stops v_T
  *                                         within the step, else F_T - mu_d |F_N| v_T / |v_T|.
- * What this takes from or adds to a vertex goes to the right-hand side of the solve as an impulse.
- * After the solve, v -> v . Z; a vertex with a new contact gets
+ * What this takes from a vertex, or adds to it, goes to the right-hand side of the solve as an
+ * impulse. After the solve, v -> v . Z. A vertex with a new contact gets
  *      v_T - mu_d |v_N| v_T / |v_T| - k_c v_N,   or -k_c v_N where |v_T| < mu_d |v_N|,
  * and keeps of v_N the part until the time at which the contact distance is reached.
  *
  * Everything is per vertex: what a vertex loses no other gains, and a load is not handed on.
  *
  * Based on: Wong, Baciu, Dynamic interaction between deformable surfaces and nonsmooth objects,
- * 2005, sections 4, 5 and 5.2. Departures: with polyhedral spaces forces and velocities are those
- * relative to what is touched, and F is measured by the velocity v0 + h F / m that it leads to. A
+ * 2005, sections 4, 5 and 5.2. Departures: with polyhedral spaces forces and velocities are seen
+ * from what is touched, and F is measured by the velocity v0 + h F / m that it leads to. A
  * sliding vertex with v in Z and |F_T| <= mu_d |F_N|, which the paper leaves open, is treated as if
  * v were not in Z. A vertex in contact has the law of the row that it presses most. */
 #include "contact/response.h"
@@ -30,7 +31,7 @@
 #include <string.h>
 
 enum { VERTEX_CHUNK = 128 };
-/* A row whose gap is over its contact distance by less than this part is touched. */
+/* A row is touched if its gap exceeds the contact distance by less than this part of it. */
 static const double TOUCHING_PART = 1e-3;
 
 typedef struct paper_work {
@@ -59,7 +60,8 @@ static bool allocate_work(paper_work *work) {
 
 /* ---- before the solve ---- */
 
-/* Old contacts: rows of the step before, or touched by a vertex that was in contact. */
+/* Old contacts: rows that go on from the step before, and rows that a vertex touches which was in
+ * contact. */
 static bool is_old_contact(const void *context, uint32_t vertex, const contact_row *row) {
     const paper_work *const work = context;
     if (row->law.is_old) return true;
@@ -69,8 +71,8 @@ static bool is_old_contact(const void *context, uint32_t vertex, const contact_r
            excess <= TOUCHING_PART * law->contact_distance;
 }
 
-/* Force and velocity of a vertex as the analysis sees them, all in m/s: forces as what they change
- * within the step. */
+/* Force and velocity of a vertex as the analysis sees them, all in m/s: a force is the change of
+ * velocity that it makes within the step. */
 typedef struct contact_motion {
     vec3 normal_force, tangential_force, velocity;
     bool is_in_space; /* v lies in Z */
@@ -81,7 +83,7 @@ static vec3 reduce(vec3 a, double size, vec3 against) {
     return vec3_add_scaled(a, vec3_normalize(against), -size);
 }
 
-/* The change of velocity that is left of F, and the state that follows. */
+/* Returns the change of velocity that is left of F, and sets the state that follows. */
 static vec3 analyse_friction(const contact_motion *motion, const contact_law *law, uint8_t *state) {
     vec3 const zero = {0.0, 0.0, 0.0}, tangential = motion->tangential_force;
     double const normal_size = vec3_norm(motion->normal_force), size = vec3_norm(tangential);
@@ -101,7 +103,7 @@ static vec3 analyse_friction(const contact_motion *motion, const contact_law *la
     return reduce(tangential, limit, speed > 0.0 ? motion->velocity : tangential);
 }
 
-/* The force F that contact leaves of each vertex goes to the right-hand side as an impulse. */
+/* What contact changes of the force F of each vertex becomes an impulse for the right-hand side. */
 static void analyse_chunk(void *context, size_t begin, size_t end, size_t chunk, int worker) {
     (void)chunk, (void)worker;
     paper_work *const work = context;
@@ -117,7 +119,7 @@ static void analyse_chunk(void *context, size_t begin, size_t end, size_t chunk,
         bool const stuck = scene->paper->before[vertex] == PARTICLE_STICKS;
         *state = stuck ? PARTICLE_STICKS : PARTICLE_SLIDES;
 
-        /* F and v as seen from the frame; polyhedral: F with v0, as what both lead to */
+        /* F and v as seen from the frame; polyhedral: F as the velocity v0 + h F / m */
         bool const is_relative = space->kind == TULLE_MOTION_SPACE_POLYHEDRAL;
         double const inverse_mass = scene->inverse_mass[vertex];
         vec3 const v0 = vec3_sub(vec3_load(work->u, vertex), at.reference);
@@ -189,7 +191,7 @@ static tulle_status solve_system(paper_work *work) {
 
 /* ---- after the solve ---- */
 
-/* Impact of a vertex; false when its own velocity [m/s] hits nothing. */
+/* Changes the velocity [m/s] of a vertex by the law of impact; false when it hits nothing. */
 static bool collide_vertex(const paper_work *work, uint32_t vertex, double time, uint8_t *state,
                            vec3 *velocity) {
     space_choice const choice = {.is_closed = true};
@@ -211,8 +213,8 @@ static bool collide_vertex(const paper_work *work, uint32_t vertex, double time,
     return true;
 }
 
-/* Velocities onto their motion spaces, or impacts of vertices with new contacts, all from the
- * velocities seen. */
+/* Projects velocities on their motion spaces; applies the law of impact to vertices with new
+ * contacts. Reads the velocities seen, and writes u. */
 static void project_chunk(void *context, size_t begin, size_t end, size_t chunk, int worker) {
     (void)chunk, (void)worker;
     paper_work *const work = context;
@@ -221,7 +223,7 @@ static void project_chunk(void *context, size_t begin, size_t end, size_t chunk,
         uint32_t const vertex = (uint32_t)i;
         uint8_t *const state = &work->scene->paper->after[vertex];
         if (spaces->begin[vertex] == spaces->begin[vertex + 1]) continue;
-        /* in parts of the step, until new contacts reach the contact distance; 1: none is hit */
+        /* the part of the step until a new contact reaches its contact distance; 1: none does */
         double time = 1.0;
         for (uint32_t k = spaces->begin[vertex]; k < spaces->begin[vertex + 1]; k++) {
             size_t const index = spaces->entries[k] / 4;
@@ -247,15 +249,14 @@ static void project_chunk(void *context, size_t begin, size_t end, size_t chunk,
     }
 }
 
-/* Projects all velocities, then gives each row its share of what its vertices took, for reports and
- * for what is stored. */
+/* Projects all velocities. Then each row gets its share of the impulses on its vertices, for
+ * reports and for what is stored. */
 static tulle_status project_velocities(paper_work *work) {
     const contact_scene *const scene = work->scene;
     const vertex_spaces *const spaces = &work->spaces;
-    if (!vertex_spaces_make(&work->spaces, scene, work->list, scene->paper->motion_space))
-        return TULLE_ERROR_OUT_OF_MEMORY;
     memcpy(work->seen, work->u, 3 * scene->vertex_count * sizeof(double));
-    compute_shared_motions(&work->spaces, work->seen);
+    if (!vertex_spaces_make(&work->spaces, scene, work->list, work->seen))
+        return TULLE_ERROR_OUT_OF_MEMORY;
     parallel_for(scene->cloth_vertex_count, VERTEX_CHUNK, scene->threads, project_chunk, work);
     for (size_t i = 0; i < work->list->rows.count; i++) {
         contact_row *const row = &work->list->rows.data[i];
@@ -278,8 +279,9 @@ static tulle_status project_velocities(paper_work *work) {
     return TULLE_OK;
 }
 
-/* In: u as for solve_motion. Out: u; rows that are no contact by the paper's rule are dropped, the
- * impulses of the others say what their vertices took; scene->paper->after. */
+/* In: u as for solve_motion. Out: u, the rows and scene->paper->after. Rows that are no contact by
+ * the paper's rule are dropped; the impulses of the others are shares of those on their vertices.
+ */
 static tulle_status respond_by_paper(const contact_scene *scene, const motion_system *system,
                                      row_list *list, double *u, solve_report *report) {
     *report = (solve_report){.has_converged = true};
@@ -290,11 +292,10 @@ static tulle_status respond_by_paper(const contact_scene *scene, const motion_sy
         rows[i].solve.impulse = vec3_make(0.0, 0.0, 0.0);
         rows[i].solve.is_hard = false;
     }
-    tulle_status status = TULLE_ERROR_OUT_OF_MEMORY;
-    if (allocate_work(&work) &&
-        vertex_spaces_make(&work.spaces, scene, list, scene->paper->motion_space)) {
-        /* h F, or the part of h that the integrator counts at once, and the velocities v0 + h F / m
-         * that planes are carried along with */
+    bool has_memory = allocate_work(&work);
+    if (has_memory) {
+        /* h F, or the part of h that the integrator counts at once; and the velocities v0 + h F / m
+         * that carry planes along */
         memcpy(work.seen, u, 3 * scene->vertex_count * sizeof(double));
         for (size_t i = 0; i < scene->cloth_vertex_count; i++) {
             vec3 const force = vec3_scale(vec3_load(system->forces, i), system->force_time);
@@ -303,12 +304,15 @@ static tulle_status respond_by_paper(const contact_scene *scene, const motion_sy
             if (inverse_mass > 0.0)
                 vec3_store(work.seen, i, vec3_add_scaled(vec3_load(u, i), force, inverse_mass));
         }
-        compute_shared_motions(&work.spaces, work.seen);
+        has_memory = vertex_spaces_make(&work.spaces, scene, list, work.seen);
+    }
+    tulle_status status = TULLE_ERROR_OUT_OF_MEMORY;
+    if (has_memory) {
         parallel_for(scene->cloth_vertex_count, VERTEX_CHUNK, scene->threads, analyse_chunk, &work);
         status = solve_system(&work);
     }
     if (status == TULLE_OK) {
-        /* a new pair that is apart and does not come near is no contact */
+        /* a new pair that is apart and does not come nearer is no contact */
         size_t kept = 0;
         for (size_t i = 0; i < list->rows.count; i++) {
             double const speed = vec3_dot(rows[i].frame.normal, get_relative_velocity(&rows[i], u));
@@ -336,7 +340,7 @@ static tulle_status answer_impacts(const contact_scene *scene, row_list *list, s
     return status;
 }
 
-/* Vertices in contact end as their motion spaces say. */
+/* Vertices in contact end with u: it already lies in their motion spaces. */
 static void mark_plain_ends(const contact_scene *scene, const row_list *list, uint8_t *is_plain) {
     for (size_t i = 0; i < list->rows.count; i++) {
         const contact_row *const row = &list->rows.data[i];

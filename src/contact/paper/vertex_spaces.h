@@ -5,36 +5,37 @@
 #include "contact/contact_types.h"
 #include "contact/paper/motion_space.h"
 
-/* How the two sides of a row move together: as if they had met without bounce. */
+/* How the two sides of a row would move together if they met without bounce. */
 typedef struct shared_motion {
-    vec3 velocity; /* [m/s] of the contact point */
-    double
-        first_share; /* of a relative velocity that the first side takes: 1 against an obstacle */
+    vec3 velocity;      /* [m/s] of the contact point */
+    double first_share; /* part of a relative velocity that the first side takes; 1 if the second
+                           side is an obstacle */
 } shared_motion;
 
-/* Rows by vertex, in scratch. Only cloth vertices that can move have entries. */
+/* The rows of each vertex, in scratch. Only cloth vertices that can move have entries. */
 typedef struct vertex_spaces {
     const contact_scene *scene;
     const row_list *list;
     tulle_motion_space kind;
-    uint32_t *begin;       /* cloth_vertex_count + 1 */
+    uint32_t *begin;       /* cloth_vertex_count + 1: where the entries of each vertex begin */
     uint32_t *entries;     /* 4 * row + corner, in the order of the rows */
     shared_motion *shared; /* of each row */
-    half_space *planes;    /* of each entry, filled by make_vertex_space */
+    half_space *planes;    /* of each entry; make_vertex_space fills those of its vertex */
 } vertex_spaces;
 
-/* False when memory is short. The rows must neither move nor grow while this is used. */
+/* Spaces of the kind that scene->paper names. `velocities` [m/s] of all vertices give the motion of
+ * the planes. False when memory is short. The rows must neither move nor grow while the spaces are
+ * used. */
 bool vertex_spaces_make(vertex_spaces *spaces, const contact_scene *scene, const row_list *list,
-                        tulle_motion_space kind);
-/* Takes the motion of the planes from these velocities of all vertices. */
-void compute_shared_motions(vertex_spaces *spaces, const double *velocities);
+                        const double *velocities);
 
 /* Whether an entry's row takes part. */
 typedef bool (*entry_filter)(const void *context, uint32_t vertex, const contact_row *row);
 typedef struct space_choice {
     entry_filter filter; /* null: all rows */
     const void *context;
-    bool is_closed; /* no approach, whatever the gap: offsets 0 */
+    bool is_closed; /* the sides may not approach, whatever the gap: in their shared motion offsets
+                       are 0 */
 } space_choice;
 
 /* Where a vertex may move, seen from the frame of what it touches. */
@@ -43,13 +44,15 @@ typedef struct vertex_space {
     vec3 reference; /* [m/s] velocity of the frame */
 } vertex_space;
 
-/* cone: the planes of the rows are fixed in space, and so is the frame.
- * polyhedral: each plane moves as the row's sides would together, and leaves room for the approach
- * down to the contact distance and for what a corner lies behind the contact point; the frame is
- * their mean. May run for several vertices at once. */
+/* cone: the planes of the rows stand still in space, and so does the frame.
+ * polyhedral: each plane moves as the two sides of its row would together. It leaves room for the
+ * approach down to the contact distance, and for the way that a corner lies behind the contact
+ * point. The velocity of the frame is the mean of theirs.
+ * May run for several vertices at once. */
 vertex_space make_vertex_space(const vertex_spaces *spaces, uint32_t vertex, space_choice choice);
 
-/* The row whose plane a velocity, seen from the frame, misses by most; null: it misses none. */
+/* The row whose plane this velocity, as seen from the frame, misses by most; null: it misses none.
+ * `space` was made with the same choice, and no other for this vertex since. */
 const contact_row *find_pressed_row(const vertex_spaces *spaces, uint32_t vertex,
                                     const vertex_space *space, space_choice choice, vec3 velocity);
 
