@@ -7,7 +7,8 @@
 BUILD := build/release
 JOBS ?= $(shell nproc 2>/dev/null || echo 2)
 PREFIX ?= /usr/local
-CTEST := ctest --output-on-failure -j $(JOBS)
+# A test may take 600 s where it names no other limit. `make test-long` has a longer one.
+CTEST := ctest --output-on-failure -j $(JOBS) --timeout 600
 CHECK_PACKAGES := TULLE_NO_INSTALL=1 sh tools/install_packages.sh
 INSTALL_PACKAGES := sh tools/install_packages.sh
 
