@@ -31,19 +31,11 @@ typedef struct comparison {
     size_t compared, slower, faster, changed, grown, without_baseline, other_inputs;
 } comparison;
 
-static const bench_row *find(const bench_rows *rows, const bench_row *of, bench_kind kind,
-                             const char *name) {
-    bench_row key = *of;
-    key.kind = kind;
-    snprintf(key.name, sizeof key.name, "%s", name);
-    return bench_rows_find(rows, &key);
-}
-
 /* Whether both have the same text, and have one at all. */
 static bool is_equal_text(const comparison *self, const bench_row *of, bench_kind kind,
                           const char *name) {
-    const bench_row *const old = find(self->baseline, of, kind, name);
-    const bench_row *const now = find(self->rows, of, kind, name);
+    const bench_row *const old = bench_rows_find_beside(self->baseline, of, kind, name);
+    const bench_row *const now = bench_rows_find_beside(self->rows, of, kind, name);
     return old && now && strcmp(old->text, now->text) == 0;
 }
 
@@ -62,8 +54,9 @@ static void tell(const comparison *self, const char *verdict, const bench_row *r
 }
 
 static bool is_worth_judging(const comparison *self, const bench_row *old, const bench_row *now) {
-    const bench_row *const old_step = find(self->baseline, old, BENCH_TIME, "step");
-    const bench_row *const step = find(self->rows, now, BENCH_TIME, "step");
+    const bench_row *const old_step =
+        bench_rows_find_beside(self->baseline, old, BENCH_TIME, "step");
+    const bench_row *const step = bench_rows_find_beside(self->rows, now, BENCH_TIME, "step");
     return (old_step && old->value >= LEAST_SHARE * old_step->value) ||
            (step && now->value >= LEAST_SHARE * step->value);
 }

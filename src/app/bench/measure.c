@@ -274,13 +274,10 @@ static bool put_rows(bench_session *self, bench_row row, const tulle_scene *load
 }
 
 static void tell(bench_session *self, const bench_row *case_row, uint32_t repeat_count) {
-    bench_row key = *case_row;
-    key.kind = BENCH_TIME;
-    strcpy(key.name, "step");
-    const bench_row *const step = bench_rows_find(&self->rows, &key);
+    const bench_row *const step = bench_rows_find_beside(&self->rows, case_row, BENCH_TIME, "step");
     fprintf(stderr, "%s %s, %d thread%s: %.4g ms a step, least %.4g, spread %.2g; %u repeats%s\n",
-            key.scene, key.size, key.threads, key.threads == 1 ? "" : "s", 1e3 * step->value,
-            1e3 * step->minimum, 1e3 * step->spread, repeat_count,
+            case_row->scene, case_row->size, case_row->threads, case_row->threads == 1 ? "" : "s",
+            1e3 * step->value, 1e3 * step->minimum, 1e3 * step->spread, repeat_count,
             bench_rows_were_disturbed(&self->rows, step) ? "; other work ran beside" : "");
 }
 

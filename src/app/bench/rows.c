@@ -2,6 +2,7 @@
 #include "app/bench/rows.h"
 
 #include <math.h>
+#include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -18,6 +19,14 @@ const bench_row *bench_rows_find(const bench_rows *rows, const bench_row *key) {
     for (size_t i = 0; i < rows->count; i++)
         if (is_same(&rows->items[i], key)) return &rows->items[i];
     return NULL;
+}
+
+const bench_row *bench_rows_find_beside(const bench_rows *rows, const bench_row *of,
+                                        bench_kind kind, const char *name) {
+    bench_row key = *of;
+    key.kind = kind;
+    snprintf(key.name, sizeof key.name, "%s", name);
+    return bench_rows_find(rows, &key);
 }
 
 bool bench_rows_put(bench_rows *rows, const bench_row *row) {
@@ -43,14 +52,10 @@ void bench_rows_destroy(bench_rows *rows) {
 }
 
 bool bench_rows_were_disturbed(const bench_rows *rows, const bench_row *of) {
-    bench_row step = *of, processor;
-    step.kind = BENCH_TIME;
-    step.threads = 1;
-    processor = step;
-    strcpy(step.name, "step");
-    strcpy(processor.name, "processor");
-    const bench_row *const wall = bench_rows_find(rows, &step);
-    const bench_row *const used = bench_rows_find(rows, &processor);
+    bench_row key = *of;
+    key.threads = 1;
+    const bench_row *const wall = bench_rows_find_beside(rows, &key, BENCH_TIME, "step");
+    const bench_row *const used = bench_rows_find_beside(rows, &key, BENCH_TIME, "processor");
     return wall && used && wall->minimum > MOST_WAITING * used->minimum;
 }
 

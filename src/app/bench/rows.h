@@ -35,6 +35,9 @@ typedef struct bench_rows {
 
 /* The row of the same scene, size, threads, kind and name; null if there is none. */
 const bench_row *bench_rows_find(const bench_rows *rows, const bench_row *key);
+/* The row of the same scene, size and threads as `of`, with another kind and name; or null. */
+const bench_row *bench_rows_find_beside(const bench_rows *rows, const bench_row *of,
+                                        bench_kind kind, const char *name);
 /* Appends a row, or replaces the one that bench_rows_find would give; false: memory is short. */
 bool bench_rows_put(bench_rows *rows, const bench_row *row);
 void bench_rows_destroy(bench_rows *rows);

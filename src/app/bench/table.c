@@ -29,14 +29,6 @@ static void print_table(const text_table *table, FILE *stream) {
     }
 }
 
-static const bench_row *find(const bench_rows *rows, const bench_row *of, bench_kind kind,
-                             const char *name) {
-    bench_row key = *of;
-    key.kind = kind;
-    snprintf(key.name, sizeof key.name, "%s", name);
-    return bench_rows_find(rows, &key);
-}
-
 /* ---- times ---- */
 
 /* Columns of the first table after scene, size and threads; [ms]. */
@@ -74,7 +66,8 @@ static void fill_times(text_table *table, const bench_rows *rows, const bench_ro
     char(*const cells)[CELL_SIZE] = table->cells[table->line_count];
     fill_case(cells, step);
     for (size_t k = 0; k < TIME_COLUMN_COUNT; k++) {
-        const bench_row *const row = find(rows, step, BENCH_TIME, time_columns[k].stage);
+        const bench_row *const row =
+            bench_rows_find_beside(rows, step, BENCH_TIME, time_columns[k].stage);
         if (row)
             format_milliseconds(row->value, cells[3 + k]);
         else
@@ -140,8 +133,8 @@ static void fill_counts(text_table *table, const bench_rows *rows, const bench_r
         double sum = 0.0;
         bool is_known = false;
         for (size_t i = 0; i < 3 && count_columns[k].names[i]; i++) {
-            const bench_row *const row =
-                find(rows, steps, count_columns[k].kind, count_columns[k].names[i]);
+            const bench_row *const row = bench_rows_find_beside(rows, steps, count_columns[k].kind,
+                                                                count_columns[k].names[i]);
             is_known |= row != NULL;
             if (row) sum += row->value * count_columns[k].unit;
         }
