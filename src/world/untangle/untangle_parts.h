@@ -5,7 +5,7 @@
 #define TULLE_WORLD_UNTANGLE_UNTANGLE_PARTS_H
 
 #include "contact/pairs/pair_rules.h"
-#include "contact/rows/orientation.h"
+#include "world/untangle/orientation.h"
 #include "world/world_state.h"
 
 /* Neither end of a crossing edge is known to be on the wrong side. */
@@ -107,7 +107,8 @@ void aim_over_corners(const untangling *work, surface_crossing *crossing, const 
 /* untangle_open_sides.c: wrong ends, and what is astray, where a contour parts nothing. Its edges
  * are cut and `regions` flooded. */
 void decide_open_contour(untangling *work, const contour_range *range, const flood *regions);
-/* untangle_orientation.c: undecided crossings of a short contour, where escalation asks for it. */
+/* untangle_short_contours.c: undecided crossings of a short contour, where escalation asks for it.
+ */
 void orient_short_contour(untangling *work, const contour_range *range);
 /* Adds the sides of the crossings whose wrong end is known to the history, and settles it. */
 tulle_status remember_crossings(untangling *work);

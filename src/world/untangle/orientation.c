@@ -1,4 +1,4 @@
-/* contact/rows/orientation.c - see orientation.h.
+/* world/untangle/orientation.c - see orientation.h.
  *
  * Only starts that intersect need these rules. In other states the normal is the unit vector
  * between the closest points.
@@ -11,7 +11,7 @@
  * Based on: Wong, Baciu, Dynamic interaction between deformable surfaces and nonsmooth objects,
  * 2005, section 3.6. Departures: normals point from the second feature to the first; on borders,
  * where an edge has one opposite vertex, that one decides. */
-#include "contact/rows/orientation.h"
+#include "world/untangle/orientation.h"
 
 #include <stdlib.h>
 

@@ -1,7 +1,7 @@
-/* contact/rows/orientation.h - on which sides of a contact plane the features of a pair belong,
+/* world/untangle/orientation.h - on which sides of a contact plane the features of a pair belong,
  * even if they have passed through each other. */
-#ifndef TULLE_CONTACT_ROWS_ORIENTATION_H
-#define TULLE_CONTACT_ROWS_ORIENTATION_H
+#ifndef TULLE_WORLD_UNTANGLE_ORIENTATION_H
+#define TULLE_WORLD_UNTANGLE_ORIENTATION_H
 
 #include "contact/contact_types.h"
 

@@ -1,9 +1,9 @@
 /* Orientation: for sheets that do not intersect every rule says what geometry says, or nothing;
  * after a vertex or a whole sheet has passed through, history and neighbours remember the side. */
 #include "base/hash.h"
-#include "contact/rows/orientation.h"
 #include "support/contact_world.h"
 #include "support/test_support.h"
+#include "world/untangle/orientation.h"
 
 #include <string.h>
 

@@ -1,4 +1,4 @@
-/* world/untangle/untangle_orientation.c - contours too short to part anything.
+/* world/untangle/untangle_short_contours.c - contours too short to part anything.
  *
  * One or two crossings that part no surface are a corner that looks through a triangle, or two
  * ridges that pass over each other. Where rounds have stalled, the first of three rules that can
@@ -19,7 +19,7 @@
  * Based on: Wong, Baciu, Dynamic interaction between deformable surfaces and nonsmooth objects,
  * 2005, section 3.6. Departures: pairs of edges have no history, because it hardly ever decides;
  * the verification decides nothing alone, because it always says something and costs rounds. */
-#include "contact/rows/orientation.h"
+#include "world/untangle/orientation.h"
 #include "world/untangle/untangle_parts.h"
 
 /* Contours are oriented from this level of escalation on. Before, they are shortened, which frees
