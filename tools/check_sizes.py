@@ -1,11 +1,11 @@
 #!/usr/bin/env python3
-"""Checks the sizes of files and functions in C.
+"""Checks the sizes of files and functions in C, and on which side of a pointer's type `const` stands.
 
 usage: check_sizes.py [ROOT]        prints each breach as FILE:LINE: REASON; exit 1 if there is one
        check_sizes.py --self-test   proves that breaches are found
 
 A file has at most 800 lines (a warning above 400). A function has at most 100 lines from its opening to its closing
-brace, and at most 6 parameters.
+brace, and at most 6 parameters. A pointer to what is not changed is `const T *p`, not `T const *p`.
 """
 import os
 import re
@@ -16,6 +16,7 @@ FILE_LINES, FILE_WARNING_LINES = 800, 400
 FUNCTION_LINES = 100
 PARAMETERS = 6
 TOKEN = re.compile(r'/\*.*?\*/|//[^\n]*|"(?:\\.|[^"\\\n])*"|\'(?:\\.|[^\'\\\n])*\'|^[ \t]*#(?:\\\n|[^\n])*', re.S | re.M)
+CONST_ON_THE_RIGHT = re.compile(r"\b(?!restrict\b)([A-Za-z_]\w*)\s+const\s*\*")
 ATTRIBUTE = re.compile(r"\b__attribute__\s*\(\((?:[^()]|\([^()]*\))*\)\)")
 
 
@@ -103,6 +104,9 @@ def judge_text(path, text):
             breaches.append(f"{path}:{line}: {name} has {lines} lines; at most {FUNCTION_LINES}")
         if parameters > PARAMETERS:
             breaches.append(f"{path}:{line}: {name} has {parameters} parameters; at most {PARAMETERS}, then a struct")
+    code = TOKEN.sub(blank, text)
+    for match in CONST_ON_THE_RIGHT.finditer(code):
+        breaches.append(f"{path}:{code.count(chr(10), 0, match.start()) + 1}: write `const {match.group(1)} *`, not `{match.group()}`")
     return breaches, warnings
 
 
@@ -143,6 +147,8 @@ SELF_TEST = [
     ("static const int table[] = {\n" + "    1,\n" * 200 + "};\n", None),
     ("struct s {\n" + "    int a;\n" * 200 + "};\n", None),
     ("__attribute__((target_clones(\"avx2\", \"default\")))\n" + make_function(101), "101 lines"),
+    ("int x;\nint const *p;\n", ":2: write `const int *`, not `int const *`"),
+    ("const int *const *restrict const *p; double const x = a * b; /* int const *p */\n", None),
     ("int x;\n" * 801, "801 lines"),
     ("int x;\n" * 800, None),
 ]

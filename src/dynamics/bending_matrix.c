@@ -236,7 +236,7 @@ bool bending_build_matrix(memory *heap, cloth_model *model) {
         uint32_t block = model->block_begin[v];
         uint32_t const block_end = model->block_begin[v + 1];
         for (size_t i = 0; ok && i < row.count; i++) {
-            row_entry const *const entry = &row.data[i];
+            const row_entry *const entry = &row.data[i];
             while (block < block_end && model->block_columns[block] < entry->column) block++;
             if (block < block_end && model->block_columns[block] == entry->column) {
                 model->bend_blocks[block] = entry->stiffness;

@@ -40,7 +40,7 @@ static int compare_edges(const void *left, const void *right) {
 static void pair_edges(const unfolding *self, half_edge *edges) {
     size_t const count = 3 * self->mesh.triangle_count;
     for (size_t i = 0; i < count; i++) {
-        uint32_t const *const corners = self->mesh.triangles + 3 * (i / 3);
+        const uint32_t *const corners = self->mesh.triangles + 3 * (i / 3);
         uint32_t const a = corners[(i + 1) % 3], b = corners[(i + 2) % 3];
         edges[i] = (half_edge){a < b ? a : b, a < b ? b : a, (uint32_t)i};
         self->opposite[i] = TULLE_NONE;
@@ -67,15 +67,15 @@ static void place(const unfolding *self, uint32_t vertex, double x, double y) {
  * true length does not grow. */
 static void place_corner(const unfolding *self, uint32_t corner) {
     if (!self->coordinates) return;
-    uint32_t const *const corners = self->mesh.triangles + 3 * (size_t)(corner / 3);
+    const uint32_t *const corners = self->mesh.triangles + 3 * (size_t)(corner / 3);
     uint32_t const top = corners[corner % 3];
     uint32_t const from = corners[(corner + 1) % 3], to = corners[(corner + 2) % 3];
     vec3 const origin = vec3_load(self->mesh.positions, from);
     vec3 const edge = vec3_sub(vec3_load(self->mesh.positions, to), origin);
     vec3 const side = vec3_sub(vec3_load(self->mesh.positions, top), origin);
     double const length = vec3_norm(edge);
-    double const *const a = self->coordinates + 2 * (size_t)from;
-    double const *const b = self->coordinates + 2 * (size_t)to;
+    const double *const a = self->coordinates + 2 * (size_t)from;
+    const double *const b = self->coordinates + 2 * (size_t)to;
     double const flat_x = b[0] - a[0], flat_y = b[1] - a[1];
     double const flat_length = sqrt(flat_x * flat_x + flat_y * flat_y);
     double const middle_x = 0.5 * (a[0] + b[0]), middle_y = 0.5 * (a[1] + b[1]);
@@ -92,7 +92,7 @@ static void place_corner(const unfolding *self, uint32_t corner) {
 /* Lays out the piece of a triangle and gives it its number; gives how many triangles it has, which
  * then stand in the queue. */
 static size_t unfold_piece(const unfolding *self, uint32_t first, uint32_t piece) {
-    uint32_t const *const corners = self->mesh.triangles + 3 * (size_t)first;
+    const uint32_t *const corners = self->mesh.triangles + 3 * (size_t)first;
     vec3 const edge = vec3_sub(vec3_load(self->mesh.positions, corners[1]),
                                vec3_load(self->mesh.positions, corners[0]));
     place(self, corners[0], 0.0, 0.0);
@@ -123,9 +123,9 @@ static double compute_turn(const unfolding *self, size_t count) {
         for (uint32_t k = 0; k < 3; k++) {
             uint32_t const triangle = self->queue[i];
             if (self->opposite[3 * triangle + k] != TULLE_NONE) continue;
-            uint32_t const *const corners = self->mesh.triangles + 3 * (size_t)triangle;
-            double const *const a = self->coordinates + 2 * (size_t)corners[(k + 1) % 3];
-            double const *const b = self->coordinates + 2 * (size_t)corners[(k + 2) % 3];
+            const uint32_t *const corners = self->mesh.triangles + 3 * (size_t)triangle;
+            const double *const a = self->coordinates + 2 * (size_t)corners[(k + 1) % 3];
+            const double *const b = self->coordinates + 2 * (size_t)corners[(k + 2) % 3];
             double const length = hypot(b[0] - a[0], b[1] - a[1]);
             double const angle = 4.0 * atan2(b[1] - a[1], b[0] - a[0]);
             sum_cos += length * cos(angle);
@@ -136,7 +136,7 @@ static double compute_turn(const unfolding *self, size_t count) {
     if (total > 0.0 && hypot(sum_cos, sum_sin) > least_agreement * total)
         return -0.25 * atan2(sum_sin, sum_cos);
     /* The first triangle: its first edge lies along the first axis. */
-    uint32_t const *const corners = self->mesh.triangles + 3 * (size_t)self->queue[0];
+    const uint32_t *const corners = self->mesh.triangles + 3 * (size_t)self->queue[0];
     vec3 const origin = vec3_load(self->mesh.positions, corners[0]);
     vec3 const edge = vec3_normalize(vec3_sub(vec3_load(self->mesh.positions, corners[1]), origin));
     vec3 const side = vec3_sub(vec3_load(self->mesh.positions, corners[2]), origin);

@@ -37,7 +37,7 @@ void render_get_vertex_strains(tulle_mesh_view rest, const double *now, double *
     memset(strains, 0, rest.vertex_count * sizeof *strains);
     memset(areas, 0, rest.vertex_count * sizeof *areas);
     for (size_t t = 0; t < rest.triangle_count; t++) {
-        uint32_t const *const corners = rest.triangles + 3 * t;
+        const uint32_t *const corners = rest.triangles + 3 * t;
         double rest_corners[9], now_corners[9], stretches[2];
         for (size_t k = 0; k < 3; k++) {
             vec3_store(rest_corners, k, vec3_load(rest.positions, corners[k]));

@@ -76,7 +76,7 @@ double render_get_triangle_distance(const double p[3], const double corners[9], 
 }
 
 static void test_triangle(const render_gap_surface *surface, uint32_t triangle, gap_query *query) {
-    uint32_t const *const corners = surface->mesh.triangles + 3 * (size_t)triangle;
+    const uint32_t *const corners = surface->mesh.triangles + 3 * (size_t)triangle;
     double now[9], weights[3];
     for (size_t k = 0; k < 3; k++) {
         if (query->is_own && corners[k] == query->vertex) return;
@@ -109,7 +109,7 @@ static void search_tree(const render_gap_surface *surface, const triangle_boxes 
     stack[waiting++] = 0;
     while (waiting > 0) {
         uint32_t const index = stack[--waiting];
-        triangle_box const *const box = &tree->boxes[index];
+        const triangle_box *const box = &tree->boxes[index];
         if (!(bound_box(box, query) < query->best)) continue;
         if (box->right == 0) {
             for (uint32_t i = box->first; i < box->first + box->count; i++)

@@ -29,7 +29,7 @@ static vec3 get_maximum(vec3 a, vec3 b) {
 }
 
 static vec3 get_middle(const triangle_source *source, uint32_t triangle) {
-    uint32_t const *const corners = source->mesh.triangles + 3 * (size_t)triangle;
+    const uint32_t *const corners = source->mesh.triangles + 3 * (size_t)triangle;
     vec3 sum = {0.0, 0.0, 0.0};
     for (size_t k = 0; k < 3; k++)
         sum = vec3_add(sum, vec3_load(source->mesh.positions, corners[k]));

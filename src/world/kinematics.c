@@ -58,7 +58,7 @@ static tulle_status sample_sequence(world_obstacle *obstacle, double time, doubl
     }
     status = load_frame(obstacle, from + 1, slot_from, &slot_to, error);
     if (status != TULLE_OK) return status;
-    double const *const a = obstacle->frames[slot_from], *const b = obstacle->frames[slot_to];
+    const double *const a = obstacle->frames[slot_from], *const b = obstacle->frames[slot_to];
     for (size_t i = 0; i < 3 * obstacle->mesh.vertex_count; i++) {
         target[i] = a[i] + fraction * (b[i] - a[i]);
     }
@@ -71,9 +71,9 @@ tulle_status world_script_targets(tulle_world *world, double time, double end_ti
     memcpy(world->active_inverse_masses, world->inverse_masses,
            world->vertex_count * sizeof(double));
     for (size_t i = 0; i < world->cloths.count; i++) {
-        world_cloth const *const cloth = &world->cloths.data[i];
+        const world_cloth *const cloth = &world->cloths.data[i];
         for (size_t p = 0; p < cloth->pin_count; p++) {
-            world_pin const *const pin = &cloth->pins[p];
+            const world_pin *const pin = &cloth->pins[p];
             if (time >= pin->release_time) continue;
             for (size_t k = 0; k < pin->vertex_count; k++) {
                 size_t const local = pin->vertices[k], vertex = cloth->vertex_begin + local;
@@ -101,7 +101,7 @@ tulle_status world_script_targets(tulle_world *world, double time, double end_ti
 /* Judges obstacles that have just appeared (all others are clean already). */
 static tulle_status judge_appearance(tulle_world *world, const world_motion_state *state,
                                      tulle_error *error) {
-    intersection_list const *const list = &world->intersections;
+    const intersection_list *const list = &world->intersections;
     size_t const cloth_count = world->cloths.count;
     bool const is_ignored = world->def.start_intersections == TULLE_START_IGNORE;
     char when[WORLD_NAME_BYTES + 64];
@@ -164,10 +164,10 @@ static tulle_status end_releases(tulle_world *world, world_motion_state *state,
         for (size_t k = 0; k < world->intersections.count; k++)
             if (world->intersections.data[k].object_b == surface) is_free = false;
         const world_mesh *const mesh = &world->obstacles.data[i].mesh;
-        double const *const positions = state->positions + 3 * (size_t)range->vertex_begin;
+        const double *const positions = state->positions + 3 * (size_t)range->vertex_begin;
         surface_box const box = measure_surface_box(range, state->positions, state->positions);
         for (size_t v = 0; is_free && v < world->cloth_vertex_count; v++) {
-            double const *const x = state->positions + 3 * v;
+            const double *const x = state->positions + 3 * v;
             bool const is_inside =
                 surface_box_holds(&box, x) &&
                 fabs(compute_winding_number(mesh->triangles, mesh->triangle_count, positions,
@@ -185,7 +185,7 @@ tulle_status world_update_presence(tulle_world *world, world_motion_state *state
     if (status != TULLE_OK) return status;
     bool has_appeared = false, has_changed = false;
     for (size_t i = 0; i < world->obstacles.count; i++) {
-        world_obstacle const *const obstacle = &world->obstacles.data[i];
+        const world_obstacle *const obstacle = &world->obstacles.data[i];
         bool const is_due =
             state->time >= obstacle->appear_time && state->time < obstacle->disappear_time;
         bool const is_present = is_due && !state->is_released[i];

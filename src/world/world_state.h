@@ -157,7 +157,7 @@ typedef ARRAY(tulle_intersection) intersection_list;
 struct tulle_world {
     memory heap;
     tulle_world_def def;
-    contact_response const *response; /* that def.response names; set by the start */
+    const contact_response *response; /* that def.response names; set by the start */
     ARRAY(world_cloth) cloths;
     ARRAY(world_obstacle) obstacles;
     ARRAY(world_pair_law) pair_laws;

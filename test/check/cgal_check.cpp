@@ -68,9 +68,9 @@ bool constructs_intersection(const mesh &m) {
     auto const common = CGAL::intersection(a, b);
     if (!common) return false;
     if (shared.empty() || shared.size() == 3) return true;
-    if (auto const *const point = boost::get<exact::Point_3>(&*common))
+    if (const auto *const point = boost::get<exact::Point_3>(&*common))
         return shared.size() == 1 && *point != shared[0];
-    if (auto const *const segment = boost::get<exact::Segment_3>(&*common))
+    if (const auto *const segment = boost::get<exact::Segment_3>(&*common))
         return shared.size() == 1 || (*segment != exact::Segment_3(shared[0], shared[1]) &&
                                       *segment != exact::Segment_3(shared[1], shared[0]));
     return true;

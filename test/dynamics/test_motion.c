@@ -346,7 +346,7 @@ static void bending_energy_is_that_of_a_plate(void **state) {
                     fixture_make_grid(cells, cells, side, side, pattern, plain_material());
                 double const angle = turn * acos(-1.0) / 8.0, c = cos(angle), s = sin(angle);
                 for (size_t v = 0; v < f->vertex_count; v++) {
-                    double const *const p = f->rest + 3 * v;
+                    const double *const p = f->rest + 3 * v;
                     double const along = c * p[0] + s * p[2], across = c * p[2] - s * p[0];
                     double const bent = sin(curvature * along) / curvature;
                     f->x[3 * v] = c * bent - s * across;

@@ -74,7 +74,7 @@ static void test_flat_cloth(void **state) {
         double const along = fabs(coordinates[3] - coordinates[1]);
         assert_true(fmin(across, along) < 1e-12 && fabs(fmax(across, along) - 1.0 / 9) < 1e-12);
         /* Counter-clockwise stays so: diagonals tell a mirror image by the sign of the area. */
-        double const *const c = coordinates;
+        const double *const c = coordinates;
         double const area = (c[2] - c[0]) * (c[21] - c[1]) - (c[3] - c[1]) * (c[20] - c[0]);
         assert_true(area > 0.0);
         tulle_mesh_destroy(&mesh);
@@ -225,7 +225,7 @@ static double find_gap_plainly(const render_gap_surface *surfaces, size_t count,
     double best = farthest;
     for (size_t i = 0; i < count; i++) {
         for (size_t t = 0; t < surfaces[i].mesh.triangle_count; t++) {
-            uint32_t const *const corners = surfaces[i].mesh.triangles + 3 * t;
+            const uint32_t *const corners = surfaces[i].mesh.triangles + 3 * t;
             bool const is_own = i == surface && own->pieces[t] == piece;
             if (is_own && (corners[0] == vertex || corners[1] == vertex || corners[2] == vertex))
                 continue;

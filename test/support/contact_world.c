@@ -82,7 +82,7 @@ void start_contact_world(contact_world *world) {
     world->material.restitution = world->restitution;
     assert_int_equal(tulle_world_create(&world->def, &world->world, NULL), TULLE_OK);
     for (size_t s = 0; s < world->surface_count; s++) {
-        contact_mesh const *const mesh = &world->meshes[s];
+        const contact_mesh *const mesh = &world->meshes[s];
         tulle_mesh_view const view = {mesh->positions, mesh->vertex_count, mesh->triangles,
                                       mesh->triangle_count};
         char name[32];
@@ -173,7 +173,7 @@ tulle_status step_contact_world(contact_world *world, double h) {
 size_t judge_contact_world(const contact_world *world) {
     tulle_check_body bodies[CONTACT_MAX_SURFACES];
     for (size_t s = 0; s < world->surface_count; s++) {
-        contact_mesh const *const mesh = &world->meshes[s];
+        const contact_mesh *const mesh = &world->meshes[s];
         bodies[s] =
             (tulle_check_body){.mesh = {world->x0 + 3 * (size_t)world->surfaces[s].vertex_begin,
                                         mesh->vertex_count, mesh->triangles, mesh->triangle_count},
@@ -225,10 +225,10 @@ void add_contact_spike(contact_world *world, vec3 foot, double height) {
 }
 
 double measure_contact_stretch(const contact_world *world) {
-    cloth_model const *const model = world->world->model;
+    const cloth_model *const model = world->world->model;
     double largest = 0.0;
     for (size_t i = 0; i < model->spring_count; i++) {
-        cloth_spring const *const spring = &model->springs[i];
+        const cloth_spring *const spring = &model->springs[i];
         vec3 const d = vec3_sub(vec3_load(world->x0, spring->vertices[0]),
                                 vec3_load(world->x0, spring->vertices[1]));
         largest = fmax(largest, vec3_norm(d) / spring->rest_length);

@@ -205,7 +205,7 @@ static void assert_is_disc(const patch_scene *scene, const uint32_t *labels, uin
             for (size_t e = 0; e < 3; e++) {
                 uint32_t const edge = topo->triangle_edges[3 * triangle + e];
                 if (topo->edges[2 * edge] != v && topo->edges[2 * edge + 1] != v) continue;
-                uint32_t const *const both = topo->edge_triangles + 2 * (size_t)edge;
+                const uint32_t *const both = topo->edge_triangles + 2 * (size_t)edge;
                 uint32_t const other = both[0] == triangle ? both[1] : both[0];
                 rims += other == TULLE_NONE || labels[other] != label;
             }

@@ -264,7 +264,7 @@ static tangled_start make_once(tangled_family family, uint64_t seed, double stre
     } else {
         make_with_obstacle(&start, &random, strength, n);
     }
-    double const *const positions[] = {start.cloths[0].positions, start.cloths[1].positions};
+    const double *const positions[] = {start.cloths[0].positions, start.cloths[1].positions};
     start.pair_count = judge(&start, positions, start.obstacle.positions);
     return start;
 }
@@ -308,10 +308,10 @@ tulle_world *tangled_make_world(const tangled_start *start, const tulle_world_de
 }
 
 size_t tangled_judge(const tangled_start *start, const tulle_world *world) {
-    double const *positions[TANGLED_BODIES_MAX] = {0};
+    const double *positions[TANGLED_BODIES_MAX] = {0};
     for (size_t i = 0; i < start->cloth_count; i++)
         positions[i] = tulle_cloth_get_positions(world, (tulle_cloth_id){(uint32_t)i, 1}, NULL);
-    double const *const obstacle =
+    const double *const obstacle =
         start->obstacle.vertex_count > 0
             ? tulle_obstacle_get_positions(world, (tulle_obstacle_id){0, 1}, NULL)
             : NULL;

@@ -172,7 +172,7 @@ static void accelerates_at_40_degrees(validation_run *run) {
 /* Height of the highest vertex over the plane [m]. */
 static double find_height(const incline *slope) {
     size_t count;
-    double const *const x = tulle_cloth_get_positions(slope->world, slope->patch, &count);
+    const double *const x = tulle_cloth_get_positions(slope->world, slope->patch, &count);
     double highest = 0.0;
     for (size_t v = 0; v < count; v++) highest = fmax(highest, x[3 * v + 2]);
     return highest;

@@ -52,7 +52,7 @@ static void place_column(const edge_case *edge, double length, double place[2]) 
 }
 
 static tulle_mesh make_ribbon(edge_run *run, double **rest) {
-    edge_case const *const edge = run->edge;
+    const edge_case *const edge = run->edge;
     double const length = edge->top + edge->contact_distance * RIGHT_ANGLE + edge->hanging;
     run->columns = (size_t)lround(length / edge->column) + 1;
     tulle_shape_def shape = tulle_shape_def_default(TULLE_SHAPE_RECTANGLE);
@@ -144,7 +144,7 @@ static unsigned sum_forces(const edge_run *run, double force[3]) {
     force[0] = force[1] = force[2] = 0.0;
     assert_int_equal(tulle_world_get_contacts(run->world, &contacts, &count, NULL), TULLE_OK);
     for (size_t i = 0; i < count; i++) {
-        tulle_contact const *const c = &contacts[i];
+        const tulle_contact *const c = &contacts[i];
         double const reach = -REACH * run->edge->contact_distance;
         if (c->object_a == c->object_b || c->position[0] < reach || c->position[2] < reach)
             continue;
@@ -162,7 +162,7 @@ typedef struct edge_forces {
 } edge_forces;
 
 static edge_forces find_expected(const edge_run *run) {
-    edge_case const *const edge = run->edge;
+    const edge_case *const edge = run->edge;
     double const radius = edge->contact_distance;
     double const m = edge->friction;
     double const per_length = (ROWS - 1) * 2.0 * edge->column * AREA_DENSITY * GRAVITY;

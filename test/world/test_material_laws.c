@@ -58,7 +58,7 @@ static void set(tulle_world *world, const char *a, const char *b, const tulle_co
 static void expect(const tulle_world *world, size_t a, size_t b, const double expected[3]) {
     size_t const count = world->set.surface_count;
     for (int i = 0; i < 2; i++) {
-        contact_law const *const law = &world->laws[i == 0 ? a * count + b : b * count + a];
+        const contact_law *const law = &world->laws[i == 0 ? a * count + b : b * count + a];
         if (law->static_friction != expected[0] || law->dynamic_friction != expected[1] ||
             law->restitution != expected[2])
             fail_msg("%zu and %zu: %g, %g, %g", a, b, law->static_friction, law->dynamic_friction,

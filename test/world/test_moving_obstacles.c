@@ -87,7 +87,7 @@ typedef struct rising_frames {
 
 static tulle_status read_rising_frame(void *context, uint32_t frame, double *positions,
                                       tulle_error *error) {
-    rising_frames const *const frames = context;
+    const rising_frames *const frames = context;
     for (size_t v = 0; v < frames->mesh->vertex_count; v++) {
         for (size_t c = 0; c < 3; c++) positions[3 * v + c] = frames->mesh->positions[3 * v + c];
         positions[3 * v + 2] += 0.01 * frame;

@@ -76,7 +76,7 @@ static void add_drum(tulle_world *world, const tulle_mesh *mesh) {
 /* Mean angle of the patch about the axis, less what the drum has turned [rad]. */
 static double find_lead(const tulle_world *world, tulle_cloth_id patch) {
     size_t count;
-    double const *const x = tulle_cloth_get_positions(world, patch, &count);
+    const double *const x = tulle_cloth_get_positions(world, patch, &count);
     double const turn = SPIN * tulle_world_get_time(world);
     double across = 0.0, along = 0.0;
     for (size_t v = 0; v < count; v++) {

@@ -47,8 +47,8 @@ static void sheet_falls_freely(void **state) {
     int const count = 30;
     for (int i = 0; i < count; i++) step_or_fail(world, NULL);
     /* implicit Euler: v = -g t, drop = g h^2 n (n + 1) / 2; cotton's air damping is part of it */
-    double const *const x = tulle_cloth_get_positions(world, cloth, NULL);
-    double const *const v = tulle_cloth_get_velocities(world, cloth, NULL);
+    const double *const x = tulle_cloth_get_positions(world, cloth, NULL);
+    const double *const v = tulle_cloth_get_velocities(world, cloth, NULL);
     tulle_material material;
     assert_int_equal(tulle_material_preset("cotton", &material), TULLE_OK);
     double speed = 0.0, height = 3.0;
@@ -72,7 +72,7 @@ static void assert_stretch_is_found(const tulle_world *world, const tulle_mesh *
     tulle_stretch const found = tulle_world_find_largest_stretch(world);
     assert_near(found.stretch, stretch, 1e-12);
     assert_int_equal(found.cloth, 0);
-    double const *const x = tulle_cloth_get_positions(world, (tulle_cloth_id){0, 1}, NULL);
+    const double *const x = tulle_cloth_get_positions(world, (tulle_cloth_id){0, 1}, NULL);
     double now = 0.0, before = 0.0;
     for (size_t c = 0; c < 3; c++) {
         size_t const a = 3 * (size_t)found.vertices[0] + c, b = 3 * (size_t)found.vertices[1] + c;
@@ -225,7 +225,7 @@ static void pins_hold_move_and_let_go(void **state) {
     tulle_cloth_id id;
     assert_int_equal(tulle_world_add_cloth(world, &def, &id, NULL), TULLE_OK);
     for (int i = 0; i < 45; i++) step_or_fail(world, NULL);
-    double const *x = tulle_cloth_get_positions(world, id, NULL);
+    const double *x = tulle_cloth_get_positions(world, id, NULL);
     for (int k = 0; k < 2; k++) {
         for (int c = 0; c < 3; c++) {
             assert_true(x[3 * held[k] + (uint32_t)c] == sheet.positions[3 * held[k] + (uint32_t)c]);
@@ -320,7 +320,7 @@ static void pinch(tulle_on_pinch choice) {
     }
     assert_true(was_pinched);
     if (choice == TULLE_ON_PINCH_SLOW) { /* it follows its script again */
-        double const *const x =
+        const double *const x =
             tulle_obstacle_get_positions(world, (tulle_obstacle_id){1, 1}, NULL);
         assert_near(x[2], plates[1].positions[2], 1e-12);
     }

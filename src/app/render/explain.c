@@ -45,7 +45,7 @@ static tulle_status compute_speeds(picture_explanation *self, picture_run *run,
     tulle_status const status = read_debug(run, &debug, error);
     if (status != TULLE_OK) return status;
     for (size_t i = 0; i < run->cloth_count; i++) {
-        double const *const v = debug ? debug->velocities[i] : NULL;
+        const double *const v = debug ? debug->velocities[i] : NULL;
         for (size_t k = 0; k < run->bodies[i].mesh.vertex_count; k++)
             self->values[i][k] = v ? sqrt(v[3 * k] * v[3 * k] + v[3 * k + 1] * v[3 * k + 1] +
                                           v[3 * k + 2] * v[3 * k + 2])

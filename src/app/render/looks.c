@@ -61,7 +61,7 @@ static void set_back(const float front[3], float back[3]) {
 static double get_area(tulle_mesh_view mesh) {
     double sum = 0.0;
     for (size_t t = 0; t < mesh.triangle_count; t++) {
-        double const *x[3];
+        const double *x[3];
         for (size_t k = 0; k < 3; k++)
             x[k] = mesh.positions + 3 * (size_t)mesh.triangles[3 * t + k];
         double a[3], b[3];

@@ -166,9 +166,9 @@ static void measure_edges(picture_run *run) {
     for (size_t i = 0; i < run->cloth_count; i++) {
         tulle_mesh_view const mesh = run->bodies[i].rest;
         for (size_t k = 0; k < 3 * mesh.triangle_count; k++, count++) {
-            double const *const a = mesh.positions + 3 * (size_t)mesh.triangles[k];
+            const double *const a = mesh.positions + 3 * (size_t)mesh.triangles[k];
             size_t const next = k - k % 3 + (k + 1) % 3;
-            double const *const b = mesh.positions + 3 * (size_t)mesh.triangles[next];
+            const double *const b = mesh.positions + 3 * (size_t)mesh.triangles[next];
             double const x = b[0] - a[0], y = b[1] - a[1], z = b[2] - a[2];
             sum += sqrt(x * x + y * y + z * z);
         }

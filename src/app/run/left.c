@@ -21,7 +21,7 @@ static void print_triangle(FILE *file, const run_session *session, uint32_t obje
     tulle_mesh_view const mesh =
         object < cloth_count ? tulle_scene_get_cloth_mesh(session->scene, object)
                              : tulle_scene_get_obstacle_mesh(session->scene, object - cloth_count);
-    uint32_t const *const corners = mesh.triangles + 3 * (size_t)triangle;
+    const uint32_t *const corners = mesh.triangles + 3 * (size_t)triangle;
     fputc('"', file);
     for (const char *letter = get_name(session, object); *letter; letter++) {
         if (*letter == '"') fputc('"', file);
@@ -35,10 +35,10 @@ tulle_status run_write_left(const run_session *session, tulle_error *error) {
     if (!path) return TULLE_OK;
     FILE *const file = fopen(path, "w");
     size_t count = 0;
-    tulle_intersection const *const pairs =
+    const tulle_intersection *const pairs =
         tulle_world_get_intersections(session->built.world, &count);
     size_t overlap_count = 0;
-    tulle_overlap const *const overlaps =
+    const tulle_overlap *const overlaps =
         tulle_world_get_overlaps(session->built.world, &overlap_count);
     if (file)
         fprintf(file, "object_a,triangle_a,a0,a1,a2,object_b,triangle_b,b0,b1,b2,depth,x,y,z\n");
@@ -46,7 +46,7 @@ tulle_status run_write_left(const run_session *session, tulle_error *error) {
         print_triangle(file, session, pairs[i].object_a, pairs[i].triangle_a);
         fputc(',', file);
         print_triangle(file, session, pairs[i].object_b, pairs[i].triangle_b);
-        double const *const position = overlaps[i].position;
+        const double *const position = overlaps[i].position;
         fprintf(file, ",%.9g,%.9g,%.9g,%.9g\n", overlaps[i].depth, position[0], position[1],
                 position[2]);
     }

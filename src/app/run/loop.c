@@ -20,7 +20,7 @@ static tulle_status check_extent(const run_session *session, tulle_error *error)
     double const farthest = minimum_gap * 0x1p24 / (2.0 * sqrt(3.0));
     for (size_t i = 0; i < built->cloth_count; i++) {
         size_t count = 0;
-        double const *const x = tulle_cloth_get_positions(built->world, built->cloths[i], &count);
+        const double *const x = tulle_cloth_get_positions(built->world, built->cloths[i], &count);
         for (size_t k = 0; k < 3 * count; k++) {
             if (fabs(x[k]) <= farthest) continue;
             return error_set(error, TULLE_ERROR_LIMIT,
@@ -136,7 +136,7 @@ static tulle_status make_step(run_session *session, tulle_error *error) {
     if (status == TULLE_OK && done < session->wanted_steps && is_checkpoint_due(session))
         status = write_checkpoint(session, error);
     progress_show_step(session, &report);
-    char const *const message = tulle_world_last_message(world);
+    const char *const message = tulle_world_last_message(world);
     if (message[0]) progress_show_message(session, &report, message);
     char *const first = session->totals.message;
     if (!first[0]) snprintf(first, sizeof session->totals.message, "%s", message);

@@ -58,7 +58,7 @@ static void write_note(const obj_reader *reader, char *note, size_t size) {
     size_t length = 0;
     note[0] = '\0';
     for (size_t k = 0; k < reader->passed_count && length < size; k++) {
-        passed_kind const *const kind = &reader->passed[k];
+        const passed_kind *const kind = &reader->passed[k];
         length += (size_t)snprintf(note + length, size - length, "%s%zu '%s' (%sline %d)",
                                    k == 0 ? "passed over: " : ", ", kind->count, kind->name,
                                    k == 0 && kind->count > 1 ? "the first in " : "", kind->line);

@@ -14,7 +14,7 @@ static const char *get_name(const char *const *names, unsigned index) {
 }
 
 void run_detection_write(json_writer *writer, const run_record *record) {
-    tulle_world_detection const *const detection = &record->detection;
+    const tulle_world_detection *const detection = &record->detection;
     if (!record->has_detection) return;
     json_begin(writer, "detection", '{');
     json_put_string(writer, "method", get_name(method_words, (unsigned)detection->method));
@@ -84,7 +84,7 @@ tulle_status run_response_read(run_record *record, const json_document *document
 }
 
 void run_untangle_write(json_writer *writer, const run_record *record) {
-    tulle_untangle_report const *const untangle = &record->untangle;
+    const tulle_untangle_report *const untangle = &record->untangle;
     if (!record->has_untangle || untangle->intersections == 0) return;
     json_begin(writer, "untangle", '{');
     json_put_unsigned(writer, "intersections", untangle->intersections);

@@ -71,7 +71,7 @@ static void begin_line(outcome_text *into) {
 /* "42 % at 0.5 s, between vertices 88 and 89 of 'sheet', at (0.1, 0.2, 0.3)" */
 static void add_stretch(outcome_text *into, const tulle_run_outcome *outcome,
                         const char *body_name) {
-    double const *const x = outcome->stretch_position;
+    const double *const x = outcome->stretch_position;
     add(into, "%.3g %% at %.6g s", 100.0 * (outcome->largest_stretch - 1.0),
         outcome->largest_stretch_time);
     if (outcome->has_stretch_place)
@@ -127,7 +127,7 @@ void tulle_run_outcome_describe(const tulle_run_outcome *outcome, const char *bo
 /* ---- to and from run.json ---- */
 
 void run_outcome_write(json_writer *writer, const run_record *record) {
-    tulle_run_outcome const *const outcome = &record->outcome;
+    const tulle_run_outcome *const outcome = &record->outcome;
     if (!record->has_outcome) return;
     json_begin(writer, "outcome", '{');
     json_put_unsigned(writer, "steps", outcome->steps);

@@ -34,7 +34,7 @@ vec3 world_get_hold_point(const world_hold *hold, int side, const double *positi
 bool world_add_hold(world_motion_state *state, const world_hold *hold) {
     size_t k = 0;
     for (; k < state->hold_count; k++) {
-        world_hold const *const old = &state->holds[k];
+        const world_hold *const old = &state->holds[k];
         if (old->kind == hold->kind && old->obstacles[0] == hold->obstacles[0] &&
             old->obstacles[1] == hold->obstacles[1])
             break;
@@ -66,7 +66,7 @@ bool world_is_held_or_released(const tulle_world *world, const world_motion_stat
                                size_t obstacle) {
     if (obstacle < world->obstacles.count && state->is_released[obstacle]) return true;
     for (size_t k = 0; k < state->hold_count; k++) {
-        world_hold const *const hold = &state->holds[k];
+        const world_hold *const hold = &state->holds[k];
         if (hold->kind == HOLD_ALL
                 ? obstacle == world->obstacles.count
                 : hold->obstacles[0] == obstacle ||
@@ -80,7 +80,7 @@ static bool side_is_valid(const tulle_world *world, const world_hold *hold, int 
     uint32_t const obstacle = hold->obstacles[side];
     if (obstacle == TULLE_NONE) return side == 1 || hold->kind == HOLD_ALL;
     if (obstacle >= world->obstacles.count) return false;
-    surface_range const *const range = &world->surfaces[world->cloths.count + obstacle];
+    const surface_range *const range = &world->surfaces[world->cloths.count + obstacle];
     for (int k = 0; k < 4; k++) {
         uint32_t const vertex = hold->points[side][k];
         if (vertex < range->vertex_begin || vertex >= range->vertex_end ||
@@ -92,7 +92,7 @@ static bool side_is_valid(const tulle_world *world, const world_hold *hold, int 
 
 bool world_holds_are_valid(const tulle_world *world, const world_motion_state *state) {
     for (size_t k = 0; k < state->hold_count; k++) {
-        world_hold const *const hold = &state->holds[k];
+        const world_hold *const hold = &state->holds[k];
         double const sum = hold->normal[0] + hold->normal[1] + hold->normal[2] + hold->gap +
                            hold->wanted_gap + hold->share + hold->lag;
         if (hold->kind > HOLD_ALL || hold->cloth >= world->set.surface_count || !isfinite(sum) ||
@@ -105,7 +105,7 @@ bool world_holds_are_valid(const tulle_world *world, const world_motion_state *s
 /* ---- targets ---- */
 
 void world_begin_holds(step_context *context) {
-    world_motion_state const *const state = context->state;
+    const world_motion_state *const state = context->state;
     context->is_script_frozen = false;
     for (size_t k = 0; k < state->hold_count; k++)
         context->is_script_frozen |=
@@ -117,7 +117,7 @@ static void compute_amounts(const tulle_world *world, const world_motion_state *
                             double amounts[HOLDS_MAX]) {
     double excess[HOLDS_MAX]; /* [m] by how much the script brings the points nearer than the gap */
     for (size_t k = 0; k < state->hold_count; k++) {
-        world_hold const *const hold = &state->holds[k];
+        const world_hold *const hold = &state->holds[k];
         vec3 const way = vec3_sub(world_get_hold_point(hold, 1, world->targets),
                                   world_get_hold_point(hold, 0, world->targets));
         amounts[k] = 0.0;
@@ -131,11 +131,11 @@ static void compute_amounts(const tulle_world *world, const world_motion_state *
     }
     for (int sweep = 0; sweep < HOLD_SWEEPS; sweep++) {
         for (size_t k = 0; k < state->hold_count; k++) {
-            world_hold const *const hold = &state->holds[k];
+            const world_hold *const hold = &state->holds[k];
             if (hold->kind != HOLD_APART) continue;
             double wanted = excess[k];
             for (size_t other = 0; other < state->hold_count; other++) {
-                world_hold const *const at = &state->holds[other];
+                const world_hold *const at = &state->holds[other];
                 if (other == k || at->kind != HOLD_APART) continue;
                 double const along =
                     vec3_dot(vec3_load(hold->normal, 0), vec3_load(at->normal, 0)) * amounts[other];
@@ -156,7 +156,7 @@ static void compute_amounts(const tulle_world *world, const world_motion_state *
 
 /* Whether a hold that is no HOLD_APART is about a vertex. Bodies are not held. */
 static bool concerns(const step_context *context, const world_hold *hold, size_t vertex) {
-    tulle_world const *const world = context->world;
+    const tulle_world *const world = context->world;
     size_t const first = world->cloth_vertex_count + 2 * world->body_count;
     if (vertex < first)
         return hold->kind == HOLD_ALL && vertex < world->cloth_vertex_count &&
@@ -190,19 +190,19 @@ static void limit_way(step_context *context, const world_hold *hold, double *lag
 
 void world_hold_targets(step_context *context) {
     tulle_world *const world = context->world;
-    world_motion_state const *const state = context->state;
+    const world_motion_state *const state = context->state;
     if (state->hold_count == 0) return;
     double amounts[HOLDS_MAX];
     compute_amounts(world, state, amounts);
     for (size_t k = 0; k < state->hold_count; k++) {
-        world_hold const *const hold = &state->holds[k];
+        const world_hold *const hold = &state->holds[k];
         context->hold_left[k] = amounts[k];
         if (hold->kind != HOLD_APART) continue;
         double const shares[2] = {-hold->share, 1.0 - hold->share};
         for (int side = 0; side < 2; side++) {
             vec3 const shift = vec3_scale(vec3_load(hold->normal, 0), shares[side] * amounts[k]);
             if (hold->obstacles[side] == TULLE_NONE || vec3_norm2(shift) == 0.0) continue;
-            surface_range const *const range =
+            const surface_range *const range =
                 &world->surfaces[world->cloths.count + hold->obstacles[side]];
             for (size_t v = range->vertex_begin; v < range->vertex_end; v++)
                 vec3_store(world->targets, v, vec3_add(vec3_load(world->targets, v), shift));

@@ -41,7 +41,7 @@ enum {
 };
 
 bool world_is_script_moving(const step_context *context) {
-    tulle_world const *const world = context->world;
+    const tulle_world *const world = context->world;
     if (context->is_script_frozen) return false;
     for (size_t v = 0; v < world->vertex_count; v++) {
         if (world->active_inverse_masses[v] != 0.0) continue;
@@ -94,7 +94,7 @@ static void write_message(step_context *context, const blocked_place *place,
     bool const is_body = place->surface >= world->cloths.count;
     size_t const row_count = world->rows.rows.count;
     for (size_t i = 0; is_body && i < row_count + place->is_pair; i++) {
-        uint32_t const *const vertices =
+        const uint32_t *const vertices =
             i < row_count ? world->rows.rows.data[i].frame.vertices : place->vertices;
         bool has_body = false;
         for (int k = 0; k < 4; k++)
@@ -154,7 +154,7 @@ tulle_status world_end_pinch(step_context *context) {
 /* [m] How far the script moves the point of an obstacle in this step. Zero for static obstacles and
  * bodies, which are not held. */
 static vec3 get_way(const step_context *context, size_t obstacle, const pinch_side *side) {
-    tulle_world const *const world = context->world;
+    const tulle_world *const world = context->world;
     vec3 way = {0, 0, 0};
     if (world->surfaces[world->cloths.count + obstacle].is_static ||
         world->obstacles.data[obstacle].body.is_dynamic)
@@ -172,9 +172,9 @@ static vec3 get_way(const step_context *context, size_t obstacle, const pinch_si
  * moves towards the other, or when there are too many holds. */
 static bool hold_apart(step_context *context, const blocked_place *place, const pinch_side *sides,
                        const size_t pair[2]) {
-    tulle_world const *const world = context->world;
+    const tulle_world *const world = context->world;
     bool const has_second = pair[1] != SIZE_MAX;
-    pinch_side const *const a = &sides[pair[0]];
+    const pinch_side *const a = &sides[pair[0]];
     vec3 normal = a->direction, second_way = {0, 0, 0};
     vec3 const first_way = get_way(context, pair[0], a);
     if (has_second) {
@@ -190,7 +190,7 @@ static bool hold_apart(step_context *context, const blocked_place *place, const 
     if (!(first + second > APPROACH_SHARE * world->minimum_gap)) return false;
     hold.share = first / (first + second);
     for (int k = 0; k < (has_second ? 2 : 1); k++) {
-        pinch_side const *const side = &sides[pair[k]];
+        const pinch_side *const side = &sides[pair[k]];
         hold.obstacles[k] = (uint32_t)pair[k];
         memcpy(hold.points[k], side->points, sizeof side->points);
         memcpy(hold.weights[k], side->weights, sizeof side->weights);
@@ -228,14 +228,14 @@ static bool hold_obstacles_apart(step_context *context, const blocked_place *pla
 
 /* Holds back more each time the step is made anew. */
 static void hold_back(step_context *context, const blocked_place *place, const pinch_side *sides) {
-    tulle_world const *const world = context->world;
+    const tulle_world *const world = context->world;
     if (world_delay_holds(context->state)) return;
     context->pinch_level++;
     if (context->pinch_level <= LEVEL_APART && hold_obstacles_apart(context, place, sides)) return;
     if (context->pinch_level < LEVEL_STILL) context->pinch_level = LEVEL_STILL;
     bool has_still = false;
     for (size_t i = 0; context->pinch_level == LEVEL_STILL && i < world->obstacles.count; i++) {
-        surface_range const *const range = &world->surfaces[world->cloths.count + i];
+        const surface_range *const range = &world->surfaces[world->cloths.count + i];
         bool const is_body = world->obstacles.data[i].body.is_dynamic;
         if (!sides[i].is_near || range->is_static || is_body) continue;
         world_hold still = {.kind = HOLD_STILL, .cloth = place->surface};

@@ -19,8 +19,8 @@ static const double TEARING_GROWTH = 0.1, TEARING_FREE = 1.05;
 static const double SQUEEZE_COSINE = -0.5;
 
 blocked_place world_find_blocked_place(const step_context *context) {
-    tulle_world const *const world = context->world;
-    commit_report const *const commit = &context->blocked;
+    const tulle_world *const world = context->world;
+    const commit_report *const commit = &context->blocked;
     blocked_place place = {0};
     if (!commit->has_blocking) return place;
     place.is_pair = true;
@@ -42,7 +42,7 @@ blocked_place world_find_blocked_place(const step_context *context) {
  * its neighbours. SIZE_MAX for other rows. */
 static size_t find_row_obstacle(const tulle_world *world, const contact_row *row,
                                 const blocked_place *place) {
-    adjacency const *const around = &world->topo.vertex_neighbours;
+    const adjacency *const around = &world->topo.vertex_neighbours;
     bool has_cloth = false, is_near = false;
     size_t obstacle = SIZE_MAX;
     for (int k = 0; k < 4; k++) {
@@ -112,14 +112,14 @@ static void add_blocked_pair(const tulle_world *world, const blocked_place *plac
 void world_find_pinch_sides(const tulle_world *world, const blocked_place *place,
                             pinch_side *sides) {
     for (size_t r = 0; r < world->rows.rows.count; r++) {
-        contact_row const *const row = &world->rows.rows.data[r];
+        const contact_row *const row = &world->rows.rows.data[r];
         size_t const obstacle = find_row_obstacle(world, row, place);
         if (obstacle == SIZE_MAX) continue;
         sides[obstacle].load += fmax(0.0, vec3_dot(row->frame.normal, row->solve.impulse));
         sides[obstacle].row_count++;
     }
     for (size_t r = 0; r < world->rows.rows.count; r++) {
-        contact_row const *const row = &world->rows.rows.data[r];
+        const contact_row *const row = &world->rows.rows.data[r];
         size_t const obstacle = find_row_obstacle(world, row, place);
         if (obstacle != SIZE_MAX) add_row(world, row, &sides[obstacle]);
     }
@@ -157,11 +157,11 @@ static bool is_squeezed(const step_context *context, const blocked_place *place)
     bool is_so = false;
     if (sides) world_find_pinch_sides(world, place, sides);
     for (size_t i = 0; sides && i < count; i++) {
-        pinch_side const *const a = &sides[i];
+        const pinch_side *const a = &sides[i];
         bool const is_pressing = a->has_direction && !(a->gap > world->contact_distance) &&
                                  !world->surfaces[world->cloths.count + i].is_body;
         for (size_t j = i + 1; is_pressing && j < count; j++) {
-            pinch_side const *const b = &sides[j];
+            const pinch_side *const b = &sides[j];
             if (!b->has_direction || b->gap > world->contact_distance ||
                 world->surfaces[world->cloths.count + j].is_body ||
                 vec3_dot(a->direction, b->direction) > SQUEEZE_COSINE)

@@ -22,8 +22,8 @@ static tulle_status accept_velocities(step_context *context) {
     tulle_world *const world = context->world;
     world_motion_state *const state = context->state;
     row_list *const rows = &world->rows;
-    linear_system const *const system = &world->system;
-    contact_response const *const response = context->scene.response;
+    const linear_system *const system = &world->system;
+    const contact_response *const response = context->scene.response;
     const double *const u = context->mean_velocity;
     bool const is_whole = context->outcome == SUBSTEP_WHOLE;
     size_t const bytes = 3 * world->vertex_count * sizeof(double);

@@ -36,7 +36,7 @@ tulle_status world_begin_carriers(step_context *context) {
 
 /* map = whole part^-1; false where `part` leaves too little. */
 static bool divide_maps(const affine_map *whole, const affine_map *part, affine_map *map) {
-    double const *const p = part->matrix.m, *const w = whole->matrix.m;
+    const double *const p = part->matrix.m, *const w = whole->matrix.m;
     vec3 const a = {p[0], p[3], p[6]}, b = {p[1], p[4], p[7]}, c = {p[2], p[5], p[8]};
     double const volume = vec3_dot(a, vec3_cross(b, c));
     if (!(volume >= VOLUME_LEFT_MIN)) return false;
@@ -53,7 +53,7 @@ static bool divide_maps(const affine_map *whole, const affine_map *part, affine_
 /* Whether the map takes the obstacle's vertices from where they are to their targets. */
 static bool map_fits(const step_context *context, const surface_range *range,
                      const affine_map *map) {
-    tulle_world const *const world = context->world;
+    const tulle_world *const world = context->world;
     for (uint32_t v = range->vertex_begin; v < range->vertex_end; v++) {
         vec3 const moved = vec3_add(
             mat3_multiply_vec3(&map->matrix, vec3_load(context->state->positions, v)), map->offset);
@@ -68,7 +68,7 @@ void world_find_carriers(step_context *context) {
     double const to = context->state->time + context->time_step;
     memset(context->carriers, 0, world->set.surface_count * sizeof *context->carriers);
     for (size_t i = 0; i < world->obstacles.count; i++) {
-        world_motion const *const motion = &world->obstacles.data[i].motion;
+        const world_motion *const motion = &world->obstacles.data[i].motion;
         if (motion->key_count == 0 || context->is_script_frozen) continue;
         size_t const surface = world->cloths.count + i;
         affine_map *const map = &context->carrier_maps[surface];

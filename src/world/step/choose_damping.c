@@ -19,12 +19,12 @@ static const double FREE_RATE = 10.0;
 static const double CONTACT_RATE = 40.0;
 
 double world_choose_damping(const step_context *context) {
-    tulle_world const *const world = context->world;
+    const tulle_world *const world = context->world;
     tulle_integrator const integrator = world->def.integrator;
     if (integrator == TULLE_INTEGRATOR_IMPLICIT_EULER) return 0.0;
-    row_list const *const list = &world->rows;
+    const row_list *const list = &world->rows;
     for (size_t i = 0; i < list->rows.count; i++) {
-        contact_row const *const row = &list->rows.data[i];
+        const contact_row *const row = &list->rows.data[i];
         bool const is_faster = row->law.approach + row->law.fall < row->law.bias;
         if (is_faster && row_is_impact(&context->scene, row)) return 1.0;
     }

@@ -17,7 +17,7 @@ static const double GRAVITY_SHARE = 1e-6, KINETIC_SHARE = 1e-12;
 static const double GAIN_MAX = 0.1;
 
 bool world_keeps_balance(const step_context *context) {
-    tulle_world const *const world = context->world;
+    const tulle_world *const world = context->world;
     return context->scene.response->keeps_momentum && world->rows.rows.count > 0 &&
            world->system.integrator == TULLE_INTEGRATOR_IMPLICIT_EULER;
 }
@@ -68,7 +68,7 @@ static tulle_status measure_pins(const step_context *context, double *work) {
 
 /* Kinetic energy [J] of the vertices that are held or of those that are not, with velocities u. */
 static double measure_kinetic(const step_context *context, bool is_held) {
-    tulle_world const *const world = context->world;
+    const tulle_world *const world = context->world;
     double sum = 0.0;
     for (size_t v = 0; v < world->cloth_vertex_count; v++)
         if ((world->is_fixed[v] != 0) == is_held)

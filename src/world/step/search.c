@@ -29,7 +29,7 @@ static const double HOLD_ANGLE = 1.5533430342749535;
 static const double HOLD_REACH_SHARE = 0.25;
 
 tulle_status world_start_detection(tulle_world *world) {
-    tulle_world_detection const *const def = &world->def.detection;
+    const tulle_world_detection *const def = &world->def.detection;
     bool const is_paper = def->method == TULLE_DETECT_PAPER;
     broad_phase_method const trees = def->method == TULLE_DETECT_BVOX ? BROAD_PHASE_BVOX
                                      : is_paper                       ? BROAD_PHASE_PAPER
@@ -164,7 +164,7 @@ static tulle_status renew_pairs(pair_source *source, const double *x1) {
  * those of the paths that the pairs were found for, so they leave out the same as before. */
 static tulle_status adapt_pairs(pair_source *source, const double *x1) {
     step_context *const context = source->context;
-    tulle_world const *const world = context->world;
+    const tulle_world *const world = context->world;
     if (!world->patches) return TULLE_OK;
     double const start = timer_now();
     /* The patches are proven for x0 -> x1 too where no vertex of a cloth ends farther from the end
@@ -185,7 +185,7 @@ static tulle_status adapt_pairs(pair_source *source, const double *x1) {
 }
 
 pair_source world_make_pair_source(step_context *context) {
-    tulle_world const *const world = context->world;
+    const tulle_world *const world = context->world;
     return (pair_source){.margin = world->separation_distance +
                                    PAIR_MARGIN_EDGE_SHARE * world->edge_length,
                          .renew = renew_pairs,

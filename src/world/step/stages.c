@@ -126,7 +126,7 @@ tulle_status world_solve_motion(step_context *context) {
     }
     solve_report solved = {0};
     world_load_bodies(context, world->system.share);
-    contact_response const *const response = context->scene.response;
+    const contact_response *const response = context->scene.response;
     tulle_status status =
         response->solve_motion(&context->scene, &system, &world->rows, u, &solved);
     context->has_settled =
@@ -191,7 +191,7 @@ tulle_status world_commit_safely(step_context *context) {
         }
     }
     if (status == TULLE_OK && context->outcome != SUBSTEP_GAINS) {
-        row_list const *const list = &context->world->rows;
+        const row_list *const list = &context->world->rows;
         report->rescue_impact_zones += commit->impact_zones;
         report->rescue_component_scalings += commit->component_scalings;
         report->rescue_global_scalings += commit->global_scalings;

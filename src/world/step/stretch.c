@@ -20,7 +20,7 @@ typedef struct edge_lengths {
 } edge_lengths;
 
 static edge_lengths measure_lengths(const step_context *context, size_t edge) {
-    tulle_world const *const world = context->world;
+    const tulle_world *const world = context->world;
     const double *const states[3] = {world->rest, context->state->positions, context->end};
     size_t const a = world->topo.edges[2 * edge], b = world->topo.edges[2 * edge + 1];
     double lengths[3];

@@ -25,7 +25,7 @@ void world_undo_step(tulle_world *world) {
 }
 
 tulle_status world_copy_start(tulle_world *world, tulle_error *error) {
-    world_motion_state const *const source = &world->now;
+    const world_motion_state *const source = &world->now;
     world_motion_state *const target = &world->next;
     size_t const bytes = 3 * world->vertex_count * sizeof(double);
     memcpy(target->positions, source->positions, bytes);

@@ -89,7 +89,7 @@ static void assert_stays_simple(const polygon *of, double reach, uint64_t *seed)
         for (size_t i = 0; i < of->count; i++) {
             double const angle = random_between(seed, -4.0, 4.0);
             double const far = sample % 2 ? reach : reach * random_uniform(seed);
-            double const *const a = of->start + 2 * i, *const b = of->end + 2 * i;
+            const double *const a = of->start + 2 * i, *const b = of->end + 2 * i;
             p[2 * i] = a[0] + t * (b[0] - a[0]) + far * cos(angle);
             p[2 * i + 1] = a[1] + t * (b[1] - a[1]) + far * sin(angle);
         }

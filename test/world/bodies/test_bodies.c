@@ -68,7 +68,7 @@ static void top_keeps_spin_and_energy(void **state) {
         worst = fmax(worst, sqrt(change2 / size2));
         if (i == 0) energy = report.kinetic_energy;
         drift = fmax(drift, fabs(report.kinetic_energy - energy) / energy);
-        double const *const q = now.rotation;
+        const double *const q = now.rotation;
         least = fmin(least, 1.0 - 2.0 * (q[1] * q[1] + q[3] * q[3])); /* y axis on itself */
     }
     print_message("top: spin drifts by %.2g, energy by %.2g; least cosine of its axis %.3f\n",

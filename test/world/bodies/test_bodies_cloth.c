@@ -26,7 +26,7 @@ static double *find_masses(const tulle_mesh *mesh, double area_density) {
     double *const masses = calloc(mesh->vertex_count, sizeof(double));
     assert_non_null(masses);
     for (size_t t = 0; t < mesh->triangle_count; t++) {
-        double const *p[3];
+        const double *p[3];
         double normal[3];
         for (int k = 0; k < 3; k++)
             p[k] = mesh->positions + 3 * (size_t)mesh->triangles[3 * t + (size_t)k];
@@ -76,7 +76,7 @@ static double measure_balance(const tulle_world *world, const double *before,
     vec3 linear = {0.0, 0.0, 0.0}, angular = {0.0, 0.0, 0.0};
     double total = 0.0;
     for (size_t i = 0; i < world->accepted_rows.rows.count; i++) {
-        contact_row const *const row = &world->accepted_rows.rows.data[i];
+        const contact_row *const row = &world->accepted_rows.rows.data[i];
         if (!row->frame.has_body) continue;
         total += vec3_norm(row->solve.impulse);
         for (int k = 0; k < 4; k++)

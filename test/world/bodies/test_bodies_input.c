@@ -104,7 +104,7 @@ static void bodies_that_cross_themselves_are_refused(void **state) {
     (void)state;
     tulle_mesh parts[2];
     parts[0] = bodies_make_box(0.2, 0.2, 0.2, (double[3]){0.0, 0.0, 0.0});
-    double const *const corner = parts[0].positions; /* of the second, it lies in the middle */
+    const double *const corner = parts[0].positions; /* of the second, it lies in the middle */
     parts[1] = bodies_make_box(0.2, 0.2, 0.2, (double[3]){-corner[0], -corner[1], -corner[2]});
     size_t const n = parts[0].vertex_count, m = parts[0].triangle_count;
     tulle_mesh both;

@@ -91,7 +91,7 @@ static void free_vise(vise *made) {
 
 /* Position of a finger's first vertex less that at the start. */
 static void get_way(const vise *made, uint32_t finger, double way[3]) {
-    double const *const x =
+    const double *const x =
         tulle_obstacle_get_positions(made->world, (tulle_obstacle_id){finger, 1}, NULL);
     for (int c = 0; c < 3; c++) way[c] = x[c] - made->fingers[finger].positions[c];
 }
@@ -122,7 +122,7 @@ static void close_slowly(vise_times times) {
     while (report.time < times.opened + 0.2) {
         tulle_error error = {0};
         assert_int_equal(tulle_world_step(made.world, STEP, &report, &error), TULLE_OK);
-        char const *const message = tulle_world_last_message(made.world);
+        const char *const message = tulle_world_last_message(made.world);
         bool const begins = report.pinched && !has_begun;
         if (begins) {
             assert_non_null(strstr(message, "is pinched near"));
@@ -150,8 +150,8 @@ static void close_slowly(vise_times times) {
         /* what is elsewhere falls on, as if it were alone: in substeps implicit Euler falls less
          * far, by up to g h t / 2 */
         assert_int_equal(tulle_world_step(alone, STEP, NULL, NULL), TULLE_OK);
-        double const *const x = tulle_cloth_get_positions(made.world, (tulle_cloth_id){1, 1}, NULL);
-        double const *const y = tulle_cloth_get_positions(alone, (tulle_cloth_id){0, 1}, NULL);
+        const double *const x = tulle_cloth_get_positions(made.world, (tulle_cloth_id){1, 1}, NULL);
+        const double *const y = tulle_cloth_get_positions(alone, (tulle_cloth_id){0, 1}, NULL);
         assert_near(x[2], y[2], 0.5 * 9.81 * STEP * report.time);
     }
     assert_true(has_begun && has_ended);
@@ -253,7 +253,7 @@ static void one_that_runs_into_held_cloth_waits(void **state) {
     for (int i = 0; i < 30; i++) {
         assert_int_equal(tulle_world_step(world, STEP, &report, NULL), TULLE_OK);
         was_pinched |= report.pinched != 0;
-        double const *const x =
+        const double *const x =
             tulle_obstacle_get_positions(world, (tulle_obstacle_id){0, 1}, NULL);
         double const rise = 0.1 * fmax(0.0, 1.0 - fabs(report.time / 0.2 - 1.0));
         double const got = x[2] - mesh.positions[2];

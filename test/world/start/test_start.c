@@ -47,7 +47,7 @@ static void refused_start_tells_how_deep_and_where(void **state) {
     assert_int_equal(count, 0);
     tulle_error error = {0};
     assert_int_equal(tulle_world_start(world, &error), TULLE_ERROR_INTERSECTING_START);
-    tulle_overlap const *const overlaps = tulle_world_get_overlaps(world, &count);
+    const tulle_overlap *const overlaps = tulle_world_get_overlaps(world, &count);
     size_t pair_count = 0;
     (void)tulle_world_get_intersections(world, &pair_count);
     assert_true(pair_count > 0);

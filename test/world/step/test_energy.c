@@ -27,7 +27,7 @@ static void add_needles(tulle_world *world) {
 
 /* What a step measured on its way is kept, and must be that of the state it came to. */
 static void check_energies(tulle_world *world, const tulle_step_report *report) {
-    world_motion_state const *const now = &world->now;
+    const world_motion_state *const now = &world->now;
     energy_options const options = {.gravity = vec3_load(world->def.gravity, 0),
                                     .threads = world->threads};
     cloth_energies measured;

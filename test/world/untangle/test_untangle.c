@@ -134,10 +134,10 @@ static void pins_and_velocities_stay(void **state) {
     obstacle.mesh = tulle_mesh_get_view(&start.obstacle);
     assert_int_equal(tulle_world_add_obstacle(world, &obstacle, NULL, NULL), TULLE_OK);
     assert_int_equal(tulle_world_start(world, NULL), TULLE_OK);
-    double const *const x = tulle_cloth_get_positions(world, id, NULL);
+    const double *const x = tulle_cloth_get_positions(world, id, NULL);
     assert_memory_equal(x + 3 * farthest, start.cloths[0].positions + 3 * farthest,
                         3 * sizeof(double));
-    double const *const v = tulle_cloth_get_velocities(world, id, NULL);
+    const double *const v = tulle_cloth_get_velocities(world, id, NULL);
     for (size_t i = 0; i < 3 * count; i++) assert_true(v[i] == cloth.velocity[i % 3]);
     assert_int_equal(tangled_judge(&start, world), 0);
     size_t left = 1;
@@ -165,7 +165,7 @@ static void limit_names_what_is_left(void **state) {
     assert_non_null(tulle_world_get_intersections(world, &left));
     assert_true(left > 0);
     assert_int_equal(tulle_world_get_untangle_report(world).left, left);
-    double const *const x = tulle_cloth_get_positions(world, (tulle_cloth_id){0, 1}, NULL);
+    const double *const x = tulle_cloth_get_positions(world, (tulle_cloth_id){0, 1}, NULL);
     assert_memory_equal(x, start.cloths[0].positions,
                         3 * start.cloths[0].vertex_count * sizeof(double));
     tulle_world_destroy(world);
@@ -190,7 +190,7 @@ static void request_stops_the_start(void **state) {
         assert_int_equal(tulle_world_start(world, &error), TULLE_ERROR_INTERRUPTED);
         assert_non_null(strstr(error.message, "rounds of untangling"));
         assert_int_equal(tulle_world_get_untangle_report(world).rounds, rounds);
-        double const *const x = tulle_cloth_get_positions(world, (tulle_cloth_id){0, 1}, NULL);
+        const double *const x = tulle_cloth_get_positions(world, (tulle_cloth_id){0, 1}, NULL);
         assert_memory_equal(x, start.cloths[0].positions,
                             3 * start.cloths[0].vertex_count * sizeof(double));
     }
