@@ -1,14 +1,15 @@
 #!/usr/bin/env python3
 """Checks the links of README.md, CHANGELOG.md and of the book: every file and every anchor that a page links to is there, every
 source file (`src/world/world.c`, `detect/surface_set.h`) and every public name (`tulle_world_step`) that a page names in code is
-there, every page that a source file names (docs/guide/scene.md) is there, and every page of docs/ stands in the `nav` of
-mkdocs.yml.
+there, every page that a source file names (docs/guide/scene.md) is there, every .c or .h file that a comment in C names
+(`world/world.c`, or `run.h` alone) is there, and every page of docs/ stands in the `nav` of mkdocs.yml.
 
 usage: check_links.py [ROOT]        exit 1 if a link leads nowhere or a page is missing in the book's contents
        check_links.py --self-test   shows it each fault
 
 The anchor of a link to a page is a heading's: its words in small letters, joined by "-". The anchor of a link to a header
-is a name that the header declares; the site turns such a link into one to the page of the header.
+is a name that the header declares; the site turns such a link into one to the page of the header. A comment names foreign
+headers in angle brackets (<stdio.h>), and patterns with signs or three capitals (`untangle_*.c`, `test_NAME.c`).
 """
 import os
 import posixpath
@@ -30,6 +31,9 @@ SOURCE_FOLDERS = ("", "src", "include", "test")
 CODE_FOLDERS = ("src", "include", "test", "examples", "bench", "tools", "cmake", "paper", "scenes")
 CODE_ENDINGS = (".c", ".h", ".cpp", ".py", ".sh", ".cmake", ".txt", ".yaml")
 PAGE = re.compile(r"\bdocs/[\w/]+\.md\b")
+COMMENT_OR_TEXT = re.compile(r'(/\*.*?\*/|//[^\n]*)|"(?:\\.|[^"\\\n])*"|\'(?:\\.|[^\'\\\n])*\'', re.S)
+NAMED_FILE = re.compile(r"(?<![\w./*?<>{}$-])(?:[\w-]+/)*[\w-]+\.[ch]\b(?![\w/*>])")
+COMMENT_FOLDERS = ("src", "include", "test", "examples", "bench", "paper")
 NAV_PAGE = re.compile(r"^\s*- (?:[^:#\n]+: *)?([\w/-]+\.md)\s*$", re.M)
 
 
@@ -112,6 +116,29 @@ def find_missing_pages(root):
             for page in sorted(set(PAGE.findall(read(path)))) if not os.path.exists(os.path.join(root, page))]
 
 
+def find_missing_files(root):
+    """Files that a comment in C names and that are not there: by path, by a path's end, or by a name anywhere in the tree."""
+    paths, known = [], set()
+    for here, folders, names in os.walk(root):
+        folders[:] = sorted(name for name in folders if name not in (".git", "build", "out"))
+        paths += [os.path.relpath(os.path.join(here, name), root).replace(os.sep, "/") for name in sorted(names)
+                  if name.endswith((".c", ".h", ".cpp"))]
+    for path in paths:
+        parts = path.split("/")
+        known |= {"/".join(parts[k:]) for k in range(len(parts))}
+    faults = []
+    for path in paths:
+        if path.split("/")[0] not in COMMENT_FOLDERS:
+            continue
+        text = read(os.path.join(root, path))
+        for comment in COMMENT_OR_TEXT.finditer(text):
+            for match in NAMED_FILE.finditer(comment.group(1) or ""):
+                if match.group() not in known and not ANY_NAME.search(match.group()):
+                    line = text.count("\n", 0, comment.start() + match.start()) + 1
+                    faults.append(f"{path}:{line}: there is no file {match.group()}")
+    return faults
+
+
 def find_faults(root):
     faults = []
     pages, public = find_pages(root), find_public_names(root)
@@ -125,7 +152,7 @@ def find_faults(root):
                 faults.append(f"{page}:{line}: the link to {target} leads nowhere")
             elif anchor and (os.path.isdir(found) or anchor not in get_anchors(found)):
                 faults.append(f"{page}:{line}: {place} has no anchor {anchor}")
-    faults += find_missing_pages(root)
+    faults += find_missing_pages(root) + find_missing_files(root)
     contents = NAV_PAGE.findall(read(os.path.join(root, "mkdocs.yml")).partition("\nnav:")[2])
     wanted = [page[len("docs/"):] for page in pages if page.startswith("docs/")]
     wanted += [f"reference/{name}" for name in find_reference_pages(root)]
@@ -159,6 +186,7 @@ SELF_TEST = (  # page, contents beyond index.md, faults
     ("`tulle_x`, `tulle_x(y)`, `tulle_x_*`", "", 0),
     ("`tulle_gone` and `tulle_gone()`", "", 2),
     ("GONE", "", 1),
+    ("COMMENT", "", 3),
     ("", "  - B: b.md\n", 1),
     ("", "  - index.md\n", 1),
 )
@@ -172,6 +200,9 @@ def self_test():
                      "include/tulle/x.h": "int tulle_x;\n", "src/x.c": "/* docs/index.md */\n"}
             if text == "GONE":
                 files["src/x.c"] = "/* docs/gone.md */\n"
+            if text == "COMMENT":
+                files["src/x.c"] = ("/* x.c: see tulle/x.h, x.h,\n * gone.h, src/gone.c. */ // old/x.c\nconst char *t = \"away.c\";\n"
+                                    "/* <stdio.h> x_*.c test_NAME.c */\n")
             files["mkdocs.yml"] = "nav:\n" if contents is None else "x: 1\nnav:\n  - T: index.md\n  - reference/x.md\n" + contents
             if contents is None:
                 files["mkdocs.yml"] = "x: 1\nnav:\n  - T: index.md\n"

@@ -1,5 +1,5 @@
 /* app/check/report.c - the verdicts of `tulle check` as text or as JSON lines, and the judging of
- * frames side by side. See check_frame.h. */
+ * frames side by side. See frame.h. */
 #include "app/check/frame.h"
 #include "app/cli/json_text.h"
 #include "base/parallel.h"

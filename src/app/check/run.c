@@ -1,4 +1,4 @@
-/* app/check/run.c - see check_run.h. Frames are read one after the other into slots, one for each
+/* app/check/run.c - see run.h. Frames are read one after the other into slots, one for each
  * thread, judged side by side, and printed in order. */
 #include "app/check/run.h"
 

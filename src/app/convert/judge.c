@@ -1,4 +1,4 @@
-/* app/convert/judge.c - see convert_judge.h. */
+/* app/convert/judge.c - see judge.h. */
 #include "app/convert/judge.h"
 
 #include "base/error.h"

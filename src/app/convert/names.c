@@ -1,4 +1,4 @@
-/* app/convert/names.c - see convert_names.h. */
+/* app/convert/names.c - see names.h. */
 #define _POSIX_C_SOURCE 200809L
 #include "app/convert/names.h"
 

@@ -1,4 +1,4 @@
-/* app/convert/source.c - see convert_source.h. */
+/* app/convert/source.c - see source.h. */
 #define _POSIX_C_SOURCE 200809L
 #include "app/convert/source.h"
 

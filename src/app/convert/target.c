@@ -1,4 +1,4 @@
-/* app/convert/target.c - see convert_target.h. */
+/* app/convert/target.c - see target.h. */
 #define _XOPEN_SOURCE 700
 #include "app/convert/target.h"
 

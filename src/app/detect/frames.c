@@ -1,4 +1,4 @@
-/* app/detect/frames.c - see detect_frames.h. */
+/* app/detect/frames.c - see frames.h. */
 #include "app/detect/frames.h"
 
 #include "app/cli/mesh_file.h"

@@ -1,4 +1,4 @@
-/* app/detect/names.c - the words of detect_report.h. */
+/* app/detect/names.c - the words of report.h. */
 #include "app/detect/report.h"
 
 const char *const detect_kind_names[] = {"vertex_face", "edge_edge", NULL};

@@ -1,4 +1,4 @@
-/* app/detect/passes.c - see detect_passes.h. */
+/* app/detect/passes.c - see passes.h. */
 #include "app/detect/passes.h"
 
 #include "app/cli/progress_bar.h"

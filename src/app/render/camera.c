@@ -1,4 +1,4 @@
-/* app/render/camera.c - see render_camera.h. */
+/* app/render/camera.c - see camera.h. */
 #include "app/render/camera.h"
 
 #include "app/render/options.h"

@@ -1,4 +1,4 @@
-/* app/render/explain.c - see render_explain.h. */
+/* app/render/explain.c - see explain.h. */
 #include "app/render/explain.h"
 
 #include "base/error.h"

@@ -1,4 +1,4 @@
-/* app/render/film.c - see render_film.h. ffmpeg is started without a shell, in a process group of
+/* app/render/film.c - see film.h. ffmpeg is started without a shell, in a process group of
  * its own so that a Ctrl-C of the terminal reaches only this program, which then decides. */
 #define _POSIX_C_SOURCE 200809L
 #include "app/render/film.h"

@@ -1,4 +1,4 @@
-/* app/render/options.c - see render_options.h. */
+/* app/render/options.c - see options.h. */
 #include "app/render/options.h"
 
 #include "app/cli/frame_range.h"

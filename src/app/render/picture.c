@@ -1,4 +1,4 @@
-/* app/render/picture.c - see render_picture.h. */
+/* app/render/picture.c - see picture.h. */
 #include "app/render/picture.h"
 
 #include "base/error.h"

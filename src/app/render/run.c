@@ -1,4 +1,4 @@
-/* app/render/run.c - see render_run.h. */
+/* app/render/run.c - see run.h. */
 #include "app/render/run.h"
 
 #include "base/error.h"

@@ -65,7 +65,7 @@ tulle_status picture_run_read_frame(picture_run *run, uint32_t frame, tulle_erro
 uint32_t picture_run_get_sample_count(const picture_run *run, uint32_t most);
 uint32_t picture_run_get_sample(const picture_run *run, uint32_t most, uint32_t index);
 
-/* ---- looks (render_looks.c) ---- */
+/* ---- looks (looks.c) ---- */
 
 /* Fills the surfaces of all bodies: colors, pattern, creases. */
 void picture_dress_bodies(picture_run *run);

@@ -1,4 +1,4 @@
-/* app/render/sequence.c - see render_sequence.h.
+/* app/render/sequence.c - see sequence.h.
  *
  * Each picture of a series or a film is a file, with a digest of everything that decides it. A file
  * that is there with the wanted digest is not made again. A film is encoded from its files once all

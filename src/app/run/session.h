@@ -80,14 +80,14 @@ tulle_status run_step_to_end(run_session *session, tulle_error *error);
 /* Writes the start as frame 0 and the first checkpoint. */
 tulle_status run_write_start(run_session *session, tulle_error *error);
 
-/* run_debug.c: room for the session's bodies; false when memory is short. */
+/* debug.c: room for the session's bodies; false when memory is short. */
 bool debug_record_prepare(debug_record *record, const run_session *session);
 /* Asks the world for what explains the frame it is at now. */
 tulle_status debug_record_fill(debug_record *record, const run_session *session,
                                tulle_error *error);
 void debug_record_release(debug_record *record);
 
-/* run_left.c: a line of CSV for every pair of triangles that refused the start. */
+/* left.c: a line of CSV for every pair of triangles that refused the start. */
 tulle_status run_write_left(const run_session *session, tulle_error *error);
 
 /* kind: "auto", "json" or "none". */
