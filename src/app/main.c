@@ -19,10 +19,10 @@ static const subcommand subcommands[] = {
     {"run", app_run, "simulates a scene and writes what comes of it to a directory"},
     {"check", app_check, "whether triangles intersect, in meshes and in every frame of runs"},
     {"detect", app_detect, "what collides while a surface moves from one state to the next"},
-    {"info", app_info, "what a mesh, a point cache or a run holds"},
+    {"info", app_info, "what a mesh, a scene, a point cache or a run holds"},
     {"render", app_render, "pictures and films of a run"},
     {"convert", app_convert, "meshes, point caches and runs from one format to another"},
-    {"bench", app_bench, "what the stages of a step cost, from captured inputs"},
+    {"bench", app_bench, "what the stages of a step cost in a scene"},
     {NULL, NULL, NULL},
 };
 

@@ -50,8 +50,10 @@ static tulle_status read_format(memory *heap, const char *path, const file_data 
         return is_solid && !stl_has_binary_size(data)
                    ? stl_read_text(heap, path, data, mesh, error)
                    : stl_read_binary(heap, path, data, mesh, error);
-    return error_set_at(error, TULLE_ERROR_UNSUPPORTED, path, 0, 0,
-                        "its format is not known; meshes end in .obj, .ply or .stl");
+    return error_set_at(
+        error, TULLE_ERROR_UNSUPPORTED, path, 0, 0,
+        "its format is not known here; meshes end in .obj, .ply or .stl (tulle convert "
+        "makes them of VTP files)");
 }
 
 tulle_status tulle_mesh_read_source(const char *path, tulle_mesh *mesh, tulle_mesh_source *source,

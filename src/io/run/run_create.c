@@ -207,8 +207,8 @@ static tulle_status check_existing(const char *directory, run_directory_kind kin
                             "holds files that are no run; choose a new or empty directory");
     if (kind == RUN_DIRECTORY_RUN && existing == TULLE_RUN_REFUSE)
         return error_set_at(error, TULLE_ERROR_INVALID_ARGUMENT, directory, 0, 0,
-                            "holds a run already; resume it, replace it, or choose another "
-                            "directory");
+                            "holds a run already; resume it (tulle run --resume), replace it "
+                            "(--force), or choose another directory");
     return TULLE_OK;
 }
 

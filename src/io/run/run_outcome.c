@@ -91,11 +91,11 @@ void tulle_run_outcome_describe(const tulle_run_outcome *outcome, const char *bo
     }
     if (outcome->unconverged_steps > 0) {
         begin_line(&into);
-        add(&into,
-            "a solve did not converge in %llu of %llu steps; the largest residual was %.3g at %.6g "
-            "s",
-            (unsigned long long)outcome->unconverged_steps, steps, outcome->worst_residual,
-            outcome->worst_residual_time);
+        add(&into, "a solve did not converge in %llu of %llu steps",
+            (unsigned long long)outcome->unconverged_steps, steps);
+        if (outcome->worst_residual > 0.0) /* else none was finite */
+            add(&into, "; the largest residual was %.3g at %.6g s", outcome->worst_residual,
+                outcome->worst_residual_time);
     }
     if (outcome->largest_stretch > NOTABLE_STRETCH) {
         begin_line(&into);
@@ -104,8 +104,9 @@ void tulle_run_outcome_describe(const tulle_run_outcome *outcome, const char *bo
     }
     if (outcome->cut_steps > 0) {
         begin_line(&into);
-        add(&into, "%llu of %llu steps were cut, into %u substeps at most",
-            (unsigned long long)outcome->cut_steps, steps, outcome->most_substeps);
+        add(&into, "%llu of %llu steps %s cut, into %u substeps at most",
+            (unsigned long long)outcome->cut_steps, steps, outcome->cut_steps == 1 ? "was" : "were",
+            outcome->most_substeps);
     }
     if (outcome->rescues > 0) {
         begin_line(&into);

@@ -184,7 +184,7 @@ tulle_status run_record_compare(const run_record *old, const run_record *new, co
     return error_set_at(
         error, TULLE_ERROR_INVALID_ARGUMENT, path, 0, 0,
         "the run here cannot be resumed: %s; run into another directory, or replace "
-        "this run",
+        "this run (--force)",
         difference);
 }
 
