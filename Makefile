@@ -75,7 +75,7 @@ test:
 test-long:
 	@$(INSTALL_PACKAGES) build test
 	@$(MAKE) --no-print-directory build-tests
-	@cd $(BUILD) && TULLE_TEST_LONG=1 ctest --output-on-failure --timeout 36000
+	@cd $(BUILD) && TULLE_TEST_LONG=1 $(CTEST) --timeout 36000
 
 # The quick tests under the address and undefined-behaviour sanitizers, and under the thread sanitizer.
 test-asan:
