@@ -8,9 +8,11 @@
 
 #include <stdbool.h>
 
-/* A pair may be called a hit up to a twentieth of the separation above it (HIT_PART_OF_SEPARATION
- * in time_of_impact.c). A pair that is left out of a test must keep more: the separation times
- * this. */
+/* A test of the separation s calls a pair a hit up to max(s / 20, d0 / 1000) above s, with d0 the
+ * excess at the start, and never farther above s than d0 / 10 (HIT_PART_... in impact_bounds.h). A
+ * pair that is left out of a test must keep more than s times this. That covers s / 20, and
+ * d0 / 1000 up to d0 = 60 s. Pairs that start farther apart and come together within one step may
+ * still be called hits; docs/method/update_patches.md says what follows. */
 static const double HIT_RESERVE = 1.06;
 
 /* Paths of the four points: start + t (end - start). */

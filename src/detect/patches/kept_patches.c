@@ -1,5 +1,7 @@
-/* detect/patches/kept_patches.c - how a call checks, repairs and grows patches; see kept_patches.h.
- * patch_schedule.c says when, patch_growth.c and kept_patches_check.c how. */
+/* detect/patches/kept_patches.c - the order of a call, which checks, repairs, grows and merges
+ * patches; see kept_patches.h. patch_schedule.c keeps the budget: it grows and merges when that is
+ * due and can be paid, and says whether a repair can be paid. The work itself is done by
+ * kept_patches_check.c, patch_growth.c (repairs too) and patch_merging.c. */
 #include "detect/patches/kept_patches_parts.h"
 
 #include <string.h>

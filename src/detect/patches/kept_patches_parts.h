@@ -130,6 +130,8 @@ bool schedule_is_possible(const patch_schedule *schedule, uint64_t triangle_coun
 void judge_last_search(kept_patches *patches, uint64_t edge_count);
 /* Lets patches go until the next try, and gives back what they took. */
 void let_patches_go(kept_patches *patches);
+/* Takes the cost of repairing a patch off the credit. False: the credit is too small, and stays. */
+bool pay_for_repair(patch_schedule *schedule, uint32_t triangle_count);
 /* Grows patches over everything, and merges them. */
 tulle_status grow_first(kept_patches *patches, const growth_input *input, patch_counts *counts);
 /* Grows patches where much is isolated, pays for it and says when the next growth may be. */

@@ -20,13 +20,11 @@
 #include <string.h>
 
 enum {
-    CONE_CHUNK = 512,     /* triangles; some 40 microseconds */
-    LOOKED_AT_MAX = 3,    /* triangles that one growth looks at, over all triangles */
-    YIELD_SHARE = 4,      /* one in that many must have found a patch when all might have been */
-    LARGE_SHARE = 16,     /* of all triangles: patches of more than one in that many are large */
-    LARGE_MINIMUM = 1024, /* [triangles] and at least that many */
-    REPAIR_COST = 2 /* [pairs of leaves] of a triangle of a patch that is repaired: twice what it
-                       takes, so that at most half of what is saved goes into repairs */
+    CONE_CHUNK = 512,    /* triangles; some 40 microseconds */
+    LOOKED_AT_MAX = 3,   /* triangles that one growth looks at, over all triangles */
+    YIELD_SHARE = 4,     /* one in that many must have found a patch when all might have been */
+    LARGE_SHARE = 16,    /* of all triangles: patches of more than one in that many are large */
+    LARGE_MINIMUM = 1024 /* [triangles] and at least that many */
 };
 
 /* [rad] For the rounding of the limit, and of coordinates far from the origin. */
@@ -289,9 +287,9 @@ tulle_status mend_patches(kept_patches *patches, const growth_input *input, patc
             counts->kept_count++;
             continue;
         }
-        uint64_t const cost = REPAIR_COST * (uint64_t)old.triangle_count;
-        bool const is_repaired = old.verdict != PATCH_LEFT && schedule->credit >= cost &&
-                                 (old.triangle_count <= most || patches->rules.keeps_all);
+        bool const is_repaired = old.verdict != PATCH_LEFT &&
+                                 (old.triangle_count <= most || patches->rules.keeps_all) &&
+                                 pay_for_repair(schedule, old.triangle_count);
 
         /* The patch is dissolved: its triangles are isolated, or go to the queue to be repaired. */
         const uint32_t *const list = patches->triangles.data + old.triangle_begin;
@@ -309,7 +307,6 @@ tulle_status mend_patches(kept_patches *patches, const growth_input *input, patc
         tulle_status status = reserve_growth(patches);
         if (status != TULLE_OK) return status;
         memcpy(patches->growth.queue, list, old.triangle_count * sizeof *list);
-        schedule->credit -= cost;
         counts->grown_triangle_count += old.triangle_count;
         kept_patch patch = {.axis = old.axis};
         status = settle_patch(patches, input, old.triangle_count, &patch, i + 1);

@@ -1,4 +1,4 @@
-/* detect/patches/patch_schedule.c - when patches are grown, merged and given up.
+/* detect/patches/patch_schedule.c - when patches are grown, merged, repaired and given up.
  *
  * The measure is the number of pairs of leaves that searches visit. With patches it is what the
  * last search counted; without patches it is at least the pairs that are near one another on the
@@ -16,6 +16,8 @@ enum {
     EDGE_COST = 3,          /* [half pairs] of checking an edge of a boundary */
     GROWTH_COST = 4,        /* [pairs] of a triangle that growth looks at, twice what it takes, so
                                that at most half of what is saved goes into growth */
+    REPAIR_COST = 2,        /* [pairs] of a triangle of a patch that is repaired, twice what it
+                               takes, so that at most half of what is saved goes into repairs */
     CREDIT_MOST = 8,        /* [pairs a triangle] */
     ISOLATED_SHARE = 8,     /* growth waits until one in that many triangles is isolated */
     GAIN_SHARE = 4,         /* it paid when one in that many of those found a patch */
@@ -103,6 +105,13 @@ void judge_last_search(kept_patches *patches, uint64_t edge_count) {
         if (schedule->pairs_without > schedule->near_pairs)
             schedule->pairs_without -= (schedule->pairs_without - schedule->near_pairs) / FADING;
     }
+}
+
+bool pay_for_repair(patch_schedule *schedule, uint32_t triangle_count) {
+    uint64_t const cost = REPAIR_COST * (uint64_t)triangle_count;
+    if (schedule->credit < cost) return false;
+    schedule->credit -= cost;
+    return true;
 }
 
 /* Takes the cost of looking at some triangles off the credit, as far as there is some. */

@@ -45,7 +45,8 @@ typedef struct triangle_products {
     double8 uu, uv, vv, a_u, a_v, determinant;
 } triangle_products;
 
-/* The foot a + f0 u + f1 v on a sound triangle by regions: find_foot_by_region. One division. */
+/* The foot a + f0 u + f1 v on a sound triangle, by the regions of closest_vertex_triangle
+ * (geom/distance.c). One division. */
 SIMD_INLINE void compute_foot_lanes(const triangle_products *p, double8 foot[2]) {
     double8 const uu = p->uu, uv = p->uv, vv = p->vv, a_u = p->a_u, a_v = p->a_v;
     double8 const determinant = p->determinant;
