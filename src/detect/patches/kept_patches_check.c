@@ -40,40 +40,18 @@ bool patch_faces_axis(const kept_patches *patches, const kept_patch *patch, cons
     return true;
 }
 
-patch_verdict check_patch(kept_patches *patches, const kept_patch *patch, const patch_step *step,
-                          const patch_rules *rules, check_task *part, void *scratch) {
-    bool const has_turns = !part || part->kind == CHECK_TURNS;
-    bool const has_contour = !part || part->kind == CHECK_CONTOUR;
-    size_t const begin = part ? part->begin : 0;
-    size_t const triangle_end = part ? part->end : patch->triangle_count;
-    if (!rules->has_certificate) {
-        bool const holds = !has_turns || patch_faces_axis(patches, patch, step, rules->max_angle,
-                                                          begin, triangle_end);
-        return holds ? PATCH_HOLDS_BY_CONE : PATCH_TURNED;
-    }
+/* Whether triangles begin .. end - 1 of a projected patch turn to the left. */
+static bool all_turn_left(const kept_patches *patches, const kept_patch *patch, size_t begin,
+                          size_t end, double reach) {
+    return TULLE_PICK_KERNEL(patch_turns_left)(
+        patches->points.data + patch->vertex_begin,
+        patches->corners.data + 3 * ((size_t)patch->triangle_begin + begin), end - begin, reach);
+}
 
-    /* Vertices are projected; their size gives the planar reach. */
-    if (part && part->kind == CHECK_PROJECTION) {
-        part->size = project_patch(patches, patch, step, begin, part->end);
-        return PATCH_HOLDS_BY_STAR;
-    }
-    double const reach =
-        part ? part->reach
-             : compute_planar_reach(rules->reach,
-                                    project_patch(patches, patch, step, 0, patch->vertex_count));
-    if (!(reach > 0.0)) return PATCH_TURNED;
-
-    /* All triangles turn to the left. */
+/* Whether the boundary of a projected patch stays simple. */
+static patch_verdict check_contour(const kept_patches *patches, const kept_patch *patch,
+                                   double reach, void *scratch) {
     const planar_path *const points = patches->points.data + patch->vertex_begin;
-    if (has_turns) {
-        const uint32_t *const corners =
-            patches->corners.data + 3 * ((size_t)patch->triangle_begin + begin);
-        if (!TULLE_PICK_KERNEL(patch_turns_left)(points, corners, triangle_end - begin, reach))
-            return PATCH_TURNED;
-    }
-    if (!has_contour) return PATCH_HOLDS_BY_STAR;
-
-    /* The boundary stays simple. */
     const uint32_t *const loop = patches->loops.data + patch->loop_begin;
     planar_path *const around = scratch;
     for (size_t i = 0; i < patch->loop_count; i++) around[i] = points[loop[i]];
@@ -83,6 +61,20 @@ patch_verdict check_patch(kept_patches *patches, const kept_patch *patch, const 
     return proof == CONTOUR_STAR    ? PATCH_HOLDS_BY_STAR
            : proof == CONTOUR_SWEPT ? PATCH_HOLDS_BY_SWEEP
                                     : PATCH_CROSSED;
+}
+
+patch_verdict check_patch(kept_patches *patches, const kept_patch *patch, const patch_step *step,
+                          const patch_rules *rules, void *scratch) {
+    if (!rules->has_certificate) {
+        bool const holds =
+            patch_faces_axis(patches, patch, step, rules->max_angle, 0, patch->triangle_count);
+        return holds ? PATCH_HOLDS_BY_CONE : PATCH_TURNED;
+    }
+    double const size = project_patch(patches, patch, step, 0, patch->vertex_count);
+    double const reach = compute_planar_reach(rules->reach, size);
+    if (!(reach > 0.0) || !all_turn_left(patches, patch, 0, patch->triangle_count, reach))
+        return PATCH_TURNED;
+    return check_contour(patches, patch, reach, scratch);
 }
 
 /* ---- tasks ---- */
@@ -139,6 +131,28 @@ typedef struct check_run {
     size_t task_begin;
 } check_run;
 
+/* Checks a share of a large patch. Triangles that hold give the best verdict, so the worst of all
+ * tasks tells by which test the contour holds. */
+static void run_share(const check_run *run, check_task *task, void *scratch) {
+    kept_patches *const patches = run->patches;
+    const kept_patch *const patch = &patches->patches.data[task->patch];
+    if (!run->rules->has_certificate) {
+        bool const holds = task->kind != CHECK_TURNS ||
+                           patch_faces_axis(patches, patch, run->step, run->rules->max_angle,
+                                            task->begin, task->end);
+        task->verdict = holds ? PATCH_HOLDS_BY_CONE : PATCH_TURNED;
+    } else if (task->kind == CHECK_PROJECTION) {
+        task->size = project_patch(patches, patch, run->step, task->begin, task->end);
+    } else if (!(task->reach > 0.0)) {
+        task->verdict = PATCH_TURNED;
+    } else if (task->kind == CHECK_CONTOUR) {
+        task->verdict = check_contour(patches, patch, task->reach, scratch);
+    } else {
+        bool const holds = all_turn_left(patches, patch, task->begin, task->end, task->reach);
+        task->verdict = holds ? PATCH_HOLDS_BY_STAR : PATCH_TURNED;
+    }
+}
+
 static void run_tasks(void *context, size_t begin, size_t end, size_t chunk, int worker) {
     (void)chunk;
     const check_run *const run = context;
@@ -147,15 +161,14 @@ static void run_tasks(void *context, size_t begin, size_t end, size_t chunk, int
     for (size_t i = begin; i < end; i++) {
         check_task *const task = &patches->tasks.data[run->task_begin + i];
         if (task->kind != CHECK_WHOLE) {
-            task->verdict = check_patch(patches, &patches->patches.data[task->patch], run->step,
-                                        run->rules, task, scratch);
+            run_share(run, task, scratch);
             continue;
         }
         for (uint32_t k = task->begin; k < task->end; k++) {
             kept_patch *const patch = &patches->patches.data[k];
             if (patch->triangle_count == 0 || patch->triangle_count > LARGE_PATCH) continue;
             patch->verdict = surface_meets_itself(run->step->set, patch->surface)
-                                 ? check_patch(patches, patch, run->step, run->rules, NULL, scratch)
+                                 ? check_patch(patches, patch, run->step, run->rules, scratch)
                                  : PATCH_LEFT;
         }
     }

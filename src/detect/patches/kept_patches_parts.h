@@ -42,7 +42,7 @@ typedef struct check_task {
     uint32_t kind;       /* check_kind */
     uint32_t patch;      /* the large one */
     uint32_t begin, end; /* vertices, triangles or patches */
-    uint32_t verdict;    /* result but of CHECK_WHOLE */
+    uint32_t verdict;    /* result of CHECK_CONTOUR and CHECK_TURNS */
     double size;         /* [m] result of CHECK_PROJECTION */
     double reach;        /* [m] planar, of CHECK_CONTOUR and CHECK_TURNS */
 } check_task;
@@ -142,10 +142,10 @@ tulle_status grow_when_due(kept_patches *patches, const growth_input *input, pat
 tulle_status merge_when_due(kept_patches *patches, const growth_input *input, patch_counts *counts);
 
 /* kept_patches_check.c */
-/* Checks a patch, or where `part` is not null only that share of it. scratch: contour_scratch_size
- * bytes for a contour of loop_count vertices. */
+/* Checks a patch as a whole. scratch: contour_scratch_size bytes for a contour of loop_count
+ * vertices. */
 patch_verdict check_patch(kept_patches *patches, const kept_patch *patch, const patch_step *step,
-                          const patch_rules *rules, check_task *part, void *scratch);
+                          const patch_rules *rules, void *scratch);
 /* Whether triangles begin .. end - 1 of a patch keep within max_angle of its axis. */
 bool patch_faces_axis(const kept_patches *patches, const kept_patch *patch, const patch_step *step,
                       double max_angle, size_t begin, size_t end);

@@ -117,10 +117,10 @@ tulle_status stage_and_check(kept_patches *patches, const growth_input *input, s
     if (!ARRAY_RESERVE(patches->heap, &patches->contour_scratch,
                        contour_scratch_size(patch->loop_count)))
         return TULLE_ERROR_OUT_OF_MEMORY;
-    patch->verdict = is_disc && patch->loop_count == 0
-                         ? PATCH_CROSSED
-                         : check_patch(patches, patch, input->step, input->rules, NULL,
-                                       patches->contour_scratch.data);
+    patch->verdict =
+        is_disc && patch->loop_count == 0
+            ? PATCH_CROSSED
+            : check_patch(patches, patch, input->step, input->rules, patches->contour_scratch.data);
     return TULLE_OK;
 }
 
