@@ -35,12 +35,11 @@ vec3 rigid_compute_spin(const rigid_body *body, quaternion orientation, vec3 ang
     return quaternion_rotate(orientation, vec3_make(own.x * i.x, own.y * i.y, own.z * i.z));
 }
 
-mat3 rigid_compute_inertia(const rigid_body *body, quaternion orientation, int power) {
-    vec3 const moments =
-        power < 0 ? divide(vec3_make(1.0, 1.0, 1.0), body->moments) : body->moments;
-    double const values[3] = {moments.x, moments.y, moments.z};
+/* R diag(values) R^T */
+static mat3 turn_diagonal(quaternion orientation, vec3 diagonal) {
+    double const values[3] = {diagonal.x, diagonal.y, diagonal.z};
     mat3 const r = quaternion_to_matrix(orientation);
-    mat3 result; /* R diag(values) R^T */
+    mat3 result;
     for (int i = 0; i < 3; i++) {
         for (int j = 0; j < 3; j++) {
             double sum = 0.0;
@@ -49,6 +48,14 @@ mat3 rigid_compute_inertia(const rigid_body *body, quaternion orientation, int p
         }
     }
     return result;
+}
+
+mat3 rigid_compute_inertia(const rigid_body *body, quaternion orientation) {
+    return turn_diagonal(orientation, body->moments);
+}
+
+mat3 rigid_compute_inverse_inertia(const rigid_body *body, quaternion orientation) {
+    return turn_diagonal(orientation, divide(vec3_make(1.0, 1.0, 1.0), body->moments));
 }
 
 double rigid_measure_kinetic_energy(const rigid_body *body, const rigid_state *state) {

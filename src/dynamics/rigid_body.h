@@ -28,8 +28,9 @@ typedef struct rigid_state {
 vec3 rigid_compute_angular_velocity(const rigid_body *body, const rigid_state *state);
 /* Spin [kg m^2/s] of the body when it turns with `angular_velocity` [rad/s]. */
 vec3 rigid_compute_spin(const rigid_body *body, quaternion orientation, vec3 angular_velocity);
-/* In the world's axes: I [kg m^2] for a power of 1, I^-1 [1/(kg m^2)] for a power of -1. */
-mat3 rigid_compute_inertia(const rigid_body *body, quaternion orientation, int power);
+/* I [kg m^2] and I^-1 [1/(kg m^2)] in the world's axes. */
+mat3 rigid_compute_inertia(const rigid_body *body, quaternion orientation);
+mat3 rigid_compute_inverse_inertia(const rigid_body *body, quaternion orientation);
 /* [J] of translation and rotation */
 double rigid_measure_kinetic_energy(const rigid_body *body, const rigid_state *state);
 

@@ -170,8 +170,8 @@ tulle_status world_prepare_bodies(step_context *context) {
         if (!answers) continue;
         memcpy(world->targets + 3 * begin, state->positions + 3 * begin,
                3 * count * sizeof(double));
-        body->inertia = rigid_compute_inertia(&obstacle->rigid, orientation, 1);
-        body->inverse_inertia = rigid_compute_inertia(&obstacle->rigid, orientation, -1);
+        body->inertia = rigid_compute_inertia(&obstacle->rigid, orientation);
+        body->inverse_inertia = rigid_compute_inverse_inertia(&obstacle->rigid, orientation);
         body->start.spin =
             mat3_multiply_vec3(&body->inertia, vec3_load(state->velocities, slot + 1));
     }
@@ -245,7 +245,7 @@ void world_finish_bodies(const step_context *context, double *end) {
         }
         quaternion const orientation = unpack_orientation(vec3_load(context->end, slot + 1));
         vec3 const spin = mat3_multiply_vec3(&body->inertia, vec3_load(end, slot + 1));
-        mat3 const inverse = rigid_compute_inertia(body->body, orientation, -1);
+        mat3 const inverse = rigid_compute_inverse_inertia(body->body, orientation);
         vec3_store(end, slot + 1, mat3_multiply_vec3(&inverse, spin));
         double const rate = context->passed > 0.0 ? 1.0 / context->passed : 0.0;
         for (size_t i = 3 * (size_t)body->vertex_begin; i < 3 * (size_t)body->vertex_end; i++)

@@ -130,7 +130,7 @@ static double compute_change(const step_context *context, size_t body, const bod
     vec3 const turn = vec3_add_scaled(vec3_scale(press->moment, whole), torque, -h);
     quaternion const orientation =
         unpack_orientation(vec3_load(context->state->positions, get_first_slot(world, body) + 1));
-    mat3 const inverse = rigid_compute_inertia(&obstacle->rigid, orientation, -1);
+    mat3 const inverse = rigid_compute_inverse_inertia(&obstacle->rigid, orientation);
     /* A push by cloth moves the body and those that it carries. Their weight is what cloth pressed
      * on it with against gravity when it fell asleep. */
     vec3 const gravity = context->scene.gravity;

@@ -39,7 +39,7 @@ tulle_status tulle_obstacle_get_transform(const tulle_world *world, tulle_obstac
     quaternion const turn =
         quaternion_normalize(quaternion_multiply(now, quaternion_conjugate(obstacle->axes)));
     double const rotation[4] = {turn.w, turn.x, turn.y, turn.z};
-    mat3 const inertia = rigid_compute_inertia(&obstacle->rigid, now, 1);
+    mat3 const inertia = rigid_compute_inertia(&obstacle->rigid, now);
     vec3_store(transform->position, 0, vec3_load(world->now.positions, slot));
     memcpy(transform->rotation, rotation, sizeof rotation);
     vec3_store(transform->velocity, 0, vec3_load(world->now.velocities, slot));
@@ -68,7 +68,7 @@ tulle_status tulle_obstacle_add_impulse(tulle_world *world, tulle_obstacle_id id
     const rigid_body *const rigid = &world->obstacles.data[id.index].rigid;
     size_t const slot = world->cloth_vertex_count + 2 * (size_t)body;
     double *const velocities = world->now.velocities;
-    mat3 const inverse = rigid_compute_inertia(rigid, get_orientation(world, slot), -1);
+    mat3 const inverse = rigid_compute_inverse_inertia(rigid, get_orientation(world, slot));
     vec3 const arm = vec3_sub(at, vec3_load(world->now.positions, slot));
     vec3_store(velocities, slot,
                vec3_add_scaled(vec3_load(velocities, slot), push, 1.0 / rigid->mass));
