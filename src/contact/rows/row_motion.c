@@ -11,7 +11,8 @@ static const double SIDE_SIGNS[2] = {1.0, -1.0};
  * edge lies under a held one, the impulse that moves the row would throw the free vertex away. */
 static const double LEAST_FREE_WEIGHT = 0.01;
 
-vec3 get_coupled_velocity(const contact_row *row, size_t vertex_end, const double *u) {
+/* The part of bodies in the relative velocity. */
+static inline vec3 get_body_velocity(const contact_row *row, const double *u) {
     const row_frame *const frame = &row->frame;
     vec3 sum = {0.0, 0.0, 0.0};
     for (int side = 0; side < 2 && frame->has_body; side++) {
@@ -20,14 +21,27 @@ vec3 get_coupled_velocity(const contact_row *row, size_t vertex_end, const doubl
         sum = vec3_add_scaled(sum, vec3_load(u, slot), SIDE_SIGNS[side]);
         sum = vec3_add(sum, vec3_cross(vec3_load(u, slot + 1), frame->arms[side]));
     }
+    return sum;
+}
+
+vec3 get_coupled_velocity(const contact_row *row, const double *u) {
+    vec3 sum = get_body_velocity(row, u);
     for (int k = 0; k < 4; k++)
-        if (frame->vertices[k] < vertex_end && is_row_vertex(row, k))
-            sum = vec3_add_scaled(sum, vec3_load(u, frame->vertices[k]), frame->weights[k]);
+        if (is_row_vertex(row, k))
+            sum = vec3_add_scaled(sum, vec3_load(u, row->frame.vertices[k]), row->frame.weights[k]);
+    return sum;
+}
+
+vec3 get_solved_velocity(const contact_row *row, size_t cloth_count, const double *u) {
+    vec3 sum = get_body_velocity(row, u);
+    for (int k = 0; k < 4; k++)
+        if (row->frame.vertices[k] < cloth_count)
+            sum = vec3_add_scaled(sum, vec3_load(u, row->frame.vertices[k]), row->frame.weights[k]);
     return sum;
 }
 
 vec3 get_free_velocity(const contact_scene *scene, const contact_row *row, const double *u) {
-    vec3 sum = get_coupled_velocity(row, 0, u);
+    vec3 sum = get_body_velocity(row, u);
     for (int k = 0; k < 4; k++)
         if (scene->inverse_mass[row->frame.vertices[k]] > 0.0)
             sum = vec3_add_scaled(sum, vec3_load(u, row->frame.vertices[k]), row->frame.weights[k]);

@@ -40,24 +40,26 @@ static inline const contact_body *find_side_body(const contact_scene *scene, con
     return &scene->bodies[(row->frame.slots[side] - scene->cloth_vertex_count) / 2];
 }
 
-/* The part in the relative velocity [m/s], of velocities u, that bodies have and those vertices
- * before `vertex_end` that count by themselves. */
-vec3 get_coupled_velocity(const contact_row *row, size_t vertex_end, const double *u);
+/* Velocity [m/s] of the first feature relative to the second, of a row with bodies: their part, and
+ * that of the vertices that count by themselves. */
+vec3 get_coupled_velocity(const contact_row *row, const double *u);
 
 /* Velocity [m/s] of the first feature relative to the second at the contact, less the row's
  * `turning`, which is the velocity of what keeps its place. */
 static inline vec3 get_relative_velocity(const contact_row *row, const double *u) {
     vec3 const of_points =
-        row->frame.has_body ? get_coupled_velocity(row, SIZE_MAX, u) : blend_row_vertices(row, u);
+        row->frame.has_body ? get_coupled_velocity(row, u) : blend_row_vertices(row, u);
     return vec3_sub(of_points, row->frame.turning);
 }
 
 /* The part that vertices and bodies with mass have in the relative velocity [m/s]. */
 vec3 get_free_velocity(const contact_scene *scene, const contact_row *row, const double *u);
 
-/* The next two see the unknowns of the solve: slots, and the vertices of cloth, which are those
+/* The next three see the unknowns of the solve: slots, and the vertices of cloth, which are those
  * before cloth_count. J maps velocities of the unknowns to that of the row. */
 
+/* J u [m/s]. */
+vec3 get_solved_velocity(const contact_row *row, size_t cloth_count, const double *u);
 /* Adds J^T impulse. */
 void add_row_impulse(const contact_row *row, size_t cloth_count, vec3 impulse, double *sum);
 /* Adds J^T stiffness J to diagonal blocks of 9 doubles. */

@@ -67,7 +67,7 @@ static void apply_with_hard_rows(void *context, const double *x, double *y) {
     if (!solve->is_cloth_only) apply_bodies(solve->scene, x, y);
     for (size_t i = 0; i < solve->hard_count; i++) {
         const contact_row *const row = solve->hard_rows[i];
-        vec3 const velocity = get_coupled_velocity(row, cloth_count, x);
+        vec3 const velocity = get_solved_velocity(row, cloth_count, x);
         add_row_impulse(row, cloth_count, mat3_multiply_vec3(&row->solve.pull, velocity), y);
     }
 }
@@ -158,10 +158,11 @@ static void descend_translations(motion_solve *solve, bool is_common, const doub
     }
     if (is_common) {
         vec3 const common = vec3_scale(total, total_mass > 0.0 ? 1.0 / total_mass : 0.0);
-        for (size_t s = 0; s < set->surface_count; s++)
-            for (uint32_t v = set->surfaces[s].vertex_begin;
-                 isfinite(masses[s]) && v < set->surfaces[s].vertex_end; v++)
+        for (size_t s = 0; s < set->surface_count; s++) {
+            if (!isfinite(masses[s])) continue;
+            for (uint32_t v = set->surfaces[s].vertex_begin; v < set->surfaces[s].vertex_end; v++)
                 vec3_store(shift, v, common);
+        }
         for (size_t b = 0; b < scene->body_count; b++) {
             if (!scene->bodies[b].is_free) continue;
             vec3_store(shift, get_body_slot(scene, b), common);
@@ -187,7 +188,8 @@ static tulle_status translate_cloths(motion_solve *solve) {
     const contact_scene *const scene = solve->scene;
     size_t const size = 3 * get_solved_count(scene), surface_count = scene->set->surface_count;
     arena_mark const mark = arena_get_mark(scene->scratch);
-    double *work[3], *const masses = ARENA_NEW(scene->scratch, double, surface_count);
+    double *const masses = ARENA_NEW(scene->scratch, double, surface_count);
+    double *work[3];
     bool has_memory = masses != NULL;
     for (int i = 0; i < 3; i++) {
         work[i] = ARENA_NEW(scene->scratch, double, size);
@@ -196,8 +198,10 @@ static tulle_status translate_cloths(motion_solve *solve) {
     size_t free_count = 0; /* cloths and bodies that nothing holds */
     for (size_t s = 0; s < surface_count && has_memory; s++) {
         const surface_range *const range = &scene->set->surfaces[s];
-        masses[s] = range->is_obstacle ? (double)INFINITY : 0.0;
-        for (uint32_t v = range->vertex_begin; v < range->vertex_end && !range->is_obstacle; v++)
+        masses[s] = (double)INFINITY;
+        if (range->is_obstacle) continue;
+        masses[s] = 0.0;
+        for (uint32_t v = range->vertex_begin; v < range->vertex_end; v++)
             masses[s] += 1.0 / scene->inverse_mass[v];
         free_count += isfinite(masses[s]);
     }
