@@ -167,10 +167,10 @@ double conjugate_gradients_choose_target(const conjugate_gradients_problem *prob
 tulle_status conjugate_gradients_measure(const conjugate_gradients_problem *problem, arena *scratch,
                                          double *norm) {
     arena_mark const mark = arena_get_mark(scratch);
-    size_t const count = problem->vertex_count;
+    size_t const count = problem->vertex_count, inverse_size = BLOCK_NUMBERS * count;
     solver work = {.problem = problem,
                    .chunk_count = parallel_chunk_count(count, VERTICES_PER_CHUNK),
-                   .inverse = ARENA_NEW(scratch, double, BLOCK_NUMBERS *count)};
+                   .inverse = ARENA_NEW(scratch, double, inverse_size)};
     work.partials = ARENA_NEW(scratch, double, work.chunk_count);
     bool const has_memory = work.inverse && work.partials;
     if (has_memory) *norm = sqrt(run_pass(&work, invert_diagonal));
@@ -181,14 +181,14 @@ tulle_status conjugate_gradients_measure(const conjugate_gradients_problem *prob
 tulle_status conjugate_gradients_solve(const conjugate_gradients_problem *problem, double *x,
                                        arena *scratch, conjugate_gradients_result *result) {
     arena_mark const mark = arena_get_mark(scratch);
-    size_t const count = problem->vertex_count;
+    size_t const count = problem->vertex_count, inverse_size = BLOCK_NUMBERS * count;
     solver work = {
         .problem = problem, .x = x, .chunk_count = parallel_chunk_count(count, VERTICES_PER_CHUNK)};
     work.residual = ARENA_NEW(scratch, double, 3 * count);
     work.direction = ARENA_NEW(scratch, double, 3 * count);
     work.product = ARENA_NEW(scratch, double, 3 * count);
     work.preconditioned = ARENA_NEW(scratch, double, 3 * count);
-    work.inverse = ARENA_NEW(scratch, double, BLOCK_NUMBERS *count);
+    work.inverse = ARENA_NEW(scratch, double, inverse_size);
     work.partials = ARENA_NEW(scratch, double, work.chunk_count);
     if (!work.residual || !work.direction || !work.product || !work.preconditioned ||
         !work.inverse || !work.partials) {

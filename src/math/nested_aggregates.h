@@ -36,13 +36,14 @@ typedef struct nested_aggregates {
     uint8_t *is_fixed; /* vertex_count, of the last matrix */
 } nested_aggregates;
 
-/* Aggregates of the vertices that the matrix joins. Null: no memory. */
+/* Aggregates of the vertices that the matrix joins. Null: no memory. During the call
+ * scratch holds the graphs of the levels. */
 nested_aggregates *nested_aggregates_build(memory *heap, const block_matrix *matrix,
                                            arena *scratch);
 void nested_aggregates_destroy(memory *heap, nested_aggregates *aggregates);
 
 /* Takes the numbers of a matrix without the rows and columns of fixed vertices (null: none).
- * False: no memory. */
+ * During the call scratch holds sums of blocks. False: no memory. */
 bool nested_aggregates_set_matrix(nested_aggregates *aggregates, const block_matrix *matrix,
                                   const uint8_t *is_fixed, int threads, arena *scratch);
 /* Puts these terms on the last matrix in place of earlier ones, and makes the aggregates ready

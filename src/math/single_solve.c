@@ -332,6 +332,8 @@ single_solver *single_solver_make(const conjugate_gradients_problem *problem,
     single_solver *const work = ARENA_NEW(scratch, single_solver, 1);
     if (!work) return NULL;
     size_t const count = problem->vertex_count, padded = 3 * count + SINGLE_PADDING;
+    size_t const padded_blocks = SINGLE_BLOCK * count + SINGLE_PADDING;
+    size_t const inverse_size = BLOCK_NUMBERS * count;
     *work = (single_solver){.problem = problem,
                             .system = system,
                             .x = x,
@@ -342,9 +344,9 @@ single_solver *single_solver_make(const conjugate_gradients_problem *problem,
     v->direction = ARENA_NEW_ZEROED(scratch, float, padded);
     v->product = ARENA_NEW_ZEROED(scratch, float, padded);
     v->preconditioned = ARENA_NEW_ZEROED(scratch, float, padded);
-    v->inverse = ARENA_NEW_ZEROED(scratch, float, SINGLE_BLOCK *count + SINGLE_PADDING);
+    v->inverse = ARENA_NEW_ZEROED(scratch, float, padded_blocks);
     work->product = problem->residual ? problem->residual : ARENA_NEW(scratch, double, 3 * count);
-    work->inverse = ARENA_NEW(scratch, double, BLOCK_NUMBERS *count);
+    work->inverse = ARENA_NEW(scratch, double, inverse_size);
     work->partials = ARENA_NEW(scratch, double, work->chunk_count);
     if (!v->x || !v->residual || !v->direction || !v->product || !v->preconditioned ||
         !v->inverse || !work->product || !work->inverse || !work->partials ||

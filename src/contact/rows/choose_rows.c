@@ -40,7 +40,8 @@ static row_choice make_row(const row_work *work, size_t i, contact_reader *reade
     bool const is_rim_row = is_on_rim(row->frame.weights);
     if (is_edge_row && is_rim_row) return ROW_DROPPED; /* left to the vertex's own rows */
     const stored_contact *const kept = read_contact(reader, event->kind, event->pair);
-    bool const is_old = row->law.is_old = kept != NULL;
+    bool const is_old = kept != NULL;
+    row->law.is_old = is_old;
     if (is_edge_row && row_is_hidden(scene, work->predicted, &work->planes, row, i))
         return ROW_DROPPED;
 
