@@ -150,8 +150,8 @@ def draw_round():
     return d
 
 
-def draw_solve_stages():
-    d = Drawing(640, 150, "Stages of the linear solve")
+def draw_solve_phases():
+    d = Drawing(640, 150, "Phases of the linear solve")
     for i, (words, color, fill) in enumerate((("single precision,\nblocks of the diagonal", BLUE, BLUE_FILL),
                                               ("single precision,\nwith aggregates", BLUE, BLUE_FILL),
                                               ("double precision", ORANGE, ORANGE_FILL))):
@@ -303,5 +303,5 @@ def draw_motion_space():
 
 
 DRAWINGS = {"row": draw_row, "cones": draw_cones, "end_frame": draw_end_frame, "coulomb": draw_coulomb, "forces": draw_forces,
-            "round": draw_round, "solve_stages": draw_solve_stages, "impacts": draw_impacts, "rescue": draw_rescue,
+            "round": draw_round, "solve_phases": draw_solve_phases, "impacts": draw_impacts, "rescue": draw_rescue,
             "rebound": draw_rebound, "body_row": draw_body_row, "pinch": draw_pinch, "motion_space": draw_motion_space}

@@ -1,13 +1,15 @@
 /* contact/pairs/near_pairs.c - see near_pairs.h.
  *
- * Two features approach each other by at most the longest ways of what moves and of anything else.
  * The list holds all pairs that start nearer than the largest separation distance, but for ignored
- * ones. Where the limit and the approach together are less than that distance, no other pair comes
- * under the limit.
+ * ones. Two features can approach each other by the sum of their ways. One of them is of cloth or
+ * of a free body, since no pair is of two scripted obstacles. So no approach exceeds the longest
+ * way of cloth and free bodies plus the longest way of all. If the limit plus this is less than the
+ * largest separation distance, no pair outside the list comes under the limit.
  *
- * Else a vertex is called fast if it goes farther than half of what the largest separation distance
- * exceeds the limit by. Two features without a fast vertex that are not in the list cannot come
- * under the limit, so besides the list only pairs with a fast vertex are taken.
+ * Otherwise let the margin be the largest separation distance less the limit. A vertex is fast if
+ * its way is longer than half the margin. A pair outside the list that has no fast vertex comes
+ * nearer by at most the margin, so it stays above the limit. Outside the list only pairs with a
+ * fast vertex are taken.
  *
  * Here alone safety rests on distances as they are computed. Their error is some roundings of the
  * coordinates, far below compute_rounding_slack. */
@@ -122,7 +124,7 @@ tulle_status pick_pairs(const contact_scene *scene, const pair_source *source, c
     const near_pair_list *const list = source->near_pairs;
     *picked = *source->pairs;
     if (!list) return TULLE_OK;
-    /* no pair is of two scripted obstacles: the longest ways of what moves and of anything else */
+    /* the longest way of cloth and free bodies, and that of scripted obstacles */
     double moved2 = 0.0, scripted2 = 0.0;
     for (size_t i = 0; i < scene->vertex_count; i++) {
         if (is_slot(scene, i)) continue;

@@ -12,9 +12,9 @@ typedef struct pair_distances {
     double contact, separation, minimum;
 } pair_distances;
 
-/* Those of a pair. Its vertices are numbered as by feature_pair_vertices: the first belongs to the
- * first feature, the last to the second. rest: its distance [m] in the rest shape, which matters
- * for pairs of one surface alone; null: it is computed. */
+/* Computes the distances of a pair. feature_pair_vertices numbers its vertices: the first belongs
+ * to the first feature, the last to the second. rest: the pair's distance [m] in the rest shape,
+ * which matters only for pairs of one surface; null: it is computed. */
 pair_distances compute_pair_distances(const contact_scene *scene, feature_kind kind,
                                       const uint32_t vertices[4], const double *rest);
 const contact_law *get_contact_law(const contact_scene *scene, const uint32_t vertices[4]);

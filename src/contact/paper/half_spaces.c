@@ -11,7 +11,7 @@
  * columns. */
 #include "contact/paper/half_spaces.h"
 
-/* A vector misses a half-space if it does so by more than this part of the largest number, which is
+/* A vector outside a half-space by up to this part of the largest number counts as inside. That is
  * some hundred roundings. */
 static const double MISSED_PART = 2e-14;
 /* A normal lies in the span of the active ones if its part outside of it is shorter than this. */

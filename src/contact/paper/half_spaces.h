@@ -15,8 +15,8 @@ typedef struct half_space {
 /* How half-spaces are read. */
 typedef struct half_space_rules {
     double low, high; /* an offset counts as the nearest value in this range */
-    /* How exact normals are. A vector misses a half-space only if it does so by more than this part
-     * of its size. A normal that lies this near to a line or plane is parallel to it. 0: up to
+    /* How exact normals are. A vector outside a half-space by up to this part of its size counts
+     * as inside. A normal that lies this near to a line or plane is parallel to it. 0: up to
      * rounding, 2e-14 */
     double tolerance;
 } half_space_rules;

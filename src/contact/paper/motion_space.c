@@ -7,8 +7,8 @@
 
 /* [rad] half of pi */
 static const double RIGHT_ANGLE = 1.5707963267948966;
-/* Normals of features that are a hundredth of a millimetre apart are exact to this: a vector misses
- * a half-space only if it does so by more than this part of its size. */
+/* Normals of features that are a hundredth of a millimetre apart are exact to this. So a vector
+ * outside a half-space by up to this part of its size counts as inside. */
 static const double NORMAL_TOLERANCE = 1e-9;
 /* A cone with |w|^2 up to this is a half-space but for rounding. */
 static const double HALF_SPACE_NORM2 = 1.0 + 1e-12;

@@ -19,7 +19,7 @@
 #include "contact/solve/hard_rows.h"
 #include "contact/solve/project_impulses.h"
 #include "contact/solve/solve_bodies.h"
-#include "contact/solve/solve_in_stages.h"
+#include "contact/solve/solve_in_phases.h"
 
 #include <string.h>
 
@@ -54,7 +54,7 @@ typedef struct motion_solve {
     friction_sums *sums; /* of each surface */
     double reference;
     double net_target; /* solves with bodies get below this residual; negative: not known yet */
-    staged_solve stages;
+    phased_solve phases;
     bool is_cloth_only; /* vectors of the system have no entries of slots */
 } motion_solve;
 
@@ -124,10 +124,10 @@ static void descend_translations(motion_solve *solve, bool is_common, const doub
     double *const shift = work[1], *const image = work[2];
     /* b - A u: that of the last solve, where it left one */
     const double *residual = work[0];
-    bool const is_known = solve->stages.has_residual && scene->body_count == 0;
-    solve->stages.has_residual = false; /* u moves on */
+    bool const is_known = solve->phases.has_residual && scene->body_count == 0;
+    solve->phases.has_residual = false; /* u moves on */
     if (is_known) {
-        residual = solve->stages.residual;
+        residual = solve->phases.residual;
     } else {
         apply_with_hard_rows(solve, solve->u, work[0]);
         for (size_t i = 0; i < size; i++) work[0][i] = solve->right_hand_side[i] - work[0][i];
@@ -272,7 +272,7 @@ static tulle_status solve_linear(motion_solve *solve) {
         problem.vertex_count = scene->cloth_vertex_count;
         precondition_bodies(scene, solve->diagonal, solve->right_hand_side, solve->u);
         status = solve->system->aggregates
-                     ? solve_in_stages(&solve->stages, &problem, solve->hard_rows,
+                     ? solve_in_phases(&solve->phases, &problem, solve->hard_rows,
                                        solve->hard_count, solve->u, &result)
                      : conjugate_gradients_solve(&problem, solve->u, scene->scratch, &result);
         solve->is_cloth_only = false;
@@ -336,12 +336,12 @@ tulle_status solve_motion(const contact_scene *scene, const motion_system *syste
                           .hard_rows = ARENA_NEW(scratch, contact_row *, list->rows.count),
                           .sums = ARENA_NEW(scratch, friction_sums, scene->set->surface_count),
                           .net_target = -1.0,
-                          .stages = {.scene = scene,
+                          .phases = {.scene = scene,
                                      .system = system,
                                      .residual = ARENA_NEW(scratch, double, 3 * count)}};
     tulle_status status = TULLE_ERROR_OUT_OF_MEMORY;
     if (solve.right_hand_side && solve.diagonal && solve.is_fixed && solve.hard_rows &&
-        solve.sums && solve.stages.residual) {
+        solve.sums && solve.phases.residual) {
         block_matrix_get_diagonal(system->matrix, solve.diagonal, scene->threads);
         for (size_t i = 0; i < count; i++)
             solve.is_fixed[i] = i < cloth_count ? !(scene->inverse_mass[i] > 0.0)

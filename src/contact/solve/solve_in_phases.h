@@ -1,22 +1,22 @@
-/* contact/solve/solve_in_stages.h - the linear solves of stage 7, the cheapest way first. */
-#ifndef TULLE_CONTACT_SOLVE_SOLVE_IN_STAGES_H
-#define TULLE_CONTACT_SOLVE_SOLVE_IN_STAGES_H
+/* contact/solve/solve_in_phases.h - the linear solves of stage 7, the cheapest way first. */
+#ifndef TULLE_CONTACT_SOLVE_SOLVE_IN_PHASES_H
+#define TULLE_CONTACT_SOLVE_SOLVE_IN_PHASES_H
 
 #include "contact/solve/solve_motion.h"
 
 /* What the solves of one linear system share. Before the first one, set scene, system and residual,
  * and zero the rest. */
-typedef struct staged_solve {
+typedef struct phased_solve {
     const contact_scene *scene;
     const motion_system *system; /* with its matrix */
     int plain_iterations;        /* without aggregates, of all solves so far */
     bool has_aggregates;         /* the aggregates have the numbers of this matrix */
     double *residual;            /* 3 per vertex: b - A u after a solve, if has_residual */
     bool has_residual;
-} staged_solve;
+} phased_solve;
 
 /* Solves as conjugate_gradients_solve does. problem->apply adds the hard rows to the matrix. */
-tulle_status solve_in_stages(staged_solve *stages, const conjugate_gradients_problem *problem,
+tulle_status solve_in_phases(phased_solve *phases, const conjugate_gradients_problem *problem,
                              contact_row *const *hard_rows, size_t hard_count, double *u,
                              conjugate_gradients_result *result);
 

@@ -1,9 +1,9 @@
-/* contact/solve/solve_in_stages.c - see solve_in_stages.h.
+/* contact/solve/solve_in_phases.c - see solve_in_phases.h.
  *
- * The first stage solves in single precision, preconditioned by the diagonal blocks of vertices. If
+ * The first phase solves in single precision, preconditioned by the diagonal blocks of vertices. If
  * that takes long, the second takes in the blocks of aggregates. If single precision fails, the
- * third solves in double precision. Which stage runs depends on counts alone, never on time. */
-#include "contact/solve/solve_in_stages.h"
+ * third solves in double precision. Which phase runs depends on counts alone, never on time. */
+#include "contact/solve/solve_in_phases.h"
 
 /* Iterations with the blocks of vertices alone. Free flight takes five to seven. To take in the
  * aggregates costs about as much as three. */
@@ -19,7 +19,7 @@ typedef struct solve_run {
 } solve_run;
 
 /* Runs at most so many iterations in single precision. True when the solve is done; else the next
- * stage keeps the target of this one. */
+ * phase keeps the target of this one. */
 static bool run_single(solve_run *run, int most) {
     int const left = run->limit - run->used;
     run->problem.max_iterations = left < most ? left : most;
@@ -31,15 +31,15 @@ static bool run_single(solve_run *run, int most) {
     return run->result->end == CONJUGATE_GRADIENTS_CONVERGED || run->used >= run->limit;
 }
 
-tulle_status solve_in_stages(staged_solve *stages, const conjugate_gradients_problem *problem,
+tulle_status solve_in_phases(phased_solve *phases, const conjugate_gradients_problem *problem,
                              contact_row *const *hard_rows, size_t hard_count, double *u,
                              conjugate_gradients_result *result) {
-    const contact_scene *const scene = stages->scene;
-    const block_matrix *const matrix = stages->system->matrix;
+    const contact_scene *const scene = phases->scene;
+    const block_matrix *const matrix = phases->system->matrix;
     arena *const scratch = scene->scratch;
     arena_mark const mark = arena_get_mark(scratch);
     solve_run run = {.problem = *problem, .result = result, .limit = problem->max_iterations};
-    run.problem.residual = stages->residual;
+    run.problem.residual = phases->residual;
     *result = (conjugate_gradients_result){.reference = problem->reference};
     matrix_term *const terms = ARENA_NEW(scratch, matrix_term, hard_count);
     for (size_t i = 0; terms && i < hard_count; i++) {
@@ -55,22 +55,22 @@ tulle_status solve_in_stages(staged_solve *stages, const conjugate_gradients_pro
     bool is_done = false;
     if (terms &&
         single_system_make(matrix, terms, hard_count, problem->threads, scratch, &run.single)) {
-        stages->has_residual = true;
+        phases->has_residual = true;
         run.solver = single_solver_make(&run.problem, &run.single, u, scratch);
         if (run.solver) status = TULLE_OK;
     }
     /* blocks of the diagonal */
-    if (status == TULLE_OK && stages->plain_iterations < PLAIN_ITERATIONS) {
-        is_done = run_single(&run, PLAIN_ITERATIONS - stages->plain_iterations);
-        stages->plain_iterations += run.used;
+    if (status == TULLE_OK && phases->plain_iterations < PLAIN_ITERATIONS) {
+        is_done = run_single(&run, PLAIN_ITERATIONS - phases->plain_iterations);
+        phases->plain_iterations += run.used;
     }
     /* aggregates too, in this solve and those that follow */
     if (status == TULLE_OK && !is_done) {
-        nested_aggregates *const aggregates = stages->system->aggregates;
-        stages->has_aggregates = stages->has_aggregates ||
+        nested_aggregates *const aggregates = phases->system->aggregates;
+        phases->has_aggregates = phases->has_aggregates ||
                                  nested_aggregates_set_matrix(aggregates, matrix, problem->is_fixed,
                                                               problem->threads, scratch);
-        if (!stages->has_aggregates) status = TULLE_ERROR_OUT_OF_MEMORY;
+        if (!phases->has_aggregates) status = TULLE_ERROR_OUT_OF_MEMORY;
         if (status == TULLE_OK) {
             nested_aggregates_set_terms(aggregates, terms, hard_count, problem->threads);
             run.single.aggregates = aggregates;
@@ -79,7 +79,7 @@ tulle_status solve_in_stages(staged_solve *stages, const conjugate_gradients_pro
     }
     /* double precision */
     if (status == TULLE_OK && !is_done) {
-        stages->has_residual = false;
+        phases->has_residual = false;
         run.problem.max_iterations = run.limit - run.used;
         status = conjugate_gradients_solve(&run.problem, u, scratch, result);
         run.used += result->iterations;
