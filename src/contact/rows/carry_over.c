@@ -14,9 +14,8 @@
  * of the store. A contact takes the row of its own kind that has most in common with it; of equal
  * ones it takes the row with the nearest normal.
  *
- * Whether the contact was hard is not handed on. A tip is hard on one triangle only; if the mark
- * slid along, cloth that lands on spikes would tear further (largest stretch 4.9 against 3.0 over
- * ten places).
+ * Whether the contact was hard is not handed on. A tip is hard on one triangle only. If the mark
+ * slid along, cloth that lands on spikes would tear further (docs/experiments/contact.md).
  *
  * Based on: Wong, Baciu, Dynamic interaction between deformable surfaces and nonsmooth objects,
  * 2005, section 3.6 (sliding in a determined configuration). */

@@ -9,7 +9,7 @@
 
 /* Friction is settled when its misfit is less than this part of the momentum that a cloth gains in
  * a step. The misfits of sliding cloth have the same direction in every step, so they add up: with
- * 0.1 a patch that landed on a slope goes 4% too fast, at two solves a step fewer. */
+ * a larger part cloth slides too fast (docs/experiments/contact.md). */
 static const double SETTLED_SHARE = 0.01;
 
 /* A round of so few iterations costs little. */

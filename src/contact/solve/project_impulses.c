@@ -32,9 +32,8 @@ static const double STALLED_PART = 0.99;
 
 /* Before the sweeps over all rows, rows with bodies have so many times as many sweeps of their own.
  * No solve carries load along a chain of bodies, nor shares it between the many contacts of one
- * body: only sweeps do. When a chain of 20 rings falls taut, none of its contacts needs rescue with
- * 4, and 1.5 in 1,000 do with 1. Three boxes on a sheet come to rest with 4, and creep by up to a
- * micrometre a second with 1. */
+ * body: only sweeps do. Without these, contacts of a chain that falls taut need rescue, and boxes
+ * on a sheet creep (docs/experiments/bodies.md). */
 enum { SWEEPS_OF_BODIES = 4 };
 
 /* The nearest total impulse by the rules above; sets the row's state. */

@@ -30,12 +30,11 @@ static const double LEAST_REFERENCE = 1e-12;
 /* With bodies on cloth a solve must also get below this share of the net impulse at the velocities
  * of the start, J^T p included, which is what is about to change them. The force impulse of cloth
  * under a body at rest is that of the body's weight, however little the cloth moves. A residual of
- * 1e-4 of that feeds each step into the next, and over minutes makes a stack slip along; the net
- * impulse dies out with the motion. Three boxes on a sheet, damped by 3/s, creep by 1.4e-7 to
- * 1.7e-7 m in 30 s with shares of 1e-4 to 0.1, and by 4e-5 m without. A tolerance of a tenth or a
- * hundredth, without the share, gives 2e-6 and 1.3e-4 m. */
+ * 1e-4 of that feeds each step into the next, and over minutes makes a stack slip along. The net
+ * impulse dies out with the motion. A smaller tolerance instead does not stop the slip for sure
+ * (docs/experiments/bodies.md). */
 static const double NET_SHARE = 0.01;
-/* A net impulse below this part of the force impulse counts as none; 1e-7 does as well. */
+/* A net impulse below this part of the force impulse counts as none. */
 static const double LEAST_NET = 1e-9;
 /* So does one below this part of all impulses, which is far over what rounding leaves of their sum.
  */
