@@ -2,6 +2,7 @@
  * triangles: flat in the air, draped in folds, and three sheets piled up. Prints counts beside
  * minimum and median times [ms] as CSV. Usage: bench_broad_phase [rounds] */
 #include "base/hash.h"
+#include "base/sort.h"
 #include "base/timer.h"
 #include "detect/trees/broad_phase.h"
 
@@ -133,14 +134,9 @@ static void make_scene(memory *heap, bench_scene *to, cloth_pose pose) {
         .topo = &to->topo, .surfaces = to->surfaces, .surface_count = to->surface_count};
 }
 
-static int compare_times(const void *a, const void *b) {
-    double const x = *(const double *)a, y = *(const double *)b;
-    return (x > y) - (x < y);
-}
-
 /* min and median, in milliseconds */
 static void print_times(double *times, int count) {
-    qsort(times, (size_t)count, sizeof *times, compare_times);
+    qsort(times, (size_t)count, sizeof *times, compare_doubles);
     printf(",%.2f,%.2f", 1e3 * times[0], 1e3 * times[count / 2]);
 }
 

@@ -2,6 +2,7 @@
  * with few samples, at the default quality, and with more bounces. Prints samples of pixels a
  * second beside minimum and median times [s] as CSV; a sample follows up to 2 + 2 * bounces rays.
  * Usage: bench_render [rounds [threads]] */
+#include "base/sort.h"
 #include "base/timer.h"
 #include "render/render.h"
 
@@ -21,11 +22,6 @@ typedef struct quality {
 
 static const quality qualities[] = {
     {"one sample", 1, 2}, {"no bounce", 32, 0}, {"one bounce", 32, 1}, {"default", 32, 2}};
-
-static int compare_times(const void *a, const void *b) {
-    double const x = *(const double *)a, y = *(const double *)b;
-    return (x > y) - (x < y);
-}
 
 /* A cloth of 2 m laid over a ball of radius 0.5 m, its rest hanging in folds. */
 static void drape(tulle_mesh *cloth) {
@@ -71,7 +67,7 @@ static void time_quality(render_context *context, render_frame_def *def, const q
         if (render_trace(context, def, radiance, NULL) != TULLE_OK) exit(1);
         times[round] = timer_now() - start;
     }
-    qsort(times, (size_t)rounds, sizeof *times, compare_times);
+    qsort(times, (size_t)rounds, sizeof *times, compare_doubles);
     printf("%s,%u,%u,%.3f,%.3f,%.2f\n", q->name, q->samples, q->bounces, times[0],
            times[rounds / 2], 1e-6 * WIDTH * HEIGHT * q->samples / times[0]);
     fflush(stdout);

@@ -2,6 +2,7 @@
  * the operator, and applying it to positions, in ns for each vertex of the result, minimum and
  * median; beside them the counts and, as a scale, what copying the result takes. CSV. Usage:
  * bench_subdivision [rounds] */
+#include "base/sort.h"
 #include "base/timer.h"
 #include "subdivision/loop_subdivision.h"
 #include "tulle/shapes.h"
@@ -20,15 +21,10 @@ typedef struct bench_case {
     int is_irregular;
 } bench_case;
 
-static int compare_times(const void *a, const void *b) {
-    double const x = *(const double *)a, y = *(const double *)b;
-    return (x > y) - (x < y);
-}
-
 /* minimum and median, in ns for each vertex */
 static void print_times(double *times, int count, size_t vertex_count) {
     double const scale = 1e9 / (double)vertex_count;
-    qsort(times, (size_t)count, sizeof *times, compare_times);
+    qsort(times, (size_t)count, sizeof *times, compare_doubles);
     printf(",%.2f,%.2f", scale * times[0], scale * times[count / 2]);
 }
 

@@ -3,6 +3,7 @@
 
 #include "detect/detector/detector_parts.h"
 
+#include "base/sort.h"
 #include "base/timer.h"
 
 #include <stdio.h>
@@ -34,13 +35,8 @@ const char *method_name(tulle_detect_method method) {
     return names[method];
 }
 
-static int compare_numbers(const void *a, const void *b) {
-    double const x = *(const double *)a, y = *(const double *)b;
-    return (x > y) - (x < y);
-}
-
 spread spread_of(double *values, size_t count) {
-    qsort(values, count, sizeof *values, compare_numbers);
+    qsort(values, count, sizeof *values, compare_doubles);
     return (spread){.median = values[count / 2],
                     .least = values[0],
                     .ninth_decile = values[count * 9 / 10 < count ? count * 9 / 10 : count - 1]};

@@ -76,3 +76,8 @@ int compare_u64(const void *a, const void *b) {
     uint64_t const x = *(const uint64_t *)a, y = *(const uint64_t *)b;
     return (x > y) - (x < y);
 }
+
+int compare_doubles(const void *a, const void *b) {
+    double const x = *(const double *)a, y = *(const double *)b;
+    return (x > y) - (x < y);
+}

@@ -11,7 +11,8 @@ void sort_in_place(void *items, size_t count, size_t size,
 void sort_by_heap(void *items, size_t count, size_t size,
                   int (*compare)(const void *, const void *));
 
-/* Compares two keys of 64 bits, for an ascending order. */
+/* Compare two items for an ascending order: keys of 64 bits; doubles that are not NaN. */
 int compare_u64(const void *a, const void *b);
+int compare_doubles(const void *a, const void *b);
 
 #endif

@@ -98,6 +98,18 @@ static void sorting_keeps_items_and_orders_keys(void **state) {
         }
 }
 
+static void numbers_are_sorted_upwards(void **state) {
+    (void)state;
+    double values[] = {0.5, -1e300, 3.0, -0.25, 3.0, 1e-300, 0.0};
+    double const sorted[] = {-1e300, -0.25, 0.0, 1e-300, 0.5, 3.0, 3.0};
+    sort_in_place(values, 7, sizeof *values, compare_doubles);
+    assert_memory_equal(values, sorted, sizeof values);
+    uint64_t keys[] = {UINT64_MAX, 1, 0, UINT64_MAX - 1, UINT64_C(1) << 63};
+    uint64_t const ordered[] = {0, 1, UINT64_C(1) << 63, UINT64_MAX - 1, UINT64_MAX};
+    sort_in_place(keys, 5, sizeof *keys, compare_u64);
+    assert_memory_equal(keys, ordered, sizeof keys);
+}
+
 /* What does not fit into the end of a block leaves it unused, but not for good. */
 static void an_empty_arena_is_one_block(void **state) {
     (void)state;
@@ -187,6 +199,7 @@ int main(void) {
         cmocka_unit_test(array_grows_and_keeps_contents),
         cmocka_unit_test(matched_arrays_have_the_room_of_the_larger),
         cmocka_unit_test(sorting_keeps_items_and_orders_keys),
+        cmocka_unit_test(numbers_are_sorted_upwards),
         cmocka_unit_test(arena_reuses_its_blocks),
         cmocka_unit_test(an_empty_arena_is_one_block),
         cmocka_unit_test(a_reserved_arena_is_one_block),

@@ -1,6 +1,8 @@
 /* app/bench/rows.c - see rows.h. */
 #include "app/bench/rows.h"
 
+#include "base/sort.h"
+
 #include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -59,21 +61,16 @@ bool bench_rows_were_disturbed(const bench_rows *rows, const bench_row *of) {
     return wall && used && wall->minimum > MOST_WAITING * used->minimum;
 }
 
-static int compare_numbers(const void *a, const void *b) {
-    double const x = *(const double *)a, y = *(const double *)b;
-    return (x > y) - (x < y);
-}
-
 /* Of sorted samples. */
 static double compute_median(const double *samples, size_t count) {
     return 0.5 * (samples[(count - 1) / 2] + samples[count / 2]);
 }
 
 void bench_row_summarize(bench_row *row, double *samples, size_t count) {
-    qsort(samples, count, sizeof *samples, compare_numbers);
+    qsort(samples, count, sizeof *samples, compare_doubles);
     row->value = compute_median(samples, count);
     row->minimum = samples[0];
     for (size_t i = 0; i < count; i++) samples[i] = fabs(samples[i] - row->value);
-    qsort(samples, count, sizeof *samples, compare_numbers);
+    qsort(samples, count, sizeof *samples, compare_doubles);
     row->spread = compute_median(samples, count);
 }

@@ -3,6 +3,7 @@
 
 #include "app/cli/progress_bar.h"
 #include "base/error.h"
+#include "base/sort.h"
 #include "base/timer.h"
 
 #include <math.h>
@@ -21,11 +22,6 @@ static double get_seconds(const tulle_detect_statistics *statistics, detect_stag
     case DETECT_STAGE_EVENTS: return statistics->event_seconds;
     default: return statistics->total_seconds;
     }
-}
-
-static int compare_doubles(const void *a, const void *b) {
-    double const first = *(const double *)a, second = *(const double *)b;
-    return (first > second) - (first < second);
 }
 
 /* Sorts the values; count > 0. */

@@ -3,6 +3,7 @@
 
 #include "base/error.h"
 #include "base/hash.h"
+#include "base/sort.h"
 #include "render/rest_coordinates.h"
 #include "render/strain.h"
 #include "render/surface_gap.h"
@@ -98,11 +99,6 @@ static tulle_status compute_values(picture_explanation *self, picture_run *run,
 }
 
 /* ---- the scale ---- */
-
-static int compare_doubles(const void *left, const void *right) {
-    double const a = *(const double *)left, b = *(const double *)right;
-    return a < b ? -1 : a > b;
-}
 
 /* The magnitude that all but a few values stay under. */
 static double get_most_magnitudes(const picture_explanation *self, size_t body, size_t count) {
