@@ -105,7 +105,7 @@ static bool make_all_obstacles(const scene_work *work) {
     return is_good;
 }
 
-static const char *get_name(const tulle_scene *loaded, size_t object) {
+const char *get_object_name(const tulle_scene *loaded, size_t object) {
     return object < loaded->cloth_count ? loaded->cloths[object].name
                                         : loaded->obstacles[object - loaded->cloth_count].name;
 }
@@ -114,13 +114,13 @@ static bool check_names(const scene_work *work) {
     const tulle_scene *loaded = work->scene;
     for (size_t i = 0; i < loaded->cloth_count + loaded->obstacle_count; i++) {
         for (size_t k = 0; k < i; k++) {
-            if (strcmp(get_name(loaded, i), get_name(loaded, k)) != 0) continue;
+            if (strcmp(get_object_name(loaded, i), get_object_name(loaded, k)) != 0) continue;
             const void *keys = i < loaded->cloth_count
                                    ? (const void *)loaded->cloths[i].keys
                                    : loaded->obstacles[i - loaded->cloth_count].keys;
             problem_add(work->problems, TULLE_ERROR_INVALID_ARGUMENT, schema_place(keys, "name"),
                         "%s.name: '%s' is the name of an object before; names must differ",
-                        ((const schema_head *)keys)->path, get_name(loaded, i));
+                        ((const schema_head *)keys)->path, get_object_name(loaded, i));
             return false;
         }
     }

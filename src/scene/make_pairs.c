@@ -15,14 +15,9 @@ typedef struct named_objects {
     size_t begin, end; /* of cloths and obstacles counted together, cloths first */
 } named_objects;
 
-static const char *get_name(const tulle_scene *loaded, size_t object) {
-    return object < loaded->cloth_count ? loaded->cloths[object].name
-                                        : loaded->obstacles[object - loaded->cloth_count].name;
-}
-
 /* The name, or that of an obstacle whose copy this is: "spike" of "spike.012". */
 static bool has_name(const tulle_scene *loaded, size_t object, const char *name) {
-    const char *own = get_name(loaded, object);
+    const char *own = get_object_name(loaded, object);
     if (strcmp(own, name) == 0) return true;
     if (object < loaded->cloth_count) return false;
     const obstacle_keys *keys = loaded->obstacles[object - loaded->cloth_count].keys;
@@ -45,7 +40,7 @@ static bool refuse_name(const scene_work *work, const pair_keys *keys, size_t wh
     const tulle_scene *loaded = work->scene;
     size_t const count = loaded->cloth_count + loaded->obstacle_count;
     const char **names = ARENA_NEW(&work->scene->storage, const char *, count);
-    for (size_t i = 0; names && i < count; i++) names[i] = get_name(loaded, i);
+    for (size_t i = 0; names && i < count; i++) names[i] = get_object_name(loaded, i);
     const char *const name = keys->between.value[which];
     const char *const meant = names ? text_find_nearest(name, names, count) : NULL;
     problem_add(work->problems, TULLE_ERROR_INVALID_ARGUMENT, keys->between.places[which],

@@ -118,6 +118,8 @@ void place_copies(const copies_keys *keys, size_t count, pose *poses);
  */
 bool check_dynamic_friction(const scene_work *work, const void *keys, double dynamic,
                             double friction);
+/* The name of a cloth or an obstacle; `object` counts both, cloths first. */
+const char *get_object_name(const tulle_scene *loaded, size_t object);
 /* Names of contact.pairs resolved and those of contact.materials checked, after all objects are
  * made. False after a problem. */
 bool make_pairs(const scene_work *work);
