@@ -22,6 +22,11 @@ tulle_status file_fail(tulle_error *error, const char *path, int code, const cha
     return error_set_at(error, status, path, 0, 0, "%s: %s", what, reason);
 }
 
+tulle_status file_fail_memory(tulle_error *error, const char *path) {
+    return error_set_at(error, TULLE_ERROR_OUT_OF_MEMORY, path, 0, 0,
+                        "out of memory while it was read");
+}
+
 /* Size of the open file, which must be a regular one. */
 static tulle_status measure(int file, const char *path, size_t byte_limit, size_t *size,
                             tulle_error *error) {

@@ -24,5 +24,7 @@ void file_release(memory *heap, file_data *data);
 
 /* Fills error for a failed system call: status by `code` (an errno), message "<what>: <reason>". */
 tulle_status file_fail(tulle_error *error, const char *path, int code, const char *what);
+/* Fills error for want of memory while the file is read: TULLE_ERROR_OUT_OF_MEMORY. */
+tulle_status file_fail_memory(tulle_error *error, const char *path);
 
 #endif

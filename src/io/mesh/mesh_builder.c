@@ -14,11 +14,6 @@ void mesh_builder_destroy(mesh_builder *builder) {
     ARRAY_FREE(builder->heap, &builder->triangle_lines);
 }
 
-tulle_status mesh_fail_memory(const char *path, tulle_error *error) {
-    return error_set_at(error, TULLE_ERROR_OUT_OF_MEMORY, path, 0, 0,
-                        "out of memory while the mesh was read");
-}
-
 bool mesh_builder_add_vertex(mesh_builder *builder, const double position[3]) {
     if (!ARRAY_RESERVE(builder->heap, &builder->positions, 3)) return false;
     if (builder->keeps_lines) {

@@ -54,7 +54,4 @@ tulle_status stl_read_text(memory *heap, const char *path, const file_data *data
 /* Whether the size fits the triangle count in a binary STL header. */
 bool stl_has_binary_size(const file_data *data);
 
-/* Fills error with "out of memory" for the file; returns that status. */
-tulle_status mesh_fail_memory(const char *path, tulle_error *error);
-
 #endif

@@ -86,7 +86,7 @@ static tulle_status read_vertex(obj_reader *reader, tulle_error *error) {
     }
     return mesh_builder_add_vertex(&reader->builder, position)
                ? TULLE_OK
-               : mesh_fail_memory(reader->text.path, error);
+               : file_fail_memory(error, reader->text.path);
 }
 
 /* Whether the text after a corner's vertex is /vt, //vn or /vt/vn. */
@@ -127,7 +127,7 @@ static tulle_status read_corner(obj_reader *reader, text_word word, tulle_error 
     }
     return mesh_builder_add_corner(&reader->builder, (uint32_t)(index - 1))
                ? TULLE_OK
-               : mesh_fail_memory(reader->text.path, error);
+               : file_fail_memory(error, reader->text.path);
 }
 
 static tulle_status read_face(obj_reader *reader, tulle_error *error) {
@@ -184,7 +184,7 @@ tulle_status obj_read(memory *heap, const char *path, const file_data *data, tul
         status = mesh_builder_take_lines(&reader.builder, source);
         if (status) {
             tulle_mesh_destroy(mesh);
-            status = mesh_fail_memory(path, error);
+            status = file_fail_memory(error, path);
         }
         write_note(&reader, source->note, sizeof source->note);
         source->has_passed_shape = reader.has_passed_shape;

@@ -111,7 +111,7 @@ static tulle_status read_list(ply_reader *reader, const ply_property *property,
         }
         status = take_whole(reader, property->type, property, reader->vertex_count, &vertex, error);
         if (!status && !mesh_builder_add_corner(&reader->builder, vertex))
-            status = mesh_fail_memory(reader->text.path, error);
+            status = file_fail_memory(error, reader->text.path);
     }
     return status;
 }
@@ -144,7 +144,7 @@ static tulle_status read_one(ply_reader *reader, tulle_error *error) {
         if (status) return status;
     }
     if (element->is_vertex && !mesh_builder_add_vertex(&reader->builder, position))
-        return mesh_fail_memory(reader->text.path, error);
+        return file_fail_memory(error, reader->text.path);
     return TULLE_OK;
 }
 
@@ -220,7 +220,7 @@ static tulle_status read_all(ply_reader *reader, tulle_error *error) {
 tulle_status ply_read(memory *heap, const char *path, const file_data *data, tulle_mesh *mesh,
                       tulle_error *error) {
     ply_reader *const reader = memory_allocate_zeroed(heap, 1, sizeof *reader);
-    if (!reader) return mesh_fail_memory(path, error);
+    if (!reader) return file_fail_memory(error, path);
     reader->text = text_cursor_make(path, data->bytes, data->byte_count);
     reader->begin = data->bytes;
     reader->builder = mesh_builder_make(heap);

@@ -88,7 +88,7 @@ static tulle_status read_binary_facets(corner_merger *merger, const char *path,
                                         at, "xyz"[axis], corner,
                                         (place - BINARY_HEADER_SIZE) / BINARY_FACET_SIZE);
             }
-            if (!merger_add_corner(merger, position)) return mesh_fail_memory(path, error);
+            if (!merger_add_corner(merger, position)) return file_fail_memory(error, path);
         }
     }
     return TULLE_OK;
@@ -150,7 +150,7 @@ static tulle_status read_text_corner(corner_merger *merger, text_cursor *text, t
     for (int axis = 0; axis < 3 && !status; axis++)
         status = text_take_double(text, names[axis], &position[axis], error);
     if (status) return status;
-    return merger_add_corner(merger, position) ? TULLE_OK : mesh_fail_memory(text->path, error);
+    return merger_add_corner(merger, position) ? TULLE_OK : file_fail_memory(error, text->path);
 }
 
 /* What follows the word `facet`. */

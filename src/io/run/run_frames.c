@@ -1,7 +1,6 @@
 /* io/run/run_frames.c - frames.csv: a line for each whole frame. A line is appended after the frame
  * is in all caches, so the whole lines count the whole frames. */
 #define _POSIX_C_SOURCE 200809L
-#include "base/error.h"
 #include "io/file_data.h"
 #include "io/run/run_record.h"
 #include "io/text/json_read.h"
@@ -95,8 +94,7 @@ static tulle_status read_absent(run_frames *frames, text_cursor *text, const cha
         tulle_status const status = take_count(text, word, body_count, &body, error);
         if (status) return status;
         if (!ARRAY_RESERVE(frames->heap, &frames->absent, 1))
-            return error_set_at(error, TULLE_ERROR_OUT_OF_MEMORY, text->path, 0, 0,
-                                "out of memory while it was read");
+            return file_fail_memory(error, text->path);
         frames->absent.data[frames->absent.count++] = (uint32_t)body;
     }
     text->at = line_end;
@@ -123,9 +121,7 @@ static tulle_status read_line(run_frames *frames, text_cursor *text, const char 
     status = read_absent(frames, text, line_end, body_count, error);
     if (status) return status;
     line.absent_count = frames->absent.count - line.first_absent;
-    if (!ARRAY_RESERVE(frames->heap, &frames->lines, 1))
-        return error_set_at(error, TULLE_ERROR_OUT_OF_MEMORY, text->path, 0, 0,
-                            "out of memory while it was read");
+    if (!ARRAY_RESERVE(frames->heap, &frames->lines, 1)) return file_fail_memory(error, text->path);
     frames->lines.data[frames->lines.count++] = line;
     return TULLE_OK;
 }

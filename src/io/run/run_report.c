@@ -3,7 +3,6 @@
 #define _POSIX_C_SOURCE 200809L
 #include "io/run/run_report.h"
 
-#include "base/error.h"
 #include "io/file_data.h"
 #include "io/text/number.h"
 #include "io/text/text_cursor.h"
@@ -251,9 +250,7 @@ static tulle_status parse_lines(memory *heap, text_cursor *text, run_report_rows
     while (text->at < text->end) {
         const char *const line_end = memchr(text->at, '\n', (size_t)(text->end - text->at));
         if (!line_end) break; /* killed while it was written */
-        if (!ARRAY_RESERVE(heap, rows, 1))
-            return error_set_at(error, TULLE_ERROR_OUT_OF_MEMORY, text->path, 0, 0,
-                                "out of memory while it was read");
+        if (!ARRAY_RESERVE(heap, rows, 1)) return file_fail_memory(error, text->path);
         tulle_status const status =
             parse_line(text, &named, line_end, &rows->data[rows->count], error);
         if (status) return status;

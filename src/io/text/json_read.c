@@ -2,7 +2,7 @@
  * data interchange format. */
 #include "io/text/json_read.h"
 
-#include "base/error.h"
+#include "io/file_data.h"
 #include "io/text/number.h"
 
 #include <limits.h>
@@ -13,11 +13,6 @@ typedef struct json_parser {
     text_cursor text;
     size_t strings_used;
 } json_parser;
-
-static tulle_status fail_memory(const json_parser *parser, tulle_error *error) {
-    return error_set_at(error, TULLE_ERROR_OUT_OF_MEMORY, parser->text.path, 0, 0,
-                        "out of memory while it was read");
-}
 
 static tulle_status parse_value(json_parser *parser, size_t index, int depth, tulle_error *error);
 
@@ -195,7 +190,7 @@ static tulle_status parse_item(json_parser *parser, size_t parent, size_t *last,
     }
     peek(parser);
     size_t index = 0;
-    if (!add_value(parser, &index)) return fail_memory(parser, error);
+    if (!add_value(parser, &index)) return file_fail_memory(error, parser->text.path);
     json_value *const values = parser->document->values.data;
     values[index].key = key;
     if (*last)
@@ -242,7 +237,8 @@ tulle_status json_read(memory *heap, const char *path, const char *text, size_t 
     size_t root = 0;
     peek(&parser);
     tulle_status status = TULLE_OK;
-    if (!document->strings || !add_value(&parser, &root)) status = fail_memory(&parser, error);
+    if (!document->strings || !add_value(&parser, &root))
+        status = file_fail_memory(error, parser.text.path);
     if (!status) status = parse_value(&parser, root, 0, error);
     if (!status) {
         peek(&parser);
