@@ -15,12 +15,6 @@
 
 #include <stdbool.h>
 
-/* [squared sine, or (height / longest edge)^2] Directions are well apart above this: the normal
- * equations then lose a factor of 20 of the 2e-16 that doubles give. */
-static const double SOUND_RATIO = 0.05;
-/* [m^4] Determinants below this may have lost digits to underflow. */
-static const double DETERMINANT_MIN = 1e-280;
-
 /* NaN becomes 0. */
 static inline double clamp_unit(double t) { return t > 0.0 ? (t < 1.0 ? t : 1.0) : 0.0; }
 

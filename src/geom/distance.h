@@ -23,4 +23,12 @@ closest_points closest_vertex_triangle(const vec3 points[4]);
 closest_points closest_edge_edge(const vec3 points[4]);
 closest_points closest_of_pair(feature_kind kind, const vec3 points[4]);
 
+/* Where the normal equations are used; whoever computes eight pairs at once must decide alike.
+ *
+ * [squared sine, or (height / longest edge)^2] Directions are well apart above this: the equations
+ * then lose a factor of 20 of the 2e-16 that doubles give. */
+static const double SOUND_RATIO = 0.05;
+/* [m^4] Determinants below this may have lost digits to underflow. */
+static const double DETERMINANT_MIN = 1e-280;
+
 #endif

@@ -6,10 +6,6 @@
 #include "geom/distance.h"
 #include "math/simd_double.h"
 
-/* As in geom/distance.c. */
-static const double SOUND_RATIO = 0.05;
-static const double DETERMINANT_MIN = 1e-280;
-
 typedef struct closest_lanes {
     vec3x8 difference; /* second feature to first */
     vec3x8 u, v;       /* two edges of the triangle, or both edges; their cross product is normal */
