@@ -34,7 +34,7 @@ typedef struct spring_response {
 
 /* Beyond so many stiffening strains a spring is linear again, with the slope that it has there:
  * then the yarns themselves stretch. */
-#define STIFFENING_STRAINS_MAX 3.0
+static const double STIFFENING_STRAINS_MAX = 3.0;
 
 /* Tension [N] of a spring that is longer than at rest by `extension` [m], and its derivative and
  * integral: with e the extension, c the stiffening and q = c e^2, k e (1 + q) while stretched. */
@@ -59,10 +59,10 @@ static inline spring_law spring_compute_law(const cloth_spring *spring, double e
 
 /* [stiffening strains] How far a guess may exceed the start. With 1 or 2, landings on spikes
  * take more solves and leave longer edges. */
-#define GUESS_STRAINS 0.5
+static const double GUESS_STRAINS = 0.5;
 /* Margins for rounding of lengths and of squares of strains. */
-#define GUESS_LENGTH_ROUNDING 1e-9
-#define GUESS_STRAIN_ROUNDING 1e-6
+static const double GUESS_LENGTH_ROUNDING = 1e-9;
+static const double GUESS_STRAIN_ROUNDING = 1e-6;
 
 /* The difference vector about which a spring is linearised: `guess`, shortened to half a
  * stiffening strain beyond what it has at the start, `start`. Guesses can be far off: contact may

@@ -9,7 +9,7 @@
 #include "world/world_state.h"
 
 /* Neither end of a crossing edge is known to be on the wrong side. */
-#define CROSSING_UNDECIDED 2
+enum { CROSSING_UNDECIDED = 2 };
 
 /* An edge that passes through a triangle, both in the world's numbering. */
 typedef struct surface_crossing {
