@@ -5,7 +5,7 @@
 #include <stdint.h>
 
 /* The greatest common divisor; of 0 and b it is b. */
-static inline uint32_t integer_find_common_factor(uint32_t a, uint32_t b) {
+static inline uint32_t integer_compute_common_factor(uint32_t a, uint32_t b) {
     while (b != 0) {
         uint32_t const rest = a % b;
         a = b;

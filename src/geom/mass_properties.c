@@ -322,8 +322,9 @@ static void compute_principal_axes(const double c[6], mass_properties *result) {
                                  vec3_make(v[0][order[1]], v[1][order[1]], v[2][order[1]]));
 }
 
-tulle_status mass_properties_find(memory *heap, tulle_mesh_view mesh, mass_distribution where,
-                                  const char *name, mass_properties *result, tulle_error *error) {
+tulle_status mass_properties_compute(memory *heap, tulle_mesh_view mesh, mass_distribution where,
+                                     const char *name, mass_properties *result,
+                                     tulle_error *error) {
     if (mesh.triangle_count == 0)
         return error_set(error, TULLE_ERROR_INVALID_MESH, "%s: a body needs triangles", name);
     body_survey survey = {

@@ -25,7 +25,7 @@ typedef struct mass_properties {
  * surface any triangles do. `name` is for messages. Errors: TULLE_ERROR_INVALID_MESH names the
  * first edge or piece that is wrong, or says that a moment vanishes; OUT_OF_MEMORY; LIMIT beyond
  * 4096 pieces. */
-tulle_status mass_properties_find(memory *heap, tulle_mesh_view mesh, mass_distribution where,
-                                  const char *name, mass_properties *result, tulle_error *error);
+tulle_status mass_properties_compute(memory *heap, tulle_mesh_view mesh, mass_distribution where,
+                                     const char *name, mass_properties *result, tulle_error *error);
 
 #endif

@@ -109,8 +109,8 @@ static bool make_coarse_graph(const member_graph *graph, const aggregate_level *
 }
 
 /* For each entry of a pattern the first level whose aggregates join its row and column. */
-static void find_entry_levels(const nested_aggregates *all, const uint32_t *begin,
-                              const uint32_t *columns, uint8_t *levels) {
+static void compute_entry_levels(const nested_aggregates *all, const uint32_t *begin,
+                                 const uint32_t *columns, uint8_t *levels) {
     for (uint32_t row = 0; row < all->vertex_count; row++) {
         for (uint32_t k = begin[row]; k < begin[row + 1]; k++) {
             uint32_t a = row, b = columns[k];
@@ -160,8 +160,8 @@ nested_aggregates *nested_aggregates_build(memory *heap, const block_matrix *mat
         nested_aggregates_destroy(heap, all);
         return NULL;
     }
-    find_entry_levels(all, matrix->row_begin, matrix->columns, all->block_levels);
-    find_entry_levels(all, matrix->scalar_begin, matrix->scalar_columns, all->scalar_levels);
+    compute_entry_levels(all, matrix->row_begin, matrix->columns, all->block_levels);
+    compute_entry_levels(all, matrix->scalar_begin, matrix->scalar_columns, all->scalar_levels);
     return all;
 }
 

@@ -29,7 +29,7 @@ static mass_properties find(const tulle_mesh *mesh, mass_distribution where) {
     mass_properties found;
     tulle_error error = {0};
     tulle_mesh_view const view = tulle_mesh_get_view(mesh);
-    if (mass_properties_find(&heap, view, where, "body", &found, &error) != TULLE_OK)
+    if (mass_properties_compute(&heap, view, where, "body", &found, &error) != TULLE_OK)
         fail_msg("%s", error.message);
     assert_int_equal(heap.bytes_held, 0);
     return found;
@@ -40,7 +40,7 @@ static void expect_error(const tulle_mesh *mesh, mass_distribution where, const 
     mass_properties found;
     tulle_error error = {0};
     tulle_mesh_view const view = tulle_mesh_get_view(mesh);
-    assert_int_equal(mass_properties_find(&heap, view, where, "ball", &found, &error),
+    assert_int_equal(mass_properties_compute(&heap, view, where, "ball", &found, &error),
                      TULLE_ERROR_INVALID_MESH);
     if (!strstr(error.message, words) || !strstr(error.message, "ball: "))
         fail_msg("\"%s\" lacks \"%s\"", error.message, words);
@@ -239,7 +239,7 @@ static void test_cavities_and_errors(void **state) {
     tulle_mesh_view const nothing = {0};
     memory heap = memory_default();
     mass_properties found;
-    assert_int_equal(mass_properties_find(&heap, nothing, MASS_ON_SURFACE, "none", &found, NULL),
+    assert_int_equal(mass_properties_compute(&heap, nothing, MASS_ON_SURFACE, "none", &found, NULL),
                      TULLE_ERROR_INVALID_MESH);
     /* all on a line: a surface without area */
     double line[9] = {0, 0, 0, 1, 0, 0, 2, 0, 0};
@@ -260,8 +260,8 @@ static void test_no_memory(void **state) {
         int left = failures;
         memory heap = failing_heap_make(&left);
         mass_properties found;
-        status = mass_properties_find(&heap, tulle_mesh_get_view(&mesh), MASS_IN_VOLUME, "box",
-                                      &found, NULL);
+        status = mass_properties_compute(&heap, tulle_mesh_get_view(&mesh), MASS_IN_VOLUME, "box",
+                                         &found, NULL);
         assert_true(status == TULLE_OK || status == TULLE_ERROR_OUT_OF_MEMORY);
         assert_int_equal(heap.bytes_held, 0);
     }

@@ -27,7 +27,7 @@ static const length_unit *find_unit(const char *symbol) {
 
 axes_change axes_change_make(axes_frame from, axes_frame to) {
     uint32_t const size_from = find_unit(from.unit)->size, size_to = find_unit(to.unit)->size;
-    uint32_t const factor = integer_find_common_factor(size_from, size_to);
+    uint32_t const factor = integer_compute_common_factor(size_from, size_to);
     return (axes_change){.from = from,
                          .to = to,
                          .multiplier = (double)(size_from / factor),

@@ -124,7 +124,7 @@ static void describe_numbers(numbered_files *found) {
     const numbered_file *const files = found->files;
     uint32_t step = 0;
     for (size_t i = 1; i < found->count; i++)
-        step = integer_find_common_factor(files[i].number - files[i - 1].number, step);
+        step = integer_compute_common_factor(files[i].number - files[i - 1].number, step);
     if (step == 0) step = 1;
     found->range = (frame_range){files[0].number, files[found->count - 1].number, step};
     for (size_t i = 1; i < found->count && !found->has_gaps; i++) {

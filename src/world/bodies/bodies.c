@@ -23,8 +23,8 @@ tulle_status world_make_body(tulle_world *world, world_obstacle *obstacle, tulle
     bool const is_shell = def->area_density > 0.0;
     mass_properties unit;
     tulle_status const status =
-        mass_properties_find(&world->heap, mesh, is_shell ? MASS_ON_SURFACE : MASS_IN_VOLUME,
-                             obstacle->name, &unit, error);
+        mass_properties_compute(&world->heap, mesh, is_shell ? MASS_ON_SURFACE : MASS_IN_VOLUME,
+                                obstacle->name, &unit, error);
     if (status != TULLE_OK) return status;
     double density = is_shell ? def->area_density : def->density;
     if (def->mass > 0.0) density = def->mass / unit.measure;
