@@ -57,6 +57,16 @@ for name in run info check detect; do
     grep -q "^tulle $name: other.obj:10: triangle 1 has the same corners as triangle 0 (line 9) and is dropped$" notes || { echo "$name: no warning: $(cat notes)"; faults=1; }
 done
 
+# Of a series, check notes the first three files and how many more there are.
+for count in 1 2 3 4 5; do cp other.obj "other_$count.obj"; done
+"$TULLE" check other_[1-3].obj >/dev/null 2>notes
+[ "$(wc -l <notes)" = 3 ] || { echo "three files: $(cat notes)"; faults=1; }
+"$TULLE" check other_[1-4].obj >/dev/null 2>notes
+grep -q '^tulle check: \.\.\. and something was passed over in 1 more file$' notes || { echo "four files: $(cat notes)"; faults=1; }
+"$TULLE" check other_[1-5].obj >/dev/null 2>notes
+[ "$(grep -c '^tulle check: other_[1-3]\.obj: passed over: ' notes)" = 3 ] && [ "$(wc -l <notes)" = 4 ] &&
+    grep -q '^tulle check: \.\.\. and something was passed over in 2 more files$' notes || { echo "five files: $(cat notes)"; faults=1; }
+
 # A cache of 2 points and 2 frames: signature, version, points, start, rate, frames; then the frames, float32.
 {
     printf 'POINTCACHE2\0\001\0\0\0\002\0\0\0\0\0\0\0\0\0\200?\002\0\0\0'

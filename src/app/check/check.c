@@ -25,6 +25,7 @@ typedef struct check_options {
     option_list obstacles;
     const char *frames; /* of run directories; null: all */
     check_report report;
+    mesh_file_notes *notes; /* count up while files are read */
 } check_options;
 
 static bool is_directory(const char *path) {
@@ -32,8 +33,9 @@ static bool is_directory(const char *path) {
     return stat(path, &status) == 0 && S_ISDIR(status.st_mode);
 }
 
-static tulle_status read_mesh(const char *path, tulle_mesh *mesh, tulle_error *error) {
-    tulle_status const status = mesh_file_read_noted(path, "check", mesh, error);
+static tulle_status read_mesh(const char *path, mesh_file_notes *notes, tulle_mesh *mesh,
+                              tulle_error *error) {
+    tulle_status const status = mesh_file_read_noted(path, notes, mesh, error);
     if (status != TULLE_OK || mesh->triangle_count > 0) return status;
     tulle_mesh_destroy(mesh);
     return error_set_at(error, TULLE_ERROR_INVALID_MESH, path, 0, 0,
@@ -70,7 +72,7 @@ static tulle_status check_files(const check_options *options, char **files, size
         size_t const i = frame.body_count;
         frame.names[i] = i < file_count ? files[i] : options->obstacles.items[i - file_count];
         meshes[i] = (tulle_mesh){0};
-        status = read_mesh(frame.names[i], &meshes[i], error);
+        status = read_mesh(frame.names[i], options->notes, &meshes[i], error);
         if (status == TULLE_OK) frame.body_count++;
     }
     if (status == TULLE_OK) {
@@ -116,7 +118,8 @@ static tulle_status check_operands(const check_options *options, char **operands
 }
 
 int app_check(int argc, char **argv) {
-    check_options options = {.report = {.list_limit = -1}};
+    mesh_file_notes notes = {.command = "check"};
+    check_options options = {.report = {.list_limit = -1}, .notes = &notes};
     const option_spec specs[] = {
         {"threads", 't', OPTION_INTEGER, &options.threads, "N",
          "threads; 0: one for each processor (default)", 0, THREAD_MAX, NULL},
@@ -149,6 +152,7 @@ int app_check(int argc, char **argv) {
     check_totals totals = {0};
     tulle_error error = {0};
     tulle_status const status = check_operands(&options, argv, operand_count, &totals, &error);
+    mesh_file_finish_notes(&notes);
     if (status != TULLE_OK) {
         int const written = app_finish_output("check");
         app_print_error("check", &error);

@@ -6,6 +6,8 @@
 
 #include <stdio.h>
 
+enum { NOTES_MAX = 3 };
+
 tulle_status mesh_file_read(const char *path, tulle_mesh *mesh, tulle_mesh_source *source,
                             tulle_error *error) {
     if (convert_get_format(path) != CONVERT_VTP)
@@ -24,12 +26,20 @@ tulle_status mesh_file_read(const char *path, tulle_mesh *mesh, tulle_mesh_sourc
     return status;
 }
 
-tulle_status mesh_file_read_noted(const char *path, const char *command, tulle_mesh *mesh,
+tulle_status mesh_file_read_noted(const char *path, mesh_file_notes *notes, tulle_mesh *mesh,
                                   tulle_error *error) {
     tulle_mesh_source source = {0};
     tulle_status const status = mesh_file_read(path, mesh, &source, error);
     if (status != TULLE_OK) return status;
-    if (source.has_passed_shape) app_print_message(command, "%s: %s", path, source.note);
+    if (source.has_passed_shape && notes->count++ < NOTES_MAX)
+        app_print_message(notes->command, "%s: %s", path, source.note);
     tulle_mesh_source_destroy(&source);
     return TULLE_OK;
+}
+
+void mesh_file_finish_notes(const mesh_file_notes *notes) {
+    if (notes->count <= NOTES_MAX) return;
+    size_t const more = notes->count - NOTES_MAX;
+    app_print_message(notes->command, "... and something was passed over in %zu more %s", more,
+                      more == 1 ? "file" : "files");
 }

@@ -9,9 +9,17 @@
 tulle_status mesh_file_read(const char *path, tulle_mesh *mesh, tulle_mesh_source *source,
                             tulle_error *error);
 
+/* What a command says of the files that it reads. */
+typedef struct mesh_file_notes {
+    const char *command;
+    size_t count; /* of readings that passed something over; 0 before the first file */
+} mesh_file_notes;
+
 /* The same for a command that has no use for the source. Says on standard error what was passed
- * over, where it may say something about the shape. */
-tulle_status mesh_file_read_noted(const char *path, const char *command, tulle_mesh *mesh,
+ * over, where it may say something about the shape; only of the first three such files. */
+tulle_status mesh_file_read_noted(const char *path, mesh_file_notes *notes, tulle_mesh *mesh,
                                   tulle_error *error);
+/* After the last file: says how many more there were. */
+void mesh_file_finish_notes(const mesh_file_notes *notes);
 
 #endif

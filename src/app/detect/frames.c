@@ -19,7 +19,8 @@ static tulle_status read_frame(const char *path, tulle_mesh *mesh, tulle_error *
     if (format != CONVERT_OBJ && format != CONVERT_PLY && format != CONVERT_VTP)
         return error_set_at(error, TULLE_ERROR_UNSUPPORTED, path, 0, 0,
                             "its format is not known; the name should end in .obj, .ply or .vtp");
-    tulle_status const status = mesh_file_read_noted(path, "detect", mesh, error);
+    mesh_file_notes notes = {.command = "detect"};
+    tulle_status const status = mesh_file_read_noted(path, &notes, mesh, error);
     if (status != TULLE_OK || mesh->triangle_count > 0) return status;
     tulle_mesh_destroy(mesh);
     return error_set_at(error, TULLE_ERROR_INVALID_MESH, path, 0, 0,
