@@ -35,9 +35,9 @@ TULLE_API tulle_status tulle_mesh_read_source(const char *path, tulle_mesh *mesh
 /* Releases the arrays and zeroes the struct. Null and empty sources are fine. */
 TULLE_API void tulle_mesh_source_destroy(tulle_mesh_source *source);
 
-/* Writes a mesh to the file `path`, as OBJ, PLY or STL by its extension. OBJ has 17 significant
- * digits, PLY is binary, little endian, in doubles, STL is binary. Errors: TULLE_ERROR_IO,
- * TULLE_ERROR_DISK_FULL, TULLE_ERROR_INVALID_ARGUMENT (another extension),
+/* Writes a mesh to the file `path`, as OBJ, PLY or STL by its extension. OBJ has the fewest digits
+ * that read back to the same double, PLY is binary, little endian, in doubles, STL is binary.
+ * Errors: TULLE_ERROR_IO, TULLE_ERROR_DISK_FULL, TULLE_ERROR_INVALID_ARGUMENT (another extension),
  * TULLE_ERROR_OUT_OF_MEMORY. */
 TULLE_API tulle_status tulle_mesh_write(const char *path, tulle_mesh_view mesh, tulle_error *error);
 

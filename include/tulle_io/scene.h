@@ -83,8 +83,9 @@ TULLE_API int tulle_scene_is_obstacle_moving(const tulle_scene *loaded, size_t i
 /* 1: obstacle `index` is a rigid body. */
 TULLE_API int tulle_scene_is_obstacle_dynamic(const tulle_scene *loaded, size_t index);
 
-/* The whole scene as YAML text in SI units, with every default filled in. It loads again to the
- * same scene when it lies beside the scene file. */
+/* The whole scene as YAML text in SI units, with every default filled in. Numbers have the fewest
+ * digits that read back to the same double, in every locale. The text loads again to the same scene
+ * when it lies beside the scene file. */
 TULLE_API const char *tulle_scene_get_canonical_text(const tulle_scene *loaded);
 /* Hash of the canonical text, all meshes and the contents of all mesh sequences. It leaves out the
  * number of frames, so a run may be made longer. */

@@ -1,6 +1,9 @@
 /* scene/schema_write.c - a filled struct as canonical YAML: every key in the table's order,
- * defaults included, SI units, 17 significant digits, so that the text decides the scene. */
+ * defaults included, SI units. Numbers have the fewest digits that read back to the same double,
+ * in every locale, so that the text decides the scene. */
 #include "scene/schema.h"
+
+#include "io/text/number.h"
 
 #include <math.h>
 #include <stdarg.h>
@@ -44,12 +47,18 @@ static void write_text(const char *text, text_buffer *buffer) {
     text_append(buffer, "\"");
 }
 
+static void write_double(double value, text_buffer *buffer) {
+    char text[NUMBER_TEXT_SIZE];
+    number_format_double(value, text);
+    text_append(buffer, "%s", text);
+}
+
 static void write_number(const schema_key *key, double value, text_buffer *buffer) {
     bool is_word = key->word && (value == key->word_value || !isfinite(value));
     if (is_word)
         text_append(buffer, "%s", key->word);
     else
-        text_append(buffer, "%.17g", value);
+        write_double(value, buffer);
 }
 
 static void write_components(const schema_key *key, const void *field, text_buffer *buffer) {
@@ -91,8 +100,13 @@ static void write_rotation(const schema_rotation *rotation, text_buffer *buffer)
         text_append(buffer, "[0, 0, 0]");
         return;
     }
-    text_append(buffer, "{axis: [%.17g, %.17g, %.17g], angle: %.17g}", q[1] / length, q[2] / length,
-                q[3] / length, 2 * atan2(length, q[0]));
+    for (int i = 1; i <= 3; i++) {
+        text_append(buffer, "%s", i == 1 ? "{axis: [" : ", ");
+        write_double(q[i] / length, buffer);
+    }
+    text_append(buffer, "], angle: ");
+    write_double(2 * atan2(length, q[0]), buffer);
+    text_append(buffer, "}");
 }
 
 static void write_value(const schema_key *key, const void *field, text_buffer *buffer) {

@@ -4,6 +4,7 @@
 #include "scene/tree.h"
 
 #include "base/hash.h"
+#include "support/comma_locale.h"
 
 #include <math.h>
 #include <setjmp.h>
@@ -542,12 +543,53 @@ static void test_canonical_text_reads_again(void **state) {
     text_buffer again = {.storage = &second.storage};
     schema_write(&scene_map, &second.keys, 0, &again);
     assert_true(written.count > 2000);
-    assert_int_equal(written.count, again.count);
+    assert_string_equal(written.data, again.data);
     assert_non_null(strstr(written.data, "vertices: [0, 4-7]\n"));
     assert_non_null(strstr(written.data, "method: bvox\n"));
     assert_non_null(strstr(written.data, "delta_s: auto\n"));
     release(&first);
     release(&second);
+}
+
+static const double shift[3] = {0.1, 0.30000000000000004, -1.0 / 90.0};
+
+/* Reads a scene that is shifted so, and writes it. */
+static void read_and_write(attempt *work, const char *text, text_buffer *written) {
+    read_scene(work, text, strlen(text), NULL);
+    assert_true(work->is_good);
+    assert_memory_equal(((const cloth_keys *)work->keys.cloth.items)->translate.value, shift,
+                        sizeof shift);
+    *written = (text_buffer){.storage = &work->storage};
+    schema_write(&scene_map, &work->keys, 0, written);
+}
+
+static void expect_canonical_numbers(void) {
+    attempt first, second;
+    text_buffer written, again;
+    char text[512];
+    snprintf(text, sizeof text, "%s    translate: [0.1, 0.30000000000000004, -1/90]\n", base);
+    read_and_write(&first, text, &written);
+    assert_non_null(strstr(written.data, "\ngravity: [0, 0, -9.81]\n"));
+    assert_non_null(strstr(written.data, "translate: [0.1, 0.30000000000000004, "
+                                         "-0.011111111111111112]\n"));
+    read_and_write(&second, written.data, &again);
+    assert_string_equal(written.data, again.data);
+    release(&first);
+    release(&second);
+}
+
+/* Numbers have the fewest digits that read back to the same double. */
+static void test_canonical_numbers(void **state) {
+    (void)state;
+    expect_canonical_numbers();
+}
+
+static void test_canonical_numbers_with_a_decimal_comma(void **state) {
+    (void)state;
+    use_decimal_comma();
+    expect_canonical_numbers();
+    test_canonical_text_reads_again(state);
+    use_decimal_point();
 }
 
 int main(void) {
@@ -561,6 +603,8 @@ int main(void) {
         cmocka_unit_test(test_truncated_anywhere),
         cmocka_unit_test(test_flipped_bits),
         cmocka_unit_test(test_canonical_text_reads_again),
+        cmocka_unit_test(test_canonical_numbers),
+        cmocka_unit_test(test_canonical_numbers_with_a_decimal_comma),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -166,13 +166,15 @@ static bool is_same_body(const run_record *old, const run_record *new, size_t bo
 tulle_status run_record_compare(const run_record *old, const run_record *new, const char *path,
                                 tulle_error *error) {
     const char *difference = NULL;
-    if (old->is_older_format)
-        difference = "an older version of tulle began it, with other columns in report.csv";
-    if (old->scene_hash != new->scene_hash) difference = "the scene was changed since";
+    if (old->scene_hash != new->scene_hash)
+        difference = "its scene has another hash: the scene was changed since, or an earlier "
+                     "build of tulle began the run";
     if (old->time_step < new->time_step || old->time_step > new->time_step ||
         old->steps_per_frame != new->steps_per_frame)
         difference = "it had another time step";
     if (old->bodies.count != new->bodies.count) difference = "it had another number of bodies";
+    if (old->is_older_format)
+        difference = "an older version of tulle began it, with other columns in report.csv";
     for (size_t i = 0; i < old->bodies.count && !difference; i++)
         if (!is_same_body(old, new, i)) difference = "its bodies were others";
     if (!difference && old->writes_vtp != new->writes_vtp)

@@ -134,6 +134,7 @@ static void only_the_same_scene_is_resumed(void **state) {
     assert_int_equal(tulle_run_resume(&def, &writer, &checkpoint, &error),
                      TULLE_ERROR_INVALID_ARGUMENT);
     assert_non_null(strstr(error.message, "the scene was changed"));
+    assert_non_null(strstr(error.message, "an earlier build of tulle began the run"));
     def = make_def(directory, 3);
     def.body_count = 3;
     assert_int_equal(tulle_run_resume(&def, &writer, &checkpoint, &error),
@@ -170,6 +171,14 @@ static void older_runs_are_read_but_not_resumed(void **state) {
     tulle_run_reader_close(reader);
     tulle_error error;
     assert_int_equal(resume_run(directory, FRAME_COUNT, &error), TULLE_ERROR_INVALID_ARGUMENT);
+    assert_non_null(strstr(error.message, "an older version of tulle began it"));
+    /* Another hash of the scene, which older versions gave too, does not hide that. */
+    tulle_run_def def = make_def(directory, FRAME_COUNT);
+    def.scene_hash++;
+    tulle_run_writer *writer = NULL;
+    tulle_run_checkpoint checkpoint;
+    assert_int_equal(tulle_run_resume(&def, &writer, &checkpoint, &error),
+                     TULLE_ERROR_INVALID_ARGUMENT);
     assert_non_null(strstr(error.message, "an older version of tulle began it"));
 }
 
