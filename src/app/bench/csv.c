@@ -4,11 +4,10 @@
 #include "app/bench/rows.h"
 #include "base/error.h"
 #include "io/file_data.h"
+#include "io/text/number.h"
 
 #include <errno.h>
-#include <math.h>
 #include <stdio.h>
-#include <stdlib.h>
 #include <string.h>
 #include <sys/stat.h>
 #include <unistd.h>
@@ -36,9 +35,7 @@ static size_t split(char *line, char *fields[FIELD_COUNT]) {
 }
 
 static bool read_number(const char *text, double *value) {
-    char *end = NULL;
-    *value = strtod(text, &end);
-    return end != text && *end == '\0' && isfinite(*value) && *value >= 0.0;
+    return number_parse_double(text, strlen(text), value) == NUMBER_READ && *value >= 0.0;
 }
 
 static bool read_name(const char *text, size_t size, char *name) {

@@ -2,17 +2,18 @@
 #include "io/vtk/vtp_values.h"
 
 #include "base/error.h"
+#include "io/text/number.h"
 #include "io/vtk/vtp_bytes.h"
 
-#include <errno.h>
 #include <math.h>
-#include <stdlib.h>
 #include <string.h>
 
 static const size_t type_sizes[VTP_TYPE_COUNT] = {1, 1, 2, 2, 4, 4, 8, 8, 4, 8};
 
-/* Bytes of a value once decoded. */
-enum { VALUE_SIZE = 8 };
+enum {
+    VALUE_SIZE = 8, /* [bytes] of a value once decoded */
+    SHOWN_SIZE = 20 /* [bytes] that a message shows of a word */
+};
 
 /* An array being decoded, to doubles or to whole numbers. */
 typedef struct value_reader {
@@ -46,37 +47,30 @@ static tulle_status store_index(value_reader *reader, uint64_t index, int64_t va
 
 /* ---- text ---- */
 
-/* Reads the number at *at and moves there on. False: no number. */
-static bool parse_number(value_reader *reader, const char **at, uint64_t index,
-                         tulle_status *status) {
-    char *end = NULL;
-    errno = 0;
-    double const real = reader->is_double ? strtod(*at, &end) : 0.0;
-    long long const whole = reader->is_double ? 0 : strtoll(*at, &end, 10);
-    /* Of a double only what is no finite number is refused, later; tiny ones become zero. */
-    if (end == *at || !strchr(" \t\r\n", *end) || (errno != 0 && !reader->is_double)) return false;
-    *status =
-        reader->is_double ? store_double(reader, index, real) : store_index(reader, index, whole);
-    *at = end;
-    return true;
-}
+static const char blanks[] = " \t\r\n";
 
 /* The text ends with a zero. */
 static tulle_status read_text(value_reader *reader, const char *text) {
-    const char *at = text;
+    const char *at = text + strspn(text, blanks);
     for (uint64_t i = 0; i < reader->count; i++) {
-        while (*at && strchr(" \t\r\n", *at)) at++;
-        tulle_status status = TULLE_OK;
-        if (*at == '\0')
+        size_t const length = strcspn(at, blanks);
+        if (length == 0)
             return FAIL(reader, "has %llu values, should have %llu", (unsigned long long)i,
                         (unsigned long long)reader->count);
-        const char *const word = at;
-        if (!parse_number(reader, &at, i, &status))
-            return FAIL(reader, "value %llu is \"%.20s\", not %s", (unsigned long long)i, word,
-                        reader->is_double ? "a number" : "a whole number");
+        double real = 0.0;
+        int64_t whole = 0;
+        number_outcome const outcome = reader->is_double ? number_parse_double(at, length, &real)
+                                                         : number_parse_integer(at, length, &whole);
+        if (outcome != NUMBER_READ)
+            return FAIL(reader, "value %llu is \"%.*s\", not %s", (unsigned long long)i,
+                        (int)(length < SHOWN_SIZE ? length : SHOWN_SIZE), at,
+                        reader->is_double ? "a finite number" : "a whole number");
+        tulle_status const status =
+            reader->is_double ? store_double(reader, i, real) : store_index(reader, i, whole);
         if (status != TULLE_OK) return status;
+        at += length;
+        at += strspn(at, blanks);
     }
-    while (*at && strchr(" \t\r\n", *at)) at++;
     if (*at == '\0') return TULLE_OK;
     return FAIL(reader, "has more than its %llu values", (unsigned long long)reader->count);
 }

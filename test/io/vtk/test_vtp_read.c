@@ -5,6 +5,7 @@
 #define _POSIX_C_SOURCE 200809L
 #include "io/vtk/vtp_read.h"
 
+#include "support/comma_locale.h"
 #include "tulle_io/mesh_files.h"
 
 #include <math.h>
@@ -244,6 +245,16 @@ static void every_form_gives_the_mesh(void **unused) {
     }
 }
 
+static void a_decimal_comma_changes_nothing(void **unused) {
+    (void)unused;
+    file_form const form = {
+        .header_size = 4, .point_type = "Float64", .index_type = "Int64", .piece_count = 1};
+    write_file(&form);
+    use_decimal_comma();
+    expect_mesh(&form);
+    use_decimal_point();
+}
+
 static void floats_are_read(void **unused) {
     (void)unused;
     /* 7e200 is beyond float: the reader must say so, and where. */
@@ -433,7 +444,10 @@ static void refusals_say_why(void **unused) {
     expect_refusal(&text, "4 7 10", "4 3 10", "polygon 1 goes");
     expect_refusal(&text, "4 7 10", "4 7 9999999999", "polygon 2 goes");
     expect_refusal(&text, "4 7 10", "4 7 1000000000", "room for");
-    expect_refusal(&text, "1.1000000000000001", "inf", "value 6 is not a finite number");
+    expect_refusal(&text, "1.1000000000000001", "inf", "value 6 is \"inf\", not a finite number");
+    expect_refusal(&text, "1.1000000000000001", "1e999",
+                   "value 6 is \"1e999\", not a finite number");
+    expect_refusal(&text, "1.1000000000000001", "1,5", "value 6 is \"1,5\", not a finite");
     expect_refusal(&text, "</PolyData>", "</Polydata>", "cut short or no XML");
     expect_refusal(&base64, ">\nkA", ">\n?A", "base64");
     expect_refusal(&raw, "offset=\"0\"", "offset=\"999999\"", "its offset is 999999");
@@ -475,6 +489,7 @@ static void little_files_take_little_memory(void **unused) {
 int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(every_form_gives_the_mesh),
+        cmocka_unit_test(a_decimal_comma_changes_nothing),
         cmocka_unit_test(floats_are_read),
         cmocka_unit_test(own_files_come_back),
         cmocka_unit_test(truncated_files_are_refused),
