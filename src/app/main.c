@@ -62,6 +62,7 @@ static void return_large_blocks(void) {
 #endif
 }
 
+/* No setlocale: in the C locale printf, too, writes the point that files and JSON need. */
 int main(int argc, char **argv) {
     return_large_blocks();
     if (argc < 2) {

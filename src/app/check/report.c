@@ -61,8 +61,12 @@ static void print_pair_json(const check_frame *frame, const tulle_check_pair *pa
     json_print_text(stdout, frame->names[pair->body_a]);
     printf(",\"triangle_a\":%" PRIu32 ",\"b\":", pair->triangle_a);
     json_print_text(stdout, frame->names[pair->body_b]);
-    printf(",\"triangle_b\":%" PRIu32 ",\"near\":[%.9g,%.9g,%.9g]}", pair->triangle_b, place[0],
-           place[1], place[2]);
+    printf(",\"triangle_b\":%" PRIu32 ",\"near\":", pair->triangle_b);
+    for (int axis = 0; axis < 3; axis++) {
+        putchar(axis == 0 ? '[' : ',');
+        json_print_double(stdout, place[axis]);
+    }
+    fputs("]}", stdout);
 }
 
 static void print_pair_text(const check_frame *frame, const tulle_check_pair *pair) {
@@ -83,8 +87,10 @@ static size_t get_listed_count(const check_report *report, const check_frame *fr
 static void print_frame_json(const check_report *report, const check_frame *frame) {
     fputs("{\"source\":", stdout);
     json_print_text(stdout, frame->source);
-    if (frame->number != CHECK_FRAME_OF_FILE)
-        printf(",\"frame\":%ld,\"time\":%.9g", frame->number, frame->time);
+    if (frame->number != CHECK_FRAME_OF_FILE) {
+        printf(",\"frame\":%ld,\"time\":", frame->number);
+        json_print_double(stdout, frame->time);
+    }
     printf(",\"intersections\":%zu,\"pairs\":[", frame->result.pair_count);
     for (size_t i = 0; i < get_listed_count(report, frame); i++) {
         if (i > 0) putchar(',');

@@ -13,8 +13,8 @@ void json_print_text(FILE *stream, const char *text) {
     fputc('"', stream);
 }
 
-void json_print_double(double value) {
+void json_print_double(FILE *stream, double value) {
     char text[NUMBER_TEXT_SIZE] = "null";
     if (isfinite(value)) number_format_double(value, text);
-    fputs(text, stdout);
+    fputs(text, stream);
 }

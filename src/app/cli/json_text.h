@@ -6,8 +6,7 @@
 
 /* In quotes, escaped. Bytes that are no UTF-8 become U+FFFD, so that the document can be read. */
 void json_print_text(FILE *stream, const char *text);
-/* To standard output, with the fewest digits that read back to the same double; null for what is
- * not finite. */
-void json_print_double(double value);
+/* With the fewest digits that read back to the same double; null for what is not finite. */
+void json_print_double(FILE *stream, double value);
 
 #endif

@@ -15,7 +15,7 @@ static const double MILLISECONDS_PER_SECOND = 1e3;
 /* Members of an object, with what stands before them: a comma, or nothing. */
 static void print_number(const char *before, const char *key, double value) {
     printf("%s\"%s\":", before, key);
-    json_print_double(value);
+    json_print_double(stdout, value);
 }
 
 static void print_count(const char *before, const char *key, uint64_t value) {

@@ -36,11 +36,11 @@ static void print_json(const tulle_scene *loaded, double contact_distance) {
     fputs("{\"format\":\"tulle scene\",\"format_version\":1,\"path\":", stdout);
     json_print_text(stdout, tulle_scene_get_path(loaded));
     printf(",\"scene_hash\":\"%016" PRIx64 "\",\"time_step\":", tulle_scene_get_hash(loaded));
-    json_print_double(tulle_scene_get_time_step(loaded));
+    json_print_double(stdout, tulle_scene_get_time_step(loaded));
     print_count("frames", tulle_scene_get_frame_count(loaded));
     print_count("steps_per_frame", tulle_scene_get_steps_per_frame(loaded));
     fputs(",\"contact_distance\":", stdout);
-    json_print_double(contact_distance);
+    json_print_double(stdout, contact_distance);
     print_json_bodies(loaded, false);
     print_json_bodies(loaded, true);
     puts("}");

@@ -7,6 +7,7 @@
 #include "app/render/sequence.h"
 
 #include "app/cli/interrupt.h"
+#include "app/cli/json_text.h"
 #include "app/cli/progress_bar.h"
 #include "app/render/film.h"
 #include "app/render/picture.h"
@@ -49,8 +50,10 @@ static void show_frame(sequence *self, uint32_t done, uint32_t frame, bool is_re
     if (self->has_json) {
         fprintf(stderr,
                 "{\"event\":\"frame\",\"frame\":%u,\"done\":%u,\"frames\":%u,\"reused\":%s,"
-                "\"rest_seconds\":%.6g}\n",
-                frame, done, count, is_reused ? "true" : "false", rest);
+                "\"rest_seconds\":",
+                frame, done, count, is_reused ? "true" : "false");
+        json_print_double(stderr, rest);
+        fputs("}\n", stderr);
         fflush(stderr);
     }
     if (!self->has_progress || count < 2) return;

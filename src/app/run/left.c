@@ -2,6 +2,7 @@
  * A line has the names of the two objects, the number of the triangle in each, its three vertices,
  * how deep the triangles lie in each other, and where. */
 #include "app/run/session.h"
+#include "io/text/number.h"
 
 #include <errno.h>
 #include <stdio.h>
@@ -47,8 +48,13 @@ tulle_status run_write_left(const run_session *session, tulle_error *error) {
         fputc(',', file);
         print_triangle(file, session, pairs[i].object_b, pairs[i].triangle_b);
         const double *const position = overlaps[i].position;
-        fprintf(file, ",%.9g,%.9g,%.9g,%.9g\n", overlaps[i].depth, position[0], position[1],
-                position[2]);
+        const double numbers[] = {overlaps[i].depth, position[0], position[1], position[2]};
+        for (int k = 0; k < 4; k++) {
+            char text[NUMBER_TEXT_SIZE];
+            number_format_double(numbers[k], text);
+            fprintf(file, ",%s", text);
+        }
+        fputc('\n', file);
     }
     bool const is_faulty = file && ferror(file);
     if (file && fclose(file) == 0 && !is_faulty) return TULLE_OK;

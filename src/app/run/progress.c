@@ -55,12 +55,10 @@ static const char *format_facts(const run_session *session, const tulle_step_rep
     return text;
 }
 
-/* A number, or null where JSON has none. */
+/* `,"KEY":VALUE` */
 static void print_json_number(const char *key, double value) {
-    if (isfinite(value))
-        fprintf(stderr, ",\"%s\":%.17g", key, value);
-    else
-        fprintf(stderr, ",\"%s\":null", key);
+    fprintf(stderr, ",\"%s\":", key);
+    json_print_double(stderr, value);
 }
 
 static void print_json_step(const run_session *session, const tulle_step_report *report) {
