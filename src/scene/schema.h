@@ -55,6 +55,10 @@ typedef struct schema_indices {
 } schema_indices;
 typedef struct schema_rotation {
     double quaternion[4]; /* w, x, y, z */
+    /* As given, so that the canonical text leads to the same quaternion: angles about x, y and z,
+     * or an axis and the angle about it. */
+    double given[4];
+    bool has_axis;
 } schema_rotation;
 typedef struct schema_list {
     void *items; /* structs of the list's map */

@@ -356,6 +356,8 @@ static bool read_rotation(const value_work *work) {
         inner.field = &angles;
         if (!read_vector(&inner)) return false;
         quaternion_from_angles(angles.value, q);
+        memcpy(rotation->given, angles.value, 3 * sizeof(double));
+        rotation->has_axis = false;
         return true;
     }
     if (work->node->kind != NODE_MAP) {
@@ -373,6 +375,9 @@ static bool read_rotation(const value_work *work) {
         return refuse_at(work, tree_find(work->node, "axis"), "zero", "a direction");
     q[0] = cos(turn.angle / 2);
     for (int k = 0; k < 3; k++) q[k + 1] = sin(turn.angle / 2) * a[k] / length;
+    memcpy(rotation->given, a, 3 * sizeof(double));
+    rotation->given[3] = turn.angle;
+    rotation->has_axis = true;
     return true;
 }
 

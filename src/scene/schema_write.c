@@ -92,20 +92,16 @@ static void write_components(const schema_key *key, const void *field, text_buff
     text_append(buffer, "]");
 }
 
-/* The turn as axis and angle. */
 static void write_rotation(const schema_rotation *rotation, text_buffer *buffer) {
-    const double *q = rotation->quaternion;
-    double length = sqrt(q[1] * q[1] + q[2] * q[2] + q[3] * q[3]);
-    if (length == 0) {
-        text_append(buffer, "[0, 0, 0]");
-        return;
+    text_append(buffer, rotation->has_axis ? "{axis: [" : "[");
+    for (int i = 0; i < 3; i++) {
+        text_append(buffer, "%s", i > 0 ? ", " : "");
+        write_double(rotation->given[i], buffer);
     }
-    for (int i = 1; i <= 3; i++) {
-        text_append(buffer, "%s", i == 1 ? "{axis: [" : ", ");
-        write_double(q[i] / length, buffer);
-    }
-    text_append(buffer, "], angle: ");
-    write_double(2 * atan2(length, q[0]), buffer);
+    text_append(buffer, "]");
+    if (!rotation->has_axis) return;
+    text_append(buffer, ", angle: ");
+    write_double(rotation->given[3], buffer);
     text_append(buffer, "}");
 }
 

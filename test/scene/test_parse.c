@@ -545,6 +545,8 @@ static void test_canonical_text_reads_again(void **state) {
     assert_true(written.count > 2000);
     assert_string_equal(written.data, again.data);
     assert_non_null(strstr(written.data, "vertices: [0, 4-7]\n"));
+    assert_non_null(strstr(written.data, "rotate: {axis: [0, 0, 1], angle: 0.523"));
+    assert_non_null(strstr(written.data, "rotate: [0, 1, 0]\n"));
     assert_non_null(strstr(written.data, "method: bvox\n"));
     assert_non_null(strstr(written.data, "delta_s: auto\n"));
     release(&first);
