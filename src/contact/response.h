@@ -1,5 +1,6 @@
 /* contact/response.h - the two ways in which contact answers, as tables of what differs between
- * them. A step calls the functions of its scene's table and never asks which one it is.
+ * them. The world and a step never ask which one it is: they call the functions of the table, of
+ * which none is null, and each bool answers one question.
  *
  * coupled: one solve finds the impulses of all rows and the motion of all cloth and bodies.
  * paper: forces and velocities of each vertex are projected on its motion space, for comparison. */
@@ -18,20 +19,30 @@ struct contact_response {
     tulle_status (*answer_impacts)(const contact_scene *scene, row_list *list, size_t first_new,
                                    double *u);
     /* Stage 10: marks cloth vertices whose velocity at the end is u itself, whatever the integrator
-     * says. is_plain: cloth_vertex_count entries; marks that are already set stay set. Null: every
-     * vertex ends as the integrator says. */
+     * says. is_plain: cloth_vertex_count entries; marks that are already set stay set. */
     void (*mark_plain_ends)(const contact_scene *scene, const row_list *list, uint8_t *is_plain);
-    /* Stage 10: applies the laws of impact to the velocities at the end, see end_velocities.h.
-     * Null: u obeys them already. */
+    /* Stage 10: makes the velocities at the end obey the laws of impact, see end_velocities.h.
+     * Called for whole substeps. */
     tulle_status (*end_contacts)(const contact_scene *scene, row_list *list, const double *u,
                                  double *v1, end_velocities *ends);
     /* Stage 10: keeps what the next step needs to know of the accepted paths x0 -> x1, in the rows
      * and in scene->paper. */
     void (*keep_contacts)(const contact_scene *scene, const double *x1, row_list *list);
-    /* What one side of a contact loses the other one gains. So energy can be balanced, and solves
-     * are repeated until the springs agree and no energy is gained. If false, a step has one solve,
-     * the springs are linear, and contact may tear cloth. */
-    bool keeps_momentum;
+    /* Energy is balanced: a substep by implicit Euler is solved again when it gains energy, and a
+     * rebound gives no more than there is. That takes contacts that keep momentum: what one side
+     * loses the other one gains. */
+    bool balances_energy;
+    /* The first solves of a substep are rough, because others follow. */
+    bool begins_roughly;
+    /* A solution that stretches springs by much more energy than was linear is solved again, with
+     * springs linearised about it. */
+    bool linearises_again;
+    /* Springs stay linear, whatever the material says. Where a substep has one solve, cloth that
+     * stiffens would tear. */
+    bool has_linear_springs;
+    /* Contact may give energy on and on. So edges are tested before a motion is taken, and cloth
+     * that tears fails the step. */
+    bool may_tear_cloth;
     /* Rows are fitted to obstacles: they take the normal of the obstacle's surface, turn to the end
      * of the step, and are dropped where a nearer row hides them. If false, a row keeps the normal
      * between the features that are nearest. */

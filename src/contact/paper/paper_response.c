@@ -351,6 +351,13 @@ static void mark_plain_ends(const contact_scene *scene, const row_list *list, ui
     }
 }
 
+/* u obeys the laws of impact already. */
+static tulle_status end_with_mean(const contact_scene *scene, row_list *list, const double *u,
+                                  double *v1, end_velocities *ends) {
+    (void)scene, (void)list, (void)u, (void)v1, (void)ends;
+    return TULLE_OK;
+}
+
 static void keep_particles(const contact_scene *scene, const double *x1, row_list *list) {
     (void)x1, (void)list;
     memcpy(scene->paper->before, scene->paper->after, scene->cloth_vertex_count);
@@ -360,7 +367,9 @@ const contact_response paper_response = {
     .solve_motion = respond_by_paper,
     .answer_impacts = answer_impacts,
     .mark_plain_ends = mark_plain_ends,
-    .end_contacts = NULL,
+    .end_contacts = end_with_mean,
     .keep_contacts = keep_particles,
+    .has_linear_springs = true,
+    .may_tear_cloth = true,
     .keeps_particles = true,
 };

@@ -115,8 +115,7 @@ static tulle_status build_model(tulle_world *world, tulle_error *error) {
     if (!materials) return TULLE_ERROR_OUT_OF_MEMORY;
     for (size_t i = 0; i < cloth_count; i++) {
         materials[i] = world->cloths.data[i].material;
-        /* with one solve a step springs are linear; others would tear */
-        if (!world->response->keeps_momentum) materials[i].stiffening_strain = 0.0;
+        if (world->response->has_linear_springs) materials[i].stiffening_strain = 0.0;
     }
     cloth_model_def const def = {.vertex_count = world->cloth_vertex_count,
                                  .surface = &world->topo,

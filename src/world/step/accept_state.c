@@ -32,8 +32,7 @@ static tulle_status accept_velocities(step_context *context) {
     double *const end = context->predicted; /* free again: takes the new velocities */
     for (size_t v = 0; v < world->cloth_vertex_count; v++)
         world->is_fixed[v] = !(world->active_inverse_masses[v] > 0.0);
-    if (response->mark_plain_ends)
-        response->mark_plain_ends(&context->scene, rows, world->is_fixed);
+    response->mark_plain_ends(&context->scene, rows, world->is_fixed);
     world_scale_impulses(context, 1.0 / system->share); /* to what they gave to end velocities */
     memcpy(end, u, bytes);
     finish_velocities(system, &context->dynamics, world->is_fixed, u, end);
@@ -49,12 +48,14 @@ static tulle_status accept_velocities(step_context *context) {
 
     /* the laws of impact, as far as energy allows */
     end_velocities ends = {.is_inelastic = system->integrator != TULLE_INTEGRATOR_IMPLICIT_EULER};
-    if (is_whole && response->end_contacts) {
+    if (is_whole) {
         bool may_rebound = false;
         for (size_t i = 0; i < rows->rows.count; i++)
             may_rebound |= rows->rows.data[i].law.restitution > 0.0;
         kinetic_limit limit = {0};
-        tulle_status status = may_rebound ? world_find_kinetic_limit(context, &limit) : TULLE_OK;
+        tulle_status status = may_rebound && response->balances_energy
+                                  ? world_find_kinetic_limit(context, &limit)
+                                  : TULLE_OK;
         ends.kinetic_limit = limit.energy;
         if (status == TULLE_OK)
             status = response->end_contacts(&context->scene, rows, u, end, &ends);

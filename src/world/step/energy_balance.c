@@ -18,7 +18,7 @@ static const double GAIN_MAX = 0.1;
 
 bool world_keeps_balance(const step_context *context) {
     const tulle_world *const world = context->world;
-    return context->scene.response->keeps_momentum && world->rows.rows.count > 0 &&
+    return context->scene.response->balances_energy && world->rows.rows.count > 0 &&
            world->system.integrator == TULLE_INTEGRATOR_IMPLICIT_EULER;
 }
 

@@ -56,9 +56,10 @@ enum { SHORTER_MAX = 3, SHORTER_HALVINGS = 2 };
 
 /* ---- in a solve ---- */
 
-/* The first solves of a series need only be rough: springs are linearised about what they find. */
+/* The first solves of a series need only be rough where springs are linearised about what they
+ * find. */
 static void begin_series(step_context *context) {
-    context->retry.is_rough = context->scene.response->keeps_momentum;
+    context->retry.is_rough = context->scene.response->begins_roughly;
     context->retry.linearisations = 0;
 }
 

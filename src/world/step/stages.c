@@ -132,7 +132,7 @@ tulle_status world_solve_motion(step_context *context) {
     context->has_settled =
         solved.has_settled && !solved.is_early && (int)solved.solve_count >= settings->solve_rounds;
     *settings = given;
-    if (status == TULLE_OK && response->keeps_momentum) status = check_springs(context);
+    if (status == TULLE_OK && response->linearises_again) status = check_springs(context);
 
     tulle_step_report *const report = context->report;
     report->solve_count += solved.solve_count;

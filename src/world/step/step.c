@@ -39,7 +39,7 @@ static tulle_status judge_motion(step_context *context) {
             context->outcome = SUBSTEP_GAINS;
         else if (may_halve && world_measure_stretch_growth(context) > STRETCH_GROWTH_MAX)
             context->outcome = SUBSTEP_STRETCHES;
-        else if (!context->scene.response->keeps_momentum && world_check_torn(context) != TULLE_OK)
+        else if (context->scene.response->may_tear_cloth && world_check_torn(context) != TULLE_OK)
             return TULLE_ERROR_STEP_FAILED;
     }
     return world_end_stage(context, STAGE_SOLVE_MOTION, status);
