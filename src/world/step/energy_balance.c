@@ -23,9 +23,7 @@ bool world_keeps_balance(const step_context *context) {
 }
 
 bool world_gains_too_much(const step_context *context) {
-    /* things that are held back press the cloth between them in steps of any length */
-    bool const is_held = context->state->hold_count > 0;
-    return context->gain > GAIN_MAX * context->energy_scale && !is_held;
+    return context->gain > GAIN_MAX * context->energy_scale;
 }
 
 tulle_status world_measure_cloths(const step_context *context, const double *positions,

@@ -131,6 +131,16 @@ bool world_is_step_over(const step_context *context) {
            !(context->retry.remaining > REMAINDER_SHARE * context->whole_step);
 }
 
+bool world_may_halve(const step_context *context) {
+    return context->time_step > context->retry.shortest;
+}
+
+/* What is held back presses the cloth between it in substeps of any length. So while anything is
+ * held, a gain refuses nothing. */
+bool world_may_refuse_gain(const step_context *context) {
+    return world_may_halve(context) && context->state->hold_count == 0;
+}
+
 tulle_status world_choose_substep(step_context *context) {
     retry_state *const retry = &context->retry;
     double const longest = fmin(retry->wanted, retry->remaining);

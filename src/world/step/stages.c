@@ -183,8 +183,7 @@ tulle_status world_commit_safely(step_context *context) {
         /* a rescue knows nothing of springs: what it moved may have far more energy than there is
          */
         bool const has_rescue = commit->impact_zones + commit->component_scalings > 0;
-        if (has_rescue && commit->outcome == COMMIT_CLEAN &&
-            context->time_step > context->retry.shortest) {
+        if (has_rescue && commit->outcome == COMMIT_CLEAN && world_may_refuse_gain(context)) {
             status = world_measure_gain(context);
             if (status == TULLE_OK && world_gains_too_much(context))
                 context->outcome = SUBSTEP_GAINS;

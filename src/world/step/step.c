@@ -29,15 +29,15 @@ static const double STRETCH_GROWTH_MAX = 0.25;
 /* Looks at the paths of the solve before they are committed, as its last part; may end the substep.
  */
 static tulle_status judge_motion(step_context *context) {
-    bool const may_halve = context->time_step > context->retry.shortest;
     world_note_loss(context);
     tulle_status const status = world_wake_pressed(context);
     if (status == TULLE_OK && context->outcome == SUBSTEP_RUNS) {
         if (world_turns_too_far(context))
             context->outcome = SUBSTEP_TURNS;
-        else if (may_halve && world_gains_too_much(context))
+        else if (world_may_refuse_gain(context) && world_gains_too_much(context))
             context->outcome = SUBSTEP_GAINS;
-        else if (may_halve && world_measure_stretch_growth(context) > STRETCH_GROWTH_MAX)
+        else if (world_may_halve(context) &&
+                 world_measure_stretch_growth(context) > STRETCH_GROWTH_MAX)
             context->outcome = SUBSTEP_STRETCHES;
         else if (context->scene.response->may_tear_cloth && world_check_torn(context) != TULLE_OK)
             return TULLE_ERROR_STEP_FAILED;

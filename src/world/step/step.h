@@ -177,6 +177,10 @@ void world_retry_substep(step_context *context);
 bool world_retry_step(step_context *context, tulle_status *status);
 /* Whether the step has passed, or is pinched. */
 bool world_is_step_over(const step_context *context);
+/* Whether the substep is still long enough that half of it may be tried instead; whether that may
+ * be for a gain of energy. */
+bool world_may_halve(const step_context *context);
+bool world_may_refuse_gain(const step_context *context);
 
 /* ---- undo.c: a step works on a copy of the state, all or nothing ---- */
 
@@ -200,7 +204,7 @@ void world_follow_carriers(step_context *context);
 /* energy_balance.c: whether a substep must not gain energy. Other integrators than implicit Euler
  * let it go up and down about its value, and the paper's response has no such rule. */
 bool world_keeps_balance(const step_context *context);
-/* Whether the gain is so large that the substep is not taken. */
+/* Whether the gain is so large that the substep is better tried at half its length. */
 bool world_gains_too_much(const step_context *context);
 
 /* energy_balance.c: the kinetic energy of vertices that can move with which the substep may end at
