@@ -79,8 +79,7 @@ tulle_status topology_build_small(memory *heap, const uint32_t *triangles, size_
     topology topo = {.vertex_count = vertex_count, .triangle_count = triangle_count};
     size_t const half_edge_count = 3 * triangle_count;
     *result = (topology){0};
-    /* Half-edges and edges are numbered with 32 bits. */
-    if (triangle_count > (TULLE_NONE - 1) / 3 || vertex_count > TULLE_NONE - 1)
+    if (triangle_count > TOPOLOGY_TRIANGLES_MAX || vertex_count > TULLE_NONE - 1)
         return TULLE_ERROR_LIMIT;
     topo.triangles = memory_allocate(heap, half_edge_count * sizeof(uint32_t));
     topo.triangle_edges = memory_allocate(heap, half_edge_count * sizeof(uint32_t));

@@ -25,7 +25,11 @@ typedef struct topology {
     adjacency vertex_triangles, vertex_edges, vertex_neighbours;
 } topology;
 
-/* Builds all of it. Indices must be < vertex_count and the corners of each triangle distinct. */
+/* Half-edges and edges are numbered with 32 bits. So a topology has at most so many triangles. */
+enum { TOPOLOGY_TRIANGLES_MAX = (TULLE_NONE - 1) / 3 };
+
+/* Builds all of it. Indices must be < vertex_count and the corners of each triangle distinct.
+ * TULLE_ERROR_LIMIT where there are too many triangles or vertices. */
 tulle_status topology_build(memory *heap, const uint32_t *triangles, size_t triangle_count,
                             size_t vertex_count, topology *result);
 /* Without edge_opposites, vertex_edges and vertex_neighbours, which are null: 40 bytes a triangle

@@ -6,6 +6,7 @@
 #include <stdarg.h>
 #include <stdbool.h>
 #include <stdlib.h>
+#include <string.h>
 
 #include <cmocka.h>
 
@@ -69,7 +70,12 @@ static tulle_status run_world(const tulle_world_def *def, const tulle_cloth_def 
     tulle_status status = tulle_world_create(def, &world, NULL);
     if (status == TULLE_OK) status = tulle_world_add_cloth(world, cloth, NULL, NULL);
     if (status == TULLE_OK) status = tulle_world_add_obstacle(world, obstacle, NULL, NULL);
-    if (status == TULLE_OK) status = tulle_world_start(world, NULL);
+    if (status == TULLE_OK) {
+        tulle_error error = {0};
+        status = tulle_world_start(world, &error);
+        assert_int_equal(error.status, status);
+        assert_true(status == TULLE_OK || strstr(error.message, "no memory"));
+    }
     for (int i = 0; status == TULLE_OK && i < step_count; i++) {
         uint64_t const hash = tulle_world_get_state_hash(world);
         tulle_error error = {0};
@@ -185,6 +191,22 @@ static void failed_allocation_leaves_bodies_as_they_were(void **state) {
     tulle_mesh_destroy(&sphere);
 }
 
+/* A sphere that the sheet goes through at the start. */
+static void failed_allocation_of_untangling_is_told(void **state) {
+    (void)state;
+    tulle_mesh sheet = small_sheet(0.3, 6, 0.09), sphere = make_sphere(0.1, 4);
+    tulle_cloth_def cloth = tulle_cloth_def_default();
+    cloth.mesh = tulle_mesh_get_view(&sheet);
+    tulle_obstacle_def obstacle = tulle_obstacle_def_default();
+    obstacle.mesh = tulle_mesh_get_view(&sphere);
+    failing_heap heap = {0};
+    tulle_world_def def = make_def(&heap);
+    def.start_intersections = TULLE_START_UNTANGLE;
+    fail_every_allocation(def, &heap, &cloth, &obstacle, 0);
+    tulle_mesh_destroy(&sheet);
+    tulle_mesh_destroy(&sphere);
+}
+
 /* The appearance changes which obstacles are there and which pairs are ignored. */
 static void failed_allocation_undoes_an_appearance(void **state) {
     (void)state;
@@ -271,6 +293,7 @@ int main(void) {
         cmocka_unit_test(a_particle_takes_little_memory),
         cmocka_unit_test(failed_allocation_leaves_the_world_as_it_was),
         cmocka_unit_test(failed_allocation_leaves_bodies_as_they_were),
+        cmocka_unit_test(failed_allocation_of_untangling_is_told),
         cmocka_unit_test(failed_allocation_undoes_an_appearance),
         cmocka_unit_test(steady_step_makes_no_heap_call),
         cmocka_unit_test(stage_times_add_up),

@@ -15,8 +15,11 @@ tulle_status world_find_intersections(tulle_world *world, const double *position
     tulle_check_body *const bodies = ARENA_NEW(&world->scratch, tulle_check_body, surface_count);
     uint32_t *const surface_of = ARENA_NEW(&world->scratch, uint32_t, surface_count);
     tulle_check_result result = {0};
-    tulle_status status = TULLE_ERROR_OUT_OF_MEMORY;
-    if (bodies && surface_of) {
+    static const char no_memory[] = "no memory left for the judge of intersections";
+    tulle_status status = TULLE_OK;
+    if (!bodies || !surface_of) {
+        status = error_set(error, TULLE_ERROR_OUT_OF_MEMORY, no_memory);
+    } else {
         /* Present surfaces are the bodies of the judge. */
         size_t body_count = 0;
         for (size_t s = 0; s < surface_count; s++) {
@@ -33,12 +36,8 @@ tulle_status world_find_intersections(tulle_world *world, const double *position
     }
     list->count = 0;
     world->overlaps.count = 0;
-    if (status == TULLE_OK && !ARRAY_RESERVE(&world->heap, list, result.pair_count)) {
-        status = TULLE_ERROR_OUT_OF_MEMORY;
-    }
-    if (status == TULLE_ERROR_OUT_OF_MEMORY) {
-        error_set(error, status, "no memory left for the judge of intersections");
-    }
+    if (status == TULLE_OK && !ARRAY_RESERVE(&world->heap, list, result.pair_count))
+        status = error_set(error, TULLE_ERROR_OUT_OF_MEMORY, no_memory);
     for (size_t i = 0; status == TULLE_OK && i < result.pair_count; i++) {
         const tulle_check_pair *const pair = &result.pairs[i];
         list->data[list->count++] = (tulle_intersection){

@@ -25,9 +25,10 @@ static tulle_status join_surfaces(tulle_world *world, tulle_error *error) {
         const world_mesh *const mesh = world_surface_mesh(world, s);
         if (s == world->cloths.count) vertex_count += 2 * world->body_count; /* their slots */
         if (vertex_count + mesh->vertex_count > INT32_MAX ||
-            triangle_count + mesh->triangle_count > INT32_MAX) {
+            triangle_count + mesh->triangle_count > TOPOLOGY_TRIANGLES_MAX) {
             return error_set(error, TULLE_ERROR_LIMIT,
-                             "all meshes together have over 2^31 - 1 vertices or triangles");
+                             "all meshes together have over %d vertices or %d triangles", INT32_MAX,
+                             TOPOLOGY_TRIANGLES_MAX);
         }
         surface_range *const range = &world->surfaces[s];
         range->vertex_begin = (uint32_t)vertex_count;
@@ -226,7 +227,9 @@ static tulle_status start_stages(tulle_world *world, bool is_judged, tulle_error
     if (status == TULLE_OK && is_judged) status = judge_start(world, error);
     if (status != TULLE_OK) return status;
     status = world_start_detection(world);
-    if (status != TULLE_OK) return error_set(error, status, no_memory);
+    if (status == TULLE_ERROR_OUT_OF_MEMORY) return error_set(error, status, no_memory);
+    if (status != TULLE_OK)
+        return error_set(error, status, "the meshes have positions that are not finite");
     arena_reserve(&world->scratch, SCRATCH_BYTES * world->cloth_vertex_count);
     world->def_hash = hash_defs(world);
     return TULLE_OK;

@@ -24,6 +24,14 @@ enum { WORSE_FACTOR = 3 };
 /* A clean state waits so many rounds for its gaps to open. */
 enum { GAP_ROUNDS = 60 };
 
+/* Gives a status of a part that sets no text of its own its message. Returns the status. */
+static tulle_status tell_failure(tulle_error *error, tulle_status status) {
+    if (status == TULLE_OK) return status;
+    if (status == TULLE_ERROR_OUT_OF_MEMORY)
+        return error_set(error, status, "no memory left to untangle the start");
+    return error_set(error, status, "the start cannot be untangled: %s", tulle_status_text(status));
+}
+
 /* Allocates all arrays and measures the start: lengths and areas that the cloth is to keep. */
 static tulle_status begin_work(untangling *work) {
     tulle_world *const world = work->world;
@@ -118,7 +126,7 @@ static tulle_status run_rounds(untangling *work, tulle_error *error) {
         if (stop_is_wanted(&world->stop, 0))
             return error_set(error, TULLE_ERROR_INTERRUPTED,
                              "interrupted after %u rounds of untangling", round);
-        tulle_status status = find_crossing_pairs(work, found);
+        tulle_status status = tell_failure(error, find_crossing_pairs(work, found));
         if (status == TULLE_OK && found->count == 0)
             status = world_find_intersections(world, work->positions, found, error);
         if (status != TULLE_OK) return status;
@@ -131,9 +139,7 @@ static tulle_status run_rounds(untangling *work, tulle_error *error) {
             if (status == TULLE_OK) status = move_apart(work);
             arena_release(&world->scratch, mark);
         }
-        if (status != TULLE_OK)
-            return error_set(error, status, "the start cannot be untangled: %s",
-                             tulle_status_text(status));
+        if (tell_failure(error, status) != TULLE_OK) return status;
         world->untangle_report.rounds = round + 1;
         world->untangle_report.left = work->best_count;
         if (found->count > 0) continue;
@@ -156,7 +162,7 @@ static tulle_status accept_best(untangling *work, tulle_error *error) {
     if (world->intersections.count > 0) {
         char when[WORLD_MESSAGE_BYTES];
         memcpy(work->positions, work->best, 3 * world->vertex_count * sizeof(double));
-        status = describe_left(work, when, sizeof when);
+        status = tell_failure(error, describe_left(work, when, sizeof when));
         if (status != TULLE_OK) return status;
         return world_refuse_intersections(world, work->best, when, error);
     }
@@ -180,11 +186,9 @@ tulle_status world_untangle(tulle_world *world, tulle_error *error) {
                        .best_count = SIZE_MAX,
                        .recent_count = SIZE_MAX};
     arena_mark const mark = arena_get_mark(&world->scratch);
-    tulle_status status = begin_work(&work);
+    tulle_status status = tell_failure(error, begin_work(&work));
     if (status == TULLE_OK) status = run_rounds(&work, error);
     if (status == TULLE_OK) status = accept_best(&work, error);
-    if (status == TULLE_ERROR_OUT_OF_MEMORY)
-        error_set(error, status, "no memory left to untangle the start");
     if (work.broad) broad_phase_destroy(work.broad);
     ARRAY_FREE(&world->heap, &work.history.sides);
     ARRAY_FREE(&world->heap, &work.pairs.vertex_triangle);
