@@ -263,7 +263,7 @@ tulle_status world_handle_pinch(step_context *context) {
         return error_set(context->error, TULLE_ERROR_OUT_OF_MEMORY, "no memory left for a pinch");
     blocked_place const place =
         context->outcome == SUBSTEP_TORN ? context->torn_place : world_find_blocked_place(context);
-    world_find_pinch_sides(world, &place, sides);
+    world_measure_pinch_sides(world, &place, sides);
     /* Targets at the end of the whole step, where the script alone has them. */
     double const start = world->now.time;
     tulle_status status =

@@ -109,8 +109,8 @@ static void add_blocked_pair(const tulle_world *world, const blocked_place *plac
     sides[obstacle].has_direction = sides[obstacle].is_near;
 }
 
-void world_find_pinch_sides(const tulle_world *world, const blocked_place *place,
-                            pinch_side *sides) {
+void world_measure_pinch_sides(const tulle_world *world, const blocked_place *place,
+                               pinch_side *sides) {
     for (size_t r = 0; r < world->rows.rows.count; r++) {
         const contact_row *const row = &world->rows.rows.data[r];
         size_t const obstacle = find_row_obstacle(world, row, place);
@@ -155,7 +155,7 @@ static bool is_squeezed(const step_context *context, const blocked_place *place)
     arena_mark const mark = arena_get_mark(&world->scratch);
     pinch_side *const sides = ARENA_NEW_ZEROED(&world->scratch, pinch_side, count + 1);
     bool is_so = false;
-    if (sides) world_find_pinch_sides(world, place, sides);
+    if (sides) world_measure_pinch_sides(world, place, sides);
     for (size_t i = 0; sides && i < count; i++) {
         const pinch_side *const a = &sides[i];
         bool const is_pressing = a->has_direction && !(a->gap > world->contact_distance) &&

@@ -20,7 +20,7 @@ typedef struct pinch_side {
 blocked_place world_find_blocked_place(const step_context *context);
 
 /* Fills `sides`, one an obstacle, zeroed before, from the rows of the last substep. */
-void world_find_pinch_sides(const tulle_world *world, const blocked_place *place,
-                            pinch_side *sides);
+void world_measure_pinch_sides(const tulle_world *world, const blocked_place *place,
+                               pinch_side *sides);
 
 #endif

@@ -54,7 +54,7 @@ static tulle_status accept_velocities(step_context *context) {
             may_rebound |= rows->rows.data[i].law.restitution > 0.0;
         kinetic_limit limit = {0};
         tulle_status status = may_rebound && response->balances_energy
-                                  ? world_find_kinetic_limit(context, &limit)
+                                  ? world_compute_kinetic_limit(context, &limit)
                                   : TULLE_OK;
         ends.kinetic_limit = limit.energy;
         if (status == TULLE_OK)

@@ -63,7 +63,7 @@ static bool map_fits(const step_context *context, const surface_range *range,
     return true;
 }
 
-void world_find_carriers(step_context *context) {
+void world_compute_carriers(step_context *context) {
     tulle_world *const world = context->world;
     double const to = context->state->time + context->time_step;
     memset(context->carriers, 0, world->set.surface_count * sizeof *context->carriers);

@@ -74,7 +74,7 @@ static double measure_kinetic(const step_context *context, bool is_held) {
     return sum;
 }
 
-tulle_status world_find_kinetic_limit(step_context *context, kinetic_limit *limit) {
+tulle_status world_compute_kinetic_limit(step_context *context, kinetic_limit *limit) {
     tulle_world *const world = context->world;
     world_motion_state *const state = context->state;
     double wind, pins;
@@ -105,7 +105,7 @@ tulle_status world_measure_gain(step_context *context) {
     vec3 const fall = vec3_scale(vec3_load(world->def.gravity, 0), context->time_step);
     const double *const u = context->mean_velocity;
     kinetic_limit limit;
-    tulle_status const status = world_find_kinetic_limit(context, &limit);
+    tulle_status const status = world_compute_kinetic_limit(context, &limit);
     if (status != TULLE_OK) return status;
     double mass = 0.0;
     for (size_t v = 0; v < world->cloth_vertex_count; v++) mass += world->model->masses[v];

@@ -92,7 +92,7 @@ tulle_status world_predict_paths(step_context *context) {
     if (context->is_script_frozen)
         memcpy(world->targets, state->positions, 3 * world->vertex_count * sizeof(double));
     world_wake_near_script(context);
-    world_find_carriers(context);
+    world_compute_carriers(context);
     context->scene = world_make_scene(context);
     status = world_prepare_bodies(context);
     context->dynamics = (motion_state){.positions = state->positions,

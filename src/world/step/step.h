@@ -198,7 +198,7 @@ tulle_status world_swap_states(tulle_world *world, tulle_error *error);
 /* carriers.c: before the first substep; once targets are set; after a substep is accepted. The maps
  * lie in the world's scratch arena. */
 tulle_status world_begin_carriers(step_context *context);
-void world_find_carriers(step_context *context);
+void world_compute_carriers(step_context *context);
 void world_follow_carriers(step_context *context);
 
 /* energy_balance.c: whether a substep must not gain energy. Other integrators than implicit Euler
@@ -213,7 +213,7 @@ typedef struct kinetic_limit {
     double start;  /* [J] kinetic energy at the start */
     double energy; /* [J] */
 } kinetic_limit;
-tulle_status world_find_kinetic_limit(step_context *context, kinetic_limit *limit);
+tulle_status world_compute_kinetic_limit(step_context *context, kinetic_limit *limit);
 
 /* Energies of the cloths at `positions` with the velocities of context->state. The elastic ones are
  * those in *elastic where they are known, else they are measured into it. */
