@@ -83,6 +83,18 @@ static size_t list_names(const tulle_world *world, const uint8_t *is_marked, cha
     return count;
 }
 
+/* Marks the obstacles, other than the body itself, whose vertices are beside one of the body. */
+static void mark_touched(const tulle_world *world, uint32_t body, const uint32_t vertices[4],
+                         uint8_t *is_near) {
+    bool has_body = false;
+    for (int k = 0; k < 4; k++) has_body |= world->vertex_surface[vertices[k]] == body;
+    for (int k = 0; k < 4 && has_body; k++) {
+        uint32_t const surface = world->vertex_surface[vertices[k]];
+        if (surface != body && surface >= world->cloths.count)
+            is_near[surface - world->cloths.count] = 1;
+    }
+}
+
 static void write_message(step_context *context, const blocked_place *place,
                           const pinch_side *sides, const char *consequence) {
     tulle_world *const world = context->world;
@@ -92,19 +104,9 @@ static void write_message(step_context *context, const blocked_place *place,
     for (size_t i = 0; i < world->obstacles.count; i++) is_near[i] = sides[i].is_near;
     /* A body: all obstacles that it touches, by rows and by the pair of the place. */
     bool const is_body = place->surface >= world->cloths.count;
-    size_t const row_count = world->rows.rows.count;
-    for (size_t i = 0; is_body && i < row_count + place->is_pair; i++) {
-        const uint32_t *const vertices =
-            i < row_count ? world->rows.rows.data[i].frame.vertices : place->vertices;
-        bool has_body = false;
-        for (int k = 0; k < 4; k++)
-            has_body |= world->vertex_surface[vertices[k]] == place->surface;
-        for (int k = 0; k < 4 && has_body; k++) {
-            uint32_t const surface = world->vertex_surface[vertices[k]];
-            if (surface != place->surface && surface >= world->cloths.count)
-                is_near[surface - world->cloths.count] = 1;
-        }
-    }
+    for (size_t i = 0; is_body && i < world->rows.rows.count; i++)
+        mark_touched(world, place->surface, world->rows.rows.data[i].frame.vertices, is_near);
+    if (is_body && place->is_pair) mark_touched(world, place->surface, place->vertices, is_near);
     size_t const count = list_names(world, is_near, names, sizeof names);
     snprintf(context->pinch_message, sizeof context->pinch_message,
              "'%s' is pinched near (%.6g, %.6g, %.6g) m at %.6g s, %s %s; %s",

@@ -45,28 +45,41 @@ static end_place place_end(const untangling *work, const surface_crossing *cross
                        height};
 }
 
-/* The only end that comes from the other side of the triangle: by history, or by its neighbours and
- * verified by the triangles. */
-static uint32_t choose_end(const untangling *work, const surface_crossing *crossing,
-                           bool by_history) {
-    const topology *const topo = work->topo;
-    uint32_t const owner = topo->edge_triangles[2 * (size_t)crossing->edge];
-    bool is_astray[2], is_verified[2];
-    for (size_t end = 0; end < 2; end++) {
-        end_place const place = place_end(work, crossing, end);
-        vec3 const axis = place.question.axis;
-        orientation const side =
-            by_history ? orient_by_history(topo, &work->history, place.question.pair, axis)
-                       : orient_by_neighbours(topo, work->positions, &place.question);
-        is_astray[end] = (double)side * place.height < 0.0;
-        orientation const other = by_history ? side
-                                             : orient_by_triangles(topo, work->positions, owner,
-                                                                   crossing->triangle, axis);
-        is_verified[end] = (double)other * place.height < 0.0;
-    }
+/* The end of the edge that came from the other side of the triangle, by the sides on which the ends
+ * belong. Undecided unless it is exactly one. */
+static uint32_t choose_end(const end_place places[2], const orientation sides[2]) {
+    bool is_astray[2];
+    for (size_t end = 0; end < 2; end++)
+        is_astray[end] = (double)sides[end] * places[end].height < 0.0;
     if (is_astray[0] == is_astray[1]) return CROSSING_UNDECIDED;
-    uint32_t const end = is_astray[0] ? 0 : 1;
-    return is_verified[end] ? end : CROSSING_UNDECIDED;
+    return is_astray[0] ? 0 : 1;
+}
+
+static uint32_t choose_end_by_history(const untangling *work, const surface_crossing *crossing) {
+    end_place places[2];
+    orientation sides[2];
+    for (size_t end = 0; end < 2; end++) {
+        places[end] = place_end(work, crossing, end);
+        const oriented_pair *const question = &places[end].question;
+        sides[end] = orient_by_history(work->topo, &work->history, question->pair, question->axis);
+    }
+    return choose_end(places, sides);
+}
+
+/* By the neighbours of each end. The edge's triangle and the crossed one must agree. */
+static uint32_t choose_end_by_neighbours(const untangling *work, const surface_crossing *crossing) {
+    end_place places[2];
+    orientation sides[2];
+    for (size_t end = 0; end < 2; end++) {
+        places[end] = place_end(work, crossing, end);
+        sides[end] = orient_by_neighbours(work->topo, work->positions, &places[end].question);
+    }
+    uint32_t const end = choose_end(places, sides);
+    if (end == CROSSING_UNDECIDED) return end;
+    uint32_t const owner = work->topo->edge_triangles[2 * (size_t)crossing->edge];
+    orientation const side = orient_by_triangles(work->topo, work->positions, owner,
+                                                 crossing->triangle, places[end].question.axis);
+    return (double)side * places[end].height < 0.0 ? end : CROSSING_UNDECIDED;
 }
 
 /* The edge, and the side of the triangle that it crosses nearest to, part along their common
@@ -99,9 +112,9 @@ void orient_short_contour(untangling *work, const contour_range *range) {
     for (size_t i = range->begin; i < range->end; i++) {
         surface_crossing *const crossing = &work->contours.crossings[i];
         if (crossing->wrong_end != CROSSING_UNDECIDED) continue;
-        crossing->wrong_end = choose_end(work, crossing, true);
+        crossing->wrong_end = choose_end_by_history(work, crossing);
         if (crossing->wrong_end == CROSSING_UNDECIDED)
-            crossing->wrong_end = choose_end(work, crossing, false);
+            crossing->wrong_end = choose_end_by_neighbours(work, crossing);
         if (crossing->wrong_end == CROSSING_UNDECIDED) orient_edges(work, crossing);
     }
 }
