@@ -87,10 +87,10 @@ typedef struct body_rest {
     uint32_t state;    /* body_state */
     uint32_t group;    /* lowest of the bodies with which it fell asleep */
     double quiet_time; /* [s] it has been slow, or slept since */
-    double force[3];   /* [N] what cloth pressed on it with when it fell asleep ... */
-    double torque[3];  /* [N m] ... about its centre */
-    double impulse[3]; /* [N s] of all its contacts in the last substep before ... */
-    double moment[3];  /* [N m s] ... about its centre */
+    double force[3];   /* [N] of cloth on it when it fell asleep */
+    double torque[3];  /* [N m] of that force about the body's centre */
+    double impulse[3]; /* [N s] of all its contacts in the last substep before it fell asleep */
+    double moment[3];  /* [N m s] of these impulses about the body's centre */
 } body_rest;
 
 /* What on_pinch: slow holds back (holds.h). Plain data without padding: saved and hashed as bytes.
@@ -99,8 +99,9 @@ typedef struct world_hold {
     uint32_t kind;          /* hold_kind */
     uint32_t cloth;         /* surface that was pinched */
     uint32_t obstacles[2];  /* the second may be TULLE_NONE: what is fixed */
-    uint32_t points[2][4];  /* vertices of each obstacle whose weighted mean is its point ... */
-    double weights[2][4];   /* ... at which it is held apart from the other */
+    uint32_t points[2][4];  /* vertices of each obstacle; their weighted mean is the point at which
+                               it is held apart from the other */
+    double weights[2][4];   /* of these vertices in the mean */
     double normal[3];       /* unit, from the first obstacle to the second */
     double gap, wanted_gap; /* [m] of the points along the normal that they keep: now, at last */
     double share;           /* of what the script asks too much, that the first holds back */

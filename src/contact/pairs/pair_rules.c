@@ -6,10 +6,9 @@
 #include <float.h>
 #include <stdlib.h>
 
-/* Parts of the rest distance of a pair of one cloth: cloth can be compressed to half before it
- * touches itself ... */
+/* Cloth can be compressed to this part of its rest distances before it touches itself. */
 static const double CONTACT_PART_OF_REST = 0.5;
-/* ... and to a quarter before the safe commit holds it. */
+/* Cloth can be compressed to this part of its rest distances before the safe commit holds it. */
 static const double MINIMUM_PART_OF_REST = 0.25;
 /* Rest distances under this part of the contact distance are no neighbours of one surface but
  * pattern pieces laid over one another: the rest shape then says nothing about the pair. */

@@ -24,13 +24,15 @@ static const double MOST_UNSCALED = 0x1.0p64;
 /* Part of the way to the first closing that one step takes; what is left keeps the next direction
  * well defined. */
 static const double ADVANCE_FACTOR = 0.9;
-/* Advancement stops as a hit within this part of the separation above it ... */
+/* Advancement stops as a hit when the distance exceeds the separation by at most the larger of two
+ * lengths. The first length is this part of the separation. */
 static const double HIT_PART_OF_SEPARATION = 0.05;
-/* ... or of the initial excess over the separation, whichever is larger ... */
+/* The second length is this part of the excess at the start. */
 static const double HIT_PART_OF_START = 1e-3;
-/* ... a smaller part without a separation, where what comes near need not touch ... */
+/* The same part where there is no separation. It is smaller: what comes near need not touch. */
 static const double HIT_PART_OF_START_TOUCHING = 1e-4;
-/* ... but never before nine tenths of the initial excess are used up, so that motion goes on. */
+/* Both lengths are cut to this part of the excess at the start. So nine tenths of it are used up
+ * before a hit, and motion goes on. */
 static const double HIT_PART_OF_START_MOST = 0.1;
 /* Rounds of advancement; sliding edges take some tens. */
 enum { MAX_ADVANCES = 200 };

@@ -5,9 +5,9 @@
 
 #include <math.h>
 
-/* A cloth without a thickness has this share of its mean edge as contact distance ... */
+/* The contact distance of a cloth without a thickness, as a share of its mean edge. */
 static const double CONTACT_EDGE_SHARE = 0.2;
-/* ... but not more than this [m]; thicker looks like felt. */
+/* [m] The largest contact distance by default. Thicker cloth looks like felt. */
 static const double CONTACT_DISTANCE_MAX = 5e-3;
 /* Separation distance over contact distance. */
 static const double SEPARATION_FACTOR = 1.5;

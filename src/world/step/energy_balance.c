@@ -7,9 +7,11 @@
 #include "contact/solve/end_velocities.h"
 #include "world/bodies/bodies.h"
 
-/* A gain is worth another solve if it is over this share of the kinetic energy that gravity gives
- * in a step, and this share of the kinetic energy at the start together. */
-static const double GRAVITY_SHARE = 1e-6, KINETIC_SHARE = 1e-12;
+/* A gain is worth another solve if it is over the sum of two slacks. This is the first one, as a
+ * share of the kinetic energy that gravity gives in a step from rest. */
+static const double GRAVITY_SHARE = 1e-6;
+/* The second slack: a share of the kinetic energy at the start. */
+static const double KINETIC_SHARE = 1e-12;
 
 /* A substep that gains more than this share of the energy at work in it is tried again at half its
  * length. Where all is well, a substep gains under a hundred thousandth of that energy. Very stiff

@@ -100,8 +100,8 @@ typedef struct step_context {
     bool is_stretched;         /* the cloth takes more energy than the system reckons with */
     bool has_settled;          /* the impulses of a full solve no longer change */
     impact_report impacts;     /* resolve_impacts */
-    double gain;               /* [J] that the paths give beyond what there is, see ... */
-    double energy_scale;       /* [J] ... and the energy at work: motion, and what falls */
+    double gain;               /* [J] that the paths give beyond what there is and a small slack */
+    double energy_scale;       /* [J] at work in the substep: motion, and what falls */
     double lost_energy;        /* [J] that the substep loses; only with bodies */
     known_elastic end_elastic; /* of the cloths at `end` */
     commit_report commit;
