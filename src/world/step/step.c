@@ -26,8 +26,8 @@ static const double TIME_STEP_MAX = 1.0;
  * not carried a hard landing into the cloth: vertices stop while their neighbours fly on. */
 static const double STRETCH_GROWTH_MAX = 0.25;
 
-/* Looks at the paths of the solve before they are committed, as its last part; may end the substep.
- */
+/* Looks at the motion of stages 7 and 8 before it is committed; may end the substep. No stage of
+ * its own: its time counts as that of stage 7. */
 static tulle_status judge_motion(step_context *context) {
     world_note_loss(context);
     tulle_status const status = world_wake_pressed(context);
