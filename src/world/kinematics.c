@@ -114,23 +114,25 @@ static tulle_status judge_appearance(tulle_world *world, const world_motion_stat
         return world_refuse_inside(world, state->positions, (inside_question){when, true}, error);
     }
     if (is_ignored) {
-        /* a message that names the first obstacle that appears in cloth */
+        /* a message that names the first obstacle that appears in something, and in what */
         size_t count = 0;
-        const tulle_intersection *first = NULL;
+        uint32_t caught = 0, late = 0;
         for (size_t i = 0; i < list->count; i++) {
-            const tulle_intersection *const pair = &list->data[i];
-            bool const is_new = pair->object_b >= cloth_count &&
-                                !world->now.is_present[pair->object_b - cloth_count];
-            if (is_new && !first) first = pair;
-            count += is_new;
+            uint32_t const a = list->data[i].object_a, b = list->data[i].object_b;
+            bool const is_new_a = a >= cloth_count && !world->now.is_present[a - cloth_count];
+            bool const is_new_b = b >= cloth_count && !world->now.is_present[b - cloth_count];
+            if (!is_new_a && !is_new_b) continue;
+            if (count++ > 0) continue;
+            caught = is_new_b ? a : b;
+            late = is_new_b ? b : a;
         }
-        if (first)
+        if (count > 0)
             snprintf(world->message, sizeof world->message,
                      "'%s' is caught at %.6g s in '%s', which appears there: %zu pairs of "
                      "triangles intersect and are let be until they come apart "
                      "(start_intersections: ignore)",
-                     world_surface_name(world, first->object_a), state->time,
-                     world_surface_name(world, first->object_b), count);
+                     world_surface_name(world, caught), state->time,
+                     world_surface_name(world, late), count);
         return world_ignore_intersections(world, error);
     }
     /* "at 0.8 s, when 'late' appears": the first obstacle of the pairs that is new */

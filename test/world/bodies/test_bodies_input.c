@@ -99,6 +99,38 @@ static void overlaps_at_the_start_are_refused(void **state) {
     }
 }
 
+/* An obstacle that appears around a body, added before it or after it: the world says so. */
+static void a_body_that_is_caught_is_told(void **state) {
+    (void)state;
+    for (int is_first = 0; is_first < 2; is_first++) {
+        tulle_world_def def = tulle_world_def_default();
+        def.start_intersections = TULLE_START_IGNORE;
+        tulle_world *const world = bodies_make_world(&def, true);
+        tulle_mesh box = bodies_make_box(0.2, 0.2, 0.2, (double[3]){0.0, 0.0, 0.0});
+        tulle_mesh other = bodies_make_box(0.2, 0.2, 0.2, (double[3]){0.1, 0.05, 0.07});
+        tulle_body const body = {.is_dynamic = 1, .mass = 1.0};
+        tulle_obstacle_def late = tulle_obstacle_def_default();
+        late.name = "late";
+        late.mesh = tulle_mesh_get_view(&other);
+        late.appear_time = 1.5 * BODIES_STEP;
+        if (!is_first) bodies_add_obstacle(world, &box, 0.3, &body);
+        assert_int_equal(tulle_world_add_obstacle(world, &late, NULL, NULL), TULLE_OK);
+        if (is_first) bodies_add_obstacle(world, &box, 0.3, &body);
+        const char *const wanted = is_first ? "'obstacle 1' is caught at 0.0222222 s in 'late'"
+                                            : "'obstacle 0' is caught at 0.0222222 s in 'late'";
+        for (int i = 0; i < 2; i++) {
+            bodies_step(world);
+            assert_null(strstr(tulle_world_last_message(world), "caught"));
+        }
+        bodies_step(world);
+        if (!strstr(tulle_world_last_message(world), wanted))
+            fail_msg("%s", tulle_world_last_message(world));
+        tulle_mesh_destroy(&box);
+        tulle_mesh_destroy(&other);
+        tulle_world_destroy(world);
+    }
+}
+
 /* Pieces of one body that cross would count twice where they do. */
 static void bodies_that_cross_themselves_are_refused(void **state) {
     (void)state;
@@ -301,6 +333,7 @@ int main(void) {
         cmocka_unit_test(bad_bodies_are_refused),
         cmocka_unit_test(flat_bodies_need_area_density),
         cmocka_unit_test(overlaps_at_the_start_are_refused),
+        cmocka_unit_test(a_body_that_is_caught_is_told),
         cmocka_unit_test(bodies_that_cross_themselves_are_refused),
         cmocka_unit_test(bodies_in_solids_are_refused),
         cmocka_unit_test(bodies_cannot_come_free_in_solids),
