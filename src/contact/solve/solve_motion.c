@@ -202,7 +202,7 @@ static tulle_status translate_cloths(motion_solve *solve) {
         masses[s] = 0.0;
         for (uint32_t v = range->vertex_begin; v < range->vertex_end; v++)
             masses[s] += 1.0 / scene->inverse_mass[v];
-        free_count += isfinite(masses[s]);
+        if (isfinite(masses[s])) free_count++;
     }
     for (size_t b = 0; b < scene->body_count; b++) free_count += scene->bodies[b].is_free;
     if (has_memory) descend_translations(solve, false, masses, work);
