@@ -133,9 +133,7 @@ static size_t move_down(uint32_t *items, size_t from, size_t count, size_t to) {
     return to + count;
 }
 
-/* Closes the gaps between patches, which lie in the same order in all arrays, and between labels,
- * whose order stays. */
-static void compact_patches(kept_patches *patches) {
+void compact_patches(kept_patches *patches) {
     size_t triangles = 0, vertices = 0, loops = 0;
     for (size_t place = 0; place < patches->triangles.count;) {
         /* A live patch whose triangles begin here moves down; other triangles are dead. */

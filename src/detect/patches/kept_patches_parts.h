@@ -118,6 +118,9 @@ typedef struct patch_cover {
 patch_cover measure_cover(const kept_patches *patches, const surface_set *set);
 /* Leaves no patches. */
 void drop_patches(kept_patches *patches);
+/* Closes the gaps between patches, which lie in the same order in all arrays, and between labels,
+ * whose order stays. Then there are at most as many labels as triangles. */
+void compact_patches(kept_patches *patches);
 /* Frees what patches took, and the scratch of growth. */
 void release_patches(kept_patches *patches);
 

@@ -21,7 +21,8 @@ static const double RIGHT_ANGLE = 1.5707963267948966; /* [rad] */
 /* Labels of the patches with which `patch` shares most edges, most first. */
 static void find_neighbours(kept_patches *patches, const kept_patch *patch, uint32_t label,
                             uint32_t best[NEIGHBOURS_TRIED]) {
-    uint32_t *const counts = patches->growth.queue; /* edges, by patch */
+    uint32_t *const counts = patches->growth.queue; /* edges, by patch: it has room for as many as
+                                                       there are triangles */
     const uint32_t *const list = patches->triangles.data + patch->triangle_begin;
     for (int k = 0; k < NEIGHBOURS_TRIED; k++) best[k] = PATCH_ISOLATED;
     for (int is_counting = 0; is_counting < 2; is_counting++) {
@@ -90,6 +91,7 @@ tulle_status merge_patches(kept_patches *patches, const growth_input *input, uin
     double const limit = 0.5 * (input->rules->max_angle + RIGHT_ANGLE);
     uint64_t looked_at = 0; /* triangles */
     bool has_merged = true;
+    if (patches->patches.count > patches->topo->triangle_count) compact_patches(patches);
     for (int pass = 0; pass < MOST_PASSES && has_merged; pass++) {
         has_merged = false;
         for (uint32_t i = 0; i < patches->patches.count && looked_at < budget; i++) {

@@ -1,7 +1,7 @@
 /* Neighbouring patches that become one after growth: where they are certified together and face one
  * axis well; apart in exact arithmetic as all patches are, by the reach that was asked for, and the
  * same for every number of threads. */
-#include "detect/patches/kept_patches.h"
+#include "detect/patches/kept_patches_parts.h"
 
 #include "support/patch_scene.h"
 #include "support/test_support.h"
@@ -115,6 +115,44 @@ static void what_keeps_twice_the_reach_joins(void **state) {
     assert_true(merged.patch_count > 1 && merged.patch_count < grown.patch_count);
 }
 
+/* Merging counts edges by label. Labels of patches that are gone do not take it beyond its room. */
+static void more_labels_than_triangles_merge(void **state) {
+    (void)state;
+    patch_scene scene;
+    kept_patches *grown, *patches;
+    make_arch(&scene, 65.0, 0.0);
+    patch_rules const plain = make_rules(60.0, 0.0, false);
+    assert_true(grow(&scene, &plain, &grown).patch_count > 1);
+    assert_int_equal(kept_patches_create(&scene.heap, &scene.set, NULL, &patches), TULLE_OK);
+    for (size_t i = 0; i < 2 * scene.triangle_count; i++) {
+        vec3 const axis = {0.0, 0.0, 1.0};
+        assert_int_equal(append_patch(patches, NULL, 0, axis, true), TULLE_OK);
+    }
+    for (size_t i = 0; i < grown->patches.count; i++) {
+        const kept_patch *const patch = &grown->patches.data[i];
+        const uint32_t *const list = grown->triangles.data + patch->triangle_begin;
+        assert_int_equal(append_patch(patches, list, patch->triangle_count, patch->axis, true),
+                         TULLE_OK);
+    }
+    assert_true(patches->patches.count > 2 * scene.triangle_count);
+
+    patch_counts counts = {0};
+    patch_rules const rules = make_rules(60.0, 0.0, true);
+    patch_step const step = {&scene.set, scene.x0, scene.x1, 1};
+    growth_input const input = {&step, &rules, 1};
+    uint64_t const budget = 100 * scene.triangle_count;
+    assert_int_equal(merge_patches(patches, &input, budget, &counts), TULLE_OK);
+    assert_true(patches->patches.count <= scene.triangle_count);
+    assert_true(measure_cover(patches, &scene.set).covered == scene.triangle_count);
+    size_t live_count = 0;
+    for (size_t i = 0; i < patches->patches.count; i++)
+        live_count += patches->patches.data[i].triangle_count > 0;
+    assert_int_equal(live_count, 1);
+    kept_patches_destroy(patches);
+    kept_patches_destroy(grown);
+    patch_scene_destroy(&scene);
+}
+
 /* Of every shape, in motions that are more and more violent, every second one with a reach. */
 static void merged_patches_are_apart(void **state) {
     (void)state;
@@ -202,6 +240,7 @@ int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(what_faces_the_axis_joins),
         cmocka_unit_test(what_keeps_twice_the_reach_joins),
+        cmocka_unit_test(more_labels_than_triangles_merge),
         cmocka_unit_test(merged_patches_are_apart),
         cmocka_unit_test(merging_does_not_depend_on_threads),
     };
