@@ -32,17 +32,34 @@ void text_append(text_buffer *buffer, const char *format, ...) {
     buffer->count += added;
 }
 
+/* The character of UTF-8 text that begins here, and how many bytes it has. */
+static unsigned take_character(const char *text, size_t *length) {
+    const unsigned char *const byte = (const unsigned char *)text;
+    size_t const wanted = byte[0] < 0xc0 ? 1 : byte[0] < 0xe0 ? 2 : byte[0] < 0xf0 ? 3 : 4;
+    unsigned character = wanted == 1 ? byte[0] : byte[0] & (0x7fu >> wanted);
+    for (*length = 1; *length < wanted && byte[*length]; ++*length)
+        character = character << 6 | (byte[*length] & 0x3fu);
+    return character;
+}
+
+/* Whether YAML takes a character for a line break, or does not take it at all. */
+static bool needs_escape(unsigned c) {
+    return c < 0x20 || (c >= 0x7f && c < 0xa0) || c == 0x2028 || c == 0x2029 || c == 0xfeff ||
+           c == 0xfffe || c == 0xffff;
+}
+
 /* In double quotes, with YAML's escapes. */
 static void write_text(const char *text, text_buffer *buffer) {
     text_append(buffer, "\"");
-    for (; *text; text++) {
-        unsigned char c = (unsigned char)*text;
+    size_t length = 1;
+    for (; *text; text += length) {
+        unsigned const c = take_character(text, &length);
         if (c == '"' || c == '\\')
-            text_append(buffer, "\\%c", c);
-        else if (c < 0x20 || c == 0x7f)
-            text_append(buffer, "\\x%02x", (unsigned)c);
+            text_append(buffer, "\\%c", (int)c);
+        else if (needs_escape(c))
+            text_append(buffer, "\\u%04x", c);
         else
-            text_append(buffer, "%c", c);
+            text_append(buffer, "%.*s", (int)length, text);
     }
     text_append(buffer, "\"");
 }
@@ -129,12 +146,22 @@ static void write_value(const schema_key *key, const void *field, text_buffer *b
     }
 }
 
+/* A map below its heading, or {} behind it where no key is written. */
+static void write_map(const schema_map *map, const void *target, int indent, text_buffer *buffer) {
+    text_append(buffer, "\n");
+    size_t const before = buffer->count;
+    schema_write(map, target, indent, buffer);
+    if (buffer->count > before || buffer->is_failed) return;
+    buffer->count--;
+    text_append(buffer, " {}\n");
+}
+
 static void write_list(const schema_key *key, const schema_list *list, int indent,
                        text_buffer *buffer) {
     text_append(buffer, "%*s%s:%s\n", indent, "", key->name, list->count > 0 ? "" : " []");
     for (size_t i = 0; i < list->count; i++) {
-        text_append(buffer, "%*s-\n", indent + 2, "");
-        schema_write(key->map, (const char *)list->items + i * key->map->size, indent + 4, buffer);
+        text_append(buffer, "%*s-", indent + 2, "");
+        write_map(key->map, (const char *)list->items + i * key->map->size, indent + 4, buffer);
     }
 }
 
@@ -149,8 +176,8 @@ void schema_write(const schema_map *map, const void *target, int indent, text_bu
         if (!has_value || !schema_applies(map, key, target) || key->flags & buffer->left_out)
             continue;
         if (key->type == SCHEMA_MAP) {
-            text_append(buffer, "%*s%s:\n", indent, "", key->name);
-            schema_write(key->map, field, indent + 2, buffer);
+            text_append(buffer, "%*s%s:", indent, "", key->name);
+            write_map(key->map, field, indent + 2, buffer);
         } else if (key->type == SCHEMA_LIST) {
             write_list(key, field, indent, buffer);
         } else {

@@ -2,6 +2,7 @@
  * intersection. Those that need files from elsewhere are in test_scenes_of_given_files.c. */
 #define _POSIX_C_SOURCE 200809L
 #include "scene_start.h"
+#include "scene_text.h"
 
 #include "tulle/mesh.h"
 
@@ -44,6 +45,20 @@ static void test_scenes_load_and_start_free(void **state) {
     }
 }
 
+/* What a run records of its scene is that scene. */
+static void test_canonical_text_is_the_same_scene(void **state) {
+    (void)state;
+    for (size_t i = 0; i < sizeof expectations / sizeof expectations[0]; i++) {
+        tulle_scene *const loaded = load_scene_file(expectations[i].name);
+        assert_non_null(loaded);
+        tulle_scene *const again = load_good(tulle_scene_get_canonical_text(loaded));
+        if (tulle_scene_get_hash(loaded) != tulle_scene_get_hash(again))
+            fail_msg("%s comes back as another scene", expectations[i].name);
+        tulle_scene_destroy(loaded);
+        tulle_scene_destroy(again);
+    }
+}
+
 /* The net's holes are real. */
 static void test_net_has_holes(void **state) {
     (void)state;
@@ -62,6 +77,7 @@ static void test_net_has_holes(void **state) {
 int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_scenes_load_and_start_free),
+        cmocka_unit_test_teardown(test_canonical_text_is_the_same_scene, remove_folder),
         cmocka_unit_test(test_net_has_holes),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
