@@ -5,8 +5,9 @@
  * boxes meet its own; triangles of obstacles ask only the tree of the cloth. Boxes are exact, so
  * the pairs that come to the exact test include all that intersect.
  *
- * Threads work on chunks of a fixed number of triangles. A chunk finds its pairs in order, so the
- * chunks' lists one after the other are sorted, however many threads there are.
+ * Threads work on chunks of a fixed number of triangles. The pairs of a chunk are those of its
+ * triangles, so the chunks' sorted lists one after the other are sorted, however many threads there
+ * are.
  */
 #include "check/check.h"
 
@@ -148,19 +149,21 @@ static void judge_close(judge *self) {
                    self->body_count * sizeof *self->first_triangle);
 }
 
-/* Adds a pair of triangles to a chunk; a failure stops all workers. */
+/* The first failure stops all workers. */
+static void stop_workers(judge *self, int failure) {
+    int expected = TULLE_OK;
+    atomic_compare_exchange_strong(&self->status, &expected, failure);
+}
+
 static void append_pair(judge *self, chunk_result *chunk, uint32_t a, uint32_t b) {
-    int failure = TULLE_OK, expected = TULLE_OK;
-    if (atomic_fetch_add(&self->pair_count, 1) >= self->pair_limit) {
-        failure = TULLE_ERROR_LIMIT;
-    } else if (chunk->pairs.count == chunk->pairs.capacity) {
+    if (chunk->pairs.count == chunk->pairs.capacity) {
         while (atomic_flag_test_and_set(&self->heap_guard)) continue;
-        if (!ARRAY_RESERVE(self->heap, &chunk->pairs, 1)) failure = TULLE_ERROR_OUT_OF_MEMORY;
+        bool const has_room = ARRAY_RESERVE(self->heap, &chunk->pairs, 1);
         atomic_flag_clear(&self->heap_guard);
-    }
-    if (failure != TULLE_OK) {
-        atomic_compare_exchange_strong(&self->status, &expected, failure);
-        return;
+        if (!has_room) {
+            stop_workers(self, TULLE_ERROR_OUT_OF_MEMORY);
+            return;
+        }
     }
     uint32_t const body_a = self->body_of[a], body_b = self->body_of[b];
     chunk->pairs.data[chunk->pairs.count++] =
@@ -185,6 +188,7 @@ static void query_tree(judge *self, chunk_result *chunk, uint32_t number,
             stack[depth++] = index + 1;
             continue;
         }
+        size_t const count_before = chunk->pairs.count;
         for (uint32_t i = 0; i < node->leaf_count; i++) {
             uint32_t const other = tree->items[node->right + i];
             if (other <= number || !check_boxes_meet(box, &self->boxes[other])) continue;
@@ -194,6 +198,9 @@ static void query_tree(judge *self, chunk_result *chunk, uint32_t number,
             if (triangles_intersect(&triangle, &candidate, is_one_body, &chunk->exact_count))
                 append_pair(self, chunk, number, other);
         }
+        size_t const found = chunk->pairs.count - count_before;
+        if (found > 0 && atomic_fetch_add(&self->pair_count, found) + found > self->pair_limit)
+            stop_workers(self, TULLE_ERROR_LIMIT);
     }
 }
 
@@ -209,13 +216,24 @@ static void judge_chunk(void *context, size_t begin, size_t end, size_t chunk_in
     judge *const self = context;
     chunk_result *const chunk = &self->chunks[chunk_index];
     for (size_t number = begin; number < end; number++) {
-        size_t const first = chunk->pairs.count;
         query_tree(self, chunk, (uint32_t)number, &self->trees[KIND_CLOTH]);
         if (self->kinds[number] == KIND_CLOTH)
             query_tree(self, chunk, (uint32_t)number, &self->trees[KIND_OBSTACLE]);
-        if (chunk->pairs.count > first + 1)
-            sort_in_place(chunk->pairs.data + first, chunk->pairs.count - first,
-                          sizeof *chunk->pairs.data, compare_pairs);
+    }
+}
+
+/* Sorts the pairs of each triangle of a chunk. Only once all pairs are found: sorting is most of
+ * the work where triangles have very many pairs, and is lost where these go over the limit. */
+static void sort_chunk(void *context, size_t begin, size_t end, size_t chunk_index, int worker) {
+    (void)begin, (void)end, (void)worker;
+    const judge *const self = context;
+    tulle_check_pair *const pairs = self->chunks[chunk_index].pairs.data;
+    size_t const count = self->chunks[chunk_index].pairs.count;
+    for (size_t first = 0, next = 0; first < count; first = next) {
+        while (next < count && pairs[next].body_a == pairs[first].body_a &&
+               pairs[next].triangle_a == pairs[first].triangle_a)
+            next++;
+        sort_in_place(pairs + first, next - first, sizeof *pairs, compare_pairs);
     }
 }
 
@@ -239,9 +257,11 @@ tulle_status check_intersections(const check_settings *settings, const tulle_che
     atomic_init(&self.status, TULLE_OK);
     status = TULLE_ERROR_OUT_OF_MEMORY;
     if (judge_open(&self)) {
-        parallel_for(self.triangle_count, CHUNK_SIZE, parallel_resolve_threads(settings->threads),
-                     judge_chunk, &self);
+        int const threads = parallel_resolve_threads(settings->threads);
+        parallel_for(self.triangle_count, CHUNK_SIZE, threads, judge_chunk, &self);
         status = (tulle_status)atomic_load(&self.status);
+        if (status == TULLE_OK)
+            parallel_for(self.triangle_count, CHUNK_SIZE, threads, sort_chunk, &self);
     }
     if (status == TULLE_OK) { /* the chunks' lists one after the other */
         tulle_check_result gathered = {0};

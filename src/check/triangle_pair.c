@@ -21,6 +21,9 @@
  * have just that edge. In one plane the triangles overlap exactly when their third corners are on
  * the same side of it.
  *
+ * Two corners in one place, not both shared, are a common point; two shared vertices are left out,
+ * because the point may lie on their edge. Else no coordinates are compared.
+ *
  * All plane signs zero: the triangles are coplanar (coplanar.h) or without area (degenerate.h).
  *
  * Based on: P. Guigue and O. Devillers, "Fast and Robust Triangle-Triangle Overlap Test Using
@@ -33,6 +36,12 @@
 #include "check/coplanar.h"
 #include "check/degenerate.h"
 #include "geom/exact_predicates.h"
+
+#include <string.h>
+
+static bool is_one_point(const double *p, const double *q) {
+    return p[0] == q[0] && p[1] == q[1] && p[2] == q[2];
+}
 
 /* Moves the corners with shared vertex numbers to the front, in the same order in both. Returns how
  * many different ones there are. */
@@ -55,6 +64,16 @@ static int sort_shared_first(check_triangle *a, check_triangle *b) {
         }
     }
     return shared_count;
+}
+
+/* Whether corners behind the shared ones are one point, outside what is shared. This spares many
+ * exact signs where triangles lie on one another. */
+static bool corners_coincide(const double *const a[3], const double *const b[3], int shared_count) {
+    for (int i = shared_count; i < 3; i++)
+        for (int j = shared_count; j < 3; j++)
+            if (is_one_point(a[i], b[j]) && !(shared_count == 1 && is_one_point(a[i], a[0])))
+                return true;
+    return false;
 }
 
 /* Coplanar or degenerate triangles, shared corners in front. */
@@ -129,10 +148,12 @@ static bool vertex_neighbours_intersect(const double *const a[3], const double *
 
 bool triangles_intersect(const check_triangle *a, const check_triangle *b, bool can_share,
                          size_t *exact_count) {
+    if (can_share && memcmp(a->vertices, b->vertices, sizeof a->vertices) == 0) return true;
     check_triangle first = *a, second = *b;
     int const shared_count = can_share ? sort_shared_first(&first, &second) : 0;
     const double *const *const p = first.corners;
     const double *const *const q = second.corners;
+    if (shared_count < 2 && corners_coincide(p, q, shared_count)) return true;
     switch (shared_count) {
     case 0: return separate_triangles_intersect(p, q, exact_count);
     case 1: return vertex_neighbours_intersect(p, q, exact_count);

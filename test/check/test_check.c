@@ -287,6 +287,53 @@ static void too_many_pairs_are_refused(void **unused) {
     free_soup(&s);
 }
 
+/* Triangles on one another, each with vertices of its own: a corner in common is found before any
+ * sign that floating point cannot decide. */
+static void coincident_triangles_need_no_exact_signs(void **unused) {
+    (void)unused;
+    size_t const count = 400;
+    soup s = make_soup(3 * count, count, 0);
+    for (size_t i = 0; i < 3 * count; i++) {
+        size_t const corner = (i + i / 3) % 3; /* turned from one to the next */
+        s.positions[3 * i] = 0.1 + (double)(corner == 1);
+        s.positions[3 * i + 1] = 0.3 + (double)(corner == 2);
+        s.positions[3 * i + 2] = 0.7 + 0.1 * (double)corner;
+        s.triangles[i] = (uint32_t)i;
+    }
+    tulle_check_result result;
+    judge_or_fail(&s, 1, 2, &result);
+    assert_int_equal(result.pair_count, count * (count - 1) / 2);
+    assert_int_equal(result.exact_count, 0);
+    tulle_check_result_destroy(&result);
+    free_soup(&s);
+}
+
+/* Processor time [s] until a limit on pairs is reached. */
+static double time_limit(const soup *s, size_t pair_limit) {
+    memory heap = memory_default();
+    tulle_check_result result;
+    clock_t const start = clock();
+    assert_int_equal(
+        check_intersections(&(check_settings){&heap, 1, pair_limit}, &s->body, 1, &result, NULL),
+        TULLE_ERROR_LIMIT);
+    return (double)(clock() - start) / CLOCKS_PER_SEC;
+}
+
+/* Pairs beyond the limit are not put in order first: a few times the work of building the trees,
+ * where sorting alone is more than ten times that. */
+static void the_limit_is_reached_without_sorting(void **unused) {
+    (void)unused;
+    size_t const count = 50000;
+    soup s = make_soup(3, count, 0);
+    s.positions[3] = s.positions[7] = 1.0;
+    for (size_t i = 0; i < 3 * count; i++) s.triangles[i] = (uint32_t)(i % 3);
+    double const trees_seconds = time_limit(&s, 1), seconds = time_limit(&s, 16 * count);
+    print_message("to one pair %.1f ms, to %zu pairs %.1f ms\n", 1e3 * trees_seconds, 16 * count,
+                  1e3 * seconds);
+    assert_true(seconds < 8.0 * trees_seconds);
+    free_soup(&s);
+}
+
 /* Prints what the judge did; returns its processor time [s] in terms of a release build. */
 static double time_judge(const char *name, const soup *soups, size_t count, int threads,
                          size_t expected) {
@@ -370,6 +417,8 @@ int main(void) {
         cmocka_unit_test(bad_input_is_named),
         cmocka_unit_test(every_allocation_may_fail),
         cmocka_unit_test(too_many_pairs_are_refused),
+        cmocka_unit_test(coincident_triangles_need_no_exact_signs),
+        cmocka_unit_test(the_limit_is_reached_without_sorting),
         cmocka_unit_test(a_frame_takes_less_than_a_second),
         cmocka_unit_test(adversarial_soups_stay_fast),
     };
