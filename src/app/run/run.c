@@ -179,10 +179,11 @@ static tulle_status prepare_world(run_session *session, tulle_error *error) {
     tulle_status status = tulle_scene_build_world(session->scene, session->options.threads, NULL,
                                                   &session->built, error);
     /* a checkpoint takes the place of the first state, which need not be untangled again */
-    bool const goes_on =
+    session->goes_on =
         session->options.resumes && tulle_run_has_checkpoint(session->options.directory) != 0;
     if (status == TULLE_OK) tulle_world_set_stop_request(session->built.world, is_stopped, session);
-    if (status == TULLE_OK && !goes_on) status = tulle_world_start(session->built.world, error);
+    if (status == TULLE_OK && !session->goes_on)
+        status = tulle_world_start(session->built.world, error);
     if (status != TULLE_OK) return status;
     session->body_count = session->built.cloth_count + session->built.obstacle_count;
     session->bodies = calloc(session->body_count, sizeof *session->bodies);
@@ -283,9 +284,18 @@ static tulle_status open_directory(run_session *session, bool *is_new, tulle_err
     (void)tulle_run_reader_open(session->options.directory, &before, NULL);
     const tulle_step_report *reports = NULL;
     size_t report_count = 0;
-    if (before) (void)tulle_run_reader_get_reports(before, &reports, &report_count, NULL);
     tulle_run_checkpoint checkpoint = {0};
     tulle_status status = tulle_run_resume(&def, &session->writer, &checkpoint, error);
+    /* From here on no other process writes to report.csv. */
+    if (status == TULLE_OK && before)
+        (void)tulle_run_reader_get_reports(before, &reports, &report_count, NULL);
+    if (status == TULLE_OK && !checkpoint.bytes && session->goes_on) {
+        *error = (tulle_error){.status = TULLE_ERROR_IO,
+                               .message = "another process removed the checkpoint while the scene "
+                                          "was loaded; run the same command again"};
+        snprintf(error->file, sizeof error->file, "%s", session->options.directory);
+        status = error->status;
+    }
     if (status == TULLE_OK && checkpoint.bytes) {
         *is_new = false;
         status = load_checkpoint(session, &checkpoint, error);

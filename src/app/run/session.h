@@ -66,6 +66,7 @@ typedef struct run_session {
     size_t body_count;
     tulle_transform *transforms; /* of rigid bodies, in the order of bodies */
     debug_record debug;
+    bool goes_on; /* from a checkpoint, so the world was not started */
     uint64_t wanted_steps;
     uint64_t checkpoint_step; /* of the newest checkpoint */
     double checkpoint_time;   /* [s] of the clock */

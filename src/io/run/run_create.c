@@ -31,6 +31,10 @@ tulle_status run_writer_check_def(const tulle_run_def *def, tulle_error *error) 
     if (!def->directory || def->body_count < 1 || def->body_count > RUN_BODY_MAX || !def->bodies)
         return error_set(error, TULLE_ERROR_INVALID_ARGUMENT,
                          "a run needs a directory and 1 to %d bodies", RUN_BODY_MAX);
+    if (strlen(def->directory) > RUN_DIRECTORY_MAX || !*def->directory)
+        return error_set(error, TULLE_ERROR_INVALID_ARGUMENT,
+                         "the output directory's path should have 1 to %d bytes, not %zu",
+                         RUN_DIRECTORY_MAX, strlen(def->directory));
     if (!(def->time_step > 0.0) || !isfinite(def->time_step) || def->steps_per_frame < 1)
         return error_set(error, TULLE_ERROR_INVALID_ARGUMENT,
                          "time_step and steps_per_frame should be above 0");
@@ -67,6 +71,12 @@ void run_writer_destroy(tulle_run_writer *writer) {
     run_record_destroy(&writer->record);
     memory heap = memory_default();
     memory_release(&heap, writer, sizeof *writer);
+}
+
+void run_writer_abandon(tulle_run_writer *writer) {
+    if (writer->has_made_directory && run_directory_is_held(writer->directory, writer->lock))
+        rmdir(writer->directory);
+    run_writer_destroy(writer);
 }
 
 static bool copy_triangles(tulle_run_writer *writer, const tulle_run_def *def) {
@@ -166,17 +176,16 @@ static tulle_status create_logs(tulle_run_writer *writer, tulle_error *error) {
                           error);
 }
 
+/* *body_count: bodies whose files were begun. */
 static tulle_status make_files(tulle_run_writer *writer, const tulle_run_def *def,
-                               tulle_error *error) {
-    tulle_status status = run_directory_lock(writer->directory, &writer->lock, error);
-    if (status) return status;
-    run_directory_remove_temporaries(writer->directory);
+                               size_t *body_count, tulle_error *error) {
+    run_directory_remove_temporaries(writer->directory, &writer->record);
     writer->has_unflushed_files = true;
-    status = run_writer_write_record(writer, error);
+    tulle_status status = run_writer_write_record(writer, error);
     if (!status) status = run_writer_write_scene(writer, def, error);
     if (!status) status = run_writer_make_vtp_folder(writer, error);
-    for (size_t i = 0; i < def->body_count && !status; i++)
-        status = write_body(writer, def, i, error);
+    for (*body_count = 0; *body_count < def->body_count && !status; ++*body_count)
+        status = write_body(writer, def, *body_count, error);
     if (!status && def->records_debug)
         status = debug_log_create(&writer->debug, writer->directory, error);
     if (!status)
@@ -188,15 +197,12 @@ static tulle_status make_files(tulle_run_writer *writer, const tulle_run_def *de
 static tulle_status clear_former(const char *directory, tulle_error *error) {
     char path[RUN_PATH_SIZE];
     run_join(path, directory, RUN_FILE_RECORD);
-    int lock = -1;
-    tulle_status status = run_directory_lock(directory, &lock, error);
-    if (status) return status;
     memory heap = memory_default();
     run_record record = run_record_make(&heap);
     bool const is_known = run_record_read(&record, path, NULL) == TULLE_OK;
-    status = run_directory_clear(directory, is_known ? &record : NULL, error);
+    tulle_status const status = run_directory_clear(directory, is_known ? &record : NULL,
+                                                    is_known ? record.bodies.count : 0, error);
     run_record_destroy(&record);
-    close(lock);
     return status;
 }
 
@@ -212,28 +218,34 @@ static tulle_status check_existing(const char *directory, run_directory_kind kin
     return TULLE_OK;
 }
 
+tulle_status run_writer_begin(tulle_run_writer *writer, const tulle_run_def *def,
+                              run_directory_kind kind, tulle_run_existing existing,
+                              tulle_error *error) {
+    tulle_status status = check_existing(writer->directory, kind, existing, error);
+    if (!status && kind == RUN_DIRECTORY_RUN) status = clear_former(writer->directory, error);
+    if (status) return status;
+    size_t body_count = 0;
+    status = make_files(writer, def, &body_count, error);
+    if (status && run_directory_is_held(writer->directory, writer->lock))
+        run_directory_clear(writer->directory, &writer->record, body_count, NULL);
+    return status;
+}
+
 tulle_status tulle_run_create(const tulle_run_def *def, tulle_run_existing existing,
                               tulle_run_writer **result, tulle_error *error) {
     if (!result) return error_set(error, TULLE_ERROR_INVALID_ARGUMENT, "writer may not be null");
     *result = NULL;
-    run_directory_kind kind = RUN_DIRECTORY_MISSING;
     tulle_status status = run_writer_check_def(def, error);
-    if (!status) status = run_directory_examine(def->directory, &kind, error);
-    if (!status) status = check_existing(def->directory, kind, existing, error);
     tulle_run_writer *writer = NULL;
     if (!status) status = run_writer_make(def, &writer, error);
     if (status) return status;
-    if (kind == RUN_DIRECTORY_RUN) status = clear_former(def->directory, error);
-    bool const is_made = !status && kind == RUN_DIRECTORY_MISSING;
-    if (is_made && mkdir(def->directory, 0777) != 0) {
-        status = file_fail(error, def->directory, errno, "cannot be made");
-    } else if (!status) {
-        status = make_files(writer, def, error);
-        if (status) run_directory_clear(def->directory, &writer->record, NULL);
-        if (status && is_made) rmdir(def->directory);
-    }
+    run_directory_kind kind = RUN_DIRECTORY_EMPTY;
+    status =
+        run_directory_lock(writer->directory, &writer->lock, &writer->has_made_directory, error);
+    if (!status) status = run_directory_examine(writer->directory, &kind, error);
+    if (!status) status = run_writer_begin(writer, def, kind, existing, error);
     if (status)
-        run_writer_destroy(writer);
+        run_writer_abandon(writer);
     else
         *result = writer;
     return status;

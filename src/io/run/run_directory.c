@@ -15,6 +15,8 @@
 #include <sys/stat.h>
 #include <unistd.h>
 
+enum { LOCK_TRIES = 100 /* at a directory that others remove and make again */ };
+
 void run_join(char path[RUN_PATH_SIZE], const char *directory, const char *name) {
     size_t const length = strlen(directory);
     const char *const slash = length > 0 && directory[length - 1] == '/' ? "" : "/";
@@ -33,68 +35,130 @@ int tulle_run_is_directory(const char *path) {
 
 static bool is_dots(const char *name) { return strcmp(name, ".") == 0 || strcmp(name, "..") == 0; }
 
-/* Whether the name ends in .DIGITS-DIGITS.tmp, as those of output_open. */
-static bool is_temporary(const char *name) {
-    static const char digits[] = "0123456789";
-    size_t const length = strlen(name);
-    if (length < 8 || strcmp(name + length - 4, ".tmp") != 0) return false;
-    size_t at = length - 4;
-    size_t const second = at;
-    while (at > 0 && strchr(digits, name[at - 1])) at--;
-    if (at == second || at == 0 || name[--at] != '-') return false;
-    size_t const first = at;
-    while (at > 0 && strchr(digits, name[at - 1])) at--;
-    return at < first && at > 0 && name[at - 1] == '.';
+/* [bytes] of NAME in NAME.DIGITS-DIGITS.tmp, as output_open names what it has not finished; 0: the
+ * name is none of these. */
+static size_t measure_target(const char *name) {
+    static const char digits[] = "0123456789", ending[] = ".tmp";
+    size_t at = strlen(name);
+    if (at < sizeof ending || strcmp(name + at - (sizeof ending - 1), ending) != 0) return 0;
+    at -= sizeof ending - 1;
+    for (int number = 0; number < 2; number++) {
+        size_t const end = at;
+        while (at > 0 && strchr(digits, name[at - 1])) at--;
+        if (at == end || at < 2 || name[at - 1] != "-."[number]) return 0;
+        at--;
+    }
+    return at;
 }
 
 /* What a writer killed before its run.json was whole leaves; nothing else is there then. */
 static bool is_first_leftover(const char *name) {
     size_t const length = strlen(RUN_FILE_RECORD);
-    return strncmp(name, RUN_FILE_RECORD, length) == 0 && is_temporary(name);
+    return strncmp(name, RUN_FILE_RECORD, length) == 0 && measure_target(name) == length;
 }
 
 tulle_status run_directory_examine(const char *directory, run_directory_kind *kind,
                                    tulle_error *error) {
-    if (strlen(directory) > RUN_DIRECTORY_MAX || !*directory)
-        return error_set(error, TULLE_ERROR_INVALID_ARGUMENT,
-                         "the output directory's path should have 1 to %d bytes, not %zu",
-                         RUN_DIRECTORY_MAX, strlen(directory));
-    *kind = RUN_DIRECTORY_MISSING;
-    DIR *const folder = opendir(directory);
-    if (!folder && errno == ENOENT) return TULLE_OK;
-    if (!folder) return file_fail(error, directory, errno, "cannot be used as output directory");
     *kind = RUN_DIRECTORY_EMPTY;
-    for (const struct dirent *entry = readdir(folder); entry; entry = readdir(folder))
+    DIR *const folder = opendir(directory);
+    int code = folder ? 0 : errno;
+    while (!code) {
+        errno = 0;
+        const struct dirent *const entry = readdir(folder);
+        code = errno;
+        if (!entry) break;
         if (!is_dots(entry->d_name) && !is_first_leftover(entry->d_name))
             *kind = RUN_DIRECTORY_OTHER;
-    closedir(folder);
+    }
+    if (folder) closedir(folder);
+    if (code) return file_fail(error, directory, code, "cannot be used as output directory");
     if (tulle_run_is_directory(directory)) *kind = RUN_DIRECTORY_RUN;
     return TULLE_OK;
 }
 
-tulle_status run_directory_lock(const char *directory, int *lock, tulle_error *error) {
-    *lock = open(directory, O_RDONLY | O_DIRECTORY | O_CLOEXEC);
-    if (*lock < 0) return file_fail(error, directory, errno, "cannot be opened");
-    if (flock(*lock, LOCK_EX | LOCK_NB) == 0 || errno != EWOULDBLOCK) return TULLE_OK;
-    close(*lock);
-    *lock = -1;
-    return error_set_at(error, TULLE_ERROR_IO, directory, 0, 0,
-                        "another process is writing a run here; wait for it or stop it");
+bool run_directory_is_held(const char *directory, int lock) {
+    struct stat held, there;
+    return fstat(lock, &held) == 0 && stat(directory, &there) == 0 && held.st_dev == there.st_dev &&
+           held.st_ino == there.st_ino;
 }
 
-static void remove_temporaries_in(const char *directory) {
-    DIR *const folder = opendir(directory);
-    if (!folder) return;
-    for (const struct dirent *entry = readdir(folder); entry; entry = readdir(folder))
-        if (is_temporary(entry->d_name)) unlinkat(dirfd(folder), entry->d_name, 0);
-    closedir(folder);
+/* 0 or an errno. A file system without locks is written to without one. */
+static int lock_folder(int folder) {
+    if (flock(folder, LOCK_EX | LOCK_NB) == 0) return 0;
+    bool const is_unknown =
+        errno == ENOSYS || errno == EOPNOTSUPP || errno == ENOLCK || errno == EINVAL;
+    return is_unknown ? 0 : errno;
 }
 
-void run_directory_remove_temporaries(const char *directory) {
-    char vtp[RUN_PATH_SIZE];
-    run_join(vtp, directory, RUN_FOLDER_VTP);
-    remove_temporaries_in(directory);
-    remove_temporaries_in(vtp);
+tulle_status run_directory_lock(const char *directory, int *lock, bool *is_made,
+                                tulle_error *error) {
+    static const char what[] = "cannot be used as output directory";
+    *is_made = false;
+    for (int try = 0; try < LOCK_TRIES; try++) {
+        *lock = open(directory, O_RDONLY | O_DIRECTORY | O_CLOEXEC);
+        if (*lock < 0 && errno == ENOENT) {
+            *is_made = mkdir(directory, 0777) == 0;
+            if (!*is_made && errno != EEXIST)
+                return file_fail(error, directory, errno, "cannot be made");
+            continue;
+        }
+        if (*lock < 0) return file_fail(error, directory, errno, what);
+        int const code = lock_folder(*lock);
+        /* What was opened may be removed, and another made, before it is locked. */
+        if (!code && run_directory_is_held(directory, *lock)) return TULLE_OK;
+        close(*lock);
+        *lock = -1;
+        *is_made = false;
+        if (code == EWOULDBLOCK)
+            return error_set_at(error, TULLE_ERROR_IO, directory, 0, 0,
+                                "is locked: another process is writing a run here; wait for it, "
+                                "stop it, or choose another directory");
+        if (code) return file_fail(error, directory, code, "cannot be locked");
+    }
+    return file_fail(error, directory, ENOENT, what);
+}
+
+/* Whether the run has a file of this name, given by its first bytes. */
+static bool is_run_file(const run_record *record, const char *name, size_t length) {
+    static const char *const names[] = {RUN_FILE_RECORD, RUN_FILE_SCENE, RUN_FILE_CHECKPOINT,
+                                        RUN_FILE_CHECKPOINT_BEFORE};
+    for (size_t i = 0; i < sizeof names / sizeof names[0]; i++)
+        if (strlen(names[i]) == length && memcmp(names[i], name, length) == 0) return true;
+    for (size_t i = 0; record && i < record->bodies.count; i++) {
+        const run_body_record *const body = &record->bodies.data[i];
+        char pvd[RUN_PATH_SIZE];
+        run_make_pvd_name(record, i, pvd);
+        const char *const own[] = {run_record_text(record, body->mesh_file),
+                                   run_record_text(record, body->cache_file), pvd};
+        for (int k = 0; k < 3; k++)
+            if (strlen(own[k]) == length && memcmp(own[k], name, length) == 0) return true;
+    }
+    return false;
+}
+
+/* Whether the folder of VTP files is there, and no link to another folder. */
+static bool has_vtp_folder(const char *directory) {
+    char path[RUN_PATH_SIZE];
+    struct stat facts;
+    run_join(path, directory, RUN_FOLDER_VTP);
+    return lstat(path, &facts) == 0 && S_ISDIR(facts.st_mode);
+}
+
+void run_directory_remove_temporaries(const char *directory, const run_record *record) {
+    for (int is_vtp = 0; is_vtp < (has_vtp_folder(directory) ? 2 : 1); is_vtp++) {
+        char path[RUN_PATH_SIZE];
+        run_join(path, directory, is_vtp ? RUN_FOLDER_VTP : ".");
+        DIR *const folder = opendir(path);
+        if (!folder) continue;
+        for (const struct dirent *entry = readdir(folder); entry; entry = readdir(folder)) {
+            size_t const length = measure_target(entry->d_name);
+            bool const is_own =
+                is_vtp ? length > 4 && memcmp(entry->d_name + length - 4, ".vtp", 4) == 0
+                       : length > 0 && is_run_file(record, entry->d_name, length);
+            if (is_own) unlinkat(dirfd(folder), entry->d_name, 0);
+        }
+        closedir(folder);
+    }
 }
 
 /* 0 or an errno. */
@@ -123,10 +187,11 @@ void run_make_pvd_name(const run_record *record, size_t body, char name[RUN_PATH
     snprintf(name, RUN_PATH_SIZE, "%.*s.pvd", stem_length(record, body), mesh);
 }
 
-static int clear_vtk(const char *directory, const run_record *record, size_t body) {
+static int clear_vtk(const char *directory, const run_record *record, size_t body, bool has_vtp) {
     char name[RUN_PATH_SIZE];
     run_make_pvd_name(record, body, name);
     int code = remove_file(directory, name);
+    if (!has_vtp) return code;
     run_make_vtp_name(record, body, -1, name);
     if (!code) code = remove_file(directory, name);
     for (long frame = 0; !code; frame++) {
@@ -138,29 +203,30 @@ static int clear_vtk(const char *directory, const run_record *record, size_t bod
     return code;
 }
 
-static int clear_bodies(const char *directory, const run_record *record) {
+static int clear_bodies(const char *directory, const run_record *record, size_t body_count) {
+    bool const has_vtp = record->writes_vtp && has_vtp_folder(directory);
     int code = 0;
-    for (size_t i = 0; i < record->bodies.count && !code; i++) {
+    for (size_t i = 0; i < body_count && !code; i++) {
         const run_body_record *const body = &record->bodies.data[i];
         code = remove_file(directory, run_record_text(record, body->mesh_file));
         if (!code && !body->is_static)
             code = remove_file(directory, run_record_text(record, body->cache_file));
-        if (!code && record->writes_vtp) code = clear_vtk(directory, record, i);
+        if (!code && record->writes_vtp) code = clear_vtk(directory, record, i, has_vtp);
     }
     return code;
 }
 
-tulle_status run_directory_clear(const char *directory, const run_record *record,
+tulle_status run_directory_clear(const char *directory, const run_record *record, size_t body_count,
                                  tulle_error *error) {
     /* Without checkpoints nobody resumes the rest, whatever is left of it. */
     static const char *const first[] = {RUN_FILE_CHECKPOINT, RUN_FILE_CHECKPOINT_BEFORE};
     static const char *const last[] = {RUN_FILE_FRAMES, RUN_FILE_REPORT, RUN_FILE_SCENE,
                                        RUN_FILE_RECORD};
-    run_directory_remove_temporaries(directory);
+    run_directory_remove_temporaries(directory, record);
     int code = 0;
     for (size_t i = 0; i < sizeof first / sizeof first[0] && !code; i++)
         code = remove_file(directory, first[i]);
-    if (!code && record) code = clear_bodies(directory, record);
+    if (!code && record) code = clear_bodies(directory, record, body_count);
     if (!code && record && record->records_debug) code = remove_file(directory, RUN_FILE_DEBUG);
     if (!code && record && transforms_count_bodies(record) > 0)
         code = remove_file(directory, RUN_FILE_BODIES);

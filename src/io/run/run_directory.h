@@ -11,7 +11,6 @@ enum {
 };
 
 typedef enum run_directory_kind {
-    RUN_DIRECTORY_MISSING,
     RUN_DIRECTORY_EMPTY,
     RUN_DIRECTORY_RUN,  /* holds a run.json */
     RUN_DIRECTORY_OTHER /* holds other things only */
@@ -19,16 +18,23 @@ typedef enum run_directory_kind {
 
 /* path = directory/name. The directory must be at most RUN_DIRECTORY_MAX bytes long. */
 void run_join(char path[RUN_PATH_SIZE], const char *directory, const char *name);
-/* Also refuses a path that is too long or no directory. */
+/* Keeps other processes from writing here until *lock, a descriptor, is closed. A directory that is
+ * missing is made first: *is_made. What is looked at before that may be another's a moment later.
+ */
+tulle_status run_directory_lock(const char *directory, int *lock, bool *is_made,
+                                tulle_error *error);
+/* Whether the path still leads to the directory that is locked: it may be removed and made again
+ * under its writer, who has no right to the new one. */
+bool run_directory_is_held(const char *directory, int lock);
+/* Of a directory that is locked. */
 tulle_status run_directory_examine(const char *directory, run_directory_kind *kind,
                                    tulle_error *error);
-/* Keeps other processes from writing here until *lock, a descriptor, is closed. */
-tulle_status run_directory_lock(const char *directory, int *lock, tulle_error *error);
-/* Removes leftovers of writers that were killed: NAME.NUMBER-NUMBER.tmp. */
-void run_directory_remove_temporaries(const char *directory);
-/* Removes the files of the run that the record describes (null: only those that every run has);
- * run.json goes last. Files that are not there are fine. */
-tulle_status run_directory_clear(const char *directory, const run_record *record,
+/* Removes what writers of the record's run left that were killed: NAME.NUMBER-NUMBER.tmp, where the
+ * run has a file NAME. Without a record, of the files that every run has. */
+void run_directory_remove_temporaries(const char *directory, const run_record *record);
+/* Removes the files of the run that the record describes (null: only those that every run has), of
+ * its first body_count bodies; run.json goes last. Files that are not there are fine. */
+tulle_status run_directory_clear(const char *directory, const run_record *record, size_t body_count,
                                  tulle_error *error);
 
 /* Names of VTK files. frame < 0: of a static body. */

@@ -135,17 +135,17 @@ static tulle_status take_over(tulle_run_writer *writer, const tulle_run_def *def
                               checkpoint_record *checkpoint, bool *is_found, tulle_error *error) {
     char path[RUN_PATH_SIZE];
     run_join(path, writer->directory, RUN_FILE_RECORD);
-    tulle_status status = run_directory_lock(writer->directory, &writer->lock, error);
-    if (status) return status;
     run_record old = run_record_make(&writer->heap);
-    status = run_record_read(&old, path, error);
+    tulle_status status = run_record_read(&old, path, error);
     if (!status) status = run_record_compare(&old, &writer->record, writer->directory, error);
-    writer->record.has_untangle = old.has_untangle; /* what the start came to stays on record */
-    writer->record.untangle = old.untangle;
-    run_record_destroy(&old);
     if (!status) status = find_checkpoint(writer, checkpoint, is_found, error);
+    if (*is_found) { /* what the start came to stays on record */
+        writer->record.has_untangle = old.has_untangle;
+        writer->record.untangle = old.untangle;
+    }
+    run_record_destroy(&old);
     if (status || !*is_found) return status; /* the caller releases the checkpoint */
-    run_directory_remove_temporaries(writer->directory);
+    run_directory_remove_temporaries(writer->directory, &writer->record);
     status = cut_files_back(writer, checkpoint, error);
     if (!status) status = run_writer_write_scene(writer, def, error);
     if (!status) status = run_writer_make_vtp_folder(writer, error);
@@ -159,25 +159,28 @@ tulle_status tulle_run_resume(const tulle_run_def *def, tulle_run_writer **resul
                          "writer and checkpoint may not be null");
     *result = NULL;
     *checkpoint = (tulle_run_checkpoint){0};
-    run_directory_kind kind = RUN_DIRECTORY_MISSING;
     tulle_status status = run_writer_check_def(def, error);
-    if (!status) status = run_directory_examine(def->directory, &kind, error);
-    if (status) return status;
-    if (kind != RUN_DIRECTORY_RUN) return tulle_run_create(def, TULLE_RUN_REFUSE, result, error);
     tulle_run_writer *writer = NULL;
-    status = run_writer_make(def, &writer, error);
+    if (!status) status = run_writer_make(def, &writer, error);
     if (status) return status;
+    run_directory_kind kind = RUN_DIRECTORY_EMPTY;
     checkpoint_record record = {0};
     bool is_found = false;
-    status = take_over(writer, def, &record, &is_found, error);
-    if (!status && is_found) {
-        *checkpoint = record.state;
-        *result = writer;
-        return TULLE_OK;
+    status =
+        run_directory_lock(writer->directory, &writer->lock, &writer->has_made_directory, error);
+    if (!status) status = run_directory_examine(writer->directory, &kind, error);
+    if (!status && kind == RUN_DIRECTORY_RUN)
+        status = take_over(writer, def, &record, &is_found, error);
+    if (!status && !is_found)
+        status = run_writer_begin(writer, def, kind, TULLE_RUN_REPLACE, error);
+    if (status) {
+        checkpoint_release(&writer->heap, &record);
+        run_writer_abandon(writer);
+        return status;
     }
-    checkpoint_release(&writer->heap, &record);
-    run_writer_destroy(writer);
-    return status ? status : tulle_run_create(def, TULLE_RUN_REPLACE, result, error);
+    *checkpoint = record.state;
+    *result = writer;
+    return TULLE_OK;
 }
 
 int tulle_run_has_checkpoint(const char *directory) {

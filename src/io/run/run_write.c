@@ -18,6 +18,14 @@
 
 enum { SINGLE_FLUSH_MAX = 16 /* bodies whose caches are flushed one by one */ };
 
+/* Files are opened by their paths. They would be another run's, where the directory was removed and
+ * made again. */
+static tulle_status check_directory(const tulle_run_writer *writer, tulle_error *error) {
+    if (run_directory_is_held(writer->directory, writer->lock)) return TULLE_OK;
+    return error_set_at(error, TULLE_ERROR_IO, writer->directory, 0, 0,
+                        "was moved, removed or replaced while the run wrote to it");
+}
+
 /* ---- frames ---- */
 
 static tulle_status check_frame(const tulle_run_writer *writer, const tulle_run_frame *frame,
@@ -79,6 +87,7 @@ tulle_status tulle_run_write_frame(tulle_run_writer *writer, const tulle_run_fra
                                    tulle_error *error) {
     if (!writer) return error_set(error, TULLE_ERROR_INVALID_ARGUMENT, "writer may not be null");
     tulle_status status = check_frame(writer, frame, error);
+    if (!status) status = check_directory(writer, error);
     if (status) return status;
     size_t const body_count = writer->record.bodies.count;
     size_t const index = writer->frames.lines.count;
@@ -148,7 +157,8 @@ tulle_status tulle_run_write_checkpoint(tulle_run_writer *writer,
     if (!writer || !checkpoint || !checkpoint->bytes)
         return error_set(error, TULLE_ERROR_INVALID_ARGUMENT,
                          "writer and checkpoint may not be null or empty");
-    tulle_status status = run_writer_write_collections(writer, error);
+    tulle_status status = check_directory(writer, error);
+    if (!status) status = run_writer_write_collections(writer, error);
     if (!status) status = sync_all(writer, error);
     if (status) return status;
     checkpoint_record record = {.state = *checkpoint,
@@ -220,8 +230,12 @@ tulle_status run_writer_write_collections(tulle_run_writer *writer, tulle_error 
 tulle_status tulle_run_close(tulle_run_writer *writer, tulle_run_state state, const char *message,
                              tulle_error *error) {
     if (!writer) return TULLE_OK;
+    tulle_status status = check_directory(writer, error);
+    if (status) {
+        run_writer_destroy(writer);
+        return status;
+    }
     writer->record.state = state;
-    tulle_status status = TULLE_OK;
     if (!run_record_keep(&writer->record, message ? message : "", &writer->record.message))
         writer->record.message = 0;
     status = run_writer_write_collections(writer, error);

@@ -14,6 +14,7 @@ struct tulle_run_writer {
     memory heap;
     char directory[RUN_PATH_SIZE];
     int lock; /* descriptor of the locked directory, -1 if none */
+    bool has_made_directory;
     run_record record;
     run_frames frames;
     run_log report_log, frames_log, bodies_log;
@@ -30,6 +31,13 @@ tulle_status run_writer_make(const tulle_run_def *def, tulle_run_writer **result
                              tulle_error *error);
 /* Closes and releases everything; files stay as they are. Null is fine. */
 void run_writer_destroy(tulle_run_writer *writer);
+/* The same after a failure: removes the directory too, where the writer made it and it is empty. */
+void run_writer_abandon(tulle_run_writer *writer);
+/* Begins the run anew in the writer's directory, which is locked and holds what `kind` says. An
+ * error removes again what was made. */
+tulle_status run_writer_begin(tulle_run_writer *writer, const tulle_run_def *def,
+                              run_directory_kind kind, tulle_run_existing existing,
+                              tulle_error *error);
 /* Writes all PVD files; does nothing without VTP. */
 tulle_status run_writer_write_collections(tulle_run_writer *writer, tulle_error *error);
 /* scene.yaml, when there is a text. */
