@@ -86,10 +86,12 @@ static int open_temporary(output_file *output, char *temporary, size_t size) {
     return EEXIST;
 }
 
-/* Stores the target's name, of the file itself where `path` is a link. False: no memory. */
-static int store_names(output_file *output, const char *path) {
+/* Stores the target's name, of the file itself where `path` is a link to follow. False: no memory.
+ */
+static int store_names(output_file *output, const char *path, int follows_links) {
     char resolved[PATH_MAX];
-    const char *const target = realpath(path, resolved) ? resolved : path; /* or not there yet */
+    const char *const target =
+        follows_links && realpath(path, resolved) ? resolved : path; /* or not there yet */
     size_t const length = strlen(target) + 1;
     output->names_size = 2 * length + TEMPORARY_ROOM;
     output->names = memory_allocate(&output->heap, output->names_size);
@@ -98,9 +100,9 @@ static int store_names(output_file *output, const char *path) {
     return output->names != NULL;
 }
 
-static int open_target(output_file *output) {
+static int open_target(output_file *output, int follows_links) {
     struct stat facts;
-    if (stat(output->target, &facts) == 0 && !S_ISREG(facts.st_mode)) {
+    if (follows_links && stat(output->target, &facts) == 0 && !S_ISREG(facts.st_mode)) {
         output->file = open(output->target, O_WRONLY | O_CLOEXEC);
         return output->file < 0 ? errno : 0;
     }
@@ -108,7 +110,8 @@ static int open_target(output_file *output) {
     return open_temporary(output, output->names + length, output->names_size - length);
 }
 
-tulle_status output_open(const char *path, output_file **result, tulle_error *error) {
+static tulle_status open_output(const char *path, int follows_links, int is_flushed,
+                                output_file **result, tulle_error *error) {
     *result = NULL;
     memory heap = memory_default();
     output_file *const output = memory_allocate(&heap, sizeof *output);
@@ -117,11 +120,12 @@ tulle_status output_open(const char *path, output_file **result, tulle_error *er
     output->names_size = 0;
     output->temporary = NULL;
     output->file = -1;
-    output->is_flushed = 1;
+    output->is_flushed = is_flushed;
     output->failure = 0;
     output->used = 0;
     output->heap = heap;
-    int const code = store_names(output, path) ? open_target(output) : ENOMEM;
+    int const code =
+        store_names(output, path, follows_links) ? open_target(output, follows_links) : ENOMEM;
     if (code) {
         destroy(output);
         return file_fail(error, path, code, "cannot be written");
@@ -130,7 +134,17 @@ tulle_status output_open(const char *path, output_file **result, tulle_error *er
     return TULLE_OK;
 }
 
-void output_skip_flush(output_file *output) { output->is_flushed = 0; }
+tulle_status output_open(const char *path, output_file **output, tulle_error *error) {
+    return open_output(path, 1, 1, output, error);
+}
+
+tulle_status output_open_inside(const char *path, output_file **output, tulle_error *error) {
+    return open_output(path, 0, 1, output, error);
+}
+
+tulle_status output_open_unflushed(const char *path, output_file **output, tulle_error *error) {
+    return open_output(path, 0, 0, output, error);
+}
 
 /* Writes in sequence; devices and pipes know no offsets. */
 static int write_through(output_file *output, const char *bytes, size_t byte_count) {
@@ -216,22 +230,11 @@ void output_discard(output_file *output) {
     destroy(output);
 }
 
-static tulle_status write_file(const char *path, const void *bytes, size_t byte_count,
-                               int is_flushed, tulle_error *error) {
+tulle_status tulle_file_write(const char *path, const void *bytes, size_t byte_count,
+                              tulle_error *error) {
     output_file *output = NULL;
     tulle_status const status = output_open(path, &output, error);
     if (status) return status;
-    if (!is_flushed) output_skip_flush(output);
     output_write(output, bytes, byte_count);
     return output_commit(output, error);
-}
-
-tulle_status tulle_file_write(const char *path, const void *bytes, size_t byte_count,
-                              tulle_error *error) {
-    return write_file(path, bytes, byte_count, 1, error);
-}
-
-tulle_status file_write_unflushed(const char *path, const void *bytes, size_t byte_count,
-                                  tulle_error *error) {
-    return write_file(path, bytes, byte_count, 0, error);
 }

@@ -9,9 +9,11 @@
 typedef struct output_file output_file;
 
 tulle_status output_open(const char *path, output_file **output, tulle_error *error);
-
-/* Leaves out flushing to disk, for files that are flushed together later. */
-void output_skip_flush(output_file *output);
+/* For a file of a run, whose directory may come from a stranger: a target that is a link is
+ * replaced, and what the link leads to stays as it is. */
+tulle_status output_open_inside(const char *path, output_file **output, tulle_error *error);
+/* The same, for files that are flushed to disk together later. */
+tulle_status output_open_unflushed(const char *path, output_file **output, tulle_error *error);
 
 /* A failed write is remembered and reported by output_commit; later writes do nothing. */
 void output_write(output_file *output, const void *bytes, size_t byte_count);

@@ -1,6 +1,7 @@
 /* io/unflushed.h - writers of whole files that are not flushed to disk one by one. A killed process
  * leaves each file whole or not at all. A power failure may lose it until the file system is
- * flushed. For runs, which write many small files and flush them together before a checkpoint. */
+ * flushed. For runs, which write many small files and flush them together before a checkpoint.
+ * A target that is a link is replaced, as by output_open_inside. */
 #ifndef TULLE_IO_UNFLUSHED_H
 #define TULLE_IO_UNFLUSHED_H
 
@@ -10,8 +11,5 @@ tulle_status vtp_write_unflushed(const char *path, tulle_mesh_view mesh, const d
                                  tulle_error *error);
 tulle_status pvd_write_unflushed(const char *path, const char *const *files, const double *times,
                                  size_t count, tulle_error *error);
-/* As tulle_file_write. */
-tulle_status file_write_unflushed(const char *path, const void *bytes, size_t byte_count,
-                                  tulle_error *error);
 
 #endif

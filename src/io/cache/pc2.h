@@ -9,9 +9,10 @@
  * power failure may lose frames since the last pc2_writer_sync. */
 tulle_status pc2_writer_append_unflushed(tulle_pc2_writer *writer, const double *positions,
                                          tulle_error *error);
-/* As tulle_pc2_writer_open for a new file, which is not flushed either. */
-tulle_status pc2_writer_create_unflushed(const char *path, uint32_t vertex_count,
-                                         tulle_pc2_writer **writer, tulle_error *error);
+/* As tulle_pc2_writer_open; a new file is not flushed either, and links are not followed. */
+tulle_status pc2_writer_open_unflushed(const char *path, uint32_t vertex_count,
+                                       uint32_t resume_frame_count, tulle_pc2_writer **writer,
+                                       tulle_error *error);
 /* Releases the writer without flushing; null is fine. */
 void pc2_writer_release(tulle_pc2_writer *writer);
 tulle_status pc2_writer_sync(tulle_pc2_writer *writer, tulle_error *error);

@@ -29,10 +29,11 @@ struct tulle_pc2_writer {
     unsigned char *frame;
     size_t frame_size;
     uint32_t vertex_count, frame_count;
+    int open_flags;
     int defers_flush;
 };
 
-static tulle_status write_empty(const char *path, uint32_t vertex_count, int is_flushed,
+static tulle_status write_empty(const char *path, uint32_t vertex_count, int is_of_run,
                                 tulle_error *error) {
     unsigned char header[PC2_HEADER_SIZE] = "POINTCACHE2";
     bytes_store(header + 12, 4, 1);
@@ -40,8 +41,12 @@ static tulle_status write_empty(const char *path, uint32_t vertex_count, int is_
     bytes_store_float(header + 20, 0.0f);
     bytes_store_float(header + 24, 1.0f);
     bytes_store(header + PC2_FRAME_COUNT_PLACE, 4, 0);
-    return is_flushed ? tulle_file_write(path, header, sizeof header, error)
-                      : file_write_unflushed(path, header, sizeof header, error);
+    output_file *output = NULL;
+    tulle_status const status =
+        is_of_run ? output_open_unflushed(path, &output, error) : output_open(path, &output, error);
+    if (status) return status;
+    output_write(output, header, sizeof header);
+    return output_commit(output, error);
 }
 
 /* 0 or an errno. */
@@ -68,7 +73,7 @@ tulle_status pc2_writer_truncate(tulle_pc2_writer *writer, uint32_t frame_count,
                                  tulle_error *error) {
     int file = -1;
     tulle_pc2_info info;
-    tulle_status status = pc2_open_file(writer->path, O_RDWR, &file, &info, error);
+    tulle_status status = pc2_open_file(writer->path, writer->open_flags, &file, &info, error);
     if (status) return status;
     status = check_same_points(writer, &info, frame_count, error);
     if (!status) {
@@ -109,7 +114,7 @@ static tulle_pc2_writer *make_writer(const char *path, uint32_t vertex_count) {
 }
 
 static tulle_status open_writer(const char *path, uint32_t vertex_count,
-                                uint32_t resume_frame_count, int is_flushed,
+                                uint32_t resume_frame_count, int is_of_run,
                                 tulle_pc2_writer **result, tulle_error *error) {
     if (!path || !result || vertex_count < 1 || vertex_count > PC2_COUNT_LIMIT)
         return error_set(error, TULLE_ERROR_INVALID_ARGUMENT,
@@ -118,9 +123,10 @@ static tulle_status open_writer(const char *path, uint32_t vertex_count,
     *result = NULL;
     tulle_pc2_writer *const writer = make_writer(path, vertex_count);
     if (!writer) return file_fail(error, path, ENOMEM, "cannot be written");
+    writer->open_flags = O_RDWR | O_CLOEXEC | (is_of_run ? O_NOFOLLOW : 0);
     tulle_status const status = resume_frame_count > 0
                                     ? pc2_writer_truncate(writer, resume_frame_count, error)
-                                    : write_empty(path, vertex_count, is_flushed, error);
+                                    : write_empty(path, vertex_count, is_of_run, error);
     if (status)
         destroy(writer);
     else
@@ -131,12 +137,13 @@ static tulle_status open_writer(const char *path, uint32_t vertex_count,
 tulle_status tulle_pc2_writer_open(const char *path, uint32_t vertex_count,
                                    uint32_t resume_frame_count, tulle_pc2_writer **writer,
                                    tulle_error *error) {
-    return open_writer(path, vertex_count, resume_frame_count, 1, writer, error);
+    return open_writer(path, vertex_count, resume_frame_count, 0, writer, error);
 }
 
-tulle_status pc2_writer_create_unflushed(const char *path, uint32_t vertex_count,
-                                         tulle_pc2_writer **writer, tulle_error *error) {
-    return open_writer(path, vertex_count, 0, 0, writer, error);
+tulle_status pc2_writer_open_unflushed(const char *path, uint32_t vertex_count,
+                                       uint32_t resume_frame_count, tulle_pc2_writer **writer,
+                                       tulle_error *error) {
+    return open_writer(path, vertex_count, resume_frame_count, 1, writer, error);
 }
 
 void pc2_writer_release(tulle_pc2_writer *writer) {
@@ -186,7 +193,7 @@ static tulle_status append(tulle_pc2_writer *writer, const double *positions, in
                             "holds as many frames as its format can count");
     tulle_status const status = round_frame(writer, positions, error);
     if (status) return status;
-    int const file = open(writer->path, O_RDWR | O_CLOEXEC);
+    int const file = open(writer->path, writer->open_flags);
     int code = file < 0 ? errno : write_frame(writer, file, is_flushed);
     if (file >= 0 && close(file) != 0 && !code) code = errno;
     if (code) return file_fail(error, writer->path, code, "cannot be written");
@@ -209,7 +216,7 @@ tulle_status pc2_writer_append_unflushed(tulle_pc2_writer *writer, const double 
 }
 
 tulle_status pc2_writer_sync(tulle_pc2_writer *writer, tulle_error *error) {
-    int const file = open(writer->path, O_RDWR | O_CLOEXEC);
+    int const file = open(writer->path, writer->open_flags);
     int code = file < 0 ? errno : 0;
     if (!code && fsync(file) != 0) code = errno;
     if (file >= 0 && close(file) != 0 && !code) code = errno;

@@ -189,9 +189,9 @@ static tulle_status write_mesh(const char *path, tulle_mesh_view mesh, bool is_f
     tulle_status status = check_mesh(mesh, format, error);
     if (status) return status;
     output_file *output = NULL;
-    status = output_open(path, &output, error);
+    status = is_flushed ? output_open(path, &output, error)
+                        : output_open_unflushed(path, &output, error);
     if (status) return status;
-    if (!is_flushed) output_skip_flush(output);
     switch (format) {
     case FORMAT_OBJ: write_obj(output, mesh); break;
     case FORMAT_PLY: write_ply(output, mesh); break;

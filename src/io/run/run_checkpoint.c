@@ -45,7 +45,7 @@ static tulle_status age_newest(const char *newest, const char *before, tulle_err
 static tulle_status write_file(const char *newest, const char *before,
                                const checkpoint_record *record, tulle_error *error) {
     output_file *output = NULL;
-    tulle_status status = output_open(newest, &output, error);
+    tulle_status status = output_open_inside(newest, &output, error);
     if (status) return status;
     unsigned char header[HEADER_SIZE];
     encode_header(record, header);

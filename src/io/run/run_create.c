@@ -127,7 +127,11 @@ tulle_status run_writer_write_scene(tulle_run_writer *writer, const tulle_run_de
     if (!def->scene_text) return TULLE_OK;
     char path[RUN_PATH_SIZE];
     run_join(path, writer->directory, RUN_FILE_SCENE);
-    return tulle_file_write(path, def->scene_text, strlen(def->scene_text), error);
+    output_file *output = NULL;
+    tulle_status const status = output_open_inside(path, &output, error);
+    if (status) return status;
+    output_text(output, def->scene_text);
+    return output_commit(output, error);
 }
 
 static tulle_status write_static_vtp(tulle_run_writer *writer, const tulle_run_def *def,
@@ -148,7 +152,7 @@ static tulle_status write_body(tulle_run_writer *writer, const tulle_run_def *de
     if (record->is_static)
         return def->writes_vtp ? write_static_vtp(writer, def, body, error) : TULLE_OK;
     run_join(path, writer->directory, run_record_text(&writer->record, record->cache_file));
-    return pc2_writer_create_unflushed(path, record->vertex_count, &writer->caches[body], error);
+    return pc2_writer_open_unflushed(path, record->vertex_count, 0, &writer->caches[body], error);
 }
 
 tulle_status run_writer_make_vtp_folder(tulle_run_writer *writer, tulle_error *error) {
@@ -223,6 +227,7 @@ tulle_status run_writer_begin(tulle_run_writer *writer, const tulle_run_def *def
                               tulle_error *error) {
     tulle_status status = check_existing(writer->directory, kind, existing, error);
     if (!status && kind == RUN_DIRECTORY_RUN) status = clear_former(writer->directory, error);
+    if (!status) status = run_directory_check_files(writer->directory, &writer->record, error);
     if (status) return status;
     size_t body_count = 0;
     status = make_files(writer, def, &body_count, error);

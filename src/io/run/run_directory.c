@@ -118,22 +118,61 @@ tulle_status run_directory_lock(const char *directory, int *lock, bool *is_made,
     return file_fail(error, directory, ENOENT, what);
 }
 
+/* Names of a run's files, but those in vtp/: first what is no body's, then three of each body, of
+ * which one may be empty. Null after the last. */
+static const char *get_file_name(const run_record *record, size_t index, char room[RUN_PATH_SIZE]) {
+    static const char *const names[] = {
+        RUN_FILE_RECORD, RUN_FILE_SCENE,  RUN_FILE_CHECKPOINT, RUN_FILE_CHECKPOINT_BEFORE,
+        RUN_FILE_FRAMES, RUN_FILE_REPORT, RUN_FILE_DEBUG,      RUN_FILE_BODIES};
+    size_t const count = sizeof names / sizeof names[0];
+    if (index < count) return names[index];
+    size_t const body = (index - count) / 3;
+    if (!record || body >= record->bodies.count) return NULL;
+    switch ((index - count) % 3) {
+    case 0: return run_record_text(record, record->bodies.data[body].mesh_file);
+    case 1: return run_record_text(record, record->bodies.data[body].cache_file);
+    default: run_make_pvd_name(record, body, room); return room;
+    }
+}
+
+static tulle_status check_file(const char *directory, const char *name, mode_t wanted,
+                               tulle_error *error) {
+    char path[RUN_PATH_SIZE];
+    struct stat facts;
+    run_join(path, directory, name);
+    if (lstat(path, &facts) != 0)
+        return errno == ENOENT ? TULLE_OK : file_fail(error, path, errno, "cannot be examined");
+    if (S_ISLNK(facts.st_mode))
+        return error_set_at(error, TULLE_ERROR_IO, path, 0, 0,
+                            "is a symbolic link; a run is not written through links, which may "
+                            "lead out of its directory: put what it leads to in its place");
+    if ((facts.st_mode & S_IFMT) != wanted)
+        return error_set_at(error, TULLE_ERROR_IO, path, 0, 0, "is no %s; remove it",
+                            wanted == S_IFREG ? "regular file" : "directory");
+    return TULLE_OK;
+}
+
+tulle_status run_directory_check_files(const char *directory, const run_record *record,
+                                       tulle_error *error) {
+    char room[RUN_PATH_SIZE];
+    tulle_status status =
+        record->writes_vtp ? check_file(directory, RUN_FOLDER_VTP, S_IFDIR, error) : TULLE_OK;
+    for (size_t i = 0; !status; i++) {
+        const char *const name = get_file_name(record, i, room);
+        if (!name) break;
+        if (*name) status = check_file(directory, name, S_IFREG, error);
+    }
+    return status;
+}
+
 /* Whether the run has a file of this name, given by its first bytes. */
 static bool is_run_file(const run_record *record, const char *name, size_t length) {
-    static const char *const names[] = {RUN_FILE_RECORD, RUN_FILE_SCENE, RUN_FILE_CHECKPOINT,
-                                        RUN_FILE_CHECKPOINT_BEFORE};
-    for (size_t i = 0; i < sizeof names / sizeof names[0]; i++)
-        if (strlen(names[i]) == length && memcmp(names[i], name, length) == 0) return true;
-    for (size_t i = 0; record && i < record->bodies.count; i++) {
-        const run_body_record *const body = &record->bodies.data[i];
-        char pvd[RUN_PATH_SIZE];
-        run_make_pvd_name(record, i, pvd);
-        const char *const own[] = {run_record_text(record, body->mesh_file),
-                                   run_record_text(record, body->cache_file), pvd};
-        for (int k = 0; k < 3; k++)
-            if (strlen(own[k]) == length && memcmp(own[k], name, length) == 0) return true;
+    char room[RUN_PATH_SIZE];
+    for (size_t i = 0;; i++) {
+        const char *const own = get_file_name(record, i, room);
+        if (!own) return false;
+        if (strlen(own) == length && memcmp(own, name, length) == 0) return true;
     }
-    return false;
 }
 
 /* Whether the folder of VTP files is there, and no link to another folder. */

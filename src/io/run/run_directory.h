@@ -29,6 +29,10 @@ bool run_directory_is_held(const char *directory, int lock);
 /* Of a directory that is locked. */
 tulle_status run_directory_examine(const char *directory, run_directory_kind *kind,
                                    tulle_error *error);
+/* Refuses a directory in which a file of the record's run is a link, which may lead out of it, or
+ * no regular file. What is missing is fine. */
+tulle_status run_directory_check_files(const char *directory, const run_record *record,
+                                       tulle_error *error);
 /* Removes what writers of the record's run left that were killed: NAME.NUMBER-NUMBER.tmp, where the
  * run has a file NAME. Without a record, of the files that every run has. */
 void run_directory_remove_temporaries(const char *directory, const run_record *record);

@@ -12,6 +12,9 @@
 #include <sys/stat.h>
 #include <unistd.h>
 
+/* The directory may come from a stranger, and a link in it may lead anywhere. */
+static const int open_flags = O_WRONLY | O_CLOEXEC | O_NOFOLLOW | O_NONBLOCK;
+
 static void keep_path(run_log *log, const char *path) {
     size_t const length = strlen(path);
     memcpy(log->path, path, length < RUN_PATH_SIZE ? length + 1 : 1);
@@ -22,14 +25,14 @@ static void keep_path(run_log *log, const char *path) {
 tulle_status run_log_create(run_log *log, const char *path, const char *heading, size_t length,
                             tulle_error *error) {
     keep_path(log, path);
-    log->file = open(path, O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC, 0666);
+    log->file = open(path, open_flags | O_CREAT | O_TRUNC, 0666);
     if (log->file < 0) return file_fail(error, path, errno, "cannot be written");
     return run_log_append(log, heading, length, error);
 }
 
 tulle_status run_log_resume(run_log *log, const char *path, uint64_t size, tulle_error *error) {
     keep_path(log, path);
-    log->file = open(path, O_WRONLY | O_CLOEXEC);
+    log->file = open(path, open_flags);
     if (log->file < 0) return file_fail(error, path, errno, "cannot be opened");
     struct stat facts;
     if (fstat(log->file, &facts) != 0) return file_fail(error, path, errno, "cannot be examined");

@@ -212,7 +212,7 @@ static void write_body(json_writer *writer, const run_record *record, const run_
 
 tulle_status run_record_write(const run_record *record, const char *path, tulle_error *error) {
     output_file *output = NULL;
-    tulle_status const status = output_open(path, &output, error);
+    tulle_status const status = output_open_inside(path, &output, error);
     if (status) return status;
     char seed[24];
     snprintf(seed, sizeof seed, "%llu", (unsigned long long)record->seed);

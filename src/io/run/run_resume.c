@@ -6,7 +6,7 @@
 #include "io/run/run_checkpoint.h"
 #include "io/run/run_writer.h"
 
-#include "tulle_io/cache.h"
+#include "io/cache/pc2.h"
 
 #include <errno.h>
 #include <stdio.h>
@@ -106,8 +106,8 @@ static tulle_status cut_files_back(tulle_run_writer *writer, const checkpoint_re
         const run_body_record *const body = &writer->record.bodies.data[i];
         if (body->is_static) continue;
         run_join(path, writer->directory, run_record_text(&writer->record, body->cache_file));
-        status =
-            tulle_pc2_writer_open(path, body->vertex_count, frame_count, &writer->caches[i], error);
+        status = pc2_writer_open_unflushed(path, body->vertex_count, frame_count,
+                                           &writer->caches[i], error);
     }
     if (status) return status;
     run_join(path, writer->directory, RUN_FILE_REPORT);
@@ -138,6 +138,7 @@ static tulle_status take_over(tulle_run_writer *writer, const tulle_run_def *def
     run_record old = run_record_make(&writer->heap);
     tulle_status status = run_record_read(&old, path, error);
     if (!status) status = run_record_compare(&old, &writer->record, writer->directory, error);
+    if (!status) status = run_directory_check_files(writer->directory, &writer->record, error);
     if (!status) status = find_checkpoint(writer, checkpoint, is_found, error);
     if (*is_found) { /* what the start came to stays on record */
         writer->record.has_untangle = old.has_untangle;
@@ -146,6 +147,7 @@ static tulle_status take_over(tulle_run_writer *writer, const tulle_run_def *def
     run_record_destroy(&old);
     if (status || !*is_found) return status; /* the caller releases the checkpoint */
     run_directory_remove_temporaries(writer->directory, &writer->record);
+    writer->has_unflushed_files = true;
     status = cut_files_back(writer, checkpoint, error);
     if (!status) status = run_writer_write_scene(writer, def, error);
     if (!status) status = run_writer_make_vtp_folder(writer, error);

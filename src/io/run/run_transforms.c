@@ -57,7 +57,7 @@ tulle_status transforms_resume(run_log *log, const run_record *record, const cha
     if (body_count == 0) return TULLE_OK;
     char path[RUN_PATH_SIZE];
     run_join(path, directory, RUN_FILE_BODIES);
-    int const file = open(path, O_RDONLY | O_CLOEXEC);
+    int const file = open(path, O_RDONLY | O_CLOEXEC | O_NONBLOCK);
     if (file < 0) return file_fail(error, path, errno, "cannot be opened");
     uint64_t size = 0;
     bool const is_whole = measure_lines(file, 1 + (uint64_t)frame_count * body_count, &size);

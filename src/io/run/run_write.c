@@ -210,6 +210,7 @@ static tulle_status write_collections(tulle_run_writer *writer, collection *list
 
 tulle_status run_writer_write_collections(tulle_run_writer *writer, tulle_error *error) {
     if (!writer->record.writes_vtp) return TULLE_OK;
+    writer->has_unflushed_files = true;
     memory *const heap = &writer->heap;
     size_t const count = writer->frames.lines.count;
     collection list = {.frame_count = count,

@@ -117,9 +117,9 @@ static tulle_status write_vtp(const char *path, tulle_mesh_view mesh, const doub
                              "triangle %zu uses vertex %u, but there are only %zu", i / 3,
                              mesh.triangles[i], mesh.vertex_count);
     output_file *output = NULL;
-    tulle_status const status = output_open(path, &output, error);
+    tulle_status const status = is_flushed ? output_open(path, &output, error)
+                                           : output_open_unflushed(path, &output, error);
     if (status) return status;
-    if (!is_flushed) output_skip_flush(output);
     write_polydata(output, mesh, velocities);
     return output_commit(output, error);
 }
@@ -154,9 +154,9 @@ static tulle_status write_pvd(const char *path, const char *const *files, const 
         return error_set(error, TULLE_ERROR_INVALID_ARGUMENT,
                          "path, files and times may not be null");
     output_file *output = NULL;
-    tulle_status const status = output_open(path, &output, error);
+    tulle_status const status = is_flushed ? output_open(path, &output, error)
+                                           : output_open_unflushed(path, &output, error);
     if (status) return status;
-    if (!is_flushed) output_skip_flush(output);
     output_text(output, "<?xml version=\"1.0\"?>\n<VTKFile type=\"Collection\" version=\"0.1\" "
                         "byte_order=\"LittleEndian\">\n<Collection>\n");
     for (size_t i = 0; i < count; i++) {

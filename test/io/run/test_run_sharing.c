@@ -73,12 +73,133 @@ static void a_failure_removes_its_own_files(void **state) {
     assert_int_equal(size, strlen("precious"));
 }
 
+static const char precious[] = "precious";
+
+static void assert_precious(const char *path) {
+    size_t size;
+    char *const text = get_file(path, &size);
+    assert_string_equal(text, precious);
+    free(text);
+}
+
+/* A run in whose directory a file is a link to a file elsewhere, or a pipe, is neither resumed nor
+ * written over, and what the link leads to stays as it is. */
+static void links_lead_nowhere(void **state) {
+    (void)state;
+    const char *const outside = test_path("outside");
+    static const char *const more[] = {"frames.csv", "sheet.pvd", "vtp"};
+    tulle_error error;
+    tulle_run_writer *writer = NULL;
+    tulle_run_checkpoint checkpoint;
+    for (size_t i = 0; i < FILE_COUNT + 3; i++) {
+        const char *const directory = test_path("links");
+        tulle_run_def def = make_def(directory, 2);
+        def.writes_vtp = 1;
+        assert_int_equal(tulle_run_create(&def, TULLE_RUN_REFUSE, &writer, &error), TULLE_OK);
+        checkpoint = (tulle_run_checkpoint){0};
+        assert_int_equal(go_on(writer, &checkpoint, 2, &error), TULLE_OK);
+        assert_int_equal(tulle_run_close(writer, TULLE_RUN_INTERRUPTED, NULL, &error), TULLE_OK);
+        const char *const name = i < FILE_COUNT ? all_files[i] : more[i - FILE_COUNT];
+        char path[256], inner[300];
+        snprintf(path, sizeof path, "%s/%s", directory, name);
+        assert_int_equal(rename(path, outside), 0);
+        snprintf(inner, sizeof inner, "%s%s", outside,
+                 strcmp(name, "vtp") == 0 ? "/sheet.000001.vtp" : "");
+        size_t size, size_after;
+        char *const before = get_file(inner, &size);
+        for (int is_pipe = 0; is_pipe < 2; is_pipe++) {
+            if (strcmp(name, "run.json") == 0 && is_pipe) continue; /* then it is no run */
+            assert_int_equal(is_pipe ? mkfifo(path, 0666) : symlink(outside, path), 0);
+            assert_int_equal(tulle_run_resume(&def, &writer, &checkpoint, &error), TULLE_ERROR_IO);
+            if (!strstr(error.message, is_pipe ? "is no " : "is a symbolic link"))
+                fail_msg("%s: %s", error.file, error.message);
+            assert_string_equal(error.file, path);
+            assert_int_equal(remove(path), 0);
+        }
+        assert_int_equal(symlink(outside, path), 0);
+        /* A link that has the name of a file of the former run goes; the folder is refused. */
+        tulle_status const status = tulle_run_create(&def, TULLE_RUN_REPLACE, &writer, &error);
+        assert_int_equal(status, strcmp(name, "vtp") == 0 ? TULLE_ERROR_IO : TULLE_OK);
+        assert_int_equal(tulle_run_close(writer, TULLE_RUN_FINISHED, NULL, &error), TULLE_OK);
+        char *const after = get_file(inner, &size_after);
+        assert_int_equal(size_after, size);
+        assert_memory_equal(after, before, size);
+        free(before);
+        free(after);
+        remove_tree(outside);
+        remove(path);
+        remove_tree(directory);
+    }
+}
+
+/* Links that no former run explains are refused before anything is written. */
+static void a_new_run_is_not_written_through_links(void **state) {
+    (void)state;
+    const char *const directory = test_path("new");
+    put_text(test_path("important"), precious);
+    static const char *const names[] = {"new/ground.obj", "new/sheet.pc2", "new/bodies.csv"};
+    for (int i = 0; i < 3; i++) {
+        tulle_run_def def = make_def(directory, 1);
+        tulle_run_writer *writer = NULL;
+        tulle_error error;
+        assert_int_equal(mkdir(directory, 0777), 0);
+        put_text(test_path("new/run.json"), "{}"); /* of a run, but damaged */
+        assert_int_equal(symlink(test_path("important"), test_path(names[i])), 0);
+        assert_int_equal(tulle_run_create(&def, TULLE_RUN_REPLACE, &writer, &error),
+                         TULLE_ERROR_IO);
+        assert_non_null(strstr(error.message, "is a symbolic link"));
+        assert_precious(test_path("important"));
+        assert_int_equal(count_files(directory), 1);
+        remove_tree(directory);
+    }
+}
+
+/* Files of bodies that run.json puts elsewhere are neither read nor removed. */
+static void names_lead_nowhere(void **state) {
+    (void)state;
+    const char *const directory = test_path("names");
+    put_text(test_path("x.obj"), precious);
+    put_text(test_path("x.pc2"), precious);
+    char absolute[300];
+    snprintf(absolute, sizeof absolute, "%s/x.obj", test_folder);
+    const char *const names[] = {"../x.obj", "../x.pc2", absolute, "vtp/../../x.obj", "..",
+                                 ".",        "",         ".x",     "a/b.obj"};
+    static const char *const keys[] = {"\"mesh\": \"sheet.obj\"", "\"cache\": \"sheet.pc2\""};
+    run_whole(directory, 1);
+    size_t size;
+    char *const text = get_file(test_path("names/run.json"), &size);
+    for (size_t i = 0; i < 2 * sizeof names / sizeof names[0]; i++) {
+        const char *const place = strstr(text, keys[i % 2]);
+        assert_non_null(place);
+        FILE *const file = fopen(test_path("names/run.json"), "w");
+        assert_non_null(file);
+        fprintf(file, "%.*s\"%s\": \"%s\"%s", (int)(place - text), text, i % 2 ? "cache" : "mesh",
+                names[i / 2], place + strlen(keys[i % 2]));
+        fclose(file);
+        tulle_run_reader *reader = NULL;
+        tulle_error error;
+        assert_int_equal(tulle_run_reader_open(directory, &reader, &error), TULLE_ERROR_PARSE);
+        assert_non_null(strstr(error.message, "should be file names in this directory"));
+        assert_int_equal(resume_run(directory, 1, &error), TULLE_ERROR_PARSE);
+        tulle_run_def const def = make_def(directory, 1);
+        tulle_run_writer *writer = NULL;
+        assert_int_equal(tulle_run_create(&def, TULLE_RUN_REPLACE, &writer, &error), TULLE_OK);
+        assert_int_equal(tulle_run_close(writer, TULLE_RUN_FINISHED, NULL, &error), TULLE_OK);
+        assert_precious(test_path("x.obj"));
+        assert_precious(test_path("x.pc2"));
+    }
+    free(text);
+}
+
 int main(void) {
     make_bodies();
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(a_directory_made_again_is_anothers),
         cmocka_unit_test(only_leftovers_of_the_run_are_removed),
         cmocka_unit_test(a_failure_removes_its_own_files),
+        cmocka_unit_test(links_lead_nowhere),
+        cmocka_unit_test(a_new_run_is_not_written_through_links),
+        cmocka_unit_test(names_lead_nowhere),
     };
     return cmocka_run_group_tests(tests, make_test_folder, remove_test_folder);
 }
