@@ -257,7 +257,7 @@ static tulle_status find_source(bytes_reader *reader) {
     const vtp_document *const document = reader->document;
     const vtp_array *const array = reader->array;
     byte_source *const source = &reader->source;
-    const char *begin = array->text.data, *end = array->text.data + array->text.count;
+    const char *begin = array->text.data, *end = begin;
     source->is_base64 = true;
     if (array->format == VTP_APPENDED) {
         if (!document->has_appended)
@@ -271,6 +271,8 @@ static tulle_status find_source(bytes_reader *reader) {
         source->is_base64 = !document->is_appended_raw;
     } else if (array->text.count == 0) {
         return FAIL(reader, "is empty");
+    } else {
+        end += array->text.count;
     }
     source->begin = source->at = (const unsigned char *)begin;
     source->end = (const unsigned char *)end;
