@@ -12,7 +12,7 @@ CTEST := ctest --output-on-failure -j $(JOBS) --timeout 600
 CHECK_PACKAGES := TULLE_NO_INSTALL=1 sh tools/install_packages.sh
 INSTALL_PACKAGES := sh tools/install_packages.sh
 
-.PHONY: all demo pictures paper paper-quick paper-pictures test test-long test-asan test-tsan test-clang test-musl test-m32 coverage check-arm64 check-portability bench bench-compare bench-detect bench-peers validate docs test-docs install format check-format layers sizes clean help
+.PHONY: all demo pictures paper paper-quick paper-pictures test test-long test-asan test-tsan test-clang test-musl test-m32 coverage check-arm64 check-portability bench bench-compare bench-detect bench-peers validate fuzz fuzz-all fuzz-afl fuzz-keep docs test-docs install format check-format layers sizes clean help
 .NOTPARALLEL:
 
 # The program at build/release/tulle, libtulle.so and libtulle.a beside it.
@@ -168,6 +168,30 @@ validate:
 	if command -v gnuplot >/dev/null; then cd build/validation && for f in *.gnuplot; do gnuplot -d "$$f"; done; fi; \
 	exit $$code
 
+# Fuzzing: docs/contributing/fuzzing.md. `make fuzz TARGET=obj SECONDS=600`, or all targets, which share the time; the corpus is
+# in build/fuzz, and a later call goes on with it. fuzz-afl is the same with AFL++; fuzz-keep chooses the files of fuzz/corpus anew.
+TARGET ?=
+SECONDS ?= 60
+fuzz fuzz-all: build-fuzz
+	@[ "$@" = fuzz-all ] || [ -n "$(TARGET)" ] || { echo "which one? make fuzz TARGET=NAME, of:" $(notdir $(basename $(wildcard fuzz/targets/*.c))) >&2; exit 2; }
+	@sh fuzz/run.sh $(SECONDS) $(if $(filter fuzz,$@),$(TARGET))
+
+fuzz-keep: build-fuzz
+	@sh fuzz/keep.sh $(TARGET)
+
+.PHONY: build-fuzz
+build-fuzz:
+	@$(INSTALL_PACKAGES) build test fuzz
+	@cmake --preset fuzz
+	@cmake --build build/fuzz -j $(JOBS) --target fuzz_targets
+
+fuzz-afl:
+	@$(INSTALL_PACKAGES) build test fuzz
+	@[ -n "$(TARGET)" ] || { echo "which one? make fuzz-afl TARGET=NAME" >&2; exit 2; }
+	@cmake --preset fuzz-afl
+	@cmake --build build/fuzz-afl -j $(JOBS) --target replay_$(TARGET)
+	@sh fuzz/run_afl.sh $(SECONDS) $(TARGET)
+
 # The book as a static site with search: docs/ and the pages of the public headers. It needs no network; the search needs a
 # server, as `python3 -m http.server --directory build/site`.
 docs:
@@ -222,6 +246,8 @@ help:
 	@echo "make bench-detect tables of the detector's speed (makes its inputs once: half an hour)"
 	@echo "make bench-peers  the same scenes in Blender, MuJoCo and Bullet (installs them; an hour)"
 	@echo "make validate     the physics of contact, measured against expected (hours)"
+	@echo "make fuzz TARGET=obj SECONDS=60   fuzzes one target with libFuzzer (installs clang); fuzz-afl: with AFL++"
+	@echo "make fuzz-all SECONDS=600   all targets, which share the time"
 	@echo "make coverage     lines that the quick tests run"
 	@echo "make docs         the book as a static site with search, build/site (installs mkdocs and doxygen)"
 	@echo "make test-docs    the same; every public name has its comment, every link leads somewhere"

@@ -111,7 +111,7 @@ def judge_text(path, text):
 
 
 def list_files(root):
-    for top in ("src", "include", "test", "examples", "bench", "paper", "scenes"):
+    for top in ("src", "include", "test", "fuzz", "examples", "bench", "paper", "scenes"):
         for folder, _, names in sorted(os.walk(os.path.join(root, top))):
             for name in sorted(names):
                 if name.endswith((".c", ".h", ".cpp")):

@@ -1,6 +1,6 @@
 #!/bin/sh
 # Installs the Debian packages that a build or the tests need and that are missing; does nothing when all is there.
-# usage: install_packages.sh ROLE...      ROLE: build, test, paper, bench, peers, clang, musl, m32, portability, docs
+# usage: install_packages.sh ROLE...      ROLE: build, test, paper, bench, peers, clang, fuzz, musl, m32, portability, docs
 #   TULLE_NO_INSTALL=1   only says what is missing; fails if it cannot be done without
 set -eu
 
@@ -52,6 +52,11 @@ needs() {
     clang)
         echo "clang          program:clang       needed"
         ;;
+    fuzz)
+        echo "clang          program:clang       needed"
+        echo "libclang-rt-dev fuzzer             needed"
+        echo "afl++          program:afl-clang-fast optional"
+        ;;
     musl)
         echo "musl-tools     program:musl-gcc    optional"
         ;;
@@ -72,7 +77,7 @@ needs() {
         echo "doxygen        program:doxygen     needed"
         ;;
     *)
-        echo "install_packages.sh: unknown role \"$1\"; the roles are build, test, paper, bench, peers, clang, musl, m32, portability and docs" >&2
+        echo "install_packages.sh: unknown role \"$1\"; the roles are build, test, paper, bench, peers, clang, fuzz, musl, m32, portability and docs" >&2
         exit 2
         ;;
     esac
@@ -92,6 +97,7 @@ is_there() { # PROBE
 #include <stdint.h>
 #include <setjmp.h>
 #include <cmocka.h>" ;;
+    fuzzer) command -v clang >/dev/null && [ -e "$(clang -print-file-name="libclang_rt.fuzzer-$(uname -m).a")" ] ;;
     cgal) [ -e /usr/include/CGAL/version.h ] || [ -e /usr/local/include/CGAL/version.h ] ;;
     esac
 }
