@@ -640,8 +640,10 @@ TULLE_API tulle_status tulle_world_save_state(const tulle_world *world, void **b
 TULLE_API void tulle_world_free_state(const tulle_world *world, void *bytes, size_t byte_count);
 /* Puts a saved state in place: `bytes`, `byte_count` of them. The world must have been made from
  * the same defs (this is checked). In a world that has not started it takes the place of the start,
- * which then is not judged. Errors: TULLE_ERROR_INVALID_ARGUMENT (another world), TULLE_ERROR_PARSE
- * (bytes cut short or changed), TULLE_ERROR_OUT_OF_MEMORY. */
+ * which then is not judged. A call that fails leaves the world as it was; only
+ * tulle_world_get_intersections may give none any more. Errors:
+ * TULLE_ERROR_INVALID_ARGUMENT (another world), TULLE_ERROR_PARSE (bytes cut short or changed,
+ * another version of the format, values that no world has), TULLE_ERROR_OUT_OF_MEMORY. */
 TULLE_API tulle_status tulle_world_load_state(tulle_world *world, const void *bytes,
                                               size_t byte_count, tulle_error *error);
 

@@ -10,18 +10,24 @@
 #include "world/pinch/holds.h"
 #include "world/step/search.h"
 
-#include <math.h>
+#include <stddef.h>
 #include <string.h>
 
-static const char STATE_MAGIC[8] = {'T', 'U', 'L', 'L', 'E', 'S', 'T', '6'}; /* 6: version */
+static const char STATE_MAGIC[8] = {'T', 'U', 'L', 'L', 'E', 'S', 'T', '7'}; /* 7: version */
 
 typedef struct state_header {
     char magic[8];
-    uint64_t byte_count, payload_hash, def_hash;
+    uint64_t hash; /* of all bytes behind it */
+    uint64_t byte_count, def_hash;
     uint64_t vertex_count, obstacle_count, step_count;
     uint64_t contact_bytes, patch_bytes, ignored_count, hold_count;
     double time, previous_time_step, lost_energy;
 } state_header;
+
+static uint64_t compute_hash(const unsigned char *bytes, size_t byte_count) {
+    size_t const begin = offsetof(state_header, byte_count);
+    return hash_bytes(HASH_SEED, bytes + begin, byte_count - begin);
+}
 
 /* Cursor over a block of bytes, for writing or reading in the same order. */
 typedef struct byte_cursor {
@@ -137,7 +143,8 @@ tulle_status tulle_world_save_state(const tulle_world *world, void **bytes, size
                            .previous_time_step = now->previous_time_step,
                            .lost_energy = now->lost_energy};
     memcpy(header.magic, STATE_MAGIC, sizeof header.magic);
-    header.payload_hash = hash_bytes(HASH_SEED, cursor.bytes + sizeof header, size - sizeof header);
+    memcpy(cursor.bytes, &header, sizeof header);
+    header.hash = compute_hash(cursor.bytes, size);
     memcpy(cursor.bytes, &header, sizeof header);
     *bytes = cursor.bytes;
     *byte_count = size;
@@ -168,9 +175,7 @@ static tulle_status check_header(const tulle_world *world, const state_header *h
     uint64_t const left = byte_count / sizeof(tulle_intersection);
     if (header->byte_count != byte_count || header->contact_bytes > byte_count ||
         header->patch_bytes > byte_count || header->ignored_count > left ||
-        header->hold_count > HOLDS_MAX ||
-        hash_bytes(HASH_SEED, bytes + sizeof *header, byte_count - sizeof *header) !=
-            header->payload_hash) {
+        header->hold_count > HOLDS_MAX || header->hash != compute_hash(bytes, byte_count)) {
         return error_set(error, TULLE_ERROR_PARSE, "the saved state is damaged or cut off");
     }
     if (header->def_hash != world->def_hash || header->vertex_count != world->vertex_count ||
@@ -182,17 +187,21 @@ static tulle_status check_header(const tulle_world *world, const state_header *h
     return TULLE_OK;
 }
 
-/* Ignored pairs as saved; indices must fit. */
+/* Reads the ignored pairs into world->ignored_start, which nothing uses between steps, and makes
+ * room for them among those that are ignored now. */
 static tulle_status take_ignored(tulle_world *world, byte_cursor *cursor, size_t count,
                                  tulle_error *error) {
-    world->intersections.count = 0;
-    world->overlaps.count = 0;
-    if (!ARRAY_RESERVE(&world->heap, &world->intersections, count)) {
+    world->ignored_start.count = 0;
+    size_t const old_count = world->ignored.count,
+                 extra = count > old_count ? count - old_count : 0;
+    if (!ARRAY_RESERVE(&world->heap, &world->ignored_start, count) ||
+        !ARRAY_RESERVE(&world->heap, &world->ignored, extra) ||
+        !ARRAY_RESERVE(&world->heap, &world->ignored_keys, extra)) {
         return error_set(error, TULLE_ERROR_OUT_OF_MEMORY, "no memory left to load the state");
     }
-    take(cursor, world->intersections.data, count * sizeof(tulle_intersection));
+    take(cursor, world->ignored_start.data, count * sizeof(tulle_intersection));
     for (size_t i = 0; i < count; i++) {
-        const tulle_intersection *const pair = &world->intersections.data[i];
+        const tulle_intersection *const pair = &world->ignored_start.data[i];
         uint32_t const objects[2] = {pair->object_a, pair->object_b};
         uint32_t const triangles[2] = {pair->triangle_a, pair->triangle_b};
         for (int k = 0; k < 2; k++) {
@@ -200,12 +209,13 @@ static tulle_status take_ignored(tulle_world *world, byte_cursor *cursor, size_t
                 triangles[k] >= world->surfaces[objects[k]].triangle_end -
                                     world->surfaces[objects[k]].triangle_begin) {
                 return error_set(error, TULLE_ERROR_PARSE,
-                                 "the saved state names triangles that are not there");
+                                 "the saved state names triangles that are not there: start the "
+                                 "run anew");
             }
         }
     }
-    world->intersections.count = count;
-    return world_ignore_intersections(world, error);
+    world->ignored_start.count = count;
+    return TULLE_OK;
 }
 
 /* Loads the patches. After an error they are as before, or there are none if memory is too short
@@ -221,7 +231,8 @@ static tulle_status take_patches(tulle_world *world, const unsigned char *bytes,
     if (status == TULLE_OK) return status;
     if (status == TULLE_ERROR_OUT_OF_MEMORY)
         return error_set(error, status, "no memory left to load the patches of the saved state");
-    return error_set(error, status, "the patches of the saved state cannot be read");
+    return error_set(error, TULLE_ERROR_PARSE,
+                     "the patches of the saved state cannot be read: start the run anew");
 }
 
 static tulle_status load_state(tulle_world *world, const void *bytes, size_t byte_count,
@@ -252,26 +263,25 @@ static tulle_status load_state(tulle_world *world, const void *bytes, size_t byt
     next->elastic.is_known = false;
     next->hold_count = parts.hold_count;
     take(&cursor, next->holds, parts.hold_count * sizeof *next->holds);
-    if (!world_holds_are_valid(world, next))
-        return error_set(error, TULLE_ERROR_PARSE,
-                         "the saved state holds back obstacles that are not there");
-    size_t const ignored_bytes = parts.ignored_count * sizeof(tulle_intersection);
-    status = contact_store_load(&next->contacts, &world->heap,
-                                cursor.bytes + cursor.used + ignored_bytes, parts.contact_bytes);
-    if (status != TULLE_OK) {
-        return error_set(error, status, "the contacts of the saved state cannot be read");
-    }
-    status = take_patches(world, cursor.bytes + cursor.used + ignored_bytes + parts.contact_bytes,
-                          parts.patch_bytes, error);
-    if (status != TULLE_OK) return status;
-    status = take_ignored(world, &cursor, parts.ignored_count, error);
-    if (status != TULLE_OK) {
-        world_restore_patches(world);
-        return status;
-    }
     next->time = header.time;
     next->previous_time_step = header.previous_time_step;
     next->lost_energy = header.lost_energy;
+    status = world_check_state(world, next, error);
+    if (status == TULLE_OK) status = take_ignored(world, &cursor, parts.ignored_count, error);
+    if (status != TULLE_OK) return status;
+    status = contact_store_load(&next->contacts, &world->heap, cursor.bytes + cursor.used,
+                                parts.contact_bytes);
+    if (status == TULLE_ERROR_OUT_OF_MEMORY)
+        return error_set(error, status, "no memory left for the contacts of the saved state");
+    if (status != TULLE_OK)
+        return error_set(error, TULLE_ERROR_PARSE,
+                         "the contacts of the saved state cannot be read: start the run anew");
+    status = take_patches(world, cursor.bytes + cursor.used + parts.contact_bytes,
+                          parts.patch_bytes, error);
+    if (status != TULLE_OK) return status;
+
+    world_restore_ignored(world); /* as read */
+    world->intersections.count = world->overlaps.count = 0;
     world_motion_state const old = world->now;
     world->now = *next;
     world->next = old;

@@ -249,6 +249,11 @@ void world_release_start(tulle_world *world);
 /* start_arrays.c: releases what cloths were at first, of which the start made its own. */
 void world_release_first_cloth(tulle_world *world);
 
+/* state_check.c: whether a state that was read may be one of this world, which has started; an
+ * error says why not. */
+tulle_status world_check_state(const tulle_world *world, const world_motion_state *state,
+                               tulle_error *error);
+
 /* kinematics.c: where obstacles and pins are to be at `end_time` (targets), and which vertices are
  * pinned at `time`. */
 tulle_status world_script_targets(tulle_world *world, double time, double end_time,

@@ -7,6 +7,7 @@
  */
 #include "detect/patches/kept_patches_parts.h"
 
+#include <float.h>
 #include <string.h>
 
 static const uint64_t SAVED_MAGIC = 0x3330686374617074; /* "tpatch03" */
@@ -82,9 +83,9 @@ tulle_status kept_patches_load(kept_patches *patches, const void *bytes, size_t 
                           size == sizeof header + header.patch_count * sizeof(saved_patch) +
                                       header.kept_triangle_count * sizeof(uint32_t);
     bool const has_rules = header.max_angle > 0.0 && header.max_angle < 1.5707963267948966 &&
-                           header.reach >= 0.0 && header.cone <= CONE_PAPER &&
-                           header.has_certificate <= 1 && header.grows_anew <= 1 &&
-                           header.keeps_all <= 1;
+                           header.reach >= 0.0 && header.reach <= DBL_MAX &&
+                           header.cone <= CONE_PAPER && header.has_certificate <= 1 &&
+                           header.grows_anew <= 1 && header.keeps_all <= 1;
     if (!has_size || !has_rules ||
         !schedule_is_possible(&header.schedule, topo->triangle_count, header.kept_triangle_count))
         return TULLE_ERROR_INVALID_ARGUMENT;

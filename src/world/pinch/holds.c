@@ -96,6 +96,7 @@ bool world_holds_are_valid(const tulle_world *world, const world_motion_state *s
         double const sum = hold->normal[0] + hold->normal[1] + hold->normal[2] + hold->gap +
                            hold->wanted_gap + hold->share + hold->lag;
         if (hold->kind > HOLD_ALL || hold->cloth >= world->set.surface_count || !isfinite(sum) ||
+            hold->waiting > hold->wait || hold->wait > WAIT_MOST ||
             !side_is_valid(world, hold, 0) || !side_is_valid(world, hold, 1))
             return false;
     }

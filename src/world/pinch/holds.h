@@ -46,7 +46,7 @@ bool world_is_held_or_released(const tulle_world *world, const world_motion_stat
 /* Mean of up to four points of `positions`; zero for no obstacle. */
 vec3 world_get_hold_point(const world_hold *hold, int side, const double *positions);
 
-/* Of holds that were read: whether they name what is there. */
+/* Of holds that were read: whether they name what is there, with numbers that a hold may have. */
 bool world_holds_are_valid(const tulle_world *world, const world_motion_state *state);
 
 #endif

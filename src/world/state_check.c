@@ -1,0 +1,74 @@
+/* world/state_check.c - whether what was read from a saved state is what a world may hold.
+ *
+ * The hash of a saved state finds damage. This finds bytes that were made to have the right hash,
+ * or that a mistake wrote: numbers that are not finite, flags and states out of their range,
+ * objects that are not there, static obstacles that have moved. What passes cannot lead a step
+ * outside its arrays. */
+#include "base/error.h"
+#include "world/bodies/bodies.h"
+#include "world/pinch/holds.h"
+
+#include <math.h>
+#include <string.h>
+
+static bool are_finite(const double *values, size_t count) {
+    for (size_t i = 0; i < count; i++)
+        if (!isfinite(values[i])) return false;
+    return true;
+}
+
+static bool are_at_most(const uint8_t *values, size_t count, uint8_t most) {
+    for (size_t i = 0; i < count; i++)
+        if (values[i] > most) return false;
+    return true;
+}
+
+static bool rests_are_valid(const tulle_world *world, const body_rest *rests) {
+    for (size_t i = 0; i < world->body_count; i++) {
+        const body_rest *const rest = &rests[i];
+        if (rest->state > BODY_SLEEPS || rest->group >= world->body_count ||
+            !isfinite(rest->quiet_time) || rest->quiet_time < 0.0 || !are_finite(rest->force, 3) ||
+            !are_finite(rest->torque, 3) || !are_finite(rest->impulse, 3) ||
+            !are_finite(rest->moment, 3))
+            return false;
+    }
+    return true;
+}
+
+/* Trees over static obstacles are fitted once, so they must be where the start put them. */
+static bool statics_stand_still(const tulle_world *world, const double *positions) {
+    for (size_t s = world->cloths.count; s < world->set.surface_count; s++) {
+        const surface_range *const range = &world->surfaces[s];
+        if (!range->is_static) continue;
+        size_t const begin = 3 * (size_t)range->vertex_begin, end = 3 * (size_t)range->vertex_end;
+        if (memcmp(positions + begin, world->now.positions + begin,
+                   (end - begin) * sizeof *positions) != 0)
+            return false;
+    }
+    return true;
+}
+
+tulle_status world_check_state(const tulle_world *world, const world_motion_state *state,
+                               tulle_error *error) {
+    size_t const count = 3 * world->vertex_count, obstacle_count = world->obstacles.count;
+    const char *what = NULL;
+    if (!isfinite(state->time) || state->time < 0.0 || !(state->previous_time_step >= 0.0) ||
+        !(state->previous_time_step <= 1.0) || !isfinite(state->lost_energy))
+        what = "a time, a time step or an energy that no world has";
+    else if (!are_finite(state->positions, count) || !are_finite(state->velocities, count) ||
+             !are_finite(state->previous_mean, count) ||
+             !are_finite(state->previous_velocities, count))
+        what = "positions or velocities that are not finite";
+    else if (!are_at_most(state->is_present, obstacle_count, 1) ||
+             !are_at_most(state->is_released, obstacle_count, 1) ||
+             !are_at_most(state->particles, world->particle_count, PARTICLE_STICKS))
+        what = "flags of obstacles or vertices that mean nothing";
+    else if (!rests_are_valid(world, state->rests))
+        what = "rigid bodies in a state that no body has";
+    else if (!world_holds_are_valid(world, state))
+        what = "obstacles held back that are not there";
+    else if (!statics_stand_still(world, state->positions))
+        what = "obstacles elsewhere that never move";
+    if (!what) return TULLE_OK;
+    return error_set(error, TULLE_ERROR_PARSE, "the saved state has %s: start the run anew", what);
+}
