@@ -1,9 +1,13 @@
 /* app/main.c - the program `tulle`: finds the subcommand and hands over to it. */
+#define _POSIX_C_SOURCE 200809L
 #include "app/commands.h"
 #include "base/text.h"
 
+#include <fcntl.h>
+#include <stdbool.h>
 #include <stdio.h>
 #include <string.h>
+#include <unistd.h>
 #ifdef __GLIBC__
 #include <malloc.h>
 #endif
@@ -62,8 +66,17 @@ static void return_large_blocks(void) {
 #endif
 }
 
+/* Opens what the caller closed of standard input, output and error. A file of ours would get that
+ * descriptor otherwise, and messages would be written into it. */
+static bool open_standard_files(void) {
+    for (int file = STDIN_FILENO; file <= STDERR_FILENO; file++)
+        if (fcntl(file, F_GETFD) == -1 && open("/dev/null", O_RDWR) != file) return false;
+    return true;
+}
+
 /* No setlocale: in the C locale printf, too, writes the point that files and JSON need. */
 int main(int argc, char **argv) {
+    if (!open_standard_files()) return APP_EXIT_CANNOT_GO_ON;
     return_large_blocks();
     if (argc < 2) {
         print_help(stderr);
