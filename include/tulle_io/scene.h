@@ -30,12 +30,12 @@ typedef struct tulle_scene_problems {
     tulle_error list[TULLE_SCENE_PROBLEMS_MAX];
 } tulle_scene_problems;
 
-/* Loads the scene file `path` and makes `*result`, which is null after an error; release it with
- * tulle_scene_destroy. The `override_count` texts of `overrides` change the file's keys, one after
- * the other. A text has the form "path=value", as in "cloth[0].mesh.resolution=[40, 40]" or
- * "time.frames=10". The value is YAML. An empty value removes the key; an index equal to the length
- * of a list appends. `problems` is zeroed first. After an error it holds one problem at least, and
- * the call returns the status of the first. Errors: TULLE_ERROR_IO, TULLE_ERROR_PARSE,
+/* Loads the scene file `path`, a regular file, and makes `*result`, which is null after an error;
+ * release it with tulle_scene_destroy. The `override_count` texts of `overrides` change the file's
+ * keys, one after the other. A text has the form "path=value", as in "cloth[0].mesh.resolution=[40,
+ * 40]" or "time.frames=10". The value is YAML. An empty value removes the key; an index equal to
+ * the length of a list appends. `problems` is zeroed first. After an error it holds one problem at
+ * least, and the call returns the status of the first. Errors: TULLE_ERROR_IO, TULLE_ERROR_PARSE,
  * TULLE_ERROR_INVALID_ARGUMENT, TULLE_ERROR_INVALID_MESH, TULLE_ERROR_LIMIT,
  * TULLE_ERROR_OUT_OF_MEMORY. */
 TULLE_API tulle_status tulle_scene_load(const char *path, const char *const *overrides,

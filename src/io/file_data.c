@@ -1,11 +1,13 @@
 /* io/file_data.c - see file_data.h. */
-#define _POSIX_C_SOURCE 200809L
+#define _XOPEN_SOURCE 700
 #include "io/file_data.h"
 
 #include "base/error.h"
 
 #include <errno.h>
 #include <fcntl.h>
+#include <limits.h>
+#include <stdio.h>
 #include <string.h>
 #include <sys/stat.h>
 #include <unistd.h>
@@ -27,6 +29,11 @@ tulle_status file_fail_memory(tulle_error *error, const char *path) {
                         "out of memory while it was read");
 }
 
+static tulle_status fail_irregular(const char *path, tulle_error *error) {
+    return error_set_at(error, TULLE_ERROR_IO, path, 0, 0,
+                        "is not a regular file; copy its contents into one first");
+}
+
 /* Size of the open file, which must be a regular one. */
 static tulle_status measure(int file, const char *path, size_t byte_limit, size_t *size,
                             tulle_error *error) {
@@ -34,9 +41,7 @@ static tulle_status measure(int file, const char *path, size_t byte_limit, size_
     if (fstat(file, &facts) != 0) return file_fail(error, path, errno, "cannot be examined");
     if (S_ISDIR(facts.st_mode))
         return error_set_at(error, TULLE_ERROR_IO, path, 0, 0, "is a directory, not a file");
-    if (!S_ISREG(facts.st_mode))
-        return error_set_at(error, TULLE_ERROR_IO, path, 0, 0,
-                            "is not a regular file; copy its contents into one first");
+    if (!S_ISREG(facts.st_mode)) return fail_irregular(path, error);
     if ((uintmax_t)facts.st_size > byte_limit)
         return error_set_at(error, TULLE_ERROR_LIMIT, path, 0, 0,
                             "has %lld bytes; at most %zu can be read", (long long)facts.st_size,
@@ -89,52 +94,37 @@ tulle_status file_load(memory *heap, const char *path, size_t byte_limit, file_d
     if (byte_limit == 0) byte_limit = FILE_BYTE_LIMIT;
     /* Without O_NONBLOCK, opening a pipe that nobody writes to would wait for ever. */
     int const file = open(path, O_RDONLY | O_CLOEXEC | O_NONBLOCK);
+    if (file < 0 && errno == ENXIO) return fail_irregular(path, error); /* a socket */
     if (file < 0) return file_fail(error, path, errno, "cannot be opened");
     tulle_status const status = load_open_file(heap, file, path, byte_limit, data, error);
     close(file);
     return status;
 }
 
-tulle_status file_load_stream(memory *heap, const char *path, size_t byte_limit, file_data *data,
-                              tulle_error *error) {
-    struct stat facts;
-    *data = (file_data){0};
-    if (stat(path, &facts) != 0) return file_fail(error, path, errno, "cannot be opened");
-    if (S_ISREG(facts.st_mode) || S_ISDIR(facts.st_mode))
-        return file_load(heap, path, byte_limit, data, error);
-    int const file = open(path, O_RDONLY | O_CLOEXEC);
-    if (file < 0) return file_fail(error, path, errno, "cannot be opened");
-    ARRAY(char) text = {0};
-    size_t const chunk = 1 << 16;
-    tulle_status status = TULLE_OK;
-    size_t count = chunk;
-    while (status == TULLE_OK && count > 0 && text.count <= byte_limit) {
-        if (ARRAY_RESERVE(heap, &text, chunk + 1)) {
-            status = read_all(file, path, text.data + text.count, chunk, &count, error);
-            text.count += count;
-        } else {
-            status = error_set_at(error, TULLE_ERROR_OUT_OF_MEMORY, path, 0, 0,
-                                  "out of memory for its text");
-        }
-    }
-    close(file);
-    if (status == TULLE_OK && text.count > byte_limit)
-        status = error_set_at(error, TULLE_ERROR_LIMIT, path, 0, 0,
-                              "has more than the %zu bytes that can be read", byte_limit);
-    char *const bytes = status == TULLE_OK ? memory_allocate(heap, text.count + 1) : NULL;
-    if (bytes) {
-        memcpy(bytes, text.data, text.count);
-        bytes[text.count] = '\0';
-        *data = (file_data){bytes, text.count};
-    } else if (status == TULLE_OK) {
-        status = error_set_at(error, TULLE_ERROR_OUT_OF_MEMORY, path, 0, 0,
-                              "out of memory for its text");
-    }
-    ARRAY_FREE(heap, &text);
-    return status;
-}
-
 void file_release(memory *heap, file_data *data) {
     if (data->bytes) memory_release(heap, data->bytes, data->byte_count + 1);
     *data = (file_data){0};
+}
+
+int file_sync_folder(const char *path) {
+    char folder_path[PATH_MAX];
+    if (strlen(path) >= sizeof folder_path) return ENAMETOOLONG;
+    strcpy(folder_path, path);
+    char *const slash = strrchr(folder_path, '/');
+    if (slash) slash[slash == folder_path ? 1 : 0] = '\0';
+    int const folder = open(slash ? folder_path : ".", O_RDONLY | O_CLOEXEC | O_DIRECTORY);
+    /* A folder may be written to and not be read; some file systems flush no folders. */
+    if (folder < 0) return errno == EACCES ? 0 : errno;
+    int code = fsync(folder) == 0 ? 0 : errno;
+    if (code == EINVAL || code == EBADF) code = 0;
+    close(folder);
+    return code;
+}
+
+int file_rename(const char *from, const char *to) {
+    int const file = open(from, O_RDONLY | O_CLOEXEC);
+    int code = file < 0 || fsync(file) != 0 ? errno : 0;
+    if (file >= 0) close(file);
+    if (!code && rename(from, to) != 0) code = errno;
+    return code ? code : file_sync_folder(to);
 }

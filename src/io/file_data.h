@@ -1,4 +1,5 @@
-/* io/file_data.h - a whole file in memory, and messages for failed file calls. */
+/* io/file_data.h - a whole file in memory, messages for failed file calls, names that survive a
+ * power failure. */
 #ifndef TULLE_IO_FILE_DATA_H
 #define TULLE_IO_FILE_DATA_H
 
@@ -13,10 +14,6 @@ typedef struct file_data {
  * TULLE_ERROR_IO (also for a folder or a device), TULLE_ERROR_LIMIT, TULLE_ERROR_OUT_OF_MEMORY. */
 tulle_status file_load(memory *heap, const char *path, size_t byte_limit, file_data *data,
                        tulle_error *error);
-/* The same, but a pipe or a device is read, too, up to its end: TULLE_ERROR_LIMIT if it has more.
- */
-tulle_status file_load_stream(memory *heap, const char *path, size_t byte_limit, file_data *data,
-                              tulle_error *error);
 void file_release(memory *heap, file_data *data);
 
 /* [bytes] Largest file that is read whole: 16 GiB. */
@@ -26,5 +23,12 @@ void file_release(memory *heap, file_data *data);
 tulle_status file_fail(tulle_error *error, const char *path, int code, const char *what);
 /* Fills error for want of memory while the file is read: TULLE_ERROR_OUT_OF_MEMORY. */
 tulle_status file_fail_memory(tulle_error *error, const char *path);
+
+/* Flushes the folder that holds `path` to disk, so that its name survives a power failure. 0, also
+ * where the file system flushes no folders, or an errno. */
+int file_sync_folder(const char *path);
+/* Gives a written file its last name: flushes it to disk, renames it, flushes the folder. 0 or an
+ * errno. */
+int file_rename(const char *from, const char *to);
 
 #endif

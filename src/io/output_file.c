@@ -37,20 +37,6 @@ struct output_file {
     char buffer[BUFFER_SIZE];
 };
 
-/* Flushes the directory that holds `path`, so that a rename in it survives a power failure. Quietly
- * does nothing where that is not supported. */
-static void sync_directory_of(const char *path) {
-    char folder_path[PATH_MAX];
-    if (strlen(path) >= sizeof folder_path) return;
-    strcpy(folder_path, path);
-    char *const slash = strrchr(folder_path, '/');
-    if (slash) slash[slash == folder_path ? 1 : 0] = '\0';
-    int const folder = open(slash ? folder_path : ".", O_RDONLY | O_CLOEXEC | O_DIRECTORY);
-    if (folder < 0) return;
-    fsync(folder);
-    close(folder);
-}
-
 int file_write_at(int file, const void *bytes, size_t byte_count, uint64_t offset) {
     const char *cursor = bytes;
     while (byte_count > 0) {
@@ -219,9 +205,14 @@ tulle_status output_commit(output_file *output, tulle_error *error) {
         output_discard(output);
         return status;
     }
-    if (output->temporary && output->is_flushed) sync_directory_of(output->target);
+    tulle_status status = TULLE_OK;
+    int const folder_code =
+        output->temporary && output->is_flushed ? file_sync_folder(output->target) : 0;
+    if (folder_code)
+        status =
+            file_fail(error, output->target, folder_code, "its name cannot be flushed to disk");
     destroy(output);
-    return TULLE_OK;
+    return status;
 }
 
 void output_discard(output_file *output) {

@@ -25,7 +25,8 @@ void output_unsigned(output_file *output, uint64_t value);
 /* Writes and flushes to disk what came so far, under the temporary name. On failure `output` is to
  * be discarded. */
 tulle_status output_flush(output_file *output, tulle_error *error);
-/* Makes the file appear and releases `output`; on failure the target is as it was. */
+/* Makes the file appear and releases `output`; on failure the target is as it was. It may be there
+ * whole after a failure, if all that failed is to flush its name to disk. */
 tulle_status output_commit(output_file *output, tulle_error *error);
 /* Removes what was written and releases `output`; null is fine. */
 void output_discard(output_file *output);

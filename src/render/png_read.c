@@ -1,11 +1,15 @@
 /* render/png_read.c - pictures from PNG files as png_write.c makes them: 8 bits, RGB. */
+#define _POSIX_C_SOURCE 200809L
 #include "base/error.h"
 #include "render/image.h"
 
 #include <errno.h>
+#include <fcntl.h>
 #include <png.h>
 #include <stdio.h>
 #include <string.h>
+#include <sys/stat.h>
+#include <unistd.h>
 
 enum { CHUNK_BYTES_MAX = 1 << 20 /* [bytes] of a chunk that is kept, such as a note */ };
 
@@ -73,10 +77,17 @@ static tulle_status fail(const char *path, decoder *in, tulle_error *error) {
 tulle_status render_image_read_png(const char *path, render_image *image, const char *note_key,
                                    char *note, size_t note_size, tulle_error *error) {
     *image = (render_image){0};
-    decoder in = {.file = fopen(path, "rb"), .image = image, .error = error};
-    if (!in.file)
-        return error_set_at(error, TULLE_ERROR_IO, path, 0, 0, "cannot be opened: %s",
-                            strerror(errno));
+    /* Without O_NONBLOCK, opening a pipe that nobody writes to would wait for ever. */
+    int const file = open(path, O_RDONLY | O_CLOEXEC | O_NONBLOCK);
+    struct stat facts;
+    bool const is_regular = file >= 0 && fstat(file, &facts) == 0 && S_ISREG(facts.st_mode);
+    decoder in = {.file = is_regular ? fdopen(file, "rb") : NULL, .image = image, .error = error};
+    if (!in.file) {
+        error_set_at(error, TULLE_ERROR_IO, path, 0, 0, "cannot be opened: %s",
+                     file < 0 || is_regular ? strerror(errno) : "is no regular file");
+        if (file >= 0) close(file);
+        return TULLE_ERROR_IO;
+    }
     tulle_status status = TULLE_OK;
     in.png = png_create_read_struct(PNG_LIBPNG_VER_STRING, &in, keep_message, ignore_warning);
     if (in.png) in.info = png_create_info_struct(in.png);

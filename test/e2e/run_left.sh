@@ -39,7 +39,7 @@ deepest=$(sed -n 2p left.csv | cut -d, -f11)
 awk -v told="$(sed 's/ m deep at (.*//; s/.* //' <<<"$message")" -v listed="$deepest" \
     'BEGIN { exit !(told > 0 && told < 1.01 * listed && told > 0.99 * listed) }' || fault "$deepest m in the list; the message is: $message"
 "$TULLE" run held.yaml -o out --progress none --list-left missing/left.csv 2>stderr && fault "exit 0"
-grep -q 'missing/left.csv: cannot write' stderr || fault "nothing said of the file: $(cat stderr)"
+grep -q 'missing/left.csv: cannot be written' stderr || fault "nothing said of the file: $(cat stderr)"
 
 [ $faults = 0 ] && echo "what is left: as it should"
 exit $faults

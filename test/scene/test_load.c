@@ -7,6 +7,7 @@
 #include "tulle_io/cache.h"
 
 #include <math.h>
+#include <unistd.h>
 
 #define TIME "time: {frames: 3}\n"
 #define SHEET "cloth:\n  - mesh: {shape: rectangle, size: [2, 2], resolution: [3, 3]}\n"
@@ -443,8 +444,14 @@ static void test_unreadable_files(void **state) {
     assert_string_equal(problems->list[0].file, "/nonexistent/s.yaml");
     assert_non_null(strstr(problems->list[0].message, "No such file"));
     assert_int_equal(tulle_scene_load("/tmp", NULL, 0, &loaded, problems), TULLE_ERROR_IO);
-    /* Endless input ends at the limit. */
-    assert_int_equal(tulle_scene_load("/dev/zero", NULL, 0, &loaded, problems), TULLE_ERROR_LIMIT);
+    assert_int_equal(tulle_scene_load("/dev/zero", NULL, 0, &loaded, problems), TULLE_ERROR_IO);
+    assert_non_null(strstr(problems->list[0].message, "is not a regular file"));
+    char large[] = "/tmp/tulle-scene-XXXXXX";
+    int const file = mkstemp(large);
+    assert_true(file >= 0 && ftruncate(file, 5 << 20) == 0);
+    assert_int_equal(tulle_scene_load(large, NULL, 0, &loaded, problems), TULLE_ERROR_LIMIT);
+    close(file);
+    unlink(large);
     free(problems);
 }
 

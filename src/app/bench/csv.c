@@ -125,11 +125,6 @@ static void write_row(const bench_row *row, FILE *file) {
         fprintf(file, "%.0f,,\n", row->value);
 }
 
-static tulle_status fail(const char *path, int code, tulle_error *error) {
-    return error_set_at(error, code == ENOSPC ? TULLE_ERROR_DISK_FULL : TULLE_ERROR_IO, path, 0, 0,
-                        "cannot be written: %s", strerror(code));
-}
-
 static tulle_status open_beside(const char *path, char beside[PATH_SIZE], FILE **file,
                                 tulle_error *error) {
     struct stat facts;
@@ -139,7 +134,7 @@ static tulle_status open_beside(const char *path, char beside[PATH_SIZE], FILE *
     if (snprintf(beside, PATH_SIZE, "%s.%ld.tmp", path, (long)getpid()) >= PATH_SIZE)
         return error_set(error, TULLE_ERROR_IO, "the name of the CSV file is too long");
     *file = fopen(beside, "w");
-    return *file ? TULLE_OK : fail(path, errno, error);
+    return *file ? TULLE_OK : file_fail(error, path, errno, "cannot be written");
 }
 
 tulle_status bench_csv_check(const char *path, tulle_error *error) {
@@ -161,8 +156,8 @@ tulle_status bench_csv_write(const char *path, const bench_rows *rows, tulle_err
     for (size_t i = 0; i < rows->count; i++) write_row(&rows->items[i], file);
     int code = fflush(file) != 0 || ferror(file) ? errno : 0;
     if (fclose(file) != 0 && !code) code = errno;
-    if (!code && rename(beside, path) != 0) code = errno;
+    if (!code) code = file_rename(beside, path);
     if (!code) return TULLE_OK;
     unlink(beside);
-    return fail(path, code, error);
+    return file_fail(error, path, code, "cannot be written");
 }

@@ -3,12 +3,12 @@
 #include "app/convert/target.h"
 
 #include "base/error.h"
+#include "io/file_data.h"
 
 #include "tulle_io/cache.h"
 #include "tulle_io/mesh_files.h"
 
 #include <errno.h>
-#include <fcntl.h>
 #include <limits.h>
 #include <math.h>
 #include <stdio.h>
@@ -196,25 +196,13 @@ tulle_status convert_target_write(convert_target *target, uint32_t frame, tulle_
 
 /* ---- the end ---- */
 
-/* Flushes the folder, so that a rename in it survives a power failure, where that is supported. */
-static void flush_folder(const char *path) {
-    char folder_path[NUMBERED_PATH_SIZE];
-    if (!get_folder(path, folder_path)) return;
-    int const folder = open(folder_path, O_RDONLY | O_CLOEXEC | O_DIRECTORY);
-    if (folder < 0) return;
-    fsync(folder);
-    close(folder);
-}
-
 static tulle_status finish_cache(convert_target *target, tulle_error *error) {
     tulle_status const status = tulle_pc2_writer_close(target->writer, error);
     target->writer = NULL;
     if (status != TULLE_OK) return rename_error(target, status, error);
-    if (rename(target->temporary, target->final) != 0)
-        return error_set_at(error, TULLE_ERROR_IO, target->path, 0, 0, "cannot be written: %s",
-                            strerror(errno));
+    int const code = file_rename(target->temporary, target->final);
+    if (code) return file_fail(error, target->path, code, "cannot be written");
     target->temporary[0] = '\0';
-    flush_folder(target->final);
     return TULLE_OK;
 }
 

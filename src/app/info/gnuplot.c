@@ -7,6 +7,7 @@
 #include "app/cli/interrupt.h"
 #include "app/commands.h"
 #include "app/info/plot.h"
+#include "io/file_data.h"
 
 #include <errno.h>
 #include <fcntl.h>
@@ -158,10 +159,10 @@ static int draw(const plot_content *content, const char *path, const plot_format
             "info", "%s: gnuplot did not write it to its end; is there room on the disk?", path);
         code = APP_EXIT_CANNOT_GO_ON;
     }
-    bool const is_flushed = fsync(output) == 0;
-    bool const is_closed = close(output) == 0;
-    if (code == APP_EXIT_FINE && (!is_flushed || !is_closed || rename(temporary, path) != 0)) {
-        app_print_message("info", "%s: cannot be written: %s", path, strerror(errno));
+    int failure = close(output) == 0 ? 0 : errno;
+    if (code == APP_EXIT_FINE && !failure) failure = file_rename(temporary, path);
+    if (code == APP_EXIT_FINE && failure) {
+        app_print_message("info", "%s: cannot be written: %s", path, strerror(failure));
         code = APP_EXIT_CANNOT_GO_ON;
     }
     if (code != APP_EXIT_FINE) unlink(temporary);

@@ -4,6 +4,7 @@
 #include "app/render/film.h"
 
 #include "base/error.h"
+#include "io/file_data.h"
 
 #include <errno.h>
 #include <fcntl.h>
@@ -311,9 +312,9 @@ tulle_status film_close(film *made, tulle_error *error) {
         status = error_set_at(error, TULLE_ERROR_IO, made->path, 0, 0,
                               "ffmpeg could not make the film (it ended with %d)%s%s", end,
                               said[0] ? ": " : "", said);
-    } else if (rename(made->temporary, made->path) != 0) {
-        status = error_set_at(error, TULLE_ERROR_IO, made->path, 0, 0,
-                              "the film could not be given its name: %s", strerror(errno));
+    } else {
+        int const code = file_rename(made->temporary, made->path);
+        if (code) status = file_fail(error, made->path, code, "the film could not be kept");
     }
     if (status != TULLE_OK) remove(made->temporary);
     release(made);

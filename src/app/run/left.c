@@ -1,12 +1,15 @@
 /* app/run/left.c - the pairs of triangles for which a start was refused, as CSV, the deepest first.
  * A line has the names of the two objects, the number of the triangle in each, its three vertices,
  * how deep the triangles lie in each other, and where. */
+#define _POSIX_C_SOURCE 200809L
 #include "app/run/session.h"
+#include "base/error.h"
 #include "io/text/number.h"
 
-#include <errno.h>
+#include "tulle_io/mesh_files.h"
+
 #include <stdio.h>
-#include <string.h>
+#include <stdlib.h>
 
 static const char *get_name(const run_session *session, uint32_t object) {
     size_t const cloth_count = session->built.cloth_count;
@@ -34,7 +37,9 @@ static void print_triangle(FILE *file, const run_session *session, uint32_t obje
 tulle_status run_write_left(const run_session *session, tulle_error *error) {
     const char *const path = session->options.left_path;
     if (!path) return TULLE_OK;
-    FILE *const file = fopen(path, "w");
+    char *lines = NULL;
+    size_t byte_count = 0;
+    FILE *const file = open_memstream(&lines, &byte_count);
     size_t count = 0;
     const tulle_intersection *const pairs =
         tulle_world_get_intersections(session->built.world, &count);
@@ -56,11 +61,11 @@ tulle_status run_write_left(const run_session *session, tulle_error *error) {
         }
         fputc('\n', file);
     }
-    bool const is_faulty = file && ferror(file);
-    if (file && fclose(file) == 0 && !is_faulty) return TULLE_OK;
-    *error = (tulle_error){.status = TULLE_ERROR_IO};
-    snprintf(error->message, sizeof error->message, "cannot write the pairs that intersect: %s",
-             strerror(errno));
-    snprintf(error->file, sizeof error->file, "%s", path);
-    return error->status;
+    bool const is_whole = file && !ferror(file);
+    tulle_status const status = file && fclose(file) == 0 && is_whole
+                                    ? tulle_file_write(path, lines, byte_count, error)
+                                    : error_set_at(error, TULLE_ERROR_OUT_OF_MEMORY, path, 0, 0,
+                                                   "out of memory for the pairs that intersect");
+    free(lines);
+    return status;
 }

@@ -71,12 +71,15 @@ static tulle_status check_header(const char *path, const unsigned char *header, 
     return TULLE_OK;
 }
 
+static tulle_status fail_irregular(const char *path, tulle_error *error) {
+    return error_set_at(error, TULLE_ERROR_IO, path, 0, 0, "is not a regular file");
+}
+
 static tulle_status check_file(const char *path, int file, tulle_pc2_info *info,
                                tulle_error *error) {
     struct stat facts;
     if (fstat(file, &facts) != 0) return file_fail(error, path, errno, "cannot be examined");
-    if (!S_ISREG(facts.st_mode))
-        return error_set_at(error, TULLE_ERROR_IO, path, 0, 0, "is not a regular file");
+    if (!S_ISREG(facts.st_mode)) return fail_irregular(path, error);
     unsigned char header[PC2_HEADER_SIZE];
     ssize_t const count = read_at(file, header, sizeof header, 0);
     if (count < 0) return file_fail(error, path, errno, "cannot be read");
@@ -90,6 +93,7 @@ static tulle_status check_file(const char *path, int file, tulle_pc2_info *info,
 tulle_status pc2_open_file(const char *path, int flags, int *file, tulle_pc2_info *info,
                            tulle_error *error) {
     *file = open(path, flags | O_CLOEXEC | O_NONBLOCK);
+    if (*file < 0 && errno == ENXIO) return fail_irregular(path, error); /* a socket */
     if (*file < 0) return file_fail(error, path, errno, "cannot be opened");
     tulle_status const status = check_file(path, *file, info, error);
     if (status) {

@@ -1,8 +1,9 @@
 /* Run directories that meet trouble: killed at any moment, damaged, on a full disk or without
  * memory, they stay readable and can be resumed to the very same bytes. */
-#define _DEFAULT_SOURCE /* mount */
+#define _GNU_SOURCE /* mount, syncfs */
 #include "io/failing_heap.h"
 #include "io/run_support.h"
+#include "io/watched_flushes.h"
 
 #include <signal.h>
 #include <sys/mount.h>
@@ -204,6 +205,56 @@ static void every_failing_allocation_while_writing(void **state) {
     }
 }
 
+/* Whichever flush to disk fails, of a file, a folder or all: the error is told, and what is there
+ * can be gone on with. */
+static void every_failing_flush_is_told(void **state) {
+    (void)state;
+    if (!HAS_WATCHED_FLUSHES) skip();
+    const char *const directory = test_path("flushes");
+    for (int is_resumed = 0; is_resumed < 2; is_resumed++) {
+        bool has_failed = true;
+        long fail = 0;
+        for (; has_failed; fail++) {
+            tulle_error error = {0};
+            remove_tree(directory);
+            if (is_resumed) assert_int_equal(resume_run(directory, 1, &error), TULLE_OK);
+            flush_calls = 0;
+            flush_fail = fail;
+            tulle_status const status = resume_run(directory, 3, &error);
+            has_failed = flush_calls > fail;
+            flush_fail = -1;
+            if (status != (has_failed ? TULLE_ERROR_IO : TULLE_OK))
+                fail_msg("flush %ld: status %d: %s: %s", fail, status, error.file, error.message);
+            if (has_failed) assert_non_null(strstr(error.message, strerror(EIO)));
+            assert_int_equal(resume_run(directory, 3, &error), TULLE_OK);
+            assert_int_equal(assert_sound(directory), 4);
+        }
+        assert_true(fail > 15);
+    }
+}
+
+/* Before a checkpoint gets its name, all files that were renamed are on the disk, also those that
+ * are written anew without a new frame. */
+static void a_checkpoint_counts_what_is_on_the_disk(void **state) {
+    (void)state;
+    if (!HAS_WATCHED_FLUSHES) skip();
+    tulle_run_def def = make_def(test_path("on-disk"), 4);
+    def.writes_vtp = 1;
+    tulle_run_writer *writer = NULL;
+    tulle_run_checkpoint checkpoint = {0};
+    early_checkpoints = checkpoints_renamed = 0;
+    for (int is_resumed = 0; is_resumed < 2; is_resumed++) {
+        assert_int_equal(is_resumed ? tulle_run_resume(&def, &writer, &checkpoint, NULL)
+                                    : tulle_run_create(&def, TULLE_RUN_REFUSE, &writer, NULL),
+                         TULLE_OK);
+        assert_int_equal(go_on(writer, &checkpoint, is_resumed ? 4 : 2, NULL), TULLE_OK);
+        assert_int_equal(write_checkpoint(writer, 42, 6, NULL), TULLE_OK);
+        assert_int_equal(tulle_run_close(writer, TULLE_RUN_INTERRUPTED, NULL, NULL), TULLE_OK);
+    }
+    assert_true(checkpoints_renamed > 6);
+    assert_int_equal(early_checkpoints, 0);
+}
+
 int main(void) {
     make_bodies();
     const struct CMUnitTest tests[] = {
@@ -212,6 +263,8 @@ int main(void) {
         cmocka_unit_test(damaged_files_do_no_harm),
         cmocka_unit_test(a_full_disk_keeps_all_whole_frames),
         cmocka_unit_test(every_failing_allocation_while_writing),
+        cmocka_unit_test(every_failing_flush_is_told),
+        cmocka_unit_test(a_checkpoint_counts_what_is_on_the_disk),
     };
     return cmocka_run_group_tests(tests, make_whole_run, remove_test_folder);
 }
