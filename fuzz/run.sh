@@ -15,7 +15,7 @@ share=$((seconds / $#))
 [ $share -gt 0 ] || share=1
 
 # An input that takes this long, or memory of this size, is a finding.
-limits="-timeout=20 -rss_limit_mb=2048 -malloc_limit_mb=1024"
+limits="-timeout=20 -report_slow_units=20 -rss_limit_mb=2048 -malloc_limit_mb=1024"
 TULLE_FUZZ_FOLDER=$(mktemp -d "$([ -w /dev/shm ] && echo /dev/shm || echo /tmp)/tulle-fuzz-run-XXXXXX")
 export TULLE_FUZZ_FOLDER CMOCKA_TEST_ABORT=1
 export ASAN_OPTIONS=detect_leaks=1:allocator_may_return_null=1 UBSAN_OPTIONS=print_stacktrace=1
