@@ -1,0 +1,149 @@
+/* test/e2e/failing_calls.c - a library to preload: one call of the program to the system fails.
+ *
+ * TULLE_FAIL=CALL:NUMBER:WAY[:ERROR] names the call, which one of them (from 1), and how: `once`,
+ * `ever` (this one and all after it) with that errno, or `short`: it reads or writes half of its
+ * bytes. TULLE_FAIL_COUNTS=FILE: at the end each call's name and how often it was made is appended.
+ * Only calls that the program itself makes count, not those of other libraries. */
+#define _GNU_SOURCE
+#include <dlfcn.h>
+#include <errno.h>
+#include <fcntl.h>
+#include <link.h>
+#include <stdarg.h>
+#include <stdatomic.h>
+#include <stdbool.h>
+#include <stdint.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+#define CALLS(DO)                                                                                  \
+    DO(open)                                                                                       \
+    DO(read)                                                                                       \
+    DO(pread) DO(write) DO(pwrite) DO(fsync) DO(fdatasync) DO(syncfs) DO(ftruncate) DO(rename)     \
+        DO(mkdir) DO(flock) DO(unlink) DO(malloc) DO(calloc) DO(realloc)
+#define NAME_OF(call) CALL_##call,
+#define TEXT_OF(call) #call,
+enum { CALLS(NAME_OF) CALL_COUNT };
+static const char *const call_names[] = {CALLS(TEXT_OF)};
+
+static atomic_uint_fast64_t counts[CALL_COUNT];
+static uintptr_t program_begin, program_end; /* its code; both 0 before the start */
+static int failing_call = -1;
+static uint64_t failing_number;
+static int failing_errno;
+static enum { FAILS_ONCE, FAILS_EVER, CALL_IS_SHORT } failing_way;
+
+extern void *__libc_malloc(size_t);
+extern void *__libc_calloc(size_t, size_t);
+extern void *__libc_realloc(void *, size_t);
+
+static int note_program(struct dl_phdr_info *info, size_t size, void *context) {
+    (void)size, (void)context;
+    for (int i = 0; i < info->dlpi_phnum; i++) {
+        const ElfW(Phdr) *const part = &info->dlpi_phdr[i];
+        if (part->p_type != PT_LOAD || !(part->p_flags & PF_X)) continue;
+        program_begin = info->dlpi_addr + part->p_vaddr;
+        program_end = program_begin + part->p_memsz;
+    }
+    return 1; /* the program is the first; the rest does not matter */
+}
+
+__attribute__((constructor)) static void begin(void) {
+    char text[128], *rest = text;
+    const char *const wish = getenv("TULLE_FAIL");
+    if (wish && strlen(wish) < sizeof text) {
+        strcpy(text, wish);
+        const char *const name = strsep(&rest, ":"), *const number = strsep(&rest, ":");
+        const char *const way = strsep(&rest, ":"), *const code = strsep(&rest, ":");
+        for (int i = 0; i < CALL_COUNT; i++)
+            if (strcmp(name, call_names[i]) == 0) failing_call = i;
+        if (failing_call < 0 || !number || !way) {
+            fprintf(stderr, "TULLE_FAIL is wrong: %s\n", wish);
+            _exit(99);
+        }
+        failing_number = strtoull(number, NULL, 10);
+        failing_way = strcmp(way, "ever") == 0    ? FAILS_EVER
+                      : strcmp(way, "short") == 0 ? CALL_IS_SHORT
+                                                  : FAILS_ONCE;
+        failing_errno = code ? atoi(code) : EIO;
+    }
+    dl_iterate_phdr(note_program, NULL);
+}
+
+__attribute__((destructor)) static void end(void) {
+    const char *const path = getenv("TULLE_FAIL_COUNTS");
+    if (!path) return;
+    program_begin = program_end = 0;
+    FILE *const file = fopen(path, "a");
+    if (!file) return;
+    for (int i = 0; i < CALL_COUNT; i++)
+        fprintf(file, "%s %llu\n", call_names[i], (unsigned long long)atomic_load(&counts[i]));
+    fclose(file);
+}
+
+/* Counts a call. True: it shall fail, or be short; errno is set. */
+static bool is_struck(int call, const void *caller) {
+    uintptr_t const place = (uintptr_t)caller;
+    if (place < program_begin || place >= program_end) return false;
+    uint64_t const number = atomic_fetch_add(&counts[call], 1) + 1;
+    if (call != failing_call || number < failing_number) return false;
+    if (number > failing_number && failing_way != FAILS_EVER) return false;
+    errno = failing_errno;
+    return true;
+}
+#define STRUCK(call) is_struck(CALL_##call, __builtin_return_address(0))
+#define REAL(call)                                                                                 \
+    static __typeof__(&call) real;                                                                 \
+    if (!real) real = (__typeof__(&call))dlsym(RTLD_NEXT, #call)
+
+int open(const char *path, int flags, ...) {
+    va_list arguments;
+    va_start(arguments, flags);
+    mode_t const mode = flags & O_CREAT ? va_arg(arguments, mode_t) : 0;
+    va_end(arguments);
+    REAL(open);
+    return STRUCK(open) ? -1 : real(path, flags, mode);
+}
+
+#define TRANSFER(call, bytes_type, ...)                                                            \
+    REAL(call);                                                                                    \
+    if (STRUCK(call)) {                                                                            \
+        if (failing_way != CALL_IS_SHORT) return -1;                                               \
+        count = count > 1 ? count / 2 : count;                                                     \
+    }                                                                                              \
+    return real(file, bytes, count __VA_ARGS__)
+
+ssize_t read(int file, void *bytes, size_t count) { TRANSFER(read, void *, ); }
+ssize_t write(int file, const void *bytes, size_t count) { TRANSFER(write, const void *, ); }
+ssize_t pread(int file, void *bytes, size_t count, off_t offset) {
+    TRANSFER(pread, void *, , offset);
+}
+ssize_t pwrite(int file, const void *bytes, size_t count, off_t offset) {
+    TRANSFER(pwrite, const void *, , offset);
+}
+
+#define PLAIN(call, parameters, ...)                                                               \
+    int call parameters {                                                                          \
+        REAL(call);                                                                                \
+        return STRUCK(call) ? -1 : real(__VA_ARGS__);                                              \
+    }
+PLAIN(fsync, (int file), file)
+PLAIN(fdatasync, (int file), file)
+PLAIN(syncfs, (int file), file)
+PLAIN(ftruncate, (int file, off_t size), file, size)
+PLAIN(rename, (const char *from, const char *to), from, to)
+PLAIN(mkdir, (const char *path, mode_t mode), path, mode)
+PLAIN(flock, (int file, int way), file, way)
+PLAIN(unlink, (const char *path), path)
+
+/* dlsym may call the heap, so these ask the C library by its inner names. */
+void *malloc(size_t size) { return STRUCK(malloc) ? NULL : __libc_malloc(size); }
+void *calloc(size_t count, size_t size) {
+    return STRUCK(calloc) ? NULL : __libc_calloc(count, size);
+}
+void *realloc(void *block, size_t size) {
+    return STRUCK(realloc) ? NULL : __libc_realloc(block, size);
+}
