@@ -19,15 +19,16 @@
 #include <sys/stat.h>
 #include <unistd.h>
 
-#define CALLS(DO)                                                                                  \
-    DO(open)                                                                                       \
-    DO(read)                                                                                       \
-    DO(pread) DO(write) DO(pwrite) DO(fsync) DO(fdatasync) DO(syncfs) DO(ftruncate) DO(rename)     \
-        DO(mkdir) DO(flock) DO(unlink) DO(malloc) DO(calloc) DO(realloc)
-#define NAME_OF(call) CALL_##call,
-#define TEXT_OF(call) #call,
-enum { CALLS(NAME_OF) CALL_COUNT };
-static const char *const call_names[] = {CALLS(TEXT_OF)};
+#define FILE_CALLS(ENTRY)                                                                          \
+    ENTRY(open), ENTRY(read), ENTRY(pread), ENTRY(write), ENTRY(pwrite), ENTRY(fsync),             \
+        ENTRY(fdatasync), ENTRY(syncfs), ENTRY(ftruncate)
+#define OTHER_CALLS(ENTRY)                                                                         \
+    ENTRY(rename), ENTRY(mkdir), ENTRY(flock), ENTRY(unlink), ENTRY(malloc), ENTRY(calloc),        \
+        ENTRY(realloc)
+#define NUMBER_OF(call) CALL_##call
+#define TEXT_OF(call) #call
+enum { FILE_CALLS(NUMBER_OF), OTHER_CALLS(NUMBER_OF), CALL_COUNT };
+static const char *const call_names[] = {FILE_CALLS(TEXT_OF), OTHER_CALLS(TEXT_OF)};
 
 static atomic_uint_fast64_t counts[CALL_COUNT];
 static uintptr_t program_begin, program_end; /* its code; both 0 before the start */
