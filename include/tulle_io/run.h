@@ -109,9 +109,11 @@ typedef enum tulle_run_existing {
                          something and no run */
 } tulle_run_existing;
 
-/* Makes the directory with everything but frames, and `*writer`, which is null after an error. An
- * error removes again what was made. Errors: TULLE_ERROR_INVALID_ARGUMENT (also: the directory is
- * not empty), TULLE_ERROR_IO, TULLE_ERROR_DISK_FULL, TULLE_ERROR_OUT_OF_MEMORY. */
+/* Makes the directory with everything but frames, and `*writer`, which is null after an error. The
+ * writer keeps the directory locked. An error removes again what was made. Errors:
+ * TULLE_ERROR_INVALID_ARGUMENT (also: the directory is not empty), TULLE_ERROR_IO (also: another
+ * process writes there, or a file of the run would be a symbolic link), TULLE_ERROR_DISK_FULL,
+ * TULLE_ERROR_OUT_OF_MEMORY. */
 TULLE_API tulle_status tulle_run_create(const tulle_run_def *def, tulle_run_existing existing,
                                         tulle_run_writer **writer, tulle_error *error);
 /* Goes on with a run that was cut short, or that has finished and is to become longer. Cuts all
@@ -128,7 +130,9 @@ TULLE_API int tulle_run_has_checkpoint(const char *directory);
 /* Frees the bytes of a checkpoint from tulle_run_resume. */
 TULLE_API void tulle_run_free_checkpoint(tulle_run_checkpoint *checkpoint);
 
-/* Appends a frame. After an error, such as a full disk, the frames before it are still whole. */
+/* Appends a frame. After an error, such as a full disk, the frames before it are still whole.
+ * TULLE_ERROR_IO also where the directory was moved, removed or replaced: then no frame and no
+ * checkpoint is written, and tulle_run_close leaves run.json as it is. */
 TULLE_API tulle_status tulle_run_write_frame(tulle_run_writer *writer, const tulle_run_frame *frame,
                                              tulle_error *error);
 /* Appends a line to report.csv. */
