@@ -21,7 +21,7 @@ refuse() {
 
 printf 'v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n' >mesh.obj
 for kind in pipe device directory socket; do
-    for name in odd.yaml odd.obj odd.ply odd.stl odd.vtp odd.pc2 odd.csv; do
+    for name in odd.yaml odd.obj odd.vtp odd.pc2 odd.csv; do
         rm -rf $name
         case $kind in
             pipe) mkfifo $name ;;
@@ -36,7 +36,7 @@ for kind in pipe device directory socket; do
     refuse odd.csv 2 bench "$scene" --compare odd.csv
     refuse odd.obj 2 detect odd.obj mesh.obj
     [ $kind = directory ] && continue # the other subcommands take a directory for a run
-    for mesh in odd.obj odd.ply odd.stl odd.vtp; do
+    for mesh in odd.obj odd.vtp; do
         refuse $mesh 2 convert $mesh out.ply
         refuse $mesh 2 check $mesh
     done

@@ -6,7 +6,7 @@ work=$(mktemp -d)
 trap 'rm -rf "$work"' EXIT
 cd "$work" || exit 1
 scene=$TULLE_SOURCE_DIR/test/e2e/scenes/small.yaml
-offsets=8
+offsets=6
 [ "${TULLE_TEST_LONG:-}" = 1 ] && offsets=400
 faults=0
 fault() { echo "fault: $*"; faults=1; }
