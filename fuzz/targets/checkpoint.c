@@ -48,6 +48,8 @@ int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size) {
     tulle_error error = {0};
     tulle_status const status = checkpoint_read(&heap, path, &record, &error);
     if (status) {
+        /* Of a file with its hash made right only the head can be wrong. */
+        FUZZ_CHECK(data[0] % 2 == 0 || !strstr(error.message, "were changed"));
         fuzz_check_error(status, &error);
         FUZZ_CHECK(strcmp(error.file, path) == 0 && !record.state.bytes);
     } else {

@@ -1,0 +1,381 @@
+/* fuzz/targets/world.c - worlds by calls that the bytes choose: settings, cloths, obstacles and
+ * bodies, then steps, saving, going back, looking, and calls that must be refused.
+ *
+ * After every call that may change the state the judge looks: nothing may intersect, and no vertex
+ * of cloth may lie within a closed obstacle. A call that fails leaves the state as it was. Going
+ * back to a saved state and making the same steps leads to the same hash. The whole is done twice,
+ * on one thread and on two, where a bit of the input says so: both end in the same state.
+ * TULLE_FUZZ_SAY=1 prints the calls. */
+#include "support/shapes.h"
+
+#include "tulle/tulle.h"
+
+#include <math.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+enum {
+    CLOTHS_MAX = 3,
+    OBSTACLES_MAX = 3,
+    CALLS_MAX = 16,      /* after the start */
+    QUESTIONS_MAX = 1500 /* of a step that ends by itself; then it is stopped */
+};
+
+/* A world with what was added to it. */
+typedef struct session {
+    tulle_world *world;
+    fuzz_bytes *bytes;
+    tulle_mesh cloths[CLOTHS_MAX], obstacles[OBSTACLES_MAX];
+    int is_body[OBSTACLES_MAX], is_closed[OBSTACLES_MAX];
+    uint32_t cloth_count, obstacle_count;
+    tulle_world_def def;
+    bool is_started;
+    bool has_started_clean; /* nothing intersected at the start, and nothing is let through later */
+    /* The saved state, and the hashes that steps led to since. */
+    void *saved;
+    size_t saved_size;
+    uint64_t saved_hash, followed[CALLS_MAX];
+    double followed_steps[CALLS_MAX];
+    size_t followed_count, replayed_count;
+    bool is_on_the_way; /* no other call has changed the state since it was saved */
+    int questions_left;
+    bool is_stopped_at_times; /* some steps are asked to stop at once */
+    bool was_stopped;         /* when a step asks to stop depends on the clock */
+} session;
+
+/* Tells the calls of an input, where the environment asks for it. */
+static void say(const char *call, tulle_status status, const tulle_error *error) {
+    static int is_asked = -1;
+    if (is_asked < 0) is_asked = getenv("TULLE_FUZZ_SAY") != NULL;
+    if (is_asked) fprintf(stderr, "  %s: %s\n", call, status ? error->message : "fine");
+}
+
+/* ---- what is made ---- */
+
+static tulle_world_def take_def(fuzz_bytes *bytes) {
+    static const double gravities[] = {-9.81, -9.81, 0.0, -50.0};
+    tulle_world_def def = tulle_world_def_default();
+    def.gravity[2] = gravities[fuzz_take_below(bytes, 4)];
+    def.integrator = (tulle_integrator)fuzz_take_below(bytes, 3);
+    def.detection.method = (tulle_detect_method)fuzz_take_below(bytes, TULLE_DETECT_PAPER + 1);
+    def.detection.cone = (tulle_detect_cone)fuzz_take_below(bytes, 2);
+    def.detection.grows_patches_anew = (int)fuzz_take_below(bytes, 2);
+    unsigned const choices = fuzz_take(bytes);
+    def.response = choices % 8 == 0 ? TULLE_RESPONSE_PAPER : TULLE_RESPONSE_COUPLED;
+    def.motion_space = (tulle_motion_space)(choices / 8 % 2);
+    def.start_intersections = (tulle_start_intersections)(choices / 16 % 3);
+    def.on_pinch = (tulle_on_pinch)(choices / 48 % 3);
+    def.untangle_limit = 20;
+    def.solve_rounds = 1 + (int)fuzz_take_below(bytes, 3);
+    def.impact_rounds = (int)fuzz_take_below(bytes, 12);
+    def.contact_distance = fuzz_take_below(bytes, 3) == 2 ? 0.02 : 0.0;
+    if (fuzz_take_below(bytes, 4) == 3)
+        def.wind = (tulle_wind){{5.0, 0.0, 3.0}, 2.0, 0.3, 0.5, 7, 1.2};
+    def.threads = 1;
+    return def;
+}
+
+static void add_cloth(session *self) {
+    fuzz_bytes *const bytes = self->bytes;
+    tulle_mesh *const mesh = &self->cloths[self->cloth_count];
+    *mesh = shapes_take_cloth(bytes);
+    tulle_cloth_def def = tulle_cloth_def_default();
+    def.mesh = tulle_mesh_get_view(mesh);
+    FUZZ_CHECK(tulle_material_preset(tulle_material_preset_name(fuzz_take_below(bytes, 6)),
+                                     &def.material) == TULLE_OK);
+    if (self->def.response == TULLE_RESPONSE_PAPER) def.material.stiffening_strain = 0.0;
+    def.material.restitution = fuzz_take_below(bytes, 4) == 3 ? 0.8 : 0.0;
+    uint32_t const corners[2] = {0, (uint32_t)mesh->vertex_count - 1};
+    tulle_keyframe const keys[2] = {{.rotation = {1, 0, 0, 0}},
+                                    {0.3, {fuzz_take_between(bytes, -1, 1), 0, 0.2}, {1, 0, 0, 0}}};
+    tulle_pin pin = {.vertices = corners, .vertex_count = 2, .release_time = (double)INFINITY};
+    unsigned const pins = fuzz_take(bytes);
+    if (pins % 4 == 1) pin.motion = (tulle_motion){.keys = keys, .key_count = 2};
+    if (pins % 4 == 2) pin.release_time = 0.05;
+    def.pins = &pin;
+    def.pin_count = pins % 4 != 0;
+    def.velocity[2] = fuzz_take_below(bytes, 4) == 3 ? -20.0 : 0.0;
+    def.velocity[0] = fuzz_take_below(bytes, 4) == 3 ? 5.0 : 0.0;
+    tulle_cloth_id id;
+    tulle_error error = {0};
+    FUZZ_CHECK_OK(tulle_world_add_cloth(self->world, &def, &id, &error), &error);
+    FUZZ_CHECK(id.index == self->cloth_count++);
+}
+
+static void add_obstacle(session *self) {
+    fuzz_bytes *const bytes = self->bytes;
+    uint32_t const index = self->obstacle_count;
+    tulle_mesh *const mesh = &self->obstacles[index];
+    *mesh = shapes_take_obstacle(bytes, &self->is_closed[index]);
+    tulle_obstacle_def def = tulle_obstacle_def_default();
+    def.mesh = tulle_mesh_get_view(mesh);
+    def.friction = fuzz_take_between(bytes, 0.0, 1.0);
+    unsigned const kind = fuzz_take(bytes);
+    tulle_keyframe const keys[2] = {
+        {.rotation = {1, 0, 0, 0}},
+        {fuzz_take_between(bytes, 0.05, 0.5),
+         {fuzz_take_between(bytes, -0.5, 0.5), 0.0, fuzz_take_between(bytes, -0.5, 0.5)},
+         {0.8, 0.0, 0.6, 0.0}}};
+    bool const can_be_body = self->is_closed[index] && self->def.response == TULLE_RESPONSE_COUPLED;
+    self->is_body[index] = kind % 3 == 1 && can_be_body;
+    if (self->is_body[index]) {
+        def.body = (tulle_body){.is_dynamic = 1, .density = 200.0, .sleep_time = 0.5};
+        def.body.sleep_speed = kind / 3 % 2 ? 0.01 : 0.0;
+        def.body.velocity[2] = kind / 6 % 4 == 3 ? -10.0 : 0.0;
+        def.body.angular_velocity[1] = kind / 24 % 4 == 3 ? 60.0 : 0.0;
+    } else if (kind % 3 == 2) {
+        def.motion = (tulle_motion){.keys = keys, .key_count = 2, .is_eased = (int)kind / 3 % 2};
+        if (kind / 6 % 4 == 3) def.appear_time = 0.02;
+        if (kind / 24 % 4 == 3) def.disappear_time = 0.06;
+    }
+    tulle_obstacle_id id;
+    tulle_error error = {0};
+    FUZZ_CHECK_OK(tulle_world_add_obstacle(self->world, &def, &id, &error), &error);
+    FUZZ_CHECK(id.index == self->obstacle_count++);
+}
+
+/* ---- what must hold ---- */
+
+/* How many pairs intersect: cloths, bodies and obstacles that are there. */
+static size_t judge(const session *self) {
+    tulle_check_body judged[CLOTHS_MAX + OBSTACLES_MAX];
+    size_t count = 0;
+    for (uint32_t i = 0; i < self->cloth_count; i++) {
+        judged[count] = (tulle_check_body){.mesh = tulle_mesh_get_view(&self->cloths[i])};
+        judged[count++].mesh.positions =
+            tulle_cloth_get_positions(self->world, (tulle_cloth_id){i, 1}, NULL);
+    }
+    for (uint32_t i = 0; i < self->obstacle_count; i++) {
+        tulle_obstacle_id const id = {i, 1};
+        if (!tulle_obstacle_is_present(self->world, id)) continue;
+        judged[count] = (tulle_check_body){.mesh = tulle_mesh_get_view(&self->obstacles[i]),
+                                           .is_obstacle = !self->is_body[i]};
+        judged[count++].mesh.positions = tulle_obstacle_get_positions(self->world, id, NULL);
+    }
+    tulle_check_result result;
+    tulle_error error = {0};
+    FUZZ_CHECK_OK(tulle_check_intersections(judged, count, 1, &result, &error), &error);
+    size_t const pair_count = result.pair_count;
+    tulle_check_result_destroy(&result);
+    return pair_count;
+}
+
+/* No cloth has slipped into an obstacle as a whole, where the judge sees no pair. */
+static void check_nothing_shapes_contain(const session *self) {
+    for (uint32_t o = 0; o < self->obstacle_count; o++) {
+        tulle_obstacle_id const id = {o, 1};
+        if (!self->is_closed[o] || !tulle_obstacle_is_present(self->world, id)) continue;
+        const double *const shell = tulle_obstacle_get_positions(self->world, id, NULL);
+        for (uint32_t i = 0; i < self->cloth_count; i++) {
+            const double *const x =
+                tulle_cloth_get_positions(self->world, (tulle_cloth_id){i, 1}, NULL);
+            for (size_t v = 0; v < self->cloths[i].vertex_count; v++)
+                FUZZ_CHECK(!shapes_contain(&self->obstacles[o], shell, x + 3 * v));
+        }
+    }
+}
+
+static void check_state(const session *self) {
+    for (uint32_t i = 0; i < self->cloth_count; i++) {
+        size_t count;
+        const double *const x =
+            tulle_cloth_get_positions(self->world, (tulle_cloth_id){i, 1}, &count);
+        FUZZ_CHECK(count == self->cloths[i].vertex_count);
+        for (size_t k = 0; k < 3 * count; k++) FUZZ_CHECK(isfinite(x[k]));
+    }
+    if (!self->has_started_clean) return;
+    FUZZ_CHECK(judge(self) == 0);
+    check_nothing_shapes_contain(self);
+}
+
+/* ---- calls ---- */
+
+static int ask(void *context) {
+    session *const self = context;
+    return self->questions_left-- <= 0;
+}
+
+static void start(session *self) {
+    tulle_error error = {0};
+    tulle_status const status = tulle_world_start(self->world, &error);
+    self->is_started = status == TULLE_OK;
+    say("start", status, &error);
+    if (status) {
+        fuzz_check_error(status, &error);
+        self->was_stopped |= status == TULLE_ERROR_INTERRUPTED;
+        return;
+    }
+    bool const lets_through = self->def.start_intersections == TULLE_START_IGNORE ||
+                              self->def.on_pinch == TULLE_ON_PINCH_RELEASE;
+    /* Of a start that is untangled the report tells whether it became clean; then nothing
+     * intersects, but a small thing may be left whole within an obstacle. */
+    self->has_started_clean = !lets_through && self->def.start_intersections == TULLE_START_REFUSE;
+    check_state(self);
+    if (self->def.start_intersections == TULLE_START_UNTANGLE)
+        FUZZ_CHECK(judge(self) == 0 || tulle_world_get_untangle_report(self->world).left > 0);
+}
+
+static void step(session *self) {
+    static const double steps[] = {1.0 / 90.0, 1.0 / 90.0, 1.0 / 30.0, 1.0 / 400.0, 0.0, 0.2};
+    uint32_t const choice = fuzz_take_below(self->bytes, 6);
+    bool const is_stopped_early =
+        fuzz_take_below(self->bytes, 16) == 15 && self->is_stopped_at_times;
+    uint64_t const before = tulle_world_get_state_hash(self->world);
+    self->questions_left = is_stopped_early ? 3 : QUESTIONS_MAX;
+    tulle_step_report report = {0};
+    tulle_error error = {0};
+    tulle_status const status = tulle_world_step(self->world, steps[choice], &report, &error);
+    uint64_t const after = tulle_world_get_state_hash(self->world);
+    say("step", status, &error);
+    if (status) {
+        fuzz_check_error(status, &error);
+        FUZZ_CHECK(after == before);
+        FUZZ_CHECK(status != TULLE_ERROR_INTERRUPTED || self->questions_left < 0);
+        self->was_stopped |= status == TULLE_ERROR_INTERRUPTED;
+        return;
+    }
+    FUZZ_CHECK(steps[choice] > 0.0 && report.substeps >= 1 && report.max_stretch >= 0.0);
+    check_state(self);
+    /* The same steps from the saved state lead to the same states. */
+    if (!self->is_on_the_way || self->followed_count == CALLS_MAX) return;
+    size_t const at = self->replayed_count;
+    if (at < self->followed_count && self->followed_steps[at] == steps[choice]) {
+        FUZZ_CHECK(self->followed[at] == after);
+    } else {
+        self->followed[at] = after;
+        self->followed_steps[at] = steps[choice];
+        self->followed_count = at + 1;
+    }
+    self->replayed_count++;
+}
+
+static void save(session *self) {
+    tulle_error error = {0};
+    tulle_world_free_state(self->world, self->saved, self->saved_size);
+    FUZZ_CHECK_OK(tulle_world_save_state(self->world, &self->saved, &self->saved_size, &error),
+                  &error);
+    say("save", TULLE_OK, NULL);
+    self->saved_hash = tulle_world_get_state_hash(self->world);
+    self->followed_count = self->replayed_count = 0;
+    self->is_on_the_way = true;
+}
+
+static void go_back(session *self) {
+    tulle_error error = {0};
+    if (!self->saved) return;
+    FUZZ_CHECK_OK(tulle_world_load_state(self->world, self->saved, self->saved_size, &error),
+                  &error);
+    FUZZ_CHECK(tulle_world_get_state_hash(self->world) == self->saved_hash);
+    say("go back", TULLE_OK, NULL);
+    self->replayed_count = 0;
+    self->is_on_the_way = true;
+    check_state(self);
+}
+
+static void push_body(session *self) {
+    tulle_obstacle_id const id = {fuzz_take_below(self->bytes, OBSTACLES_MAX + 1), 1};
+    double const impulse[3] = {fuzz_take_between(self->bytes, -1, 1), 0.0,
+                               fuzz_take_between(self->bytes, -1, 1)};
+    double const point[3] = {0.0, 0.0, 0.1};
+    tulle_error error = {0};
+    bool const is_body = id.index < self->obstacle_count && self->is_body[id.index];
+    uint64_t const before = tulle_world_get_state_hash(self->world);
+    tulle_status const status = tulle_obstacle_add_impulse(self->world, id, point, impulse, &error);
+    say("push", status, &error);
+    FUZZ_CHECK((status == TULLE_OK) == is_body);
+    if (status) {
+        fuzz_check_error(status, &error);
+        FUZZ_CHECK(tulle_world_get_state_hash(self->world) == before);
+        return;
+    }
+    self->is_on_the_way = false;
+    FUZZ_CHECK_OK(tulle_obstacle_wake(self->world, id, &error), &error);
+}
+
+/* Looks at everything; nothing changes by that. */
+static void look(session *self) {
+    uint64_t const before = tulle_world_get_state_hash(self->world);
+    const tulle_contact *contacts;
+    size_t count;
+    tulle_error error = {0};
+    FUZZ_CHECK_OK(tulle_world_get_contacts(self->world, &contacts, &count, &error), &error);
+    for (size_t i = 0; i < count; i++) {
+        FUZZ_CHECK(contacts[i].object_a < self->cloth_count + self->obstacle_count);
+        FUZZ_CHECK(contacts[i].object_b < self->cloth_count + self->obstacle_count);
+        FUZZ_CHECK(isfinite(contacts[i].gap) && contacts[i].gap >= 0.0);
+    }
+    tulle_stretch const stretch = tulle_world_find_largest_stretch(self->world);
+    FUZZ_CHECK(isfinite(stretch.stretch));
+    static uint32_t labels[1024];
+    tulle_patch_options const options = {.time_step = 0.01,
+                                         .is_in_use = (int)fuzz_take_below(self->bytes, 2)};
+    tulle_cloth_id const cloth = {fuzz_take_below(self->bytes, CLOTHS_MAX + 1), 1};
+    tulle_status const status =
+        tulle_cloth_get_patches(self->world, cloth, &options, labels, &count, &error);
+    FUZZ_CHECK((status == TULLE_OK) == (cloth.index < self->cloth_count));
+    FUZZ_CHECK(tulle_world_get_state_hash(self->world) == before);
+}
+
+/* Calls that a world that has started refuses. */
+static void be_refused(session *self) {
+    uint64_t const before = tulle_world_get_state_hash(self->world);
+    tulle_error error = {0};
+    tulle_cloth_def def = tulle_cloth_def_default();
+    tulle_mesh mesh = shapes_take_cloth(self->bytes);
+    def.mesh = tulle_mesh_get_view(&mesh);
+    tulle_cloth_id id;
+    FUZZ_CHECK(tulle_world_add_cloth(self->world, &def, &id, &error) ==
+               TULLE_ERROR_INVALID_ARGUMENT);
+    FUZZ_CHECK(tulle_world_step(self->world, -1.0, NULL, &error) == TULLE_ERROR_INVALID_ARGUMENT);
+    FUZZ_CHECK(tulle_world_step(self->world, (double)NAN, NULL, &error) ==
+               TULLE_ERROR_INVALID_ARGUMENT);
+    FUZZ_CHECK(tulle_world_load_state(self->world, "nothing", 7, &error) == TULLE_ERROR_PARSE);
+    FUZZ_CHECK(!tulle_cloth_get_positions(self->world, (tulle_cloth_id){0, 0}, NULL));
+    FUZZ_CHECK(tulle_world_get_state_hash(self->world) == before);
+    tulle_mesh_destroy(&mesh);
+}
+
+/* How a run ended. */
+typedef struct run_end {
+    uint64_t hash;
+    bool was_stopped;
+} run_end;
+
+/* Makes a world of the bytes and all calls. */
+static run_end run(fuzz_bytes bytes, int threads, bool is_stopped_at_times) {
+    session self = {
+        .bytes = &bytes, .def = take_def(&bytes), .is_stopped_at_times = is_stopped_at_times};
+    tulle_error error = {0};
+    self.def.threads = threads;
+    FUZZ_CHECK_OK(tulle_world_create(&self.def, &self.world, &error), &error);
+    for (uint32_t left = 1 + fuzz_take_below(&bytes, CLOTHS_MAX); left > 0; left--)
+        add_cloth(&self);
+    for (uint32_t left = fuzz_take_below(&bytes, OBSTACLES_MAX + 1); left > 0; left--)
+        add_obstacle(&self);
+    self.questions_left = QUESTIONS_MAX;
+    tulle_world_set_stop_request(self.world, ask, &self);
+    start(&self);
+    static void (*const calls[])(session *) = {step, step,    step,      step, step,
+                                               save, go_back, push_body, look, be_refused};
+    for (int left = CALLS_MAX; left > 0 && self.is_started && bytes.used < bytes.size; left--)
+        calls[fuzz_take_below(&bytes, sizeof calls / sizeof calls[0])](&self);
+    run_end const end = {tulle_world_get_state_hash(self.world), self.was_stopped};
+    tulle_world_free_state(self.world, self.saved, self.saved_size);
+    tulle_world_destroy(self.world);
+    for (uint32_t i = 0; i < self.cloth_count; i++) tulle_mesh_destroy(&self.cloths[i]);
+    for (uint32_t i = 0; i < self.obstacle_count; i++) tulle_mesh_destroy(&self.obstacles[i]);
+    return end;
+}
+
+int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size) {
+    fuzz_bytes bytes = {data, size, 0};
+    bool const is_done_twice = fuzz_take_below(&bytes, 4) == 3;
+    run_end const end = run(bytes, 1, !is_done_twice);
+    if (!is_done_twice) return 0;
+    run_end const again = run(bytes, 2, false);
+    FUZZ_CHECK(end.was_stopped || again.was_stopped || end.hash == again.hash);
+    return 0;
+}
+
+void fuzz_make_seeds(void) { fuzz_put_random_seeds(40, 160); }
