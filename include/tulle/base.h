@@ -7,7 +7,12 @@
  * the fields that matter. A def whose cookie is not set is refused.
  *
  * A call that can fail returns a tulle_status. Its last parameter `error` may be null; otherwise
- * the call writes there what is wrong and what to do about it. */
+ * the call writes there what is wrong and what to do about it.
+ *
+ * A call that returns a tulle_status refuses a null pointer with TULLE_ERROR_INVALID_ARGUMENT,
+ * unless its comment allows null; so it does an array that is null beside a count above 0. A call
+ * that returns something else says what null gives. No pointer that is null, no index, no value of
+ * an enum and no number makes a call crash; a pointer that is neither null nor valid may. */
 #ifndef TULLE_BASE_H
 #define TULLE_BASE_H
 
@@ -56,7 +61,8 @@ typedef enum tulle_status {
     TULLE_STATUS_COUNT       /* number of the values above; never returned */
 } tulle_status;
 
-/* A short English phrase for a status. Never null; the string is static. */
+/* A short English phrase for a status, also for a number that is none. Never null; the string is
+ * static. */
 TULLE_API const char *tulle_status_text(tulle_status status);
 
 /* What went wrong. Every call that takes a `tulle_error *` accepts null. A call that succeeds

@@ -44,7 +44,8 @@ typedef struct tulle_check_result {
  *
  * `threads`: 1 .. 256, 0 for one per processor; the result does not depend on it. After an error
  * the result is empty. Errors: TULLE_ERROR_INVALID_MESH (an index out of range, a coordinate that
- * is not finite), TULLE_ERROR_LIMIT (over 2^26 intersecting pairs), TULLE_ERROR_INVALID_ARGUMENT,
+ * is not finite), TULLE_ERROR_LIMIT (over 2^26 intersecting pairs), TULLE_ERROR_INVALID_ARGUMENT
+ * (null, threads out of range; null `bodies` are fine where `body_count` is 0),
  * TULLE_ERROR_OUT_OF_MEMORY. */
 TULLE_API tulle_status tulle_check_intersections(const tulle_check_body *bodies, size_t body_count,
                                                  int threads, tulle_check_result *result,
@@ -55,7 +56,7 @@ TULLE_API void tulle_check_result_destroy(tulle_check_result *result);
 /* 1 if two triangles intersect by the rules of tulle_check_intersections; makes no heap call.
  * `first` and `second` are the vertex numbers of their corners; `positions` [m] holds 3 coordinates
  * for each vertex. `is_one_body` 1: equal numbers are a shared vertex; 0: they mean nothing. A
- * triangle with a coordinate that is not finite counts as intersecting. */
+ * triangle with a coordinate that is not finite counts as intersecting, and so does null. */
 TULLE_API int tulle_check_triangle_pair(const double *positions, const uint32_t first[3],
                                         const uint32_t second[3], int is_one_body);
 

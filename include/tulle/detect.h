@@ -180,7 +180,8 @@ typedef struct tulle_detect_result {
 typedef struct tulle_detector tulle_detector;
 
 /* Makes a detector; `*detector` is null after an error. Triangles may have no area, be there twice,
- * and share an edge in any number. Errors: TULLE_ERROR_INVALID_ARGUMENT; TULLE_ERROR_INVALID_MESH
+ * and share an edge in any number. Errors: TULLE_ERROR_INVALID_ARGUMENT (null, or a field of the
+ * def, which the message names); TULLE_ERROR_INVALID_MESH
  * (an index out of range, a corner repeated, a triangle whose vertices lie outside its surface);
  * TULLE_ERROR_OUT_OF_MEMORY; TULLE_ERROR_LIMIT. */
 TULLE_API tulle_status tulle_detector_create(const tulle_detect_def *def, tulle_detector **detector,
@@ -190,7 +191,7 @@ TULLE_API void tulle_detector_destroy(tulle_detector *detector);
 
 /* Finds all events of the motion from `start` to `end`, [m] 3 * vertex_count each. A call that
  * fails leaves `result` untouched and the detector usable. Errors: TULLE_ERROR_INVALID_ARGUMENT
- * (names the vertex that is not finite, or that moves though its surface is static),
+ * (null; names the vertex that is not finite, or that moves though its surface is static),
  * TULLE_ERROR_OUT_OF_MEMORY, TULLE_ERROR_LIMIT. */
 TULLE_API tulle_status tulle_detector_find_events(tulle_detector *detector, const double *start,
                                                   const double *end, tulle_detect_result *result,
@@ -205,9 +206,9 @@ typedef struct tulle_detect_receiver {
 /* Hands over all events of the motion from `start` to `end`, [m] 3 * vertex_count each, in batches
  * of at most 1024, without keeping them: result->events is null. They are the events of
  * tulle_detector_find_events, in the same order. A receiver that asks to stop ends the call with
- * TULLE_ERROR_INTERRUPTED. A receiver must not call the same detector: finding and streaming are
- * refused with TULLE_ERROR_INVALID_ARGUMENT and leave the stream as it is; destroying is undefined.
- * Other errors as of tulle_detector_find_events. */
+ * TULLE_ERROR_INTERRUPTED; one without a function is refused. A receiver must not call the same
+ * detector: finding and streaming are refused with TULLE_ERROR_INVALID_ARGUMENT and leave the
+ * stream as it is; destroying is undefined. Other errors as of tulle_detector_find_events. */
 TULLE_API tulle_status tulle_detector_stream_events(tulle_detector *detector, const double *start,
                                                     const double *end,
                                                     tulle_detect_receiver receiver,
@@ -223,8 +224,8 @@ TULLE_API tulle_status tulle_detector_find_earliest(tulle_detector *detector, co
 
 /* The patches in use after the last call: a label for each triangle, above 0 for a patch (not every
  * number is used), 0 for an isolated triangle. Borrowed until the next call. Null before the first
- * call, for methods without patches, and where the last call failed, unless a receiver stopped it.
- */
+ * call, for methods without patches, for a null detector, and where the last call failed, unless a
+ * receiver stopped it. */
 TULLE_API const uint32_t *tulle_detector_get_patches(const tulle_detector *detector);
 
 #ifdef __cplusplus

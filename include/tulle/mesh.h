@@ -18,17 +18,19 @@ typedef struct tulle_mesh {
 } tulle_mesh;
 
 /* Makes a mesh with room for `vertex_count` vertices and `triangle_count` triangles; the arrays are
- * not initialised. Errors: TULLE_ERROR_LIMIT (over 2^31 - 1 of either), TULLE_ERROR_OUT_OF_MEMORY.
+ * not initialised. Errors: TULLE_ERROR_INVALID_ARGUMENT (null), TULLE_ERROR_LIMIT (over 2^31 - 1 of
+ * either), TULLE_ERROR_OUT_OF_MEMORY.
  */
 TULLE_API tulle_status tulle_mesh_create(size_t vertex_count, size_t triangle_count,
                                          tulle_mesh *mesh, tulle_error *error);
 /* Releases the arrays and zeroes the struct. Null and empty meshes are fine. */
 TULLE_API void tulle_mesh_destroy(tulle_mesh *mesh);
-/* The mesh as a borrowed view. */
+/* The mesh as a borrowed view. Null gives an empty one. */
 TULLE_API tulle_mesh_view tulle_mesh_get_view(const tulle_mesh *mesh);
 
 /* Moves every vertex x to translation + R (scale * x). `scale`: a factor > 0 for each axis;
- * `rotation`: R as a unit quaternion w, x, y, z; `translation`: [m]. */
+ * `rotation`: R as a unit quaternion w, x, y, z; `translation`: [m]. Where one of the four is null,
+ * the mesh stays as it is. */
 TULLE_API void tulle_mesh_transform(tulle_mesh *mesh, const double scale[3],
                                     const double rotation[4], const double translation[3]);
 
@@ -44,7 +46,9 @@ typedef enum tulle_mesh_role {
  * indices out of range, a triangle that uses a vertex twice, zero-area or needle-thin triangles
  * (height under 1e-9 of the longest edge), duplicate triangles. Of cloth also: edges with more than
  * two triangles, neighbours with opposite orientation, vertices whose triangles do not form one
- * fan, unreferenced vertices. Errors: TULLE_ERROR_INVALID_MESH, TULLE_ERROR_OUT_OF_MEMORY. */
+ * fan, unreferenced vertices. Errors: TULLE_ERROR_INVALID_MESH, TULLE_ERROR_INVALID_ARGUMENT (an
+ * array of the view is null, no such role), TULLE_ERROR_LIMIT (over 2^31 - 1 vertices or
+ * triangles), TULLE_ERROR_OUT_OF_MEMORY. */
 TULLE_API tulle_status tulle_mesh_validate(tulle_mesh_view mesh, tulle_mesh_role role,
                                            tulle_error *error);
 
@@ -68,7 +72,8 @@ typedef struct tulle_mesh_duplicates {
 } tulle_mesh_duplicates;
 /* Of triangles with the same three corners, in whatever order, only the first is kept. `lines`: an
  * entry for each triangle that is moved along with it, or null. Errors: TULLE_ERROR_OUT_OF_MEMORY
- * (the mesh is as before), TULLE_ERROR_INVALID_ARGUMENT. */
+ * (the mesh is as before), TULLE_ERROR_INVALID_ARGUMENT (a mesh, triangles or `duplicates` that are
+ * null). */
 TULLE_API tulle_status tulle_mesh_drop_duplicates(tulle_mesh *mesh, uint32_t *lines,
                                                   tulle_mesh_duplicates *duplicates,
                                                   tulle_error *error);
@@ -94,6 +99,7 @@ typedef struct tulle_mesh_info {
     double angle_min;                 /* [rad] smallest corner angle */
 } tulle_mesh_info;
 /* Measures a mesh. Errors: TULLE_ERROR_INVALID_MESH (an index out of range),
+ * TULLE_ERROR_INVALID_ARGUMENT (null), TULLE_ERROR_LIMIT (over 2^31 - 1 vertices or triangles),
  * TULLE_ERROR_OUT_OF_MEMORY. */
 TULLE_API tulle_status tulle_mesh_get_info(tulle_mesh_view mesh, tulle_mesh_info *info,
                                            tulle_error *error);

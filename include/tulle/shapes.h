@@ -62,15 +62,16 @@ typedef struct tulle_shape_def {
     int is_irregular;
     uint64_t seed; /* of irregular cloth and of bumps; equal defs give equal meshes */
 } tulle_shape_def;
-/* The default of a shape, with every length in place. */
+/* The default of a shape, with every length in place. tulle_shape_generate refuses that of a shape
+ * that is none. */
 TULLE_API tulle_shape_def tulle_shape_def_default(tulle_shape shape);
 /* The name of a shape, as "bumpy-ground"; static. Null out of range. */
 TULLE_API const char *tulle_shape_name(tulle_shape shape);
-/* 1 if the shape is meant as cloth. */
+/* 1 if the shape is meant as cloth; 0 out of range. */
 TULLE_API int tulle_shape_is_cloth(tulle_shape shape);
 
-/* Makes the mesh; release it with tulle_mesh_destroy. Errors: TULLE_ERROR_INVALID_ARGUMENT (names
- * the field), TULLE_ERROR_LIMIT (over 10,000,000 vertices; names how many were asked for),
+/* Makes the mesh; release it with tulle_mesh_destroy. Errors: TULLE_ERROR_INVALID_ARGUMENT (null;
+ * or names the field), TULLE_ERROR_LIMIT (over 10,000,000 vertices; names how many were asked for),
  * TULLE_ERROR_OUT_OF_MEMORY. */
 TULLE_API tulle_status tulle_shape_generate(const tulle_shape_def *def, tulle_mesh *mesh,
                                             tulle_error *error);

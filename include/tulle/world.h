@@ -172,7 +172,7 @@ typedef struct tulle_material {
     double stiffening_strain;
 } tulle_material;
 /* Fills `material` with the preset `name`: cotton, silk, wool, denim, net or rubber-sheet. Error:
- * TULLE_ERROR_INVALID_ARGUMENT for another name. */
+ * TULLE_ERROR_INVALID_ARGUMENT for another name and for null. */
 TULLE_API tulle_status tulle_material_preset(const char *name, tulle_material *material);
 /* Name of the preset number `index`, from 0; static. Null past the last one. */
 TULLE_API const char *tulle_material_preset_name(size_t index);
@@ -286,19 +286,21 @@ TULLE_API tulle_obstacle_def tulle_obstacle_def_default(void);
 
 /* ---- making a world ---- */
 
-/* Makes an empty world. `*world` is null after an error. Errors: TULLE_ERROR_INVALID_ARGUMENT (a
- * value of the def; `error` names it), TULLE_ERROR_OUT_OF_MEMORY. */
+/* Makes an empty world. `*world` is null after an error. Errors: TULLE_ERROR_INVALID_ARGUMENT
+ * (null, or a value of the def, which `error` names), TULLE_ERROR_OUT_OF_MEMORY. */
 TULLE_API tulle_status tulle_world_create(const tulle_world_def *def, tulle_world **world,
                                           tulle_error *error);
 /* Releases a world and everything that it handed out. Null is fine. */
 TULLE_API void tulle_world_destroy(tulle_world *world);
 
-/* Adds a cloth and gives its id. Only before the start. Errors: TULLE_ERROR_INVALID_ARGUMENT,
- * TULLE_ERROR_INVALID_MESH (see tulle_mesh_validate), TULLE_ERROR_OUT_OF_MEMORY. */
+/* Adds a cloth and gives its id; null `id` is fine. Only before the start. Errors:
+ * TULLE_ERROR_INVALID_ARGUMENT (null, also an array beside a count above 0; a value of the def; a
+ * world that has started), TULLE_ERROR_INVALID_MESH (see tulle_mesh_validate),
+ * TULLE_ERROR_OUT_OF_MEMORY. */
 TULLE_API tulle_status tulle_world_add_cloth(tulle_world *world, const tulle_cloth_def *def,
                                              tulle_cloth_id *id, tulle_error *error);
-/* Adds an obstacle or a rigid body and gives its id. Only before the start. Errors as of
- * tulle_world_add_cloth. */
+/* Adds an obstacle or a rigid body and gives its id; null `id` is fine. Only before the start.
+ * Errors as of tulle_world_add_cloth. */
 TULLE_API tulle_status tulle_world_add_obstacle(tulle_world *world, const tulle_obstacle_def *def,
                                                 tulle_obstacle_id *id, tulle_error *error);
 
@@ -310,8 +312,8 @@ typedef struct tulle_contact_law {
     double restitution;      /* part of an impact's speed that comes back, 0 .. 1 */
 } tulle_contact_law;
 /* Sets the law of two cloths. Only before the start; a later call for the same pair replaces an
- * earlier one. Errors: TULLE_ERROR_INVALID_ARGUMENT (a stale id, the same cloth twice, a value, a
- * world that has started), TULLE_ERROR_OUT_OF_MEMORY. */
+ * earlier one. Errors: TULLE_ERROR_INVALID_ARGUMENT (null, a stale id, the same cloth twice, a
+ * value, a world that has started), TULLE_ERROR_OUT_OF_MEMORY. */
 TULLE_API tulle_status tulle_world_set_cloth_cloth_law(tulle_world *world, tulle_cloth_id a,
                                                        tulle_cloth_id b,
                                                        const tulle_contact_law *law,
@@ -351,8 +353,8 @@ typedef struct tulle_intersection {
 /* Prepares the first step: derives distances, builds trees, judges the start. The first step calls
  * it if the caller did not. Errors: TULLE_ERROR_INTERSECTING_START (the message says of the deepest
  * pairs how deep and where, tulle_world_get_intersections gives all), TULLE_ERROR_INVALID_ARGUMENT
- * (distances that do not fit), TULLE_ERROR_OUT_OF_MEMORY, TULLE_ERROR_INTERRUPTED, what a frame
- * reader returns. */
+ * (null, distances that do not fit), TULLE_ERROR_OUT_OF_MEMORY, TULLE_ERROR_INTERRUPTED, what a
+ * frame reader returns. */
 TULLE_API tulle_status tulle_world_start(tulle_world *world, tulle_error *error);
 /* Asks a host whether to stop; `context` is what tulle_world_set_stop_request was given. Not 0 ends
  * tulle_world_start or tulle_world_step with TULLE_ERROR_INTERRUPTED: the world is as it was before
@@ -361,11 +363,12 @@ TULLE_API tulle_status tulle_world_start(tulle_world *world, tulle_error *error)
  * the world it may call tulle_world_get_untangle_report and tulle_world_get_step_progress only. */
 typedef int (*tulle_stop_request)(void *context);
 /* Sets the function that is asked, and the `context` that it gets. A null `is_stopped` asks no
- * more. */
+ * more. Nothing happens where the world is null. */
 TULLE_API void tulle_world_set_stop_request(tulle_world *world, tulle_stop_request is_stopped,
                                             void *context);
 /* The pairs of triangles for which the last start, or the last step in which an obstacle appeared,
- * failed; `*count` of them. Owned by the world, until its next start or step. */
+ * failed; `*count` of them. Null `count` is fine. For a null world null and 0. Owned by the world,
+ * until its next start or step. */
 TULLE_API const tulle_intersection *tulle_world_get_intersections(const tulle_world *world,
                                                                   size_t *count);
 /* How deep the triangles of a pair lie in each other, and where. */
@@ -375,7 +378,8 @@ typedef struct tulle_overlap {
 } tulle_overlap;
 /* The overlaps of the pairs of tulle_world_get_intersections, in the same order, after a start or a
  * step failed for them: the deepest pair comes first. `*count` is then the number of the pairs,
- * else 0 (and the result null). Owned by the world, until its next start or step. */
+ * else 0 (and the result null), as for a null world. Null `count` is fine. Owned by the world,
+ * until its next start or step. */
 TULLE_API const tulle_overlap *tulle_world_get_overlaps(const tulle_world *world, size_t *count);
 
 /* What untangling did at the start. All zero when it had nothing to do. */
@@ -388,7 +392,7 @@ typedef struct tulle_untangle_report {
     double seconds;        /* [s] wall clock */
     uint64_t left;         /* pairs left in the best state so far; 0: clean */
 } tulle_untangle_report;
-/* What untangling did, or how far it has come while it is under way. */
+/* What untangling did, or how far it has come while it is under way. All zero for null. */
 TULLE_API tulle_untangle_report tulle_world_get_untangle_report(const tulle_world *world);
 
 /* ---- the step ---- */
@@ -449,7 +453,7 @@ typedef struct tulle_step_report {
  * tulle_world_get_intersections may differ. Errors:
  *
  * - those of tulle_world_start, when the caller has not called that;
- * - TULLE_ERROR_INVALID_ARGUMENT, TULLE_ERROR_OUT_OF_MEMORY;
+ * - TULLE_ERROR_INVALID_ARGUMENT (null, a time step out of range), TULLE_ERROR_OUT_OF_MEMORY;
  * - TULLE_ERROR_INTERSECTING_START, when an obstacle appears in or around cloth;
  * - TULLE_ERROR_PINCHED, when obstacles leave cloth no room;
  * - TULLE_ERROR_STEP_FAILED, when forces lead to numbers that are not finite, when
@@ -469,45 +473,48 @@ typedef struct tulle_step_progress {
     double share;
     uint32_t solve_count; /* solves of the substeps before this one */
 } tulle_step_progress;
-/* How far the step that is under way has come. */
+/* How far the step that is under way has come. All zero for null. */
 TULLE_API tulle_step_progress tulle_world_get_step_progress(const tulle_world *world);
 
 /* ---- reading a world ---- */
 
-/* Time of the world [s], 0 at the start. */
+/* Time of the world [s], 0 at the start and for null. */
 TULLE_API double tulle_world_get_time(const tulle_world *world);
-/* Number of steps made. */
+/* Number of steps made; 0 for null. */
 TULLE_API uint64_t tulle_world_get_step_count(const tulle_world *world);
 /* The distances in force [m], after derivation: `contact`, `separation` and `minimum_gap` as in
- * tulle_world_def. */
+ * tulle_world_def. Each of the three may be null; for a null world they get 0. */
 TULLE_API void tulle_world_get_distances(const tulle_world *world, double *contact,
                                          double *separation, double *minimum_gap);
-/* How the world detects, as its def said. */
+/* How the world detects, as its def said; for null as tulle_world_def_default says. */
 TULLE_API tulle_world_detection tulle_world_get_detection(const tulle_world *world);
-/* How the world answers contact, as its def said. `motion_space` may be null. */
+/* How the world answers contact, as its def said; for a null world as tulle_world_def_default says.
+ * `motion_space` may be null. */
 TULLE_API tulle_response tulle_world_get_response(const tulle_world *world,
                                                   tulle_motion_space *motion_space);
 /* What the last step has to say: for example that a pinch begins or ends, or that an obstacle
- * appears in cloth and is ignored. Empty if nothing. Owned by the world, until its next step. */
+ * appears in cloth and is ignored. Empty if nothing, and for null. Owned by the world, until its
+ * next step. */
 TULLE_API const char *tulle_world_last_message(const tulle_world *world);
 
-/* Positions of a cloth: 3 * `*vertex_count` doubles [m]. Borrowed until the next step; null for a
- * stale id. */
+/* Positions of a cloth: 3 * `*vertex_count` doubles [m]. Borrowed until the next step. For a stale
+ * id and a null world null and 0; null `vertex_count` is fine. */
 TULLE_API const double *tulle_cloth_get_positions(const tulle_world *world, tulle_cloth_id id,
                                                   size_t *vertex_count);
-/* Velocities of a cloth: 3 * `*vertex_count` doubles [m/s]. Borrowed until the next step; null for
- * a stale id. */
+/* Velocities of a cloth: 3 * `*vertex_count` doubles [m/s]. Borrowed until the next step. For a
+ * stale id and a null world null and 0; null `vertex_count` is fine. */
 TULLE_API const double *tulle_cloth_get_velocities(const tulle_world *world, tulle_cloth_id id,
                                                    size_t *vertex_count);
-/* Positions of an obstacle: 3 * `*vertex_count` doubles [m]. Borrowed until the next step; null for
- * a stale id. */
+/* Positions of an obstacle: 3 * `*vertex_count` doubles [m]. Borrowed until the next step. For a
+ * stale id and a null world null and 0; null `vertex_count` is fine. */
 TULLE_API const double *tulle_obstacle_get_positions(const tulle_world *world, tulle_obstacle_id id,
                                                      size_t *vertex_count);
 /* Velocities of an obstacle: 3 * `*vertex_count` doubles [m/s]; of one on a script the mean over
- * the last step. Borrowed until the next step; null for a stale id and before the start. */
+ * the last step. Borrowed until the next step. Null before the start; for a stale id and a null
+ * world null and 0; null `vertex_count` is fine. */
 TULLE_API const double *tulle_obstacle_get_velocities(const tulle_world *world,
                                                       tulle_obstacle_id id, size_t *vertex_count);
-/* 1 while the obstacle is in the scene. */
+/* 1 while the obstacle is in the scene; 0 for a stale id and a null world. */
 TULLE_API int tulle_obstacle_is_present(const tulle_world *world, tulle_obstacle_id id);
 
 /* ---- rigid bodies ---- */
@@ -522,8 +529,8 @@ typedef struct tulle_transform {
     double mass;                /* [kg] */
     double inertia[9];          /* [kg m^2] about the centre of mass, in the world's axes */
 } tulle_transform;
-/* Fills `transform` of a body. Error: TULLE_ERROR_INVALID_ARGUMENT for a stale id, for an obstacle
- * that is no body, and before the start. */
+/* Fills `transform` of a body. Error: TULLE_ERROR_INVALID_ARGUMENT for null, for a stale id, for an
+ * obstacle that is no body, and before the start. */
 TULLE_API tulle_status tulle_obstacle_get_transform(const tulle_world *world, tulle_obstacle_id id,
                                                     tulle_transform *transform, tulle_error *error);
 /* Changes the velocities of a body at once by `impulse` [N s] at `point` [m] of the world. The body
@@ -542,7 +549,7 @@ TULLE_API tulle_status tulle_obstacle_get_contact_impulse(const tulle_world *wor
                                                           tulle_obstacle_id id, double impulse[3],
                                                           double angular_impulse[3],
                                                           tulle_error *error);
-/* 1 while a body sleeps. */
+/* 1 while a body sleeps; 0 for a stale id, for what is no body, and for a null world. */
 TULLE_API int tulle_obstacle_is_asleep(const tulle_world *world, tulle_obstacle_id id);
 /* Wakes a body and those that fell asleep with it. The time that a body must be slow before it
  * sleeps begins anew. Errors as of tulle_obstacle_get_transform. */
@@ -599,7 +606,7 @@ typedef struct tulle_stretch {
     uint32_t vertices[2]; /* ends of the edge, vertices of the cloth */
     double position[3];   /* [m] middle of the edge */
 } tulle_stretch;
-/* Finds the most stretched edge of the world as it is. All zero before the start. */
+/* Finds the most stretched edge of the world as it is. All zero before the start and for null. */
 TULLE_API tulle_stretch tulle_world_find_largest_stretch(const tulle_world *world);
 
 /* Which patches to give. A zeroed struct asks for those of the shape as it is. */
@@ -617,7 +624,8 @@ typedef struct tulle_patch_options {
  *
  * `labels` gets a number for each triangle: 1 .. `*patch_count`, or 0 for an isolated triangle,
  * whose own normal turns too far. The world must have started; it does not change. Errors:
- * TULLE_ERROR_INVALID_ARGUMENT (a stale id, not started, options), TULLE_ERROR_OUT_OF_MEMORY.
+ * TULLE_ERROR_INVALID_ARGUMENT (null, a stale id, not started, options),
+ * TULLE_ERROR_OUT_OF_MEMORY.
  *
  * Based on: Wong & Baciu 2005, 3.1 to 3.3, the (zeta, alpha, I)-surfaces. */
 TULLE_API tulle_status tulle_cloth_get_patches(tulle_world *world, tulle_cloth_id id,
@@ -627,23 +635,24 @@ TULLE_API tulle_status tulle_cloth_get_patches(tulle_world *world, tulle_cloth_i
 /* ---- saving and loading ---- */
 
 /* Hash of everything that decides the future: positions, velocities, contacts with their impulses,
- * time, state of motions. Equal states have equal hashes on every machine. */
+ * time, state of motions. Equal states have equal hashes on every machine. Worlds that have not
+ * started all have the same, and so has null. */
 TULLE_API uint64_t tulle_world_get_state_hash(const tulle_world *world);
 
 /* Gives the state as one block: `*bytes`, of `*byte_count` bytes, made by the world's allocator.
- * Free it with tulle_world_free_state. Errors: TULLE_ERROR_INVALID_ARGUMENT (not started),
+ * Free it with tulle_world_free_state. Errors: TULLE_ERROR_INVALID_ARGUMENT (null, not started),
  * TULLE_ERROR_OUT_OF_MEMORY. */
 TULLE_API tulle_status tulle_world_save_state(const tulle_world *world, void **bytes,
                                               size_t *byte_count, tulle_error *error);
 /* Frees `bytes`, a block of `byte_count` bytes from tulle_world_save_state of the same world. Null
- * is fine. */
+ * `bytes` are fine; for a null world nothing happens. */
 TULLE_API void tulle_world_free_state(const tulle_world *world, void *bytes, size_t byte_count);
 /* Puts a saved state in place: `bytes`, `byte_count` of them. The world must have been made from
  * the same defs (this is checked). In a world that has not started it takes the place of the start,
  * which then is not judged. A call that fails leaves the world as it was; only
  * tulle_world_get_intersections may give none any more. Errors:
- * TULLE_ERROR_INVALID_ARGUMENT (another world), TULLE_ERROR_PARSE (bytes cut short or changed,
- * another version of the format, values that no world has), TULLE_ERROR_OUT_OF_MEMORY. */
+ * TULLE_ERROR_INVALID_ARGUMENT (null, another world), TULLE_ERROR_PARSE (bytes cut short or
+ * changed, another version of the format, values that no world has), TULLE_ERROR_OUT_OF_MEMORY. */
 TULLE_API tulle_status tulle_world_load_state(tulle_world *world, const void *bytes,
                                               size_t byte_count, tulle_error *error);
 

@@ -19,11 +19,14 @@ typedef struct tulle_pc2_info {
     double start_frame;    /* number of the first frame */
     double frame_step;     /* frames from one to the next */
 } tulle_pc2_info;
-/* Opens the PC2 file `path`, makes `*cache`, which is null after an error, and fills `info`.
- * Errors: TULLE_ERROR_IO, TULLE_ERROR_PARSE, TULLE_ERROR_OUT_OF_MEMORY. */
+/* Opens the PC2 file `path`, makes `*cache`, which is null after an error, and fills `info`, which
+ * may be null. Errors: TULLE_ERROR_INVALID_ARGUMENT (null), TULLE_ERROR_IO, TULLE_ERROR_PARSE,
+ * TULLE_ERROR_OUT_OF_MEMORY. */
 TULLE_API tulle_status tulle_pc2_open(const char *path, tulle_pc2 **cache, tulle_pc2_info *info,
                                       tulle_error *error);
-/* Reads frame number `frame`, from 0, into `positions`, 3 * vertex_count doubles [m]. */
+/* Reads frame number `frame`, from 0, into `positions`, 3 * vertex_count doubles [m]. Errors:
+ * TULLE_ERROR_INVALID_ARGUMENT (null, no such frame), TULLE_ERROR_IO, TULLE_ERROR_PARSE (the file
+ * became shorter, a coordinate that is not finite). */
 TULLE_API tulle_status tulle_pc2_read_frame(tulle_pc2 *cache, uint32_t frame, double *positions,
                                             tulle_error *error);
 /* Releases a cache. Null is fine. */
@@ -33,20 +36,23 @@ TULLE_API void tulle_pc2_close(tulle_pc2 *cache);
 typedef struct tulle_pc2_writer tulle_pc2_writer;
 /* Opens the PC2 file `path` for frames of `vertex_count` vertices and makes `*writer`, which is
  * null after an error. `resume_frame_count` > 0 keeps that many frames of an existing file and
- * drops the rest; 0 starts a new file. Errors: TULLE_ERROR_IO, TULLE_ERROR_DISK_FULL,
- * TULLE_ERROR_PARSE, TULLE_ERROR_OUT_OF_MEMORY. */
+ * drops the rest; 0 starts a new file. Errors: TULLE_ERROR_INVALID_ARGUMENT (null; no vertices, or
+ * over 2^31 - 1), TULLE_ERROR_IO, TULLE_ERROR_DISK_FULL, TULLE_ERROR_PARSE,
+ * TULLE_ERROR_OUT_OF_MEMORY. */
 TULLE_API tulle_status tulle_pc2_writer_open(const char *path, uint32_t vertex_count,
                                              uint32_t resume_frame_count, tulle_pc2_writer **writer,
                                              tulle_error *error);
 /* Appends a frame: `positions`, 3 * vertex_count doubles [m], rounded to the nearest floats. The
  * file is valid after each append: data is written first and flushed to disk, then the frame count
- * in the header. */
+ * in the header. Errors: TULLE_ERROR_INVALID_ARGUMENT (null, a coordinate that float cannot hold),
+ * TULLE_ERROR_LIMIT (over 2^31 - 1 frames), TULLE_ERROR_IO, TULLE_ERROR_DISK_FULL. */
 TULLE_API tulle_status tulle_pc2_writer_append(tulle_pc2_writer *writer, const double *positions,
                                                tulle_error *error);
 /* Leaves flushing to disk to tulle_pc2_writer_close, for all appends that follow. This is faster. A
- * power failure may then lose frames; a killed process loses none. */
+ * power failure may then lose frames; a killed process loses none. Null is fine. */
 TULLE_API void tulle_pc2_writer_defer_flush(tulle_pc2_writer *writer);
-/* Flushes the file to disk and releases the writer, also when that fails. */
+/* Flushes the file to disk and releases the writer, also when that fails. Null is fine. Errors:
+ * TULLE_ERROR_IO, TULLE_ERROR_DISK_FULL. */
 TULLE_API tulle_status tulle_pc2_writer_close(tulle_pc2_writer *writer, tulle_error *error);
 
 #ifdef __cplusplus

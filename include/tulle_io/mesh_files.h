@@ -16,7 +16,8 @@ extern "C" {
 /* Reads the triangle mesh in the file `path`; release it with tulle_mesh_destroy. The format
  * follows from the contents and the extension (.obj, .ply, .stl). Polygons become fans of
  * triangles, convex or not. STL corners with the same coordinates become one vertex. Errors:
- * TULLE_ERROR_IO, TULLE_ERROR_PARSE, TULLE_ERROR_OUT_OF_MEMORY, TULLE_ERROR_LIMIT. */
+ * TULLE_ERROR_INVALID_ARGUMENT (null), TULLE_ERROR_IO, TULLE_ERROR_PARSE,
+ * TULLE_ERROR_OUT_OF_MEMORY, TULLE_ERROR_LIMIT. */
 TULLE_API tulle_status tulle_mesh_read(const char *path, tulle_mesh *mesh, tulle_error *error);
 
 /* What a reader tells of a mesh file beside the mesh. Release with tulle_mesh_source_destroy. */
@@ -29,7 +30,7 @@ typedef struct tulle_mesh_source {
     int has_passed_shape; /* 1: not only names, normals, textures and materials were passed over */
 } tulle_mesh_source;
 /* Reads the mesh in the file `path`, as tulle_mesh_read does, and fills `source`, which may be null
- * and is empty after an error. */
+ * and is empty after an error. Errors as of tulle_mesh_read. */
 TULLE_API tulle_status tulle_mesh_read_source(const char *path, tulle_mesh *mesh,
                                               tulle_mesh_source *source, tulle_error *error);
 /* Releases the arrays and zeroes the struct. Null and empty sources are fine. */
@@ -37,8 +38,9 @@ TULLE_API void tulle_mesh_source_destroy(tulle_mesh_source *source);
 
 /* Writes a mesh to the file `path`, as OBJ, PLY or STL by its extension. OBJ has the fewest digits
  * that read back to the same double, PLY is binary, little endian, in doubles, STL is binary.
- * Errors: TULLE_ERROR_IO, TULLE_ERROR_DISK_FULL, TULLE_ERROR_INVALID_ARGUMENT (another extension),
- * TULLE_ERROR_OUT_OF_MEMORY. */
+ * Errors: TULLE_ERROR_IO, TULLE_ERROR_DISK_FULL, TULLE_ERROR_INVALID_ARGUMENT (null, also an array
+ * of the mesh), TULLE_ERROR_INVALID_MESH (an index out of range, a coordinate that the format
+ * cannot hold), TULLE_ERROR_UNSUPPORTED (another extension), TULLE_ERROR_OUT_OF_MEMORY. */
 TULLE_API tulle_status tulle_mesh_write(const char *path, tulle_mesh_view mesh, tulle_error *error);
 
 /* What a VTP file holds beside the mesh. */
@@ -51,9 +53,9 @@ typedef struct tulle_vtp_passed_over {
  * release the mesh with tulle_mesh_destroy. The points and polygons of all pieces are read;
  * polygons become fans around their first corner. Vertices, lines, and point, cell and field data
  * are passed over. `passed_over` counts the first two; null is fine. Errors name the line:
- * TULLE_ERROR_IO, TULLE_ERROR_PARSE, TULLE_ERROR_UNSUPPORTED (triangle strips),
- * TULLE_ERROR_OUT_OF_MEMORY, TULLE_ERROR_LIMIT (over 2^31 - 1 points or triangles, or zlib data
- * that expand too much). */
+ * TULLE_ERROR_INVALID_ARGUMENT (null), TULLE_ERROR_IO, TULLE_ERROR_PARSE, TULLE_ERROR_UNSUPPORTED
+ * (triangle strips), TULLE_ERROR_OUT_OF_MEMORY, TULLE_ERROR_LIMIT (over 2^31 - 1 points or
+ * triangles, or zlib data that expand too much). */
 TULLE_API tulle_status tulle_vtp_read(const char *path, tulle_mesh *mesh,
                                       tulle_vtp_passed_over *passed_over, tulle_error *error);
 
@@ -63,12 +65,14 @@ TULLE_API tulle_status tulle_vtp_write(const char *path, tulle_mesh_view mesh,
                                        const double *velocities, tulle_error *error);
 
 /* Writes the ParaView collection `path` (.pvd), which names `count` `files` at their `times` [s].
- * Paths are relative to the collection. Errors as of tulle_mesh_write. */
+ * Paths are relative to the collection. With a `count` of 0 both arrays may be null; no path may.
+ * Errors as of tulle_mesh_write. */
 TULLE_API tulle_status tulle_pvd_write(const char *path, const char *const *files,
                                        const double *times, size_t count, tulle_error *error);
 
 /* Replaces the file `path` with `byte_count` bytes from `bytes`, whole or not at all: it writes to
- * a temporary name, flushes to disk, and renames. Errors: TULLE_ERROR_IO, TULLE_ERROR_DISK_FULL. */
+ * a temporary name, flushes to disk, and renames. With a `byte_count` of 0 `bytes` may be null.
+ * Errors: TULLE_ERROR_INVALID_ARGUMENT (null), TULLE_ERROR_IO, TULLE_ERROR_DISK_FULL. */
 TULLE_API tulle_status tulle_file_write(const char *path, const void *bytes, size_t byte_count,
                                         tulle_error *error);
 

@@ -111,8 +111,9 @@ typedef enum tulle_run_existing {
 
 /* Makes the directory with everything but frames, and `*writer`, which is null after an error. The
  * writer keeps the directory locked. An error removes again what was made. Errors:
- * TULLE_ERROR_INVALID_ARGUMENT (also: the directory is not empty), TULLE_ERROR_IO (also: another
- * process writes there, or a file of the run would be a symbolic link), TULLE_ERROR_DISK_FULL,
+ * TULLE_ERROR_INVALID_ARGUMENT (null, also an array of a mesh; a value of the def; the directory is
+ * not empty), TULLE_ERROR_IO (also: another process writes there, or a file of the run would be a
+ * symbolic link), TULLE_ERROR_DISK_FULL,
  * TULLE_ERROR_OUT_OF_MEMORY. */
 TULLE_API tulle_status tulle_run_create(const tulle_run_def *def, tulle_run_existing existing,
                                         tulle_run_writer **writer, tulle_error *error);
@@ -125,25 +126,29 @@ TULLE_API tulle_status tulle_run_create(const tulle_run_def *def, tulle_run_exis
 TULLE_API tulle_status tulle_run_resume(const tulle_run_def *def, tulle_run_writer **writer,
                                         tulle_run_checkpoint *checkpoint, tulle_error *error);
 /* 1 if `directory` holds a run with a checkpoint, usable or not. Then tulle_run_resume goes on from
- * it or fails. */
+ * it or fails. 0 for null. */
 TULLE_API int tulle_run_has_checkpoint(const char *directory);
-/* Frees the bytes of a checkpoint from tulle_run_resume. */
+/* Frees the bytes of a checkpoint from tulle_run_resume, and zeroes it. Null is fine. */
 TULLE_API void tulle_run_free_checkpoint(tulle_run_checkpoint *checkpoint);
 
 /* Appends a frame. After an error, such as a full disk, the frames before it are still whole.
+ * Errors: TULLE_ERROR_INVALID_ARGUMENT (null, also an array that the frame needs; a coordinate that
+ * float cannot hold), TULLE_ERROR_IO, TULLE_ERROR_DISK_FULL, TULLE_ERROR_OUT_OF_MEMORY.
  * TULLE_ERROR_IO also where the directory was moved, removed or replaced: then no frame and no
  * checkpoint is written, and tulle_run_close leaves run.json as it is. */
 TULLE_API tulle_status tulle_run_write_frame(tulle_run_writer *writer, const tulle_run_frame *frame,
                                              tulle_error *error);
-/* Appends a line to report.csv. */
+/* Appends a line to report.csv. Errors: TULLE_ERROR_INVALID_ARGUMENT (null), TULLE_ERROR_IO,
+ * TULLE_ERROR_DISK_FULL. */
 TULLE_API tulle_status tulle_run_write_report(tulle_run_writer *writer,
                                               const tulle_step_report *report, tulle_error *error);
 /* Flushes all files to disk, then writes the checkpoint. The one before stays as a second
- * generation. The writer fills in the frame count itself. */
+ * generation. The writer fills in the frame count itself. Errors: TULLE_ERROR_INVALID_ARGUMENT
+ * (null, or without bytes), TULLE_ERROR_IO, TULLE_ERROR_DISK_FULL, TULLE_ERROR_OUT_OF_MEMORY. */
 TULLE_API tulle_status tulle_run_write_checkpoint(tulle_run_writer *writer,
                                                   const tulle_run_checkpoint *checkpoint,
                                                   tulle_error *error);
-/* Number of frames in the directory, the start counted. */
+/* Number of frames in the directory, the start counted; 0 for null. */
 TULLE_API uint32_t tulle_run_get_frame_count(const tulle_run_writer *writer);
 /* How the steps of a run went: what a user should know beside the result. A zeroed struct is one of
  * no steps. */
@@ -163,23 +168,28 @@ typedef struct tulle_run_outcome {
     uint64_t rescues;             /* of all kinds and steps, see tulle_step_report */
     uint64_t pinched_steps;       /* steps in which cloth was pinched between obstacles */
 } tulle_run_outcome;
-/* Adds a step by its report. Without a place: see tulle_run_outcome_place. */
+/* Adds a step by its report. Without a place: see tulle_run_outcome_place. Nothing happens where
+ * one of the two is null. */
 TULLE_API void tulle_run_outcome_add(tulle_run_outcome *outcome, const tulle_step_report *report);
 /* Gives the largest stretch its place, where `stretch` was found after the step that had it: the
- * last one that was added. `body`: the cloth's index among the bodies of the run. */
+ * last one that was added. `body`: the cloth's index among the bodies of the run. Nothing happens
+ * where a pointer is null. */
 TULLE_API void tulle_run_outcome_place(tulle_run_outcome *outcome, const tulle_stretch *stretch,
                                        uint32_t body);
 /* Says in words what did not go well, a line for each, without a line end after the last; a single
- * line where nothing did. `body_name` is that of stretch_body. `failure` says why the run could not
- * go on; null: it did. At most `size` bytes of `text` are
- * written, with the terminating zero. */
+ * line where nothing did. `body_name` is that of stretch_body; null: not known. `failure` says why
+ * the run could not go on; null: it did. At most `size` bytes of `text` are written, with the
+ * terminating zero; none where `text` is null or `size` is 0. A null outcome gives an empty text.
+ */
 TULLE_API void tulle_run_outcome_describe(const tulle_run_outcome *outcome, const char *body_name,
                                           const char *failure, char *text, size_t size);
-/* Records the outcome so far; tulle_run_close writes it to run.json. */
+/* Records the outcome so far; tulle_run_close writes it to run.json. Nothing happens where one of
+ * the two is null. */
 TULLE_API void tulle_run_set_outcome(tulle_run_writer *writer, const tulle_run_outcome *outcome);
 
 /* Records how the run ended, with `message` (may be null), and releases the writer, also when it
- * fails. */
+ * fails. A null writer is fine. Errors: TULLE_ERROR_INVALID_ARGUMENT (no such state: the run is
+ * left as TULLE_RUN_RUNNING), TULLE_ERROR_IO, TULLE_ERROR_DISK_FULL, TULLE_ERROR_OUT_OF_MEMORY. */
 TULLE_API tulle_status tulle_run_close(tulle_run_writer *writer, tulle_run_state state,
                                        const char *message, tulle_error *error);
 
@@ -227,28 +237,30 @@ typedef struct tulle_run_info {
  */
 typedef struct tulle_run_reader tulle_run_reader;
 
-/* 1 if `path` is a directory with a run.json. */
+/* 1 if `path` is a directory with a run.json; 0 for null. */
 TULLE_API int tulle_run_is_directory(const char *path);
 /* Opens `directory` and makes `*reader`, which is null after an error. A run that goes on or was
- * killed is read up to its last whole frame. Errors: TULLE_ERROR_IO, TULLE_ERROR_PARSE,
- * TULLE_ERROR_OUT_OF_MEMORY, TULLE_ERROR_LIMIT. */
+ * killed is read up to its last whole frame. Errors: TULLE_ERROR_INVALID_ARGUMENT (null, a path
+ * that is too long), TULLE_ERROR_IO, TULLE_ERROR_PARSE, TULLE_ERROR_OUT_OF_MEMORY,
+ * TULLE_ERROR_LIMIT. */
 TULLE_API tulle_status tulle_run_reader_open(const char *directory, tulle_run_reader **reader,
                                              tulle_error *error);
 /* Releases a reader and everything that it handed out. Null is fine. */
 TULLE_API void tulle_run_reader_close(tulle_run_reader *reader);
-/* What the directory holds; owned by the reader. */
+/* What the directory holds; owned by the reader. Null for null. */
 TULLE_API const tulle_run_info *tulle_run_reader_get_info(const tulle_run_reader *reader);
 /* Gives the mesh of body number `body` as its OBJ file holds it; owned by the reader. Errors:
- * TULLE_ERROR_INVALID_ARGUMENT (no such body), TULLE_ERROR_IO, TULLE_ERROR_PARSE,
+ * TULLE_ERROR_INVALID_ARGUMENT (null, no such body), TULLE_ERROR_IO, TULLE_ERROR_PARSE,
  * TULLE_ERROR_OUT_OF_MEMORY. */
 TULLE_API tulle_status tulle_run_reader_get_mesh(tulle_run_reader *reader, size_t body,
                                                  tulle_mesh_view *mesh, tulle_error *error);
 /* Gives `*time` [s], `*step` and `*state_hash` of frame number `frame`, 0 .. frame_count - 1. Any
- * of the three may be null. Error: TULLE_ERROR_INVALID_ARGUMENT (no such frame). */
+ * of the three may be null. Error: TULLE_ERROR_INVALID_ARGUMENT (a null reader, no such frame). */
 TULLE_API tulle_status tulle_run_reader_get_frame(const tulle_run_reader *reader, uint32_t frame,
                                                   double *time, uint64_t *step,
                                                   uint64_t *state_hash);
-/* 1 if body number `body` is in the scene at frame number `frame`. */
+/* 1 if body number `body` is in the scene at frame number `frame`; 0 for a null reader and where
+ * there is no such body or frame. */
 TULLE_API int tulle_run_reader_is_present(const tulle_run_reader *reader, uint32_t frame,
                                           size_t body);
 /* Fills `positions`, 3 * vertex_count [m], of body number `body` at frame number `frame`: from its
@@ -259,7 +271,8 @@ TULLE_API tulle_status tulle_run_reader_read_positions(tulle_run_reader *reader,
                                                        tulle_error *error);
 /* Gives what explains frame number `frame`. `*debug` lives until the next call or until the reader
  * is closed; it is null when the writer knew nothing of the frame. Errors:
- * TULLE_ERROR_INVALID_ARGUMENT (no such frame, or a run without debug records), TULLE_ERROR_IO,
+ * TULLE_ERROR_INVALID_ARGUMENT (null, no such frame, or a run without debug records),
+ * TULLE_ERROR_IO,
  * TULLE_ERROR_PARSE (cut short or changed: names debug.bin and the byte),
  * TULLE_ERROR_OUT_OF_MEMORY.
  */
@@ -269,8 +282,9 @@ TULLE_API tulle_status tulle_run_reader_read_debug(tulle_run_reader *reader, uin
 
 /* Gives the step reports of the run, `*count` of them, one for each step, as report.csv holds them.
  * A last line that was cut short is left out. A number that is empty in the file is NAN, an empty
- * smallest_gap is INFINITY. They live until the reader is closed. Errors: TULLE_ERROR_IO,
- * TULLE_ERROR_PARSE with line and column, TULLE_ERROR_OUT_OF_MEMORY. */
+ * smallest_gap is INFINITY. They live until the reader is closed. Errors:
+ * TULLE_ERROR_INVALID_ARGUMENT (null), TULLE_ERROR_IO, TULLE_ERROR_PARSE with line and column,
+ * TULLE_ERROR_OUT_OF_MEMORY. */
 TULLE_API tulle_status tulle_run_reader_get_reports(tulle_run_reader *reader,
                                                     const tulle_step_report **reports,
                                                     size_t *count, tulle_error *error);

@@ -36,8 +36,8 @@ typedef struct tulle_scene_problems {
  * 40]" or "time.frames=10". The value is YAML. An empty value removes the key; an index equal to
  * the length of a list appends. `problems` is zeroed first. After an error it holds one problem at
  * least, and the call returns the status of the first. Errors: TULLE_ERROR_IO, TULLE_ERROR_PARSE,
- * TULLE_ERROR_INVALID_ARGUMENT, TULLE_ERROR_INVALID_MESH, TULLE_ERROR_LIMIT,
- * TULLE_ERROR_OUT_OF_MEMORY. */
+ * TULLE_ERROR_INVALID_ARGUMENT (null, also an override; a value of the file),
+ * TULLE_ERROR_INVALID_MESH, TULLE_ERROR_LIMIT, TULLE_ERROR_OUT_OF_MEMORY. */
 TULLE_API tulle_status tulle_scene_load(const char *path, const char *const *overrides,
                                         size_t override_count, tulle_scene **result,
                                         tulle_scene_problems *problems);
@@ -45,50 +45,55 @@ TULLE_API tulle_status tulle_scene_load(const char *path, const char *const *ove
 TULLE_API void tulle_scene_destroy(tulle_scene *loaded);
 
 /* How many notes there are about a loaded scene. A note is a sentence on what the user should know:
- * statements of a mesh file that were passed over, triangles of an obstacle that were dropped. */
+ * statements of a mesh file that were passed over, triangles of an obstacle that were dropped. 0
+ * for null. */
 TULLE_API size_t tulle_scene_get_note_count(const tulle_scene *loaded);
-/* Note `index`, below the count. Owned by the scene. */
+/* Note `index`, below the count; else null, as for a null scene. Owned by the scene. */
 TULLE_API const char *tulle_scene_get_note(const tulle_scene *loaded, size_t index);
 
-/* The time step [s]. */
+/* The time step [s]; 0 for null. */
 TULLE_API double tulle_scene_get_time_step(const tulle_scene *loaded);
-/* How many frames a run writes after the start. */
+/* How many frames a run writes after the start; 0 for null. */
 TULLE_API uint32_t tulle_scene_get_frame_count(const tulle_scene *loaded);
-/* How many steps a frame lasts, >= 1. */
+/* How many steps a frame lasts, >= 1; 0 for null. */
 TULLE_API uint32_t tulle_scene_get_steps_per_frame(const tulle_scene *loaded);
 
-/* The path given to tulle_scene_load. */
+/* The path given to tulle_scene_load. Null for null. */
 TULLE_API const char *tulle_scene_get_path(const tulle_scene *loaded);
-/* The seed of wind and irregular meshes. */
+/* The seed of wind and irregular meshes; 0 for null. */
 TULLE_API uint64_t tulle_scene_get_seed(const tulle_scene *loaded);
-/* What the world does about intersections at the start. */
+/* What the world does about intersections at the start; TULLE_START_REFUSE for null. */
 TULLE_API tulle_start_intersections tulle_scene_get_start_intersections(const tulle_scene *loaded);
 
-/* Number of cloths; they are in the order of the file. */
+/* Number of cloths; they are in the order of the file. 0 for null. */
 TULLE_API size_t tulle_scene_get_cloth_count(const tulle_scene *loaded);
 /* Name of cloth `index`, below the count. Names of objects are unique and have letters, digits,
- * '-', '_' and '.' only. */
+ * '-', '_' and '.' only. Null out of range and for a null scene. */
 TULLE_API const char *tulle_scene_get_cloth_name(const tulle_scene *loaded, size_t index);
-/* Mesh of cloth `index` at the start, borrowed from the scene. */
+/* Mesh of cloth `index` at the start, borrowed from the scene; empty out of range and for null. */
 TULLE_API tulle_mesh_view tulle_scene_get_cloth_mesh(const tulle_scene *loaded, size_t index);
 /* Number of obstacles; they are in the order of the file. Copies of an obstacle follow each other.
- */
+ * 0 for null. */
 TULLE_API size_t tulle_scene_get_obstacle_count(const tulle_scene *loaded);
-/* Name of obstacle `index`; of copies NAME.000, NAME.001 ... */
+/* Name of obstacle `index`; of copies NAME.000, NAME.001 ... Null out of range and for a null
+ * scene.
+ */
 TULLE_API const char *tulle_scene_get_obstacle_name(const tulle_scene *loaded, size_t index);
-/* Mesh of obstacle `index` at the start, borrowed from the scene. */
+/* Mesh of obstacle `index` at the start, borrowed from the scene; empty out of range and for null.
+ */
 TULLE_API tulle_mesh_view tulle_scene_get_obstacle_mesh(const tulle_scene *loaded, size_t index);
-/* 1: obstacle `index` has keyframes or a mesh sequence; others never change their positions. */
+/* 1: obstacle `index` has keyframes or a mesh sequence, or is a rigid body; others never change
+ * their positions. 0 out of range and for null. */
 TULLE_API int tulle_scene_is_obstacle_moving(const tulle_scene *loaded, size_t index);
-/* 1: obstacle `index` is a rigid body. */
+/* 1: obstacle `index` is a rigid body. 0 out of range and for null. */
 TULLE_API int tulle_scene_is_obstacle_dynamic(const tulle_scene *loaded, size_t index);
 
 /* The whole scene as YAML text in SI units, with every default filled in. Numbers have the fewest
  * digits that read back to the same double, in every locale. The text loads again to the same scene
- * when it lies beside the scene file. */
+ * when it lies beside the scene file. Null for null. */
 TULLE_API const char *tulle_scene_get_canonical_text(const tulle_scene *loaded);
 /* Hash of the canonical text, all meshes and the contents of all mesh sequences. It leaves out the
- * number of frames, so a run may be made longer. */
+ * number of frames, so a run may be made longer. 0 for null. */
 TULLE_API uint64_t tulle_scene_get_hash(const tulle_scene *loaded);
 
 /* A world with all objects of a scene. Made by tulle_scene_build_world, released by
@@ -103,11 +108,12 @@ typedef struct tulle_scene_world {
 /* Makes a world of a scene into `*result`; does not start it. It runs on `threads` threads, 0: one
  * for each processor, and takes memory from `allocator`, null: malloc. Only one world at a time may
  * read the frames of a scene's mesh sequences. Errors name the place of the object in the scene
- * file, with the statuses of tulle_world_create and of what adds objects to a world. */
+ * file, with the statuses of tulle_world_create and of what adds objects to a world; null scenes
+ * and results are refused with TULLE_ERROR_INVALID_ARGUMENT. */
 TULLE_API tulle_status tulle_scene_build_world(tulle_scene *loaded, int threads,
                                                const tulle_allocator *allocator,
                                                tulle_scene_world *result, tulle_error *error);
-/* Destroys the world and releases the id arrays; zeroes the struct. */
+/* Destroys the world and releases the id arrays; zeroes the struct. Null is fine. */
 TULLE_API void tulle_scene_destroy_world(tulle_scene_world *built);
 
 #ifdef __cplusplus

@@ -43,11 +43,11 @@ typedef struct tulle_subdivision tulle_subdivision;
  * mesh.positions (give the rest shape of cloth, so that folds are no creases). Always sharp are
  * borders, edges of three or more triangles, and edges whose two triangles have opposite
  * orientation; always corners are vertices of three or more sharp edges, or in which several fans
- * meet. Vertices without triangles stay where they are. Errors: TULLE_ERROR_INVALID_ARGUMENT (a def
- * field out of range, a crease edge that no triangle has), TULLE_ERROR_INVALID_MESH (indices out of
- * range, coordinates not finite, a triangle that uses a vertex twice), TULLE_ERROR_LIMIT (result
- * over TULLE_SUBDIVISION_TRIANGLES_MAX triangles or 2^31 - 1 vertices), TULLE_ERROR_OUT_OF_MEMORY;
- * *subdivision is then null. */
+ * meet. Vertices without triangles stay where they are. Errors: TULLE_ERROR_INVALID_ARGUMENT (null,
+ * a def field out of range, a crease edge that no triangle has), TULLE_ERROR_INVALID_MESH (indices
+ * out of range, coordinates not finite, a triangle that uses a vertex twice), TULLE_ERROR_LIMIT
+ * (result over TULLE_SUBDIVISION_TRIANGLES_MAX triangles or 2^31 - 1 vertices),
+ * TULLE_ERROR_OUT_OF_MEMORY; *subdivision is then null. */
 TULLE_API tulle_status tulle_subdivision_create(tulle_mesh_view mesh,
                                                 const tulle_subdivision_def *def,
                                                 tulle_subdivision **subdivision,
@@ -55,26 +55,28 @@ TULLE_API tulle_status tulle_subdivision_create(tulle_mesh_view mesh,
 TULLE_API void tulle_subdivision_destroy(tulle_subdivision *subdivision); /* null is fine */
 
 /* Number of vertices of the result. The vertices of the mesh come first, under their own numbers.
- */
+ * 0 for null. */
 TULLE_API size_t tulle_subdivision_get_vertex_count(const tulle_subdivision *subdivision);
-/* Number of triangles of the result. */
+/* Number of triangles of the result; 0 for null. */
 TULLE_API size_t tulle_subdivision_get_triangle_count(const tulle_subdivision *subdivision);
 /* Triangles of the result: 3 * triangle_count vertex indices, oriented as those of the mesh; owned
- * by the operator. */
+ * by the operator. Null for null. */
 TULLE_API const uint32_t *tulle_subdivision_get_triangles(const tulle_subdivision *subdivision);
-/* The triangle of the mesh that a triangle of the result is a part of. */
+/* The triangle of the mesh that a triangle of the result is a part of; TULLE_NONE out of range and
+ * for null. */
 TULLE_API uint32_t tulle_subdivision_get_parent_triangle(const tulle_subdivision *subdivision,
                                                          uint32_t triangle);
 
 /* values: component_count (1 .. 16) doubles for each vertex of the mesh. They may be positions (3)
  * or anything else to be smoothed alike, such as texture coordinates and colours. result: as many
  * for each vertex of the subdivided mesh; must not overlap values. Every result is a sum of values
- * whose weights sum to one, with the same bits on every call. Errors: TULLE_ERROR_INVALID_ARGUMENT,
- * TULLE_ERROR_OUT_OF_MEMORY (scratch). */
+ * whose weights sum to one, with the same bits on every call. Errors: TULLE_ERROR_INVALID_ARGUMENT
+ * (null, component_count), TULLE_ERROR_OUT_OF_MEMORY (scratch). */
 TULLE_API tulle_status tulle_subdivision_apply(const tulle_subdivision *subdivision,
                                                const double *values, size_t component_count,
                                                double *result, tulle_error *error);
-/* The whole subdivided mesh for the given positions, 3 for each vertex of the mesh. */
+/* The whole subdivided mesh for the given positions, 3 for each vertex of the mesh; release it with
+ * tulle_mesh_destroy. Errors as of tulle_subdivision_apply. */
 TULLE_API tulle_status tulle_subdivision_make_mesh(const tulle_subdivision *subdivision,
                                                    const double *positions, tulle_mesh *mesh,
                                                    tulle_error *error);

@@ -310,6 +310,7 @@ void tulle_check_result_destroy(tulle_check_result *result) {
 int tulle_check_triangle_pair(const double *positions, const uint32_t first[3],
                               const uint32_t second[3], int is_one_body) {
     check_triangle triangles[2];
+    if (!positions || !first || !second) return 1;
     for (int k = 0; k < 6; k++) {
         uint32_t const vertex = k < 3 ? first[k] : second[k - 3];
         const double *const corner = positions + 3 * (size_t)vertex;

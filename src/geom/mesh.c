@@ -40,6 +40,7 @@ void tulle_mesh_destroy(tulle_mesh *mesh) {
 }
 
 tulle_mesh_view tulle_mesh_get_view(const tulle_mesh *mesh) {
+    if (!mesh) return (tulle_mesh_view){0};
     return (tulle_mesh_view){mesh->positions, mesh->vertex_count, mesh->triangles,
                              mesh->triangle_count};
 }
@@ -56,6 +57,7 @@ static mat3 rotation_of_quaternion(const double q[4]) {
 
 void tulle_mesh_transform(tulle_mesh *mesh, const double scale[3], const double rotation[4],
                           const double translation[3]) {
+    if (!mesh || !mesh->positions || !scale || !rotation || !translation) return;
     mat3 const matrix = rotation_of_quaternion(rotation);
     vec3 const shift = vec3_make(translation[0], translation[1], translation[2]);
     for (size_t v = 0; v < mesh->vertex_count; v++) {

@@ -55,8 +55,9 @@ bool mesh_find_duplicates(memory *heap, tulle_mesh_view mesh, uint32_t *original
 
 tulle_status tulle_mesh_drop_duplicates(tulle_mesh *mesh, uint32_t *lines,
                                         tulle_mesh_duplicates *duplicates, tulle_error *error) {
-    if (!mesh || !duplicates)
-        return error_set(error, TULLE_ERROR_INVALID_ARGUMENT, "mesh and result may not be null");
+    if (!mesh || !duplicates || (mesh->triangle_count > 0 && !mesh->triangles))
+        return error_set(error, TULLE_ERROR_INVALID_ARGUMENT,
+                         "mesh, its triangles and result may not be null");
     *duplicates = (tulle_mesh_duplicates){0};
     size_t const count = mesh->triangle_count;
     memory heap = memory_default();

@@ -289,6 +289,9 @@ static tulle_status check_manifold(check *c) {
 tulle_status mesh_validate(memory *heap, tulle_mesh_view mesh, tulle_mesh_role role,
                            tulle_mesh_lines lines, tulle_error *error) {
     check c = {.heap = heap, .mesh = mesh, .lines = lines, .error = error};
+    if ((int)role != TULLE_MESH_ROLE_CLOTH && (int)role != TULLE_MESH_ROLE_OBSTACLE)
+        return error_set(error, TULLE_ERROR_INVALID_ARGUMENT, "role %d is none of tulle_mesh_role",
+                         (int)role);
     if (mesh.triangle_count == 0)
         return error_set(error, TULLE_ERROR_INVALID_MESH,
                          "the mesh has no triangles (%zu vertices); at least one is needed",

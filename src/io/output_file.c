@@ -2,6 +2,7 @@
 #define _XOPEN_SOURCE 700
 #include "io/output_file.h"
 
+#include "base/error.h"
 #include "base/memory.h"
 #include "io/file_data.h"
 #include "io/text/number.h"
@@ -223,6 +224,8 @@ void output_discard(output_file *output) {
 
 tulle_status tulle_file_write(const char *path, const void *bytes, size_t byte_count,
                               tulle_error *error) {
+    if (!path || (byte_count > 0 && !bytes))
+        return error_set(error, TULLE_ERROR_INVALID_ARGUMENT, "path and bytes may not be null");
     output_file *output = NULL;
     tulle_status const status = output_open(path, &output, error);
     if (status) return status;

@@ -187,7 +187,9 @@ static tulle_status add_objects(const tulle_scene *loaded, tulle_scene_world *bu
 tulle_status tulle_scene_build_world(tulle_scene *loaded, int threads,
                                      const tulle_allocator *allocator, tulle_scene_world *result,
                                      tulle_error *error) {
-    *result = (tulle_scene_world){0};
+    if (result) *result = (tulle_scene_world){0};
+    if (!loaded || !result)
+        return error_set(error, TULLE_ERROR_INVALID_ARGUMENT, "scene and result may not be null");
     tulle_world_def def = make_world_def(loaded);
     def.threads = threads;
     if (allocator) def.allocator = *allocator;
@@ -199,6 +201,7 @@ tulle_status tulle_scene_build_world(tulle_scene *loaded, int threads,
 }
 
 void tulle_scene_destroy_world(tulle_scene_world *built) {
+    if (!built) return;
     memory heap = memory_default();
     tulle_world_destroy(built->world);
     memory_release(&heap, built->cloths, built->cloth_count * sizeof *built->cloths);

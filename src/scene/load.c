@@ -171,8 +171,14 @@ static bool load(const scene_work *work, const char *const *overrides, size_t ov
 
 tulle_status tulle_scene_load(const char *path, const char *const *overrides, size_t override_count,
                               tulle_scene **result, tulle_scene_problems *problems) {
-    *result = NULL;
+    if (result) *result = NULL;
+    if (!problems) return TULLE_ERROR_INVALID_ARGUMENT;
     memset(problems, 0, sizeof *problems);
+    bool has_all = path && result && (override_count == 0 || overrides);
+    for (size_t i = 0; has_all && i < override_count; i++) has_all = overrides[i] != NULL;
+    if (!has_all)
+        return problem_add(problems, TULLE_ERROR_INVALID_ARGUMENT, (scene_place){path, 0, 0},
+                           "the path, an override or the place of the scene is null");
     memory heap = memory_default();
     tulle_scene *loaded = memory_allocate_zeroed(&heap, 1, sizeof *loaded);
     if (!loaded) return problem_add_memory(problems, path);

@@ -161,19 +161,20 @@ void tulle_subdivision_destroy(tulle_subdivision *subdivision) {
 }
 
 size_t tulle_subdivision_get_vertex_count(const tulle_subdivision *subdivision) {
-    return subdivision->vertex_count;
+    return subdivision ? subdivision->vertex_count : 0;
 }
 
 size_t tulle_subdivision_get_triangle_count(const tulle_subdivision *subdivision) {
-    return subdivision->triangle_count;
+    return subdivision ? subdivision->triangle_count : 0;
 }
 
 const uint32_t *tulle_subdivision_get_triangles(const tulle_subdivision *subdivision) {
-    return subdivision->triangles;
+    return subdivision ? subdivision->triangles : NULL;
 }
 
 uint32_t tulle_subdivision_get_parent_triangle(const tulle_subdivision *subdivision,
                                                uint32_t triangle) {
+    if (!subdivision || triangle >= subdivision->triangle_count) return TULLE_NONE;
     return triangle >> (2 * subdivision->levels);
 }
 

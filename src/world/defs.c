@@ -232,6 +232,10 @@ static tulle_status check_contact_material(const char *name, const char *owner,
 static tulle_status check_pin(const tulle_cloth_def *def, size_t index, const char *owner,
                               tulle_error *error) {
     const tulle_pin *const pin = &def->pins[index];
+    if (pin->vertex_count > 0 && !pin->vertices)
+        return error_set(error, TULLE_ERROR_INVALID_ARGUMENT,
+                         "%s: pin %zu has %zu vertices, but their array is null", owner, index,
+                         pin->vertex_count);
     for (size_t i = 0; i < pin->vertex_count; i++) {
         if (pin->vertices[i] >= def->mesh.vertex_count) {
             return error_set(error, TULLE_ERROR_INVALID_ARGUMENT,
@@ -285,6 +289,9 @@ tulle_status cloth_def_check(const tulle_cloth_def *def, const char *owner, tull
     if (def->rest_positions) surface.rest.positions = def->rest_positions;
     if (status == TULLE_OK) status = check_grain(&surface, owner, error);
     if (status == TULLE_OK) status = check_contact_material(def->contact_material, owner, error);
+    if (status == TULLE_OK && def->pin_count > 0 && !def->pins)
+        status = error_set(error, TULLE_ERROR_INVALID_ARGUMENT,
+                           "%s: it has %zu pins, but their array is null", owner, def->pin_count);
     for (size_t i = 0; status == TULLE_OK && i < def->pin_count; i++) {
         status = check_pin(def, i, owner, error);
     }

@@ -42,6 +42,10 @@ static tulle_status validate_key(const tulle_motion *motion, size_t i, const cha
 }
 
 tulle_status motion_validate(const tulle_motion *motion, const char *owner, tulle_error *error) {
+    if (motion->key_count > 0 && !motion->keys)
+        return error_set(error, TULLE_ERROR_INVALID_ARGUMENT,
+                         "%s: its motion has %zu keyframes, but their array is null", owner,
+                         motion->key_count);
     for (size_t i = 0; i < motion->key_count; i++) {
         tulle_status const status = validate_key(motion, i, owner, error);
         if (status != TULLE_OK) return status;

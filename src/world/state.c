@@ -239,7 +239,7 @@ static tulle_status load_state(tulle_world *world, const void *bytes, size_t byt
                                tulle_error *error) {
     tulle_status status = TULLE_OK;
     state_header header;
-    if (!bytes || byte_count < sizeof header) {
+    if (byte_count < sizeof header) {
         return error_set(error, TULLE_ERROR_PARSE, "the saved state is damaged or cut off");
     }
     memcpy(&header, bytes, sizeof header);
@@ -297,6 +297,8 @@ static tulle_status load_state(tulle_world *world, const void *bytes, size_t byt
 
 tulle_status tulle_world_load_state(tulle_world *world, const void *bytes, size_t byte_count,
                                     tulle_error *error) {
+    if (!bytes)
+        return error_set(error, TULLE_ERROR_INVALID_ARGUMENT, "the bytes of the state are null");
     bool const was_started = world && world->is_started;
     tulle_status status = world_start(world, false, error);
     if (status != TULLE_OK) return status;

@@ -292,9 +292,9 @@ uint64_t tulle_world_get_step_count(const tulle_world *world) {
 
 void tulle_world_get_distances(const tulle_world *world, double *contact, double *separation,
                                double *minimum_gap) {
-    if (contact) *contact = world->contact_distance;
-    if (separation) *separation = world->separation_distance;
-    if (minimum_gap) *minimum_gap = world->minimum_gap;
+    if (contact) *contact = world ? world->contact_distance : 0.0;
+    if (separation) *separation = world ? world->separation_distance : 0.0;
+    if (minimum_gap) *minimum_gap = world ? world->minimum_gap : 0.0;
 }
 
 tulle_world_detection tulle_world_get_detection(const tulle_world *world) {

@@ -181,7 +181,10 @@ static tulle_status check_mesh(tulle_mesh_view mesh, mesh_format format, tulle_e
 
 static tulle_status write_mesh(const char *path, tulle_mesh_view mesh, bool is_flushed,
                                tulle_error *error) {
-    if (!path) return error_set(error, TULLE_ERROR_INVALID_ARGUMENT, "path may not be null");
+    if (!path || (mesh.vertex_count > 0 && !mesh.positions) ||
+        (mesh.triangle_count > 0 && !mesh.triangles))
+        return error_set(error, TULLE_ERROR_INVALID_ARGUMENT,
+                         "path and the arrays of the mesh may not be null");
     mesh_format const format = find_format(path);
     if (format == FORMAT_NONE)
         return error_set_at(error, TULLE_ERROR_UNSUPPORTED, path, 0, 0,

@@ -41,9 +41,12 @@ tulle_status run_writer_check_def(const tulle_run_def *def, tulle_error *error) 
     for (size_t i = 0; i < def->body_count; i++) {
         const tulle_run_body *const body = &def->bodies[i];
         if (!body->name || body->mesh.vertex_count < 1 || body->mesh.vertex_count > INT32_MAX ||
-            body->mesh.triangle_count > INT32_MAX)
+            body->mesh.triangle_count > INT32_MAX || !body->mesh.positions ||
+            (body->mesh.triangle_count > 0 && !body->mesh.triangles))
             return error_set(error, TULLE_ERROR_INVALID_ARGUMENT,
-                             "body %zu needs a name and a mesh of 1 to 2^31 - 1 vertices", i);
+                             "body %zu needs a name and a mesh of 1 to 2^31 - 1 vertices, with its "
+                             "arrays",
+                             i);
     }
     return TULLE_OK;
 }
@@ -212,6 +215,9 @@ static tulle_status clear_former(const char *directory, tulle_error *error) {
 
 static tulle_status check_existing(const char *directory, run_directory_kind kind,
                                    tulle_run_existing existing, tulle_error *error) {
+    if ((int)existing != TULLE_RUN_REFUSE && (int)existing != TULLE_RUN_REPLACE)
+        return error_set(error, TULLE_ERROR_INVALID_ARGUMENT,
+                         "existing is %d, which is none of tulle_run_existing", (int)existing);
     if (kind == RUN_DIRECTORY_OTHER)
         return error_set_at(error, TULLE_ERROR_INVALID_ARGUMENT, directory, 0, 0,
                             "holds files that are no run; choose a new or empty directory");

@@ -14,6 +14,7 @@ static const double NOTABLE_STRETCH = 1.15;
 static const double LEAST_STRETCH = 1.0001;
 
 void tulle_run_outcome_add(tulle_run_outcome *outcome, const tulle_step_report *report) {
+    if (!outcome || !report) return;
     outcome->steps++;
     if (report->cg_converged == 0) {
         outcome->unconverged_steps++;
@@ -36,6 +37,7 @@ void tulle_run_outcome_add(tulle_run_outcome *outcome, const tulle_step_report *
 
 void tulle_run_outcome_place(tulle_run_outcome *outcome, const tulle_stretch *stretch,
                              uint32_t body) {
+    if (!outcome || !stretch) return;
     outcome->has_stretch_place = 1;
     outcome->stretch_body = body;
     memcpy(outcome->stretch_vertices, stretch->vertices, sizeof outcome->stretch_vertices);
@@ -43,6 +45,7 @@ void tulle_run_outcome_place(tulle_run_outcome *outcome, const tulle_stretch *st
 }
 
 void tulle_run_set_outcome(tulle_run_writer *writer, const tulle_run_outcome *outcome) {
+    if (!writer || !outcome) return;
     writer->record.has_outcome = true;
     writer->record.outcome = *outcome;
 }
@@ -83,7 +86,9 @@ static void add_stretch(outcome_text *into, const tulle_run_outcome *outcome,
 void tulle_run_outcome_describe(const tulle_run_outcome *outcome, const char *body_name,
                                 const char *failure, char *text, size_t size) {
     outcome_text into = {.text = text, .size = size};
-    if (size > 0) text[0] = '\0';
+    if (!text || size == 0) return;
+    text[0] = '\0';
+    if (!outcome) return;
     unsigned long long const steps = outcome->steps;
     if (failure) {
         begin_line(&into);

@@ -110,7 +110,10 @@ static void write_polydata(output_file *output, tulle_mesh_view mesh, const doub
 
 static tulle_status write_vtp(const char *path, tulle_mesh_view mesh, const double *velocities,
                               bool is_flushed, tulle_error *error) {
-    if (!path) return error_set(error, TULLE_ERROR_INVALID_ARGUMENT, "path may not be null");
+    if (!path || (mesh.vertex_count > 0 && !mesh.positions) ||
+        (mesh.triangle_count > 0 && !mesh.triangles))
+        return error_set(error, TULLE_ERROR_INVALID_ARGUMENT,
+                         "path and the arrays of the mesh may not be null");
     for (size_t i = 0; i < 3 * mesh.triangle_count; i++)
         if (mesh.triangles[i] >= mesh.vertex_count)
             return error_set(error, TULLE_ERROR_INVALID_MESH,
@@ -150,7 +153,9 @@ static void write_escaped(output_file *output, const char *text) {
 
 static tulle_status write_pvd(const char *path, const char *const *files, const double *times,
                               size_t count, bool is_flushed, tulle_error *error) {
-    if (!path || (count > 0 && (!files || !times)))
+    bool has_all = path && (count == 0 || (files && times));
+    for (size_t i = 0; has_all && i < count; i++) has_all = files[i] != NULL;
+    if (!has_all)
         return error_set(error, TULLE_ERROR_INVALID_ARGUMENT,
                          "path, files and times may not be null");
     output_file *output = NULL;

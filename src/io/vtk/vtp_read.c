@@ -189,6 +189,8 @@ tulle_status vtp_read_memory(const char *path, const char *bytes, size_t byte_co
 
 tulle_status tulle_vtp_read(const char *path, tulle_mesh *mesh, tulle_vtp_passed_over *passed_over,
                             tulle_error *error) {
+    if (!path || !mesh)
+        return error_set(error, TULLE_ERROR_INVALID_ARGUMENT, "path and mesh may not be null");
     memory heap = memory_default();
     file_data data;
     tulle_status status = file_load(&heap, path, 0, &data, error);

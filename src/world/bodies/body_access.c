@@ -53,6 +53,8 @@ tulle_status tulle_obstacle_get_transform(const tulle_world *world, tulle_obstac
 tulle_status tulle_obstacle_add_impulse(tulle_world *world, tulle_obstacle_id id,
                                         const double point[3], const double impulse[3],
                                         tulle_error *error) {
+    if (!point || !impulse)
+        return error_set(error, TULLE_ERROR_INVALID_ARGUMENT, "the point or the impulse is null");
     uint32_t const body = find_body_number(world, id, error);
     if (body == TULLE_NONE) return TULLE_ERROR_INVALID_ARGUMENT;
     const surface_range *const range = &world->surfaces[world->cloths.count + id.index];

@@ -1,0 +1,646 @@
+/* Arguments of the public functions of tulle/world.h, against a world that has started, with a
+ * cloth, an obstacle and a rigid body, and against one that has not. */
+#include "api/arguments.h"
+#include "support/small_world.h"
+
+static const double STEP = 1.0 / 60.0;
+
+static tulle_mesh sheet, plate, box;
+static tulle_world *started, *fresh;
+static tulle_cloth_id cloth;
+static tulle_obstacle_id obstacle, body;
+
+static tulle_cloth_def make_cloth_def(void) {
+    tulle_cloth_def def = tulle_cloth_def_default();
+    def.mesh = tulle_mesh_get_view(&sheet);
+    return def;
+}
+
+static tulle_obstacle_def make_obstacle_def(void) {
+    tulle_obstacle_def def = tulle_obstacle_def_default();
+    def.mesh = tulle_mesh_get_view(&plate);
+    return def;
+}
+
+static tulle_world *make_world(void) {
+    tulle_world_def def = tulle_world_def_default();
+    def.threads = 1;
+    tulle_world *world = NULL;
+    FINE(tulle_world_create(&def, &world, &error));
+    cloth = small_add_cloth(world, &sheet);
+    obstacle = small_add_obstacle(world, &plate);
+    tulle_obstacle_def dynamic = make_obstacle_def();
+    dynamic.mesh = tulle_mesh_get_view(&box);
+    dynamic.body = (tulle_body){.is_dynamic = 1, .density = 300.0};
+    FINE(tulle_world_add_obstacle(world, &dynamic, &body, &error));
+    return world;
+}
+
+static int set_up(void **unused) {
+    (void)unused;
+    tulle_shape_def shape = tulle_shape_def_default(TULLE_SHAPE_BOX);
+    sheet = small_sheet(0.3, 4, 0.1);
+    plate = small_shape(shape, 0.0, 0.0, -0.6);
+    shape.size[0] = shape.size[1] = shape.size[2] = 0.2;
+    box = small_shape(shape, 2.0, 0.0, 0.0);
+    started = make_world();
+    fresh = make_world();
+    FINE(tulle_world_step(started, STEP, NULL, &error));
+    return 0;
+}
+
+/* Nothing that was refused has changed the worlds. */
+static int tear_down(void **unused) {
+    (void)unused;
+    tulle_world *const other = make_world();
+    FINE(tulle_world_step(fresh, STEP, NULL, &error));
+    FINE(tulle_world_step(other, STEP, NULL, &error));
+    assert_true(tulle_world_get_state_hash(fresh) == tulle_world_get_state_hash(other));
+    assert_true(tulle_world_get_state_hash(started) == tulle_world_get_state_hash(other));
+    tulle_world_destroy(started);
+    tulle_world_destroy(fresh);
+    tulle_world_destroy(other);
+    tulle_mesh_destroy(&sheet);
+    tulle_mesh_destroy(&plate);
+    tulle_mesh_destroy(&box);
+    return 0;
+}
+
+static const tulle_cloth_id bad_cloths[] = {{0, 0}, {0, 2}, {1, 1}, {UINT32_MAX, 1}};
+static const tulle_obstacle_id bad_obstacles[] = {{0, 0}, {0, 2}, {2, 1}, {UINT32_MAX, 1}};
+
+ARGUMENTS_OF(tulle_world_def_default) {
+    (void)unused;
+    assert_true(tulle_world_def_default().cookie != 0);
+}
+ARGUMENTS_OF(tulle_cloth_def_default) {
+    (void)unused;
+    assert_true(tulle_cloth_def_default().cookie != 0);
+}
+ARGUMENTS_OF(tulle_obstacle_def_default) {
+    (void)unused;
+    assert_true(tulle_obstacle_def_default().cookie != 0);
+}
+
+ARGUMENTS_OF(tulle_material_preset) {
+    (void)unused;
+    tulle_material material;
+    assert_int_equal(tulle_material_preset(NULL, &material), TULLE_ERROR_INVALID_ARGUMENT);
+    assert_int_equal(tulle_material_preset("cotton", NULL), TULLE_ERROR_INVALID_ARGUMENT);
+    assert_int_equal(tulle_material_preset("", &material), TULLE_ERROR_INVALID_ARGUMENT);
+    assert_int_equal(tulle_material_preset("cotton", &material), TULLE_OK);
+}
+ARGUMENTS_OF(tulle_material_preset_name) {
+    (void)unused;
+    assert_null(tulle_material_preset_name(1000));
+    assert_null(tulle_material_preset_name(SIZE_MAX));
+}
+ARGUMENTS_OF(tulle_material_preset_source) {
+    (void)unused;
+    assert_null(tulle_material_preset_source(1000));
+    assert_null(tulle_material_preset_source(SIZE_MAX));
+}
+
+static void refuse_world_def(const tulle_world_def *def) {
+    tulle_world *world = NULL;
+    REFUSED(tulle_world_create(def, &world, &error));
+    assert_null(world);
+}
+
+ARGUMENTS_OF(tulle_world_create) {
+    (void)unused;
+    tulle_world_def def = tulle_world_def_default();
+    refuse_world_def(NULL);
+    REFUSED(tulle_world_create(&def, NULL, &error));
+    double *const numbers[] = {
+        &def.gravity[0],          &def.gravity[2],          &def.wind.velocity[1],
+        &def.wind.gust_length,    &def.wind.gust_strength,  &def.wind.gust_time,
+        &def.contact_distance,    &def.separation_distance, &def.wind.drag_coefficient,
+        &def.minimum_gap,         &def.detection.max_angle, &def.cg_tolerance,
+        &def.friction_cloth_cloth};
+    for (size_t n = 0; n < sizeof numbers / sizeof numbers[0]; n++)
+        for (int i = 0; i < NO_NUMBER_COUNT; i++) {
+            def = tulle_world_def_default();
+            *numbers[n] = no_numbers[i];
+            refuse_world_def(&def);
+        }
+    def = tulle_world_def_default();
+    def.dynamic_friction_cloth_cloth = (double)NAN;
+    refuse_world_def(&def);
+    int *const counts[] = {&def.cg_max_iterations, &def.solve_rounds,   &def.impulse_sweeps,
+                           &def.impact_rounds,     &def.untangle_limit, &def.threads};
+    for (int i = 0; i < NO_CHOICE_COUNT; i++) {
+        for (size_t n = 0; n < sizeof counts / sizeof counts[0]; n++) {
+            def = tulle_world_def_default();
+            *counts[n] = i == 1 ? 1 << 28 : no_choices[i];
+            refuse_world_def(&def);
+        }
+        for (int choice = 0; choice < 7; choice++) {
+            def = tulle_world_def_default();
+            void *const places[7] = {
+                &def.integrator,   &def.detection.method,    &def.detection.cone, &def.response,
+                &def.motion_space, &def.start_intersections, &def.on_pinch};
+            memcpy(places[choice], &no_choices[i], sizeof no_choices[i]);
+            refuse_world_def(&def);
+        }
+    }
+}
+
+ARGUMENTS_OF(tulle_world_destroy) {
+    (void)unused;
+    tulle_world_destroy(NULL);
+}
+
+static void refuse_cloth_def(const tulle_cloth_def *def) {
+    REFUSED(tulle_world_add_cloth(fresh, def, NULL, &error));
+}
+
+ARGUMENTS_OF(tulle_world_add_cloth) {
+    (void)unused;
+    tulle_cloth_def def = make_cloth_def();
+    tulle_cloth_id id;
+    REFUSED(tulle_world_add_cloth(NULL, &def, &id, &error));
+    REFUSED(tulle_world_add_cloth(started, &def, &id, &error));
+    refuse_cloth_def(NULL);
+    def.mesh.positions = NULL;
+    refuse_cloth_def(&def);
+    def = make_cloth_def();
+    def.mesh.triangles = NULL;
+    refuse_cloth_def(&def);
+    def = make_cloth_def();
+    def.pin_count = 1;
+    refuse_cloth_def(&def);
+    uint32_t const vertices[2] = {0, UINT32_MAX};
+    tulle_keyframe const nowhere = {0.0, {0, (double)NAN, 0}, {1, 0, 0, 0}};
+    tulle_motion const bad_motions[] = {
+        {NULL, 1, {0, 0, 0}, 0}, {&nowhere, 1, {0, 0, 0}, 0}, {NULL, 0, {0, (double)NAN, 0}, 0}};
+    tulle_pin const bad_pins[] = {{NULL, 1, {0}, 1.0},
+                                  {vertices, 2, {0}, 1.0},
+                                  {vertices, 1, {0}, (double)NAN},
+                                  {vertices, 1, bad_motions[0], 1.0},
+                                  {vertices, 1, bad_motions[1], 1.0},
+                                  {vertices, 1, bad_motions[2], 1.0}};
+    for (size_t i = 0; i < sizeof bad_pins / sizeof bad_pins[0]; i++) {
+        def.pins = &bad_pins[i];
+        refuse_cloth_def(&def);
+    }
+    tulle_material *const m = &def.material;
+    double *const numbers[] = {&m->area_density,      &m->stretch_stiffness, &m->bend_stiffness,
+                               &m->stretch_damping,   &m->bend_damping,      &m->air_damping,
+                               &m->friction,          &m->restitution,       &m->friction_across,
+                               &m->stiffening_strain, &def.thickness,        &def.velocity[2],
+                               &def.grain[1]};
+    for (size_t n = 0; n < sizeof numbers / sizeof numbers[0]; n++)
+        for (int i = 0; i < NO_NUMBER_COUNT; i++) {
+            def = make_cloth_def();
+            *numbers[n] = no_numbers[i];
+            refuse_cloth_def(&def);
+        }
+    double values[48] = {0};
+    values[47] = (double)NAN;
+    def = make_cloth_def();
+    def.velocities = values;
+    refuse_cloth_def(&def);
+    def = make_cloth_def();
+    def.contact_material = "";
+    refuse_cloth_def(&def);
+}
+
+static void refuse_obstacle_def(const tulle_obstacle_def *def) {
+    REFUSED(tulle_world_add_obstacle(fresh, def, NULL, &error));
+}
+
+static tulle_status read_nothing(void *context, uint32_t frame, double *positions,
+                                 tulle_error *to) {
+    (void)context, (void)frame, (void)positions, (void)to;
+    return TULLE_OK;
+}
+
+ARGUMENTS_OF(tulle_world_add_obstacle) {
+    (void)unused;
+    tulle_obstacle_def def = make_obstacle_def();
+    tulle_obstacle_id id;
+    REFUSED(tulle_world_add_obstacle(NULL, &def, &id, &error));
+    REFUSED(tulle_world_add_obstacle(started, &def, &id, &error));
+    refuse_obstacle_def(NULL);
+    def.mesh.positions = NULL;
+    refuse_obstacle_def(&def);
+    def = make_obstacle_def();
+    def.mesh.triangles = NULL;
+    refuse_obstacle_def(&def);
+    def = make_obstacle_def();
+    def.motion.key_count = 1;
+    refuse_obstacle_def(&def);
+    tulle_body *const b = &def.body;
+    double *const numbers[] = {&def.friction,      &def.restitution,    &def.friction_across,
+                               &def.grain[0],      &def.frame_interval, &def.frame_start_time,
+                               &b->density,        &b->velocity[0],     &b->angular_velocity[1],
+                               &b->linear_damping, &b->angular_damping, &b->sleep_speed,
+                               &b->sleep_time};
+    for (size_t n = 0; n < sizeof numbers / sizeof numbers[0]; n++)
+        for (int i = 0; i < NO_NUMBER_COUNT; i++) {
+            def = make_obstacle_def();
+            if (n == 4 || n == 5) {
+                def.read_frame = read_nothing;
+                def.frame_count = 2;
+            } else {
+                def.body = (tulle_body){.is_dynamic = 1, .density = 1.0};
+            }
+            *numbers[n] = no_numbers[i];
+            refuse_obstacle_def(&def);
+        }
+    double *const times[] = {&def.appear_time, &def.disappear_time, &def.body.start_time,
+                             &def.dynamic_friction};
+    for (size_t n = 0; n < sizeof times / sizeof times[0]; n++) {
+        def = make_obstacle_def();
+        def.body = (tulle_body){.is_dynamic = 1, .density = 1.0};
+        *times[n] = (double)NAN;
+        refuse_obstacle_def(&def);
+    }
+    def = make_obstacle_def();
+    def.read_frame = read_nothing; /* without frames */
+    refuse_obstacle_def(&def);
+}
+
+/* A law of `fresh` that is good, and what is wrong with a law. */
+static const tulle_contact_law good_law = {0.5, 0.4, 0.1};
+static const tulle_contact_law bad_laws[] = {{(double)NAN, -1, 0},      {-1, -1, 0},
+                                             {(double)INFINITY, -1, 0}, {0.5, (double)NAN, 0},
+                                             {0.5, 0.4, (double)NAN},   {0.5, 0.4, 2}};
+enum { BAD_LAW_COUNT = sizeof bad_laws / sizeof bad_laws[0] };
+
+ARGUMENTS_OF(tulle_world_set_cloth_cloth_law) {
+    (void)unused;
+    REFUSED(tulle_world_set_cloth_cloth_law(NULL, cloth, cloth, &good_law, &error));
+    REFUSED(tulle_world_set_cloth_cloth_law(fresh, cloth, cloth, &good_law, &error));
+    for (int i = 0; i < 4; i++) {
+        REFUSED(tulle_world_set_cloth_cloth_law(fresh, cloth, bad_cloths[i], &good_law, &error));
+        REFUSED(tulle_world_set_cloth_cloth_law(fresh, bad_cloths[i], cloth, NULL, &error));
+    }
+}
+
+ARGUMENTS_OF(tulle_world_set_cloth_obstacle_law) {
+    (void)unused;
+    tulle_world *const w = fresh;
+    REFUSED(tulle_world_set_cloth_obstacle_law(NULL, cloth, obstacle, &good_law, &error));
+    REFUSED(tulle_world_set_cloth_obstacle_law(w, cloth, obstacle, NULL, &error));
+    REFUSED(tulle_world_set_cloth_obstacle_law(started, cloth, obstacle, &good_law, &error));
+    for (int i = 0; i < 4; i++) {
+        REFUSED(tulle_world_set_cloth_obstacle_law(w, bad_cloths[i], obstacle, &good_law, &error));
+        REFUSED(tulle_world_set_cloth_obstacle_law(w, cloth, bad_obstacles[i], &good_law, &error));
+    }
+    for (int i = 0; i < BAD_LAW_COUNT; i++)
+        REFUSED(tulle_world_set_cloth_obstacle_law(w, cloth, obstacle, &bad_laws[i], &error));
+}
+
+ARGUMENTS_OF(tulle_world_set_obstacle_obstacle_law) {
+    (void)unused;
+    REFUSED(tulle_world_set_obstacle_obstacle_law(NULL, obstacle, body, &good_law, &error));
+    REFUSED(tulle_world_set_obstacle_obstacle_law(fresh, obstacle, body, NULL, &error));
+    REFUSED(tulle_world_set_obstacle_obstacle_law(fresh, body, body, &good_law, &error));
+    for (int i = 0; i < 4; i++) {
+        tulle_obstacle_id const bad = bad_obstacles[i];
+        REFUSED(tulle_world_set_obstacle_obstacle_law(fresh, body, bad, &good_law, &error));
+        REFUSED(tulle_world_set_obstacle_obstacle_law(fresh, bad, body, &good_law, &error));
+    }
+}
+
+ARGUMENTS_OF(tulle_world_set_material_law) {
+    (void)unused;
+    REFUSED(tulle_world_set_material_law(NULL, "silk", "wool", &good_law, &error));
+    REFUSED(tulle_world_set_material_law(fresh, NULL, "wool", &good_law, &error));
+    REFUSED(tulle_world_set_material_law(fresh, "silk", NULL, &good_law, &error));
+    REFUSED(tulle_world_set_material_law(fresh, "silk", "wool", NULL, &error));
+    REFUSED(tulle_world_set_material_law(fresh, "silk", "", &good_law, &error));
+    for (int i = 0; i < BAD_LAW_COUNT; i++)
+        REFUSED(tulle_world_set_material_law(fresh, "silk", "wool", &bad_laws[i], &error));
+}
+
+ARGUMENTS_OF(tulle_world_start) {
+    (void)unused;
+    REFUSED(tulle_world_start(NULL, &error));
+    FINE(tulle_world_start(started, NULL));
+}
+
+ARGUMENTS_OF(tulle_world_set_stop_request) {
+    (void)unused;
+    tulle_world_set_stop_request(NULL, NULL, NULL);
+    tulle_world_set_stop_request(started, NULL, &error);
+}
+
+ARGUMENTS_OF(tulle_world_get_intersections) {
+    (void)unused;
+    size_t count = 7;
+    assert_null(tulle_world_get_intersections(NULL, &count));
+    assert_int_equal(count, 0);
+    assert_null(tulle_world_get_intersections(NULL, NULL));
+    (void)tulle_world_get_intersections(started, NULL);
+}
+
+ARGUMENTS_OF(tulle_world_get_overlaps) {
+    (void)unused;
+    size_t count = 7;
+    assert_null(tulle_world_get_overlaps(NULL, &count));
+    assert_int_equal(count, 0);
+    assert_null(tulle_world_get_overlaps(started, NULL));
+}
+
+ARGUMENTS_OF(tulle_world_get_untangle_report) {
+    (void)unused;
+    assert_int_equal(tulle_world_get_untangle_report(NULL).rounds, 0);
+}
+
+ARGUMENTS_OF(tulle_stage_name) {
+    (void)unused;
+    for (int i = 0; i < NO_CHOICE_COUNT; i++) assert_null(tulle_stage_name(no_choices[i]));
+    assert_null(tulle_stage_name(TULLE_STAGE_COUNT));
+}
+
+ARGUMENTS_OF(tulle_world_step) {
+    (void)unused;
+    tulle_step_report report;
+    REFUSED(tulle_world_step(NULL, STEP, &report, &error));
+    for (int i = 0; i < NO_NUMBER_COUNT; i++)
+        REFUSED(tulle_world_step(started, no_numbers[i], &report, &error));
+    double const steps[] = {0.0, -0.0, -STEP, 1.5};
+    for (int i = 0; i < 4; i++) REFUSED(tulle_world_step(started, steps[i], NULL, &error));
+    tulle_world *const other = make_world();
+    assert_int_equal(tulle_world_step(other, STEP, NULL, NULL), TULLE_OK);
+    tulle_world_destroy(other);
+}
+
+ARGUMENTS_OF(tulle_world_get_step_progress) {
+    (void)unused;
+    assert_int_equal(tulle_world_get_step_progress(NULL).is_under_way, 0);
+}
+ARGUMENTS_OF(tulle_world_get_time) {
+    (void)unused;
+    assert_true(tulle_world_get_time(NULL) == 0.0);
+}
+ARGUMENTS_OF(tulle_world_get_step_count) {
+    (void)unused;
+    assert_int_equal(tulle_world_get_step_count(NULL), 0);
+}
+
+ARGUMENTS_OF(tulle_world_get_distances) {
+    (void)unused;
+    double values[3] = {1, 1, 1};
+    tulle_world_get_distances(NULL, NULL, NULL, NULL);
+    tulle_world_get_distances(started, NULL, NULL, NULL);
+    tulle_world_get_distances(NULL, &values[0], &values[1], &values[2]);
+    for (int i = 0; i < 3; i++) assert_true(values[i] == 0.0);
+}
+
+ARGUMENTS_OF(tulle_world_get_detection) {
+    (void)unused;
+    assert_true(tulle_world_get_detection(NULL).max_angle ==
+                tulle_world_def_default().detection.max_angle);
+}
+
+ARGUMENTS_OF(tulle_world_get_response) {
+    (void)unused;
+    tulle_motion_space space;
+    assert_int_equal(tulle_world_get_response(NULL, &space), tulle_world_def_default().response);
+    assert_int_equal(space, tulle_world_def_default().motion_space);
+    (void)tulle_world_get_response(NULL, NULL);
+    (void)tulle_world_get_response(started, NULL);
+}
+
+ARGUMENTS_OF(tulle_world_last_message) {
+    (void)unused;
+    assert_string_equal(tulle_world_last_message(NULL), "");
+}
+
+typedef const double *(*cloth_reader)(const tulle_world *, tulle_cloth_id, size_t *);
+typedef const double *(*obstacle_reader)(const tulle_world *, tulle_obstacle_id, size_t *);
+
+static void check_cloth_reader(cloth_reader get) {
+    size_t count = 7;
+    assert_null(get(NULL, cloth, &count));
+    assert_int_equal(count, 0);
+    assert_non_null(get(started, cloth, NULL));
+    for (int i = 0; i < 4; i++) {
+        count = 7;
+        assert_null(get(started, bad_cloths[i], &count));
+        assert_int_equal(count, 0);
+        assert_null(get(fresh, bad_cloths[i], NULL));
+    }
+}
+
+static void check_obstacle_reader(obstacle_reader get) {
+    size_t count = 7;
+    assert_null(get(NULL, obstacle, &count));
+    assert_int_equal(count, 0);
+    assert_non_null(get(started, obstacle, NULL));
+    for (int i = 0; i < 4; i++) {
+        count = 7;
+        assert_null(get(started, bad_obstacles[i], &count));
+        assert_int_equal(count, 0);
+        assert_null(get(fresh, bad_obstacles[i], NULL));
+    }
+}
+
+ARGUMENTS_OF(tulle_cloth_get_positions) {
+    (void)unused;
+    check_cloth_reader(tulle_cloth_get_positions);
+}
+ARGUMENTS_OF(tulle_cloth_get_velocities) {
+    (void)unused;
+    check_cloth_reader(tulle_cloth_get_velocities);
+}
+ARGUMENTS_OF(tulle_obstacle_get_positions) {
+    (void)unused;
+    check_obstacle_reader(tulle_obstacle_get_positions);
+}
+ARGUMENTS_OF(tulle_obstacle_get_velocities) {
+    (void)unused;
+    check_obstacle_reader(tulle_obstacle_get_velocities);
+}
+
+ARGUMENTS_OF(tulle_obstacle_is_present) {
+    (void)unused;
+    assert_int_equal(tulle_obstacle_is_present(NULL, obstacle), 0);
+    for (int i = 0; i < 4; i++)
+        assert_int_equal(tulle_obstacle_is_present(started, bad_obstacles[i]), 0);
+}
+ARGUMENTS_OF(tulle_obstacle_is_asleep) {
+    (void)unused;
+    assert_int_equal(tulle_obstacle_is_asleep(NULL, body), 0);
+    assert_int_equal(tulle_obstacle_is_asleep(fresh, body), 0);
+    for (int i = 0; i < 4; i++)
+        assert_int_equal(tulle_obstacle_is_asleep(started, bad_obstacles[i]), 0);
+}
+
+ARGUMENTS_OF(tulle_obstacle_get_transform) {
+    (void)unused;
+    tulle_transform transform;
+    REFUSED(tulle_obstacle_get_transform(NULL, body, &transform, &error));
+    REFUSED(tulle_obstacle_get_transform(started, body, NULL, &error));
+    REFUSED(tulle_obstacle_get_transform(started, obstacle, &transform, &error));
+    REFUSED(tulle_obstacle_get_transform(fresh, body, &transform, &error));
+    for (int i = 0; i < 4; i++)
+        REFUSED(tulle_obstacle_get_transform(started, bad_obstacles[i], &transform, &error));
+}
+
+ARGUMENTS_OF(tulle_obstacle_add_impulse) {
+    (void)unused;
+    double const zero[3] = {0, 0, 0};
+    REFUSED(tulle_obstacle_add_impulse(NULL, body, zero, zero, &error));
+    REFUSED(tulle_obstacle_add_impulse(started, body, NULL, zero, &error));
+    REFUSED(tulle_obstacle_add_impulse(started, body, zero, NULL, &error));
+    REFUSED(tulle_obstacle_add_impulse(fresh, body, zero, zero, &error));
+    for (int i = 0; i < 3; i++) {
+        double const bad[3] = {0, no_numbers[i], 0};
+        REFUSED(tulle_obstacle_add_impulse(started, body, bad, zero, &error));
+        REFUSED(tulle_obstacle_add_impulse(started, body, zero, bad, &error));
+    }
+    for (int i = 0; i < 4; i++)
+        REFUSED(tulle_obstacle_add_impulse(started, bad_obstacles[i], zero, zero, &error));
+}
+
+ARGUMENTS_OF(tulle_obstacle_get_contact_impulse) {
+    (void)unused;
+    double a[3], b[3];
+    REFUSED(tulle_obstacle_get_contact_impulse(NULL, body, a, b, &error));
+    REFUSED(tulle_obstacle_get_contact_impulse(started, body, NULL, b, &error));
+    REFUSED(tulle_obstacle_get_contact_impulse(started, body, a, NULL, &error));
+    for (int i = 0; i < 4; i++)
+        REFUSED(tulle_obstacle_get_contact_impulse(started, bad_obstacles[i], a, b, &error));
+}
+
+ARGUMENTS_OF(tulle_obstacle_wake) {
+    (void)unused;
+    REFUSED(tulle_obstacle_wake(NULL, body, &error));
+    for (int i = 0; i < 4; i++) REFUSED(tulle_obstacle_wake(started, bad_obstacles[i], &error));
+}
+
+ARGUMENTS_OF(tulle_world_get_contacts) {
+    (void)unused;
+    const tulle_contact *contacts;
+    size_t count;
+    REFUSED(tulle_world_get_contacts(NULL, &contacts, &count, &error));
+    REFUSED(tulle_world_get_contacts(started, NULL, &count, &error));
+    REFUSED(tulle_world_get_contacts(started, &contacts, NULL, &error));
+}
+
+ARGUMENTS_OF(tulle_world_find_largest_stretch) {
+    (void)unused;
+    assert_true(tulle_world_find_largest_stretch(NULL).stretch == 0.0);
+}
+
+ARGUMENTS_OF(tulle_cloth_get_patches) {
+    (void)unused;
+    tulle_patch_options const good = {0};
+    uint32_t labels[32];
+    size_t count = 0;
+    assert_true(sheet.triangle_count <= 32);
+    REFUSED(tulle_cloth_get_patches(NULL, cloth, &good, labels, &count, &error));
+    REFUSED(tulle_cloth_get_patches(started, cloth, NULL, labels, &count, &error));
+    REFUSED(tulle_cloth_get_patches(started, cloth, &good, NULL, &count, &error));
+    REFUSED(tulle_cloth_get_patches(started, cloth, &good, labels, NULL, &error));
+    REFUSED(tulle_cloth_get_patches(fresh, cloth, &good, labels, &count, &error));
+    for (int i = 0; i < 4; i++)
+        REFUSED(tulle_cloth_get_patches(started, bad_cloths[i], &good, labels, &count, &error));
+    for (int i = 0; i < NO_NUMBER_COUNT; i++) {
+        tulle_patch_options const steps = {no_numbers[i], 0.0, 0}, angles = {0.0, no_numbers[i], 0};
+        REFUSED(tulle_cloth_get_patches(started, cloth, &steps, labels, &count, &error));
+        REFUSED(tulle_cloth_get_patches(started, cloth, &angles, labels, &count, &error));
+    }
+    FINE(tulle_cloth_get_patches(started, cloth, &good, labels, &count, NULL));
+}
+
+ARGUMENTS_OF(tulle_world_get_state_hash) {
+    (void)unused;
+    assert_true(tulle_world_get_state_hash(NULL) == tulle_world_get_state_hash(fresh));
+}
+
+ARGUMENTS_OF(tulle_world_save_state) {
+    (void)unused;
+    void *bytes = NULL;
+    size_t count = 0;
+    REFUSED(tulle_world_save_state(NULL, &bytes, &count, &error));
+    REFUSED(tulle_world_save_state(started, NULL, &count, &error));
+    REFUSED(tulle_world_save_state(started, &bytes, NULL, &error));
+    REFUSED(tulle_world_save_state(fresh, &bytes, &count, &error));
+    assert_null(bytes);
+}
+
+ARGUMENTS_OF(tulle_world_free_state) {
+    (void)unused;
+    tulle_world_free_state(NULL, NULL, 0);
+    tulle_world_free_state(NULL, &error, 1);
+    tulle_world_free_state(started, NULL, SIZE_MAX);
+}
+
+ARGUMENTS_OF(tulle_world_load_state) {
+    (void)unused;
+    void *bytes = NULL;
+    size_t count = 0;
+    FINE(tulle_world_save_state(started, &bytes, &count, &error));
+    REFUSED(tulle_world_load_state(NULL, bytes, count, &error));
+    REFUSED_WITH(TULLE_ERROR_PARSE, tulle_world_load_state(started, bytes, 0, &error));
+    REFUSED(tulle_world_load_state(started, NULL, count, &error));
+    REFUSED(tulle_world_load_state(started, NULL, 0, &error));
+    FINE(tulle_world_load_state(started, bytes, count, NULL));
+    tulle_world_free_state(started, bytes, count);
+}
+
+static const struct CMUnitTest table[] = {
+    TABLE_LINE(tulle_world_def_default),
+    TABLE_LINE(tulle_material_preset),
+    TABLE_LINE(tulle_material_preset_name),
+    TABLE_LINE(tulle_material_preset_source),
+    TABLE_LINE(tulle_cloth_def_default),
+    TABLE_LINE(tulle_obstacle_def_default),
+    TABLE_LINE(tulle_world_create),
+    TABLE_LINE(tulle_world_destroy),
+    TABLE_LINE(tulle_world_add_cloth),
+    TABLE_LINE(tulle_world_add_obstacle),
+    TABLE_LINE(tulle_world_set_cloth_cloth_law),
+    TABLE_LINE(tulle_world_set_cloth_obstacle_law),
+    TABLE_LINE(tulle_world_set_obstacle_obstacle_law),
+    TABLE_LINE(tulle_world_set_material_law),
+    TABLE_LINE(tulle_world_start),
+    TABLE_LINE(tulle_world_set_stop_request),
+    TABLE_LINE(tulle_world_get_intersections),
+    TABLE_LINE(tulle_world_get_overlaps),
+    TABLE_LINE(tulle_world_get_untangle_report),
+    TABLE_LINE(tulle_stage_name),
+    TABLE_LINE(tulle_world_step),
+    TABLE_LINE(tulle_world_get_step_progress),
+    TABLE_LINE(tulle_world_get_time),
+    TABLE_LINE(tulle_world_get_step_count),
+    TABLE_LINE(tulle_world_get_distances),
+    TABLE_LINE(tulle_world_get_detection),
+    TABLE_LINE(tulle_world_get_response),
+    TABLE_LINE(tulle_world_last_message),
+    TABLE_LINE(tulle_cloth_get_positions),
+    TABLE_LINE(tulle_cloth_get_velocities),
+    TABLE_LINE(tulle_obstacle_get_positions),
+    TABLE_LINE(tulle_obstacle_get_velocities),
+    TABLE_LINE(tulle_obstacle_is_present),
+    TABLE_LINE(tulle_obstacle_get_transform),
+    TABLE_LINE(tulle_obstacle_add_impulse),
+    TABLE_LINE(tulle_obstacle_get_contact_impulse),
+    TABLE_LINE(tulle_obstacle_is_asleep),
+    TABLE_LINE(tulle_obstacle_wake),
+    TABLE_LINE(tulle_world_get_contacts),
+    TABLE_LINE(tulle_world_find_largest_stretch),
+    TABLE_LINE(tulle_cloth_get_patches),
+    TABLE_LINE(tulle_world_get_state_hash),
+    TABLE_LINE(tulle_world_save_state),
+    TABLE_LINE(tulle_world_free_state),
+    TABLE_LINE(tulle_world_load_state),
+};
+
+static void every_function_has_its_test(void **unused) {
+    (void)unused;
+    static const char *const headers[] = {"tulle/world.h"};
+    expect_complete(headers, 1, table, sizeof table / sizeof table[0]);
+}
+
+int main(void) {
+    const struct CMUnitTest others[] = {cmocka_unit_test(every_function_has_its_test)};
+    int const failed = cmocka_run_group_tests(table, set_up, tear_down);
+    return cmocka_run_group_tests(others, NULL, NULL) + failed;
+}
