@@ -12,33 +12,42 @@
 #include <stdio.h>
 #include <string.h>
 
-static int wants_plot, wants_json;
-static const char *output_path;
-static option_list overrides;
+static const char command_name[] = "info";
 
-static const option_spec options[] = {
-    {"plot", 0, OPTION_FLAG, &wants_plot, NULL,
-     "draws the step times, contacts, gaps, energies and solves of a run", 0, 0, NULL},
-    {"output", 'o', OPTION_TEXT, &output_path, "FILE",
-     "the plot, .svg, .png or .pdf (default: plot.svg)", 0, 0, NULL},
-    {"set", 's', OPTION_LIST, &overrides, "PATH=VALUE",
-     "change a key of a scene, as cloth[0].mesh.size=[1, 1]; may be repeated", 0, 0, NULL},
-    {"json", 0, OPTION_FLAG, &wants_json, NULL, "a scene as one JSON object a line", 0, 0, NULL},
-};
+/* The words of the command line. */
+typedef struct info_words {
+    int wants_plot, wants_json;
+    const char *output_path;
+    option_list overrides;
+} info_words;
 
-static const command_spec command = {
-    .name = "info",
-    .operands = "FILE|DIR ...",
-    .summary =
-        "Prints what a mesh (.obj, .ply, .stl, .vtp), a point cache (.pc2), a scene (.yaml) or\n"
-        "the directory of a run holds: sizes, topology, quality of the triangles, and whether it\n"
-        "can be used as cloth or as an obstacle; frames, bodies and contact distance of a scene,\n"
-        "whose start is judged; frames, bodies and the end of a run.",
-    .options = options,
-    .option_count = sizeof options / sizeof options[0],
-    .operand_minimum = 1,
-    .operand_maximum = SIZE_MAX,
-};
+static options_outcome read_words(int argc, char **argv, info_words *words, size_t *path_count) {
+    const option_spec options[] = {
+        {"plot", 0, OPTION_FLAG, &words->wants_plot, NULL,
+         "draws the step times, contacts, gaps, energies and solves of a run", 0, 0, NULL},
+        {"output", 'o', OPTION_TEXT, &words->output_path, "FILE",
+         "the plot, .svg, .png or .pdf (default: plot.svg)", 0, 0, NULL},
+        {"set", 's', OPTION_LIST, &words->overrides, "PATH=VALUE",
+         "change a key of a scene, as cloth[0].mesh.size=[1, 1]; may be repeated", 0, 0, NULL},
+        {"json", 0, OPTION_FLAG, &words->wants_json, NULL, "a scene as one JSON object a line", 0,
+         0, NULL},
+    };
+    const command_spec command = {
+        .name = command_name,
+        .operands = "FILE|DIR ...",
+        .summary = "Prints what a mesh (.obj, .ply, .stl, .vtp), a point cache (.pc2), a scene "
+                   "(.yaml) or\n"
+                   "the directory of a run holds: sizes, topology, quality of the triangles, and "
+                   "whether it\n"
+                   "can be used as cloth or as an obstacle; frames, bodies and contact distance of "
+                   "a scene,\n"
+                   "whose start is judged; frames, bodies and the end of a run.",
+        .options = options,
+        .option_count = sizeof options / sizeof options[0],
+        .operand_minimum = 1,
+        .operand_maximum = SIZE_MAX};
+    return options_parse(&command, argc, argv, path_count);
+}
 
 static bool has_extension(const char *path, const char *extension) {
     size_t const length = strlen(path);
@@ -51,49 +60,50 @@ static bool is_scene(const char *path) {
 }
 
 /* The exit code; what went wrong is printed. */
-static int print_info(const char *path) {
+static int print_info(const info_words *words, const char *path) {
     tulle_error error = {0};
-    if (is_scene(path)) return info_print_scene(path, &overrides, wants_json != 0);
+    if (is_scene(path)) return info_print_scene(path, &words->overrides, words->wants_json != 0);
     tulle_status const status = has_extension(path, ".pc2")    ? info_print_cache(path, &error)
                                 : tulle_run_is_directory(path) ? info_print_run(path, &error)
                                                                : info_print_mesh(path, &error);
-    if (status != TULLE_OK) app_print_error(command.name, &error);
+    if (status != TULLE_OK) app_print_error(command_name, &error);
     return app_exit_for_input(status);
 }
 
-static int plot(char **paths, size_t path_count) {
+static int plot(const info_words *words, char **paths, size_t path_count) {
     if (path_count != 1) {
-        app_print_message(command.name, "--plot takes one directory of a run");
+        app_print_message(command_name, "--plot takes one directory of a run");
         return APP_EXIT_BAD_INPUT;
     }
     if (!tulle_run_is_directory(paths[0])) {
-        app_print_message(command.name, "%s: --plot takes the directory of a run", paths[0]);
+        app_print_message(command_name, "%s: --plot takes the directory of a run", paths[0]);
         return APP_EXIT_BAD_INPUT;
     }
-    return info_plot_run(paths[0], output_path ? output_path : "plot.svg");
+    return info_plot_run(paths[0], words->output_path ? words->output_path : "plot.svg");
 }
 
 int app_info(int argc, char **argv) {
+    info_words words = {0};
     size_t path_count = 0;
-    options_outcome const outcome = options_parse(&command, argc, argv, &path_count);
+    options_outcome const outcome = read_words(argc, argv, &words, &path_count);
     if (outcome != OPTIONS_READ) return options_exit(outcome);
-    if (wants_plot) return plot(argv, path_count);
-    if (output_path) {
-        app_print_message(command.name, "--output goes with --plot");
+    if (words.wants_plot) return plot(&words, argv, path_count);
+    if (words.output_path) {
+        app_print_message(command_name, "--output goes with --plot");
         return APP_EXIT_BAD_INPUT;
     }
     for (size_t i = 0; i < path_count; i++) {
-        if (is_scene(argv[i]) || (!wants_json && overrides.count == 0)) continue;
-        app_print_message(command.name, "%s: --json and --set go with scene files (.yaml)",
+        if (is_scene(argv[i]) || (!words.wants_json && words.overrides.count == 0)) continue;
+        app_print_message(command_name, "%s: --json and --set go with scene files (.yaml)",
                           argv[i]);
         return APP_EXIT_BAD_INPUT;
     }
     int worst = APP_EXIT_FINE;
     for (size_t i = 0; i < path_count; i++) {
-        if (i > 0 && !wants_json) putchar('\n');
-        int const code = print_info(argv[i]);
+        if (i > 0 && !words.wants_json) putchar('\n');
+        int const code = print_info(&words, argv[i]);
         if (code > worst) worst = code;
     }
-    int const written = app_finish_output(command.name);
+    int const written = app_finish_output(command_name);
     return worst != APP_EXIT_FINE ? worst : written;
 }
