@@ -114,7 +114,8 @@ void commit_patch(kept_patches *patches, const kept_patch *patch, uint32_t label
          * another are mostly near in memory there, while growth goes round in rings. */
         growth_scratch *const growth = &patches->growth;
         uint32_t *const vertices = patches->vertices.data + patch->vertex_begin;
-        uint32_t *const loop = patches->loops.data + patch->loop_begin;
+        uint32_t *const loop =
+            patch->loop_count > 0 ? patches->loops.data + patch->loop_begin : NULL;
         uint32_t *corner = patches->corners.data + 3 * (size_t)patch->triangle_begin;
         uint32_t count = 0;
         for (uint32_t i = 0; i < patch->loop_count; i++) loop[i] = vertices[loop[i]];
