@@ -11,8 +11,8 @@
 
 enum {
     FRAMES = 3,
-    CHECKPOINT_HEADER = 80, /* [bytes] docs/guide/run_directory.md */
-    CHECKPOINT_HASH = 72
+    CHECKPOINT_HEADER = 96, /* [bytes] docs/guide/run_directory.md */
+    CHECKPOINT_HASH = 88
 };
 static const char mark[] = "FILE";
 enum { MARK_SIZE = sizeof mark - 1 };
@@ -29,12 +29,19 @@ static const char *get_path(const char *folder, size_t file) {
     return fuzz_path(name);
 }
 
-/* Hashes of a checkpoint, or of the blocks of debug.bin. */
+/* Hashes of a checkpoint or of the blocks of debug.bin, and the checksum at the end of run.json. */
 static void make_hashes_right(const char *name, uint8_t *bytes, size_t size) {
     if (strncmp(name, "checkpoint", 10) == 0 && size >= CHECKPOINT_HEADER) {
         uint64_t const hash = hash_bytes(HASH_SEED, bytes, CHECKPOINT_HASH);
         uint64_t const all = hash_bytes(hash, bytes + CHECKPOINT_HEADER, size - CHECKPOINT_HEADER);
         memcpy(bytes + CHECKPOINT_HASH, &all, sizeof all);
+    }
+    enum { DIGITS = 16, SEAL_SIZE = sizeof ",\n  \"checksum\": \"\"\n}\n" - 1 + DIGITS };
+    if (strcmp(name, RUN_FILE_RECORD) == 0 && size >= SEAL_SIZE) {
+        char digits[DIGITS + 1];
+        uint64_t const hash = hash_bytes(FILE_SUM_SEED, bytes, size - SEAL_SIZE);
+        snprintf(digits, sizeof digits, "%016llx", (unsigned long long)hash);
+        memcpy(bytes + size - 4 - DIGITS, digits, DIGITS);
     }
     size_t at = strcmp(name, RUN_FILE_DEBUG) == 0 ? DEBUG_HEAD_SIZE : size;
     while (at <= size && size - at >= DEBUG_HEADER_SIZE) {

@@ -117,14 +117,20 @@ typedef enum tulle_run_existing {
  * TULLE_ERROR_OUT_OF_MEMORY. */
 TULLE_API tulle_status tulle_run_create(const tulle_run_def *def, tulle_run_existing existing,
                                         tulle_run_writer **writer, tulle_error *error);
-/* Goes on with a run that was cut short, or that has finished and is to become longer. Cuts all
- * files back to the newest whole checkpoint, gives that, and makes `*writer`, which is null after
- * an error. Release the checkpoint with tulle_run_free_checkpoint. `def` must describe the same
- * scene and bodies. Where the directory is missing or empty, or the run was killed before its first
- * checkpoint, the run starts anew, as by tulle_run_create, and checkpoint->bytes is null. Errors as
- * of tulle_run_create, and TULLE_ERROR_PARSE. */
+/* Goes on with a run that was cut short, or that has finished and is to become longer. Compares all
+ * files with their checksums up to the newest checkpoint; damage leads to the checkpoint before, or
+ * is refused with the file and the frame, and nothing is changed. Meshes and scene.yaml are made
+ * again from `def`. Then cuts all files back to the checkpoint, gives that, and makes `*writer`,
+ * which is null after an error. Release the checkpoint with tulle_run_free_checkpoint. `def` must
+ * describe the same scene and bodies. Where the directory is missing or empty, or the run was
+ * killed before its first checkpoint, the run starts anew, as by tulle_run_create, and
+ * checkpoint->bytes is null. Errors as of tulle_run_create, and TULLE_ERROR_PARSE (also: a file is
+ * damaged or missing). */
 TULLE_API tulle_status tulle_run_resume(const tulle_run_def *def, tulle_run_writer **writer,
                                         tulle_run_checkpoint *checkpoint, tulle_error *error);
+/* What tulle_run_resume found damaged and made good, a line for each, without a line end after the
+ * last; empty: nothing. Lives as long as the writer. */
+TULLE_API const char *tulle_run_get_notes(const tulle_run_writer *writer);
 /* 1 if `directory` holds a run with a checkpoint, usable or not. Then tulle_run_resume goes on from
  * it or fails. 0 for null. */
 TULLE_API int tulle_run_has_checkpoint(const char *directory);
@@ -183,6 +189,9 @@ TULLE_API void tulle_run_outcome_place(tulle_run_outcome *outcome, const tulle_s
  */
 TULLE_API void tulle_run_outcome_describe(const tulle_run_outcome *outcome, const char *body_name,
                                           const char *failure, char *text, size_t size);
+/* The outcome that the run had on record when tulle_run_resume took it over; null: none. Lives as
+ * long as the writer. */
+TULLE_API const tulle_run_outcome *tulle_run_get_former_outcome(const tulle_run_writer *writer);
 /* Records the outcome so far; tulle_run_close writes it to run.json. Nothing happens where one of
  * the two is null. */
 TULLE_API void tulle_run_set_outcome(tulle_run_writer *writer, const tulle_run_outcome *outcome);
@@ -231,6 +240,7 @@ typedef struct tulle_run_info {
     const tulle_run_outcome *outcome;       /* how its steps went; null: not recorded */
     int has_debug;                          /* 1: the run records tulle_run_debug of its frames */
     uint64_t debug_byte_count;              /* [bytes] of debug.bin; 0 without */
+    int has_checksums;                      /* 0: of an older version, so nothing can be verified */
 } tulle_run_info;
 
 /* A run directory that is read. Made by tulle_run_reader_open, released by tulle_run_reader_close.
@@ -240,11 +250,25 @@ typedef struct tulle_run_reader tulle_run_reader;
 /* 1 if `path` is a directory with a run.json; 0 for null. */
 TULLE_API int tulle_run_is_directory(const char *path);
 /* Opens `directory` and makes `*reader`, which is null after an error. A run that goes on or was
- * killed is read up to its last whole frame. Errors: TULLE_ERROR_INVALID_ARGUMENT (null, a path
- * that is too long), TULLE_ERROR_IO, TULLE_ERROR_PARSE, TULLE_ERROR_OUT_OF_MEMORY,
- * TULLE_ERROR_LIMIT. */
+ * killed is read up to its last whole frame. What is read here and later is compared with its
+ * checksum: TULLE_ERROR_PARSE says which file and frame are damaged. Errors:
+ * TULLE_ERROR_INVALID_ARGUMENT (null, a path that is too long), TULLE_ERROR_IO, TULLE_ERROR_PARSE,
+ * TULLE_ERROR_OUT_OF_MEMORY, TULLE_ERROR_LIMIT. */
 TULLE_API tulle_status tulle_run_reader_open(const char *directory, tulle_run_reader **reader,
                                              tulle_error *error);
+/* A file of a run that is not as the run wrote it. */
+typedef struct tulle_run_damage {
+    const char *file;    /* within the directory */
+    int64_t frame;       /* the first frame that is damaged; -1: no frame in particular */
+    const char *message; /* what is wrong; names the frame */
+} tulle_run_damage;
+/* Compares every file of the run with its checksums, and gives `*count` damages, one for each file
+ * that has some. They live until the reader is closed. A run of an older version has no checksums:
+ * none is found then. Reads all of the run. Errors: TULLE_ERROR_INVALID_ARGUMENT,
+ * TULLE_ERROR_OUT_OF_MEMORY. */
+TULLE_API tulle_status tulle_run_reader_find_damage(tulle_run_reader *reader,
+                                                    const tulle_run_damage **damages, size_t *count,
+                                                    tulle_error *error);
 /* Releases a reader and everything that it handed out. Null is fine. */
 TULLE_API void tulle_run_reader_close(tulle_run_reader *reader);
 /* What the directory holds; owned by the reader. Null for null. */

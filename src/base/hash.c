@@ -23,6 +23,30 @@ uint64_t hash_bytes(uint64_t hash, const void *bytes, size_t byte_count) {
     return hash;
 }
 
+hash_stream hash_stream_make(uint64_t seed) { return (hash_stream){.hash = seed}; }
+
+void hash_stream_add(hash_stream *stream, const void *bytes, size_t byte_count) {
+    const unsigned char *cursor = bytes;
+    while (byte_count > 0) {
+        size_t const whole = stream->rest_count == 0 ? byte_count - byte_count % 8 : 0;
+        size_t const taken = whole > 0 ? whole : 1;
+        if (whole > 0)
+            stream->hash = hash_bytes(stream->hash, cursor, whole);
+        else
+            stream->rest[stream->rest_count++] = *cursor;
+        if (stream->rest_count == 8) {
+            stream->hash = hash_bytes(stream->hash, stream->rest, 8);
+            stream->rest_count = 0;
+        }
+        cursor += taken;
+        byte_count -= taken;
+    }
+}
+
+uint64_t hash_stream_get(const hash_stream *stream) {
+    return hash_bytes(stream->hash, stream->rest, stream->rest_count);
+}
+
 uint64_t random_next(uint64_t *state) {
     *state += UINT64_C(0x9e3779b97f4a7c15);
     return hash_mix(*state);

@@ -11,6 +11,19 @@
 /* Adds byte_count bytes to a running hash, HASH_SEED at first. The same on any little-endian
  * machine. */
 uint64_t hash_bytes(uint64_t hash, const void *bytes, size_t byte_count);
+
+/* Hashes bytes that come in pieces of any length to what hash_bytes, from the same seed on, makes
+ * of all of them at once. */
+typedef struct hash_stream {
+    uint64_t hash; /* of the whole words so far */
+    unsigned char rest[8];
+    size_t rest_count;
+} hash_stream;
+hash_stream hash_stream_make(uint64_t seed);
+void hash_stream_add(hash_stream *stream, const void *bytes, size_t byte_count);
+/* The hash of the bytes so far; more may follow. */
+uint64_t hash_stream_get(const hash_stream *stream);
+
 /* A well-mixed value of one integer (SplitMix64's finaliser); the base of all seeded noise. */
 uint64_t hash_mix(uint64_t value);
 

@@ -101,6 +101,19 @@ tulle_status file_load(memory *heap, const char *path, size_t byte_limit, file_d
     return status;
 }
 
+ssize_t file_read_at(int file, void *bytes, size_t byte_count, uint64_t offset) {
+    size_t done = 0;
+    while (done < byte_count) {
+        ssize_t const count =
+            pread(file, (char *)bytes + done, byte_count - done, (off_t)(offset + done));
+        if (count < 0 && errno == EINTR) continue;
+        if (count < 0) return -1;
+        if (count == 0) break;
+        done += (size_t)count;
+    }
+    return (ssize_t)done;
+}
+
 void file_release(memory *heap, file_data *data) {
     if (data->bytes) memory_release(heap, data->bytes, data->byte_count + 1);
     *data = (file_data){0};

@@ -5,6 +5,8 @@
 
 #include "base/memory.h"
 
+#include <sys/types.h>
+
 typedef struct file_data {
     char *bytes; /* byte_count bytes and a final zero that does not count */
     size_t byte_count;
@@ -15,6 +17,9 @@ typedef struct file_data {
 tulle_status file_load(memory *heap, const char *path, size_t byte_limit, file_data *data,
                        tulle_error *error);
 void file_release(memory *heap, file_data *data);
+/* Reads up to byte_count bytes at offset of an open file; the number read, less only at the file's
+ * end, or -1 with errno. */
+ssize_t file_read_at(int file, void *bytes, size_t byte_count, uint64_t offset);
 
 /* [bytes] Largest file that is read whole: 16 GiB. */
 #define FILE_BYTE_LIMIT ((size_t)1 << 34)

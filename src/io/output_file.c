@@ -3,6 +3,7 @@
 #include "io/output_file.h"
 
 #include "base/error.h"
+#include "base/hash.h"
 #include "base/memory.h"
 #include "io/file_data.h"
 #include "io/text/number.h"
@@ -33,7 +34,9 @@ struct output_file {
     const char *target, *temporary; /* temporary null: written directly */
     int file;
     int is_flushed;
-    int failure; /* errno of the first failed write, 0 if none */
+    int failure;      /* errno of the first failed write, 0 if none */
+    hash_stream hash; /* of what left the buffer */
+    uint64_t size;    /* [bytes] of the same */
     size_t used;
     char buffer[BUFFER_SIZE];
 };
@@ -109,6 +112,8 @@ static tulle_status open_output(const char *path, int follows_links, int is_flus
     output->file = -1;
     output->is_flushed = is_flushed;
     output->failure = 0;
+    output->hash = hash_stream_make(FILE_SUM_SEED);
+    output->size = 0;
     output->used = 0;
     output->heap = heap;
     int const code =
@@ -145,15 +150,22 @@ static int write_through(output_file *output, const char *bytes, size_t byte_cou
     return 0;
 }
 
+/* Sends bytes out and counts them. */
+static void send_out(output_file *output, const void *bytes, size_t byte_count) {
+    if (!output->failure) output->failure = write_through(output, bytes, byte_count);
+    hash_stream_add(&output->hash, bytes, byte_count);
+    output->size += byte_count;
+}
+
 static void flush(output_file *output) {
-    if (!output->failure) output->failure = write_through(output, output->buffer, output->used);
+    send_out(output, output->buffer, output->used);
     output->used = 0;
 }
 
 void output_write(output_file *output, const void *bytes, size_t byte_count) {
     if (byte_count > BUFFER_SIZE - output->used) flush(output);
     if (byte_count > BUFFER_SIZE) {
-        if (!output->failure) output->failure = write_through(output, bytes, byte_count);
+        send_out(output, bytes, byte_count);
         return;
     }
     memcpy(output->buffer + output->used, bytes, byte_count);
@@ -197,6 +209,25 @@ static int finish(output_file *output) {
     if (close(file) != 0) return errno;
     if (output->temporary && rename(output->temporary, output->target) != 0) return errno;
     return 0;
+}
+
+uint64_t output_get_hash(const output_file *output) {
+    hash_stream hash = output->hash;
+    hash_stream_add(&hash, output->buffer, output->used);
+    return hash_stream_get(&hash);
+}
+
+tulle_status output_commit_summed(output_file *output, file_sum *sum, tulle_error *error) {
+    if (!sum) return output_commit(output, error);
+    file_sum const made = {.end = output->size + output->used, .hash = output_get_hash(output)};
+    if (sum->is_expected && (sum->end != made.end || sum->hash != made.hash)) {
+        error_set_at(error, TULLE_ERROR_PARSE, output->target, 0, 0,
+                     "is damaged and cannot be made again to the same bytes");
+        output_discard(output);
+        return TULLE_ERROR_PARSE;
+    }
+    *sum = made;
+    return output_commit(output, error);
 }
 
 tulle_status output_commit(output_file *output, tulle_error *error) {

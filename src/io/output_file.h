@@ -6,7 +6,20 @@
 
 #include "tulle/base.h"
 
+#include <stdbool.h>
+
 typedef struct output_file output_file;
+
+/* The hashes of sums begin here. From HASH_SEED on, a block that holds the hash of its own first
+ * bytes would bring the sum to 0 there. */
+#define FILE_SUM_SEED UINT64_C(0x9e3779b97f4a7c15)
+
+/* What a piece of a file holds. */
+typedef struct file_sum {
+    uint64_t begin, end; /* [bytes] */
+    uint64_t hash;       /* of them, from FILE_SUM_SEED on */
+    bool is_expected;    /* of a file that is to be written: see output_commit_summed */
+} file_sum;
 
 tulle_status output_open(const char *path, output_file **output, tulle_error *error);
 /* For a file of a run, whose directory may come from a stranger: a target that is a link is
@@ -28,6 +41,11 @@ tulle_status output_flush(output_file *output, tulle_error *error);
 /* Makes the file appear and releases `output`; on failure the target is as it was. It may be there
  * whole after a failure, if all that failed is to flush its name to disk. */
 tulle_status output_commit(output_file *output, tulle_error *error);
+/* The same. `sum` (may be null) then tells what was written; where sum->is_expected, the file
+ * appears only if its bytes are those of `sum`: else TULLE_ERROR_PARSE. */
+tulle_status output_commit_summed(output_file *output, file_sum *sum, tulle_error *error);
+/* Hash of the bytes so far, from FILE_SUM_SEED on. */
+uint64_t output_get_hash(const output_file *output);
 /* Removes what was written and releases `output`; null is fine. */
 void output_discard(output_file *output);
 

@@ -5,11 +5,15 @@
 #ifndef TULLE_IO_UNFLUSHED_H
 #define TULLE_IO_UNFLUSHED_H
 
-/* As tulle_mesh_write, tulle_vtp_write and tulle_pvd_write. */
-tulle_status mesh_write_unflushed(const char *path, tulle_mesh_view mesh, tulle_error *error);
+#include "io/output_file.h"
+
+/* As tulle_mesh_write, tulle_vtp_write and tulle_pvd_write; sum (not null) as in
+ * output_commit_summed. */
+tulle_status mesh_write_unflushed(const char *path, tulle_mesh_view mesh, file_sum *sum,
+                                  tulle_error *error);
 tulle_status vtp_write_unflushed(const char *path, tulle_mesh_view mesh, const double *velocities,
-                                 tulle_error *error);
+                                 file_sum *sum, tulle_error *error);
 tulle_status pvd_write_unflushed(const char *path, const char *const *files, const double *times,
-                                 size_t count, tulle_error *error);
+                                 size_t count, file_sum *sum, tulle_error *error);
 
 #endif

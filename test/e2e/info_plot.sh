@@ -30,6 +30,12 @@ expect 2 'gnuplot.*gnuplot-nox' --plot run -o plot.svg
 search=$PATH
 ls | grep -q plot.svg && fail "something half-written is left"
 
+cp -R run damaged
+sed -i '3s/^[0-9]*,/x,/' damaged/report.csv
+expect 2 'report.csv: frame 2: damaged' --plot damaged -o plot.svg
+
+# In a run of an older version, without checksums, damage is found as the report is read.
+sed -i 's/"format_version": 3/"format_version": 2/; s/"checksum": .*/"comment": ""/' run/run.json
 cp -R run empty
 head -n 1 run/report.csv >empty/report.csv
 expect 2 'nothing to plot' --plot empty -o plot.svg

@@ -242,6 +242,7 @@ fi
 # What is whole is not run or judged again; what was cut short goes on to the same state.
 cp -R out.d/runs/rings whole
 sed -i 's/"state": *"finished"/"state": "interrupted"/' out.d/runs/rings/run.json
+python3 "$TULLE_SOURCE_DIR/test/e2e/seal.py" out.d/runs/rings/run.json
 expect 0 '"run":"ribbons","what":"is there"' counterexamples --scenes scenes -o out.d
 grep -q '"run":"rings","what":"runs"' out || fail "a run that was cut short did not go on"
 grep -q 'is judged' out && fail "a judged run was judged again"
@@ -304,6 +305,8 @@ cmp -s {out,failed}.d/fig6_frames.csv || { fail "a table of half of the frames:"
 # A frame that intersects is seen.
 cp -R out.d bad.d
 rm bad.d/judged/rings.csv
+# As in a run of an older version, which no checksums protect.
+sed -i 's/"format_version": 3/"format_version": 2/; s/"checksum": .*/"comment": ""/' bad.d/runs/rings/run.json
 python3 - bad.d/runs/rings/sheet.pc2 <<'END_OF_PYTHON'
 import struct, sys
 data = bytearray(open(sys.argv[1], "rb").read())

@@ -13,6 +13,15 @@ fault() { echo "fault: $*"; faults=1; }
 run() { "$TULLE" run "$scene" --frames 8 --threads 1 --progress none "$@"; }
 
 run -o whole >whole.out || fault "the whole run: exit $?"
+# The same as if it had been killed before its first checkpoint.
+cp -R whole begun
+rm begun/checkpoint*.bin
+python3 -c 'import json
+record = json.load(open("begun/run.json"))
+del record["checksums"]
+record["state"] = "running"
+json.dump(record, open("begun/run.json", "w"))'
+python3 "$TULLE_SOURCE_DIR/test/e2e/seal.py" begun/run.json
 # sound NAME: the directory "out" is that of an undisturbed run.
 sound() {
     local file
@@ -59,7 +68,8 @@ for ((i = 0; i < offsets; i++)); do
     pair "a new run, $offset s" "$offset"
     rm -rf out
     pair "a new run with --resume, $offset s" "$offset" --resume
-    rm out/checkpoint*.bin
+    rm -rf out
+    cp -R begun out
     pair "--resume without a checkpoint, $offset s" "$offset" --resume
     pair "--force, $offset s" "$offset" --force
 done

@@ -53,6 +53,7 @@ python3 -c 'import json
 record = json.load(open("cut/run.json"))
 del record["outcome"]
 json.dump(record, open("cut/run.json", "w"))'
+python3 "$TULLE_SOURCE_DIR/test/e2e/seal.py" cut/run.json
 "$TULLE" info cut | grep -q '^  trouble  *a solve did not converge in' || fault "info does not count the steps"
 run -o cut "${bad[@]}" --resume
 [ "$(value cut unconverged_steps)" = "$(value bad unconverged_steps)" ] || fault "counted anew: $(value cut unconverged_steps)"

@@ -3,6 +3,7 @@
 #define TULLE_TEST_RUN_SUPPORT_H
 
 #include "base/hash.h"
+#include "io/output_file.h"
 
 #include "io/io_support.h"
 #include "tulle_io/run.h"
@@ -46,6 +47,29 @@ static inline tulle_run_def make_def(const char *directory, uint32_t frame_count
     def.bodies = bodies;
     def.body_count = BODY_COUNT;
     return def;
+}
+
+/* The last key of a run.json and what follows. */
+static inline char *find_seal(char *text) { return strstr(text, ",\n  \"checksum\": \""); }
+
+/* Gives the text of a run.json that a test has changed the checksum of its bytes. */
+static inline void seal_record(char *text) {
+    char *const seal = find_seal(text);
+    assert_non_null(seal);
+    uint64_t const hash = hash_bytes(FILE_SUM_SEED, text, (size_t)(seal - text));
+    snprintf(seal, 40, ",\n  \"checksum\": \"%016llx\"\n}\n", (unsigned long long)hash);
+}
+
+/* Makes the run.json one of an older format version, without checksums. */
+static inline void make_record_older(const char *path, char version) {
+    size_t size;
+    char *const text = get_file(path, &size);
+    char *const place = strstr(text, "\"format_version\": 3");
+    assert_non_null(place);
+    place[strlen("\"format_version\": ")] = version;
+    memcpy(find_seal(text), "\n}\n", 4); /* with its zero */
+    put_file(path, text, strlen(text));
+    free(text);
 }
 
 static inline void find_positions(uint64_t state, int body, double *positions) {
@@ -257,11 +281,11 @@ static inline void assert_same_file(const char *a, const char *b, const char *na
     free(bytes_b);
 }
 
-static const char *const all_files[] = {"run.json",        "scene.yaml", "frames.csv",
-                                        "report.csv",      "bodies.csv", "checkpoint.bin",
-                                        "sheet.obj",       "sheet.pc2",  "Sheet-2.obj",
-                                        "Sheet-2.pc2",     "ground.obj", "odd_name_...obj",
-                                        "odd_name_...pc2", "debug.bin",  "checkpoint.previous.bin"};
+static const char *const all_files[] = {
+    "run.json",        "scene.yaml",     "frames.csv",    "report.csv",
+    "bodies.csv",      "checkpoint.bin", "sheet.obj",     "sheet.pc2",
+    "Sheet-2.obj",     "Sheet-2.pc2",    "ground.obj",    "odd_name_...obj",
+    "odd_name_...pc2", "debug.bin",      "checksums.csv", "checkpoint.previous.bin"};
 enum { FILE_COUNT = sizeof all_files / sizeof all_files[0] };
 
 static inline void assert_same_run(const char *a, const char *b) {

@@ -12,7 +12,8 @@ typedef struct check_run_choice {
 
 /* Judges the frames of the run in order, absent obstacles left out, prints each and adds them to
  * the totals; a bar on standard error if it is a terminal. Stops at the first frame that cannot be
- * read or judged, with the error filled in. */
+ * read or judged, with the error filled in. Before, all files of the run are compared with their
+ * checksums, unless some frames only are chosen. */
 tulle_status check_run_directory(const char *directory, check_run_choice choice,
                                  const check_report *report, check_totals *totals,
                                  tulle_error *error);

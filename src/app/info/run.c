@@ -1,4 +1,5 @@
 /* app/info/run.c - what `tulle info` prints of a run directory. */
+#include "app/cli/run_damage.h"
 #include "app/info/info.h"
 #include "base/words.h"
 
@@ -115,9 +116,21 @@ static void print_body(const tulle_run_reader *reader, const tulle_run_info *inf
     putchar('\n');
 }
 
+/* Whether the files are as the run wrote them; an error if they are not. */
+static tulle_status print_damage(tulle_run_reader *reader, const char *path, tulle_error *error) {
+    tulle_status const status = run_damage_report("info", path, reader, error);
+    const char *words = "as the run wrote them";
+    if (!tulle_run_reader_get_info(reader)->has_checksums)
+        words = "unverified: the run has no checksums";
+    else if (status != TULLE_OK)
+        words = "damaged";
+    printf("  %-16s %s\n", "files", words);
+    return status;
+}
+
 tulle_status info_print_run(const char *path, tulle_error *error) {
     tulle_run_reader *reader = NULL;
-    tulle_status const status = tulle_run_reader_open(path, &reader, error);
+    tulle_status status = tulle_run_reader_open(path, &reader, error);
     if (status != TULLE_OK) return status;
     const tulle_run_info *const info = tulle_run_reader_get_info(reader);
     print_head(path, info);
@@ -127,6 +140,7 @@ tulle_status info_print_run(const char *path, tulle_error *error) {
     print_response(info);
     print_debug(info);
     for (size_t i = 0; i < info->body_count; i++) print_body(reader, info, i);
+    status = print_damage(reader, path, error);
     tulle_run_reader_close(reader);
-    return TULLE_OK;
+    return status;
 }

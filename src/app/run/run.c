@@ -258,16 +258,37 @@ static tulle_status load_checkpoint(run_session *session, const tulle_run_checkp
     return TULLE_OK;
 }
 
-/* The place of the largest stretch so far, where the run was ended in good order before. */
-static void take_over_place(run_session *session, const tulle_run_outcome *before) {
+/* How the steps before the checkpoint went: by report.csv, which ends there. The place of the
+ * largest stretch is known where the run was ended in good order. */
+static tulle_status take_over_outcome(run_session *session, tulle_error *error) {
     tulle_run_outcome *const outcome = &session->outcome;
+    tulle_run_reader *reader = NULL;
+    const tulle_step_report *reports = NULL;
+    size_t count = 0;
+    tulle_status status = tulle_run_reader_open(session->options.directory, &reader, error);
+    if (status == TULLE_OK) status = tulle_run_reader_get_reports(reader, &reports, &count, error);
+    for (size_t i = 0; i < count && status == TULLE_OK; i++)
+        tulle_run_outcome_add(outcome, &reports[i]);
+    tulle_run_reader_close(reader);
+    const tulle_run_outcome *const before = tulle_run_get_former_outcome(session->writer);
     if (!before || !before->has_stretch_place ||
         before->largest_stretch_time != outcome->largest_stretch_time)
-        return;
+        return status;
     outcome->has_stretch_place = 1;
     outcome->stretch_body = before->stretch_body;
     memcpy(outcome->stretch_vertices, before->stretch_vertices, sizeof outcome->stretch_vertices);
     memcpy(outcome->stretch_position, before->stretch_position, sizeof outcome->stretch_position);
+    return status;
+}
+
+/* Tells what was damaged and is made good. */
+static void say_notes(const run_session *session) {
+    const char *notes = tulle_run_get_notes(session->writer);
+    while (*notes) {
+        int const length = (int)strcspn(notes, "\n");
+        app_print_message("run", "%.*s", length, notes);
+        notes += length + (notes[length] == '\n');
+    }
 }
 
 /* Makes or takes over the directory; *is_new: nothing is written to it yet. */
@@ -280,15 +301,9 @@ static tulle_status open_directory(run_session *session, bool *is_new, tulle_err
         return tulle_run_create(&def,
                                 session->options.replaces ? TULLE_RUN_REPLACE : TULLE_RUN_REFUSE,
                                 &session->writer, error);
-    tulle_run_reader *before = NULL; /* a directory without a run is no error yet */
-    (void)tulle_run_reader_open(session->options.directory, &before, NULL);
-    const tulle_step_report *reports = NULL;
-    size_t report_count = 0;
     tulle_run_checkpoint checkpoint = {0};
     tulle_status status = tulle_run_resume(&def, &session->writer, &checkpoint, error);
-    /* From here on no other process writes to report.csv. */
-    if (status == TULLE_OK && before)
-        (void)tulle_run_reader_get_reports(before, &reports, &report_count, NULL);
+    if (status == TULLE_OK) say_notes(session);
     if (status == TULLE_OK && !checkpoint.bytes && session->goes_on) {
         *error = (tulle_error){.status = TULLE_ERROR_IO,
                                .message = "another process removed the checkpoint while the scene "
@@ -299,12 +314,9 @@ static tulle_status open_directory(run_session *session, bool *is_new, tulle_err
     if (status == TULLE_OK && checkpoint.bytes) {
         *is_new = false;
         status = load_checkpoint(session, &checkpoint, error);
-        for (size_t i = 0; i < report_count && reports[i].step < checkpoint.step; i++)
-            tulle_run_outcome_add(&session->outcome, &reports[i]);
-        if (before) take_over_place(session, tulle_run_reader_get_info(before)->outcome);
+        if (status == TULLE_OK) status = take_over_outcome(session, error);
     }
     tulle_run_free_checkpoint(&checkpoint);
-    tulle_run_reader_close(before);
     return status;
 }
 

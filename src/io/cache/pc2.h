@@ -5,10 +5,12 @@
 
 #include "tulle_io/cache.h"
 
+#include "io/output_file.h"
+
 /* As tulle_pc2_writer_append, but nothing is flushed to disk: a killed process loses nothing, a
- * power failure may lose frames since the last pc2_writer_sync. */
+ * power failure may lose frames since the last pc2_writer_sync. *sum: what was appended. */
 tulle_status pc2_writer_append_unflushed(tulle_pc2_writer *writer, const double *positions,
-                                         tulle_error *error);
+                                         file_sum *sum, tulle_error *error);
 /* As tulle_pc2_writer_open; a new file is not flushed either, and links are not followed. */
 tulle_status pc2_writer_open_unflushed(const char *path, uint32_t vertex_count,
                                        uint32_t resume_frame_count, tulle_pc2_writer **writer,
@@ -16,6 +18,13 @@ tulle_status pc2_writer_open_unflushed(const char *path, uint32_t vertex_count,
 /* Releases the writer without flushing; null is fine. */
 void pc2_writer_release(tulle_pc2_writer *writer);
 tulle_status pc2_writer_sync(tulle_pc2_writer *writer, tulle_error *error);
+/* What tulle_pc2_read_frame read last, which was `frame`. */
+file_sum pc2_get_sum(const tulle_pc2 *cache, uint32_t frame);
+/* Checks all bytes of the header: it should be that of a writer for so many vertices that has
+ * appended frame_count frames, or more unless is_exact. Errors: TULLE_ERROR_IO, TULLE_ERROR_PARSE.
+ */
+tulle_status pc2_check_header(const char *path, uint32_t vertex_count, uint32_t frame_count,
+                              bool is_exact, tulle_error *error);
 /* Drops all frames from frame_count on. */
 tulle_status pc2_writer_truncate(tulle_pc2_writer *writer, uint32_t frame_count,
                                  tulle_error *error);

@@ -11,6 +11,9 @@ enum {
 };
 #define PC2_COUNT_LIMIT UINT32_C(0x7fffffff)
 
+/* The header of a cache with so many frames. */
+void pc2_encode_header(unsigned char header[PC2_HEADER_SIZE], uint32_t vertex_count,
+                       uint32_t frame_count);
 /* Opens the cache's file and checks header and size; *file is a descriptor the caller closes. */
 tulle_status pc2_open_file(const char *path, int flags, int *file, tulle_pc2_info *info,
                            tulle_error *error);

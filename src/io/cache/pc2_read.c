@@ -1,10 +1,12 @@
 /* io/cache/pc2_read.c - reads PC2 point caches frame by frame. */
 #define _POSIX_C_SOURCE 200809L
-#include "io/cache/pc2_format.h"
+#include "io/cache/pc2.h"
 
 #include "base/error.h"
+#include "base/hash.h"
 #include "base/memory.h"
 #include "io/bytes.h"
+#include "io/cache/pc2_format.h"
 #include "io/file_data.h"
 
 #include "tulle_io/cache.h"
@@ -28,19 +30,6 @@ struct tulle_pc2 {
 
 uint64_t pc2_size(uint32_t vertex_count, uint32_t frame_count) {
     return PC2_HEADER_SIZE + (uint64_t)vertex_count * 12 * frame_count;
-}
-
-/* Reads up to byte_count bytes at offset; the number read, or -1 with errno. */
-static ssize_t read_at(int file, unsigned char *bytes, size_t byte_count, uint64_t offset) {
-    size_t done = 0;
-    while (done < byte_count) {
-        ssize_t const count = pread(file, bytes + done, byte_count - done, (off_t)(offset + done));
-        if (count < 0 && errno == EINTR) continue;
-        if (count < 0) return -1;
-        if (count == 0) break;
-        done += (size_t)count;
-    }
-    return (ssize_t)done;
 }
 
 static tulle_status check_header(const char *path, const unsigned char *header, uint64_t file_size,
@@ -81,7 +70,7 @@ static tulle_status check_file(const char *path, int file, tulle_pc2_info *info,
     if (fstat(file, &facts) != 0) return file_fail(error, path, errno, "cannot be examined");
     if (!S_ISREG(facts.st_mode)) return fail_irregular(path, error);
     unsigned char header[PC2_HEADER_SIZE];
-    ssize_t const count = read_at(file, header, sizeof header, 0);
+    ssize_t const count = file_read_at(file, header, sizeof header, 0);
     if (count < 0) return file_fail(error, path, errno, "cannot be read");
     if (count < PC2_HEADER_SIZE)
         return error_set_at(error, TULLE_ERROR_PARSE, path, 0, 0,
@@ -140,7 +129,7 @@ tulle_status tulle_pc2_read_frame(tulle_pc2 *cache, uint32_t frame, double *posi
                             "there is no frame %u; the cache has %u", frame,
                             cache ? cache->info.frame_count : 0);
     uint64_t const offset = pc2_size(cache->info.vertex_count, frame);
-    ssize_t const count = read_at(cache->file, cache->frame, cache->frame_size, offset);
+    ssize_t const count = file_read_at(cache->file, cache->frame, cache->frame_size, offset);
     if (count < 0) return file_fail(error, cache->path, errno, "cannot be read");
     if ((size_t)count < cache->frame_size)
         return error_set_at(error, TULLE_ERROR_PARSE, cache->path, 0, 0,
@@ -155,6 +144,31 @@ tulle_status tulle_pc2_read_frame(tulle_pc2 *cache, uint32_t frame, double *posi
                                 (unsigned long long)offset + 4 * i, "xyz"[i % 3], i / 3, frame);
     }
     return TULLE_OK;
+}
+
+file_sum pc2_get_sum(const tulle_pc2 *cache, uint32_t frame) {
+    return (file_sum){.begin = pc2_size(cache->info.vertex_count, frame),
+                      .end = pc2_size(cache->info.vertex_count, frame + 1),
+                      .hash = hash_bytes(FILE_SUM_SEED, cache->frame, cache->frame_size)};
+}
+
+tulle_status pc2_check_header(const char *path, uint32_t vertex_count, uint32_t frame_count,
+                              bool is_exact, tulle_error *error) {
+    int file = -1;
+    tulle_pc2_info info;
+    tulle_status const status = pc2_open_file(path, O_RDONLY, &file, &info, error);
+    if (status) return status;
+    unsigned char header[PC2_HEADER_SIZE], expected[PC2_HEADER_SIZE];
+    bool const is_read = file_read_at(file, header, sizeof header, 0) == PC2_HEADER_SIZE;
+    close(file);
+    if (info.frame_count < frame_count || (is_exact && info.frame_count > frame_count))
+        return error_set_at(error, TULLE_ERROR_PARSE, path, 0, 0,
+                            "byte %d: the header counts %u frames, not %u", PC2_FRAME_COUNT_PLACE,
+                            info.frame_count, frame_count);
+    pc2_encode_header(expected, vertex_count, info.frame_count);
+    if (is_read && memcmp(header, expected, sizeof header) == 0) return TULLE_OK;
+    return error_set_at(error, TULLE_ERROR_PARSE, path, 0, 0,
+                        "byte 0: the header is not that of %u vertices", vertex_count);
 }
 
 void tulle_pc2_close(tulle_pc2 *cache) {

@@ -6,6 +6,7 @@
 #include "io/cache/pc2.h"
 
 #include "base/error.h"
+#include "base/hash.h"
 #include "base/memory.h"
 #include "io/bytes.h"
 #include "io/cache/pc2_format.h"
@@ -33,14 +34,20 @@ struct tulle_pc2_writer {
     int defers_flush;
 };
 
-static tulle_status write_empty(const char *path, uint32_t vertex_count, int is_of_run,
-                                tulle_error *error) {
-    unsigned char header[PC2_HEADER_SIZE] = "POINTCACHE2";
+void pc2_encode_header(unsigned char header[PC2_HEADER_SIZE], uint32_t vertex_count,
+                       uint32_t frame_count) {
+    memcpy(header, "POINTCACHE2", 12);
     bytes_store(header + 12, 4, 1);
     bytes_store(header + 16, 4, vertex_count);
     bytes_store_float(header + 20, 0.0f);
     bytes_store_float(header + 24, 1.0f);
-    bytes_store(header + PC2_FRAME_COUNT_PLACE, 4, 0);
+    bytes_store(header + PC2_FRAME_COUNT_PLACE, 4, frame_count);
+}
+
+static tulle_status write_empty(const char *path, uint32_t vertex_count, int is_of_run,
+                                tulle_error *error) {
+    unsigned char header[PC2_HEADER_SIZE];
+    pc2_encode_header(header, vertex_count, 0);
     output_file *output = NULL;
     tulle_status const status =
         is_of_run ? output_open_unflushed(path, &output, error) : output_open(path, &output, error);
@@ -211,8 +218,13 @@ void tulle_pc2_writer_defer_flush(tulle_pc2_writer *writer) {
 }
 
 tulle_status pc2_writer_append_unflushed(tulle_pc2_writer *writer, const double *positions,
-                                         tulle_error *error) {
-    return append(writer, positions, 0, error);
+                                         file_sum *sum, tulle_error *error) {
+    tulle_status const status = append(writer, positions, 0, error);
+    if (status) return status;
+    *sum = (file_sum){.begin = pc2_size(writer->vertex_count, writer->frame_count - 1),
+                      .end = pc2_size(writer->vertex_count, writer->frame_count),
+                      .hash = hash_bytes(FILE_SUM_SEED, writer->frame, writer->frame_size)};
+    return TULLE_OK;
 }
 
 tulle_status pc2_writer_sync(tulle_pc2_writer *writer, tulle_error *error) {

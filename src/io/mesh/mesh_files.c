@@ -179,7 +179,8 @@ static tulle_status check_mesh(tulle_mesh_view mesh, mesh_format format, tulle_e
     return TULLE_OK;
 }
 
-static tulle_status write_mesh(const char *path, tulle_mesh_view mesh, bool is_flushed,
+/* sum null: the file is flushed to disk. */
+static tulle_status write_mesh(const char *path, tulle_mesh_view mesh, file_sum *sum,
                                tulle_error *error) {
     if (!path || (mesh.vertex_count > 0 && !mesh.positions) ||
         (mesh.triangle_count > 0 && !mesh.triangles))
@@ -192,21 +193,21 @@ static tulle_status write_mesh(const char *path, tulle_mesh_view mesh, bool is_f
     tulle_status status = check_mesh(mesh, format, error);
     if (status) return status;
     output_file *output = NULL;
-    status = is_flushed ? output_open(path, &output, error)
-                        : output_open_unflushed(path, &output, error);
+    status = sum ? output_open_unflushed(path, &output, error) : output_open(path, &output, error);
     if (status) return status;
     switch (format) {
     case FORMAT_OBJ: write_obj(output, mesh); break;
     case FORMAT_PLY: write_ply(output, mesh); break;
     default: write_stl(output, mesh); break;
     }
-    return output_commit(output, error);
+    return output_commit_summed(output, sum, error);
 }
 
 tulle_status tulle_mesh_write(const char *path, tulle_mesh_view mesh, tulle_error *error) {
-    return write_mesh(path, mesh, true, error);
+    return write_mesh(path, mesh, NULL, error);
 }
 
-tulle_status mesh_write_unflushed(const char *path, tulle_mesh_view mesh, tulle_error *error) {
-    return write_mesh(path, mesh, false, error);
+tulle_status mesh_write_unflushed(const char *path, tulle_mesh_view mesh, file_sum *sum,
+                                  tulle_error *error) {
+    return write_mesh(path, mesh, sum, error);
 }

@@ -65,6 +65,8 @@ void run_writer_destroy(tulle_run_writer *writer) {
     run_log_close(&writer->report_log);
     run_log_close(&writer->frames_log);
     run_log_close(&writer->bodies_log);
+    checksum_log_close(&writer->checksums, &writer->heap);
+    ARRAY_FREE(&writer->heap, &writer->notes);
     debug_log_close(&writer->debug);
     if (writer->lock >= 0) close(writer->lock);
     memory_release(&writer->heap, writer->caches, body_count * sizeof(void *));
@@ -103,7 +105,7 @@ tulle_status run_writer_make(const tulle_run_def *def, tulle_run_writer **result
     if (!writer) return file_fail(error, def->directory, ENOMEM, "cannot be written");
     writer->heap = memory_default();
     writer->lock = writer->report_log.file = writer->frames_log.file = -1;
-    writer->bodies_log.file = -1;
+    writer->bodies_log.file = writer->checksums.log.file = -1;
     writer->debug = debug_log_make(&writer->heap);
     strcpy(writer->directory, def->directory);
     writer->record = run_record_make(&writer->heap);
@@ -125,35 +127,60 @@ tulle_status run_writer_make(const tulle_run_def *def, tulle_run_writer **result
 
 /* ---- files ---- */
 
-tulle_status run_writer_write_scene(tulle_run_writer *writer, const tulle_run_def *def,
-                                    tulle_error *error) {
-    if (!def->scene_text) return TULLE_OK;
-    char path[RUN_PATH_SIZE];
-    run_join(path, writer->directory, RUN_FILE_SCENE);
-    output_file *output = NULL;
-    tulle_status const status = output_open_inside(path, &output, error);
-    if (status) return status;
-    output_text(output, def->scene_text);
-    return output_commit(output, error);
+bool run_writer_name_file(const tulle_run_writer *writer, scene_file kind, size_t body,
+                          char name[RUN_PATH_SIZE]) {
+    const run_record *const record = &writer->record;
+    const run_body_record *const of = &record->bodies.data[body];
+    bool is_there = true;
+    name[0] = '\0';
+    switch (kind) {
+    case SCENE_FILE_TEXT:
+        is_there = record->has_scene_text && body == 0;
+        strcpy(name, RUN_FILE_SCENE);
+        break;
+    case SCENE_FILE_MESH: strcpy(name, run_record_text(record, of->mesh_file)); break;
+    case SCENE_FILE_VTP:
+        is_there = of->is_static && record->writes_vtp;
+        run_make_vtp_name(record, body, -1, name);
+        break;
+    }
+    return is_there;
 }
 
-static tulle_status write_static_vtp(tulle_run_writer *writer, const tulle_run_def *def,
-                                     size_t body, tulle_error *error) {
+tulle_status run_writer_write_file(tulle_run_writer *writer, const tulle_run_def *def,
+                                   scene_file kind, size_t body, const file_sum *expected,
+                                   tulle_error *error) {
     char name[RUN_PATH_SIZE], path[RUN_PATH_SIZE];
-    run_make_vtp_name(&writer->record, body, -1, name);
+    if (!run_writer_name_file(writer, kind, body, name)) return TULLE_OK;
     run_join(path, writer->directory, name);
-    return vtp_write_unflushed(path, def->bodies[body].mesh, NULL, error);
+    tulle_mesh_view const mesh = def->bodies[body].mesh;
+    output_file *output = NULL;
+    file_sum sum = expected ? *expected : (file_sum){0};
+    sum.is_expected = expected != NULL;
+    writer->has_unflushed_files = true;
+    tulle_status status = TULLE_OK;
+    switch (kind) {
+    case SCENE_FILE_TEXT:
+        status = output_open_unflushed(path, &output, error);
+        if (status) break;
+        output_text(output, def->scene_text);
+        status = output_commit_summed(output, &sum, error);
+        break;
+    case SCENE_FILE_MESH: status = mesh_write_unflushed(path, mesh, &sum, error); break;
+    case SCENE_FILE_VTP: status = vtp_write_unflushed(path, mesh, NULL, &sum, error); break;
+    }
+    if (!status && !expected)
+        checksum_log_add(&writer->checksums, &writer->heap, name, CHECKSUM_NO_FRAME, &sum);
+    return status;
 }
 
 static tulle_status write_body(tulle_run_writer *writer, const tulle_run_def *def, size_t body,
                                tulle_error *error) {
     const run_body_record *const record = &writer->record.bodies.data[body];
     char path[RUN_PATH_SIZE];
-    run_join(path, writer->directory, run_record_text(&writer->record, record->mesh_file));
-    tulle_status status = mesh_write_unflushed(path, def->bodies[body].mesh, error);
-    if (status) return status;
-    if (record->is_static)
-        return def->writes_vtp ? write_static_vtp(writer, def, body, error) : TULLE_OK;
+    tulle_status status = run_writer_write_file(writer, def, SCENE_FILE_MESH, body, NULL, error);
+    if (!status) status = run_writer_write_file(writer, def, SCENE_FILE_VTP, body, NULL, error);
+    if (status || record->is_static) return status;
     run_join(path, writer->directory, run_record_text(&writer->record, record->cache_file));
     return pc2_writer_open_unflushed(path, record->vertex_count, 0, &writer->caches[body], error);
 }
@@ -189,7 +216,8 @@ static tulle_status make_files(tulle_run_writer *writer, const tulle_run_def *de
     run_directory_remove_temporaries(writer->directory, &writer->record);
     writer->has_unflushed_files = true;
     tulle_status status = run_writer_write_record(writer, error);
-    if (!status) status = run_writer_write_scene(writer, def, error);
+    if (!status) status = checksum_log_create(&writer->checksums, writer->directory, error);
+    if (!status) status = run_writer_write_file(writer, def, SCENE_FILE_TEXT, 0, NULL, error);
     if (!status) status = run_writer_make_vtp_folder(writer, error);
     for (*body_count = 0; *body_count < def->body_count && !status; ++*body_count)
         status = write_body(writer, def, *body_count, error);
@@ -197,7 +225,8 @@ static tulle_status make_files(tulle_run_writer *writer, const tulle_run_def *de
         status = debug_log_create(&writer->debug, writer->directory, error);
     if (!status)
         status = transforms_create(&writer->bodies_log, &writer->record, writer->directory, error);
-    return status ? status : create_logs(writer, error);
+    if (!status) status = create_logs(writer, error);
+    return status ? status : run_writer_sum_logs(writer, error);
 }
 
 /* Removes the files of the run that is there. */
@@ -220,7 +249,8 @@ static tulle_status check_existing(const char *directory, run_directory_kind kin
                          "existing is %d, which is none of tulle_run_existing", (int)existing);
     if (kind == RUN_DIRECTORY_OTHER)
         return error_set_at(error, TULLE_ERROR_INVALID_ARGUMENT, directory, 0, 0,
-                            "holds files that are no run; choose a new or empty directory");
+                            "holds files but no run.json, so it is no run; choose a new or empty "
+                            "directory");
     if (kind == RUN_DIRECTORY_RUN && existing == TULLE_RUN_REFUSE)
         return error_set_at(error, TULLE_ERROR_INVALID_ARGUMENT, directory, 0, 0,
                             "holds a run already; resume it (tulle run --resume), replace it "

@@ -20,9 +20,6 @@ typedef struct debug_log {
 debug_log debug_log_make(memory *heap);
 /* A new file with its head. */
 tulle_status debug_log_create(debug_log *writer, const char *directory, tulle_error *error);
-/* An existing file, cut back to its first `frame_count` blocks. */
-tulle_status debug_log_resume(debug_log *writer, const char *directory, uint32_t frame_count,
-                              tulle_error *error);
 /* Appends the block of a frame. debug may be null: nothing is known. On failure the file is as
  * before. Errors: INVALID_ARGUMENT (arrays that are missing, indices or labels out of range),
  * OUT_OF_MEMORY, IO, DISK_FULL. */
@@ -46,8 +43,6 @@ tulle_status debug_file_open(debug_file *file, memory *heap, const char *directo
 /* Finds the first `frame_count` blocks; file->next is then the end of the last. PARSE: the file
  * ends before, or a header was changed. */
 tulle_status debug_file_walk(debug_file *file, uint32_t frame_count, tulle_error *error);
-/* Whether DIRECTORY/debug.bin holds so many frames whole. */
-bool debug_has_frames(memory *heap, const char *directory, uint32_t frame_count);
 /* Reads a frame of a run with these bodies; *debug null: nothing is known. Arrays are from
  * `scratch`. */
 tulle_status debug_file_read(debug_file *file, const run_record *record, uint32_t frame,

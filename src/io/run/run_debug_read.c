@@ -21,14 +21,7 @@ static tulle_status fail_at(const debug_file *file, uint64_t byte, tulle_error *
 /* Reads whole; false at the end of the file, or with errno set. */
 static bool read_at(const debug_file *file, uint64_t byte, void *target, size_t size) {
     errno = 0;
-    for (size_t done = 0; done < size;) {
-        ssize_t const got =
-            pread(file->file, (char *)target + done, size - done, (off_t)(byte + done));
-        if (got < 0 && errno == EINTR) continue;
-        if (got <= 0) return false;
-        done += (size_t)got;
-    }
-    return true;
+    return file_read_at(file->file, target, size, byte) == (ssize_t)size;
 }
 
 static tulle_status fail_read(const debug_file *file, uint64_t byte, tulle_error *error,
@@ -97,14 +90,6 @@ tulle_status debug_file_walk(debug_file *file, uint32_t frame_count, tulle_error
         file->next += bytes_load(header + DEBUG_PLACE_SIZE, 8);
     }
     return TULLE_OK;
-}
-
-bool debug_has_frames(memory *heap, const char *directory, uint32_t frame_count) {
-    debug_file file;
-    if (debug_file_open(&file, heap, directory, NULL)) return false;
-    bool const has_frames = debug_file_walk(&file, frame_count, NULL) == TULLE_OK;
-    debug_file_close(&file);
-    return has_frames;
 }
 
 /* ---- one block ---- */

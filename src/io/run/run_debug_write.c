@@ -22,17 +22,6 @@ tulle_status debug_log_create(debug_log *writer, const char *directory, tulle_er
     return run_log_create(&writer->log, path, head, sizeof head, error);
 }
 
-tulle_status debug_log_resume(debug_log *writer, const char *directory, uint32_t frame_count,
-                              tulle_error *error) {
-    debug_file file;
-    tulle_status status = debug_file_open(&file, writer->heap, directory, error);
-    if (status) return status;
-    status = debug_file_walk(&file, frame_count, error);
-    if (!status) status = run_log_resume(&writer->log, file.path, file.next, error);
-    debug_file_close(&file);
-    return status;
-}
-
 /* ---- checks ---- */
 
 bool debug_contact_fits(const tulle_contact *contact, const run_record *record) {

@@ -122,8 +122,9 @@ tulle_status run_directory_lock(const char *directory, int *lock, bool *is_made,
  * which one may be empty. Null after the last. */
 static const char *get_file_name(const run_record *record, size_t index, char room[RUN_PATH_SIZE]) {
     static const char *const names[] = {
-        RUN_FILE_RECORD, RUN_FILE_SCENE,  RUN_FILE_CHECKPOINT, RUN_FILE_CHECKPOINT_BEFORE,
-        RUN_FILE_FRAMES, RUN_FILE_REPORT, RUN_FILE_DEBUG,      RUN_FILE_BODIES};
+        RUN_FILE_RECORD,   RUN_FILE_SCENE,  RUN_FILE_CHECKPOINT, RUN_FILE_CHECKPOINT_BEFORE,
+        RUN_FILE_FRAMES,   RUN_FILE_REPORT, RUN_FILE_DEBUG,      RUN_FILE_BODIES,
+        RUN_FILE_CHECKSUMS};
     size_t const count = sizeof names / sizeof names[0];
     if (index < count) return names[index];
     size_t const body = (index - count) / 3;
@@ -260,7 +261,7 @@ tulle_status run_directory_clear(const char *directory, const run_record *record
     /* Without checkpoints nobody resumes the rest, whatever is left of it. */
     static const char *const first[] = {RUN_FILE_CHECKPOINT, RUN_FILE_CHECKPOINT_BEFORE};
     static const char *const last[] = {RUN_FILE_FRAMES, RUN_FILE_REPORT, RUN_FILE_SCENE,
-                                       RUN_FILE_RECORD};
+                                       RUN_FILE_CHECKSUMS, RUN_FILE_RECORD};
     run_directory_remove_temporaries(directory, record);
     int code = 0;
     for (size_t i = 0; i < sizeof first / sizeof first[0] && !code; i++)

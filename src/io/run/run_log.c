@@ -20,6 +20,7 @@ static void keep_path(run_log *log, const char *path) {
     memcpy(log->path, path, length < RUN_PATH_SIZE ? length + 1 : 1);
     log->file = -1;
     log->size = 0;
+    run_log_mark_summed(log);
 }
 
 tulle_status run_log_create(run_log *log, const char *path, const char *heading, size_t length,
@@ -43,6 +44,7 @@ tulle_status run_log_resume(run_log *log, const char *path, uint64_t size, tulle
     if (ftruncate(log->file, (off_t)size) != 0)
         return file_fail(error, path, errno, "cannot be cut back");
     log->size = size;
+    run_log_mark_summed(log);
     return TULLE_OK;
 }
 
@@ -54,13 +56,27 @@ tulle_status run_log_append(run_log *log, const char *line, size_t length, tulle
         return file_fail(error, log->path, code, "cannot be written");
     }
     log->size += length;
+    hash_stream_add(&log->unsummed, line, length);
     return TULLE_OK;
 }
 
-void run_log_cut(run_log *log, uint64_t size) {
-    if (log->file < 0 || size >= log->size) return;
-    log->size = size; /* what is appended next goes here, cut off or not */
-    if (ftruncate(log->file, (off_t)size) != 0) return;
+void run_log_cut(run_log *log) {
+    if (log->file < 0 || log->summed >= log->size) return;
+    log->size = log->summed; /* what is appended next goes here, cut off or not */
+    run_log_mark_summed(log);
+    if (ftruncate(log->file, (off_t)log->size) != 0) return;
+}
+
+file_sum run_log_get_sum(const run_log *log, const char *text, size_t length) {
+    hash_stream hash = log->unsummed;
+    hash_stream_add(&hash, text, length);
+    return (file_sum){
+        .begin = log->summed, .end = log->size + length, .hash = hash_stream_get(&hash)};
+}
+
+void run_log_mark_summed(run_log *log) {
+    log->summed = log->size;
+    log->unsummed = hash_stream_make(FILE_SUM_SEED);
 }
 
 tulle_status run_log_sync(run_log *log, tulle_error *error) {

@@ -1,13 +1,11 @@
 /* io/run/run_reader.c - reads a run directory. Whole frames are those that have a line in
  * frames.csv and are in every cache. */
 #define _POSIX_C_SOURCE 200809L
+#include "io/run/run_reader.h"
 #include "base/error.h"
+#include "io/cache/pc2.h"
 #include "io/file_data.h"
-#include "io/run/run_checkpoint.h"
-#include "io/run/run_debug.h"
-#include "io/run/run_report.h"
 
-#include "tulle_io/cache.h"
 #include "tulle_io/mesh_files.h"
 
 #include <errno.h>
@@ -17,20 +15,6 @@
 
 /* [bytes] A scene text is written by people. */
 static const size_t scene_size_limit = (size_t)1 << 26;
-
-struct tulle_run_reader {
-    memory heap;
-    char directory[RUN_PATH_SIZE];
-    run_record record;
-    run_frames frames;
-    file_data scene;
-    tulle_run_info info;
-    tulle_run_body_info *bodies;
-    tulle_mesh *meshes;      /* of each body, empty until asked for */
-    run_report_rows reports; /* empty until asked for */
-    debug_file debug;        /* not open until asked for */
-    arena debug_arrays;      /* of the last frame that was asked for */
-};
 
 void tulle_run_reader_close(tulle_run_reader *reader) {
     if (!reader) return;
@@ -42,6 +26,9 @@ void tulle_run_reader_close(tulle_run_reader *reader) {
     file_release(&reader->heap, &reader->scene);
     debug_file_close(&reader->debug);
     arena_destroy(&reader->debug_arrays);
+    arena_destroy(&reader->damage_texts);
+    ARRAY_FREE(&reader->heap, &reader->damages);
+    checksums_release(&reader->sums);
     ARRAY_FREE(&reader->heap, &reader->reports);
     run_frames_destroy(&reader->frames);
     run_record_destroy(&reader->record);
@@ -89,13 +76,16 @@ static void describe_run(tulle_run_reader *reader) {
                                     .message = run_record_text(record, record->message),
                                     .bodies = reader->bodies,
                                     .body_count = record->bodies.count,
+                                    .checkpoint_step = reader->checkpoint.state.step,
+                                    .has_checkpoint = reader->has_checkpoint,
                                     .detection = record->has_detection ? &record->detection : NULL,
                                     .has_response = record->has_response,
                                     .response = record->response,
                                     .motion_space = record->motion_space,
                                     .outcome = record->has_outcome ? &record->outcome : NULL,
                                     .has_debug = record->records_debug,
-                                    .debug_byte_count = measure_debug(reader)};
+                                    .debug_byte_count = measure_debug(reader),
+                                    .has_checksums = !record->is_older_format};
 }
 
 /* Opens the cache of a moving body and checks that it is of this body. */
@@ -112,15 +102,27 @@ static tulle_status open_cache(const tulle_run_reader *reader, size_t body, tull
                         record->vertex_count);
 }
 
-/* Leaves out frames that a cache lacks. A run killed while its files were made has none. */
+/* Leaves out frames that a cache lacks and nobody has promised. A run killed while its files were
+ * made has none. */
 static tulle_status drop_partial_frames(tulle_run_reader *reader, tulle_error *error) {
     for (size_t i = 0; i < reader->record.bodies.count && reader->frames.lines.count > 0; i++) {
-        if (reader->record.bodies.data[i].is_static) continue;
+        const run_body_record *const body = &reader->record.bodies.data[i];
+        if (body->is_static) continue;
         tulle_pc2 *cache = NULL;
-        tulle_pc2_info info;
-        tulle_status const status = open_cache(reader, i, &cache, &info, error);
-        if (status) return status;
-        tulle_pc2_close(cache);
+        tulle_pc2_info info = {0};
+        tulle_status status = open_cache(reader, i, &cache, &info, error);
+        if (!status) tulle_pc2_close(cache);
+        if (status || info.frame_count < run_reader_get_promised_count(reader)) {
+            /* Its checksums tell which frame is damaged; if none is, the header is. */
+            tulle_status const checked = run_reader_check_file(
+                reader, run_record_text(&reader->record, body->cache_file), error);
+            if (checked) return checked;
+            if (status) return status;
+            char path[RUN_PATH_SIZE];
+            run_join(path, reader->directory, run_record_text(&reader->record, body->cache_file));
+            return pc2_check_header(path, body->vertex_count, run_reader_get_promised_count(reader),
+                                    false, error);
+        }
         run_frames_truncate(&reader->frames, info.frame_count);
     }
     return TULLE_OK;
@@ -128,20 +130,23 @@ static tulle_status drop_partial_frames(tulle_run_reader *reader, tulle_error *e
 
 static void look_for_checkpoint(tulle_run_reader *reader) {
     static const char *const names[] = {RUN_FILE_CHECKPOINT, RUN_FILE_CHECKPOINT_BEFORE};
-    for (int i = 0; i < 2 && !reader->info.has_checkpoint; i++) {
+    for (int i = 0; i < 2 && !reader->has_checkpoint; i++) {
         char path[RUN_PATH_SIZE];
-        checkpoint_record checkpoint;
         run_join(path, reader->directory, names[i]);
-        if (checkpoint_read(&reader->heap, path, &checkpoint, NULL)) continue;
-        reader->info.has_checkpoint = 1;
-        reader->info.checkpoint_step = checkpoint.state.step;
-        checkpoint_release(&reader->heap, &checkpoint);
+        if (checkpoint_read(&reader->heap, path, &reader->checkpoint, NULL)) continue;
+        tulle_run_checkpoint *const state = &reader->checkpoint.state;
+        memory_release(&reader->heap, state->bytes, state->byte_count);
+        state->bytes = NULL;
+        state->byte_count = 0;
+        reader->has_checkpoint = true;
     }
 }
 
 static tulle_status read_scene(tulle_run_reader *reader, tulle_error *error) {
     char path[RUN_PATH_SIZE];
     run_join(path, reader->directory, RUN_FILE_SCENE);
+    tulle_status const status = run_reader_check_file(reader, RUN_FILE_SCENE, error);
+    if (status) return status;
     if (!reader->record.has_scene_text || access(path, F_OK) != 0) return TULLE_OK;
     return file_load(&reader->heap, path, scene_size_limit, &reader->scene, error);
 }
@@ -156,14 +161,14 @@ static tulle_status read_directory(tulle_run_reader *reader, tulle_error *error)
     reader->meshes = memory_allocate_zeroed(&reader->heap, body_count, sizeof *reader->meshes);
     if (!reader->bodies || !reader->meshes)
         return file_fail(error, reader->directory, ENOMEM, "cannot be read");
-    run_join(path, reader->directory, RUN_FILE_FRAMES);
-    status = run_frames_read(&reader->frames, &reader->heap, path, body_count, error);
+    look_for_checkpoint(reader);
+    status = run_reader_read_checksums(reader, error);
+    if (!status) status = run_reader_read_frames(reader, error);
     if (!status) status = drop_partial_frames(reader, error);
     if (!status) status = read_scene(reader, error);
     if (status) return status;
     describe_bodies(reader);
     describe_run(reader);
-    look_for_checkpoint(reader);
     return TULLE_OK;
 }
 
@@ -181,6 +186,7 @@ tulle_status tulle_run_reader_open(const char *directory, tulle_run_reader **res
     reader->record = run_record_make(&reader->heap);
     reader->debug.file = -1;
     reader->debug_arrays = arena_make(&reader->heap);
+    reader->damage_texts = arena_make(&reader->heap);
     tulle_status const status = read_directory(reader, error);
     if (status)
         tulle_run_reader_close(reader);
@@ -201,9 +207,11 @@ tulle_status tulle_run_reader_get_mesh(tulle_run_reader *reader, size_t body, tu
     tulle_mesh *const kept = &reader->meshes[body];
     if (kept->vertex_count == 0) {
         char path[RUN_PATH_SIZE];
-        run_join(path, reader->directory, run_record_text(&reader->record, record->mesh_file));
+        const char *const name = run_record_text(&reader->record, record->mesh_file);
+        run_join(path, reader->directory, name);
         tulle_mesh read = {0};
-        tulle_status const status = tulle_mesh_read(path, &read, error);
+        tulle_status status = run_reader_check_file(reader, name, error);
+        if (!status) status = tulle_mesh_read(path, &read, error);
         if (status) return status;
         if (read.vertex_count != record->vertex_count ||
             read.triangle_count != record->triangle_count) {
@@ -253,6 +261,15 @@ tulle_status tulle_run_reader_read_positions(tulle_run_reader *reader, uint32_t 
     tulle_status status = open_cache(reader, body, &cache, &info, error);
     if (status) return status;
     status = tulle_pc2_read_frame(cache, frame, positions, error);
+    if (!status && !reader->record.is_older_format) {
+        const char *const name =
+            run_record_text(&reader->record, reader->record.bodies.data[body].cache_file);
+        file_sum const sum = pc2_get_sum(cache, frame);
+        const checksum_line *const line = checksums_find(&reader->sums, name, sum.begin);
+        char path[RUN_PATH_SIZE];
+        run_join(path, reader->directory, name);
+        if (!line || line->sum.hash != sum.hash) status = checksum_fail(path, frame, &sum, error);
+    }
     tulle_pc2_close(cache);
     return status;
 }
@@ -271,8 +288,11 @@ tulle_status tulle_run_reader_read_debug(tulle_run_reader *reader, uint32_t fram
         if (status) return status;
     }
     arena_release(&reader->debug_arrays, (arena_mark){0});
-    return debug_file_read(&reader->debug, &reader->record, frame, &reader->debug_arrays, debug,
-                           error);
+    tulle_error damage = {0};
+    tulle_status const status = debug_file_read(&reader->debug, &reader->record, frame,
+                                                &reader->debug_arrays, debug, &damage);
+    if (!status) return TULLE_OK;
+    return error_set_at(error, status, damage.file, 0, 0, "frame %u: %s", frame, damage.message);
 }
 
 tulle_status tulle_run_reader_get_reports(tulle_run_reader *reader,
@@ -284,7 +304,8 @@ tulle_status tulle_run_reader_get_reports(tulle_run_reader *reader,
     if (reader->reports.count == 0) {
         char path[RUN_PATH_SIZE];
         run_join(path, reader->directory, RUN_FILE_REPORT);
-        status = run_report_read(&reader->heap, path, &reader->reports, error);
+        status = run_reader_check_file(reader, RUN_FILE_REPORT, error);
+        if (!status) status = run_report_read(&reader->heap, path, &reader->reports, error);
         if (status) reader->reports.count = 0;
     }
     *reports = reader->reports.data;

@@ -10,8 +10,9 @@
 #include <string.h>
 
 static const char *const format_name = "tulle run";
-/* Version 1 named the stages of report.csv in another way: it is read, but not written on. */
-enum { FORMAT_VERSION = 2, FORMAT_VERSION_FIRST = 1 };
+/* Version 1 named the stages of report.csv in another way, version 2 had no checksums: they are
+ * read, but not written on. */
+enum { FORMAT_VERSION = 3, FORMAT_VERSION_FIRST = 1 };
 static const char *const record_names[] = {"plain", "debug"}; /* by records_debug */
 static const size_t record_size_limit = (size_t)1 << 28; /* [bytes] far above RUN_BODY_MAX bodies */
 
@@ -174,7 +175,7 @@ tulle_status run_record_compare(const run_record *old, const run_record *new, co
         difference = "it had another time step";
     if (old->bodies.count != new->bodies.count) difference = "it had another number of bodies";
     if (old->is_older_format)
-        difference = "an older version of tulle began it, with other columns in report.csv";
+        difference = "an older version of tulle began it, whose runs are read but not gone on with";
     for (size_t i = 0; i < old->bodies.count && !difference; i++)
         if (!is_same_body(old, new, i)) difference = "its bodies were others";
     if (!difference && old->writes_vtp != new->writes_vtp)
@@ -242,6 +243,8 @@ tulle_status run_record_write(const run_record *record, const char *path, tulle_
     for (size_t i = 0; i < record->bodies.count; i++)
         write_body(&writer, record, &record->bodies.data[i]);
     json_end(&writer, ']');
+    run_end_write(&writer, record);
+    json_put_hash(&writer, "checksum", output_get_hash(output));
     json_end(&writer, '}');
     return output_commit(output, error);
 }
@@ -299,7 +302,7 @@ static tulle_status read_bodies(run_record *record, const json_document *documen
 }
 
 static tulle_status read_format(run_record *record, const json_document *document,
-                                const json_value *root, tulle_error *error) {
+                                const json_value *root, bool has_seal, tulle_error *error) {
     const char *name = "";
     uint32_t version = 0;
     tulle_status status = json_take_string(document, root, "format", &name, error);
@@ -310,6 +313,10 @@ static tulle_status read_format(run_record *record, const json_document *documen
         status = json_fail(document, root, error, "format version %u; only %d to %d can be read",
                            version, FORMAT_VERSION_FIRST, FORMAT_VERSION);
     record->is_older_format = version < FORMAT_VERSION;
+    bool const should_have_seal = !record->is_older_format || json_find(document, root, "checksum");
+    if (!status && should_have_seal && !has_seal)
+        status = json_fail(document, root, error,
+                           "damaged: the file does not end with its \"checksum\"");
     return status;
 }
 
@@ -383,11 +390,14 @@ tulle_status run_record_read(run_record *record, const char *path, tulle_error *
     tulle_status status = file_load(record->heap, path, record_size_limit, &data, error);
     if (status) return status;
     json_document document = {0};
-    status = json_read(record->heap, path, data.bytes, data.byte_count, &document, error);
+    bool has_seal = false;
+    status = run_seal_check(path, &data, &has_seal, error);
+    if (!status)
+        status = json_read(record->heap, path, data.bytes, data.byte_count, &document, error);
     file_release(record->heap, &data);
     if (status) return status;
     const json_value *const root = json_get_root(&document);
-    status = read_format(record, &document, root, error);
+    status = read_format(record, &document, root, has_seal, error);
     if (!status) status = read_state(record, &document, root, error);
     if (!status) status = read_texts(record, &document, root, error);
     if (!status) status = read_numbers(record, &document, root, error);
@@ -397,6 +407,7 @@ tulle_status run_record_read(run_record *record, const char *path, tulle_error *
     if (!status) status = run_untangle_read(record, &document, root, error);
     if (!status) status = read_bodies(record, &document, root, error);
     if (!status) status = run_outcome_read(record, &document, root, error);
+    if (!status) status = run_end_read(record, &document, root, error);
     json_destroy(&document);
     return status;
 }

@@ -4,6 +4,7 @@
 #define TULLE_IO_RUN_RUN_RECORD_H
 
 #include "base/memory.h"
+#include "io/file_data.h"
 #include "io/text/json_read.h"
 #include "io/text/json_write.h"
 #include "io/text/text_cursor.h"
@@ -17,8 +18,9 @@
 #define RUN_FILE_REPORT "report.csv"
 #define RUN_FILE_CHECKPOINT "checkpoint.bin"
 #define RUN_FILE_CHECKPOINT_BEFORE "checkpoint.previous.bin"
-#define RUN_FILE_DEBUG "debug.bin"   /* of runs that record it */
-#define RUN_FILE_BODIES "bodies.csv" /* of runs with rigid bodies */
+#define RUN_FILE_CHECKSUMS "checksums.csv" /* from format version 3 on */
+#define RUN_FILE_DEBUG "debug.bin"         /* of runs that record it */
+#define RUN_FILE_BODIES "bodies.csv"       /* of runs with rigid bodies */
 #define RUN_FOLDER_VTP "vtp"
 
 enum {
@@ -34,6 +36,12 @@ typedef struct run_body_record {
     int is_dynamic;
 } run_body_record;
 
+/* Place behind whole lines of checksums.csv. */
+typedef struct checksum_mark {
+    uint64_t size;  /* [bytes] */
+    uint64_t chain; /* of the line before */
+} checksum_mark;
+
 typedef struct run_record {
     memory *heap;
     ARRAY(char) pool; /* texts, each with its zero; offset 0 is the empty text */
@@ -43,7 +51,11 @@ typedef struct run_record {
     double time_step;
     uint32_t steps_per_frame, wanted_frame_count, threads;
     int has_scene_text, writes_vtp, records_debug;
-    bool is_older_format; /* as read: can be read, but not gone on with */
+    bool is_older_format;     /* as read: can be read, but not gone on with; has no checksums */
+    bool has_end;             /* the run was closed in good order */
+    checksum_mark end;        /* when has_end: of the whole checksums.csv */
+    bool has_checkpoint;      /* when has_end: there is a checkpoint */
+    uint64_t checkpoint_step; /* when has_checkpoint: of the newest */
     tulle_run_state state;
     bool has_detection;
     tulle_world_detection detection; /* when has_detection */
@@ -86,6 +98,14 @@ tulle_status run_outcome_read(run_record *record, const json_document *document,
 void run_response_write(json_writer *writer, const run_record *record);
 tulle_status run_response_read(run_record *record, const json_document *document,
                                const json_value *root, tulle_error *error);
+
+/* run_seal.c: the member "checksums", once the run is closed. */
+void run_end_write(json_writer *writer, const run_record *record);
+tulle_status run_end_read(run_record *record, const json_document *document, const json_value *root,
+                          tulle_error *error);
+/* Compares a run.json with the checksum at its end; *has_seal: it has one. */
+tulle_status run_seal_check(const char *path, const file_data *data, bool *has_seal,
+                            tulle_error *error);
 
 /* ---- frames.csv ---- */
 

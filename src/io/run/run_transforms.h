@@ -11,9 +11,6 @@ size_t transforms_count_bodies(const run_record *record);
 
 tulle_status transforms_create(run_log *log, const run_record *record, const char *directory,
                                tulle_error *error);
-/* Opens the file of a run that is resumed and cuts it back to its first frame_count frames. */
-tulle_status transforms_resume(run_log *log, const run_record *record, const char *directory,
-                               uint32_t frame_count, tulle_error *error);
 /* transforms: one for each rigid body, in the order of the record's bodies. On failure the file is
  * as before. */
 tulle_status transforms_append(run_log *log, const run_record *record, uint32_t frame,

@@ -1,8 +1,8 @@
 /* io/run/run_write.c - frames, reports and checkpoints of a run.
  *
- * A frame goes into all caches, debug.bin and bodies.csv first, then its line into frames.csv: the
- * whole lines count the whole frames. A checkpoint is written after everything it counts is on the
- * disk. */
+ * A frame goes into all caches, debug.bin and bodies.csv first, then its checksums into
+ * checksums.csv, then its line into frames.csv: the whole lines count the whole frames. A
+ * checkpoint is written after everything it counts is on the disk. */
 #define _GNU_SOURCE /* syncfs */
 #include "base/error.h"
 #include "io/cache/pc2.h"
@@ -42,13 +42,24 @@ static tulle_status check_frame(const tulle_run_writer *writer, const tulle_run_
     return TULLE_OK;
 }
 
+static tulle_status append_to_cache(tulle_run_writer *writer, const tulle_run_frame *frame,
+                                    size_t body, tulle_error *error) {
+    const run_record *const record = &writer->record;
+    file_sum sum = {0};
+    tulle_status const status =
+        pc2_writer_append_unflushed(writer->caches[body], frame->positions[body], &sum, error);
+    if (!status)
+        checksum_log_add(&writer->checksums, &writer->heap,
+                         run_record_text(record, record->bodies.data[body].cache_file),
+                         (int64_t)writer->frames.lines.count - 1, &sum);
+    return status;
+}
+
 static tulle_status append_to_caches(tulle_run_writer *writer, const tulle_run_frame *frame,
                                      size_t *done, tulle_error *error) {
     tulle_status status = TULLE_OK;
     for (*done = 0; *done < writer->record.bodies.count && !status; ++*done)
-        if (writer->caches[*done])
-            status =
-                pc2_writer_append_unflushed(writer->caches[*done], frame->positions[*done], error);
+        if (writer->caches[*done]) status = append_to_cache(writer, frame, *done, error);
     return status;
 }
 
@@ -65,18 +76,63 @@ static tulle_status write_vtps(tulle_run_writer *writer, const tulle_run_frame *
         run_join(path, writer->directory, name);
         tulle_mesh_view const mesh = {frame->positions[i], body->vertex_count, writer->triangles[i],
                                       body->triangle_count};
-        status =
-            vtp_write_unflushed(path, mesh, frame->velocities ? frame->velocities[i] : NULL, error);
+        file_sum sum = {0};
+        status = vtp_write_unflushed(path, mesh, frame->velocities ? frame->velocities[i] : NULL,
+                                     &sum, error);
+        if (!status) checksum_log_add(&writer->checksums, &writer->heap, name, index, &sum);
     }
     return status;
 }
 
-/* Takes the last frame back out of the first `done` caches, and of debug.bin and bodies.csv, which
- * had so many bytes before; best effort on a disk that fails. */
-static void roll_back(tulle_run_writer *writer, size_t done, uint64_t debug_size,
-                      uint64_t bodies_size) {
-    run_log_cut(&writer->debug.log, debug_size);
-    run_log_cut(&writer->bodies_log, bodies_size);
+/* ---- checksums ---- */
+
+/* The logs with their names. */
+typedef struct named_log {
+    run_log *log;
+    const char *name;
+} named_log;
+enum { LOG_COUNT = 4 };
+
+static void list_logs(tulle_run_writer *writer, named_log logs[LOG_COUNT]) {
+    logs[0] = (named_log){&writer->debug.log, RUN_FILE_DEBUG};
+    logs[1] = (named_log){&writer->bodies_log, RUN_FILE_BODIES};
+    logs[2] = (named_log){&writer->report_log, RUN_FILE_REPORT};
+    logs[3] = (named_log){&writer->frames_log, RUN_FILE_FRAMES};
+}
+
+/* Prepares a line for what each log holds and checksums.csv does not cover, and for the text that
+ * is about to be appended to frames.csv. Steps belong to the frame that they lead to. */
+static void add_logs(tulle_run_writer *writer, int64_t frame, const char *text, size_t length) {
+    named_log logs[LOG_COUNT];
+    list_logs(writer, logs);
+    for (int i = 0; i < LOG_COUNT; i++) {
+        if (logs[i].log->file < 0) continue;
+        bool const is_last = i == LOG_COUNT - 1;
+        file_sum const sum = run_log_get_sum(logs[i].log, text, is_last ? length : 0);
+        if (sum.end > sum.begin)
+            checksum_log_add(&writer->checksums, &writer->heap, logs[i].name, frame, &sum);
+    }
+}
+
+static void mark_logs(tulle_run_writer *writer) {
+    named_log logs[LOG_COUNT];
+    list_logs(writer, logs);
+    for (int i = 0; i < LOG_COUNT; i++) run_log_mark_summed(logs[i].log);
+}
+
+tulle_status run_writer_sum_logs(tulle_run_writer *writer, tulle_error *error) {
+    add_logs(writer, CHECKSUM_NO_FRAME, "", 0);
+    tulle_status const status = checksum_log_append(&writer->checksums, error);
+    if (!status) mark_logs(writer);
+    return status;
+}
+
+/* Takes the last frame back out of the first `done` caches, and of debug.bin, bodies.csv and
+ * checksums.csv; best effort on a disk that fails. */
+static void roll_back(tulle_run_writer *writer, size_t done, checksum_mark mark) {
+    run_log_cut(&writer->debug.log);
+    run_log_cut(&writer->bodies_log);
+    checksum_log_cut(&writer->checksums, mark);
     run_frames_truncate(&writer->frames, writer->frames.lines.count - 1);
     uint32_t const frame_count = (uint32_t)writer->frames.lines.count;
     for (size_t i = 0; i < done; i++)
@@ -95,7 +151,7 @@ tulle_status tulle_run_write_frame(tulle_run_writer *writer, const tulle_run_fra
         return error_set_at(error, TULLE_ERROR_OUT_OF_MEMORY, writer->directory, 0, 0,
                             "out of memory for frame %zu", index);
     size_t done = 0;
-    uint64_t const debug_size = writer->debug.log.size, bodies_size = writer->bodies_log.size;
+    checksum_mark const mark = writer->checksums.mark;
     status = append_to_caches(writer, frame, &done, error);
     if (!status && writer->record.records_debug)
         status =
@@ -107,9 +163,14 @@ tulle_status tulle_run_write_frame(tulle_run_writer *writer, const tulle_run_fra
     if (!status) {
         size_t const length =
             run_frames_format_last(&writer->frames, writer->line, run_frames_line_size(body_count));
-        status = run_log_append(&writer->frames_log, writer->line, length, error);
+        add_logs(writer, (int64_t)index, writer->line, length);
+        status = checksum_log_append(&writer->checksums, error);
+        if (!status) status = run_log_append(&writer->frames_log, writer->line, length, error);
     }
-    if (status) roll_back(writer, done, debug_size, bodies_size);
+    if (status)
+        roll_back(writer, done, mark);
+    else
+        mark_logs(writer);
     return status;
 }
 
@@ -148,6 +209,7 @@ static tulle_status sync_all(tulle_run_writer *writer, tulle_error *error) {
     if (!status) status = run_log_sync(&writer->debug.log, error);
     if (!status) status = run_log_sync(&writer->bodies_log, error);
     if (!status) status = run_log_sync(&writer->report_log, error);
+    if (!status) status = run_log_sync(&writer->checksums.log, error);
     return status ? status : run_log_sync(&writer->frames_log, error);
 }
 
@@ -159,14 +221,21 @@ tulle_status tulle_run_write_checkpoint(tulle_run_writer *writer,
                          "writer and checkpoint may not be null or empty");
     tulle_status status = check_directory(writer, error);
     if (!status) status = run_writer_write_collections(writer, error);
+    checksum_log_forget(&writer->checksums); /* of collections, which grow */
+    if (!status) status = run_writer_sum_logs(writer, error);
     if (!status) status = sync_all(writer, error);
     if (status) return status;
     checkpoint_record record = {.state = *checkpoint,
                                 .scene_hash = writer->record.scene_hash,
                                 .report_size = writer->report_log.size,
-                                .frames_size = writer->frames_log.size};
+                                .frames_size = writer->frames_log.size,
+                                .checksums = writer->checksums.mark};
     record.state.frame_count = tulle_run_get_frame_count(writer);
-    return checkpoint_write(writer->directory, &record, error);
+    status = checkpoint_write(writer->directory, &record, error);
+    /* After a failure the newest may be under the name of the one before. */
+    writer->record.has_checkpoint = status == TULLE_OK;
+    writer->record.checkpoint_step = checkpoint->step;
+    return status;
 }
 
 /* ---- ParaView collections ---- */
@@ -203,7 +272,10 @@ static tulle_status write_collections(tulle_run_writer *writer, collection *list
         char name[RUN_PATH_SIZE], path[RUN_PATH_SIZE];
         run_make_pvd_name(&writer->record, i, name);
         run_join(path, writer->directory, name);
-        status = pvd_write_unflushed(path, list->files, list->times, count, error);
+        file_sum sum = {0};
+        status = pvd_write_unflushed(path, list->files, list->times, count, &sum, error);
+        if (!status)
+            checksum_log_add(&writer->checksums, &writer->heap, name, CHECKSUM_NO_FRAME, &sum);
     }
     return status;
 }
@@ -243,7 +315,10 @@ tulle_status tulle_run_close(tulle_run_writer *writer, tulle_run_state state, co
     if (!run_record_keep(&writer->record, message ? message : "", &writer->record.message))
         writer->record.message = 0;
     status = run_writer_write_collections(writer, error);
+    if (!status) status = run_writer_sum_logs(writer, error);
     if (!status) status = sync_all(writer, error);
+    writer->record.has_end = status == TULLE_OK;
+    writer->record.end = writer->checksums.mark;
     /* How it ended is worth recording even where the rest failed. */
     tulle_status const recorded = run_writer_write_record(writer, status ? NULL : error);
     run_writer_destroy(writer);

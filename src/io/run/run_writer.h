@@ -3,6 +3,7 @@
 #ifndef TULLE_IO_RUN_RUN_WRITER_H
 #define TULLE_IO_RUN_RUN_WRITER_H
 
+#include "io/run/run_checksums.h"
 #include "io/run/run_debug.h"
 #include "io/run/run_transforms.h"
 
@@ -19,10 +20,14 @@ struct tulle_run_writer {
     run_frames frames;
     run_log report_log, frames_log, bodies_log;
     debug_log debug;
-    tulle_pc2_writer **caches; /* of each body; null for static ones */
-    uint32_t **triangles;      /* of each body, for VTP; null without VTP */
-    bool has_unflushed_files;  /* other than caches and logs, written since the last checkpoint */
-    char *line;                /* of frames.csv, run_frames_line_size bytes */
+    checksum_log checksums;
+    ARRAY(char) notes; /* what a resume has to say, a line each, with a zero; empty: nothing */
+    bool has_former_outcome;
+    tulle_run_outcome former_outcome; /* in run.json of the run that is resumed */
+    tulle_pc2_writer **caches;        /* of each body; null for static ones */
+    uint32_t **triangles;             /* of each body, for VTP; null without VTP */
+    bool has_unflushed_files; /* other than caches and logs, written since the last checkpoint */
+    char *line;               /* of frames.csv, run_frames_line_size bytes */
 };
 
 tulle_status run_writer_check_def(const tulle_run_def *def, tulle_error *error);
@@ -40,9 +45,22 @@ tulle_status run_writer_begin(tulle_run_writer *writer, const tulle_run_def *def
                               tulle_error *error);
 /* Writes all PVD files; does nothing without VTP. */
 tulle_status run_writer_write_collections(tulle_run_writer *writer, tulle_error *error);
-/* scene.yaml, when there is a text. */
-tulle_status run_writer_write_scene(tulle_run_writer *writer, const tulle_run_def *def,
-                                    tulle_error *error);
+/* Files that follow from the scene alone. */
+typedef enum scene_file {
+    SCENE_FILE_TEXT, /* scene.yaml, if there is a text; of body 0 */
+    SCENE_FILE_MESH, /* a body's OBJ file */
+    SCENE_FILE_VTP   /* that of a static body, if VTP is wanted */
+} scene_file;
+/* Its name; false where the run has none. */
+bool run_writer_name_file(const tulle_run_writer *writer, scene_file kind, size_t body,
+                          char name[RUN_PATH_SIZE]);
+/* Writes it and prepares its line of checksums.csv; or, with `expected`, makes it again: to those
+ * bytes or not at all. Does nothing where the run has none. */
+tulle_status run_writer_write_file(tulle_run_writer *writer, const tulle_run_def *def,
+                                   scene_file kind, size_t body, const file_sum *expected,
+                                   tulle_error *error);
+/* Appends lines for all that logs hold and checksums.csv does not cover. */
+tulle_status run_writer_sum_logs(tulle_run_writer *writer, tulle_error *error);
 /* The folder of VTP files, when they are wanted. */
 tulle_status run_writer_make_vtp_folder(tulle_run_writer *writer, tulle_error *error);
 tulle_status run_writer_write_record(tulle_run_writer *writer, tulle_error *error);

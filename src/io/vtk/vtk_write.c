@@ -108,8 +108,9 @@ static void write_polydata(output_file *output, tulle_mesh_view mesh, const doub
     output_text(output, "</Piece>\n</PolyData>\n</VTKFile>\n");
 }
 
+/* sum null: the file is flushed to disk. */
 static tulle_status write_vtp(const char *path, tulle_mesh_view mesh, const double *velocities,
-                              bool is_flushed, tulle_error *error) {
+                              file_sum *sum, tulle_error *error) {
     if (!path || (mesh.vertex_count > 0 && !mesh.positions) ||
         (mesh.triangle_count > 0 && !mesh.triangles))
         return error_set(error, TULLE_ERROR_INVALID_ARGUMENT,
@@ -120,21 +121,21 @@ static tulle_status write_vtp(const char *path, tulle_mesh_view mesh, const doub
                              "triangle %zu uses vertex %u, but there are only %zu", i / 3,
                              mesh.triangles[i], mesh.vertex_count);
     output_file *output = NULL;
-    tulle_status const status = is_flushed ? output_open(path, &output, error)
-                                           : output_open_unflushed(path, &output, error);
+    tulle_status const status =
+        sum ? output_open_unflushed(path, &output, error) : output_open(path, &output, error);
     if (status) return status;
     write_polydata(output, mesh, velocities);
-    return output_commit(output, error);
+    return output_commit_summed(output, sum, error);
 }
 
 tulle_status tulle_vtp_write(const char *path, tulle_mesh_view mesh, const double *velocities,
                              tulle_error *error) {
-    return write_vtp(path, mesh, velocities, true, error);
+    return write_vtp(path, mesh, velocities, NULL, error);
 }
 
 tulle_status vtp_write_unflushed(const char *path, tulle_mesh_view mesh, const double *velocities,
-                                 tulle_error *error) {
-    return write_vtp(path, mesh, velocities, false, error);
+                                 file_sum *sum, tulle_error *error) {
+    return write_vtp(path, mesh, velocities, sum, error);
 }
 
 /* Text of an attribute: the five reserved characters by their names. */
@@ -151,16 +152,17 @@ static void write_escaped(output_file *output, const char *text) {
     }
 }
 
+/* The same. */
 static tulle_status write_pvd(const char *path, const char *const *files, const double *times,
-                              size_t count, bool is_flushed, tulle_error *error) {
+                              size_t count, file_sum *sum, tulle_error *error) {
     bool has_all = path && (count == 0 || (files && times));
     for (size_t i = 0; has_all && i < count; i++) has_all = files[i] != NULL;
     if (!has_all)
         return error_set(error, TULLE_ERROR_INVALID_ARGUMENT,
                          "path, files and times may not be null");
     output_file *output = NULL;
-    tulle_status const status = is_flushed ? output_open(path, &output, error)
-                                           : output_open_unflushed(path, &output, error);
+    tulle_status const status =
+        sum ? output_open_unflushed(path, &output, error) : output_open(path, &output, error);
     if (status) return status;
     output_text(output, "<?xml version=\"1.0\"?>\n<VTKFile type=\"Collection\" version=\"0.1\" "
                         "byte_order=\"LittleEndian\">\n<Collection>\n");
@@ -172,15 +174,15 @@ static tulle_status write_pvd(const char *path, const char *const *files, const 
         output_text(output, "\"/>\n");
     }
     output_text(output, "</Collection>\n</VTKFile>\n");
-    return output_commit(output, error);
+    return output_commit_summed(output, sum, error);
 }
 
 tulle_status tulle_pvd_write(const char *path, const char *const *files, const double *times,
                              size_t count, tulle_error *error) {
-    return write_pvd(path, files, times, count, true, error);
+    return write_pvd(path, files, times, count, NULL, error);
 }
 
 tulle_status pvd_write_unflushed(const char *path, const char *const *files, const double *times,
-                                 size_t count, tulle_error *error) {
-    return write_pvd(path, files, times, count, false, error);
+                                 size_t count, file_sum *sum, tulle_error *error) {
+    return write_pvd(path, files, times, count, sum, error);
 }

@@ -79,7 +79,7 @@ static void a_plain_run_has_none(void **state) {
     assert_non_null(strstr(error.message, "no debug records"));
 }
 
-/* run.json as versions wrote it that knew no records. */
+/* A run.json that says nothing of records. */
 static void a_run_without_the_key_is_plain(void **state) {
     (void)state;
     const char *const directory = test_path("old");
@@ -90,6 +90,7 @@ static void a_run_without_the_key_is_plain(void **state) {
     char *const key = strstr(text, "  \"record\": \"plain\",\n");
     assert_non_null(key);
     memset(key, ' ', strlen("  \"record\": \"plain\","));
+    seal_record(text);
     put_file(test_path("old/run.json"), text, size);
     free(text);
     tulle_run_reader *const reader = open_reader(directory);
@@ -220,7 +221,8 @@ static void a_run_resumes_before_its_damaged_records(void **state) {
     assert_sound(directory);
     put_file(test_path("short/debug.bin"), bytes, HEAD_SIZE);
     assert_int_equal(resume_run(directory, 5, &error), TULLE_ERROR_PARSE);
-    assert_non_null(strstr(error.message, "debug.bin"));
+    assert_non_null(strstr(error.file, "debug.bin"));
+    assert_non_null(strstr(error.message, "frame 0: "));
     /* what is behind the checkpoint is cut off */
     char *const longer = calloc(1, size + 100);
     memcpy(longer, bytes, size);
