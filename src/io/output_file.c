@@ -168,7 +168,7 @@ void output_write(output_file *output, const void *bytes, size_t byte_count) {
         send_out(output, bytes, byte_count);
         return;
     }
-    memcpy(output->buffer + output->used, bytes, byte_count);
+    if (byte_count > 0) memcpy(output->buffer + output->used, bytes, byte_count);
     output->used += byte_count;
 }
 
