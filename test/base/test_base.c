@@ -188,6 +188,16 @@ static void hash_is_fixed_and_sensitive(void **state) {
     uint64_t const a = hash_bytes(HASH_SEED, "the same bytes", 14);
     assert_true(a == hash_bytes(HASH_SEED, "the same bytes", 14));
     assert_true(a != hash_bytes(HASH_SEED, "the same bytet", 14));
+    /* in pieces of any lengths */
+    for (size_t first = 0; first <= 14; first++) {
+        for (size_t second = 0; first + second <= 14; second++) {
+            hash_stream stream = hash_stream_make(HASH_SEED);
+            hash_stream_add(&stream, "the same bytes", first);
+            hash_stream_add(&stream, "the same bytes" + first, second);
+            hash_stream_add(&stream, "the same bytes" + first + second, 14 - first - second);
+            assert_true(a == hash_stream_get(&stream));
+        }
+    }
     uint64_t seed = 1;
     assert_true(random_next(&seed) ==
                 UINT64_C(0x910a2dec89025cc1)); /* SplitMix64's published first value for seed 1 */
