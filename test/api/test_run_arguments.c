@@ -196,6 +196,16 @@ ARGUMENTS_OF(tulle_run_get_frame_count) {
     assert_int_equal(tulle_run_get_frame_count(NULL), 0);
 }
 
+ARGUMENTS_OF(tulle_run_get_notes) {
+    (void)unused;
+    assert_string_equal(tulle_run_get_notes(NULL), "");
+}
+
+ARGUMENTS_OF(tulle_run_get_former_outcome) {
+    (void)unused;
+    assert_null(tulle_run_get_former_outcome(NULL));
+}
+
 ARGUMENTS_OF(tulle_run_outcome_add) {
     (void)unused;
     tulle_run_outcome outcome = {0};
@@ -351,6 +361,19 @@ ARGUMENTS_OF(tulle_run_reader_get_reports) {
     tulle_run_reader_close(reader);
 }
 
+ARGUMENTS_OF(tulle_run_reader_find_damage) {
+    (void)unused;
+    tulle_run_reader *const reader = make_reader();
+    const tulle_run_damage *damages = NULL;
+    size_t count = 0;
+    REFUSED(tulle_run_reader_find_damage(NULL, &damages, &count, &error));
+    REFUSED(tulle_run_reader_find_damage(reader, NULL, &count, &error));
+    REFUSED(tulle_run_reader_find_damage(reader, &damages, NULL, &error));
+    FINE(tulle_run_reader_find_damage(reader, &damages, &count, NULL));
+    assert_int_equal(count, 0);
+    tulle_run_reader_close(reader);
+}
+
 static const struct CMUnitTest table[] = {
     TABLE_LINE(tulle_run_state_name),
     TABLE_LINE(tulle_run_def_default),
@@ -362,6 +385,8 @@ static const struct CMUnitTest table[] = {
     TABLE_LINE(tulle_run_write_report),
     TABLE_LINE(tulle_run_write_checkpoint),
     TABLE_LINE(tulle_run_get_frame_count),
+    TABLE_LINE(tulle_run_get_notes),
+    TABLE_LINE(tulle_run_get_former_outcome),
     TABLE_LINE(tulle_run_outcome_add),
     TABLE_LINE(tulle_run_outcome_place),
     TABLE_LINE(tulle_run_outcome_describe),
@@ -377,6 +402,7 @@ static const struct CMUnitTest table[] = {
     TABLE_LINE(tulle_run_reader_read_positions),
     TABLE_LINE(tulle_run_reader_read_debug),
     TABLE_LINE(tulle_run_reader_get_reports),
+    TABLE_LINE(tulle_run_reader_find_damage),
 };
 
 static void every_function_has_its_test(void **unused) {

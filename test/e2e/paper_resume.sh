@@ -64,7 +64,7 @@ cp scenes/rings.yaml rings.yaml
 sed -i 's/frames: 6/frames: 80/; s/\[9, 9\]/[21, 21]/' scenes/rings.yaml
 make 0 '' fig9 --size 16x10
 mv out.d whole.d
-cut_off KILL "-e out.d/runs/rings/report.csv" fig9 --size 16x10
+cut_off KILL "-e out.d/runs/rings/report.csv -a -s out.d/made/rings.csv" fig9 --size 16x10
 [ $cut = 137 ] || fail "fig9 was not killed: exit $cut"
 make 0 '"run":"rings","what":"runs"' fig9 --size 16x10
 for file in frames.csv sheet.pc2 scene.yaml; do
