@@ -211,7 +211,7 @@ static tulle_status check_piece(int file, const char *path, const checksum_line 
 /* Compares the file of the line `first` and goes to that of the next file; *frame: of the damage.
  */
 static tulle_status check_lines(const checksums *sums, const char *directory, uint32_t frame_limit,
-                                size_t *first, long *frame, tulle_error *error) {
+                                size_t *first, int64_t *frame, tulle_error *error) {
     const char *const name = sums->lines.data[*first].name;
     char path[RUN_PATH_SIZE];
     run_join(path, directory, name);
