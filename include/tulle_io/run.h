@@ -220,7 +220,7 @@ typedef struct tulle_run_body_info {
 typedef struct tulle_run_info {
     const char *version;                    /* of the program that wrote it */
     const char *scene_path;                 /* as the user gave it */
-    const char *scene_text;                 /* null: none recorded */
+    const char *scene_text;                 /* as the file is now; null: none recorded */
     uint64_t scene_hash;                    /* as in tulle_run_def */
     uint64_t seed;                          /* as in tulle_run_def */
     double time_step;                       /* [s] */

@@ -181,13 +181,13 @@ static bool reader_names(const char *directory, const char *name, bool has_frame
     return is_named;
 }
 
-/* What is read of a damaged run is what was written, or an error. */
+/* What is read of a damaged run is what was written, or an error; but for the scene, which users may
+ * edit. */
 static void assert_never_passed_on(const char *directory) {
     tulle_run_reader *reader = NULL;
     if (tulle_run_reader_open(directory, &reader, NULL)) return;
     const tulle_run_info *const info = tulle_run_reader_get_info(reader);
     assert_int_equal(info->frame_count, WHOLE_FRAMES + 1);
-    if (info->scene_text) assert_string_equal(info->scene_text, "cloth: []\n");
     uint64_t state = 42;
     for (uint32_t frame = 0; frame < info->frame_count; frame++) {
         uint64_t hash = 0;
