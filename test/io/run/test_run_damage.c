@@ -181,8 +181,8 @@ static bool reader_names(const char *directory, const char *name, bool has_frame
     return is_named;
 }
 
-/* What is read of a damaged run is what was written, or an error; but for the scene, which users may
- * edit. */
+/* What is read of a damaged run is what was written, or an error; but for the scene, which users
+ * may edit. */
 static void assert_never_passed_on(const char *directory) {
     tulle_run_reader *reader = NULL;
     if (tulle_run_reader_open(directory, &reader, NULL)) return;
