@@ -101,9 +101,15 @@ motion_pose motion_compute_pose(const world_motion *motion, double time) {
     size_t const count = motion->key_count;
     if (count == 0) return (motion_pose){.rotation = {.w = 1.0}};
 
-    /* outside the keys the nearest pose holds */
-    size_t next = 0;
-    while (next < count && motion->keys[next].time <= time) next++;
+    /* the first key after `time`; outside the keys the nearest pose holds */
+    size_t next = 0, past = count;
+    while (next < past) {
+        size_t const middle = next + (past - next) / 2;
+        if (motion->keys[middle].time <= time)
+            next = middle + 1;
+        else
+            past = middle;
+    }
     const tulle_keyframe *const to = &motion->keys[next < count ? next : count - 1];
     motion_pose const end = {vec3_load(to->translation, 0), quaternion_load(to->rotation)};
     if (next == 0 || next == count) return end;

@@ -7,6 +7,7 @@
 #include <math.h>
 #include <setjmp.h>
 #include <stdarg.h>
+#include <time.h>
 
 #include <cmocka.h>
 
@@ -90,6 +91,30 @@ static void changes_lead_from_place_to_place(void **state) {
     motion_destroy(&heap, &motion);
 }
 
+/* The pose late in a script of days costs no more than an early one, and is found among all keys:
+ * at key i and halfway to the next. */
+static void a_long_script_costs_no_more(void **state) {
+    (void)state;
+    enum { KEY_COUNT = 200000 };
+    static tulle_keyframe keys[KEY_COUNT];
+    memory heap = memory_default();
+    for (int i = 0; i < KEY_COUNT; i++)
+        keys[i] = (tulle_keyframe){0.5 * i, {i % 7, 0.0, 0.0}, {1.0, 0.0, 0.0, 0.0}};
+    tulle_motion const source = {keys, KEY_COUNT, {0.0, 0.0, 0.0}, 0};
+    world_motion motion = {0};
+    assert_int_equal(motion_copy(&heap, &source, &motion), TULLE_OK);
+    clock_t const begin = clock();
+    for (int i = 0; i + 1 < KEY_COUNT; i++) {
+        double const here = keys[i].translation[0], next = keys[i + 1].translation[0];
+        assert_true(motion_compute_pose(&motion, 0.5 * i).translation.x == here);
+        assert_true(motion_compute_pose(&motion, 0.5 * i + 0.25).translation.x ==
+                    0.5 * (here + next));
+    }
+    double const seconds = (double)(clock() - begin) / CLOCKS_PER_SEC;
+    if (seconds > 1.0 * TULLE_TIME_FACTOR) fail_msg("%.2f s for 400000 poses", seconds);
+    motion_destroy(&heap, &motion);
+}
+
 static void bad_keys_are_refused(void **state) {
     (void)state;
     tulle_keyframe keys[] = {{1.0, {0, 0, 0}, {1, 0, 0, 0}}, {3.0, {2, 0, 0}, {1, 0, 0, 0}}};
@@ -110,6 +135,7 @@ int main(void) {
         cmocka_unit_test(places_are_as_in_closed_form),
         cmocka_unit_test(no_keys_change_no_bit),
         cmocka_unit_test(changes_lead_from_place_to_place),
+        cmocka_unit_test(a_long_script_costs_no_more),
         cmocka_unit_test(bad_keys_are_refused),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
