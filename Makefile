@@ -12,7 +12,7 @@ CTEST := ctest --output-on-failure -j $(JOBS) --timeout 600
 CHECK_PACKAGES := TULLE_NO_INSTALL=1 sh tools/install_packages.sh
 INSTALL_PACKAGES := sh tools/install_packages.sh
 
-.PHONY: all demo pictures paper paper-quick paper-pictures test test-long test-asan test-tsan test-clang test-musl test-m32 coverage check-arm64 check-portability bench bench-compare bench-detect bench-peers validate fuzz fuzz-all fuzz-afl fuzz-keep docs test-docs install format check-format layers sizes clean help
+.PHONY: all demo pictures paper paper-quick paper-pictures test test-long test-asan test-tsan test-clang test-musl test-m32 coverage check-arm64 check-portability bench bench-compare bench-detect bench-peers validate soak fuzz fuzz-all fuzz-afl fuzz-keep docs test-docs install format check-format layers sizes clean help
 .NOTPARALLEL:
 
 # The program at build/release/tulle, libtulle.so and libtulle.a beside it.
@@ -168,6 +168,14 @@ validate:
 	if command -v gnuplot >/dev/null; then cd build/validation && for f in *.gnuplot; do gnuplot -d "$$f"; done; fi; \
 	exit $$code
 
+# A live scene for hours: the judge, memory, the cost of a step, saved states: docs/contributing/testing.md. Prints a line a minute.
+MINUTES ?= 120
+soak:
+	@$(INSTALL_PACKAGES) build test
+	@cmake --preset release -DTULLE_BUILD_TESTS=ON -DTULLE_WARNINGS_AS_ERRORS=ON
+	@cmake --build $(BUILD) -j $(JOBS) --target world_test_soak
+	@TULLE_SOAK_MINUTES=$(MINUTES) $(BUILD)/test/world_test_soak
+
 # Fuzzing: docs/contributing/fuzzing.md. `make fuzz TARGET=obj SECONDS=600`, or all targets, which share the time; the corpus is
 # in build/fuzz, and a later call goes on with it. fuzz-afl is the same with AFL++; fuzz-keep chooses the files of fuzz/corpus anew.
 TARGET ?=
@@ -246,6 +254,7 @@ help:
 	@echo "make bench-detect tables of the detector's speed (makes its inputs once: half an hour)"
 	@echo "make bench-peers  the same scenes in Blender, MuJoCo and Bullet (installs them; an hour)"
 	@echo "make validate     the physics of contact, measured against expected (hours)"
+	@echo "make soak MINUTES=120   a live scene for hours: nothing crosses, grows or gets dearer"
 	@echo "make fuzz TARGET=obj SECONDS=60   fuzzes one target with libFuzzer (installs clang); fuzz-afl: with AFL++"
 	@echo "make fuzz-all SECONDS=600   all targets, which share the time"
 	@echo "make coverage     lines that the quick tests run"

@@ -273,8 +273,10 @@ typedef struct tulle_obstacle_def {
     tulle_motion motion;          /* rigid keyframes; key_count 0: static */
     /* null: no sequence. Else vertices follow the frames, linearly in between. */
     tulle_frame_reader read_frame;
-    void *frame_context;     /* handed to read_frame; lives as long as the world */
-    uint32_t frame_count;    /* frames that read_frame has */
+    void *frame_context; /* handed to read_frame; lives as long as the world */
+    /* frames that read_frame has, 1 .. 1e9; a motion that repeats counts on, and read_frame gives
+     * the same frames again */
+    uint32_t frame_count;
     double frame_start_time; /* [s] time of frame 0 */
     double frame_interval;   /* [s] between frames, > 0 */
     double appear_time;      /* [s] when it comes into the scene; -INFINITY: from the start */
