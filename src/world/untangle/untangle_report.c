@@ -51,8 +51,8 @@ static tulle_status write_surfaces(tulle_world *world, size_t first_surface, cha
             is_self ? "itself" : world_surface_name(world, counts[i].b), is_self ? "" : "'");
     }
     if (count > NAMED_SURFACES && length < size)
-        (void)snprintf(text + length, size - length, ", %zu other pairs of surfaces",
-                       count - NAMED_SURFACES);
+        (void)snprintf(text + length, size - length, ", %zu other pair%s of surfaces",
+                       count - NAMED_SURFACES, count == NAMED_SURFACES + 1 ? "" : "s");
     arena_release(&world->scratch, mark);
     return TULLE_OK;
 }

@@ -288,11 +288,65 @@ static void bad_values_are_refused(void **state) {
     tulle_world_destroy(world);
 }
 
+/* A box of 0.2 m sleeps on the ground. From 1 s to 2 s a small one passes it at a clearance [m],
+ * along the next axis: on side 0, 1, 2 (+x, +y, +z), 3 or 4 (-x, -y). Where the small one is along
+ * its way when the sleeper wakes, or NAN. */
+static double pass_by(int side, double clearance) {
+    double const separation = 0.02, reach = 0.6;
+    int const axis = side % 3, along = (axis + 1) % 3;
+    tulle_world_def def = tulle_world_def_default();
+    def.threads = 1;
+    def.separation_distance = separation;
+    tulle_world *const world = bodies_make_world(&def, false);
+    tulle_body const body = {
+        .is_dynamic = 1, .density = 500.0, .sleep_speed = SLEEP_SPEED, .sleep_time = SLEEP_TIME};
+    tulle_mesh ground = bodies_make_box(2.0, 2.0, 0.2, (double[3]){0.0, 0.0, -0.1});
+    tulle_mesh box = bodies_make_box(0.2, 0.2, 0.2, (double[3]){0.0, 0.0, 0.105});
+    double at[3] = {0.0, 0.0, axis == 2 ? 0.105 : 0.12};
+    at[axis] += (side < 3 ? 1.0 : -1.0) * (0.1 + clearance + 0.025);
+    at[along] -= reach;
+    if (along == 2) at[2] += reach + 0.6; /* downwards, and not into the ground */
+    tulle_mesh small = bodies_make_box(0.05, 0.05, 0.05, at);
+    tulle_keyframe keys[2] = {{.time = 1.0, .rotation = {1.0}}, {.time = 2.0, .rotation = {1.0}}};
+    keys[1].translation[along] = along == 2 ? -0.6 : 2.0 * reach;
+    (void)bodies_add_obstacle(world, &ground, 0.5, NULL);
+    tulle_obstacle_id const sleeper = bodies_add_obstacle(world, &box, 0.5, &body);
+    tulle_obstacle_def obstacle = tulle_obstacle_def_default();
+    obstacle.mesh = tulle_mesh_get_view(&small);
+    obstacle.motion = (tulle_motion){.keys = keys, .key_count = 2};
+    assert_int_equal(tulle_world_add_obstacle(world, &obstacle, NULL, NULL), TULLE_OK);
+    tulle_mesh_destroy(&ground);
+    tulle_mesh_destroy(&box);
+    tulle_mesh_destroy(&small);
+    while (tulle_world_get_time(world) < 1.0 - 0.5 * BODIES_STEP) bodies_step(world);
+    assert_true(tulle_obstacle_is_asleep(world, sleeper));
+    double place = (double)NAN;
+    while (isnan(place) && tulle_world_get_time(world) < 2.1) {
+        bodies_step(world);
+        if (!tulle_obstacle_is_asleep(world, sleeper))
+            place = at[along] + keys[1].translation[along] * (tulle_world_get_time(world) - 1.0);
+    }
+    tulle_world_destroy(world);
+    return along == 2 ? place - 0.105 : place;
+}
+
+/* What passes a sleeper within the separation distance wakes it, on whatever side and no sooner;
+ * what passes farther away does not. */
+static void what_passes_near_wakes(void **state) {
+    (void)state;
+    for (int side = 0; side < 5; side++) {
+        double const place = pass_by(side, 0.013), reach = 0.1 + 0.025 + 0.02;
+        print_message("side %d: wakes at %.3f m\n", side, place);
+        assert_true(fabs(place) <= reach && fabs(place) >= reach - 1.2 * BODIES_STEP - 0.005);
+        assert_true(isnan(pass_by(side, 0.027)));
+    }
+}
+
 int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(a_stack_falls_asleep_whole), cmocka_unit_test(a_ball_wakes_the_stack),
         cmocka_unit_test(other_things_wake_it),       cmocka_unit_test(the_future_is_the_same),
-        cmocka_unit_test(bad_values_are_refused),
+        cmocka_unit_test(bad_values_are_refused),     cmocka_unit_test(what_passes_near_wakes),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

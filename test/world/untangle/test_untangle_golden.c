@@ -1,0 +1,151 @@
+/* Untangling has the same bits everywhere: hashes of the states that it makes of small starts, for
+ * one and three threads, against constants that hold for every build. Many ways lead to a clean
+ * start, so that a clean one does not show that this one was taken. The starts are made without the
+ * system's mathematics library, whose last bits differ between versions. A hash that moves means
+ * that results changed: see test/world/test_golden.c. */
+#include "support/small_world.h"
+
+#include <inttypes.h>
+#include <setjmp.h>
+#include <stdarg.h>
+#include <stdbool.h>
+#include <stdio.h>
+
+#include <cmocka.h>
+
+enum { SIDE = 13 };
+static const double WIDTH = 0.3; /* [m] of a sheet */
+
+/* Makes a sheet's rest shape a start: x and y are -1 .. 1, the point is in metres. */
+typedef void place_vertex(double x, double y, double *point);
+
+/* Leans by 3 : 4 and has ripples, through the sheet in the plane. */
+static void thrust(double x, double y, double *point) {
+    point[0] = 0.8 * 0.15 * x + 0.09;
+    point[1] = 0.15 * y + 0.01;
+    point[2] = 0.6 * 0.15 * x - 0.03 + 0.02 * y * (1.0 - y * y) + 0.01 * x * y;
+}
+
+/* Over the border of the plane with one corner only. */
+static void poke(double x, double y, double *point) {
+    point[0] = 0.15 * x + 0.21;
+    point[1] = 0.15 * y + 0.2;
+    point[2] = 0.06 + 0.05 * (x + y) + 0.01 * x * y;
+}
+
+/* In one plane with the other, a little aside. */
+static void overlay(double x, double y, double *point) {
+    point[0] = 0.15 * x + 0.013;
+    point[1] = 0.15 * y + 0.007;
+    point[2] = 0.0;
+}
+
+static void lie_flat(double x, double y, double *point) {
+    point[0] = 0.15 * x;
+    point[1] = 0.15 * y;
+    point[2] = 0.0;
+}
+
+/* Through itself along a line, as the loop of a nodal cubic. */
+static void loop(double x, double y, double *point) {
+    double const t = 1.3 * x;
+    point[0] = 0.09 * t * (t * t - 1.0) + 0.004 * y;
+    point[1] = 0.15 * y;
+    point[2] = 0.09 * t * t + 0.02 * y * x;
+}
+
+/* Crumpled: folded through itself in both directions. */
+static void crumple(double x, double y, double *point) {
+    point[0] = 0.12 * x * (1.6 * x * x - 0.7) + 0.02 * y * y;
+    point[1] = 0.12 * y + 0.03 * x * x * y;
+    point[2] = 0.03 * x * x + 0.02 * y * (x - y);
+}
+
+/* A border in a box of a few large triangles. */
+static void dip(double x, double y, double *point) {
+    point[0] = 0.15 * x + 0.17;
+    point[1] = 0.15 * y + 0.013;
+    point[2] = 0.04 * x * x + 0.01 * y;
+}
+
+typedef struct golden_start {
+    const char *name;
+    place_vertex *first, *second; /* second: may be null */
+    bool has_box;
+    uint64_t hash;
+} golden_start;
+
+static tulle_mesh make_sheet(place_vertex *place) {
+    tulle_mesh sheet = small_sheet(WIDTH, SIDE, 0.0);
+    for (size_t v = 0; v < sheet.vertex_count; v++) {
+        double *const point = sheet.positions + 3 * v;
+        place(point[0] / (0.5 * WIDTH), point[1] / (0.5 * WIDTH), point);
+    }
+    return sheet;
+}
+
+static uint64_t untangle(const golden_start *start, int threads) {
+    tulle_world_def def = tulle_world_def_default();
+    def.start_intersections = TULLE_START_UNTANGLE;
+    def.threads = threads;
+    tulle_world *world = NULL;
+    assert_int_equal(tulle_world_create(&def, &world, NULL), TULLE_OK);
+    tulle_mesh flat = small_sheet(WIDTH, SIDE, 0.0);
+    tulle_mesh sheets[2] = {make_sheet(start->first), {0}};
+    size_t const count = start->second ? 2 : 1;
+    if (count == 2) sheets[1] = make_sheet(start->second);
+    for (size_t i = 0; i < count; i++) {
+        tulle_cloth_def cloth = tulle_cloth_def_default();
+        cloth.mesh = tulle_mesh_get_view(&sheets[i]);
+        cloth.rest_positions = flat.positions;
+        assert_int_equal(tulle_world_add_cloth(world, &cloth, NULL, NULL), TULLE_OK);
+    }
+    tulle_shape_def shape = tulle_shape_def_default(TULLE_SHAPE_BOX);
+    shape.size[0] = shape.size[1] = 0.24;
+    shape.size[2] = 0.1;
+    tulle_mesh box = small_shape(shape, 0.0, 0.0, 0.0);
+    if (start->has_box) small_add_obstacle(world, &box);
+    tulle_error error = {0};
+    if (tulle_world_start(world, &error) != TULLE_OK)
+        fail_msg("%s: %s", start->name, error.message);
+    tulle_untangle_report const report = tulle_world_get_untangle_report(world);
+    if (threads == 1)
+        print_message("%s: %d pairs, %d rounds\n", start->name, (int)report.intersections,
+                      (int)report.rounds);
+    assert_true(report.intersections > 10 && report.rounds > 1);
+    assert_int_equal(small_judge(world, sheets, count, &box, start->has_box), 0);
+    uint64_t const hash = tulle_world_get_state_hash(world);
+    tulle_world_destroy(world);
+    for (size_t i = 0; i < count; i++) tulle_mesh_destroy(&sheets[i]);
+    tulle_mesh_destroy(&flat);
+    tulle_mesh_destroy(&box);
+    return hash;
+}
+
+static void hashes_are_the_golden_ones(void **state) {
+    (void)state;
+    static const golden_start starts[] = {
+        {"thrust", lie_flat, thrust, false, UINT64_C(0x640c21a2742aef3e)},
+        {"poke", lie_flat, poke, false, UINT64_C(0xe0b53ef8b6e569e9)},
+        {"overlay", lie_flat, overlay, false, UINT64_C(0x90abf7bcbed608ee)},
+        {"loop", loop, NULL, false, UINT64_C(0x2e38f6f4c8d6db94)},
+        {"crumple", crumple, NULL, false, UINT64_C(0x055d605bf9ee2c94)},
+        {"dip", dip, NULL, true, UINT64_C(0x5ecaa6edd9f8799d)},
+    };
+    int wrong_count = 0;
+    for (size_t i = 0; i < sizeof starts / sizeof *starts; i++) {
+        for (int threads = 1; threads <= 3; threads += 2) {
+            uint64_t const hash = untangle(&starts[i], threads);
+            if (hash == starts[i].hash) continue;
+            print_message("%s, %d threads: the hash is UINT64_C(0x%016" PRIx64 ")\n",
+                          starts[i].name, threads, hash);
+            wrong_count++;
+        }
+    }
+    assert_int_equal(wrong_count, 0);
+}
+
+int main(void) {
+    const struct CMUnitTest tests[] = {cmocka_unit_test(hashes_are_the_golden_ones)};
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}
