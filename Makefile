@@ -12,7 +12,7 @@ CTEST := ctest --output-on-failure -j $(JOBS) --timeout 600
 CHECK_PACKAGES := TULLE_NO_INSTALL=1 sh tools/install_packages.sh
 INSTALL_PACKAGES := sh tools/install_packages.sh
 
-.PHONY: all demo pictures paper paper-quick paper-pictures test test-long test-asan test-tsan test-clang test-musl test-m32 coverage check-arm64 check-portability bench bench-compare bench-detect bench-peers validate soak fuzz fuzz-all fuzz-afl fuzz-keep docs test-docs install format check-format layers sizes clean help
+.PHONY: all demo pictures paper paper-quick paper-pictures test test-long test-asan test-tsan test-clang test-musl test-m32 coverage check-arm64 check-portability bench bench-compare bench-detect bench-peers validate mutate fuzz fuzz-all fuzz-afl fuzz-keep docs test-docs install format check-format layers sizes clean help soak
 .NOTPARALLEL:
 
 # The program at build/release/tulle, libtulle.so and libtulle.a beside it.
@@ -175,6 +175,13 @@ soak:
 	@cmake --preset release -DTULLE_BUILD_TESTS=ON -DTULLE_WARNINGS_AS_ERRORS=ON
 	@cmake --build $(BUILD) -j $(JOBS) --target world_test_soak
 	@TULLE_SOAK_MINUTES=$(MINUTES) $(BUILD)/test/world_test_soak
+# Small changes of the engine's code, one after the other: does a test notice? docs/contributing/testing.md. Survivors are listed,
+# results kept in build/mutate; what was interrupted goes on. MUTATE_OPTIONS='--seed 2 --file untangle' chooses others.
+MUTANTS ?= 300
+MUTATE_OPTIONS ?=
+mutate:
+	@$(INSTALL_PACKAGES) build test mutate
+	@python3 tools/mutate.py --count $(MUTANTS) $(MUTATE_OPTIONS)
 
 # Fuzzing: docs/contributing/fuzzing.md. `make fuzz TARGET=obj SECONDS=600`, or all targets, which share the time; the corpus is
 # in build/fuzz, and a later call goes on with it. fuzz-afl is the same with AFL++; fuzz-keep chooses the files of fuzz/corpus anew.
@@ -255,6 +262,7 @@ help:
 	@echo "make bench-peers  the same scenes in Blender, MuJoCo and Bullet (installs them; an hour)"
 	@echo "make validate     the physics of contact, measured against expected (hours)"
 	@echo "make soak MINUTES=120   a live scene for hours: nothing crosses, grows or gets dearer"
+	@echo "make mutate MUTANTS=300   changes the engine's code in many small places: which changes no test notices (an hour or two)"
 	@echo "make fuzz TARGET=obj SECONDS=60   fuzzes one target with libFuzzer (installs clang); fuzz-afl: with AFL++"
 	@echo "make fuzz-all SECONDS=600   all targets, which share the time"
 	@echo "make coverage     lines that the quick tests run"

@@ -14,13 +14,21 @@ endif()
 list(FILTER library_sources EXCLUDE REGEX "/base/parallel_[a-z]+\\.c$")
 list(APPEND library_sources ${PROJECT_SOURCE_DIR}/src/base/parallel_${TULLE_THREADS}.c)
 
+# Mutants relink one shared library in place of every test (tools/mutate.py).
+set(tulle_inside_type STATIC)
+set(tulle_visibility hidden)
+if(TULLE_SHARED_INSIDE)
+    set(tulle_inside_type SHARED)
+    set(tulle_visibility default)
+endif()
+
 # tulle_add_objects(NAME SOURCES...): compiled as a part of a library; names are hidden unless they are TULLE_API.
 function(tulle_add_objects name)
     add_library(${name} OBJECT ${ARGN})
     target_include_directories(${name} PRIVATE ${PROJECT_SOURCE_DIR}/include ${PROJECT_SOURCE_DIR}/src)
     target_compile_definitions(${name} PRIVATE TULLE_BUILD_SHARED)
     target_link_libraries(${name} PRIVATE tulle_flags)
-    set_target_properties(${name} PROPERTIES POSITION_INDEPENDENT_CODE ON C_VISIBILITY_PRESET hidden EXCLUDE_FROM_ALL ON)
+    set_target_properties(${name} PROPERTIES POSITION_INDEPENDENT_CODE ON C_VISIBILITY_PRESET ${tulle_visibility} EXCLUDE_FROM_ALL ON)
 endfunction()
 
 # Files without public names, of which libtulle_io holds a copy of its own.
@@ -45,7 +53,7 @@ list(TRANSFORM tulle_parts REPLACE "(.+)" "$<TARGET_OBJECTS:\\1>" OUTPUT_VARIABL
 tulle_add_archive(tulle_static ${tulle_parts})
 add_library(tulle_shared SHARED ${tulle_objects})
 # For the program and for tests of the inside, which is all there under its own names.
-add_library(tulle_inside STATIC EXCLUDE_FROM_ALL ${tulle_objects})
+add_library(tulle_inside ${tulle_inside_type} EXCLUDE_FROM_ALL ${tulle_objects})
 target_include_directories(tulle_inside PUBLIC ${PROJECT_SOURCE_DIR}/src)
 
 # tulle_set_up_library(NAME OUTPUT): what all of these have in common.
@@ -69,7 +77,7 @@ tulle_set_up_library(tulle_static tulle)
 tulle_set_up_library(tulle_shared tulle)
 tulle_set_up_library(tulle_inside tulle_inside)
 target_link_libraries(tulle_static INTERFACE ${tulle_private_libraries})
-target_link_libraries(tulle_inside INTERFACE ${tulle_private_libraries})
+target_link_libraries(tulle_inside PUBLIC ${tulle_private_libraries})
 target_link_libraries(tulle_shared PRIVATE ${tulle_private_libraries} tulle_flags)
 add_library(tulle::tulle ALIAS tulle_shared)
 add_library(tulle::tulle_static ALIAS tulle_static)

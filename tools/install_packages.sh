@@ -1,6 +1,6 @@
 #!/bin/sh
 # Installs the Debian packages that a build or the tests need and that are missing; does nothing when all is there.
-# usage: install_packages.sh ROLE...      ROLE: build, test, paper, bench, peers, clang, fuzz, musl, m32, portability, docs
+# usage: install_packages.sh ROLE...      ROLE: build, test, paper, bench, peers, mutate, clang, fuzz, musl, m32, portability, docs
 #   TULLE_NO_INSTALL=1   only says what is missing; fails if it cannot be done without
 set -eu
 
@@ -49,6 +49,13 @@ needs() {
         echo "nodejs         program:node        optional"
         echo "npm            program:npm         optional"
         ;;
+    mutate)
+        echo "python3        program:python3     needed"
+        echo "git            program:git         needed"
+        echo "ninja-build    program:ninja       optional"
+        echo "ccache         program:ccache      optional"
+        echo "lld            program:ld.lld      optional"
+        ;;
     clang)
         echo "clang          program:clang       needed"
         ;;
@@ -77,7 +84,7 @@ needs() {
         echo "doxygen        program:doxygen     needed"
         ;;
     *)
-        echo "install_packages.sh: unknown role \"$1\"; the roles are build, test, paper, bench, peers, clang, fuzz, musl, m32, portability and docs" >&2
+        echo "install_packages.sh: unknown role \"$1\"; the roles are build, test, paper, bench, peers, mutate, clang, fuzz, musl, m32, portability and docs" >&2
         exit 2
         ;;
     esac
