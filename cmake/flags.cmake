@@ -14,7 +14,10 @@ if(TULLE_SANITIZE)
     target_compile_options(tulle_flags INTERFACE -fsanitize=${TULLE_SANITIZE} -fno-sanitize-recover=all -fno-omit-frame-pointer)
     target_link_options(tulle_flags INTERFACE -fsanitize=${TULLE_SANITIZE})
 endif()
+# What is counted: sources of the libraries and the program, whose targets are in the top folder; not the tests. An inlined
+# function would count its branches once more for each place that it is called from.
 if(TULLE_COVERAGE)
-    target_compile_options(tulle_flags INTERFACE --coverage -fprofile-update=atomic)
+    set(is_counted $<STREQUAL:$<TARGET_PROPERTY:SOURCE_DIR>,${PROJECT_SOURCE_DIR}>)
+    target_compile_options(tulle_flags INTERFACE "$<${is_counted}:--coverage;-fprofile-update=atomic;-fno-inline>")
     target_link_options(tulle_flags INTERFACE --coverage)
 endif()
