@@ -212,7 +212,7 @@ static inline tulle_status write_report(tulle_run_writer *writer, uint64_t state
                                         tulle_error *error) {
     tulle_step_report const report = {.step = step,
                                       .time = (double)(step + 1) * 0.01,
-                                      .contacts = state,
+                                      .contacts = state >> 12, /* a number of JSON */
                                       .smallest_gap = INFINITY};
     return tulle_run_write_report(writer, &report, error);
 }

@@ -1,0 +1,344 @@
+/* Memory that runs out anywhere in the public functions that are not of a world or a scene: each
+ * place of the code that asks for memory is refused once. The call tells of it; it leaves no file
+ * that is whole in part only; called again it gives what it gives when nothing is refused. Worlds
+ * and scenes: scene.failing_requests. */
+#define _XOPEN_SOURCE 700
+#include "io/run_support.h"
+
+#include "support/detect_scene.h"
+#include "support/failing_requests.h"
+#include "tulle/check.h"
+#include "tulle/shapes.h"
+#include "tulle_io/cache.h"
+#include "tulle_io/mesh_files.h"
+#include "tulle_io/subdivision.h"
+
+static tulle_mesh sheet;   /* open, regular */
+static const char *path;   /* of a file that is read or written */
+static uint64_t result;    /* hash of what a call gave */
+static detect_scene scene; /* two surfaces that meet */
+static tulle_detect_method method;
+static tulle_shape shape;
+
+static void take(const void *bytes, size_t byte_count) {
+    result = hash_bytes(result, bytes, byte_count);
+}
+
+static void take_mesh(const tulle_mesh *mesh) {
+    take(mesh->positions, 3 * mesh->vertex_count * sizeof(double));
+    take(mesh->triangles, 3 * mesh->triangle_count * sizeof(uint32_t));
+}
+
+/* Calls until it goes well, with requests that are refused; then it gives what it gave without. */
+static void survive(const char *name, refused_call call) {
+    tulle_error error = {0};
+    result = HASH_SEED;
+    if (call(NULL, &error) != TULLE_OK) fail_msg("%s: %s", name, error.message);
+    uint64_t const expected = result;
+    do result = HASH_SEED;
+    while (!survives_refusal(name, call, NULL));
+    if (result != expected) fail_msg("%s: gives something else after a refusal", name);
+}
+
+/* ---- meshes ---- */
+
+static tulle_status generate(void *unused, tulle_error *error) {
+    (void)unused;
+    tulle_shape_def def = tulle_shape_def_default(shape);
+    if (tulle_shape_is_cloth(shape)) def.is_irregular = 1;
+    tulle_mesh mesh = {0};
+    tulle_status const status = tulle_shape_generate(&def, &mesh, error);
+    take_mesh(&mesh);
+    tulle_mesh_destroy(&mesh);
+    return status;
+}
+
+static void shapes(void **state) {
+    (void)state;
+    for (int i = 0; i < TULLE_SHAPE_COUNT; i++) {
+        shape = (tulle_shape)i;
+        survive(tulle_shape_name(shape), generate);
+    }
+}
+
+static tulle_status examine(void *unused, tulle_error *error) {
+    (void)unused;
+    tulle_mesh_info info = {0};
+    tulle_status status = tulle_mesh_get_info(tulle_mesh_get_view(&sheet), &info, error);
+    if (status == TULLE_OK)
+        status = tulle_mesh_validate(tulle_mesh_get_view(&sheet), TULLE_MESH_ROLE_CLOTH, error);
+    take(&info.area, sizeof info.area);
+    return status;
+}
+
+static tulle_status drop(void *unused, tulle_error *error) {
+    (void)unused;
+    tulle_mesh mesh = {0};
+    tulle_status status = tulle_mesh_create(4, 4, &mesh, error);
+    if (status != TULLE_OK) return status;
+    static const uint32_t corners[12] = {0, 1, 2, 0, 2, 3, 2, 1, 0, 1, 2, 0};
+    memcpy(mesh.triangles, corners, sizeof corners);
+    tulle_mesh_duplicates duplicates = {0};
+    status = tulle_mesh_drop_duplicates(&mesh, NULL, &duplicates, error);
+    assert_int_equal(mesh.triangle_count, status == TULLE_OK ? 2 : 4);
+    assert_memory_equal(mesh.triangles, corners, 6 * sizeof(uint32_t));
+    tulle_mesh_destroy(&mesh);
+    return status;
+}
+
+static tulle_status subdivide(void *unused, tulle_error *error) {
+    (void)unused;
+    tulle_subdivision_def def = tulle_subdivision_def_default();
+    uint32_t const crease[] = {sheet.triangles[0], sheet.triangles[1]};
+    def.levels = 2;
+    def.crease_edges = crease;
+    def.crease_edge_count = 1;
+    tulle_subdivision *made = NULL;
+    tulle_status status = tulle_subdivision_create(tulle_mesh_get_view(&sheet), &def, &made, error);
+    assert_int_equal(made != NULL, status == TULLE_OK);
+    tulle_mesh mesh = {0};
+    if (status == TULLE_OK)
+        status = tulle_subdivision_make_mesh(made, sheet.positions, &mesh, error);
+    take_mesh(&mesh);
+    tulle_mesh_destroy(&mesh);
+    tulle_subdivision_destroy(made);
+    return status;
+}
+
+static void meshes(void **state) {
+    (void)state;
+    survive("info and validate", examine);
+    survive("drop duplicates", drop);
+    survive("subdivide", subdivide);
+}
+
+/* ---- the judge and the detector ---- */
+
+static tulle_status judge(void *unused, tulle_error *error) {
+    (void)unused;
+    tulle_mesh_view moved = {scene.end, scene.vertex_count, scene.triangles, scene.triangle_count};
+    tulle_check_body const judged[] = {{tulle_mesh_get_view(&sheet), 0}, {moved, 0}, {moved, 1}};
+    tulle_check_result found;
+    tulle_status const status = tulle_check_intersections(judged, 3, 1, &found, error);
+    assert_int_equal(found.pair_count > 0, status == TULLE_OK);
+    take(found.pairs, found.pair_count * sizeof *found.pairs);
+    tulle_check_result_destroy(&found);
+    return status;
+}
+
+static int receive(void *context, const tulle_detect_event *events, size_t count) {
+    (void)context;
+    take(events, count * sizeof *events);
+    return 0;
+}
+
+static tulle_status detect(void *unused, tulle_error *error) {
+    (void)unused;
+    tulle_detect_def def = detect_scene_get_def(&scene);
+    def.method = method;
+    def.threads = 1;
+    tulle_detector *detector = NULL;
+    tulle_status status = tulle_detector_create(&def, &detector, error);
+    assert_int_equal(detector != NULL, status == TULLE_OK);
+    for (int call = 0; status == TULLE_OK && call < 2; call++) {
+        tulle_detect_result found = {0};
+        status = tulle_detector_find_events(detector, scene.start, scene.end, &found, error);
+        assert_int_equal(found.event_count > 0, status == TULLE_OK);
+        take(found.events, found.event_count * sizeof *found.events);
+    }
+    tulle_detect_result found = {0};
+    if (status == TULLE_OK)
+        status =
+            tulle_detector_stream_events(detector, scene.start, scene.end,
+                                         (tulle_detect_receiver){receive, NULL}, &found, error);
+    if (status == TULLE_OK)
+        status = tulle_detector_find_earliest(detector, scene.start, scene.end, &found, error);
+    if (status == TULLE_OK) take(found.events, found.event_count * sizeof *found.events);
+    tulle_detector_destroy(detector);
+    return status;
+}
+
+static void judge_and_detector(void **state) {
+    (void)state;
+    static const tulle_detect_method methods[] = {TULLE_DETECT_PATCHES, TULLE_DETECT_REFIT,
+                                                  TULLE_DETECT_BVOX, TULLE_DETECT_PAPER};
+    survive("judge", judge);
+    for (int i = 0; i < 4; i++) {
+        method = methods[i];
+        survive("detector", detect);
+    }
+}
+
+/* ---- files ---- */
+
+static tulle_status read_mesh(void *unused, tulle_error *error) {
+    (void)unused;
+    tulle_mesh mesh = {0};
+    tulle_mesh_source source = {0};
+    tulle_status const status = tulle_mesh_read_source(path, &mesh, &source, error);
+    take_mesh(&mesh);
+    tulle_mesh_destroy(&mesh);
+    tulle_mesh_source_destroy(&source);
+    return status;
+}
+
+static tulle_status read_vtp(void *unused, tulle_error *error) {
+    (void)unused;
+    tulle_mesh mesh = {0};
+    tulle_status const status = tulle_vtp_read(path, &mesh, NULL, error);
+    take_mesh(&mesh);
+    tulle_mesh_destroy(&mesh);
+    return status;
+}
+
+/* The file is there, whole, or not at all, and nothing beside it. */
+static tulle_status end_writing(tulle_status status) {
+    assert_int_equal(count_files(test_path("out")), status == TULLE_OK ? 1 : 0);
+    if (status != TULLE_OK) return status;
+    size_t size;
+    char *const bytes = get_file(path, &size);
+    take(bytes, size);
+    free(bytes);
+    remove(path);
+    return status;
+}
+
+static tulle_status write_mesh(void *unused, tulle_error *error) {
+    (void)unused;
+    return end_writing(tulle_mesh_write(path, tulle_mesh_get_view(&sheet), error));
+}
+
+static tulle_status write_vtp(void *unused, tulle_error *error) {
+    (void)unused;
+    return end_writing(tulle_vtp_write(path, tulle_mesh_get_view(&sheet), sheet.positions, error));
+}
+
+static tulle_status write_pvd(void *unused, tulle_error *error) {
+    (void)unused;
+    const char *const files[] = {"a.vtp", "b.vtp"};
+    double const times[] = {0.0, 0.5};
+    return end_writing(tulle_pvd_write(path, files, times, 2, error));
+}
+
+static tulle_status use_cache(void *unused, tulle_error *error) {
+    (void)unused;
+    tulle_pc2_writer *writer = NULL;
+    tulle_status status =
+        tulle_pc2_writer_open(path, (uint32_t)sheet.vertex_count, 0, &writer, error);
+    for (int frame = 0; status == TULLE_OK && frame < 2; frame++)
+        status = tulle_pc2_writer_append(writer, sheet.positions, error);
+    tulle_status const closed = tulle_pc2_writer_close(writer, status ? NULL : error);
+    if (status == TULLE_OK) status = closed;
+    tulle_pc2 *cache = NULL;
+    tulle_pc2_info info;
+    if (status == TULLE_OK) status = tulle_pc2_open(path, &cache, &info, error);
+    double *const positions = calloc(3 * sheet.vertex_count, sizeof(double));
+    assert_non_null(positions);
+    if (status == TULLE_OK) status = tulle_pc2_read_frame(cache, 1, positions, error);
+    take(positions, 3 * sheet.vertex_count * sizeof(double));
+    free(positions);
+    tulle_pc2_close(cache);
+    remove(path);
+    return status;
+}
+
+static void files(void **state) {
+    (void)state;
+    static const char *const names[] = {"a.obj", "a.ply", "a.stl", "a.vtp"};
+    assert_int_equal(mkdir(test_path("out"), 0777), 0);
+    for (int i = 0; i < 4; i++) {
+        char name[32];
+        snprintf(name, sizeof name, "out/%s", names[i]);
+        path = test_path(name);
+        survive(name, i < 3 ? write_mesh : write_vtp);
+        path = test_path(names[i]);
+        assert_int_equal(i < 3 ? tulle_mesh_write(path, tulle_mesh_get_view(&sheet), NULL)
+                               : tulle_vtp_write(path, tulle_mesh_get_view(&sheet), NULL, NULL),
+                         TULLE_OK);
+        survive(names[i], i < 3 ? read_mesh : read_vtp);
+    }
+    path = test_path("out/a.pvd");
+    survive("out/a.pvd", write_pvd);
+    path = test_path("a.pc2");
+    survive("a.pc2", use_cache);
+}
+
+/* ---- runs ---- */
+
+enum { WRITTEN_FRAMES = 3 };
+
+static tulle_status write_run(void *unused, tulle_error *error) {
+    (void)unused;
+    tulle_status const status = resume_run(path, WRITTEN_FRAMES, error);
+    if (status == TULLE_OK || tulle_run_is_directory(path)) assert_sound(path);
+    return status;
+}
+
+static tulle_status read_run(void *unused, tulle_error *error) {
+    (void)unused;
+    tulle_run_reader *reader = NULL;
+    tulle_status status = tulle_run_reader_open(path, &reader, error);
+    const tulle_run_debug *debug = NULL;
+    const tulle_step_report *reports = NULL;
+    const tulle_run_damage *damages = NULL;
+    size_t report_count = 0, damage_count = 0;
+    double positions[3 * CLOTH_VERTICES] = {0};
+    for (size_t body = 0; status == TULLE_OK && body < BODY_COUNT; body++) {
+        tulle_mesh_view mesh;
+        status = tulle_run_reader_get_mesh(reader, body, &mesh, error);
+        for (uint32_t frame = 0; status == TULLE_OK && frame <= WRITTEN_FRAMES; frame++) {
+            status = tulle_run_reader_read_positions(reader, frame, body, positions, error);
+            take(positions, 3 * bodies[body].mesh.vertex_count * sizeof(double));
+        }
+    }
+    for (uint32_t frame = 0; status == TULLE_OK && frame <= WRITTEN_FRAMES; frame++)
+        status = tulle_run_reader_read_debug(reader, frame, &debug, error);
+    if (status == TULLE_OK)
+        status = tulle_run_reader_get_reports(reader, &reports, &report_count, error);
+    if (status == TULLE_OK)
+        status = tulle_run_reader_find_damage(reader, &damages, &damage_count, error);
+    if (status == TULLE_OK) {
+        assert_int_equal(report_count, WRITTEN_FRAMES * STEPS_PER_FRAME);
+        assert_int_equal(damage_count, 0);
+    }
+    tulle_run_reader_close(reader);
+    return status;
+}
+
+static void runs(void **state) {
+    (void)state;
+    path = test_path("run");
+    run_whole(path, 1);
+    while (!survives_refusal("go on with a run", write_run, NULL)) {}
+    assert_int_equal(assert_sound(path), WRITTEN_FRAMES + 1);
+    for (bool is_done = false; !is_done;) {
+        remove_tree(path);
+        is_done = survives_refusal("write a run", write_run, NULL);
+    }
+    assert_int_equal(assert_sound(path), WRITTEN_FRAMES + 1);
+    survive("read a run", read_run);
+}
+
+static int set_up(void **state) {
+    tulle_shape_def def = tulle_shape_def_default(TULLE_SHAPE_RECTANGLE);
+    def.resolution[0] = def.resolution[1] = 6;
+    uint64_t seed = 4;
+    detect_scene_add(&scene, DETECT_CURL, 5, &seed);
+    detect_scene_add(&scene, DETECT_FAST, 6, &seed);
+    make_bodies();
+    return tulle_shape_generate(&def, &sheet, NULL) || make_test_folder(state);
+}
+
+static int tear_down(void **state) {
+    tulle_mesh_destroy(&sheet);
+    print_message("%zu places were refused\n", count_refused_places());
+    return remove_test_folder(state);
+}
+
+int main(void) {
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(shapes), cmocka_unit_test(meshes), cmocka_unit_test(judge_and_detector),
+        cmocka_unit_test(files),  cmocka_unit_test(runs),
+    };
+    return cmocka_run_group_tests(tests, set_up, tear_down);
+}
