@@ -12,7 +12,7 @@ CTEST := ctest --output-on-failure -j $(JOBS) --timeout 600
 CHECK_PACKAGES := TULLE_NO_INSTALL=1 sh tools/install_packages.sh
 INSTALL_PACKAGES := sh tools/install_packages.sh
 
-.PHONY: all demo pictures paper paper-quick paper-pictures test test-long test-asan test-tsan test-clang test-musl test-m32 coverage check-arm64 check-portability bench bench-compare bench-detect bench-peers validate mutate fuzz fuzz-all fuzz-afl fuzz-keep docs test-docs install format check-format layers sizes clean help soak
+.PHONY: all demo pictures paper paper-quick paper-pictures test test-long test-asan test-tsan test-clang test-musl test-m32 coverage check-arm64 check-portability bench bench-compare bench-detect bench-peers validate soak mutate fuzz fuzz-all fuzz-afl fuzz-keep docs test-docs install format check-format layers sizes clean help
 .NOTPARALLEL:
 
 # The program at build/release/tulle, libtulle.so and libtulle.a beside it.
@@ -177,6 +177,7 @@ soak:
 	@cmake --preset release -DTULLE_BUILD_TESTS=ON -DTULLE_WARNINGS_AS_ERRORS=ON
 	@cmake --build $(BUILD) -j $(JOBS) --target world_test_soak
 	@TULLE_SOAK_MINUTES=$(MINUTES) $(BUILD)/test/world_test_soak
+
 # Small changes of the engine's code, one after the other: does a test notice? docs/contributing/testing.md. Survivors are listed,
 # results kept in build/mutate; what was interrupted goes on. MUTATE_OPTIONS='--seed 2 --file untangle' chooses others.
 MUTANTS ?= 300

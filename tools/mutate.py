@@ -203,13 +203,13 @@ def list_mutants(mutants, counts, seed, results, equivalent):
 
 def run(options, root, directory):
     """Judges what the options choose; the exit code."""
-    mutants, digests, equivalent = read_mutants(root, options)
-    counts, results = count_folders(options.count), Results(f"{directory}/results.csv")
+    counts, results, tree = count_folders(options.count), Results(f"{directory}/results.csv"), Tree(root, directory)
     if options.list:
+        mutants, _, equivalent = read_mutants(root, options)
         list_mutants(mutants, counts, options.seed, results, equivalent)
         return 0
-    tree = Tree(root, directory)
     tree.update()
+    mutants, digests, equivalent = read_mutants(tree.tree, options)  # the checkout may change meanwhile
     tree.configure()
     tree.build(["tulle_inside", "tulle_io_inside", *tree.list_test_programs()])
     tests = tree.read_tests()

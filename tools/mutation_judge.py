@@ -125,10 +125,19 @@ class Tree:
                 targets.append(f"{folder}_{stem}")
         return targets + ["tulle_program"]
 
+    def find_parts(self, path, parts):
+        """A test's source and what it includes of test/, with the .c file of each header."""
+        if path not in parts and os.path.exists(path):
+            parts.add(path)
+            for name in re.findall(r'^#include "([^"]+)"', read_file(path).decode(), re.M):
+                self.find_parts(f"{self.tree}/test/{name}", parts)
+            if path.endswith(".h"):
+                self.find_parts(path[:-1] + "c", parts)
+        return parts
+
     def read_tests(self):
         """The judges among the tests of CTest by name, with the hash of what they are made of."""
         out = subprocess.run(["ctest", "--show-only=json-v1"], cwd=self.objects, check=True, capture_output=True, text=True)
-        support = "".join(hash_text(read_file(path)) for path in sorted(glob.glob(f"{self.tree}/test/support/*.[ch]")))
         tests = {}
         for entry in json.loads(out.stdout)["tests"]:
             folder, _, short = entry["name"].partition(".")
@@ -138,7 +147,7 @@ class Tree:
                 continue
             properties = {item["name"]: item["value"] for item in entry.get("properties", [])}
             environment = dict(item.split("=", 1) for item in properties.get("ENVIRONMENT", []))
-            digest = hash_text(read_file(sources[0]).decode() + support)
+            digest = hash_text("".join(sorted(hash_text(read_file(path)) for path in self.find_parts(sources[0], set()))))
             tests[entry["name"]] = Test(entry["name"], entry["command"], environment, properties["WORKING_DIRECTORY"], digest, folder,
                                         get_room(os.path.relpath(sources[0], self.tree)), short)
         return tests
@@ -216,7 +225,7 @@ def choose_judges(mutant, tests, times, history):
 def judge(mutant, tree, judges, times, known):
     """Builds a mutant and lets the judges run that do not stand in `known` (name: hash) as passed; its row of results."""
     began = time.monotonic()
-    code = read_file(f"{tree.root}/{mutant.file}").decode()
+    code = read_file(f"{tree.tree}/{mutant.file}").decode()
     row = {"verdict": "survived", "by": "", "detail": "", "source": hash_text(code)}
     asked = []
     try:

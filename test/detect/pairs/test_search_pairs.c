@@ -2,6 +2,7 @@
  * every kernel target; with labels of patches only pairs within one patch may be missing; surfaces
  * that do not meet give nothing. */
 #include "base/hash.h"
+#include "detect/trees/broad_phase_parts.h"
 #include "detect/trees/tree_kernels.h"
 #include "geom/distance.h"
 #include "math/kernel_target.h"
@@ -177,6 +178,22 @@ static void blocks_fitted_when_needed_are_the_same(void **state) {
     assert_int_equal(heap.bytes_held, 0);
 }
 
+/* A surface is one pair of roots. Workers need more to share, so its nodes are opened before. */
+static void one_surface_is_split_for_workers(void **state) {
+    (void)state;
+    memory heap = memory_default();
+    soup_scene *const soup = calloc(1, sizeof *soup);
+    uint64_t seed = 14;
+    soup_scene_add(soup, SOUP_SHEET, 2700, 0.02, &seed);
+    soup_scene_finish(&heap, soup);
+    broad_phase *const broad = make_trees(&heap, soup, BROAD_PHASE_REFIT);
+    free(search_keys(broad, &soup->set, 1).keys);
+    size_t const one = broad->search_tasks[0].count, other = broad->search_tasks[1].count;
+    assert_true((one > other ? one : other) > 200);
+    broad_phase_destroy(broad);
+    free_scene(&heap, soup);
+}
+
 /* One patch over all: nothing is left of a single surface. */
 static void a_patch_over_everything_leaves_nothing(void **state) {
     (void)state;
@@ -296,6 +313,7 @@ int main(void) {
         cmocka_unit_test(leaves_out_only_pairs_within_a_patch),
         cmocka_unit_test(blocks_fitted_when_needed_are_the_same),
         cmocka_unit_test(fitting_a_run_of_leaves_leaves_the_others_alone),
+        cmocka_unit_test(one_surface_is_split_for_workers),
         cmocka_unit_test(a_patch_over_everything_leaves_nothing),
         cmocka_unit_test(honours_which_surfaces_meet),
     };

@@ -1,7 +1,51 @@
 /* Run directories that hold what is not the run's: files of the user, another run that takes the
  * directory's place. All of it stays as it was. */
-#define _XOPEN_SOURCE 700
+#define _DEFAULT_SOURCE
 #include "io/run_support.h"
+
+#include <errno.h>
+#include <sys/file.h>
+#include <sys/syscall.h>
+#include <unistd.h>
+
+/* The system's flock stands aside for this one, which fails with an errno, unless that is 0. */
+static int lock_errno;
+
+int flock(int file, int operation) {
+    if (lock_errno == 0) return (int)syscall(SYS_flock, file, operation);
+    errno = lock_errno;
+    return -1;
+}
+
+/* File systems that know no locks hold runs, too; any other failure of a lock is told. */
+static void a_run_is_written_where_there_are_no_locks(void **state) {
+    (void)state;
+    static const int unknown[] = {ENOSYS, EOPNOTSUPP, ENOLCK, EINVAL};
+    static const struct {
+        int code;
+        const char *said;
+    } failures[] = {{EWOULDBLOCK, "another process is writing a run here"},
+                    {EIO, "cannot be locked"},
+                    {EINTR, "cannot be locked"}};
+    const char *const directory = test_path("unlocked");
+    for (size_t i = 0; i < sizeof unknown / sizeof *unknown; i++) {
+        lock_errno = unknown[i];
+        run_whole(directory, 1);
+        remove_tree(directory);
+    }
+    tulle_run_def const def = make_def(directory, 1);
+    for (size_t i = 0; i < sizeof failures / sizeof *failures; i++) {
+        tulle_run_writer *writer = NULL;
+        tulle_error error;
+        lock_errno = failures[i].code;
+        assert_int_equal(tulle_run_create(&def, TULLE_RUN_REFUSE, &writer, &error), TULLE_ERROR_IO);
+        assert_null(writer);
+        assert_non_null(strstr(error.message, failures[i].said));
+    }
+    lock_errno = 0;
+    run_whole(directory, 1);
+    remove_tree(directory);
+}
 
 /* The directory of a writer is moved away, and another run takes its place. */
 static void a_directory_made_again_is_anothers(void **state) {
@@ -196,6 +240,7 @@ static void names_lead_nowhere(void **state) {
 int main(void) {
     make_bodies();
     const struct CMUnitTest tests[] = {
+        cmocka_unit_test(a_run_is_written_where_there_are_no_locks),
         cmocka_unit_test(a_directory_made_again_is_anothers),
         cmocka_unit_test(only_leftovers_of_the_run_are_removed),
         cmocka_unit_test(a_failure_removes_its_own_files),
