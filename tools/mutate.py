@@ -119,9 +119,11 @@ def draw(mutants, counts, seed, judge_one):
                 break
 
 
-def count_folders(total):
-    """How many mutants of `total` fall on each folder."""
-    shares = {folder: total * share / sum(n for n, _ in FOLDERS.values()) for folder, (share, _) in FOLDERS.items()}
+def count_folders(total, mutants):
+    """How many mutants of `total` fall on each folder that has some."""
+    folders = {get_folder(mutant.file) for mutant in mutants}
+    weights = {folder: weight for folder, (weight, _) in FOLDERS.items() if folder in folders}
+    shares = {folder: total * weight / sum(weights.values()) for folder, weight in weights.items()}
     counts = {folder: int(share) for folder, share in shares.items()}
     for folder in sorted(shares, key=lambda f: counts[f] - shares[f])[:total - sum(counts.values())]:
         counts[folder] += 1
@@ -203,10 +205,10 @@ def list_mutants(mutants, counts, seed, results, equivalent):
 
 def run(options, root, directory):
     """Judges what the options choose; the exit code."""
-    counts, results, tree = count_folders(options.count), Results(f"{directory}/results.csv"), Tree(root, directory)
+    results, tree = Results(f"{directory}/results.csv"), Tree(root, directory)
     if options.list:
         mutants, _, equivalent = read_mutants(root, options)
-        list_mutants(mutants, counts, options.seed, results, equivalent)
+        list_mutants(mutants, count_folders(options.count, mutants), options.seed, results, equivalent)
         return 0
     tree.update()
     mutants, digests, equivalent = read_mutants(tree.tree, options)  # the checkout may change meanwhile
@@ -235,7 +237,7 @@ def run(options, root, directory):
 
     is_whole = not options.file and not options.operator
     try:
-        draw(mutants, counts, options.seed, judge_one)
+        draw(mutants, count_folders(options.count, mutants), options.seed, judge_one)
     except KeyboardInterrupt:
         summarise(judged)
         raise

@@ -146,8 +146,9 @@ def check_results(directory):
 
 def check_draw_and_summary(directory):
     mutants = [m for folder in mutate.FOLDERS for m in find_mutants(f"src/{folder}/made_up.c", CODE)]
-    counts = mutate.count_folders(37)
-    check(sum(counts.values()) == 37, "the folders' shares are not the whole")
+    counts = mutate.count_folders(37, mutants)
+    check(sum(counts.values()) == 37 and set(counts) == set(mutate.FOLDERS), "the folders' shares are not the whole")
+    check(mutate.count_folders(5, mutants[:1]) == {"contact": 5}, "one folder does not get all")
     drawn, refused = [], []
 
     def take(mutant):
