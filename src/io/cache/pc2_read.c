@@ -159,14 +159,16 @@ tulle_status pc2_check_header(const char *path, uint32_t vertex_count, uint32_t 
     tulle_status const status = pc2_open_file(path, O_RDONLY, &file, &info, error);
     if (status) return status;
     unsigned char header[PC2_HEADER_SIZE], expected[PC2_HEADER_SIZE];
-    bool const is_read = file_read_at(file, header, sizeof header, 0) == PC2_HEADER_SIZE;
+    ssize_t const count = file_read_at(file, header, sizeof header, 0);
+    int const code = errno;
     close(file);
+    if (count < 0) return file_fail(error, path, code, "cannot be read");
     if (info.frame_count < frame_count || (is_exact && info.frame_count > frame_count))
         return error_set_at(error, TULLE_ERROR_PARSE, path, 0, 0,
                             "byte %d: the header counts %u frames, not %u", PC2_FRAME_COUNT_PLACE,
                             info.frame_count, frame_count);
     pc2_encode_header(expected, vertex_count, info.frame_count);
-    if (is_read && memcmp(header, expected, sizeof header) == 0) return TULLE_OK;
+    if (count == PC2_HEADER_SIZE && memcmp(header, expected, sizeof header) == 0) return TULLE_OK;
     return error_set_at(error, TULLE_ERROR_PARSE, path, 0, 0,
                         "byte 0: the header is not that of %u vertices", vertex_count);
 }

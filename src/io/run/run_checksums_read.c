@@ -225,7 +225,9 @@ static tulle_status check_lines(const checksums *sums, const char *directory, ui
         if (file < 0) {
             file = open(path, O_RDONLY | O_CLOEXEC | O_NONBLOCK);
             if (file < 0) status = file_fail(error, path, errno, "damaged: cannot be opened");
-            if (!status && (fstat(file, &facts) != 0 || !S_ISREG(facts.st_mode)))
+            if (!status && fstat(file, &facts) != 0)
+                status = file_fail(error, path, errno, "cannot be examined");
+            if (!status && !S_ISREG(facts.st_mode))
                 status = error_set_at(error, TULLE_ERROR_IO, path, 0, 0,
                                       "damaged: is not a regular file");
         }
@@ -233,7 +235,7 @@ static tulle_status check_lines(const checksums *sums, const char *directory, ui
         if (status) *frame = line->frame;
     }
     uint64_t const end = sums->lines.data[*first - 1].sum.end;
-    if (!status && sums->is_complete && fstat(file, &facts) == 0 && (uint64_t)facts.st_size > end)
+    if (!status && file >= 0 && sums->is_complete && (uint64_t)facts.st_size > end)
         status = error_set_at(error, TULLE_ERROR_PARSE, path, 0, 0,
                               "damaged: the file has %lld bytes, but the run wrote %llu",
                               (long long)facts.st_size, (unsigned long long)end);

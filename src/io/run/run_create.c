@@ -79,7 +79,7 @@ void run_writer_destroy(tulle_run_writer *writer) {
 }
 
 void run_writer_abandon(tulle_run_writer *writer) {
-    if (writer->has_made_directory && run_directory_is_held(writer->directory, writer->lock))
+    if (writer->has_made_directory && !run_directory_check(writer->directory, writer->lock))
         rmdir(writer->directory);
     run_writer_destroy(writer);
 }
@@ -267,7 +267,7 @@ tulle_status run_writer_begin(tulle_run_writer *writer, const tulle_run_def *def
     if (status) return status;
     size_t body_count = 0;
     status = make_files(writer, def, &body_count, error);
-    if (status && run_directory_is_held(writer->directory, writer->lock))
+    if (status && !run_directory_check(writer->directory, writer->lock))
         run_directory_clear(writer->directory, &writer->record, body_count, NULL);
     return status;
 }

@@ -39,7 +39,9 @@ tulle_status debug_file_open(debug_file *file, memory *heap, const char *directo
     struct stat facts;
     char head[DEBUG_HEAD_SIZE];
     tulle_status status = TULLE_OK;
-    if (fstat(file->file, &facts) != 0 || !S_ISREG(facts.st_mode))
+    if (fstat(file->file, &facts) != 0)
+        status = file_fail(error, file->path, errno, "cannot be examined");
+    else if (!S_ISREG(facts.st_mode))
         status = error_set_at(error, TULLE_ERROR_IO, file->path, 0, 0, "is no regular file");
     else if (!read_at(file, 0, head, sizeof head))
         status = fail_read(file, 0, error, "the file ends within its head");

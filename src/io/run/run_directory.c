@@ -76,10 +76,11 @@ tulle_status run_directory_examine(const char *directory, run_directory_kind *ki
     return TULLE_OK;
 }
 
-bool run_directory_is_held(const char *directory, int lock) {
+int run_directory_check(const char *directory, int lock) {
     struct stat held, there;
-    return fstat(lock, &held) == 0 && stat(directory, &there) == 0 && held.st_dev == there.st_dev &&
-           held.st_ino == there.st_ino;
+    if (fstat(lock, &held) != 0) return errno;
+    if (stat(directory, &there) != 0) return errno == ENOTDIR ? ENOENT : errno;
+    return held.st_dev == there.st_dev && held.st_ino == there.st_ino ? 0 : ENOENT;
 }
 
 /* 0 or an errno. A file system without locks is written to without one. */
@@ -103,9 +104,9 @@ tulle_status run_directory_lock(const char *directory, int *lock, bool *is_made,
             continue;
         }
         if (*lock < 0) return file_fail(error, directory, errno, what);
-        int const code = lock_folder(*lock);
-        /* What was opened may be removed, and another made, before it is locked. */
-        if (!code && run_directory_is_held(directory, *lock)) return TULLE_OK;
+        int code = lock_folder(*lock);
+        if (!code) code = run_directory_check(directory, *lock);
+        if (!code) return TULLE_OK;
         close(*lock);
         *lock = -1;
         *is_made = false;
@@ -113,7 +114,8 @@ tulle_status run_directory_lock(const char *directory, int *lock, bool *is_made,
             return error_set_at(error, TULLE_ERROR_IO, directory, 0, 0,
                                 "is locked: another process is writing a run here; wait for it, "
                                 "stop it, or choose another directory");
-        if (code) return file_fail(error, directory, code, "cannot be locked");
+        /* What was opened may be removed, and another made, before it is locked. */
+        if (code != ENOENT) return file_fail(error, directory, code, "cannot be locked");
     }
     return file_fail(error, directory, ENOENT, what);
 }

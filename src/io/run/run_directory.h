@@ -23,9 +23,10 @@ void run_join(char path[RUN_PATH_SIZE], const char *directory, const char *name)
  */
 tulle_status run_directory_lock(const char *directory, int *lock, bool *is_made,
                                 tulle_error *error);
-/* Whether the path still leads to the directory that is locked: it may be removed and made again
- * under its writer, who has no right to the new one. */
-bool run_directory_is_held(const char *directory, int lock);
+/* 0 where the path still leads to the directory that is locked; else an errno. ENOENT: it leads
+ * elsewhere or nowhere, as a directory may be removed and made again under its writer, who has no
+ * right to the new one. */
+int run_directory_check(const char *directory, int lock);
 /* Of a directory that is locked. */
 tulle_status run_directory_examine(const char *directory, run_directory_kind *kind,
                                    tulle_error *error);

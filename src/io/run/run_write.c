@@ -21,7 +21,9 @@ enum { SINGLE_FLUSH_MAX = 16 /* bodies whose caches are flushed one by one */ };
 /* Files are opened by their paths. They would be another run's, where the directory was removed and
  * made again. */
 static tulle_status check_directory(const tulle_run_writer *writer, tulle_error *error) {
-    if (run_directory_is_held(writer->directory, writer->lock)) return TULLE_OK;
+    int const code = run_directory_check(writer->directory, writer->lock);
+    if (!code) return TULLE_OK;
+    if (code != ENOENT) return file_fail(error, writer->directory, code, "cannot be examined");
     return error_set_at(error, TULLE_ERROR_IO, writer->directory, 0, 0,
                         "was moved, removed or replaced while the run wrote to it");
 }

@@ -1,11 +1,11 @@
 /* Memory that runs out anywhere: small scenes are loaded, built, started, stepped, asked and saved,
- * while each place of the code that asks for memory is refused once. The call tells of it, and
- * leaves all as it was: called again it does what it does in a world that never was refused, to the
- * last bit. */
+ * while each place of the code that asks for memory fails once (support/struck_calls.h); where a
+ * scene has files, also each that calls the system. The call tells of it, and leaves all as it was:
+ * called again it does what it does in a world that never was struck, to the last bit. */
 #define _POSIX_C_SOURCE 200809L
 #include "scene/scene_data.h"
 #include "scene_text.h"
-#include "support/failing_requests.h"
+#include "support/struck_calls.h"
 
 #include "tulle/check.h"
 #include "tulle_io/cache.h"
@@ -139,7 +139,7 @@ static const small_case cases[] = {
 /* A scene, its world, and what the calls below give. */
 typedef struct running {
     const small_case *scene;
-    bool is_refused; /* requests fail */
+    strike kind;
     tulle_scene *loaded;
     tulle_scene_world built;
     tulle_scene_problems *problems;
@@ -212,25 +212,21 @@ static uint64_t get_hash(const running *run) {
 }
 
 /* Calls until it goes well. */
-static void survive(running *run, const char *name, refused_call call) {
+static void survive(running *run, const char *name, struck_call call) {
     char title[128];
     snprintf(title, sizeof title, "%s: %s", run->scene->name, name);
     for (;;) {
         uint64_t const hash = get_hash(run);
-        if (!run->is_refused) {
-            tulle_error error = {0};
-            if (call(run, &error) != TULLE_OK) fail_msg("%s: %s", title, error.message);
-            return;
-        }
-        if (survives_refusal(title, call, run)) return;
+        bool is_struck;
+        if (call_struck(title, run->kind, call, run, &is_struck) == TULLE_OK) return;
         if (get_hash(run) != hash) fail_msg("%s: the state has changed", title);
     }
 }
 
 /* Runs a scene; gives the hash after each step. */
-static void run_case(const small_case *scene, bool is_refused, uint64_t hashes[STEPS_MAX]) {
+static void run_case(const small_case *scene, strike kind, uint64_t hashes[STEPS_MAX]) {
     tulle_scene_problems problems;
-    running run = {.scene = scene, .is_refused = is_refused, .problems = &problems};
+    running run = {.scene = scene, .kind = kind, .problems = &problems};
     survive(&run, "load", load);
     survive(&run, "build", build);
     survive(&run, "start", start);
@@ -267,22 +263,26 @@ static void write_frames(void) {
     assert_int_equal(tulle_pc2_writer_close(writer, NULL), TULLE_OK);
 }
 
-static void every_refused_request_is_survived(void **state) {
+static void every_strike_is_survived(void **state) {
     (void)state;
     write_frames();
     for (size_t i = 0; i < sizeof cases / sizeof cases[0]; i++) {
         uint64_t expected[STEPS_MAX], hashes[STEPS_MAX];
         tulle_scene_destroy(load_good(cases[i].text));
-        run_case(&cases[i], false, expected);
-        size_t const before = count_refused_places();
-        run_case(&cases[i], true, hashes);
-        for (int k = 0; k < cases[i].step_count; k++)
-            if (hashes[k] != expected[k]) fail_msg("%s: step %d went elsewhere", cases[i].name, k);
-        print_message("%s: %zu places refused\n", cases[i].name, count_refused_places() - before);
+        run_case(&cases[i], STRIKE_NOTHING, expected);
+        size_t const before = count_struck_places();
+        bool const has_files = strstr(cases[i].text, "file:") != NULL;
+        for (int kind = 0; kind < (has_files ? STRIKE_COUNT : 1); kind++) {
+            run_case(&cases[i], (strike)kind, hashes);
+            for (int k = 0; k < cases[i].step_count; k++)
+                if (hashes[k] != expected[k])
+                    fail_msg("%s: step %d went elsewhere", cases[i].name, k);
+        }
+        print_message("%s: %zu places struck\n", cases[i].name, count_struck_places() - before);
     }
 }
 
 int main(void) {
-    const struct CMUnitTest tests[] = {cmocka_unit_test(every_refused_request_is_survived)};
+    const struct CMUnitTest tests[] = {cmocka_unit_test(every_strike_is_survived)};
     return cmocka_run_group_tests(tests, NULL, remove_folder);
 }
