@@ -100,22 +100,28 @@ static void add_box(tulle_world *world, const double size[3], const double at[3]
     tulle_mesh_destroy(&box);
 }
 
-/* A sheet with a speed downwards, in the middle at (x, 0, z); upright where asked for. */
-static void add_sheet(tulle_world *world, double side, unsigned n, double x, double z, double speed,
-                      bool is_upright) {
-    tulle_mesh sheet = small_sheet(side, n, 0.0);
+/* A sheet with its middle at (x, 0, z). */
+typedef struct sheet_def {
+    double side, x, z;
+    double speed; /* [m/s] downwards */
+    unsigned n;
+    bool is_upright; /* and pinned at two corners */
+} sheet_def;
+
+static void add_sheet(tulle_world *world, sheet_def def) {
+    tulle_mesh sheet = small_sheet(def.side, def.n, 0.0);
     for (size_t v = 0; v < sheet.vertex_count; v++) {
         double *const p = sheet.positions + 3 * v;
-        if (is_upright) p[2] = p[1], p[1] = 0.0;
-        p[0] += x;
-        p[2] += z;
+        if (def.is_upright) p[2] = p[1], p[1] = 0.0;
+        p[0] += def.x;
+        p[2] += def.z;
     }
-    uint32_t const corners[2] = {0, n - 1};
+    uint32_t const corners[2] = {0, def.n - 1};
     tulle_pin const pin = {corners, 2, {0}, (double)INFINITY};
     tulle_cloth_def cloth = tulle_cloth_def_default();
     cloth.mesh = tulle_mesh_get_view(&sheet);
-    cloth.velocity[2] = -speed;
-    if (is_upright) cloth.pins = &pin, cloth.pin_count = 1;
+    cloth.velocity[2] = -def.speed;
+    if (def.is_upright) cloth.pins = &pin, cloth.pin_count = 1;
     assert_int_equal(tulle_world_add_cloth(world, &cloth, NULL, NULL), TULLE_OK);
     tulle_mesh_destroy(&sheet);
 }
@@ -130,8 +136,8 @@ static tulle_world *create(tulle_world_def def) {
 /* Two sheets fall over each other and over the edge of a box that moves. */
 static tulle_world *make_sheets(tulle_world_def def, unsigned n) {
     tulle_world *const world = create(def);
-    add_sheet(world, 0.2, n, 0.0, 0.012, 1.5, false);
-    add_sheet(world, 0.16, 5, 0.02, 0.022, 2.0, false);
+    add_sheet(world, (sheet_def){.side = 0.2, .n = n, .z = 0.012, .speed = 1.5});
+    add_sheet(world, (sheet_def){.side = 0.16, .n = 5, .x = 0.02, .z = 0.022, .speed = 2.0});
     add_box(world, (double[3]){0.1, 0.1, 0.05}, (double[3]){0.01, 0.005, -0.026}, NULL,
             (double[3]){0.02, 0.0, 0.02});
     return world;
@@ -143,7 +149,7 @@ static tulle_world *make_bodies(void) {
     tulle_body const body = {
         .is_dynamic = 1, .density = 300.0, .sleep_speed = 0.5, .sleep_time = 0.02};
     double const still[3] = {0.0, 0.0, 0.0}, size[3] = {0.1, 0.1, 0.1};
-    add_sheet(world, 0.2, 5, 0.12, 0.004, 0.0, false);
+    add_sheet(world, (sheet_def){.side = 0.2, .n = 5, .x = 0.12, .z = 0.004});
     add_box(world, (double[3]){1.0, 1.0, 0.1}, (double[3]){0.0, 0.0, -0.05}, NULL, still);
     add_box(world, size, (double[3]){-0.05, 0.01, 0.054}, &body, still);
     add_box(world, size, (double[3]){0.04, 0.0, 0.175}, &body, still);
@@ -156,7 +162,7 @@ static tulle_world *make_pinch(tulle_on_pinch choice) {
     def.on_pinch = choice;
     def.contact_distance = 3e-3;
     tulle_world *const world = create(def);
-    add_sheet(world, 0.1, 6, 0.0, 0.0, 0.0, true);
+    add_sheet(world, (sheet_def){.side = 0.1, .n = 6, .is_upright = true});
     for (int k = 0; k < 2; k++) {
         double const side = k == 0 ? -1.0 : 1.0;
         add_box(world, (double[3]){0.03, 0.03, 0.03}, (double[3]){0.0, side * 0.02, 0.0}, NULL,
@@ -255,8 +261,9 @@ static void a_start_that_is_untangled(void **state) {
     long calls = 0;
     for (long k = 0; k <= calls; k += choose_stride(4)) {
         tulle_world *const world = create(def);
-        add_sheet(world, 0.2, 6, 0.0, 0.004, 0.0, false);
-        add_sheet(world, 0.2, 6, 0.043, 0.013, 0.0, true);
+        add_sheet(world, (sheet_def){.side = 0.2, .n = 6, .z = 0.004});
+        add_sheet(world,
+                  (sheet_def){.side = 0.2, .n = 6, .x = 0.043, .z = 0.013, .is_upright = true});
         add_box(world, (double[3]){0.1, 0.1, 0.1}, (double[3]){0.013, 0.085, 0.0}, NULL,
                 (double[3]){0.0, 0.0, 0.0});
         call_count = 0;
