@@ -99,19 +99,16 @@ tulle_status run_untangle_read(run_record *record, const json_document *document
     if (!json_find(document, root, "untangle")) return TULLE_OK;
     tulle_untangle_report report = {0};
     const json_value *object = NULL;
-    double pairs = 0.0, vertices = 0.0;
     tulle_status status = json_take_member(document, root, "untangle", JSON_OBJECT, &object, error);
-    if (!status) status = json_take_double(document, object, "intersections", &pairs, error);
+    if (!status)
+        status = json_take_count(document, object, "intersections", &report.intersections, error);
     if (!status) status = json_take_whole(document, object, "rounds", &report.rounds, error);
-    if (!status) status = json_take_double(document, object, "moved_vertices", &vertices, error);
+    if (!status)
+        status = json_take_count(document, object, "moved_vertices", &report.moved_vertices, error);
     if (!status)
         status = json_take_double(document, object, "largest_displacement",
                                   &report.largest_displacement, error);
-    if (!status && !(pairs >= 0.0 && pairs < 0x1p53 && vertices >= 0.0 && vertices < 0x1p53))
-        status = json_fail(document, object, error, "the counts of \"untangle\" should be whole");
     if (status) return status;
-    report.intersections = (uint64_t)pairs;
-    report.moved_vertices = (uint64_t)vertices;
     record->has_untangle = true;
     record->untangle = report;
     return TULLE_OK;

@@ -168,17 +168,6 @@ void run_outcome_write(json_writer *writer, const run_record *record) {
     json_end(writer, '}');
 }
 
-static tulle_status read_count(const json_document *document, const json_value *object,
-                               const char *key, uint64_t *count, tulle_error *error) {
-    double value = 0.0;
-    tulle_status const status = json_take_double(document, object, key, &value, error);
-    if (status) return status;
-    if (!(value >= 0.0 && value < 0x1p53))
-        return json_fail(document, object, error, "\"%s\" should be a whole number", key);
-    *count = (uint64_t)value;
-    return TULLE_OK;
-}
-
 static tulle_status read_place(const json_document *document, const json_value *object,
                                size_t body_count, tulle_run_outcome *outcome, tulle_error *error) {
     const json_value *place = NULL, *vertices = NULL, *position = NULL;
@@ -196,7 +185,8 @@ static tulle_status read_place(const json_document *document, const json_value *
                          "\"largest_stretch_place\" should name a body, two vertices and a place");
     const json_value *item = json_get_first(document, vertices);
     for (int k = 0; k < 2 && item; k++, item = json_get_next(document, item)) {
-        if (item->type != JSON_NUMBER || !(item->number >= 0.0 && item->number <= UINT32_MAX))
+        if (item->type != JSON_NUMBER || !(item->number >= 0.0 && item->number <= UINT32_MAX) ||
+            item->number != floor(item->number))
             return json_fail(document, item, error, "a vertex should be a whole number");
         outcome->stretch_vertices[k] = (uint32_t)item->number;
     }
@@ -225,7 +215,7 @@ tulle_status run_outcome_read(run_record *record, const json_document *document,
                   {"rescues", &outcome.rescues},
                   {"pinched_steps", &outcome.pinched_steps}};
     for (size_t i = 0; i < sizeof counts / sizeof counts[0] && !status; i++)
-        status = read_count(document, object, counts[i].key, counts[i].to, error);
+        status = json_take_count(document, object, counts[i].key, counts[i].to, error);
     const struct {
         const char *key;
         double *to;

@@ -21,22 +21,17 @@ void run_end_write(json_writer *writer, const run_record *record) {
 tulle_status run_end_read(run_record *record, const json_document *document, const json_value *root,
                           tulle_error *error) {
     const json_value *object = NULL;
-    double size = 0.0, step = 0.0;
     if (record->is_older_format || !json_find(document, root, "checksums")) return TULLE_OK;
     tulle_status status =
         json_take_member(document, root, "checksums", JSON_OBJECT, &object, error);
-    if (!status) status = json_take_double(document, object, "bytes", &size, error);
+    if (!status) status = json_take_count(document, object, "bytes", &record->end.size, error);
     if (!status) status = json_take_hash(document, object, "chain", &record->end.chain, error);
     record->has_checkpoint = !status && json_find(document, object, "checkpoint_step");
     if (record->has_checkpoint)
-        status = json_take_double(document, object, "checkpoint_step", &step, error);
-    if (!status && !(size >= 0.0 && size < 0x1p53 && step >= 0.0 && step < 0x1p53))
-        status = json_fail(document, object, error, "the numbers of \"checksums\" are no counts");
-    if (status) return status;
-    record->end.size = (uint64_t)size;
-    record->checkpoint_step = (uint64_t)step;
-    record->has_end = true;
-    return TULLE_OK;
+        status =
+            json_take_count(document, object, "checkpoint_step", &record->checkpoint_step, error);
+    record->has_end = !status;
+    return status;
 }
 
 /* What follows the bytes of a run.json that its checksum is of. */

@@ -75,18 +75,32 @@ tulle_status json_take_double(const json_document *document, const json_value *o
     return status;
 }
 
-tulle_status json_take_whole(const json_document *document, const json_value *object,
-                             const char *key, uint32_t *value, tulle_error *error) {
+static tulle_status take_whole_to(const json_document *document, const json_value *object,
+                                  const char *key, uint64_t most, uint64_t *value,
+                                  tulle_error *error) {
     const json_value *member = NULL;
     tulle_status const status =
         json_take_member(document, object, key, JSON_NUMBER, &member, error);
     if (status) return status;
     double const number = member->number;
-    if (!(number >= 0.0 && number <= (double)UINT32_MAX && number == floor(number)))
-        return json_fail(document, member, error, "\"%s\" should be a whole number from 0 to %u",
-                         key, UINT32_MAX);
-    *value = (uint32_t)number;
+    if (!(number >= 0.0 && number <= (double)most && number == floor(number)))
+        return json_fail(document, member, error, "\"%s\" should be a whole number from 0 to %llu",
+                         key, (unsigned long long)most);
+    *value = (uint64_t)number;
     return TULLE_OK;
+}
+
+tulle_status json_take_whole(const json_document *document, const json_value *object,
+                             const char *key, uint32_t *value, tulle_error *error) {
+    uint64_t whole = *value;
+    tulle_status const status = take_whole_to(document, object, key, UINT32_MAX, &whole, error);
+    *value = (uint32_t)whole;
+    return status;
+}
+
+tulle_status json_take_count(const json_document *document, const json_value *object,
+                             const char *key, uint64_t *value, tulle_error *error) {
+    return take_whole_to(document, object, key, (UINT64_C(1) << 53) - 1, value, error);
 }
 
 tulle_status json_take_bool(const json_document *document, const json_value *object,

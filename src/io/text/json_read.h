@@ -64,6 +64,9 @@ tulle_status json_take_double(const json_document *document, const json_value *o
 /* A whole number from 0 to UINT32_MAX. */
 tulle_status json_take_whole(const json_document *document, const json_value *object,
                              const char *key, uint32_t *value, tulle_error *error);
+/* A whole number that a double holds exactly, from 0 to 2^53 - 1. */
+tulle_status json_take_count(const json_document *document, const json_value *object,
+                             const char *key, uint64_t *value, tulle_error *error);
 tulle_status json_take_bool(const json_document *document, const json_value *object,
                             const char *key, int *value, tulle_error *error);
 /* A string of 16 hexadecimal digits. */
