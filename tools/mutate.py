@@ -80,9 +80,9 @@ class Results:
             return None
         if row["verdict"] == "survived":
             return row if all(known.get(test.name) == test.digest for test in judges) else None
-        if row["verdict"] in UNCOUNTED or trusts_kills:
+        if row["verdict"] in UNCOUNTED:
             return row
-        return row if any(test.name == row["by"] and known[test.name] == test.digest for test in judges) else None
+        return row if any(test.name == row["by"] and (trusts_kills or known[test.name] == test.digest) for test in judges) else None
 
     def count_kills(self):
         """(kills, runs) of each test in each room."""

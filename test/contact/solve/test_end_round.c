@@ -124,6 +124,23 @@ static void violations_are_bounded(void **state) {
     arena_destroy(&world.scratch);
 }
 
+/* What just meets its bound has settled. */
+static void bounds_are_met_by_equals(void **state) {
+    (void)state;
+    round_world world;
+    make_world(&world);
+    world.rows[1].law.bias = 0x1p-9;
+    world.scene.settings.settled_speed = 0x1p-10; /* over four rows */
+    world.scene.settings.settled_most = 0x1p-9;
+    assert_true(is_settled(&world, MANY_ITERATIONS));
+    world.rows[1].law.bias = 0.0;
+    stick(&world, 0, 0x1p-9);
+    world.rows[0].law.bias = 0x1p-20;
+    world.scene.settings.settled_misfit = 0x1p-9;
+    assert_true(is_settled(&world, MANY_ITERATIONS));
+    arena_destroy(&world.scratch);
+}
+
 static void misfits_of_friction_are_bounded(void **state) {
     (void)state;
     round_world world;
@@ -221,6 +238,7 @@ int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(cheap_rounds_mend_more),
         cmocka_unit_test(violations_are_bounded),
+        cmocka_unit_test(bounds_are_met_by_equals),
         cmocka_unit_test(misfits_of_friction_are_bounded),
         cmocka_unit_test(cloth_that_slips_as_a_whole_goes_on),
         cmocka_unit_test(a_drift_is_bounded),
