@@ -25,7 +25,8 @@ FOLDERS = {
     "dynamics": (30, r"world\."),
     "io": (40, r"api\.(io|run)_arguments|e2e\.run_(far_away|left|without_cloth|input|messages|damage|trouble|interrupted_start|locked)"),
 }
-GOLDEN = "world.golden"
+# Whole steps judge all but io.
+WHOLE_STEPS = ("world.golden", "world.scratch_failures")
 # Tests of what a step costs depend on what else the machine does.
 NO_JUDGES = ("world.bodies_cost", "world.soak")
 # A test that takes more seconds of processor time does not judge what is in another folder, another room, its own room.
@@ -212,13 +213,14 @@ def choose_judges(mutant, tests, times, history):
     stem = os.path.splitext(os.path.basename(mutant.file))[0]
     judges = []
     for test in tests.values():
-        if test.name not in times or not (test.folder == folder or test.name == GOLDEN or re.match(FOLDERS[folder][1], test.name)):
+        is_whole = test.name in WHOLE_STEPS and folder != "io"
+        if test.name not in times or not (test.folder == folder or is_whole or re.match(FOLDERS[folder][1], test.name)):
             continue
         seconds = times[test.name][0]
         most = OWN_ROOM_SECONDS if test.room == room else OTHER_ROOM_SECONDS if test.folder == folder else OTHER_FOLDER_SECONDS
-        if test.name != GOLDEN and seconds > most:
+        if seconds > most and not is_whole:
             continue
-        guess = 0.6 if test.stem in (stem, stem + "s") else 0.35 if test.room == room else 0.3 if test.name == GOLDEN else 0.12
+        guess = 0.6 if test.stem in (stem, stem + "s") else 0.35 if test.room == room else 0.3 if is_whole else 0.12
         kills, runs = history[room, test.name]
         judges.append((-(kills + 3 * guess) / (runs + 3) / (seconds + 0.03), test.name))
     return [tests[name] for _, name in sorted(judges)]

@@ -8,7 +8,7 @@ import time
 from collections import Counter
 
 import mutate
-from mutation_judge import GOLDEN, Test, choose_judges, run_test
+from mutation_judge import WHOLE_STEPS, Test, choose_judges, run_test
 from mutation_operators import OPERATORS, apply_mutant, find_mutants
 
 CODE = r'''/* made_up.c - a < b && c == 1; */
@@ -106,14 +106,14 @@ def check_verdicts():
 
 def check_order():
     tests = [make_test("world.made_up"), make_test("world.far"), make_test("world.slow", room="world/step"),
-             make_test(GOLDEN), make_test("io.json"), make_test("world.unmeasured")]
-    times = {"world.made_up": (1.0, 1.0), "world.far": (1.0, 1.0), "world.slow": (5.0, 5.0), GOLDEN: (1.0, 1.0), "io.json": (0.1, 0.1)}
+             make_test(WHOLE_STEPS[0]), make_test("io.json"), make_test("world.unmeasured")]
+    times = {"world.made_up": (1.0, 1.0), "world.far": (1.0, 1.0), "world.slow": (5.0, 5.0), WHOLE_STEPS[0]: (1.0, 1.0), "io.json": (0.1, 0.1)}
     mutant = find_mutants("src/world/made_up.c", CODE)[0]
     tests = {test.name: test for test in tests}
     order = [t.name for t in choose_judges(mutant, tests, times, History())]
-    check(order == ["world.made_up", "world.far", GOLDEN], f"the judges are {order}")
-    order = [t.name for t in choose_judges(mutant, tests, times, History({("world", GOLDEN): (9, 9)}))]
-    check(order[0] == GOLDEN, "a test that killed often does not come first")
+    check(order == ["world.made_up", "world.far", WHOLE_STEPS[0]], f"the judges are {order}")
+    order = [t.name for t in choose_judges(mutant, tests, times, History({("world", WHOLE_STEPS[0]): (9, 9)}))]
+    check(order[0] == WHOLE_STEPS[0], "a test that killed often does not come first")
 
 
 class History(dict):

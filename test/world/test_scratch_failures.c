@@ -3,7 +3,8 @@
  *
  * The arena of base/arena.h hands out room that steps before have left, so that a heap which fails
  * reaches few of its calls. In this program another arena stands in its place. It takes every
- * allocation from the heap, and call number `fail_at` fails. */
+ * allocation from the heap, and call number `fail_at` fails. Bytes after each allocation tell at
+ * its release if anything was written there. */
 #include "base/arena.h"
 #include "support/small_world.h"
 
@@ -18,6 +19,7 @@
 
 static const double STEP = 1.0 / 90.0; /* [s] */
 static long call_count, fail_at;       /* fail_at: 0, none fails */
+enum { GUARD_BYTES = 64, GUARD = 0x5a };
 
 /* ---- the arena ---- */
 
@@ -33,14 +35,14 @@ void *arena_allocate(arena *scratch, size_t count, size_t size) {
     if (++call_count == fail_at) return NULL;
     arena_block *const block = memory_allocate(scratch->heap, sizeof *block);
     if (!block) return NULL;
-    size_t const byte_count = count * size > 0 ? count * size : 1;
+    size_t const byte_count = count * size + GUARD_BYTES;
     *block =
         (arena_block){scratch->current, byte_count, memory_allocate(scratch->heap, byte_count)};
     if (!block->payload) {
         memory_release(scratch->heap, block, sizeof *block);
         return NULL;
     }
-    memset(block->payload, 0x5a, byte_count);
+    memset(block->payload, GUARD, byte_count);
     scratch->current = block;
     scratch->used += byte_count;
     return block->payload;
@@ -66,6 +68,10 @@ arena_mark arena_get_mark(const arena *scratch) {
 void arena_release(arena *scratch, arena_mark mark) {
     while (scratch->current != mark.block) {
         arena_block *const block = scratch->current;
+        const unsigned char *const end = (const unsigned char *)block->payload + block->byte_count;
+        for (int i = 1; i <= GUARD_BYTES; i++)
+            if (end[-i] != GUARD)
+                fail_msg("written past the end of %zu bytes", block->byte_count - GUARD_BYTES);
         scratch->current = block->next;
         memory_release(scratch->heap, block->payload, block->byte_count);
         memory_release(scratch->heap, block, sizeof *block);
@@ -195,6 +201,7 @@ static int fail_calls_of_a_step(tulle_world *world, int step_count, long stride)
     assert_int_equal(tulle_world_step(world, STEP, &report, NULL), TULLE_OK);
     uint64_t const after = tulle_world_get_state_hash(world);
     long const calls = call_count;
+    assert_true(calls > 50); /* else another arena is in use */
     int done_without = 0;
     assert_int_equal(tulle_world_load_state(world, bytes, byte_count, NULL), TULLE_OK);
     for (long k = 1; k <= calls; k += stride) {
