@@ -46,7 +46,7 @@ tulle_status call_struck(const char *name, strike kind, struck_call call, void *
                                                           : TULLE_OK;
     const char *const words = kind == STRIKE_MEMORY ? "memory" : strerror(EIO);
     if (status == TULLE_OK) {
-        if (kind == STRIKE_SYSTEM && struck && must_be_told(struck))
+        if (struck && (kind == STRIKE_MEMORY || (kind == STRIKE_SYSTEM && must_be_told(struck))))
             fail_msg("%s: %s failed, and nothing is told", name, struck);
         return status;
     }
@@ -124,6 +124,25 @@ void *__wrap_arena_allocate_zeroed(arena *scratch, size_t count, size_t size);
 void *__wrap_arena_allocate_zeroed(arena *scratch, size_t count, size_t size) {
     return IS_STRUCK(STRIKE_MEMORY, memory) ? NULL
                                             : __real_arena_allocate_zeroed(scratch, count, size);
+}
+
+/* These take memory where there is some, and do without where there is none. */
+void __real_arena_reserve(arena *scratch, size_t byte_count);
+void __wrap_arena_reserve(arena *scratch, size_t byte_count);
+void __wrap_arena_reserve(arena *scratch, size_t byte_count) {
+    strike const kind = watched;
+    watched = STRIKE_NOTHING;
+    __real_arena_reserve(scratch, byte_count);
+    watched = kind;
+}
+
+void __real_arena_release(arena *scratch, arena_mark mark);
+void __wrap_arena_release(arena *scratch, arena_mark mark);
+void __wrap_arena_release(arena *scratch, arena_mark mark) {
+    strike const kind = watched;
+    watched = STRIKE_NOTHING;
+    __real_arena_release(scratch, mark);
+    watched = kind;
 }
 
 /* ---- calls to the system ---- */

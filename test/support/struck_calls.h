@@ -30,7 +30,7 @@ typedef tulle_status (*struck_call)(void *context, tulle_error *error);
 /* Calls once. Meanwhile the first call of this kind is struck at whose place none has been before;
  * *is_struck tells whether there was one. Gives the status, where it is as it must be, else the
  * test fails:
- * - Memory: all went well, or the status and the message say that memory is short.
+ * - Memory: the status and the message say that memory is short.
  * - System: an input-output error with the system's own words for it; or all went well, but not
  *   after calls that write, flush, rename or make folders.
  * - Calls that are interrupted or short change nothing. */

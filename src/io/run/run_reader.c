@@ -128,18 +128,22 @@ static tulle_status drop_partial_frames(tulle_run_reader *reader, tulle_error *e
     return TULLE_OK;
 }
 
-static void look_for_checkpoint(tulle_run_reader *reader) {
+/* A checkpoint that cannot be read is none; tulle_run_reader_find_damage tells why. */
+static tulle_status look_for_checkpoint(tulle_run_reader *reader, tulle_error *error) {
     static const char *const names[] = {RUN_FILE_CHECKPOINT, RUN_FILE_CHECKPOINT_BEFORE};
     for (int i = 0; i < 2 && !reader->has_checkpoint; i++) {
         char path[RUN_PATH_SIZE];
         run_join(path, reader->directory, names[i]);
-        if (checkpoint_read(&reader->heap, path, &reader->checkpoint, NULL)) continue;
+        tulle_status const status = checkpoint_read(&reader->heap, path, &reader->checkpoint, NULL);
+        if (status == TULLE_ERROR_OUT_OF_MEMORY) return file_fail_memory(error, path);
+        if (status) continue;
         tulle_run_checkpoint *const state = &reader->checkpoint.state;
         memory_release(&reader->heap, state->bytes, state->byte_count);
         state->bytes = NULL;
         state->byte_count = 0;
         reader->has_checkpoint = true;
     }
+    return TULLE_OK;
 }
 
 /* Users may edit the scene to change how pictures look, so its checksum is not asked here;
@@ -161,8 +165,8 @@ static tulle_status read_directory(tulle_run_reader *reader, tulle_error *error)
     reader->meshes = memory_allocate_zeroed(&reader->heap, body_count, sizeof *reader->meshes);
     if (!reader->bodies || !reader->meshes)
         return file_fail(error, reader->directory, ENOMEM, "cannot be read");
-    look_for_checkpoint(reader);
-    status = run_reader_read_checksums(reader, error);
+    status = look_for_checkpoint(reader, error);
+    if (!status) status = run_reader_read_checksums(reader, error);
     if (!status) status = run_reader_read_frames(reader, error);
     if (!status) status = drop_partial_frames(reader, error);
     if (!status) status = read_scene(reader, error);

@@ -134,6 +134,7 @@ static tulle_status drop_damaged_before(tulle_run_writer *writer, tulle_error *e
     run_join(before, writer->directory, RUN_FILE_CHECKPOINT_BEFORE);
     tulle_status const status = checkpoint_read(&writer->heap, before, &record, &damage);
     checkpoint_release(&writer->heap, &record);
+    if (status == TULLE_ERROR_OUT_OF_MEMORY) return file_fail_memory(error, before);
     if (status != TULLE_ERROR_PARSE) return TULLE_OK;
     if (unlink(before) != 0) return file_fail(error, before, errno, "cannot be removed");
     note(writer, "%s: damaged, and removed: the newest checkpoint is whole", before);

@@ -314,9 +314,11 @@ tulle_status tulle_run_close(tulle_run_writer *writer, tulle_run_state state, co
         return status;
     }
     writer->record.state = state;
-    if (!run_record_keep(&writer->record, message ? message : "", &writer->record.message))
+    if (!run_record_keep(&writer->record, message ? message : "", &writer->record.message)) {
         writer->record.message = 0;
-    status = run_writer_write_collections(writer, error);
+        status = file_fail_memory(error, writer->directory);
+    }
+    if (!status) status = run_writer_write_collections(writer, error);
     if (!status) status = run_writer_sum_logs(writer, error);
     if (!status) status = sync_all(writer, error);
     writer->record.has_end = status == TULLE_OK;

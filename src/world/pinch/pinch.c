@@ -95,13 +95,10 @@ static void mark_touched(const tulle_world *world, uint32_t body, const uint32_t
     }
 }
 
-static void write_message(step_context *context, const blocked_place *place,
-                          const pinch_side *sides, const char *consequence) {
-    tulle_world *const world = context->world;
+static void write_message(step_context *context, const blocked_place *place, uint8_t *is_near,
+                          const char *consequence) {
+    const tulle_world *const world = context->world;
     char names[WORLD_MESSAGE_BYTES / 4];
-    uint8_t *const is_near = ARENA_NEW(&world->scratch, uint8_t, world->obstacles.count);
-    if (!is_near) return;
-    for (size_t i = 0; i < world->obstacles.count; i++) is_near[i] = sides[i].is_near;
     /* A body: all obstacles that it touches, by rows and by the pair of the place. */
     bool const is_body = place->surface >= world->cloths.count;
     for (size_t i = 0; is_body && i < world->rows.rows.count; i++)
@@ -261,7 +258,8 @@ tulle_status world_handle_pinch(step_context *context) {
     arena_mark const mark = arena_get_mark(&world->scratch);
     pinch_side *const sides =
         ARENA_NEW_ZEROED(&world->scratch, pinch_side, world->obstacles.count + 1);
-    if (!sides)
+    uint8_t *const is_near = ARENA_NEW(&world->scratch, uint8_t, world->obstacles.count);
+    if (!sides || !is_near)
         return error_set(context->error, TULLE_ERROR_OUT_OF_MEMORY, "no memory left for a pinch");
     blocked_place const place =
         context->outcome == SUBSTEP_TORN ? context->torn_place : world_find_blocked_place(context);
@@ -274,6 +272,7 @@ tulle_status world_handle_pinch(step_context *context) {
         arena_release(&world->scratch, mark);
         return status;
     }
+    for (size_t i = 0; i < world->obstacles.count; i++) is_near[i] = sides[i].is_near;
     bool helps_release = false; /* some moving obstacle around the place is not released yet */
     for (size_t i = 0; i < world->obstacles.count; i++) {
         if (!sides[i].is_near || world->surfaces[world->cloths.count + i].is_static ||
@@ -283,14 +282,14 @@ tulle_status world_handle_pinch(step_context *context) {
         if (world->def.on_pinch == TULLE_ON_PINCH_RELEASE) context->state->is_released[i] = 1;
     }
     if (world->def.on_pinch == TULLE_ON_PINCH_SLOW) {
-        write_message(context, &place, sides, "scripted motion waits (on_pinch: slow)");
+        write_message(context, &place, is_near, "scripted motion waits (on_pinch: slow)");
         hold_back(context, &place, sides);
     } else if (world->def.on_pinch == TULLE_ON_PINCH_RELEASE && helps_release) {
         write_message(
-            context, &place, sides,
+            context, &place, is_near,
             "the moving ones let it through until they are free of it (on_pinch: release)");
     } else {
-        write_message(context, &place, sides,
+        write_message(context, &place, is_near,
                       helps_release
                           ? "give it room, take shorter steps if the obstacle is fast, or set "
                             "on_pinch to slow or release"
