@@ -24,6 +24,9 @@ typedef struct detect_scene {
     unsigned char collides[DETECT_MAX_SURFACES * DETECT_MAX_SURFACES];
     bool has_collides;
     double minimum_separation;
+    /* pairs are looked at all through the step, and not at five times alone; for separation 0 they
+     * always are */
+    bool is_thorough;
 } detect_scene;
 
 typedef enum detect_family {
@@ -64,11 +67,21 @@ typedef struct detect_truths {
 } detect_truths;
 
 void detect_scene_find_truths(const detect_scene *scene, detect_truths *truths);
+/* A time before which a true pair is farther apart than its separation, and one at which it is not,
+ * or for separation 0 by which it has touched; they differ by 2^-12 at most, but where the pair is
+ * so near before that this was not decided. */
+void detect_scene_time_truth(const detect_scene *scene, const detect_truth *truth, double *from,
+                             double *by);
 /* Every true pair is among the events. On failure prints the first that is not. */
 bool detect_events_contain(const detect_truths *truths, const tulle_detect_event *events,
                            size_t count);
 /* Each event: an allowed pair, in order, whose fields agree with one another; its distance exceeds
  * the separation before its time. Fails the cmocka test otherwise. */
 void detect_events_check(const detect_scene *scene, const tulle_detect_event *events, size_t count);
+
+/* The distance that an event tells is the exact one, and no farther over the separation than where
+ * the search for its time may end; else it fails the cmocka test. Returns false if the pair is
+ * proven to keep its separation: the event is a near miss. */
+bool detect_event_check_near(const detect_scene *scene, const tulle_detect_event *event);
 
 #endif

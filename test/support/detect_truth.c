@@ -2,8 +2,11 @@
  * boxes over the motion lie apart, or that are clearly farther apart than their separation along
  * one direction, are left out; all others are decided by rational arithmetic. */
 #include "support/detect_scene.h"
+#include "support/exact_approach.h"
 #include "support/exact_ccd.h"
 
+#include <float.h>
+#include <math.h>
 #include <setjmp.h>
 #include <stdarg.h>
 #include <stddef.h>
@@ -12,6 +15,9 @@
 #include <string.h>
 
 #include <cmocka.h>
+
+/* Halvings of the time of a step. */
+enum { VERDICT_DEPTH = 4, EVENT_DEPTH = 7, TIME_DEPTH = 12 };
 
 static size_t surface_of(const detect_scene *scene, uint32_t vertex) {
     size_t s = 0;
@@ -92,14 +98,17 @@ static bool is_clearly_apart(const moving_pair *pair, int first_count, double se
     return false;
 }
 
-static bool is_true(tulle_detect_kind kind, const moving_pair *pair, double separation) {
+static bool is_true(const detect_scene *scene, const detect_truth *of, const moving_pair *pair) {
     static const double times[] = {0.0, 0.25, 0.5, 0.75, 1.0};
-    feature_kind const features =
-        kind == TULLE_DETECT_VERTEX_FACE ? FEATURE_VERTEX_TRIANGLE : FEATURE_EDGE_EDGE;
-    if (is_clearly_apart(pair, kind == TULLE_DETECT_VERTEX_FACE ? 1 : 2, separation)) return false;
-    if (exact_pair_touches(features, pair, 1.0)) return true;
+    bool const has_face = of->kind == TULLE_DETECT_VERTEX_FACE;
+    feature_kind const kind = has_face ? FEATURE_VERTEX_TRIANGLE : FEATURE_EDGE_EDGE;
+    double const separation = separation_of(scene, of->vertices);
+    if (is_clearly_apart(pair, has_face ? 1 : 2, separation)) return false;
+    if (exact_pair_touches(kind, pair, 1.0)) return true;
+    if (separation > 0.0 && scene->is_thorough)
+        return find_approach(kind, pair, separation, VERDICT_DEPTH).verdict == APPROACH_NEAR;
     for (size_t i = 0; separation > 0.0 && i < sizeof times / sizeof times[0]; i++)
-        if (!exact_pair_is_farther(features, pair, times[i], separation)) return true;
+        if (!exact_pair_is_farther(kind, pair, times[i], separation)) return true;
     return false;
 }
 
@@ -108,7 +117,7 @@ static void try_pair(const detect_scene *scene, const detect_truth *candidate,
     int const first_count = candidate->kind == TULLE_DETECT_VERTEX_FACE ? 1 : 2;
     if (!is_allowed(scene, first_count, candidate->vertices)) return;
     moving_pair const pair = load_pair(scene, candidate->vertices);
-    if (!is_true(candidate->kind, &pair, separation_of(scene, candidate->vertices))) return;
+    if (!is_true(scene, candidate, &pair)) return;
     assert_true(truths->count < DETECT_MAX_TRUTHS);
     truths->pairs[truths->count++] = *candidate;
 }
@@ -206,6 +215,17 @@ static void find_edge_edge_truths(const detect_scene *scene, detect_truths *trut
         }
 }
 
+void detect_scene_time_truth(const detect_scene *scene, const detect_truth *truth, double *from,
+                             double *by) {
+    moving_pair const pair = load_pair(scene, truth->vertices);
+    feature_kind const kind =
+        truth->kind == TULLE_DETECT_VERTEX_FACE ? FEATURE_VERTEX_TRIANGLE : FEATURE_EDGE_EDGE;
+    approach const found =
+        find_approach(kind, &pair, separation_of(scene, truth->vertices), TIME_DEPTH);
+    *from = found.from;
+    *by = found.by;
+}
+
 void detect_scene_find_truths(const detect_scene *scene, detect_truths *truths) {
     truths->count = 0;
     find_vertex_face_truths(scene, truths);
@@ -289,6 +309,59 @@ static void check_time(const detect_scene *scene, const tulle_detect_event *even
     if (separation == 0.0) assert_false(exact_pair_touches(kind, pair, event->time));
     for (int k = 0; separation > 0.0 && k <= 2; k++)
         assert_true(exact_pair_is_farther(kind, pair, 0.5 * k * event->time, separation));
+}
+
+/* [m] What rounding may change of a distance of the pair. */
+static double bound_rounding(const moving_pair *pair, double distance) {
+    double extent = 0.0;
+    for (int k = 1; k < 4; k++) {
+        vec3 const start = vec3_sub(pair->start[k], pair->start[0]);
+        vec3 const end = vec3_sub(pair->end[k], pair->end[0]);
+        extent = fmax(extent, hypot(hypot(start.x, start.y), start.z));
+        extent = fmax(extent, hypot(hypot(end.x, end.y), end.z));
+    }
+    return 1e-12 * distance + 1e-11 * extent + 4.0 * DBL_TRUE_MIN;
+}
+
+/* A distance that was told is the exact one but for rounding. */
+static void verify_distance(feature_kind kind, const moving_pair *pair, double t, double distance) {
+    double const slack = bound_rounding(pair, distance);
+    assert_false(exact_pair_is_farther(kind, pair, t, distance + slack));
+    if (distance > slack) assert_true(exact_pair_is_farther(kind, pair, t, distance - slack));
+}
+
+/* The distance at the start, in the scale of the pair. */
+static double measure_start(feature_kind kind, const moving_pair *pair) {
+    vec3 points[4] = {0};
+    int exponent = 0;
+    double most = 0.0;
+    for (int k = 1; k < 4; k++) {
+        points[k] = vec3_sub(pair->start[k], pair->start[0]);
+        most = fmax(most, fmax(fabs(points[k].x), fmax(fabs(points[k].y), fabs(points[k].z))));
+    }
+    (void)frexp(most, &exponent);
+    for (int k = 1; k < 4; k++)
+        points[k] = vec3_make(ldexp(points[k].x, -exponent), ldexp(points[k].y, -exponent),
+                              ldexp(points[k].z, -exponent));
+    return ldexp(sqrt(closest_of_pair(kind, points).distance2), exponent);
+}
+
+bool detect_event_check_near(const detect_scene *scene, const tulle_detect_event *event) {
+    feature_kind const kind =
+        event->kind == TULLE_DETECT_VERTEX_FACE ? FEATURE_VERTEX_TRIANGLE : FEATURE_EDGE_EDGE;
+    moving_pair const pair = load_pair(scene, event->vertices);
+    double const separation = separation_of(scene, event->vertices);
+    verify_distance(kind, &pair, event->time, event->distance);
+    double const start = measure_start(kind, &pair);
+    verify_distance(kind, &pair, 0.0, start);
+    /* Advancement stops where this is left of the way. */
+    double const way = fmax(start - separation, 0.0);
+    double const left = separation > 0.0 ? fmax(0.05 * separation, 1e-3 * way) : 1e-4 * way;
+    double const most = separation + fmin(left, 0.1 * way);
+    if (event->state != TULLE_DETECT_UNRESOLVED)
+        assert_false(
+            exact_pair_is_farther(kind, &pair, event->time, most + bound_rounding(&pair, most)));
+    return find_approach(kind, &pair, separation, EVENT_DEPTH).verdict != APPROACH_APART;
 }
 
 void detect_events_check(const detect_scene *scene, const tulle_detect_event *events,

