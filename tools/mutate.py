@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 """Changes the engine's code in one small place after the other, and asks whether a test notices.
 
-usage: mutate.py [--count N] [--seed N] [--file PART] [--operator NAME] [--trust-kills] [--list] [--build DIR]
+usage: mutate.py [--count N] [--seed N] [--file PART] [--operator NAME] [--trust-kills] [--list] [--summary] [--build DIR]
 
 Mutants (tools/mutation_operators.py) are drawn by the seed: so many a folder (FOLDERS in tools/mutation_judge.py), in turn from
 each operator. A mutant that does not compile, or compiles to the same code, does not count; the next one takes its place.
@@ -16,7 +16,7 @@ They are kept in DIR/results.csv. A kill holds while the mutated file and the te
 that are new or changed run again. So the same command goes on after Ctrl-C, and asks only what is new after an edit.
 
 Exit code 0; 1 if less than 90 % of those that are not equivalent are killed; 2 for wrong usage; 3 if the tests fail without
-a mutant; 130 when interrupted. A whole run writes test/mutation/summary.csv.
+a mutant; 130 when interrupted. --summary counts all verdicts on today's code, of whatever runs, in test/mutation/summary.csv.
 """
 import argparse
 import csv
@@ -44,12 +44,15 @@ class Results:
     def __init__(self, path):
         self.path = path
         self.rows = {row["id"]: row for row in read_rows(path)}
-        if self.rows:  # the last line of an id counts
-            with open(path + ".new", "w", newline="") as file:
+
+    def compact(self):
+        """Leaves the last line of each id, which is the one that counts."""
+        if self.rows:
+            with open(self.path + ".new", "w", newline="") as file:
                 writer = csv.DictWriter(file, COLUMNS)
                 writer.writeheader()
                 writer.writerows(self.rows.values())
-            os.replace(path + ".new", path)
+            os.replace(self.path + ".new", self.path)
 
     def add(self, mutant, row):
         row = {**row, **{key: getattr(mutant, key) for key in ("id", "file", "function", "operator", "change", "line")}}
@@ -175,6 +178,7 @@ def read_options(arguments):
     parser.add_argument("--operator", choices=list(OPERATORS), help="only this operator")
     parser.add_argument("--trust-kills", action="store_true", help="a kill holds although its test has changed since")
     parser.add_argument("--list", action="store_true", help="lists mutants and what is known of them, judges none")
+    parser.add_argument("--summary", action="store_true", help="counts all verdicts on today's code, judges none")
     parser.add_argument("--build", default="build/mutate", help="where the copy of the tree and results are")
     return parser.parse_args(arguments)
 
@@ -206,10 +210,15 @@ def list_mutants(mutants, counts, seed, results, equivalent):
 def run(options, root, directory):
     """Judges what the options choose; the exit code."""
     results, tree = Results(f"{directory}/results.csv"), Tree(root, directory)
-    if options.list:
-        mutants, _, equivalent = read_mutants(root, options)
+    if options.list or options.summary:
+        mutants, digests, equivalent = read_mutants(root, options)
+        if options.summary:
+            kept = [(mutant, "equivalent" if mutant.id in equivalent else results.rows[mutant.id]["verdict"]) for mutant in mutants
+                    if mutant.id in equivalent or results.rows.get(mutant.id, {}).get("source") == digests[mutant.file]]
+            return 0 if summarise([pair for pair in kept if pair[1] not in UNCOUNTED], f"{root}/{SUMMARY}") else 1
         list_mutants(mutants, count_folders(options.count, mutants), options.seed, results, equivalent)
         return 0
+    results.compact()
     tree.update()
     mutants, digests, equivalent = read_mutants(tree.tree, options)  # the checkout may change meanwhile
     tree.configure()
@@ -235,7 +244,6 @@ def run(options, root, directory):
             judged.append((mutant, row["verdict"]))
         return row["verdict"] not in UNCOUNTED
 
-    is_whole = not options.file and not options.operator
     try:
         draw(mutants, count_folders(options.count, mutants), options.seed, judge_one)
     except KeyboardInterrupt:
@@ -244,7 +252,7 @@ def run(options, root, directory):
     finally:
         if spent:
             print(f"{len(spent)} mutants built and judged, {sum(spent) / len(spent):.1f} s each")
-    return 0 if summarise(judged, f"{root}/{SUMMARY}" if is_whole else None) else 1
+    return 0 if summarise(judged) else 1
 
 
 def main():
@@ -256,7 +264,7 @@ def main():
     os.makedirs(directory, exist_ok=True)
     with open(f"{directory}/lock", "w") as lock:
         try:
-            if not options.list:
+            if not options.list and not options.summary:
                 fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
         except BlockingIOError:
             fail(2, f"another run works in {directory}; wait for it, or choose another place with --build")

@@ -128,6 +128,7 @@ def check_results(directory):
     row = {"by": "", "detail": "", "seconds": "1.0", "source": "cccccccc"}
     results.add(killed, {**row, "verdict": "killed", "by": "world.b", "judges": "world.a:11111111 world.b:11111111"})
     results.add(survivor, {**row, "verdict": "survived", "judges": "world.a:11111111 world.b:11111111"})
+    results.compact()
     results = mutate.Results(path)
     same = [make_test("world.a"), make_test("world.b")]
     a_changed, b_changed = [make_test("world.a", "", "2"), same[1]], [same[0], make_test("world.b", "", "2")]
