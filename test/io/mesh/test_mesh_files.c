@@ -366,6 +366,8 @@ static const bad_file bad_files[] = {
     {"y.ply", "ply\nformat ascii 1.0\nproperty float x\n", 3, 9, "needs an element before"},
     {"ty.ply", "ply\nformat ascii 1.0\nelement vertex 3\nproperty real x\n", 4, 10, "be a type"},
     {"lf.ply", PLY_START "property list float int a\n", 6, 20, "should have an integer type"},
+    {"cf.ply", PLY_START "element face 1\nproperty list uchar float vertex_indices\n", 7, 27,
+     "the corners of faces should have an integer type"},
     {"dup.ply", PLY_START "property float x\n", 6, 16, "property x is given twice"},
     {"noz.ply", PLY_START "end_header\n1 2\n", 6, 11, "no property z"},
     {"nof.ply", "ply\nformat ascii 1.0\nend_header\n", 3, 11, "one element vertex"},
@@ -415,6 +417,37 @@ static void messages_name_the_place(void **state) {
     }
 }
 
+/* More kinds of element, or more properties, than a header may have; and strips. */
+static void headers_of_ply_have_limits(void **state) {
+    (void)state;
+    static const struct {
+        const char *begin, *end, *message;
+        int count, bad_line; /* lines of the header after the first two; the one that is refused */
+        tulle_status status;
+    } cases[] = {
+        {"element e", " 0", "more than 32 kinds of element", 40, 35, TULLE_ERROR_PARSE},
+        {"property int p", "", "more than 256 properties", 300, 260, TULLE_ERROR_PARSE},
+        {"element tristrips ", "", "triangle strips cannot be read; convert them to faces", 1, 3,
+         TULLE_ERROR_UNSUPPORTED},
+    };
+    const char *const path = test_path("limits.ply");
+    for (size_t i = 0; i < sizeof cases / sizeof cases[0]; i++) {
+        FILE *const file = fopen(path, "w");
+        assert_non_null(file);
+        fputs("ply\nformat ascii 1.0\n", file);
+        if (cases[i].begin[0] == 'p') fputs("element other 0\n", file);
+        for (int k = 0; k < cases[i].count; k++)
+            fprintf(file, "%s%d%s\n", cases[i].begin, k, cases[i].end);
+        fclose(file);
+        tulle_mesh mesh = {0};
+        tulle_error error = {0};
+        assert_int_equal(tulle_mesh_read(path, &mesh, &error), cases[i].status);
+        assert_int_equal(error.line, cases[i].bad_line);
+        assert_non_null(strstr(error.message, cases[i].message));
+        assert_null(mesh.positions);
+    }
+}
+
 static void what_is_no_file_is_refused(void **state) {
     (void)state;
     tulle_mesh mesh = {0};
@@ -438,6 +471,7 @@ int main(void) {
         cmocka_unit_test(obj_lines_are_kept_for_messages),
         cmocka_unit_test(long_lines_are_read_in_linear_time),
         cmocka_unit_test(ply_text_with_other_elements),
+        cmocka_unit_test(headers_of_ply_have_limits),
         cmocka_unit_test(ply_binary_of_every_type_and_order),
         cmocka_unit_test(stl_corners_are_merged),
         cmocka_unit_test(meshes_survive_writing),

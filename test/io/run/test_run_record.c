@@ -1,6 +1,8 @@
 /* run.json: what it says of how a run went comes back, in words too; a record with a member that is
- * missing, of another kind or out of range is refused with the member's name. */
+ * missing, of another kind or out of range is refused with the member's name. The same of
+ * report.csv and its columns. */
 #define _GNU_SOURCE
+#include "io/run/run_report.h"
 #include "io/run_support.h"
 
 static const tulle_untangle_report untangled = {
@@ -266,6 +268,61 @@ static void odd_members_are_refused(void **state) {
     free(text);
 }
 
+/* Reads a report whose only line has `value` in a column, or `value` behind its columns. */
+static tulle_status read_line(size_t column, const char *value, size_t *column_count,
+                              const char **name, tulle_error *error) {
+    static char heading[RUN_REPORT_LINE_SIZE], line[RUN_REPORT_LINE_SIZE];
+    tulle_step_report const report = {.step = 7};
+    run_report_format_heading(heading);
+    run_report_format(&report, line);
+    const char *const path = test_path("report.csv");
+    FILE *const file = fopen(path, "w");
+    assert_non_null(file);
+    fputs(heading, file);
+    char *names = heading, *fields = line;
+    *column_count = 0;
+    for (char *field; (field = strsep(&fields, ",\n")) != NULL && fields; ++*column_count) {
+        const char *const title = strsep(&names, ",\n");
+        bool const is_chosen = *column_count == column;
+        if (is_chosen) *name = title;
+        fprintf(file, "%s%s", *column_count ? "," : "", is_chosen ? value : field);
+    }
+    if (column >= *column_count) fputs(value, file);
+    fputs("\n", file);
+    fclose(file);
+    memory heap = memory_default();
+    run_report_rows rows = {0};
+    tulle_status const status = run_report_read(&heap, path, &rows, error);
+    assert_int_equal(rows.count, status == TULLE_OK);
+    ARRAY_FREE(&heap, &rows);
+    return status;
+}
+
+static void odd_fields_of_a_report_are_refused(void **state) {
+    (void)state;
+    static const char *const values[] = {"x", "-1", "0.5", "99999999999999999999", "1e999"};
+    tulle_error error = {0};
+    const char *name = "";
+    size_t count = 1, real_count = 0;
+    for (size_t column = 0; column < count; column++) {
+        bool const is_real = read_line(column, "0.5", &count, &name, &error) == TULLE_OK;
+        real_count += is_real;
+        for (int i = 0; i < 5; i++) {
+            bool const is_fine = is_real && (i == 1 || i == 2 || i == 3);
+            error = (tulle_error){0};
+            tulle_status const status = read_line(column, values[i], &count, &name, &error);
+            bool const is_told = status == TULLE_ERROR_PARSE && error.line == 2 &&
+                                 strstr(error.message, name) != NULL;
+            if (is_fine ? status != TULLE_OK : !is_told)
+                fail_msg("%s = %s: status %d, %s", name, values[i], (int)status, error.message);
+        }
+    }
+    assert_true(count > 40 && real_count > 10 && real_count < count);
+    assert_int_equal(read_line(count, ",1", &count, &name, &error), TULLE_ERROR_PARSE);
+    assert_non_null(strstr(error.message, "columns"));
+    assert_int_equal(read_line(count - 1, "0,", &count, &name, &error), TULLE_ERROR_PARSE);
+}
+
 static int set_up(void **state) {
     make_bodies();
     return make_test_folder(state);
@@ -277,6 +334,7 @@ int main(void) {
         cmocka_unit_test(steps_are_described),
         cmocka_unit_test(an_outcome_comes_back),
         cmocka_unit_test(odd_members_are_refused),
+        cmocka_unit_test(odd_fields_of_a_report_are_refused),
     };
     return cmocka_run_group_tests(tests, set_up, remove_test_folder);
 }
