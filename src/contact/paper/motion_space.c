@@ -21,8 +21,9 @@ static const double WEDGE_REACH = 20.0;
 /* Weight of a squared miss against a squared way: a miss counts as much as a way that is
  * WEDGE_REACH times as long. */
 static const double SOFT_STIFFNESS = 20.0 * 20.0;
-/* Most rounds of a soft projection, and the square of the relative change that ends it. */
-enum { SOFT_ROUNDS_MAX = 64 };
+/* Most rounds of a soft projection, most halvings of a step, and the square of the relative change
+ * that ends it. */
+enum { SOFT_ROUNDS_MAX = 64, SOFT_HALVINGS_MAX = 32 };
 static const double SOFT_CHANGE2 = 1e-28;
 
 vec3 canonical_cone_project(const canonical_cone *cone, vec3 v) {
@@ -85,10 +86,23 @@ bool motion_space_contains(const motion_space *space, vec3 v) {
     return true;
 }
 
-/* The point x with the least |x - v|^2 + SOFT_STIFFNESS sum missing^2 over the half-spaces that x
- * misses. Newton's method finds it, and ends when these half-spaces stay the same. */
+/* |x - v|^2 + SOFT_STIFFNESS sum missing^2 over the half-spaces that x misses. */
+static double compute_soft_cost(const motion_space *space, vec3 v, vec3 x) {
+    double cost = vec3_norm2(vec3_sub(x, v));
+    for (size_t i = 0; i < space->count; i++) {
+        double const missing =
+            fmax(measure_missing(&space->half_spaces[i], OFFSETS_AS_GIVEN, x), 0.0);
+        cost += SOFT_STIFFNESS * missing * missing;
+    }
+    return cost;
+}
+
+/* The point with the least cost. Newton's method finds it, and ends when the half-spaces that are
+ * missed stay the same. Where they change on the way, a whole step can lead uphill, and whole steps
+ * can go round in a circle: such a step is halved until it leads downhill. */
 static vec3 compute_soft_point(const motion_space *space, vec3 v) {
     vec3 point = v;
+    double cost = compute_soft_cost(space, v, point);
     for (int round = 0; round < SOFT_ROUNDS_MAX; round++) {
         mat3 matrix = mat3_identity(1.0);
         vec3 right = v;
@@ -105,11 +119,16 @@ static vec3 compute_soft_point(const motion_space *space, vec3 v) {
         vec3 const yz = vec3_cross(rows[1], rows[2]), zx = vec3_cross(rows[2], rows[0]);
         vec3 const xy = vec3_cross(rows[0], rows[1]);
         double const scale = 1.0 / vec3_dot(rows[0], yz);
-        vec3 const next = {scale * vec3_dot(yz, right), scale * vec3_dot(zx, right),
-                           scale * vec3_dot(xy, right)};
-        double const change2 = vec3_norm2(vec3_sub(next, point));
+        vec3 next = {scale * vec3_dot(yz, right), scale * vec3_dot(zx, right),
+                     scale * vec3_dot(xy, right)};
+        if (vec3_norm2(vec3_sub(next, point)) <= SOFT_CHANGE2 * vec3_norm2(next)) return next;
+        double next_cost = compute_soft_cost(space, v, next);
+        for (int halving = 0; next_cost > cost && halving < SOFT_HALVINGS_MAX; halving++) {
+            next = vec3_scale(vec3_add(point, next), 0.5);
+            next_cost = compute_soft_cost(space, v, next);
+        }
         point = next;
-        if (change2 <= SOFT_CHANGE2 * vec3_norm2(point)) break;
+        cost = next_cost;
     }
     return point;
 }

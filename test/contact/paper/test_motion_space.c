@@ -19,15 +19,28 @@ static double draw(double low, double high) {
     return low + (high - low) * (double)((z ^ z >> 31) >> 11) * 0x1p-53;
 }
 
+/* C leaves open which of two arguments is computed first: whatever is drawn has a statement of its
+ * own, so that all compilers make the same problems. */
 static vec3 draw_direction(void) {
     for (;;) {
-        vec3 const v = {draw(-1, 1), draw(-1, 1), draw(-1, 1)};
+        vec3 v;
+        v.x = draw(-1, 1);
+        v.y = draw(-1, 1);
+        v.z = draw(-1, 1);
         double const norm2 = vec3_norm2(v);
         if (norm2 > 0.01 && norm2 < 1.0) return vec3_scale(v, 1.0 / sqrt(norm2));
     }
 }
 
-static vec3 draw_vector(double size) { return vec3_scale(draw_direction(), draw(0.0, size)); }
+static vec3 draw_vector(double size) {
+    vec3 const direction = draw_direction();
+    return vec3_scale(direction, draw(0.0, size));
+}
+
+static half_space draw_space(void) {
+    vec3 const normal = draw_direction();
+    return (half_space){normal, draw(-1.0, 1.0)};
+}
 
 static double angle_between(vec3 a, vec3 b) {
     return atan2(vec3_norm(vec3_cross(a, b)), vec3_dot(a, b));
@@ -57,8 +70,9 @@ static known_problem make_problem(void) {
     problem.count = active + (size_t)draw(0.0, (double)(MOST_SPACES - active));
     for (size_t i = active; i < problem.count; i++) {
         vec3 const n = i % 3 == 0 && active > 0 ? s[i % active].normal : draw_direction();
-        /* some pass through the best point itself, some are copies */
-        double const slack = i % 4 == 0 ? 0.0 : draw(0.0, 1.0);
+        /* Some are copies, some pass through the best point itself: where the active planes fix it
+         * only loosely, rounding makes such a plane contradict them. */
+        double const slack = i % 4 == 0 && problem.conditioning > 0.01 ? 0.0 : draw(0.0, 1.0);
         problem.spaces[i] = (half_space){n, vec3_dot(n, problem.best) - slack};
     }
     for (size_t i = problem.count; i-- > 1;) {
@@ -138,7 +152,7 @@ static size_t make_contradiction(half_space *spaces) {
     double offsets = 0.0;
     for (int i = 0; i < 3; i++) {
         double const weight = draw(0.5, 1.0);
-        spaces[i] = (half_space){draw_direction(), draw(-1.0, 1.0)};
+        spaces[i] = draw_space();
         sum = vec3_add_scaled(sum, spaces[i].normal, weight);
         offsets += weight * spaces[i].offset;
     }
@@ -146,7 +160,7 @@ static size_t make_contradiction(half_space *spaces) {
     if (weight < 0.05) return 0;
     spaces[3] = (half_space){vec3_scale(sum, -1.0 / weight), (draw(0.01, 1.0) - offsets) / weight};
     size_t const count = 4 + (size_t)draw(0.0, 10.0);
-    for (size_t i = 4; i < count; i++) spaces[i] = (half_space){draw_direction(), draw(-1.0, 1.0)};
+    for (size_t i = 4; i < count; i++) spaces[i] = draw_space();
     return count;
 }
 
@@ -161,7 +175,6 @@ static double find_soft_gradient(const half_space *spaces, size_t count, vec3 v,
 
 static void empty_sets_follow_the_rule(void **state) {
     (void)state;
-    int soft_count = 0;
     for (int k = 0; k < PROBLEMS; k++) {
         half_space spaces[MOST_SPACES], relaxed[MOST_SPACES];
         size_t const count = make_contradiction(spaces);
@@ -175,14 +188,51 @@ static void empty_sets_follow_the_rule(void **state) {
         half_space_rules const rules = {-(double)INFINITY, (double)INFINITY, 1e-9};
         assert_true(find_nearest_point(relaxed, count, rules, v, &nearest));
         if (vec3_norm(vec3_sub(nearest, v)) > 20.0 * find_most_missed(relaxed, count, v)) {
-            assert_true(find_soft_gradient(spaces, count, v, found) < 1e-10);
-            soft_count++;
+            assert_true(find_soft_gradient(spaces, count, v, found) < 1e-8);
             continue;
         }
         assert_true(find_most_missed(relaxed, count, found) < 1e-12);
         assert_true(find_worst_angle(relaxed, count, zero, v, found) < 1e-11);
     }
-    assert_in_range(soft_count, 1, PROBLEMS / 10);
+}
+
+static void assert_soft_point(const half_space *spaces, size_t count, vec3 v) {
+    motion_space const space = motion_space_make(TULLE_MOTION_SPACE_POLYHEDRAL, spaces, count);
+    vec3 const found = motion_space_project(&space, v);
+    /* that far away from v one plane alone pulls with hundreds */
+    assert_true(find_soft_gradient(spaces, count, v, found) < 1e-8);
+}
+
+/* Two planes that nearly face each other make a sharp wedge, far away from v. Others stand against
+ * what the wedge asks for. */
+static void soft_points_cost_least(void **state) {
+    (void)state;
+    for (int k = 0; k < PROBLEMS; k++) {
+        half_space spaces[MOST_SPACES];
+        vec3 const normal = draw_direction();
+        vec3 const along = vec3_normalize(vec3_cross(normal, draw_direction()));
+        double const tilt = pow(10.0, draw(-6.0, -3.0));
+        spaces[0] = (half_space){normal, draw(0.01, 0.2)};
+        spaces[1].normal = vec3_normalize(vec3_add_scaled(vec3_scale(along, tilt), normal, -1.0));
+        spaces[1].offset = draw(0.01, 0.2);
+        size_t const count = 2 + (size_t)draw(0.0, 7.0);
+        for (size_t i = 2; i < count; i++) {
+            do spaces[i] = draw_space();
+            while (vec3_dot(spaces[i].normal, along) > -0.2); /* holds at v, far away it does not */
+        }
+        assert_soft_point(spaces, count, vec3_add_scaled(draw_vector(0.01), along, -1.0));
+    }
+    /* whole steps of Newton's method go round in a circle of three */
+    half_space const circle[] = {
+        {{-0.46146125652415509, -0.88480612586580643, -0.064588144093871674}, -0.51474028568450159},
+        {{-0.7123925497452428, -0.32619282163148045, 0.62136551093826009}, 0.41929364024344484},
+        {{-0.51748360833272278, 0.49121665516904894, 0.7006546316063833}, 0.25619000967498562},
+        {{0.75955241060470313, 0.28328103155965939, -0.58551856734272689}, 0.23608333808738233},
+        {{0.77358186932586981, -0.55840572824393453, -0.29958994328023419}, -0.82438541580514291},
+        {{0.97362128709360241, 0.22165710370094516, -0.054126866684720089}, -0.062717777108161288},
+        {{-0.333489256381171, 0.93908861195339088, 0.083051157594503308}, 0.91800878983260903}};
+    assert_soft_point(circle, sizeof circle / sizeof *circle,
+                      (vec3){-0.0083750149486875401, 0.058680220328904638, 0.019734483946686206});
 }
 
 /* Two layers that are tilted a little against each other and press from both sides: the vertex goes
@@ -193,11 +243,16 @@ static void tilted_layers_do_not_lock(void **state) {
         double const tilt = pow(10.0, draw(-12.0, -3.0)), press = draw(0.0, 0.1);
         half_space const spaces[2] = {{{0.0, 0.0, 1.0}, press},
                                       {{-sin(tilt), 0.0, -cos(tilt)}, press + draw(0.0, 0.1)}};
-        vec3 const v = {draw(0.1, 3.0), draw(-3.0, 3.0), draw(-0.004, 0.004)};
+        vec3 v;
+        v.x = draw(0.1, 3.0);
+        v.y = draw(-3.0, 3.0);
+        v.z = draw(-0.004, 0.004);
         motion_space const space = motion_space_make(TULLE_MOTION_SPACE_POLYHEDRAL, spaces, 2);
         vec3 const found = motion_space_project(&space, v);
         double const missed = spaces[0].offset + spaces[1].offset + tilt * v.x;
-        assert_true(fabs(found.x - v.x) <= 201.0 * tilt * missed);
+        /* what the second plane misses, half of it all but for what v is nearer to one, pulls */
+        double const pull = tilt * (200.0 * missed + 0.5 * fabs(found.z - v.z));
+        assert_true(fabs(found.x - v.x) <= 1.000001 * pull + 2e-15); /* rounding of v */
         assert_true(fabs(found.y - v.y) < 1e-12);
     }
 }
@@ -216,8 +271,8 @@ static void sharp_wedges_count_as_empty(void **state) {
 }
 
 static canonical_cone draw_cone(void) {
-    return (canonical_cone){draw_direction(),
-                            draw(0.0, 1.0) < 0.2 ? RIGHT_ANGLE : draw(0.05, RIGHT_ANGLE)};
+    vec3 const axis = draw_direction();
+    return (canonical_cone){axis, draw(0.0, 1.0) < 0.2 ? RIGHT_ANGLE : draw(0.05, RIGHT_ANGLE)};
 }
 
 /* The three cases of v . C: inside, on the boundary, the tip; always the nearest point. */
@@ -285,7 +340,7 @@ static void inscribed_cone_is_the_widest(void **state) {
         size_t const count = 1 + (size_t)draw(0.0, 11.99);
         vec3 const inside = draw_direction();
         for (size_t i = 0; i < count; i++) {
-            do spaces[i] = (half_space){draw_direction(), draw(-1.0, 1.0)};
+            do spaces[i] = draw_space();
             while (vec3_dot(spaces[i].normal, inside) < 0.1);
         }
         canonical_cone const cone = canonical_cone_inscribe(spaces, count);
@@ -360,6 +415,7 @@ int main(void) {
         cmocka_unit_test(finds_known_optima),
         cmocka_unit_test(nothing_feasible_is_nearer),
         cmocka_unit_test(empty_sets_follow_the_rule),
+        cmocka_unit_test(soft_points_cost_least),
         cmocka_unit_test(tilted_layers_do_not_lock),
         cmocka_unit_test(sharp_wedges_count_as_empty),
         cmocka_unit_test(cone_projection_is_nearest),
