@@ -149,6 +149,7 @@ tulle_status pair_store_sort(pair_store *store, memory *heap, int threads, featu
     }
     sort.bucket_begin[sort.bucket_count] = at;
     *count = at;
+    if (at == 0) return TULLE_OK; /* without a key there may be no buffer of keys */
 
     parallel_for(key_count, SORT_CHUNK, threads, scatter_chunk, &sort);
     parallel_for(sort.bucket_count, BUCKETS_PER_TASK, threads, sort_buckets, &sort);
