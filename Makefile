@@ -12,7 +12,7 @@ CTEST := ctest --output-on-failure -j $(JOBS) --timeout 600
 CHECK_PACKAGES := TULLE_NO_INSTALL=1 sh tools/install_packages.sh
 INSTALL_PACKAGES := sh tools/install_packages.sh
 
-.PHONY: all demo pictures paper paper-quick paper-pictures test test-long test-asan test-tsan test-clang test-musl test-m32 coverage check-arm64 check-portability bench bench-compare bench-detect bench-peers validate soak mutate fuzz fuzz-all fuzz-afl fuzz-keep docs test-docs install format check-format layers sizes clean help
+.PHONY: all demo pictures paper paper-quick paper-pictures test test-long test-asan test-ubsan test-tsan test-clang test-musl test-m32 coverage check-arm64 check-portability bench bench-compare bench-detect bench-peers validate soak mutate fuzz fuzz-all fuzz-afl fuzz-keep docs test-docs install format check-format layers sizes clean help
 .NOTPARALLEL:
 
 # The program at build/release/tulle, libtulle.so and libtulle.a beside it.
@@ -77,18 +77,14 @@ test-long:
 	@$(MAKE) --no-print-directory build-tests
 	@cd $(BUILD) && TULLE_TEST_LONG=1 $(CTEST) --timeout 36000
 
-# The quick tests under the address and undefined-behaviour sanitizers, and under the thread sanitizer.
-test-asan:
-	@$(INSTALL_PACKAGES) build test
-	@cmake --preset asan-ubsan
-	@cmake --build build/asan-ubsan -j $(JOBS)
-	@cd build/asan-ubsan && $(CTEST)
-
-test-tsan:
-	@$(INSTALL_PACKAGES) build test
-	@cmake --preset tsan
-	@cmake --build build/tsan -j $(JOBS)
-	@cd build/tsan && $(CTEST)
+# The quick tests under the address sanitizer with gcc's checks of undefined behaviour, under clang's, which see more of it, and
+# under the thread sanitizer. TESTS='base.parallel world.golden' builds and runs these alone.
+TESTS ?=
+test-asan test-ubsan test-tsan: test-%:
+	@$(INSTALL_PACKAGES) build test $(filter ubsan,$*)
+	@cmake --preset $(patsubst asan,asan-ubsan,$*)
+	@cmake --build build/$(patsubst asan,asan-ubsan,$*) -j $(JOBS) $(addprefix --target ,$(subst .,_test_,$(TESTS)))
+	@cd build/$(patsubst asan,asan-ubsan,$*) && $(CTEST) -R '^($(or $(subst $() ,|,$(strip $(TESTS))),.*))$$'
 
 # All of it built by clang, warnings are errors; the tests that hold the golden hashes and the names of the libraries.
 test-clang:
@@ -253,6 +249,7 @@ help:
 	@echo "make test         all quick tests (installs missing packages)"
 	@echo "make test-long    all tests, the whole scenes too"
 	@echo "make test-asan    the quick tests under the address and undefined-behaviour sanitizers"
+	@echo "make test-ubsan   the quick tests under clang's sanitizer of undefined behaviour"
 	@echo "make test-tsan    the quick tests under the thread sanitizer"
 	@echo "make test-clang   all built by clang, with the same hashes"
 	@echo "make test-musl    the library by musl-gcc, linked statically into a small host, with the same hash"
