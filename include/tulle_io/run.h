@@ -251,7 +251,9 @@ typedef struct tulle_run_reader tulle_run_reader;
 TULLE_API int tulle_run_is_directory(const char *path);
 /* Opens `directory` and makes `*reader`, which is null after an error. A run that goes on or was
  * killed is read up to its last whole frame. What is read here and later is compared with its
- * checksum: TULLE_ERROR_PARSE says which file and frame are damaged. Errors:
+ * checksum: TULLE_ERROR_PARSE says which file and frame are damaged. Another process may write the
+ * run meanwhile. Where it takes away what is read later, the error is TULLE_ERROR_IO and says so;
+ * open the run again then. Errors:
  * TULLE_ERROR_INVALID_ARGUMENT (null, a path that is too long), TULLE_ERROR_IO, TULLE_ERROR_PARSE,
  * TULLE_ERROR_OUT_OF_MEMORY, TULLE_ERROR_LIMIT. */
 TULLE_API tulle_status tulle_run_reader_open(const char *directory, tulle_run_reader **reader,
@@ -264,8 +266,8 @@ typedef struct tulle_run_damage {
 } tulle_run_damage;
 /* Compares every file of the run with its checksums, and gives `*count` damages, one for each file
  * that has some. They live until the reader is closed. A run of an older version has no checksums:
- * none is found then. Reads all of the run. Errors: TULLE_ERROR_INVALID_ARGUMENT,
- * TULLE_ERROR_OUT_OF_MEMORY. */
+ * none is found then. Reads all of the run. Errors: TULLE_ERROR_INVALID_ARGUMENT, TULLE_ERROR_IO
+ * (another process changed the run), TULLE_ERROR_OUT_OF_MEMORY. */
 TULLE_API tulle_status tulle_run_reader_find_damage(tulle_run_reader *reader,
                                                     const tulle_run_damage **damages, size_t *count,
                                                     tulle_error *error);

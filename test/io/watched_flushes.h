@@ -16,8 +16,9 @@
 #ifdef __linux__
 #define HAS_WATCHED_FLUSHES 1
 enum { FLUSHED_MAX = 64 };
-static long flush_calls, flush_fail = -1; /* calls so far; the call that fails, or -1 */
-static ino_t flushed[FLUSHED_MAX];        /* files flushed under the names they had, a ring */
+static long flush_calls,
+    flush_fail = -1;               /* flushes and renames so far; the one that fails, or -1 */
+static ino_t flushed[FLUSHED_MAX]; /* files flushed under the names they had, a ring */
 static size_t flushed_count;
 static int unflushed_renames;   /* since the file system was flushed */
 static int early_checkpoints;   /* that were named before all that was renamed was flushed */
@@ -47,6 +48,7 @@ int syncfs(int file) {
 
 int rename(const char *from, const char *to) {
     struct stat facts;
+    if (flush_fails()) return -1;
     bool is_flushed = stat(from, &facts) != 0; /* nothing is renamed then */
     for (size_t i = 0; i < FLUSHED_MAX && !is_flushed; i++)
         is_flushed = i < flushed_count && flushed[i] == facts.st_ino;

@@ -18,10 +18,15 @@ tulle_status pc2_writer_open_unflushed(const char *path, uint32_t vertex_count,
 /* Releases the writer without flushing; null is fine. */
 void pc2_writer_release(tulle_pc2_writer *writer);
 tulle_status pc2_writer_sync(tulle_pc2_writer *writer, tulle_error *error);
+/* As tulle_pc2_open. may_be_cut: a power failure may have kept the count of a frame and lost its
+ * bytes; such frames are not counted then. */
+tulle_status pc2_open(const char *path, bool may_be_cut, tulle_pc2 **cache, tulle_pc2_info *info,
+                      tulle_error *error);
 /* What tulle_pc2_read_frame read last, which was `frame`. */
 file_sum pc2_get_sum(const tulle_pc2 *cache, uint32_t frame);
 /* Checks all bytes of the header: it should be that of a writer for so many vertices that has
- * appended frame_count frames, or more unless is_exact. Errors: TULLE_ERROR_IO, TULLE_ERROR_PARSE.
+ * appended frame_count frames, or more unless is_exact; frames behind them may be cut off. Errors:
+ * TULLE_ERROR_IO, TULLE_ERROR_PARSE.
  */
 tulle_status pc2_check_header(const char *path, uint32_t vertex_count, uint32_t frame_count,
                               bool is_exact, tulle_error *error);

@@ -33,7 +33,7 @@ uint64_t pc2_size(uint32_t vertex_count, uint32_t frame_count) {
 }
 
 static tulle_status check_header(const char *path, const unsigned char *header, uint64_t file_size,
-                                 tulle_pc2_info *info, tulle_error *error) {
+                                 bool may_be_cut, tulle_pc2_info *info, tulle_error *error) {
     if (memcmp(header, "POINTCACHE2", 12) != 0)
         return error_set_at(error, TULLE_ERROR_PARSE, path, 0, 0,
                             "byte 0: does not begin with \"POINTCACHE2\"; it is no PC2 file");
@@ -47,14 +47,15 @@ static tulle_status check_header(const char *path, const unsigned char *header, 
         return error_set_at(error, TULLE_ERROR_PARSE, path, 0, 0,
                             "byte 16: %u vertices and %u frames cannot be", vertex_count,
                             frame_count);
-    if ((file_size - PC2_HEADER_SIZE) / 12 / vertex_count < frame_count)
+    uint64_t const there = (file_size - PC2_HEADER_SIZE) / 12 / vertex_count;
+    if (there < frame_count && !may_be_cut)
         return error_set_at(error, TULLE_ERROR_PARSE, path, 0, 0,
                             "byte %llu: the file ends here, but %u frames of %u vertices take "
                             "%llu bytes for each frame; it is cut short",
                             (unsigned long long)file_size, frame_count, vertex_count,
                             (unsigned long long)vertex_count * 12);
     *info = (tulle_pc2_info){.vertex_count = vertex_count,
-                             .frame_count = frame_count,
+                             .frame_count = there < frame_count ? (uint32_t)there : frame_count,
                              .start_frame = (double)bytes_to_float(bytes_load(header + 20, 4)),
                              .frame_step = (double)bytes_to_float(bytes_load(header + 24, 4))};
     return TULLE_OK;
@@ -64,7 +65,7 @@ static tulle_status fail_irregular(const char *path, tulle_error *error) {
     return error_set_at(error, TULLE_ERROR_IO, path, 0, 0, "is not a regular file");
 }
 
-static tulle_status check_file(const char *path, int file, tulle_pc2_info *info,
+static tulle_status check_file(const char *path, int file, bool may_be_cut, tulle_pc2_info *info,
                                tulle_error *error) {
     struct stat facts;
     if (fstat(file, &facts) != 0) return file_fail(error, path, errno, "cannot be examined");
@@ -76,15 +77,15 @@ static tulle_status check_file(const char *path, int file, tulle_pc2_info *info,
         return error_set_at(error, TULLE_ERROR_PARSE, path, 0, 0,
                             "byte %zd: the file ends within the header of %d bytes", count,
                             PC2_HEADER_SIZE);
-    return check_header(path, header, (uint64_t)facts.st_size, info, error);
+    return check_header(path, header, (uint64_t)facts.st_size, may_be_cut, info, error);
 }
 
-tulle_status pc2_open_file(const char *path, int flags, int *file, tulle_pc2_info *info,
-                           tulle_error *error) {
+tulle_status pc2_open_file(const char *path, int flags, bool may_be_cut, int *file,
+                           tulle_pc2_info *info, tulle_error *error) {
     *file = open(path, flags | O_CLOEXEC | O_NONBLOCK);
     if (*file < 0 && errno == ENXIO) return fail_irregular(path, error); /* a socket */
     if (*file < 0) return file_fail(error, path, errno, "cannot be opened");
-    tulle_status const status = check_file(path, *file, info, error);
+    tulle_status const status = check_file(path, *file, may_be_cut, info, error);
     if (status) {
         close(*file);
         *file = -1;
@@ -94,11 +95,17 @@ tulle_status pc2_open_file(const char *path, int flags, int *file, tulle_pc2_inf
 
 tulle_status tulle_pc2_open(const char *path, tulle_pc2 **cache, tulle_pc2_info *info,
                             tulle_error *error) {
+    return pc2_open(path, false, cache, info, error);
+}
+
+tulle_status pc2_open(const char *path, bool may_be_cut, tulle_pc2 **cache, tulle_pc2_info *info,
+                      tulle_error *error) {
     if (!path || !cache)
         return error_set(error, TULLE_ERROR_INVALID_ARGUMENT, "path and cache may not be null");
     *cache = NULL;
     tulle_pc2 made = {.heap = memory_default(), .path_size = strlen(path) + 1};
-    tulle_status const status = pc2_open_file(path, O_RDONLY, &made.file, &made.info, error);
+    tulle_status const status =
+        pc2_open_file(path, O_RDONLY, may_be_cut, &made.file, &made.info, error);
     if (status) return status;
     memory heap = made.heap;
     made.frame_size = (size_t)made.info.vertex_count * 12;
@@ -156,18 +163,22 @@ tulle_status pc2_check_header(const char *path, uint32_t vertex_count, uint32_t 
                               bool is_exact, tulle_error *error) {
     int file = -1;
     tulle_pc2_info info;
-    tulle_status const status = pc2_open_file(path, O_RDONLY, &file, &info, error);
+    tulle_status const status = pc2_open_file(path, O_RDONLY, !is_exact, &file, &info, error);
     if (status) return status;
-    unsigned char header[PC2_HEADER_SIZE], expected[PC2_HEADER_SIZE];
+    unsigned char header[PC2_HEADER_SIZE] = {0}, expected[PC2_HEADER_SIZE];
     ssize_t const count = file_read_at(file, header, sizeof header, 0);
     int const code = errno;
     close(file);
     if (count < 0) return file_fail(error, path, code, "cannot be read");
-    if (info.frame_count < frame_count || (is_exact && info.frame_count > frame_count))
+    uint32_t const counted = (uint32_t)bytes_load(header + PC2_FRAME_COUNT_PLACE, 4);
+    if (counted < frame_count || (is_exact && counted > frame_count))
         return error_set_at(error, TULLE_ERROR_PARSE, path, 0, 0,
                             "byte %d: the header counts %u frames, not %u", PC2_FRAME_COUNT_PLACE,
+                            counted, frame_count);
+    if (info.frame_count < frame_count)
+        return error_set_at(error, TULLE_ERROR_PARSE, path, 0, 0, "holds %u whole frames, not %u",
                             info.frame_count, frame_count);
-    pc2_encode_header(expected, vertex_count, info.frame_count);
+    pc2_encode_header(expected, vertex_count, counted);
     if (count == PC2_HEADER_SIZE && memcmp(header, expected, sizeof header) == 0) return TULLE_OK;
     return error_set_at(error, TULLE_ERROR_PARSE, path, 0, 0,
                         "byte 0: the header is not that of %u vertices", vertex_count);

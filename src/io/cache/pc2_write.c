@@ -80,7 +80,8 @@ tulle_status pc2_writer_truncate(tulle_pc2_writer *writer, uint32_t frame_count,
                                  tulle_error *error) {
     int file = -1;
     tulle_pc2_info info;
-    tulle_status status = pc2_open_file(writer->path, writer->open_flags, &file, &info, error);
+    tulle_status status =
+        pc2_open_file(writer->path, writer->open_flags, true, &file, &info, error);
     if (status) return status;
     status = check_same_points(writer, &info, frame_count, error);
     if (!status) {

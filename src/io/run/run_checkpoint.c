@@ -12,6 +12,7 @@
 
 #include <errno.h>
 #include <stdio.h>
+#include <unistd.h>
 
 enum {
     HEADER_SIZE = 96,       /* [bytes] before the state */
@@ -62,7 +63,10 @@ static tulle_status write_file(const char *newest, const char *before,
         output_discard(output);
         return status;
     }
-    return output_commit(output, error);
+    status = output_commit(output, error);
+    /* Where the new one got no name, the one that was the newest is so again; best effort. */
+    if (status && access(newest, F_OK) != 0) (void)rename(before, newest);
+    return status;
 }
 
 tulle_status checkpoint_write(const char *directory, const checkpoint_record *record,

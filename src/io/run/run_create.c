@@ -229,15 +229,25 @@ static tulle_status make_files(tulle_run_writer *writer, const tulle_run_def *de
     return status ? status : run_writer_sum_logs(writer, error);
 }
 
-/* Removes the files of the run that is there. */
-static tulle_status clear_former(const char *directory, tulle_error *error) {
+/* Removes the files of the run that is there, but run.json: the new one takes its place. So whoever
+ * is killed on the way leaves a run, and its resume begins anew. */
+static tulle_status clear_former(const tulle_run_writer *writer, tulle_error *error) {
     char path[RUN_PATH_SIZE];
-    run_join(path, directory, RUN_FILE_RECORD);
+    run_join(path, writer->directory, RUN_FILE_RECORD);
     memory heap = memory_default();
     run_record record = run_record_make(&heap);
     bool const is_known = run_record_read(&record, path, NULL) == TULLE_OK;
-    tulle_status const status = run_directory_clear(directory, is_known ? &record : NULL,
-                                                    is_known ? record.bodies.count : 0, error);
+    tulle_status status = TULLE_OK;
+    if (is_known)
+        status = run_directory_check_foreign(writer->directory, &record, &writer->record, error);
+    if (!status && is_known && record.has_end) { /* it does not hold what its end says any more */
+        record.has_end = false;
+        record.state = TULLE_RUN_RUNNING;
+        status = run_record_write(&record, path, error);
+    }
+    if (!status)
+        status = run_directory_clear(writer->directory, is_known ? &record : NULL,
+                                     is_known ? record.bodies.count : 0, error);
     run_record_destroy(&record);
     return status;
 }
@@ -262,13 +272,17 @@ tulle_status run_writer_begin(tulle_run_writer *writer, const tulle_run_def *def
                               run_directory_kind kind, tulle_run_existing existing,
                               tulle_error *error) {
     tulle_status status = check_existing(writer->directory, kind, existing, error);
-    if (!status && kind == RUN_DIRECTORY_RUN) status = clear_former(writer->directory, error);
+    if (!status && kind == RUN_DIRECTORY_RUN) status = clear_former(writer, error);
     if (!status) status = run_directory_check_files(writer->directory, &writer->record, error);
     if (status) return status;
     size_t body_count = 0;
     status = make_files(writer, def, &body_count, error);
-    if (status && !run_directory_check(writer->directory, writer->lock))
-        run_directory_clear(writer->directory, &writer->record, body_count, NULL);
+    if (status && !run_directory_check(writer->directory, writer->lock) &&
+        run_directory_clear(writer->directory, &writer->record, body_count, NULL) == TULLE_OK) {
+        char path[RUN_PATH_SIZE];
+        run_join(path, writer->directory, RUN_FILE_RECORD);
+        unlink(path);
+    }
     return status;
 }
 

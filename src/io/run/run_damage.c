@@ -23,14 +23,18 @@ tulle_status run_reader_check_file(const tulle_run_reader *reader, const char *n
                                 (uint32_t)reader->frames.lines.count, error);
 }
 
+/* Whether the run has come so far that its files were flushed. Before, a kill or a power failure
+ * may have taken any of them. */
+static bool is_on_disk(const tulle_run_reader *reader) {
+    return reader->record.has_end || reader->has_checkpoint;
+}
+
 tulle_status run_reader_read_checksums(tulle_run_reader *reader, tulle_error *error) {
     const run_record *const record = &reader->record;
-    char path[RUN_PATH_SIZE], frames[RUN_PATH_SIZE];
+    char path[RUN_PATH_SIZE];
     run_join(path, reader->directory, RUN_FILE_CHECKSUMS);
-    run_join(frames, reader->directory, RUN_FILE_FRAMES);
-    if (record->is_older_format) return TULLE_OK;
-    bool const is_begun = record->has_end || reader->has_checkpoint || access(frames, F_OK) == 0;
-    if (!is_begun && access(path, F_OK) != 0) return TULLE_OK; /* killed while files were made */
+    if (record->is_older_format || (!is_on_disk(reader) && access(path, F_OK) != 0))
+        return TULLE_OK;
     tulle_status const status = checksums_read(&reader->sums, &reader->heap, reader->directory,
                                                record->has_end ? &record->end : NULL, error);
     reader->sums.is_complete = record->has_end;
@@ -48,7 +52,8 @@ tulle_status run_reader_read_frames(tulle_run_reader *reader, tulle_error *error
     run_join(path, reader->directory, RUN_FILE_FRAMES);
     tulle_status const status =
         run_frames_read(&reader->frames, &reader->heap, path, reader->record.bodies.count, error);
-    if (reader->record.is_older_format) return status;
+    if (reader->record.is_older_format || (!is_on_disk(reader) && access(path, F_OK) != 0))
+        return status;
     /* What checksums say of a line that cannot be read is more to the point. */
     size_t const read = reader->frames.lines.count + (status ? 1 : 0);
     uint32_t const known = reader->sums.frame_count;
@@ -68,6 +73,8 @@ tulle_status run_reader_read_frames(tulle_run_reader *reader, tulle_error *error
 /* Adds a damage, unless the file has one already. */
 static void add_damage(void *context, const char *name, int64_t frame, const tulle_error *error) {
     tulle_run_reader *const reader = context;
+    /* A resume makes it anew, and then writes its line. */
+    if (!reader->record.has_end && strcmp(name, RUN_FILE_SCENE) == 0) return;
     for (size_t i = 0; i < reader->damages.count; i++)
         if (strcmp(reader->damages.data[i].file, name) == 0) return;
     size_t const name_size = strlen(name) + 1, text_size = strlen(error->message) + 1;
@@ -146,7 +153,11 @@ tulle_status tulle_run_reader_find_damage(tulle_run_reader *reader,
                   compare_damages);
     *damages = reader->damages.data;
     *count = reader->damages.count;
-    if (!reader->lacks_memory) return TULLE_OK;
-    *count = 0;
-    return file_fail_memory(error, reader->directory);
+    tulle_status status = TULLE_OK;
+    if (reader->lacks_memory)
+        status = file_fail_memory(error, reader->directory);
+    else if (*count > 0 && run_reader_blame(reader, TULLE_ERROR_PARSE, error) == TULLE_ERROR_IO)
+        status = TULLE_ERROR_IO;
+    if (status) *count = 0;
+    return status;
 }

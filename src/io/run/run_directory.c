@@ -178,6 +178,23 @@ static bool is_run_file(const run_record *record, const char *name, size_t lengt
     }
 }
 
+tulle_status run_directory_check_foreign(const char *directory, const run_record *former,
+                                         const run_record *record, tulle_error *error) {
+    char room[RUN_PATH_SIZE], former_room[RUN_PATH_SIZE], path[RUN_PATH_SIZE];
+    for (size_t i = 0;; i++) {
+        const char *const name = get_file_name(record, i, room);
+        if (!name) return TULLE_OK;
+        const char *const likely = get_file_name(former, i, former_room);
+        run_join(path, directory, name);
+        if (!*name || (likely && strcmp(name, likely) == 0) || access(path, F_OK) != 0 ||
+            is_run_file(former, name, strlen(name)))
+            continue;
+        return error_set_at(error, TULLE_ERROR_IO, path, 0, 0,
+                            "is no file of the run that is to be replaced, but the new run has a "
+                            "file of this name; move it away, or choose another directory");
+    }
+}
+
 /* Whether the folder of VTP files is there, and no link to another folder. */
 static bool has_vtp_folder(const char *directory) {
     char path[RUN_PATH_SIZE];
@@ -260,14 +277,20 @@ static int clear_bodies(const char *directory, const run_record *record, size_t 
 
 tulle_status run_directory_clear(const char *directory, const run_record *record, size_t body_count,
                                  tulle_error *error) {
-    /* Without checkpoints nobody resumes the rest, whatever is left of it. */
+    /* Without checkpoints nobody resumes the rest, and without lines of frames nobody reads it,
+     * whatever is left of it. */
     static const char *const first[] = {RUN_FILE_CHECKPOINT, RUN_FILE_CHECKPOINT_BEFORE};
-    static const char *const last[] = {RUN_FILE_FRAMES, RUN_FILE_REPORT, RUN_FILE_SCENE,
-                                       RUN_FILE_CHECKSUMS, RUN_FILE_RECORD};
+    static const char *const then[] = {RUN_FILE_FRAMES, RUN_FILE_CHECKSUMS, RUN_FILE_REPORT,
+                                       RUN_FILE_SCENE};
+    char path[RUN_PATH_SIZE];
+    run_join(path, directory, RUN_FILE_RECORD);
     run_directory_remove_temporaries(directory, record);
     int code = 0;
     for (size_t i = 0; i < sizeof first / sizeof first[0] && !code; i++)
         code = remove_file(directory, first[i]);
+    if (!code) code = file_sync_folder(path);
+    for (size_t i = 0; i < sizeof then / sizeof then[0] && !code; i++)
+        code = remove_file(directory, then[i]);
     if (!code && record) code = clear_bodies(directory, record, body_count);
     if (!code && record && record->records_debug) code = remove_file(directory, RUN_FILE_DEBUG);
     if (!code && record && transforms_count_bodies(record) > 0)
@@ -277,7 +300,6 @@ tulle_status run_directory_clear(const char *directory, const run_record *record
         run_join(vtp, directory, RUN_FOLDER_VTP);
         rmdir(vtp); /* stays when the user put something there */
     }
-    for (size_t i = 0; i < sizeof last / sizeof last[0] && !code; i++)
-        code = remove_file(directory, last[i]);
+    if (!code) code = file_sync_folder(path);
     return code ? file_fail(error, directory, code, "its former run cannot be removed") : TULLE_OK;
 }

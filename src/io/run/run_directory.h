@@ -34,11 +34,16 @@ tulle_status run_directory_examine(const char *directory, run_directory_kind *ki
  * no regular file. What is missing is fine. */
 tulle_status run_directory_check_files(const char *directory, const run_record *record,
                                        tulle_error *error);
+/* Refuses a directory where a name of the record's run is that of a file that is no file of the
+ * former run, which the record is to replace. */
+tulle_status run_directory_check_foreign(const char *directory, const run_record *former,
+                                         const run_record *record, tulle_error *error);
 /* Removes what writers of the record's run left that were killed: NAME.NUMBER-NUMBER.tmp, where the
  * run has a file NAME. Without a record, of the files that every run has. */
 void run_directory_remove_temporaries(const char *directory, const run_record *record);
 /* Removes the files of the run that the record describes (null: only those that every run has), of
- * its first body_count bodies; run.json goes last. Files that are not there are fine. */
+ * its first body_count bodies, but run.json; all is off the disk when it returns. Files that are
+ * not there are fine. */
 tulle_status run_directory_clear(const char *directory, const run_record *record, size_t body_count,
                                  tulle_error *error);
 

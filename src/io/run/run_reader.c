@@ -9,12 +9,14 @@
 #include "tulle_io/mesh_files.h"
 
 #include <errno.h>
+#include <fcntl.h>
 #include <string.h>
 #include <sys/stat.h>
 #include <unistd.h>
 
 /* [bytes] A scene text is written by people. */
 static const size_t scene_size_limit = (size_t)1 << 26;
+enum { OPEN_TRIES = 20 /* at a run that writers begin to change again and again */ };
 
 void tulle_run_reader_close(tulle_run_reader *reader) {
     if (!reader) return;
@@ -94,7 +96,7 @@ static tulle_status open_cache(const tulle_run_reader *reader, size_t body, tull
     const run_body_record *const record = &reader->record.bodies.data[body];
     char path[RUN_PATH_SIZE];
     run_join(path, reader->directory, run_record_text(&reader->record, record->cache_file));
-    tulle_status const status = tulle_pc2_open(path, cache, info, error);
+    tulle_status const status = pc2_open(path, !reader->record.is_older_format, cache, info, error);
     if (status || info->vertex_count == record->vertex_count) return status;
     tulle_pc2_close(*cache);
     return error_set_at(error, TULLE_ERROR_PARSE, path, 0, 0,
@@ -165,10 +167,16 @@ static tulle_status read_directory(tulle_run_reader *reader, tulle_error *error)
     reader->meshes = memory_allocate_zeroed(&reader->heap, body_count, sizeof *reader->meshes);
     if (!reader->bodies || !reader->meshes)
         return file_fail(error, reader->directory, ENOMEM, "cannot be read");
-    status = look_for_checkpoint(reader, error);
-    if (!status) status = run_reader_read_checksums(reader, error);
-    if (!status) status = run_reader_read_frames(reader, error);
-    if (!status) status = drop_partial_frames(reader, error);
+    tulle_error damage = {0};
+    status = look_for_checkpoint(reader, &damage);
+    if (!status) status = run_reader_read_checksums(reader, &damage);
+    if (!status) status = run_reader_read_frames(reader, &damage);
+    if (!status) status = drop_partial_frames(reader, &damage);
+    if (status == TULLE_ERROR_PARSE)
+        return error_set_at(error, status, damage.file, damage.line, damage.column,
+                            "%s; tulle run --resume goes on before the damage if a checkpoint does",
+                            damage.message);
+    if (status && error) *error = damage;
     if (!status) status = read_scene(reader, error);
     if (status) return status;
     describe_bodies(reader);
@@ -176,12 +184,8 @@ static tulle_status read_directory(tulle_run_reader *reader, tulle_error *error)
     return TULLE_OK;
 }
 
-tulle_status tulle_run_reader_open(const char *directory, tulle_run_reader **result,
-                                   tulle_error *error) {
-    if (!directory || !result || strlen(directory) > RUN_DIRECTORY_MAX)
-        return error_set(error, TULLE_ERROR_INVALID_ARGUMENT,
-                         "a directory of at most %d bytes should be given", RUN_DIRECTORY_MAX);
-    *result = NULL;
+static tulle_status open_once(const char *directory, tulle_run_reader **result,
+                              tulle_error *error) {
     memory heap = memory_default();
     tulle_run_reader *const reader = memory_allocate_zeroed(&heap, 1, sizeof *reader);
     if (!reader) return file_fail(error, directory, ENOMEM, "cannot be read");
@@ -197,6 +201,47 @@ tulle_status tulle_run_reader_open(const char *directory, tulle_run_reader **res
     else
         *result = reader;
     return status;
+}
+
+/* A writer that takes something away makes run.json anew first, then cuts checksums.csv, then the
+ * rest. So a failure may be its doing, unless the next try fails, too, at the same run.json. */
+tulle_status tulle_run_reader_open(const char *directory, tulle_run_reader **result,
+                                   tulle_error *error) {
+    if (!directory || !result || strlen(directory) > RUN_DIRECTORY_MAX)
+        return error_set(error, TULLE_ERROR_INVALID_ARGUMENT,
+                         "a directory of at most %d bytes should be given", RUN_DIRECTORY_MAX);
+    *result = NULL;
+    char path[RUN_PATH_SIZE];
+    run_join(path, directory, RUN_FILE_RECORD);
+    tulle_status status = TULLE_OK;
+    int before = -1; /* run.json at the try before; open, so that its inode is not used again */
+    bool is_certain = false;
+    for (int try = 0; try < OPEN_TRIES && !is_certain; try++) {
+        int const record = open(path, O_RDONLY | O_CLOEXEC | O_NONBLOCK);
+        struct stat then, now;
+        status = open_once(directory, result, error);
+        is_certain = (status != TULLE_ERROR_PARSE && status != TULLE_ERROR_IO) || record < 0 ||
+                     (fstat(before, &then) == 0 && stat(path, &now) == 0 &&
+                      then.st_ino == now.st_ino && then.st_dev == now.st_dev);
+        if (before >= 0) close(before);
+        before = record;
+    }
+    if (before >= 0) close(before);
+    return status;
+}
+
+tulle_status run_reader_blame(const tulle_run_reader *reader, tulle_status status,
+                              tulle_error *error) {
+    bool const is_doubtful = status == TULLE_ERROR_PARSE || status == TULLE_ERROR_IO;
+    if (!is_doubtful || !reader->sums.heap) return status;
+    memory heap = memory_default();
+    checksums now;
+    tulle_status const again =
+        checksums_read(&now, &heap, reader->directory, &reader->sums.mark, NULL);
+    checksums_release(&now);
+    if (again == TULLE_OK || again == TULLE_ERROR_OUT_OF_MEMORY) return status;
+    return error_set_at(error, TULLE_ERROR_IO, reader->directory, 0, 0,
+                        "another process changed the run while it was read; read it again");
 }
 
 const tulle_run_info *tulle_run_reader_get_info(const tulle_run_reader *reader) {
@@ -216,7 +261,7 @@ tulle_status tulle_run_reader_get_mesh(tulle_run_reader *reader, size_t body, tu
         tulle_mesh read = {0};
         tulle_status status = run_reader_check_file(reader, name, error);
         if (!status) status = tulle_mesh_read(path, &read, error);
-        if (status) return status;
+        if (status) return run_reader_blame(reader, status, error);
         if (read.vertex_count != record->vertex_count ||
             read.triangle_count != record->triangle_count) {
             error_set_at(error, TULLE_ERROR_PARSE, path, 0, 0,
@@ -263,19 +308,23 @@ tulle_status tulle_run_reader_read_positions(tulle_run_reader *reader, uint32_t 
     tulle_pc2 *cache = NULL;
     tulle_pc2_info info;
     tulle_status status = open_cache(reader, body, &cache, &info, error);
-    if (status) return status;
-    status = tulle_pc2_read_frame(cache, frame, positions, error);
+    if (status) return run_reader_blame(reader, status, error);
+    const char *const name =
+        run_record_text(&reader->record, reader->record.bodies.data[body].cache_file);
+    char path[RUN_PATH_SIZE];
+    run_join(path, reader->directory, name);
+    if (frame >= info.frame_count)
+        status =
+            error_set_at(error, TULLE_ERROR_PARSE, path, 0, 0,
+                         "frame %u: damaged: the file holds %u frames", frame, info.frame_count);
+    if (!status) status = tulle_pc2_read_frame(cache, frame, positions, error);
     if (!status && !reader->record.is_older_format) {
-        const char *const name =
-            run_record_text(&reader->record, reader->record.bodies.data[body].cache_file);
         file_sum const sum = pc2_get_sum(cache, frame);
         const checksum_line *const line = checksums_find(&reader->sums, name, sum.begin);
-        char path[RUN_PATH_SIZE];
-        run_join(path, reader->directory, name);
         if (!line || line->sum.hash != sum.hash) status = checksum_fail(path, frame, &sum, error);
     }
     tulle_pc2_close(cache);
-    return status;
+    return run_reader_blame(reader, status, error);
 }
 
 tulle_status tulle_run_reader_read_debug(tulle_run_reader *reader, uint32_t frame,
@@ -289,14 +338,15 @@ tulle_status tulle_run_reader_read_debug(tulle_run_reader *reader, uint32_t fram
     if (reader->debug.file < 0) {
         tulle_status const status =
             debug_file_open(&reader->debug, &reader->heap, reader->directory, error);
-        if (status) return status;
+        if (status) return run_reader_blame(reader, status, error);
     }
     arena_release(&reader->debug_arrays, (arena_mark){0});
     tulle_error damage = {0};
     tulle_status const status = debug_file_read(&reader->debug, &reader->record, frame,
                                                 &reader->debug_arrays, debug, &damage);
     if (!status) return TULLE_OK;
-    return error_set_at(error, status, damage.file, 0, 0, "frame %u: %s", frame, damage.message);
+    error_set_at(error, status, damage.file, 0, 0, "frame %u: %s", frame, damage.message);
+    return run_reader_blame(reader, status, error);
 }
 
 tulle_status tulle_run_reader_get_reports(tulle_run_reader *reader,
@@ -314,5 +364,5 @@ tulle_status tulle_run_reader_get_reports(tulle_run_reader *reader,
     }
     *reports = reader->reports.data;
     *count = reader->reports.count;
-    return status;
+    return run_reader_blame(reader, status, error);
 }

@@ -38,6 +38,11 @@ tulle_status run_reader_read_frames(tulle_run_reader *reader, tulle_error *error
 /* Compares one file of the run. */
 tulle_status run_reader_check_file(const tulle_run_reader *reader, const char *name,
                                    tulle_error *error);
+/* What a call that read something returns. Where it failed and checksums.csv does not begin with
+ * the lines that were read when the run was opened, another process is to blame, and the error says
+ * so. For whoever takes something away from a run cuts those lines first. */
+tulle_status run_reader_blame(const tulle_run_reader *reader, tulle_status status,
+                              tulle_error *error);
 /* Frames that should be there whatever happened. */
 uint32_t run_reader_get_promised_count(const tulle_run_reader *reader);
 

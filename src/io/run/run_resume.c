@@ -222,7 +222,10 @@ static tulle_status cut_files_back(const candidate *tried, tulle_error *error) {
     const checksums *const sums = &tried->sums;
     char path[RUN_PATH_SIZE];
     uint32_t const frame_count = tried->record.state.frame_count;
-    tulle_status status = TULLE_OK;
+    /* What says that the rest is there goes first, so that a reader is not misled. */
+    tulle_status status =
+        checksum_log_resume(&writer->checksums, writer->directory, sums->mark, error);
+    if (!status) status = resume_log(writer, &writer->frames_log, RUN_FILE_FRAMES, sums, error);
     for (size_t i = 0; i < writer->record.bodies.count && !status; i++) {
         const run_body_record *const body = &writer->record.bodies.data[i];
         if (body->is_static) continue;
@@ -231,13 +234,10 @@ static tulle_status cut_files_back(const candidate *tried, tulle_error *error) {
                                            &writer->caches[i], error);
     }
     if (!status) status = resume_log(writer, &writer->report_log, RUN_FILE_REPORT, sums, error);
-    if (!status) status = resume_log(writer, &writer->frames_log, RUN_FILE_FRAMES, sums, error);
     if (!status && writer->record.records_debug)
         status = resume_log(writer, &writer->debug.log, RUN_FILE_DEBUG, sums, error);
     if (!status && transforms_count_bodies(&writer->record) > 0)
         status = resume_log(writer, &writer->bodies_log, RUN_FILE_BODIES, sums, error);
-    if (!status)
-        status = checksum_log_resume(&writer->checksums, writer->directory, sums->mark, error);
     if (!status)
         status = run_frames_read(&writer->frames, &writer->heap, writer->frames_log.path,
                                  writer->record.bodies.count, error);

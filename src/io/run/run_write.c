@@ -132,9 +132,9 @@ tulle_status run_writer_sum_logs(tulle_run_writer *writer, tulle_error *error) {
 /* Takes the last frame back out of the first `done` caches, and of debug.bin, bodies.csv and
  * checksums.csv; best effort on a disk that fails. */
 static void roll_back(tulle_run_writer *writer, size_t done, checksum_mark mark) {
+    checksum_log_cut(&writer->checksums, mark);
     run_log_cut(&writer->debug.log);
     run_log_cut(&writer->bodies_log);
-    checksum_log_cut(&writer->checksums, mark);
     run_frames_truncate(&writer->frames, writer->frames.lines.count - 1);
     uint32_t const frame_count = (uint32_t)writer->frames.lines.count;
     for (size_t i = 0; i < done; i++)

@@ -42,6 +42,58 @@ static void a_torn_checkpoint_falls_back(void **state) {
     free(bytes);
 }
 
+/* A power failure may keep the count of a cache's frames and lose the frames. */
+static void a_count_without_its_frames_is_no_damage(void **state) {
+    (void)state;
+    const char *const directory = test_path("ahead");
+    run_whole(directory, 5);
+    assert_int_equal(unlink(test_path("ahead/checkpoint.bin")), 0);
+    size_t size;
+    char *const bytes = get_file(test_path("ahead/sheet.pc2"), &size);
+    bytes[28] = 77; /* frames, as the header says */
+    put_file(test_path("ahead/sheet.pc2"), bytes, size);
+    free(bytes);
+    tulle_error error;
+    if (resume_run(directory, FRAME_COUNT, &error)) fail_msg("%s: %s", error.file, error.message);
+    assert_same_run(directory, test_path("whole"));
+}
+
+/* What a resume takes from under a reader is no damage. */
+static void a_resume_misleads_no_reader(void **state) {
+    (void)state;
+    const char *const directory = test_path("read");
+    run_whole(directory, 5);
+    tulle_run_reader *reader = NULL;
+    tulle_error error;
+    assert_int_equal(tulle_run_reader_open(directory, &reader, &error), TULLE_OK);
+    uint32_t const last = tulle_run_reader_get_info(reader)->frame_count - 1;
+    double positions[3 * CLOTH_VERTICES];
+    assert_int_equal(tulle_run_reader_read_positions(reader, last, 0, positions, &error), TULLE_OK);
+    assert_int_equal(unlink(test_path("read/checkpoint.bin")), 0); /* so the last frames are cut */
+    tulle_run_def const def = make_def(directory, FRAME_COUNT);
+    tulle_run_writer *writer = NULL;
+    tulle_run_checkpoint checkpoint;
+    assert_int_equal(tulle_run_resume(&def, &writer, &checkpoint, &error), TULLE_OK);
+
+    const tulle_run_damage *damages;
+    const tulle_run_debug *debug;
+    size_t count = 1;
+    for (int what = 0; what < 3; what++) {
+        tulle_status const status =
+            what == 0   ? tulle_run_reader_find_damage(reader, &damages, &count, &error)
+            : what == 1 ? tulle_run_reader_read_positions(reader, last, 0, positions, &error)
+                        : tulle_run_reader_read_debug(reader, last, &debug, &error);
+        assert_int_equal(status, TULLE_ERROR_IO);
+        assert_non_null(strstr(error.message, "another process changed the run"));
+    }
+    assert_int_equal(count, 0);
+    tulle_run_reader_close(reader);
+    assert_sound(directory);
+    assert_int_equal(go_on(writer, &checkpoint, FRAME_COUNT, &error), TULLE_OK);
+    assert_int_equal(tulle_run_close(writer, TULLE_RUN_FINISHED, "all is well", &error), TULLE_OK);
+    assert_same_run(directory, test_path("whole"));
+}
+
 /* A child is killed while it writes; then the run is resumed, killed again, and so on. */
 static void killed_at_any_moment_it_resumes(void **state) {
     (void)state;
@@ -207,7 +259,7 @@ static void every_failing_allocation_while_writing(void **state) {
 
 /* Whichever flush to disk fails, of a file, a folder or all: the error is told, and what is there
  * can be gone on with. */
-static void every_failing_flush_is_told(void **state) {
+static void every_failing_flush_or_rename_is_told(void **state) {
     (void)state;
     if (!HAS_WATCHED_FLUSHES) skip();
     const char *const directory = test_path("flushes");
@@ -224,8 +276,10 @@ static void every_failing_flush_is_told(void **state) {
             has_failed = flush_calls > fail;
             flush_fail = -1;
             if (status != (has_failed ? TULLE_ERROR_IO : TULLE_OK))
-                fail_msg("flush %ld: status %d: %s: %s", fail, status, error.file, error.message);
+                fail_msg("call %ld: status %d: %s: %s", fail, status, error.file, error.message);
             if (has_failed) assert_non_null(strstr(error.message, strerror(EIO)));
+            if (access(test_path("flushes/checkpoint.bin"), F_OK) != 0)
+                assert_int_not_equal(access(test_path("flushes/checkpoint.previous.bin"), F_OK), 0);
             assert_int_equal(resume_run(directory, 3, &error), TULLE_OK);
             assert_int_equal(assert_sound(directory), 4);
         }
@@ -259,11 +313,13 @@ int main(void) {
     make_bodies();
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(a_torn_checkpoint_falls_back),
+        cmocka_unit_test(a_count_without_its_frames_is_no_damage),
+        cmocka_unit_test(a_resume_misleads_no_reader),
         cmocka_unit_test(killed_at_any_moment_it_resumes),
         cmocka_unit_test(damaged_files_do_no_harm),
         cmocka_unit_test(a_full_disk_keeps_all_whole_frames),
         cmocka_unit_test(every_failing_allocation_while_writing),
-        cmocka_unit_test(every_failing_flush_is_told),
+        cmocka_unit_test(every_failing_flush_or_rename_is_told),
         cmocka_unit_test(a_checkpoint_counts_what_is_on_the_disk),
     };
     return cmocka_run_group_tests(tests, make_whole_run, remove_test_folder);
