@@ -33,6 +33,8 @@ WAYS = {  # call: (how it fails, errno)
     "mkdir": [("once", errno.EACCES)],
     "flock": [("once", errno.EWOULDBLOCK)],
     "unlink": [("once", errno.EACCES)],
+    "unlinkat": [("once", errno.EACCES)],
+    "rmdir": [("once", errno.EACCES)],
     "malloc": [("once", errno.ENOMEM), ("ever", errno.ENOMEM)],
     "calloc": [("once", errno.ENOMEM), ("ever", errno.ENOMEM)],
     "realloc": [("once", errno.ENOMEM)],
@@ -69,10 +71,10 @@ def places(count):
     return sorted({1 + round(k * (count - 1) / max(PLACES - 1, 1)) for k in range(PLACES)})
 
 
-def cases(counts):
+def cases(counts, names=WAYS):
     turn = 0  # so that places differ between kinds of failure
-    for name, ways in WAYS.items():
-        for way, code in ways:
+    for name in names:
+        for way, code in WAYS[name]:
             for place in places(counts.get(name, 0)):
                 shifted = place if PLACES > 2 else 1 + (place - 1 + 7 * turn) % counts[name]
                 turn += 1
@@ -106,6 +108,8 @@ def expect(done, what, is_harmless):
 def judge(folder, what):
     if not (folder / "run.json").is_file():
         return
+    if (folder / "checkpoint.previous.bin").exists() and not (folder / "checkpoint.bin").exists() and ":once:" in what:
+        fault(f"{what}: the checkpoint before is the only one")
     done = call("check", folder)
     if done.returncode != 0 and "holds no whole frame yet" not in done.stderr:
         fault(f"{what}: check of what is left", done)
@@ -131,18 +135,18 @@ def try_runs(work):
     part = work / "part"
     call("run", SCENE, "-o", part, *options, "--frames", "5")
 
-    for is_resumed in (False, True):
-        if is_resumed:
+    for mode, option, names in (("run", (), WAYS), ("resume", ("--resume",), WAYS), ("replace", ("--force",), ("rename", "unlink", "rmdir"))):
+        if option:
             counting = work / "counting"
+            shutil.rmtree(counting, ignore_errors=True)
             shutil.copytree(part, counting)
-            counts = count_calls(work, "run", SCENE, "-o", counting, *options, "--resume")
-        for fail, is_harmless in cases(counts):
-            what = f"{'resume' if is_resumed else 'run'} with {fail}"
+            counts = count_calls(work, "run", SCENE, "-o", counting, *options, *option)
+        for fail, is_harmless in cases(counts, names):
+            what = f"{mode} with {fail}"
             shutil.rmtree(folder, ignore_errors=True)
-            if is_resumed:
+            if option:
                 shutil.copytree(part, folder)
-            more = ("--resume",) if is_resumed else ()
-            done = call("run", SCENE, "-o", folder, *options, *more, fail=fail)
+            done = call("run", SCENE, "-o", folder, *options, *option, fail=fail)
             if expect(done, what, is_harmless):
                 if done.stdout.splitlines()[-1:] != [last]:
                     fault(f"{what}: another state", done)
