@@ -31,7 +31,7 @@ LOCKED = "is locked: another process is writing a run here"
 REFUSALS = {  # what may be said of a directory that others write to
     "run": (LOCKED, "another process removed the checkpoint while the scene was loaded"),
     "create": (LOCKED, "holds a run already"),
-    "read": ("No such file or directory", "holds no run.json", "is a directory, not a file", "goes with the directory of a run alone",
+    "read": ("No such file or directory", "holds no run.json", "goes with the directory of a run alone",
              "holds no whole frame yet", "does not exist; ", "another process changed the run while it was read"),
 }
 

@@ -85,7 +85,7 @@ def judge_readers(folder, whole, is_ended):
     if done.returncode == 0:
         compare_frames(folder, whole, int(re.search(r"frames +(\d+) of", done.stdout)[1]))
     else:
-        expect_refusal(done, folder, ("--resume", "is a directory, not a file"))
+        expect_refusal(done, folder, ("--resume", "holds no run.json"))
     if is_ended and (done.returncode != 0 or ": run, finished" not in done.stdout):
         raise Fault("the run had ended, but is not finished")
 

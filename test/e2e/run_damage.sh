@@ -69,6 +69,7 @@ if [ "${TULLE_TEST_LONG:-}" = 1 ]; then
         done
     done
 else
+    try removed run.json
     try removed sheet.obj
     try flipped sheet.pc2
     try cut bodies.csv

@@ -5,12 +5,14 @@
 #include "app/cli/options.h"
 #include "app/commands.h"
 #include "app/info/plot.h"
+#include "base/error.h"
 
 #include "tulle_io/run.h"
 
 #include <stdbool.h>
 #include <stdio.h>
 #include <string.h>
+#include <sys/stat.h>
 
 static const char command_name[] = "info";
 
@@ -63,9 +65,16 @@ static bool is_scene(const char *path) {
 static int print_info(const info_words *words, const char *path) {
     tulle_error error = {0};
     if (is_scene(path)) return info_print_scene(path, &words->overrides, words->wants_json != 0);
-    tulle_status const status = has_extension(path, ".pc2")    ? info_print_cache(path, &error)
-                                : tulle_run_is_directory(path) ? info_print_run(path, &error)
-                                                               : info_print_mesh(path, &error);
+    bool const is_run = tulle_run_is_directory(path) != 0;
+    struct stat facts;
+    tulle_status status = TULLE_OK;
+    if (!is_run && stat(path, &facts) == 0 && S_ISDIR(facts.st_mode))
+        status = error_set_at(&error, TULLE_ERROR_INVALID_ARGUMENT, path, 0, 0,
+                              "this directory holds no run.json; name a run directory or a file");
+    else
+        status = is_run                        ? info_print_run(path, &error)
+                 : has_extension(path, ".pc2") ? info_print_cache(path, &error)
+                                               : info_print_mesh(path, &error);
     if (status != TULLE_OK) app_print_error(command_name, &error);
     return app_exit_for_input(status);
 }

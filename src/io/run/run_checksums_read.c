@@ -224,7 +224,11 @@ static tulle_status check_lines(const checksums *sums, const char *directory, ui
         if (status || line->frame >= (int64_t)frame_limit) continue;
         if (file < 0) {
             file = open(path, O_RDONLY | O_CLOEXEC | O_NONBLOCK);
-            if (file < 0) status = file_fail(error, path, errno, "damaged: cannot be opened");
+            if (file < 0)
+                status = errno == ENOENT
+                             ? error_set_at(error, TULLE_ERROR_PARSE, path, 0, 0,
+                                            "damaged: cannot be opened: it is missing")
+                             : file_fail(error, path, errno, "damaged: cannot be opened");
             if (!status && fstat(file, &facts) != 0)
                 status = file_fail(error, path, errno, "cannot be examined");
             if (!status && !S_ISREG(facts.st_mode))
