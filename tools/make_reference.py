@@ -384,9 +384,9 @@ def main():
         with open(arguments[1], encoding="utf-8") as file:
             sys.stdout.write(mark_comments(file.read()))
         return 0
-    if not arguments:
+    if not arguments or arguments[0] in ("-h", "--help"):
         print(__doc__)
-        return 2
+        return 0 if arguments else 2
     if not shutil.which("doxygen"):
         print("skipped: doxygen is not installed; tools/install_packages.sh docs installs it")
         return 77
