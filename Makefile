@@ -41,7 +41,7 @@ pictures:
 	@$(MAKE) --no-print-directory build-program
 	@bash tools/pictures.sh $(BUILD)/tulle
 
-# The figures and tables of the paper again, with a report in reproduced/report.html (a night), or with coarse cloth and short
+# The figures and tables of the paper again, with a report in reproduced/report.html (two hours), or with coarse cloth and short
 # runs in reproduced-quick (minutes): docs/experiments/paper.md. What was interrupted goes on. PAPER_OPTIONS='--threads 1'
 # and PAPER_FIGURES='fig7 table1' choose.
 PAPER_FIGURES ?= all
@@ -243,7 +243,7 @@ help:
 	@echo "make              release build: $(BUILD)/tulle, libtulle.so and libtulle.a beside it"
 	@echo "make demo         cloth falls on needles, every frame is judged (installs missing packages)"
 	@echo "make pictures     runs all scenes and makes the pictures of README.md (an hour)"
-	@echo "make paper        the figures and tables of the paper again, with a report (a night; goes on after Ctrl-C)"
+	@echo "make paper        the figures and tables of the paper again, with a report (two hours; goes on after Ctrl-C)"
 	@echo "make paper-quick  the same with coarse cloth and short runs: minutes"
 	@echo "make paper-pictures DIR=reproduced   the pictures of docs/experiments/paper.md, of what make paper left there"
 	@echo "make test         all quick tests (installs missing packages)"

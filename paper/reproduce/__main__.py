@@ -75,7 +75,7 @@ def read_words(words: list[str]) -> argparse.Namespace:
     parser.add_argument("-o", "--output", metavar="DIR", type=Path,
                         help="where the results go (default: reproduced, with --quick reproduced-quick)")
     parser.add_argument("--quick", action="store_true",
-                        help="coarse cloth and short runs: minutes in place of a night")
+                        help="coarse cloth and short runs: minutes in place of hours")
     parser.add_argument("--scenes", metavar="DIR", type=Path, default=REPOSITORY / "scenes" / "paper",
                         help="where the paper's scenes are (default: scenes/paper)")
     parser.add_argument("--size", metavar="WxH", type=read_size,
