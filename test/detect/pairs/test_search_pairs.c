@@ -299,7 +299,7 @@ static void fitting_a_run_of_leaves_leaves_the_others_alone(void **state) {
                         if (i < GROUP_FLOATS && i % GROUP_LANES == 0)
                             assert_true(side == (is_low ? 0.0F : 2.0F));
                         else
-                            assert_true(side == (is_low ? INFINITY : -INFINITY));
+                            assert_true(isnan(side));
                     }
             }
     }

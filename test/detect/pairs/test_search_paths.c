@@ -211,11 +211,57 @@ static void what_passes_a_static_surface_is_left_out(void **state) {
     assert_int_equal(heap.bytes_held, 0);
 }
 
+/* Some vertices go so far that what their leaves sweep has no bounds, not even in boxes of floats:
+ * such a leaf meets all features of others, each once, and nothing else. */
+static void paths_without_bounds_meet_features_alone(void **state) {
+    (void)state;
+    memory heap = memory_default();
+    uint64_t seed = 19;
+    size_t met = 0, missing = 0;
+    kernel_target const widest = kernel_target_get();
+    for (int round = 0; round < 40; round++) {
+        soup_scene *const soup = make_scene(&heap, &seed, 60);
+        double const margin = round % 2 ? 0.02 : 0.0;
+        for (size_t v = 0; v < soup->vertex_count; v++)
+            if (random_next(&seed) % 20 == 0)
+                soup->x1[3 * v + random_next(&seed) % 3] = random_next(&seed) % 2 ? 1e38 : -1e38;
+        broad_phase *broad = make_trees(&heap, soup, BROAD_PHASE_REFIT);
+        assert_int_equal(build_trees(broad, &soup->set, soup->x0, soup->x1, margin, 1), TULLE_OK);
+        key_list const list = search_keys(broad, &soup->set, 1);
+        broad_phase_destroy(broad);
+        broad = make_following(&heap, soup, PATHS_ALWAYS);
+        for (int target = 0; target < KERNEL_TARGET_COUNT; target++) {
+            if (!kernel_target_force((kernel_target)target)) continue;
+            assert_int_equal(build_trees(broad, &soup->set, soup->x0, soup->x1, margin, 2),
+                             TULLE_OK);
+            key_list const stream = search_keys(broad, &soup->set, 2);
+            size_t static_count = 0;
+            missing += count_left_out(soup, 0.0, &list, &stream, margin, &static_count);
+            met += stream.count;
+            for (size_t i = 0; i < stream.count; i++) {
+                uint32_t v[4];
+                find_pair_vertices(soup, stream.keys[i], v);
+                for (int k = 0; k < 4; k++)
+                    for (int m = 0; m < k; m++) assert_int_not_equal(v[k], v[m]);
+            }
+            free(stream.keys);
+        }
+        kernel_target_force(widest);
+        free(list.keys);
+        broad_phase_destroy(broad);
+        free_scene(&heap, soup);
+    }
+    print_message("%zu pairs met, %zu left out\n", met, missing);
+    assert_true(met > 10000 && missing > 0);
+    assert_int_equal(heap.bytes_held, 0);
+}
+
 int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(following_paths_leaves_out_only_what_stays_apart),
         cmocka_unit_test(long_paths_alone_are_followed),
         cmocka_unit_test(what_passes_a_static_surface_is_left_out),
+        cmocka_unit_test(paths_without_bounds_meet_features_alone),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -32,7 +32,7 @@ BOX_INLINE void box_vector_store(float *to, box_vector box) { memcpy(to, &box, s
 BOX_INLINE box_vector box_vector_fill(float x) { return (box_vector){x, x, x, x, x, x, x, x}; }
 
 #ifdef __AVX2__
-/* a < b ? a : b and a > b ? a : b. */
+/* a < b ? a : b and a > b ? a : b: b where a number is NaN. */
 BOX_INLINE box_vector box_vector_least(box_vector a, box_vector b) {
     return (box_vector)_mm256_min_ps((__m256)a, (__m256)b);
 }

@@ -47,8 +47,8 @@ typedef struct slot_range {
     uint32_t corner_count, begin, end;
 } slot_range;
 
-/* Fits eight of them, from the one at `offset` on, in lanes of rows; lanes beyond meet nothing.
- * Returns the box around all. */
+/* Fits eight of them, from the one at `offset` on, in lanes of rows. Lanes beyond are NaN, which
+ * meets nothing, not even what reaches everywhere. Returns the box around all. */
 BOX_INLINE box_vector fit_lanes(const leaf_fit *fit, slot_range slots, uint32_t offset,
                                 bool is_straight, float *rows) {
     box_vector boxes[8];
@@ -56,7 +56,7 @@ BOX_INLINE box_vector fit_lanes(const leaf_fit *fit, slot_range slots, uint32_t 
     const uint32_t *const corners = slots.corners + slots.corner_count * (size_t)begin;
     uint32_t const count = begin < slots.end ? slots.end - begin : 0;
     for (size_t l = 0; l < 8; l++) {
-        boxes[l] = box_vector_fill(INFINITY);
+        boxes[l] = box_vector_fill(NAN);
         if (l >= count) continue;
         const uint32_t *const own = corners + slots.corner_count * l;
         boxes[l] = load_box(fit, own[0], is_straight);
@@ -64,8 +64,9 @@ BOX_INLINE box_vector fit_lanes(const leaf_fit *fit, slot_range slots, uint32_t 
             boxes[l] = box_vector_least(boxes[l], load_box(fit, own[k], is_straight));
     }
     box_vectors_write_rows(boxes, rows, GROUP_LANES);
+    /* The second one where the first is NaN. */
     for (size_t l = 4; l > 0; l /= 2)
-        for (size_t i = 0; i < l; i++) boxes[i] = box_vector_least(boxes[i], boxes[i + l]);
+        for (size_t i = 0; i < l; i++) boxes[i] = box_vector_least(boxes[i + l], boxes[i]);
     return boxes[0];
 }
 
