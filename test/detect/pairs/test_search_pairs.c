@@ -86,6 +86,35 @@ static void tables_lead_to_positions(void **state) {
     }
 }
 
+static void consume_none(void *context, const pair_tables *tables, const pair_batch *batch,
+                         int worker) {
+    (void)context, (void)tables, (void)batch, (void)worker;
+    fail_msg("a batch of trees that were not built");
+}
+
+/* Trees that could not be built are not searched; once they are built again, they are. */
+static void trees_that_were_not_built_are_refused(void **state) {
+    (void)state;
+    memory heap = memory_default();
+    uint64_t seed = 16;
+    soup_scene *const soup = make_scene(&heap, &seed, 100);
+    for (int method = 0; method < 2; method++) {
+        broad_phase *const broad = make_trees(&heap, soup, (broad_phase_method)method);
+        key_list const before = search_keys(broad, &soup->set, 1);
+        assert_int_equal(build_trees(broad, &soup->set, soup->x0, soup->x1, (double)NAN, 1),
+                         TULLE_ERROR_INVALID_ARGUMENT);
+        assert_int_equal(search_pairs(broad, &soup->set, 1, consume_none, NULL, NULL),
+                         TULLE_ERROR_INVALID_ARGUMENT);
+        assert_int_equal(build_trees(broad, &soup->set, soup->x0, soup->x1, 0.02, 1), TULLE_OK);
+        key_list const after = search_keys(broad, &soup->set, 1);
+        assert_same_keys(&before, &after);
+        free(before.keys);
+        free(after.keys);
+        broad_phase_destroy(broad);
+    }
+    free_scene(&heap, soup);
+}
+
 /* Missing pairs, all of which must lie within one patch. */
 static size_t count_missing(const soup_scene *of, const uint32_t *labels, const key_list *all,
                             const key_list *kept) {
@@ -310,6 +339,7 @@ int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(streams_what_the_list_holds),
         cmocka_unit_test(tables_lead_to_positions),
+        cmocka_unit_test(trees_that_were_not_built_are_refused),
         cmocka_unit_test(leaves_out_only_pairs_within_a_patch),
         cmocka_unit_test(blocks_fitted_when_needed_are_the_same),
         cmocka_unit_test(fitting_a_run_of_leaves_leaves_the_others_alone),

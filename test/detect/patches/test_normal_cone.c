@@ -265,6 +265,18 @@ static void merged_cones_hold_both(void **state) {
     assert_true(merged_count > 10000);
 }
 
+/* A cone that just holds another, with the slack for rounding, stays as it is. */
+static void a_cone_that_holds_another_is_kept(void **state) {
+    (void)state;
+    double const slack = 1e-9; /* [rad] of every angle that was computed */
+    normal_cone const narrow = {{0.0, 0.0, 1.0}, 0.5}, wide = {{0.0, 0.0, 1.0}, slack + 0.5};
+    for (int i = 0; i < 2; i++) {
+        normal_cone merged = {{0.0, 0.0, 0.0}, 0.0};
+        assert_true(normal_cone_merge(i ? &wide : &narrow, i ? &narrow : &wide, 0.6, &merged));
+        assert_memory_equal(&merged, &wide, sizeof wide);
+    }
+}
+
 /* Near a half turn between the axes the axis of the merged cone is a difference of near opposites.
  */
 static void cones_near_a_right_angle_hold_both(void **state) {
@@ -291,6 +303,7 @@ int main(void) {
         cmocka_unit_test(stretch_and_noise_hardly_widen_a_cone),
         cmocka_unit_test(turning_over_has_no_cone),
         cmocka_unit_test(merged_cones_hold_both),
+        cmocka_unit_test(a_cone_that_holds_another_is_kept),
         cmocka_unit_test(cones_near_a_right_angle_hold_both),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);

@@ -138,11 +138,49 @@ static void too_much_spin_is_refused(void **state) {
     tulle_world_destroy(world);
 }
 
+/* Substeps of a bar that spins far from cloths of these thicknesses [m]. */
+static uint32_t count_substeps(const double *thicknesses, size_t count) {
+    static const uint32_t corners[4] = {0, 1, 2, 3};
+    tulle_world *const world = make_world();
+    for (size_t i = 0; i < count; i++) {
+        tulle_mesh sheet = small_sheet(0.1, 2, (double)i + 1.0);
+        tulle_pin const pin = {.vertices = corners, .vertex_count = 4, .release_time = 1e9};
+        tulle_cloth_def def = tulle_cloth_def_default();
+        def.mesh = tulle_mesh_get_view(&sheet);
+        def.pins = &pin;
+        def.pin_count = 1;
+        def.thickness = thicknesses[i];
+        assert_int_equal(tulle_world_add_cloth(world, &def, NULL, NULL), TULLE_OK);
+        tulle_mesh_destroy(&sheet);
+    }
+    tulle_mesh bar =
+        bodies_make_box(2.0 * TIP, 2.0 * HALF_WIDTH, 2.0 * HALF_WIDTH, (double[3]){0.0, 0.0, 0.0});
+    (void)add_bar(world, &bar, 300.0);
+    tulle_step_report const report = bodies_step_by(world, 1.0 / 90.0);
+    tulle_mesh_destroy(&bar);
+    tulle_world_destroy(world);
+    return (uint32_t)report.substeps;
+}
+
+/* A vertex leaves its chord by a share of the least contact distance, and by the square of a
+ * substep's turn: four times the distance takes half the substeps. */
+static void the_thinnest_cloth_sets_the_turn(void **state) {
+    (void)state;
+    double const thin = 0.002, thick = 0.008;
+    uint32_t const of_thin = count_substeps((double[]){thin}, 1);
+    uint32_t const of_thick = count_substeps((double[]){thick}, 1);
+    print_message("%u substeps near thin cloth, %u near thick cloth\n", of_thin, of_thick);
+    assert_true(of_thick > 10 && of_thin + 1 >= 2 * of_thick - 1 && of_thin <= 2 * of_thick);
+    assert_int_equal(count_substeps((double[]){thin, thick}, 2), of_thin);
+    assert_int_equal(count_substeps((double[]){thick, thin}, 2), of_thin);
+}
+
 int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(a_bar_meets_a_post_on_its_first_turn),
         cmocka_unit_test(a_bar_at_rest_is_struck),
         cmocka_unit_test(too_much_spin_is_refused),
+        cmocka_unit_test(the_thinnest_cloth_sets_the_turn),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
