@@ -8,11 +8,11 @@ BUILD := build/release
 JOBS ?= $(shell nproc 2>/dev/null || echo 2)
 PREFIX ?= /usr/local
 # A test may take 600 s where it names no other limit. `make test-long` has a longer one.
-CTEST := ctest --output-on-failure -j $(JOBS) --timeout 600
+CTEST := ctest --output-on-failure --no-tests=error -j $(JOBS) --timeout 600
 CHECK_PACKAGES := TULLE_NO_INSTALL=1 sh tools/install_packages.sh
 INSTALL_PACKAGES := sh tools/install_packages.sh
 
-.PHONY: all demo pictures paper paper-quick paper-pictures test test-long test-asan test-ubsan test-tsan test-clang test-musl test-m32 coverage check-arm64 check-portability bench bench-compare bench-detect bench-peers validate soak mutate fuzz fuzz-all fuzz-afl fuzz-keep docs test-docs install format check-format layers sizes clean help
+.PHONY: all demo pictures paper paper-quick paper-pictures test test-long test-asan test-ubsan test-tsan test-msan test-clang test-musl test-m32 coverage check-arm64 check-portability bench bench-compare bench-detect bench-peers validate soak mutate fuzz fuzz-all fuzz-afl fuzz-keep docs test-docs install format check-format layers sizes clean help
 .NOTPARALLEL:
 
 # The program at build/release/tulle, libtulle.so and libtulle.a beside it.
@@ -78,13 +78,21 @@ test-long:
 	@cd $(BUILD) && TULLE_TEST_LONG=1 $(CTEST) --timeout 36000
 
 # The quick tests under the address sanitizer with gcc's checks of undefined behaviour, under clang's, which see more of it, and
-# under the thread sanitizer. TESTS='base.parallel world.golden' builds and runs these alone.
+# under the thread sanitizer; those of the engine and of files that call no library from elsewhere under the memory sanitizer,
+# which is clang's. TESTS='base.parallel world.golden' builds and runs these alone.
 TESTS ?=
+CHOSEN_TESTS = -R '^($(or $(subst $() ,|,$(strip $(TESTS))),.*))$$'
 test-asan test-ubsan test-tsan: test-%:
 	@$(INSTALL_PACKAGES) build test $(filter ubsan,$*)
 	@cmake --preset $(patsubst asan,asan-ubsan,$*)
 	@cmake --build build/$(patsubst asan,asan-ubsan,$*) -j $(JOBS) $(addprefix --target ,$(subst .,_test_,$(TESTS)))
-	@cd build/$(patsubst asan,asan-ubsan,$*) && $(CTEST) -R '^($(or $(subst $() ,|,$(strip $(TESTS))),.*))$$'
+	@cd build/$(patsubst asan,asan-ubsan,$*) && $(CTEST) $(CHOSEN_TESTS)
+
+test-msan:
+	@$(INSTALL_PACKAGES) build test msan
+	@cmake --preset msan
+	@cmake --build build/msan -j $(JOBS) $(addprefix --target ,$(or $(subst .,_test_,$(TESTS)),tests_for_memory))
+	@cd build/msan && $(CTEST) -L memory $(CHOSEN_TESTS)
 
 # All of it built by clang, warnings are errors; the tests that hold the golden hashes and the names of the libraries.
 test-clang:
@@ -250,6 +258,7 @@ help:
 	@echo "make test-long    all tests, the whole scenes too"
 	@echo "make test-asan    the quick tests under the address and undefined-behaviour sanitizers"
 	@echo "make test-ubsan   the quick tests under clang's sanitizer of undefined behaviour"
+	@echo "make test-msan    the tests that call no library from elsewhere under clang's memory sanitizer"
 	@echo "make test-tsan    the quick tests under the thread sanitizer"
 	@echo "make test-clang   all built by clang, with the same hashes"
 	@echo "make test-musl    the library by musl-gcc, linked statically into a small host, with the same hash"

@@ -1,6 +1,6 @@
 #!/bin/sh
 # Installs the Debian packages that a build or the tests need and that are missing; does nothing when all is there.
-# usage: install_packages.sh ROLE...      ROLE: build, test, paper, bench, peers, mutate, clang, ubsan, fuzz, musl, m32, portability, docs
+# usage: install_packages.sh ROLE...      ROLE: build, test, paper, bench, peers, mutate, clang, ubsan, msan, fuzz, musl, m32, portability, docs
 #   TULLE_NO_INSTALL=1   only says what is missing; fails if it cannot be done without
 set -eu
 
@@ -59,7 +59,7 @@ needs() {
     clang)
         echo "clang          program:clang       needed"
         ;;
-    ubsan)
+    ubsan | msan)
         echo "clang          program:clang       needed"
         echo "libclang-rt-dev fuzzer             needed"
         ;;
@@ -88,7 +88,7 @@ needs() {
         echo "doxygen        program:doxygen     needed"
         ;;
     *)
-        echo "install_packages.sh: unknown role \"$1\"; the roles are build, test, paper, bench, peers, mutate, clang, ubsan, fuzz, musl, m32, portability and docs" >&2
+        echo "install_packages.sh: unknown role \"$1\"; the roles are build, test, paper, bench, peers, mutate, clang, ubsan, msan, fuzz, musl, m32, portability and docs" >&2
         exit 2
         ;;
     esac

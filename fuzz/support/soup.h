@@ -1,4 +1,5 @@
-/* fuzz/support/soup.h - coordinates for small surfaces, taken from bytes. */
+/* fuzz/support/soup.h - coordinates for small surfaces, taken from bytes; memory for the rational
+ * numbers that judge them. */
 #ifndef TULLE_FUZZ_SOUP_H
 #define TULLE_FUZZ_SOUP_H
 
@@ -15,5 +16,9 @@ typedef enum soup_places {
 
 /* Fills `count` points, 3 numbers each. */
 void soup_take_points(fuzz_bytes *bytes, soup_places places, size_t count, double *points);
+
+/* Lets GMP keep its memory for later numbers: the address sanitizer's heap would take most of the
+ * time. Call it before the first number; later calls change nothing. */
+void soup_pool_numbers(void);
 
 #endif

@@ -82,6 +82,7 @@ int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size) {
     static tulle_check_pair pairs[PAIRS_MAX];
     tulle_check_body judged[BODIES_MAX];
     fuzz_bytes bytes = {data, size, 0};
+    soup_pool_numbers();
     soup_places const places = (soup_places)fuzz_take_below(&bytes, SOUP_PLACES_COUNT);
     uint32_t const count = 1 + fuzz_take_below(&bytes, BODIES_MAX);
     for (uint32_t i = 0; i < count; i++) {

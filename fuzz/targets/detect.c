@@ -84,13 +84,21 @@ static void take_surface(fuzz_bytes *bytes, soup_places places) {
     scene.surfaces[scene.surface_count++] = surface;
 }
 
+/* Moves what lies at the border of the lattice so far that floats cannot hold sums of it. */
+static void go_far(double *points) {
+    for (size_t i = 0; i < 3 * scene.vertex_count; i++)
+        if (fabs(points[i]) >= 2.0) points[i] *= 1e38;
+}
+
 static void take_scene(fuzz_bytes *bytes) {
     scene.triangle_count = scene.vertex_count = scene.surface_count = 0;
     soup_places const places = (soup_places)fuzz_take_below(bytes, SOUP_PLACES_COUNT);
-    scene.minimum_separation = fuzz_take_below(bytes, 3) == 1 ? 1e-3 : 0.0;
+    uint32_t const choice = fuzz_take_below(bytes, 3);
+    scene.minimum_separation = choice == 1 ? 1e-3 : 0.0;
     unsigned const pairs = fuzz_take(bytes);
     for (uint32_t left = 1 + fuzz_take_below(bytes, SURFACES_MAX); left > 0; left--)
         take_surface(bytes, places);
+    if (choice == 2) go_far(states[STATES - 1]);
     scene.has_collides = pairs % 4 == 0;
     for (size_t i = 0, bit = 2; i < scene.surface_count; i++)
         for (size_t j = 0; j <= i; j++, bit++)
@@ -181,6 +189,7 @@ static void check_motion(tulle_detector *plain, tulle_detector *detector, bool h
 
 int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size) {
     fuzz_bytes bytes = {data, size, 0};
+    soup_pool_numbers();
     /* The method stands in front: a change of the scene leaves it. */
     fuzz_bytes choices = fuzz_take_part(&bytes, CHOICE_BYTES);
     take_scene(&bytes);
