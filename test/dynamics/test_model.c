@@ -45,6 +45,25 @@ static void stretch_is_in_force_per_width(void **state) {
     }
 }
 
+/* Two triangles on an edge of 1 m, of one height: the moment of their hinge is that of the bending
+ * stiffness, and below a tenth of the edge it falls with the square of the height more. */
+static void slivers_are_soft(void **state) {
+    (void)state;
+    static const double heights[] = {0.5, 0.1, 0.05, 0.02, 1e-3};
+    static const uint32_t triangles[6] = {0, 1, 2, 1, 0, 3};
+    for (size_t i = 0; i < sizeof heights / sizeof *heights; i++) {
+        double const height = heights[i], softening = fmin(1.0, height / 0.1);
+        double const rest[12] = {0.0, 0.0, 0.0,    1.0, 0.0, 0.0, /* the edge */
+                                 0.5, 0.0, height, 0.5, 0.0, -height};
+        fixture *const f = fixture_make(rest, 4, triangles, 2, plain_material());
+        assert_int_equal(f->model.hinge_count, 1);
+        double const stiffness = 2.0 * 1e-4 / (4.0 * 0.5 * height); /* of both triangles */
+        assert_true(fabs(f->model.couplings[0] / (stiffness * softening * softening) - 1.0) <
+                    1e-12);
+        fixture_free(f);
+    }
+}
+
 enum { FIRST = 20, SECOND = 30, OBSTACLE = 9, CLOTH = FIRST + SECOND, ALL = CLOTH + OBSTACLE };
 
 /* Joins three grids into one numbering; returns the number of triangles. */
@@ -295,6 +314,7 @@ int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(masses_add_up),
         cmocka_unit_test(stretch_is_in_force_per_width),
+        cmocka_unit_test(slivers_are_soft),
         cmocka_unit_test(cloths_beside_obstacles_are_independent),
         cmocka_unit_test(bad_cloth_is_refused_by_name),
         cmocka_unit_test(failing_memory_is_reported),

@@ -81,7 +81,8 @@ static void one_that_appears_in_the_cloth_is_refused(void **state) {
 typedef struct rising_frames {
     const tulle_mesh *mesh;
     uint32_t bad_frame;   /* that cannot be given */
-    double bad_value;     /* put into it */
+    double bad_value;     /* put into it... */
+    size_t bad_place;     /* ...as this coordinate */
     bool is_bad_by_value; /* else the reader fails */
 } rising_frames;
 
@@ -94,7 +95,7 @@ static tulle_status read_rising_frame(void *context, uint32_t frame, double *pos
     }
     if (frame != frames->bad_frame) return TULLE_OK;
     if (frames->is_bad_by_value) {
-        positions[4] = frames->bad_value;
+        positions[frames->bad_place] = frames->bad_value;
         return TULLE_OK;
     }
     if (error) {
@@ -151,8 +152,11 @@ static void a_bad_frame_fails_the_step(void **state) {
     assert_int_equal(ride((rising_frames){.bad_frame = 4}, &error), TULLE_ERROR_IO);
     assert_string_equal(error.message, "frame 4 is gone");
     double const bad[] = {(double)NAN, (double)INFINITY};
-    for (int k = 0; k < 2; k++) {
-        rising_frames const frames = {.bad_frame = 4, .bad_value = bad[k], .is_bad_by_value = true};
+    for (size_t k = 0; k < 6; k++) { /* each coordinate of vertex 1 */
+        rising_frames const frames = {.bad_frame = 4,
+                                      .bad_value = bad[k % 2],
+                                      .bad_place = 3 + k / 2,
+                                      .is_bad_by_value = true};
         assert_int_equal(ride(frames, &error), TULLE_ERROR_INVALID_MESH);
         assert_non_null(strstr(error.message, "vertex 1 of frame 4"));
     }

@@ -217,6 +217,26 @@ static void threads_change_no_bit(void **state) {
     assert_true(hashes[0] == hashes[1] && hashes[0] == hashes[2]);
 }
 
+/* A sheet that hits a plane with 1 m/s leaves it as the law of impact says. */
+static void sheets_rebound(void **state) {
+    (void)state;
+    for (int space = 0; space < 2; space++) {
+        contact_world world = make_world((tulle_motion_space)space);
+        world.restitution = 0.5;
+        world.def.gravity[2] = 0.0;
+        add_grid(&world, 9, 0.3, 0.03, false);
+        add_grid(&world, 5, 0.4, 0.0, true);
+        start_contact_world(&world);
+        for (size_t v = 0; v < world.cloth_vertex_count; v++) world.velocities[3 * v + 2] = -1.0;
+        take_steps(&world, 6, TIME_STEP);
+        double const speed = mean_of(&world, 0, world.velocities).z;
+        print_message("%s: a sheet comes with 1 m/s and leaves with %.4g m/s\n", space_names[space],
+                      speed);
+        assert_true(fabs(speed - 0.5) < 0.01);
+        contact_world_destroy(&world);
+    }
+}
+
 int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(slope),
@@ -224,6 +244,7 @@ int main(void) {
         cmocka_unit_test(sheet_between_two_layers),
         cmocka_unit_test(spikes_carry_soft_cloth_in_short_steps_only),
         cmocka_unit_test(threads_change_no_bit),
+        cmocka_unit_test(sheets_rebound),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -115,6 +115,50 @@ static void trees_that_were_not_built_are_refused(void **state) {
     free_scene(&heap, soup);
 }
 
+/* A search begins with the pairs of surfaces that may meet and whose boxes do, and no others. */
+static void roots_are_those_that_meet(void **state) {
+    (void)state;
+    memory heap = memory_default();
+    uint64_t seed = 17;
+    size_t met = 0, parted = 0;
+    for (int round = 0; round < 40; round++) {
+        soup_scene *const soup = calloc(1, sizeof *soup);
+        assert_non_null(soup);
+        for (int s = 0; s < MAX_SURFACES; s++) {
+            size_t const begin = 3 * soup->vertex_count;
+            soup_scene_add(soup, SOUP_RANDOM, 30, 0.05, &seed);
+            double const way[3] = {4.0 * random_uniform(&seed), 4.0 * random_uniform(&seed),
+                                   4.0 * random_uniform(&seed)};
+            for (size_t i = begin; i < 3 * soup->vertex_count; i++) {
+                soup->x0[i] += way[i % 3];
+                soup->x1[i] += way[i % 3];
+            }
+        }
+        soup_scene_finish(&heap, soup);
+        broad_phase *const broad = make_trees(&heap, soup, (broad_phase_method)(round % 2));
+        assert_true(list_root_pairs(broad, &soup->set));
+        size_t at = 0;
+        for (uint32_t a = 0; a < MAX_SURFACES; a++)
+            for (uint32_t b = a; b < MAX_SURFACES; b++) {
+                const surface_tree *const trees[2] = {&broad->trees[a], &broad->trees[b]};
+                const tree_node *const roots[2] = {
+                    &trees[0]->nodes.data[trees[0]->nodes.count - 1],
+                    &trees[1]->nodes.data[trees[1]->nodes.count - 1]};
+                if (!surfaces_may_meet(&soup->set, a, b)) continue;
+                bool const meets = boxes_meet(roots[0]->box, roots[1]->box);
+                met += meets, parted += !meets;
+                if (!meets) continue;
+                assert_true(at < broad->search_tasks[0].count);
+                const search_task *const task = &broad->search_tasks[0].data[at++];
+                assert_true(task->surface[0] == a && task->surface[1] == b);
+            }
+        assert_int_equal(at, broad->search_tasks[0].count);
+        broad_phase_destroy(broad);
+        free_scene(&heap, soup);
+    }
+    assert_true(met > 100 && parted > 100);
+}
+
 /* Missing pairs, all of which must lie within one patch. */
 static size_t count_missing(const soup_scene *of, const uint32_t *labels, const key_list *all,
                             const key_list *kept) {
@@ -340,6 +384,7 @@ int main(void) {
         cmocka_unit_test(streams_what_the_list_holds),
         cmocka_unit_test(tables_lead_to_positions),
         cmocka_unit_test(trees_that_were_not_built_are_refused),
+        cmocka_unit_test(roots_are_those_that_meet),
         cmocka_unit_test(leaves_out_only_pairs_within_a_patch),
         cmocka_unit_test(blocks_fitted_when_needed_are_the_same),
         cmocka_unit_test(fitting_a_run_of_leaves_leaves_the_others_alone),

@@ -256,6 +256,11 @@ static void merged_cones_hold_both(void **state) {
         assert_true(merged.half_angle <= limit);
         assert_true(merged.half_angle <= ideal + 4e-9);
         assert_true(fabs(vec3_norm(merged.axis) - 1.0) < 1e-15);
+        /* it holds both, to the rim that is farthest from its axis, with some room for rounding */
+        assert_true(angle_between(wide(merged.axis), wide(a.axis)) + a.half_angle <
+                    merged.half_angle + 1e-14);
+        assert_true(angle_between(wide(merged.axis), wide(b.axis)) + b.half_angle <
+                    merged.half_angle + 1e-14);
         for (int k = 0; k < 8; k++) {
             wide3 const rim = make_rim(&seed, k % 2 ? &a : &b);
             /* 1e-14: a rim is made of a rounded axis and side */

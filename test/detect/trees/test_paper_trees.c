@@ -252,11 +252,45 @@ static void survives_failing_allocations_over_steps(void **state) {
     free(soup);
 }
 
+/* Voxel trees are shaped by where the triangles are: a sheet takes hardly more pairs of leaves than
+ * with trees that its rest shape made. */
+static void voxels_part_a_sheet(void **state) {
+    (void)state;
+    static const broad_phase_method methods[] = {BROAD_PHASE_REFIT, BROAD_PHASE_BVOX,
+                                                 BROAD_PHASE_PAPER};
+    memory heap = memory_default();
+    uint64_t seed = 31, leaf_pairs[3];
+    soup_scene *const soup = calloc(1, sizeof *soup);
+    assert_non_null(soup);
+    soup_scene_add(soup, SOUP_SHEET, 5000, 0.0, &seed);
+    soup_scene_finish(&heap, soup);
+    for (int m = 0; m < 3; m++) {
+        broad_phase *broad;
+        pair_list pairs = {0};
+        search_counts counts;
+        assert_int_equal(broad_phase_create(&heap, &soup->set, soup->x0, methods[m], &broad),
+                         TULLE_OK);
+        assert_int_equal(build_trees(broad, &soup->set, soup->x0, soup->x1, 1e-6, 1), TULLE_OK);
+        assert_int_equal(find_pairs(broad, &soup->set, 1, PAIRS_UNSORTED, &pairs, &counts),
+                         TULLE_OK);
+        leaf_pairs[m] = counts.leaf_pair_count;
+        free_pairs(&heap, &pairs);
+        broad_phase_destroy(broad);
+    }
+    print_message("%zu triangles: %d pairs of leaves, %d by voxels, %d by the paper's trees\n",
+                  soup->triangle_count, (int)leaf_pairs[0], (int)leaf_pairs[1], (int)leaf_pairs[2]);
+    for (int m = 1; m < 3; m++) assert_true(leaf_pairs[m] < 4 * leaf_pairs[0]);
+    topology_destroy(&heap, &soup->topo);
+    free(soup);
+    assert_int_equal(heap.bytes_held, 0);
+}
+
 int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(leaves_out_just_pairs_within_patches),
         cmocka_unit_test(without_labels_it_is_one_tree),
         cmocka_unit_test(one_patch_has_no_pairs),
+        cmocka_unit_test(voxels_part_a_sheet),
         cmocka_unit_test(survives_failing_allocations_over_steps),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);

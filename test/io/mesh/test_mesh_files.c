@@ -454,6 +454,7 @@ static void what_is_no_file_is_refused(void **state) {
     tulle_error error;
     assert_int_equal(tulle_mesh_read(test_path("missing.obj"), &mesh, &error), TULLE_ERROR_IO);
     assert_string_equal(error.file, test_path("missing.obj"));
+    assert_non_null(strstr(error.message, "cannot be opened: No such file"));
     assert_int_equal(tulle_mesh_read(test_folder, &mesh, &error), TULLE_ERROR_IO);
     assert_int_equal(tulle_mesh_read("/dev/zero", &mesh, &error), TULLE_ERROR_IO);
     assert_int_equal(mkfifo(test_path("pipe.obj"), 0666), 0);

@@ -324,6 +324,20 @@ static void a_run_without_both_checkpoints_is_not_begun_anew(void **state) {
     put_whole_back(directory);
 }
 
+/* It is whole by itself, but not the one that the end of the run tells of. */
+static void another_checkpoint_in_the_place_of_the_newest_is_damage(void **state) {
+    (void)state;
+    const char *const directory = test_path("run");
+    char path[1024];
+    size_t size;
+    assert_false(reader_names(directory, "checkpoint.bin", false));
+    char *const bytes = get_file(make_path(directory, "checkpoint.previous.bin", path), &size);
+    put_file(make_path(directory, "checkpoint.bin", path), bytes, size);
+    free(bytes);
+    assert_true(reader_names(directory, "checkpoint.bin", false));
+    put_whole_back(directory);
+}
+
 static int make_whole_run(void **state) {
     if (make_test_folder(state)) return -1;
     make_bodies();
@@ -351,6 +365,7 @@ int main(void) {
         cmocka_unit_test(every_damage_is_named_or_made_good),
         cmocka_unit_test(damage_behind_the_checkpoint_is_cut_off),
         cmocka_unit_test(a_run_without_both_checkpoints_is_not_begun_anew),
+        cmocka_unit_test(another_checkpoint_in_the_place_of_the_newest_is_damage),
     };
     return cmocka_run_group_tests(tests, make_whole_run, forget_whole_run);
 }

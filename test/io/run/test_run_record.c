@@ -252,6 +252,8 @@ static void odd_members_are_refused(void **state) {
         tulle_error error = {0};
         tulle_status status = try_record(text, (size_t)(begin - text), "\"_\"", end, &error);
         expect(!is_looked_at || strstr(may_miss, key), status, key, "left out", &error);
+        if (status != TULLE_OK && !strstr(error.message, "missing"))
+            fail_msg("%s left out: %s", key, error.message);
         member_count++;
         for (int i = 0; i < ODD_COUNT; i++) {
             if (*value == '{' || *value == '[') break;
