@@ -3,13 +3,14 @@
 file(GLOB_RECURSE kernel_sources CONFIGURE_DEPENDS ${PROJECT_SOURCE_DIR}/src/*.c)
 list(FILTER kernel_sources INCLUDE REGEX "/kernels/")
 set(tulle_kernel_targets base)
-# The memory sanitizer takes all lanes of a vector's comparison for undefined where one is, also those that are masked out:
-# it is given plain C.
-if(NOT TULLE_SANITIZE MATCHES "memory" AND CMAKE_SYSTEM_PROCESSOR MATCHES "^(x86_64|AMD64|amd64)$" AND CMAKE_C_COMPILER_ID MATCHES "GNU|Clang")
+set(kernel_flags_base)
+if(TULLE_SANITIZE STREQUAL "memory")
+    # It takes all lanes of a vector's comparison for undefined where one is, also those that are masked out: it is given plain C.
+    set(kernel_flags_base -U__SSE2__)
+elseif(CMAKE_SYSTEM_PROCESSOR MATCHES "^(x86_64|AMD64|amd64)$" AND CMAKE_C_COMPILER_ID MATCHES "GNU|Clang")
     list(APPEND tulle_kernel_targets avx2 avx512)
     target_compile_definitions(tulle_flags INTERFACE TULLE_HAS_WIDE_KERNELS)
 endif()
-set(kernel_flags_base $<$<STREQUAL:${TULLE_SANITIZE},memory>:-U__SSE2__>)
 set(kernel_flags_avx2 -mavx2 -mbmi -mbmi2)
 set(kernel_flags_avx512 -mavx2 -mbmi -mbmi2 -mavx512f -mavx512vl -mavx512dq -mavx512bw -mprefer-vector-width=512)
 
