@@ -162,6 +162,17 @@ static tulle_world *make_bodies(void) {
     return world;
 }
 
+/* A box falls on a sheet that lies on the ground. */
+static tulle_world *make_body_on_cloth(void) {
+    tulle_world *const world = create(make_def());
+    tulle_body const body = {.is_dynamic = 1, .density = 300.0, .velocity = {0.0, 0.0, -1.0}};
+    double const still[3] = {0.0, 0.0, 0.0};
+    add_sheet(world, (sheet_def){.side = 0.2, .n = 5, .z = 0.004});
+    add_box(world, (double[3]){1.0, 1.0, 0.1}, (double[3]){0.0, 0.0, -0.05}, NULL, still);
+    add_box(world, (double[3]){0.1, 0.1, 0.1}, (double[3]){0.01, 0.02, 0.062}, &body, still);
+    return world;
+}
+
 /* Fingers close on a hanging sheet to nothing. */
 static tulle_world *make_pinch(tulle_on_pinch choice) {
     tulle_world_def def = make_def();
@@ -262,6 +273,13 @@ static void steps_with_bodies(void **state) {
         assert_int_equal(fail_calls_of_a_step(make_bodies(), step_count, 1), 0);
 }
 
+/* Bodies and cloth are solved together. */
+static void steps_of_a_body_on_cloth(void **state) {
+    (void)state;
+    assert_int_equal(fail_calls_of_a_step(make_body_on_cloth(), 1, 1), 0);
+    assert_int_equal(fail_calls_of_a_step(make_body_on_cloth(), 2, choose_stride(40)), 0);
+}
+
 static void steps_with_a_pinch(void **state) {
     (void)state;
     assert_int_equal(fail_calls_of_a_step(make_pinch(TULLE_ON_PINCH_SLOW), 17, choose_stride(4)),
@@ -312,6 +330,7 @@ int main(void) {
         cmocka_unit_test(a_step_solved_in_double_precision),
         cmocka_unit_test(steps_with_bodies),
         cmocka_unit_test(steps_with_a_pinch),
+        cmocka_unit_test(steps_of_a_body_on_cloth),
         cmocka_unit_test(a_start_that_is_untangled),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);

@@ -13,9 +13,8 @@
 enum {
     DIGIT_MAX = 800, /* a double's value never depends on more than 768 significant digits, beyond
                         whether any later one is not zero */
-    EXACT_DIGIT_MAX = 15,    /* integers of so many digits are exact doubles */
-    EXACT_EXPONENT_MAX = 22, /* 10^22 is the largest power of ten that is an exact double */
-    EXPONENT_LIMIT = 99999   /* decimal exponents beyond are 0 or out of range for any digits */
+    EXACT_DIGIT_MAX = 15,   /* integers of so many digits are exact doubles */
+    EXACT_EXPONENT_MAX = 22 /* 10^22 is the largest power of ten that is an exact double */
 };
 
 /* A decimal number taken apart: (-1)^is_negative * digits * 10^exponent. */
@@ -97,11 +96,8 @@ static int convert_exactly(const decimal *number, double *value) {
 static double convert(const decimal *number) {
     double value = 0.0;
     if (convert_exactly(number, &value)) return value;
-    long long exponent = number->exponent;
-    if (exponent > EXPONENT_LIMIT) exponent = EXPONENT_LIMIT;
-    if (exponent < -EXPONENT_LIMIT) exponent = -EXPONENT_LIMIT;
     char text[DIGIT_MAX + 24];
-    snprintf(text, sizeof text, "%.*se%lld", number->digit_count, number->digits, exponent);
+    snprintf(text, sizeof text, "%.*se%lld", number->digit_count, number->digits, number->exponent);
     return strtod(text, NULL);
 }
 

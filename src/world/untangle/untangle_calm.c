@@ -55,18 +55,16 @@ static void smooth_surroundings(untangling *work) {
     for (int sweep = 0; sweep < work->level; sweep++) {
         for (size_t v = 0; v < world->cloth_vertex_count; v++) {
             uint32_t const begin = around->begin[v], end = around->begin[v + 1];
+            vec3 const at = vec3_load(work->positions, v);
+            vec3_store(smooth, v, at);
             if (work->region[v] == 0 || work->mobility[v] == 0.0 || begin == end) continue;
             vec3 sum = {0.0, 0.0, 0.0};
             for (uint32_t k = begin; k < end; k++)
                 sum = vec3_add(sum, vec3_load(work->positions, around->items[k]));
-            vec3_store(smooth, v,
-                       vec3_lerp(vec3_load(work->positions, v),
-                                 vec3_scale(sum, 1.0 / (double)(end - begin)), 0.5));
+            vec3 const mean = vec3_scale(sum, 1.0 / (double)(end - begin));
+            vec3_store(smooth, v, vec3_lerp(at, mean, 0.5));
         }
-        for (size_t v = 0; v < world->cloth_vertex_count; v++)
-            if (work->region[v] != 0 && work->mobility[v] > 0.0 &&
-                around->begin[v] < around->begin[v + 1])
-                vec3_store(work->positions, v, vec3_load(smooth, v));
+        memcpy(work->positions, smooth, 3 * world->cloth_vertex_count * sizeof *smooth);
     }
 }
 

@@ -55,10 +55,43 @@ static void any_other_vertex_in_between_does(void **state) {
     assert_false(is_admissible(7, 8));
 }
 
+/* A triangle, and at its edge {0, 1} another one that rises by `slope` to the side of a vertex over
+ * the middle of that edge. */
+static bool is_admissible_at_edge(double slope) {
+    double const positions[] = {
+        -0.5, 0.0,  0.0,         0.5,  0.0,
+        0.0,  0.0,  0.5,         0.0, /* the first triangle */
+        0.0,  0.0,  0.1,         -0.2, -0.1,
+        0.5,  0.2,  0.1,         0.5, /* VERTEX, and its triangle above */
+        0.0,  -0.5, 0.5 * slope,
+    };
+    static const uint32_t triangles[] = {0, 1, 2, VERTEX, 5, 4, 1, 0, 6};
+    contact_world world = contact_world_make();
+    add_contact_surface(&world, (contact_mesh){positions, 7, triangles, 3}, false);
+    start_contact_world(&world);
+    contact_scene const scene = get_contact_scene(&world, TIME_STEP);
+    pair_event const event = {.kind = FEATURE_VERTEX_TRIANGLE, .pair = {VERTEX, 0}};
+    contact_row row;
+    begin_contact_row(&scene, world.x0, &event, &row);
+    bool is_within[2] = {true, true};
+    test_admissible(&scene, world.x0, &row, 0.0, (double[2]){0.02, 0.05}, is_within);
+    assert_int_equal(is_within[0], is_within[1]);
+    contact_world_destroy(&world);
+    return is_within[0];
+}
+
+static void the_bottom_of_a_valley_is_nearest_to_nothing(void **state) {
+    (void)state;
+    assert_true(is_admissible_at_edge(-0.3));
+    assert_true(is_admissible_at_edge(0.0));
+    assert_false(is_admissible_at_edge(0.1));
+}
+
 int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(the_apex_of_a_fold_does_not_count),
         cmocka_unit_test(any_other_vertex_in_between_does),
+        cmocka_unit_test(the_bottom_of_a_valley_is_nearest_to_nothing),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

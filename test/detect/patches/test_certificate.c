@@ -262,11 +262,33 @@ static void triangles_face_the_axis(void **state) {
     assert_true(proven > 500 && with_reach > 50);
 }
 
+/* What is within rounding of the largest angle is refused. Rounding is that of the longest edges on
+ * the way. */
+static void triangles_at_the_largest_angle_are_refused(void **state) {
+    (void)state;
+    double const most = 1.0, lean[2] = {most - 2.5e-14, most - 1e-10};
+    for (int i = 0; i < 2; i++)
+        for (int grows = 0; grows < 2; grows++) /* either edge, from a thousandth on */
+            for (int is_long = 0; is_long < 2; is_long++) {
+                vec3 const u = {1.0, 0.0, 0.0}, v = {0.0, cos(lean[i]), sin(lean[i])};
+                double const small = 1e-3;
+                vec3 const large[3] = {{0.0, 0.0, 0.0}, u, v};
+                vec3 const little[3] = {{0.0, 0.0, 0.0},
+                                        vec3_scale(u, is_long ? small : 1.0),
+                                        vec3_scale(v, is_long ? 1.0 : small)};
+                assert_true(triangle_faces_axis(grows ? little : large, grows ? large : little,
+                                                vec3_make(0.0, 0.0, 1.0), most, 0.0) == (i == 1));
+            }
+}
+
 int main(void) {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(what_is_proven_is_so),    cmocka_unit_test(combs_are_proven),
-        cmocka_unit_test(contacts_are_not_proven), cmocka_unit_test(tests_are_limited),
+        cmocka_unit_test(what_is_proven_is_so),
+        cmocka_unit_test(combs_are_proven),
+        cmocka_unit_test(contacts_are_not_proven),
+        cmocka_unit_test(tests_are_limited),
         cmocka_unit_test(triangles_face_the_axis),
+        cmocka_unit_test(triangles_at_the_largest_angle_are_refused),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

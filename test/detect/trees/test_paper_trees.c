@@ -5,6 +5,7 @@
 #include "detect/trees/broad_phase.h"
 #include "support/soup_scene.h"
 
+#include <math.h>
 #include <setjmp.h>
 #include <stdarg.h>
 #include <stddef.h>
@@ -285,12 +286,48 @@ static void voxels_part_a_sheet(void **state) {
     assert_int_equal(heap.bytes_held, 0);
 }
 
+/* Boxes are as fine beside the mesh at any size of it: so small that single precision has no number
+ * of it, and so large. */
+static void sizes_change_no_pair(void **state) {
+    (void)state;
+    static const int exponents[] = {0, -300, 300};
+    memory heap = memory_default();
+    search_counts counts[3];
+    for (int i = 0; i < 3; i++) {
+        uint64_t seed = 33;
+        soup_scene *const soup = calloc(1, sizeof *soup);
+        assert_non_null(soup);
+        soup_scene_add(soup, SOUP_RANDOM, 500, 0.02, &seed);
+        for (size_t k = 0; k < 3 * soup->vertex_count; k++) {
+            soup->x0[k] = ldexp(soup->x0[k], exponents[i]);
+            soup->x1[k] = ldexp(soup->x1[k], exponents[i]);
+        }
+        soup_scene_finish(&heap, soup);
+        broad_phase *broad;
+        pair_list pairs = {0};
+        double const margin = ldexp(0.01, exponents[i]);
+        assert_int_equal(broad_phase_create(&heap, &soup->set, soup->x0, BROAD_PHASE_REFIT, &broad),
+                         TULLE_OK);
+        assert_int_equal(build_trees(broad, &soup->set, soup->x0, soup->x1, margin, 1), TULLE_OK);
+        assert_int_equal(find_pairs(broad, &soup->set, 1, PAIRS_UNSORTED, &pairs, &counts[i]),
+                         TULLE_OK);
+        assert_int_equal(counts[i].candidate_count, counts[0].candidate_count);
+        assert_int_equal(counts[i].leaf_pair_count, counts[0].leaf_pair_count);
+        free_pairs(&heap, &pairs);
+        broad_phase_destroy(broad);
+        topology_destroy(&heap, &soup->topo);
+        free(soup);
+    }
+    assert_true(counts[0].candidate_count > 1000);
+}
+
 int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(leaves_out_just_pairs_within_patches),
         cmocka_unit_test(without_labels_it_is_one_tree),
         cmocka_unit_test(one_patch_has_no_pairs),
         cmocka_unit_test(voxels_part_a_sheet),
+        cmocka_unit_test(sizes_change_no_pair),
         cmocka_unit_test(survives_failing_allocations_over_steps),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
