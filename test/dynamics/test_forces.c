@@ -108,6 +108,28 @@ static void springs_stiffen(void **state) {
     fixture_free(stiff);
 }
 
+/* The largest of all edges, wherever it is. */
+static void the_largest_stretch_is_found(void **state) {
+    (void)state;
+    fixture *const f = fixture_make_grid(60, 50, 0.6, 0.5, 0, plain_material());
+    energy_options const options = {.threads = 2};
+    cloth_energies energies;
+    size_t const corners[] = {0, f->vertex_count - 1};
+    for (size_t i = 0; i < 2; i++) {
+        size_t const x = 3 * corners[i];
+        double const kept = f->x[x];
+        assert_int_equal(compute_energies(&f->model, f->x, f->v, options, &f->scratch, &energies),
+                         TULLE_OK);
+        assert_true(fabs(energies.elastic.max_stretch - 1.0) < 1e-12);
+        f->x[x] += i == 0 ? -0.003 : 0.003; /* of an edge of 1 cm */
+        assert_int_equal(compute_energies(&f->model, f->x, f->v, options, &f->scratch, &energies),
+                         TULLE_OK);
+        assert_true(fabs(energies.elastic.max_stretch - 1.3) < 1e-12);
+        f->x[x] = kept;
+    }
+    fixture_free(f);
+}
+
 /* The force is the negative gradient of the energy that compute_energies reports. */
 static void check_gradient(fixture *f, double tolerance) {
     size_t const n = 3 * f->vertex_count;
@@ -383,6 +405,7 @@ int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(spring_derivatives_are_exact),
         cmocka_unit_test(springs_stiffen),
+        cmocka_unit_test(the_largest_stretch_is_found),
         cmocka_unit_test(force_is_gradient_of_energy),
         cmocka_unit_test(rest_shape_has_no_forces),
         cmocka_unit_test(matrix_matches_finite_differences),

@@ -46,7 +46,33 @@ static void either_side_gives_the_grain(void **state) {
     check_grain(1, 4.0);
 }
 
+/* Where a grain leaves friction in one direction alone, the bound is a segment: straight within it,
+ * a corner at its ends. */
+static void segments_are_straight_up_to_their_ends(void **state) {
+    (void)state;
+    for (int across = 0; across < 2; across++) {
+        contact_row const row = {.frame.normal = {0.0, 0.0, 1.0},
+                                 .law = {.friction = 0.5,
+                                         .friction_along = across ? 0.0 : 1.0,
+                                         .friction_across = across ? 1.0 : 0.0,
+                                         .grain = {1.0, 0.0, 0.0}}};
+        for (int i = 0; i < 3; i++) { /* inside, at the end, aside of it */
+            double const along = i == 0 ? 0.3 : 0.9, aside = i == 2 ? 0.2 : 0.1;
+            vec3 const trial = across ? vec3_make(aside, along, 0.0) : vec3_make(along, aside, 0.0);
+            bool is_inside;
+            vec3 const friction = limit_friction(&row, 1.0, trial, &is_inside);
+            double const size = fmin(along, 0.5);
+            assert_false(is_inside);
+            assert_true(vec3_norm(vec3_sub(friction, across ? vec3_make(0.0, size, 0.0)
+                                                            : vec3_make(size, 0.0, 0.0))) < 1e-12);
+            vec3 const on_bound = across ? vec3_make(0.0, size, 0.0) : vec3_make(size, 0.0, 0.0);
+            assert_true(measure_bound_follow(&row, 1.0, on_bound, trial) == (i == 0 ? 1.0 : 0.0));
+        }
+    }
+}
+
 int main(void) {
-    const struct CMUnitTest tests[] = {cmocka_unit_test(either_side_gives_the_grain)};
+    const struct CMUnitTest tests[] = {cmocka_unit_test(either_side_gives_the_grain),
+                                       cmocka_unit_test(segments_are_straight_up_to_their_ends)};
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

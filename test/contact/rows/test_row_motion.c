@@ -109,11 +109,34 @@ static void what_has_no_body_has_no_arms(void **state) {
     assert_true(make_row(&made, 0, 1).has_end_arms);
 }
 
+/* A row adds K to the block of its body's slot, and [a]x K [a]x^T to that of the turn. */
+static void blocks_of_the_turn_are_those_of_the_arm(void **state) {
+    (void)state;
+    bodies_scene made;
+    make_scene(&made);
+    contact_row row = {.frame = make_row(&made, 0, OBSTACLE)};
+    mat3 const stiffness = {{3.0, 0.5, 0.2, 0.5, 2.0, -0.4, 0.2, -0.4, 1.0}};
+    double blocks[9 * (SLOTS + 12)] = {0.0};
+    add_row_blocks(&row, 0, &stiffness, blocks);
+    size_t const slot = row.frame.slots[0];
+    vec3 const arm = row.frame.arms[0];
+    for (int i = 0; i < 3; i++)
+        for (int j = 0; j < 3; j++) {
+            vec3 const axes[3] = {{1.0, 0.0, 0.0}, {0.0, 1.0, 0.0}, {0.0, 0.0, 1.0}};
+            /* e_i . [a]x K [a]x^T e_j = (e_i x a) . K (e_j x a) */
+            vec3 const left = vec3_cross(axes[i], arm), right = vec3_cross(axes[j], arm);
+            double const expected = vec3_dot(left, mat3_multiply_vec3(&stiffness, right));
+            assert_true(fabs(blocks[9 * (slot + 1) + (size_t)(3 * i + j)] - expected) < 1e-14);
+            assert_true(blocks[9 * slot + (size_t)(3 * i + j)] == stiffness.m[3 * i + j]);
+        }
+}
+
 int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(arms_against_what_answers_nothing_are_those_of_the_end),
         cmocka_unit_test(arms_of_two_bodies_meet_in_one_point),
         cmocka_unit_test(what_has_no_body_has_no_arms),
+        cmocka_unit_test(blocks_of_the_turn_are_those_of_the_arm),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -68,6 +68,32 @@ static void a_row_fails_by_what_it_lacks(void **state) {
     assert_false(row.solve.is_hard);
 }
 
+/* A row that was hard, between vertices of these inverse masses [1/kg]. */
+static contact_row prepare_row(double inverse_mass) {
+    double const inverse_masses[COUNT] = {inverse_mass, 0.0, 0.0, 0.0};
+    double const u[3 * COUNT] = {0.0, 0.0, SPEED};
+    double diagonal[9 * COUNT] = {0.0};
+    for (size_t i = 0; i < 3; i++) diagonal[4 * i] = 2.0;
+    contact_scene const scene = {.inverse_mass = inverse_masses,
+                                 .cloth_vertex_count = COUNT,
+                                 .vertex_count = COUNT,
+                                 .settings = {.hard_stiffness = 3.0, .hard_friction = 0.5}};
+    contact_row row = make_row();
+    row.solve.is_hard = true;
+    prepare_hard_rows(&scene, diagonal, &row, 1, u);
+    return row;
+}
+
+/* A row that was hard in the step before is so again, unless nothing of it can move. */
+static void only_what_moves_is_hard(void **state) {
+    (void)state;
+    contact_row const moving = prepare_row(1.0), held = prepare_row(0.0);
+    assert_true(moving.solve.is_hard && !held.solve.is_hard);
+    assert_close(moving.solve.stiffness, 3.0 * 2.0); /* over 1 / (2 kg) */
+    assert_close(moving.solve.slip_penalty, 0.5 * 6.0);
+    assert_true(held.solve.stiffness == 0.0);
+}
+
 /* A row in the matrix, with a multiplier of 0.2 N s and friction of 0.01 N s. */
 static contact_row make_pushing_row(void) {
     contact_row row = make_row();
@@ -172,6 +198,7 @@ static void a_new_row_holds_unless_it_comes_with_slip(void **state) {
 int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(a_row_fails_by_what_it_lacks),
+        cmocka_unit_test(only_what_moves_is_hard),
         cmocka_unit_test(a_row_that_holds_grows_by_its_slip),
         cmocka_unit_test(a_row_over_its_bound_slides),
         cmocka_unit_test(a_row_that_pulls_opens),

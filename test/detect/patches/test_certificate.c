@@ -3,6 +3,7 @@
  * never proven, those far from it are. */
 #include "detect/patches/certificate.h"
 
+#include "detect/patches/planar_contour.h"
 #include "geom/exact_predicates.h"
 #include "support/test_support.h"
 #include "support/wide_normals.h"
@@ -281,6 +282,23 @@ static void triangles_at_the_largest_angle_are_refused(void **state) {
             }
 }
 
+/* What lies behind the last point of a contour is not looked at. */
+static void contours_end_with_their_last_point(void **state) {
+    (void)state;
+    enum { CORNERS = 7 };
+    planar_path points[CORNERS + 1];
+    for (int i = 0; i <= CORNERS; i++) {
+        double const angle = 6.283185307179586 * i / CORNERS,
+                     out = i == CORNERS ? (double)NAN : 1.0;
+        points[i] = (planar_path){{out * cos(angle), out * cos(angle + 0.1)},
+                                  {out * sin(angle), out * sin(angle + 0.1)}};
+    }
+    void *const scratch = malloc(contour_scratch_size(CORNERS));
+    assert_non_null(scratch);
+    assert_int_equal(prove_planar_contour(points, CORNERS, 1e-9, 1000, scratch), CONTOUR_STAR);
+    free(scratch);
+}
+
 int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(what_is_proven_is_so),
@@ -289,6 +307,7 @@ int main(void) {
         cmocka_unit_test(tests_are_limited),
         cmocka_unit_test(triangles_face_the_axis),
         cmocka_unit_test(triangles_at_the_largest_angle_are_refused),
+        cmocka_unit_test(contours_end_with_their_last_point),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -1,14 +1,30 @@
 /* Patches that fail: large ones without a certificate are noticed when a triangle turns, and to
  * mend patches without memory is an error that leaves none. */
 #include "detect/patches/kept_patches.h"
-#include "support/failing_heap.h"
 #include "support/patch_scene.h"
 #include "support/test_support.h"
 #include "support/wide_normals.h"
 
+#include <stdlib.h>
 #include <string.h>
 
-enum { PLENTY = 1000 }; /* allocations */
+/* A heap of which one allocation fails. */
+typedef struct flawed_heap {
+    int left;        /* allocations before it */
+    bool has_failed; /* it was asked for */
+} flawed_heap;
+
+static void *allocate(void *context, size_t byte_count) {
+    flawed_heap *const heap = context;
+    if (heap->left-- != 0) return malloc(byte_count);
+    heap->has_failed = true;
+    return NULL;
+}
+
+static void release(void *context, void *pointer, size_t byte_count) {
+    (void)context, (void)byte_count;
+    free(pointer);
+}
 
 static kept_patches *create(memory *heap, const patch_scene *scene) {
     kept_patches *patches = NULL;
@@ -44,25 +60,26 @@ static void a_turn_in_a_large_patch_is_noticed(void **state) {
     patch_scene_destroy(&scene);
 }
 
-/* Patches of a ramp that are mended after some vertices have jumped, with memory for so many
- * allocations. */
-static tulle_status mend(patch_scene *scene, int allowed, patch_counts *counts) {
-    int left = PLENTY;
-    memory heap = failing_heap_make(&left);
+/* Patches of a ramp that are mended after some vertices have jumped. Allocation `flaw` of that
+ * fails; negative: none does. */
+static tulle_status mend(patch_scene *scene, int flaw, patch_counts *counts, bool *has_failed) {
+    flawed_heap flawed = {.left = -1};
+    memory heap = {.allocator = {allocate, release, &flawed, 0}};
     patch_rules const rules = {CONE_BERNSTEIN, 60.0 * DEGREE, true, false, 0.0, true};
     kept_patches *const patches = create(&heap, scene);
     patch_step const step = get_step(scene);
     memcpy(scene->x1, scene->x0, 3 * scene->vertex_count * sizeof(double));
     assert_int_equal(update_patches(patches, &step, &rules, counts), TULLE_OK);
     for (size_t v = 7; v < scene->vertex_count; v += 60) scene->x1[3 * v] += 0.5;
-    left = allowed;
+    flawed.left = flaw;
     tulle_status const status = update_patches(patches, &step, &rules, counts);
+    *has_failed = flawed.has_failed;
     if (status != TULLE_OK) {
+        assert_int_equal(status, TULLE_ERROR_OUT_OF_MEMORY);
         patch_labels const labels = kept_patches_get_labels(patches);
         assert_int_equal(labels.label_count, 0);
         for (size_t i = 0; i < scene->triangle_count; i++)
             assert_int_equal(labels.labels[i], PATCH_ISOLATED);
-        left = PLENTY;
         patch_counts again;
         assert_int_equal(update_patches(patches, &step, &rules, &again), TULLE_OK);
         assert_true(again.patch_count > 0);
@@ -79,15 +96,17 @@ static void want_of_memory_while_patches_are_mended(void **state) {
     patch_scene scene;
     patch_scene_make(&scene, PATCH_RAMP, 20, &seed);
     patch_counts whole, counts;
-    assert_int_equal(mend(&scene, PLENTY, &whole), TULLE_OK);
-    assert_true(whole.split_count > 0);
-    int allowed = 0;
-    while (mend(&scene, allowed, &counts) != TULLE_OK) {
-        assert_true(++allowed < PLENTY);
-        assert_int_equal(counts.patch_count + counts.split_count, 0);
+    bool has_failed;
+    int failures = 0;
+    assert_int_equal(mend(&scene, -1, &whole, &has_failed), TULLE_OK);
+    assert_true(whole.split_count > 0 && !has_failed);
+    for (int flaw = 0; flaw == 0 || has_failed; flaw++) {
+        tulle_status const status = mend(&scene, flaw, &counts, &has_failed);
+        failures += status != TULLE_OK;
+        patch_counts const expected = status == TULLE_OK ? whole : (patch_counts){0};
+        assert_memory_equal(&counts, &expected, sizeof expected);
     }
-    assert_memory_equal(&counts, &whole, sizeof whole);
-    assert_true(allowed > 3);
+    assert_true(failures > 3);
     patch_scene_destroy(&scene);
 }
 

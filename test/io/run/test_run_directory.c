@@ -356,11 +356,25 @@ static void reports_come_back(void **state) {
     }
 }
 
+/* A run has the files of what it has. */
+static void without_bodies_there_is_no_file_of_them(void **state) {
+    (void)state;
+    tulle_run_def def = make_def(test_path("cloth"), 2);
+    def.body_count = 2; /* cloths */
+    tulle_run_writer *writer = NULL;
+    tulle_error error = {0};
+    assert_int_equal(tulle_run_create(&def, TULLE_RUN_REFUSE, &writer, &error), TULLE_OK);
+    assert_int_equal(access(test_path("cloth/bodies.csv"), F_OK), -1);
+    assert_int_equal(access(test_path("cloth/sheet.pc2"), F_OK), 0);
+    assert_int_equal(tulle_run_close(writer, TULLE_RUN_RUNNING, NULL, &error), TULLE_OK);
+}
+
 int main(void) {
     make_bodies();
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(a_run_comes_back),
         cmocka_unit_test(existing_directories_are_spared),
+        cmocka_unit_test(without_bodies_there_is_no_file_of_them),
         cmocka_unit_test(a_leftover_of_the_first_file_does_not_matter),
         cmocka_unit_test(a_second_writer_is_kept_out),
         cmocka_unit_test(bad_defs_and_places_create_nothing),

@@ -1,0 +1,44 @@
+/* What a step reports of its solves. */
+#include "support/small_world.h"
+
+#include <setjmp.h>
+#include <stdarg.h>
+#include <string.h>
+
+#include <cmocka.h>
+
+/* A hanging sheet after one step, with so many iterations at most. */
+static tulle_step_report hang(int limit) {
+    tulle_world_def def = tulle_world_def_default();
+    def.cg_max_iterations = limit;
+    def.cg_tolerance = 1e-6;
+    tulle_world *world = NULL;
+    assert_int_equal(tulle_world_create(&def, &world, NULL), TULLE_OK);
+    tulle_mesh sheet = small_sheet(0.5, 12, 0.0);
+    uint32_t const corner = 0;
+    tulle_pin const pin = {&corner, 1, {0}, 1e9};
+    tulle_cloth_def cloth = tulle_cloth_def_default();
+    cloth.mesh = tulle_mesh_get_view(&sheet);
+    cloth.pins = &pin;
+    cloth.pin_count = 1;
+    assert_int_equal(tulle_world_add_cloth(world, &cloth, NULL, NULL), TULLE_OK);
+    tulle_step_report report;
+    assert_int_equal(tulle_world_step(world, 1.0 / 60.0, &report, NULL), TULLE_OK);
+    tulle_mesh_destroy(&sheet);
+    tulle_world_destroy(world);
+    return report;
+}
+
+static void the_residual_is_what_solves_leave(void **state) {
+    (void)state;
+    tulle_step_report const cut = hang(2), whole = hang(1000);
+    assert_false(cut.cg_converged);
+    assert_true(cut.cg_residual > 1e-6 && cut.cg_residual < 1.0);
+    assert_true(whole.cg_converged && whole.cg_residual > 0.0 && whole.cg_residual <= 1e-6);
+    assert_true(whole.cg_iterations > cut.cg_iterations);
+}
+
+int main(void) {
+    const struct CMUnitTest tests[] = {cmocka_unit_test(the_residual_is_what_solves_leave)};
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}
