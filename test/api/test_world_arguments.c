@@ -112,12 +112,13 @@ ARGUMENTS_OF(tulle_world_create) {
     tulle_world_def def = tulle_world_def_default();
     refuse_world_def(NULL);
     REFUSED(tulle_world_create(&def, NULL, &error));
-    double *const numbers[] = {
-        &def.gravity[0],          &def.gravity[2],          &def.wind.velocity[1],
-        &def.wind.gust_length,    &def.wind.gust_strength,  &def.wind.gust_time,
-        &def.contact_distance,    &def.separation_distance, &def.wind.drag_coefficient,
-        &def.minimum_gap,         &def.detection.max_angle, &def.cg_tolerance,
-        &def.friction_cloth_cloth};
+    double *const numbers[] = {&def.gravity[0],          &def.gravity[1],
+                               &def.gravity[2],          &def.wind.velocity[1],
+                               &def.wind.gust_length,    &def.wind.gust_strength,
+                               &def.wind.gust_time,      &def.contact_distance,
+                               &def.separation_distance, &def.wind.drag_coefficient,
+                               &def.minimum_gap,         &def.detection.max_angle,
+                               &def.cg_tolerance,        &def.friction_cloth_cloth};
     for (size_t n = 0; n < sizeof numbers / sizeof numbers[0]; n++)
         for (int i = 0; i < NO_NUMBER_COUNT; i++) {
             def = tulle_world_def_default();

@@ -182,6 +182,9 @@ static void bad_cloth_is_refused_by_name(void **state) {
     assert_non_null(strstr(error.message, "triangle 0"));
     double infinite[] = {0, 0, 0, 1e200, 0, 0, 0, 0, 1e200, 1, 0, 1};
     assert_int_equal(try_build(infinite, 4, 0, NULL), TULLE_ERROR_INVALID_MESH);
+    double needle[] = {0, 0, 0, 1e10, 0, 0, 0, 1e-170, 0, 1e10, 1, 0}; /* it has an area */
+    assert_int_equal(try_build(needle, 4, 0, &error), TULLE_ERROR_INVALID_MESH);
+    assert_non_null(strstr(error.message, "vertices 0 and 2 are at the same place"));
 }
 
 static void failing_memory_is_reported(void **state) {

@@ -176,6 +176,27 @@ static tulle_status run_crowded_step(contact_world *world, uint64_t seed) {
     return status;
 }
 
+/* Components are shortened in so many rounds at most; then the whole scene is. */
+static void rounds_of_components_are_limited(void **state) {
+    (void)state;
+    uint64_t components[2] = {0, 0}, whole[2] = {0, 0};
+    for (int i = 0; i < 2; i++)
+        for (uint64_t seed = 1; seed < 9; seed++) {
+            contact_world world;
+            make_press(&world);
+            world.settings.impact_rounds = 0;
+            if (i == 0) world.settings.component_rounds = 0;
+            assert_int_equal(run_crowded_step(&world, seed), TULLE_OK);
+            components[i] += world.commit.component_scalings;
+            whole[i] += world.commit.global_scalings;
+            contact_world_destroy(&world);
+        }
+    print_message("without rounds %d components and %d times all, else %d and %d\n",
+                  (int)components[0], (int)whole[0], (int)components[1], (int)whole[1]);
+    assert_true(components[0] == 0 && components[1] > 0);
+    assert_true(whole[0] > whole[1]);
+}
+
 static void threads_change_no_bit(void **state) {
     (void)state;
     for (uint64_t seed = 1; seed < 4; seed++) {
@@ -253,6 +274,7 @@ int main(void) {
         cmocka_unit_test(closing_to_two_thicknesses_is_fine),
         cmocka_unit_test(closing_to_nothing_names_the_pinch),
         cmocka_unit_test(ignored_pairs_only_become_fewer),
+        cmocka_unit_test(rounds_of_components_are_limited),
         cmocka_unit_test(threads_change_no_bit),
         cmocka_unit_test(lack_of_memory_is_an_error),
     };

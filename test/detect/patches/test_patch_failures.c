@@ -60,6 +60,25 @@ static void a_turn_in_a_large_patch_is_noticed(void **state) {
     patch_scene_destroy(&scene);
 }
 
+/* Without a certificate nothing tells what else of a patch holds: all of it goes. */
+static void a_turn_without_a_certificate_dissolves_the_patch(void **state) {
+    (void)state;
+    uint64_t seed = 26;
+    patch_scene scene;
+    patch_scene_make(&scene, PATCH_SHEET, 20, &seed);
+    patch_rules const rules = {CONE_BERNSTEIN, 60.0 * DEGREE, false, false, 0.0, true};
+    kept_patches *const patches = create(&scene.heap, &scene);
+    patch_counts counts;
+    patch_step const step = get_step(&scene);
+    assert_int_equal(update_patches(patches, &step, &rules, &counts), TULLE_OK);
+    assert_true(counts.patch_count == 1 && counts.triangle_count == scene.triangle_count);
+    scene.x1[3 * (scene.vertex_count / 2)] += 0.2; /* four edge lengths */
+    assert_int_equal(update_patches(patches, &step, &rules, &counts), TULLE_OK);
+    assert_true(counts.dissolved_count == 1 && counts.split_count == 0);
+    kept_patches_destroy(patches);
+    patch_scene_destroy(&scene);
+}
+
 /* Patches of a ramp that are mended after some vertices have jumped. Allocation `flaw` of that
  * fails; negative: none does. */
 static tulle_status mend(patch_scene *scene, int flaw, patch_counts *counts, bool *has_failed) {
@@ -113,6 +132,7 @@ static void want_of_memory_while_patches_are_mended(void **state) {
 int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(a_turn_in_a_large_patch_is_noticed),
+        cmocka_unit_test(a_turn_without_a_certificate_dissolves_the_patch),
         cmocka_unit_test(want_of_memory_while_patches_are_mended),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);

@@ -1,6 +1,7 @@
 /* What a step reports of its solves. */
 #include "support/small_world.h"
 
+#include <math.h>
 #include <setjmp.h>
 #include <stdarg.h>
 #include <string.h>
@@ -38,7 +39,33 @@ static void the_residual_is_what_solves_leave(void **state) {
     assert_true(whole.cg_iterations > cut.cg_iterations);
 }
 
+/* A free sheet falls by hardly any gravity: products of its forces are below the smallest number.
+ */
+static void forces_near_the_smallest_number_do_no_harm(void **state) {
+    (void)state;
+    tulle_mesh sheet = small_sheet(0.5, 4, 0.0);
+    for (int i = 0; i < 400; i++) {
+        tulle_world_def def = tulle_world_def_default();
+        def.gravity[2] = -pow(10.0, -150.0 - 0.05 * i);
+        def.wind.drag_coefficient = 0.0;
+        tulle_world *world = NULL;
+        tulle_error error = {0};
+        assert_int_equal(tulle_world_create(&def, &world, NULL), TULLE_OK);
+        tulle_cloth_id const cloth = small_add_cloth(world, &sheet);
+        for (int k = 0; k < 2; k++)
+            if (tulle_world_step(world, 1.0 / 60.0, NULL, &error) != TULLE_OK)
+                fail_msg("gravity %g: %s", def.gravity[2], error.message);
+        const double *const now = tulle_cloth_get_positions(world, cloth, NULL);
+        for (size_t v = 0; v < 3 * sheet.vertex_count; v++)
+            assert_true(fabs(now[v] - sheet.positions[v]) < 1e-15);
+        tulle_world_destroy(world);
+    }
+    tulle_mesh_destroy(&sheet);
+}
+
 int main(void) {
-    const struct CMUnitTest tests[] = {cmocka_unit_test(the_residual_is_what_solves_leave)};
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(the_residual_is_what_solves_leave),
+        cmocka_unit_test(forces_near_the_smallest_number_do_no_harm)};
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
