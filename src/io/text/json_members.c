@@ -9,7 +9,6 @@
 #include <string.h>
 
 void json_destroy(json_document *document) {
-    if (!document->heap) return;
     memory_release(document->heap, document->strings, document->strings_size);
     ARRAY_FREE(document->heap, &document->values);
     *document = (json_document){0};

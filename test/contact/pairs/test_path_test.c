@@ -2,6 +2,7 @@
  * One that starts under it may come nearer by a millionth. */
 #include "contact/pairs/path_test.h"
 
+#include "contact/pairs/pair_rules.h"
 #include "support/contact_world.h"
 #include "support/test_support.h"
 
@@ -49,10 +50,29 @@ static void who_starts_below_the_gap_may_come_nearer_by_a_millionth(void **state
     assert_true(count_hits(0.9, 0.9 * (1.0 - 2e-6)) > 0);
 }
 
+/* The slack for rounding is that of the largest coordinate, wherever it stands. */
+static void the_largest_coordinate_sets_the_slack(void **state) {
+    (void)state;
+    enum { COORDINATES = 27 };
+    double places[2][COORDINATES];
+    for (int i = 0; i < COORDINATES; i++) places[0][i] = places[1][i] = i % 2 ? -1.0 : 0.5;
+    contact_scene const scene = {.x0 = places[0], .vertex_count = COORDINATES / 3};
+    double const slack = compute_rounding_slack(&scene, places[1]);
+    assert_true(slack > 0.0 && slack < 1e-12);
+    for (int array = 0; array < 2; array++)
+        for (int i = 0; i < COORDINATES; i++) {
+            double const kept = places[array][i];
+            places[array][i] = i % 3 ? 8.0 : -8.0;
+            assert_true(compute_rounding_slack(&scene, places[1]) == 8.0 * slack);
+            places[array][i] = kept;
+        }
+}
+
 int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(who_keeps_the_gap_may_not_lose_it),
         cmocka_unit_test(who_starts_below_the_gap_may_come_nearer_by_a_millionth),
+        cmocka_unit_test(the_largest_coordinate_sets_the_slack),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
