@@ -257,16 +257,6 @@ static void a_step_of_finer_sheets(void **state) {
     assert_int_equal(fail_calls_of_a_step(make_sheets(make_def(), 32), 3, choose_stride(7)), 0);
 }
 
-/* A tolerance below what single precision resolves. The last solver asks for six arrays. */
-static void a_step_solved_in_double_precision(void **state) {
-    (void)state;
-    tulle_world_def def = make_def();
-    def.cg_tolerance = 1e-12;
-    tulle_world *const world = create(def);
-    add_sheet(world, (sheet_def){.side = 0.3, .n = 33, .is_upright = true});
-    assert_int_equal(fail_calls_of_a_step(world, 1, choose_stride(5)), 0);
-}
-
 static void steps_with_bodies(void **state) {
     (void)state;
     for (int step_count = 2; step_count < 9; step_count += 3)
@@ -325,13 +315,9 @@ static void a_start_that_is_untangled(void **state) {
 
 int main(void) {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(steps_with_contacts),
-        cmocka_unit_test(a_step_of_finer_sheets),
-        cmocka_unit_test(a_step_solved_in_double_precision),
-        cmocka_unit_test(steps_with_bodies),
-        cmocka_unit_test(steps_with_a_pinch),
-        cmocka_unit_test(steps_of_a_body_on_cloth),
-        cmocka_unit_test(a_start_that_is_untangled),
+        cmocka_unit_test(steps_with_contacts),      cmocka_unit_test(a_step_of_finer_sheets),
+        cmocka_unit_test(steps_with_bodies),        cmocka_unit_test(steps_with_a_pinch),
+        cmocka_unit_test(steps_of_a_body_on_cloth), cmocka_unit_test(a_start_that_is_untangled),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

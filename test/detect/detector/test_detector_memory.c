@@ -5,6 +5,7 @@
 #include "tulle/detect.h"
 
 #include <math.h>
+#include <stdbool.h>
 #include <stdlib.h>
 
 enum {
@@ -19,10 +20,12 @@ static double start[3 * MOST_VERTICES], end[3 * MOST_VERTICES];
 
 typedef struct counting_heap {
     size_t held, most;
+    int left; /* allocations before one that fails; below 0 none does */
 } counting_heap;
 
 static void *allocate(void *context, size_t byte_count) {
     counting_heap *const heap = context;
+    if (heap->left-- == 0) return NULL;
     heap->held += byte_count;
     if (heap->held > heap->most) heap->most = heap->held;
     return malloc(byte_count);
@@ -84,7 +87,7 @@ typedef struct memory_case {
 } memory_case;
 
 static void check_size(uint32_t side, const memory_case *how) {
-    counting_heap heap = {0};
+    counting_heap heap = {.left = -1};
     tulle_detect_def def = tulle_detect_def_default();
     def.triangles = triangles;
     def.triangle_count = 2 * (size_t)side * side;
@@ -127,7 +130,57 @@ static void holds_few_bytes_a_triangle(void **state) {
         for (size_t k = 0; k < sizeof cases / sizeof *cases; k++) check_size(sides[i], &cases[k]);
 }
 
+/* Events of a fold whose layers meet, with one allocation that fails; negative: none. */
+static tulle_status find_events(tulle_detect_method method, int flaw, uint64_t *event_count,
+                                bool *has_failed) {
+    enum { SIDE = 12 };
+    counting_heap heap = {.left = flaw};
+    tulle_detect_def def = tulle_detect_def_default();
+    make_triangles(SIDE);
+    fold(SIDE, 0.0, 0.06, start);
+    fold(SIDE, 0.0, 0.001, end);
+    def.triangles = triangles;
+    def.triangle_count = 2 * SIDE * SIDE;
+    def.vertex_count = (SIDE + 1) * (SIDE + 1);
+    def.method = method;
+    def.threads = 1;
+    def.allocator = (tulle_allocator){allocate, release, &heap, 0};
+    tulle_detector *detector = NULL;
+    tulle_detect_result result = {0};
+    tulle_status status = tulle_detector_create(&def, &detector, NULL);
+    if (status == TULLE_OK)
+        status = tulle_detector_find_events(detector, start, end, &result, NULL);
+    *event_count = status == TULLE_OK ? result.event_count : 0;
+    *has_failed = flaw >= 0 && heap.left < 0;
+    tulle_detector_destroy(detector);
+    assert_int_equal(heap.held, 0);
+    return status;
+}
+
+/* Each allocation fails by itself: the call says so, or finds what it finds with memory. */
+static void one_allocation_that_fails_hides_nothing(void **state) {
+    (void)state;
+    static const tulle_detect_method methods[] = {TULLE_DETECT_PATCHES, TULLE_DETECT_REFIT,
+                                                  TULLE_DETECT_BVOX, TULLE_DETECT_PAPER};
+    for (size_t m = 0; m < sizeof methods / sizeof *methods; m++) {
+        uint64_t whole, count;
+        bool has_failed = true;
+        int failures = 0;
+        assert_int_equal(find_events(methods[m], -1, &whole, &has_failed), TULLE_OK);
+        assert_true(whole > 0);
+        has_failed = true;
+        for (int flaw = 0; has_failed; flaw++) {
+            tulle_status const status = find_events(methods[m], flaw, &count, &has_failed);
+            assert_true(status == TULLE_OK || status == TULLE_ERROR_OUT_OF_MEMORY);
+            if (status == TULLE_OK) assert_int_equal(count, whole);
+            failures += status != TULLE_OK;
+        }
+        assert_true(failures > 10);
+    }
+}
+
 int main(void) {
-    const struct CMUnitTest tests[] = {cmocka_unit_test(holds_few_bytes_a_triangle)};
+    const struct CMUnitTest tests[] = {cmocka_unit_test(holds_few_bytes_a_triangle),
+                                       cmocka_unit_test(one_allocation_that_fails_hides_nothing)};
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

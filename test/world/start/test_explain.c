@@ -265,6 +265,33 @@ static void patches_follow_velocities(void **state) {
     tulle_mesh_destroy(&made.sheet);
 }
 
+/* A method without patches uses none, and so does any before its first step. */
+static void without_patches_none_are_in_use(void **state) {
+    (void)state;
+    static const tulle_detect_method methods[] = {TULLE_DETECT_REFIT, TULLE_DETECT_PATCHES};
+    tulle_mesh sheet = small_sheet(0.3, 9, 0.0);
+    uint32_t labels[128];
+    assert_true(sheet.triangle_count == sizeof labels / sizeof *labels);
+    for (int i = 0; i < 2; i++) {
+        tulle_world_def def = tulle_world_def_default();
+        def.detection.method = methods[i];
+        tulle_world *world = NULL;
+        assert_int_equal(tulle_world_create(&def, &world, NULL), TULLE_OK);
+        tulle_cloth_id const cloth = small_add_cloth(world, &sheet);
+        assert_int_equal(tulle_world_start(world, NULL), TULLE_OK);
+        if (i == 0) make_steps(world, 2);
+        tulle_patch_options const options = {.is_in_use = 1};
+        size_t count = 7;
+        memset(labels, 1, sizeof labels);
+        assert_int_equal(tulle_cloth_get_patches(world, cloth, &options, labels, &count, NULL),
+                         TULLE_OK);
+        assert_int_equal(count, 0);
+        for (size_t t = 0; t < sheet.triangle_count; t++) assert_int_equal(labels[t], 0);
+        tulle_world_destroy(world);
+    }
+    tulle_mesh_destroy(&sheet);
+}
+
 int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(contacts_agree_with_the_report),
@@ -273,6 +300,7 @@ int main(void) {
         cmocka_unit_test(a_loaded_world_has_contacts_after_its_first_step),
         cmocka_unit_test(bad_calls_are_refused),
         cmocka_unit_test(patches_follow_velocities),
+        cmocka_unit_test(without_patches_none_are_in_use),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -71,6 +71,30 @@ static void refused_start_tells_how_deep_and_where(void **state) {
     tulle_mesh_destroy(&upper);
 }
 
+/* Corners of two cubes in a third one, 0.01 and 0.03 m deep: what is deeper comes first. */
+static void the_deepest_overlaps_come_first(void **state) {
+    (void)state;
+    tulle_shape_def def = tulle_shape_def_default(TULLE_SHAPE_BOX);
+    def.size[0] = def.size[1] = def.size[2] = 0.2;
+    def.resolution[0] = 2;
+    tulle_mesh lower = small_shape(def, 5.0, 0.0, 0.0);
+    tulle_mesh uppers[2] = {small_shape(def, 4.85, 0.04, 0.19), small_shape(def, 5.06, 0.05, 0.17)};
+    for (int i = 0; i < 2; i++) {
+        tulle_world *const world = make_world(tulle_world_def_default());
+        for (int k = 0; k < 2; k++) small_add_cloth(world, &uppers[k == i]);
+        small_add_obstacle(world, &lower);
+        assert_int_equal(tulle_world_start(world, NULL), TULLE_ERROR_INTERSECTING_START);
+        size_t count = 0;
+        const tulle_overlap *const overlaps = tulle_world_get_overlaps(world, &count);
+        assert_true(count > 4 && fabs(overlaps[0].depth - 0.03) < 1e-9);
+        assert_true(overlaps[count - 1].depth < 0.0101);
+        for (size_t k = 1; k < count; k++) assert_true(overlaps[k].depth <= overlaps[k - 1].depth);
+        tulle_world_destroy(world);
+    }
+    for (int i = 0; i < 2; i++) tulle_mesh_destroy(&uppers[i]);
+    tulle_mesh_destroy(&lower);
+}
+
 static void intersecting_start_is_refused_or_ignored(void **state) {
     (void)state;
     tulle_mesh sheet = small_sheet(1.0, 11, 0.01), sphere = make_sphere(0.2, 10);
@@ -253,6 +277,7 @@ static void distances_that_do_not_fit_are_refused(void **state) {
 int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(refused_start_tells_how_deep_and_where),
+        cmocka_unit_test(the_deepest_overlaps_come_first),
         cmocka_unit_test(intersecting_start_is_refused_or_ignored),
         cmocka_unit_test(cloth_inside_a_solid_is_refused),
         cmocka_unit_test(cloth_that_a_solid_appears_around_is_refused),
