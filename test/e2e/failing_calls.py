@@ -162,18 +162,20 @@ def try_runs(work):
 
 
 def try_files(work, whole):
-    """Conversions and judgements: all or nothing."""
+    """Conversions, judgements and pictures: all or nothing."""
+    render = ("render", whole, "-o", "sheet.png", "--size", "16x9", "--samples", "1", "--threads", "1", "--progress", "none")
     commands = [
         ("convert", whole / "sheet.obj", "sheet.ply"),
         ("convert", whole, "sheet.pc2"),
         ("check", whole, "--json"),
         ("info", whole),
+        *([render] if call("render", "--help").returncode == 0 else []),
     ]
     for command in commands:
         outputs = work / "outputs"
         shutil.rmtree(outputs, ignore_errors=True)
         outputs.mkdir()
-        arguments = [outputs / text if text in ("sheet.ply", "sheet.pc2") else text for text in command]
+        arguments = [outputs / text if text in ("sheet.ply", "sheet.pc2", "sheet.png") else text for text in command]
         counts = count_calls(work, *arguments)
         wanted = {path.name: path.read_bytes() for path in outputs.iterdir()}
         told = call(*arguments).stdout

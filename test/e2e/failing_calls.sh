@@ -1,5 +1,5 @@
 #!/usr/bin/env bash
-# Calls to the system that fail, once or for ever or halfway, at every place of a run, a resume, a conversion and a judgement: see
+# Calls to the system that fail, once or for ever or halfway, at every place of a run, a resume, a conversion, a judgement and a picture: see
 # failing_calls.py.
 set -uo pipefail
 work=$(mktemp -d)
