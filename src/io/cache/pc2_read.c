@@ -47,6 +47,12 @@ static tulle_status check_header(const char *path, const unsigned char *header, 
         return error_set_at(error, TULLE_ERROR_PARSE, path, 0, 0,
                             "byte 16: %u vertices and %u frames cannot be", vertex_count,
                             frame_count);
+    double const start_frame = (double)bytes_to_float(bytes_load(header + 20, 4));
+    double const frame_step = (double)bytes_to_float(bytes_load(header + 24, 4));
+    if (!isfinite(start_frame) || !isfinite(frame_step))
+        return error_set_at(error, TULLE_ERROR_PARSE, path, 0, 0,
+                            "byte 20: frames that begin at %g with a step of %g cannot be",
+                            start_frame, frame_step);
     uint64_t const there = (file_size - PC2_HEADER_SIZE) / 12 / vertex_count;
     if (there < frame_count && !may_be_cut)
         return error_set_at(error, TULLE_ERROR_PARSE, path, 0, 0,
@@ -56,8 +62,8 @@ static tulle_status check_header(const char *path, const unsigned char *header, 
                             (unsigned long long)vertex_count * 12);
     *info = (tulle_pc2_info){.vertex_count = vertex_count,
                              .frame_count = there < frame_count ? (uint32_t)there : frame_count,
-                             .start_frame = (double)bytes_to_float(bytes_load(header + 20, 4)),
-                             .frame_step = (double)bytes_to_float(bytes_load(header + 24, 4))};
+                             .start_frame = start_frame,
+                             .frame_step = frame_step};
     return TULLE_OK;
 }
 

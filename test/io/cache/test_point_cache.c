@@ -123,6 +123,25 @@ static tulle_status try_bytes(const char *path, const char *bytes, size_t size) 
     return status;
 }
 
+/* First frame and step are floats: bytes 20 and 24. */
+static void frames_are_numbered_by_finite_numbers(void **state) {
+    (void)state;
+    const char *const path = test_path("numbered.pc2");
+    append_frames(path, 0, 0, 2);
+    size_t size;
+    char *const bytes = get_file(path, &size);
+    float const numbers[] = {NAN, INFINITY, -INFINITY, -3.5F};
+    for (size_t place = 20; place <= 24; place += 4)
+        for (size_t i = 0; i < 4; i++) {
+            char changed[4];
+            memcpy(changed, bytes + place, 4);
+            memcpy(bytes + place, &numbers[i], 4);
+            assert_int_equal(try_bytes(path, bytes, size), i < 3 ? TULLE_ERROR_PARSE : TULLE_OK);
+            memcpy(bytes + place, changed, 4);
+        }
+    free(bytes);
+}
+
 static void damaged_caches_are_refused_or_read(void **state) {
     (void)state;
     const char *const path = test_path("whole.pc2");
@@ -331,6 +350,7 @@ int main(void) {
         cmocka_unit_test(frames_come_back_as_floats),
         cmocka_unit_test(resuming_keeps_and_drops),
         cmocka_unit_test(bytes_behind_the_last_frame_do_not_count),
+        cmocka_unit_test(frames_are_numbered_by_finite_numbers),
         cmocka_unit_test(damaged_caches_are_refused_or_read),
         cmocka_unit_test(what_float_cannot_hold_is_refused),
         cmocka_unit_test(a_failed_append_leaves_the_frames_before),
