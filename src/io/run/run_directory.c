@@ -278,8 +278,8 @@ static int clear_bodies(const char *directory, const run_record *record, size_t 
 tulle_status run_directory_clear(const char *directory, const run_record *record, size_t body_count,
                                  tulle_error *error) {
     /* Without checkpoints nobody resumes the rest, and without lines of frames nobody reads it,
-     * whatever is left of it. */
-    static const char *const first[] = {RUN_FILE_CHECKPOINT, RUN_FILE_CHECKPOINT_BEFORE};
+     * whatever is left of it. The newest checkpoint goes last, so that none is lost alone. */
+    static const char *const first[] = {RUN_FILE_CHECKPOINT_BEFORE, RUN_FILE_CHECKPOINT};
     static const char *const then[] = {RUN_FILE_FRAMES, RUN_FILE_CHECKSUMS, RUN_FILE_REPORT,
                                        RUN_FILE_SCENE};
     char path[RUN_PATH_SIZE];

@@ -130,13 +130,17 @@ static tulle_status drop_partial_frames(tulle_run_reader *reader, tulle_error *e
     return TULLE_OK;
 }
 
-/* A checkpoint that cannot be read is none; tulle_run_reader_find_damage tells why. */
+/* A damaged checkpoint is none; tulle_run_reader_find_damage tells why. One that was missing for a
+ * moment, while its writer put the next one in its place, is read again. */
 static tulle_status look_for_checkpoint(tulle_run_reader *reader, tulle_error *error) {
     static const char *const names[] = {RUN_FILE_CHECKPOINT, RUN_FILE_CHECKPOINT_BEFORE};
     for (int i = 0; i < 2 && !reader->has_checkpoint; i++) {
         char path[RUN_PATH_SIZE];
         run_join(path, reader->directory, names[i]);
-        tulle_status const status = checkpoint_read(&reader->heap, path, &reader->checkpoint, NULL);
+        tulle_status status = checkpoint_read(&reader->heap, path, &reader->checkpoint, NULL);
+        if (status == TULLE_ERROR_IO && access(path, F_OK) == 0)
+            status = checkpoint_read(&reader->heap, path, &reader->checkpoint, error);
+        if (status == TULLE_ERROR_IO && access(path, F_OK) == 0) return status;
         if (status == TULLE_ERROR_OUT_OF_MEMORY) return file_fail_memory(error, path);
         if (status) continue;
         tulle_run_checkpoint *const state = &reader->checkpoint.state;

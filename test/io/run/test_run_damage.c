@@ -2,6 +2,7 @@
  * passed on. A table of all files; each is removed, cut short, has bits flipped and blocks zeroed.
  */
 #define _DEFAULT_SOURCE /* mkdtemp */
+#include "io/run/run_record.h"
 #include "io/run_support.h"
 
 #include <stdbool.h>
@@ -324,6 +325,41 @@ static void a_run_without_both_checkpoints_is_not_begun_anew(void **state) {
     put_whole_back(directory);
 }
 
+/* A replacement that fails on its way has taken the end off run.json, and has removed the
+ * checkpoints first, then the lines of frames: nothing is promised of the rest. */
+static void what_a_replacement_leaves_is_no_damage(void **state) {
+    (void)state;
+    static const char *const removed[] = {"checkpoint.previous.bin", "checkpoint.bin", "frames.csv",
+                                          "sheet.obj"};
+    const char *const directory = test_path("replaced");
+    tulle_run_def const def = make_damage_def(directory);
+    tulle_run_writer *writer = NULL;
+    tulle_run_checkpoint none = {0};
+    tulle_error error = {0};
+    assert_int_equal(tulle_run_create(&def, TULLE_RUN_REFUSE, &writer, &error), TULLE_OK);
+    assert_int_equal(go_on(writer, &none, 2, &error), TULLE_OK);
+    tulle_run_close(writer, TULLE_RUN_RUNNING, NULL, NULL);
+    char record_path[1024];
+    memory heap = memory_default();
+    run_record record = run_record_make(&heap);
+    make_path(directory, "run.json", record_path);
+    assert_int_equal(run_record_read(&record, record_path, &error), TULLE_OK);
+    record.has_end = false;
+    assert_int_equal(run_record_write(&record, record_path, &error), TULLE_OK);
+    run_record_destroy(&record);
+    for (size_t i = 0; i < sizeof removed / sizeof removed[0]; i++) {
+        char path[1024];
+        assert_int_equal(remove(make_path(directory, removed[i], path)), 0);
+        tulle_run_reader *reader = NULL;
+        const tulle_run_damage *damages;
+        size_t count;
+        assert_int_equal(tulle_run_reader_open(directory, &reader, &error), TULLE_OK);
+        assert_int_equal(tulle_run_reader_find_damage(reader, &damages, &count, &error), TULLE_OK);
+        if (count > 0) fail_msg("without %s %s is damaged", removed[i], damages[0].file);
+        tulle_run_reader_close(reader);
+    }
+}
+
 /* It is whole by itself, but not the one that the end of the run tells of. */
 static void another_checkpoint_in_the_place_of_the_newest_is_damage(void **state) {
     (void)state;
@@ -365,6 +401,7 @@ int main(void) {
         cmocka_unit_test(every_damage_is_named_or_made_good),
         cmocka_unit_test(damage_behind_the_checkpoint_is_cut_off),
         cmocka_unit_test(a_run_without_both_checkpoints_is_not_begun_anew),
+        cmocka_unit_test(what_a_replacement_leaves_is_no_damage),
         cmocka_unit_test(another_checkpoint_in_the_place_of_the_newest_is_damage),
     };
     return cmocka_run_group_tests(tests, make_whole_run, forget_whole_run);
