@@ -143,7 +143,7 @@ tulle_status tulle_run_reader_find_damage(tulle_run_reader *reader,
     reader->damages.count = 0;
     reader->lacks_memory = false;
     arena_release(&reader->damage_texts, (arena_mark){0});
-    /* A replacement that failed on its way has removed the checkpoints, then the lines of frames. */
+    /* A replacement that failed on its way removed the checkpoints, then the lines of frames. */
     bool const promises_nothing = !is_on_disk(reader) && reader->frames.lines.count == 0;
     if (!reader->record.is_older_format && !promises_nothing) {
         checksums_check_files(&reader->sums, reader->directory,
