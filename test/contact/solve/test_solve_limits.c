@@ -1,6 +1,9 @@
-/* The limit of iterations of a linear solve holds in each of its phases: with the blocks of
- * vertices alone, and with aggregates. */
+/* The phases of a linear solve: the limit of iterations holds with the blocks of vertices alone and
+ * with aggregates, and double precision takes over where single precision fails. */
+#include "base/hash.h"
+#include "contact/solve/solve_in_phases.h"
 #include "support/contact_world.h"
+#include "support/failing_heap.h"
 #include "support/test_support.h"
 
 enum { SIDE = 33 };
@@ -53,8 +56,105 @@ static void exact_solves_keep_the_limit_too(void **state) {
     assert_true(cut.cg_residual > 1e-12 && cut.cg_residual < 1e-5);
 }
 
+/* A system whose numbers are far beyond single precision. */
+typedef struct large_system {
+    contact_world world;
+    contact_grid sheet;
+    size_t size; /* of arrays: 3 numbers a vertex */
+    double *b, *u, *diagonal, *residual;
+} large_system;
+
+static void make_large_system(large_system *large) {
+    static const double factor = 1e45;
+    large->world = contact_world_make();
+    large->sheet = make_contact_grid(SIDE, SIDE, vec3_make(0.0, 0.0, 0.0), vec3_make(0.5, 0.0, 0.0),
+                                     vec3_make(0.0, 0.5, 0.0));
+    add_contact_surface(&large->world, large->sheet.mesh, false);
+    start_contact_world(&large->world);
+    assert_int_equal(step_contact_world(&large->world, 1.0 / 30.0), TULLE_OK);
+    block_matrix *const matrix = &large->world.world->system.matrix;
+    for (size_t i = 0; i < BLOCK_NUMBERS * matrix->block_count; i++) matrix->values[i] *= factor;
+    for (int k = 0; k < 2; k++) matrix->scalar_factors[k] *= factor;
+    large->size = 3 * large->world.cloth_vertex_count;
+    large->b = malloc(large->size * sizeof(double));
+    large->u = malloc(large->size * sizeof(double));
+    large->residual = malloc(large->size * sizeof(double));
+    large->diagonal = malloc(3 * large->size * sizeof(double));
+    assert_true(large->b && large->u && large->residual && large->diagonal);
+    uint64_t seed = 5;
+    for (size_t i = 0; i < large->size; i++) large->b[i] = factor * (random_uniform(&seed) - 0.5);
+    block_matrix_get_diagonal(matrix, large->diagonal, 1);
+}
+
+static void free_large_system(large_system *large) {
+    free(large->b);
+    free(large->u);
+    free(large->residual);
+    free(large->diagonal);
+    contact_world_destroy(&large->world);
+    free_contact_grid(&large->sheet);
+}
+
+/* From u = 0, with scratch of its own. *is_double: the last phase was reached. */
+static tulle_status solve_large(large_system *large, arena *scratch, bool *is_double,
+                                conjugate_gradients_result *result) {
+    block_matrix_operator matrix = {&large->world.world->system.matrix, 1};
+    contact_scene scene = get_contact_scene(&large->world, 1.0 / 30.0);
+    scene.scratch = scratch;
+    motion_system const system = {.right_hand_side = large->b,
+                                  .matrix = matrix.matrix,
+                                  .aggregates = large->world.world->aggregates};
+    conjugate_gradients_problem const problem = {.vertex_count = large->size / 3,
+                                                 .apply = block_matrix_apply,
+                                                 .apply_context = &matrix,
+                                                 .right_hand_side = large->b,
+                                                 .diagonal = large->diagonal,
+                                                 .tolerance = 1e-9,
+                                                 .max_iterations = 2000,
+                                                 .threads = 1};
+    phased_solve phases = {.scene = &scene, .system = &system, .residual = large->residual};
+    memset(large->u, 0, large->size * sizeof(double));
+    tulle_status const status = solve_in_phases(&phases, &problem, NULL, 0, large->u, result);
+    *is_double = phases.has_aggregates && !phases.has_residual;
+    return status;
+}
+
+static void double_precision_takes_over(void **state) {
+    (void)state;
+    large_system large;
+    conjugate_gradients_result result;
+    bool is_double = false, has_failed_there = false;
+    make_large_system(&large);
+    tulle_status status = TULLE_ERROR_OUT_OF_MEMORY;
+    for (int calls = 0; status != TULLE_OK; calls++) { /* the next one fails */
+        int left = calls;
+        memory heap = failing_heap_make(&left);
+        arena scratch = arena_make(&heap);
+        status = solve_large(&large, &scratch, &is_double, &result);
+        has_failed_there |= is_double && status != TULLE_OK;
+        assert_true(status == TULLE_OK || status == TULLE_ERROR_OUT_OF_MEMORY);
+        arena_destroy(&scratch);
+        assert_int_equal(heap.bytes_held, 0);
+    }
+    assert_true(has_failed_there && is_double);
+    assert_int_equal(result.end, CONJUGATE_GRADIENTS_CONVERGED);
+    assert_true(result.residual <= 1e-9);
+    block_matrix_operator matrix = {&large.world.world->system.matrix, 1};
+    block_matrix_apply(&matrix, large.u, large.residual);
+    double off2 = 0.0, b2 = 0.0;
+    for (size_t i = 0; i < large.size; i++) {
+        double const off = large.residual[i] - large.b[i];
+        off2 += off * off;
+        b2 += large.b[i] * large.b[i];
+    }
+    print_message("%d iterations, residual %g\n", result.iterations, sqrt(off2 / b2));
+    assert_true(off2 <= 1e-14 * b2);
+    free_large_system(&large);
+}
+
 int main(void) {
     const struct CMUnitTest tests[] = {cmocka_unit_test(solves_end_at_their_limit),
-                                       cmocka_unit_test(exact_solves_keep_the_limit_too)};
+                                       cmocka_unit_test(exact_solves_keep_the_limit_too),
+                                       cmocka_unit_test(double_precision_takes_over)};
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
