@@ -4,7 +4,8 @@
 #
 # The working corpus is build/fuzz/corpus/TARGET; it begins with the seeds and with what is kept in fuzz/corpus, and a later
 # call goes on with it. Inputs that fail are in build/fuzz/findings/TARGET. Exit code 1 if this call found any.
-#   TULLE_FUZZ_BUILD   the build folder (default build/fuzz)
+#   TULLE_FUZZ_BUILD    the build folder (default build/fuzz)
+#   TULLE_FUZZ_LENGTH   the longest input in bytes (default 16384); shorter ones are quicker
 set -eu
 cd "$(dirname "$0")/.."
 build=${TULLE_FUZZ_BUILD:-build/fuzz}
@@ -58,7 +59,7 @@ fuzz() { # TARGET
     : >"$build/logs/$1.log"
     while left=$((end - $(date +%s))) && [ $left -gt 0 ] && [ $code -lt 10 ]; do
         # shellcheck disable=SC2086
-        "$build/fuzz/fuzz_$1" $limits -max_total_time=$left -print_final_stats=1 -close_fd_mask=$mask -max_len=16384 \
+        "$build/fuzz/fuzz_$1" $limits -max_total_time=$left -print_final_stats=1 -close_fd_mask=$mask -max_len="${TULLE_FUZZ_LENGTH:-16384}" \
             -dict="$build/seeds/$1.dict" -artifact_prefix="$build/findings/$1/" "$build/corpus/$1" "$build/seeds/$1" $kept $regress \
             >>"$build/logs/$1.log" 2>&1 && break || code=$((code + 1))
     done
