@@ -24,7 +24,11 @@ static feature_pair get_key_pair(uint64_t key) {
 }
 
 void find_pair_vertices(const soup_scene *of, uint64_t key, uint32_t vertices[4]) {
-    feature_pair_vertices(&of->topo, get_key_kind(key), get_key_pair(key), vertices);
+    feature_pair const pair = get_key_pair(key);
+    bool const has_edges = get_key_kind(key) == FEATURE_EDGE_EDGE;
+    assert_true(pair.first < (has_edges ? of->topo.edge_count : of->topo.vertex_count));
+    assert_true(pair.second < (has_edges ? of->topo.edge_count : of->topo.triangle_count));
+    feature_pair_vertices(&of->topo, get_key_kind(key), pair, vertices);
 }
 
 /* ---- searches ---- */
