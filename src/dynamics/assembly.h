@@ -14,6 +14,7 @@
 /* Items of a chunk, about 50 microseconds of work each. */
 enum {
     SPRINGS_PER_CHUNK = 1024,
+    ELEMENTS_PER_CHUNK = 512,
     TRIANGLES_PER_CHUNK = 1024,
     VERTICES_PER_CHUNK = 256,
     HINGES_PER_CHUNK = 512
@@ -38,6 +39,7 @@ typedef struct assembly {
     /* Slots of springs. */
     symmetric3 *spring_blocks; /* alpha D + beta K, negated, of the first end by the first end */
     vec3 *spring_forces, *spring_sources; /* f and f - D w at the first end; no f when renewed */
+    membrane_slot *membrane_slots;        /* of elements, by triangle; null with springs */
     /* Slots of bending. */
     vec3 *hinge_deviations;
     bend_damping_response *bend_dampings; /* by triangle; null without bending damping */
@@ -58,9 +60,13 @@ static inline bool provide_slots(vec3 **slots, size_t count, arena *scratch) {
 
 /* Each false: no memory. */
 bool fill_springs(assembly *work);
+bool fill_elements(assembly *work);
 bool fill_bending(assembly *work);
 bool fill_wind(assembly *work);
 
+/* What springs or elements bring to the block of both ends of an edge. */
+symmetric3 gather_edge_block(const assembly *work, uint32_t edge);
+void gather_elements(const assembly *work, uint32_t vertex, vertex_sum *sum);
 void gather_bending(const assembly *work, uint32_t vertex, vertex_sum *sum);
 void gather_wind(const assembly *work, uint32_t vertex, vertex_sum *sum);
 

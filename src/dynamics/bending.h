@@ -17,11 +17,11 @@ static inline vec3 bend_sum_corners(const cloth_hinge *hinge, const double *valu
     return sum;
 }
 
-/* Lists the hinges that a hinge is coupled with, itself first, and the places of the couplings in
- * the model. Returns how many there are. */
-static inline size_t bend_list_couplings(const cloth_model *model, size_t hinge,
-                                         uint32_t hinges[HINGE_COUPLINGS],
-                                         size_t places[HINGE_COUPLINGS]) {
+/* Lists a hinge and the hinges of its triangles, itself first, and the places of their couplings in
+ * side_couplings. Returns how many there are. */
+static inline size_t bend_list_sides(const cloth_model *model, size_t hinge,
+                                     uint32_t hinges[HINGE_COUPLINGS],
+                                     size_t places[HINGE_COUPLINGS]) {
     size_t count = 1, place = HINGE_COUPLINGS * hinge;
     hinges[0] = (uint32_t)hinge;
     places[0] = place++;
@@ -40,12 +40,19 @@ static inline size_t bend_list_couplings(const cloth_model *model, size_t hinge,
 /* sum_j couplings_j d_j, from the deviations d of all hinges [N]. */
 static inline vec3 bend_compute_moment(const cloth_model *model, size_t hinge,
                                        const vec3 *deviations) {
-    uint32_t hinges[HINGE_COUPLINGS];
-    size_t places[HINGE_COUPLINGS];
-    size_t const count = bend_list_couplings(model, hinge, hinges, places);
     vec3 moment = {0.0, 0.0, 0.0};
-    for (size_t k = 0; k < count; k++)
-        moment = vec3_add_scaled(moment, deviations[hinges[k]], model->couplings[places[k]]);
+    if (!model->couplings) {
+        uint32_t hinges[HINGE_COUPLINGS];
+        size_t places[HINGE_COUPLINGS];
+        size_t const count = bend_list_sides(model, hinge, hinges, places);
+        for (size_t k = 0; k < count; k++)
+            moment =
+                vec3_add_scaled(moment, deviations[hinges[k]], model->side_couplings[places[k]]);
+        return moment;
+    }
+    for (size_t k = model->coupling_begin[hinge]; k < model->coupling_begin[hinge + 1]; k++)
+        moment =
+            vec3_add_scaled(moment, deviations[model->coupling_hinges[k]], model->couplings[k]);
     return moment;
 }
 

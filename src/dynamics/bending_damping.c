@@ -113,7 +113,7 @@ void fill_bending_damping(void *context, size_t begin, size_t end, size_t chunk,
             size_t const side = sides[0] == edge ? 0 : 1;
             if (sides[side] != edge) continue;
             const double *others =
-                model->couplings + HINGE_COUPLINGS * (size_t)hinges[a] + 1 + 2 * side;
+                model->side_couplings + HINGE_COUPLINGS * (size_t)hinges[a] + 1 + 2 * side;
             double moment = 0.0;
             for (uint32_t b = 0; b < 3; b++) {
                 double const coupling = b == a ? damping->own[a] : *others++ * damping->time;

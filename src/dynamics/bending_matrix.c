@@ -20,6 +20,7 @@
 
 #include "base/sort.h"
 #include "dynamics/bending.h"
+#include "dynamics/bending_couplings.h"
 
 #include <math.h>
 #include <string.h>
@@ -114,7 +115,7 @@ static void add_couplings(const coupling_builder *build, size_t edge, size_t sid
             k == own ? 1.0 : dot * dot / (vec3_norm2(edges_of[own]) * vec3_norm2(edges_of[k]));
         double const value =
             stiffness * build->softening[hinge] * build->softening[other] * cosine2;
-        model->couplings[at] += value;
+        model->side_couplings[at] += value;
         model->damping_couplings[at] += value * material->bend_damping;
         if (k == own) in_triangle->own[k] = value * material->bend_damping;
         model->has_bending |= value > 0.0;
@@ -127,23 +128,23 @@ bool bending_build_hinges(memory *heap, const cloth_model_def *def, const double
     size_t const hinges = model->hinge_count, triangles = model->triangle_count;
     size_t const vertices = model->vertex_count, use_count = 4 * hinges;
     size_t const couplings = HINGE_COUPLINGS * hinges;
-    uint32_t *const edge_hinges = memory_allocate(heap, model->spring_count * sizeof(uint32_t));
+    uint32_t *const edge_hinges = memory_allocate(heap, model->edge_count * sizeof(uint32_t));
     double *const softening = memory_allocate(heap, hinges * sizeof(double));
     model->hinge_rests = memory_allocate_zeroed(heap, hinges, sizeof *model->hinge_rests);
     model->triangle_hinges = memory_allocate_zeroed(heap, 3 * triangles, sizeof(uint32_t));
-    model->couplings = memory_allocate_zeroed(heap, couplings, sizeof(double));
+    model->side_couplings = memory_allocate_zeroed(heap, couplings, sizeof(double));
     model->damping_couplings = memory_allocate_zeroed(heap, couplings, sizeof(double));
     model->bend_dampings = memory_allocate_zeroed(heap, triangles, sizeof *model->bend_dampings);
     adjacency *const uses = &model->vertex_hinges;
     *uses = (adjacency){.count = vertices, .item_count = use_count};
     uses->begin = memory_allocate_zeroed(heap, vertices + 1, sizeof(uint32_t));
     uses->items = memory_allocate(heap, use_count * sizeof(uint32_t));
-    bool const ok = edge_hinges && softening && model->hinge_rests && model->triangle_hinges &&
-                    model->couplings && model->damping_couplings && model->bend_dampings &&
-                    uses->begin && uses->items;
+    bool ok = edge_hinges && softening && model->hinge_rests && model->triangle_hinges &&
+              model->side_couplings && model->damping_couplings && model->bend_dampings &&
+              uses->begin && uses->items;
     if (ok) {
         uint32_t hinge = 0;
-        for (size_t edge = 0; edge < model->spring_count; edge++) {
+        for (size_t edge = 0; edge < model->edge_count; edge++) {
             edge_hinges[edge] = TULLE_NONE;
             if (def->surface->edge_triangles[2 * edge + 1] == TULLE_NONE) continue;
             cloth_hinge_rest *const rest = &model->hinge_rests[hinge];
@@ -157,10 +158,14 @@ bool bending_build_hinges(memory *heap, const cloth_model_def *def, const double
         }
         coupling_builder const build = {def, areas, model, edge_hinges, softening};
         for (size_t k = 0; k < 3 * triangles; k++) model->triangle_hinges[k] = TULLE_NONE;
-        for (size_t edge = 0; edge < model->spring_count; edge++)
+        for (size_t edge = 0; edge < model->edge_count; edge++)
             for (size_t side = 0; side < 2 && edge_hinges[edge] != TULLE_NONE; side++)
                 add_couplings(&build, edge, side);
 
+        bending_shape const shape = {def, areas, softening};
+        ok = !def->fabrics || bending_build_couplings(heap, &shape, model);
+    }
+    if (ok) {
         /* The hinges of each vertex, as 4 * hinge + corner. Filling moves each begin to its end. */
         for (size_t use = 0; use < use_count; use++)
             uses->begin[model->hinges[use / 4].vertices[use % 4] + 1]++;
@@ -170,7 +175,7 @@ bool bending_build_hinges(memory *heap, const cloth_model_def *def, const double
         for (size_t v = vertices; v > 0; v--) uses->begin[v] = uses->begin[v - 1];
         uses->begin[0] = 0;
     }
-    memory_release(heap, edge_hinges, model->spring_count * sizeof(uint32_t));
+    memory_release(heap, edge_hinges, model->edge_count * sizeof(uint32_t));
     memory_release(heap, softening, hinges * sizeof(double));
     return ok;
 }
@@ -188,6 +193,25 @@ static int compare_entries(const void *a, const void *b) {
 
 typedef ARRAY(row_entry) entry_array;
 
+/* Adds a hinge's weights times `weight` and a coupling to a row. */
+static bool add_products(memory *heap, const cloth_hinge *hinge, double weight, row_entry coupling,
+                         uint32_t *places, entry_array *row) {
+    if (!ARRAY_RESERVE(heap, row, 4)) return false;
+    for (int k = 0; k < 4; k++) {
+        double const product = weight * hinge->weights[k];
+        uint32_t *const place = &places[hinge->vertices[k]];
+        if (*place == TULLE_NONE) {
+            *place = (uint32_t)row->count;
+            row->data[row->count++] = (row_entry){hinge->vertices[k], product * coupling.stiffness,
+                                                  product * coupling.damping};
+        } else {
+            row->data[*place].stiffness += product * coupling.stiffness;
+            row->data[*place].damping += product * coupling.damping;
+        }
+    }
+    return true;
+}
+
 /* Row `vertex` of K^T C K, K the hinge weights and C the couplings, sorted. Products of one column
  * are added in the order in which they arrive. `places` is TULLE_NONE for each vertex, before and
  * after. */
@@ -199,23 +223,19 @@ static bool collect_row(memory *heap, const cloth_model *model, uint32_t vertex,
         uint32_t const hinge = uses->items[u] / 4;
         double const weight = model->hinges[hinge].weights[uses->items[u] % 4];
         uint32_t hinges[HINGE_COUPLINGS];
-        size_t couplings[HINGE_COUPLINGS];
-        size_t const count = bend_list_couplings(model, hinge, hinges, couplings);
-        if (!ARRAY_RESERVE(heap, row, 4 * count)) return false;
-        for (size_t k = 0; k < 4 * count; k++) {
-            const cloth_hinge *const other = &model->hinges[hinges[k / 4]];
-            double const product = weight * other->weights[k % 4];
-            double const stiffness = product * model->couplings[couplings[k / 4]];
-            double const damping = product * model->damping_couplings[couplings[k / 4]];
-            uint32_t *const place = &places[other->vertices[k % 4]];
-            if (*place == TULLE_NONE) {
-                *place = (uint32_t)row->count;
-                row->data[row->count++] = (row_entry){other->vertices[k % 4], stiffness, damping};
-            } else {
-                row->data[*place].stiffness += stiffness;
-                row->data[*place].damping += damping;
-            }
+        size_t sides[HINGE_COUPLINGS];
+        size_t const count = bend_list_sides(model, hinge, hinges, sides);
+        for (size_t k = 0; k < count; k++) {
+            double const stiffness = model->couplings ? 0.0 : model->side_couplings[sides[k]];
+            row_entry const both = {0, stiffness, model->damping_couplings[sides[k]]};
+            if (!add_products(heap, &model->hinges[hinges[k]], weight, both, places, row))
+                return false;
         }
+        if (!model->couplings) continue;
+        for (size_t k = model->coupling_begin[hinge]; k < model->coupling_begin[hinge + 1]; k++)
+            if (!add_products(heap, &model->hinges[model->coupling_hinges[k]], weight,
+                              (row_entry){.stiffness = model->couplings[k]}, places, row))
+                return false;
     }
     for (size_t i = 0; i < row->count; i++) places[row->data[i].column] = TULLE_NONE;
     sort_in_place(row->data, row->count, sizeof *row->data, compare_entries);

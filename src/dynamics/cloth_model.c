@@ -1,5 +1,5 @@
-/* dynamics/cloth_model.c - builds masses, springs and triangles of the cloth; hinges and the
- * bending matrix are in bending_matrix.c.
+/* dynamics/cloth_model.c - builds masses, springs or elements, and the pattern of the system;
+ * hinges and the bending matrix are in bending_matrix.c.
  *
  * Based on: Van Gelder, Approximate simulation of elastic membranes by triangulated spring meshes,
  * 1998: the stiffness of an edge is the membrane's (force per width and strain) times the area of
@@ -9,6 +9,7 @@
 
 #include "base/error.h"
 #include "dynamics/bending_matrix.h"
+#include "dynamics/yarn_frame.h"
 
 #include <math.h>
 #include <string.h>
@@ -41,10 +42,14 @@ static tulle_status fill_triangles(const cloth_model_def *def, cloth_model *mode
     return TULLE_OK;
 }
 
-static tulle_status fill_springs(const cloth_model_def *def, cloth_model *model,
-                                 const double *areas, tulle_error *error) {
+static tulle_status build_springs(memory *heap, const cloth_model_def *def, cloth_model *model,
+                                  const double *areas, tulle_error *error) {
     const topology *const surface = def->surface;
-    for (size_t e = 0; e < model->spring_count; e++) {
+    model->springs = memory_allocate_zeroed(heap, model->edge_count, sizeof *model->springs);
+    if (!model->springs)
+        return error_set(error, TULLE_ERROR_OUT_OF_MEMORY, "no memory for %zu springs",
+                         model->edge_count);
+    for (size_t e = 0; e < model->edge_count; e++) {
         cloth_spring *const spring = &model->springs[e];
         double area = 0.0;
         for (int k = 0; k < 2; k++) {
@@ -69,6 +74,44 @@ static tulle_status fill_springs(const cloth_model_def *def, cloth_model *model,
     return TULLE_OK;
 }
 
+static tulle_status build_elements(memory *heap, const cloth_model_def *def, cloth_model *model,
+                                   const double *areas, tulle_error *error) {
+    const topology *const surface = def->surface;
+    size_t const triangles = model->triangle_count;
+    model->fabric_count = def->material_count;
+    model->elements = memory_allocate_zeroed(heap, triangles, sizeof *model->elements);
+    model->fabrics = memory_allocate_zeroed(heap, model->fabric_count, sizeof *model->fabrics);
+    model->edge_places = memory_allocate(heap, 2 * model->edge_count * sizeof(uint32_t));
+    if (!model->elements || !model->fabrics || !model->edge_places)
+        return error_set(error, TULLE_ERROR_OUT_OF_MEMORY, "no memory for %zu membrane elements",
+                         triangles);
+    memcpy(model->fabrics, def->fabrics, model->fabric_count * sizeof *model->fabrics);
+    memset(model->edge_places, 0xff, 2 * model->edge_count * sizeof(uint32_t));
+    for (size_t t = 0; t < triangles; t++) {
+        const uint32_t *const corners = surface->triangles + 3 * t;
+        membrane_element *const element = &model->elements[t];
+        vec3 const origin = vec3_load(def->rest_positions, corners[0]);
+        vec3 const left = vec3_sub(vec3_load(def->rest_positions, corners[1]), origin);
+        vec3 const right = vec3_sub(vec3_load(def->rest_positions, corners[2]), origin);
+        yarn_frame const frame = yarn_frame_make(surface, def->rest_positions, def->warps, t);
+        /* The inverse of the edges in the frame of the yarns. */
+        double const u1 = vec3_dot(left, frame.warp), v1 = vec3_dot(left, frame.weft);
+        double const u2 = vec3_dot(right, frame.warp), v2 = vec3_dot(right, frame.weft);
+        double const inverse = 1.0 / (2.0 * areas[t]);
+        *element = (membrane_element){
+            .gradients = {{v2 * inverse, -u2 * inverse}, {-v1 * inverse, u1 * inverse}},
+            .area = areas[t],
+            .corners = {corners[0], corners[1], corners[2]},
+            .fabric = def->vertex_materials ? def->vertex_materials[corners[0]] : 0};
+        for (uint32_t k = 0; k < 3; k++) {
+            uint32_t *const places =
+                model->edge_places + 2 * (size_t)surface->triangle_edges[3 * t + k];
+            places[places[0] != TULLE_NONE] = (uint32_t)(3 * t) + k;
+        }
+    }
+    return TULLE_OK;
+}
+
 tulle_status cloth_model_build(memory *heap, const cloth_model_def *def, cloth_model *model,
                                tulle_error *error) {
     const topology *const surface = def->surface;
@@ -79,28 +122,29 @@ tulle_status cloth_model_build(memory *heap, const cloth_model_def *def, cloth_m
     while (result.triangle_count < surface->triangle_count &&
            surface->triangles[3 * result.triangle_count] < vertices)
         result.triangle_count++;
-    while (result.spring_count < surface->edge_count &&
-           surface->edges[2 * result.spring_count] < vertices)
-        result.spring_count++;
-    for (size_t e = 0; e < result.spring_count; e++)
+    while (result.edge_count < surface->edge_count &&
+           surface->edges[2 * result.edge_count] < vertices)
+        result.edge_count++;
+    for (size_t e = 0; e < result.edge_count; e++)
         if (surface->edge_triangles[2 * e + 1] != TULLE_NONE) result.hinge_count++;
-    result.block_count = vertices + 2 * result.spring_count;
+    result.block_count = vertices + 2 * result.edge_count;
 
     result.masses = memory_allocate_zeroed(heap, vertices, sizeof(double));
     result.air_damping = memory_allocate_zeroed(heap, vertices, sizeof(double));
-    result.springs = memory_allocate_zeroed(heap, result.spring_count, sizeof *result.springs);
     result.hinges = memory_allocate_zeroed(heap, result.hinge_count, sizeof *result.hinges);
     result.block_begin = memory_allocate_zeroed(heap, vertices + 1, sizeof(uint32_t));
     result.block_columns = memory_allocate_zeroed(heap, result.block_count, sizeof(uint32_t));
     double *const areas = memory_allocate_zeroed(heap, result.triangle_count, sizeof(double));
     tulle_status status = TULLE_OK;
-    if (!result.masses || !result.air_damping || !result.springs || !result.hinges ||
-        !result.block_begin || !result.block_columns || !areas)
+    if (!result.masses || !result.air_damping || !result.hinges || !result.block_begin ||
+        !result.block_columns || !areas)
         status = error_set(error, TULLE_ERROR_OUT_OF_MEMORY,
                            "no memory for the model of %zu cloth vertices", vertices);
 
     if (status == TULLE_OK) status = fill_triangles(def, &result, areas, error);
-    if (status == TULLE_OK) status = fill_springs(def, &result, areas, error);
+    if (status == TULLE_OK)
+        status = def->fabrics ? build_elements(heap, def, &result, areas, error)
+                              : build_springs(heap, def, &result, areas, error);
     if (status == TULLE_OK) {
         /* Blocks: the vertex itself and its neighbours, ascending. */
         uint32_t position = 0;
@@ -135,11 +179,23 @@ void cloth_model_destroy(memory *heap, cloth_model *model) {
     adjacency *const uses = &model->vertex_hinges;
     memory_release(heap, model->masses, vertices * sizeof(double));
     memory_release(heap, model->air_damping, vertices * sizeof(double));
-    memory_release(heap, model->springs, model->spring_count * sizeof *model->springs);
+    if (model->springs)
+        memory_release(heap, model->springs, model->edge_count * sizeof *model->springs);
+    if (model->elements) {
+        memory_release(heap, model->elements, triangles * sizeof *model->elements);
+        memory_release(heap, model->fabrics, model->fabric_count * sizeof *model->fabrics);
+        memory_release(heap, model->edge_places, 2 * model->edge_count * sizeof(uint32_t));
+    }
     memory_release(heap, model->hinges, hinges * sizeof *model->hinges);
     memory_release(heap, model->hinge_rests, hinges * sizeof *model->hinge_rests);
     memory_release(heap, model->triangle_hinges, 3 * triangles * sizeof(uint32_t));
-    memory_release(heap, model->couplings, couplings * sizeof(double));
+    memory_release(heap, model->side_couplings, couplings * sizeof(double));
+    if (model->coupling_begin) {
+        size_t const count = model->coupling_begin[hinges];
+        memory_release(heap, model->coupling_hinges, count * sizeof(uint32_t));
+        memory_release(heap, model->couplings, count * sizeof(double));
+        memory_release(heap, model->coupling_begin, (hinges + 1) * sizeof(uint32_t));
+    }
     memory_release(heap, model->damping_couplings, couplings * sizeof(double));
     memory_release(heap, model->bend_dampings, triangles * sizeof *model->bend_dampings);
     memory_release(heap, uses->begin, (uses->count + 1) * sizeof(uint32_t));

@@ -1,9 +1,11 @@
-/* dynamics/cloth_model.h - everything about the cloth that does not change with time: masses,
- * springs along edges, hinges across edges and their constant bending matrix, and the sparsity
- * pattern of the system matrix. Vertices of all cloths together are 0 .. vertex_count - 1. */
+/* dynamics/cloth_model.h - everything about the cloth that does not change with time: masses, the
+ * membrane (elements, or springs along edges), hinges across edges and their constant bending
+ * matrix, and the sparsity pattern of the system matrix. Vertices of all cloths together are 0 ..
+ * vertex_count - 1. */
 #ifndef TULLE_DYNAMICS_CLOTH_MODEL_H
 #define TULLE_DYNAMICS_CLOTH_MODEL_H
 
+#include "dynamics/membrane.h"
 #include "geom/topology.h"
 #include "math/block_matrix.h"
 #include "math/vec3.h"
@@ -19,6 +21,9 @@ typedef struct cloth_model_def {
     const tulle_material *materials; /* material_count, validated by material_validate */
     size_t material_count;
     const uint32_t *vertex_materials; /* vertex_count indices into materials; null: all use 0 */
+    const membrane_fabric *fabrics;   /* material_count: woven cloth; null: springs */
+    const double *warps; /* 3 a triangle of cloth: along the warp, of any length, in the rest shape;
+                            the part in the triangle's plane counts. Null: along x */
 } cloth_model_def;
 
 static inline const tulle_material *cloth_get_material(const cloth_model_def *def,
@@ -26,7 +31,7 @@ static inline const tulle_material *cloth_get_material(const cloth_model_def *de
     return &def->materials[def->vertex_materials ? def->vertex_materials[vertex] : 0];
 }
 
-/* One spring for each mesh edge. */
+/* One spring for each mesh edge, where cloth is made of springs. */
 typedef struct cloth_spring {
     uint32_t vertices[2];
     double rest_length; /* [m] > 0 */
@@ -57,25 +62,34 @@ typedef struct cloth_bend_damping {
     double rest_double_area; /* [m^2] */
 } cloth_bend_damping;
 
-/* A hinge is coupled with itself and with two hinges in each of its triangles. */
+/* A hinge, and two hinges in each of its triangles. */
 enum { HINGE_COUPLINGS = 5 };
 
 typedef struct cloth_model {
-    size_t vertex_count, spring_count, hinge_count, triangle_count;
-    double *masses;      /* [kg] vertex_count, each > 0: a third of every triangle around it */
-    double *air_damping; /* [1/s] vertex_count */
-    cloth_spring *springs;
+    size_t vertex_count, edge_count, hinge_count, triangle_count, fabric_count;
+    double *masses;        /* [kg] vertex_count, each > 0: a third of every triangle around it */
+    double *air_damping;   /* [1/s] vertex_count */
+    cloth_spring *springs; /* edge_count; null where cloth is woven */
+    membrane_element *elements; /* triangle_count; null where cloth is made of springs */
+    membrane_fabric *fabrics;   /* fabric_count, of the elements */
+    /* Of edges: 3 * triangle + edge there, of both triangles; TULLE_NONE for none. Only of woven
+     * cloth. */
+    uint32_t *edge_places;
     cloth_hinge *hinges;
-    const topology *surface;       /* borrowed; springs are its edges, in their order */
+    const topology *surface;       /* borrowed; its first edge_count edges are those of cloth */
     cloth_hinge_rest *hinge_rests; /* null where all are flat */
     /* Hinges of edges of triangles: edge k joins corners k and k + 1; TULLE_NONE on the border. */
     uint32_t *triangle_hinges;
     /* Bending energy is 1/2 sum_ij couplings_ij d_i . d_j over hinges i, j, with d_i = c_i - rest.
-     * Of a hinge: with itself, then with the next two edges in the order of each triangle, the one
-     * at corner 2 first; see bend_list_couplings. */
-    double *couplings, *damping_couplings; /* [N/m]; [N s/m] while the model is built */
-    cloth_bend_damping *bend_dampings;     /* triangle_count; null without bending damping */
-    adjacency vertex_hinges;               /* 4 * hinge + corner */
+     * Compressed rows of a symmetric matrix; null with springs, which bend by side_couplings. */
+    uint32_t *coupling_begin, *coupling_hinges;
+    double *couplings; /* [N/m] */
+    /* Couplings within triangles, as if half of each kink counted in each. Damping is these times
+     * its time. Of a hinge: with itself, then with the next two edges in the order of each
+     * triangle, the one at corner 2 first; see bend_list_sides. */
+    double *side_couplings, *damping_couplings; /* [N/m]; [N s/m] while the model is built */
+    cloth_bend_damping *bend_dampings;          /* triangle_count; null without bending damping */
+    adjacency vertex_hinges;                    /* 4 * hinge + corner */
     /* The system matrix's patterns and the constant bending matrix on them (stiffness [N/m] and
      * damping [N s/m]): one scalar for each block and each scalar position. */
     uint32_t *block_begin, *block_columns;

@@ -2,7 +2,7 @@
  *
  * The forces of cloth, one a file:
  *     gravity, drag of the air    begin_row below
- *     spring.c                    the membrane, with its damping
+ *     membrane.c, or spring.c     the membrane, with its damping
  *     bending.c                   bending; its constant matrix is made in bending_matrix.c
  *     bending_damping.c           damping of bending
  *     wind.c                      wind and gusts on triangles
@@ -99,27 +99,30 @@ static void begin_row(const assembly *work, uint32_t vertex, vertex_sum *sum) {
                                  vec3_load(work->state->velocities, vertex), -damping);
     sum->source = vec3_add_scaled(sum->force, vec3_load(work->start_velocities, vertex), damping);
 
-    /* Springs, and the blocks off the diagonal, each of which belongs to a spring. */
+    /* The membrane, and the blocks off the diagonal, each of which belongs to an edge. */
     const adjacency *const around = &model->surface->vertex_edges;
     const uint32_t *edges = around->items + around->begin[vertex]; /* as neighbours ascend */
     for (size_t k = model->block_begin[vertex]; k < model->block_begin[vertex + 1]; k++) {
         if (model->block_columns[k] == vertex) continue;
         uint32_t const s = *edges++;
-        double const sign = model->springs[s].vertices[0] == vertex ? 1.0 : -1.0;
+        double const sign = model->surface->edges[2 * (size_t)s] == vertex ? 1.0 : -1.0;
         if (work->spring_forces)
             sum->force = vec3_add_scaled(sum->force, work->spring_forces[s], sign);
-        sum->source = vec3_add_scaled(sum->source, work->spring_sources[s], sign);
+        if (work->spring_sources)
+            sum->source = vec3_add_scaled(sum->source, work->spring_sources[s], sign);
         double const bend = alpha * model->bend_block_damping[k] + beta * model->bend_blocks[k];
         symmetric3 block = symmetric3_make(bend, 0.0, none);
+        symmetric3 const membrane = gather_edge_block(work, s);
         for (int i = 0; i < 6; i++) {
-            own_block.m[i] += work->spring_blocks[s].m[i];
-            block.m[i] -= work->spring_blocks[s].m[i];
+            own_block.m[i] += membrane.m[i];
+            block.m[i] -= membrane.m[i];
         }
         for (size_t side = 0; work->has_wind && side < 2; side++)
             add_drag(work, model->surface->edge_triangles[2 * (size_t)s + side], &block);
         memcpy(matrix->values + BLOCK_NUMBERS * k, block.m, sizeof block.m);
     }
 
+    if (work->membrane_slots) gather_elements(work, vertex, sum);
     const adjacency *const uses = &model->surface->vertex_triangles;
     for (size_t k = uses->begin[vertex]; work->has_wind && k < uses->begin[vertex + 1]; k++)
         add_drag(work, uses->items[k], &own_block);
@@ -181,7 +184,7 @@ static bool fill_system(assembly *work) {
     }
     parallel_for(model->vertex_count, VERTICES_PER_CHUNK, work->threads, fill_starts, work);
     if (work->has_wind && !work->is_renewed && !fill_wind(work)) return false;
-    if (!fill_springs(work)) return false;
+    if (!(model->elements ? fill_elements(work) : fill_springs(work))) return false;
     work->begins_rows = true;
     work->ends_rows = work->is_renewed;
     parallel_for(model->vertex_count, VERTICES_PER_CHUNK, work->threads, gather_forces, work);

@@ -46,6 +46,18 @@ static void measure_springs(void *context, size_t begin, size_t end, size_t chun
     task->second[chunk] = largest;
 }
 
+/* first: stretch energy, second: the largest stretch of a yarn of the chunk */
+static void measure_elements(void *context, size_t begin, size_t end, size_t chunk, int worker) {
+    (void)worker;
+    energy_task *const task = context;
+    membrane_motion const motion = {.elements = task->model->elements,
+                                    .fabrics = task->model->fabrics,
+                                    .positions = task->positions};
+    membrane_energy const sum = TULLE_PICK_KERNEL(sum_membrane_energy)(&motion, begin, end);
+    task->first[chunk] = sum.energy;
+    task->second[chunk] = sum.max_stretch;
+}
+
 /* first: bending energy of the rows of these hinges */
 static void couple_hinges(void *context, size_t begin, size_t end, size_t chunk, int worker) {
     (void)worker;
@@ -62,7 +74,8 @@ tulle_status compute_energies(const cloth_model *model, const double *positions,
                               const double *velocities, energy_options options, arena *scratch,
                               cloth_energies *energies) {
     arena_mark const mark = arena_get_mark(scratch);
-    size_t const vertices = model->vertex_count, springs = model->spring_count;
+    size_t const vertices = model->vertex_count,
+                 springs = model->elements ? model->triangle_count : model->edge_count;
     size_t const hinges = model->hinge_count;
     size_t const vertex_chunks = parallel_chunk_count(vertices, ITEMS_PER_CHUNK);
     size_t const spring_chunks = parallel_chunk_count(springs, ITEMS_PER_CHUNK);
@@ -85,7 +98,8 @@ tulle_status compute_energies(const cloth_model *model, const double *positions,
     }
     if (has_memory && !options.is_elastic_known) {
         energies->elastic = (elastic_energies){0};
-        parallel_for(springs, ITEMS_PER_CHUNK, options.threads, measure_springs, &task);
+        parallel_for(springs, ITEMS_PER_CHUNK, options.threads,
+                     model->elements ? measure_elements : measure_springs, &task);
         energies->elastic.stretch = parallel_sum(task.first, spring_chunks);
         for (size_t i = 0; i < spring_chunks; i++)
             energies->elastic.max_stretch = fmax(energies->elastic.max_stretch, task.second[i]);

@@ -16,7 +16,9 @@ typedef struct excess_task {
     const cloth_model *model;
     const motion_state *state;
     const double *mean;
-    excess_motion motion;
+    excess_motion motion;     /* of springs */
+    membrane_motion elements; /* of woven cloth */
+    size_t part_count;        /* springs or elements */
     size_t spring_chunks;
     double *sums; /* by chunk, of springs, then of vertices */
 } excess_task;
@@ -28,12 +30,15 @@ static void measure_chunks(void *context, size_t begin, size_t end, size_t chunk
     const cloth_model *const model = task->model;
     for (size_t i = begin; i < end; i++) {
         bool const is_spring = i < task->spring_chunks;
-        size_t const count = is_spring ? model->spring_count : model->vertex_count;
+        size_t const count = is_spring ? task->part_count : model->vertex_count;
         size_t const first = ITEMS_PER_CHUNK * (is_spring ? i : i - task->spring_chunks);
         size_t const last = count - first < ITEMS_PER_CHUNK ? count : first + ITEMS_PER_CHUNK;
         if (is_spring) {
-            task->sums[i] =
-                TULLE_PICK_KERNEL(sum_excess)(model->springs + first, last - first, &task->motion);
+            task->sums[i] = model->elements
+                                ? TULLE_PICK_KERNEL(sum_membrane_excess)(&task->elements,
+                                                                         task->mean, first, last)
+                                : TULLE_PICK_KERNEL(sum_excess)(model->springs + first,
+                                                                last - first, &task->motion);
             continue;
         }
         double inertia = 0.0;
@@ -50,12 +55,20 @@ tulle_status measure_linear_excess(const cloth_model *model, const motion_state 
                                    const double *mean, int threads, arena *scratch,
                                    linear_excess *excess) {
     arena_mark const mark = arena_get_mark(scratch);
-    size_t const spring_chunks = parallel_chunk_count(model->spring_count, ITEMS_PER_CHUNK);
+    size_t const part_count = model->elements ? model->triangle_count : model->edge_count;
+    size_t const spring_chunks = parallel_chunk_count(part_count, ITEMS_PER_CHUNK);
     size_t const vertex_chunks = parallel_chunk_count(model->vertex_count, ITEMS_PER_CHUNK);
     excess_task task = {.model = model,
                         .state = state,
                         .mean = mean,
                         .motion = {state->positions, state->guess, mean, state->time_step},
+                        .elements = {.elements = model->elements,
+                                     .fabrics = model->fabrics,
+                                     .positions = state->positions,
+                                     .guess = state->guess,
+                                     .time_step = state->time_step,
+                                     .beta = 1.0},
+                        .part_count = part_count,
                         .spring_chunks = spring_chunks,
                         .sums = ARENA_NEW(scratch, double, spring_chunks + vertex_chunks)};
     if (!task.sums) return TULLE_ERROR_OUT_OF_MEMORY;

@@ -8,6 +8,7 @@
 #include "dynamics/compute_forces.h"
 #include "math/conjugate_gradients.h"
 
+#include <math.h>
 #include <setjmp.h>
 #include <stdarg.h>
 #include <stddef.h>
@@ -40,9 +41,15 @@ static inline double *copy_doubles(const double *source, size_t count) {
     return copy;
 }
 
-static inline fixture *fixture_make(const double *rest, size_t vertex_count,
-                                    const uint32_t *triangles, size_t triangle_count,
-                                    tulle_material material) {
+/* A fabric and the warp directions of its triangles; both null: springs. */
+typedef struct weave {
+    const membrane_fabric *fabric;
+    const double *warps;
+} weave;
+
+static inline fixture *fixture_make_woven(const double *rest, size_t vertex_count,
+                                          const uint32_t *triangles, size_t triangle_count,
+                                          tulle_material material, weave woven) {
     fixture *const f = calloc(1, sizeof *f);
     f->heap = memory_default();
     f->scratch = arena_make(&f->heap);
@@ -54,7 +61,9 @@ static inline fixture *fixture_make(const double *rest, size_t vertex_count,
                                  .surface = &f->surface,
                                  .rest_positions = rest,
                                  .materials = &material,
-                                 .material_count = 1};
+                                 .material_count = 1,
+                                 .fabrics = woven.fabric,
+                                 .warps = woven.warps};
     assert_int_equal(cloth_model_build(&f->heap, &def, &f->model, &error), TULLE_OK);
     assert_int_equal(linear_system_build(&f->heap, &f->model, &f->system), TULLE_OK);
     size_t const n = 3 * vertex_count;
@@ -71,6 +80,13 @@ static inline fixture *fixture_make(const double *rest, size_t vertex_count,
     f->tolerance = 1e-10;
     f->surroundings.wind.gust_length = f->surroundings.wind.gust_time = 1.0;
     return f;
+}
+
+static inline fixture *fixture_make(const double *rest, size_t vertex_count,
+                                    const uint32_t *triangles, size_t triangle_count,
+                                    tulle_material material) {
+    return fixture_make_woven(rest, vertex_count, triangles, triangle_count, material,
+                              (weave){NULL, NULL});
 }
 
 static inline void fixture_free(fixture *f) {
@@ -187,6 +203,22 @@ static inline fixture *fixture_make_grid(size_t columns, size_t rows, double wid
     grid g = grid_make(columns, rows, width, height, pattern);
     fixture *const f =
         fixture_make(g.positions, g.vertex_count, g.triangles, g.triangle_count, material);
+    grid_free(&g);
+    return f;
+}
+
+/* Woven cloth on a grid, which is freed; its warp at `angle` [rad] from x towards z. */
+static inline fixture *fixture_weave_grid(grid g, tulle_material material,
+                                          const membrane_fabric *fabric, double angle) {
+    double *const warps = malloc(3 * g.triangle_count * sizeof(double));
+    for (size_t t = 0; t < g.triangle_count; t++) {
+        warps[3 * t] = cos(angle);
+        warps[3 * t + 1] = 0.0;
+        warps[3 * t + 2] = sin(angle);
+    }
+    fixture *const f = fixture_make_woven(g.positions, g.vertex_count, g.triangles,
+                                          g.triangle_count, material, (weave){fabric, warps});
+    free(warps);
     grid_free(&g);
     return f;
 }

@@ -86,7 +86,7 @@ static void springs_stiffen(void **state) {
     fixture *const linear = fixture_make_grid(2, 2, 0.4, 0.3, 0, material);
     material.stiffening_strain = 0.1;
     fixture *const stiff = fixture_make_grid(2, 2, 0.4, 0.3, 0, material);
-    for (size_t s = 0; s < stiff->model.spring_count; s++) {
+    for (size_t s = 0; s < stiff->model.edge_count; s++) {
         const cloth_spring *const a = &linear->model.springs[s], *const b =
                                                                      &stiff->model.springs[s];
         static const double strains[3] = {0.1, 0.3, -0.3}, factors[3] = {2.0, 10.0, 1.0};
@@ -391,7 +391,7 @@ static void system_is_positive_definite_in_any_state(void **state) {
         f->surroundings.wind.drag_coefficient = 2.0;
         f->previous_step = 0.05;
         fixture_assemble(f, (tulle_integrator)(trial % 3), 0.05);
-        for (size_t s = 0; s < f->model.spring_count; s++)
+        for (size_t s = 0; s < f->model.edge_count; s++)
             compressed += evaluate_at(&f->model.springs[s], f->x, f->v).across < 0.0;
         double *const dense = fixture_dense(f);
         assert_true(factor_cholesky(dense, n));

@@ -9,7 +9,7 @@ static void masses_add_up(void **state) {
         double mass = 0.0;
         for (size_t v = 0; v < f->vertex_count; v++) mass += f->model.masses[v];
         assert_true(fabs(mass - 0.2 * 0.35) < 1e-15);
-        assert_int_equal(f->model.spring_count, 7 * 6 + 8 * 5 + 35);
+        assert_int_equal(f->model.edge_count, 7 * 6 + 8 * 5 + 35);
         assert_int_equal(f->model.hinge_count, 7 * 4 + 6 * 5 + 35);
         fixture_free(f);
     }
@@ -58,7 +58,7 @@ static void slivers_are_soft(void **state) {
         fixture *const f = fixture_make(rest, 4, triangles, 2, plain_material());
         assert_int_equal(f->model.hinge_count, 1);
         double const stiffness = 2.0 * 1e-4 / (4.0 * 0.5 * height); /* of both triangles */
-        assert_true(fabs(f->model.couplings[0] / (stiffness * softening * softening) - 1.0) <
+        assert_true(fabs(f->model.side_couplings[0] / (stiffness * softening * softening) - 1.0) <
                     1e-12);
         fixture_free(f);
     }
@@ -125,7 +125,8 @@ static void cloths_beside_obstacles_are_independent(void **state) {
     arena scratch = arena_make(&heap);
     topology surface;
     assert_int_equal(topology_build(&heap, triangles, triangle_count, ALL, &surface), TULLE_OK);
-    cloth_model_def const def = {CLOTH, &surface, positions, materials, 2, vertex_materials};
+    cloth_model_def const def = {CLOTH, &surface,         positions, materials,
+                                 2,     vertex_materials, NULL,      NULL};
     cloth_model model;
     linear_system system;
     assert_int_equal(cloth_model_build(&heap, &def, &model, NULL), TULLE_OK);
@@ -156,7 +157,7 @@ static tulle_status try_build(const double *positions, size_t vertex_count, size
     topology surface;
     assert_int_equal(topology_build(&heap, triangles, 2, vertex_count, &surface), TULLE_OK);
     tulle_material const material = plain_material();
-    cloth_model_def const def = {vertex_count, &surface, positions, &material, 1, NULL};
+    cloth_model_def const def = {vertex_count, &surface, positions, &material, 1, NULL, NULL, NULL};
     cloth_model model;
     linear_system system;
     tulle_status status = cloth_model_build(&limited, &def, &model, error);

@@ -227,7 +227,7 @@ void add_contact_spike(contact_world *world, vec3 foot, double height) {
 double measure_contact_stretch(const contact_world *world) {
     const cloth_model *const model = world->world->model;
     double largest = 0.0;
-    for (size_t i = 0; i < model->spring_count; i++) {
+    for (size_t i = 0; i < model->edge_count; i++) {
         const cloth_spring *const spring = &model->springs[i];
         vec3 const d = vec3_sub(vec3_load(world->x0, spring->vertices[0]),
                                 vec3_load(world->x0, spring->vertices[1]));

@@ -1,0 +1,465 @@
+/* dynamics/kernels/membrane_kernel.c - forces and derivatives of eight membrane elements at a time.
+ *
+ * With P_u = (psi_u' + c e_v) n_u + psi_s' F_v, n_a = F_a / |F_a|, and P_v alike, the force on
+ * corner i is -A (D_iu P_u + D_iv P_v), and its exact derivative is
+ *
+ *     -A sum_ab D_ia D_jb dP_a/dF_b.
+ *
+ * The system must be positive definite, with symmetric blocks. So in dP_a/dF_b
+ *   - a yarn under compression has no stiffness across itself;
+ *   - the term psi_s' I between warp and weft is dropped: it is as often negative as positive;
+ *   - between warp and weft stands psi_s'' (F_u F_v^T + F_v F_u^T), where psi_s'' F_v F_u^T is the
+ *     derivative. What is added is a coupling of the yarns, psi_s'' in place of c. It is symmetric,
+ *     and the whole is definite while psi_u'' psi_v'' >= (psi_s'' |F_u| |F_v|)^2. Where shear is
+ *     stiffer, this term alone is scaled down to that.
+ * Forces are exact. Damping acts on the rates of e_u, e_v and s with the stiffness at rest times
+ * the damping time; its derivative is treated alike.
+ *
+ * A guess can be far off: contact may have stopped a corner whose neighbours still move. The
+ * tangent at a high strain would then overshoot. Beyond `guess_room` more than what the element has
+ * at the start, a curve goes on straight, with the slope there. */
+#include "dynamics/membrane.h"
+#include "math/simd_double.h"
+
+/* Elements with less than this part of their length left along a yarn keep the stiffness across
+ * the yarn that they have there. */
+static const double COLLAPSED_LENGTH = 0.1;
+
+/* Numbers of eight elements, gathered. Lanes beyond the last element repeat it. */
+typedef struct lanes_of_curve {
+    double stiffness[DOUBLE_LANES], inv_knee2[DOUBLE_LANES], limit[DOUBLE_LANES],
+        guess_room[DOUBLE_LANES];
+} lanes_of_curve;
+
+typedef struct element_batch {
+    const membrane_element *elements[DOUBLE_LANES];
+    double gradients[2][YARN_COUNT][DOUBLE_LANES], area[DOUBLE_LANES];
+    lanes_of_curve yarns[YARN_COUNT], shear;
+    double coupling[DOUBLE_LANES], damping[DOUBLE_LANES];
+} element_batch;
+
+static void gather_curve(const membrane_curve *curve, size_t lane, lanes_of_curve *lanes) {
+    lanes->stiffness[lane] = curve->stiffness;
+    lanes->inv_knee2[lane] = curve->inv_knee2;
+    lanes->limit[lane] = curve->limit;
+    lanes->guess_room[lane] = curve->guess_room;
+}
+
+static void gather_elements(const membrane_motion *motion, size_t begin, size_t count,
+                            element_batch *batch) {
+    for (size_t k = 0; k < DOUBLE_LANES; k++) {
+        const membrane_element *const element =
+            &motion->elements[begin + (k < count ? k : count - 1)];
+        const membrane_fabric *const fabric = &motion->fabrics[element->fabric];
+        batch->elements[k] = element;
+        for (int i = 0; i < 2; i++)
+            for (int yarn = 0; yarn < YARN_COUNT; yarn++)
+                batch->gradients[i][yarn][k] = element->gradients[i][yarn];
+        batch->area[k] = element->area;
+        for (int yarn = 0; yarn < YARN_COUNT; yarn++)
+            gather_curve(&fabric->yarns[yarn], k, &batch->yarns[yarn]);
+        gather_curve(&fabric->shear, k, &batch->shear);
+        batch->coupling[k] = fabric->coupling;
+        batch->damping[k] = fabric->damping;
+    }
+}
+
+/* ---- vectors along both yarns ---- */
+
+typedef struct yarn_vectors {
+    vec3x8 a[YARN_COUNT];
+} yarn_vectors;
+
+SIMD_INLINE vec3x8 combine(vec3x8 a, double8 s, vec3x8 b, double8 t) {
+    return (vec3x8){a.x * s + b.x * t, a.y * s + b.y * t, a.z * s + b.z * t};
+}
+
+/* sum_i D_ia y_i for values y, 3 a vertex. */
+SIMD_INLINE yarn_vectors differentiate(const element_batch *batch, const double *values) {
+    double edges[2][3][DOUBLE_LANES];
+    for (size_t k = 0; k < DOUBLE_LANES; k++) {
+        const uint32_t *const corners = batch->elements[k]->corners;
+        const double *const origin = values + 3 * (size_t)corners[0];
+        for (int i = 0; i < 2; i++)
+            for (size_t axis = 0; axis < 3; axis++)
+                edges[i][axis][k] = values[3 * (size_t)corners[i + 1] + axis] - origin[axis];
+    }
+    vec3x8 e[2];
+    for (int i = 0; i < 2; i++)
+        e[i] = (vec3x8){double8_load(edges[i][0]), double8_load(edges[i][1]),
+                        double8_load(edges[i][2])};
+    yarn_vectors result;
+    for (int yarn = 0; yarn < YARN_COUNT; yarn++)
+        result.a[yarn] = combine(e[0], double8_load(batch->gradients[0][yarn]), e[1],
+                                 double8_load(batch->gradients[1][yarn]));
+    return result;
+}
+
+SIMD_INLINE yarn_vectors yarns_add_scaled(yarn_vectors a, yarn_vectors b, double8 s) {
+    for (int yarn = 0; yarn < YARN_COUNT; yarn++)
+        a.a[yarn] = vec3x8_add_scaled(a.a[yarn], b.a[yarn], s);
+    return a;
+}
+
+/* ---- laws ---- */
+
+/* A curve: its tension at `strain`, its slope, its energy, and the tension at `kept`, which is the
+ * strain but for guesses too far off. */
+typedef struct curve_point {
+    double8 tension, slope, energy, kept, kept_tension;
+} curve_point;
+
+SIMD_INLINE curve_point follow_curve(const lanes_of_curve *lanes, double8 strain, double8 most) {
+    double8 const zero = double8_fill(0.0), k = double8_load(lanes->stiffness);
+    double8 const kept = double8_min(strain, most);
+    double8 const bent = double8_min(kept, double8_load(lanes->limit));
+    double8 const taut = double8_max(bent, zero);
+    double8 const more = double8_load(lanes->inv_knee2) * taut * taut;
+    curve_point point = {.slope = k * (1.0 + 3.0 * more), .kept = kept};
+    double8 const tension = k * bent * (1.0 + more), beyond = strain - bent;
+    point.kept_tension = tension + point.slope * (kept - bent);
+    point.tension = tension + point.slope * beyond;
+    point.energy = 0.5 * k * bent * bent * (1.0 + 0.5 * more) +
+                   (tension + 0.5 * point.slope * beyond) * beyond;
+    return point;
+}
+
+typedef struct element_state {
+    yarn_vectors lengths, directions;   /* F, n */
+    double8 strains[YARN_COUNT], shear; /* e, s */
+} element_state;
+
+SIMD_INLINE element_state measure(yarn_vectors lengths) {
+    element_state state = {.lengths = lengths};
+    for (int yarn = 0; yarn < YARN_COUNT; yarn++) {
+        vec3x8 const f = lengths.a[yarn];
+        double8 const length = double8_sqrt(vec3x8_dot(f, f));
+        bool8 const is_nothing = bool8_not(double8_greater(length, double8_fill(0.0)));
+        double8 const inverse =
+            double8_select(is_nothing, double8_fill(0.0), double8_fill(1.0) / length);
+        state.directions.a[yarn] = vec3x8_scale(f, inverse);
+        state.strains[yarn] = length - 1.0;
+    }
+    state.shear = vec3x8_dot(lengths.a[YARN_WARP], lengths.a[YARN_WEFT]);
+    return state;
+}
+
+/* Tensions, and the derivatives as above. */
+typedef struct element_response {
+    yarn_vectors tensions;                         /* P [N/m] */
+    double8 along[YARN_COUNT], across[YARN_COUNT]; /* [N/m] */
+    double8 shear;                                 /* [N/m] psi_s'' */
+    double8 energy;                                /* [N/m] by rest area */
+} element_response;
+
+/* `start` is where a guess begins; null: no guess. */
+SIMD_INLINE element_response respond(const element_batch *batch, const element_state *state,
+                                     const element_state *start) {
+    double8 const coupling = double8_load(batch->coupling), zero = double8_fill(0.0);
+    double8 const endless = double8_fill((double)INFINITY);
+    curve_point yarns[YARN_COUNT];
+    for (int yarn = 0; yarn < YARN_COUNT; yarn++) {
+        double8 most = endless;
+        if (start)
+            most = double8_max(start->strains[yarn], zero) +
+                   double8_load(batch->yarns[yarn].guess_room);
+        yarns[yarn] = follow_curve(&batch->yarns[yarn], state->strains[yarn], most);
+    }
+    double8 most = endless;
+    if (start) most = double8_abs(start->shear) + double8_load(batch->shear.guess_room);
+    curve_point const shear = follow_curve(&batch->shear, double8_abs(state->shear), most);
+    double8 const turn =
+        double8_select(double8_greater(zero, state->shear), -shear.tension, shear.tension);
+
+    element_response response = {.shear = shear.slope};
+    response.energy = yarns[YARN_WARP].energy + yarns[YARN_WEFT].energy + shear.energy +
+                      coupling * state->strains[YARN_WARP] * state->strains[YARN_WEFT];
+    for (int yarn = 0; yarn < YARN_COUNT; yarn++) {
+        int const other = 1 - yarn;
+        double8 const pull = yarns[yarn].tension + coupling * state->strains[other];
+        response.tensions.a[yarn] =
+            combine(state->directions.a[yarn], pull, state->lengths.a[other], turn);
+        response.along[yarn] = yarns[yarn].slope;
+        double8 const kept = yarns[yarn].kept_tension + coupling * yarns[other].kept;
+        double8 const length = double8_max(1.0 + yarns[yarn].kept, double8_fill(COLLAPSED_LENGTH));
+        response.across[yarn] = double8_max(kept, zero) / length;
+    }
+    return response;
+}
+
+/* ---- derivatives ---- */
+
+/* dP/dF as it stands in the system: along n and across it for each yarn, shear within a yarn and
+ * between both. */
+typedef struct tangent {
+    double8 along[YARN_COUNT], across[YARN_COUNT], shear, cross;
+} tangent;
+
+/* The tangent times d. */
+SIMD_INLINE yarn_vectors apply_tangent(const tangent *by, const element_state *at,
+                                       const yarn_vectors *d) {
+    yarn_vectors result;
+    for (int yarn = 0; yarn < YARN_COUNT; yarn++) {
+        int const other = 1 - yarn;
+        vec3x8 const n = at->directions.a[yarn], own = at->lengths.a[yarn];
+        vec3x8 const far = at->lengths.a[other], moved = d->a[yarn], far_moved = d->a[other];
+        double8 const along = (by->along[yarn] - by->across[yarn]) * vec3x8_dot(n, moved);
+        double8 const turned =
+            by->shear * vec3x8_dot(far, moved) + by->cross * vec3x8_dot(own, far_moved);
+        vec3x8 sum = combine(moved, by->across[yarn], n, along);
+        sum = vec3x8_add_scaled(sum, far, turned);
+        result.a[yarn] = vec3x8_add_scaled(sum, own, by->cross * vec3x8_dot(far, far_moved));
+    }
+    return result;
+}
+
+/* Tensions of damping: by the true derivative, where s changes by F_u . v_v + F_v . v_u. */
+SIMD_INLINE yarn_vectors damp_rates(const tangent *by, const element_state *at,
+                                    const yarn_vectors *rates) {
+    double8 const turning = by->shear * (vec3x8_dot(at->lengths.a[YARN_WARP], rates->a[YARN_WEFT]) +
+                                         vec3x8_dot(at->lengths.a[YARN_WEFT], rates->a[YARN_WARP]));
+    yarn_vectors result;
+    for (int yarn = 0; yarn < YARN_COUNT; yarn++) {
+        vec3x8 const n = at->directions.a[yarn];
+        result.a[yarn] = combine(n, by->along[yarn] * vec3x8_dot(n, rates->a[yarn]),
+                                 at->lengths.a[1 - yarn], turning);
+    }
+    return result;
+}
+
+typedef struct symmetric8 {
+    double8 m[6];
+} symmetric8;
+
+SIMD_INLINE symmetric8 symmetric8_square(vec3x8 n, double8 s) {
+    vec3x8 const t = vec3x8_scale(n, s);
+    return (symmetric8){{t.x * n.x, t.x * n.y, t.x * n.z, t.y * n.y, t.y * n.z, t.z * n.z}};
+}
+
+/* across I + (along - across) n n^T + shear F F^T, F of the other yarn */
+SIMD_INLINE symmetric8 make_own_block(const tangent *by, const element_state *at, int yarn) {
+    symmetric8 const n =
+        symmetric8_square(at->directions.a[yarn], by->along[yarn] - by->across[yarn]);
+    symmetric8 const f = symmetric8_square(at->lengths.a[1 - yarn], by->shear);
+    symmetric8 sum;
+    for (int i = 0; i < 6; i++) sum.m[i] = n.m[i] + f.m[i];
+    sum.m[0] += by->across[yarn];
+    sum.m[3] += by->across[yarn];
+    sum.m[5] += by->across[yarn];
+    return sum;
+}
+
+/* cross (F_u F_v^T + F_v F_u^T) */
+SIMD_INLINE symmetric8 make_cross_block(const tangent *by, const element_state *at) {
+    vec3x8 const u = vec3x8_scale(at->lengths.a[YARN_WARP], by->cross);
+    vec3x8 const v = at->lengths.a[YARN_WEFT];
+    return (symmetric8){{2.0 * u.x * v.x, u.x * v.y + u.y * v.x, u.x * v.z + u.z * v.x,
+                         2.0 * u.y * v.y, u.y * v.z + u.z * v.y, 2.0 * u.z * v.z}};
+}
+
+/* ---- slots ---- */
+
+enum { SLOT_NUMBERS = sizeof(membrane_slot) / sizeof(double), BLOCKS_END = 18, FORCES_END = 24 };
+
+typedef struct slot_lanes {
+    double numbers[SLOT_NUMBERS][DOUBLE_LANES]; /* in the order of membrane_slot */
+} slot_lanes;
+
+/* -A sum_a D_ia P_a on corners 1 and 2 */
+SIMD_INLINE void put_forces(const element_batch *batch, const yarn_vectors *tensions, size_t from,
+                            slot_lanes *slots) {
+    double8 const area = double8_load(batch->area);
+    for (size_t i = 0; i < 2; i++) {
+        double8 const u = area * double8_load(batch->gradients[i][YARN_WARP]);
+        double8 const v = area * double8_load(batch->gradients[i][YARN_WEFT]);
+        vec3x8 const force =
+            vec3x8_neg(combine(tensions->a[YARN_WARP], u, tensions->a[YARN_WEFT], v));
+        double8_store(slots->numbers[from + 3 * i], force.x);
+        double8_store(slots->numbers[from + 3 * i + 1], force.y);
+        double8_store(slots->numbers[from + 3 * i + 2], force.z);
+    }
+}
+
+SIMD_INLINE void put_blocks(const element_batch *batch, const tangent *by, const element_state *at,
+                            slot_lanes *slots) {
+    symmetric8 const warp = make_own_block(by, at, YARN_WARP);
+    symmetric8 const weft = make_own_block(by, at, YARN_WEFT);
+    symmetric8 const cross = make_cross_block(by, at);
+    double8 const area = double8_load(batch->area);
+    double8 d[3][YARN_COUNT];
+    for (int yarn = 0; yarn < YARN_COUNT; yarn++) {
+        d[1][yarn] = double8_load(batch->gradients[0][yarn]);
+        d[2][yarn] = double8_load(batch->gradients[1][yarn]);
+        d[0][yarn] = -(d[1][yarn] + d[2][yarn]);
+    }
+    for (size_t k = 0; k < 3; k++) {
+        const double8 *const a = d[k], *const b = d[(k + 1) % 3];
+        double8 const u = -area * (a[YARN_WARP] * b[YARN_WARP]);
+        double8 const v = -area * (a[YARN_WEFT] * b[YARN_WEFT]);
+        double8 const uv = -area * (a[YARN_WARP] * b[YARN_WEFT] + a[YARN_WEFT] * b[YARN_WARP]);
+        for (size_t i = 0; i < 6; i++)
+            double8_store(slots->numbers[6 * k + i],
+                          u * warp.m[i] + v * weft.m[i] + uv * cross.m[i]);
+    }
+}
+
+/* ---- the system ---- */
+
+/* Where eight elements are linearised, and how. */
+typedef struct linearisation {
+    element_state start, at; /* at x0; at the guess */
+    yarn_vectors way;        /* from one to the other by the guess [1/s] */
+    element_response first, response;
+    tangent stiff, damp, all; /* of strain, of its rate, and alpha D + beta K */
+} linearisation;
+
+SIMD_INLINE tangent make_tangent(const double8 along[YARN_COUNT], const double8 across[YARN_COUNT],
+                                 double8 shear) {
+    return (tangent){.along = {along[YARN_WARP], along[YARN_WEFT]},
+                     .across = {across[YARN_WARP], across[YARN_WEFT]},
+                     .shear = shear};
+}
+
+/* Gives the tangents what stands between the yarns: as much as keeps the whole definite. */
+SIMD_INLINE void couple_yarns(linearisation *line) {
+    double8 const lengths =
+        (line->at.strains[YARN_WARP] + 1.0) * (line->at.strains[YARN_WEFT] + 1.0);
+    double8 const wanted = line->all.shear * lengths;
+    double8 const most = double8_sqrt(line->all.along[YARN_WARP] * line->all.along[YARN_WEFT]);
+    double8 const part =
+        double8_select(double8_greater(wanted, most), most / wanted, double8_fill(1.0));
+    line->stiff.cross = part * line->stiff.shear;
+    line->damp.cross = part * line->damp.shear;
+    line->all.cross = part * line->all.shear;
+}
+
+SIMD_INLINE linearisation linearise(const membrane_motion *motion, const element_batch *batch,
+                                    bool needs_first) {
+    linearisation line = {.start = measure(differentiate(batch, motion->positions))};
+    line.at = line.start;
+    if (!motion->guess || needs_first) line.first = respond(batch, &line.start, NULL);
+    line.response = line.first;
+    if (motion->guess) {
+        line.way = differentiate(batch, motion->guess);
+        line.at = measure(
+            yarns_add_scaled(line.start.lengths, line.way, double8_fill(motion->time_step)));
+        line.response = respond(batch, &line.at, &line.start);
+    }
+    double8 const alpha = double8_fill(motion->alpha), beta = double8_fill(motion->beta);
+    double8 const damping = double8_load(batch->damping);
+    double8 along[3][YARN_COUNT], across[3][YARN_COUNT];
+    for (int yarn = 0; yarn < YARN_COUNT; yarn++) {
+        double8 const k = double8_load(batch->yarns[yarn].stiffness);
+        vec3x8 const n = line.at.directions.a[yarn];
+        bool8 const has_length = double8_greater(vec3x8_dot(n, n), double8_fill(0.0));
+        along[0][yarn] = line.response.along[yarn];
+        across[0][yarn] = double8_select(has_length, line.response.across[yarn], k);
+        along[1][yarn] = damping * k;
+        across[1][yarn] = double8_fill(0.0);
+        along[2][yarn] = beta * along[0][yarn] + alpha * along[1][yarn];
+        across[2][yarn] = beta * across[0][yarn];
+    }
+    double8 const damped = damping * double8_load(batch->shear.stiffness);
+    line.stiff = make_tangent(along[0], across[0], line.response.shear);
+    line.damp = make_tangent(along[1], across[1], damped);
+    line.all = make_tangent(along[2], across[2], beta * line.response.shear + alpha * damped);
+    couple_yarns(&line);
+    return line;
+}
+
+SIMD_INLINE void fill_eight(const membrane_motion *motion, size_t begin, size_t count) {
+    element_batch batch;
+    slot_lanes slots;
+    gather_elements(motion, begin, count, &batch);
+    double8 const one = double8_fill(1.0), step = double8_fill(motion->time_step);
+    bool const is_mean = motion->guess && motion->mean_share < 1.0;
+    linearisation const line = linearise(motion, &batch, motion->has_forces || is_mean);
+    put_blocks(&batch, &line.all, &line.at, &slots);
+
+    /* The elastic tension of the system at x0: that at the guess, moved back along the tangent. */
+    yarn_vectors tensions = line.response.tensions;
+    if (motion->guess)
+        tensions =
+            yarns_add_scaled(tensions, apply_tangent(&line.stiff, &line.at, &line.way), -step);
+    double8 const share = double8_fill(motion->mean_share);
+    for (int yarn = 0; yarn < YARN_COUNT && is_mean; yarn++)
+        tensions.a[yarn] =
+            combine(line.first.tensions.a[yarn], one - share, tensions.a[yarn], share);
+    /* Damping at v0, and what w changes of it. */
+    yarn_vectors const velocities = differentiate(&batch, motion->velocities);
+    yarn_vectors const moving = differentiate(&batch, motion->start_velocities);
+    tensions = yarns_add_scaled(tensions, damp_rates(&line.damp, &line.at, &velocities), one);
+    tensions = yarns_add_scaled(tensions, apply_tangent(&line.damp, &line.at, &moving), -one);
+    put_forces(&batch, &tensions, FORCES_END, &slots);
+    if (motion->has_forces) {
+        yarn_vectors const damped = damp_rates(&line.damp, &line.start, &velocities);
+        yarn_vectors const own = yarns_add_scaled(line.first.tensions, damped, one);
+        put_forces(&batch, &own, BLOCKS_END, &slots);
+    }
+    for (size_t k = 0; k < count; k++) {
+        membrane_slot *const slot = &motion->slots[begin + k];
+        double numbers[SLOT_NUMBERS];
+        for (size_t i = 0; i < SLOT_NUMBERS; i++) numbers[i] = slots.numbers[i][k];
+        memcpy(slot->blocks, numbers, sizeof slot->blocks);
+        if (motion->has_forces) memcpy(slot->forces, numbers + BLOCKS_END, sizeof slot->forces);
+        memcpy(slot->sources, numbers + FORCES_END, sizeof slot->sources);
+    }
+}
+
+SIMD_INLINE size_t count_lanes(size_t begin, size_t end) {
+    return end - begin < DOUBLE_LANES ? end - begin : DOUBLE_LANES;
+}
+
+void TULLE_KERNEL(fill_membrane)(const membrane_motion *motion, size_t begin, size_t end) {
+    for (; begin < end; begin += DOUBLE_LANES) fill_eight(motion, begin, count_lanes(begin, end));
+}
+
+/* ---- energies ---- */
+
+double TULLE_KERNEL(sum_membrane_excess)(const membrane_motion *motion, const double *mean,
+                                         size_t begin, size_t end) {
+    double sum = 0.0;
+    for (; begin < end; begin += DOUBLE_LANES) {
+        size_t const count = count_lanes(begin, end);
+        element_batch batch;
+        double excess[DOUBLE_LANES];
+        gather_elements(motion, begin, count, &batch);
+        double8 const step = double8_fill(motion->time_step);
+        linearisation const line = linearise(motion, &batch, false);
+        /* The way from where it is linearised to the end of the step. */
+        yarn_vectors way = differentiate(&batch, mean);
+        if (motion->guess) way = yarns_add_scaled(way, line.way, double8_fill(-1.0));
+        for (int yarn = 0; yarn < YARN_COUNT; yarn++) way.a[yarn] = vec3x8_scale(way.a[yarn], step);
+        yarn_vectors const pull = apply_tangent(&line.stiff, &line.at, &way);
+        double8 reckoned = line.response.energy;
+        for (int yarn = 0; yarn < YARN_COUNT; yarn++)
+            reckoned += vec3x8_dot(line.response.tensions.a[yarn], way.a[yarn]) +
+                        0.5 * vec3x8_dot(pull.a[yarn], way.a[yarn]);
+        element_state const last =
+            measure(yarns_add_scaled(line.at.lengths, way, double8_fill(1.0)));
+        element_response const truth = respond(&batch, &last, NULL);
+        double8_store(excess, double8_load(batch.area) * (truth.energy - reckoned));
+        for (size_t k = 0; k < count; k++) sum += excess[k];
+    }
+    return sum;
+}
+
+membrane_energy TULLE_KERNEL(sum_membrane_energy)(const membrane_motion *motion, size_t begin,
+                                                  size_t end) {
+    membrane_energy sum = {0.0, 0.0};
+    for (; begin < end; begin += DOUBLE_LANES) {
+        size_t const count = count_lanes(begin, end);
+        element_batch batch;
+        double energies[DOUBLE_LANES], longest[DOUBLE_LANES];
+        gather_elements(motion, begin, count, &batch);
+        element_state const at = measure(differentiate(&batch, motion->positions));
+        element_response const response = respond(&batch, &at, NULL);
+        double8_store(energies, double8_load(batch.area) * response.energy);
+        double8_store(longest, double8_max(at.strains[YARN_WARP], at.strains[YARN_WEFT]) + 1.0);
+        for (size_t k = 0; k < count; k++) {
+            sum.energy += energies[k];
+            sum.max_stretch = fmax(sum.max_stretch, longest[k]);
+        }
+    }
+    return sum;
+}

@@ -1,0 +1,82 @@
+/* dynamics/membrane.h - the membrane of woven cloth: finite elements, one a triangle.
+ *
+ * With u and v the directions of warp and weft in the rest shape, F_u and F_v are what becomes of a
+ * unit length along them: F_a = sum_i D_ia x_i over the triangle's corners, D constant. From these
+ * come the strains e_a = |F_a| - 1 and the shear s = F_u . F_v, and the energy per rest area
+ *
+ *     psi_u(e_u) + psi_v(e_v) + psi_s(s) + c e_u e_v.
+ *
+ * Each psi is that of a membrane_curve. Yarns carry what is along them and shear what turns them
+ * against each other, so the constants of a tensile test and of a shear test enter as they are. */
+#ifndef TULLE_DYNAMICS_MEMBRANE_H
+#define TULLE_DYNAMICS_MEMBRANE_H
+
+#include "math/kernel_target.h"
+#include "math/vec3.h"
+
+#include <stdbool.h>
+#include <stddef.h>
+#include <stdint.h>
+
+/* Tension by strain e: k e while slack; taut, k e (1 + (e / knee)^2) up to the limit, and from
+ * there on straight, with the slope at the limit. */
+typedef struct membrane_curve {
+    double stiffness;  /* k [N/m] > 0 */
+    double inv_knee2;  /* 1 / knee^2; 0: straight everywhere */
+    double limit;      /* > 0 */
+    double guess_room; /* how far a guess may go beyond the start, see membrane_kernel.c */
+} membrane_curve;
+
+enum { YARN_WARP, YARN_WEFT, YARN_COUNT };
+
+typedef struct membrane_fabric {
+    membrane_curve yarns[YARN_COUNT];
+    membrane_curve shear; /* the same for both signs of s */
+    double coupling;      /* c [N/m]; |c| < the root of the product of the yarns' stiffness */
+    double damping;       /* [s] damping over stiffness, of yarns and shear */
+} membrane_fabric;
+
+typedef struct membrane_element {
+    double gradients[2]
+                    [YARN_COUNT]; /* [1/m] D of corners 1 and 2; D of corner 0 is minus their sum */
+    double area;                  /* [m^2] at rest */
+    uint32_t corners[3], fabric;
+} membrane_element;
+
+/* What an element brings. Forces on corner 0 are minus the sum of those on corners 1 and 2. A block
+ * is -(alpha D + beta K) of the two corners of an edge; edge k joins corners k and k + 1. */
+typedef struct membrane_slot {
+    double blocks[3][6];
+    vec3 forces[2];  /* [N] at x0 and v0 */
+    vec3 sources[2]; /* [N] f - D w of the linear system */
+} membrane_slot;
+
+typedef struct membrane_motion {
+    const membrane_element *elements;
+    const membrane_fabric *fabrics;
+    const double *positions, *velocities; /* x0 [m], v0 [m/s] */
+    const double *start_velocities;       /* w [m/s] */
+    const double *guess;                  /* [m/s] linearised about x0 + h guess; null: about x0 */
+    double time_step;                     /* h [s] */
+    double alpha, beta;                   /* of the matrix */
+    double mean_share;                    /* the force of the system is so much that at the guess */
+    bool has_forces;                      /* forces are wanted too */
+    membrane_slot *slots;                 /* one an element */
+} membrane_motion;
+
+TULLE_DECLARE_KERNEL(void, fill_membrane, (const membrane_motion *motion, size_t begin, size_t end))
+
+/* [J] The sum over these elements of their energy at x0 + h mean less what the linear system
+ * expects there. */
+TULLE_DECLARE_KERNEL(double, sum_membrane_excess,
+                     (const membrane_motion *motion, const double *mean, size_t begin, size_t end))
+
+typedef struct membrane_energy {
+    double energy;      /* [J] */
+    double max_stretch; /* largest length over rest length of a yarn */
+} membrane_energy;
+/* Of these elements at x0. */
+TULLE_DECLARE_KERNEL(membrane_energy, sum_membrane_energy,
+                     (const membrane_motion *motion, size_t begin, size_t end))
+
+#endif

@@ -1,0 +1,284 @@
+/* Woven cloth as a whole: constants come out as they went in, on any mesh at any angle of the warp;
+ * a strip pulled stays flat; derivatives and energies belong to the forces. */
+#include "dynamics/fixture.h"
+
+#include <math.h>
+#include <stdio.h>
+
+enum { PATTERNS = 3 };
+static const double PI = 3.14159265358979323846;
+
+static membrane_curve make_straight(double stiffness) {
+    return (membrane_curve){stiffness, 0.0, 1.0, (double)INFINITY};
+}
+
+static membrane_fabric make_cotton(void) {
+    membrane_curve const warp = {4500.0, 1.0 / (0.05 * 0.05), 0.14, 0.025};
+    membrane_curve const weft = {2800.0, 1.0 / (0.05 * 0.05), 0.14, 0.025};
+    membrane_curve const shear = {60.0, 1.0 / (0.2 * 0.2), 0.5, 0.1};
+    return (membrane_fabric){{warp, weft}, shear, 300.0, 1e-3};
+}
+
+/* Moves the sheet by a displacement gradient in its plane. */
+static void deform(fixture *f, const double by[2][2]) {
+    for (size_t v = 0; v < f->vertex_count; v++) {
+        double const x = f->rest[3 * v], z = f->rest[3 * v + 2];
+        f->x[3 * v] = x + by[0][0] * x + by[0][1] * z;
+        f->x[3 * v + 2] = z + by[1][0] * x + by[1][1] * z;
+    }
+}
+
+/* [N/m] force per width on the side x = 0, in the directions x and z. */
+static void pull(fixture *f, double height, double force[2]) {
+    fixture_assemble(f, TULLE_INTEGRATOR_IMPLICIT_EULER, 0.01);
+    force[0] = force[1] = 0.0;
+    for (size_t v = 0; v < f->vertex_count; v++) {
+        if (f->rest[3 * v] > 0.0) continue;
+        force[0] += f->system.forces[3 * v] / height;
+        force[1] += f->system.forces[3 * v + 2] / height;
+    }
+}
+
+/* The same strain everywhere leaves no force within, and at the border that of the constants. */
+static void constants_come_out_as_they_went_in(void **state) {
+    (void)state;
+    double const width = 0.5, height = 0.4, tiny = 1e-7;
+    double const k1 = 4500.0, k2 = 2800.0, c = 300.0, g = 60.0;
+    membrane_fabric const fabric = {{make_straight(k1), make_straight(k2)}, make_straight(g), c, 0};
+    for (int pattern = 0; pattern < PATTERNS; pattern++)
+        for (int turn = 0; turn < 8; turn++) {
+            double const angle = turn * PI / 16.0, cosine = cos(angle), sine = sin(angle);
+            fixture *const f = fixture_weave_grid(grid_make(7, 6, width, height, pattern),
+                                                  plain_material(), &fabric, angle);
+            for (int mode = 0; mode < 3; mode++) {
+                /* strain [xx, zz, xz] and the stress that Hooke's law gives in the yarns' frame */
+                double const exx = mode == 0, ezz = mode == 1, exz = mode == 2 ? 0.5 : 0.0;
+                double const e1 =
+                    exx * cosine * cosine + ezz * sine * sine + 2 * exz * sine * cosine;
+                double const e2 =
+                    exx * sine * sine + ezz * cosine * cosine - 2 * exz * sine * cosine;
+                double const s =
+                    2 * ((ezz - exx) * sine * cosine + exz * (cosine * cosine - sine * sine));
+                double const t1 = k1 * e1 + c * e2, t2 = k2 * e2 + c * e1, q = g * s;
+                double const txx = t1 * cosine * cosine + t2 * sine * sine - 2 * q * sine * cosine;
+                double const txz = (t1 - t2) * sine * cosine + q * (cosine * cosine - sine * sine);
+                double found[2][2];
+                for (int sign = 0; sign < 2; sign++) { /* the linear part alone */
+                    double const step = sign ? -tiny : tiny;
+                    double const by[2][2] = {{step * exx, step * exz}, {step * exz, step * ezz}};
+                    deform(f, by);
+                    pull(f, height, found[sign]);
+                    for (size_t v = 0; v < f->vertex_count; v++) {
+                        double const x = f->rest[3 * v], z = f->rest[3 * v + 2];
+                        if (x <= 0.0 || x >= width || z <= 0.0 || z >= height) continue;
+                        for (size_t k = 0; k < 3; k++)
+                            assert_true(fabs(f->system.forces[3 * v + k]) < 1e-12 * k1);
+                    }
+                }
+                double const pulled = (found[0][0] - found[1][0]) / (2.0 * tiny);
+                double const sheared = (found[0][1] - found[1][1]) / (2.0 * tiny);
+                assert_true(fabs(pulled - txx) < 1e-8 * k1);
+                assert_true(fabs(sheared - txz) < 1e-8 * k1);
+            }
+            fixture_free(f);
+        }
+}
+
+/* df/dx of the system agrees with differences where nothing is dropped: taut cloth without shear,
+ * coupled as shear is; and no state leaves it indefinite. */
+static void matrix_belongs_to_the_forces(void **state) {
+    (void)state;
+    membrane_fabric fabric = make_cotton();
+    fabric.coupling = fabric.shear.stiffness;
+    fabric.damping = 0.0;
+    tulle_material material = plain_material();
+    material.bend_stiffness = 0.0;
+    double const h = 0.01, step = 1e-7;
+    for (int pattern = 0; pattern < PATTERNS; pattern++) {
+        fixture *const f =
+            fixture_weave_grid(grid_make(3, 3, 0.3, 0.3, pattern), material, &fabric, 0.4);
+        size_t const n = 3 * f->vertex_count;
+        fixture_assemble(f, TULLE_INTEGRATOR_IMPLICIT_EULER, h);
+        double *const dense = fixture_dense(f);
+        for (size_t j = 0; j < n; j++) {
+            double const kept = f->x[j];
+            double *const forces = malloc(n * sizeof *forces);
+            f->x[j] = kept + step;
+            fixture_assemble(f, TULLE_INTEGRATOR_IMPLICIT_EULER, h);
+            memcpy(forces, f->system.forces, n * sizeof *forces);
+            f->x[j] = kept - step;
+            fixture_assemble(f, TULLE_INTEGRATOR_IMPLICIT_EULER, h);
+            f->x[j] = kept;
+            for (size_t i = 0; i < n; i++) {
+                double const slope = (forces[i] - f->system.forces[i]) / (2.0 * step);
+                double const mass = i == j ? f->model.masses[i / 3] : 0.0;
+                assert_true(fabs(dense[i * n + j] - mass + h * h * slope) < 1e-4 * h * h * 4500.0);
+            }
+            free(forces);
+        }
+        free(dense);
+        uint64_t seed = 3;
+        for (int round = 0; round < 10; round++) {
+            for (size_t i = 0; i < n; i++) f->x[i] = f->rest[i] + 0.2 * random_signed(&seed);
+            fixture_assemble(f, TULLE_INTEGRATOR_IMPLICIT_EULER, h);
+            double *const shaken = fixture_dense(f);
+            for (size_t i = 0; i < n; i++)
+                for (size_t j = 0; j < i; j++) assert_true(shaken[i * n + j] == shaken[j * n + i]);
+            assert_true(factor_cholesky(shaken, n));
+            free(shaken);
+        }
+        fixture_free(f);
+    }
+}
+
+/* Ends held and pulled apart by 5 %: the same tension on every mesh, and no zigzag. */
+static void pulled_strip_stays_flat(void **state) {
+    (void)state;
+    enum { COLUMNS = 24, ROWS = 8, STEPS = 300 };
+    double const length = 0.6, width = 0.2, strain = 0.05;
+    membrane_fabric const fabric = {{make_straight(337.5), make_straight(337.5)},
+                                    make_straight(112.5),
+                                    112.5,
+                                    1e-3}; /* E 300, nu 1/3 */
+    double tensions[PATTERNS];
+    for (int pattern = 0; pattern < PATTERNS; pattern++) {
+        tulle_material material = plain_material();
+        material.bend_stiffness = 1e-6;
+        fixture *const f = fixture_weave_grid(grid_make(COLUMNS, ROWS, length, width, pattern),
+                                              material, &fabric, 0.0);
+        uint64_t seed = 9;
+        for (size_t v = 0; v < f->vertex_count; v++) {
+            size_t const column = v % (COLUMNS + 1);
+            f->x[3 * v] *= 1.0 + strain;
+            f->is_fixed[v] = column == 0 || column == COLUMNS;
+            if (!f->is_fixed[v]) f->x[3 * v + 1] += 1e-3 * random_signed(&seed);
+        }
+        for (int i = 0; i < STEPS; i++) {
+            fixture_step(f, TULLE_INTEGRATOR_IMPLICIT_EULER, 0.02);
+            for (size_t k = 0; k < 3 * f->vertex_count; k++) f->v[k] *= 0.9;
+        }
+        double force[2], bump = 0.0;
+        pull(f, width, force);
+        for (size_t v = 0; v < f->vertex_count; v++) bump = fmax(bump, fabs(f->x[3 * v + 1]));
+        print_message("pattern %d: %.5g N/m, bumps %.2g mm\n", pattern, force[0], 1e3 * bump);
+        tensions[pattern] = force[0];
+        assert_true(bump < 1e-5);
+        fixture_free(f);
+    }
+    for (int pattern = 1; pattern < PATTERNS; pattern++)
+        assert_true(fabs(tensions[pattern] / tensions[0] - 1.0) < 0.01);
+}
+
+/* ---- bending ---- */
+
+/* The constant bending matrix, dense. */
+static double *get_bending(const fixture *f) {
+    const cloth_model *const model = &f->model;
+    size_t const n = model->vertex_count;
+    double *const dense = calloc(n * n, sizeof *dense);
+    for (size_t v = 0; v < n; v++) {
+        for (size_t k = model->block_begin[v]; k < model->block_begin[v + 1]; k++)
+            dense[n * v + model->block_columns[k]] += model->bend_blocks[k];
+        for (size_t k = model->scalar_begin[v]; k < model->scalar_begin[v + 1]; k++)
+            dense[n * v + model->scalar_columns[k]] += model->bend_scalars[k];
+    }
+    return dense;
+}
+
+/* What a strip under load sags in its middle, its ends on supports, over what theory says. */
+static double sag_of_strip(int pattern, size_t columns, size_t rows) {
+    double const length = 0.2, width = 0.025, rigidity = 1e-5;
+    membrane_fabric const fabric = make_cotton();
+    tulle_material material = plain_material();
+    material.bend_stiffness = rigidity;
+    fixture *const f = fixture_weave_grid(grid_make(columns, rows, length, width, pattern),
+                                          material, &fabric, 0.3);
+    size_t const n = f->vertex_count;
+    double *const matrix = get_bending(f), *const heights = calloc(n, sizeof *heights);
+    for (size_t v = 0; v < n; v++) {
+        size_t const column = v % (columns + 1);
+        heights[v] = f->model.masses[v] / material.area_density; /* load of 1 Pa */
+        for (size_t i = 0; i < n; i++)
+            if (fabs(matrix[n * v + i] - matrix[n * i + v]) > 1e-12 * matrix[n * v + v])
+                fail_msg("not symmetric");
+        if (column > 0 && column < columns) continue;
+        heights[v] = 0.0;
+        for (size_t i = 0; i < n; i++) matrix[n * v + i] = matrix[n * i + v] = i == v;
+    }
+    assert_true(factor_cholesky(matrix, n));
+    solve_cholesky(matrix, n, heights);
+    double sum = 0.0;
+    size_t count = 0;
+    for (size_t v = 0; v < n; v++) {
+        double const x = f->rest[3 * v];
+        if (fabs(x - 0.5 * length) > 0.51 * length / (double)columns) continue;
+        double const exact =
+            (x * x * x * x - 2.0 * length * x * x * x + length * length * length * x) /
+            (24.0 * rigidity);
+        sum += heights[v] / exact;
+        count++;
+    }
+    free(matrix);
+    free(heights);
+    fixture_free(f);
+    return sum / (double)count;
+}
+
+/* A strip is as stiff as theory says, on any mesh, its free borders included. */
+static void strips_sag_as_theory_says(void **state) {
+    (void)state;
+    for (int pattern = 0; pattern < PATTERNS; pattern++)
+        for (size_t rows = 1; rows <= 5; rows++) {
+            double const ratio = sag_of_strip(pattern, 8 * rows, rows);
+            print_message("pattern %d, %zu rows: %.4f\n", pattern, rows, ratio);
+            assert_true(fabs(ratio - 1.0) < 0.015 / (double)(rows * rows) + 1e-3);
+        }
+}
+
+/* The matrix times heights that are quadratic is zero but near the border: a constant moment does
+ * no work within the mesh. Their energy is that of the plate, in every direction. */
+static void cylinders_cost_the_same_in_every_direction(void **state) {
+    (void)state;
+    double const rigidity = 1e-5, size = 1.0;
+    membrane_fabric const fabric = make_cotton();
+    tulle_material material = plain_material();
+    material.bend_stiffness = rigidity;
+    enum { CELLS = 16, DIRECTIONS = 8 };
+    for (int pattern = 0; pattern < PATTERNS; pattern++) {
+        fixture *const f = fixture_weave_grid(grid_make(CELLS, CELLS, size, size, pattern),
+                                              material, &fabric, 0.3);
+        size_t const n = f->vertex_count;
+        double *const matrix = get_bending(f);
+        double most = 0.0;
+        for (size_t v = 0; v < n; v++) most = fmax(most, matrix[n * v + v]);
+        for (int turn = 0; turn < DIRECTIONS; turn++) {
+            double const angle = turn * PI / DIRECTIONS;
+            double *const heights = calloc(n, sizeof *heights);
+            for (size_t v = 0; v < n; v++) {
+                double const u = cos(angle) * f->rest[3 * v] + sin(angle) * f->rest[3 * v + 2];
+                heights[v] = 0.5 * u * u;
+            }
+            for (size_t v = 0; v < n; v++) {
+                size_t const column = v % (CELLS + 1), row = v / (CELLS + 1);
+                if (column < 3 || column + 3 > CELLS || row < 3 || row + 3 > CELLS) continue;
+                double force = 0.0;
+                for (size_t i = 0; i < n; i++) force += matrix[n * v + i] * heights[i];
+                assert_true(fabs(force) < 1e-9 * most);
+            }
+            free(heights);
+        }
+        free(matrix);
+        fixture_free(f);
+    }
+}
+
+int main(void) {
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(constants_come_out_as_they_went_in),
+        cmocka_unit_test(matrix_belongs_to_the_forces),
+        cmocka_unit_test(pulled_strip_stays_flat),
+        cmocka_unit_test(strips_sag_as_theory_says),
+        cmocka_unit_test(cylinders_cost_the_same_in_every_direction),
+    };
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}
