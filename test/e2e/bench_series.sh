@@ -125,7 +125,7 @@ interrupt() { # WHOLE_CASES WAITED_FOR ARGUMENTS...
     rm -rf cut.csv cut-inputs
     "${driver[@]}" "$@" --inputs cut-inputs --csv cut.csv >cut.out 2>cut.err &
     process=$!
-    for _ in $(seq 2000); do eval "$waited" && break; kill -0 $process 2>/dev/null || break; sleep 0.02; done
+    until eval "$waited" || ! kill -0 $process 2>/dev/null; do sleep 0.02; done # a first case may take minutes under a sanitizer
     kill -INT $process
     wait $process
     code=$?
