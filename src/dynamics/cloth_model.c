@@ -179,13 +179,10 @@ void cloth_model_destroy(memory *heap, cloth_model *model) {
     adjacency *const uses = &model->vertex_hinges;
     memory_release(heap, model->masses, vertices * sizeof(double));
     memory_release(heap, model->air_damping, vertices * sizeof(double));
-    if (model->springs)
-        memory_release(heap, model->springs, model->edge_count * sizeof *model->springs);
-    if (model->elements) {
-        memory_release(heap, model->elements, triangles * sizeof *model->elements);
-        memory_release(heap, model->fabrics, model->fabric_count * sizeof *model->fabrics);
-        memory_release(heap, model->edge_places, 2 * model->edge_count * sizeof(uint32_t));
-    }
+    memory_release(heap, model->springs, model->edge_count * sizeof *model->springs);
+    memory_release(heap, model->elements, triangles * sizeof *model->elements);
+    memory_release(heap, model->fabrics, model->fabric_count * sizeof *model->fabrics);
+    memory_release(heap, model->edge_places, 2 * model->edge_count * sizeof(uint32_t));
     memory_release(heap, model->hinges, hinges * sizeof *model->hinges);
     memory_release(heap, model->hinge_rests, hinges * sizeof *model->hinge_rests);
     memory_release(heap, model->triangle_hinges, 3 * triangles * sizeof(uint32_t));
