@@ -66,6 +66,7 @@ static tulle_world_def take_def(fuzz_bytes *bytes) {
     def.motion_space = (tulle_motion_space)(choices / 8 % 2);
     def.start_intersections = (tulle_start_intersections)(choices / 16 % 3);
     def.on_pinch = (tulle_on_pinch)(choices / 48 % 3);
+    def.membrane = choices >= 144 ? TULLE_MEMBRANE_SPRINGS : TULLE_MEMBRANE_WOVEN;
     def.untangle_limit = 20;
     def.solve_rounds = 1 + (int)fuzz_take_below(bytes, 3);
     def.impact_rounds = (int)fuzz_take_below(bytes, 12);
@@ -84,7 +85,7 @@ static void add_cloth(session *self) {
     def.mesh = tulle_mesh_get_view(mesh);
     FUZZ_CHECK(tulle_material_preset(tulle_material_preset_name(fuzz_take_below(bytes, 6)),
                                      &def.material) == TULLE_OK);
-    if (self->def.response == TULLE_RESPONSE_PAPER) def.material.stiffening_strain = 0.0;
+    if (self->def.response == TULLE_RESPONSE_PAPER) def.material.springs.stiffening_strain = 0.0;
     def.material.restitution = fuzz_take_below(bytes, 4) == 3 ? 0.8 : 0.0;
     uint32_t const corners[2] = {0, (uint32_t)mesh->vertex_count - 1};
     tulle_keyframe const keys[2] = {{.rotation = {1, 0, 0, 0}},

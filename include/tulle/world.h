@@ -77,6 +77,14 @@ typedef enum tulle_motion_space {
     TULLE_MOTION_SPACE_POLYHEDRAL /* the whole intersection of the half-spaces, which move along */
 } tulle_motion_space;
 
+/* What cloth is made of within its surface. */
+typedef enum tulle_membrane {
+    /* warp, weft and shear, each with a law of its own, and bending by direction; the same on every
+     * mesh */
+    TULLE_MEMBRANE_WOVEN,
+    TULLE_MEMBRANE_SPRINGS /* springs along edges, as the paper has it; depends on the mesh */
+} tulle_membrane;
+
 /* What happens when the start intersects. */
 typedef enum tulle_start_intersections {
     /* the start fails; also when cloth lies wholly inside a closed obstacle that faces outwards, or
@@ -127,6 +135,7 @@ typedef struct tulle_world_def {
     tulle_world_detection detection; /* default: certified patches that are kept */
     tulle_response response;         /* default TULLE_RESPONSE_COUPLED */
     tulle_motion_space motion_space; /* of TULLE_RESPONSE_PAPER */
+    tulle_membrane membrane;         /* default TULLE_MEMBRANE_SPRINGS */
     double cg_tolerance;             /* relative preconditioned residual, 1e-12 .. 1e-1 */
     int cg_max_iterations;           /* limit of a linear solve, 1 .. 1e6 */
     int solve_rounds;                /* fewest solves of motion and impulses a step, 1 .. 20 */
@@ -147,14 +156,41 @@ TULLE_API tulle_world_def tulle_world_def_default(void);
 
 /* ---- materials, motions, cloth and obstacles ---- */
 
-/* A fabric in SI values, which do not depend on the mesh. docs/guide/materials.md explains them. */
-typedef struct tulle_material {
-    double area_density;      /* [kg/m^2] > 0 */
+/* How cloth pulls at a strain e: k e while slack; taut, k e (1 + (e / knee)^2) up to the limit, and
+ * from there on straight, with the slope at the limit. */
+typedef struct tulle_curve {
+    double stiffness; /* k [N/m] force per width and strain, > 0 */
+    double knee;      /* strain at which cloth pulls twice as hard as k e; 1e-3 .. 1e6, 0: never */
+    double limit;     /* strain up to which the fabric holds, 1e-3 .. 1e6 */
+} tulle_curve;
+/* The values of cloth that is made of springs, the same in every direction. */
+typedef struct tulle_springs {
     double stretch_stiffness; /* [N/m] force per width and strain, > 0 */
     double bend_stiffness;    /* [N m] bending rigidity of a plate, >= 0 */
-    double stretch_damping;   /* [s] damping coefficient per stiffness, >= 0 */
-    double bend_damping;      /* [s] damping coefficient per stiffness, >= 0 */
-    double air_damping;       /* [1/s] viscous damping per mass, >= 0 */
+    /* strain s at which cloth pulls twice as hard as stretch_stiffness says; 1e-3 .. 1e6. The
+     * factor is 1 + (strain / s)^2 up to 3 s; beyond, the force goes on with the slope there. 0:
+     * never harder, as with TULLE_RESPONSE_PAPER. */
+    double stiffening_strain;
+} tulle_springs;
+/* A fabric in SI values, which do not depend on the mesh. The warp lies along the cloth's grain,
+ * the weft across it. docs/guide/materials.md explains the values. */
+typedef struct tulle_material {
+    double area_density;    /* [kg/m^2] > 0 */
+    tulle_curve warp, weft; /* along the yarns */
+    /* by the angle [rad] by which the yarns turn against each other, where it is small: the strain
+     * is the product of both yarns' stretched unit lengths. Its stiffness squared is at most the
+     * product of the yarns'. */
+    tulle_curve shear;
+    /* how much cloth narrows where it is pulled: Poisson's ratio, the geometric mean of both
+     * directions', -0.9 .. 0.9 */
+    double poisson;
+    double bend_warp,
+        bend_weft;          /* [N m] bending rigidity of the yarns of the warp, the weft; >= 0 */
+    double bend_twist;      /* [N m] twisting rigidity, >= 0; half of the others: isotropic */
+    tulle_springs springs;  /* with TULLE_MEMBRANE_SPRINGS, in place of all since the density */
+    double stretch_damping; /* [s] damping coefficient per stiffness, >= 0 */
+    double bend_damping;    /* [s] damping coefficient per stiffness, >= 0 */
+    double air_damping;     /* [1/s] viscous damping per mass, >= 0 */
     /* static Coulomb coefficient against obstacles, 0 .. 10: what holds a contact that does not
      * slide. The geometric mean of both sides counts. */
     double friction;
@@ -166,10 +202,6 @@ typedef struct tulle_material {
      * 10, whatever law they come from; 1: the same all around, as always with TULLE_RESPONSE_PAPER
      */
     double friction_across;
-    /* strain s at which cloth pulls twice as hard as stretch_stiffness says; 1e-3 .. 1e6. The
-     * factor is 1 + (strain / s)^2 up to 3 s; beyond, the force goes on with the slope there. 0:
-     * never harder, as with TULLE_RESPONSE_PAPER. */
-    double stiffening_strain;
 } tulle_material;
 /* Fills `material` with the preset `name`: cotton, silk, wool, denim, net or rubber-sheet. Error:
  * TULLE_ERROR_INVALID_ARGUMENT for another name and for null. */
@@ -210,9 +242,13 @@ typedef struct tulle_cloth_def {
     tulle_mesh_view mesh;         /* start positions; an oriented manifold */
     const double *rest_positions; /* [m] 3 * vertex_count; null: the start is the rest shape */
     tulle_material material;      /* default: the preset cotton */
-    /* direction in the rest shape; friction_across acts at right angles to it. Any length from
-     * 1e-100 on where friction_across is not 1. */
+    /* direction of the warp in the rest shape; friction_across acts at right angles to it. Any
+     * length from 1e-100 on where friction_across is not 1. In a triangle at right angles to it the
+     * warp lies along x, else y. */
     double grain[3];
+    /* 3 * triangle_count directions of the warp in the rest shape, of any length from 1e-100 on;
+     * null: all along the grain */
+    const double *warps;
     /* what tulle_world_set_material_law calls the surface, at most 63 bytes; null: nothing */
     const char *contact_material;
     double thickness;         /* [m] 0: the world's contact distance decides */

@@ -233,8 +233,8 @@ static edge_matrix measure_triangle(const bending_shape *shape, const cloth_mode
     const cloth_model_def *const def = shape->def;
     const uint32_t *const corners = def->surface->triangles + 3 * triangle;
     double const area = shape->areas[triangle];
-    double const rigidity = cloth_get_material(def, corners[0])->bend_stiffness;
-    double const rigidities[3] = {rigidity, rigidity, 0.5 * rigidity};
+    const tulle_material *const material = cloth_get_material(def, corners[0]);
+    double const rigidities[3] = {material->bend_warp, material->bend_weft, material->bend_twist};
     yarn_frame const frame =
         yarn_frame_make(def->surface, def->rest_positions, def->warps, triangle);
     /* l n n^T of each edge: 11, 22, 12. The normal is the edge turned by a right angle. */

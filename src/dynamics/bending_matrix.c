@@ -1,4 +1,5 @@
-/* dynamics/bending_matrix.c - a constant bending matrix for any triangle mesh.
+/* dynamics/bending_matrix.c - hinges, and the constant bending matrix of all of them. The energy of
+ * woven cloth is in bending_couplings.c; that of springs, and the damping of both, is here.
  *
  * Curvature of a triangle from its three hinges, S = sum_e c_e t_e t_e^T / (2 A), with t_e the unit
  * conormal of edge e in the rest plane and c_e (cloth_model.h) about edge length times fold angle.
@@ -98,7 +99,11 @@ static void add_couplings(const coupling_builder *build, size_t edge, size_t sid
     size_t const self = HINGE_COUPLINGS * (size_t)hinge;
     size_t place = self + 1 + 2 * side;
     const tulle_material *const material = cloth_get_material(def, corners[0]);
-    double const stiffness = material->bend_stiffness / (4.0 * build->areas[triangle]);
+    double const rigidity =
+        def->membrane == TULLE_MEMBRANE_WOVEN
+            ? (material->bend_warp + material->bend_weft + 2.0 * material->bend_twist) / 3.0
+            : material->springs.bend_stiffness;
+    double const stiffness = rigidity / (4.0 * build->areas[triangle]);
     vec3 edges_of[3]; /* edge k joins corners k and k + 1 */
     for (size_t k = 0; k < 3; k++)
         edges_of[k] = vec3_sub(vec3_load(def->rest_positions, corners[(k + 1) % 3]),
@@ -163,7 +168,7 @@ bool bending_build_hinges(memory *heap, const cloth_model_def *def, const double
                 add_couplings(&build, edge, side);
 
         bending_shape const shape = {def, areas, softening};
-        ok = !def->fabrics || bending_build_couplings(heap, &shape, model);
+        ok = def->membrane != TULLE_MEMBRANE_WOVEN || bending_build_couplings(heap, &shape, model);
     }
     if (ok) {
         /* The hinges of each vertex, as 4 * hinge + corner. Filling moves each begin to its end. */

@@ -42,13 +42,29 @@ static tulle_status fill_triangles(const cloth_model_def *def, cloth_model *mode
     return TULLE_OK;
 }
 
-static tulle_status build_springs(memory *heap, const cloth_model_def *def, cloth_model *model,
-                                  const double *areas, tulle_error *error) {
+static vec3 get_rest_edge(const cloth_model_def *def, size_t edge) {
+    const uint32_t *const ends = def->surface->edges + 2 * edge;
+    return vec3_sub(vec3_load(def->rest_positions, ends[1]),
+                    vec3_load(def->rest_positions, ends[0]));
+}
+
+static tulle_status check_edges(const cloth_model_def *def, const cloth_model *model,
+                                tulle_error *error) {
+    for (size_t e = 0; e < model->edge_count; e++) {
+        const uint32_t *const ends = def->surface->edges + 2 * e;
+        if (!(vec3_norm(get_rest_edge(def, e)) > 0.0))
+            return error_set(error, TULLE_ERROR_INVALID_MESH,
+                             "cloth vertices %u and %u are at the same place in the rest shape",
+                             ends[0], ends[1]);
+    }
+    return TULLE_OK;
+}
+
+static bool build_springs(memory *heap, const cloth_model_def *def, cloth_model *model,
+                          const double *areas) {
     const topology *const surface = def->surface;
     model->springs = memory_allocate_zeroed(heap, model->edge_count, sizeof *model->springs);
-    if (!model->springs)
-        return error_set(error, TULLE_ERROR_OUT_OF_MEMORY, "no memory for %zu springs",
-                         model->edge_count);
+    if (!model->springs) return false;
     for (size_t e = 0; e < model->edge_count; e++) {
         cloth_spring *const spring = &model->springs[e];
         double area = 0.0;
@@ -57,35 +73,47 @@ static tulle_status build_springs(memory *heap, const cloth_model_def *def, clot
             spring->vertices[k] = surface->edges[2 * e + (size_t)k];
             if (triangle != TULLE_NONE) area += areas[triangle];
         }
-        double const length =
-            vec3_norm(vec3_sub(vec3_load(def->rest_positions, spring->vertices[1]),
-                               vec3_load(def->rest_positions, spring->vertices[0])));
-        if (!(length > 0.0))
-            return error_set(error, TULLE_ERROR_INVALID_MESH,
-                             "cloth vertices %u and %u are at the same place in the rest shape",
-                             spring->vertices[0], spring->vertices[1]);
+        double const length = vec3_norm(get_rest_edge(def, e));
         const tulle_material *const material = cloth_get_material(def, spring->vertices[0]);
         spring->rest_length = length;
-        spring->stiffness = material->stretch_stiffness * area / (length * length);
+        spring->stiffness = material->springs.stretch_stiffness * area / (length * length);
         spring->damping = spring->stiffness * material->stretch_damping;
-        double const limit = material->stiffening_strain * length;
+        double const limit = material->springs.stiffening_strain * length;
         spring->stiffening = limit > 0.0 ? 1.0 / (limit * limit) : 0.0;
     }
-    return TULLE_OK;
+    return true;
 }
 
-static tulle_status build_elements(memory *heap, const cloth_model_def *def, cloth_model *model,
-                                   const double *areas, tulle_error *error) {
+/* A guess may go beyond the start by this share of a knee: there the slope has changed little. */
+static const double GUESS_SHARE = 0.5;
+
+static membrane_curve make_curve(const tulle_curve *curve) {
+    bool const has_knee = curve->knee > 0.0;
+    return (membrane_curve){.stiffness = curve->stiffness,
+                            .inv_knee2 = has_knee ? 1.0 / (curve->knee * curve->knee) : 0.0,
+                            .limit = curve->limit,
+                            .guess_room = has_knee ? GUESS_SHARE * curve->knee : (double)INFINITY};
+}
+
+static membrane_fabric make_fabric(const tulle_material *material) {
+    return (membrane_fabric){.yarns = {make_curve(&material->warp), make_curve(&material->weft)},
+                             .shear = make_curve(&material->shear),
+                             .coupling = material->poisson *
+                                         sqrt(material->warp.stiffness * material->weft.stiffness),
+                             .damping = material->stretch_damping};
+}
+
+static bool build_elements(memory *heap, const cloth_model_def *def, cloth_model *model,
+                           const double *areas) {
     const topology *const surface = def->surface;
     size_t const triangles = model->triangle_count;
     model->fabric_count = def->material_count;
     model->elements = memory_allocate_zeroed(heap, triangles, sizeof *model->elements);
     model->fabrics = memory_allocate_zeroed(heap, model->fabric_count, sizeof *model->fabrics);
     model->edge_places = memory_allocate(heap, 2 * model->edge_count * sizeof(uint32_t));
-    if (!model->elements || !model->fabrics || !model->edge_places)
-        return error_set(error, TULLE_ERROR_OUT_OF_MEMORY, "no memory for %zu membrane elements",
-                         triangles);
-    memcpy(model->fabrics, def->fabrics, model->fabric_count * sizeof *model->fabrics);
+    if (!model->elements || !model->fabrics || !model->edge_places) return false;
+    for (size_t i = 0; i < model->fabric_count; i++)
+        model->fabrics[i] = make_fabric(&def->materials[i]);
     memset(model->edge_places, 0xff, 2 * model->edge_count * sizeof(uint32_t));
     for (size_t t = 0; t < triangles; t++) {
         const uint32_t *const corners = surface->triangles + 3 * t;
@@ -109,7 +137,7 @@ static tulle_status build_elements(memory *heap, const cloth_model_def *def, clo
             places[places[0] != TULLE_NONE] = (uint32_t)(3 * t) + k;
         }
     }
-    return TULLE_OK;
+    return true;
 }
 
 tulle_status cloth_model_build(memory *heap, const cloth_model_def *def, cloth_model *model,
@@ -142,9 +170,14 @@ tulle_status cloth_model_build(memory *heap, const cloth_model_def *def, cloth_m
                            "no memory for the model of %zu cloth vertices", vertices);
 
     if (status == TULLE_OK) status = fill_triangles(def, &result, areas, error);
-    if (status == TULLE_OK)
-        status = def->fabrics ? build_elements(heap, def, &result, areas, error)
-                              : build_springs(heap, def, &result, areas, error);
+    if (status == TULLE_OK) status = check_edges(def, &result, error);
+    if (status == TULLE_OK) {
+        bool const is_woven = def->membrane == TULLE_MEMBRANE_WOVEN;
+        if (!(is_woven ? build_elements : build_springs)(heap, def, &result, areas))
+            status =
+                error_set(error, TULLE_ERROR_OUT_OF_MEMORY,
+                          "no memory for the membrane of %zu triangles", result.triangle_count);
+    }
     if (status == TULLE_OK) {
         /* Blocks: the vertex itself and its neighbours, ascending. */
         uint32_t position = 0;

@@ -21,7 +21,7 @@ typedef struct cloth_model_def {
     const tulle_material *materials; /* material_count, validated by material_validate */
     size_t material_count;
     const uint32_t *vertex_materials; /* vertex_count indices into materials; null: all use 0 */
-    const membrane_fabric *fabrics;   /* material_count: woven cloth; null: springs */
+    tulle_membrane membrane;
     const double *warps; /* 3 a triangle of cloth: along the warp, of any length, in the rest shape;
                             the part in the triangle's plane counts. Null: along x */
 } cloth_model_def;
@@ -105,8 +105,9 @@ tulle_status cloth_model_build(memory *heap, const cloth_model_def *def, cloth_m
                                tulle_error *error);
 void cloth_model_destroy(memory *heap, cloth_model *model);
 
-/* Values must be finite and in the ranges of tulle_material; TULLE_ERROR_INVALID_ARGUMENT says
- * which is not. */
-tulle_status material_validate(const tulle_material *material, tulle_error *error);
+/* Values that count with this membrane must be finite and in the ranges of tulle_material;
+ * TULLE_ERROR_INVALID_ARGUMENT says which is not. Dynamic friction is not looked at. */
+tulle_status material_validate(const tulle_material *material, tulle_membrane membrane,
+                               const char *owner, tulle_error *error);
 
 #endif

@@ -5,7 +5,7 @@
  * tension, the linear system expects the energy
  *     V(e*) + t(e*) a + t'(e*)/2 a^2 + max(t(e*) / l*, 0)/2 |d - n a|^2,
  * but the spring has V(e). Everything else in the system is exact (bending of a flat rest shape)
- * or only takes energy. */
+ * or only takes energy. For elements of woven cloth see kernels/membrane_kernel.c. */
 #include "base/parallel.h"
 #include "dynamics/compute_forces.h"
 #include "dynamics/excess_kernel.h"

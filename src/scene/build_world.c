@@ -31,6 +31,7 @@ static tulle_world_def make_world_def(const tulle_scene *loaded) {
                                             .grows_patches_anew = keys->contact.patches};
     def.response = (tulle_response)keys->contact.response;
     def.motion_space = (tulle_motion_space)keys->contact.motion_space;
+    def.membrane = (tulle_membrane)keys->membrane;
     def.impact_rounds = (int)keys->contact.impact_rounds;
     def.start_intersections = (tulle_start_intersections)keys->contact.start_intersections;
     def.untangle_limit = (int)keys->contact.untangle_limit;

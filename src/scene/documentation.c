@@ -167,19 +167,36 @@ static void print_shapes(FILE *stream) {
     }
 }
 
+static void print_curve(const tulle_curve *curve, FILE *stream) {
+    fprintf(stream, " %g / %g / %g |", curve->stiffness, curve->knee, curve->limit);
+}
+
 static void print_presets(FILE *stream) {
     fprintf(
         stream,
-        "\n## Material presets\n\n| preset | area_density | stretch | stiffening_strain | bend | "
+        "\n## Material presets\n\nCurves are stiffness / knee / limit, bending is warp / weft / "
+        "twist.\n\n| preset | area_density | warp | weft | shear | poisson | bend | "
         "stretch_damping | bend_damping | air_damping | friction |\n"
-        "|---|---|---|---|---|---|---|---|---|\n");
+        "|---|---|---|---|---|---|---|---|---|---|---|\n");
     const char *name;
     for (size_t i = 0; (name = tulle_material_preset_name(i)); i++) {
         tulle_material m;
         if (tulle_material_preset(name, &m) != TULLE_OK) continue;
-        fprintf(stream, "| `%s` | %g | %g | %g | %g | %g | %g | %g | %g |\n", name, m.area_density,
-                m.stretch_stiffness, m.stiffening_strain, m.bend_stiffness, m.stretch_damping,
-                m.bend_damping, m.air_damping, m.friction);
+        fprintf(stream, "| `%s` | %g |", name, m.area_density);
+        print_curve(&m.warp, stream);
+        print_curve(&m.weft, stream);
+        print_curve(&m.shear, stream);
+        fprintf(stream, " %g | %g / %g / %g | %g | %g | %g | %g |\n", m.poisson, m.bend_warp,
+                m.bend_weft, m.bend_twist, m.stretch_damping, m.bend_damping, m.air_damping,
+                m.friction);
+    }
+    fprintf(stream, "\nWith `membrane: springs`:\n\n| preset | stretch | stiffening_strain | bend "
+                    "|\n|---|---|---|---|\n");
+    for (size_t i = 0; (name = tulle_material_preset_name(i)); i++) {
+        tulle_material m;
+        if (tulle_material_preset(name, &m) != TULLE_OK) continue;
+        fprintf(stream, "| `%s` | %g | %g | %g |\n", name, m.springs.stretch_stiffness,
+                m.springs.stiffening_strain, m.springs.bend_stiffness);
     }
     fprintf(stream,
             "\n[Materials](materials.md) tells what the values mean and where they come from.\n");

@@ -1,6 +1,6 @@
 /* scene/keys.c - the table of keys: what a scene file may say. Parsing, range checks, defaults,
  * canonical text and docs/guide/scene.md all come from it. This part: the file's own keys, time,
- * wind, contact and solver; the other parts are keys_mesh.c, keys_cloth.c and keys_obstacle.c. */
+ * wind, contact and solver; the other parts are the other files keys_*.c. */
 #include "base/words.h"
 #include "scene/keys_table.h"
 
@@ -314,6 +314,8 @@ const schema_map solver_map = {.title = "Solver",
                                .meaning = "Time integration and its linear systems.",
                                MAP_OF(solver_table, solver_keys)};
 
+/* In the order of tulle_membrane. */
+static const char *const membrane_words[] = {"woven", "springs", NULL};
 static const schema_key scene_table[] = {
     {.name = "title",
      .type = SCHEMA_TEXT,
@@ -362,6 +364,14 @@ static const schema_key scene_table[] = {
      .maximum = 4096,
      FIELD(scene_keys, obstacles),
      .meaning = "what cloth meets: fixed things, moving things, rigid bodies"},
+    {.name = "membrane",
+     .type = SCHEMA_CHOICE,
+     .choices = membrane_words,
+     .fallback = "springs",
+     FIELD(scene_keys, membrane),
+     .meaning =
+         "what cloth is made of. woven: yarns of warp and weft, and shear, the same on every "
+         "mesh; springs: along the edges of the mesh, as in the paper"},
     {.name = "contact",
      .type = SCHEMA_MAP,
      .map = &contact_map,

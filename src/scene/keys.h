@@ -30,11 +30,20 @@ typedef struct mesh_keys {
     bool irregular;
 } mesh_keys;
 
+typedef struct curve_keys {
+    schema_head head;
+    double stiffness, knee, limit;
+} curve_keys;
+
 typedef struct material_keys {
     schema_head head;
-    const char *preset, *name;
-    double area_density, stretch, bend, stretch_damping, bend_damping, air_damping, friction;
-    double dynamic_friction, restitution, friction_across, stiffening_strain;
+    const char *file, *preset, *name, *source;
+    double area_density;
+    curve_keys warp, weft, shear;
+    double poisson, bend_warp, bend_weft, bend_twist;
+    double stretch, bend, stiffening_strain;
+    double stretch_damping, bend_damping, air_damping;
+    double friction, dynamic_friction, restitution, friction_across;
 } material_keys;
 
 typedef struct keyframe_keys {
@@ -202,15 +211,16 @@ typedef struct scene_keys {
     schema_vector gravity;
     wind_keys wind;
     schema_list cloth, obstacles;
+    int membrane; /* tulle_membrane */
     contact_keys contact;
     solver_keys solver;
     picture_keys picture;
 } scene_keys;
 
-extern const schema_map scene_map, time_map, wind_map, mesh_map, material_map, keyframe_map,
-    box_map, line_map, pin_map, cloth_map, sequence_map, motion_map, dynamic_map, row_map, grid_map,
-    ring_map, spiral_map, copies_map, obstacle_map, pair_map, material_pair_map, contact_map,
-    solver_map, camera_map, picture_map;
+extern const schema_map scene_map, time_map, wind_map, mesh_map, curve_map, material_map,
+    keyframe_map, box_map, line_map, pin_map, cloth_map, sequence_map, motion_map, dynamic_map,
+    row_map, grid_map, ring_map, spiral_map, copies_map, obstacle_map, pair_map, material_pair_map,
+    contact_map, solver_map, camera_map, picture_map;
 
 /* An integer that stands for "derived from the scene's seed". */
 #define SEED_AUTO ((uint64_t)1 << 60)

@@ -28,8 +28,11 @@ bool read_scene_keys(const scene_work *work, const char *const *overrides, size_
         problem_add(work->problems, error.status, place, "%s", error.message);
         return false;
     }
-    tree_source const source = {
-        .name = loaded->path, .has_lines = true, .text = text.bytes, .length = text.byte_count};
+    tree_source const source = {.name = loaded->path,
+                                .needs = "a scene has at least the keys time and cloth",
+                                .has_lines = true,
+                                .text = text.bytes,
+                                .length = text.byte_count};
     scene_node *root = tree_read(&source, &loaded->storage, work->problems);
     file_release(&loaded->heap, &text);
     if (!root) return false;
@@ -150,10 +153,30 @@ static bool finish(const scene_work *work) {
     uint64_t hash = hash_bytes(loaded->content_hash, text, strlen(text));
     for (size_t i = 0; i < loaded->cloth_count; i++) {
         const tulle_material *m = &loaded->cloths[i].material;
-        const double values[] = {m->area_density,    m->stretch_stiffness, m->bend_stiffness,
-                                 m->stretch_damping, m->bend_damping,      m->air_damping,
-                                 m->friction,        m->dynamic_friction,  m->restitution,
-                                 m->friction_across, m->stiffening_strain};
+        const double values[] = {m->area_density,
+                                 m->warp.stiffness,
+                                 m->warp.knee,
+                                 m->warp.limit,
+                                 m->weft.stiffness,
+                                 m->weft.knee,
+                                 m->weft.limit,
+                                 m->shear.stiffness,
+                                 m->shear.knee,
+                                 m->shear.limit,
+                                 m->poisson,
+                                 m->bend_warp,
+                                 m->bend_weft,
+                                 m->bend_twist,
+                                 m->stretch_damping,
+                                 m->bend_damping,
+                                 m->air_damping,
+                                 m->friction,
+                                 m->dynamic_friction,
+                                 m->restitution,
+                                 m->friction_across,
+                                 m->springs.stretch_stiffness,
+                                 m->springs.bend_stiffness,
+                                 m->springs.stiffening_strain};
         hash = hash_bytes(hash, values, sizeof values);
     }
     loaded->hash = hash;

@@ -1,58 +1,14 @@
-/* scene/make_cloth.c - cloth of a scene: mesh, placement, material, pins resolved to vertices. */
+/* scene/make_cloth.c - cloth of a scene: mesh, placement, pins resolved to vertices. */
 #include "scene/scene_data.h"
-
-#include "base/text.h"
 
 #include <math.h>
 #include <string.h>
 
-static bool make_material(const scene_work *work, const material_keys *keys,
-                          tulle_material *material) {
-    if (tulle_material_preset(keys->preset, material) != TULLE_OK) {
-        char list[200] = "";
-        const char *names[32];
-        size_t count = 0, used = 0;
-        for (const char *name; count < 32 && (name = tulle_material_preset_name(count)); count++) {
-            int added =
-                snprintf(list + used, sizeof list - used, "%s%s", count > 0 ? ", " : "", name);
-            if (added > 0 && (size_t)added < sizeof list - used) used += (size_t)added;
-            names[count] = name;
-        }
-        const char *meant = text_find_nearest(keys->preset, names, count);
-        problem_add(work->problems, TULLE_ERROR_PARSE, schema_place(keys, "preset"),
-                    meant ? "%s.preset: is '%s', must be one of %s; did you mean '%s'?"
-                          : "%s.preset: is '%s', must be one of %s",
-                    keys->head.path, show_text(keys->preset).text, list, meant);
-        return false;
-    }
-    const struct {
-        const char *name;
-        const double *from;
-        double *to;
-    } values[] = {
-        {"area_density", &keys->area_density, &material->area_density},
-        {"stretch", &keys->stretch, &material->stretch_stiffness},
-        {"bend", &keys->bend, &material->bend_stiffness},
-        {"stretch_damping", &keys->stretch_damping, &material->stretch_damping},
-        {"bend_damping", &keys->bend_damping, &material->bend_damping},
-        {"air_damping", &keys->air_damping, &material->air_damping},
-        {"friction", &keys->friction, &material->friction},
-        {"dynamic_friction", &keys->dynamic_friction, &material->dynamic_friction},
-        {"restitution", &keys->restitution, &material->restitution},
-        {"friction_across", &keys->friction_across, &material->friction_across},
-        {"stiffening_strain", &keys->stiffening_strain, &material->stiffening_strain},
-    };
-    for (size_t i = 0; i < sizeof values / sizeof values[0]; i++)
-        if (schema_is_given(&material_map, keys, values[i].name)) *values[i].to = *values[i].from;
-    return check_dynamic_friction(work, keys, material->dynamic_friction, material->friction);
-}
-
 bool make_cloth(const scene_work *work, const cloth_keys *keys, size_t index, scene_cloth *cloth) {
     cloth->keys = keys;
     cloth->name = keys->name ? keys->name : store_text(work, "cloth%zu", index);
-    cloth->contact_material = keys->material.name ? keys->material.name : keys->material.preset;
     bool is_good = cloth->name != NULL;
-    is_good &= make_material(work, &keys->material, &cloth->material);
+    is_good &= make_material(work, &keys->material, cloth);
     if (!make_mesh(work, &keys->mesh, TULLE_MESH_ROLE_CLOTH, &cloth->mesh)) return false;
     tulle_mesh_transform(&cloth->mesh, keys->scale.value, keys->rotate.quaternion,
                          keys->translate.value);

@@ -135,7 +135,7 @@ static bool set_value(override_work *work, scene_node *parent, scene_node *node)
         remove_child(parent, node);
         return true;
     }
-    tree_source source = {work->place.file, value, strlen(value), false};
+    tree_source source = {.name = work->place.file, .text = value, .length = strlen(value)};
     scene_node *read = tree_read(&source, work->storage, work->problems);
     if (!read) return false;
     scene_node *next = node->next;

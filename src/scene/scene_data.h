@@ -105,6 +105,8 @@ bool make_motion(const scene_work *work, const schema_list *keyframes, const pos
 
 /* Makes a cloth with its pins. False after a problem; the mesh is then destroyed with the scene. */
 bool make_cloth(const scene_work *work, const cloth_keys *keys, size_t index, scene_cloth *cloth);
+/* Fills the cloth's material and its name in contacts. False after a problem. */
+bool make_material(const scene_work *work, const material_keys *keys, scene_cloth *cloth);
 bool make_pins(const scene_work *work, scene_cloth *cloth);
 
 /* Makes an obstacle and all its copies at *obstacles, which has room for copy_count. */

@@ -179,7 +179,8 @@ static void read_default(map_work *work, size_t k) {
         return;
     }
     if (!key->fallback) return;
-    tree_source source = {work->reader->file, key->fallback, strlen(key->fallback), false};
+    tree_source source = {
+        .name = work->reader->file, .text = key->fallback, .length = strlen(key->fallback)};
     const scene_node *node = tree_read(&source, work->reader->storage, work->reader->problems);
     if (!node)
         work->is_clean = false;

@@ -251,8 +251,7 @@ scene_node *tree_read(const tree_source *source, arena *storage, tulle_scene_pro
     if (!is_read) return NULL;
     if (!reader.root)
         problem_add(problems, TULLE_ERROR_PARSE, (scene_place){source->name, 0, 0},
-                    source->has_lines
-                        ? "the file is empty; a scene has at least the keys time and cloth"
-                        : "the value is empty");
+                    source->has_lines ? "the file is empty; %s" : "the value is empty",
+                    source->needs);
     return reader.root;
 }

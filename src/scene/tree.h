@@ -37,7 +37,8 @@ typedef struct tree_source {
     const char *name; /* kept: the file of all places */
     const char *text;
     size_t length;
-    bool has_lines; /* false: places carry the name alone (overrides) */
+    const char *needs; /* with has_lines: what an empty file should have had, for a message */
+    bool has_lines;    /* false: places carry the name alone (overrides) */
 } tree_source;
 
 /* Reads one document. Null after adding a problem. */

@@ -17,6 +17,8 @@ typedef struct unit {
 #define TURN 6.283185307179586      /* [rad] */
 #define INCH 0.0254                 /* [m] exactly */
 #define FOOT 0.3048                 /* [m] exactly */
+#define OUNCE 0.028349523125        /* [kg] exactly */
+#define GRAM_FORCE 9.80665e-3       /* [N] exactly */
 
 /* The SI unit of each dimension comes first. */
 static const unit units[] = {
@@ -45,14 +47,20 @@ static const unit units[] = {
     {UNIT_ACCELERATION, "ft/s^2", FOOT},
     {UNIT_AREA_DENSITY, "kg/m^2", 1.0},
     {UNIT_AREA_DENSITY, "g/m^2", 1e-3},
+    {UNIT_AREA_DENSITY, "gsm", 1e-3},
+    {UNIT_AREA_DENSITY, "mg/cm^2", 1e-2},
+    {UNIT_AREA_DENSITY, "oz/yd^2", OUNCE / (9.0 * FOOT * FOOT)},
     {UNIT_STIFFNESS, "N/m", 1.0},
     {UNIT_STIFFNESS, "kN/m", 1e3},
     {UNIT_STIFFNESS, "N/mm", 1e3},
     {UNIT_STIFFNESS, "N/cm", 1e2},
+    {UNIT_STIFFNESS, "gf/cm", GRAM_FORCE / 1e-2},
+    {UNIT_STIFFNESS, "gf/cm/deg", GRAM_FORCE / 1e-2 / DEGREE},
     {UNIT_BENDING, "N m", 1.0},
     {UNIT_BENDING, "mN m", 1e-3},
     {UNIT_BENDING, "uN m", 1e-6},
     {UNIT_BENDING, "N mm", 1e-3},
+    {UNIT_BENDING, "gf cm^2/cm", GRAM_FORCE * 1e-2},
     {UNIT_RATE, "1/s", 1.0},
     {UNIT_RATE, "1/min", 1.0 / 60.0},
     {UNIT_DRAG, "kg/m^3", 1.0},

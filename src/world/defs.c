@@ -2,6 +2,7 @@
 #include "world/defs.h"
 
 #include "base/error.h"
+#include "dynamics/cloth_model.h"
 #include "tulle/mesh.h"
 #include "world/world_state.h"
 
@@ -27,6 +28,7 @@ tulle_world_def tulle_world_def_default(void) {
                       .has_certificate = 1},
         .response = TULLE_RESPONSE_COUPLED,
         .motion_space = TULLE_MOTION_SPACE_POLYHEDRAL,
+        .membrane = TULLE_MEMBRANE_SPRINGS,
         .cg_tolerance = settings.cg_tolerance,
         .cg_max_iterations = settings.cg_max_iterations,
         .solve_rounds = settings.solve_rounds,
@@ -128,6 +130,7 @@ tulle_status world_def_check(const tulle_world_def *def, tulle_error *error) {
          2.0},
         {"minimum gap", "m", def->minimum_gap, 0.0,
          def->contact_distance > 0.0 ? 0.5 * def->contact_distance : 0.5},
+        {"membrane", "", ENUM_VALUE(def->membrane), 0.0, (double)TULLE_MEMBRANE_SPRINGS},
         {"CG tolerance", "", def->cg_tolerance, 1e-12, 1e-1},
         {"CG iteration limit", "", (double)def->cg_max_iterations, 1.0, 1e6},
         {"solve rounds", "", (double)def->solve_rounds, 1.0, 20.0},
@@ -152,28 +155,6 @@ tulle_status world_def_check(const tulle_world_def *def, tulle_error *error) {
     if (status != TULLE_OK) return status;
     return check_dynamic("dynamic friction between cloths", def->dynamic_friction_cloth_cloth,
                          def->friction_cloth_cloth, "world", error);
-}
-
-/* To a solver, cloth that stiffens at less strain is a chain of rods. */
-static const double LEAST_STIFFENING_STRAIN = 1e-3;
-
-static tulle_status check_material(const tulle_material *m, const char *owner, tulle_error *error) {
-    range_check const checks[] = {
-        {"area density", "kg/m^2", m->area_density, SMALLEST_POSITIVE, LARGEST},
-        {"stretch stiffness", "N/m", m->stretch_stiffness, SMALLEST_POSITIVE, 1e12},
-        {"bend stiffness", "N m", m->bend_stiffness, 0.0, 1e9},
-        {"stretch damping", "s", m->stretch_damping, 0.0, LARGEST},
-        {"bend damping", "s", m->bend_damping, 0.0, LARGEST},
-        {"air damping", "1/s", m->air_damping, 0.0, LARGEST},
-        {"friction", "", m->friction, 0.0, 10.0},
-        {"restitution", "", m->restitution, 0.0, 1.0},
-        {"friction across", "", m->friction_across, 0.0, 10.0},
-        {"stiffening strain (0: never)", "", m->stiffening_strain,
-         m->stiffening_strain == 0.0 ? 0.0 : LEAST_STIFFENING_STRAIN, LARGEST},
-    };
-    tulle_status const status = CHECK_RANGES(checks, owner, error);
-    if (status != TULLE_OK) return status;
-    return check_dynamic("dynamic friction", m->dynamic_friction, m->friction, owner, error);
 }
 
 /* Whether the grain has a direction in the surface of the rest shape, on one triangle at least. */
@@ -261,7 +242,20 @@ static tulle_status check_finite(const double *values, size_t count, const char 
     return TULLE_OK;
 }
 
-tulle_status cloth_def_check(const tulle_cloth_def *def, const char *owner, tulle_error *error) {
+static tulle_status check_warps(const tulle_cloth_def *def, const char *owner, tulle_error *error) {
+    for (size_t t = 0; def->warps && t < def->mesh.triangle_count; t++) {
+        double const length = vec3_norm(vec3_load(def->warps, t));
+        if (length >= SMALLEST_GRAIN && length <= LARGEST) continue;
+        return error_set(error, TULLE_ERROR_INVALID_ARGUMENT,
+                         "%s: the warp of triangle %zu has the length %g; it must lie between %g "
+                         "and %g",
+                         owner, t, length, SMALLEST_GRAIN, LARGEST);
+    }
+    return TULLE_OK;
+}
+
+tulle_status cloth_def_check(const tulle_cloth_def *def, tulle_membrane membrane, const char *owner,
+                             tulle_error *error) {
     if (!def || def->cookie != CLOTH_DEF_COOKIE) {
         return error_set(error, TULLE_ERROR_INVALID_ARGUMENT,
                          "%s: the def was not made by tulle_cloth_def_default", owner);
@@ -274,10 +268,14 @@ tulle_status cloth_def_check(const tulle_cloth_def *def, const char *owner, tull
     }
     if (status != TULLE_OK) return status;
     size_t const value_count = 3 * def->mesh.vertex_count;
-    status = check_material(&def->material, owner, error);
+    status = material_validate(&def->material, membrane, owner, error);
+    if (status == TULLE_OK)
+        status = check_dynamic("dynamic friction", def->material.dynamic_friction,
+                               def->material.friction, owner, error);
     if (status == TULLE_OK) {
         status = check_finite(def->velocities, value_count, "velocity", owner, error);
     }
+    if (status == TULLE_OK) status = check_warps(def, owner, error);
     range_check const checks[] = {
         {"thickness", "m", def->thickness, 0.0, 1.0},
         {"velocity x", "m/s", def->velocity[0], -LARGEST, LARGEST},

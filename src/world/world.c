@@ -54,6 +54,7 @@ static void destroy_mesh(memory *heap, world_mesh *mesh) {
 static void destroy_cloth(memory *heap, world_cloth *cloth) {
     size_t const vector_bytes = 3 * cloth->mesh.vertex_count * sizeof(double);
     memory_release(heap, cloth->rest, vector_bytes);
+    memory_release(heap, cloth->warps, 3 * cloth->mesh.triangle_count * sizeof(double));
     memory_release(heap, cloth->velocities, vector_bytes);
     for (size_t i = 0; cloth->pins && i < cloth->pin_count; i++) {
         world_pin *const pin = &cloth->pins[i];
@@ -139,7 +140,10 @@ static tulle_status copy_cloth(memory *heap, const tulle_cloth_def *def, world_c
     const double *const rest = def->rest_positions ? def->rest_positions : def->mesh.positions;
     cloth->rest = copy_array(heap, rest, count, 3 * sizeof(double));
     cloth->velocities = memory_allocate(heap, 3 * count * sizeof(double));
-    if (!cloth->rest || !cloth->velocities) return TULLE_ERROR_OUT_OF_MEMORY;
+    if (def->warps)
+        cloth->warps = copy_array(heap, def->warps, def->mesh.triangle_count, 3 * sizeof(double));
+    if (!cloth->rest || !cloth->velocities || (def->warps && !cloth->warps))
+        return TULLE_ERROR_OUT_OF_MEMORY;
     for (size_t i = 0; i < 3 * count; i++) {
         cloth->velocities[i] = def->velocities ? def->velocities[i] : def->velocity[i % 3];
     }
@@ -159,7 +163,7 @@ tulle_status tulle_world_add_cloth(tulle_world *world, const tulle_cloth_def *de
     if (status != TULLE_OK) return status;
     world_cloth cloth = {0};
     name_object(cloth.name, def ? def->name : NULL, "cloth", world->cloths.count);
-    status = cloth_def_check(def, cloth.name, error);
+    status = cloth_def_check(def, world->def.membrane, cloth.name, error);
     if (status != TULLE_OK) return own_error(error, cloth.name, status);
     if (!ARRAY_RESERVE(&world->heap, &world->cloths, 1) ||
         !ARRAY_RESERVE(&world->heap, &world->contact_materials, 1) ||

@@ -46,6 +46,7 @@ typedef struct world_cloth {
     world_mesh mesh;    /* start positions */
     double *rest;       /* [m] 3 * vertex_count; null once the world has started */
     double *velocities; /* [m/s] at the start; the same */
+    double *warps;      /* 3 * triangle_count; null: along the grain; the same */
     tulle_material material;
     double grain[3];
     uint32_t contact_material; /* among the world's, or TULLE_NONE */

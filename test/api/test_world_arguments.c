@@ -186,17 +186,65 @@ ARGUMENTS_OF(tulle_world_add_cloth) {
         refuse_cloth_def(&def);
     }
     tulle_material *const m = &def.material;
-    double *const numbers[] = {&m->area_density,      &m->stretch_stiffness, &m->bend_stiffness,
-                               &m->stretch_damping,   &m->bend_damping,      &m->air_damping,
-                               &m->friction,          &m->restitution,       &m->friction_across,
-                               &m->stiffening_strain, &def.thickness,        &def.velocity[2],
-                               &def.grain[1]};
-    for (size_t n = 0; n < sizeof numbers / sizeof numbers[0]; n++)
+    double *const numbers[] = {&m->area_density,
+                               &m->stretch_damping,
+                               &m->bend_damping,
+                               &m->air_damping,
+                               &m->friction,
+                               &m->restitution,
+                               &m->friction_across,
+                               &def.thickness,
+                               &def.velocity[2],
+                               &def.grain[1],
+                               NULL,
+                               &m->springs.stretch_stiffness,
+                               &m->springs.bend_stiffness,
+                               &m->springs.stiffening_strain,
+                               NULL,
+                               &m->warp.stiffness,
+                               &m->warp.knee,
+                               &m->warp.limit,
+                               &m->weft.stiffness,
+                               &m->weft.knee,
+                               &m->weft.limit,
+                               &m->shear.stiffness,
+                               &m->shear.knee,
+                               &m->shear.limit,
+                               &m->poisson,
+                               &m->bend_warp,
+                               &m->bend_weft,
+                               &m->bend_twist};
+    /* After the first null those of springs, after the second those of woven cloth. */
+    tulle_world *const given = fresh;
+    tulle_world_def world_def = tulle_world_def_default();
+    for (size_t n = 0; n < sizeof numbers / sizeof numbers[0]; n++) {
+        if (!numbers[n]) {
+            world_def.membrane = fresh == given ? TULLE_MEMBRANE_SPRINGS : TULLE_MEMBRANE_WOVEN;
+            if (fresh != given) tulle_world_destroy(fresh);
+            assert_int_equal(tulle_world_create(&world_def, &fresh, &error), TULLE_OK);
+            continue;
+        }
         for (int i = 0; i < NO_NUMBER_COUNT; i++) {
             def = make_cloth_def();
             *numbers[n] = no_numbers[i];
             refuse_cloth_def(&def);
         }
+    }
+    def = make_cloth_def();
+    m->shear.stiffness = 1e5; /* beyond that of the yarns */
+    refuse_cloth_def(&def);
+    def = make_cloth_def();
+    double warps[3 * 18];
+    for (int i = 0; i < 3 * 18; i++) warps[i] = 1.0;
+    def.warps = warps;
+    for (int i = 0; i < NO_NUMBER_COUNT; i++) {
+        warps[3 * def.mesh.triangle_count - 1] = no_numbers[i];
+        refuse_cloth_def(&def);
+    }
+    for (int k = 1; k < 4; k++) warps[3 * def.mesh.triangle_count - (size_t)k] = 0.0;
+    refuse_cloth_def(&def);
+    tulle_world_destroy(fresh);
+    fresh = given;
     double values[48] = {0};
     values[47] = (double)NAN;
     def = make_cloth_def();

@@ -41,15 +41,10 @@ static inline double *copy_doubles(const double *source, size_t count) {
     return copy;
 }
 
-/* A fabric and the warp directions of its triangles; both null: springs. */
-typedef struct weave {
-    const membrane_fabric *fabric;
-    const double *warps;
-} weave;
-
+/* Woven cloth; null warps: springs. */
 static inline fixture *fixture_make_woven(const double *rest, size_t vertex_count,
                                           const uint32_t *triangles, size_t triangle_count,
-                                          tulle_material material, weave woven) {
+                                          tulle_material material, const double *warps) {
     fixture *const f = calloc(1, sizeof *f);
     f->heap = memory_default();
     f->scratch = arena_make(&f->heap);
@@ -62,8 +57,8 @@ static inline fixture *fixture_make_woven(const double *rest, size_t vertex_coun
                                  .rest_positions = rest,
                                  .materials = &material,
                                  .material_count = 1,
-                                 .fabrics = woven.fabric,
-                                 .warps = woven.warps};
+                                 .membrane = warps ? TULLE_MEMBRANE_WOVEN : TULLE_MEMBRANE_SPRINGS,
+                                 .warps = warps};
     assert_int_equal(cloth_model_build(&f->heap, &def, &f->model, &error), TULLE_OK);
     assert_int_equal(linear_system_build(&f->heap, &f->model, &f->system), TULLE_OK);
     size_t const n = 3 * vertex_count;
@@ -85,8 +80,7 @@ static inline fixture *fixture_make_woven(const double *rest, size_t vertex_coun
 static inline fixture *fixture_make(const double *rest, size_t vertex_count,
                                     const uint32_t *triangles, size_t triangle_count,
                                     tulle_material material) {
-    return fixture_make_woven(rest, vertex_count, triangles, triangle_count, material,
-                              (weave){NULL, NULL});
+    return fixture_make_woven(rest, vertex_count, triangles, triangle_count, material, NULL);
 }
 
 static inline void fixture_free(fixture *f) {
@@ -208,8 +202,7 @@ static inline fixture *fixture_make_grid(size_t columns, size_t rows, double wid
 }
 
 /* Woven cloth on a grid, which is freed; its warp at `angle` [rad] from x towards z. */
-static inline fixture *fixture_weave_grid(grid g, tulle_material material,
-                                          const membrane_fabric *fabric, double angle) {
+static inline fixture *fixture_weave_grid(grid g, tulle_material material, double angle) {
     double *const warps = malloc(3 * g.triangle_count * sizeof(double));
     for (size_t t = 0; t < g.triangle_count; t++) {
         warps[3 * t] = cos(angle);
@@ -217,7 +210,7 @@ static inline fixture *fixture_weave_grid(grid g, tulle_material material,
         warps[3 * t + 2] = sin(angle);
     }
     fixture *const f = fixture_make_woven(g.positions, g.vertex_count, g.triangles,
-                                          g.triangle_count, material, (weave){fabric, warps});
+                                          g.triangle_count, material, warps);
     free(warps);
     grid_free(&g);
     return f;
@@ -225,7 +218,7 @@ static inline fixture *fixture_weave_grid(grid g, tulle_material material,
 
 static inline tulle_material plain_material(void) {
     return (tulle_material){
-        .area_density = 0.2, .stretch_stiffness = 500.0, .bend_stiffness = 1e-4};
+        .area_density = 0.2, .springs.stretch_stiffness = 500.0, .springs.bend_stiffness = 1e-4};
 }
 
 /* The matrix of the fixture's system, dense, 3 * vertex_count squared, row-major. */

@@ -84,7 +84,7 @@ static void springs_stiffen(void **state) {
     (void)state;
     tulle_material material = plain_material();
     fixture *const linear = fixture_make_grid(2, 2, 0.4, 0.3, 0, material);
-    material.stiffening_strain = 0.1;
+    material.springs.stiffening_strain = 0.1;
     fixture *const stiff = fixture_make_grid(2, 2, 0.4, 0.3, 0, material);
     for (size_t s = 0; s < stiff->model.edge_count; s++) {
         const cloth_spring *const a = &linear->model.springs[s], *const b =
@@ -173,10 +173,10 @@ static fixture *make_curved(tulle_material material) {
 static void force_is_gradient_of_energy(void **state) {
     (void)state;
     tulle_material bending = plain_material();
-    bending.stretch_stiffness = 1e-9;
+    bending.springs.stretch_stiffness = 1e-9;
     for (int pattern = 0; pattern < 3; pattern++) {
         tulle_material material = plain_material();
-        material.stiffening_strain = pattern * 0.15;
+        material.springs.stiffening_strain = pattern * 0.15;
         fixture *f = fixture_make_grid(COLUMNS, ROWS, 0.4, 0.3, pattern, material);
         shake(f->x, 3 * f->vertex_count, 0.05, 3);
         check_gradient(f, 1e-6);
@@ -216,7 +216,7 @@ static void matrix_matches_finite_differences(void **state) {
     tulle_material material = plain_material();
     material.air_damping = 0.7;
     material.stretch_damping = 1e-2;
-    material.stiffening_strain = 0.5;
+    material.springs.stiffening_strain = 0.5;
     fixture *const f = fixture_make_grid(COLUMNS, ROWS, 0.4, 0.3, 2, material);
     size_t const n = 3 * f->vertex_count;
     for (size_t i = 0; i < n; i++) f->x[i] *= 1.5;
@@ -377,7 +377,7 @@ static void inner_forces_keep_momentum(void **state) {
 static void system_is_positive_definite_in_any_state(void **state) {
     (void)state;
     tulle_material material = plain_material();
-    material.stretch_stiffness = 5000.0;
+    material.springs.stretch_stiffness = 5000.0;
     material.area_density = 0.05;
     material.bend_damping = material.stretch_damping = 0.01;
     int compressed = 0;

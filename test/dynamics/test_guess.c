@@ -10,7 +10,7 @@
 static fixture *make_case(double stiffening_strain, double guess[3 * 30]) {
     tulle_material material;
     assert_int_equal(tulle_material_preset("cotton", &material), TULLE_OK);
-    material.stiffening_strain = stiffening_strain;
+    material.springs.stiffening_strain = stiffening_strain;
     material.bend_damping = 0.0; /* its true force turns with the normal */
     grid sheet = grid_make(5, 4, 0.1, 0.08, 1);
     assert_int_equal(sheet.vertex_count, 30);

@@ -113,7 +113,7 @@ static void cloths_beside_obstacles_are_independent(void **state) {
     (void)state;
     tulle_material materials[2] = {plain_material(), plain_material()};
     materials[1].area_density = 0.5;
-    materials[1].bend_stiffness = 3e-3;
+    materials[1].springs.bend_stiffness = 3e-3;
     materials[1].bend_damping = 0.01;
     materials[1].air_damping = 2.0;
     grid parts[3] = {grid_make(4, 3, 0.4, 0.3, 0), grid_make(5, 4, 0.5, 0.4, 2),
@@ -125,8 +125,13 @@ static void cloths_beside_obstacles_are_independent(void **state) {
     arena scratch = arena_make(&heap);
     topology surface;
     assert_int_equal(topology_build(&heap, triangles, triangle_count, ALL, &surface), TULLE_OK);
-    cloth_model_def const def = {CLOTH, &surface,         positions, materials,
-                                 2,     vertex_materials, NULL,      NULL};
+    cloth_model_def const def = {.vertex_count = CLOTH,
+                                 .surface = &surface,
+                                 .rest_positions = positions,
+                                 .materials = materials,
+                                 .material_count = 2,
+                                 .vertex_materials = vertex_materials,
+                                 .membrane = TULLE_MEMBRANE_SPRINGS};
     cloth_model model;
     linear_system system;
     assert_int_equal(cloth_model_build(&heap, &def, &model, NULL), TULLE_OK);
@@ -150,14 +155,20 @@ static void cloths_beside_obstacles_are_independent(void **state) {
 }
 
 /* Builds a model of a triangle with these positions and an extra vertex; returns the status. */
-static tulle_status try_build(const double *positions, size_t vertex_count, size_t byte_limit,
-                              tulle_error *error) {
+static tulle_status try_build(const double *positions, size_t vertex_count, tulle_membrane membrane,
+                              size_t byte_limit, tulle_error *error) {
     uint32_t const triangles[] = {0, 1, 2, 2, 1, 3};
     memory heap = memory_default(), limited = {.allocator = {.byte_limit = byte_limit}};
     topology surface;
     assert_int_equal(topology_build(&heap, triangles, 2, vertex_count, &surface), TULLE_OK);
-    tulle_material const material = plain_material();
-    cloth_model_def const def = {vertex_count, &surface, positions, &material, 1, NULL, NULL, NULL};
+    tulle_material cotton;
+    assert_int_equal(tulle_material_preset("cotton", &cotton), TULLE_OK);
+    cloth_model_def const def = {.vertex_count = vertex_count,
+                                 .surface = &surface,
+                                 .rest_positions = positions,
+                                 .materials = &cotton,
+                                 .material_count = 1,
+                                 .membrane = membrane};
     cloth_model model;
     linear_system system;
     tulle_status status = cloth_model_build(&limited, &def, &model, error);
@@ -171,33 +182,43 @@ static tulle_status try_build(const double *positions, size_t vertex_count, size
     return status;
 }
 
-static void bad_cloth_is_refused_by_name(void **state) {
-    (void)state;
+static void check_refusals(tulle_membrane membrane) {
     tulle_error error;
     double good[] = {0, 0, 0, 1, 0, 0, 0, 0, 1, 1, 0, 1, 5, 5, 5};
-    assert_int_equal(try_build(good, 4, 0, &error), TULLE_OK);
-    assert_int_equal(try_build(good, 5, 0, &error), TULLE_ERROR_INVALID_MESH);
+    assert_int_equal(try_build(good, 4, membrane, 0, &error), TULLE_OK);
+    assert_int_equal(try_build(good, 5, membrane, 0, &error), TULLE_ERROR_INVALID_MESH);
     assert_non_null(strstr(error.message, "vertex 4"));
     double flat[] = {0, 0, 0, 1, 0, 0, 2, 0, 0, 1, 0, 1};
-    assert_int_equal(try_build(flat, 4, 0, &error), TULLE_ERROR_INVALID_MESH);
+    assert_int_equal(try_build(flat, 4, membrane, 0, &error), TULLE_ERROR_INVALID_MESH);
     assert_non_null(strstr(error.message, "triangle 0"));
     double infinite[] = {0, 0, 0, 1e200, 0, 0, 0, 0, 1e200, 1, 0, 1};
-    assert_int_equal(try_build(infinite, 4, 0, NULL), TULLE_ERROR_INVALID_MESH);
+    assert_int_equal(try_build(infinite, 4, membrane, 0, NULL), TULLE_ERROR_INVALID_MESH);
     double needle[] = {0, 0, 0, 1e10, 0, 0, 0, 1e-170, 0, 1e10, 1, 0}; /* it has an area */
-    assert_int_equal(try_build(needle, 4, 0, &error), TULLE_ERROR_INVALID_MESH);
+    assert_int_equal(try_build(needle, 4, membrane, 0, &error), TULLE_ERROR_INVALID_MESH);
     assert_non_null(strstr(error.message, "vertices 0 and 2 are at the same place"));
+}
+
+static void bad_cloth_is_refused_by_name(void **state) {
+    (void)state;
+    check_refusals(TULLE_MEMBRANE_WOVEN);
+    check_refusals(TULLE_MEMBRANE_SPRINGS);
+}
+
+static void fail_each_allocation(tulle_membrane membrane) {
+    double const good[] = {0, 0, 0, 1, 0, 0, 0, 0, 1, 1, 0, 1};
+    int failures = 0;
+    tulle_status status = TULLE_ERROR_OUT_OF_MEMORY;
+    for (size_t limit = 1; status != TULLE_OK; limit += 20, failures++) {
+        status = try_build(good, 4, membrane, limit, NULL);
+        assert_true(status == TULLE_OK || status == TULLE_ERROR_OUT_OF_MEMORY);
+    }
+    assert_true(failures > 100);
 }
 
 static void failing_memory_is_reported(void **state) {
     (void)state;
-    double const good[] = {0, 0, 0, 1, 0, 0, 0, 0, 1, 1, 0, 1};
-    int failures = 0;
-    tulle_status status = TULLE_ERROR_OUT_OF_MEMORY;
-    for (size_t limit = 1; status != TULLE_OK; limit += 100, failures++) {
-        status = try_build(good, 4, limit, NULL);
-        assert_true(status == TULLE_OK || status == TULLE_ERROR_OUT_OF_MEMORY);
-    }
-    assert_true(failures > 20);
+    fail_each_allocation(TULLE_MEMBRANE_WOVEN);
+    fail_each_allocation(TULLE_MEMBRANE_SPRINGS);
     /* A step without scratch memory fails and says so. */
     fixture *const f = fixture_make_grid(30, 30, 1.0, 1.0, 0, plain_material());
     memory limited = {.allocator = {.byte_limit = 100000}};
@@ -263,7 +284,10 @@ static void presets_are_complete(void **state) {
         tulle_material material;
         assert_string_equal(name, expected[count]);
         assert_int_equal(tulle_material_preset(name, &material), TULLE_OK);
-        assert_int_equal(material_validate(&material, &error), TULLE_OK);
+        assert_int_equal(material_validate(&material, TULLE_MEMBRANE_WOVEN, name, &error),
+                         TULLE_OK);
+        assert_int_equal(material_validate(&material, TULLE_MEMBRANE_SPRINGS, name, &error),
+                         TULLE_OK);
         assert_true(strlen(tulle_material_preset_source(count)) > 20);
     }
     assert_int_equal(count, 6);
@@ -271,26 +295,33 @@ static void presets_are_complete(void **state) {
     tulle_material material = plain_material();
     assert_int_equal(tulle_material_preset("iron", &material), TULLE_ERROR_INVALID_ARGUMENT);
     assert_int_equal(tulle_material_preset(NULL, &material), TULLE_ERROR_INVALID_ARGUMENT);
-    double *const fields[] = {&material.area_density,    &material.stretch_stiffness,
-                              &material.bend_stiffness,  &material.stretch_damping,
-                              &material.bend_damping,    &material.air_damping,
-                              &material.friction,        &material.restitution,
-                              &material.friction_across, &material.stiffening_strain};
-    const char *const names[] = {"area_density",     "stretch_stiffness", "bend_stiffness",
-                                 "stretch_damping",  "bend_damping",      "air_damping",
-                                 "friction",         "restitution",       "friction_across",
-                                 "stiffening_strain"};
+    double *const fields[] = {&material.area_density,
+                              &material.springs.stretch_stiffness,
+                              &material.springs.bend_stiffness,
+                              &material.stretch_damping,
+                              &material.bend_damping,
+                              &material.air_damping,
+                              &material.friction,
+                              &material.restitution,
+                              &material.friction_across,
+                              &material.springs.stiffening_strain};
+    const char *const names[] = {"area density",     "stretch stiffness", "bend stiffness",
+                                 "stretch damping",  "bend damping",      "air damping",
+                                 "friction",         "restitution",       "friction across",
+                                 "stiffening strain"};
     for (int i = 0; i < 10; i++) {
         double const bad[] = {-1.0, NAN, INFINITY, -INFINITY, i < 2 ? 0.0 : -1e-300};
         for (int k = 0; k < 5; k++) {
             double const kept = *fields[i];
             *fields[i] = bad[k];
-            assert_int_equal(material_validate(&material, &error), TULLE_ERROR_INVALID_ARGUMENT);
+            assert_int_equal(material_validate(&material, TULLE_MEMBRANE_SPRINGS, "cloth", &error),
+                             TULLE_ERROR_INVALID_ARGUMENT);
             assert_non_null(strstr(error.message, names[i]));
             *fields[i] = kept;
         }
     }
-    assert_int_equal(material_validate(&material, &error), TULLE_OK);
+    assert_int_equal(material_validate(&material, TULLE_MEMBRANE_SPRINGS, "cloth", &error),
+                     TULLE_OK);
 }
 
 /* BDF2 needs history of the same step, and pinned vertices end with their mean velocity. */

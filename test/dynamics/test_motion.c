@@ -73,7 +73,7 @@ static void air_damping_decays_as_in_closed_form(void **state) {
 /* A stretched sheet vibrating between two fixed sides, everything in tension. */
 static fixture *make_drum(void) {
     tulle_material material = plain_material();
-    material.stretch_stiffness = 2.0;
+    material.springs.stretch_stiffness = 2.0;
     fixture *const f = fixture_make_grid(4, 4, 0.4, 0.4, 0, material);
     for (size_t v = 0; v < f->vertex_count; v++) {
         double *const x = f->x + 3 * v;
@@ -124,8 +124,8 @@ static void order_of_accuracy_is_as_promised(void **state) {
 static void pendulum_swings_in_its_period(void **state) {
     (void)state;
     tulle_material material = plain_material();
-    material.stretch_stiffness = 2e4;
-    material.bend_stiffness = 0.05;
+    material.springs.stretch_stiffness = 2e4;
+    material.springs.bend_stiffness = 0.05;
     for (int k = 1; k < 3; k++) {
         enum { CELLS = 8 };
         fixture *const f = fixture_make_grid(CELLS, CELLS, 0.5, 0.5, 1, material);
@@ -179,8 +179,8 @@ static void settle(fixture *f, int steps, double h) {
 static void hanging_ribbon_is_a_catenary(void **state) {
     (void)state;
     tulle_material material = plain_material();
-    material.stretch_stiffness = 2e4;
-    material.bend_stiffness = 1e-8;
+    material.springs.stretch_stiffness = 2e4;
+    material.springs.bend_stiffness = 1e-8;
     material.air_damping = 2.0;
     enum { CELLS = 64 };
     double const length = 1.0, span = 0.7;
@@ -227,7 +227,7 @@ static vec3 measure_momentum(const fixture *f, bool is_angular) {
  */
 static double tumble(tulle_integrator integrator, int steps, bool is_damped) {
     tulle_material material = plain_material();
-    material.stretch_stiffness = 5.0;
+    material.springs.stretch_stiffness = 5.0;
     if (is_damped) material.bend_damping = material.stretch_damping = 1e-3;
     fixture *const f = fixture_make_grid(6, 5, 0.6, 0.5, 2, material);
     f->tolerance = 1e-14;
@@ -262,7 +262,7 @@ static void momenta_are_kept(void **state) {
 /* Sag of a square sheet, longer than the span, held along two opposite sides. */
 static double measure_sag(size_t cells, int pattern) {
     tulle_material material = plain_material();
-    material.bend_stiffness = 5e-4;
+    material.springs.bend_stiffness = 5e-4;
     material.air_damping = 4.0;
     fixture *const f = fixture_make_grid(cells, cells, 0.5, 0.5, pattern, material);
     for (size_t v = 0; v < f->vertex_count; v++) {
@@ -280,7 +280,7 @@ static double measure_sag(size_t cells, int pattern) {
 /* Drop of the middle of the lower side of a square held at two corners. */
 static double measure_drop(size_t cells, int pattern) {
     tulle_material material = plain_material();
-    material.stretch_stiffness = 100.0;
+    material.springs.stretch_stiffness = 100.0;
     material.air_damping = 4.0;
     fixture *const f = fixture_make_grid(cells, cells, 0.5, 0.5, pattern, material);
     f->is_fixed[0] = f->is_fixed[cells] = 1;
@@ -294,7 +294,7 @@ static double measure_drop(size_t cells, int pattern) {
  * clamp acts half a cell inside the last held line, so the free length ends on half a cell. */
 static double measure_droop(size_t cells, int pattern) {
     tulle_material material = plain_material();
-    material.bend_stiffness = 4e-3;
+    material.springs.bend_stiffness = 4e-3;
     material.air_damping = 4.0;
     double const length = 0.1, cell = length / ((double)cells + 0.5);
     size_t const rows = cells / 2;
@@ -306,7 +306,7 @@ static double measure_droop(size_t cells, int pattern) {
     for (size_t j = 0; j <= rows; j++)
         tip -= f->x[3 * (j * (cells + 2) + cells + 1) + 1] / (double)(rows + 1);
     double const beam =
-        material.area_density * GRAVITY * pow(length, 4.0) / 8.0 / material.bend_stiffness;
+        material.area_density * GRAVITY * pow(length, 4.0) / 8.0 / material.springs.bend_stiffness;
     assert_true(beam < 0.07 * length);
     fixture_free(f);
     return tip / beam;

@@ -17,7 +17,7 @@ typedef struct strip_pull {
 
 /* Longer by `strain`, the sides free, at rest. */
 static strip_pull pull_strip(tulle_material material, double strain) {
-    material.bend_stiffness = 0.0;
+    material.springs.bend_stiffness = 0.0;
     fixture *const f = fixture_make_grid(COLUMNS, ROWS, LENGTH, WIDTH, 1, material);
     for (size_t v = 0; v < f->vertex_count; v++) {
         size_t const column = v % (COLUMNS + 1);
@@ -56,7 +56,7 @@ static void presets_pull_as_told(void **state) {
     for (int n = 0; n < 3; n++) {
         tulle_material material;
         assert_int_equal(tulle_material_preset(told[n].name, &material), TULLE_OK);
-        assert_true(material.stretch_stiffness == told[n].stretch);
+        assert_true(material.springs.stretch_stiffness == told[n].stretch);
         for (int k = 0; k < 4; k++) {
             double const tension = pull_strip(material, strains[k]).tension;
             print_message("%s, strain %g: %.5g N/m\n", told[n].name, strains[k], tension);

@@ -8,15 +8,22 @@
 enum { PATTERNS = 3 };
 static const double PI = 3.14159265358979323846;
 
-static membrane_curve make_straight(double stiffness) {
-    return (membrane_curve){stiffness, 0.0, 1.0, (double)INFINITY};
+static tulle_curve make_straight(double stiffness) { return (tulle_curve){stiffness, 0.0, 1.0}; }
+
+static void set_bending(tulle_material *material, double rigidity) {
+    material->bend_warp = material->bend_weft = rigidity;
+    material->bend_twist = 0.5 * rigidity;
 }
 
-static membrane_fabric make_cotton(void) {
-    membrane_curve const warp = {4500.0, 1.0 / (0.05 * 0.05), 0.14, 0.025};
-    membrane_curve const weft = {2800.0, 1.0 / (0.05 * 0.05), 0.14, 0.025};
-    membrane_curve const shear = {60.0, 1.0 / (0.2 * 0.2), 0.5, 0.1};
-    return (membrane_fabric){{warp, weft}, shear, 300.0, 1e-3};
+static tulle_material make_cotton(double rigidity) {
+    tulle_material cotton = {.area_density = 0.2,
+                             .warp = {4500.0, 0.05, 0.14},
+                             .weft = {2800.0, 0.05, 0.14},
+                             .shear = {60.0, 0.2, 0.5},
+                             .stretch_damping = 1e-3};
+    cotton.poisson = 300.0 / sqrt(cotton.warp.stiffness * cotton.weft.stiffness);
+    set_bending(&cotton, rigidity);
+    return cotton;
 }
 
 /* Moves the sheet by a displacement gradient in its plane. */
@@ -44,12 +51,16 @@ static void constants_come_out_as_they_went_in(void **state) {
     (void)state;
     double const width = 0.5, height = 0.4, tiny = 1e-7;
     double const k1 = 4500.0, k2 = 2800.0, c = 300.0, g = 60.0;
-    membrane_fabric const fabric = {{make_straight(k1), make_straight(k2)}, make_straight(g), c, 0};
+    tulle_material const material = {.area_density = 0.2,
+                                     .warp = make_straight(k1),
+                                     .weft = make_straight(k2),
+                                     .shear = make_straight(g),
+                                     .poisson = c / sqrt(k1 * k2)};
     for (int pattern = 0; pattern < PATTERNS; pattern++)
         for (int turn = 0; turn < 8; turn++) {
             double const angle = turn * PI / 16.0, cosine = cos(angle), sine = sin(angle);
-            fixture *const f = fixture_weave_grid(grid_make(7, 6, width, height, pattern),
-                                                  plain_material(), &fabric, angle);
+            fixture *const f =
+                fixture_weave_grid(grid_make(7, 6, width, height, pattern), material, angle);
             for (int mode = 0; mode < 3; mode++) {
                 /* strain [xx, zz, xz] and the stress that Hooke's law gives in the yarns' frame */
                 double const exx = mode == 0, ezz = mode == 1, exz = mode == 2 ? 0.5 : 0.0;
@@ -88,15 +99,13 @@ static void constants_come_out_as_they_went_in(void **state) {
  * coupled as shear is; and no state leaves it indefinite. */
 static void matrix_belongs_to_the_forces(void **state) {
     (void)state;
-    membrane_fabric fabric = make_cotton();
-    fabric.coupling = fabric.shear.stiffness;
-    fabric.damping = 0.0;
-    tulle_material material = plain_material();
-    material.bend_stiffness = 0.0;
+    tulle_material material = make_cotton(0.0);
+    material.poisson =
+        material.shear.stiffness / sqrt(material.warp.stiffness * material.weft.stiffness);
+    material.stretch_damping = 0.0;
     double const h = 0.01, step = 1e-7;
     for (int pattern = 0; pattern < PATTERNS; pattern++) {
-        fixture *const f =
-            fixture_weave_grid(grid_make(3, 3, 0.3, 0.3, pattern), material, &fabric, 0.4);
+        fixture *const f = fixture_weave_grid(grid_make(3, 3, 0.3, 0.3, pattern), material, 0.4);
         size_t const n = 3 * f->vertex_count;
         fixture_assemble(f, TULLE_INTEGRATOR_IMPLICIT_EULER, h);
         double *const dense = fixture_dense(f);
@@ -136,16 +145,17 @@ static void pulled_strip_stays_flat(void **state) {
     (void)state;
     enum { COLUMNS = 24, ROWS = 8, STEPS = 300 };
     double const length = 0.6, width = 0.2, strain = 0.05;
-    membrane_fabric const fabric = {{make_straight(337.5), make_straight(337.5)},
-                                    make_straight(112.5),
-                                    112.5,
-                                    1e-3}; /* E 300, nu 1/3 */
+    tulle_material material = {.area_density = 0.2, /* E 300, nu 1/3 */
+                               .warp = make_straight(337.5),
+                               .weft = make_straight(337.5),
+                               .shear = make_straight(112.5),
+                               .poisson = 1.0 / 3.0,
+                               .stretch_damping = 1e-3};
+    set_bending(&material, 1e-6);
     double tensions[PATTERNS];
     for (int pattern = 0; pattern < PATTERNS; pattern++) {
-        tulle_material material = plain_material();
-        material.bend_stiffness = 1e-6;
-        fixture *const f = fixture_weave_grid(grid_make(COLUMNS, ROWS, length, width, pattern),
-                                              material, &fabric, 0.0);
+        fixture *const f =
+            fixture_weave_grid(grid_make(COLUMNS, ROWS, length, width, pattern), material, 0.0);
         uint64_t seed = 9;
         for (size_t v = 0; v < f->vertex_count; v++) {
             size_t const column = v % (COLUMNS + 1);
@@ -188,11 +198,9 @@ static double *get_bending(const fixture *f) {
 /* What a strip under load sags in its middle, its ends on supports, over what theory says. */
 static double sag_of_strip(int pattern, size_t columns, size_t rows) {
     double const length = 0.2, width = 0.025, rigidity = 1e-5;
-    membrane_fabric const fabric = make_cotton();
-    tulle_material material = plain_material();
-    material.bend_stiffness = rigidity;
-    fixture *const f = fixture_weave_grid(grid_make(columns, rows, length, width, pattern),
-                                          material, &fabric, 0.3);
+    tulle_material const material = make_cotton(rigidity);
+    fixture *const f =
+        fixture_weave_grid(grid_make(columns, rows, length, width, pattern), material, 0.3);
     size_t const n = f->vertex_count;
     double *const matrix = get_bending(f), *const heights = calloc(n, sizeof *heights);
     for (size_t v = 0; v < n; v++) {
@@ -240,13 +248,11 @@ static void strips_sag_as_theory_says(void **state) {
 static void constant_moments_do_no_work_within(void **state) {
     (void)state;
     double const rigidity = 1e-5, size = 1.0;
-    membrane_fabric const fabric = make_cotton();
-    tulle_material material = plain_material();
-    material.bend_stiffness = rigidity;
+    tulle_material const material = make_cotton(rigidity);
     enum { CELLS = 16, DIRECTIONS = 8 };
     for (int pattern = 0; pattern < PATTERNS; pattern++) {
-        fixture *const f = fixture_weave_grid(grid_make(CELLS, CELLS, size, size, pattern),
-                                              material, &fabric, 0.3);
+        fixture *const f =
+            fixture_weave_grid(grid_make(CELLS, CELLS, size, size, pattern), material, 0.3);
         size_t const n = f->vertex_count;
         double *const matrix = get_bending(f);
         double most = 0.0;

@@ -29,7 +29,11 @@ static void read_scene(attempt *work, const char *text, size_t length, const cha
     work->storage = arena_make(&work->heap);
     work->problems = calloc(1, sizeof *work->problems);
     assert_non_null(work->problems);
-    tree_source source = {"s.yaml", text, length, true};
+    tree_source const source = {.name = "s.yaml",
+                                .needs = "a scene has at least the keys time and cloth",
+                                .has_lines = true,
+                                .text = text,
+                                .length = length};
     scene_node *root = tree_read(&source, &work->storage, work->problems);
     if (!root) return;
     if (override_text && !tree_override(root, override_text, &work->storage, work->problems))
@@ -98,17 +102,17 @@ static const refusal refusals[] = {
      "tags (!) are not supported; write the value without, in quotes if it begins with !"},
     {"[1, 2]\n", true, 1, 1,
      "the scene is a list, must be a map with keys title, seed, time, gravity, wind, cloth, "
-     "obstacles, contact, solver, render"},
+     "obstacles, membrane, contact, solver, render"},
     {"just text\n", true, 1, 1,
      "the scene is text, must be a map with keys title, seed, time, gravity, wind, cloth, "
-     "obstacles, contact, solver, render"},
+     "obstacles, membrane, contact, solver, render"},
     /* keys */
     {"time: {frames: 3}\ncloth:\n", true, 2, 7,
      "cloth: is nothing, must be a list of maps (lines beginning with '-')"},
     {"gravty: [0, 0, 1]\n", false, 4, 1, "gravty: unknown key; did you mean 'gravity'?"},
     {"zzz: 1\n", false, 4, 1,
-     "zzz: unknown key; known here: title, seed, time, gravity, wind, cloth, obstacles, contact, "
-     "solver, render"},
+     "zzz: unknown key; known here: title, seed, time, gravity, wind, cloth, obstacles, membrane, "
+     "contact, solver, render"},
     {"obstacles:\n  - mesh: {shape: sphere, heigth: 2}\n", false, 5, 27,
      "obstacles[0].mesh.heigth: unknown key; known here: file, shape, radius, resolution"},
     {"obstacles:\n  - mesh: {shape: sphere, height: 2}\n", false, 5, 27,
@@ -302,6 +306,12 @@ static void test_units(void **state) {
         {"200 g/m^2", UNIT_AREA_DENSITY, 0.2},
         {"9.81 m/s^2", UNIT_ACCELERATION, 9.81},
         {"1.5 kN/m", UNIT_STIFFNESS, 1500},
+        {"500 gf/cm", UNIT_STIFFNESS, 490.3325},
+        {"1 gf/cm/deg", UNIT_STIFFNESS, 0.980665 / 0.017453292519943295},
+        {"0.1 gf cm^2/cm", UNIT_BENDING, 9.80665e-6},
+        {"120 gsm", UNIT_AREA_DENSITY, 0.12},
+        {"12 mg/cm^2", UNIT_AREA_DENSITY, 0.12},
+        {"12 oz/yd^2", UNIT_AREA_DENSITY, 12 * 0.028349523125 / (0.9144 * 0.9144)},
         {"30 uN m", UNIT_BENDING, 30e-6},
         {"2 1/s", UNIT_RATE, 2},
         {"25 %", UNIT_NONE, 0.25},
@@ -358,7 +368,7 @@ static void test_values_and_defaults(void **state) {
     assert_int_equal(keys->contact.on_pinch, 1);
     assert_true(keys->contact.response == 1 && keys->contact.motion_space == 0);
     const cloth_keys *cloth = keys->cloth.items;
-    assert_string_equal(cloth->material.preset, "cotton");
+    assert_null(cloth->material.preset);
     assert_null(cloth->name);
     assert_true(cloth->mesh.size.count == 2 && cloth->mesh.resolution.value[1] == 6);
     assert_int_equal(cloth->pins.count, 0);

@@ -282,7 +282,8 @@ static void read_and_write(read_scene *scene, const char *text, size_t length) {
     scene->storage = arena_make(&scene->heap);
     scene->problems = calloc(1, sizeof *scene->problems);
     assert_non_null(scene->problems);
-    tree_source const source = {"s.yaml", text, length, true};
+    tree_source const source = {
+        .name = "s.yaml", .needs = "", .has_lines = true, .text = text, .length = length};
     const scene_node *const root = tree_read(&source, &scene->storage, scene->problems);
     schema_reader const reader = {&scene->storage, scene->problems, "s.yaml"};
     scene->keys.head = (schema_head){.node = root, .place = {"s.yaml", 1, 1}, .path = ""};

@@ -55,8 +55,8 @@ static void convert_rotation(const change *how, const double from[4], double to[
 
 static tulle_material convert_material(const change *how, tulle_material material) {
     material.area_density = convert(how, material.area_density, -2, 0, 1);
-    material.stretch_stiffness = convert(how, material.stretch_stiffness, 0, -2, 1);
-    material.bend_stiffness = convert(how, material.bend_stiffness, 2, -2, 1);
+    material.springs.stretch_stiffness = convert(how, material.springs.stretch_stiffness, 0, -2, 1);
+    material.springs.bend_stiffness = convert(how, material.springs.bend_stiffness, 2, -2, 1);
     material.stretch_damping = convert(how, material.stretch_damping, 0, 1, 0);
     material.bend_damping = convert(how, material.bend_damping, 0, 1, 0);
     material.air_damping = convert(how, material.air_damping, 0, -1, 0);

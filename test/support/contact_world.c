@@ -15,8 +15,8 @@ contact_world contact_world_make(void) {
                            .friction = 0.5,
                            .dynamic_friction = -1.0,
                            .material = {.area_density = 0.25,
-                                        .stretch_stiffness = 1500.0,
-                                        .bend_stiffness = 1e-5,
+                                        .springs.stretch_stiffness = 1500.0,
+                                        .springs.bend_stiffness = 1e-5,
                                         .stretch_damping = 5e-4,
                                         .bend_damping = 2e-3,
                                         .friction_across = 1.0}};

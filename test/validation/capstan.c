@@ -115,9 +115,9 @@ static capstan make_capstan(validation_run *run, double degrees, double pull, do
     tulle_cloth_def cloth = stage_cloth_def(mesh);
     cloth.rest_positions = rest;
     cloth.material.friction = FRICTION;
-    cloth.material.bend_stiffness = 1e-9;
-    cloth.material.stiffening_strain = 0.0; /* strains are to tell tensions */
-    cloth.material.air_damping = 5.0;       /* [1/s] calms the start; under 0.1% of the tension */
+    cloth.material.springs.bend_stiffness = 1e-9;
+    cloth.material.springs.stiffening_strain = 0.0; /* strains are to tell tensions */
+    cloth.material.air_damping = 5.0; /* [1/s] calms the start; under 0.1% of the tension */
     double const angle = degrees * VALIDATION_DEGREE;
     made.pull[0] = -sin(angle);
     made.pull[1] = cos(angle);

@@ -35,7 +35,7 @@ static table make_table(validation_run *run, const tulle_motion *pull) {
         .vertices = edge, .vertex_count = rows, .motion = *pull, .release_time = (double)INFINITY};
     tulle_cloth_def cloth = stage_cloth_def(lower);
     cloth.material.friction = FRICTION;
-    cloth.material.stretch_stiffness = 3000.0; /* it is to follow its edge */
+    cloth.material.springs.stretch_stiffness = 3000.0; /* it is to follow its edge */
     cloth.pins = &pin;
     cloth.pin_count = 1;
     made.lower = validate_add_cloth(run, made.world, &cloth);

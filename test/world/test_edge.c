@@ -81,9 +81,10 @@ static void add_ribbon(edge_run *run) {
     def.mesh = tulle_mesh_get_view(&mesh);
     def.rest_positions = rest;
     def.material.area_density = AREA_DENSITY;
-    def.material.stretch_stiffness = 300.0; /* stiffer ones feel how a step leaves the arc */
-    def.material.stiffening_strain = 0.0;
-    def.material.bend_stiffness = 1e-9;
+    def.material.springs.stretch_stiffness =
+        300.0; /* stiffer ones feel how a step leaves the arc */
+    def.material.springs.stiffening_strain = 0.0;
+    def.material.springs.bend_stiffness = 1e-9;
     def.material.air_damping = AIR_DAMPING;
     def.material.friction = run->edge->friction;
     double const end = SETTLING + 10.0;

@@ -118,7 +118,7 @@ static tulle_world *make_rebounding(const scene *of, tulle_integrator integrator
     cloth.material.friction = 2.0;
     cloth.material.dynamic_friction = 0.1;
     cloth.material.restitution = 1.0;
-    cloth.material.stretch_stiffness *= 100.0; /* softer ones are torn less */
+    cloth.material.springs.stretch_stiffness *= 100.0; /* softer ones are torn less */
     for (int k = 0; k < 2; k++) {
         tulle_cloth_id id;
         cloth.mesh = tulle_mesh_get_view(&of->sheets[k]);

@@ -254,8 +254,9 @@ static void bend_damping_gives_no_energy(void **state) {
         tulle_world *const world = make_world(tulle_world_def_default());
         tulle_cloth_def def = tulle_cloth_def_default();
         def.mesh = tulle_mesh_get_view(&sheet);
-        def.material.stretch_stiffness = 5e3; /* so that its weight alone stretches it little */
-        def.material.bend_stiffness = choices[k][0];
+        def.material.springs.stretch_stiffness =
+            5e3; /* so that its weight alone stretches it little */
+        def.material.springs.bend_stiffness = choices[k][0];
         def.material.bend_damping = choices[k][1];
         uint32_t const corner = 0;
         tulle_pin const pin = {&corner, 1, {0}, (double)INFINITY};

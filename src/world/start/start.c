@@ -108,22 +108,43 @@ enum { SCRATCH_BYTES = 640 };
 /* Cloth of fewer vertices is solved as fast in double precision (20 x 20; 45 x 45 slower). */
 enum { SINGLE_VERTICES = 1000 };
 
+/* Directions of the warp of all triangles of cloth; null without memory. */
+static double *list_warps(tulle_world *world) {
+    size_t triangle_count = 0;
+    for (size_t i = 0; i < world->cloths.count; i++)
+        triangle_count += world->cloths.data[i].mesh.triangle_count;
+    double *const warps = ARENA_NEW(&world->scratch, double, 3 * triangle_count);
+    double *to = warps;
+    for (size_t i = 0; warps && i < world->cloths.count; i++) {
+        const world_cloth *const cloth = &world->cloths.data[i];
+        for (size_t t = 0; t < cloth->mesh.triangle_count; t++, to += 3)
+            memcpy(to, cloth->warps ? cloth->warps + 3 * t : cloth->grain, 3 * sizeof *to);
+    }
+    return warps;
+}
+
 /* Forces and masses of all cloth together. Leaves it to the caller to say that memory is short. */
 static tulle_status build_model(tulle_world *world, tulle_error *error) {
     arena_mark const mark = arena_get_mark(&world->scratch);
     size_t const cloth_count = world->cloths.count;
     tulle_material *const materials = ARENA_NEW(&world->scratch, tulle_material, cloth_count);
-    if (!materials) return TULLE_ERROR_OUT_OF_MEMORY;
+    double *const warps = list_warps(world);
+    if (!materials || !warps) return TULLE_ERROR_OUT_OF_MEMORY;
     for (size_t i = 0; i < cloth_count; i++) {
         materials[i] = world->cloths.data[i].material;
-        if (world->response->has_linear_springs) materials[i].stiffening_strain = 0.0;
+        if (world->response->has_linear_springs) {
+            materials[i].springs.stiffening_strain = 0.0;
+            materials[i].warp.knee = materials[i].weft.knee = materials[i].shear.knee = 0.0;
+        }
     }
     cloth_model_def const def = {.vertex_count = world->cloth_vertex_count,
                                  .surface = &world->topo,
                                  .rest_positions = world->rest,
                                  .materials = materials,
                                  .material_count = cloth_count,
-                                 .vertex_materials = world->vertex_surface};
+                                 .vertex_materials = world->vertex_surface,
+                                 .membrane = world->def.membrane,
+                                 .warps = warps};
     world->model = memory_allocate_zeroed(&world->heap, 1, sizeof *world->model);
     if (!world->model) return TULLE_ERROR_OUT_OF_MEMORY;
     tulle_status status = cloth_model_build(&world->heap, &def, world->model, error);
@@ -162,7 +183,8 @@ static uint64_t hash_defs(const tulle_world *world) {
         hash = hash_bytes(hash, world->grains, world->set.surface_count * sizeof *world->grains);
     hash = hash_bytes(hash, world->def.gravity, sizeof world->def.gravity);
     hash = hash_bytes(hash, &world->minimum_gap, sizeof world->minimum_gap);
-    int const choices[2] = {(int)world->def.response, (int)world->def.motion_space};
+    int const choices[3] = {(int)world->def.response, (int)world->def.motion_space,
+                            (int)world->def.membrane};
     hash = hash_bytes(hash, choices, sizeof choices);
     for (size_t i = 0; i < world->obstacles.count; i++) {
         const world_obstacle *const o = &world->obstacles.data[i];

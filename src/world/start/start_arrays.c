@@ -43,7 +43,8 @@ void world_release_first_cloth(tulle_world *world) {
         size_t const vector_bytes = 3 * cloth->mesh.vertex_count * sizeof(double);
         memory_release(heap, cloth->rest, vector_bytes);
         memory_release(heap, cloth->velocities, vector_bytes);
-        cloth->rest = cloth->velocities = NULL;
+        memory_release(heap, cloth->warps, 3 * cloth->mesh.triangle_count * sizeof(double));
+        cloth->rest = cloth->velocities = cloth->warps = NULL;
         if (cloth->pin_count > 0) continue;
         memory_release(heap, cloth->mesh.positions, vector_bytes);
         cloth->mesh.positions = NULL;

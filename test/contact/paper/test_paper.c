@@ -152,7 +152,7 @@ typedef struct spikes_result {
 static spikes_result run_spikes(tulle_motion_space space, double stiffness, double time_step,
                                 int steps) {
     contact_world world = make_world(space);
-    world.material.stretch_stiffness = stiffness;
+    world.material.springs.stretch_stiffness = stiffness;
     contact_grid sheet = make_contact_grid(21, 21, vec3_make(-0.25, -0.25, 0.24),
                                            vec3_make(0.5, 0.0, 0.0), vec3_make(0.0, 0.5, 0.0));
     add_contact_surface(&world, sheet.mesh, false);

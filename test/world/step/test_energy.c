@@ -140,7 +140,7 @@ static double drop_stiff_cloth(double height) {
     tulle_mesh box = small_shape(shape, -0.12, 0.03, 0.05);
     tulle_cloth_def cloth = tulle_cloth_def_default();
     cloth.mesh = tulle_mesh_get_view(&sheet);
-    cloth.material.stretch_stiffness = 1e5;
+    cloth.material.springs.stretch_stiffness = 1e5;
     assert_int_equal(tulle_world_add_cloth(world, &cloth, NULL, NULL), TULLE_OK);
     small_add_obstacle(world, &box);
     double const rise = sum_rises(world, 1.0 / 60.0, 20);
