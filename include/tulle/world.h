@@ -241,10 +241,16 @@ typedef struct tulle_cloth_def {
     const char *name;             /* for messages; may be null */
     tulle_mesh_view mesh;         /* start positions; an oriented manifold */
     const double *rest_positions; /* [m] 3 * vertex_count; null: the start is the rest shape */
-    tulle_material material;      /* default: the preset cotton */
-    /* direction of the warp in the rest shape; friction_across acts at right angles to it. Any
-     * length from 1e-100 on where friction_across is not 1. In a triangle at right angles to it the
-     * warp lies along x, else y. */
+    /* [m] 9 * triangle_count: the corners of each triangle at rest, where triangles do not fit
+     * together in one shape, as patterns of garments and what shrinks. Lengths are then those of
+     * these triangles, each of which may lie anywhere; folds stay those of rest_positions. Null:
+     * triangles of rest_positions */
+    const double *rest_corners;
+    int has_flat_rest;       /* 1: at rest nothing is folded, whatever rest_positions say */
+    tulle_material material; /* default: the preset cotton */
+    /* direction of the warp in the rest shape, rest_corners where given; friction_across acts at
+     * right angles to it. Any length from 1e-100 on where friction_across is not 1. In a triangle
+     * at right angles to it the warp lies along x, else y. */
     double grain[3];
     /* 3 * triangle_count directions of the warp in the rest shape, of any length from 1e-100 on;
      * null: all along the grain */

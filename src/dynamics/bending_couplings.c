@@ -53,23 +53,27 @@ typedef struct plane_point {
     double x, y;
 } plane_point;
 
-static vec3 get_rest(const bending_shape *shape, uint32_t vertex) {
-    return vec3_load(shape->def->rest_positions, vertex);
-}
-
-/* Where `apex` lies seen from an edge: along it, and how far off. */
-static plane_point locate_apex(const bending_shape *shape, const uint32_t edge[2], uint32_t apex) {
-    vec3 const from = get_rest(shape, edge[0]);
-    vec3 const along = vec3_sub(get_rest(shape, edge[1]), from);
-    vec3 const offset = vec3_sub(get_rest(shape, apex), from);
+/* Where the apex of one side lies seen from the edge: along it, and how far off. */
+static plane_point locate_apex(const bending_shape *shape, const cloth_hinge *hinge, size_t side) {
+    size_t const triangle = hinge->sides[side] / 3;
+    vec3 const from = cloth_get_rest(shape->def, triangle, hinge->vertices[0]);
+    vec3 const along = vec3_sub(cloth_get_rest(shape->def, triangle, hinge->vertices[1]), from);
+    vec3 const offset =
+        vec3_sub(cloth_get_rest(shape->def, triangle, hinge->vertices[2 + side]), from);
     double const length = vec3_norm(along);
     return (plane_point){vec3_dot(along, offset) / length,
                          vec3_norm(vec3_cross(along, offset)) / length};
 }
 
+/* [m] The mean of both triangles' lengths. */
 static double measure_edge(const bending_shape *shape, const cloth_hinge *hinge) {
-    return vec3_norm(
-        vec3_sub(get_rest(shape, hinge->vertices[1]), get_rest(shape, hinge->vertices[0])));
+    double sum = 0.0;
+    for (int side = 0; side < 2; side++) {
+        size_t const triangle = hinge->sides[side] / 3;
+        sum += vec3_norm(vec3_sub(cloth_get_rest(shape->def, triangle, hinge->vertices[1]),
+                                  cloth_get_rest(shape->def, triangle, hinge->vertices[0])));
+    }
+    return 0.5 * sum;
 }
 
 /* x^2 / 2, y^2 / 2, x y */
@@ -97,7 +101,7 @@ static void measure_kinks(const bending_shape *shape, const cloth_hinge *hinge,
     plane_point points[4];
     for (size_t k = 0; k < 2; k++) points[k] = find_point(flat, hinge->vertices[k]);
     plane_point const own = points[2 + near] = find_point(flat, hinge->vertices[2 + near]);
-    plane_point const seen = locate_apex(shape, hinge->vertices, hinge->vertices[3 - near]);
+    plane_point const seen = locate_apex(shape, hinge, 1 - near);
     double const dx = points[1].x - points[0].x, dy = points[1].y - points[0].y;
     double const length = hypot(dx, dy);
     double const side = dx * (own.y - points[0].y) - dy * (own.x - points[0].x);
@@ -175,7 +179,7 @@ static kink_split split_kink(const bending_shape *shape, const cloth_model *mode
     for (size_t side = 0; side < 2; side++) {
         /* The edge lies along x, its middle at the origin, the triangle at corner 2 above it. */
         uint32_t const apex = hinge->vertices[2 + side], place = hinge->sides[side];
-        plane_point const seen = locate_apex(shape, hinge->vertices, apex);
+        plane_point const seen = locate_apex(shape, hinge, side);
         flat_triangle const flat = {
             {hinge->vertices[0], hinge->vertices[1], apex},
             {{-half, 0.0}, {half, 0.0}, {seen.x - half, side == 0 ? seen.y : -seen.y}}};
@@ -235,13 +239,12 @@ static edge_matrix measure_triangle(const bending_shape *shape, const cloth_mode
     double const area = shape->areas[triangle];
     const tulle_material *const material = cloth_get_material(def, corners[0]);
     double const rigidities[3] = {material->bend_warp, material->bend_weft, material->bend_twist};
-    yarn_frame const frame =
-        yarn_frame_make(def->surface, def->rest_positions, def->warps, triangle);
+    yarn_frame const frame = yarn_frame_make(def, triangle);
     /* l n n^T of each edge: 11, 22, 12. The normal is the edge turned by a right angle. */
     double strains[3][3], softening[3] = {1.0, 1.0, 1.0};
     for (int k = 0; k < 3; k++) {
-        vec3 const edge =
-            vec3_sub(get_rest(shape, corners[(k + 1) % 3]), get_rest(shape, corners[k]));
+        vec3 const edge = vec3_sub(cloth_get_rest(def, triangle, corners[(k + 1) % 3]),
+                                   cloth_get_rest(def, triangle, corners[k]));
         double const u = vec3_dot(edge, frame.weft), v = -vec3_dot(edge, frame.warp);
         double const length = vec3_norm(edge);
         uint32_t const hinge = model->triangle_hinges[3 * triangle + (size_t)k];

@@ -33,11 +33,49 @@ static const double SLIVER_RATIO = 0.1;
 /* [rad] Fold angles below this are rounding of a flat rest shape. */
 static const double FLAT_ANGLE = 1e-7;
 
+/* The rest value of c along the hinge normal (bending.c), unless the fold is only rounding. */
+static double measure_curvature(const cloth_model_def *def, const cloth_hinge *hinge,
+                                const cloth_hinge_rest *rest) {
+    const double *const positions = def->rest_positions;
+    vec3 const origin = vec3_load(positions, hinge->vertices[0]);
+    vec3 const along = vec3_sub(vec3_load(positions, hinge->vertices[1]), origin);
+    vec3 offsets[2]; /* of corners 2 and 3 */
+    for (int side = 0; side < 2; side++)
+        offsets[side] = vec3_sub(vec3_load(positions, hinge->vertices[2 + side]), origin);
+    vec3 const across = vec3_sub(vec3_scale(offsets[0], rest->inv_double_areas[0]),
+                                 vec3_scale(offsets[1], rest->inv_double_areas[1]));
+    vec3 const normal = vec3_normalize(vec3_cross(along, across));
+    double const value = vec3_dot(normal, bend_sum_corners(hinge, positions));
+    return fabs(value) > FLAT_ANGLE * vec3_norm(along) ? value : 0.0;
+}
+
+/* The same where lengths at rest are not those of rest_positions, from the fold alone: the edge's
+ * length times the sum of both sides' outward unit conormals. */
+static double measure_kink(const cloth_model_def *def, const cloth_hinge *hinge) {
+    const double *const positions = def->rest_positions;
+    vec3 const origin = vec3_load(positions, hinge->vertices[0]);
+    vec3 const along = vec3_sub(vec3_load(positions, hinge->vertices[1]), origin);
+    double const inverse = 1.0 / vec3_norm2(along);
+    vec3 conormals[2];
+    double length = 0.0; /* [m] of the edge at rest */
+    for (int side = 0; side < 2; side++) {
+        vec3 const offset = vec3_sub(vec3_load(positions, hinge->vertices[2 + side]), origin);
+        double const foot = vec3_dot(offset, along) * inverse;
+        conormals[side] = vec3_normalize(vec3_add_scaled(offset, along, -foot));
+        size_t const triangle = hinge->sides[side] / 3;
+        length += 0.5 * vec3_norm(vec3_sub(cloth_get_rest(def, triangle, hinge->vertices[1]),
+                                           cloth_get_rest(def, triangle, hinge->vertices[0])));
+    }
+    vec3 const sum = vec3_add(conormals[0], conormals[1]); /* inwards */
+    vec3 const normal = vec3_normalize(vec3_cross(along, vec3_sub(conormals[0], conormals[1])));
+    double const angle = -vec3_dot(normal, sum);
+    return fabs(angle) > FLAT_ANGLE ? length * angle : 0.0;
+}
+
 /* Fills hinge geometry and its softening in (0, 1]. */
 static double fill_hinge(const cloth_model_def *def, const double *areas, size_t edge,
                          cloth_hinge *hinge, cloth_hinge_rest *rest) {
     const topology *const surface = def->surface;
-    const double *const positions = def->rest_positions;
     double softening = 1.0;
     for (size_t k = 0; k < 2; k++) {
         size_t const triangle = surface->edge_triangles[2 * edge + k];
@@ -51,29 +89,30 @@ static double fill_hinge(const cloth_model_def *def, const double *areas, size_t
         hinge->sides[k] = side;
         double longest2 = 0.0;
         for (int i = 0; i < 3; i++)
-            longest2 =
-                fmax(longest2, vec3_norm2(vec3_sub(vec3_load(positions, corners[(i + 1) % 3]),
-                                                   vec3_load(positions, corners[i]))));
+            longest2 = fmax(longest2,
+                            vec3_norm2(vec3_sub(cloth_get_rest(def, triangle, corners[(i + 1) % 3]),
+                                                cloth_get_rest(def, triangle, corners[i]))));
         softening = fmin(softening, 2.0 * area / longest2 / SLIVER_RATIO);
     }
     /* Weights: the outward conormal of each side, times the edge length. */
-    vec3 const origin = vec3_load(positions, hinge->vertices[0]);
-    vec3 const along = vec3_sub(vec3_load(positions, hinge->vertices[1]), origin);
-    vec3 offsets[2]; /* of corners 2 and 3 */
     for (int side = 0; side < 2; side++) {
-        offsets[side] = vec3_sub(vec3_load(positions, hinge->vertices[2 + side]), origin);
-        double const foot = vec3_dot(offsets[side], along) / vec3_norm2(along);
+        size_t const triangle = surface->edge_triangles[2 * edge + (size_t)side];
+        vec3 const origin = cloth_get_rest(def, triangle, hinge->vertices[0]);
+        vec3 const along = vec3_sub(cloth_get_rest(def, triangle, hinge->vertices[1]), origin);
+        vec3 const offset =
+            vec3_sub(cloth_get_rest(def, triangle, hinge->vertices[2 + side]), origin);
+        double const foot = vec3_dot(offset, along) / vec3_norm2(along);
         double const slope = vec3_norm2(along) * rest->inv_double_areas[side];
         hinge->weights[2 + side] -= slope;
         hinge->weights[0] += slope * (1.0 - foot);
         hinge->weights[1] += slope * foot;
     }
-    /* The rest value of c along the hinge normal (bending.c), unless the fold is only rounding. */
-    vec3 const across = vec3_sub(vec3_scale(offsets[0], rest->inv_double_areas[0]),
-                                 vec3_scale(offsets[1], rest->inv_double_areas[1]));
-    vec3 const normal = vec3_normalize(vec3_cross(along, across));
-    double const value = vec3_dot(normal, bend_sum_corners(hinge, positions));
-    rest->curvature = fabs(value) > FLAT_ANGLE * vec3_norm(along) ? value : 0.0;
+    bool const is_flat =
+        def->has_flat_rest &&
+        def->has_flat_rest[def->vertex_materials ? def->vertex_materials[hinge->vertices[0]] : 0];
+    rest->curvature = is_flat             ? 0.0
+                      : def->rest_corners ? measure_kink(def, hinge)
+                                          : measure_curvature(def, hinge, rest);
     return softening;
 }
 
@@ -106,8 +145,8 @@ static void add_couplings(const coupling_builder *build, size_t edge, size_t sid
     double const stiffness = rigidity / (4.0 * build->areas[triangle]);
     vec3 edges_of[3]; /* edge k joins corners k and k + 1 */
     for (size_t k = 0; k < 3; k++)
-        edges_of[k] = vec3_sub(vec3_load(def->rest_positions, corners[(k + 1) % 3]),
-                               vec3_load(def->rest_positions, corners[k]));
+        edges_of[k] = vec3_sub(cloth_get_rest(def, triangle, corners[(k + 1) % 3]),
+                               cloth_get_rest(def, triangle, corners[k]));
     in_triangle->rest_double_area = 2.0 * build->areas[triangle];
     in_triangle->time = material->bend_damping;
     for (size_t k = 0; k < 3; k++) {

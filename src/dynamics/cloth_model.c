@@ -19,9 +19,9 @@ static tulle_status fill_triangles(const cloth_model_def *def, cloth_model *mode
                                    tulle_error *error) {
     for (size_t t = 0; t < model->triangle_count; t++) {
         const uint32_t *const corners = model->surface->triangles + 3 * t;
-        vec3 const a = vec3_load(def->rest_positions, corners[0]);
-        vec3 const b = vec3_sub(vec3_load(def->rest_positions, corners[1]), a);
-        vec3 const c = vec3_sub(vec3_load(def->rest_positions, corners[2]), a);
+        vec3 const a = cloth_get_rest(def, t, corners[0]);
+        vec3 const b = vec3_sub(cloth_get_rest(def, t, corners[1]), a);
+        vec3 const c = vec3_sub(cloth_get_rest(def, t, corners[2]), a);
         double const area = 0.5 * vec3_norm(vec3_cross(b, c));
         if (!(area > 0.0) || !isfinite(area))
             return error_set(error, TULLE_ERROR_INVALID_MESH,
@@ -42,17 +42,24 @@ static tulle_status fill_triangles(const cloth_model_def *def, cloth_model *mode
     return TULLE_OK;
 }
 
-static vec3 get_rest_edge(const cloth_model_def *def, size_t edge) {
+/* [m] The length of an edge at rest; the mean of both triangles' where they differ. */
+static double measure_edge(const cloth_model_def *def, size_t edge) {
     const uint32_t *const ends = def->surface->edges + 2 * edge;
-    return vec3_sub(vec3_load(def->rest_positions, ends[1]),
-                    vec3_load(def->rest_positions, ends[0]));
+    const uint32_t *const triangles = def->surface->edge_triangles + 2 * edge;
+    double lengths[2];
+    for (int side = 0; side < 2; side++) {
+        size_t const triangle = triangles[side] == TULLE_NONE ? triangles[0] : triangles[side];
+        lengths[side] = vec3_norm(vec3_sub(cloth_get_rest(def, triangle, ends[1]),
+                                           cloth_get_rest(def, triangle, ends[0])));
+    }
+    return 0.5 * (lengths[0] + lengths[1]);
 }
 
 static tulle_status check_edges(const cloth_model_def *def, const cloth_model *model,
                                 tulle_error *error) {
     for (size_t e = 0; e < model->edge_count; e++) {
         const uint32_t *const ends = def->surface->edges + 2 * e;
-        if (!(vec3_norm(get_rest_edge(def, e)) > 0.0))
+        if (!(measure_edge(def, e) > 0.0))
             return error_set(error, TULLE_ERROR_INVALID_MESH,
                              "cloth vertices %u and %u are at the same place in the rest shape",
                              ends[0], ends[1]);
@@ -73,7 +80,7 @@ static bool build_springs(memory *heap, const cloth_model_def *def, cloth_model 
             spring->vertices[k] = surface->edges[2 * e + (size_t)k];
             if (triangle != TULLE_NONE) area += areas[triangle];
         }
-        double const length = vec3_norm(get_rest_edge(def, e));
+        double const length = measure_edge(def, e);
         const tulle_material *const material = cloth_get_material(def, spring->vertices[0]);
         spring->rest_length = length;
         spring->stiffness = material->springs.stretch_stiffness * area / (length * length);
@@ -118,10 +125,10 @@ static bool build_elements(memory *heap, const cloth_model_def *def, cloth_model
     for (size_t t = 0; t < triangles; t++) {
         const uint32_t *const corners = surface->triangles + 3 * t;
         membrane_element *const element = &model->elements[t];
-        vec3 const origin = vec3_load(def->rest_positions, corners[0]);
-        vec3 const left = vec3_sub(vec3_load(def->rest_positions, corners[1]), origin);
-        vec3 const right = vec3_sub(vec3_load(def->rest_positions, corners[2]), origin);
-        yarn_frame const frame = yarn_frame_make(surface, def->rest_positions, def->warps, t);
+        vec3 const origin = cloth_get_rest(def, t, corners[0]);
+        vec3 const left = vec3_sub(cloth_get_rest(def, t, corners[1]), origin);
+        vec3 const right = vec3_sub(cloth_get_rest(def, t, corners[2]), origin);
+        yarn_frame const frame = yarn_frame_make(def, t);
         /* The inverse of the edges in the frame of the yarns. */
         double const u1 = vec3_dot(left, frame.warp), v1 = vec3_dot(left, frame.weft);
         double const u2 = vec3_dot(right, frame.warp), v2 = vec3_dot(right, frame.weft);

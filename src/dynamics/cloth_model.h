@@ -17,7 +17,13 @@ typedef struct cloth_model_def {
                                 are ignored, with their triangles and edges */
     const topology *surface; /* of the cloths, or of cloths and then obstacles together; outlives
                                 the model */
-    const double *rest_positions;    /* [m] 3 * vertex_count */
+    const double *rest_positions; /* [m] 3 * vertex_count */
+    /* [m] 9 a triangle of cloth: its corners at rest, where triangles do not fit together in one
+     * shape, as patterns of garments and what shrinks. Only lengths within a triangle count. Null:
+     * rest_positions */
+    const double *rest_corners;
+    /* material_count: at rest nothing of it is folded, whatever rest_positions say; null: none */
+    const bool *has_flat_rest;
     const tulle_material *materials; /* material_count, validated by material_validate */
     size_t material_count;
     const uint32_t *vertex_materials; /* vertex_count indices into materials; null: all use 0 */
@@ -29,6 +35,14 @@ typedef struct cloth_model_def {
 static inline const tulle_material *cloth_get_material(const cloth_model_def *def,
                                                        uint32_t vertex) {
     return &def->materials[def->vertex_materials ? def->vertex_materials[vertex] : 0];
+}
+
+/* A corner of a triangle at rest, the one at `vertex`. */
+static inline vec3 cloth_get_rest(const cloth_model_def *def, size_t triangle, uint32_t vertex) {
+    if (!def->rest_corners) return vec3_load(def->rest_positions, vertex);
+    const uint32_t *const corners = def->surface->triangles + 3 * triangle;
+    size_t const corner = corners[0] == vertex ? 0 : corners[1] == vertex ? 1 : 2;
+    return vec3_load(def->rest_corners, 3 * triangle + corner);
 }
 
 /* One spring for each mesh edge, where cloth is made of springs. */

@@ -2,26 +2,23 @@
 #ifndef TULLE_DYNAMICS_YARN_FRAME_H
 #define TULLE_DYNAMICS_YARN_FRAME_H
 
-#include "geom/topology.h"
-#include "math/vec3.h"
+#include "dynamics/cloth_model.h"
 
 /* Unit vectors in the plane of the triangle, at right angles. */
 typedef struct yarn_frame {
     vec3 warp, weft;
 } yarn_frame;
 
-/* `warps` as in cloth_model_def. A direction at right angles to the plane says nothing; then
- * another axis does. */
-static inline yarn_frame yarn_frame_make(const topology *surface, const double *rest_positions,
-                                         const double *warps, size_t triangle) {
+/* A warp at right angles to the plane says nothing; then another axis does. */
+static inline yarn_frame yarn_frame_make(const cloth_model_def *def, size_t triangle) {
     static const double LEAST = 1e-3;
-    const uint32_t *const corners = surface->triangles + 3 * triangle;
-    vec3 const origin = vec3_load(rest_positions, corners[0]);
-    vec3 const left = vec3_sub(vec3_load(rest_positions, corners[1]), origin);
-    vec3 const right = vec3_sub(vec3_load(rest_positions, corners[2]), origin);
+    const uint32_t *const corners = def->surface->triangles + 3 * triangle;
+    vec3 const origin = cloth_get_rest(def, triangle, corners[0]);
+    vec3 const left = vec3_sub(cloth_get_rest(def, triangle, corners[1]), origin);
+    vec3 const right = vec3_sub(cloth_get_rest(def, triangle, corners[2]), origin);
     vec3 const normal = vec3_normalize(vec3_cross(left, right));
-    vec3 const directions[3] = {warps ? vec3_normalize(vec3_load(warps, triangle))
-                                      : (vec3){1.0, 0.0, 0.0},
+    vec3 const directions[3] = {def->warps ? vec3_normalize(vec3_load(def->warps, triangle))
+                                           : (vec3){1.0, 0.0, 0.0},
                                 {1.0, 0.0, 0.0},
                                 {0.0, 1.0, 0.0}};
     vec3 warp = {0.0, 0.0, 0.0};

@@ -3,6 +3,7 @@
 
 #include "base/error.h"
 #include "dynamics/cloth_model.h"
+#include "geom/mesh.h"
 #include "tulle/mesh.h"
 #include "world/world_state.h"
 
@@ -242,6 +243,29 @@ static tulle_status check_finite(const double *values, size_t count, const char 
     return TULLE_OK;
 }
 
+/* Triangles at rest may be as thin as those of a mesh. */
+static tulle_status check_rest_corners(const tulle_cloth_def *def, const char *owner,
+                                       tulle_error *error) {
+    static const uint32_t corners[3] = {0, 1, 2};
+    for (size_t t = 0; def->rest_corners && t < def->mesh.triangle_count; t++) {
+        const double *const at = def->rest_corners + 9 * t;
+        for (int i = 0; i < 9; i++)
+            if (!(fabs(at[i]) <= LARGEST))
+                return error_set(
+                    error, TULLE_ERROR_INVALID_ARGUMENT,
+                    "%s: corner %d of triangle %zu at rest has the coordinate %g m; it "
+                    "must lie between %g and %g",
+                    owner, i / 3, t, at[i], -LARGEST, LARGEST);
+        double const ratio = triangle_get_height_ratio(at, corners);
+        if (!(ratio >= THIN_TRIANGLE_RATIO))
+            return error_set(error, TULLE_ERROR_INVALID_ARGUMENT,
+                             "%s: triangle %zu at rest is too thin: its height is %.3g of its "
+                             "longest edge, the least is %g",
+                             owner, t, ratio, THIN_TRIANGLE_RATIO);
+    }
+    return TULLE_OK;
+}
+
 static tulle_status check_warps(const tulle_cloth_def *def, const char *owner, tulle_error *error) {
     for (size_t t = 0; def->warps && t < def->mesh.triangle_count; t++) {
         double const length = vec3_norm(vec3_load(def->warps, t));
@@ -266,6 +290,7 @@ tulle_status cloth_def_check(const tulle_cloth_def *def, tulle_membrane membrane
         rest.positions = def->rest_positions;
         status = tulle_mesh_validate(rest, TULLE_MESH_ROLE_CLOTH, error);
     }
+    if (status == TULLE_OK) status = check_rest_corners(def, owner, error);
     if (status != TULLE_OK) return status;
     size_t const value_count = 3 * def->mesh.vertex_count;
     status = material_validate(&def->material, membrane, owner, error);

@@ -55,6 +55,7 @@ static void destroy_cloth(memory *heap, world_cloth *cloth) {
     size_t const vector_bytes = 3 * cloth->mesh.vertex_count * sizeof(double);
     memory_release(heap, cloth->rest, vector_bytes);
     memory_release(heap, cloth->warps, 3 * cloth->mesh.triangle_count * sizeof(double));
+    memory_release(heap, cloth->rest_corners, 9 * cloth->mesh.triangle_count * sizeof(double));
     memory_release(heap, cloth->velocities, vector_bytes);
     for (size_t i = 0; cloth->pins && i < cloth->pin_count; i++) {
         world_pin *const pin = &cloth->pins[i];
@@ -135,6 +136,7 @@ static tulle_status copy_cloth(memory *heap, const tulle_cloth_def *def, world_c
     size_t const count = def->mesh.vertex_count;
     cloth->material = def->material;
     cloth->thickness = def->thickness;
+    cloth->has_flat_rest = def->has_flat_rest != 0;
     memcpy(cloth->grain, def->grain, sizeof cloth->grain);
     if (copy_mesh(heap, def->mesh, &cloth->mesh) != TULLE_OK) return TULLE_ERROR_OUT_OF_MEMORY;
     const double *const rest = def->rest_positions ? def->rest_positions : def->mesh.positions;
@@ -142,7 +144,11 @@ static tulle_status copy_cloth(memory *heap, const tulle_cloth_def *def, world_c
     cloth->velocities = memory_allocate(heap, 3 * count * sizeof(double));
     if (def->warps)
         cloth->warps = copy_array(heap, def->warps, def->mesh.triangle_count, 3 * sizeof(double));
-    if (!cloth->rest || !cloth->velocities || (def->warps && !cloth->warps))
+    if (def->rest_corners)
+        cloth->rest_corners =
+            copy_array(heap, def->rest_corners, def->mesh.triangle_count, 9 * sizeof(double));
+    if (!cloth->rest || !cloth->velocities || (def->warps && !cloth->warps) ||
+        (def->rest_corners && !cloth->rest_corners))
         return TULLE_ERROR_OUT_OF_MEMORY;
     for (size_t i = 0; i < 3 * count; i++) {
         cloth->velocities[i] = def->velocities ? def->velocities[i] : def->velocity[i % 3];

@@ -43,10 +43,12 @@ typedef struct world_mesh {
 
 typedef struct world_cloth {
     char name[WORLD_NAME_BYTES];
-    world_mesh mesh;    /* start positions */
-    double *rest;       /* [m] 3 * vertex_count; null once the world has started */
-    double *velocities; /* [m/s] at the start; the same */
-    double *warps;      /* 3 * triangle_count; null: along the grain; the same */
+    world_mesh mesh;      /* start positions */
+    double *rest;         /* [m] 3 * vertex_count; null once the world has started */
+    double *velocities;   /* [m/s] at the start; the same */
+    double *rest_corners; /* [m] 9 * triangle_count; null: those of `rest`; the same */
+    double *warps;        /* 3 * triangle_count; null: along the grain; the same */
+    bool has_flat_rest;
     tulle_material material;
     double grain[3];
     uint32_t contact_material; /* among the world's, or TULLE_NONE */

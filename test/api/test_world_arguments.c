@@ -156,35 +156,9 @@ static void refuse_cloth_def(const tulle_cloth_def *def) {
     REFUSED(tulle_world_add_cloth(fresh, def, NULL, &error));
 }
 
-ARGUMENTS_OF(tulle_world_add_cloth) {
-    (void)unused;
+/* Every value of a cloth and its material that is a number. */
+static void refuse_bad_values(void) {
     tulle_cloth_def def = make_cloth_def();
-    tulle_cloth_id id;
-    REFUSED(tulle_world_add_cloth(NULL, &def, &id, &error));
-    REFUSED(tulle_world_add_cloth(started, &def, &id, &error));
-    refuse_cloth_def(NULL);
-    def.mesh.positions = NULL;
-    refuse_cloth_def(&def);
-    def = make_cloth_def();
-    def.mesh.triangles = NULL;
-    refuse_cloth_def(&def);
-    def = make_cloth_def();
-    def.pin_count = 1;
-    refuse_cloth_def(&def);
-    uint32_t const vertices[2] = {0, UINT32_MAX};
-    tulle_keyframe const nowhere = {0.0, {0, (double)NAN, 0}, {1, 0, 0, 0}};
-    tulle_motion const bad_motions[] = {
-        {NULL, 1, {0, 0, 0}, 0}, {&nowhere, 1, {0, 0, 0}, 0}, {NULL, 0, {0, (double)NAN, 0}, 0}};
-    tulle_pin const bad_pins[] = {{NULL, 1, {0}, 1.0},
-                                  {vertices, 2, {0}, 1.0},
-                                  {vertices, 1, {0}, (double)NAN},
-                                  {vertices, 1, bad_motions[0], 1.0},
-                                  {vertices, 1, bad_motions[1], 1.0},
-                                  {vertices, 1, bad_motions[2], 1.0}};
-    for (size_t i = 0; i < sizeof bad_pins / sizeof bad_pins[0]; i++) {
-        def.pins = &bad_pins[i];
-        refuse_cloth_def(&def);
-    }
     tulle_material *const m = &def.material;
     double *const numbers[] = {&m->area_density,
                                &m->stretch_damping,
@@ -233,18 +207,69 @@ ARGUMENTS_OF(tulle_world_add_cloth) {
     def = make_cloth_def();
     m->shear.stiffness = 1e5; /* beyond that of the yarns */
     refuse_cloth_def(&def);
-    def = make_cloth_def();
-    double warps[3 * 18];
-    for (int i = 0; i < 3 * 18; i++) warps[i] = 1.0;
-    def.warps = warps;
-    for (int i = 0; i < NO_NUMBER_COUNT; i++) {
-        warps[3 * def.mesh.triangle_count - 1] = no_numbers[i];
-        refuse_cloth_def(&def);
-    }
-    for (int k = 1; k < 4; k++) warps[3 * def.mesh.triangle_count - (size_t)k] = 0.0;
-    refuse_cloth_def(&def);
     tulle_world_destroy(fresh);
     fresh = given;
+}
+
+/* Directions of the warp, and triangles at rest. */
+static void refuse_bad_rest(void) {
+    tulle_cloth_def def = make_cloth_def();
+    enum { TRIANGLES = 18 };
+    assert_int_equal(def.mesh.triangle_count, TRIANGLES);
+    double warps[3 * TRIANGLES], rest[9 * TRIANGLES];
+    for (int i = 0; i < 3 * TRIANGLES; i++) warps[i] = 1.0;
+    def.warps = warps;
+    for (int i = 0; i < NO_NUMBER_COUNT; i++) {
+        warps[3 * TRIANGLES - 1] = no_numbers[i];
+        refuse_cloth_def(&def);
+    }
+    def = make_cloth_def();
+    def.rest_corners = rest;
+    for (size_t t = 0; t < TRIANGLES; t++)
+        memcpy(rest + 9 * t, (double[9]){0, 0, 0, 1, 0, 0, 0, 1, 0}, 9 * sizeof(double));
+    for (int i = 0; i < NO_NUMBER_COUNT; i++) {
+        rest[9 * TRIANGLES - 1] = no_numbers[i];
+        refuse_cloth_def(&def);
+    }
+    for (int k = 1; k < 4; k++) rest[9 * TRIANGLES - k] = 0.0;
+    refuse_cloth_def(&def);
+    def.rest_corners = NULL;
+    def.warps = warps;
+    for (int k = 1; k < 4; k++) warps[3 * TRIANGLES - k] = 0.0;
+    refuse_cloth_def(&def);
+}
+
+ARGUMENTS_OF(tulle_world_add_cloth) {
+    (void)unused;
+    tulle_cloth_def def = make_cloth_def();
+    tulle_cloth_id id;
+    REFUSED(tulle_world_add_cloth(NULL, &def, &id, &error));
+    REFUSED(tulle_world_add_cloth(started, &def, &id, &error));
+    refuse_cloth_def(NULL);
+    def.mesh.positions = NULL;
+    refuse_cloth_def(&def);
+    def = make_cloth_def();
+    def.mesh.triangles = NULL;
+    refuse_cloth_def(&def);
+    def = make_cloth_def();
+    def.pin_count = 1;
+    refuse_cloth_def(&def);
+    uint32_t const vertices[2] = {0, UINT32_MAX};
+    tulle_keyframe const nowhere = {0.0, {0, (double)NAN, 0}, {1, 0, 0, 0}};
+    tulle_motion const bad_motions[] = {
+        {NULL, 1, {0, 0, 0}, 0}, {&nowhere, 1, {0, 0, 0}, 0}, {NULL, 0, {0, (double)NAN, 0}, 0}};
+    tulle_pin const bad_pins[] = {{NULL, 1, {0}, 1.0},
+                                  {vertices, 2, {0}, 1.0},
+                                  {vertices, 1, {0}, (double)NAN},
+                                  {vertices, 1, bad_motions[0], 1.0},
+                                  {vertices, 1, bad_motions[1], 1.0},
+                                  {vertices, 1, bad_motions[2], 1.0}};
+    for (size_t i = 0; i < sizeof bad_pins / sizeof bad_pins[0]; i++) {
+        def.pins = &bad_pins[i];
+        refuse_cloth_def(&def);
+    }
+    refuse_bad_values();
+    refuse_bad_rest();
     double values[48] = {0};
     values[47] = (double)NAN;
     def = make_cloth_def();

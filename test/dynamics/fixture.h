@@ -41,24 +41,19 @@ static inline double *copy_doubles(const double *source, size_t count) {
     return copy;
 }
 
-/* Woven cloth; null warps: springs. */
-static inline fixture *fixture_make_woven(const double *rest, size_t vertex_count,
-                                          const uint32_t *triangles, size_t triangle_count,
-                                          tulle_material material, const double *warps) {
+/* Cloth that starts at rest_positions; the def's surface is that of the triangles. */
+static inline fixture *fixture_make_def(cloth_model_def def, const uint32_t *triangles,
+                                        size_t triangle_count) {
     fixture *const f = calloc(1, sizeof *f);
+    size_t const vertex_count = def.vertex_count;
+    const double *const rest = def.rest_positions;
     f->heap = memory_default();
     f->scratch = arena_make(&f->heap);
     f->vertex_count = vertex_count;
     assert_int_equal(topology_build(&f->heap, triangles, triangle_count, vertex_count, &f->surface),
                      TULLE_OK);
     tulle_error error;
-    cloth_model_def const def = {.vertex_count = vertex_count,
-                                 .surface = &f->surface,
-                                 .rest_positions = rest,
-                                 .materials = &material,
-                                 .material_count = 1,
-                                 .membrane = warps ? TULLE_MEMBRANE_WOVEN : TULLE_MEMBRANE_SPRINGS,
-                                 .warps = warps};
+    def.surface = &f->surface;
     assert_int_equal(cloth_model_build(&f->heap, &def, &f->model, &error), TULLE_OK);
     assert_int_equal(linear_system_build(&f->heap, &f->model, &f->system), TULLE_OK);
     size_t const n = 3 * vertex_count;
@@ -75,6 +70,19 @@ static inline fixture *fixture_make_woven(const double *rest, size_t vertex_coun
     f->tolerance = 1e-10;
     f->surroundings.wind.gust_length = f->surroundings.wind.gust_time = 1.0;
     return f;
+}
+
+/* Woven cloth; null warps: springs. */
+static inline fixture *fixture_make_woven(const double *rest, size_t vertex_count,
+                                          const uint32_t *triangles, size_t triangle_count,
+                                          tulle_material material, const double *warps) {
+    cloth_model_def const def = {.vertex_count = vertex_count,
+                                 .rest_positions = rest,
+                                 .materials = &material,
+                                 .material_count = 1,
+                                 .membrane = warps ? TULLE_MEMBRANE_WOVEN : TULLE_MEMBRANE_SPRINGS,
+                                 .warps = warps};
+    return fixture_make_def(def, triangles, triangle_count);
 }
 
 static inline fixture *fixture_make(const double *rest, size_t vertex_count,

@@ -278,8 +278,142 @@ static void constant_moments_do_no_work_within(void **state) {
     }
 }
 
+static const bool IS_FLAT = true;
+
+/* A pattern: each triangle lies at rest anywhere in the plane, with its warp. */
+typedef struct pattern {
+    grid g;
+    double *corners, *warps; /* of all triangles */
+} pattern;
+
+static pattern cut_pattern(double scale, bool is_turned) {
+    pattern p = {.g = grid_make(6, 5, 0.3, 0.2, 2)};
+    p.corners = malloc(9 * p.g.triangle_count * sizeof(double));
+    p.warps = malloc(3 * p.g.triangle_count * sizeof(double));
+    uint64_t random = 11;
+    for (size_t t = 0; t < p.g.triangle_count; t++) {
+        double const angle = is_turned ? PI * random_signed(&random) : 0.0;
+        double const away[2] = {is_turned ? random_signed(&random) : 0.0,
+                                is_turned ? random_signed(&random) : 0.0};
+        double const c = cos(angle), s = sin(angle);
+        p.warps[3 * t] = c, p.warps[3 * t + 1] = 0.0, p.warps[3 * t + 2] = s;
+        for (size_t k = 0; k < 3; k++) {
+            const double *const from = p.g.positions + 3 * (size_t)p.g.triangles[3 * t + k];
+            double *const to = p.corners + 9 * t + 3 * k;
+            to[0] = scale * (c * from[0] - s * from[2]) + away[0];
+            to[1] = 0.0;
+            to[2] = scale * (s * from[0] + c * from[2]) + away[1];
+        }
+    }
+    return p;
+}
+
+static void free_pattern(pattern *p) {
+    grid_free(&p->g);
+    free(p->corners);
+    free(p->warps);
+}
+
+/* Forces, in a random shape, of cloth with this rest shape; 3 * vertex_count. */
+static double *find_forces(const grid *g, const double *rest, const double *corners,
+                           const double *warps) {
+    tulle_material const cotton = make_cotton(1e-3);
+    cloth_model_def const def = {.vertex_count = g->vertex_count,
+                                 .rest_positions = rest,
+                                 .rest_corners = corners,
+                                 .has_flat_rest = corners ? &IS_FLAT : NULL,
+                                 .materials = &cotton,
+                                 .material_count = 1,
+                                 .membrane = TULLE_MEMBRANE_WOVEN,
+                                 .warps = warps};
+    fixture *const f = fixture_make_def(def, g->triangles, g->triangle_count);
+    uint64_t random = 5;
+    for (size_t i = 0; i < 3 * g->vertex_count; i++)
+        f->x[i] = g->positions[i] + 2e-3 * random_signed(&random);
+    fixture_assemble(f, TULLE_INTEGRATOR_IMPLICIT_EULER, 0.01);
+    double *const forces = copy_doubles(f->system.forces, 3 * g->vertex_count);
+    fixture_free(f);
+    return forces;
+}
+
+static void a_pattern_may_lie_anywhere(void **state) {
+    (void)state;
+    pattern whole = cut_pattern(1.0, false), cut = cut_pattern(1.0, true);
+    double *const plain = find_forces(&whole.g, whole.g.positions, NULL, whole.warps);
+    double *const same = find_forces(&whole.g, whole.g.positions, whole.corners, whole.warps);
+    double *const cut_up = find_forces(&cut.g, cut.g.positions, cut.corners, cut.warps);
+    double largest = 0.0;
+    for (size_t i = 0; i < 3 * whole.g.vertex_count; i++) largest = fmax(largest, fabs(plain[i]));
+    assert_memory_equal(same, plain, 3 * whole.g.vertex_count * sizeof(double));
+    for (size_t i = 0; i < 3 * whole.g.vertex_count; i++)
+        assert_true(fabs(cut_up[i] - plain[i]) < 1e-10 * largest);
+    free(plain), free(same), free(cut_up);
+    free_pattern(&whole);
+    free_pattern(&cut);
+}
+
+static void a_pattern_may_be_smaller_than_the_start(void **state) {
+    (void)state;
+    double const scale = 0.9;
+    pattern whole = cut_pattern(1.0, false), small = cut_pattern(scale, true);
+    double *const rest = copy_doubles(whole.g.positions, 3 * whole.g.vertex_count);
+    for (size_t i = 0; i < 3 * whole.g.vertex_count; i++) rest[i] *= scale;
+    double *const plain = find_forces(&whole.g, rest, NULL, whole.warps);
+    double *const cut_up = find_forces(&small.g, small.g.positions, small.corners, small.warps);
+    double largest = 0.0;
+    for (size_t i = 0; i < 3 * whole.g.vertex_count; i++) largest = fmax(largest, fabs(plain[i]));
+    for (size_t i = 0; i < 3 * whole.g.vertex_count; i++)
+        assert_true(fabs(cut_up[i] - plain[i]) < 1e-10 * largest);
+    free(plain), free(cut_up), free(rest);
+    free_pattern(&whole);
+    free_pattern(&small);
+}
+
+/* Rolled up, its lengths those of the flat pattern: the fold is that of the rest positions. */
+static void folds_are_those_of_the_rest_positions(void **state) {
+    (void)state;
+    pattern p = cut_pattern(1.0, false);
+    double const radius = 0.2;
+    tulle_material material = make_cotton(1e-3);
+    double energies[4]; /* the last: of flat cloth that is rolled up */
+    for (int way = 0; way < 4; way++) {
+        double *const rolled = copy_doubles(p.g.positions, 3 * p.g.vertex_count);
+        for (size_t v = 0; v < p.g.vertex_count; v++) {
+            double const angle = p.g.positions[3 * v] / radius;
+            rolled[3 * v] = radius * sin(angle);
+            rolled[3 * v + 1] = radius * (1.0 - cos(angle));
+        }
+        cloth_model_def const def = {.vertex_count = p.g.vertex_count,
+                                     .rest_positions = way == 3 ? p.g.positions : rolled,
+                                     .rest_corners = way == 1 || way == 2 ? p.corners : NULL,
+                                     .has_flat_rest = way == 2 ? &IS_FLAT : NULL,
+                                     .materials = &material,
+                                     .material_count = 1,
+                                     .membrane = TULLE_MEMBRANE_WOVEN,
+                                     .warps = p.warps};
+        fixture *const f = fixture_make_def(def, p.g.triangles, p.g.triangle_count);
+        memcpy(f->x, rolled, 3 * p.g.vertex_count * sizeof(double));
+        cloth_energies found = {0};
+        assert_int_equal(compute_energies(&f->model, f->x, f->v, (energy_options){.threads = 1},
+                                          &f->scratch, &found),
+                         TULLE_OK);
+        energies[way] = found.elastic.bend;
+        fixture_free(f);
+        free(rolled);
+    }
+    double const flat = energies[3];
+    assert_true(flat > 0.0);
+    assert_true(energies[0] < 1e-12 * flat);
+    assert_true(energies[1] < 1e-3 * flat);
+    assert_true(fabs(energies[2] - flat) < 1e-12 * flat);
+    free_pattern(&p);
+}
+
 int main(void) {
     const struct CMUnitTest tests[] = {
+        cmocka_unit_test(a_pattern_may_lie_anywhere),
+        cmocka_unit_test(a_pattern_may_be_smaller_than_the_start),
+        cmocka_unit_test(folds_are_those_of_the_rest_positions),
         cmocka_unit_test(constants_come_out_as_they_went_in),
         cmocka_unit_test(matrix_belongs_to_the_forces),
         cmocka_unit_test(pulled_strip_stays_flat),

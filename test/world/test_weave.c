@@ -8,6 +8,7 @@
 #include <stdarg.h>
 #include <stdbool.h>
 #include <stddef.h>
+#include <stdlib.h>
 #include <string.h>
 
 #include <cmocka.h>
@@ -136,8 +137,114 @@ static void a_saved_state_goes_on_to_the_same_bits(void **state) {
     tulle_world_destroy(other);
 }
 
+/* [m] the corners of all triangles of a mesh, times `scale`. */
+static double *list_corners(const tulle_mesh *mesh, double scale) {
+    double *const corners = malloc(9 * mesh->triangle_count * sizeof *corners);
+    assert_non_null(corners);
+    for (size_t k = 0; k < 3 * mesh->triangle_count; k++)
+        for (size_t axis = 0; axis < 3; axis++)
+            corners[3 * k + axis] = scale * mesh->positions[3 * (size_t)mesh->triangles[k] + axis];
+    return corners;
+}
+
+/* An elastic band: it draws together to the size that it has at rest. */
+static void what_is_smaller_at_rest_shrinks(void **state) {
+    (void)state;
+    tulle_mesh mesh = small_sheet(1.0, SIDE, 0.0);
+    double *const corners = list_corners(&mesh, 0.9);
+    tulle_world_def world_def = tulle_world_def_default();
+    world_def.membrane = TULLE_MEMBRANE_WOVEN;
+    world_def.gravity[2] = 0.0;
+    tulle_cloth_def def = tulle_cloth_def_default();
+    def.mesh = tulle_mesh_get_view(&mesh);
+    def.rest_corners = corners;
+    def.material.air_damping = 10.0;
+    tulle_world *world = NULL;
+    tulle_error error;
+    tulle_cloth_id id;
+    assert_int_equal(tulle_world_create(&world_def, &world, &error), TULLE_OK);
+    assert_int_equal(tulle_world_add_cloth(world, &def, &id, &error), TULLE_OK);
+    corners[0] = 5.0; /* it was copied */
+    step(world, STEPS);
+    const double *const positions = tulle_cloth_get_positions(world, id, NULL);
+    double low = 0.0, high = 0.0;
+    for (size_t v = 0; v < mesh.vertex_count; v++) {
+        low = fmin(low, positions[3 * v]);
+        high = fmax(high, positions[3 * v]);
+    }
+    assert_true(fabs(high - low - 0.9) < 1e-3);
+    tulle_world_destroy(world);
+    free(corners);
+    tulle_mesh_destroy(&mesh);
+}
+
+static void a_bad_triangle_at_rest_is_named(void **state) {
+    (void)state;
+    tulle_mesh mesh = small_sheet(1.0, 3, 0.0);
+    double *const corners = list_corners(&mesh, 1.0);
+    tulle_world_def const world_def = tulle_world_def_default();
+    tulle_cloth_def def = tulle_cloth_def_default();
+    def.mesh = tulle_mesh_get_view(&mesh);
+    def.rest_corners = corners;
+    tulle_world *world = NULL;
+    tulle_error error;
+    tulle_cloth_id id;
+    assert_int_equal(tulle_world_create(&world_def, &world, &error), TULLE_OK);
+    memcpy(corners + 9 * 5, corners + 9 * 5 + 3, 3 * sizeof *corners);
+    assert_int_equal(tulle_world_add_cloth(world, &def, &id, &error), TULLE_ERROR_INVALID_ARGUMENT);
+    assert_non_null(strstr(error.message, "triangle 5 at rest is too thin"));
+    corners[9 * 2 + 4] = 1e7;
+    assert_int_equal(tulle_world_add_cloth(world, &def, &id, &error), TULLE_ERROR_INVALID_ARGUMENT);
+    assert_non_null(strstr(error.message, "corner 1 of triangle 2 at rest"));
+    tulle_world_destroy(world);
+    free(corners);
+    tulle_mesh_destroy(&mesh);
+}
+
+/* A sheet that starts bent and is flat at rest springs open; one that is bent at rest stays. */
+static void folds_may_be_left_out_of_the_rest_shape(void **state) {
+    (void)state;
+    double heights[2];
+    for (int is_flat = 0; is_flat < 2; is_flat++) {
+        tulle_mesh mesh = small_sheet(1.0, SIDE, 0.0);
+        for (size_t v = 0; v < mesh.vertex_count; v++) {
+            double const angle = mesh.positions[3 * v] / 0.6;
+            mesh.positions[3 * v] = 0.6 * sin(angle);
+            mesh.positions[3 * v + 2] = 0.6 * (1.0 - cos(angle));
+        }
+        tulle_world_def world_def = tulle_world_def_default();
+        world_def.membrane = TULLE_MEMBRANE_WOVEN;
+        world_def.gravity[2] = 0.0;
+        tulle_cloth_def def = tulle_cloth_def_default();
+        def.mesh = tulle_mesh_get_view(&mesh);
+        def.has_flat_rest = is_flat;
+        def.material.bend_warp = def.material.bend_weft = def.material.bend_twist = 1e-2;
+        def.material.bend_damping = 0.05;
+        tulle_world *world = NULL;
+        tulle_error error;
+        tulle_cloth_id id;
+        assert_int_equal(tulle_world_create(&world_def, &world, &error), TULLE_OK);
+        assert_int_equal(tulle_world_add_cloth(world, &def, &id, &error), TULLE_OK);
+        step(world, 4 * STEPS);
+        const double *const positions = tulle_cloth_get_positions(world, id, NULL);
+        double low = (double)INFINITY, high = -(double)INFINITY;
+        for (size_t v = 0; v < mesh.vertex_count; v++) {
+            low = fmin(low, positions[3 * v + 2]);
+            high = fmax(high, positions[3 * v + 2]);
+        }
+        heights[is_flat] = high - low;
+        tulle_world_destroy(world);
+        tulle_mesh_destroy(&mesh);
+    }
+    assert_true(fabs(heights[0] - 0.6 * (1.0 - cos(0.5 / 0.6))) < 1e-4);
+    assert_true(heights[1] < 0.1 * heights[0]);
+}
+
 int main(void) {
     const struct CMUnitTest tests[] = {
+        cmocka_unit_test(what_is_smaller_at_rest_shrinks),
+        cmocka_unit_test(a_bad_triangle_at_rest_is_named),
+        cmocka_unit_test(folds_may_be_left_out_of_the_rest_shape),
         cmocka_unit_test(the_warp_lies_along_the_grain),
         cmocka_unit_test(springs_do_not_look_at_it),
         cmocka_unit_test(a_saved_state_goes_on_to_the_same_bits),

@@ -108,19 +108,38 @@ enum { SCRATCH_BYTES = 640 };
 /* Cloth of fewer vertices is solved as fast in double precision (20 x 20; 45 x 45 slower). */
 enum { SINGLE_VERTICES = 1000 };
 
-/* Directions of the warp of all triangles of cloth; null without memory. */
-static double *list_warps(tulle_world *world) {
+/* What cloth is like at rest, by triangle and by cloth, in scratch. */
+typedef struct rest_arrays {
+    double *warps;       /* 3 a triangle */
+    double *corners;     /* 9 a triangle; null where no cloth has any */
+    bool *has_flat_rest; /* by cloth */
+} rest_arrays;
+
+/* False without memory. */
+static bool list_rest(tulle_world *world, rest_arrays *rest) {
     size_t triangle_count = 0;
-    for (size_t i = 0; i < world->cloths.count; i++)
+    bool has_corners = false;
+    for (size_t i = 0; i < world->cloths.count; i++) {
         triangle_count += world->cloths.data[i].mesh.triangle_count;
-    double *const warps = ARENA_NEW(&world->scratch, double, 3 * triangle_count);
-    double *to = warps;
-    for (size_t i = 0; warps && i < world->cloths.count; i++) {
-        const world_cloth *const cloth = &world->cloths.data[i];
-        for (size_t t = 0; t < cloth->mesh.triangle_count; t++, to += 3)
-            memcpy(to, cloth->warps ? cloth->warps + 3 * t : cloth->grain, 3 * sizeof *to);
+        has_corners |= world->cloths.data[i].rest_corners != NULL;
     }
-    return warps;
+    *rest = (rest_arrays){.warps = ARENA_NEW(&world->scratch, double, 3 * triangle_count),
+                          .has_flat_rest = ARENA_NEW(&world->scratch, bool, world->cloths.count)};
+    if (has_corners) rest->corners = ARENA_NEW(&world->scratch, double, 9 * triangle_count);
+    if (!rest->warps || !rest->has_flat_rest || (has_corners && !rest->corners)) return false;
+    double *warp = rest->warps, *corner = rest->corners;
+    for (size_t i = 0; i < world->cloths.count; i++) {
+        const world_cloth *const cloth = &world->cloths.data[i];
+        rest->has_flat_rest[i] = cloth->has_flat_rest;
+        for (size_t t = 0; t < cloth->mesh.triangle_count; t++, warp += 3)
+            memcpy(warp, cloth->warps ? cloth->warps + 3 * t : cloth->grain, 3 * sizeof *warp);
+        for (size_t k = 0; has_corners && k < 3 * cloth->mesh.triangle_count; k++, corner += 3)
+            memcpy(corner,
+                   cloth->rest_corners ? cloth->rest_corners + 3 * k
+                                       : cloth->rest + 3 * (size_t)cloth->mesh.triangles[k],
+                   3 * sizeof *corner);
+    }
+    return true;
 }
 
 /* Forces and masses of all cloth together. Leaves it to the caller to say that memory is short. */
@@ -128,8 +147,8 @@ static tulle_status build_model(tulle_world *world, tulle_error *error) {
     arena_mark const mark = arena_get_mark(&world->scratch);
     size_t const cloth_count = world->cloths.count;
     tulle_material *const materials = ARENA_NEW(&world->scratch, tulle_material, cloth_count);
-    double *const warps = list_warps(world);
-    if (!materials || !warps) return TULLE_ERROR_OUT_OF_MEMORY;
+    rest_arrays rest;
+    if (!materials || !list_rest(world, &rest)) return TULLE_ERROR_OUT_OF_MEMORY;
     for (size_t i = 0; i < cloth_count; i++) {
         materials[i] = world->cloths.data[i].material;
         if (world->response->has_linear_springs) {
@@ -144,7 +163,9 @@ static tulle_status build_model(tulle_world *world, tulle_error *error) {
                                  .material_count = cloth_count,
                                  .vertex_materials = world->vertex_surface,
                                  .membrane = world->def.membrane,
-                                 .warps = warps};
+                                 .rest_corners = rest.corners,
+                                 .has_flat_rest = rest.has_flat_rest,
+                                 .warps = rest.warps};
     world->model = memory_allocate_zeroed(&world->heap, 1, sizeof *world->model);
     if (!world->model) return TULLE_ERROR_OUT_OF_MEMORY;
     tulle_status status = cloth_model_build(&world->heap, &def, world->model, error);

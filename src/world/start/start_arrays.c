@@ -44,7 +44,8 @@ void world_release_first_cloth(tulle_world *world) {
         memory_release(heap, cloth->rest, vector_bytes);
         memory_release(heap, cloth->velocities, vector_bytes);
         memory_release(heap, cloth->warps, 3 * cloth->mesh.triangle_count * sizeof(double));
-        cloth->rest = cloth->velocities = cloth->warps = NULL;
+        memory_release(heap, cloth->rest_corners, 9 * cloth->mesh.triangle_count * sizeof(double));
+        cloth->rest = cloth->velocities = cloth->warps = cloth->rest_corners = NULL;
         if (cloth->pin_count > 0) continue;
         memory_release(heap, cloth->mesh.positions, vector_bytes);
         cloth->mesh.positions = NULL;
