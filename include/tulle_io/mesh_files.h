@@ -26,7 +26,11 @@ typedef struct tulle_mesh_source {
     size_t triangle_count;    /* triangles of the file */
     uint32_t *vertex_lines;   /* line of each vertex in an OBJ file, from 1; else null */
     uint32_t *triangle_lines; /* line of each triangle in an OBJ file, from 1; else null */
-    char note[1024];          /* what was passed over: kinds, how many, first lines; or empty */
+    /* 6 * triangle_count: texture coordinates u, v of the corners of each triangle, `vt` of OBJ and
+     * the vertex properties s, t (or u, v, or texture_u, texture_v) of PLY; NaN at a corner without
+     * any. Null where no corner has any */
+    double *corner_uvs;
+    char note[1024];      /* what was passed over: kinds, how many, first lines; or empty */
     int has_passed_shape; /* 1: not only names, normals, textures and materials were passed over */
 } tulle_mesh_source;
 /* Reads the mesh in the file `path`, as tulle_mesh_read does, and fills `source`, which may be null

@@ -58,6 +58,10 @@ static tulle_status add_cloth(const scene_cloth *cloth, tulle_world *world, tull
     tulle_cloth_def def = tulle_cloth_def_default();
     def.name = cloth->name;
     def.mesh = tulle_mesh_get_view(&cloth->mesh);
+    def.rest_positions = cloth->rest_positions;
+    def.rest_corners = cloth->rest_corners;
+    def.has_flat_rest = cloth->has_flat_rest;
+    def.warps = cloth->warps;
     def.material = cloth->material;
     def.thickness = cloth->keys->thickness;
     set_vector(def.grain, &cloth->keys->grain);

@@ -46,6 +46,16 @@ typedef struct material_keys {
     double friction, dynamic_friction, restitution, friction_across;
 } material_keys;
 
+/* Values of rest_keys.folds. */
+enum { REST_FOLDS_KEEP, REST_FOLDS_FLAT };
+
+typedef struct rest_keys {
+    schema_head head;
+    const char *file;
+    double uv, shrink;
+    int folds;
+} rest_keys;
+
 typedef struct keyframe_keys {
     schema_head head;
     double time;
@@ -83,7 +93,8 @@ typedef struct cloth_keys {
     schema_vector scale, translate, velocity;
     schema_rotation rotate;
     material_keys material;
-    schema_vector grain;
+    rest_keys rest;
+    schema_vector grain, grain_uv;
     double thickness;
     schema_list pins;
     schema_vector color, back_color;
@@ -217,7 +228,7 @@ typedef struct scene_keys {
     picture_keys picture;
 } scene_keys;
 
-extern const schema_map scene_map, time_map, wind_map, mesh_map, curve_map, material_map,
+extern const schema_map scene_map, time_map, wind_map, mesh_map, curve_map, material_map, rest_map,
     keyframe_map, box_map, line_map, pin_map, cloth_map, sequence_map, motion_map, dynamic_map,
     row_map, grid_map, ring_map, spiral_map, copies_map, obstacle_map, pair_map, material_pair_map,
     contact_map, solver_map, camera_map, picture_map;

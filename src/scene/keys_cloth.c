@@ -110,6 +110,41 @@ const schema_map pin_map = {.title = "Pin",
                             MAP_OF(pin_table, pin_keys),
                             .needs_alternative = true};
 
+/* In the order of REST_FOLDS_KEEP and so on. */
+static const char *const folds_words[] = {"keep", "flat", NULL};
+static const schema_key rest_table[] = {
+    {.name = "file",
+     .type = SCHEMA_PATH,
+     .flags = SCHEMA_ALTERNATIVE,
+     FIELD(rest_keys, file),
+     .meaning = "a mesh file with the same triangles in the same order, placed as the cloth; with "
+                "vertices of its own it is a pattern, whose triangles need not fit together"},
+    {.name = "uv",
+     POSITIVE_LENGTH(SCHEMA_ALTERNATIVE),
+     FIELD(rest_keys, uv),
+     .meaning =
+         "the texture coordinates of the mesh file are a flat pattern; this is the length of "
+         "one unit of them"},
+    {.name = "shrink",
+     .type = SCHEMA_NUMBER,
+     .fallback = "1",
+     .minimum = 0.5,
+     .maximum = 2,
+     FIELD(rest_keys, shrink),
+     .meaning = "factor on all lengths at rest: 0.9 for what draws together, as an elastic band"},
+    {.name = "folds",
+     .type = SCHEMA_CHOICE,
+     .choices = folds_words,
+     .flags = SCHEMA_OPTIONAL,
+     .derived = "`flat` with uv, else `keep`",
+     FIELD(rest_keys, folds),
+     .meaning =
+         "keep: folds of the rest file, or of the start, are there at rest; flat: cloth wants "
+         "to lie flat"},
+};
+const schema_map rest_map = {
+    .title = "Rest", .meaning = "The shape in which nothing pulls.", MAP_OF(rest_table, rest_keys)};
+
 /* In the order of scene_pattern. */
 static const char *const pattern_names[] = {"plain", "weave", "check", NULL};
 static const schema_key cloth_table[] = {
@@ -132,6 +167,11 @@ static const schema_key cloth_table[] = {
      .map = &material_map,
      FIELD(cloth_keys, material),
      .meaning = "what the cloth is made of"},
+    {.name = "rest",
+     .type = SCHEMA_MAP,
+     .map = &rest_map,
+     FIELD(cloth_keys, rest),
+     .meaning = "the shape in which nothing pulls; by default the start"},
     {.name = "grain",
      .type = SCHEMA_VECTOR,
      .fallback = "[1, 0, 0]",
@@ -140,8 +180,19 @@ static const schema_key cloth_table[] = {
      .minimum = -1e6,
      .maximum = 1e6,
      FIELD(cloth_keys, grain),
-     .meaning = "direction in the mesh as it starts, of any length; the material's friction_across "
-                "acts at right angles to it"},
+     .meaning = "direction of the warp in the mesh as it starts, of any length; the material's "
+                "friction_across acts at right angles to it"},
+    {.name = "grain_uv",
+     .type = SCHEMA_VECTOR,
+     .flags = SCHEMA_OPTIONAL,
+     .least_count = 2,
+     .most_count = 2,
+     .minimum = -1e6,
+     .maximum = 1e6,
+     FIELD(cloth_keys, grain_uv),
+     .derived = "grain",
+     .meaning = "direction of the warp in the plane of the mesh file's texture coordinates, as "
+                "patterns of garments lie there; friction_across goes on by grain"},
     {.name = "thickness",
      .type = SCHEMA_NUMBER,
      .unit = UNIT_LENGTH,

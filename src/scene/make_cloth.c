@@ -9,10 +9,13 @@ bool make_cloth(const scene_work *work, const cloth_keys *keys, size_t index, sc
     cloth->name = keys->name ? keys->name : store_text(work, "cloth%zu", index);
     bool is_good = cloth->name != NULL;
     is_good &= make_material(work, &keys->material, cloth);
-    if (!make_mesh(work, &keys->mesh, TULLE_MESH_ROLE_CLOTH, &cloth->mesh)) return false;
+    tulle_mesh_source source = {0};
+    if (!make_mesh(work, &keys->mesh, TULLE_MESH_ROLE_CLOTH, &cloth->mesh, &source)) return false;
     tulle_mesh_transform(&cloth->mesh, keys->scale.value, keys->rotate.quaternion,
                          keys->translate.value);
     is_good &= count_mesh(work, &cloth->mesh, keys->mesh.head.place, keys->mesh.head.path);
+    is_good = is_good && make_rest(work, keys, &source, cloth);
+    tulle_mesh_source_destroy(&source);
     return is_good && make_pins(work, cloth);
 }
 

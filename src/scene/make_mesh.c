@@ -116,7 +116,7 @@ static tulle_status drop_duplicates(const scene_work *work, const char *path, tu
 }
 
 tulle_status read_mesh(const scene_work *work, const char *path, tulle_mesh_role role,
-                       tulle_mesh *mesh, tulle_error *error) {
+                       tulle_mesh *mesh, tulle_mesh_source *kept, tulle_error *error) {
     tulle_mesh_source source;
     tulle_status status = tulle_mesh_read_source(path, mesh, &source, error);
     if (status != TULLE_OK) return status;
@@ -128,12 +128,15 @@ tulle_status read_mesh(const scene_work *work, const char *path, tulle_mesh_role
         status = tulle_mesh_validate_lines(tulle_mesh_get_view(mesh), role, lines, error);
     if (status != TULLE_OK && !error->file[0])
         snprintf(error->file, sizeof error->file, "%s", path);
-    tulle_mesh_source_destroy(&source);
+    if (kept && status == TULLE_OK)
+        *kept = source;
+    else
+        tulle_mesh_source_destroy(&source);
     return status;
 }
 
 bool make_mesh(const scene_work *work, const mesh_keys *keys, tulle_mesh_role role,
-               tulle_mesh *mesh) {
+               tulle_mesh *mesh, tulle_mesh_source *source) {
     tulle_error error = {0};
     if (!schema_is_given(&mesh_map, keys, "file")) {
         if (!generate(work, keys, mesh)) return false;
@@ -143,7 +146,7 @@ bool make_mesh(const scene_work *work, const mesh_keys *keys, tulle_mesh_role ro
     }
     const char *const path = resolve_path(work, keys->file);
     if (!path) return false;
-    if (read_mesh(work, path, role, mesh, &error) == TULLE_OK) return true;
+    if (read_mesh(work, path, role, mesh, source, &error) == TULLE_OK) return true;
     problem_add_error(work->problems, schema_place(keys, "file"), keys->head.path, &error);
     return false;
 }

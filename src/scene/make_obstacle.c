@@ -91,7 +91,8 @@ static bool make_source(obstacle_work *work) {
                     keys->head.path);
         return false;
     }
-    if (has_mesh && !make_mesh(work->scene, &keys->mesh, TULLE_MESH_ROLE_OBSTACLE, &work->mesh))
+    if (has_mesh &&
+        !make_mesh(work->scene, &keys->mesh, TULLE_MESH_ROLE_OBSTACLE, &work->mesh, NULL))
         return false;
     if (!has_sequence) return true;
     work->sequence = sequence_open(work->scene, keys, &work->mesh);

@@ -6,6 +6,7 @@
 #include "scene/pose.h"
 
 #include "tulle/mesh.h"
+#include "tulle_io/mesh_files.h"
 
 enum {
     SCENE_OBJECT_LIMIT = 4096,      /* cloths, and obstacles with their copies */
@@ -24,6 +25,9 @@ typedef struct scene_cloth {
     const char *contact_material;
     tulle_mesh mesh; /* at the start */
     tulle_material material;
+    /* At rest, as of tulle_cloth_def; null: not given. */
+    double *rest_positions, *rest_corners, *warps;
+    bool has_flat_rest;
     tulle_pin *pins;
     size_t pin_count;
 } scene_cloth;
@@ -89,12 +93,14 @@ uint64_t resolve_seed(const tulle_scene *loaded, uint64_t seed);
 void note_add(const scene_work *work, const char *format, ...)
     __attribute__((format(printf, 2, 3)));
 /* Reads a mesh file, drops what an obstacle has twice, validates the mesh for its role; notes what
- * was passed over and dropped. An error names the file, and the line where it has lines. */
+ * was passed over and dropped. An error names the file, and the line where it has lines. `kept`, if
+ * not null, gets what the reader tells; it is left as it is after an error. */
 tulle_status read_mesh(const scene_work *work, const char *path, tulle_mesh_role role,
-                       tulle_mesh *mesh, tulle_error *error);
-/* Reads or generates a mesh and validates it for its role. False after a problem. */
+                       tulle_mesh *mesh, tulle_mesh_source *kept, tulle_error *error);
+/* Reads or generates a mesh and validates it for its role; `source` as `kept`, left as it is for a
+ * generated one. False after a problem. */
 bool make_mesh(const scene_work *work, const mesh_keys *keys, tulle_mesh_role role,
-               tulle_mesh *mesh);
+               tulle_mesh *mesh, tulle_mesh_source *source);
 /* Adds a mesh to the scene's count of vertices and to its hash. False when that is too many. */
 bool count_mesh(const scene_work *work, const tulle_mesh *mesh, scene_place place,
                 const char *path);
@@ -107,6 +113,9 @@ bool make_motion(const scene_work *work, const schema_list *keyframes, const pos
 bool make_cloth(const scene_work *work, const cloth_keys *keys, size_t index, scene_cloth *cloth);
 /* Fills the cloth's material and its name in contacts. False after a problem. */
 bool make_material(const scene_work *work, const material_keys *keys, scene_cloth *cloth);
+/* Fills what is at rest. False after a problem. */
+bool make_rest(const scene_work *scene, const cloth_keys *keys, const tulle_mesh_source *source,
+               scene_cloth *cloth);
 bool make_pins(const scene_work *work, scene_cloth *cloth);
 
 /* Makes an obstacle and all its copies at *obstacles, which has room for copy_count. */

@@ -190,7 +190,8 @@ static tulle_status check_files(const scene_work *work, scene_sequence *sequence
     char first[SCENE_PATH_LIMIT];
     if (mesh->vertex_count == 0 &&
         write_file_name(sequence->files, sequence->first, first, sizeof first)) {
-        tulle_status const status = read_mesh(work, first, TULLE_MESH_ROLE_OBSTACLE, mesh, error);
+        tulle_status const status =
+            read_mesh(work, first, TULLE_MESH_ROLE_OBSTACLE, mesh, NULL, error);
         if (status != TULLE_OK) return status;
     }
     for (uint32_t frame = 0; frame < sequence->frame_count; frame++) {

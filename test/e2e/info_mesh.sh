@@ -36,7 +36,7 @@ expect 0 '^sheet.obj: triangle mesh' solid.obj sheet.obj
 
 # As other tools write them, and a triangle twice.
 printf 'o it\nv 0 0 0\nv 1 0 0\nv 0 1 0\nseam 1 2\nl 1 2\nl 2 3\nvt 0 0\nf 1/1 2/1 3/1\nf 3 2 1\n' >other.obj
-expect 0 "^  file +passed over: 1 'o' \\(line 1\\), 1 'seam' \\(line 5\\), 2 'l' \\(line 6\\), 1 'vt' \\(line 8\\)$" other.obj
+expect 0 "^  file +passed over: 1 'o' \\(line 1\\), 1 'seam' \\(line 5\\), 2 'l' \\(line 6\\)$" other.obj
 expect 0 '^  as cloth +triangle 1 \(line 10\) has the same three vertices as triangle 0 \(line 9\) \(first vertex 2 \(line 4\)' other.obj
 expect 0 '^  as obstacle +can be used$' other.obj
 expect 0 '^ +dropped there: 1 triangles .*; triangle 1 \(line 10\) is triangle 0 \(line 9\) again$' other.obj

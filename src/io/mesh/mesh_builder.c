@@ -3,6 +3,7 @@
 
 #include "base/error.h"
 
+#include <math.h>
 #include <string.h>
 
 mesh_builder mesh_builder_make(memory *heap) { return (mesh_builder){.heap = heap}; }
@@ -10,6 +11,8 @@ mesh_builder mesh_builder_make(memory *heap) { return (mesh_builder){.heap = hea
 void mesh_builder_destroy(mesh_builder *builder) {
     ARRAY_FREE(builder->heap, &builder->positions);
     ARRAY_FREE(builder->heap, &builder->triangles);
+    ARRAY_FREE(builder->heap, &builder->uvs);
+    ARRAY_FREE(builder->heap, &builder->corner_uvs);
     ARRAY_FREE(builder->heap, &builder->vertex_lines);
     ARRAY_FREE(builder->heap, &builder->triangle_lines);
 }
@@ -31,10 +34,25 @@ size_t mesh_builder_get_vertex_count(const mesh_builder *builder) {
 
 void mesh_builder_begin_polygon(mesh_builder *builder) { builder->fan_count = 0; }
 
-bool mesh_builder_add_corner(mesh_builder *builder, uint32_t vertex) {
-    if (builder->fan_count == 0) builder->fan_first = vertex;
+bool mesh_builder_add_uv(mesh_builder *builder, double u, double v) {
+    if (!ARRAY_RESERVE(builder->heap, &builder->uvs, 2)) return false;
+    builder->uvs.data[builder->uvs.count++] = u;
+    builder->uvs.data[builder->uvs.count++] = v;
+    return true;
+}
+
+bool mesh_builder_add_corner(mesh_builder *builder, uint32_t vertex, uint32_t uv) {
+    if (builder->fan_count == 0) builder->fan_first = vertex, builder->fan_first_uv = uv;
     if (builder->fan_count >= 2) {
         if (!ARRAY_RESERVE(builder->heap, &builder->triangles, 3)) return false;
+        if (builder->keeps_uvs) {
+            if (!ARRAY_RESERVE(builder->heap, &builder->corner_uvs, 3)) return false;
+            uint32_t *const uvs = builder->corner_uvs.data + builder->corner_uvs.count;
+            uvs[0] = builder->fan_first_uv;
+            uvs[1] = builder->fan_last_uv;
+            uvs[2] = uv;
+            builder->corner_uvs.count += 3;
+        }
         if (builder->keeps_lines) {
             if (!ARRAY_RESERVE(builder->heap, &builder->triangle_lines, 1)) return false;
             builder->triangle_lines.data[builder->triangle_lines.count++] = builder->line;
@@ -46,6 +64,7 @@ bool mesh_builder_add_corner(mesh_builder *builder, uint32_t vertex) {
         builder->triangles.count += 3;
     }
     builder->fan_last = vertex;
+    builder->fan_last_uv = uv;
     builder->fan_count++;
     return true;
 }
@@ -78,23 +97,47 @@ tulle_status mesh_builder_finish(const mesh_builder *builder, const char *path, 
     return TULLE_OK;
 }
 
-tulle_status mesh_builder_take_lines(const mesh_builder *builder, tulle_mesh_source *source) {
-    size_t const vertex_count = builder->vertex_lines.count;
-    size_t const triangle_count = builder->triangle_lines.count;
+static bool has_uvs(const mesh_builder *builder) {
+    size_t const known = builder->uvs.count / 2;
+    for (size_t i = 0; i < builder->corner_uvs.count; i++)
+        if (builder->corner_uvs.data[i] < known) return true;
+    return false;
+}
+
+/* Of all corners; null without memory. */
+static double *list_uvs(memory *heap, const mesh_builder *builder) {
+    size_t const known = builder->uvs.count / 2, count = builder->corner_uvs.count;
+    double *const uvs = memory_allocate(heap, 2 * count * sizeof *uvs);
+    for (size_t i = 0; uvs && i < count; i++) {
+        uint32_t const named = builder->corner_uvs.data[i];
+        for (size_t k = 0; k < 2; k++)
+            uvs[2 * i + k] = named < known ? builder->uvs.data[2 * (size_t)named + k] : (double)NAN;
+    }
+    return uvs;
+}
+
+tulle_status mesh_builder_take_source(const mesh_builder *builder, tulle_mesh_source *source) {
     memory heap = memory_default();
-    uint32_t *const vertices = memory_allocate(&heap, vertex_count * sizeof *vertices);
-    uint32_t *const triangles = memory_allocate(&heap, triangle_count * sizeof *triangles);
-    if (!vertices || !triangles) {
-        memory_release(&heap, vertices, vertex_count * sizeof *vertices);
-        memory_release(&heap, triangles, triangle_count * sizeof *triangles);
+    tulle_mesh_source made = {.vertex_count = builder->positions.count / 3,
+                              .triangle_count = builder->triangles.count / 3};
+    size_t const vertex_bytes = made.vertex_count * sizeof(uint32_t);
+    size_t const triangle_bytes = made.triangle_count * sizeof(uint32_t);
+    bool const is_dressed = has_uvs(builder);
+    if (is_dressed) made.corner_uvs = list_uvs(&heap, builder);
+    if (builder->keeps_lines) {
+        made.vertex_lines = memory_allocate(&heap, vertex_bytes);
+        made.triangle_lines = memory_allocate(&heap, triangle_bytes);
+    }
+    bool const has_lines = made.vertex_lines && made.triangle_lines;
+    if ((is_dressed && !made.corner_uvs) || (builder->keeps_lines && !has_lines)) {
+        tulle_mesh_source_destroy(&made);
         return TULLE_ERROR_OUT_OF_MEMORY;
     }
-    memcpy(vertices, builder->vertex_lines.data, vertex_count * sizeof *vertices);
-    if (triangle_count > 0)
-        memcpy(triangles, builder->triangle_lines.data, triangle_count * sizeof *triangles);
-    source->vertex_count = vertex_count;
-    source->triangle_count = triangle_count;
-    source->vertex_lines = vertices;
-    source->triangle_lines = triangles;
+    if (builder->keeps_lines) {
+        memcpy(made.vertex_lines, builder->vertex_lines.data, vertex_bytes);
+        if (triangle_bytes > 0)
+            memcpy(made.triangle_lines, builder->triangle_lines.data, triangle_bytes);
+    }
+    *source = made;
     return TULLE_OK;
 }

@@ -13,6 +13,12 @@ typedef struct mesh_builder {
     ARRAY(uint32_t) triangles;
     uint32_t fan_first, fan_last; /* of the polygon at hand */
     size_t fan_count;
+    /* Texture coordinates that corners may name, and those of the corners of triangles: numbers
+     * from 0, or MESH_NO_UV. */
+    bool keeps_uvs;
+    ARRAY(double) uvs;
+    ARRAY(uint32_t) corner_uvs;
+    uint32_t fan_first_uv, fan_last_uv;
     bool keeps_lines; /* of vertices and triangles, for messages */
     uint32_t line;    /* of the file, set by the reader */
     ARRAY(uint32_t) vertex_lines;
@@ -28,15 +34,21 @@ size_t mesh_builder_get_vertex_count(const mesh_builder *builder);
 
 /* A polygon becomes a fan of triangles around its first corner. */
 void mesh_builder_begin_polygon(mesh_builder *builder);
-bool mesh_builder_add_corner(mesh_builder *builder, uint32_t vertex);
+bool mesh_builder_add_corner(mesh_builder *builder, uint32_t vertex, uint32_t uv);
+
+/* Texture coordinates; a corner without any has the number MESH_NO_UV. False when memory is short.
+ */
+#define MESH_NO_UV UINT32_MAX
+bool mesh_builder_add_uv(mesh_builder *builder, double u, double v);
 
 /* Makes the mesh; checks that there are vertices and that all indices are below their number.
  * Leaves the builder as it is. */
 tulle_status mesh_builder_finish(const mesh_builder *builder, const char *path, tulle_mesh *mesh,
                                  tulle_error *error);
 
-/* Copies the lines of vertices and triangles; TULLE_ERROR_OUT_OF_MEMORY. */
-tulle_status mesh_builder_take_lines(const mesh_builder *builder, tulle_mesh_source *source);
+/* Copies the texture coordinates of corners, and the lines of vertices and triangles where they are
+ * kept. TULLE_ERROR_OUT_OF_MEMORY leaves the source empty. */
+tulle_status mesh_builder_take_source(const mesh_builder *builder, tulle_mesh_source *source);
 
 /* Largest number of vertices and triangles that a mesh may have. */
 #define MESH_COUNT_LIMIT ((size_t)0x7fffffff)
@@ -46,7 +58,7 @@ tulle_status mesh_builder_take_lines(const mesh_builder *builder, tulle_mesh_sou
 tulle_status obj_read(memory *heap, const char *path, const file_data *data, tulle_mesh *mesh,
                       tulle_mesh_source *source, tulle_error *error);
 tulle_status ply_read(memory *heap, const char *path, const file_data *data, tulle_mesh *mesh,
-                      tulle_error *error);
+                      tulle_mesh_source *source, tulle_error *error);
 tulle_status stl_read_binary(memory *heap, const char *path, const file_data *data,
                              tulle_mesh *mesh, tulle_error *error);
 tulle_status stl_read_text(memory *heap, const char *path, const file_data *data, tulle_mesh *mesh,

@@ -43,7 +43,7 @@ static tulle_status read_format(memory *heap, const char *path, const file_data 
     if (data->byte_count == 0)
         return error_set_at(error, TULLE_ERROR_PARSE, path, 0, 0, "is empty, not a mesh");
     if (begins_with(data, "ply\n") || begins_with(data, "ply\r") || format == FORMAT_PLY)
-        return ply_read(heap, path, data, mesh, error);
+        return ply_read(heap, path, data, mesh, source, error);
     if (format == FORMAT_OBJ) return obj_read(heap, path, data, mesh, source, error);
     bool const is_solid = begins_with(data, "solid") || begins_with(data, "SOLID");
     if (format == FORMAT_STL || is_solid || stl_has_binary_size(data))
@@ -79,6 +79,7 @@ void tulle_mesh_source_destroy(tulle_mesh_source *source) {
     memory heap = memory_default();
     memory_release(&heap, source->vertex_lines, source->vertex_count * sizeof(uint32_t));
     memory_release(&heap, source->triangle_lines, source->triangle_count * sizeof(uint32_t));
+    memory_release(&heap, source->corner_uvs, 6 * source->triangle_count * sizeof(double));
     *source = (tulle_mesh_source){0};
 }
 

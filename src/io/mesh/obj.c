@@ -1,11 +1,13 @@
-/* io/mesh/obj.c - reads Wavefront OBJ: the positions of `v` and the polygons of `f`. Corners may be
- * v, v/vt, v//vn or v/vt/vn, counted from 1 or, negative, from the end. All other statements are
- * passed over and noted: those of the format, as texture coordinates, groups, materials and lines,
- * and those that only some program knows, as seams of garments. */
+/* io/mesh/obj.c - reads Wavefront OBJ: the positions of `v`, the polygons of `f` and, for those who
+ * ask, the texture coordinates of `vt`. Corners may be v, v/vt, v//vn or v/vt/vn, counted from 1
+ * or, negative, from the end. All other statements are passed over and noted: those of the format,
+ * as normals, groups, materials and lines, and those that only some program knows, as seams of
+ * garments. What is wrong with texture coordinates is no error of the mesh: the corner has none. */
 #include "io/mesh/mesh_builder.h"
 #include "io/text/number.h"
 #include "io/text/text_cursor.h"
 
+#include <math.h>
 #include <stdio.h>
 #include <string.h>
 
@@ -30,11 +32,11 @@ typedef struct obj_reader {
     bool has_passed_shape; /* one of them may say something about the shape */
 } obj_reader;
 
-/* Names, textures, normals, materials and pictures: the triangles are the same without them. */
+/* Names, normals, materials and pictures: the triangles are the same without them. */
 static bool is_dress(text_word word) {
     static const char *const names[] = {
-        "vt",     "vn",     "g",   "o",     "s",        "mg",       "usemtl",     "mtllib",
-        "usemap", "maplib", "lod", "bevel", "c_interp", "d_interp", "shadow_obj", "trace_obj"};
+        "vn",     "g",   "o",     "s",        "mg",       "usemtl",     "mtllib",   "usemap",
+        "maplib", "lod", "bevel", "c_interp", "d_interp", "shadow_obj", "trace_obj"};
     for (size_t i = 0; i < sizeof names / sizeof names[0]; i++)
         if (text_word_is(word, names[i])) return true;
     return false;
@@ -89,15 +91,31 @@ static tulle_status read_vertex(obj_reader *reader, tulle_error *error) {
                : file_fail_memory(error, reader->text.path);
 }
 
-/* Whether the text after a corner's vertex is /vt, //vn or /vt/vn. */
-static bool is_corner_tail(const char *text, size_t length) {
+/* vt u v; v may be left out, for 0. */
+static tulle_status read_uv(obj_reader *reader, tulle_error *error) {
+    double uv[2] = {(double)NAN, 0.0};
+    for (int k = 0; k < 2; k++) {
+        text_word const word = text_take_word(&reader->text);
+        if (word.length == 0 || word.text[0] == '#') break;
+        if (number_parse_double(word.text, word.length, &uv[k]) != NUMBER_READ) uv[k] = (double)NAN;
+    }
+    return mesh_builder_add_uv(&reader->builder, uv[0], uv[1])
+               ? TULLE_OK
+               : file_fail_memory(error, reader->text.path);
+}
+
+/* Whether the text after a corner's vertex is /vt, //vn or /vt/vn; *uv is then vt as it stands, 0
+ * without any. */
+static bool read_corner_tail(const char *text, size_t length, int64_t *uv) {
     int parts = 0;
+    *uv = 0;
     while (length > 0) {
         if (*text != '/' || ++parts > 2) return false;
         const char *const next = length > 1 ? memchr(text + 1, '/', length - 1) : NULL;
         size_t const part = next ? (size_t)(next - text) - 1 : length - 1;
-        int64_t ignored;
-        if (part > 0 && number_parse_integer(text + 1, part, &ignored) != NUMBER_READ) return false;
+        int64_t number;
+        if (part > 0 && number_parse_integer(text + 1, part, &number) != NUMBER_READ) return false;
+        if (part > 0 && parts == 1) *uv = number;
         text += part + 1;
         length -= part + 1;
     }
@@ -108,9 +126,9 @@ static tulle_status read_corner(obj_reader *reader, text_word word, tulle_error 
     const char *const slash = memchr(word.text, '/', word.length);
     size_t const length = slash ? (size_t)(slash - word.text) : word.length;
     char shown[TEXT_SHOWN_SIZE];
-    int64_t index = 0;
+    int64_t index = 0, uv;
     if (number_parse_integer(word.text, length, &index) == NUMBER_MALFORMED ||
-        !is_corner_tail(word.text + length, word.length - length))
+        !read_corner_tail(word.text + length, word.length - length, &uv))
         return text_fail(&reader->text, word.text, error,
                          "\"%s\" should be a corner: v, v/vt, v//vn or v/vt/vn",
                          text_show_word(word, shown));
@@ -125,7 +143,11 @@ static tulle_status read_corner(obj_reader *reader, text_word word, tulle_error 
         reader->largest_place = reader->text;
         reader->largest_place.at = word.text;
     }
-    return mesh_builder_add_corner(&reader->builder, (uint32_t)(index - 1))
+    int64_t const uv_count = (int64_t)(reader->builder.uvs.count / 2);
+    if (uv < 0 && uv >= -uv_count) uv += uv_count + 1;
+    bool const has_uv = uv >= 1 && uv <= (int64_t)MESH_COUNT_LIMIT;
+    return mesh_builder_add_corner(&reader->builder, (uint32_t)(index - 1),
+                                   has_uv ? (uint32_t)(uv - 1) : MESH_NO_UV)
                ? TULLE_OK
                : file_fail_memory(error, reader->text.path);
 }
@@ -149,6 +171,8 @@ static tulle_status read_statement(obj_reader *reader, tulle_error *error) {
     text_word const word = text_take_word(&reader->text);
     if (text_word_is(word, "v")) return read_vertex(reader, error);
     if (text_word_is(word, "f")) return read_face(reader, error);
+    if (text_word_is(word, "vt"))
+        return reader->builder.keeps_uvs ? read_uv(reader, error) : TULLE_OK;
     if (word.text[0] != '#') note_passed_over(reader, word);
     return TULLE_OK;
 }
@@ -177,11 +201,11 @@ tulle_status obj_read(memory *heap, const char *path, const file_data *data, tul
                              text_cursor_make(path, data->bytes + begin, data->byte_count - begin),
                          .builder = mesh_builder_make(heap)};
     reader.text.joins_lines = true;
-    reader.builder.keeps_lines = source != NULL;
+    reader.builder.keeps_lines = reader.builder.keeps_uvs = source != NULL;
     tulle_status status = read_statements(&reader, error);
     if (!status) status = mesh_builder_finish(&reader.builder, path, mesh, error);
     if (!status && source) {
-        status = mesh_builder_take_lines(&reader.builder, source);
+        status = mesh_builder_take_source(&reader.builder, source);
         if (status) {
             tulle_mesh_destroy(mesh);
             status = file_fail_memory(error, path);

@@ -1,6 +1,7 @@
 /* io/mesh/ply.c - reads PLY: text, binary little endian and big endian. Positions are x, y, z of
- * element `vertex` in any number type, polygons the list vertex_indices (or vertex_index) of
- * element `face` in any integer type; other elements and properties are passed over.
+ * element `vertex` in any number type, its texture coordinates s, t (ply_header.c), polygons the
+ * list vertex_indices (or vertex_index) of element `face` in any integer type; other elements and
+ * properties are passed over.
  *
  * Before an element is read, its count is compared with what is left of the file, so a wrong header
  * costs neither time nor memory.
@@ -110,42 +111,54 @@ static tulle_status read_list(ply_reader *reader, const ply_property *property,
             continue;
         }
         status = take_whole(reader, property->type, property, reader->vertex_count, &vertex, error);
-        if (!status && !mesh_builder_add_corner(&reader->builder, vertex))
+        if (!status && !mesh_builder_add_corner(&reader->builder, vertex, vertex))
             status = file_fail_memory(error, reader->text.path);
     }
     return status;
 }
 
+typedef struct ply_vertex {
+    double position[3], uv[2];
+} ply_vertex;
+
 static tulle_status read_scalar(ply_reader *reader, const ply_property *property,
-                                double position[3], tulle_error *error) {
+                                ply_vertex *vertex, tulle_error *error) {
     const char *const place = reader->text.at;
-    if (property->role == PLY_PASSED_OVER && reader->header.format == PLY_TEXT)
-        return text_take_word(&reader->text).length > 0
-                   ? TULLE_OK
-                   : fail_value(reader, NULL, property->name, "is missing", error);
+    bool const is_uv = property->role == PLY_S || property->role == PLY_T;
+    double *const uv = is_uv ? &vertex->uv[property->role - PLY_S] : NULL;
+    if ((is_uv || property->role == PLY_PASSED_OVER) && reader->header.format == PLY_TEXT) {
+        text_word const word = text_take_word(&reader->text);
+        if (word.length == 0) return fail_value(reader, NULL, property->name, "is missing", error);
+        if (is_uv && number_parse_double(word.text, word.length, uv) != NUMBER_READ)
+            *uv = (double)NAN;
+        return TULLE_OK;
+    }
     double value = 0.0;
     tulle_status const status = take_real(reader, property->type, property->name, &value, error);
-    if (status || property->role == PLY_PASSED_OVER) return status;
+    if (is_uv) *uv = value;
+    if (status || is_uv || property->role == PLY_PASSED_OVER) return status;
     if (!isfinite(value))
         return fail_value(reader, place, property->name, "is not a finite number", error);
-    position[property->role - PLY_X] = value;
+    vertex->position[property->role - PLY_X] = value;
     return TULLE_OK;
 }
 
 static tulle_status read_one(ply_reader *reader, tulle_error *error) {
     const ply_element *const element = reader->element;
-    double position[3] = {0.0, 0.0, 0.0};
+    ply_vertex vertex = {.uv = {(double)NAN, (double)NAN}};
     for (size_t i = 0; i < element->property_count; i++) {
         const ply_property *const property =
             &reader->header.properties[element->first_property + i];
         tulle_status const status = property->is_list
                                         ? read_list(reader, property, error)
-                                        : read_scalar(reader, property, position, error);
+                                        : read_scalar(reader, property, &vertex, error);
         if (status) return status;
     }
-    if (element->is_vertex && !mesh_builder_add_vertex(&reader->builder, position))
-        return file_fail_memory(error, reader->text.path);
-    return TULLE_OK;
+    bool has_memory = true;
+    if (element->is_vertex) has_memory = mesh_builder_add_vertex(&reader->builder, vertex.position);
+    if (element->is_vertex && reader->builder.keeps_uvs)
+        has_memory &= mesh_builder_add_uv(&reader->builder, vertex.uv[0], vertex.uv[1]);
+    return has_memory ? TULLE_OK : file_fail_memory(error, reader->text.path);
 }
 
 /* Text: each element has a line of its own. */
@@ -198,12 +211,14 @@ static tulle_status read_element(ply_reader *reader, const ply_element *element,
     return status;
 }
 
-static tulle_status read_all(ply_reader *reader, tulle_error *error) {
+static tulle_status read_all(ply_reader *reader, bool wants_uvs, tulle_error *error) {
     tulle_status status = ply_read_header(&reader->text, &reader->header, error);
     if (status) return status;
     for (size_t i = 0; i < reader->header.element_count; i++)
         if (reader->header.elements[i].is_vertex)
             reader->vertex_count = reader->header.elements[i].count;
+    for (size_t i = 0; i < reader->header.property_count; i++)
+        reader->builder.keeps_uvs |= wants_uvs && reader->header.properties[i].role == PLY_S;
     if (reader->vertex_count > MESH_COUNT_LIMIT)
         return error_set_at(error, TULLE_ERROR_LIMIT, reader->text.path, 0, 0,
                             "the header says %llu vertices; the most is %zu",
@@ -218,14 +233,18 @@ static tulle_status read_all(ply_reader *reader, tulle_error *error) {
 }
 
 tulle_status ply_read(memory *heap, const char *path, const file_data *data, tulle_mesh *mesh,
-                      tulle_error *error) {
+                      tulle_mesh_source *source, tulle_error *error) {
     ply_reader *const reader = memory_allocate_zeroed(heap, 1, sizeof *reader);
     if (!reader) return file_fail_memory(error, path);
     reader->text = text_cursor_make(path, data->bytes, data->byte_count);
     reader->begin = data->bytes;
     reader->builder = mesh_builder_make(heap);
-    tulle_status status = read_all(reader, error);
+    tulle_status status = read_all(reader, source != NULL, error);
     if (!status) status = mesh_builder_finish(&reader->builder, path, mesh, error);
+    if (!status && source && mesh_builder_take_source(&reader->builder, source) != TULLE_OK) {
+        tulle_mesh_destroy(mesh);
+        status = file_fail_memory(error, path);
+    }
     mesh_builder_destroy(&reader->builder);
     memory_release(heap, reader, sizeof *reader);
     return status;

@@ -86,6 +86,9 @@ static ply_role find_role(const ply_element *element, const ply_property *proper
         if (property->name[0] == 'y') return PLY_Y;
         if (property->name[0] == 'z') return PLY_Z;
     }
+    static const char *const uvs[2][3] = {{"s", "u", "texture_u"}, {"t", "v", "texture_v"}};
+    for (int k = 0; element->is_vertex && !property->is_list && k < 6; k++)
+        if (strcmp(property->name, uvs[k / 3][k % 3]) == 0) return k < 3 ? PLY_S : PLY_T;
     if (element->is_face && property->is_list &&
         (strcmp(property->name, "vertex_indices") == 0 ||
          strcmp(property->name, "vertex_index") == 0))
@@ -117,9 +120,15 @@ static tulle_status read_property(text_cursor *text, ply_header *header, tulle_e
     if (property->role == PLY_CORNERS && !is_integer(property->type))
         return text_fail(text, name.text, error,
                          "the corners of faces should have an integer type");
-    for (size_t i = element->first_property; i < header->property_count; i++)
-        if (property->role != PLY_PASSED_OVER && header->properties[i].role == property->role)
+    for (size_t i = element->first_property; i < header->property_count; i++) {
+        if (property->role == PLY_PASSED_OVER || header->properties[i].role != property->role)
+            continue;
+        bool const is_uv = property->role == PLY_S || property->role == PLY_T;
+        if (is_uv) /* the first of several counts */
+            property->role = PLY_PASSED_OVER;
+        else
             return text_fail(text, name.text, error, "property %s is given twice", property->name);
+    }
     header->property_count++;
     element->property_count++;
     return TULLE_OK;
@@ -145,7 +154,7 @@ static tulle_status read_line(text_cursor *text, ply_header *header, bool *is_la
 static tulle_status require_roles(const text_cursor *text, const ply_header *header,
                                   const ply_element *element, const ply_role roles[2],
                                   tulle_error *error) {
-    static const char *const names[] = {"", "x", "y", "z", "list vertex_indices"};
+    static const char *const names[] = {"", "x", "y", "z", "s", "t", "list vertex_indices"};
     for (ply_role role = roles[0]; role <= roles[1]; role++) {
         bool found = false;
         for (size_t i = 0; i < element->property_count; i++)

@@ -1,5 +1,5 @@
 /* io/mesh/ply_header.h - the header of a PLY file: format, elements and their properties, and which
- * of them carry the positions and the polygons. */
+ * of them carry the positions, the texture coordinates and the polygons. */
 #ifndef TULLE_IO_MESH_PLY_HEADER_H
 #define TULLE_IO_MESH_PLY_HEADER_H
 
@@ -29,7 +29,7 @@ enum {
     PLY_PROPERTY_MAX = 256 /* properties of all elements together */
 };
 
-typedef enum ply_role { PLY_PASSED_OVER, PLY_X, PLY_Y, PLY_Z, PLY_CORNERS } ply_role;
+typedef enum ply_role { PLY_PASSED_OVER, PLY_X, PLY_Y, PLY_Z, PLY_S, PLY_T, PLY_CORNERS } ply_role;
 
 typedef struct ply_property {
     char name[TEXT_SHOWN_SIZE];

@@ -61,7 +61,7 @@ static bool merger_add_corner(corner_merger *merger, double position[3]) {
         if (!mesh_builder_add_vertex(&merger->builder, position)) return false;
         *slot = (uint32_t)count;
     }
-    return mesh_builder_add_corner(&merger->builder, *slot);
+    return mesh_builder_add_corner(&merger->builder, *slot, MESH_NO_UV);
 }
 
 /* ---- binary ---- */

@@ -1,0 +1,182 @@
+/* What cloth of a scene is like at rest: rest meshes, patterns by texture coordinates, shrinkage,
+ * folds and the warp, and every refusal with its place. */
+#define _POSIX_C_SOURCE 200809L
+#include "scene/scene_data.h"
+#include "scene_text.h"
+
+#include <math.h>
+
+#define TIME "time: {frames: 3}\n"
+/* One cloth; the key `mesh` is on line 2, `keys` begin on line 3. */
+#define CLOTH(keys) TIME "cloth: [{mesh: {file: m.obj},\n" keys "}]\n"
+
+/* Two triangles of a square of 1 m in the plane z = 0. As a pattern they lie apart, twice as large,
+ * and the second one is turned by a right angle. */
+#define SQUARE "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\n"
+#define UVS "vt 0 0\nvt 2 0\nvt 2 2\nvt 9 9\nvt 7 11\nvt 7 9\n"
+static const char dressed[] = SQUARE UVS "f 1/1 2/2 3/3\nf 1/4 3/5 4/6\n";
+
+static tulle_scene *load_cloth(const char *text) {
+    write_text_file("m.obj", dressed);
+    return load_good(text);
+}
+
+static void assert_numbers(const double *found, const double *wanted, size_t count) {
+    assert_non_null(found);
+    for (size_t i = 0; i < count; i++)
+        if (!(fabs(found[i] - wanted[i]) < 1e-12))
+            fail_msg("number %zu is %.17g, not %.17g", i, found[i], wanted[i]);
+}
+
+static void the_start_is_the_rest_shape(void **state) {
+    (void)state;
+    tulle_scene *const loaded = load_cloth(CLOTH("grain: [0, 1, 0]"));
+    const scene_cloth *const cloth = loaded->cloths;
+    assert_null(cloth->rest_positions);
+    assert_null(cloth->rest_corners);
+    assert_null(cloth->warps);
+    assert_false(cloth->has_flat_rest);
+    tulle_scene_destroy(loaded);
+}
+
+static void texture_coordinates_are_a_pattern(void **state) {
+    (void)state;
+    tulle_scene *loaded = load_cloth(CLOTH("rest: {uv: 0.5 m}, rotate: [90 deg, 0, 0]"));
+    const scene_cloth *cloth = loaded->cloths;
+    double const corners[] = {0, 0, 0, 1, 0, 0, 1, 1, 0, 4.5, 4.5, 0, 3.5, 5.5, 0, 3.5, 4.5, 0};
+    assert_numbers(cloth->rest_corners, corners, 18);
+    assert_null(cloth->rest_positions);
+    assert_true(cloth->has_flat_rest);
+    /* The grain of the start, x, is where it lies in each triangle of the pattern: the second one
+     * has turned by a right angle. */
+    assert_numbers(cloth->warps, (double[]){1, 0, 0, 0, 1, 0}, 6);
+    tulle_scene_destroy(loaded);
+
+    loaded = load_cloth(CLOTH("rest: {uv: 0.5 m, folds: keep, shrink: 0.8}, grain_uv: [0, 3]"));
+    cloth = loaded->cloths;
+    assert_false(cloth->has_flat_rest);
+    assert_numbers(cloth->rest_corners + 9, (double[]){3.6, 3.6, 0, 2.8, 4.4, 0, 2.8, 3.6, 0}, 9);
+    assert_numbers(cloth->warps, (double[]){0, 1, 0, 0, 1, 0}, 6);
+    tulle_scene_destroy(loaded);
+}
+
+static void the_warp_may_follow_texture_coordinates_alone(void **state) {
+    (void)state;
+    tulle_scene *const loaded = load_cloth(CLOTH("grain_uv: [1, 0]"));
+    assert_null(loaded->cloths->rest_corners);
+    assert_numbers(loaded->cloths->warps, (double[]){1, 0, 0, 0, -1, 0}, 6);
+    tulle_scene_destroy(loaded);
+}
+
+static void a_rest_mesh_gives_lengths_and_folds(void **state) {
+    (void)state;
+    write_text_file("r.obj", "v 0 0 0\nv 0.5 0 0\nv 0.5 0.5 0.1\nv 0 0.5 0\nf 1 2 3\nf 1 3 4\n");
+    tulle_scene *loaded = load_cloth(CLOTH("rest: {file: r.obj}, scale: 2, translate: [0, 0, 5]"));
+    const double shape[] = {0, 0, 5, 1, 0, 5, 1, 1, 5.2, 0, 1, 5};
+    assert_numbers(loaded->cloths->rest_positions, shape, 12);
+    assert_null(loaded->cloths->rest_corners);
+    assert_false(loaded->cloths->has_flat_rest);
+    tulle_scene_destroy(loaded);
+
+    /* With vertices of its own: a pattern. */
+    write_text_file("p.obj",
+                    "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 5 5 0\nv 4 6 0\nv 4 5 0\nf 1 2 3\nf 4 5 6\n");
+    loaded = load_cloth(CLOTH("rest: {file: p.obj, folds: flat}"));
+    const double corners[] = {0, 0, 0, 1, 0, 0, 1, 1, 0, 5, 5, 0, 4, 6, 0, 4, 5, 0};
+    assert_numbers(loaded->cloths->rest_corners, corners, 18);
+    assert_true(loaded->cloths->has_flat_rest);
+    tulle_scene_destroy(loaded);
+}
+
+static void cloth_may_shrink(void **state) {
+    (void)state;
+    tulle_scene *const loaded = load_cloth(CLOTH("rest: {shrink: 0.9}"));
+    const double wanted[] = {0, 0, 0, 0.9, 0, 0, 0.9, 0.9, 0, 0, 0.9, 0};
+    assert_numbers(loaded->cloths->rest_positions, wanted, 12);
+    assert_numbers(loaded->cloths->warps, (double[]){1, 0, 0, 1, 0, 0}, 6);
+    tulle_scene_destroy(loaded);
+}
+
+/* What is at rest reaches the world: the same cloth, smaller at rest, draws together. */
+static void worlds_are_built_so(void **state) {
+    (void)state;
+    tulle_scene *const loaded = load_cloth(
+        TIME "membrane: woven\ngravity: [0, 0, 0]\ncloth: [{mesh: {file: m.obj}, rest: {uv: 0.4 "
+             "m}, material: {air_damping: 20}}]\n");
+    tulle_scene_world built;
+    tulle_error error;
+    assert_int_equal(tulle_scene_build_world(loaded, 1, NULL, &built, &error), TULLE_OK);
+    for (int i = 0; i < 60; i++)
+        assert_int_equal(tulle_world_step(built.world, 1.0 / 60.0, NULL, &error), TULLE_OK);
+    const double *const at = tulle_cloth_get_positions(built.world, built.cloths[0], NULL);
+    double const length = hypot(at[3] - at[0], at[4] - at[1]);
+    assert_true(fabs(length - 0.8) < 1e-3);
+    tulle_scene_destroy_world(&built);
+    tulle_scene_destroy(loaded);
+}
+
+typedef struct refusal {
+    const char *scene, *mesh, *rest; /* null: not written anew */
+    int line, column;
+    const char *message;
+} refusal;
+
+static const refusal refusals[] = {
+    {CLOTH("rest: {uv: 1}"), SQUARE "f 1 2 3\nf 1 3 4\n", NULL, 3, 12, "no texture coordinates"},
+    {CLOTH("grain_uv: [0, 1]"), SQUARE "f 1 2 3\nf 1 3 4\n", NULL, 3, 11, "no texture coordinates"},
+    {CLOTH("rest: {uv: 1}"), SQUARE UVS "f 1/1 2/2 3/3\nf 1/4 3/5 4\n", NULL, 3, 12,
+     "triangle 1 (line 12 of the mesh) has a corner without texture coordinates"},
+    {CLOTH("grain_uv: [0, 1]"), SQUARE UVS "f 1/1 2/2 3/3\nf 1/4 3/4 4/4\n", NULL, 3, 11,
+     "triangle 1 (line 12 of the mesh) has no area in the plane"},
+    {CLOTH("grain_uv: [0, 0]"), dressed, NULL, 3, 11, "is no direction"},
+    {CLOTH("rest: {uv: 1 mm}"), dressed, NULL, 3, 1, "with uv: 0.5 m it would be as large"},
+    {CLOTH("rest: {uv: 0}"), dressed, NULL, 3, 12, "must be above 0 m"},
+    {CLOTH("rest: {shrink: 3}"), dressed, NULL, 3, 16, "must be at least 0.5 and at most 2"},
+    {CLOTH("rest: {uv: 1, file: r.obj}"), dressed, NULL, 3, 15, "only one of the keys file, uv"},
+    {CLOTH("rest: {file: no.obj}"), dressed, NULL, 0, 0, "s.yaml:3:14"},
+    {CLOTH("rest: {file: r.obj}"), dressed, "v 0 0 0\nv 1 0 0\nv 1 1 0\nf 1 2 3\n", 3, 14,
+     "has 1 triangles, the mesh has 2"},
+    {CLOTH("rest: {file: r.obj}"), dressed, SQUARE "f 1 2 3\nf 3 4 1\n", 3, 14,
+     "triangle 1 has the vertices 2, 3, 0, in the mesh it has 0, 2, 3"},
+    {CLOTH("rest: {file: r.obj}"), dressed,
+     "v 0 0 0\nv 9 0 0\nv 9 9 0\nv 0 9 0\nf 1 2 3\nf 1 3 4\n", 3, 1,
+     "9 times as long at rest as at the start"},
+};
+
+static void refusals_name_their_place(void **state) {
+    (void)state;
+    size_t wrong_count = 0;
+    for (size_t i = 0; i < sizeof refusals / sizeof refusals[0]; i++) {
+        const refusal *const wanted = &refusals[i];
+        write_text_file("m.obj", wanted->mesh);
+        if (wanted->rest) write_text_file("r.obj", wanted->rest);
+        tulle_scene_problems *const problems = calloc(1, sizeof *problems);
+        assert_non_null(problems);
+        assert_null(load_text(wanted->scene, problems));
+        const tulle_error *const error = &problems->list[0];
+        bool const is_as_wanted = problems->total_count == 1 && error->line == wanted->line &&
+                                  error->column == wanted->column &&
+                                  strstr(error->message, wanted->message);
+        if (!is_as_wanted) {
+            print_error("for:\n%s\nwanted %d:%d: ... %s ...\nfound:\n", wanted->scene, wanted->line,
+                        wanted->column, wanted->message);
+            scene_print_problems(problems, stderr);
+        }
+        wrong_count += !is_as_wanted;
+        free(problems);
+    }
+    assert_int_equal(wrong_count, 0);
+}
+
+int main(void) {
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(the_start_is_the_rest_shape),
+        cmocka_unit_test(texture_coordinates_are_a_pattern),
+        cmocka_unit_test(the_warp_may_follow_texture_coordinates_alone),
+        cmocka_unit_test(a_rest_mesh_gives_lengths_and_folds),
+        cmocka_unit_test(cloth_may_shrink),
+        cmocka_unit_test(worlds_are_built_so),
+        cmocka_unit_test(refusals_name_their_place),
+    };
+    return cmocka_run_group_tests(tests, NULL, remove_folder);
+}
