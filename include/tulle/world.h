@@ -175,8 +175,9 @@ typedef struct tulle_springs {
 /* A fabric in SI values, which do not depend on the mesh. The warp lies along the cloth's grain,
  * the weft across it. docs/guide/materials.md explains the values. */
 typedef struct tulle_material {
-    double area_density;    /* [kg/m^2] > 0 */
-    tulle_curve warp, weft; /* along the yarns */
+    double area_density; /* [kg/m^2] > 0 */
+    tulle_curve warp;    /* along the yarns of the warp */
+    tulle_curve weft;    /* along the yarns of the weft */
     /* by the angle [rad] by which the yarns turn against each other, where it is small: the strain
      * is the product of both yarns' stretched unit lengths. Its stiffness squared is at most the
      * product of the yarns'. */
@@ -184,8 +185,8 @@ typedef struct tulle_material {
     /* how much cloth narrows where it is pulled: Poisson's ratio, the geometric mean of both
      * directions', -0.9 .. 0.9 */
     double poisson;
-    double bend_warp,
-        bend_weft;          /* [N m] bending rigidity of the yarns of the warp, the weft; >= 0 */
+    double bend_warp;       /* [N m] bending rigidity of the yarns of the warp, >= 0 */
+    double bend_weft;       /* [N m] bending rigidity of the yarns of the weft, >= 0 */
     double bend_twist;      /* [N m] twisting rigidity, >= 0; half of the others: isotropic */
     tulle_springs springs;  /* with TULLE_MEMBRANE_SPRINGS, in place of all since the density */
     double stretch_damping; /* [s] damping coefficient per stiffness, >= 0 */

@@ -27,10 +27,23 @@ done < <(sed -n "s/^    tulle run napkin.yaml .*--set '\{0,1\}\([^']*\)'\{0,1\}\
 # Pages of the guide show parts of scenes; with a time they are whole.
 yaml guide/scene.md >scene.yaml
 "$TULLE" info scene.yaml >out 2>&1 || { fail "the scene of guide/scene.md is refused:"; cat out; }
-sed -n '/^```yaml$/,/^```$/p' "$pages/guide/materials.md" | awk '/^```$/ { if (part) exit; next } /^cloth:/ { part = 1 } part' >part.yaml
-[ -s part.yaml ] || fail "guide/materials.md has no scene with cloth"
-{ echo 'time: {step: 1/90 s, frames: 1}'; cat part.yaml; } >materials.yaml
-"$TULLE" info materials.yaml >out 2>&1 || { fail "the scene of guide/materials.md is refused:"; cat out; }
+# square NAME Z: a square metre of cloth with texture coordinates.
+square() {
+    printf 'v 0 0 %s\nv 1 0 %s\nv 1 1 %s\nv 0 1 %s\nvt 0 0\nvt 1 0\nvt 1 1\nvt 0 1\nf 1/1 2/2 3/3\nf 1/1 3/3 4/4\n' "$2" "$2" "$2" "$2" >"$1"
+}
+square shirt.obj 1
+square dress.obj 2
+square pattern.obj 0
+parts=$(awk '/^```/ { block += /^```yaml$/; is_yaml = /^```yaml$/; next } is_yaml { print >("part_" block ".txt") } END { print block }' \
+    "$pages/guide/materials.md")
+scenes=0
+for part in $(seq "$parts"); do
+    grep -q '^cloth:' "part_$part.txt" || continue
+    scenes=$((scenes + 1))
+    { echo 'time: {step: 1/90 s, frames: 1}'; cat "part_$part.txt"; } >materials.yaml
+    "$TULLE" info materials.yaml >out 2>&1 || { fail "scene $part of guide/materials.md is refused:"; cat out; }
+done
+[ "$scenes" -ge 2 ] || fail "guide/materials.md shows $scenes scenes with cloth, 2 are expected"
 
-[ $faults = 0 ] && echo "book: the first scene runs, $changes changes and 2 more scenes are read"
+[ $faults = 0 ] && echo "book: the first scene runs, $changes changes and $((scenes + 1)) more scenes are read"
 exit $faults
