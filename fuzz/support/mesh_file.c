@@ -58,9 +58,14 @@ void fuzz_read_mesh_file(const char *name, const uint8_t *data, size_t size) {
         fuzz_check_error(status, &error);
         FUZZ_CHECK(strcmp(error.file, path) == 0);
         FUZZ_CHECK(!mesh.positions && !mesh.triangles && !mesh.vertex_count);
-        FUZZ_CHECK(!source.vertex_lines && !source.triangle_lines && !source.note[0]);
+        FUZZ_CHECK(!source.vertex_lines && !source.triangle_lines && !source.corner_uvs &&
+                   !source.note[0]);
         return;
     }
+    double sum = 0.0; /* of texture coordinates: all of the array can be read */
+    for (size_t i = 0; source.corner_uvs && i < 6 * mesh.triangle_count; i++)
+        sum += source.corner_uvs[i];
+    FUZZ_CHECK(source.corner_uvs || sum == 0.0);
     for (size_t i = 0; source.triangle_lines && i < mesh.triangle_count; i++)
         FUZZ_CHECK(source.triangle_lines[i] > 0);
     for (size_t i = 0; source.vertex_lines && i < mesh.vertex_count; i++)

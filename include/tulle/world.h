@@ -85,6 +85,12 @@ typedef enum tulle_membrane {
     TULLE_MEMBRANE_SPRINGS /* springs along edges, as the paper has it; depends on the mesh */
 } tulle_membrane;
 
+/* What happens when a yarn of woven cloth is stretched beyond the limit of its material. */
+typedef enum tulle_on_overstretch {
+    TULLE_ON_OVERSTRETCH_WARN, /* the report of the step counts it */
+    TULLE_ON_OVERSTRETCH_STOP  /* the step fails; the state stays */
+} tulle_on_overstretch;
+
 /* What happens when the start intersects. */
 typedef enum tulle_start_intersections {
     /* the start fails; also when cloth lies wholly inside a closed obstacle that faces outwards, or
@@ -131,17 +137,18 @@ typedef struct tulle_world_def {
      * 0: derived. Two exceptions: vertices and edges of one cloth that rest nearer keep a quarter
      * of their rest distance; pairs that start nearer come no nearer. */
     double minimum_gap;
-    tulle_integrator integrator;     /* default TULLE_INTEGRATOR_IMPLICIT_EULER */
-    tulle_world_detection detection; /* default: certified patches that are kept */
-    tulle_response response;         /* default TULLE_RESPONSE_COUPLED */
-    tulle_motion_space motion_space; /* of TULLE_RESPONSE_PAPER */
-    tulle_membrane membrane;         /* default TULLE_MEMBRANE_SPRINGS */
-    double cg_tolerance;             /* relative preconditioned residual, 1e-12 .. 1e-1 */
-    int cg_max_iterations;           /* limit of a linear solve, 1 .. 1e6 */
-    int solve_rounds;                /* fewest solves of motion and impulses a step, 1 .. 20 */
-    int impulse_sweeps;              /* projected Gauss-Seidel sweeps a round, 1 .. 1000 */
-    int impact_rounds;               /* rounds of impacts before the rescues, 0 .. 100 */
-    double friction_cloth_cloth;     /* static Coulomb coefficient between cloths, 0 .. 10 */
+    tulle_integrator integrator;         /* default TULLE_INTEGRATOR_IMPLICIT_EULER */
+    tulle_world_detection detection;     /* default: certified patches that are kept */
+    tulle_response response;             /* default TULLE_RESPONSE_COUPLED */
+    tulle_motion_space motion_space;     /* of TULLE_RESPONSE_PAPER */
+    tulle_membrane membrane;             /* default TULLE_MEMBRANE_SPRINGS */
+    tulle_on_overstretch on_overstretch; /* default TULLE_ON_OVERSTRETCH_WARN */
+    double cg_tolerance;                 /* relative preconditioned residual, 1e-12 .. 1e-1 */
+    int cg_max_iterations;               /* limit of a linear solve, 1 .. 1e6 */
+    int solve_rounds;                    /* fewest solves of motion and impulses a step, 1 .. 20 */
+    int impulse_sweeps;                  /* projected Gauss-Seidel sweeps a round, 1 .. 1000 */
+    int impact_rounds;                   /* rounds of impacts before the rescues, 0 .. 100 */
+    double friction_cloth_cloth;         /* static Coulomb coefficient between cloths, 0 .. 10 */
     /* the coefficient of cloths that slide on one another, 0 .. friction_cloth_cloth; negative: the
      * static one */
     double dynamic_friction_cloth_cloth;
@@ -480,7 +487,9 @@ typedef struct tulle_step_report {
     double kinetic_energy; /* [J] */
     double gravity_energy; /* [J] 0 at the height of the origin */
     double elastic_energy; /* [J] of stretching and bending */
-    double max_stretch;    /* largest edge length over rest length */
+    /* largest length over rest length: of a yarn of woven cloth, of an edge with springs */
+    double max_stretch;
+    uint64_t overstretched; /* triangles of woven cloth with a yarn beyond its limit */
     /* 1: a pinch between obstacles was found (see tulle_world_last_message), or an earlier one
      * still holds them back or lets cloth through */
     int pinched;
@@ -644,14 +653,15 @@ typedef struct tulle_contact {
 TULLE_API tulle_status tulle_world_get_contacts(tulle_world *world, const tulle_contact **contacts,
                                                 size_t *count, tulle_error *error);
 
-/* The edge of cloth that is longest beside its rest length. */
+/* What of the cloth is longest beside its rest length: with springs an edge; of woven cloth a yarn,
+ * and the edge of its triangle that lies most along it. */
 typedef struct tulle_stretch {
     double stretch;       /* length over rest length; 0: there is no cloth */
     uint32_t cloth;       /* index of the cloth */
     uint32_t vertices[2]; /* ends of the edge, vertices of the cloth */
     double position[3];   /* [m] middle of the edge */
 } tulle_stretch;
-/* Finds the most stretched edge of the world as it is. All zero before the start and for null. */
+/* Finds the largest stretch of the world as it is. All zero before the start and for null. */
 TULLE_API tulle_stretch tulle_world_find_largest_stretch(const tulle_world *world);
 
 /* Which patches to give. A zeroed struct asks for those of the shape as it is. */

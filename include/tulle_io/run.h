@@ -173,6 +173,8 @@ typedef struct tulle_run_outcome {
     uint32_t most_substeps;       /* most substeps of a step */
     uint64_t rescues;             /* of all kinds and steps, see tulle_step_report */
     uint64_t pinched_steps;       /* steps in which cloth was pinched between obstacles */
+    uint64_t overstretched_steps; /* steps in which a yarn was beyond the limit of its material */
+    uint64_t most_overstretched;  /* most triangles at which it was, at the end of a step */
 } tulle_run_outcome;
 /* Adds a step by its report. Without a place: see tulle_run_outcome_place. Nothing happens where
  * one of the two is null. */

@@ -119,6 +119,20 @@ tulle_status cloth_model_build(memory *heap, const cloth_model_def *def, cloth_m
                                tulle_error *error);
 void cloth_model_destroy(memory *heap, cloth_model *model);
 
+/* A yarn within a triangle of woven cloth. */
+typedef struct yarn_stretch {
+    double strain;     /* -1: there is no woven cloth */
+    double limit;      /* of the fabric */
+    uint32_t triangle; /* among those of all cloth */
+    int yarn;          /* YARN_WARP or YARN_WEFT */
+    int edge;          /* of the triangle: the one that lies most along the yarn at rest */
+} yarn_stretch;
+/* The yarn that is longest beside its rest length or, with `by_limit`, beside what its fabric
+ * holds.
+ */
+yarn_stretch cloth_find_longest_yarn(const cloth_model *model, const double *positions,
+                                     bool by_limit);
+
 /* Values that count with this membrane must be finite and in the ranges of tulle_material;
  * TULLE_ERROR_INVALID_ARGUMENT says which is not. Dynamic friction is not looked at. */
 tulle_status material_validate(const tulle_material *material, tulle_membrane membrane,

@@ -109,7 +109,8 @@ void finish_velocities(const linear_system *system, const motion_state *state,
 
 typedef struct elastic_energies {
     double stretch, bend; /* [J] */
-    double max_stretch;   /* largest edge length over rest length */
+    double max_stretch;   /* largest length over rest length, of an edge or a yarn */
+    size_t overstretched; /* triangles with a yarn beyond its limit; 0 with springs */
 } elastic_energies;
 typedef struct cloth_energies {
     double kinetic, gravity; /* [J]; gravity is zero at the origin */

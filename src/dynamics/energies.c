@@ -15,6 +15,7 @@ typedef struct energy_task {
     vec3 gravity;
     vec3 *deviations;       /* by hinge */
     double *first, *second; /* by chunk: two sums of the pass */
+    size_t *counts;         /* by chunk: overstretched elements */
 } energy_task;
 
 /* first: kinetic, second: gravity */
@@ -56,6 +57,7 @@ static void measure_elements(void *context, size_t begin, size_t end, size_t chu
     membrane_energy const sum = TULLE_PICK_KERNEL(sum_membrane_energy)(&motion, begin, end);
     task->first[chunk] = sum.energy;
     task->second[chunk] = sum.max_stretch;
+    task->counts[chunk] = sum.overstretched;
 }
 
 /* first: bending energy of the rows of these hinges */
@@ -87,10 +89,11 @@ tulle_status compute_energies(const cloth_model *model, const double *positions,
                         .velocities = velocities,
                         .gravity = options.gravity,
                         .first = ARENA_NEW(scratch, double, sums),
-                        .second = ARENA_NEW(scratch, double, sums)};
+                        .second = ARENA_NEW(scratch, double, sums),
+                        .counts = ARENA_NEW_ZEROED(scratch, size_t, sums)};
     if (!options.is_elastic_known) task.deviations = ARENA_NEW(scratch, vec3, hinges);
     bool const has_memory =
-        task.first && task.second && (options.is_elastic_known || task.deviations);
+        task.first && task.second && task.counts && (options.is_elastic_known || task.deviations);
     if (has_memory) {
         parallel_for(vertices, ITEMS_PER_CHUNK, options.threads, measure_vertices, &task);
         energies->kinetic = parallel_sum(task.first, vertex_chunks);
@@ -101,8 +104,10 @@ tulle_status compute_energies(const cloth_model *model, const double *positions,
         parallel_for(springs, ITEMS_PER_CHUNK, options.threads,
                      model->elements ? measure_elements : measure_springs, &task);
         energies->elastic.stretch = parallel_sum(task.first, spring_chunks);
-        for (size_t i = 0; i < spring_chunks; i++)
+        for (size_t i = 0; i < spring_chunks; i++) {
             energies->elastic.max_stretch = fmax(energies->elastic.max_stretch, task.second[i]);
+            energies->elastic.overstretched += task.counts[i];
+        }
         deviation_task hinge_task = {model, positions, task.deviations};
         parallel_for(hinges, ITEMS_PER_CHUNK, options.threads, bend_compute_deviations,
                      &hinge_task);

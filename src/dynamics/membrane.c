@@ -3,6 +3,8 @@
 
 #include "base/parallel.h"
 
+#include <math.h>
+
 static void fill_slots(void *context, size_t begin, size_t end, size_t chunk, int worker) {
     (void)chunk, (void)worker;
     TULLE_PICK_KERNEL(fill_membrane)(context, begin, end);
@@ -58,4 +60,50 @@ void gather_elements(const assembly *work, uint32_t vertex, vertex_sum *sum) {
             sum->force = vec3_add(sum->force, get_at_corner(slot->forces, corner));
         sum->source = vec3_add(sum->source, get_at_corner(slot->sources, corner));
     }
+}
+
+static double measure_strain(const membrane_element *element, const double *positions, int yarn) {
+    vec3 const origin = vec3_load(positions, element->corners[0]);
+    vec3 length = {0.0, 0.0, 0.0};
+    for (int i = 0; i < 2; i++)
+        length =
+            vec3_add_scaled(length, vec3_sub(vec3_load(positions, element->corners[1 + i]), origin),
+                            element->gradients[i][yarn]);
+    return vec3_norm(length) - 1.0;
+}
+
+/* The edge that lies most along a yarn at rest; edge k joins corners k and k + 1. */
+static int find_edge_along(const membrane_element *element, int yarn) {
+    /* The corners at rest, but for a factor: the inverse of the gradients. */
+    const double(*const g)[YARN_COUNT] = element->gradients;
+    double const corners[3][YARN_COUNT] = {
+        {0.0, 0.0}, {g[1][YARN_WEFT], -g[1][YARN_WARP]}, {-g[0][YARN_WEFT], g[0][YARN_WARP]}};
+    int found = 0;
+    double most = -1.0;
+    for (int k = 0; k < 3; k++) {
+        const double *const from = corners[k], *const to = corners[(k + 1) % 3];
+        double const way[YARN_COUNT] = {to[0] - from[0], to[1] - from[1]};
+        double const share = fabs(way[yarn]) / hypot(way[0], way[1]);
+        if (share > most) most = share, found = k;
+    }
+    return found;
+}
+
+yarn_stretch cloth_find_longest_yarn(const cloth_model *model, const double *positions,
+                                     bool by_limit) {
+    yarn_stretch longest = {.strain = -1.0};
+    double most = -(double)INFINITY;
+    for (size_t t = 0; model->elements && t < model->triangle_count; t++)
+        for (int yarn = 0; yarn < YARN_COUNT; yarn++) {
+            const membrane_element *const element = &model->elements[t];
+            double const limit = model->fabrics[element->fabric].yarns[yarn].limit;
+            double const strain = measure_strain(element, positions, yarn);
+            double const measure = by_limit ? strain / limit : strain;
+            if (!(measure > most)) continue;
+            most = measure;
+            longest = (yarn_stretch){strain, limit, (uint32_t)t, yarn, 0};
+        }
+    if (longest.strain > -1.0)
+        longest.edge = find_edge_along(&model->elements[longest.triangle], longest.yarn);
+    return longest;
 }

@@ -72,8 +72,9 @@ TULLE_DECLARE_KERNEL(double, sum_membrane_excess,
                      (const membrane_motion *motion, const double *mean, size_t begin, size_t end))
 
 typedef struct membrane_energy {
-    double energy;      /* [J] */
-    double max_stretch; /* largest length over rest length of a yarn */
+    double energy;        /* [J] */
+    double max_stretch;   /* largest length over rest length of a yarn */
+    size_t overstretched; /* elements with a yarn beyond its limit */
 } membrane_energy;
 /* Of these elements at x0. */
 TULLE_DECLARE_KERNEL(membrane_energy, sum_membrane_energy,

@@ -32,6 +32,7 @@ static tulle_world_def make_world_def(const tulle_scene *loaded) {
     def.response = (tulle_response)keys->contact.response;
     def.motion_space = (tulle_motion_space)keys->contact.motion_space;
     def.membrane = (tulle_membrane)keys->membrane;
+    def.on_overstretch = (tulle_on_overstretch)keys->on_overstretch;
     def.impact_rounds = (int)keys->contact.impact_rounds;
     def.start_intersections = (tulle_start_intersections)keys->contact.start_intersections;
     def.untangle_limit = (int)keys->contact.untangle_limit;

@@ -316,6 +316,8 @@ const schema_map solver_map = {.title = "Solver",
 
 /* In the order of tulle_membrane. */
 static const char *const membrane_words[] = {"woven", "springs", NULL};
+/* In the order of tulle_on_overstretch. */
+static const char *const overstretch_words[] = {"warn", "stop", NULL};
 static const schema_key scene_table[] = {
     {.name = "title",
      .type = SCHEMA_TEXT,
@@ -372,6 +374,14 @@ static const schema_key scene_table[] = {
      .meaning =
          "what cloth is made of. woven: yarns of warp and weft, and shear, the same on every "
          "mesh; springs: along the edges of the mesh, as in the paper"},
+    {.name = "on_overstretch",
+     .type = SCHEMA_CHOICE,
+     .choices = overstretch_words,
+     .fallback = "warn",
+     FIELD(scene_keys, on_overstretch),
+     .meaning =
+         "where a yarn of woven cloth is stretched beyond its material's limit. warn: the run "
+         "goes on and tells of it at its end; stop: the run fails there"},
     {.name = "contact",
      .type = SCHEMA_MAP,
      .map = &contact_map,

@@ -222,7 +222,8 @@ typedef struct scene_keys {
     schema_vector gravity;
     wind_keys wind;
     schema_list cloth, obstacles;
-    int membrane; /* tulle_membrane */
+    int membrane;       /* tulle_membrane */
+    int on_overstretch; /* tulle_on_overstretch */
     contact_keys contact;
     solver_keys solver;
     picture_keys picture;

@@ -127,6 +127,17 @@ static double energy(const bench *b, size_t e, const double *x) {
             curve_energy(&fabric->shear, fabs(at.s)) + fabric->coupling * at.e[0] * at.e[1]);
 }
 
+static size_t count_overstretched(const bench *b) {
+    size_t count = 0;
+    for (size_t e = 0; e < ELEMENTS; e++) {
+        const membrane_fabric *const fabric = &b->fabrics[b->elements[e].fabric];
+        strain_state const at = find_strain(&b->elements[e], b->x + COORDINATES * e);
+        count += at.e[0] > fabric->yarns[0].limit || at.e[1] > fabric->yarns[1].limit;
+    }
+    assert_in_range(count, 1, ELEMENTS - 1);
+    return count;
+}
+
 /* Half of what damping takes [W]: its gradient by velocity is minus the force. */
 static double dissipation(const bench *b, size_t e, const double *x, const double *v) {
     const membrane_element *const element = &b->elements[e];
@@ -389,8 +400,10 @@ static void all_kernels_give_the_same_bits(void **state) {
             TULLE_PICK_KERNEL(fill_membrane)(&b->motion, begin, ELEMENTS);
         assert_memory_equal(first, b->slots, sizeof first);
         sums[target][0] = TULLE_PICK_KERNEL(sum_membrane_excess)(&b->motion, b->v, 0, ELEMENTS);
-        sums[target][1] = TULLE_PICK_KERNEL(sum_membrane_energy)(&b->motion, 0, ELEMENTS).energy;
+        membrane_energy const sum = TULLE_PICK_KERNEL(sum_membrane_energy)(&b->motion, 0, ELEMENTS);
+        sums[target][1] = sum.energy;
         assert_memory_equal(sums[KERNEL_BASE], sums[target], sizeof sums[target]);
+        assert_int_equal(sum.overstretched, count_overstretched(b));
     }
     kernel_target_force(widest);
     free(b);

@@ -102,17 +102,17 @@ static const refusal refusals[] = {
      "tags (!) are not supported; write the value without, in quotes if it begins with !"},
     {"[1, 2]\n", true, 1, 1,
      "the scene is a list, must be a map with keys title, seed, time, gravity, wind, cloth, "
-     "obstacles, membrane, contact, solver, render"},
+     "obstacles, membrane, on_overstretch, contact, solver, render"},
     {"just text\n", true, 1, 1,
      "the scene is text, must be a map with keys title, seed, time, gravity, wind, cloth, "
-     "obstacles, membrane, contact, solver, render"},
+     "obstacles, membrane, on_overstretch, contact, solver, render"},
     /* keys */
     {"time: {frames: 3}\ncloth:\n", true, 2, 7,
      "cloth: is nothing, must be a list of maps (lines beginning with '-')"},
     {"gravty: [0, 0, 1]\n", false, 4, 1, "gravty: unknown key; did you mean 'gravity'?"},
     {"zzz: 1\n", false, 4, 1,
      "zzz: unknown key; known here: title, seed, time, gravity, wind, cloth, obstacles, membrane, "
-     "contact, solver, render"},
+     "on_overstretch, contact, solver, render"},
     {"obstacles:\n  - mesh: {shape: sphere, heigth: 2}\n", false, 5, 27,
      "obstacles[0].mesh.heigth: unknown key; known here: file, shape, radius, resolution"},
     {"obstacles:\n  - mesh: {shape: sphere, height: 2}\n", false, 5, 27,

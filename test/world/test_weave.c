@@ -100,6 +100,57 @@ static void the_warp_lies_along_the_grain(void **state) {
     assert_true(fabs(by_triangle - along) < 1e-9);
 }
 
+/* Its weight pulls the uppermost row beyond what the fabric holds: the step tells of it or, if it
+ * is to stop there, fails and leaves the state as it was. */
+static void what_a_fabric_does_not_hold_is_told(void **state) {
+    (void)state;
+    hanging sheet = make_hanging();
+    sheet.material.poisson = 0.0;
+    sheet.material.warp = (tulle_curve){4000.0, 0.0, 1e-3};
+    sheet.material.weft = (tulle_curve){1000.0, 0.0, 0.015};
+    tulle_error error;
+    tulle_step_report report;
+    tulle_world *world = start_hanging(&sheet);
+    step(world, STEPS);
+    assert_int_equal(tulle_world_step(world, 1.0 / 60.0, &report, &error), TULLE_OK);
+    /* the weight of what hangs below the middle of a row of triangles */
+    double const row = 1.0 / (SIDE - 1);
+    int rows = 0;
+    while (2.0 * 9.81 * (1.0 - (rows + 0.5) * row) / 1000.0 > 0.015) rows++;
+    assert_true(rows > 0 && rows < SIDE - 1);
+    assert_in_range(report.overstretched, 2 * (SIDE - 1) * (size_t)rows - (SIDE - 1),
+                    2 * (SIDE - 1) * (size_t)rows + (SIDE - 1));
+    tulle_stretch const largest = tulle_world_find_largest_stretch(world);
+    assert_true(largest.stretch == report.max_stretch);
+    assert_true(largest.stretch > 1.015 && largest.stretch < 1.021);
+    assert_int_equal(largest.cloth, 0);
+    assert_true(largest.position[1] > 0.5 - row); /* in the uppermost row, along the weft */
+    const double *const positions = tulle_cloth_get_positions(world, (tulle_cloth_id){0, 1}, NULL);
+    const double *const ends[2] = {positions + 3 * (size_t)largest.vertices[0],
+                                   positions + 3 * (size_t)largest.vertices[1]};
+    assert_true(fabs(ends[0][1] - ends[1][1]) > 10.0 * fabs(ends[0][0] - ends[1][0]));
+    tulle_world_destroy(world);
+
+    sheet.def.on_overstretch = TULLE_ON_OVERSTRETCH_STOP;
+    world = start_hanging(&sheet);
+    uint64_t hash = 0;
+    tulle_status status = TULLE_OK;
+    int steps = 0;
+    for (; status == TULLE_OK && steps < STEPS; steps++) {
+        hash = tulle_world_get_state_hash(world);
+        status = tulle_world_step(world, 1.0 / 60.0, &report, &error);
+    }
+    assert_in_range(steps, 2, STEPS - 1);
+    assert_int_equal(status, TULLE_ERROR_STEP_FAILED);
+    assert_true(tulle_world_get_state_hash(world) == hash);
+    assert_non_null(strstr(error.message, "is overstretched in step"));
+    assert_non_null(strstr(error.message, "its weft is stretched by 1."));
+    assert_non_null(strstr(error.message, "the material holds 1.5 %"));
+    assert_int_equal(tulle_world_step(world, 1.0 / 60.0, &report, &error), status); /* again */
+    assert_true(tulle_world_get_state_hash(world) == hash);
+    tulle_world_destroy(world);
+}
+
 static void springs_do_not_look_at_it(void **state) {
     (void)state;
     hanging sheet = make_hanging();
@@ -246,6 +297,7 @@ int main(void) {
         cmocka_unit_test(a_bad_triangle_at_rest_is_named),
         cmocka_unit_test(folds_may_be_left_out_of_the_rest_shape),
         cmocka_unit_test(the_warp_lies_along_the_grain),
+        cmocka_unit_test(what_a_fabric_does_not_hold_is_told),
         cmocka_unit_test(springs_do_not_look_at_it),
         cmocka_unit_test(a_saved_state_goes_on_to_the_same_bits),
     };

@@ -446,19 +446,23 @@ double TULLE_KERNEL(sum_membrane_excess)(const membrane_motion *motion, const do
 
 membrane_energy TULLE_KERNEL(sum_membrane_energy)(const membrane_motion *motion, size_t begin,
                                                   size_t end) {
-    membrane_energy sum = {0.0, 0.0};
+    membrane_energy sum = {0.0, 0.0, 0};
     for (; begin < end; begin += DOUBLE_LANES) {
         size_t const count = count_lanes(begin, end);
         element_batch batch;
-        double energies[DOUBLE_LANES], longest[DOUBLE_LANES];
+        double energies[DOUBLE_LANES], strains[YARN_COUNT][DOUBLE_LANES];
         gather_elements(motion, begin, count, &batch);
         element_state const at = measure(differentiate(&batch, motion->positions));
         element_response const response = respond(&batch, &at, NULL);
         double8_store(energies, double8_load(batch.area) * response.energy);
-        double8_store(longest, double8_max(at.strains[YARN_WARP], at.strains[YARN_WEFT]) + 1.0);
+        for (int yarn = 0; yarn < YARN_COUNT; yarn++)
+            double8_store(strains[yarn], at.strains[yarn]);
         for (size_t k = 0; k < count; k++) {
+            double const warp = strains[YARN_WARP][k], weft = strains[YARN_WEFT][k];
             sum.energy += energies[k];
-            sum.max_stretch = fmax(sum.max_stretch, longest[k]);
+            sum.max_stretch = fmax(sum.max_stretch, 1.0 + fmax(warp, weft));
+            sum.overstretched +=
+                warp > batch.yarns[YARN_WARP].limit[k] || weft > batch.yarns[YARN_WEFT].limit[k];
         }
     }
     return sum;

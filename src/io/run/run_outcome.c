@@ -33,6 +33,9 @@ void tulle_run_outcome_add(tulle_run_outcome *outcome, const tulle_step_report *
     outcome->rescues += report->rescue_impact_zones + report->rescue_component_scalings +
                         report->rescue_global_scalings;
     outcome->pinched_steps += report->pinched != 0;
+    outcome->overstretched_steps += report->overstretched > 0;
+    if (report->overstretched > outcome->most_overstretched)
+        outcome->most_overstretched = report->overstretched;
 }
 
 void tulle_run_outcome_place(tulle_run_outcome *outcome, const tulle_stretch *stretch,
@@ -107,6 +110,16 @@ void tulle_run_outcome_describe(const tulle_run_outcome *outcome, const char *bo
         add(&into, "cloth was stretched by ");
         add_stretch(&into, outcome, body_name);
     }
+    if (outcome->overstretched_steps > 0) {
+        begin_line(&into);
+        add(&into, "cloth was stretched beyond what its material holds in %llu of %llu steps",
+            (unsigned long long)outcome->overstretched_steps, steps);
+        add(&into, "; at %llu triangles at most", (unsigned long long)outcome->most_overstretched);
+        if (!(outcome->largest_stretch > NOTABLE_STRETCH)) {
+            add(&into, ", by ");
+            add_stretch(&into, outcome, body_name);
+        }
+    }
     if (outcome->cut_steps > 0) {
         begin_line(&into);
         add(&into, "%llu of %llu steps %s cut, into %u substeps at most",
@@ -144,6 +157,8 @@ void run_outcome_write(json_writer *writer, const run_record *record) {
     json_put_unsigned(writer, "most_substeps", outcome->most_substeps);
     json_put_unsigned(writer, "rescues", outcome->rescues);
     json_put_unsigned(writer, "pinched_steps", outcome->pinched_steps);
+    json_put_unsigned(writer, "overstretched_steps", outcome->overstretched_steps);
+    json_put_unsigned(writer, "most_overstretched", outcome->most_overstretched);
     json_put_double(writer, "largest_stretch", outcome->largest_stretch);
     json_put_double(writer, "largest_stretch_time", outcome->largest_stretch_time);
     const char *name = NULL;
@@ -213,9 +228,13 @@ tulle_status run_outcome_read(run_record *record, const json_document *document,
                   {"unconverged_steps", &outcome.unconverged_steps},
                   {"cut_steps", &outcome.cut_steps},
                   {"rescues", &outcome.rescues},
-                  {"pinched_steps", &outcome.pinched_steps}};
+                  {"pinched_steps", &outcome.pinched_steps},
+                  {"overstretched_steps", &outcome.overstretched_steps},
+                  {"most_overstretched", &outcome.most_overstretched}};
+    enum { FIRST_COUNTS = 5 /* of all versions; later ones may be missing */ };
     for (size_t i = 0; i < sizeof counts / sizeof counts[0] && !status; i++)
-        status = json_take_count(document, object, counts[i].key, counts[i].to, error);
+        if (i < FIRST_COUNTS || json_find(document, object, counts[i].key))
+            status = json_take_count(document, object, counts[i].key, counts[i].to, error);
     const struct {
         const char *key;
         double *to;

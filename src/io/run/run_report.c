@@ -66,6 +66,7 @@ static const column columns[] = {
     {"patches_certified", COLUMN_U64, FIELD(patches_certified)},
     {"patches_dissolved", COLUMN_U64, FIELD(patches_dissolved)},
     {"turning_pairs", COLUMN_U64, FIELD(turning_pairs)},
+    {"overstretched", COLUMN_U64, FIELD(overstretched)},
 };
 enum { COLUMN_COUNT = sizeof columns / sizeof columns[0] };
 
@@ -89,7 +90,9 @@ enum {
     STAGE_FIRST = 3, /* the column of the first stage */
     STAGE_COUNT_1 = sizeof stages_of_version_1 / sizeof stages_of_version_1[0],
     COLUMN_COUNT_1 = COLUMN_COUNT - TULLE_STAGE_COUNT + STAGE_COUNT_1,
-    COLUMN_COUNT_1_FIRST = 38 /* of the first reports of version 1; more were added behind */
+    /* Of the first reports of version 1 and of those after it; more were added behind. */
+    COLUMN_COUNT_1_FIRST = 38,
+    COLUMN_COUNT_FIRST = 42
 };
 _Static_assert(COLUMN_COUNT_1 *(NUMBER_TEXT_SIZE + 1) < RUN_REPORT_LINE_SIZE, "a line must fit");
 
@@ -232,7 +235,8 @@ static bool read_heading(const char *text, size_t length, heading *named) {
         }
         bool const is_whole = at == length && length > 0 && text[length - 1] != ',';
         named->count = count;
-        if (is_whole && count >= (is_version_1 ? COLUMN_COUNT_1_FIRST : COLUMN_COUNT)) return true;
+        if (is_whole && count >= (is_version_1 ? COLUMN_COUNT_1_FIRST : COLUMN_COUNT_FIRST))
+            return true;
     }
     return false;
 }

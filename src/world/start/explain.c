@@ -67,31 +67,45 @@ tulle_status tulle_world_get_contacts(tulle_world *world, const tulle_contact **
 
 /* ---- stretch ---- */
 
-tulle_stretch tulle_world_find_largest_stretch(const tulle_world *world) {
-    tulle_stretch largest = {0};
-    if (!world || !world->is_started) return largest;
-    size_t const count = world->cloth_edge_count;
-    size_t found = 0;
-    for (size_t e = 0; e < count; e++) {
-        size_t const a = world->topo.edges[2 * e], b = world->topo.edges[2 * e + 1];
-        vec3 const rest = vec3_sub(vec3_load(world->rest, a), vec3_load(world->rest, b));
-        vec3 const edge =
-            vec3_sub(vec3_load(world->now.positions, a), vec3_load(world->now.positions, b));
-        double const stretch = vec3_norm(edge) / vec3_norm(rest);
-        if (stretch > largest.stretch) {
-            largest.stretch = stretch;
-            found = e;
-        }
-    }
-    if (count == 0) return largest;
-    const uint32_t *const ends = world->topo.edges + 2 * found;
-    largest.cloth = world->vertex_surface[ends[0]];
+static tulle_stretch describe_edge(const tulle_world *world, double stretch, size_t edge) {
+    const uint32_t *const ends = world->topo.edges + 2 * edge;
+    tulle_stretch described = {.stretch = stretch, .cloth = world->vertex_surface[ends[0]]};
     for (size_t k = 0; k < 2; k++)
-        largest.vertices[k] = ends[k] - world->surfaces[largest.cloth].vertex_begin;
-    vec3_store(largest.position, 0,
+        described.vertices[k] = ends[k] - world->surfaces[described.cloth].vertex_begin;
+    vec3_store(described.position, 0,
                vec3_lerp(vec3_load(world->now.positions, ends[0]),
                          vec3_load(world->now.positions, ends[1]), 0.5));
-    return largest;
+    return described;
+}
+
+static vec3 get_rest_edge(const tulle_world *world, size_t edge) {
+    const uint32_t *const ends = world->topo.edges + 2 * edge;
+    return vec3_sub(vec3_load(world->rest, ends[1]), vec3_load(world->rest, ends[0]));
+}
+
+static tulle_stretch find_longest_edge(const tulle_world *world) {
+    double largest = 0.0;
+    size_t found = 0;
+    for (size_t e = 0; e < world->cloth_edge_count; e++) {
+        const uint32_t *const ends = world->topo.edges + 2 * e;
+        vec3 const edge = vec3_sub(vec3_load(world->now.positions, ends[1]),
+                                   vec3_load(world->now.positions, ends[0]));
+        double const stretch = vec3_norm(edge) / vec3_norm(get_rest_edge(world, e));
+        if (stretch > largest) largest = stretch, found = e;
+    }
+    return describe_edge(world, largest, found);
+}
+
+static tulle_stretch find_longest_yarn(const tulle_world *world) {
+    yarn_stretch const longest = cloth_find_longest_yarn(world->model, world->now.positions, false);
+    size_t const place = 3 * (size_t)longest.triangle + (size_t)longest.edge;
+    return describe_edge(world, 1.0 + longest.strain, world->topo.triangle_edges[place]);
+}
+
+tulle_stretch tulle_world_find_largest_stretch(const tulle_world *world) {
+    if (!world || !world->is_started || world->cloth_edge_count == 0) return (tulle_stretch){0};
+    return world->def.membrane == TULLE_MEMBRANE_WOVEN ? find_longest_yarn(world)
+                                                       : find_longest_edge(world);
 }
 
 /* ---- patches ---- */

@@ -113,7 +113,29 @@ static tulle_status report_energies(step_context *context) {
     report->gravity_energy = energies.gravity + bodies.gravity;
     report->elastic_energy = energies.elastic.stretch + energies.elastic.bend;
     report->max_stretch = energies.elastic.max_stretch;
+    report->overstretched = energies.elastic.overstretched;
     return TULLE_OK;
+}
+
+/* Fails where a fabric holds no more and the world is to stop there. */
+static tulle_status check_overstretch(step_context *context) {
+    const tulle_world *const world = context->world;
+    if (context->report->overstretched == 0 ||
+        world->def.on_overstretch != TULLE_ON_OVERSTRETCH_STOP)
+        return TULLE_OK;
+    yarn_stretch const longest =
+        cloth_find_longest_yarn(world->model, context->state->positions, true);
+    const uint32_t *const corners = world->topo.triangles + 3 * (size_t)longest.triangle;
+    size_t const cloth = world->vertex_surface[corners[0]];
+    uint32_t const begin = world->surfaces[cloth].vertex_begin;
+    return error_set(context->error, TULLE_ERROR_STEP_FAILED,
+                     "'%s' is overstretched in step %llu, which is undone: at vertices %u, %u, %u "
+                     "its %s is stretched by %.3g %%, and the material holds %.3g %%; pull less, "
+                     "take a stronger material, or let on_overstretch warn",
+                     world_surface_name(world, cloth), (unsigned long long)world->step_count,
+                     corners[0] - begin, corners[1] - begin, corners[2] - begin,
+                     longest.yarn == YARN_WARP ? "warp" : "weft", 100.0 * longest.strain,
+                     100.0 * longest.limit);
 }
 
 /* The step on its copy of the state, again until nothing pinches or tears it. */
@@ -130,6 +152,7 @@ static tulle_status run_step(step_context *context) {
         if (status == TULLE_OK && context->outcome != SUBSTEP_PINCHED) {
             status = world_settle_bodies(context, context->whole_step);
             if (status == TULLE_OK) status = report_energies(context);
+            if (status == TULLE_OK) status = check_overstretch(context);
             if (status == TULLE_OK && world_tears_squeezed(context))
                 context->outcome = SUBSTEP_TORN;
         }

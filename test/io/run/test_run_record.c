@@ -10,8 +10,8 @@ static const tulle_untangle_report untangled = {
 static const tulle_world_detection detection = {TULLE_DETECT_PATCHES, TULLE_CONE_BERNSTEIN, 0.75, 1,
                                                 0};
 
-/* Of reports: a step that did not converge, was cut, rescued and pinched; a finer one; one whose
- * numbers are not finite. */
+/* Of reports: a step that did not converge, was cut, rescued, pinched and overstretched; a finer
+ * one; one whose numbers are not finite. */
 static tulle_run_outcome make_outcome(void) {
     static const tulle_step_report reports[] = {
         {.time = 0.5,
@@ -22,11 +22,13 @@ static tulle_run_outcome make_outcome(void) {
          .rescue_impact_zones = 1,
          .rescue_component_scalings = 2,
          .rescue_global_scalings = 3,
-         .pinched = 1},
+         .pinched = 1,
+         .overstretched = 5},
         {.time = 0.75,
          .cg_converged = 0,
          .cg_residual = 0.0625,
          .max_stretch = 1.25,
+         .overstretched = 2,
          .substeps = 2},
         {.time = 1.0,
          .cg_converged = 0,
@@ -65,6 +67,8 @@ static void steps_are_summed(void **state) {
     assert_int_equal(outcome.most_substeps, 4);
     assert_int_equal(outcome.rescues, 6);
     assert_int_equal(outcome.pinched_steps, 1);
+    assert_int_equal(outcome.overstretched_steps, 2);
+    assert_int_equal(outcome.most_overstretched, 5);
     place(&outcome, 0);
     tulle_step_report const stretched = {.max_stretch = 1.75, .time = 2.0, .cg_converged = 1};
     tulle_run_outcome_add(&outcome, &stretched);
@@ -99,11 +103,22 @@ static void steps_are_described(void **state) {
          NULL,
          NULL,
          "1 of 3 steps was cut, into 8 substeps at most"},
+        {{.steps = 3,
+          .largest_stretch = 1.125,
+          .largest_stretch_time = 0.5,
+          .overstretched_steps = 2,
+          .most_overstretched = 7},
+         NULL,
+         NULL,
+         "cloth was stretched beyond what its material holds in 2 of 3 steps; at 7 triangles at "
+         "most, by 12.5 % at 0.5 s"},
         {placed, "sheet", "it tore",
          "the run could not go on: it tore\n"
          "a solve did not converge in 4 of 4 steps; the largest residual was 0.125 at 0.5 s\n"
          "cloth was stretched by 50 % at 0.5 s, between vertices 4 and 7 of 'sheet', at (0.5, "
          "-0.25, 2)\n"
+         "cloth was stretched beyond what its material holds in 2 of 4 steps; at 5 triangles at "
+         "most\n"
          "2 of 4 steps were cut, into 4 substeps at most\n"
          "impacts needed 6 rescues\n"
          "cloth was pinched between obstacles in 1 of 4 steps"},
@@ -178,7 +193,8 @@ static void an_outcome_comes_back(void **state) {
 /* Members that a reader does without, and those that it never looks at. */
 static const char may_miss[] =
     "\"record\" \"detection\" \"response\" \"untangle\" \"outcome\" \"checksums\" "
-    "\"largest_stretch_place\" \"checkpoint_step\"";
+    "\"largest_stretch_place\" \"checkpoint_step\" \"overstretched_steps\" "
+    "\"most_overstretched\"";
 static const char not_read[] = "\"scene_file\" \"frame_interval\" \"cloth\" \"trouble\"";
 
 /* Values of all kinds, and the members that may have them. */
