@@ -234,7 +234,9 @@ typedef struct tulle_motion {
     int is_eased;               /* 1: starts and stops gently at each keyframe (3 s^2 - 2 s^3) */
 } tulle_motion;
 
-/* A group of pinned vertices of a cloth: they are held, or follow a motion. */
+/* A group of pinned vertices of a cloth: they are held, or follow a motion. What one pin that never
+ * lets go holds, and no other pin, is clamped: woven cloth does not bend there, and bends from the
+ * pin's edge on. A single row of vertices is a hinge. */
 typedef struct tulle_pin {
     const uint32_t *vertices; /* vertex_count vertex numbers of the cloth, copied */
     size_t vertex_count;      /* length of `vertices` */

@@ -20,6 +20,9 @@
  * On a border nothing holds the slope: b takes the value with the least energy, which is the
  * boundary condition of a free edge.
  *
+ * A triangle that a clamp holds is rigid: its slopes are its own. So the kink of its border counts
+ * whole in the triangle that is free, and cloth bends from the clamp's edge on.
+ *
  * The energy per triangle is A/2 (B_1 S_11^2 + B_2 S_22^2 + 4 B_12 S_12^2), 1 along the warp, with
  * the b as vectors: c_e is linear in the positions, so is b, and the energy has constant
  * coefficients.
@@ -167,6 +170,15 @@ static void add_least_change(double kinks[PATCH_HINGES][MONOMIALS], const double
     }
 }
 
+/* Whether one clamp holds all of a triangle. */
+static bool is_clamped(const cloth_model_def *def, size_t triangle) {
+    if (!def->vertex_clamps) return false;
+    const uint32_t *const corners = def->surface->triangles + 3 * triangle;
+    uint32_t const clamp = def->vertex_clamps[corners[0]];
+    return clamp != 0 && def->vertex_clamps[corners[1]] == clamp &&
+           def->vertex_clamps[corners[2]] == clamp;
+}
+
 /* Parts smaller than this are rounding. */
 static const double LEAST_PART = 1e-9;
 
@@ -174,6 +186,12 @@ static kink_split split_kink(const bending_shape *shape, const cloth_model *mode
     const cloth_hinge *const hinge = &model->hinges[index];
     double const length = measure_edge(shape, hinge), half = 0.5 * length;
     kink_split split = {{index, TULLE_NONE, TULLE_NONE, TULLE_NONE, TULLE_NONE}, {0.5}};
+    bool const is_rigid[2] = {is_clamped(shape->def, hinge->sides[0] / 3),
+                              is_clamped(shape->def, hinge->sides[1] / 3)};
+    if (is_rigid[0] || is_rigid[1]) {
+        split.parts[0] = is_rigid[0] ? 0.0 : 1.0;
+        return split;
+    }
     double kinks[PATCH_HINGES][MONOMIALS] = {{0.0}}, wanted[MONOMIALS] = {0.0};
     size_t count = 1;
     for (size_t side = 0; side < 2; side++) {
@@ -196,6 +214,7 @@ static kink_split split_kink(const bending_shape *shape, const cloth_model *mode
             uint32_t const other = model->triangle_hinges[k];
             if (k == place || other == TULLE_NONE) continue;
             size_t const near = model->hinges[other].sides[0] == k ? 0 : 1;
+            if (is_clamped(shape->def, model->hinges[other].sides[1 - near] / 3)) continue;
             split.hinges[count] = other;
             measure_kinks(shape, &model->hinges[other], &flat, near, kinks[count++]);
         }

@@ -28,6 +28,10 @@ typedef struct cloth_model_def {
     size_t material_count;
     const uint32_t *vertex_materials; /* vertex_count indices into materials; null: all use 0 */
     tulle_membrane membrane;
+    /* vertex_count: the clamp that holds a vertex for ever, counted from 1; 0: none holds it. The
+     * vertices of a clamp move as one rigid body. Null: there are no clamps. Counts for woven cloth
+     */
+    const uint32_t *vertex_clamps;
     const double *warps; /* 3 a triangle of cloth: along the warp, of any length, in the rest shape;
                             the part in the triangle's plane counts. Null: along x */
 } cloth_model_def;

@@ -2,6 +2,8 @@
  * needs two lines here. */
 #include "validation/validation.h"
 
+extern const experiment fabric_experiments[];
+extern const experiment drape_experiments[];
 extern const experiment incline_experiments[];
 extern const experiment capstan_experiments[];
 extern const experiment layers_experiments[];
@@ -17,6 +19,8 @@ extern const experiment untangle_experiments[];
 extern const experiment scenes_experiments[];
 
 const experiment *const validation_groups[] = {
+    fabric_experiments,     /* strips of woven cloth */
+    drape_experiments,      /* round samples over a disc */
     incline_experiments,    /* Coulomb's law on a slope */
     capstan_experiments,    /* a ribbon around a cylinder */
     layers_experiments,     /* sheets on sheets */

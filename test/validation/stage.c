@@ -39,3 +39,16 @@ tulle_keyframe stage_key(double time, double x, double y, double z) {
     return (tulle_keyframe){
         .time = time, .translation = {x, y, z}, .rotation = {1.0, 0.0, 0.0, 0.0}};
 }
+
+tulle_world *stage_make_woven_world(validation_run *run) {
+    tulle_world_def def = validate_world_def(run);
+    def.membrane = TULLE_MEMBRANE_WOVEN;
+    return validate_make_world(run, &def);
+}
+
+tulle_material stage_take_fabric(validation_run *run, const char *name) {
+    tulle_material material;
+    if (tulle_material_preset(name, &material))
+        validate_give_up(run, "there is no fabric '%s'", name);
+    return material;
+}

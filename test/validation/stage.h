@@ -18,6 +18,12 @@ void stage_move(tulle_mesh *mesh, double x, double y, double z);
 /* Cotton without air damping, which closed forms do not know. */
 tulle_cloth_def stage_cloth_def(const tulle_mesh *mesh);
 
+/* A default world of woven cloth. */
+tulle_world *stage_make_woven_world(validation_run *run);
+
+/* The preset of that name. */
+tulle_material stage_take_fabric(validation_run *run, const char *name);
+
 /* An obstacle that stands still. */
 tulle_obstacle_id stage_add_obstacle(validation_run *run, tulle_world *world,
                                      const tulle_mesh *mesh, double friction);

@@ -309,8 +309,11 @@ void validation_report_totals(validation_run *run) {
     validate_row(run, "rescues a contact",
                  totals->contacts > 0 ? (double)totals->rescues / (double)totals->contacts : 0.0,
                  "", at_most(1e-3), "one in 1,000");
-    validate_row(run, "smallest gap over the minimum gap", totals->smallest_gap_share, "",
-                 at_least(1.0), "the promise of a step");
+    if (totals->contacts > 0)
+        validate_row(run, "smallest gap over the minimum gap", totals->smallest_gap_share, "",
+                     at_least(1.0), "the promise of a step");
+    else
+        validate_skip(run, "smallest gap over the minimum gap", "nothing was in contact");
     validate_row(run, "states judged", (double)totals->judged, "", nothing(), "");
     validate_row(run, "pairs of triangles that cross in them", (double)totals->crossing, "",
                  equals(0.0), "exact judge");

@@ -100,6 +100,71 @@ static void the_warp_lies_along_the_grain(void **state) {
     assert_true(fabs(by_triangle - along) < 1e-9);
 }
 
+enum { OVERHANG = 6 }; /* cells */
+
+/* How far the end of an overhanging strip sinks, over what theory says of one that is clamped where
+ * its pins end, rho g l^4 / (8 B). Two columns of cells are pinned, until `release_time`; by two
+ * pins where there are to be `pins` of them. */
+static double measure_overhang(double release_time, size_t pins) {
+    double const cell = 0.01, load = 0.02; /* the strip sinks by a fortieth of its length */
+    tulle_shape_def shape = tulle_shape_def_default(TULLE_SHAPE_RECTANGLE);
+    uint32_t const columns = OVERHANG + 3, rows = 4;
+    shape.size[0] = (columns - 1) * cell, shape.size[1] = (rows - 1) * cell;
+    shape.resolution[0] = columns, shape.resolution[1] = rows;
+    tulle_mesh mesh = {0};
+    assert_int_equal(tulle_shape_generate(&shape, &mesh, NULL), TULLE_OK);
+    uint32_t held[2][12];
+    size_t counts[2] = {0};
+    for (uint32_t v = 0; v < mesh.vertex_count; v++) {
+        double const column = mesh.positions[3 * v] / cell + 0.5 * (columns - 1);
+        size_t const pin = pins == 2 && column > 1.5;
+        if (column < 2.5) held[pin][counts[pin]++] = v;
+    }
+    assert_int_equal(counts[0] + counts[1], 12);
+    tulle_pin both[2];
+    for (size_t i = 0; i < 2; i++)
+        both[i] = (tulle_pin){
+            .vertices = held[i], .vertex_count = counts[i], .release_time = release_time};
+    tulle_cloth_def def = tulle_cloth_def_default();
+    def.mesh = tulle_mesh_get_view(&mesh);
+    def.material.air_damping = 10.0;
+    def.pins = both;
+    def.pin_count = pins;
+    double const length = OVERHANG * cell;
+    double const gravity = load * 8.0 * def.material.bend_warp /
+                           (def.material.area_density * length * length * length);
+    tulle_world_def world_def = tulle_world_def_default();
+    world_def.membrane = TULLE_MEMBRANE_WOVEN;
+    world_def.gravity[2] = -gravity;
+    tulle_world *world = NULL;
+    tulle_error error;
+    assert_int_equal(tulle_world_create(&world_def, &world, &error), TULLE_OK);
+    tulle_cloth_id id;
+    assert_int_equal(tulle_world_add_cloth(world, &def, &id, &error), TULLE_OK);
+    assert_int_equal(tulle_world_start(world, &error), TULLE_OK);
+    step(world, 600);
+    const double *const x = tulle_cloth_get_positions(world, id, NULL);
+    double sum = 0.0;
+    for (size_t v = 0; v < mesh.vertex_count; v++)
+        if (mesh.positions[3 * v] > 0.499 * shape.size[0]) sum -= x[3 * v + 2];
+    tulle_world_destroy(world);
+    tulle_mesh_destroy(&mesh);
+    return sum / rows / (load * length);
+}
+
+/* What one pin holds for ever does not bend, so cloth bends from the pin's edge on; beside it half
+ * a cell more bends, (1 + 1 / 12)^4. */
+static void cloth_bends_from_the_edge_of_a_clamp(void **state) {
+    (void)state;
+    double const clamped = measure_overhang((double)INFINITY, 1);
+    if (!(fabs(clamped - 1.0) < 0.03)) fail_msg("clamped: %g", clamped);
+    double const released_later = measure_overhang(1e3, 1);
+    if (!(fabs(released_later - 1.38) < 0.06)) fail_msg("held for a while: %g", released_later);
+    /* Nothing says that two pins move alike: neither holds the cells between them. */
+    double const by_two = measure_overhang((double)INFINITY, 2);
+    if (!(fabs(by_two - 1.38) < 0.06)) fail_msg("held by two: %g", by_two);
+}
+
 /* Its weight pulls the uppermost row beyond what the fabric holds: the step tells of it or, if it
  * is to stop there, fails and leaves the state as it was. */
 static void what_a_fabric_does_not_hold_is_told(void **state) {
@@ -297,6 +362,7 @@ int main(void) {
         cmocka_unit_test(a_bad_triangle_at_rest_is_named),
         cmocka_unit_test(folds_may_be_left_out_of_the_rest_shape),
         cmocka_unit_test(the_warp_lies_along_the_grain),
+        cmocka_unit_test(cloth_bends_from_the_edge_of_a_clamp),
         cmocka_unit_test(what_a_fabric_does_not_hold_is_told),
         cmocka_unit_test(springs_do_not_look_at_it),
         cmocka_unit_test(a_saved_state_goes_on_to_the_same_bits),

@@ -142,13 +142,42 @@ static bool list_rest(tulle_world *world, rest_arrays *rest) {
     return true;
 }
 
+/* By vertex of cloth: the pin that holds it for ever, counted from 1 over all cloths. What another
+ * pin holds too may move otherwise for a while. False without memory. */
+static bool list_clamps(tulle_world *world, uint32_t **clamps) {
+    uint32_t *const held = ARENA_NEW(&world->scratch, uint32_t, world->cloth_vertex_count);
+    *clamps = held;
+    if (!held) return false;
+    memset(held, 0, world->cloth_vertex_count * sizeof *held);
+    uint32_t const several = TULLE_NONE;
+    uint32_t number = 0;
+    for (size_t i = 0; i < world->cloths.count; i++) {
+        const world_cloth *const cloth = &world->cloths.data[i];
+        for (size_t p = 0; p < cloth->pin_count; p++) {
+            const world_pin *const pin = &cloth->pins[p];
+            bool const is_for_ever = pin->release_time == (double)INFINITY;
+            number++;
+            for (size_t k = 0; k < pin->vertex_count; k++) {
+                uint32_t *const clamp = &held[cloth->vertex_begin + pin->vertices[k]];
+                bool const is_first = *clamp == 0 || *clamp == number;
+                *clamp = is_for_ever && is_first ? number : several;
+            }
+        }
+    }
+    for (size_t v = 0; v < world->cloth_vertex_count; v++)
+        if (held[v] == several) held[v] = 0;
+    return true;
+}
+
 /* Forces and masses of all cloth together. Leaves it to the caller to say that memory is short. */
 static tulle_status build_model(tulle_world *world, tulle_error *error) {
     arena_mark const mark = arena_get_mark(&world->scratch);
     size_t const cloth_count = world->cloths.count;
     tulle_material *const materials = ARENA_NEW(&world->scratch, tulle_material, cloth_count);
     rest_arrays rest;
-    if (!materials || !list_rest(world, &rest)) return TULLE_ERROR_OUT_OF_MEMORY;
+    uint32_t *clamps;
+    if (!materials || !list_rest(world, &rest) || !list_clamps(world, &clamps))
+        return TULLE_ERROR_OUT_OF_MEMORY;
     for (size_t i = 0; i < cloth_count; i++) {
         materials[i] = world->cloths.data[i].material;
         if (world->response->has_linear_springs) {
@@ -165,6 +194,7 @@ static tulle_status build_model(tulle_world *world, tulle_error *error) {
                                  .membrane = world->def.membrane,
                                  .rest_corners = rest.corners,
                                  .has_flat_rest = rest.has_flat_rest,
+                                 .vertex_clamps = clamps,
                                  .warps = rest.warps};
     world->model = memory_allocate_zeroed(&world->heap, 1, sizeof *world->model);
     if (!world->model) return TULLE_ERROR_OUT_OF_MEMORY;
