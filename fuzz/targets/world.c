@@ -5,7 +5,8 @@
  * of cloth may lie within a closed obstacle. A call that fails leaves the state as it was. Going
  * back to a saved state and making the same steps leads to the same hash. The whole is done twice,
  * on one thread and on two, where a bit of the input says so: both end in the same state.
- * TULLE_FUZZ_SAY=1 prints the calls. */
+ * TULLE_FUZZ_SAY=1 prints the calls. How many worlds and calls there were is told now and then, and
+ * at the end. */
 #include "support/shapes.h"
 
 #include "tulle/tulle.h"
@@ -49,6 +50,20 @@ static void say(const char *call, tulle_status status, const tulle_error *error)
     static int is_asked = -1;
     if (is_asked < 0) is_asked = getenv("TULLE_FUZZ_SAY") != NULL;
     if (is_asked) fprintf(stderr, "  %s: %s\n", call, status ? error->message : "fine");
+}
+
+/* ---- how much was tried ---- */
+
+enum { CALLS_TOLD = 10000 };
+static unsigned long worlds_made, calls_made;
+
+static void tell_counts(void) {
+    fprintf(stderr, "worlds: %lu made, %lu calls\n", worlds_made, calls_made);
+}
+
+static void count_call(void) {
+    if (worlds_made == 1 && calls_made == 0) atexit(tell_counts);
+    if (++calls_made % CALLS_TOLD == 0) tell_counts();
 }
 
 /* ---- what is made ---- */
@@ -350,17 +365,21 @@ static run_end run(fuzz_bytes bytes, int threads, bool is_stopped_at_times) {
     tulle_error error = {0};
     self.def.threads = threads;
     FUZZ_CHECK_OK(tulle_world_create(&self.def, &self.world, &error), &error);
+    worlds_made++;
     for (uint32_t left = 1 + fuzz_take_below(&bytes, CLOTHS_MAX); left > 0; left--)
         add_cloth(&self);
     for (uint32_t left = fuzz_take_below(&bytes, OBSTACLES_MAX + 1); left > 0; left--)
         add_obstacle(&self);
     self.questions_left = QUESTIONS_MAX;
     tulle_world_set_stop_request(self.world, ask, &self);
+    count_call();
     start(&self);
     static void (*const calls[])(session *) = {step, step,    step,      step, step,
                                                save, go_back, push_body, look, be_refused};
-    for (int left = CALLS_MAX; left > 0 && self.is_started && bytes.used < bytes.size; left--)
+    for (int left = CALLS_MAX; left > 0 && self.is_started && bytes.used < bytes.size; left--) {
+        count_call();
         calls[fuzz_take_below(&bytes, sizeof calls / sizeof calls[0])](&self);
+    }
     run_end const end = {tulle_world_get_state_hash(self.world), self.was_stopped};
     tulle_world_free_state(self.world, self.saved, self.saved_size);
     tulle_world_destroy(self.world);
