@@ -323,6 +323,13 @@ static void look(session *self) {
     }
     tulle_stretch const stretch = tulle_world_find_largest_stretch(self->world);
     FUZZ_CHECK(isfinite(stretch.stretch));
+    double const ratio =
+        tulle_world_get_numerical_damping(self->world, fuzz_take_between(self->bytes, -0.1, 1.0),
+                                          fuzz_take_between(self->bytes, -1, 9));
+    FUZZ_CHECK(ratio >= 0.0 && ratio <= 1.0);
+    tulle_fineness const fineness = tulle_cloth_get_fineness(self->world, (tulle_cloth_id){0, 1});
+    FUZZ_CHECK(fineness.mean_edge > 0.0 && isfinite(fineness.mean_edge));
+    FUZZ_CHECK(fineness.bending_length >= 0.0 && isfinite(fineness.bending_length));
     static uint32_t labels[1024];
     tulle_patch_options const options = {.time_step = 0.01,
                                          .is_in_use = (int)fuzz_take_below(self->bytes, 2)};

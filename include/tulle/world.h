@@ -666,6 +666,25 @@ typedef struct tulle_stretch {
 /* Finds the largest stretch of the world as it is. All zero before the start and for null. */
 TULLE_API tulle_stretch tulle_world_find_largest_stretch(const tulle_world *world);
 
+/* How fine the mesh of a cloth is beside the folds that its fabric makes. A strip whose edges are
+ * as long as half its bending length hangs over within some 4 % as fabric does; one with edges as
+ * long as the bending length a fifth too low. */
+typedef struct tulle_fineness {
+    double mean_edge; /* [m] mean length of the edges between rest positions; 0: not known */
+    /* [m] (B / (area density * gravity))^(1/3) with the smaller rigidity B of warp and weft; 0:
+     * nothing bends it or nothing pulls. Source: Peirce 1930. */
+    double bending_length;
+} tulle_fineness;
+/* Tells the fineness of a cloth. All zero before the start, for null and for a stale id. */
+TULLE_API tulle_fineness tulle_cloth_get_fineness(const tulle_world *world, tulle_cloth_id id);
+
+/* Tells what the world's integrator takes from a motion by itself, beside all damping of materials:
+ * the damping ratio (1: critical) of a free motion without contact that has this `period` [s] and
+ * is solved in steps of `time_step` [s]. It is about pi time_step / period for implicit Euler. 0
+ * for null, and unless both are finite and > 0. */
+TULLE_API double tulle_world_get_numerical_damping(const tulle_world *world, double time_step,
+                                                   double period);
+
 /* Which patches to give. A zeroed struct asks for those of the shape as it is. */
 typedef struct tulle_patch_options {
     double time_step; /* [s] length of the coming step, 0 .. 1; 0: patches of the shape as it is */

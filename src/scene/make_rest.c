@@ -1,8 +1,6 @@
 /* scene/make_rest.c - what a cloth is like at rest: its lengths, folds and the direction of its
  * warp in each triangle. */
-#include "scene/scene_data.h"
-
-#include "math/vec3.h"
+#include "scene/rest_shape.h"
 
 #include <math.h>
 #include <string.h>
@@ -13,14 +11,6 @@ static const double MOST_LENGTH_RATIO = 2.0;
 /* A direction that lies in a triangle by less than this sine says nothing there. */
 static const double LEAST_SINE = 1e-3;
 
-typedef struct rest_work {
-    const scene_work *scene;
-    const cloth_keys *keys;
-    scene_cloth *cloth;
-    const double *corner_uvs; /* null: the mesh has none */
-    const uint32_t *lines;    /* of the triangles in an OBJ file; null: none */
-} rest_work;
-
 static bool refuse(const rest_work *work, const void *keys, const char *key, const char *text) {
     const schema_head *const head = keys;
     problem_add(work->scene->problems, TULLE_ERROR_INVALID_ARGUMENT, schema_place(keys, key),
@@ -28,8 +18,7 @@ static bool refuse(const rest_work *work, const void *keys, const char *key, con
     return false;
 }
 
-/* "triangle 5", with its line where there are lines. */
-static const char *name_triangle(const rest_work *work, size_t triangle) {
+const char *name_triangle(const rest_work *work, size_t triangle) {
     return work->lines ? store_text(work->scene, "triangle %zu (line %u of the mesh)", triangle,
                                     work->lines[triangle])
                        : store_text(work->scene, "triangle %zu", triangle);
@@ -43,11 +32,7 @@ static double *allocate(const rest_work *work, size_t count) {
 
 /* ---- triangles, as two edges from corner 0 ---- */
 
-typedef struct edge_pair {
-    vec3 first, second;
-} edge_pair;
-
-static edge_pair get_start(const rest_work *work, size_t triangle) {
+edge_pair get_start(const rest_work *work, size_t triangle) {
     const uint32_t *const corners = work->cloth->mesh.triangles + 3 * triangle;
     const double *const positions = work->cloth->mesh.positions;
     vec3 const origin = vec3_load(positions, corners[0]);
@@ -55,12 +40,12 @@ static edge_pair get_start(const rest_work *work, size_t triangle) {
                        vec3_sub(vec3_load(positions, corners[2]), origin)};
 }
 
-static edge_pair get_texture(const rest_work *work, size_t triangle) {
+edge_pair get_texture(const rest_work *work, size_t triangle) {
     const double *const uv = work->corner_uvs + 6 * triangle;
     return (edge_pair){{uv[2] - uv[0], uv[3] - uv[1], 0.0}, {uv[4] - uv[0], uv[5] - uv[1], 0.0}};
 }
 
-static edge_pair get_rest(const rest_work *work, size_t triangle) {
+edge_pair get_rest(const rest_work *work, size_t triangle) {
     const scene_cloth *const cloth = work->cloth;
     if (!cloth->rest_corners && !cloth->rest_positions) return get_start(work, triangle);
     size_t places[3] = {3 * triangle, 3 * triangle + 1, 3 * triangle + 2};
@@ -70,10 +55,6 @@ static edge_pair get_rest(const rest_work *work, size_t triangle) {
     vec3 const origin = vec3_load(from, places[0]);
     return (edge_pair){vec3_sub(vec3_load(from, places[1]), origin),
                        vec3_sub(vec3_load(from, places[2]), origin)};
-}
-
-static double measure_double_area(edge_pair edges) {
-    return vec3_norm(vec3_cross(edges.first, edges.second));
 }
 
 /* ---- texture coordinates ---- */
@@ -275,6 +256,7 @@ bool make_rest(const scene_work *scene, const cloth_keys *keys, const tulle_mesh
     if (is_good && rest->shrink != 1.0) is_good = shrink(&work, rest->shrink);
     bool const is_given = cloth->rest_corners || cloth->rest_positions;
     if (is_good && is_given) is_good = check_size(&work, rest);
+    if (is_good && is_given) is_good = note_odd_rest(&work, rest);
     bool const is_said = schema_is_given(&rest_map, rest, "folds");
     cloth->has_flat_rest = is_said ? rest->folds == REST_FOLDS_FLAT : is_uv;
     return is_good && lay_warps(&work);

@@ -602,6 +602,27 @@ ARGUMENTS_OF(tulle_world_find_largest_stretch) {
     assert_true(tulle_world_find_largest_stretch(NULL).stretch == 0.0);
 }
 
+ARGUMENTS_OF(tulle_cloth_get_fineness) {
+    (void)unused;
+    assert_true(tulle_cloth_get_fineness(NULL, cloth).mean_edge == 0.0);
+    assert_true(tulle_cloth_get_fineness(fresh, cloth).mean_edge == 0.0);
+    assert_true(tulle_cloth_get_fineness(started, cloth).mean_edge > 0.0);
+    for (int i = 0; i < 4; i++)
+        assert_true(tulle_cloth_get_fineness(started, bad_cloths[i]).mean_edge == 0.0);
+}
+
+ARGUMENTS_OF(tulle_world_get_numerical_damping) {
+    (void)unused;
+    static double const refused[] = {0.0, -1.0, (double)NAN, (double)INFINITY};
+    assert_true(tulle_world_get_numerical_damping(NULL, 0.01, 1.0) == 0.0);
+    assert_true(tulle_world_get_numerical_damping(fresh, 0.01, 1.0) > 0.0);
+    for (size_t i = 0; i < 4; i++) {
+        assert_true(tulle_world_get_numerical_damping(started, refused[i], 1.0) == 0.0);
+        assert_true(tulle_world_get_numerical_damping(started, 0.01, refused[i]) == 0.0);
+    }
+    assert_true(isfinite(tulle_world_get_numerical_damping(started, 1e300, 1e-300)));
+}
+
 ARGUMENTS_OF(tulle_cloth_get_patches) {
     (void)unused;
     tulle_patch_options const good = {0};
@@ -700,6 +721,8 @@ static const struct CMUnitTest table[] = {
     TABLE_LINE(tulle_obstacle_wake),
     TABLE_LINE(tulle_world_get_contacts),
     TABLE_LINE(tulle_world_find_largest_stretch),
+    TABLE_LINE(tulle_cloth_get_fineness),
+    TABLE_LINE(tulle_world_get_numerical_damping),
     TABLE_LINE(tulle_cloth_get_patches),
     TABLE_LINE(tulle_world_get_state_hash),
     TABLE_LINE(tulle_world_save_state),

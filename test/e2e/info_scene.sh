@@ -34,9 +34,15 @@ END_OF_SCENE
 expect 0 'frames +6 after the start, of 2 steps of 0.02 s each' info fall.yaml
 grep -q 'contact distance 2 mm' out && grep -q 'cloth  *sheet: 81 vertices, 128 triangles' out && grep -q 'obstacle  *spike: 4 vertices, 4 triangles' out ||
     { fail "info of a scene:"; cat out; }
+grep -q 'damping  *the integrator adds a damping ratio of 0.063 at a period of 1 s, 0.47 at a period of 0.1 s' out &&
+    grep -q 'edges of 56.4 mm, bending length 18.9 mm; edges of 9.5 mm or less fold as the fabric does' out ||
+    { fail "neither damping nor fineness:"; cat out; }
+expect 0 'edges of 56.4 mm$' info fall.yaml --set 'gravity=[0, 0, 0]'
 expect 0 '^\{"format":"tulle scene","format_version":1,"path":"fall.yaml"' info fall.yaml --json
-facts='"time_step":0.02,"frames":6,"steps_per_frame":2,"contact_distance":0.002,"cloths":[{"name":"sheet","vertices":81,"triangles":128}],"obstacles":[{"name":"spike","vertices":4,"triangles":4}]}'
+facts='"vertices":81,"triangles":128,"mean_edge":0.05637251634420153,"bending_length":0.018941450985912975}],"obstacles":[{"name":"spike","vertices":4,"triangles":4}]}'
 grep -qF -- "$facts" out || { fail "not $facts:"; cat out; }
+damping='"time_step":0.02,"frames":6,"steps_per_frame":2,"numerical_damping":[{"period":1,"ratio":0.062'
+grep -qF -- "$damping" out || { fail "not $damping:"; cat out; }
 whole=$(grep -o '"scene_hash":"[0-9a-f]*"' out)
 expect 0 '"vertices":25,"triangles":32' info fall.yaml --json --set 'cloth[0].mesh.resolution=[5, 5]'
 [ "$(grep -o '"scene_hash":"[0-9a-f]*"' out)" != "$whole" ] || fail "another scene has the same hash"

@@ -115,6 +115,44 @@ static void worlds_are_built_so(void **state) {
     tulle_scene_destroy(loaded);
 }
 
+/* ---- notes ---- */
+
+typedef struct noted {
+    const char *scene, *mesh, *note; /* null: none */
+} noted;
+
+#define FOLDED SQUARE "vt 0 0\nvt 1 0\nvt 1 1\nvt 0.5 0\n"
+static const noted notes[] = {
+    {CLOTH("rest: {uv: 0.5 m}"), dressed, NULL},
+    /* both halves share the texture coordinates of the diagonal */
+    {CLOTH("rest: {uv: 1}"), FOLDED "f 1/1 2/2 3/3\nf 1/1 3/3 4/4\n",
+     "folds over at 1 edges, as between triangle 0 (line 9 of the mesh) and triangle 1 (line 10"},
+    /* the same places, but the second half is a piece of its own */
+    {CLOTH("rest: {uv: 1}"), FOLDED "vt 1 1.01\nf 1/1 2/2 3/3\nf 1/1 3/5 4/4\n", NULL},
+    {CLOTH("rest: {uv: 1}"),
+     SQUARE "vt 0 0\nvt 1 0\nvt 1 1\nvt 5 5\nvt 5.3 5\nvt 5.3 5.3\nf 1/1 2/2 3/3\nf 1/4 3/5 4/6\n",
+     "1 of 2 triangles are more than 2 times as long at rest as at the start, or as short; most of "
+     "all triangle 1 (line 12 of the mesh), 0.3 times"},
+    {CLOTH("rest: {uv: 1}"),
+     SQUARE "vt 0 0\nvt 1 0\nvt 1 1\nvt 5 5\nvt 15 5\nvt 8 5.05\nf 1/1 2/2 3/3\nf 1/4 3/5 4/6\n",
+     "1 triangles are needles at rest and none at the start, as triangle 1 (line 12 of the mesh)"},
+};
+
+static void odd_rest_shapes_are_noted(void **state) {
+    (void)state;
+    for (size_t i = 0; i < sizeof notes / sizeof notes[0]; i++) {
+        write_text_file("m.obj", notes[i].mesh);
+        tulle_scene *const loaded = load_good(notes[i].scene);
+        size_t const count = tulle_scene_get_note_count(loaded);
+        const char *const note = tulle_scene_get_note(loaded, 0);
+        if (count != (notes[i].note != NULL) || (note && !strstr(note, notes[i].note)))
+            fail_msg("mesh %zu has %zu notes, the first: %s", i, count, note ? note : "none");
+        tulle_scene_destroy(loaded);
+    }
+}
+
+/* ---- refusals ---- */
+
 typedef struct refusal {
     const char *scene, *mesh, *rest; /* null: not written anew */
     int line, column;
@@ -176,6 +214,7 @@ int main(void) {
         cmocka_unit_test(a_rest_mesh_gives_lengths_and_folds),
         cmocka_unit_test(cloth_may_shrink),
         cmocka_unit_test(worlds_are_built_so),
+        cmocka_unit_test(odd_rest_shapes_are_noted),
         cmocka_unit_test(refusals_name_their_place),
     };
     return cmocka_run_group_tests(tests, NULL, remove_folder);

@@ -1,6 +1,7 @@
-/* app/info/scene.c - what `tulle info` prints of a scene file: how long it is, what is in it, and
- * the contact distance that its world works with. It makes the world and judges its start, so a
- * scene that it prints can be run. docs/guide/formats.md tells the JSON. */
+/* app/info/scene.c - what `tulle info` prints of a scene file: how long it is, what is in it, the
+ * contact distance that its world works with, and how well mesh and step suit its fabrics. It makes
+ * the world and judges its start, so a scene that it prints can be run. docs/guide/formats.md tells
+ * the JSON. */
 #include "scene/scene.h"
 #include "app/cli/json_text.h"
 #include "app/commands.h"
@@ -11,11 +12,38 @@
 #include <stdlib.h>
 
 static const double MILLIMETRES_PER_METRE = 1000.0;
+static const double PERIODS[] = {1.0, 0.1}; /* [s] for which the integrator's own damping is told */
+enum { PERIOD_COUNT = sizeof PERIODS / sizeof PERIODS[0] };
+/* Edges of this part of the bending length fold about as the fabric does: see tulle_fineness. */
+static const double FINE_PART = 0.5;
+
+/* A scene and the world made of it, which has started. */
+typedef struct scene_facts {
+    const tulle_scene *scene;
+    const tulle_scene_world *built;
+} scene_facts;
 
 static void print_count(const char *key, uint64_t value) { printf(",\"%s\":%" PRIu64, key, value); }
 
+static void print_number(const char *key, double value) {
+    printf(",\"%s\":", key);
+    json_print_double(stdout, value);
+}
+
+static tulle_fineness get_fineness(const scene_facts *facts, size_t cloth) {
+    return tulle_cloth_get_fineness(facts->built->world, facts->built->cloths[cloth]);
+}
+
+static double get_damping(const scene_facts *facts, double period) {
+    double const step = tulle_scene_get_time_step(facts->scene);
+    return tulle_world_get_numerical_damping(facts->built->world, step, period);
+}
+
+/* ---- JSON ---- */
+
 /* `,"KEY":[{"name":...},...]` */
-static void print_json_bodies(const tulle_scene *loaded, bool are_obstacles) {
+static void print_json_bodies(const scene_facts *facts, bool are_obstacles) {
+    const tulle_scene *const loaded = facts->scene;
     size_t const count = are_obstacles ? tulle_scene_get_obstacle_count(loaded)
                                        : tulle_scene_get_cloth_count(loaded);
     printf(",\"%s\":[", are_obstacles ? "obstacles" : "cloths");
@@ -27,40 +55,72 @@ static void print_json_bodies(const tulle_scene *loaded, bool are_obstacles) {
                                               : tulle_scene_get_cloth_name(loaded, i));
         print_count("vertices", mesh.vertex_count);
         print_count("triangles", mesh.triangle_count);
+        if (!are_obstacles) {
+            print_number("mean_edge", get_fineness(facts, i).mean_edge);
+            print_number("bending_length", get_fineness(facts, i).bending_length);
+        }
         putchar('}');
     }
     putchar(']');
 }
 
-static void print_json(const tulle_scene *loaded, double contact_distance) {
+static void print_json(const scene_facts *facts, double contact_distance) {
+    const tulle_scene *const loaded = facts->scene;
     fputs("{\"format\":\"tulle scene\",\"format_version\":1,\"path\":", stdout);
     json_print_text(stdout, tulle_scene_get_path(loaded));
-    printf(",\"scene_hash\":\"%016" PRIx64 "\",\"time_step\":", tulle_scene_get_hash(loaded));
-    json_print_double(stdout, tulle_scene_get_time_step(loaded));
+    printf(",\"scene_hash\":\"%016" PRIx64 "\"", tulle_scene_get_hash(loaded));
+    print_number("time_step", tulle_scene_get_time_step(loaded));
     print_count("frames", tulle_scene_get_frame_count(loaded));
     print_count("steps_per_frame", tulle_scene_get_steps_per_frame(loaded));
-    fputs(",\"contact_distance\":", stdout);
-    json_print_double(stdout, contact_distance);
-    print_json_bodies(loaded, false);
-    print_json_bodies(loaded, true);
+    fputs(",\"numerical_damping\":[", stdout);
+    for (size_t i = 0; i < PERIOD_COUNT; i++) {
+        printf("%s{\"period\":", i > 0 ? "," : "");
+        json_print_double(stdout, PERIODS[i]);
+        print_number("ratio", get_damping(facts, PERIODS[i]));
+        putchar('}');
+    }
+    putchar(']');
+    print_number("contact_distance", contact_distance);
+    print_json_bodies(facts, false);
+    print_json_bodies(facts, true);
     puts("}");
 }
+
+/* ---- text ---- */
 
 static void print_body(const char *role, const char *name, tulle_mesh_view mesh) {
     printf("  %-16s %s: %zu vertices, %zu triangles\n", role, name, mesh.vertex_count,
            mesh.triangle_count);
 }
 
-static void print_text(const tulle_scene *loaded, double contact_distance) {
+/* How long the edges are, and how long they should be. */
+static void print_fineness(tulle_fineness fineness) {
+    double const edge = MILLIMETRES_PER_METRE * fineness.mean_edge;
+    double const length = MILLIMETRES_PER_METRE * fineness.bending_length;
+    printf("  %-16s edges of %.3g mm", "", edge);
+    if (length > 0.0) printf(", bending length %.3g mm", length);
+    if (length > 0.0 && edge > FINE_PART * length)
+        printf("; edges of %.2g mm or less fold as the fabric does", FINE_PART * length);
+    putchar('\n');
+}
+
+static void print_text(const scene_facts *facts, double contact_distance) {
+    const tulle_scene *const loaded = facts->scene;
     printf("%s: scene, hash %016" PRIx64 "\n", tulle_scene_get_path(loaded),
            tulle_scene_get_hash(loaded));
     printf("  %-16s %" PRIu32 " after the start, of %" PRIu32 " steps of %.6g s each\n", "frames",
            tulle_scene_get_frame_count(loaded), tulle_scene_get_steps_per_frame(loaded),
            tulle_scene_get_time_step(loaded));
-    printf("  %-16s %.4g mm\n", "contact distance", MILLIMETRES_PER_METRE * contact_distance);
-    for (size_t i = 0; i < tulle_scene_get_cloth_count(loaded); i++)
+    printf("  %-16s the integrator adds a damping ratio of", "damping");
+    for (size_t i = 0; i < PERIOD_COUNT; i++)
+        printf("%s %.2g at a period of %g s", i > 0 ? "," : "", get_damping(facts, PERIODS[i]),
+               PERIODS[i]);
+    printf("\n  %-16s %.4g mm\n", "contact distance", MILLIMETRES_PER_METRE * contact_distance);
+    for (size_t i = 0; i < tulle_scene_get_cloth_count(loaded); i++) {
         print_body("cloth", tulle_scene_get_cloth_name(loaded, i),
                    tulle_scene_get_cloth_mesh(loaded, i));
+        print_fineness(get_fineness(facts, i));
+    }
     for (size_t i = 0; i < tulle_scene_get_obstacle_count(loaded); i++)
         print_body(tulle_scene_is_obstacle_dynamic(loaded, i)  ? "rigid body"
                    : tulle_scene_is_obstacle_moving(loaded, i) ? "moving obstacle"
@@ -89,11 +149,12 @@ int info_print_scene(const char *path, const option_list *overrides, bool is_jso
     status = tulle_scene_build_world(loaded, 0, NULL, &built, &error);
     if (status == TULLE_OK) status = tulle_world_start(built.world, &error);
     if (status == TULLE_OK) {
+        scene_facts const facts = {loaded, &built};
         tulle_world_get_distances(built.world, &contact_distance, NULL, NULL);
         if (is_json)
-            print_json(loaded, contact_distance);
+            print_json(&facts, contact_distance);
         else
-            print_text(loaded, contact_distance);
+            print_text(&facts, contact_distance);
     } else {
         app_print_error("info", &error);
     }

@@ -1,5 +1,5 @@
 /* world/start/explain.c - what a world tells about its last step and the one to come: contacts,
- * stretch and patches. Asked for, never needed by a step. */
+ * stretch, fineness and patches. Asked for, never needed by a step. */
 #include "base/error.h"
 #include "detect/patches/patches.h"
 #include "geom/distance.h"
@@ -106,6 +106,30 @@ tulle_stretch tulle_world_find_largest_stretch(const tulle_world *world) {
     if (!world || !world->is_started || world->cloth_edge_count == 0) return (tulle_stretch){0};
     return world->def.membrane == TULLE_MEMBRANE_WOVEN ? find_longest_yarn(world)
                                                        : find_longest_edge(world);
+}
+
+/* ---- fineness ---- */
+
+tulle_fineness tulle_cloth_get_fineness(const tulle_world *world, tulle_cloth_id id) {
+    tulle_fineness fineness = {0};
+    if (!world || !world->is_started || id.generation != 1 || id.index >= world->cloths.count)
+        return fineness;
+    const surface_range *const range = &world->surfaces[id.index];
+    size_t count = 0;
+    for (size_t e = 0; e < world->cloth_edge_count; e++) {
+        uint32_t const end = world->topo.edges[2 * e];
+        if (end < range->vertex_begin || end >= range->vertex_end) continue;
+        fineness.mean_edge += vec3_norm(get_rest_edge(world, e));
+        count++;
+    }
+    fineness.mean_edge /= (double)count;
+    const tulle_material *const material = &world->cloths.data[id.index].material;
+    bool const is_woven = world->def.membrane == TULLE_MEMBRANE_WOVEN;
+    double const rigidity = is_woven ? fmin(material->bend_warp, material->bend_weft)
+                                     : material->springs.bend_stiffness;
+    double const weight = material->area_density * vec3_norm(vec3_load(world->def.gravity, 0));
+    if (weight > 0.0) fineness.bending_length = cbrt(rigidity / weight);
+    return fineness;
 }
 
 /* ---- patches ---- */

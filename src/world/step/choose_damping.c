@@ -7,7 +7,8 @@
  * Free steps of Crank-Nicolson are damped a little. The damping is a rate times the step, so the
  * order without impacts stays two. It is the same for all vertices: linear momentum is kept.
  *
- * Takes rows as gathered and velocities at the start; gives force_options.damping. */
+ * Takes rows as gathered and velocities at the start; gives force_options.damping. What the
+ * integrator then takes from free motion by itself is told, too. */
 #include "contact/solve/end_velocities.h"
 #include "world/step/step.h"
 
@@ -17,6 +18,10 @@
 static const double FREE_RATE = 10.0;
 /* [1/s] With this rate cloth on needles comes to rest about as well as by implicit Euler. */
 static const double CONTACT_RATE = 40.0;
+
+static double get_free_rate(tulle_integrator integrator) {
+    return integrator == TULLE_INTEGRATOR_CRANK_NICOLSON ? FREE_RATE : 0.0;
+}
 
 double world_choose_damping(const step_context *context) {
     const tulle_world *const world = context->world;
@@ -28,7 +33,45 @@ double world_choose_damping(const step_context *context) {
         bool const is_faster = row->law.approach + row->law.fall < row->law.bias;
         if (is_faster && row_is_impact(&context->scene, row)) return 1.0;
     }
-    double rate = integrator == TULLE_INTEGRATOR_CRANK_NICOLSON ? FREE_RATE : 0.0;
+    double rate = get_free_rate(integrator);
     if (world->rows.rows.count > 0) rate = CONTACT_RATE;
     return fmin(rate * context->time_step, 1.0);
+}
+
+/* ---- what it takes from free motion ---- */
+
+/* By what a step multiplies x + i v / omega of a motion that turns by omega h in it. */
+typedef struct amplification {
+    double size, angle;
+} amplification;
+
+/* `share` is c of docs/method/integrators.md. */
+static amplification find_amplification(tulle_integrator integrator, double share, double turn) {
+    double const next = share * turn, rest = 1.0 - share;
+    if (integrator != TULLE_INTEGRATOR_BDF2)
+        return (amplification){hypot(1.0, rest * turn) / hypot(1.0, next),
+                               atan(rest * turn) + atan(next)};
+    /* The root of (1 - i c turn) z^2 - (2 - c) z + 1 - c that is 1 where nothing turns. */
+    double const real = share * share, imaginary = 4.0 * rest * next;
+    double const root = sqrt(0.5 * (hypot(real, imaginary) + real));
+    double const sum = 2.0 - share + root, part = 0.5 * imaginary / root;
+    return (amplification){0.5 * hypot(sum, part) / hypot(1.0, next),
+                           atan2(part, sum) + atan(next)};
+}
+
+double tulle_world_get_numerical_damping(const tulle_world *world, double time_step,
+                                         double period) {
+    static double const most_turn = 1e9; /* so that nothing overflows */
+    bool const is_given =
+        isfinite(time_step) && isfinite(period) && time_step > 0.0 && period > 0.0;
+    if (!world || !is_given) return 0.0;
+    tulle_integrator const integrator = world->def.integrator;
+    double const damping = fmin(get_free_rate(integrator) * time_step, 1.0);
+    double share = 1.0;
+    if (integrator == TULLE_INTEGRATOR_CRANK_NICOLSON) share = 0.5 + 0.5 * damping;
+    if (integrator == TULLE_INTEGRATOR_BDF2) share = (2.0 + damping) / 3.0;
+    double const turn = fmin(2.0 * 3.14159265358979323846 * time_step / period, most_turn);
+    amplification const factor = find_amplification(integrator, share, turn);
+    double const loss = fmax(-log(factor.size), 0.0);
+    return loss / hypot(loss, factor.angle);
 }

@@ -1,0 +1,38 @@
+/* scene/rest_shape.h - a cloth's triangles at the start, at rest and in the plane of texture
+ * coordinates, for make_rest.c, which makes the rest shape, and note_rest.c, which looks at it. */
+#ifndef TULLE_SCENE_REST_SHAPE_H
+#define TULLE_SCENE_REST_SHAPE_H
+
+#include "scene/scene_data.h"
+
+#include "math/vec3.h"
+
+typedef struct rest_work {
+    const scene_work *scene;
+    const cloth_keys *keys;
+    scene_cloth *cloth;
+    const double *corner_uvs; /* null: the mesh has none */
+    const uint32_t *lines;    /* of the triangles in an OBJ file; null: none */
+} rest_work;
+
+/* A triangle, from corner 0. */
+typedef struct edge_pair {
+    vec3 first, second;
+} edge_pair;
+
+edge_pair get_start(const rest_work *work, size_t triangle);
+edge_pair get_rest(const rest_work *work, size_t triangle);
+edge_pair get_texture(const rest_work *work, size_t triangle); /* z = 0 */
+
+static inline double measure_double_area(edge_pair edges) {
+    return vec3_norm(vec3_cross(edges.first, edges.second));
+}
+
+/* "triangle 5", with its line where there are lines; null without memory. */
+const char *name_triangle(const rest_work *work, size_t triangle);
+
+/* Notes what is allowed in a rest shape and is seldom meant. False, with a problem, without memory.
+ */
+bool note_odd_rest(const rest_work *work, const rest_keys *keys);
+
+#endif
