@@ -3,6 +3,7 @@
 #include "validation/validation.h"
 
 extern const experiment fabric_experiments[];
+extern const experiment laws_experiments[];
 extern const experiment drape_experiments[];
 extern const experiment incline_experiments[];
 extern const experiment capstan_experiments[];
@@ -20,6 +21,7 @@ extern const experiment scenes_experiments[];
 
 const experiment *const validation_groups[] = {
     fabric_experiments,     /* strips of woven cloth */
+    laws_experiments,       /* woven cloth and closed forms */
     drape_experiments,      /* round samples over a disc */
     incline_experiments,    /* Coulomb's law on a slope */
     capstan_experiments,    /* a ribbon around a cylinder */

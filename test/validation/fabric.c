@@ -1,97 +1,12 @@
 /* fabric.c - woven cloth without contact, against what theory says: a strip that bends under its
  * weight, a strip that is pulled. */
 #include "validation/stage.h"
+#include "validation/strips.h"
 
 #include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
-
-/* ---- samples ---- */
-
-/* How the cells of a strip are divided. */
-typedef enum pattern {
-    ALTERNATING, /* the diagonals of the default rectangle */
-    ALIKE,       /* all diagonals the same way */
-    CROSSED,     /* four triangles about a middle: a lattice at 45 degrees */
-    IRREGULAR,
-    PATTERN_COUNT
-} pattern;
-static const char *const pattern_names[] = {"alternating", "alike", "crossed", "irregular"};
-
-/* A rectangle [x0, x1] x [-width / 2, width / 2] of columns x rows cells. */
-typedef struct strip {
-    double begin, end, width; /* [m] */
-    uint32_t columns, rows;
-    pattern pattern;
-} strip;
-
-static void add_triangle(tulle_mesh *mesh, size_t at, uint32_t a, uint32_t b, uint32_t c) {
-    mesh->triangles[3 * at] = a;
-    mesh->triangles[3 * at + 1] = b;
-    mesh->triangles[3 * at + 2] = c;
-}
-
-static void divide_cell(const strip *sample, uint32_t i, uint32_t j, tulle_mesh *mesh) {
-    uint32_t const line = sample->columns + 1, a = j * line + i, b = a + 1, c = b + line,
-                   d = a + line;
-    size_t const cell = (size_t)j * sample->columns + i;
-    if (sample->pattern == CROSSED) {
-        uint32_t const middle = line * (sample->rows + 1) + (uint32_t)cell;
-        uint32_t const around[5] = {a, b, c, d, a};
-        for (size_t k = 0; k < 4; k++)
-            add_triangle(mesh, 4 * cell + k, around[k], around[k + 1], middle);
-        return;
-    }
-    uint32_t const turn = sample->pattern == ALIKE ? 0 : (i + j) % 2;
-    add_triangle(mesh, 2 * cell, a, b, turn ? d : c);
-    add_triangle(mesh, 2 * cell + 1, turn ? b : a, c, d);
-}
-
-static tulle_mesh *make_strip(validation_run *run, const strip *sample) {
-    double const length = sample->end - sample->begin;
-    if (sample->pattern == IRREGULAR) {
-        tulle_shape_def def = tulle_shape_def_default(TULLE_SHAPE_RECTANGLE);
-        def.size[0] = length, def.size[1] = sample->width;
-        def.resolution[0] = sample->columns + 1, def.resolution[1] = sample->rows + 1;
-        def.is_irregular = 1;
-        tulle_mesh *const mesh = validate_make_shape(run, &def);
-        stage_move(mesh, 0.5 * (sample->begin + sample->end), 0.0, 0.0);
-        return mesh;
-    }
-    size_t const lattice = (size_t)(sample->columns + 1) * (sample->rows + 1);
-    size_t const cells = (size_t)sample->columns * sample->rows;
-    bool const is_crossed = sample->pattern == CROSSED;
-    tulle_mesh *const mesh =
-        validate_make_mesh(run, lattice + (is_crossed ? cells : 0), (is_crossed ? 4 : 2) * cells);
-    for (uint32_t j = 0; j <= sample->rows; j++)
-        for (uint32_t i = 0; i <= sample->columns; i++) {
-            double *const x = mesh->positions + 3 * ((size_t)j * (sample->columns + 1) + i);
-            x[0] = sample->begin + length * i / sample->columns;
-            x[1] = sample->width * ((double)j / sample->rows - 0.5);
-            x[2] = 0.0;
-        }
-    for (uint32_t j = 0; j < sample->rows; j++)
-        for (uint32_t i = 0; i < sample->columns; i++) {
-            divide_cell(sample, i, j, mesh);
-            if (!is_crossed) continue;
-            double *const x = mesh->positions + 3 * (lattice + (size_t)j * sample->columns + i);
-            x[0] = sample->begin + length * (i + 0.5) / sample->columns;
-            x[1] = sample->width * ((j + 0.5) / sample->rows - 0.5);
-            x[2] = 0.0;
-        }
-    return mesh;
-}
-
-/* The vertices with from <= x <= to. */
-static tulle_pin pin_between(validation_run *run, const tulle_mesh *mesh, double from, double to) {
-    uint32_t *const held = validate_allocate(run, mesh->vertex_count * sizeof *held);
-    size_t count = 0;
-    for (size_t v = 0; v < mesh->vertex_count; v++)
-        if (mesh->positions[3 * v] >= from - 1e-9 && mesh->positions[3 * v] <= to + 1e-9)
-            held[count++] = (uint32_t)v;
-    return (tulle_pin){.vertices = held, .vertex_count = count, .release_time = (double)INFINITY};
-}
 
 /* ---- a strip bends under its weight ---- */
 
@@ -111,7 +26,7 @@ static double measure_droop(validation_run *run, pattern division, double cells_
                           .columns = columns + 2,
                           .rows = (uint32_t)fmax(1.0, round(STRIP_WIDTH / cell)),
                           .pattern = division};
-    tulle_mesh *const mesh = make_strip(run, &sample);
+    tulle_mesh *const mesh = strips_make(run, &sample);
     tulle_world *const world = stage_make_woven_world(run);
     tulle_cloth_def def = tulle_cloth_def_default();
     def.mesh = tulle_mesh_get_view(mesh);
@@ -119,7 +34,7 @@ static double measure_droop(validation_run *run, pattern division, double cells_
     def.material = material;
     /* The inner vertices of an irregular mesh do not lie on lines. */
     tulle_pin const pin =
-        pin_between(run, mesh, sample.begin, division == IRREGULAR ? 0.3 * cell : 0.0);
+        strips_pin_between(run, mesh, sample.begin, division == IRREGULAR ? 0.3 * cell : 0.0);
     def.pins = &pin;
     def.pin_count = 1;
     tulle_cloth_id const id = validate_add_cloth(run, world, &def);
@@ -142,7 +57,7 @@ static void droops_on_any_mesh(validation_run *run) {
     for (int p = 0; p < PATTERN_COUNT; p++) {
         char what[96];
         snprintf(what, sizeof what, "angle of an overhanging strip, 480 cells a metre, %s",
-                 pattern_names[p]);
+                 strips_pattern_names[p]);
         validate_row(run, what, measure_droop(run, (pattern)p, 480.0) / VALIDATION_DEGREE, "deg",
                      within(41.5, 1.0 / 41.5), peirce);
     }
@@ -193,10 +108,10 @@ static void stays_flat_when_pulled(validation_run *run) {
                                   .columns = 20 * fineness,
                                   .rows = 8 * fineness,
                                   .pattern = (pattern)p};
-            tulle_mesh *const mesh = make_strip(run, &sample);
+            tulle_mesh *const mesh = strips_make(run, &sample);
             tulle_cloth_def def = tulle_cloth_def_default();
-            tulle_pin pins[2] = {pin_between(run, mesh, 0.0, 0.0),
-                                 pin_between(run, mesh, 0.5, 0.5)};
+            tulle_pin pins[2] = {strips_pin_between(run, mesh, 0.0, 0.0),
+                                 strips_pin_between(run, mesh, 0.5, 0.5)};
             tulle_keyframe const keys[2] = {stage_key(0.0, 0.0, 0.0, 0.0),
                                             stage_key(1.0, strains[s] * 0.5, 0.0, 0.0)};
             pins[1].motion = (tulle_motion){.keys = keys, .key_count = 2};
@@ -221,7 +136,7 @@ static void stays_flat_when_pulled(validation_run *run) {
             validate_simulate(run, world, 2.0);
             char what[96];
             snprintf(what, sizeof what, "strip pulled by %.0f %%, %s: zigzag", 100.0 * strains[s],
-                     pattern_names[p]);
+                     strips_pattern_names[p]);
             validate_row(run, what,
                          1e3 *
                              measure_zigzag(run, mesh, tulle_cloth_get_positions(world, id, NULL)),
