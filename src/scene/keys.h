@@ -86,6 +86,15 @@ typedef struct pin_keys {
     double release;
 } pin_keys;
 
+typedef struct region_keys {
+    schema_head head;
+    box_keys box;
+    line_keys line;
+    schema_indices vertices;
+    double shrink;
+    schema_vector grain;
+} region_keys;
+
 typedef struct cloth_keys {
     schema_head head;
     const char *name;
@@ -96,7 +105,7 @@ typedef struct cloth_keys {
     rest_keys rest;
     schema_vector grain, grain_uv;
     double thickness;
-    schema_list pins;
+    schema_list regions, pins;
     schema_vector color, back_color;
     int pattern;
     double pattern_size;
@@ -230,9 +239,9 @@ typedef struct scene_keys {
 } scene_keys;
 
 extern const schema_map scene_map, time_map, wind_map, mesh_map, curve_map, material_map, rest_map,
-    keyframe_map, box_map, line_map, pin_map, cloth_map, sequence_map, motion_map, dynamic_map,
-    row_map, grid_map, ring_map, spiral_map, copies_map, obstacle_map, pair_map, material_pair_map,
-    contact_map, solver_map, camera_map, picture_map;
+    keyframe_map, box_map, line_map, pin_map, region_map, cloth_map, sequence_map, motion_map,
+    dynamic_map, row_map, grid_map, ring_map, spiral_map, copies_map, obstacle_map, pair_map,
+    material_pair_map, contact_map, solver_map, camera_map, picture_map;
 
 /* An integer that stands for "derived from the scene's seed". */
 #define SEED_AUTO ((uint64_t)1 << 60)

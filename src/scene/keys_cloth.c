@@ -37,8 +37,8 @@ static const schema_key box_table[] = {
      FIELD(box_keys, max),
      .meaning = "highest corner"},
 };
-const schema_map box_map = {.title = "Box of a pin",
-                            .meaning = "Pins all vertices in the box, its faces included.",
+const schema_map box_map = {.title = "Box",
+                            .meaning = "All vertices in a box, its faces included.",
                             MAP_OF(box_table, box_keys)};
 
 static const schema_key line_table[] = {
@@ -48,11 +48,10 @@ static const schema_key line_table[] = {
      POSITIVE_LENGTH(0),
      .fallback = "1 mm",
      FIELD(line_keys, radius),
-     .meaning = "distance from the segment within which vertices are pinned"},
+     .meaning = "distance from the segment within which vertices are meant"},
 };
-const schema_map line_map = {.title = "Line of a pin",
-                             .meaning = "Pins all vertices near a segment.",
-                             MAP_OF(line_table, line_keys)};
+const schema_map line_map = {
+    .title = "Line", .meaning = "All vertices near a segment.", MAP_OF(line_table, line_keys)};
 
 static const schema_key pin_table[] = {
     {.name = "box",
@@ -145,6 +144,50 @@ static const schema_key rest_table[] = {
 const schema_map rest_map = {
     .title = "Rest", .meaning = "The shape in which nothing pulls.", MAP_OF(rest_table, rest_keys)};
 
+static const schema_key region_table[] = {
+    {.name = "box",
+     .type = SCHEMA_MAP,
+     .map = &box_map,
+     .flags = SCHEMA_ALTERNATIVE | SCHEMA_OPTIONAL,
+     FIELD(region_keys, box),
+     .meaning = "the triangles whose corners all lie in a box"},
+    {.name = "line",
+     .type = SCHEMA_MAP,
+     .map = &line_map,
+     .flags = SCHEMA_ALTERNATIVE | SCHEMA_OPTIONAL,
+     FIELD(region_keys, line),
+     .meaning = "the triangles whose corners all lie along a segment"},
+    {.name = "vertices",
+     .type = SCHEMA_INDICES,
+     .flags = SCHEMA_ALTERNATIVE,
+     FIELD(region_keys, vertices),
+     .meaning = "the triangles whose corners are all among these vertices, as in [0, 12, 40-49]"},
+    {.name = "shrink",
+     .type = SCHEMA_NUMBER,
+     .fallback = "1",
+     .minimum = 0.5,
+     .maximum = 2,
+     FIELD(region_keys, shrink),
+     .meaning = "factor on the lengths at rest of these triangles, beside that of the whole cloth"},
+    {.name = "grain",
+     .type = SCHEMA_VECTOR,
+     .flags = SCHEMA_OPTIONAL,
+     .least_count = 3,
+     .most_count = 3,
+     .minimum = -1e6,
+     .maximum = 1e6,
+     FIELD(region_keys, grain),
+     .derived = "that of the cloth",
+     .meaning =
+         "direction of the warp in these triangles, in the mesh as it starts, of any length"},
+};
+const schema_map region_map = {.title = "Region",
+                               .meaning =
+                                   "Triangles of a cloth that differ from the rest. Points are "
+                                   "in scene coordinates, where the cloth starts.",
+                               MAP_OF(region_table, region_keys),
+                               .needs_alternative = true};
+
 /* In the order of scene_pattern. */
 static const char *const pattern_names[] = {"plain", "weave", "check", NULL};
 static const schema_key cloth_table[] = {
@@ -213,6 +256,15 @@ static const schema_key cloth_table[] = {
      .maximum = 1000,
      FIELD(cloth_keys, velocity),
      .meaning = "velocity of every vertex at the start"},
+    {.name = "regions",
+     .type = SCHEMA_LIST,
+     .map = &region_map,
+     .fallback = "[]",
+     .minimum = 0,
+     .maximum = 10000,
+     FIELD(cloth_keys, regions),
+     .meaning =
+         "parts that shrink or have their warp elsewhere; where they overlap the last counts"},
     {.name = "pins",
      .type = SCHEMA_LIST,
      .map = &pin_map,

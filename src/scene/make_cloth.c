@@ -27,88 +27,20 @@ typedef struct pin_work {
     unsigned char *marks; /* 1: taken by an earlier pin, 2: by this one */
 } pin_work;
 
-static bool is_in_box(const box_keys *box, const double *p) {
-    for (int k = 0; k < 3; k++)
-        if (p[k] < box->min.value[k] || p[k] > box->max.value[k]) return false;
-    return true;
-}
-
-static double distance_to_segment(const double a[3], const double b[3], const double p[3]) {
-    double along = 0, length = 0, squared = 0;
-    for (int k = 0; k < 3; k++) {
-        along += (p[k] - a[k]) * (b[k] - a[k]);
-        length += (b[k] - a[k]) * (b[k] - a[k]);
-    }
-    double t = length > 0 ? fmin(fmax(along / length, 0), 1) : 0;
-    for (int k = 0; k < 3; k++) {
-        double d = p[k] - a[k] - t * (b[k] - a[k]);
-        squared += d * d;
-    }
-    return sqrt(squared);
-}
-
-static size_t find_nearest(const tulle_mesh *mesh, const double point[3]) {
-    size_t nearest = 0;
-    double smallest = INFINITY;
-    for (size_t v = 0; v < mesh->vertex_count; v++) {
-        double distance = distance_to_segment(point, point, mesh->positions + 3 * v);
-        if (distance < smallest) smallest = distance, nearest = v;
-    }
-    return nearest;
-}
-
-/* Marks the vertices that the pin names. False after a problem. */
 static bool mark_vertices(const pin_work *work) {
-    const pin_keys *keys = work->keys;
-    const tulle_mesh *mesh = &work->cloth->mesh;
-    if (schema_is_given(&pin_map, keys, "vertices")) {
-        for (size_t i = 0; i < keys->vertices.count; i++) {
-            if (keys->vertices.value[i] < mesh->vertex_count) {
-                work->marks[keys->vertices.value[i]] |= 2;
-                continue;
-            }
-            problem_add(work->scene->problems, TULLE_ERROR_INVALID_ARGUMENT,
-                        schema_place(keys, "vertices"),
-                        "%s.vertices: names vertex %u, must be below %zu, the cloth's number of "
-                        "vertices",
-                        keys->head.path, (unsigned)keys->vertices.value[i], mesh->vertex_count);
-            return false;
-        }
-        return true;
-    }
-    if (schema_is_given(&pin_map, keys, "nearest")) {
-        work->marks[find_nearest(mesh, keys->nearest.value)] |= 2;
-        return true;
-    }
-    bool is_box = schema_is_given(&pin_map, keys, "box");
-    for (size_t v = 0; v < mesh->vertex_count; v++) {
-        const double *p = mesh->positions + 3 * v;
-        bool is_in = is_box ? is_in_box(&keys->box, p)
-                            : distance_to_segment(keys->line.from.value, keys->line.to.value, p) <=
-                                  keys->line.radius;
-        if (is_in) work->marks[v] |= 2;
-    }
-    return true;
-}
-
-static bool refuse_empty_pin(const pin_work *work) {
-    double low[3] = {INFINITY, INFINITY, INFINITY}, high[3] = {-INFINITY, -INFINITY, -INFINITY};
-    for (size_t i = 0; i < 3 * work->cloth->mesh.vertex_count; i++) {
-        low[i % 3] = fmin(low[i % 3], work->cloth->mesh.positions[i]);
-        high[i % 3] = fmax(high[i % 3], work->cloth->mesh.positions[i]);
-    }
-    problem_add(work->scene->problems, TULLE_ERROR_INVALID_ARGUMENT, work->keys->head.place,
-                "%s: pins no vertex that is not pinned already; the cloth begins within [%g, %g, "
-                "%g] and [%g, %g, %g]",
-                work->keys->head.path, low[0], low[1], low[2], high[0], high[1], high[2]);
-    return false;
+    const pin_keys *const keys = work->keys;
+    vertex_choice const choice = {&pin_map,        keys,          &keys->box, &keys->line,
+                                  &keys->vertices, &keys->nearest};
+    return choose_vertices(work->scene, &work->cloth->mesh, &choice, 2, work->marks);
 }
 
 /* Lists the marked vertices that no earlier pin took, in order. */
 static bool collect_vertices(const pin_work *work, tulle_pin *pin) {
     size_t count = 0, vertex_count = work->cloth->mesh.vertex_count;
     for (size_t v = 0; v < vertex_count; v++) count += work->marks[v] == 2;
-    if (count == 0) return refuse_empty_pin(work);
+    if (count == 0)
+        return refuse_empty_choice(work->scene, &work->cloth->mesh, &work->keys->head,
+                                   "pins no vertex that is not pinned already");
     uint32_t *vertices = ARENA_NEW(&work->scene->scene->storage, uint32_t, count);
     if (!vertices) {
         problem_add_memory(work->scene->problems, work->scene->scene->path);

@@ -178,6 +178,29 @@ static bool shrink(const rest_work *work, double factor) {
     return true;
 }
 
+/* Shrinks the triangles of regions. They then no longer fit together, so each gets corners of its
+ * own. */
+static bool shrink_regions(const rest_work *work) {
+    scene_cloth *const cloth = work->cloth;
+    size_t const triangles = cloth->mesh.triangle_count;
+    if (!has_region_shrink(work)) return true;
+    if (!cloth->rest_corners) {
+        const double *const from =
+            cloth->rest_positions ? cloth->rest_positions : cloth->mesh.positions;
+        double *const corners = allocate(work, 9 * triangles);
+        if (!corners) return false;
+        for (size_t i = 0; i < 3 * triangles; i++)
+            memcpy(corners + 3 * i, from + 3 * (size_t)cloth->mesh.triangles[i],
+                   3 * sizeof(double));
+        cloth->rest_corners = corners;
+    }
+    for (size_t i = 0; i < 9 * triangles; i++) {
+        const region_keys *const region = get_region(work, i / 9);
+        if (region) cloth->rest_corners[i] *= region->shrink;
+    }
+    return true;
+}
+
 /* Refuses a shape at rest that is of another size than the start. */
 static bool check_size(const rest_work *work, const rest_keys *keys) {
     double start = 0.0, rest = 0.0;
@@ -229,7 +252,7 @@ static bool lay_warps(const rest_work *work) {
     bool const is_uv = schema_is_given(&cloth_map, keys, "grain_uv");
     bool const is_elsewhere = cloth->rest_corners || cloth->rest_positions;
     if (is_uv && !check_texture(work, keys, "grain_uv")) return false;
-    if (!is_uv && !is_elsewhere) return true;
+    if (!is_uv && !is_elsewhere && !has_region_grain(work)) return true;
     vec3 const grain = vec3_load(keys->grain.value, 0);
     vec3 const grain_uv = {keys->grain_uv.value[0], keys->grain_uv.value[1], 0.0};
     if (is_uv && !(vec3_norm(grain_uv) > 0.0))
@@ -237,8 +260,12 @@ static bool lay_warps(const rest_work *work) {
     double *const warps = allocate(work, 3 * cloth->mesh.triangle_count);
     if (!warps) return false;
     for (size_t t = 0; t < cloth->mesh.triangle_count; t++) {
-        edge_pair const from = is_uv ? get_texture(work, t) : get_start(work, t);
-        vec3 const along = is_uv ? grain_uv : lay_grain(from, grain);
+        const region_keys *const region = get_region(work, t);
+        bool const has_own = region && schema_is_given(&region_map, region, "grain");
+        bool const is_laid_out = is_uv && !has_own;
+        edge_pair const from = is_laid_out ? get_texture(work, t) : get_start(work, t);
+        vec3 const start_grain = has_own ? vec3_load(region->grain.value, 0) : grain;
+        vec3 const along = is_laid_out ? grain_uv : lay_grain(from, start_grain);
         vec3_store(warps, t, vec3_normalize(carry(from, get_rest(work, t), along)));
     }
     cloth->warps = warps;
@@ -247,13 +274,14 @@ static bool lay_warps(const rest_work *work) {
 
 bool make_rest(const scene_work *scene, const cloth_keys *keys, const tulle_mesh_source *source,
                scene_cloth *cloth) {
-    rest_work const work = {scene, keys, cloth, source->corner_uvs, source->triangle_lines};
+    rest_work work = {scene, keys, cloth, source->corner_uvs, source->triangle_lines, NULL};
     const rest_keys *const rest = &keys->rest;
     bool const is_uv = schema_is_given(&rest_map, rest, "uv");
-    bool is_good = true;
-    if (is_uv) is_good = lay_out_texture(&work, rest);
-    if (schema_is_given(&rest_map, rest, "file")) is_good = read_rest(&work, rest);
+    bool is_good = find_regions(&work);
+    if (is_good && is_uv) is_good = lay_out_texture(&work, rest);
+    if (is_good && schema_is_given(&rest_map, rest, "file")) is_good = read_rest(&work, rest);
     if (is_good && rest->shrink != 1.0) is_good = shrink(&work, rest->shrink);
+    if (is_good) is_good = shrink_regions(&work);
     bool const is_given = cloth->rest_corners || cloth->rest_positions;
     if (is_good && is_given) is_good = check_size(&work, rest);
     if (is_good && is_given) is_good = note_odd_rest(&work, rest);

@@ -13,6 +13,7 @@ typedef struct rest_work {
     scene_cloth *cloth;
     const double *corner_uvs; /* null: the mesh has none */
     const uint32_t *lines;    /* of the triangles in an OBJ file; null: none */
+    uint32_t *regions;        /* of the triangles; UINT32_MAX: none. Null without regions */
 } rest_work;
 
 /* A triangle, from corner 0. */
@@ -30,6 +31,18 @@ static inline double measure_double_area(edge_pair edges) {
 
 /* "triangle 5", with its line where there are lines; null without memory. */
 const char *name_triangle(const rest_work *work, size_t triangle);
+
+/* The region of a triangle; null: none. */
+static inline const region_keys *get_region(const rest_work *work, size_t triangle) {
+    const region_keys *const regions = work->keys->regions.items;
+    bool const has_one = work->regions && work->regions[triangle] != UINT32_MAX;
+    return has_one ? &regions[work->regions[triangle]] : NULL;
+}
+/* Finds the region of each triangle. False after a problem: one has none, or memory is out. */
+bool find_regions(rest_work *work);
+/* Whether the triangles of a region have a grain of their own, or one shrinks. */
+bool has_region_grain(const rest_work *work);
+bool has_region_shrink(const rest_work *work);
 
 /* Notes what is allowed in a rest shape and is seldom meant. False, with a problem, without memory.
  */

@@ -117,6 +117,22 @@ bool make_material(const scene_work *work, const material_keys *keys, scene_clot
 bool make_rest(const scene_work *scene, const cloth_keys *keys, const tulle_mesh_source *source,
                scene_cloth *cloth);
 bool make_pins(const scene_work *work, scene_cloth *cloth);
+/* Which vertices a map of keys names; the map has at least one of the keys box, line, vertices,
+ * nearest. */
+typedef struct vertex_choice {
+    const schema_map *map;
+    const void *keys;
+    const box_keys *box;
+    const line_keys *line;
+    const schema_indices *vertices;
+    const schema_vector *nearest; /* null: there is no such key */
+} vertex_choice;
+/* Adds `mark` to the marks of these vertices. False after a problem. */
+bool choose_vertices(const scene_work *work, const tulle_mesh *mesh, const vertex_choice *choice,
+                     unsigned char mark, unsigned char *marks);
+/* Adds a problem that tells where the cloth lies. Always false. */
+bool refuse_empty_choice(const scene_work *work, const tulle_mesh *mesh, const schema_head *head,
+                         const char *problem);
 
 /* Makes an obstacle and all its copies at *obstacles, which has room for copy_count. */
 size_t count_copies(const obstacle_keys *keys);

@@ -115,6 +115,45 @@ static void worlds_are_built_so(void **state) {
     tulle_scene_destroy(loaded);
 }
 
+/* ---- regions ---- */
+
+#define BOX "box: {min: [-1, -1, -1], max: [2, 2, 2]}"
+
+static void regions_shrink_and_turn_the_warp(void **state) {
+    (void)state;
+    /* The second triangle, 0 2 3, is half as long; its warp lies along y. */
+    tulle_scene *loaded =
+        load_cloth(CLOTH("regions: [{vertices: [0, 2, 3], shrink: 0.5, grain: [0, 7, 0]}]"));
+    const scene_cloth *cloth = loaded->cloths;
+    double const corners[] = {0, 0, 0, 1, 0, 0, 1, 1, 0, 0, 0, 0, 0.5, 0.5, 0, 0, 0.5, 0};
+    assert_numbers(cloth->rest_corners, corners, 18);
+    assert_null(cloth->rest_positions);
+    assert_false(cloth->has_flat_rest);
+    assert_numbers(cloth->warps, (double[]){1, 0, 0, 0, 1, 0}, 6);
+    tulle_scene_destroy(loaded);
+
+    /* The last region counts; what shrinks as a whole shrinks beside it. */
+    loaded = load_cloth(CLOTH("rest: {shrink: 0.9}, regions: [{" BOX ", shrink: 0.7}, "
+                              "{vertices: [0-2], shrink: 0.8}]"));
+    cloth = loaded->cloths;
+    assert_numbers(cloth->rest_corners, (double[]){0, 0, 0, 0.72, 0, 0, 0.72, 0.72, 0}, 9);
+    assert_numbers(cloth->rest_corners + 9, (double[]){0, 0, 0, 0.63, 0.63, 0, 0, 0.63, 0}, 9);
+    tulle_scene_destroy(loaded);
+
+    /* A grain alone leaves the rest shape; where the cloth lies by its pattern, regions go before.
+     */
+    loaded = load_cloth(CLOTH("regions: [{line: {from: [0, 0, 0], to: [1, 1, 0], radius: 0.8}, "
+                              "grain: [0, 1, 0]}]"));
+    cloth = loaded->cloths;
+    assert_null(cloth->rest_corners);
+    assert_numbers(cloth->warps, (double[]){0, 1, 0, 0, 1, 0}, 6);
+    tulle_scene_destroy(loaded);
+    loaded = load_cloth(CLOTH("rest: {uv: 0.5}, grain_uv: [1, 0], regions: [{vertices: [0, 2, 3], "
+                              "grain: [1, 0, 0]}]"));
+    assert_numbers(loaded->cloths->warps, (double[]){1, 0, 0, 0, 1, 0}, 6);
+    tulle_scene_destroy(loaded);
+}
+
 /* ---- notes ---- */
 
 typedef struct noted {
@@ -169,6 +208,15 @@ static const refusal refusals[] = {
     {CLOTH("grain_uv: [0, 0]"), dressed, NULL, 3, 11, "is no direction"},
     {CLOTH("rest: {uv: 1 mm}"), dressed, NULL, 3, 1, "with uv: 0.5 m it would be as large"},
     {CLOTH("rest: {uv: 0}"), dressed, NULL, 3, 12, "must be above 0 m"},
+    {CLOTH("regions: [{shrink: 0.9}]"), dressed, NULL, 3, 11, "vertices"},
+    {CLOTH("regions: [{vertices: [0, 1], shrink: 0.9}]"), dressed, NULL, 3, 11,
+     "cloth[0].regions[0]: no triangle has all its corners in it; the cloth begins within [0, 0, "
+     "0]"},
+    {CLOTH("regions: [{vertices: [9], shrink: 0.9}]"), dressed, NULL, 3, 22,
+     "names vertex 9, must be below 4"},
+    {CLOTH("regions: [{" BOX ", grain: [0, 0, 0]}]"), dressed, NULL, 3, 61, "is no direction"},
+    {CLOTH("regions: [{" BOX ", shrink: 0.1}]"), dressed, NULL, 3, 62,
+     "must be at least 0.5 and at most 2"},
     {CLOTH("rest: {shrink: 3}"), dressed, NULL, 3, 16, "must be at least 0.5 and at most 2"},
     {CLOTH("rest: {uv: 1, file: r.obj}"), dressed, NULL, 3, 15, "only one of the keys file, uv"},
     {CLOTH("rest: {file: no.obj}"), dressed, NULL, 0, 0, "s.yaml:3:14"},
@@ -214,6 +262,7 @@ int main(void) {
         cmocka_unit_test(a_rest_mesh_gives_lengths_and_folds),
         cmocka_unit_test(cloth_may_shrink),
         cmocka_unit_test(worlds_are_built_so),
+        cmocka_unit_test(regions_shrink_and_turn_the_warp),
         cmocka_unit_test(odd_rest_shapes_are_noted),
         cmocka_unit_test(refusals_name_their_place),
     };
