@@ -111,6 +111,12 @@ static void add_cloth(session *self) {
     if (pins % 4 == 2) pin.release_time = 0.05;
     def.pins = &pin;
     def.pin_count = pins % 4 != 0;
+    tulle_crease const crease = {{mesh->triangles[0], mesh->triangles[1]},
+                                 fuzz_take_between(bytes, -3.0, 3.0)};
+    if (fuzz_take_below(bytes, 4) == 3) {
+        def.creases = &crease;
+        def.crease_count = 1;
+    }
     def.velocity[2] = fuzz_take_below(bytes, 4) == 3 ? -20.0 : 0.0;
     def.velocity[0] = fuzz_take_below(bytes, 4) == 3 ? 5.0 : 0.0;
     tulle_cloth_id id;

@@ -244,6 +244,13 @@ typedef struct tulle_pin {
     double release_time;      /* [s] when the pin lets go; INFINITY: never */
 } tulle_pin;
 
+/* A fold that cloth has at rest, along an edge of its mesh. */
+typedef struct tulle_crease {
+    uint32_t vertices[2]; /* ends of the edge, vertices of the cloth */
+    double angle; /* [rad] by which both sides are turned from flat, -3 .. 3; positive: a ridge
+                     as seen from the front, where triangles go round to the left */
+} tulle_crease;
+
 /* A cloth to add. Made by tulle_cloth_def_default. tulle_world_add_cloth copies all arrays and
  * strings. */
 typedef struct tulle_cloth_def {
@@ -256,7 +263,11 @@ typedef struct tulle_cloth_def {
      * these triangles, each of which may lie anywhere; folds stay those of rest_positions. Null:
      * triangles of rest_positions */
     const double *rest_corners;
-    int has_flat_rest;       /* 1: at rest nothing is folded, whatever rest_positions say */
+    int has_flat_rest; /* 1: at rest nothing is folded, whatever rest_positions say */
+    /* crease_count folds that go before all that; of two of one edge the last counts, along the
+     * border they mean nothing. What lies along no edge fails the start. */
+    const tulle_crease *creases;
+    size_t crease_count;     /* length of `creases` */
     tulle_material material; /* default: the preset cotton */
     /* direction of the warp in the rest shape, rest_corners where given; friction_across acts at
      * right angles to it. Any length from 1e-100 on where friction_across is not 1. In a triangle

@@ -49,6 +49,17 @@ static double measure_curvature(const cloth_model_def *def, const cloth_hinge *h
     return fabs(value) > FLAT_ANGLE * vec3_norm(along) ? value : 0.0;
 }
 
+/* [m] of the hinge's edge at rest: the mean of both triangles. */
+static double measure_rest_edge(const cloth_model_def *def, const cloth_hinge *hinge) {
+    double length = 0.0;
+    for (int side = 0; side < 2; side++) {
+        size_t const triangle = hinge->sides[side] / 3;
+        length += 0.5 * vec3_norm(vec3_sub(cloth_get_rest(def, triangle, hinge->vertices[1]),
+                                           cloth_get_rest(def, triangle, hinge->vertices[0])));
+    }
+    return length;
+}
+
 /* The same where lengths at rest are not those of rest_positions, from the fold alone: the edge's
  * length times the sum of both sides' outward unit conormals. */
 static double measure_kink(const cloth_model_def *def, const cloth_hinge *hinge) {
@@ -57,19 +68,15 @@ static double measure_kink(const cloth_model_def *def, const cloth_hinge *hinge)
     vec3 const along = vec3_sub(vec3_load(positions, hinge->vertices[1]), origin);
     double const inverse = 1.0 / vec3_norm2(along);
     vec3 conormals[2];
-    double length = 0.0; /* [m] of the edge at rest */
     for (int side = 0; side < 2; side++) {
         vec3 const offset = vec3_sub(vec3_load(positions, hinge->vertices[2 + side]), origin);
         double const foot = vec3_dot(offset, along) * inverse;
         conormals[side] = vec3_normalize(vec3_add_scaled(offset, along, -foot));
-        size_t const triangle = hinge->sides[side] / 3;
-        length += 0.5 * vec3_norm(vec3_sub(cloth_get_rest(def, triangle, hinge->vertices[1]),
-                                           cloth_get_rest(def, triangle, hinge->vertices[0])));
     }
     vec3 const sum = vec3_add(conormals[0], conormals[1]); /* inwards */
     vec3 const normal = vec3_normalize(vec3_cross(along, vec3_sub(conormals[0], conormals[1])));
     double const angle = -vec3_dot(normal, sum);
-    return fabs(angle) > FLAT_ANGLE ? length * angle : 0.0;
+    return fabs(angle) > FLAT_ANGLE ? measure_rest_edge(def, hinge) * angle : 0.0;
 }
 
 /* Fills hinge geometry and its softening in (0, 1]. */
@@ -110,6 +117,11 @@ static double fill_hinge(const cloth_model_def *def, const double *areas, size_t
     bool const is_flat =
         def->has_flat_rest &&
         def->has_flat_rest[def->vertex_materials ? def->vertex_materials[hinge->vertices[0]] : 0];
+    if (def->edge_folds && !isnan(def->edge_folds[edge])) {
+        /* Each conormal is turned by half the fold. */
+        rest->curvature = 2.0 * sin(0.5 * def->edge_folds[edge]) * measure_rest_edge(def, hinge);
+        return softening;
+    }
     rest->curvature = is_flat             ? 0.0
                       : def->rest_corners ? measure_kink(def, hinge)
                                           : measure_curvature(def, hinge, rest);

@@ -24,6 +24,9 @@ typedef struct cloth_model_def {
     const double *rest_corners;
     /* material_count: at rest nothing of it is folded, whatever rest_positions say; null: none */
     const bool *has_flat_rest;
+    /* [rad] by edge: its fold at rest whatever else says, positive for a ridge as seen from the
+     * front; NaN: nothing more is said. Null: of no edge */
+    const double *edge_folds;
     const tulle_material *materials; /* material_count, validated by material_validate */
     size_t material_count;
     const uint32_t *vertex_materials; /* vertex_count indices into materials; null: all use 0 */

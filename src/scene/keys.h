@@ -54,6 +54,7 @@ typedef struct rest_keys {
     const char *file;
     double uv, shrink;
     int folds;
+    schema_list creases;
 } rest_keys;
 
 typedef struct keyframe_keys {
@@ -85,6 +86,14 @@ typedef struct pin_keys {
     schema_vector pivot;
     double release;
 } pin_keys;
+
+typedef struct crease_keys {
+    schema_head head;
+    box_keys box;
+    line_keys line;
+    schema_indices vertices;
+    double angle;
+} crease_keys;
 
 typedef struct region_keys {
     schema_head head;
@@ -239,9 +248,9 @@ typedef struct scene_keys {
 } scene_keys;
 
 extern const schema_map scene_map, time_map, wind_map, mesh_map, curve_map, material_map, rest_map,
-    keyframe_map, box_map, line_map, pin_map, region_map, cloth_map, sequence_map, motion_map,
-    dynamic_map, row_map, grid_map, ring_map, spiral_map, copies_map, obstacle_map, pair_map,
-    material_pair_map, contact_map, solver_map, camera_map, picture_map;
+    keyframe_map, box_map, line_map, pin_map, region_map, crease_map, cloth_map, sequence_map,
+    motion_map, dynamic_map, row_map, grid_map, ring_map, spiral_map, copies_map, obstacle_map,
+    pair_map, material_pair_map, contact_map, solver_map, camera_map, picture_map;
 
 /* An integer that stands for "derived from the scene's seed". */
 #define SEED_AUTO ((uint64_t)1 << 60)

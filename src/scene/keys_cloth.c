@@ -109,6 +109,42 @@ const schema_map pin_map = {.title = "Pin",
                             MAP_OF(pin_table, pin_keys),
                             .needs_alternative = true};
 
+static const schema_key crease_table[] = {
+    {.name = "box",
+     .type = SCHEMA_MAP,
+     .map = &box_map,
+     .flags = SCHEMA_ALTERNATIVE | SCHEMA_OPTIONAL,
+     FIELD(crease_keys, box),
+     .meaning = "the edges whose ends lie in a box"},
+    {.name = "line",
+     .type = SCHEMA_MAP,
+     .map = &line_map,
+     .flags = SCHEMA_ALTERNATIVE | SCHEMA_OPTIONAL,
+     FIELD(crease_keys, line),
+     .meaning = "the edges whose ends lie along a segment"},
+    {.name = "vertices",
+     .type = SCHEMA_INDICES,
+     .flags = SCHEMA_ALTERNATIVE,
+     FIELD(crease_keys, vertices),
+     .meaning = "the edges whose ends are among these vertices, as in [0, 12, 40-49]"},
+    {.name = "angle",
+     .type = SCHEMA_NUMBER,
+     .unit = UNIT_ANGLE,
+     .flags = SCHEMA_REQUIRED,
+     .minimum = -3,
+     .maximum = 3,
+     FIELD(crease_keys, angle),
+     .meaning =
+         "by how much both sides are turned from flat at rest; positive: a ridge as seen from "
+         "the front, where triangles go round to the left"},
+};
+const schema_map crease_map = {.title = "Crease",
+                               .meaning =
+                                   "Edges that are folded at rest, whatever `folds` says. "
+                                   "Points are in scene coordinates, where the cloth starts.",
+                               MAP_OF(crease_table, crease_keys),
+                               .needs_alternative = true};
+
 /* In the order of REST_FOLDS_KEEP and so on. */
 static const char *const folds_words[] = {"keep", "flat", NULL};
 static const schema_key rest_table[] = {
@@ -140,6 +176,14 @@ static const schema_key rest_table[] = {
      .meaning =
          "keep: folds of the rest file, or of the start, are there at rest; flat: cloth wants "
          "to lie flat"},
+    {.name = "creases",
+     .type = SCHEMA_LIST,
+     .map = &crease_map,
+     .fallback = "[]",
+     .minimum = 0,
+     .maximum = 10000,
+     FIELD(rest_keys, creases),
+     .meaning = "edges that are folded at rest; of two of one edge the last counts"},
 };
 const schema_map rest_map = {
     .title = "Rest", .meaning = "The shape in which nothing pulls.", MAP_OF(rest_table, rest_keys)};

@@ -277,7 +277,7 @@ bool make_rest(const scene_work *scene, const cloth_keys *keys, const tulle_mesh
     rest_work work = {scene, keys, cloth, source->corner_uvs, source->triangle_lines, NULL};
     const rest_keys *const rest = &keys->rest;
     bool const is_uv = schema_is_given(&rest_map, rest, "uv");
-    bool is_good = find_regions(&work);
+    bool is_good = find_regions(&work) && list_creases(&work);
     if (is_good && is_uv) is_good = lay_out_texture(&work, rest);
     if (is_good && schema_is_given(&rest_map, rest, "file")) is_good = read_rest(&work, rest);
     if (is_good && rest->shrink != 1.0) is_good = shrink(&work, rest->shrink);

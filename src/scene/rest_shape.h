@@ -40,6 +40,8 @@ static inline const region_keys *get_region(const rest_work *work, size_t triang
 }
 /* Finds the region of each triangle. False after a problem: one has none, or memory is out. */
 bool find_regions(rest_work *work);
+/* Lists the edges of creases. False after a problem: a crease has none, or memory is out. */
+bool list_creases(const rest_work *work);
 /* Whether the triangles of a region have a grain of their own, or one shrinks. */
 bool has_region_grain(const rest_work *work);
 bool has_region_shrink(const rest_work *work);

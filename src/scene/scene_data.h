@@ -28,6 +28,8 @@ typedef struct scene_cloth {
     /* At rest, as of tulle_cloth_def; null: not given. */
     double *rest_positions, *rest_corners, *warps;
     bool has_flat_rest;
+    tulle_crease *creases;
+    size_t crease_count;
     tulle_pin *pins;
     size_t pin_count;
 } scene_cloth;

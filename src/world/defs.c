@@ -269,6 +269,8 @@ static tulle_status check_rest_corners(const tulle_cloth_def *def, const char *o
     return TULLE_OK;
 }
 
+static const double LARGEST_FOLD = 3.0; /* [rad]; sides folded onto each other have no normal */
+
 static tulle_status check_warps(const tulle_cloth_def *def, const char *owner, tulle_error *error) {
     for (size_t t = 0; def->warps && t < def->mesh.triangle_count; t++) {
         double const length = vec3_norm(vec3_load(def->warps, t));
@@ -277,6 +279,26 @@ static tulle_status check_warps(const tulle_cloth_def *def, const char *owner, t
                          "%s: the warp of triangle %zu has the length %g; it must lie between %g "
                          "and %g",
                          owner, t, length, SMALLEST_GRAIN, LARGEST);
+    }
+    return TULLE_OK;
+}
+
+static tulle_status check_creases(const tulle_cloth_def *def, const char *owner,
+                                  tulle_error *error) {
+    if (def->crease_count > 0 && !def->creases)
+        return error_set(error, TULLE_ERROR_INVALID_ARGUMENT, "%s: %zu creases, and no array",
+                         owner, def->crease_count);
+    for (size_t i = 0; i < def->crease_count; i++) {
+        const tulle_crease *const crease = &def->creases[i];
+        size_t const count = def->mesh.vertex_count;
+        if (crease->vertices[0] >= count || crease->vertices[1] >= count)
+            return error_set(error, TULLE_ERROR_INVALID_ARGUMENT,
+                             "%s: crease %zu lies between vertices %u and %u; there are %zu", owner,
+                             i, crease->vertices[0], crease->vertices[1], count);
+        if (!(fabs(crease->angle) <= LARGEST_FOLD))
+            return error_set(error, TULLE_ERROR_INVALID_ARGUMENT,
+                             "%s: the angle of crease %zu is %g; it must lie between %g and %g",
+                             owner, i, crease->angle, -LARGEST_FOLD, LARGEST_FOLD);
     }
     return TULLE_OK;
 }
@@ -304,6 +326,7 @@ tulle_status cloth_def_check(const tulle_cloth_def *def, tulle_membrane membrane
         status = check_finite(def->velocities, value_count, "velocity", owner, error);
     }
     if (status == TULLE_OK) status = check_warps(def, owner, error);
+    if (status == TULLE_OK) status = check_creases(def, owner, error);
     range_check const checks[] = {
         {"thickness", "m", def->thickness, 0.0, 1.0},
         {"velocity x", "m/s", def->velocity[0], -LARGEST, LARGEST},

@@ -56,6 +56,7 @@ static void destroy_cloth(memory *heap, world_cloth *cloth) {
     memory_release(heap, cloth->rest, vector_bytes);
     memory_release(heap, cloth->warps, 3 * cloth->mesh.triangle_count * sizeof(double));
     memory_release(heap, cloth->rest_corners, 9 * cloth->mesh.triangle_count * sizeof(double));
+    memory_release(heap, cloth->creases, cloth->crease_count * sizeof *cloth->creases);
     memory_release(heap, cloth->velocities, vector_bytes);
     for (size_t i = 0; cloth->pins && i < cloth->pin_count; i++) {
         world_pin *const pin = &cloth->pins[i];
@@ -147,6 +148,10 @@ static tulle_status copy_cloth(memory *heap, const tulle_cloth_def *def, world_c
     if (def->rest_corners)
         cloth->rest_corners =
             copy_array(heap, def->rest_corners, def->mesh.triangle_count, 9 * sizeof(double));
+    cloth->crease_count = def->crease_count;
+    if (def->crease_count > 0)
+        cloth->creases = copy_array(heap, def->creases, def->crease_count, sizeof *cloth->creases);
+    if (def->crease_count > 0 && !cloth->creases) return TULLE_ERROR_OUT_OF_MEMORY;
     if (!cloth->rest || !cloth->velocities || (def->warps && !cloth->warps) ||
         (def->rest_corners && !cloth->rest_corners))
         return TULLE_ERROR_OUT_OF_MEMORY;

@@ -49,6 +49,8 @@ typedef struct world_cloth {
     double *rest_corners; /* [m] 9 * triangle_count; null: those of `rest`; the same */
     double *warps;        /* 3 * triangle_count; null: along the grain; the same */
     bool has_flat_rest;
+    tulle_crease *creases; /* crease_count */
+    size_t crease_count;
     tulle_material material;
     double grain[3];
     uint32_t contact_material; /* among the world's, or TULLE_NONE */

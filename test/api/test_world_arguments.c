@@ -237,6 +237,17 @@ static void refuse_bad_rest(void) {
     def.warps = warps;
     for (int k = 1; k < 4; k++) warps[3 * TRIANGLES - k] = 0.0;
     refuse_cloth_def(&def);
+    def = make_cloth_def();
+    def.crease_count = 1;
+    refuse_cloth_def(&def);
+    tulle_crease crease = {{0, 1}, 0.0};
+    def.creases = &crease;
+    for (int i = 0; i < NO_NUMBER_COUNT; i++) {
+        crease.angle = no_numbers[i];
+        refuse_cloth_def(&def);
+    }
+    crease = (tulle_crease){{(uint32_t)def.mesh.vertex_count, 1}, 0.0};
+    refuse_cloth_def(&def);
 }
 
 ARGUMENTS_OF(tulle_world_add_cloth) {

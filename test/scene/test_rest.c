@@ -154,6 +154,22 @@ static void regions_shrink_and_turn_the_warp(void **state) {
     tulle_scene_destroy(loaded);
 }
 
+static void creases_are_edges(void **state) {
+    (void)state;
+    tulle_scene *const loaded =
+        load_cloth(CLOTH("rest: {creases: [{" BOX ", angle: 10 deg}, {line: {from: [0, 0, 0], to: "
+                         "[1, 1, 0]}, angle: -0.5}]}"));
+    const scene_cloth *const cloth = loaded->cloths;
+    /* 0 1, 1 2, 0 2, 2 3 from lower to higher; 3 0 and 2 0 are not. Then the diagonal. */
+    uint32_t const ends[] = {0, 1, 1, 2, 0, 2, 2, 3, 0, 2};
+    assert_int_equal(cloth->crease_count, 5);
+    for (size_t i = 0; i < 5; i++) {
+        assert_memory_equal(cloth->creases[i].vertices, ends + 2 * i, 2 * sizeof(uint32_t));
+        assert_true(fabs(cloth->creases[i].angle - (i < 4 ? 0.17453292519943295 : -0.5)) < 1e-15);
+    }
+    tulle_scene_destroy(loaded);
+}
+
 /* ---- notes ---- */
 
 typedef struct noted {
@@ -208,6 +224,11 @@ static const refusal refusals[] = {
     {CLOTH("grain_uv: [0, 0]"), dressed, NULL, 3, 11, "is no direction"},
     {CLOTH("rest: {uv: 1 mm}"), dressed, NULL, 3, 1, "with uv: 0.5 m it would be as large"},
     {CLOTH("rest: {uv: 0}"), dressed, NULL, 3, 12, "must be above 0 m"},
+    {CLOTH("rest: {creases: [{vertices: [1, 3], angle: 1}]}"), dressed, NULL, 3, 18,
+     "cloth[0].rest.creases[0]: no edge has both its ends in it; the cloth begins within"},
+    {CLOTH("rest: {creases: [{vertices: [1, 4], angle: 1}]}"), dressed, NULL, 3, 29,
+     "names vertex 4, must be below 4"},
+    {CLOTH("rest: {creases: [{vertices: [1, 2], angle: 4}]}"), dressed, NULL, 3, 44, "at most 3"},
     {CLOTH("regions: [{shrink: 0.9}]"), dressed, NULL, 3, 11, "vertices"},
     {CLOTH("regions: [{vertices: [0, 1], shrink: 0.9}]"), dressed, NULL, 3, 11,
      "cloth[0].regions[0]: no triangle has all its corners in it; the cloth begins within [0, 0, "
@@ -263,6 +284,7 @@ int main(void) {
         cmocka_unit_test(cloth_may_shrink),
         cmocka_unit_test(worlds_are_built_so),
         cmocka_unit_test(regions_shrink_and_turn_the_warp),
+        cmocka_unit_test(creases_are_edges),
         cmocka_unit_test(odd_rest_shapes_are_noted),
         cmocka_unit_test(refusals_name_their_place),
     };

@@ -169,6 +169,50 @@ static bool list_clamps(tulle_world *world, uint32_t **clamps) {
     return true;
 }
 
+static size_t find_edge(const tulle_world *world, uint32_t a, uint32_t b) {
+    uint32_t const low = a < b ? a : b, high = a < b ? b : a;
+    const uint32_t *const edges = world->topo.edges;
+    size_t begin = 0, end = world->cloth_edge_count;
+    while (begin < end) {
+        size_t const middle = begin + (end - begin) / 2;
+        const uint32_t *const ends = edges + 2 * middle;
+        if (ends[0] < low || (ends[0] == low && ends[1] < high))
+            begin = middle + 1;
+        else
+            end = middle;
+    }
+    bool const is_there =
+        begin < world->cloth_edge_count && edges[2 * begin] == low && edges[2 * begin + 1] == high;
+    return is_there ? begin : SIZE_MAX;
+}
+
+/* By edge of cloth: the fold [rad] that a crease gives it; NaN: none does. Null without creases. */
+static tulle_status list_folds(tulle_world *world, double **folds, tulle_error *error) {
+    size_t count = 0;
+    *folds = NULL;
+    for (size_t i = 0; i < world->cloths.count; i++) count += world->cloths.data[i].crease_count;
+    if (count == 0) return TULLE_OK;
+    double *const by_edge = ARENA_NEW(&world->scratch, double, world->cloth_edge_count);
+    if (!by_edge) return TULLE_ERROR_OUT_OF_MEMORY;
+    for (size_t e = 0; e < world->cloth_edge_count; e++) by_edge[e] = (double)NAN;
+    for (size_t i = 0; i < world->cloths.count; i++) {
+        const world_cloth *const cloth = &world->cloths.data[i];
+        for (size_t k = 0; k < cloth->crease_count; k++) {
+            const tulle_crease *const crease = &cloth->creases[k];
+            size_t const edge = find_edge(world, cloth->vertex_begin + crease->vertices[0],
+                                          cloth->vertex_begin + crease->vertices[1]);
+            if (edge == SIZE_MAX)
+                return error_set(error, TULLE_ERROR_INVALID_ARGUMENT,
+                                 "'%s': crease %zu lies between vertices %u and %u, which no edge "
+                                 "joins",
+                                 cloth->name, k, crease->vertices[0], crease->vertices[1]);
+            by_edge[edge] = crease->angle;
+        }
+    }
+    *folds = by_edge;
+    return TULLE_OK;
+}
+
 /* Forces and masses of all cloth together. Leaves it to the caller to say that memory is short. */
 static tulle_status build_model(tulle_world *world, tulle_error *error) {
     arena_mark const mark = arena_get_mark(&world->scratch);
@@ -178,6 +222,9 @@ static tulle_status build_model(tulle_world *world, tulle_error *error) {
     uint32_t *clamps;
     if (!materials || !list_rest(world, &rest) || !list_clamps(world, &clamps))
         return TULLE_ERROR_OUT_OF_MEMORY;
+    double *folds;
+    tulle_status status = list_folds(world, &folds, error);
+    if (status != TULLE_OK) return status;
     for (size_t i = 0; i < cloth_count; i++) {
         materials[i] = world->cloths.data[i].material;
         if (world->response->has_linear_springs) {
@@ -194,11 +241,12 @@ static tulle_status build_model(tulle_world *world, tulle_error *error) {
                                  .membrane = world->def.membrane,
                                  .rest_corners = rest.corners,
                                  .has_flat_rest = rest.has_flat_rest,
+                                 .edge_folds = folds,
                                  .vertex_clamps = clamps,
                                  .warps = rest.warps};
     world->model = memory_allocate_zeroed(&world->heap, 1, sizeof *world->model);
     if (!world->model) return TULLE_ERROR_OUT_OF_MEMORY;
-    tulle_status status = cloth_model_build(&world->heap, &def, world->model, error);
+    status = cloth_model_build(&world->heap, &def, world->model, error);
     arena_release(&world->scratch, mark);
     if (status != TULLE_OK) {
         memory_release(&world->heap, world->model, sizeof *world->model);
@@ -225,6 +273,13 @@ static uint64_t hash_defs(const tulle_world *world) {
     hash = hash_bytes(hash, &world->cloths.count, sizeof world->cloths.count);
     hash = hash_bytes(hash, &world->obstacles.count, sizeof world->obstacles.count);
     hash = hash_bytes(hash, world->rest, vector_bytes);
+    for (size_t i = 0; i < world->cloths.count; i++) {
+        const world_cloth *const cloth = &world->cloths.data[i];
+        for (size_t k = 0; k < cloth->crease_count; k++) {
+            hash = hash_bytes(hash, cloth->creases[k].vertices, sizeof cloth->creases[k].vertices);
+            hash = hash_bytes(hash, &cloth->creases[k].angle, sizeof cloth->creases[k].angle);
+        }
+    }
     hash =
         hash_bytes(hash, world->topo.triangles, 3 * world->topo.triangle_count * sizeof(uint32_t));
     hash = hash_bytes(hash, world->inverse_masses, world->vertex_count * sizeof(double));
