@@ -141,7 +141,7 @@ typedef struct tulle_world_def {
     tulle_world_detection detection;     /* default: certified patches that are kept */
     tulle_response response;             /* default TULLE_RESPONSE_COUPLED */
     tulle_motion_space motion_space;     /* of TULLE_RESPONSE_PAPER */
-    tulle_membrane membrane;             /* default TULLE_MEMBRANE_SPRINGS */
+    tulle_membrane membrane;             /* default TULLE_MEMBRANE_WOVEN   */
     tulle_on_overstretch on_overstretch; /* default TULLE_ON_OVERSTRETCH_WARN */
     double cg_tolerance;                 /* relative preconditioned residual, 1e-12 .. 1e-1 */
     int cg_max_iterations;               /* limit of a linear solve, 1 .. 1e6 */

@@ -100,6 +100,13 @@ tulle_status measure_wind_work(const cloth_model *model, const motion_state *sta
                                const double *mean, wind_work_options options, arena *scratch,
                                double *work);
 
+/* The most that a yarn of woven cloth grows from one state to another, as a share of its limit:
+ * where it is longer than two fifths of the limit, and than it was. Returns TULLE_OK or
+ * TULLE_ERROR_OUT_OF_MEMORY. */
+tulle_status cloth_measure_yarn_growth(const cloth_model *model, const double *starts,
+                                       const double *ends, int threads, arena *scratch,
+                                       double *growth);
+
 /* Velocities v1 at the end of the step from the mean velocity u; `mean` and `velocities` may be the
  * same array. Without damping v1 is u for implicit Euler, 2 u - v0 for Crank-Nicolson, and
  * 3/2 u - 1/2 previous u for BDF2; see `share` of linear_system. Vertices with is_fixed (may be

@@ -62,6 +62,35 @@ void gather_elements(const assembly *work, uint32_t vertex, vertex_sum *sum) {
     }
 }
 
+typedef struct growth_task {
+    membrane_motion motion;
+    const double *ends;
+    double *parts; /* one a chunk */
+} growth_task;
+
+static void find_growth(void *context, size_t begin, size_t end, size_t chunk, int worker) {
+    (void)worker;
+    const growth_task *const task = context;
+    task->parts[chunk] = TULLE_PICK_KERNEL(find_yarn_growth)(&task->motion, task->ends, begin, end);
+}
+
+tulle_status cloth_measure_yarn_growth(const cloth_model *model, const double *starts,
+                                       const double *ends, int threads, arena *scratch,
+                                       double *growth) {
+    arena_mark const mark = arena_get_mark(scratch);
+    size_t const chunks = parallel_chunk_count(model->triangle_count, ELEMENTS_PER_CHUNK);
+    growth_task task = {
+        {.elements = model->elements, .fabrics = model->fabrics, .positions = starts},
+        ends,
+        ARENA_NEW(scratch, double, chunks)};
+    *growth = 0.0;
+    if (!task.parts) return TULLE_ERROR_OUT_OF_MEMORY;
+    parallel_for(model->triangle_count, ELEMENTS_PER_CHUNK, threads, find_growth, &task);
+    for (size_t i = 0; i < chunks; i++) *growth = fmax(*growth, task.parts[i]);
+    arena_release(scratch, mark);
+    return TULLE_OK;
+}
+
 static double measure_strain(const membrane_element *element, const double *positions, int yarn) {
     vec3 const origin = vec3_load(positions, element->corners[0]);
     vec3 length = {0.0, 0.0, 0.0};

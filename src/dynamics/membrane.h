@@ -71,6 +71,10 @@ TULLE_DECLARE_KERNEL(void, fill_membrane, (const membrane_motion *motion, size_t
 TULLE_DECLARE_KERNEL(double, sum_membrane_excess,
                      (const membrane_motion *motion, const double *mean, size_t begin, size_t end))
 
+/* Of these elements, see cloth_measure_yarn_growth. */
+TULLE_DECLARE_KERNEL(double, find_yarn_growth,
+                     (const membrane_motion *motion, const double *ends, size_t begin, size_t end))
+
 typedef struct membrane_energy {
     double energy;        /* [J] */
     double max_stretch;   /* largest length over rest length of a yarn */

@@ -369,7 +369,7 @@ static const schema_key scene_table[] = {
     {.name = "membrane",
      .type = SCHEMA_CHOICE,
      .choices = membrane_words,
-     .fallback = "springs",
+     .fallback = "woven",
      FIELD(scene_keys, membrane),
      .meaning =
          "what cloth is made of. woven: yarns of warp and weft, and shear, the same on every "

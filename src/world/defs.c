@@ -29,7 +29,7 @@ tulle_world_def tulle_world_def_default(void) {
                       .has_certificate = 1},
         .response = TULLE_RESPONSE_COUPLED,
         .motion_space = TULLE_MOTION_SPACE_POLYHEDRAL,
-        .membrane = TULLE_MEMBRANE_SPRINGS,
+        .membrane = TULLE_MEMBRANE_WOVEN,
         .on_overstretch = TULLE_ON_OVERSTRETCH_WARN,
         .cg_tolerance = settings.cg_tolerance,
         .cg_max_iterations = settings.cg_max_iterations,

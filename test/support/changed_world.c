@@ -55,8 +55,12 @@ static void convert_rotation(const change *how, const double from[4], double to[
 
 static tulle_material convert_material(const change *how, tulle_material material) {
     material.area_density = convert(how, material.area_density, -2, 0, 1);
-    material.springs.stretch_stiffness = convert(how, material.springs.stretch_stiffness, 0, -2, 1);
-    material.springs.bend_stiffness = convert(how, material.springs.bend_stiffness, 2, -2, 1);
+    double *const forces[] = {&material.warp.stiffness, &material.weft.stiffness,
+                              &material.shear.stiffness, &material.springs.stretch_stiffness};
+    for (size_t i = 0; i < 4; i++) *forces[i] = convert(how, *forces[i], 0, -2, 1);
+    double *const moments[] = {&material.bend_warp, &material.bend_weft, &material.bend_twist,
+                               &material.springs.bend_stiffness};
+    for (size_t i = 0; i < 4; i++) *moments[i] = convert(how, *moments[i], 2, -2, 1);
     material.stretch_damping = convert(how, material.stretch_damping, 0, 1, 0);
     material.bend_damping = convert(how, material.bend_damping, 0, 1, 0);
     material.air_damping = convert(how, material.air_damping, 0, -1, 0);
@@ -151,6 +155,8 @@ static void add_object(changed_world *own, size_t index) {
             pinned[i] = own->places[index][object->pins[i]];
         tulle_pin const pin = {pinned, object->pin_count, motion, INFINITY};
         def.mesh = mesh;
+        double const warp[3] = {def.grain[0], def.grain[1], def.grain[2]};
+        turn(how, warp, def.grain);
         def.material = convert_material(how, def.material);
         def.material.friction = own->scene->friction;
         def.pins = object->pin_count > 0 ? &pin : NULL;
@@ -178,6 +184,7 @@ changed_world changed_world_make(const plain_scene *scene, const change *how) {
     def.minimum_gap = convert(how, 0x1p-13, 1, 0, 0);
     def.friction_cloth_cloth = scene->friction;
     def.integrator = scene->integrator;
+    def.membrane = scene->membrane;
     def.threads = 1;
     if (scene->cg_tolerance > 0.0) def.cg_tolerance = scene->cg_tolerance;
     if (tulle_world_create(&def, &own.world, &error) != TULLE_OK) fail_msg("%s", error.message);

@@ -28,6 +28,7 @@ typedef struct plain_scene {
     double air_speed;    /* [m/s] along each axis, of a steady wind along (3, 2, 1) */
     double cg_tolerance; /* 0: the default */
     tulle_integrator integrator;
+    tulle_membrane membrane;
 } plain_scene;
 
 /* How a scene is told. A place x becomes length (matrix x + shift). */

@@ -20,6 +20,7 @@ contact_world contact_world_make(void) {
                                         .stretch_damping = 5e-4,
                                         .bend_damping = 2e-3,
                                         .friction_across = 1.0}};
+    world.def.membrane = TULLE_MEMBRANE_SPRINGS;
     world.def.contact_distance = 3e-3;
     world.def.minimum_gap = default_contact_settings.minimum_gap;
     world.def.detection.method = TULLE_DETECT_REFIT; /* no pair is left out */

@@ -129,6 +129,7 @@ static void add_box(edge_run *run) {
 static edge_run make_run(const edge_case *edge) {
     edge_run run = {.edge = edge};
     tulle_world_def def = tulle_world_def_default();
+    def.membrane = TULLE_MEMBRANE_SPRINGS;
     def.contact_distance = edge->contact_distance;
     def.threads = 1;
     assert_int_equal(tulle_world_create(&def, &run.world, NULL), TULLE_OK);

@@ -13,14 +13,18 @@
 
 #include <cmocka.h>
 
-static const uint64_t GOLDEN = UINT64_C(0x66c239316d30483c);
-/* Of finer sheets, whose solves are in single precision. */
-static const uint64_t GOLDEN_FINE = UINT64_C(0x72010af3c0f2151f);
+typedef struct golden {
+    uint64_t coarse, fine; /* fine: sheets whose solves are in single precision */
+} golden;
+static const golden GOLDEN[] = {
+    [TULLE_MEMBRANE_WOVEN] = {UINT64_C(0xd30c7cda84f8552d), UINT64_C(0x1b50dc358c97a59b)},
+    [TULLE_MEMBRANE_SPRINGS] = {UINT64_C(0x66c239316d30483c), UINT64_C(0x72010af3c0f2151f)}};
 
 /* Two sheets fall on a box with its edges up and are pushed by one that moves: forces, contacts
  * with friction, impacts, all of them without functions of the system's mathematics library, whose
  * last bits differ between versions. */
-static uint64_t run_small_world(int threads, uint32_t refinement, int steps) {
+static uint64_t run_small_world(tulle_membrane membrane, int threads, uint32_t refinement,
+                                int steps) {
     tulle_mesh sheets[2] = {small_sheet(0.5, 11 * refinement, 0.002),
                             small_sheet(0.4, 9 * refinement, 0.012)};
     tulle_shape_def box = tulle_shape_def_default(TULLE_SHAPE_BOX);
@@ -29,6 +33,7 @@ static uint64_t run_small_world(int threads, uint32_t refinement, int steps) {
     tulle_mesh obstacles[2] = {small_shape(box, 0.0, 0.0, -0.055),
                                small_shape(box, 0.36, 0.0, -0.055)};
     tulle_world_def def = tulle_world_def_default();
+    def.membrane = membrane;
     def.threads = threads;
     tulle_world *world = NULL;
     assert_int_equal(tulle_world_create(&def, &world, NULL), TULLE_OK);
@@ -60,28 +65,41 @@ static uint64_t run_small_world(int threads, uint32_t refinement, int steps) {
     return hash;
 }
 
-static void check_hash(uint32_t refinement, int steps, uint64_t golden) {
+static void check_hash(tulle_membrane membrane, uint32_t refinement, int steps, uint64_t wanted) {
     int const threads[] = {1, 2, 5};
     for (int k = 0; k < 3; k++) {
-        uint64_t const hash = run_small_world(threads[k], refinement, steps);
-        if (hash != golden) {
-            fail_msg("%d threads: the hash is UINT64_C(0x%016" PRIx64 ")", threads[k], hash);
+        uint64_t const hash = run_small_world(membrane, threads[k], refinement, steps);
+        if (hash != wanted) {
+            fail_msg("membrane %d, %d threads: the hash is UINT64_C(0x%016" PRIx64 ")",
+                     (int)membrane, threads[k], hash);
         }
     }
 }
 
-static void hash_is_the_golden_one(void **state) {
+static void woven_hash_is_the_golden_one(void **state) {
     (void)state;
-    check_hash(1, 24, GOLDEN);
+    check_hash(TULLE_MEMBRANE_WOVEN, 1, 24, GOLDEN[TULLE_MEMBRANE_WOVEN].coarse);
 }
 
-static void fine_hash_is_the_golden_one(void **state) {
+static void fine_woven_hash_is_the_golden_one(void **state) {
     (void)state;
-    check_hash(3, 12, GOLDEN_FINE);
+    check_hash(TULLE_MEMBRANE_WOVEN, 3, 12, GOLDEN[TULLE_MEMBRANE_WOVEN].fine);
+}
+
+static void hash_of_springs_is_the_golden_one(void **state) {
+    (void)state;
+    check_hash(TULLE_MEMBRANE_SPRINGS, 1, 24, GOLDEN[TULLE_MEMBRANE_SPRINGS].coarse);
+}
+
+static void fine_hash_of_springs_is_the_golden_one(void **state) {
+    (void)state;
+    check_hash(TULLE_MEMBRANE_SPRINGS, 3, 12, GOLDEN[TULLE_MEMBRANE_SPRINGS].fine);
 }
 
 int main(void) {
-    const struct CMUnitTest tests[] = {cmocka_unit_test(hash_is_the_golden_one),
-                                       cmocka_unit_test(fine_hash_is_the_golden_one)};
+    const struct CMUnitTest tests[] = {cmocka_unit_test(woven_hash_is_the_golden_one),
+                                       cmocka_unit_test(fine_woven_hash_is_the_golden_one),
+                                       cmocka_unit_test(hash_of_springs_is_the_golden_one),
+                                       cmocka_unit_test(fine_hash_of_springs_is_the_golden_one)};
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -76,6 +76,7 @@ static tulle_obstacle_id add_floor(tulle_world *world, double restitution) {
 static tulle_world *make_world(double gravity, double friction) {
     tulle_world_def def = tulle_world_def_default();
     tulle_world *world;
+    def.membrane = TULLE_MEMBRANE_SPRINGS;
     def.gravity[2] = -gravity;
     def.friction_cloth_cloth = friction;
     def.contact_distance = 3e-3;

@@ -30,6 +30,7 @@ static void destroy_scene(scene *of) {
 
 static tulle_world *make_world(const scene *of, tulle_response response, tulle_motion_space space) {
     tulle_world_def def = tulle_world_def_default();
+    def.membrane = TULLE_MEMBRANE_SPRINGS;
     def.response = response;
     def.motion_space = space;
     def.threads = 2;
@@ -106,6 +107,7 @@ static void saved_states_go_on(void **state) {
 /* Very stiff sheets that stick hard, slide easily and rebound fully, in a world of their own. */
 static tulle_world *make_rebounding(const scene *of, tulle_integrator integrator) {
     tulle_world_def def = tulle_world_def_default();
+    def.membrane = TULLE_MEMBRANE_SPRINGS;
     def.response = TULLE_RESPONSE_PAPER;
     def.motion_space = TULLE_MOTION_SPACE_POLYHEDRAL;
     def.integrator = integrator;

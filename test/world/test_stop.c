@@ -45,6 +45,7 @@ static tulle_world *make_world(const stop_case *test) {
     box.size[2] = 0.1;
     tulle_mesh boxes[2] = {small_shape(box, 0.0, 0.0, -0.055), small_shape(box, 0.0, 0.0, 0.15)};
     tulle_world_def def = tulle_world_def_default();
+    def.membrane = TULLE_MEMBRANE_SPRINGS;
     def.threads = test->threads;
     def.response = test->response;
     def.start_intersections = TULLE_START_IGNORE;

@@ -288,6 +288,7 @@ static void pinch(tulle_on_pinch choice) {
     box.size[2] = 0.1;
     tulle_mesh plates[2] = {small_shape(box, 0, 0, -0.06), small_shape(box, 0, 0, 0.06)};
     tulle_world_def def = tulle_world_def_default();
+    def.membrane = TULLE_MEMBRANE_SPRINGS;
     def.on_pinch = choice;
     tulle_world *const world = make_world(def);
     small_add_cloth(world, &sheet);

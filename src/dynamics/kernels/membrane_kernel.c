@@ -25,6 +25,13 @@
  * the yarn that they have there. */
 static const double COLLAPSED_LENGTH = 0.1;
 
+/* Where a vertex is squeezed, a rough solve can throw it metres off. What is linearised there has
+ * lost its stiffness within the cloth. So guesses go no farther than to this many lengths. */
+static const double GUESS_LENGTH = 4.0;
+
+/* Of its limit, a yarn may take this share within a substep before growth counts. */
+static const double FREE_SHARE = 0.4;
+
 /* Numbers of eight elements, gathered. Lanes beyond the last element repeat it. */
 typedef struct lanes_of_curve {
     double stiffness[DOUBLE_LANES], inv_knee2[DOUBLE_LANES], limit[DOUBLE_LANES],
@@ -333,6 +340,24 @@ SIMD_INLINE void couple_yarns(linearisation *line) {
     line->all.cross = part * line->all.shear;
 }
 
+/* The part of the way on which no yarn gets longer than GUESS_LENGTH times what it is at the start,
+ * or at rest where that is more. */
+SIMD_INLINE yarn_vectors limit_way(const yarn_vectors *start, yarn_vectors way, double time_step) {
+    double8 const one = double8_fill(1.0), h = double8_fill(time_step);
+    double8 part = one;
+    for (int yarn = 0; yarn < YARN_COUNT; yarn++) {
+        vec3x8 const f = start->a[yarn], d = vec3x8_scale(way.a[yarn], h);
+        double8 const ff = vec3x8_dot(f, f), fd = vec3x8_dot(f, d), dd = vec3x8_dot(d, d);
+        double8 const room = double8_fill(GUESS_LENGTH * GUESS_LENGTH) * double8_max(ff, one) - ff;
+        /* ff + 2 p fd + p p dd = ff + room */
+        double8 const most = (double8_sqrt(fd * fd + dd * room) - fd) / dd;
+        bool8 const is_long = double8_greater(dd + 2.0 * fd, room);
+        part = double8_select(is_long, double8_min(part, most), part);
+    }
+    for (int yarn = 0; yarn < YARN_COUNT; yarn++) way.a[yarn] = vec3x8_scale(way.a[yarn], part);
+    return way;
+}
+
 SIMD_INLINE linearisation linearise(const membrane_motion *motion, const element_batch *batch,
                                     bool needs_first) {
     linearisation line = {.start = measure(differentiate(batch, motion->positions))};
@@ -340,7 +365,8 @@ SIMD_INLINE linearisation linearise(const membrane_motion *motion, const element
     if (!motion->guess || needs_first) line.first = respond(batch, &line.start, NULL);
     line.response = line.first;
     if (motion->guess) {
-        line.way = differentiate(batch, motion->guess);
+        line.way =
+            limit_way(&line.start.lengths, differentiate(batch, motion->guess), motion->time_step);
         line.at = measure(
             yarns_add_scaled(line.start.lengths, line.way, double8_fill(motion->time_step)));
         line.response = respond(batch, &line.at, &line.start);
@@ -442,6 +468,27 @@ double TULLE_KERNEL(sum_membrane_excess)(const membrane_motion *motion, const do
         for (size_t k = 0; k < count; k++) sum += excess[k];
     }
     return sum;
+}
+
+double TULLE_KERNEL(find_yarn_growth)(const membrane_motion *motion, const double *ends,
+                                      size_t begin, size_t end) {
+    double most = 0.0;
+    for (; begin < end; begin += DOUBLE_LANES) {
+        size_t const count = count_lanes(begin, end);
+        element_batch batch;
+        double growth[DOUBLE_LANES];
+        gather_elements(motion, begin, count, &batch);
+        element_state const first = measure(differentiate(&batch, motion->positions));
+        element_state const last = measure(differentiate(&batch, ends));
+        for (int yarn = 0; yarn < YARN_COUNT; yarn++) {
+            double8 const limit = double8_load(batch.yarns[yarn].limit);
+            double8 const free = double8_fill(FREE_SHARE) * limit;
+            double8 const grown = last.strains[yarn] - double8_max(first.strains[yarn], free);
+            double8_store(growth, grown / limit);
+            for (size_t k = 0; k < count; k++) most = fmax(most, growth[k]);
+        }
+    }
+    return most;
 }
 
 membrane_energy TULLE_KERNEL(sum_membrane_energy)(const membrane_motion *motion, size_t begin,

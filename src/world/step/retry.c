@@ -14,7 +14,7 @@
  *   in a substep                       |                                     |
  *   its contacts wake bodies           | the substep with them awake         | once for each body
  *   a contact makes a body turn too far| as long as the turn allows          | until it fits
- *   an edge grows, energy is gained    | half the length                     | while over 1/4 step
+ *   cloth grows, energy is gained      | half the length                     | while over 1/4 step
  *   a part of the time passed          | the rest as another substep         | 48 a go at the step
  *   stuck while a script moves         | substeps shorter by 4, half reserve | 3
  *   stuck with nothing on a script     | cloth and bodies stand still        | to its end

@@ -22,24 +22,20 @@
 /* [s] The integrators say nothing sensible beyond it. */
 static const double TIME_STEP_MAX = 1.0;
 
-/* An edge may grow by this share of its rest length in one substep. If it grows more, the solve has
- * not carried a hard landing into the cloth: vertices stop while their neighbours fly on. */
-static const double STRETCH_GROWTH_MAX = 0.25;
-
 /* Looks at the motion of stages 7 and 8 before it is committed; may end the substep. No stage of
  * its own: its time counts as that of stage 7. */
 static tulle_status judge_motion(step_context *context) {
     world_note_loss(context);
-    tulle_status const status = world_wake_pressed(context);
+    tulle_status status = world_wake_pressed(context);
     if (status == TULLE_OK && context->outcome == SUBSTEP_RUNS) {
         if (world_turns_too_far(context))
             context->outcome = SUBSTEP_TURNS;
         else if (world_may_refuse_gain(context) && world_gains_too_much(context))
             context->outcome = SUBSTEP_GAINS;
-        else if (world_may_halve(context) &&
-                 world_measure_stretch_growth(context) > STRETCH_GROWTH_MAX)
-            context->outcome = SUBSTEP_STRETCHES;
-        else if (context->scene.response->may_tear_cloth && world_check_torn(context) != TULLE_OK)
+        else if (world_may_halve(context))
+            status = world_judge_stretch(context);
+        if (status == TULLE_OK && context->outcome == SUBSTEP_RUNS &&
+            context->scene.response->may_tear_cloth && world_check_torn(context) != TULLE_OK)
             return TULLE_ERROR_STEP_FAILED;
     }
     return world_end_stage(context, STAGE_SOLVE_MOTION, status);

@@ -224,9 +224,10 @@ tulle_status world_measure_cloths(const step_context *context, const double *pos
  * small slack; 0 where it need not keep a balance. */
 tulle_status world_measure_gain(step_context *context);
 
-/* stretch.c: largest growth of an edge's stretch, beyond a stretch that cloth may have, from the
- * start of the substep to context->end. */
-double world_measure_stretch_growth(const step_context *context);
+/* stretch.c: ends the substep where edges, or yarns of woven cloth, grow too much from its start to
+ * context->end: then the solve has not carried a hard landing into the cloth, and vertices stop
+ * while their neighbours fly on. */
+tulle_status world_judge_stretch(step_context *context);
 /* stretch.c: an error where an edge jumps to over four times its rest length, which is no motion of
  * cloth. */
 tulle_status world_check_torn(const step_context *context);

@@ -3,11 +3,16 @@
 #include "world/step/step.h"
 
 #include "base/error.h"
+#include "dynamics/compute_forces.h"
 
 #include <math.h>
 
-/* Growth that only takes up slack is free up to this stretch. */
-static const double STRETCH_FREE = 1.15;
+/* Growth that only takes up slack is free up to this stretch. An edge may grow by this share of its
+ * rest length in one substep. */
+static const double STRETCH_FREE = 1.15, STRETCH_GROWTH_MAX = 0.25;
+
+/* A yarn may grow by this share of its limit in one substep, beyond what is free (dynamics). */
+static const double YARN_GROWTH_MAX = 0.1;
 
 /* A torn edge is longer than this times its rest length and grows by this factor in one substep. By
  * the paper's response no other vertex gains what one loses, so contact can give energy on and on.
@@ -29,7 +34,7 @@ static edge_lengths measure_lengths(const step_context *context, size_t edge) {
     return (edge_lengths){lengths[0], lengths[1], lengths[2]};
 }
 
-double world_measure_stretch_growth(const step_context *context) {
+static double measure_edge_growth(const step_context *context) {
     double largest = 0.0;
     for (size_t e = 0; e < context->world->cloth_edge_count; e++) {
         edge_lengths const length = measure_lengths(context, e);
@@ -37,6 +42,25 @@ double world_measure_stretch_growth(const step_context *context) {
         largest = fmax(largest, length.end / length.rest - before);
     }
     return largest;
+}
+
+tulle_status world_judge_stretch(step_context *context) {
+    tulle_world *const world = context->world;
+    bool is_too_much;
+    /* The paper's response stretches stiff yarns whatever the length of the substep. */
+    if (world->model->elements && !context->scene.response->may_tear_cloth) {
+        double growth;
+        tulle_status const status =
+            cloth_measure_yarn_growth(world->model, context->state->positions, context->end,
+                                      world->threads, &world->scratch, &growth);
+        if (status != TULLE_OK)
+            return error_set(context->error, status, "no memory left for the stretch of yarns");
+        is_too_much = growth > YARN_GROWTH_MAX;
+    } else {
+        is_too_much = measure_edge_growth(context) > STRETCH_GROWTH_MAX;
+    }
+    if (is_too_much) context->outcome = SUBSTEP_STRETCHES;
+    return TULLE_OK;
 }
 
 tulle_status world_check_torn(const step_context *context) {

@@ -98,6 +98,7 @@ static double measure_balance(const tulle_world *world, const double *before,
  * over what there was. */
 static double throw_ball(double time_step) {
     tulle_world_def def = tulle_world_def_default();
+    def.membrane = TULLE_MEMBRANE_SPRINGS;
     for (int k = 0; k < 3; k++) def.gravity[k] = 0.0;
     tulle_world *const world = bodies_make_world(&def, false);
     tulle_mesh sheet = small_sheet(1.0, 17, 0.0);
@@ -172,6 +173,7 @@ static void rest_on_sheet(double ratio, double area_density, double most_jitter,
                           double highest) {
     int const steps = 450;
     tulle_world_def def = tulle_world_def_default();
+    def.membrane = TULLE_MEMBRANE_SPRINGS;
     tulle_world *const world = bodies_make_world(&def, false);
     tulle_mesh sheet = small_sheet(1.0, 13, 0.0);
     tulle_mesh ball = bodies_make_ball(0.15, 4, (double[3]){0.0, 0.0, 0.16});

@@ -48,6 +48,7 @@ static void pin_upper_edge(tulle_world *world, const tulle_mesh *sheet) {
 
 static vise make_vise(tulle_on_pinch choice, vise_times times) {
     tulle_world_def def = tulle_world_def_default();
+    def.membrane = TULLE_MEMBRANE_SPRINGS;
     def.on_pinch = choice;
     def.contact_distance = CONTACT_DISTANCE;
     def.threads = 1;
