@@ -1,14 +1,16 @@
 /* What one linearisation costs (the stage compute_forces), part by part: a sheet of springs and a
  * woven one, on one thread. A part is the difference between the whole and the whole without it.
  * Rounds go through all cases in turn, so that other work on the machine meets them alike. Prints
- * Markdown. Usage: bench_forces [rounds] [vertices a side] [case]
+ * Markdown. Usage: bench_forces [rounds] [vertices a side] [case] [vector width: 0, 1, 2]
  *
- * With a case that one alone runs: run it under callgrind with two numbers of rounds to count the
- * instructions of a round. */
+ * With a case (0 ..) that one alone runs: run it under callgrind with two numbers of rounds to
+ * count the instructions of a round. The hash is that of all systems: the same bits on every vector
+ * width. */
 #include "base/hash.h"
 #include "base/timer.h"
 #include "dynamics/compute_forces.h"
 
+#include <inttypes.h>
 #include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -165,6 +167,15 @@ typedef struct bench_time {
     double least, median; /* [ms] */
 } bench_time;
 
+static uint64_t hash_system(const bench_cloth *cloth, uint64_t hash) {
+    const linear_system *const system = &cloth->system;
+    size_t const count = 3 * system->vertex_count * sizeof(double);
+    hash = hash_bytes(hash, system->matrix.values,
+                      BLOCK_NUMBERS * system->matrix.block_count * sizeof(double));
+    hash = hash_bytes(hash, system->right_hand_side, count);
+    return hash_bytes(hash, system->forces, count);
+}
+
 static void print_times(const bench_sheet *sheet, const bench_cloth *const *cloths,
                         const bench_time *times) {
     for (size_t m = 0; m < MEMBRANE_COUNT; m++) {
@@ -180,11 +191,15 @@ static void print_times(const bench_sheet *sheet, const bench_cloth *const *clot
         printf("| %s | %.3f | %.3f |\n", parts[4], of[4].least, of[4].median);
         printf("| all of a later linearisation | %.3f | %.3f |\n", of[5].least, of[5].median);
         const bench_cloth *const cloth = cloths[m * CASE_COUNT + 1];
+        uint64_t hash = HASH_SEED;
+        for (size_t k = 0; k < CASE_COUNT; k++)
+            hash = hash_system(cloths[m * CASE_COUNT + k], hash);
         double const count = (double)sheet->vertex_count;
         printf("\nBytes a particle: model %.0f, system %.0f, scratch %.0f; numbers of the bending "
-               "matrix beside the blocks %.1f.\n",
+               "matrix beside the blocks %.1f. Hash %016" PRIx64 ".\n",
                (double)cloth->model_bytes / count, (double)cloth->system_bytes / count,
-               (double)cloth->scratch.most_used / count, (double)cloth->model.scalar_count / count);
+               (double)cloth->scratch.most_used / count, (double)cloth->model.scalar_count / count,
+               hash);
     }
 }
 
@@ -193,6 +208,7 @@ int main(int argc, char **argv) {
     size_t const side = argc > 2 ? (size_t)atoi(argv[2]) : 99;
     int const only = argc > 3 ? atoi(argv[3]) : -1;
     enum { ALL_CASES = MEMBRANE_COUNT * CASE_COUNT };
+    check(argc < 5 || kernel_target_force((kernel_target)atoi(argv[4])), "that vector width");
     check(rounds > 0 && side > 1 && only < ALL_CASES, "the reading of the numbers given");
     memory heap = memory_default();
     bench_sheet sheet;

@@ -41,7 +41,9 @@ typedef struct assembly {
     vec3 *spring_forces, *spring_sources; /* f and f - D w at the first end; no f when renewed */
     membrane_slot *membrane_slots;        /* of elements, by triangle; null with springs */
     /* Slots of bending. */
-    vec3 *hinge_deviations;
+    vec3 *hinge_vectors;    /* c [m], and one more; see cloth_hinge */
+    vec3 *hinge_rates;      /* of c [m/s], and one more; null without bending damping */
+    vec3 *hinge_deviations; /* from rest, and one more; hinge_vectors where all are flat at rest */
     bend_damping_response *bend_dampings; /* by triangle; null without bending damping */
     /* Slots of the wind. */
     vec3 *triangle_forces; /* per corner; null when renewed */
@@ -67,14 +69,9 @@ bool fill_wind(assembly *work);
 /* What springs or elements bring to the block of both ends of an edge. */
 symmetric3 gather_edge_block(const assembly *work, uint32_t edge);
 void gather_elements(const assembly *work, uint32_t vertex, vertex_sum *sum);
-void gather_bending(const assembly *work, uint32_t vertex, vertex_sum *sum);
 void gather_wind(const assembly *work, uint32_t vertex, vertex_sum *sum);
 
 /* bending.c: gives the terms of bending room, as provide_slots does. */
 bool provide_bending_terms(const cloth_model *model, force_terms *terms, arena *scratch);
-/* bending_damping.c: damping in a range of triangles, a body of parallel_for; and what a vertex
- * gathers of it. */
-void fill_bending_damping(void *context, size_t begin, size_t end, size_t chunk, int worker);
-void gather_bending_damping(const assembly *work, uint32_t vertex, vertex_sum *sum);
 
 #endif

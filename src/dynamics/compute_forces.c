@@ -4,7 +4,7 @@
  *     gravity, drag of the air    begin_row below
  *     membrane.c, or spring.c     the membrane, with its damping
  *     bending.c                   bending; its constant matrix is made in bending_matrix.c
- *     bending_damping.c           damping of bending
+ *     kernels/bending_damping.c   damping of bending
  *     wind.c                      wind and gusts on triangles
  * fill_system and gather_forces list them in the order in which they act. A new force gets a file
  * with fill_... and gather_... (assembly.h), a line in each of these two, and its part of the
@@ -37,7 +37,7 @@
  *   - drag keeps its part along the normal;
  *   - the rest-curvature term of bending is taken as constant;
  *   - bending damping uses the constant matrix, which with M / h is at least half the true one
- *     (bending_damping.c);
+ *     (kernels/bending_damping.c);
  *   - derivatives of damping with respect to positions are dropped.
  * Every integrator stays consistent with f0, but steps in which one of these acts are of first
  * order.
@@ -51,7 +51,7 @@
  * Based on: Baraff, Witkin, Large steps in cloth simulation, 1998; Choi, Ko, Stable but responsive
  * cloth, 2002; Wong, Baciu, Dynamic interaction between deformable surfaces and nonsmooth objects,
  * 2005, section 5.1. */
-#include "dynamics/assembly.h"
+#include "dynamics/bending_kernel.h"
 
 #include "base/parallel.h"
 
@@ -137,28 +137,26 @@ static void gather_forces(void *context, size_t begin, size_t end, size_t chunk,
     const motion_state *const state = work->state;
     linear_system *const system = work->system;
     double const c = work->share;
-    for (size_t v = begin; v < end; v++) {
-        uint32_t const vertex = (uint32_t)v;
+    for (size_t v = begin; work->begins_rows && v < end; v++) {
         vertex_sum sum;
-        if (work->begins_rows) {
-            begin_row(work, vertex, &sum);
-        } else {
-            sum.force = vec3_load(system->forces, v);
-            sum.source = vec3_load(system->right_hand_side, v);
+        begin_row(work, (uint32_t)v, &sum);
+        if (!work->is_renewed) vec3_store(system->forces, v, sum.force);
+        vec3_store(system->right_hand_side, v, sum.source);
+    }
+    if (!work->ends_rows) return;
+    if (work->model->has_bending) TULLE_PICK_KERNEL(gather_bending)(work, begin, end);
+    for (size_t v = begin; v < end; v++) {
+        vertex_sum sum = {vec3_load(system->forces, v), vec3_load(system->right_hand_side, v)};
+        if (work->has_wind) gather_wind(work, (uint32_t)v, &sum);
+        vec3 start = vec3_load(state->velocities, v); /* a of the table */
+        if (work->is_bdf2) {
+            start = vec3_add_scaled(vec3_scale(vec3_load(state->previous_mean, v), 1.0 - c), start,
+                                    c * (2.0 - c));
+            start =
+                vec3_add_scaled(start, vec3_load(state->previous_velocities, v), -c * (1.0 - c));
         }
-        if (work->ends_rows) {
-            if (work->model->has_bending) gather_bending(work, vertex, &sum);
-            if (work->has_wind) gather_wind(work, vertex, &sum);
-            vec3 start = vec3_load(state->velocities, v); /* a of the table */
-            if (work->is_bdf2) {
-                start = vec3_add_scaled(vec3_scale(vec3_load(state->previous_mean, v), 1.0 - c),
-                                        start, c * (2.0 - c));
-                start = vec3_add_scaled(start, vec3_load(state->previous_velocities, v),
-                                        -c * (1.0 - c));
-            }
-            sum.source =
-                vec3_add_scaled(vec3_scale(start, work->model->masses[v]), sum.source, work->gamma);
-        }
+        sum.source =
+            vec3_add_scaled(vec3_scale(start, work->model->masses[v]), sum.source, work->gamma);
         if (!work->is_renewed) vec3_store(system->forces, v, sum.force);
         vec3_store(system->right_hand_side, v, sum.source);
     }
@@ -201,8 +199,8 @@ static bool fill_system(assembly *work) {
 size_t measure_force_terms(const cloth_model *model, const tulle_wind *wind) {
     size_t count = 0;
     if (wind->drag_coefficient > 0.0) count += 2 * model->triangle_count + model->vertex_count;
-    if (model->has_bending) count += (model->has_curved_rest ? 4 : 1) * model->hinge_count;
-    if (model->has_bend_damping) count += 2 * model->triangle_count;
+    if (model->has_bending) count += (model->has_curved_rest ? 4 : 1) * model->hinge_count + 1;
+    if (model->has_bend_damping) count += 2 * model->triangle_count + 1;
     return count * sizeof(vec3);
 }
 
