@@ -1,5 +1,5 @@
-/* dynamics/bending_kernel.h - kernels of bending: bodies of parallel_for over hinges, triangles and
- * vertices, whose context is the assembly. */
+/* dynamics/bending_kernel.h - kernels of bending: bodies of parallel_for over hinges and triangles,
+ * whose context is the assembly. */
 #ifndef TULLE_DYNAMICS_BENDING_KERNEL_H
 #define TULLE_DYNAMICS_BENDING_KERNEL_H
 
@@ -15,7 +15,5 @@ TULLE_DECLARE_KERNEL(void, fill_hinge_moments,
 /* Damping in triangles, see kernels/bending_damping.c. */
 TULLE_DECLARE_KERNEL(void, fill_bending_damping,
                      (void *context, size_t begin, size_t end, size_t chunk, int worker))
-/* Adds to the forces and sources of vertices what bending and its damping bring. */
-TULLE_DECLARE_KERNEL(void, gather_bending, (const assembly *work, size_t begin, size_t end))
 
 #endif

@@ -53,6 +53,7 @@ static void measure_elements(void *context, size_t begin, size_t end, size_t chu
     energy_task *const task = context;
     membrane_motion const motion = {.elements = task->model->elements,
                                     .fabrics = task->model->fabrics,
+                                    .vertex_count = task->model->vertex_count,
                                     .positions = task->positions};
     membrane_energy const sum = TULLE_PICK_KERNEL(sum_membrane_energy)(&motion, begin, end);
     task->first[chunk] = sum.energy;
