@@ -29,10 +29,11 @@ typedef struct assembly {
     int threads;
     double alpha, beta, gamma, share; /* of the table in compute_forces.c; share is its c */
     bool has_wind, is_bdf2;
-    bool is_renewed;           /* the terms are complete, and so are the forces */
-    double *start_velocities;  /* w of that table, 3 a vertex */
-    double *guessed_positions; /* x0 + h guess, 3 a vertex; null without a guess */
-    force_terms terms;         /* those of the state, or slots of this stage alone */
+    bool is_renewed;                /* the terms are complete, and so are the forces */
+    const double *start_velocities; /* w of that table, 3 a vertex */
+    double *later_starts;           /* the same with BDF2; else null, and w is v0 */
+    double *guessed_positions;      /* x0 + h guess, 3 a vertex; null without a guess or springs */
+    force_terms terms;              /* those of the state, or slots of this stage alone */
     /* What the pass over the vertices that runs brings to the rows. */
     bool begins_rows; /* the matrix; gravity, air damping, springs */
     bool ends_rows;   /* bending and its damping, wind; the right-hand side */

@@ -60,14 +60,13 @@
 /* Two steps are the same if they differ by less than the rounding of a sum of times. */
 static const double SAME_STEP = 1e-9;
 
-/* w of the table, and the positions at the guess. */
+/* w of the table for BDF2, and the positions at the guess. */
 static void fill_starts(void *context, size_t begin, size_t end, size_t chunk, int worker) {
     (void)chunk, (void)worker;
     assembly *const work = context;
-    double const c = work->share, part = work->is_bdf2 ? (1.0 - c) / c : 0.0;
-    for (size_t i = 3 * begin; i < 3 * end; i++)
-        work->start_velocities[i] = work->state->velocities[i] +
-                                    (work->is_bdf2 ? part * work->state->previous_mean[i] : 0.0);
+    double const c = work->share, part = (1.0 - c) / c;
+    for (size_t i = 3 * begin; work->later_starts && i < 3 * end; i++)
+        work->later_starts[i] = work->state->velocities[i] + part * work->state->previous_mean[i];
     for (size_t i = 3 * begin; work->guessed_positions && i < 3 * end; i++)
         work->guessed_positions[i] =
             work->state->positions[i] + work->state->time_step * work->state->guess[i];
@@ -90,14 +89,18 @@ static bool fill_system(assembly *work) {
     size_t const triangles = work->has_wind ? model->triangle_count : 0;
 
     /* Slots that outlive the passes. */
-    work->start_velocities = ARENA_NEW(scratch, double, 3 * model->vertex_count);
+    work->start_velocities = work->state->velocities;
+    if (work->is_bdf2) {
+        work->later_starts = ARENA_NEW(scratch, double, 3 * model->vertex_count);
+        work->start_velocities = work->later_starts;
+    }
     if (!work->is_renewed) work->triangle_forces = ARENA_NEW(scratch, vec3, triangles + 1);
     if (!work->start_velocities || (!work->is_renewed && !work->triangle_forces) ||
         !provide_slots(&work->terms.triangle_sources, triangles + 1, scratch))
         return false;
 
     arena_mark const mark = arena_get_mark(scratch);
-    if (work->state->guess) {
+    if (work->state->guess && model->springs) {
         work->guessed_positions = ARENA_NEW(scratch, double, 3 * model->vertex_count);
         if (!work->guessed_positions) return false;
     }

@@ -30,11 +30,16 @@ typedef struct lanes_of_curve {
     double8 stiffness, inv_knee2, limit, guess_room;
 } lanes_of_curve;
 
+/* In the order of membrane_fabric, which has no other numbers. */
+typedef struct lanes_of_fabric {
+    lanes_of_curve yarns[YARN_COUNT], shear;
+    double8 coupling, damping;
+} lanes_of_fabric;
+
 typedef struct element_batch {
     const membrane_element *elements[DOUBLE_LANES];
     double8 gradients[2][YARN_COUNT], area;
-    lanes_of_curve yarns[YARN_COUNT], shear;
-    double8 coupling, damping;
+    lanes_of_fabric fabric;
 } element_batch;
 
 /* Where the numbers of vertices come from. */
@@ -55,8 +60,7 @@ static motion_sources make_sources(const membrane_motion *motion, const double *
 
 enum { FABRIC_NUMBERS = sizeof(membrane_fabric) / sizeof(double) };
 
-/* Fabrics are numbers alone: the batch holds them in the same order. */
-static void gather_fabrics(const membrane_motion *motion, element_batch *batch) {
+SIMD_INLINE void gather_fabrics(const membrane_motion *motion, element_batch *batch) {
     uint32_t const first = batch->elements[0]->fabric;
     bool is_one = true;
     for (size_t k = 1; k < DOUBLE_LANES; k++) is_one &= batch->elements[k]->fabric == first;
@@ -68,11 +72,11 @@ static void gather_fabrics(const membrane_motion *motion, element_batch *batch) 
         memcpy(numbers, &motion->fabrics[batch->elements[k]->fabric], sizeof numbers);
         for (size_t i = 0; i < FABRIC_NUMBERS; i++) lanes[i][k] = numbers[i];
     }
-    memcpy(batch->yarns, lanes, sizeof lanes);
+    memcpy(&batch->fabric, lanes, sizeof lanes);
 }
 
-static void gather_elements(const membrane_motion *motion, size_t begin, size_t count,
-                            element_batch *batch) {
+SIMD_INLINE void gather_elements(const membrane_motion *motion, size_t begin, size_t count,
+                                 element_batch *batch) {
     lanes4 gradients[DOUBLE_LANES];
     double areas[DOUBLE_LANES];
     for (size_t k = 0; k < DOUBLE_LANES; k++) {
@@ -175,17 +179,18 @@ typedef struct element_response {
 /* `start` is where a guess begins; null: no guess. */
 SIMD_INLINE element_response respond(const element_batch *batch, const element_state *state,
                                      const element_state *start) {
-    double8 const coupling = batch->coupling, zero = double8_fill(0.0);
+    double8 const coupling = batch->fabric.coupling, zero = double8_fill(0.0);
     double8 const endless = double8_fill((double)INFINITY);
     curve_point yarns[YARN_COUNT];
     for (int yarn = 0; yarn < YARN_COUNT; yarn++) {
         double8 most = endless;
-        if (start) most = double8_max(start->strains[yarn], zero) + batch->yarns[yarn].guess_room;
-        yarns[yarn] = follow_curve(&batch->yarns[yarn], state->strains[yarn], most);
+        if (start)
+            most = double8_max(start->strains[yarn], zero) + batch->fabric.yarns[yarn].guess_room;
+        yarns[yarn] = follow_curve(&batch->fabric.yarns[yarn], state->strains[yarn], most);
     }
     double8 most = endless;
-    if (start) most = double8_abs(start->shear) + batch->shear.guess_room;
-    curve_point const shear = follow_curve(&batch->shear, double8_abs(state->shear), most);
+    if (start) most = double8_abs(start->shear) + batch->fabric.shear.guess_room;
+    curve_point const shear = follow_curve(&batch->fabric.shear, double8_abs(state->shear), most);
     double8 const turn =
         double8_select(double8_greater(zero, state->shear), -shear.tension, shear.tension);
 
@@ -356,52 +361,55 @@ SIMD_INLINE void couple_yarns(linearisation *line) {
     line->all.cross = part * line->all.shear;
 }
 
-SIMD_INLINE linearisation linearise(const membrane_motion *motion, const motion_sources *sources,
-                                    const element_batch *batch, bool needs_first) {
-    linearisation line = {.start = measure(differentiate(batch, &sources->positions))};
-    line.at = line.start;
-    if (!motion->guess || needs_first) line.first = respond(batch, &line.start, NULL);
-    line.response = line.first;
-    if (motion->guess) {
-        line.way = differentiate(batch, &sources->guess);
-        line.at = measure(
-            yarns_add_scaled(line.start.lengths, line.way, double8_fill(motion->time_step)));
-        line.response = respond(batch, &line.at, &line.start);
+/* `has_guess` is known when this is compiled: without a guess much is the same. */
+SIMD_INLINE void linearise(const membrane_motion *motion, const motion_sources *sources,
+                           const element_batch *batch, bool has_guess, bool needs_first,
+                           linearisation *line) {
+    line->start = measure(differentiate(batch, &sources->positions));
+    if (!has_guess || needs_first) line->first = respond(batch, &line->start, NULL);
+    if (has_guess) {
+        line->way = differentiate(batch, &sources->guess);
+        line->at = measure(
+            yarns_add_scaled(line->start.lengths, line->way, double8_fill(motion->time_step)));
+        line->response = respond(batch, &line->at, &line->start);
+    } else {
+        line->at = line->start;
+        line->response = line->first;
     }
     double8 const alpha = double8_fill(motion->alpha), beta = double8_fill(motion->beta);
-    double8 const damping = batch->damping;
+    double8 const damping = batch->fabric.damping;
     double8 along[3][YARN_COUNT], across[3][YARN_COUNT];
     for (int yarn = 0; yarn < YARN_COUNT; yarn++) {
-        double8 const k = batch->yarns[yarn].stiffness;
-        vec3x8 const n = line.at.directions.a[yarn];
+        double8 const k = batch->fabric.yarns[yarn].stiffness;
+        vec3x8 const n = line->at.directions.a[yarn];
         bool8 const has_length = double8_greater(vec3x8_dot(n, n), double8_fill(0.0));
-        along[0][yarn] = line.response.along[yarn];
-        across[0][yarn] = double8_select(has_length, line.response.across[yarn], k);
+        along[0][yarn] = line->response.along[yarn];
+        across[0][yarn] = double8_select(has_length, line->response.across[yarn], k);
         along[1][yarn] = damping * k;
         across[1][yarn] = double8_fill(0.0);
         along[2][yarn] = beta * along[0][yarn] + alpha * along[1][yarn];
         across[2][yarn] = beta * across[0][yarn];
     }
-    double8 const damped = damping * batch->shear.stiffness;
-    line.stiff = make_tangent(along[0], across[0], line.response.shear);
-    line.damp = make_tangent(along[1], across[1], damped);
-    line.all = make_tangent(along[2], across[2], beta * line.response.shear + alpha * damped);
-    couple_yarns(&line);
-    return line;
+    double8 const damped = damping * batch->fabric.shear.stiffness;
+    line->stiff = make_tangent(along[0], across[0], line->response.shear);
+    line->damp = make_tangent(along[1], across[1], damped);
+    line->all = make_tangent(along[2], across[2], beta * line->response.shear + alpha * damped);
+    couple_yarns(line);
 }
 
 SIMD_INLINE void fill_eight(const membrane_motion *motion, const motion_sources *sources,
-                            size_t begin, size_t count) {
+                            size_t begin, size_t count, bool has_guess) {
     element_batch batch;
+    linearisation line;
     gather_elements(motion, begin, count, &batch);
     double8 const one = double8_fill(1.0), step = double8_fill(motion->time_step);
-    bool const is_mean = motion->guess && motion->mean_share < 1.0;
-    linearisation const line = linearise(motion, sources, &batch, motion->forces || is_mean);
+    bool const is_mean = has_guess && motion->mean_share < 1.0;
+    linearise(motion, sources, &batch, has_guess, motion->forces || is_mean, &line);
     store_blocks(&batch, &line.all, &line.at, count, motion->blocks + 3 * begin);
 
     /* The elastic tension of the system at x0: that at the guess, moved back along the tangent. */
     yarn_vectors tensions = line.response.tensions;
-    if (motion->guess)
+    if (has_guess)
         tensions =
             yarns_add_scaled(tensions, apply_tangent(&line.stiff, &line.at, &line.way), -step);
     double8 const share = double8_fill(motion->mean_share);
@@ -410,7 +418,8 @@ SIMD_INLINE void fill_eight(const membrane_motion *motion, const motion_sources 
             combine(line.first.tensions.a[yarn], one - share, tensions.a[yarn], share);
     /* Damping at v0, and what w changes of it. */
     yarn_vectors const velocities = differentiate(&batch, &sources->velocities);
-    yarn_vectors const moving = differentiate(&batch, &sources->starts);
+    bool const is_same = sources->starts.values == sources->velocities.values;
+    yarn_vectors const moving = is_same ? velocities : differentiate(&batch, &sources->starts);
     tensions = yarns_add_scaled(tensions, damp_rates(&line.damp, &line.at, &velocities), one);
     tensions = yarns_add_scaled(tensions, apply_tangent(&line.damp, &line.at, &moving), -one);
     store_forces(&batch, &tensions, count, motion->sources + 3 * begin);
@@ -426,11 +435,37 @@ SIMD_INLINE size_t count_lanes(size_t begin, size_t end) {
 
 void TULLE_KERNEL(fill_membrane)(const membrane_motion *motion, size_t begin, size_t end) {
     motion_sources const sources = make_sources(motion, NULL);
-    for (; begin < end; begin += DOUBLE_LANES)
-        fill_eight(motion, &sources, begin, count_lanes(begin, end));
+    for (; begin < end; begin += DOUBLE_LANES) {
+        size_t const count = count_lanes(begin, end);
+        if (motion->guess)
+            fill_eight(motion, &sources, begin, count, true);
+        else
+            fill_eight(motion, &sources, begin, count, false);
+    }
 }
 
 /* ---- energies ---- */
+
+SIMD_INLINE double8 measure_excess(const membrane_motion *motion, const motion_sources *sources,
+                                   size_t begin, size_t count, bool has_guess) {
+    element_batch batch;
+    linearisation line;
+    gather_elements(motion, begin, count, &batch);
+    double8 const step = double8_fill(motion->time_step);
+    linearise(motion, sources, &batch, has_guess, false, &line);
+    /* The way from where it is linearised to the end of the step. */
+    yarn_vectors way = differentiate(&batch, &sources->mean);
+    if (has_guess) way = yarns_add_scaled(way, line.way, double8_fill(-1.0));
+    for (int yarn = 0; yarn < YARN_COUNT; yarn++) way.a[yarn] = vec3x8_scale(way.a[yarn], step);
+    yarn_vectors const pull = apply_tangent(&line.stiff, &line.at, &way);
+    double8 reckoned = line.response.energy;
+    for (int yarn = 0; yarn < YARN_COUNT; yarn++)
+        reckoned += vec3x8_dot(line.response.tensions.a[yarn], way.a[yarn]) +
+                    0.5 * vec3x8_dot(pull.a[yarn], way.a[yarn]);
+    element_state const last = measure(yarns_add_scaled(line.at.lengths, way, double8_fill(1.0)));
+    element_response const truth = respond(&batch, &last, NULL);
+    return batch.area * (truth.energy - reckoned);
+}
 
 double TULLE_KERNEL(sum_membrane_excess)(const membrane_motion *motion, const double *mean,
                                          size_t begin, size_t end) {
@@ -438,25 +473,12 @@ double TULLE_KERNEL(sum_membrane_excess)(const membrane_motion *motion, const do
     double sum = 0.0;
     for (; begin < end; begin += DOUBLE_LANES) {
         size_t const count = count_lanes(begin, end);
-        element_batch batch;
-        double excess[DOUBLE_LANES];
-        gather_elements(motion, begin, count, &batch);
-        double8 const step = double8_fill(motion->time_step);
-        linearisation const line = linearise(motion, &sources, &batch, false);
-        /* The way from where it is linearised to the end of the step. */
-        yarn_vectors way = differentiate(&batch, &sources.mean);
-        if (motion->guess) way = yarns_add_scaled(way, line.way, double8_fill(-1.0));
-        for (int yarn = 0; yarn < YARN_COUNT; yarn++) way.a[yarn] = vec3x8_scale(way.a[yarn], step);
-        yarn_vectors const pull = apply_tangent(&line.stiff, &line.at, &way);
-        double8 reckoned = line.response.energy;
-        for (int yarn = 0; yarn < YARN_COUNT; yarn++)
-            reckoned += vec3x8_dot(line.response.tensions.a[yarn], way.a[yarn]) +
-                        0.5 * vec3x8_dot(pull.a[yarn], way.a[yarn]);
-        element_state const last =
-            measure(yarns_add_scaled(line.at.lengths, way, double8_fill(1.0)));
-        element_response const truth = respond(&batch, &last, NULL);
-        double8_store(excess, batch.area * (truth.energy - reckoned));
-        for (size_t k = 0; k < count; k++) sum += excess[k];
+        double8 const excess = motion->guess
+                                   ? measure_excess(motion, &sources, begin, count, true)
+                                   : measure_excess(motion, &sources, begin, count, false);
+        double lanes[DOUBLE_LANES];
+        double8_store(lanes, excess);
+        for (size_t k = 0; k < count; k++) sum += lanes[k];
     }
     return sum;
 }
@@ -479,8 +501,8 @@ membrane_energy TULLE_KERNEL(sum_membrane_energy)(const membrane_motion *motion,
             double const warp = strains[YARN_WARP][k], weft = strains[YARN_WEFT][k];
             sum.energy += energies[k];
             sum.max_stretch = fmax(sum.max_stretch, 1.0 + fmax(warp, weft));
-            sum.overstretched +=
-                warp > batch.yarns[YARN_WARP].limit[k] || weft > batch.yarns[YARN_WEFT].limit[k];
+            sum.overstretched += warp > batch.fabric.yarns[YARN_WARP].limit[k] ||
+                                 weft > batch.fabric.yarns[YARN_WEFT].limit[k];
         }
     }
     return sum;

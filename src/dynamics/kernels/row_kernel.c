@@ -4,13 +4,18 @@
 #include "dynamics/row_kernel.h"
 #include "math/vertex_lanes.h"
 
+typedef double lanes2 __attribute__((vector_size(16)));
+
 /* ---- blocks: six numbers, and two lanes that are ignored ---- */
 
 /* a I */
 SIMD_INLINE double8 block_scalar(double a) { return (double8){a, 0.0, 0.0, a, 0.0, a, 0.0, 0.0}; }
 
 SIMD_INLINE void block_store(double *to, double8 block) {
-    memcpy(to, &block, BLOCK_NUMBERS * sizeof(double));
+    lanes4 const first = __builtin_shufflevector(block, block, 0, 1, 2, 3);
+    lanes2 const last = __builtin_shufflevector(block, block, 4, 5);
+    memcpy(to, &first, sizeof first);
+    memcpy(to + 4, &last, sizeof last);
 }
 
 /* factor g g^T */
