@@ -8,7 +8,8 @@
 
 /* Four doubles. Of three numbers the last lane is whatever follows. */
 typedef double lanes4 __attribute__((vector_size(32)));
-/* The same at any address of a double. */
+typedef double lanes2 __attribute__((vector_size(16)));
+/* Four at any address of a double. */
 typedef double lanes4_anywhere __attribute__((vector_size(32), aligned(8), may_alias));
 
 /* Arrays of three numbers an item. Four are read, and the last item has none after it. */

@@ -160,17 +160,21 @@ void TULLE_KERNEL(fill_bending_damping)(void *context, size_t begin, size_t end,
         size_t const count = end - begin < DOUBLE_LANES ? end - begin : DOUBLE_LANES;
         triangle_batch const batch = gather_batch(work, &positions, &velocities, begin, count);
         batch_response const r = respond(&batch, work->state->time_step);
+        /* Whole vectors are stored: the normal with the first moment, the other two moments, the
+         * first force with the start of the second, and its rest. */
         lanes4 rows[3][DOUBLE_LANES];
         lanes4_turn_back(r.normal.x, r.normal.y, r.normal.z, r.moments[0], rows[0]);
-        lanes4_turn_back(r.moments[1], r.moments[2], r.forces[0].x, r.forces[0].y, rows[1]);
-        lanes4_turn_back(r.forces[0].z, r.forces[1].x, r.forces[1].y, r.forces[1].z, rows[2]);
+        lanes4_turn_back(r.moments[1], r.moments[2], r.forces[1].y, r.forces[1].z, rows[1]);
+        lanes4_turn_back(r.forces[0].x, r.forces[0].y, r.forces[0].z, r.forces[1].x, rows[2]);
         for (size_t k = 0; k < count; k++) {
-            double numbers[12];
-            for (int i = 0; i < 3; i++) memcpy(numbers + 4 * i, &rows[i][k], 4 * sizeof(double));
-            bend_damping_response *const response = &work->bend_dampings[begin + k];
-            memcpy(&response->normal, numbers, sizeof response->normal);
-            memcpy(response->moments, numbers + 3, sizeof response->moments);
-            memcpy(work->terms.bend_forces + 2 * (begin + k), numbers + 6, 6 * sizeof(double));
+            double *const response = (double *)&work->bend_dampings[begin + k];
+            double *const forces = (double *)(work->terms.bend_forces + 2 * (begin + k));
+            lanes2 const moments = __builtin_shufflevector(rows[1][k], rows[1][k], 0, 1);
+            lanes2 const rest = __builtin_shufflevector(rows[1][k], rows[1][k], 2, 3);
+            memcpy(response, &rows[0][k], sizeof rows[0][k]);
+            memcpy(response + 4, &moments, sizeof moments);
+            memcpy(forces, &rows[2][k], sizeof rows[2][k]);
+            memcpy(forces + 4, &rest, sizeof rest);
         }
     }
 }

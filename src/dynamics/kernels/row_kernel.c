@@ -4,8 +4,6 @@
 #include "dynamics/row_kernel.h"
 #include "math/vertex_lanes.h"
 
-typedef double lanes2 __attribute__((vector_size(16)));
-
 /* ---- blocks: six numbers, and two lanes that are ignored ---- */
 
 /* a I */
