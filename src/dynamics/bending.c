@@ -4,6 +4,7 @@
  * normal n. For a flat rest shape (r = 0) the force is linear in the positions. Otherwise the term
  * r n follows the hinge, as in Garg, Grinspun, Wardetzky, Zorin, Cubic shells, 2007; the force is
  * the exact gradient of the energy, so it keeps both momenta.
+ * Woven cloth with a flat rest shape has its force from the matrix instead: kernels/row_kernel.c.
  * Damping: kernels/bending_damping.c. */
 #include "dynamics/bending_kernel.h"
 
@@ -91,6 +92,7 @@ bool provide_bending_terms(const cloth_model *model, force_terms *terms, arena *
     if (model->has_bend_damping &&
         !provide_slots(&terms->bend_forces, 2 * model->triangle_count + 1, scratch))
         return false;
+    if (model->bends_by_matrix && !model->has_bend_damping) return true;
     return model->has_curved_rest
                ? provide_slots(&terms->hinge_forces, 4 * model->hinge_count + 1, scratch)
                : provide_slots(&terms->hinge_moments, model->hinge_count + 1, scratch);
@@ -100,6 +102,7 @@ bool fill_bending(assembly *work) {
     const cloth_model *const model = work->model;
     size_t const hinges = model->hinge_count, triangles = model->triangle_count;
     bool const is_damped = model->has_bend_damping, is_curved = model->has_curved_rest;
+    if (model->bends_by_matrix && !is_damped) return true; /* vertices do all */
     work->hinge_vectors = ARENA_NEW(work->scratch, vec3, hinges + 1);
     work->hinge_deviations =
         is_curved ? ARENA_NEW(work->scratch, vec3, hinges + 1) : work->hinge_vectors;

@@ -343,12 +343,22 @@ bool bending_build_matrix(memory *heap, cloth_model *model) {
         model->bend_scalars[i] = rest.data[i].stiffness;
         model->bend_scalar_damping[i] = rest.data[i].damping;
     }
-    /* The matrix holds the couplings of the damping; woven cloth bends by others than those within
-     * triangles. The damping of triangles stays if there is any. */
+    /* The matrix holds the couplings of the damping and, where all is flat at rest, those of woven
+     * cloth, which does not bend by those within triangles. The damping of triangles stays if there
+     * is any. */
     memory_release(heap, model->damping_couplings,
                    HINGE_COUPLINGS * model->hinge_count * sizeof(double));
     model->damping_couplings = NULL;
-    if (model->couplings) {
+    if (ok && model->couplings && !model->has_curved_rest) {
+        size_t const count = model->coupling_begin[model->hinge_count];
+        memory_release(heap, model->coupling_begin, (model->hinge_count + 1) * sizeof(uint32_t));
+        memory_release(heap, model->coupling_hinges, count * sizeof(uint32_t));
+        memory_release(heap, model->couplings, count * sizeof(double));
+        model->coupling_begin = model->coupling_hinges = NULL;
+        model->couplings = NULL;
+        model->bends_by_matrix = true;
+    }
+    if (model->couplings || model->bends_by_matrix) {
         memory_release(heap, model->side_couplings,
                        HINGE_COUPLINGS * model->hinge_count * sizeof(double));
         model->side_couplings = NULL;

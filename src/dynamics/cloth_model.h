@@ -103,7 +103,8 @@ typedef struct cloth_model {
     /* Hinges of edges of triangles: edge k joins corners k and k + 1; TULLE_NONE on the border. */
     uint32_t *triangle_hinges;
     /* Bending energy is 1/2 sum_ij couplings_ij d_i . d_j over hinges i, j, with d_i = c_i - rest.
-     * Compressed rows of a symmetric matrix; null with springs, which bend by side_couplings. */
+     * Compressed rows of a symmetric matrix; null with springs, which bend by side_couplings, and
+     * where cloth bends by its matrix. */
     uint32_t *coupling_begin, *coupling_hinges;
     double *couplings; /* [N/m] */
     /* Couplings within triangles, as if half of each kink counted in each. Damping is these times
@@ -120,6 +121,8 @@ typedef struct cloth_model {
     double *bend_blocks, *bend_block_damping, *bend_scalars, *bend_scalar_damping;
     size_t block_count, scalar_count;
     bool has_curved_rest, has_bend_damping, has_bending;
+    bool bends_by_matrix; /* woven cloth, flat at rest: its bending force is minus the bending
+                             matrix times the positions */
 } cloth_model;
 
 /* Builds the model. Vertices without a triangle, triangles without area and edges of no length are

@@ -123,7 +123,8 @@ static bool fill_system(assembly *work) {
 size_t measure_force_terms(const cloth_model *model, const tulle_wind *wind) {
     size_t count = 0;
     if (wind->drag_coefficient > 0.0) count += 2 * model->triangle_count + model->vertex_count + 3;
-    if (model->has_bending) count += (model->has_curved_rest ? 4 : 1) * model->hinge_count + 1;
+    if (model->has_bending && (model->has_bend_damping || !model->bends_by_matrix))
+        count += (model->has_curved_rest ? 4 : 1) * model->hinge_count + 1;
     if (model->has_bend_damping) count += 2 * model->triangle_count + 1;
     return count * sizeof(vec3);
 }

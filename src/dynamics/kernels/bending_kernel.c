@@ -48,7 +48,9 @@ void TULLE_KERNEL(fill_hinge_moments)(void *context, size_t begin, size_t end, s
     (void)chunk, (void)worker;
     const assembly *const work = context;
     for (size_t h = begin; h < end; h++) {
-        lanes4 const elastic = sum_couplings(work->model, h, work->hinge_deviations);
+        lanes4 elastic = {0.0, 0.0, 0.0, 0.0};
+        if (!work->model->bends_by_matrix)
+            elastic = sum_couplings(work->model, h, work->hinge_deviations);
         lanes4 damping = {0.0, 0.0, 0.0, 0.0};
         for (int side = 0; side < 2 && work->bend_dampings; side++) {
             uint32_t const place = work->model->hinges[h].sides[side];

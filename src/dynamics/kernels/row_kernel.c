@@ -156,18 +156,36 @@ SIMD_INLINE void add_turning(const assembly *work, uint32_t v, row_sums *sums) {
     }
 }
 
+/* Minus the bending matrix times the positions. Its rows sum to zero; differences keep rounding
+ * small far from the origin. */
+SIMD_INLINE void add_elastic(const cloth_model *model, size_t v, const lane_source *positions,
+                             row_sums *sums) {
+    lanes4 const here = lanes4_get(positions, v);
+    lanes4 sum = {0.0, 0.0, 0.0, 0.0};
+    for (size_t k = model->scalar_begin[v]; k < model->scalar_begin[v + 1]; k++)
+        sum += (lanes4_get(positions, model->scalar_columns[k]) - here) * model->bend_scalars[k];
+    for (size_t k = model->block_begin[v]; k < model->block_begin[v + 1]; k++)
+        sum += (lanes4_get(positions, model->block_columns[k]) - here) * model->bend_blocks[k];
+    sums->force -= sum;
+    sums->source -= sum;
+}
+
 void TULLE_KERNEL(gather_bending)(const assembly *work, size_t begin, size_t end) {
     const cloth_model *const model = work->model;
     lane_source const starts = lane_source_make(work->start_velocities, model->vertex_count);
+    lane_source const positions = lane_source_make(work->state->positions, model->vertex_count);
     for (size_t v = begin; v < end; v++) {
         row_sums sums = load_sums(work, v);
-        add_hinges(work, v, &sums);
+        if (model->bends_by_matrix) add_elastic(model, v, &positions, &sums);
+        if (work->terms.hinge_forces || work->terms.hinge_moments) add_hinges(work, v, &sums);
         if (work->terms.bend_forces) add_turning(work, (uint32_t)v, &sums);
         /* The source -D w of the constant matrix. */
-        for (size_t k = model->scalar_begin[v]; k < model->scalar_begin[v + 1]; k++)
+        size_t const scalars = model->has_bend_damping ? model->scalar_begin[v + 1] : 0;
+        size_t const blocks = model->has_bend_damping ? model->block_begin[v + 1] : 0;
+        for (size_t k = model->scalar_begin[v]; k < scalars; k++)
             sums.source +=
                 lanes4_get(&starts, model->scalar_columns[k]) * model->bend_scalar_damping[k];
-        for (size_t k = model->block_begin[v]; k < model->block_begin[v + 1]; k++)
+        for (size_t k = model->block_begin[v]; k < blocks; k++)
             sums.source +=
                 lanes4_get(&starts, model->block_columns[k]) * model->bend_block_damping[k];
         store_sums(work, v, &sums);
