@@ -4,32 +4,57 @@
 #include "dynamics/row_kernel.h"
 #include "math/vertex_lanes.h"
 
-/* ---- blocks: six numbers, and two lanes that are ignored ---- */
+/* ---- blocks ---- */
+
+/* The six numbers of a block. */
+typedef struct block6 {
+    lanes4 first;
+    lanes2 last;
+} block6;
 
 /* a I */
-SIMD_INLINE double8 block_scalar(double a) { return (double8){a, 0.0, 0.0, a, 0.0, a, 0.0, 0.0}; }
+SIMD_INLINE block6 block_scalar(double a) { return (block6){{a, 0.0, 0.0, a}, {0.0, a}}; }
 
-SIMD_INLINE void block_store(double *to, double8 block) {
-    lanes4 const first = __builtin_shufflevector(block, block, 0, 1, 2, 3);
-    lanes2 const last = __builtin_shufflevector(block, block, 4, 5);
-    memcpy(to, &first, sizeof first);
-    memcpy(to + 4, &last, sizeof last);
+SIMD_INLINE block6 block_load(const double *from) {
+    block6 block = {.first = lanes4_load(from)};
+    memcpy(&block.last, from + 4, sizeof block.last);
+    return block;
+}
+
+SIMD_INLINE void block_store(double *to, block6 block) {
+    memcpy(to, &block.first, sizeof block.first);
+    memcpy(to + 4, &block.last, sizeof block.last);
+}
+
+SIMD_INLINE block6 block_add(block6 a, block6 b) {
+    return (block6){a.first + b.first, a.last + b.last};
+}
+
+SIMD_INLINE block6 block_sub(block6 a, block6 b) {
+    return (block6){a.first - b.first, a.last - b.last};
 }
 
 /* factor g g^T */
-SIMD_INLINE double8 block_square(lanes4 g, double factor) {
+SIMD_INLINE block6 block_square(lanes4 g, double factor) {
     lanes4 const scaled = factor * g;
-    return __builtin_shufflevector(scaled, scaled, 0, 0, 0, 1, 1, 2, 0, 0) *
-           __builtin_shufflevector(g, g, 0, 1, 2, 1, 2, 2, 0, 0);
+    return (block6){__builtin_shufflevector(scaled, scaled, 0, 0, 0, 1) *
+                        __builtin_shufflevector(g, g, 0, 1, 2, 1),
+                    __builtin_shufflevector(scaled, scaled, 1, 2) *
+                        __builtin_shufflevector(g, g, 2, 2)};
+}
+
+/* The drag of a triangle between any two of its corners. */
+SIMD_INLINE block6 get_drag(const assembly *work, size_t triangle) {
+    return block_square(lanes4_load(&work->terms.triangle_drags[triangle].x), work->alpha);
 }
 
 /* What the membrane brings to the block of both ends of an edge. */
-SIMD_INLINE double8 get_edge_block(const assembly *work, size_t edge) {
-    if (work->spring_blocks) return double8_load(work->spring_blocks[edge].m);
-    double8 sum = double8_fill(0.0);
+SIMD_INLINE block6 get_edge_block(const assembly *work, size_t edge) {
+    if (work->spring_blocks) return block_load(work->spring_blocks[edge].m);
+    block6 sum = block_scalar(0.0);
     for (size_t side = 0; side < 2; side++) {
         uint32_t const place = work->model->edge_places[2 * edge + side];
-        if (place != TULLE_NONE) sum += double8_load(work->membrane_blocks[place].m);
+        if (place != TULLE_NONE) sum = block_add(sum, block_load(work->membrane_blocks[place].m));
     }
     return sum;
 }
@@ -63,7 +88,7 @@ SIMD_INLINE void add_spring(const assembly *work, size_t edge, double sign, row_
 }
 
 /* Forces of elements, and the drag on the diagonal. */
-SIMD_INLINE double8 add_triangles(const assembly *work, uint32_t v, double8 block, row_sums *sums) {
+SIMD_INLINE block6 add_triangles(const assembly *work, uint32_t v, block6 block, row_sums *sums) {
     const topology *const surface = work->model->surface;
     const adjacency *const uses = &surface->vertex_triangles;
     for (size_t k = uses->begin[v]; k < uses->begin[v + 1]; k++) {
@@ -75,9 +100,7 @@ SIMD_INLINE double8 add_triangles(const assembly *work, uint32_t v, double8 bloc
             if (work->membrane_forces) sums->force += lanes4_load(&work->membrane_forces[place].x);
             sums->source += lanes4_load(&work->membrane_sources[place].x);
         }
-        if (work->has_wind)
-            block +=
-                block_square(lanes4_load(&work->terms.triangle_drags[triangle].x), work->alpha);
+        if (work->has_wind) block = block_add(block, get_drag(work, triangle));
     }
     return block;
 }
@@ -93,8 +116,8 @@ void TULLE_KERNEL(begin_rows)(const assembly *work, size_t begin, size_t end) {
         /* Mass, gravity and the drag of the air at rest. */
         double const mass = model->masses[v], damping = mass * model->air_damping[v];
         size_t const diagonal = matrix->diagonal_positions[v];
-        double8 own = block_scalar(mass + alpha * (damping + model->bend_block_damping[diagonal]) +
-                                   beta * model->bend_blocks[diagonal]);
+        block6 own = block_scalar(mass + alpha * (damping + model->bend_block_damping[diagonal]) +
+                                  beta * model->bend_blocks[diagonal]);
         row_sums sums;
         sums.force = gravity * mass + -damping * load_row(work->state->velocities, v);
         sums.source = sums.force + damping * load_row(work->start_velocities, v);
@@ -104,16 +127,14 @@ void TULLE_KERNEL(begin_rows)(const assembly *work, size_t begin, size_t end) {
         for (size_t k = model->block_begin[v]; k < model->block_begin[v + 1]; k++) {
             if (k == diagonal) continue;
             size_t const s = *edges++; /* as neighbours ascend */
-            double8 const membrane = get_edge_block(work, s);
-            own += membrane;
-            double8 block =
-                block_scalar(alpha * model->bend_block_damping[k] + beta * model->bend_blocks[k]) -
-                membrane;
+            block6 const membrane = get_edge_block(work, s);
+            own = block_add(own, membrane);
+            block6 const bending =
+                block_scalar(alpha * model->bend_block_damping[k] + beta * model->bend_blocks[k]);
+            block6 block = block_sub(bending, membrane);
             for (size_t side = 0; work->has_wind && side < 2; side++) {
                 uint32_t const triangle = surface->edge_triangles[2 * s + side];
-                if (triangle != TULLE_NONE)
-                    block +=
-                        block_square(lanes4_load(&work->terms.triangle_drags[triangle].x), alpha);
+                if (triangle != TULLE_NONE) block = block_add(block, get_drag(work, triangle));
             }
             block_store(matrix->values + BLOCK_NUMBERS * k, block);
             if (work->spring_sources)
