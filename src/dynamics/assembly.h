@@ -1,8 +1,8 @@
 /* dynamics/assembly.h - what the files of the forces share while the linear system is filled.
  *
- * A force has two functions. fill_...: its elements compute what they bring, in parallel, each into
- * a slot of its own. gather_...: one vertex adds the slots around it to its row, in a fixed order.
- * compute_forces.c calls both. */
+ * A force has a function fill_...: its elements compute what they bring, in parallel, each into a
+ * slot of its own. Then one vertex adds the slots around it to its row, in a fixed order: see
+ * row_kernel.h. Arrays of slots end with one more, which is read together with the last. */
 #ifndef TULLE_DYNAMICS_ASSEMBLY_H
 #define TULLE_DYNAMICS_ASSEMBLY_H
 
@@ -29,28 +29,28 @@ typedef struct assembly {
     int threads;
     double alpha, beta, gamma, share; /* of the table in compute_forces.c; share is its c */
     bool has_wind, is_bdf2;
-    bool is_renewed;           /* the terms are complete, and so are the forces */
-    double *start_velocities;  /* w of that table, 3 a vertex */
-    double *guessed_positions; /* x0 + h guess, 3 a vertex; null without a guess */
-    force_terms terms;         /* those of the state, or slots of this stage alone */
+    bool is_renewed;                /* the terms are complete, and so are the forces */
+    const double *start_velocities; /* w of that table, 3 a vertex */
+    double *later_starts;           /* the same with BDF2; else null, and w is v0 */
+    double *guessed_positions;      /* x0 + h guess, 3 a vertex; null without a guess or springs */
+    force_terms terms;              /* those of the state, or slots of this stage alone */
     /* What the pass over the vertices that runs brings to the rows. */
     bool begins_rows; /* the matrix; gravity, air damping, springs */
     bool ends_rows;   /* bending and its damping, wind; the right-hand side */
     /* Slots of springs. */
     symmetric3 *spring_blocks; /* alpha D + beta K, negated, of the first end by the first end */
     vec3 *spring_forces, *spring_sources; /* f and f - D w at the first end; no f when renewed */
-    membrane_slot *membrane_slots;        /* of elements, by triangle; null with springs */
+    /* Slots of elements, by 3 * triangle + corner or edge: see membrane_motion. */
+    symmetric3 *membrane_blocks;
+    vec3 *membrane_forces, *membrane_sources;
     /* Slots of bending. */
-    vec3 *hinge_deviations;
+    vec3 *hinge_vectors;                  /* c [m]; see cloth_hinge */
+    vec3 *hinge_rates;                    /* of c [m/s]; null without bending damping */
+    vec3 *hinge_deviations;               /* from rest; hinge_vectors where all are flat at rest */
     bend_damping_response *bend_dampings; /* by triangle; null without bending damping */
     /* Slots of the wind. */
     vec3 *triangle_forces; /* per corner; null when renewed */
 } assembly;
-
-/* What a vertex gathers. */
-typedef struct vertex_sum {
-    vec3 force, source; /* f and f - D w */
-} vertex_sum;
 
 /* Gives slots room from `scratch` unless they have some. False: no memory. */
 static inline bool provide_slots(vec3 **slots, size_t count, arena *scratch) {
@@ -64,17 +64,7 @@ bool fill_elements(assembly *work);
 bool fill_bending(assembly *work);
 bool fill_wind(assembly *work);
 
-/* What springs or elements bring to the block of both ends of an edge. */
-symmetric3 gather_edge_block(const assembly *work, uint32_t edge);
-void gather_elements(const assembly *work, uint32_t vertex, vertex_sum *sum);
-void gather_bending(const assembly *work, uint32_t vertex, vertex_sum *sum);
-void gather_wind(const assembly *work, uint32_t vertex, vertex_sum *sum);
-
 /* bending.c: gives the terms of bending room, as provide_slots does. */
 bool provide_bending_terms(const cloth_model *model, force_terms *terms, arena *scratch);
-/* bending_damping.c: damping in a range of triangles, a body of parallel_for; and what a vertex
- * gathers of it. */
-void fill_bending_damping(void *context, size_t begin, size_t end, size_t chunk, int worker);
-void gather_bending_damping(const assembly *work, uint32_t vertex, vertex_sum *sum);
 
 #endif

@@ -4,8 +4,9 @@
  * normal n. For a flat rest shape (r = 0) the force is linear in the positions. Otherwise the term
  * r n follows the hinge, as in Garg, Grinspun, Wardetzky, Zorin, Cubic shells, 2007; the force is
  * the exact gradient of the energy, so it keeps both momenta.
- * Damping: bending_damping.c. */
-#include "dynamics/assembly.h"
+ * Woven cloth with a flat rest shape has its force from the matrix instead: kernels/row_kernel.c.
+ * Damping: kernels/bending_damping.c. */
+#include "dynamics/bending_kernel.h"
 
 #include "base/parallel.h"
 
@@ -50,9 +51,9 @@ void bend_compute_deviations(void *context, size_t begin, size_t end, size_t chu
     }
 }
 
-/* Moments [N] of hinges, from bending and from what damping adds in both of their triangles; or, in
- * a model with curved rest shapes, forces [N] on their corners. */
-static void fill_slots(void *context, size_t begin, size_t end, size_t chunk, int worker) {
+/* Forces [N] on the corners of hinges, in a model with curved rest shapes: from bending, and from
+ * what damping adds in both of their triangles. */
+static void fill_forces(void *context, size_t begin, size_t end, size_t chunk, int worker) {
     (void)chunk, (void)worker;
     assembly *const work = context;
     const cloth_model *const model = work->model;
@@ -66,10 +67,6 @@ static void fill_slots(void *context, size_t begin, size_t end, size_t chunk, in
             damping = vec3_add(damping, vec3_scale(in->normal, in->moments[place % 3]));
         }
         vec3 const all = vec3_add(elastic, damping);
-        if (!work->terms.hinge_forces) {
-            work->terms.hinge_moments[h] = all;
-            continue;
-        }
         vec3 *const forces = work->terms.hinge_forces + 4 * h;
         for (size_t k = 0; k < 4; k++) forces[k] = vec3_scale(all, -hinge->weights[k]);
         const cloth_hinge_rest *const rest = &model->hinge_rests[h];
@@ -93,41 +90,39 @@ static void fill_slots(void *context, size_t begin, size_t end, size_t chunk, in
 
 bool provide_bending_terms(const cloth_model *model, force_terms *terms, arena *scratch) {
     if (model->has_bend_damping &&
-        !provide_slots(&terms->bend_forces, 2 * model->triangle_count, scratch))
+        !provide_slots(&terms->bend_forces, 2 * model->triangle_count + 1, scratch))
         return false;
+    if (model->bends_by_matrix && !model->has_bend_damping) return true;
     return model->has_curved_rest
-               ? provide_slots(&terms->hinge_forces, 4 * model->hinge_count, scratch)
-               : provide_slots(&terms->hinge_moments, model->hinge_count, scratch);
+               ? provide_slots(&terms->hinge_forces, 4 * model->hinge_count + 1, scratch)
+               : provide_slots(&terms->hinge_moments, model->hinge_count + 1, scratch);
 }
 
 bool fill_bending(assembly *work) {
     const cloth_model *const model = work->model;
     size_t const hinges = model->hinge_count, triangles = model->triangle_count;
-    work->hinge_deviations = ARENA_NEW(work->scratch, vec3, hinges);
-    if (!work->hinge_deviations || !provide_bending_terms(model, &work->terms, work->scratch))
+    bool const is_damped = model->has_bend_damping, is_curved = model->has_curved_rest;
+    if (model->bends_by_matrix && !is_damped) return true; /* vertices do all */
+    work->hinge_vectors = ARENA_NEW(work->scratch, vec3, hinges + 1);
+    work->hinge_deviations =
+        is_curved ? ARENA_NEW(work->scratch, vec3, hinges + 1) : work->hinge_vectors;
+    if (is_damped) work->hinge_rates = ARENA_NEW(work->scratch, vec3, hinges + 1);
+    if (!work->hinge_vectors || !work->hinge_deviations || (is_damped && !work->hinge_rates) ||
+        !provide_bending_terms(model, &work->terms, work->scratch))
         return false;
-    deviation_task task = {model, work->state->positions, work->hinge_deviations};
-    parallel_for(hinges, HINGES_PER_CHUNK, work->threads, bend_compute_deviations, &task);
-    if (model->has_bend_damping) {
+    parallel_for(hinges, HINGES_PER_CHUNK, work->threads, TULLE_PICK_KERNEL(fill_hinge_vectors),
+                 work);
+    if (is_damped) {
         work->bend_dampings = ARENA_NEW(work->scratch, bend_damping_response, triangles);
         if (!work->bend_dampings) return false;
-        parallel_for(triangles, HINGES_PER_CHUNK, work->threads, fill_bending_damping, work);
+        parallel_for(triangles, HINGES_PER_CHUNK, work->threads,
+                     TULLE_PICK_KERNEL(fill_bending_damping), work);
     }
-    parallel_for(hinges, HINGES_PER_CHUNK, work->threads, fill_slots, work);
+    if (is_curved) {
+        deviation_task task = {model, work->state->positions, work->hinge_deviations};
+        parallel_for(hinges, HINGES_PER_CHUNK, work->threads, bend_compute_deviations, &task);
+    }
+    parallel_for(hinges, HINGES_PER_CHUNK, work->threads,
+                 is_curved ? fill_forces : TULLE_PICK_KERNEL(fill_hinge_moments), work);
     return true;
-}
-
-void gather_bending(const assembly *work, uint32_t vertex, vertex_sum *sum) {
-    const cloth_model *const model = work->model;
-    const adjacency *const uses = &model->vertex_hinges;
-    for (size_t k = uses->begin[vertex]; k < uses->begin[vertex + 1]; k++) {
-        uint32_t const use = uses->items[k], hinge = use / 4;
-        vec3 const force = work->terms.hinge_forces
-                               ? work->terms.hinge_forces[use]
-                               : vec3_scale(work->terms.hinge_moments[hinge],
-                                            -model->hinges[hinge].weights[use % 4]);
-        sum->force = vec3_add(sum->force, force);
-        sum->source = vec3_add(sum->source, force);
-    }
-    gather_bending_damping(work, vertex, sum);
 }

@@ -160,8 +160,10 @@ static void add_couplings(const coupling_builder *build, size_t edge, size_t sid
         edges_of[k] = vec3_sub(cloth_get_rest(def, triangle, corners[(k + 1) % 3]),
                                cloth_get_rest(def, triangle, corners[k]));
     in_triangle->rest_double_area = 2.0 * build->areas[triangle];
-    in_triangle->time = material->bend_damping;
+    const uint32_t *const uses = surface->vertex_triangles.begin;
     for (size_t k = 0; k < 3; k++) {
+        double const count = uses[corners[k] + 1] - uses[corners[k]];
+        in_triangle->most_triangles = fmax(in_triangle->most_triangles, count);
         uint32_t const other = build->edge_hinges[edges[k]];
         size_t const at = k == own ? self : place++;
         model->triangle_hinges[3 * triangle + k] = other;
@@ -173,7 +175,13 @@ static void add_couplings(const coupling_builder *build, size_t edge, size_t sid
             stiffness * build->softening[hinge] * build->softening[other] * cosine2;
         model->side_couplings[at] += value;
         model->damping_couplings[at] += value * material->bend_damping;
-        if (k == own) in_triangle->own[k] = value * material->bend_damping;
+        /* An edge of more than two triangles is a hinge of two of them alone. */
+        const uint32_t *const sides = model->hinges[other].sides;
+        bool const is_side = sides[0] == 3 * triangle + k || sides[1] == 3 * triangle + k;
+        if (k == own)
+            in_triangle->own[k] = value * material->bend_damping;
+        else if (is_side)
+            in_triangle->cross[3 - own - k] = value * material->bend_damping;
         model->has_bending |= value > 0.0;
         model->has_bend_damping |= value * material->bend_damping > 0.0;
     }
@@ -335,11 +343,26 @@ bool bending_build_matrix(memory *heap, cloth_model *model) {
         model->bend_scalars[i] = rest.data[i].stiffness;
         model->bend_scalar_damping[i] = rest.data[i].damping;
     }
-    /* The matrix holds the couplings of the damping. The damping of triangles stays if there is
-     * any. */
+    /* The matrix holds the couplings of the damping and, where all is flat at rest, those of woven
+     * cloth, which does not bend by those within triangles. The damping of triangles stays if there
+     * is any. */
     memory_release(heap, model->damping_couplings,
                    HINGE_COUPLINGS * model->hinge_count * sizeof(double));
     model->damping_couplings = NULL;
+    if (ok && model->couplings && !model->has_curved_rest) {
+        size_t const count = model->coupling_begin[model->hinge_count];
+        memory_release(heap, model->coupling_begin, (model->hinge_count + 1) * sizeof(uint32_t));
+        memory_release(heap, model->coupling_hinges, count * sizeof(uint32_t));
+        memory_release(heap, model->couplings, count * sizeof(double));
+        model->coupling_begin = model->coupling_hinges = NULL;
+        model->couplings = NULL;
+        model->bends_by_matrix = true;
+    }
+    if (model->couplings || model->bends_by_matrix) {
+        memory_release(heap, model->side_couplings,
+                       HINGE_COUPLINGS * model->hinge_count * sizeof(double));
+        model->side_couplings = NULL;
+    }
     if (!model->has_bend_damping) {
         memory_release(heap, model->bend_dampings,
                        model->triangle_count * sizeof *model->bend_dampings);

@@ -79,8 +79,9 @@ typedef struct cloth_hinge_rest {
 /* Bending damping in one triangle: of the rates of n . c of its hinges, n the triangle's normal. */
 typedef struct cloth_bend_damping {
     double own[3];           /* [N s/m] coupling of each hinge with itself; zero on the border */
-    double time;             /* [s] couplings of two hinges times this */
     double rest_double_area; /* [m^2] */
+    double cross[3];         /* [N s/m] coupling of the two hinges that are not number k */
+    double most_triangles;   /* at one of its corners */
 } cloth_bend_damping;
 
 /* A hinge, and two hinges in each of its triangles. */
@@ -102,12 +103,14 @@ typedef struct cloth_model {
     /* Hinges of edges of triangles: edge k joins corners k and k + 1; TULLE_NONE on the border. */
     uint32_t *triangle_hinges;
     /* Bending energy is 1/2 sum_ij couplings_ij d_i . d_j over hinges i, j, with d_i = c_i - rest.
-     * Compressed rows of a symmetric matrix; null with springs, which bend by side_couplings. */
+     * Compressed rows of a symmetric matrix; null with springs, which bend by side_couplings, and
+     * where cloth bends by its matrix. */
     uint32_t *coupling_begin, *coupling_hinges;
     double *couplings; /* [N/m] */
     /* Couplings within triangles, as if half of each kink counted in each. Damping is these times
      * its time. Of a hinge: with itself, then with the next two edges in the order of each
-     * triangle, the one at corner 2 first; see bend_list_sides. */
+     * triangle, the one at corner 2 first; see bend_list_sides. Of woven cloth null once the model
+     * is built. */
     double *side_couplings, *damping_couplings; /* [N/m]; [N s/m] while the model is built */
     cloth_bend_damping *bend_dampings;          /* triangle_count; null without bending damping */
     adjacency vertex_hinges;                    /* 4 * hinge + corner */
@@ -118,6 +121,8 @@ typedef struct cloth_model {
     double *bend_blocks, *bend_block_damping, *bend_scalars, *bend_scalar_damping;
     size_t block_count, scalar_count;
     bool has_curved_rest, has_bend_damping, has_bending;
+    bool bends_by_matrix; /* woven cloth, flat at rest: its bending force is minus the bending
+                             matrix times the positions */
 } cloth_model;
 
 /* Builds the model. Vertices without a triangle, triangles without area and edges of no length are

@@ -1,14 +1,13 @@
 /* dynamics/compute_forces.c - the stage compute_forces: forces and the system matrix.
  *
  * The forces of cloth, one a file:
- *     gravity, drag of the air    begin_row below
+ *     gravity, drag of the air    kernels/row_kernel.c
  *     membrane.c, or spring.c     the membrane, with its damping
  *     bending.c                   bending; its constant matrix is made in bending_matrix.c
- *     bending_damping.c           damping of bending
+ *     kernels/bending_damping.c   damping of bending
  *     wind.c                      wind and gusts on triangles
- * fill_system and gather_forces list them in the order in which they act. A new force gets a file
- * with fill_... and gather_... (assembly.h), a line in each of these two, and its part of the
- * matrix in begin_row.
+ * fill_system and kernels/row_kernel.c list them in the order in which they act. A new force gets a
+ * file with fill_... (assembly.h), a line in fill_system, and its part of the rows there.
  *
  *     A = M - alpha D - beta K,    b = M a + gamma (f0 - D w)
  *
@@ -37,7 +36,7 @@
  *   - drag keeps its part along the normal;
  *   - the rest-curvature term of bending is taken as constant;
  *   - bending damping uses the constant matrix, which with M / h is at least half the true one
- *     (bending_damping.c);
+ *     (kernels/bending_damping.c);
  *   - derivatives of damping with respect to positions are dropped.
  * Every integrator stays consistent with f0, but steps in which one of these acts are of first
  * order.
@@ -51,7 +50,7 @@
  * Based on: Baraff, Witkin, Large steps in cloth simulation, 1998; Choi, Ko, Stable but responsive
  * cloth, 2002; Wong, Baciu, Dynamic interaction between deformable surfaces and nonsmooth objects,
  * 2005, section 5.1. */
-#include "dynamics/assembly.h"
+#include "dynamics/row_kernel.h"
 
 #include "base/parallel.h"
 
@@ -61,107 +60,26 @@
 /* Two steps are the same if they differ by less than the rounding of a sum of times. */
 static const double SAME_STEP = 1e-9;
 
-/* w of the table, and the positions at the guess. */
+/* w of the table for BDF2, and the positions at the guess. */
 static void fill_starts(void *context, size_t begin, size_t end, size_t chunk, int worker) {
     (void)chunk, (void)worker;
     assembly *const work = context;
-    double const c = work->share, part = work->is_bdf2 ? (1.0 - c) / c : 0.0;
-    for (size_t i = 3 * begin; i < 3 * end; i++)
-        work->start_velocities[i] = work->state->velocities[i] +
-                                    (work->is_bdf2 ? part * work->state->previous_mean[i] : 0.0);
+    double const c = work->share, part = (1.0 - c) / c;
+    for (size_t i = 3 * begin; work->later_starts && i < 3 * end; i++)
+        work->later_starts[i] = work->state->velocities[i] + part * work->state->previous_mean[i];
     for (size_t i = 3 * begin; work->guessed_positions && i < 3 * end; i++)
         work->guessed_positions[i] =
             work->state->positions[i] + work->state->time_step * work->state->guess[i];
 }
 
-/* Adds the drag of a triangle to a block. */
-static inline void add_drag(const assembly *work, uint32_t triangle, symmetric3 *block) {
-    if (triangle == TULLE_NONE) return;
-    symmetric3 const drag = symmetric3_make(0.0, work->alpha, work->terms.triangle_drags[triangle]);
-    for (int i = 0; i < 6; i++) block->m[i] += drag.m[i];
-}
-
-/* Fills the row of the matrix, for all forces, and starts the sums with the vertex's own forces and
- * those of its springs. */
-static void begin_row(const assembly *work, uint32_t vertex, vertex_sum *sum) {
-    const cloth_model *const model = work->model;
-    block_matrix *const matrix = &work->system->matrix;
-    double const alpha = work->alpha, beta = work->beta;
-    vec3 const none = {0.0, 0.0, 0.0};
-
-    /* Mass, gravity and the drag of the air at rest. */
-    double const mass = model->masses[vertex], damping = mass * model->air_damping[vertex];
-    size_t const diagonal = matrix->diagonal_positions[vertex];
-    double const own = mass + alpha * (damping + model->bend_block_damping[diagonal]) +
-                       beta * model->bend_blocks[diagonal];
-    symmetric3 own_block = symmetric3_make(own, 0.0, none);
-    sum->force = vec3_add_scaled(vec3_scale(work->surroundings->gravity, mass),
-                                 vec3_load(work->state->velocities, vertex), -damping);
-    sum->source = vec3_add_scaled(sum->force, vec3_load(work->start_velocities, vertex), damping);
-
-    /* The membrane, and the blocks off the diagonal, each of which belongs to an edge. */
-    const adjacency *const around = &model->surface->vertex_edges;
-    const uint32_t *edges = around->items + around->begin[vertex]; /* as neighbours ascend */
-    for (size_t k = model->block_begin[vertex]; k < model->block_begin[vertex + 1]; k++) {
-        if (model->block_columns[k] == vertex) continue;
-        uint32_t const s = *edges++;
-        double const sign = model->surface->edges[2 * (size_t)s] == vertex ? 1.0 : -1.0;
-        if (work->spring_forces)
-            sum->force = vec3_add_scaled(sum->force, work->spring_forces[s], sign);
-        if (work->spring_sources)
-            sum->source = vec3_add_scaled(sum->source, work->spring_sources[s], sign);
-        double const bend = alpha * model->bend_block_damping[k] + beta * model->bend_blocks[k];
-        symmetric3 block = symmetric3_make(bend, 0.0, none);
-        symmetric3 const membrane = gather_edge_block(work, s);
-        for (int i = 0; i < 6; i++) {
-            own_block.m[i] += membrane.m[i];
-            block.m[i] -= membrane.m[i];
-        }
-        for (size_t side = 0; work->has_wind && side < 2; side++)
-            add_drag(work, model->surface->edge_triangles[2 * (size_t)s + side], &block);
-        memcpy(matrix->values + BLOCK_NUMBERS * k, block.m, sizeof block.m);
-    }
-
-    if (work->membrane_slots) gather_elements(work, vertex, sum);
-    const adjacency *const uses = &model->surface->vertex_triangles;
-    for (size_t k = uses->begin[vertex]; work->has_wind && k < uses->begin[vertex + 1]; k++)
-        add_drag(work, uses->items[k], &own_block);
-    memcpy(matrix->values + BLOCK_NUMBERS * diagonal, own_block.m, sizeof own_block.m);
-}
-
-/* The rows of a range of vertices. After a pass that does not end them the forces of the system are
- * those so far, and the right-hand side has their sources, f - D w. */
-static void gather_forces(void *context, size_t begin, size_t end, size_t chunk, int worker) {
+/* The rows of a range of vertices. */
+static void fill_rows(void *context, size_t begin, size_t end, size_t chunk, int worker) {
     (void)chunk, (void)worker;
     const assembly *const work = context;
-    const motion_state *const state = work->state;
-    linear_system *const system = work->system;
-    double const c = work->share;
-    for (size_t v = begin; v < end; v++) {
-        uint32_t const vertex = (uint32_t)v;
-        vertex_sum sum;
-        if (work->begins_rows) {
-            begin_row(work, vertex, &sum);
-        } else {
-            sum.force = vec3_load(system->forces, v);
-            sum.source = vec3_load(system->right_hand_side, v);
-        }
-        if (work->ends_rows) {
-            if (work->model->has_bending) gather_bending(work, vertex, &sum);
-            if (work->has_wind) gather_wind(work, vertex, &sum);
-            vec3 start = vec3_load(state->velocities, v); /* a of the table */
-            if (work->is_bdf2) {
-                start = vec3_add_scaled(vec3_scale(vec3_load(state->previous_mean, v), 1.0 - c),
-                                        start, c * (2.0 - c));
-                start = vec3_add_scaled(start, vec3_load(state->previous_velocities, v),
-                                        -c * (1.0 - c));
-            }
-            sum.source =
-                vec3_add_scaled(vec3_scale(start, work->model->masses[v]), sum.source, work->gamma);
-        }
-        if (!work->is_renewed) vec3_store(system->forces, v, sum.force);
-        vec3_store(system->right_hand_side, v, sum.source);
-    }
+    if (work->begins_rows) TULLE_PICK_KERNEL(begin_rows)(work, begin, end);
+    if (!work->ends_rows) return;
+    if (work->model->has_bending) TULLE_PICK_KERNEL(gather_bending)(work, begin, end);
+    TULLE_PICK_KERNEL(end_rows)(work, begin, end);
 }
 
 /* Fills the system with all forces, in their order. False: no memory. */
@@ -171,14 +89,18 @@ static bool fill_system(assembly *work) {
     size_t const triangles = work->has_wind ? model->triangle_count : 0;
 
     /* Slots that outlive the passes. */
-    work->start_velocities = ARENA_NEW(scratch, double, 3 * model->vertex_count);
-    if (!work->is_renewed) work->triangle_forces = ARENA_NEW(scratch, vec3, triangles);
+    work->start_velocities = work->state->velocities;
+    if (work->is_bdf2) {
+        work->later_starts = ARENA_NEW(scratch, double, 3 * model->vertex_count);
+        work->start_velocities = work->later_starts;
+    }
+    if (!work->is_renewed) work->triangle_forces = ARENA_NEW(scratch, vec3, triangles + 1);
     if (!work->start_velocities || (!work->is_renewed && !work->triangle_forces) ||
-        !provide_slots(&work->terms.triangle_sources, triangles, scratch))
+        !provide_slots(&work->terms.triangle_sources, triangles + 1, scratch))
         return false;
 
     arena_mark const mark = arena_get_mark(scratch);
-    if (work->state->guess) {
+    if (work->state->guess && model->springs) {
         work->guessed_positions = ARENA_NEW(scratch, double, 3 * model->vertex_count);
         if (!work->guessed_positions) return false;
     }
@@ -187,22 +109,23 @@ static bool fill_system(assembly *work) {
     if (!(model->elements ? fill_elements(work) : fill_springs(work))) return false;
     work->begins_rows = true;
     work->ends_rows = work->is_renewed;
-    parallel_for(model->vertex_count, VERTICES_PER_CHUNK, work->threads, gather_forces, work);
+    parallel_for(model->vertex_count, VERTICES_PER_CHUNK, work->threads, fill_rows, work);
     arena_release(scratch, mark);
     if (work->is_renewed) return true;
 
     if (model->has_bending && !fill_bending(work)) return false;
     work->begins_rows = false;
     work->ends_rows = true;
-    parallel_for(model->vertex_count, VERTICES_PER_CHUNK, work->threads, gather_forces, work);
+    parallel_for(model->vertex_count, VERTICES_PER_CHUNK, work->threads, fill_rows, work);
     return true;
 }
 
 size_t measure_force_terms(const cloth_model *model, const tulle_wind *wind) {
     size_t count = 0;
-    if (wind->drag_coefficient > 0.0) count += 2 * model->triangle_count + model->vertex_count;
-    if (model->has_bending) count += (model->has_curved_rest ? 4 : 1) * model->hinge_count;
-    if (model->has_bend_damping) count += 2 * model->triangle_count;
+    if (wind->drag_coefficient > 0.0) count += 2 * model->triangle_count + model->vertex_count + 3;
+    if (model->has_bending && (model->has_bend_damping || !model->bends_by_matrix))
+        count += (model->has_curved_rest ? 4 : 1) * model->hinge_count + 1;
+    if (model->has_bend_damping) count += 2 * model->triangle_count + 1;
     return count * sizeof(vec3);
 }
 
@@ -244,9 +167,9 @@ tulle_status compute_forces(const cloth_model *model, const motion_state *state,
     if (kept && !work.is_renewed) { /* room for the terms that outlive the stage */
         size_t const triangles = model->triangle_count, vertices = model->vertex_count;
         bool const has_room =
-            (!work.has_wind || (provide_slots(&kept->triangle_drags, triangles, scratch) &&
-                                provide_slots(&kept->triangle_sources, triangles, scratch) &&
-                                provide_slots(&kept->air_velocities, vertices, scratch))) &&
+            (!work.has_wind || (provide_slots(&kept->triangle_drags, triangles + 1, scratch) &&
+                                provide_slots(&kept->triangle_sources, triangles + 1, scratch) &&
+                                provide_slots(&kept->air_velocities, vertices + 1, scratch))) &&
             (!model->has_bending || provide_bending_terms(model, kept, scratch));
         if (!has_room) return TULLE_ERROR_OUT_OF_MEMORY;
     }

@@ -53,11 +53,34 @@ static void measure_elements(void *context, size_t begin, size_t end, size_t chu
     energy_task *const task = context;
     membrane_motion const motion = {.elements = task->model->elements,
                                     .fabrics = task->model->fabrics,
+                                    .vertex_count = task->model->vertex_count,
                                     .positions = task->positions};
     membrane_energy const sum = TULLE_PICK_KERNEL(sum_membrane_energy)(&motion, begin, end);
     task->first[chunk] = sum.energy;
     task->second[chunk] = sum.max_stretch;
     task->counts[chunk] = sum.overstretched;
+}
+
+/* first: bending energy of the rows of these vertices. With rows that sum to zero,
+ * x K x / 2 = -1/4 sum_ij K_ij |x_i - x_j|^2. */
+static void measure_bending_rows(void *context, size_t begin, size_t end, size_t chunk,
+                                 int worker) {
+    (void)worker;
+    energy_task *const task = context;
+    const cloth_model *const model = task->model;
+    double energy = 0.0;
+    for (size_t v = begin; v < end; v++) {
+        vec3 const here = vec3_load(task->positions, v);
+        for (size_t k = model->scalar_begin[v]; k < model->scalar_begin[v + 1]; k++) {
+            vec3 const there = vec3_load(task->positions, model->scalar_columns[k]);
+            energy -= 0.25 * model->bend_scalars[k] * vec3_norm2(vec3_sub(there, here));
+        }
+        for (size_t k = model->block_begin[v]; k < model->block_begin[v + 1]; k++) {
+            vec3 const there = vec3_load(task->positions, model->block_columns[k]);
+            energy -= 0.25 * model->bend_blocks[k] * vec3_norm2(vec3_sub(there, here));
+        }
+    }
+    task->first[chunk] = energy;
 }
 
 /* first: bending energy of the rows of these hinges */
@@ -108,11 +131,16 @@ tulle_status compute_energies(const cloth_model *model, const double *positions,
             energies->elastic.max_stretch = fmax(energies->elastic.max_stretch, task.second[i]);
             energies->elastic.overstretched += task.counts[i];
         }
-        deviation_task hinge_task = {model, positions, task.deviations};
-        parallel_for(hinges, ITEMS_PER_CHUNK, options.threads, bend_compute_deviations,
-                     &hinge_task);
-        parallel_for(hinges, ITEMS_PER_CHUNK, options.threads, couple_hinges, &task);
-        energies->elastic.bend = parallel_sum(task.first, hinge_chunks);
+        if (model->bends_by_matrix) {
+            parallel_for(vertices, ITEMS_PER_CHUNK, options.threads, measure_bending_rows, &task);
+        } else {
+            deviation_task hinge_task = {model, positions, task.deviations};
+            parallel_for(hinges, ITEMS_PER_CHUNK, options.threads, bend_compute_deviations,
+                         &hinge_task);
+            parallel_for(hinges, ITEMS_PER_CHUNK, options.threads, couple_hinges, &task);
+        }
+        size_t const chunks = model->bends_by_matrix ? vertex_chunks : hinge_chunks;
+        energies->elastic.bend = parallel_sum(task.first, chunks);
     }
     arena_release(scratch, mark);
     return has_memory ? TULLE_OK : TULLE_ERROR_OUT_OF_MEMORY;

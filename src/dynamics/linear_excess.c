@@ -64,6 +64,7 @@ tulle_status measure_linear_excess(const cloth_model *model, const motion_state 
                         .motion = {state->positions, state->guess, mean, state->time_step},
                         .elements = {.elements = model->elements,
                                      .fabrics = model->fabrics,
+                                     .vertex_count = model->vertex_count,
                                      .positions = state->positions,
                                      .guess = state->guess,
                                      .time_step = state->time_step,

@@ -43,25 +43,26 @@ typedef struct membrane_element {
     uint32_t corners[3], fabric;
 } membrane_element;
 
-/* What an element brings. Forces on corner 0 are minus the sum of those on corners 1 and 2. A block
- * is -(alpha D + beta K) of the two corners of an edge; edge k joins corners k and k + 1. */
-typedef struct membrane_slot {
-    double blocks[3][6];
-    vec3 forces[2];  /* [N] at x0 and v0 */
-    vec3 sources[2]; /* [N] f - D w of the linear system */
-} membrane_slot;
+/* A symmetric 3x3 matrix: xx, xy, xz, yy, yz, zz. */
+typedef struct symmetric3 {
+    double m[6];
+} symmetric3;
 
 typedef struct membrane_motion {
     const membrane_element *elements;
     const membrane_fabric *fabrics;
+    size_t vertex_count;
     const double *positions, *velocities; /* x0 [m], v0 [m/s] */
     const double *start_velocities;       /* w [m/s] */
     const double *guess;                  /* [m/s] linearised about x0 + h guess; null: about x0 */
     double time_step;                     /* h [s] */
     double alpha, beta;                   /* of the matrix */
     double mean_share;                    /* the force of the system is so much that at the guess */
-    bool has_forces;                      /* forces are wanted too */
-    membrane_slot *slots;                 /* one an element */
+    /* What elements bring, three of each. A block is -(alpha D + beta K) of the two corners of an
+     * edge; edge k joins corners k and k + 1. */
+    symmetric3 *blocks;
+    vec3 *forces;  /* [N] on corners, at x0 and v0; null: they are not wanted */
+    vec3 *sources; /* [N] on corners, f - D w of the linear system */
 } membrane_motion;
 
 TULLE_DECLARE_KERNEL(void, fill_membrane, (const membrane_motion *motion, size_t begin, size_t end))

@@ -67,9 +67,9 @@ static void fill_slots(void *context, size_t begin, size_t end, size_t chunk, in
 
 bool fill_springs(assembly *work) {
     size_t const count = work->model->edge_count;
-    work->spring_blocks = ARENA_NEW(work->scratch, symmetric3, count);
-    if (!work->is_renewed) work->spring_forces = ARENA_NEW(work->scratch, vec3, count);
-    work->spring_sources = ARENA_NEW(work->scratch, vec3, count);
+    work->spring_blocks = ARENA_NEW(work->scratch, symmetric3, count + 1);
+    if (!work->is_renewed) work->spring_forces = ARENA_NEW(work->scratch, vec3, count + 1);
+    work->spring_sources = ARENA_NEW(work->scratch, vec3, count + 1);
     if (!work->spring_blocks || !work->spring_sources) return false;
     if (!work->is_renewed && !work->spring_forces) return false;
     parallel_for(count, SPRINGS_PER_CHUNK, work->threads, fill_slots, work);

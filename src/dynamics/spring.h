@@ -8,11 +8,6 @@
 #include <math.h>
 #include <stdbool.h>
 
-/* A symmetric 3x3 matrix: xx, xy, xz, yy, yz, zz. */
-typedef struct symmetric3 {
-    double m[6];
-} symmetric3;
-
 /* a I + b n n^T */
 static inline symmetric3 symmetric3_make(double a, double b, vec3 n) {
     return (symmetric3){{a + b * n.x * n.x, b * n.x * n.y, b * n.x * n.z, a + b * n.y * n.y,

@@ -5,7 +5,7 @@
  * noise after Perlin, An image synthesizer, 1985: random vectors on a lattice in space and time,
  * blended smoothly. Departure: the blend is divided by the root of the sum of squared weights, so
  * the standard deviation is the same everywhere and not smaller between lattice points. */
-#include "dynamics/assembly.h"
+#include "dynamics/wind_kernel.h"
 
 #include "base/hash.h"
 #include "base/parallel.h"
@@ -86,49 +86,17 @@ static void sample_air(void *context, size_t begin, size_t end, size_t chunk, in
                                                    air->state->time, &cell);
 }
 
-static void fill_slots(void *context, size_t begin, size_t end, size_t chunk, int worker) {
-    (void)chunk, (void)worker;
-    assembly *const work = context;
-    double const third = 1.0 / 3.0;
-    for (size_t t = begin; t < end; t++) {
-        const uint32_t *const vertices = work->model->surface->triangles + 3 * t;
-        vec3 corners[3], relative = {0.0, 0.0, 0.0}, start = {0.0, 0.0, 0.0};
-        for (int k = 0; k < 3; k++) {
-            corners[k] = vec3_load(work->state->positions, vertices[k]);
-            relative = vec3_add(relative, vec3_sub(vec3_load(work->state->velocities, vertices[k]),
-                                                   work->terms.air_velocities[vertices[k]]));
-            start = vec3_add(start, vec3_load(work->start_velocities, vertices[k]));
-        }
-        wind_response const response = wind_evaluate(work->surroundings->wind.drag_coefficient,
-                                                     corners, vec3_scale(relative, third));
-        work->triangle_forces[t] = vec3_scale(response.force, third);
-        vec3 const g = vec3_scale(response.normal, third * sqrt(response.drag));
-        work->terms.triangle_drags[t] = g;
-        work->terms.triangle_sources[t] =
-            vec3_add_scaled(work->triangle_forces[t], g, vec3_dot(g, start));
-    }
-}
-
 bool fill_wind(assembly *work) {
     size_t const vertices = work->model->vertex_count, triangles = work->model->triangle_count;
-    if (!provide_slots(&work->terms.triangle_drags, triangles, work->scratch)) return false;
+    if (!provide_slots(&work->terms.triangle_drags, triangles + 1, work->scratch)) return false;
     arena_mark const mark = arena_get_mark(work->scratch);
-    if (!provide_slots(&work->terms.air_velocities, vertices, work->scratch)) return false;
+    if (!provide_slots(&work->terms.air_velocities, vertices + 1, work->scratch)) return false;
     air_samples air = {&work->surroundings->wind, work->state, work->terms.air_velocities};
     parallel_for(vertices, VERTICES_PER_CHUNK, work->threads, sample_air, &air);
-    parallel_for(triangles, TRIANGLES_PER_CHUNK, work->threads, fill_slots, work);
+    parallel_for(triangles, TRIANGLES_PER_CHUNK, work->threads,
+                 TULLE_PICK_KERNEL(fill_triangle_wind), work);
     arena_release(work->scratch, mark);
     return true;
-}
-
-void gather_wind(const assembly *work, uint32_t vertex, vertex_sum *sum) {
-    const adjacency *const uses = &work->model->surface->vertex_triangles;
-    for (size_t k = uses->begin[vertex]; k < uses->begin[vertex + 1]; k++) {
-        uint32_t const triangle = uses->items[k];
-        if (work->triangle_forces)
-            sum->force = vec3_add(sum->force, work->triangle_forces[triangle]);
-        sum->source = vec3_add(sum->source, work->terms.triangle_sources[triangle]);
-    }
 }
 
 /* ---- its work ----

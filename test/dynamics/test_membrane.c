@@ -18,7 +18,8 @@ typedef struct bench {
     membrane_element elements[ELEMENTS];
     membrane_fabric fabrics[2];
     double x[ELEMENTS * COORDINATES], v[ELEMENTS * COORDINATES], guess[ELEMENTS * COORDINATES];
-    membrane_slot slots[ELEMENTS];
+    symmetric3 blocks[3 * ELEMENTS];
+    vec3 forces[3 * ELEMENTS], sources[3 * ELEMENTS];
     membrane_motion motion;
 } bench;
 
@@ -76,6 +77,7 @@ static bench *make_bench(double strain, uint64_t seed) {
     }
     b->motion = (membrane_motion){.elements = b->elements,
                                   .fabrics = b->fabrics,
+                                  .vertex_count = 3 * ELEMENTS,
                                   .positions = b->x,
                                   .velocities = b->v,
                                   .start_velocities = b->v,
@@ -83,8 +85,9 @@ static bench *make_bench(double strain, uint64_t seed) {
                                   .alpha = 0.0,
                                   .beta = 1.0,
                                   .mean_share = 1.0,
-                                  .has_forces = true,
-                                  .slots = b->slots};
+                                  .blocks = b->blocks,
+                                  .forces = b->forces,
+                                  .sources = b->sources};
     return b;
 }
 
@@ -157,19 +160,18 @@ static double dissipation(const bench *b, size_t e, const double *x, const doubl
 
 /* ---- what the slots say ---- */
 
-static double get_force(const vec3 pair[2], int corner, int axis) {
-    double const one = (&pair[0].x)[axis], two = (&pair[1].x)[axis];
-    return corner == 0 ? -(one + two) : corner == 1 ? one : two;
+static double get_force(const vec3 forces[3], int corner, int axis) {
+    return (&forces[corner].x)[axis];
 }
 
 /* The matrix of an element, 9 x 9: minus the blocks off the diagonal, whose rows sum to zero. */
-static void get_matrix(const membrane_slot *slot, double matrix[COORDINATES][COORDINATES]) {
+static void get_matrix(const symmetric3 blocks[3], double matrix[COORDINATES][COORDINATES]) {
     static const int places[9] = {0, 1, 2, 1, 3, 4, 2, 4, 5};
     memset(matrix, 0, COORDINATES * sizeof *matrix);
     for (int k = 0; k < 3; k++) {
         int const a = 3 * k, b = 3 * ((k + 1) % 3);
         for (int p = 0; p < 9; p++) {
-            double const value = slot->blocks[k][places[p]];
+            double const value = blocks[k].m[places[p]];
             int const row = p / 3, column = p % 3;
             matrix[a + row][a + column] += value;
             matrix[b + row][b + column] += value;
@@ -205,7 +207,7 @@ static void forces_are_the_slope_of_the_energy(void **state) {
             double *const x = b->x + COORDINATES * e;
             double most = 1e-6;
             for (int i = 0; i < COORDINATES; i++)
-                most = fmax(most, fabs(get_force(b->slots[e].forces, i / 3, i % 3)));
+                most = fmax(most, fabs(get_force(b->forces + 3 * e, i / 3, i % 3)));
             for (int i = 0; i < COORDINATES; i++) {
                 double const kept = x[i], step = 1e-8;
                 x[i] = kept + step;
@@ -213,8 +215,8 @@ static void forces_are_the_slope_of_the_energy(void **state) {
                 x[i] = kept - step;
                 double const slope = (more - energy(b, e, x)) / (2.0 * step);
                 x[i] = kept;
-                double const force = get_force(b->slots[e].forces, i / 3, i % 3);
-                double const source = get_force(b->slots[e].sources, i / 3, i % 3);
+                double const force = get_force(b->forces + 3 * e, i / 3, i % 3);
+                double const source = get_force(b->sources + 3 * e, i / 3, i % 3);
                 assert_true(fabs(force + slope) < 1e-5 * most);
                 assert_true(fabs(source - force) < 1e-12 * most);
             }
@@ -240,8 +242,8 @@ static void damping_takes_what_it_says(void **state) {
             v[i] = kept - step;
             double const slope = (more - dissipation(b, e, x, v)) / (2.0 * step);
             v[i] = kept;
-            double const force = get_force(b->slots[e].forces, i / 3, i % 3) -
-                                 get_force(still->slots[e].forces, i / 3, i % 3);
+            double const force = get_force(b->forces + 3 * e, i / 3, i % 3) -
+                                 get_force(still->forces + 3 * e, i / 3, i % 3);
             assert_true(fabs(force + slope) < least + 1e-5 * fabs(slope));
         }
     }
@@ -264,7 +266,7 @@ static void matrix_is_definite(void **state) {
         fill(b);
         for (size_t e = 0; e < ELEMENTS; e++) {
             double matrix[COORDINATES][COORDINATES];
-            get_matrix(&b->slots[e], matrix);
+            get_matrix(b->blocks + 3 * e, matrix);
             for (int i = 0; i < COORDINATES; i++)
                 for (int j = 0; j < COORDINATES; j++) assert_true(isfinite(matrix[i][j]));
             assert_definite(matrix);
@@ -285,7 +287,7 @@ static void matrix_is_exact_at_rest(void **state) {
     fill(b);
     for (size_t e = 0; e < ELEMENTS; e++) {
         double matrix[COORDINATES][COORDINATES], most = 0.0;
-        get_matrix(&b->slots[e], matrix);
+        get_matrix(b->blocks + 3 * e, matrix);
         for (int i = 0; i < COORDINATES; i++) most = fmax(most, matrix[i][i]);
         for (int j = 0; j < COORDINATES; j++) {
             double *const x = &moved->x[COORDINATES * e + (size_t)j];
@@ -294,12 +296,12 @@ static void matrix_is_exact_at_rest(void **state) {
             *x = kept + step;
             fill(moved);
             for (int i = 0; i < COORDINATES; i++)
-                slopes[i] = get_force(moved->slots[e].forces, i / 3, i % 3);
+                slopes[i] = get_force(moved->forces + 3 * e, i / 3, i % 3);
             *x = kept - step;
             fill(moved);
             for (int i = 0; i < COORDINATES; i++)
                 slopes[i] =
-                    (slopes[i] - get_force(moved->slots[e].forces, i / 3, i % 3)) / (2.0 * step);
+                    (slopes[i] - get_force(moved->forces + 3 * e, i / 3, i % 3)) / (2.0 * step);
             *x = kept;
             for (int i = 0; i < COORDINATES; i++)
                 assert_true(fabs(slopes[i] + matrix[i][j]) < 2e-4 * most);
@@ -324,12 +326,12 @@ static void guesses_meet_the_force_there(void **state) {
     fill(there);
     for (size_t e = 0; e < ELEMENTS; e++) {
         double matrix[COORDINATES][COORDINATES];
-        get_matrix(&b->slots[e], matrix);
+        get_matrix(b->blocks + 3 * e, matrix);
         for (int i = 0; i < COORDINATES; i++) {
-            double force = get_force(b->slots[e].sources, i / 3, i % 3);
+            double force = get_force(b->sources + 3 * e, i / 3, i % 3);
             for (int j = 0; j < COORDINATES; j++)
                 force -= matrix[i][j] * b->motion.time_step * b->guess[COORDINATES * e + (size_t)j];
-            double const expected = get_force(there->slots[e].forces, i / 3, i % 3);
+            double const expected = get_force(there->forces + 3 * e, i / 3, i % 3);
             assert_true(fabs(force - expected) < 1e-9 + 1e-10 * fabs(expected));
         }
     }
@@ -360,12 +362,12 @@ static void excess_is_what_was_not_linear(void **state) {
         for (size_t e = 0; e < ELEMENTS; e++) {
             double matrix[COORDINATES][COORDINATES];
             size_t const at = COORDINATES * e;
-            get_matrix(&b->slots[e], matrix);
+            get_matrix(b->blocks + 3 * e, matrix);
             double excess = energy(b, e, end + at) - energy(b, e, there->x + at);
             total += energy(b, e, b->x + at);
             for (int i = 0; i < COORDINATES; i++) {
                 double const d = end[at + (size_t)i] - there->x[at + (size_t)i];
-                excess += get_force(there->slots[e].forces, i / 3, i % 3) * d;
+                excess += get_force(there->forces + 3 * e, i / 3, i % 3) * d;
                 for (int j = 0; j < COORDINATES; j++)
                     excess -=
                         0.5 * d * matrix[i][j] * (end[at + (size_t)j] - there->x[at + (size_t)j]);
@@ -389,16 +391,20 @@ static void all_kernels_give_the_same_bits(void **state) {
     bench *const b = make_bench(0.3, 41);
     b->motion.guess = b->guess;
     b->motion.alpha = 0.01;
-    membrane_slot first[ELEMENTS];
+    bench *const first = make_bench(0.3, 41);
     double sums[KERNEL_TARGET_COUNT][2];
     assert_true(kernel_target_force(KERNEL_BASE));
     fill(b);
-    memcpy(first, b->slots, sizeof first);
+    memcpy(first->blocks, b->blocks, sizeof b->blocks);
+    memcpy(first->forces, b->forces, sizeof b->forces);
+    memcpy(first->sources, b->sources, sizeof b->sources);
     for (int target = 0; target < KERNEL_TARGET_COUNT; target++) {
         if (!kernel_target_force((kernel_target)target)) continue;
         for (size_t begin = 0; begin < ELEMENTS; begin++) /* in any lane */
             TULLE_PICK_KERNEL(fill_membrane)(&b->motion, begin, ELEMENTS);
-        assert_memory_equal(first, b->slots, sizeof first);
+        assert_memory_equal(first->blocks, b->blocks, sizeof b->blocks);
+        assert_memory_equal(first->forces, b->forces, sizeof b->forces);
+        assert_memory_equal(first->sources, b->sources, sizeof b->sources);
         sums[target][0] = TULLE_PICK_KERNEL(sum_membrane_excess)(&b->motion, b->v, 0, ELEMENTS);
         membrane_energy const sum = TULLE_PICK_KERNEL(sum_membrane_energy)(&b->motion, 0, ELEMENTS);
         sums[target][1] = sum.energy;
@@ -407,6 +413,7 @@ static void all_kernels_give_the_same_bits(void **state) {
     }
     kernel_target_force(widest);
     free(b);
+    free(first);
 }
 
 int main(void) {

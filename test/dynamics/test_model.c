@@ -154,6 +154,60 @@ static void cloths_beside_obstacles_are_independent(void **state) {
     assert_int_equal(heap.bytes_held, 0);
 }
 
+/* A sheet that waves, in wind: what the system holds from kernels of one vector width. */
+static void fill_width(fixture *f, tulle_integrator integrator, kernel_target target) {
+    kernel_target const widest = kernel_target_get();
+    if (!kernel_target_force(target)) return;
+    fixture_assemble(f, integrator, 0.01);
+    kernel_target_force(widest);
+}
+
+/* Whole systems: both membranes, flat and curved at rest, all integrators, and counts that no width
+ * divides. */
+static void all_widths_give_the_same_bits(void **state) {
+    (void)state;
+    for (int round = 0; round < 12; round++) {
+        bool const is_woven = round % 2, is_curved = round / 2 % 2;
+        tulle_integrator const integrator = (tulle_integrator)(round / 4);
+        grid g = grid_make(7, 5, 0.35, 0.25, round % 3);
+        double warps[3 * 70];
+        for (size_t i = 0; i < 70; i++) memcpy(warps + 3 * i, (double[]){1.0, 0.2, 0.0}, 24);
+        if (is_curved)
+            for (size_t v = 0; v < g.vertex_count; v++)
+                g.positions[3 * v + 1] = 0.02 * sin(20.0 * g.positions[3 * v]);
+        tulle_material material;
+        assert_int_equal(tulle_material_preset("cotton", &material), TULLE_OK);
+        fixture *const f = fixture_make_woven(g.positions, g.vertex_count, g.triangles,
+                                              g.triangle_count, material, is_woven ? warps : NULL);
+        assert_int_equal(f->model.has_curved_rest, is_curved);
+        assert_true(f->model.has_bend_damping);
+        uint64_t random = (uint64_t)round + 1;
+        for (size_t i = 0; i < 3 * f->vertex_count; i++) {
+            f->x[i] += 0.005 * random_signed(&random);
+            f->v[i] = random_signed(&random);
+            f->previous_mean[i] = random_signed(&random);
+            f->previous_v[i] = random_signed(&random);
+        }
+        f->previous_step = 0.01;
+        f->surroundings = WINDY;
+        size_t const bytes = 3 * f->vertex_count * sizeof(double);
+        size_t const matrix_bytes = BLOCK_NUMBERS * f->system.matrix.block_count * sizeof(double);
+        fill_width(f, integrator, KERNEL_BASE);
+        double *const forces = copy_doubles(f->system.forces, 3 * f->vertex_count);
+        double *const sums = copy_doubles(f->system.right_hand_side, 3 * f->vertex_count);
+        double *const blocks = copy_doubles(f->system.matrix.values, matrix_bytes / sizeof(double));
+        for (int target = 1; target < KERNEL_TARGET_COUNT; target++) {
+            fill_width(f, integrator, (kernel_target)target);
+            assert_memory_equal(f->system.forces, forces, bytes);
+            assert_memory_equal(f->system.right_hand_side, sums, bytes);
+            assert_memory_equal(f->system.matrix.values, blocks, matrix_bytes);
+        }
+        free(forces), free(sums), free(blocks);
+        grid_free(&g);
+        fixture_free(f);
+    }
+}
+
 /* Builds a model of a triangle with these positions and an extra vertex; returns the status. */
 static tulle_status try_build(const double *positions, size_t vertex_count, tulle_membrane membrane,
                               size_t byte_limit, tulle_error *error) {
@@ -351,6 +405,7 @@ int main(void) {
         cmocka_unit_test(stretch_is_in_force_per_width),
         cmocka_unit_test(slivers_are_soft),
         cmocka_unit_test(cloths_beside_obstacles_are_independent),
+        cmocka_unit_test(all_widths_give_the_same_bits),
         cmocka_unit_test(bad_cloth_is_refused_by_name),
         cmocka_unit_test(failing_memory_is_reported),
         cmocka_unit_test(bits_do_not_depend_on_threads),

@@ -19,7 +19,7 @@
  * tangent at a high strain would then overshoot. Beyond `guess_room` more than what the element has
  * at the start, a curve goes on straight, with the slope there. */
 #include "dynamics/membrane.h"
-#include "math/simd_double.h"
+#include "math/vertex_lanes.h"
 
 /* Elements with less than this part of their length left along a yarn keep the stiffness across
  * the yarn that they have there. */
@@ -32,43 +32,73 @@ static const double GUESS_LENGTH = 4.0;
 /* Of its limit, a yarn may take this share within a substep before growth counts. */
 static const double FREE_SHARE = 0.4;
 
-/* Numbers of eight elements, gathered. Lanes beyond the last element repeat it. */
+/* Numbers of eight elements. Lanes beyond the last element repeat it. */
 typedef struct lanes_of_curve {
-    double stiffness[DOUBLE_LANES], inv_knee2[DOUBLE_LANES], limit[DOUBLE_LANES],
-        guess_room[DOUBLE_LANES];
+    double8 stiffness, inv_knee2, limit, guess_room;
 } lanes_of_curve;
+
+/* In the order of membrane_fabric, which has no other numbers. */
+typedef struct lanes_of_fabric {
+    lanes_of_curve yarns[YARN_COUNT], shear;
+    double8 coupling, damping;
+} lanes_of_fabric;
 
 typedef struct element_batch {
     const membrane_element *elements[DOUBLE_LANES];
-    double gradients[2][YARN_COUNT][DOUBLE_LANES], area[DOUBLE_LANES];
-    lanes_of_curve yarns[YARN_COUNT], shear;
-    double coupling[DOUBLE_LANES], damping[DOUBLE_LANES];
+    double8 gradients[2][YARN_COUNT], area;
+    lanes_of_fabric fabric;
 } element_batch;
 
-static void gather_curve(const membrane_curve *curve, size_t lane, lanes_of_curve *lanes) {
-    lanes->stiffness[lane] = curve->stiffness;
-    lanes->inv_knee2[lane] = curve->inv_knee2;
-    lanes->limit[lane] = curve->limit;
-    lanes->guess_room[lane] = curve->guess_room;
+/* Where the numbers of vertices come from. */
+typedef struct motion_sources {
+    lane_source positions, velocities, starts, guess, mean;
+} motion_sources;
+
+static motion_sources make_sources(const membrane_motion *motion, const double *mean) {
+    size_t const count = motion->vertex_count;
+    motion_sources sources = {.positions = lane_source_make(motion->positions, count)};
+    if (motion->velocities) sources.velocities = lane_source_make(motion->velocities, count);
+    if (motion->start_velocities)
+        sources.starts = lane_source_make(motion->start_velocities, count);
+    if (motion->guess) sources.guess = lane_source_make(motion->guess, count);
+    if (mean) sources.mean = lane_source_make(mean, count);
+    return sources;
 }
 
-static void gather_elements(const membrane_motion *motion, size_t begin, size_t count,
-                            element_batch *batch) {
+enum { FABRIC_NUMBERS = sizeof(membrane_fabric) / sizeof(double) };
+
+SIMD_INLINE void gather_fabrics(const membrane_motion *motion, element_batch *batch) {
+    uint32_t const first = batch->elements[0]->fabric;
+    bool is_one = true;
+    for (size_t k = 1; k < DOUBLE_LANES; k++) is_one &= batch->elements[k]->fabric == first;
+    double8 lanes[FABRIC_NUMBERS];
+    double numbers[FABRIC_NUMBERS];
+    memcpy(numbers, &motion->fabrics[first], sizeof numbers);
+    for (size_t i = 0; i < FABRIC_NUMBERS; i++) lanes[i] = double8_fill(numbers[i]);
+    for (size_t k = 1; !is_one && k < DOUBLE_LANES; k++) {
+        memcpy(numbers, &motion->fabrics[batch->elements[k]->fabric], sizeof numbers);
+        for (size_t i = 0; i < FABRIC_NUMBERS; i++) lanes[i][k] = numbers[i];
+    }
+    memcpy(&batch->fabric, lanes, sizeof lanes);
+}
+
+SIMD_INLINE void gather_elements(const membrane_motion *motion, size_t begin, size_t count,
+                                 element_batch *batch) {
+    lanes4 gradients[DOUBLE_LANES];
+    double areas[DOUBLE_LANES];
     for (size_t k = 0; k < DOUBLE_LANES; k++) {
         const membrane_element *const element =
             &motion->elements[begin + (k < count ? k : count - 1)];
-        const membrane_fabric *const fabric = &motion->fabrics[element->fabric];
         batch->elements[k] = element;
-        for (int i = 0; i < 2; i++)
-            for (int yarn = 0; yarn < YARN_COUNT; yarn++)
-                batch->gradients[i][yarn][k] = element->gradients[i][yarn];
-        batch->area[k] = element->area;
-        for (int yarn = 0; yarn < YARN_COUNT; yarn++)
-            gather_curve(&fabric->yarns[yarn], k, &batch->yarns[yarn]);
-        gather_curve(&fabric->shear, k, &batch->shear);
-        batch->coupling[k] = fabric->coupling;
-        batch->damping[k] = fabric->damping;
+        gradients[k] = lanes4_load(element->gradients[0]);
+        areas[k] = element->area;
     }
+    double8x4 const turned = lanes4_turn(gradients);
+    for (int i = 0; i < 2; i++)
+        for (int yarn = 0; yarn < YARN_COUNT; yarn++)
+            batch->gradients[i][yarn] = turned.at[YARN_COUNT * i + yarn];
+    batch->area = double8_load(areas);
+    gather_fabrics(motion, batch);
 }
 
 /* ---- vectors along both yarns ---- */
@@ -81,24 +111,18 @@ SIMD_INLINE vec3x8 combine(vec3x8 a, double8 s, vec3x8 b, double8 t) {
     return (vec3x8){a.x * s + b.x * t, a.y * s + b.y * t, a.z * s + b.z * t};
 }
 
-/* sum_i D_ia y_i for values y, 3 a vertex. */
-SIMD_INLINE yarn_vectors differentiate(const element_batch *batch, const double *values) {
-    double edges[2][3][DOUBLE_LANES];
+/* sum_i D_ia y_i for values y of the vertices. */
+SIMD_INLINE yarn_vectors differentiate(const element_batch *batch, const lane_source *values) {
+    lanes4 edges[2][DOUBLE_LANES];
     for (size_t k = 0; k < DOUBLE_LANES; k++) {
         const uint32_t *const corners = batch->elements[k]->corners;
-        const double *const origin = values + 3 * (size_t)corners[0];
-        for (int i = 0; i < 2; i++)
-            for (size_t axis = 0; axis < 3; axis++)
-                edges[i][axis][k] = values[3 * (size_t)corners[i + 1] + axis] - origin[axis];
+        lanes4 const origin = lanes4_get(values, corners[0]);
+        for (int i = 0; i < 2; i++) edges[i][k] = lanes4_get(values, corners[i + 1]) - origin;
     }
-    vec3x8 e[2];
-    for (int i = 0; i < 2; i++)
-        e[i] = (vec3x8){double8_load(edges[i][0]), double8_load(edges[i][1]),
-                        double8_load(edges[i][2])};
+    vec3x8 const left = lanes4_turn3(edges[0]), right = lanes4_turn3(edges[1]);
     yarn_vectors result;
     for (int yarn = 0; yarn < YARN_COUNT; yarn++)
-        result.a[yarn] = combine(e[0], double8_load(batch->gradients[0][yarn]), e[1],
-                                 double8_load(batch->gradients[1][yarn]));
+        result.a[yarn] = combine(left, batch->gradients[0][yarn], right, batch->gradients[1][yarn]);
     return result;
 }
 
@@ -117,11 +141,11 @@ typedef struct curve_point {
 } curve_point;
 
 SIMD_INLINE curve_point follow_curve(const lanes_of_curve *lanes, double8 strain, double8 most) {
-    double8 const zero = double8_fill(0.0), k = double8_load(lanes->stiffness);
+    double8 const zero = double8_fill(0.0), k = lanes->stiffness;
     double8 const kept = double8_min(strain, most);
-    double8 const bent = double8_min(kept, double8_load(lanes->limit));
+    double8 const bent = double8_min(kept, lanes->limit);
     double8 const taut = double8_max(bent, zero);
-    double8 const more = double8_load(lanes->inv_knee2) * taut * taut;
+    double8 const more = lanes->inv_knee2 * taut * taut;
     curve_point point = {.slope = k * (1.0 + 3.0 * more), .kept = kept};
     double8 const tension = k * bent * (1.0 + more), beyond = strain - bent;
     point.kept_tension = tension + point.slope * (kept - bent);
@@ -162,19 +186,18 @@ typedef struct element_response {
 /* `start` is where a guess begins; null: no guess. */
 SIMD_INLINE element_response respond(const element_batch *batch, const element_state *state,
                                      const element_state *start) {
-    double8 const coupling = double8_load(batch->coupling), zero = double8_fill(0.0);
+    double8 const coupling = batch->fabric.coupling, zero = double8_fill(0.0);
     double8 const endless = double8_fill((double)INFINITY);
     curve_point yarns[YARN_COUNT];
     for (int yarn = 0; yarn < YARN_COUNT; yarn++) {
         double8 most = endless;
         if (start)
-            most = double8_max(start->strains[yarn], zero) +
-                   double8_load(batch->yarns[yarn].guess_room);
-        yarns[yarn] = follow_curve(&batch->yarns[yarn], state->strains[yarn], most);
+            most = double8_max(start->strains[yarn], zero) + batch->fabric.yarns[yarn].guess_room;
+        yarns[yarn] = follow_curve(&batch->fabric.yarns[yarn], state->strains[yarn], most);
     }
     double8 most = endless;
-    if (start) most = double8_abs(start->shear) + double8_load(batch->shear.guess_room);
-    curve_point const shear = follow_curve(&batch->shear, double8_abs(state->shear), most);
+    if (start) most = double8_abs(start->shear) + batch->fabric.shear.guess_room;
+    curve_point const shear = follow_curve(&batch->fabric.shear, double8_abs(state->shear), most);
     double8 const turn =
         double8_select(double8_greater(zero, state->shear), -shear.tension, shear.tension);
 
@@ -264,49 +287,54 @@ SIMD_INLINE symmetric8 make_cross_block(const tangent *by, const element_state *
                          2.0 * u.y * v.y, u.y * v.z + u.z * v.y, 2.0 * u.z * v.z}};
 }
 
-/* ---- slots ---- */
+/* ---- what is stored ---- */
 
-enum { SLOT_NUMBERS = sizeof(membrane_slot) / sizeof(double), BLOCKS_END = 18, FORCES_END = 24 };
-
-typedef struct slot_lanes {
-    double numbers[SLOT_NUMBERS][DOUBLE_LANES]; /* in the order of membrane_slot */
-} slot_lanes;
-
-/* -A sum_a D_ia P_a on corners 1 and 2 */
-SIMD_INLINE void put_forces(const element_batch *batch, const yarn_vectors *tensions, size_t from,
-                            slot_lanes *slots) {
-    double8 const area = double8_load(batch->area);
-    for (size_t i = 0; i < 2; i++) {
-        double8 const u = area * double8_load(batch->gradients[i][YARN_WARP]);
-        double8 const v = area * double8_load(batch->gradients[i][YARN_WEFT]);
-        vec3x8 const force =
-            vec3x8_neg(combine(tensions->a[YARN_WARP], u, tensions->a[YARN_WEFT], v));
-        double8_store(slots->numbers[from + 3 * i], force.x);
-        double8_store(slots->numbers[from + 3 * i + 1], force.y);
-        double8_store(slots->numbers[from + 3 * i + 2], force.z);
-    }
+/* Eight vectors, each to a place three on from the last one's. */
+SIMD_INLINE void store_rows(vec3x8 a, size_t count, vec3 *to) {
+    lanes4 rows[DOUBLE_LANES];
+    lanes4_turn_back(a.x, a.y, a.z, a.z, rows);
+    for (size_t k = 0; k < count; k++) lanes4_store3(&to[3 * k].x, rows[k]);
 }
 
-SIMD_INLINE void put_blocks(const element_batch *batch, const tangent *by, const element_state *at,
-                            slot_lanes *slots) {
+/* -A sum_a D_ia P_a on the corners */
+SIMD_INLINE void store_forces(const element_batch *batch, const yarn_vectors *tensions,
+                              size_t count, vec3 *to) {
+    vec3x8 forces[2];
+    for (size_t i = 0; i < 2; i++) {
+        double8 const u = batch->area * batch->gradients[i][YARN_WARP];
+        double8 const v = batch->area * batch->gradients[i][YARN_WEFT];
+        forces[i] = vec3x8_neg(combine(tensions->a[YARN_WARP], u, tensions->a[YARN_WEFT], v));
+        store_rows(forces[i], count, to + 1 + i);
+    }
+    store_rows(vec3x8_neg(vec3x8_add(forces[0], forces[1])), count, to);
+}
+
+SIMD_INLINE void store_blocks(const element_batch *batch, const tangent *by,
+                              const element_state *at, size_t count, symmetric3 *to) {
     symmetric8 const warp = make_own_block(by, at, YARN_WARP);
     symmetric8 const weft = make_own_block(by, at, YARN_WEFT);
     symmetric8 const cross = make_cross_block(by, at);
-    double8 const area = double8_load(batch->area);
+    double8 const area = batch->area;
     double8 d[3][YARN_COUNT];
     for (int yarn = 0; yarn < YARN_COUNT; yarn++) {
-        d[1][yarn] = double8_load(batch->gradients[0][yarn]);
-        d[2][yarn] = double8_load(batch->gradients[1][yarn]);
+        d[1][yarn] = batch->gradients[0][yarn];
+        d[2][yarn] = batch->gradients[1][yarn];
         d[0][yarn] = -(d[1][yarn] + d[2][yarn]);
     }
-    for (size_t k = 0; k < 3; k++) {
-        const double8 *const a = d[k], *const b = d[(k + 1) % 3];
+    for (size_t e = 0; e < 3; e++) {
+        const double8 *const a = d[e], *const b = d[(e + 1) % 3];
         double8 const u = -area * (a[YARN_WARP] * b[YARN_WARP]);
         double8 const v = -area * (a[YARN_WEFT] * b[YARN_WEFT]);
         double8 const uv = -area * (a[YARN_WARP] * b[YARN_WEFT] + a[YARN_WEFT] * b[YARN_WARP]);
-        for (size_t i = 0; i < 6; i++)
-            double8_store(slots->numbers[6 * k + i],
-                          u * warp.m[i] + v * weft.m[i] + uv * cross.m[i]);
+        double8 m[6];
+        for (size_t i = 0; i < 6; i++) m[i] = u * warp.m[i] + v * weft.m[i] + uv * cross.m[i];
+        lanes4 first[DOUBLE_LANES], last[DOUBLE_LANES];
+        lanes4_turn_back(m[0], m[1], m[2], m[3], first);
+        lanes4_turn_back(m[4], m[5], m[4], m[5], last);
+        for (size_t k = 0; k < count; k++) {
+            memcpy(to[3 * k + e].m, &first[k], sizeof first[k]);
+            memcpy(to[3 * k + e].m + 4, &last[k], 2 * sizeof(double));
+        }
     }
 }
 
@@ -358,53 +386,56 @@ SIMD_INLINE yarn_vectors limit_way(const yarn_vectors *start, yarn_vectors way, 
     return way;
 }
 
-SIMD_INLINE linearisation linearise(const membrane_motion *motion, const element_batch *batch,
-                                    bool needs_first) {
-    linearisation line = {.start = measure(differentiate(batch, motion->positions))};
-    line.at = line.start;
-    if (!motion->guess || needs_first) line.first = respond(batch, &line.start, NULL);
-    line.response = line.first;
-    if (motion->guess) {
-        line.way =
-            limit_way(&line.start.lengths, differentiate(batch, motion->guess), motion->time_step);
-        line.at = measure(
-            yarns_add_scaled(line.start.lengths, line.way, double8_fill(motion->time_step)));
-        line.response = respond(batch, &line.at, &line.start);
+/* `has_guess` is known when this is compiled: without a guess much is the same. */
+SIMD_INLINE void linearise(const membrane_motion *motion, const motion_sources *sources,
+                           const element_batch *batch, bool has_guess, bool needs_first,
+                           linearisation *line) {
+    line->start = measure(differentiate(batch, &sources->positions));
+    if (!has_guess || needs_first) line->first = respond(batch, &line->start, NULL);
+    if (has_guess) {
+        line->way = limit_way(&line->start.lengths, differentiate(batch, &sources->guess),
+                              motion->time_step);
+        line->at = measure(
+            yarns_add_scaled(line->start.lengths, line->way, double8_fill(motion->time_step)));
+        line->response = respond(batch, &line->at, &line->start);
+    } else {
+        line->at = line->start;
+        line->response = line->first;
     }
     double8 const alpha = double8_fill(motion->alpha), beta = double8_fill(motion->beta);
-    double8 const damping = double8_load(batch->damping);
+    double8 const damping = batch->fabric.damping;
     double8 along[3][YARN_COUNT], across[3][YARN_COUNT];
     for (int yarn = 0; yarn < YARN_COUNT; yarn++) {
-        double8 const k = double8_load(batch->yarns[yarn].stiffness);
-        vec3x8 const n = line.at.directions.a[yarn];
+        double8 const k = batch->fabric.yarns[yarn].stiffness;
+        vec3x8 const n = line->at.directions.a[yarn];
         bool8 const has_length = double8_greater(vec3x8_dot(n, n), double8_fill(0.0));
-        along[0][yarn] = line.response.along[yarn];
-        across[0][yarn] = double8_select(has_length, line.response.across[yarn], k);
+        along[0][yarn] = line->response.along[yarn];
+        across[0][yarn] = double8_select(has_length, line->response.across[yarn], k);
         along[1][yarn] = damping * k;
         across[1][yarn] = double8_fill(0.0);
         along[2][yarn] = beta * along[0][yarn] + alpha * along[1][yarn];
         across[2][yarn] = beta * across[0][yarn];
     }
-    double8 const damped = damping * double8_load(batch->shear.stiffness);
-    line.stiff = make_tangent(along[0], across[0], line.response.shear);
-    line.damp = make_tangent(along[1], across[1], damped);
-    line.all = make_tangent(along[2], across[2], beta * line.response.shear + alpha * damped);
-    couple_yarns(&line);
-    return line;
+    double8 const damped = damping * batch->fabric.shear.stiffness;
+    line->stiff = make_tangent(along[0], across[0], line->response.shear);
+    line->damp = make_tangent(along[1], across[1], damped);
+    line->all = make_tangent(along[2], across[2], beta * line->response.shear + alpha * damped);
+    couple_yarns(line);
 }
 
-SIMD_INLINE void fill_eight(const membrane_motion *motion, size_t begin, size_t count) {
+SIMD_INLINE void fill_eight(const membrane_motion *motion, const motion_sources *sources,
+                            size_t begin, size_t count, bool has_guess) {
     element_batch batch;
-    slot_lanes slots;
+    linearisation line;
     gather_elements(motion, begin, count, &batch);
     double8 const one = double8_fill(1.0), step = double8_fill(motion->time_step);
-    bool const is_mean = motion->guess && motion->mean_share < 1.0;
-    linearisation const line = linearise(motion, &batch, motion->has_forces || is_mean);
-    put_blocks(&batch, &line.all, &line.at, &slots);
+    bool const is_mean = has_guess && motion->mean_share < 1.0;
+    linearise(motion, sources, &batch, has_guess, motion->forces || is_mean, &line);
+    store_blocks(&batch, &line.all, &line.at, count, motion->blocks + 3 * begin);
 
     /* The elastic tension of the system at x0: that at the guess, moved back along the tangent. */
     yarn_vectors tensions = line.response.tensions;
-    if (motion->guess)
+    if (has_guess)
         tensions =
             yarns_add_scaled(tensions, apply_tangent(&line.stiff, &line.at, &line.way), -step);
     double8 const share = double8_fill(motion->mean_share);
@@ -412,24 +443,16 @@ SIMD_INLINE void fill_eight(const membrane_motion *motion, size_t begin, size_t 
         tensions.a[yarn] =
             combine(line.first.tensions.a[yarn], one - share, tensions.a[yarn], share);
     /* Damping at v0, and what w changes of it. */
-    yarn_vectors const velocities = differentiate(&batch, motion->velocities);
-    yarn_vectors const moving = differentiate(&batch, motion->start_velocities);
+    yarn_vectors const velocities = differentiate(&batch, &sources->velocities);
+    bool const is_same = sources->starts.values == sources->velocities.values;
+    yarn_vectors const moving = is_same ? velocities : differentiate(&batch, &sources->starts);
     tensions = yarns_add_scaled(tensions, damp_rates(&line.damp, &line.at, &velocities), one);
     tensions = yarns_add_scaled(tensions, apply_tangent(&line.damp, &line.at, &moving), -one);
-    put_forces(&batch, &tensions, FORCES_END, &slots);
-    if (motion->has_forces) {
-        yarn_vectors const damped = damp_rates(&line.damp, &line.start, &velocities);
-        yarn_vectors const own = yarns_add_scaled(line.first.tensions, damped, one);
-        put_forces(&batch, &own, BLOCKS_END, &slots);
-    }
-    for (size_t k = 0; k < count; k++) {
-        membrane_slot *const slot = &motion->slots[begin + k];
-        double numbers[SLOT_NUMBERS];
-        for (size_t i = 0; i < SLOT_NUMBERS; i++) numbers[i] = slots.numbers[i][k];
-        memcpy(slot->blocks, numbers, sizeof slot->blocks);
-        if (motion->has_forces) memcpy(slot->forces, numbers + BLOCKS_END, sizeof slot->forces);
-        memcpy(slot->sources, numbers + FORCES_END, sizeof slot->sources);
-    }
+    store_forces(&batch, &tensions, count, motion->sources + 3 * begin);
+    if (!motion->forces) return;
+    yarn_vectors const damped = damp_rates(&line.damp, &line.start, &velocities);
+    yarn_vectors const own = yarns_add_scaled(line.first.tensions, damped, one);
+    store_forces(&batch, &own, count, motion->forces + 3 * begin);
 }
 
 SIMD_INLINE size_t count_lanes(size_t begin, size_t end) {
@@ -437,51 +460,68 @@ SIMD_INLINE size_t count_lanes(size_t begin, size_t end) {
 }
 
 void TULLE_KERNEL(fill_membrane)(const membrane_motion *motion, size_t begin, size_t end) {
-    for (; begin < end; begin += DOUBLE_LANES) fill_eight(motion, begin, count_lanes(begin, end));
+    motion_sources const sources = make_sources(motion, NULL);
+    for (; begin < end; begin += DOUBLE_LANES) {
+        size_t const count = count_lanes(begin, end);
+        if (motion->guess)
+            fill_eight(motion, &sources, begin, count, true);
+        else
+            fill_eight(motion, &sources, begin, count, false);
+    }
 }
 
 /* ---- energies ---- */
 
+SIMD_INLINE double8 measure_excess(const membrane_motion *motion, const motion_sources *sources,
+                                   size_t begin, size_t count, bool has_guess) {
+    element_batch batch;
+    linearisation line;
+    gather_elements(motion, begin, count, &batch);
+    double8 const step = double8_fill(motion->time_step);
+    linearise(motion, sources, &batch, has_guess, false, &line);
+    /* The way from where it is linearised to the end of the step. */
+    yarn_vectors way = differentiate(&batch, &sources->mean);
+    if (has_guess) way = yarns_add_scaled(way, line.way, double8_fill(-1.0));
+    for (int yarn = 0; yarn < YARN_COUNT; yarn++) way.a[yarn] = vec3x8_scale(way.a[yarn], step);
+    yarn_vectors const pull = apply_tangent(&line.stiff, &line.at, &way);
+    double8 reckoned = line.response.energy;
+    for (int yarn = 0; yarn < YARN_COUNT; yarn++)
+        reckoned += vec3x8_dot(line.response.tensions.a[yarn], way.a[yarn]) +
+                    0.5 * vec3x8_dot(pull.a[yarn], way.a[yarn]);
+    element_state const last = measure(yarns_add_scaled(line.at.lengths, way, double8_fill(1.0)));
+    element_response const truth = respond(&batch, &last, NULL);
+    return batch.area * (truth.energy - reckoned);
+}
+
 double TULLE_KERNEL(sum_membrane_excess)(const membrane_motion *motion, const double *mean,
                                          size_t begin, size_t end) {
+    motion_sources const sources = make_sources(motion, mean);
     double sum = 0.0;
     for (; begin < end; begin += DOUBLE_LANES) {
         size_t const count = count_lanes(begin, end);
-        element_batch batch;
-        double excess[DOUBLE_LANES];
-        gather_elements(motion, begin, count, &batch);
-        double8 const step = double8_fill(motion->time_step);
-        linearisation const line = linearise(motion, &batch, false);
-        /* The way from where it is linearised to the end of the step. */
-        yarn_vectors way = differentiate(&batch, mean);
-        if (motion->guess) way = yarns_add_scaled(way, line.way, double8_fill(-1.0));
-        for (int yarn = 0; yarn < YARN_COUNT; yarn++) way.a[yarn] = vec3x8_scale(way.a[yarn], step);
-        yarn_vectors const pull = apply_tangent(&line.stiff, &line.at, &way);
-        double8 reckoned = line.response.energy;
-        for (int yarn = 0; yarn < YARN_COUNT; yarn++)
-            reckoned += vec3x8_dot(line.response.tensions.a[yarn], way.a[yarn]) +
-                        0.5 * vec3x8_dot(pull.a[yarn], way.a[yarn]);
-        element_state const last =
-            measure(yarns_add_scaled(line.at.lengths, way, double8_fill(1.0)));
-        element_response const truth = respond(&batch, &last, NULL);
-        double8_store(excess, double8_load(batch.area) * (truth.energy - reckoned));
-        for (size_t k = 0; k < count; k++) sum += excess[k];
+        double8 const excess = motion->guess
+                                   ? measure_excess(motion, &sources, begin, count, true)
+                                   : measure_excess(motion, &sources, begin, count, false);
+        double lanes[DOUBLE_LANES];
+        double8_store(lanes, excess);
+        for (size_t k = 0; k < count; k++) sum += lanes[k];
     }
     return sum;
 }
 
 double TULLE_KERNEL(find_yarn_growth)(const membrane_motion *motion, const double *ends,
                                       size_t begin, size_t end) {
+    motion_sources const sources = make_sources(motion, ends);
     double most = 0.0;
     for (; begin < end; begin += DOUBLE_LANES) {
         size_t const count = count_lanes(begin, end);
         element_batch batch;
         double growth[DOUBLE_LANES];
         gather_elements(motion, begin, count, &batch);
-        element_state const first = measure(differentiate(&batch, motion->positions));
-        element_state const last = measure(differentiate(&batch, ends));
+        element_state const first = measure(differentiate(&batch, &sources.positions));
+        element_state const last = measure(differentiate(&batch, &sources.mean));
         for (int yarn = 0; yarn < YARN_COUNT; yarn++) {
-            double8 const limit = double8_load(batch.yarns[yarn].limit);
+            double8 const limit = batch.fabric.yarns[yarn].limit;
             double8 const free = double8_fill(FREE_SHARE) * limit;
             double8 const grown = last.strains[yarn] - double8_max(first.strains[yarn], free);
             double8_store(growth, grown / limit);
@@ -493,23 +533,24 @@ double TULLE_KERNEL(find_yarn_growth)(const membrane_motion *motion, const doubl
 
 membrane_energy TULLE_KERNEL(sum_membrane_energy)(const membrane_motion *motion, size_t begin,
                                                   size_t end) {
+    motion_sources const sources = make_sources(motion, NULL);
     membrane_energy sum = {0.0, 0.0, 0};
     for (; begin < end; begin += DOUBLE_LANES) {
         size_t const count = count_lanes(begin, end);
         element_batch batch;
         double energies[DOUBLE_LANES], strains[YARN_COUNT][DOUBLE_LANES];
         gather_elements(motion, begin, count, &batch);
-        element_state const at = measure(differentiate(&batch, motion->positions));
+        element_state const at = measure(differentiate(&batch, &sources.positions));
         element_response const response = respond(&batch, &at, NULL);
-        double8_store(energies, double8_load(batch.area) * response.energy);
+        double8_store(energies, batch.area * response.energy);
         for (int yarn = 0; yarn < YARN_COUNT; yarn++)
             double8_store(strains[yarn], at.strains[yarn]);
         for (size_t k = 0; k < count; k++) {
             double const warp = strains[YARN_WARP][k], weft = strains[YARN_WEFT][k];
             sum.energy += energies[k];
             sum.max_stretch = fmax(sum.max_stretch, 1.0 + fmax(warp, weft));
-            sum.overstretched +=
-                warp > batch.yarns[YARN_WARP].limit[k] || weft > batch.yarns[YARN_WEFT].limit[k];
+            sum.overstretched += warp > batch.fabric.yarns[YARN_WARP].limit[k] ||
+                                 weft > batch.fabric.yarns[YARN_WEFT].limit[k];
         }
     }
     return sum;
