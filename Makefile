@@ -81,17 +81,19 @@ test-long:
 # under the thread sanitizer; those of the engine and of files that call no library from elsewhere under the memory sanitizer,
 # which is clang's. They take up to twenty times as long. TESTS='base.parallel world.golden' builds and runs these alone.
 TESTS ?=
+# Tests of the program need that alone, all others their own program.
+CHOSEN_TARGETS = $(addprefix --target ,$(subst .,_test_,$(filter-out e2e.%,$(TESTS))) $(if $(filter e2e.%,$(TESTS)),tulle_program paper_measure))
 CHOSEN_TESTS = -R '^($(or $(subst $() ,|,$(strip $(TESTS))),.*))$$'
 test-asan test-ubsan test-tsan: test-%:
 	@$(INSTALL_PACKAGES) build test $(filter ubsan,$*)
 	@cmake --preset $(patsubst asan,asan-ubsan,$*)
-	@cmake --build build/$(patsubst asan,asan-ubsan,$*) -j $(JOBS) $(addprefix --target ,$(subst .,_test_,$(TESTS)))
+	@cmake --build build/$(patsubst asan,asan-ubsan,$*) -j $(JOBS) $(CHOSEN_TARGETS)
 	@cd build/$(patsubst asan,asan-ubsan,$*) && $(CTEST) --timeout 7200 $(CHOSEN_TESTS)
 
 test-msan:
 	@$(INSTALL_PACKAGES) build test msan
 	@cmake --preset msan
-	@cmake --build build/msan -j $(JOBS) $(addprefix --target ,$(or $(subst .,_test_,$(TESTS)),tests_for_memory))
+	@cmake --build build/msan -j $(JOBS) $(or $(CHOSEN_TARGETS),--target tests_for_memory)
 	@cd build/msan && $(CTEST) --timeout 7200 -L memory $(CHOSEN_TESTS)
 
 # All of it built by clang, warnings are errors; the tests that hold the golden hashes and the names of the libraries.
