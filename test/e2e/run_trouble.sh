@@ -29,7 +29,7 @@ grep -q '^trouble: none: every solve converged, no step was cut, nothing was res
 "$TULLE" info well | grep -q '^  trouble  *none: every solve converged' || fault "info of a healthy run"
 [ "$(value well unconverged_steps)" = 0 ] || fault "run.json of a healthy run"
 
-bad=(--set cloth[0].material.stretch=3 --set solver.cg_iterations=1)
+bad=(--set cloth[0].material.stretch=3 --set cloth[0].material.shear.stiffness=1 --set solver.cg_iterations=1)
 run -o bad "${bad[@]}"
 grep -q '^trouble: a solve did not converge in [1-9][0-9]* of 20 steps; the largest residual was [0-9.e-]* at [0-9.]* s$' stdout ||
     fault "solves: $(cat stdout)"

@@ -319,6 +319,9 @@ static void first_steps_differ_by_rounding(void **state) {
 /* Of sums over all steps: of the energy of motion and springs, and of contacts. Contacts come and
  * go in other steps. */
 static const double MOST_ENERGY_SHARE = 0.03, MOST_CONTACT_SHARE = 0.1;
+/* Stiff cloth on three tips has some forty contacts in all, and slips off a tip a step earlier or
+ * later. */
+static const double MOST_ENERGY_SHARE_ON_TIPS = 0.15;
 
 static bool is_within(double value, double expected, double share) {
     return fabs(value - expected) <= share * expected;
@@ -341,7 +344,8 @@ static void chaos_keeps_energy_and_contacts(void **state) {
             }
         }
         for (size_t k = 0; k < list.count; k++)
-            if (!is_within(energies[k], energies[list.count], MOST_ENERGY_SHARE) ||
+            if (!is_within(energies[k], energies[list.count],
+                           scenes[s].has_tips ? MOST_ENERGY_SHARE_ON_TIPS : MOST_ENERGY_SHARE) ||
                 !(scenes[s].has_tips ||
                   is_within(contacts[k], contacts[list.count], MOST_CONTACT_SHARE)))
                 fail_msg("%s, %s: %g J and %g contacts, of %g J and %g", scenes[s].name,
