@@ -32,7 +32,7 @@ import tempfile
 sys.path.insert(0, os.path.dirname(os.path.abspath(__file__)))
 import check_sizes  # noqa: E402
 
-LIMITS = {"functions": 900, "depth": 14}
+LIMITS = {"functions": 940, "depth": 14}
 WORD = re.compile(r"(?<![\w.])(?<!->)[A-Za-z_]\w*")
 MACRO = re.compile(r"^[ \t]*#[ \t]*define[ \t]+([A-Za-z_]\w*)((?:\\\n|[^\n])*)", re.M)
 KERNEL = re.compile(r"\bTULLE_KERNEL\(\s*(\w+)\s*\)")

@@ -107,6 +107,11 @@ static void add_cloth(session *self) {
                                     {0.3, {fuzz_take_between(bytes, -1, 1), 0, 0.2}, {1, 0, 0, 0}}};
     tulle_pin pin = {.vertices = corners, .vertex_count = 2, .release_time = (double)INFINITY};
     unsigned const pins = fuzz_take(bytes);
+    if (pins / 4 % 4 == 3) { /* of woven cloth */
+        def.material.bend_hysteresis_warp = 20.0 * def.material.bend_warp;
+        def.material.bend_hysteresis_weft = 30.0 * def.material.bend_weft;
+    }
+    if (pins / 16 % 4 == 3) def.material.shear_hysteresis = 0.02 * def.material.shear.stiffness;
     if (pins % 4 == 1) pin.motion = (tulle_motion){.keys = keys, .key_count = 2};
     if (pins % 4 == 2) pin.release_time = 0.05;
     def.pins = &pin;

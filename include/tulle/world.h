@@ -192,9 +192,16 @@ typedef struct tulle_material {
     /* how much cloth narrows where it is pulled: Poisson's ratio, the geometric mean of both
      * directions', -0.9 .. 0.9 */
     double poisson;
-    double bend_warp;       /* [N m] bending rigidity of the yarns of the warp, >= 0 */
-    double bend_weft;       /* [N m] bending rigidity of the yarns of the weft, >= 0 */
-    double bend_twist;      /* [N m] twisting rigidity, >= 0; half of the others: isotropic */
+    double bend_warp;  /* [N m] bending rigidity of the yarns of the warp, >= 0 */
+    double bend_weft;  /* [N m] bending rigidity of the yarns of the weft, >= 0 */
+    double bend_twist; /* [N m] twisting rigidity, >= 0; half of the others: isotropic */
+    /* [N] width of the loop of moment per width over curvature along the warp, 2HB of KES; 0: none.
+     * At most 1e6 1/m times bend_warp. */
+    double bend_hysteresis_warp;
+    double bend_hysteresis_weft; /* [N] the same along the weft, beside bend_weft */
+    /* [N/m] width of the loop of force per length over the angle of shear, 2HG of KES; 0: none. At
+     * most twice the stiffness of shear. */
+    double shear_hysteresis;
     tulle_springs springs;  /* with TULLE_MEMBRANE_SPRINGS, in place of all since the density */
     double stretch_damping; /* [s] damping coefficient per stiffness, >= 0 */
     double bend_damping;    /* [s] damping coefficient per stiffness, >= 0 */

@@ -8,6 +8,7 @@
 
 #include "dynamics/bending.h"
 #include "dynamics/compute_forces.h"
+#include "dynamics/hysteresis.h"
 #include "dynamics/spring.h"
 #include "dynamics/wind.h"
 
@@ -43,6 +44,7 @@ typedef struct assembly {
     /* Slots of bending. */
     vec3 *hinge_deviations;
     bend_damping_response *bend_dampings; /* by triangle; null without bending damping */
+    slider_slots sliders;                 /* of hysteresis; nulls without any */
     /* Slots of the wind. */
     vec3 *triangle_forces; /* per corner; null when renewed */
 } assembly;
@@ -63,6 +65,12 @@ bool fill_springs(assembly *work);
 bool fill_elements(assembly *work);
 bool fill_bending(assembly *work);
 bool fill_wind(assembly *work);
+
+/* hysteresis_forces.c: room that outlives the passes; then what sliders bring, of shear to the
+ * slots of elements, of bending to slots of their own and to the matrix. */
+bool provide_slider_slots(assembly *work);
+bool fill_sliders(assembly *work);
+void gather_sliders(const assembly *work, uint32_t vertex, vertex_sum *sum);
 
 /* What springs or elements bring to the block of both ends of an edge. */
 symmetric3 gather_edge_block(const assembly *work, uint32_t edge);

@@ -118,6 +118,7 @@ typedef struct cloth_model {
     double *bend_blocks, *bend_block_damping, *bend_scalars, *bend_scalar_damping;
     size_t block_count, scalar_count;
     bool has_curved_rest, has_bend_damping, has_bending;
+    struct cloth_sliders *sliders; /* hysteresis.h; null: no cloth has any */
 } cloth_model;
 
 /* Builds the model. Vertices without a triangle, triangles without area and edges of no length are

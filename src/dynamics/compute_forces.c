@@ -5,6 +5,7 @@
  *     membrane.c, or spring.c     the membrane, with its damping
  *     bending.c                   bending; its constant matrix is made in bending_matrix.c
  *     bending_damping.c           damping of bending
+ *     hysteresis_forces.c         sliders of hysteresis
  *     wind.c                      wind and gusts on triangles
  * fill_system and gather_forces list them in the order in which they act. A new force gets a file
  * with fill_... and gather_... (assembly.h), a line in each of these two, and its part of the
@@ -92,8 +93,10 @@ static void begin_row(const assembly *work, uint32_t vertex, vertex_sum *sum) {
     /* Mass, gravity and the drag of the air at rest. */
     double const mass = model->masses[vertex], damping = mass * model->air_damping[vertex];
     size_t const diagonal = matrix->diagonal_positions[vertex];
-    double const own = mass + alpha * (damping + model->bend_block_damping[diagonal]) +
-                       beta * model->bend_blocks[diagonal];
+    double own = mass + alpha * (damping + model->bend_block_damping[diagonal]) +
+                 beta * model->bend_blocks[diagonal];
+    const double *const sliders = work->sliders.blocks;
+    if (sliders) own += beta * sliders[diagonal];
     symmetric3 own_block = symmetric3_make(own, 0.0, none);
     sum->force = vec3_add_scaled(vec3_scale(work->surroundings->gravity, mass),
                                  vec3_load(work->state->velocities, vertex), -damping);
@@ -110,7 +113,8 @@ static void begin_row(const assembly *work, uint32_t vertex, vertex_sum *sum) {
             sum->force = vec3_add_scaled(sum->force, work->spring_forces[s], sign);
         if (work->spring_sources)
             sum->source = vec3_add_scaled(sum->source, work->spring_sources[s], sign);
-        double const bend = alpha * model->bend_block_damping[k] + beta * model->bend_blocks[k];
+        double bend = alpha * model->bend_block_damping[k] + beta * model->bend_blocks[k];
+        if (sliders) bend += beta * sliders[k];
         symmetric3 block = symmetric3_make(bend, 0.0, none);
         symmetric3 const membrane = gather_edge_block(work, s);
         for (int i = 0; i < 6; i++) {
@@ -148,6 +152,7 @@ static void gather_forces(void *context, size_t begin, size_t end, size_t chunk,
         }
         if (work->ends_rows) {
             if (work->model->has_bending) gather_bending(work, vertex, &sum);
+            if (work->sliders.sources) gather_sliders(work, vertex, &sum);
             if (work->has_wind) gather_wind(work, vertex, &sum);
             vec3 start = vec3_load(state->velocities, v); /* a of the table */
             if (work->is_bdf2) {
@@ -174,7 +179,8 @@ static bool fill_system(assembly *work) {
     work->start_velocities = ARENA_NEW(scratch, double, 3 * model->vertex_count);
     if (!work->is_renewed) work->triangle_forces = ARENA_NEW(scratch, vec3, triangles);
     if (!work->start_velocities || (!work->is_renewed && !work->triangle_forces) ||
-        !provide_slots(&work->terms.triangle_sources, triangles, scratch))
+        !provide_slots(&work->terms.triangle_sources, triangles, scratch) ||
+        !provide_slider_slots(work))
         return false;
 
     arena_mark const mark = arena_get_mark(scratch);
@@ -185,6 +191,7 @@ static bool fill_system(assembly *work) {
     parallel_for(model->vertex_count, VERTICES_PER_CHUNK, work->threads, fill_starts, work);
     if (work->has_wind && !work->is_renewed && !fill_wind(work)) return false;
     if (!(model->elements ? fill_elements(work) : fill_springs(work))) return false;
+    if (!fill_sliders(work)) return false;
     work->begins_rows = true;
     work->ends_rows = work->is_renewed;
     parallel_for(model->vertex_count, VERTICES_PER_CHUNK, work->threads, gather_forces, work);

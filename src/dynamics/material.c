@@ -141,6 +141,9 @@ static const double SMALLEST_POSITIVE = 1e-12;
 static const double LARGEST_STIFFNESS = 1e12, LARGEST_RIGIDITY = 1e9;
 /* To a solver, cloth that gets stiff at less strain is a chain of rods. */
 static const double LEAST_STRAIN = 1e-3;
+/* [1/m] Largest hysteresis of bending over rigidity, and over stiffness of shear: far beyond cloth,
+ * whose loops are narrower than the range of the test. */
+static const double LARGEST_BEND_WIDTH = 1e6, LARGEST_SHEAR_WIDTH = 2.0;
 /* Nearer to 1, cloth that is pulled one way gives way in the other without a force. */
 static const double LARGEST_POISSON = 0.9;
 
@@ -193,6 +196,12 @@ static tulle_status check_woven(const tulle_material *m, const char *owner, tull
         {"bending rigidity of the warp", "N m", m->bend_warp, 0.0, LARGEST_RIGIDITY},
         {"bending rigidity of the weft", "N m", m->bend_weft, 0.0, LARGEST_RIGIDITY},
         {"twisting rigidity", "N m", m->bend_twist, 0.0, LARGEST_RIGIDITY},
+        {"bending hysteresis of the warp (at most 1e6 1/m of its rigidity)", "N",
+         m->bend_hysteresis_warp, 0.0, LARGEST_BEND_WIDTH * m->bend_warp},
+        {"bending hysteresis of the weft (at most 1e6 1/m of its rigidity)", "N",
+         m->bend_hysteresis_weft, 0.0, LARGEST_BEND_WIDTH * m->bend_weft},
+        {"shear hysteresis (at most twice the stiffness)", "N/m", m->shear_hysteresis, 0.0,
+         LARGEST_SHEAR_WIDTH * m->shear.stiffness},
     };
     tulle_status status = CHECK_RANGES(ranges, owner, error);
     if (status == TULLE_OK) status = check_curve(&m->warp, "warp", owner, error);

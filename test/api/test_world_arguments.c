@@ -187,7 +187,10 @@ static void refuse_bad_values(void) {
                                &m->poisson,
                                &m->bend_warp,
                                &m->bend_weft,
-                               &m->bend_twist};
+                               &m->bend_twist,
+                               &m->bend_hysteresis_warp,
+                               &m->bend_hysteresis_weft,
+                               &m->shear_hysteresis};
     /* After the first null those of springs, after the second those of woven cloth. */
     tulle_world *const given = fresh;
     tulle_world_def world_def = tulle_world_def_default();
