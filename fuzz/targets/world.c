@@ -98,7 +98,7 @@ static void add_cloth(session *self) {
     *mesh = shapes_take_cloth(bytes);
     tulle_cloth_def def = tulle_cloth_def_default();
     def.mesh = tulle_mesh_get_view(mesh);
-    FUZZ_CHECK(tulle_material_preset(tulle_material_preset_name(fuzz_take_below(bytes, 6)),
+    FUZZ_CHECK(tulle_material_preset(tulle_material_preset_name(fuzz_take_below(bytes, 23)),
                                      &def.material) == TULLE_OK);
     if (self->def.response == TULLE_RESPONSE_PAPER) def.material.springs.stiffening_strain = 0.0;
     def.material.restitution = fuzz_take_below(bytes, 4) == 3 ? 0.8 : 0.0;

@@ -218,13 +218,28 @@ typedef struct tulle_material {
      */
     double friction_across;
 } tulle_material;
-/* Fills `material` with the preset `name`: cotton, silk, wool, denim, net or rubber-sheet. Error:
- * TULLE_ERROR_INVALID_ARGUMENT for another name and for null. */
+/* Fills `material` with the preset `name`, one of those that tulle_material_preset_name lists.
+ * Error: TULLE_ERROR_INVALID_ARGUMENT for another name and for null. */
 TULLE_API tulle_status tulle_material_preset(const char *name, tulle_material *material);
 /* Name of the preset number `index`, from 0; static. Null past the last one. */
 TULLE_API const char *tulle_material_preset_name(size_t index);
 /* Where the values of the preset number `index` come from; static. Null past the last one. */
 TULLE_API const char *tulle_material_preset_source(size_t index);
+/* [m] Thickness of the fabric of preset number `index`; worlds do not use it. 0 past the last. */
+TULLE_API double tulle_material_preset_thickness(size_t index);
+/* Values of a preset that were measured, not estimated; the source says in which work. */
+typedef enum tulle_measured {
+    TULLE_MEASURED_AREA_DENSITY = 1, /* mass per area */
+    TULLE_MEASURED_THICKNESS = 2,    /* as tulle_material_preset_thickness has it */
+    TULLE_MEASURED_TENSION = 4,      /* stiffness and knee of warp and weft */
+    TULLE_MEASURED_LIMIT = 8,        /* of warp and weft */
+    TULLE_MEASURED_SHEAR = 16,       /* its stiffness */
+    TULLE_MEASURED_BENDING = 32,     /* along warp and weft */
+    TULLE_MEASURED_HYSTERESIS = 64,  /* of bending and shear */
+    TULLE_MEASURED_FRICTION = 128    /* against a smooth hard surface */
+} tulle_measured;
+/* Set of tulle_measured of the preset number `index`. 0, none, past the last one. */
+TULLE_API unsigned tulle_material_preset_measured(size_t index);
 
 /* A keyframe of a rigid motion: x -> translation + R (x - pivot) + pivot. */
 typedef struct tulle_keyframe {

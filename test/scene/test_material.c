@@ -44,6 +44,16 @@ static void keys_replace_values_of_the_preset(void **state) {
                    cotton, "cotton");
 }
 
+static void every_preset_is_known_by_its_name(void **state) {
+    (void)state;
+    const char *name;
+    for (size_t i = 0; (name = tulle_material_preset_name(i)); i++) {
+        char scene[200];
+        snprintf(scene, sizeof scene, SCENE("{preset: %s}"), name);
+        check_material(scene, make_preset(name), name);
+    }
+}
+
 /* A run with hysteresis goes on as one with the same alone. */
 static void the_hash_of_a_scene_knows_hysteresis(void **state) {
     (void)state;
@@ -165,6 +175,7 @@ static void refusals_name_file_line_and_column(void **state) {
 int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(keys_replace_values_of_the_preset),
+        cmocka_unit_test(every_preset_is_known_by_its_name),
         cmocka_unit_test(the_hash_of_a_scene_knows_hysteresis),
         cmocka_unit_test(short_keys_go_before_those_of_one_direction),
         cmocka_unit_test(a_file_stands_in_for_the_preset),
