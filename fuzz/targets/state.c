@@ -41,6 +41,7 @@ static tulle_world *make_world(void) {
     tulle_world_def def = tulle_world_def_default();
     def.threads = 1;
     def.contact_distance = 5e-3;
+    def.membrane = TULLE_MEMBRANE_WOVEN;
     tulle_world *world = NULL;
     tulle_error error = {0};
     FUZZ_CHECK_OK(tulle_world_create(&def, &world, &error), &error);
@@ -49,6 +50,8 @@ static tulle_world *make_world(void) {
     tulle_mesh ground = make_mesh(TULLE_SHAPE_BOX, 0.5, 2, -0.25);
     tulle_cloth_def cloth = tulle_cloth_def_default();
     cloth.mesh = tulle_mesh_get_view(&sheet);
+    cloth.material.bend_hysteresis_warp = cloth.material.bend_hysteresis_weft = 1e-4;
+    cloth.material.shear_hysteresis = 1.0;
     tulle_cloth_id cloth_id;
     FUZZ_CHECK_OK(tulle_world_add_cloth(world, &cloth, &cloth_id, &error), &error);
     tulle_obstacle_def obstacle = tulle_obstacle_def_default();

@@ -98,7 +98,7 @@ static void add_cloth(session *self) {
     *mesh = shapes_take_cloth(bytes);
     tulle_cloth_def def = tulle_cloth_def_default();
     def.mesh = tulle_mesh_get_view(mesh);
-    FUZZ_CHECK(tulle_material_preset(tulle_material_preset_name(fuzz_take_below(bytes, 6)),
+    FUZZ_CHECK(tulle_material_preset(tulle_material_preset_name(fuzz_take_below(bytes, 23)),
                                      &def.material) == TULLE_OK);
     if (self->def.response == TULLE_RESPONSE_PAPER) def.material.springs.stiffening_strain = 0.0;
     def.material.restitution = fuzz_take_below(bytes, 4) == 3 ? 0.8 : 0.0;
@@ -107,6 +107,11 @@ static void add_cloth(session *self) {
                                     {0.3, {fuzz_take_between(bytes, -1, 1), 0, 0.2}, {1, 0, 0, 0}}};
     tulle_pin pin = {.vertices = corners, .vertex_count = 2, .release_time = (double)INFINITY};
     unsigned const pins = fuzz_take(bytes);
+    if (pins / 4 % 4 == 3) { /* of woven cloth */
+        def.material.bend_hysteresis_warp = 20.0 * def.material.bend_warp;
+        def.material.bend_hysteresis_weft = 30.0 * def.material.bend_weft;
+    }
+    if (pins / 16 % 4 == 3) def.material.shear_hysteresis = 0.02 * def.material.shear.stiffness;
     if (pins % 4 == 1) pin.motion = (tulle_motion){.keys = keys, .key_count = 2};
     if (pins % 4 == 2) pin.release_time = 0.05;
     def.pins = &pin;

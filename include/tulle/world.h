@@ -192,9 +192,16 @@ typedef struct tulle_material {
     /* how much cloth narrows where it is pulled: Poisson's ratio, the geometric mean of both
      * directions', -0.9 .. 0.9 */
     double poisson;
-    double bend_warp;       /* [N m] bending rigidity of the yarns of the warp, >= 0 */
-    double bend_weft;       /* [N m] bending rigidity of the yarns of the weft, >= 0 */
-    double bend_twist;      /* [N m] twisting rigidity, >= 0; half of the others: isotropic */
+    double bend_warp;  /* [N m] bending rigidity of the yarns of the warp, >= 0 */
+    double bend_weft;  /* [N m] bending rigidity of the yarns of the weft, >= 0 */
+    double bend_twist; /* [N m] twisting rigidity, >= 0; half of the others: isotropic */
+    /* [N] width of the loop of moment per width over curvature along the warp, 2HB of KES; 0: none.
+     * At most 1e6 1/m times bend_warp. */
+    double bend_hysteresis_warp;
+    double bend_hysteresis_weft; /* [N] the same along the weft, beside bend_weft */
+    /* [N/m] width of the loop of force per length over the angle of shear, 2HG of KES; 0: none. At
+     * most twice the stiffness of shear. */
+    double shear_hysteresis;
     tulle_springs springs;  /* with TULLE_MEMBRANE_SPRINGS, in place of all since the density */
     double stretch_damping; /* [s] damping coefficient per stiffness, >= 0 */
     double bend_damping;    /* [s] damping coefficient per stiffness, >= 0 */
@@ -211,13 +218,28 @@ typedef struct tulle_material {
      */
     double friction_across;
 } tulle_material;
-/* Fills `material` with the preset `name`: cotton, silk, wool, denim, net or rubber-sheet. Error:
- * TULLE_ERROR_INVALID_ARGUMENT for another name and for null. */
+/* Fills `material` with the preset `name`, one of those that tulle_material_preset_name lists.
+ * Error: TULLE_ERROR_INVALID_ARGUMENT for another name and for null. */
 TULLE_API tulle_status tulle_material_preset(const char *name, tulle_material *material);
 /* Name of the preset number `index`, from 0; static. Null past the last one. */
 TULLE_API const char *tulle_material_preset_name(size_t index);
 /* Where the values of the preset number `index` come from; static. Null past the last one. */
 TULLE_API const char *tulle_material_preset_source(size_t index);
+/* [m] Thickness of the fabric of preset number `index`; worlds do not use it. 0 past the last. */
+TULLE_API double tulle_material_preset_thickness(size_t index);
+/* Values of a preset that were measured, not estimated; the source says in which work. */
+typedef enum tulle_measured {
+    TULLE_MEASURED_AREA_DENSITY = 1, /* mass per area */
+    TULLE_MEASURED_THICKNESS = 2,    /* as tulle_material_preset_thickness has it */
+    TULLE_MEASURED_TENSION = 4,      /* stiffness and knee of warp and weft */
+    TULLE_MEASURED_LIMIT = 8,        /* of warp and weft */
+    TULLE_MEASURED_SHEAR = 16,       /* its stiffness */
+    TULLE_MEASURED_BENDING = 32,     /* along warp and weft */
+    TULLE_MEASURED_HYSTERESIS = 64,  /* of bending and shear */
+    TULLE_MEASURED_FRICTION = 128    /* against a smooth hard surface */
+} tulle_measured;
+/* Set of tulle_measured of the preset number `index`. 0, none, past the last one. */
+TULLE_API unsigned tulle_material_preset_measured(size_t index);
 
 /* A keyframe of a rigid motion: x -> translation + R (x - pivot) + pivot. */
 typedef struct tulle_keyframe {

@@ -8,6 +8,7 @@
 
 #include "dynamics/bending.h"
 #include "dynamics/compute_forces.h"
+#include "dynamics/hysteresis.h"
 #include "dynamics/spring.h"
 #include "dynamics/wind.h"
 
@@ -32,7 +33,7 @@ typedef struct assembly {
     bool is_renewed;                /* the terms are complete, and so are the forces */
     const double *start_velocities; /* w of that table, 3 a vertex */
     double *later_starts;           /* the same with BDF2; else null, and w is v0 */
-    double *guessed_positions;      /* x0 + h guess, 3 a vertex; null without a guess or springs */
+    double *guessed_positions;      /* x0 + h guess, 3 a vertex; null where nothing needs it */
     force_terms terms;              /* those of the state, or slots of this stage alone */
     /* What the pass over the vertices that runs brings to the rows. */
     bool begins_rows; /* the matrix; gravity, air damping, springs */
@@ -48,6 +49,7 @@ typedef struct assembly {
     vec3 *hinge_rates;                    /* of c [m/s]; null without bending damping */
     vec3 *hinge_deviations;               /* from rest; hinge_vectors where all are flat at rest */
     bend_damping_response *bend_dampings; /* by triangle; null without bending damping */
+    slider_slots sliders;                 /* of hysteresis; nulls without any */
     /* Slots of the wind. */
     vec3 *triangle_forces; /* per corner; null when renewed */
 } assembly;
@@ -63,6 +65,14 @@ bool fill_springs(assembly *work);
 bool fill_elements(assembly *work);
 bool fill_bending(assembly *work);
 bool fill_wind(assembly *work);
+
+/* hysteresis_forces.c: room that outlives the passes; then what sliders bring, of shear to the
+ * slots of elements, of bending to slots of their own; then those of bending to the rows of a range
+ * of vertices: to the matrix once its rows are begun, and to the sums before they end. */
+bool provide_slider_slots(assembly *work);
+bool fill_sliders(assembly *work);
+void add_slider_blocks(const assembly *work, size_t begin, size_t end);
+void gather_sliders(const assembly *work, size_t begin, size_t end);
 
 /* bending.c: gives the terms of bending room, as provide_slots does. */
 bool provide_bending_terms(const cloth_model *model, force_terms *terms, arena *scratch);

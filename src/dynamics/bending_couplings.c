@@ -37,6 +37,7 @@
 #include "dynamics/bending_couplings.h"
 
 #include "dynamics/bending.h"
+#include "dynamics/hysteresis.h"
 #include "dynamics/yarn_frame.h"
 
 #include <math.h>
@@ -251,37 +252,64 @@ static void release_edge(edge_matrix *matrix, int edge) {
         }
 }
 
-static edge_matrix measure_triangle(const bending_shape *shape, const cloth_model *model,
-                                    size_t triangle) {
+/* l n n^T of each edge: 11, 22, 12, and the softening of its hinge. The normal is the edge turned
+ * by a right angle. */
+typedef struct edge_strains {
+    double strains[3][3], softening[3];
+} edge_strains;
+
+static edge_strains measure_edges(const bending_shape *shape, const cloth_model *model,
+                                  size_t triangle) {
     const cloth_model_def *const def = shape->def;
     const uint32_t *const corners = def->surface->triangles + 3 * triangle;
-    double const area = shape->areas[triangle];
-    const tulle_material *const material = cloth_get_material(def, corners[0]);
-    double const rigidities[3] = {material->bend_warp, material->bend_weft, material->bend_twist};
     yarn_frame const frame = yarn_frame_make(def, triangle);
-    /* l n n^T of each edge: 11, 22, 12. The normal is the edge turned by a right angle. */
-    double strains[3][3], softening[3] = {1.0, 1.0, 1.0};
+    edge_strains edges = {.softening = {1.0, 1.0, 1.0}};
     for (int k = 0; k < 3; k++) {
         vec3 const edge = vec3_sub(cloth_get_rest(def, triangle, corners[(k + 1) % 3]),
                                    cloth_get_rest(def, triangle, corners[k]));
         double const u = vec3_dot(edge, frame.weft), v = -vec3_dot(edge, frame.warp);
         double const length = vec3_norm(edge);
         uint32_t const hinge = model->triangle_hinges[3 * triangle + (size_t)k];
-        strains[k][0] = u * u / length, strains[k][1] = v * v / length,
-        strains[k][2] = u * v / length;
-        if (hinge != TULLE_NONE) softening[k] = shape->softening[hinge];
+        edges.strains[k][0] = u * u / length, edges.strains[k][1] = v * v / length,
+        edges.strains[k][2] = u * v / length;
+        if (hinge != TULLE_NONE) edges.softening[k] = shape->softening[hinge];
     }
+    return edges;
+}
+
+/* The matrix of a triangle. `curvatures`, unless null: what b of each edge adds to the curvature
+ * along warp and weft [1/m]. */
+static edge_matrix measure_triangle(const bending_shape *shape, const cloth_model *model,
+                                    size_t triangle, double (*curvatures)[3]) {
+    const cloth_model_def *const def = shape->def;
+    double const area = shape->areas[triangle];
+    const tulle_material *const material =
+        cloth_get_material(def, def->surface->triangles[3 * triangle]);
+    double const rigidities[3] = {material->bend_warp, material->bend_weft, material->bend_twist};
+    edge_strains const edges = measure_edges(shape, model, triangle);
+    const double(*const strains)[3] = edges.strains;
     edge_matrix matrix;
     for (int i = 0; i < 3; i++)
         for (int j = 0; j < 3; j++)
-            matrix.m[i][j] = softening[i] * softening[j] *
+            matrix.m[i][j] = edges.softening[i] * edges.softening[j] *
                              (rigidities[0] * strains[i][0] * strains[j][0] +
                               rigidities[1] * strains[i][1] * strains[j][1] +
                               4.0 * rigidities[2] * strains[i][2] * strains[j][2]) /
                              area;
-    for (int k = 0; k < 3; k++)
-        if (model->triangle_hinges[3 * triangle + (size_t)k] == TULLE_NONE)
-            release_edge(&matrix, k);
+    for (int yarn = 0; curvatures && yarn < YARN_COUNT; yarn++)
+        for (int i = 0; i < 3; i++)
+            curvatures[yarn][i] = edges.softening[i] * strains[i][yarn] / area;
+    for (int k = 0; k < 3; k++) {
+        if (model->triangle_hinges[3 * triangle + (size_t)k] != TULLE_NONE) continue;
+        double const own = matrix.m[k][k];
+        for (int yarn = 0; curvatures && yarn < YARN_COUNT; yarn++) {
+            double const released = curvatures[yarn][k];
+            for (int i = 0; own > 0.0 && i < 3; i++)
+                curvatures[yarn][i] -= released * matrix.m[k][i] / own;
+            curvatures[yarn][k] = 0.0;
+        }
+        release_edge(&matrix, k);
+    }
     return matrix;
 }
 
@@ -402,6 +430,62 @@ static bool build_rows(coupling_work *work, cloth_model *model) {
     return ok;
 }
 
+/* ---- curvatures ---- */
+
+/* Where a hinge stands in a list; at its end if it is new. */
+static size_t find_part(const curvature_part *parts, size_t count, uint32_t hinge) {
+    size_t place = 0;
+    while (place < count && parts[place].hinge != hinge) place++;
+    return place;
+}
+
+/* The curvature of a triangle along warp and weft, by the hinges whose kinks count in it. Returns
+ * how many do. */
+static size_t list_curvature(const coupling_work *work, size_t triangle,
+                             curvature_part parts[CURVATURE_PARTS]) {
+    const cloth_model *const model = work->model;
+    const uint32_t *const edges = model->triangle_hinges + 3 * triangle;
+    double curvatures[YARN_COUNT][3];
+    size_t count = 0;
+    measure_triangle(work->shape, model, triangle, curvatures);
+    for (size_t i = 0; i < 3; i++) {
+        if (edges[i] == TULLE_NONE) continue;
+        const kink_split *const split = &work->splits[edges[i]];
+        size_t const side = model->hinges[edges[i]].sides[0] == 3 * triangle + i ? 0 : 1;
+        for (size_t h = 0; h < PATCH_HINGES; h++) {
+            double const part = get_part(split, h, side);
+            if (split->hinges[h] == TULLE_NONE || part == 0.0) continue;
+            size_t const place = find_part(parts, count, split->hinges[h]);
+            if (place == count)
+                parts[count++] = (curvature_part){split->hinges[h], (uint32_t)triangle, {0.0}};
+            for (int yarn = 0; yarn < YARN_COUNT; yarn++)
+                parts[place].weights[yarn] +=
+                    curvatures[yarn][i] * part / work->lengths[split->hinges[h]];
+        }
+    }
+    return count;
+}
+
+static bool build_curvatures(const coupling_work *work, cloth_model *model) {
+    if (!model->sliders || !model->sliders->has_bend) return true;
+    cloth_sliders *const sliders = model->sliders;
+    curvature_part parts[CURVATURE_PARTS];
+    for (int pass = 0; pass < 2; pass++) { /* counts; fills */
+        size_t sum = 0;
+        for (size_t t = 0; t < model->triangle_count; t++) {
+            bool const has_any = hysteresis_bends(sliders, model->elements[t].fabric);
+            size_t const count = has_any ? list_curvature(work, t, parts) : 0;
+            if (pass == 1 && count > 0) memcpy(sliders->parts + sum, parts, count * sizeof *parts);
+            sum += count;
+            sliders->part_begin[t + 1] = (uint32_t)sum;
+        }
+        if (pass == 1) break;
+        sliders->parts = memory_allocate(work->heap, sum * sizeof *sliders->parts);
+        if (!sliders->parts) return false;
+    }
+    return true;
+}
+
 bool bending_build_couplings(memory *heap, const bending_shape *shape, cloth_model *model) {
     size_t const hinges = model->hinge_count, triangles = model->triangle_count;
     kink_split *const splits = memory_allocate(heap, hinges * sizeof *splits);
@@ -416,7 +500,8 @@ bool bending_build_couplings(memory *heap, const bending_shape *shape, cloth_mod
             lengths[h] = measure_edge(shape, &model->hinges[h]);
             places[h] = TULLE_NONE;
         }
-        for (size_t t = 0; t < triangles; t++) matrices[t] = measure_triangle(shape, model, t);
+        for (size_t t = 0; t < triangles; t++)
+            matrices[t] = measure_triangle(shape, model, t, NULL);
         coupling_work work = {.heap = heap,
                               .shape = shape,
                               .model = model,
@@ -424,7 +509,7 @@ bool bending_build_couplings(memory *heap, const bending_shape *shape, cloth_mod
                               .matrices = matrices,
                               .lengths = lengths,
                               .places = places};
-        ok = build_rows(&work, model);
+        ok = build_rows(&work, model) && build_curvatures(&work, model);
         ARRAY_FREE(heap, &work.row.hinges);
         ARRAY_FREE(heap, &work.row.values);
     }

@@ -9,6 +9,7 @@
 
 #include "base/error.h"
 #include "dynamics/bending_matrix.h"
+#include "dynamics/hysteresis.h"
 #include "dynamics/yarn_frame.h"
 
 #include <math.h>
@@ -200,8 +201,9 @@ tulle_status cloth_model_build(memory *heap, const cloth_model_def *def, cloth_m
         }
         result.block_begin[vertices] = position;
 
-        if (!bending_build_hinges(heap, def, areas, &result) ||
-            !bending_build_matrix(heap, &result))
+        if (!hysteresis_begin(heap, def, &result) ||
+            !bending_build_hinges(heap, def, areas, &result) ||
+            !bending_build_matrix(heap, &result) || !hysteresis_finish(heap, &result))
             status =
                 error_set(error, TULLE_ERROR_OUT_OF_MEMORY, "no memory for the cloth's bending");
     }
@@ -217,6 +219,7 @@ void cloth_model_destroy(memory *heap, cloth_model *model) {
     size_t const vertices = model->vertex_count, triangles = model->triangle_count;
     size_t const hinges = model->hinge_count, couplings = HINGE_COUPLINGS * hinges;
     adjacency *const uses = &model->vertex_hinges;
+    hysteresis_destroy(heap, model);
     memory_release(heap, model->masses, vertices * sizeof(double));
     memory_release(heap, model->air_damping, vertices * sizeof(double));
     memory_release(heap, model->springs, model->edge_count * sizeof *model->springs);

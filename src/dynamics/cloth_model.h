@@ -123,6 +123,7 @@ typedef struct cloth_model {
     bool has_curved_rest, has_bend_damping, has_bending;
     bool bends_by_matrix; /* woven cloth, flat at rest: its bending force is minus the bending
                              matrix times the positions */
+    struct cloth_sliders *sliders; /* hysteresis.h; null: no cloth has any */
 } cloth_model;
 
 /* Builds the model. Vertices without a triangle, triangles without area and edges of no length are

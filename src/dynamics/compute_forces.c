@@ -5,6 +5,7 @@
  *     membrane.c, or spring.c     the membrane, with its damping
  *     bending.c                   bending; its constant matrix is made in bending_matrix.c
  *     kernels/bending_damping.c   damping of bending
+ *     hysteresis_forces.c         sliders of hysteresis
  *     wind.c                      wind and gusts on triangles
  * fill_system and kernels/row_kernel.c list them in the order in which they act. A new force gets a
  * file with fill_... (assembly.h), a line in fill_system, and its part of the rows there.
@@ -77,8 +78,10 @@ static void fill_rows(void *context, size_t begin, size_t end, size_t chunk, int
     (void)chunk, (void)worker;
     const assembly *const work = context;
     if (work->begins_rows) TULLE_PICK_KERNEL(begin_rows)(work, begin, end);
+    if (work->begins_rows && work->sliders.blocks) add_slider_blocks(work, begin, end);
     if (!work->ends_rows) return;
     if (work->model->has_bending) TULLE_PICK_KERNEL(gather_bending)(work, begin, end);
+    if (work->sliders.sources) gather_sliders(work, begin, end);
     TULLE_PICK_KERNEL(end_rows)(work, begin, end);
 }
 
@@ -96,17 +99,19 @@ static bool fill_system(assembly *work) {
     }
     if (!work->is_renewed) work->triangle_forces = ARENA_NEW(scratch, vec3, triangles + 1);
     if (!work->start_velocities || (!work->is_renewed && !work->triangle_forces) ||
-        !provide_slots(&work->terms.triangle_sources, triangles + 1, scratch))
+        !provide_slots(&work->terms.triangle_sources, triangles + 1, scratch) ||
+        !provide_slider_slots(work))
         return false;
 
     arena_mark const mark = arena_get_mark(scratch);
-    if (work->state->guess && model->springs) {
+    if (work->state->guess && (model->springs || model->sliders)) {
         work->guessed_positions = ARENA_NEW(scratch, double, 3 * model->vertex_count);
         if (!work->guessed_positions) return false;
     }
     parallel_for(model->vertex_count, VERTICES_PER_CHUNK, work->threads, fill_starts, work);
     if (work->has_wind && !work->is_renewed && !fill_wind(work)) return false;
     if (!(model->elements ? fill_elements(work) : fill_springs(work))) return false;
+    if (!fill_sliders(work)) return false;
     work->begins_rows = true;
     work->ends_rows = work->is_renewed;
     parallel_for(model->vertex_count, VERTICES_PER_CHUNK, work->threads, fill_rows, work);

@@ -34,8 +34,9 @@ typedef struct motion_state {
     double time_step;                  /* h [s] > 0 */
     double previous_time_step;         /* [s]; 0: none */
     double time;                       /* [s] at the start of the step; gusts depend on it */
-    const double *guess; /* [m/s] springs are linearised about x0 + h guess; null: about x0 */
-    force_terms *terms;  /* kept from the first linearisation to the next; null: none are */
+    const double *guess;   /* [m/s] springs are linearised about x0 + h guess; null: about x0 */
+    const double *plastic; /* of sliders, see hysteresis.h; null: none act */
+    force_terms *terms;    /* kept from the first linearisation to the next; null: none are */
 } motion_state;
 
 typedef struct environment {
@@ -49,8 +50,10 @@ typedef struct linear_system {
     double *forces;          /* f(x0, v0) [N], 3 * vertex_count, all forces with damping and wind */
     double force_time;       /* [s] b holds force_time times the forces: h for implicit Euler */
     tulle_integrator integrator; /* used: BDF2 falls back to implicit Euler without history */
+    double
+        *slider_scalars; /* scalars of the matrix with those of sliders; null: no bending has any */
     double share; /* c of the integrator: v1 = (u - (1 - c) v0) / c, with the last u in BDF2 */
-    size_t vertex_count;
+    size_t vertex_count, scalar_count;
 } linear_system;
 
 /* Allocates a system with the model's pattern, which is borrowed; values are undefined until
@@ -126,6 +129,7 @@ typedef struct cloth_energies {
 typedef struct energy_options {
     vec3 gravity; /* [m/s^2] */
     int threads;
+    const double *plastic; /* of sliders, see hysteresis.h; null: they hold no energy */
     bool is_elastic_known; /* `energies` holds the elastic ones, which depend on positions alone */
 } energy_options;
 /* Energies of a state. Sums run over fixed blocks: bits do not depend on `threads`. Returns

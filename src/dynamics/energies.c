@@ -3,6 +3,7 @@
 #include "base/parallel.h"
 #include "dynamics/bending.h"
 #include "dynamics/compute_forces.h"
+#include "dynamics/hysteresis.h"
 #include "dynamics/spring.h"
 
 #include <math.h>
@@ -142,6 +143,16 @@ tulle_status compute_energies(const cloth_model *model, const double *positions,
         size_t const chunks = model->bends_by_matrix ? vertex_chunks : hinge_chunks;
         energies->elastic.bend = parallel_sum(task.first, chunks);
     }
+    tulle_status status = has_memory ? TULLE_OK : TULLE_ERROR_OUT_OF_MEMORY;
+    if (has_memory && !options.is_elastic_known && model->sliders && options.plastic) {
+        double held[2];
+        status = hysteresis_measure(model, (slider_state){positions, options.threads, scratch},
+                                    options.plastic, held);
+        if (status == TULLE_OK) {
+            energies->elastic.bend += held[0];
+            energies->elastic.stretch += held[1];
+        }
+    }
     arena_release(scratch, mark);
-    return has_memory ? TULLE_OK : TULLE_ERROR_OUT_OF_MEMORY;
+    return status;
 }

@@ -1,6 +1,7 @@
 /* dynamics/linear_system.c - storage and use of the system that compute_forces fills: the end
  * velocities of each integrator. */
 #include "dynamics/compute_forces.h"
+#include "dynamics/hysteresis.h"
 
 tulle_status linear_system_build(memory *heap, const cloth_model *model, linear_system *system) {
     linear_system result = {.vertex_count = model->vertex_count};
@@ -13,7 +14,11 @@ tulle_status linear_system_build(memory *heap, const cloth_model *model, linear_
     result.matrix.scalar_parts[1] = model->bend_scalars;
     result.right_hand_side = memory_allocate_zeroed(heap, 3 * model->vertex_count, sizeof(double));
     result.forces = memory_allocate_zeroed(heap, 3 * model->vertex_count, sizeof(double));
-    if (!result.right_hand_side || !result.forces) {
+    bool const has_sliders = model->sliders && model->sliders->has_bend;
+    if (has_sliders)
+        result.slider_scalars = memory_allocate(heap, model->scalar_count * sizeof(double));
+    result.scalar_count = model->scalar_count;
+    if (!result.right_hand_side || !result.forces || (has_sliders && !result.slider_scalars)) {
         linear_system_destroy(heap, &result);
         return TULLE_ERROR_OUT_OF_MEMORY;
     }
@@ -26,6 +31,7 @@ void linear_system_destroy(memory *heap, linear_system *system) {
     block_matrix_destroy(heap, &system->matrix);
     memory_release(heap, system->right_hand_side, 3 * count * sizeof(double));
     memory_release(heap, system->forces, 3 * count * sizeof(double));
+    memory_release(heap, system->slider_scalars, system->scalar_count * sizeof(double));
     *system = (linear_system){0};
 }
 

@@ -167,28 +167,55 @@ static void print_shapes(FILE *stream) {
     }
 }
 
-static void print_curve(const tulle_curve *curve, FILE *stream) {
-    fprintf(stream, " %g / %g / %g |", curve->stiffness, curve->knee, curve->limit);
+/* A cell of the table of presets; bold, if its values were measured. */
+static void print_values(const double *values, int count, bool is_measured, FILE *stream) {
+    const char *const mark = is_measured ? "**" : "";
+    fprintf(stream, " %s", mark);
+    for (int i = 0; i < count; i++) fprintf(stream, "%s%g", i > 0 ? " / " : "", values[i]);
+    fprintf(stream, "%s |", mark);
+}
+
+static void print_tension(const tulle_curve *curve, unsigned measured, FILE *stream) {
+    const char *const mark = measured & TULLE_MEASURED_TENSION ? "**" : "";
+    const char *const limit_mark = measured & TULLE_MEASURED_LIMIT ? "**" : "";
+    fprintf(stream, " %s%g / %g%s / %s%g%s |", mark, curve->stiffness, curve->knee, mark,
+            limit_mark, curve->limit, limit_mark);
+}
+
+static void print_preset(size_t index, const tulle_material *m, FILE *stream) {
+    unsigned const measured = tulle_material_preset_measured(index);
+    double const thickness = tulle_material_preset_thickness(index);
+    double const bend[] = {m->bend_warp, m->bend_weft};
+    double const hysteresis[] = {m->bend_hysteresis_warp, m->bend_hysteresis_weft,
+                                 m->shear_hysteresis};
+    const char *const shear_mark = measured & TULLE_MEASURED_SHEAR ? "**" : "";
+    fprintf(stream, "| `%s` |", tulle_material_preset_name(index));
+    print_values(&m->area_density, 1, measured & TULLE_MEASURED_AREA_DENSITY, stream);
+    print_values(&thickness, 1, measured & TULLE_MEASURED_THICKNESS, stream);
+    print_tension(&m->warp, measured, stream);
+    print_tension(&m->weft, measured, stream);
+    fprintf(stream, " %s%g%s / %g / %g |", shear_mark, m->shear.stiffness, shear_mark,
+            m->shear.knee, m->shear.limit);
+    print_values(bend, 2, measured & TULLE_MEASURED_BENDING, stream);
+    print_values(hysteresis, 3, measured & TULLE_MEASURED_HYSTERESIS, stream);
+    print_values(&m->friction, 1, measured & TULLE_MEASURED_FRICTION, stream);
+    fprintf(stream, " %g | %g | %g | %g | %g |\n", m->poisson, m->bend_twist, m->stretch_damping,
+            m->bend_damping, m->air_damping);
 }
 
 static void print_presets(FILE *stream) {
-    fprintf(
-        stream,
-        "\n## Material presets\n\nCurves are stiffness / knee / limit, bending is warp / weft / "
-        "twist.\n\n| preset | area_density | warp | weft | shear | poisson | bend | "
-        "stretch_damping | bend_damping | air_damping | friction |\n"
-        "|---|---|---|---|---|---|---|---|---|---|---|\n");
+    fprintf(stream,
+            "\n## Material presets\n\nValues in bold were measured, all others are estimates; the "
+            "sources are below. Warp, weft and shear are stiffness / knee / limit, bend is warp / "
+            "weft, hysteresis is that of bending along warp / weft / that of shear. Thickness [m] "
+            "is told only; `cloth[].thickness` is for contact.\n\n"
+            "| preset | area_density | thickness | warp | weft | shear | bend | hysteresis | "
+            "friction | poisson | bend_twist | stretch_damping | bend_damping | air_damping |\n"
+            "|---|---|---|---|---|---|---|---|---|---|---|---|---|---|\n");
     const char *name;
     for (size_t i = 0; (name = tulle_material_preset_name(i)); i++) {
         tulle_material m;
-        if (tulle_material_preset(name, &m) != TULLE_OK) continue;
-        fprintf(stream, "| `%s` | %g |", name, m.area_density);
-        print_curve(&m.warp, stream);
-        print_curve(&m.weft, stream);
-        print_curve(&m.shear, stream);
-        fprintf(stream, " %g | %g / %g / %g | %g | %g | %g | %g |\n", m.poisson, m.bend_warp,
-                m.bend_weft, m.bend_twist, m.stretch_damping, m.bend_damping, m.air_damping,
-                m.friction);
+        if (tulle_material_preset(name, &m) == TULLE_OK) print_preset(i, &m, stream);
     }
     fprintf(stream, "\nWith `membrane: springs`:\n\n| preset | stretch | stiffening_strain | bend "
                     "|\n|---|---|---|---|\n");
@@ -198,8 +225,10 @@ static void print_presets(FILE *stream) {
         fprintf(stream, "| `%s` | %g | %g | %g |\n", name, m.springs.stretch_stiffness,
                 m.springs.stiffening_strain, m.springs.bend_stiffness);
     }
-    fprintf(stream,
-            "\n[Materials](materials.md) tells what the values mean and where they come from.\n");
+    fprintf(stream, "\nWhere the values come from:\n\n");
+    for (size_t i = 0; (name = tulle_material_preset_name(i)); i++)
+        fprintf(stream, "- `%s`: %s.\n", name, tulle_material_preset_source(i));
+    fprintf(stream, "\n[Materials](materials.md) tells what the values mean.\n");
 }
 
 static const char introduction[] =

@@ -41,6 +41,7 @@ typedef struct material_keys {
     double area_density;
     curve_keys warp, weft, shear;
     double poisson, bend_warp, bend_weft, bend_twist;
+    double bend_hysteresis_warp, bend_hysteresis_weft, shear_hysteresis;
     double stretch, bend, stiffening_strain;
     double stretch_damping, bend_damping, air_damping;
     double friction, dynamic_friction, restitution, friction_across;

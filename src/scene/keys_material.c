@@ -5,6 +5,8 @@
 #define BY_PRESET OF_PRESET, .type = SCHEMA_NUMBER
 #define RIGIDITY BY_PRESET, .unit = UNIT_BENDING, .minimum = 0, .maximum = 1e6
 
+#define BEND_HYSTERESIS BY_PRESET, .unit = UNIT_LINE_MOMENT, .minimum = 0, .maximum = 1e3
+
 static const schema_key curve_table[] = {
     {.name = "stiffness",
      BY_PRESET,
@@ -99,6 +101,23 @@ static const schema_key material_table[] = {
      RIGIDITY,
      FIELD(material_keys, bend_twist),
      .meaning = "twisting rigidity; half of the others: the same in every direction"},
+    {.name = "bend_hysteresis_warp",
+     BEND_HYSTERESIS,
+     FIELD(material_keys, bend_hysteresis_warp),
+     .meaning = "width of the loop of moment over curvature along the warp, 2HB of KES; needs "
+                "bend_warp; 0: none; membrane springs has none"},
+    {.name = "bend_hysteresis_weft",
+     BEND_HYSTERESIS,
+     FIELD(material_keys, bend_hysteresis_weft),
+     .meaning = "the same along the weft"},
+    {.name = "shear_hysteresis",
+     BY_PRESET,
+     .unit = UNIT_LINE_FORCE,
+     .minimum = 0,
+     .maximum = 1e6,
+     FIELD(material_keys, shear_hysteresis),
+     .meaning = "width of the loop of force over the angle of shear, 2HG of KES; at most twice the "
+                "stiffness of shear; 0: none; membrane springs has none"},
     {.name = "stretch",
      BY_PRESET,
      .unit = UNIT_STIFFNESS,

@@ -178,6 +178,10 @@ static bool finish(const scene_work *work) {
                                  m->springs.bend_stiffness,
                                  m->springs.stiffening_strain};
         hash = hash_bytes(hash, values, sizeof values);
+        double const widths[] = {m->bend_hysteresis_warp, m->bend_hysteresis_weft,
+                                 m->shear_hysteresis};
+        if (widths[0] > 0.0 || widths[1] > 0.0 || widths[2] > 0.0)
+            hash = hash_bytes(hash, widths, sizeof widths);
     }
     loaded->hash = hash;
     return true;

@@ -172,7 +172,7 @@ static bool find_materials(const scene_work *work, material_names *names) {
 
 static bool refuse_material(const scene_work *work, const material_names *names,
                             const pair_keys *keys, size_t which) {
-    char list[400] = "";
+    char list[1000] = "";
     for (size_t i = 0, used = 0; i < names->count && used < sizeof list; i++) {
         int const added = snprintf(list + used, sizeof list - used, "%s%s", i > 0 ? ", " : "",
                                    show_text(names->list[i]).text);

@@ -61,6 +61,12 @@ static const unit units[] = {
     {UNIT_BENDING, "uN m", 1e-6},
     {UNIT_BENDING, "N mm", 1e-3},
     {UNIT_BENDING, "gf cm^2/cm", GRAM_FORCE * 1e-2},
+    {UNIT_LINE_FORCE, "N/m", 1.0},
+    {UNIT_LINE_FORCE, "N/cm", 1e2},
+    {UNIT_LINE_FORCE, "gf/cm", GRAM_FORCE / 1e-2},
+    {UNIT_LINE_MOMENT, "N", 1.0},
+    {UNIT_LINE_MOMENT, "mN", 1e-3},
+    {UNIT_LINE_MOMENT, "gf cm/cm", GRAM_FORCE},
     {UNIT_RATE, "1/s", 1.0},
     {UNIT_RATE, "1/min", 1.0 / 60.0},
     {UNIT_DRAG, "kg/m^3", 1.0},
@@ -76,13 +82,22 @@ static const unit units[] = {
 enum { unit_count = sizeof units / sizeof units[0] };
 
 const char *unit_dimension_name(unit_dimension dimension) {
-    static const char *const names[UNIT_DIMENSION_COUNT] = {"number",       "length",
-                                                            "time",         "angle",
-                                                            "velocity",     "acceleration",
-                                                            "area density", "stretch stiffness",
-                                                            "bending",      "rate",
-                                                            "drag",         "mass",
-                                                            "density",      "angular velocity"};
+    static const char *const names[UNIT_DIMENSION_COUNT] = {"number",
+                                                            "length",
+                                                            "time",
+                                                            "angle",
+                                                            "velocity",
+                                                            "acceleration",
+                                                            "area density",
+                                                            "stretch stiffness",
+                                                            "bending",
+                                                            "force per length",
+                                                            "moment per width",
+                                                            "rate",
+                                                            "drag",
+                                                            "mass",
+                                                            "density",
+                                                            "angular velocity"};
     return names[dimension];
 }
 

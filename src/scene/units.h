@@ -13,8 +13,10 @@ typedef enum unit_dimension {
     UNIT_VELOCITY,
     UNIT_ACCELERATION,
     UNIT_AREA_DENSITY,
-    UNIT_STIFFNESS, /* force per width */
-    UNIT_BENDING,   /* plate bending rigidity */
+    UNIT_STIFFNESS,   /* force per width */
+    UNIT_BENDING,     /* plate bending rigidity */
+    UNIT_LINE_FORCE,  /* force per length, whatever the strain */
+    UNIT_LINE_MOMENT, /* moment per width */
     UNIT_RATE,
     UNIT_DRAG,
     UNIT_MASS,

@@ -153,7 +153,7 @@ static void list_name(char *list, size_t size, const char *name) {
 
 static tulle_status refuse_material(const tulle_world *world, const char *name,
                                     tulle_error *error) {
-    char list[512] = "";
+    char list[1000] = "";
     for (size_t i = 0; i < world->contact_materials.count; i++)
         list_name(list, sizeof list, world->contact_materials.data[i].name);
     const char *preset;

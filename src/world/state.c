@@ -2,8 +2,9 @@
  *
  * A saved state holds everything that decides later steps and is not in the defs: positions,
  * velocities, history of the integrator, clocks, presence of obstacles, contacts with their
- * impulses, ignored pairs. It also holds the patches: they decide how fast later steps are and what
- * reports say, but no position. Little-endian, doubles as they are. */
+ * impulses, ignored pairs, plastic parts where cloth has hysteresis. It also holds the patches:
+ * they decide how fast later steps are and what reports say, but no position. Little-endian,
+ * doubles as they are. */
 #include "base/error.h"
 #include "base/hash.h"
 #include "world/bodies/bodies.h"
@@ -54,6 +55,8 @@ uint64_t tulle_world_get_state_hash(const tulle_world *world) {
     hash = hash_bytes(hash, now->velocities, bytes);
     hash = hash_bytes(hash, now->previous_mean, bytes);
     hash = hash_bytes(hash, now->previous_velocities, bytes);
+    if (world->plastic_count > 0)
+        hash = hash_bytes(hash, now->plastic, world->plastic_count * sizeof(double));
     double const clocks[2] = {now->time, now->previous_time_step};
     hash = hash_bytes(hash, clocks, sizeof clocks);
     hash = hash_bytes(hash, &world->step_count, sizeof world->step_count);
@@ -75,9 +78,9 @@ typedef struct part_sizes {
 
 static size_t state_size(const tulle_world *world, part_sizes parts) {
     return sizeof(state_header) + 12 * world->vertex_count * sizeof(double) +
-           2 * world->obstacles.count + world->particle_count +
-           world->body_count * sizeof(body_rest) + parts.hold_count * sizeof(world_hold) +
-           parts.contact_bytes + parts.patch_bytes +
+           world->plastic_count * sizeof(double) + 2 * world->obstacles.count +
+           world->particle_count + world->body_count * sizeof(body_rest) +
+           parts.hold_count * sizeof(world_hold) + parts.contact_bytes + parts.patch_bytes +
            parts.ignored_count * sizeof(tulle_intersection);
 }
 
@@ -103,6 +106,7 @@ static void put_parts(const tulle_world *world, part_sizes parts, byte_cursor *c
     put(cursor, now->velocities, vector_bytes);
     put(cursor, now->previous_mean, vector_bytes);
     put(cursor, now->previous_velocities, vector_bytes);
+    put(cursor, now->plastic, world->plastic_count * sizeof(double));
     put(cursor, now->is_present, world->obstacles.count);
     put(cursor, now->is_released, world->obstacles.count);
     put(cursor, now->particles, world->particle_count);
@@ -256,6 +260,7 @@ static tulle_status load_state(tulle_world *world, const void *bytes, size_t byt
     take(&cursor, next->velocities, vector_bytes);
     take(&cursor, next->previous_mean, vector_bytes);
     take(&cursor, next->previous_velocities, vector_bytes);
+    take(&cursor, next->plastic, world->plastic_count * sizeof(double));
     take(&cursor, next->is_present, world->obstacles.count);
     take(&cursor, next->is_released, world->obstacles.count);
     take(&cursor, next->particles, world->particle_count);

@@ -17,6 +17,15 @@ static bool are_finite(const double *values, size_t count) {
     return true;
 }
 
+/* [1/m] beyond any curvature of cloth. */
+static const double LARGEST_PLASTIC = 1e12;
+
+static bool are_bounded(const double *values, size_t count) {
+    for (size_t i = 0; i < count; i++)
+        if (!(fabs(values[i]) <= LARGEST_PLASTIC)) return false;
+    return true;
+}
+
 static bool are_at_most(const uint8_t *values, size_t count, uint8_t most) {
     for (size_t i = 0; i < count; i++)
         if (values[i] > most) return false;
@@ -59,6 +68,8 @@ tulle_status world_check_state(const tulle_world *world, const world_motion_stat
              !are_finite(state->previous_mean, count) ||
              !are_finite(state->previous_velocities, count))
         what = "positions or velocities that are not finite";
+    else if (!are_bounded(state->plastic, world->plastic_count))
+        what = "a hysteresis that no cloth has";
     else if (!are_at_most(state->is_present, obstacle_count, 1) ||
              !are_at_most(state->is_released, obstacle_count, 1) ||
              !are_at_most(state->particles, world->particle_count, PARTICLE_STICKS))

@@ -130,6 +130,7 @@ typedef struct world_motion_state {
     double previous_time_step;   /* [s] of that step; 0: none, or it was shortened */
     double lost_energy;          /* [J] in the last substep; 0 without bodies */
     known_elastic elastic;       /* of the cloths at `positions`; not saved */
+    double *plastic;             /* of sliders (hysteresis.h): world->plastic_count */
     double time;                 /* [s] */
     uint8_t *is_released;        /* per obstacle: let through by on_pinch: release */
     uint8_t *is_present;         /* per obstacle */
@@ -178,6 +179,7 @@ struct tulle_world {
     size_t vertex_count, cloth_vertex_count;
     size_t particle_count; /* cloth vertices whose particle_state the response keeps: all or none */
     uint32_t cloth_edge_count; /* edges of all cloths come first */
+    size_t plastic_count;      /* of sliders; 0 where no cloth has hysteresis */
     size_t body_count;         /* each has two slots after the cloth vertices, see bodies.h */
     uint32_t *surface_bodies;  /* number of each surface's body, or TULLE_NONE; null: no bodies */
     uint32_t *body_obstacles;  /* obstacle of each body */

@@ -88,6 +88,7 @@ ARGUMENTS_OF(tulle_material_preset) {
     assert_int_equal(tulle_material_preset(NULL, &material), TULLE_ERROR_INVALID_ARGUMENT);
     assert_int_equal(tulle_material_preset("cotton", NULL), TULLE_ERROR_INVALID_ARGUMENT);
     assert_int_equal(tulle_material_preset("", &material), TULLE_ERROR_INVALID_ARGUMENT);
+    assert_int_equal(tulle_material_preset("iron", &material), TULLE_ERROR_INVALID_ARGUMENT);
     assert_int_equal(tulle_material_preset("cotton", &material), TULLE_OK);
 }
 ARGUMENTS_OF(tulle_material_preset_name) {
@@ -99,6 +100,17 @@ ARGUMENTS_OF(tulle_material_preset_source) {
     (void)unused;
     assert_null(tulle_material_preset_source(1000));
     assert_null(tulle_material_preset_source(SIZE_MAX));
+}
+ARGUMENTS_OF(tulle_material_preset_thickness) {
+    (void)unused;
+    assert_true(tulle_material_preset_thickness(0) > 0.0);
+    assert_true(tulle_material_preset_thickness(1000) == 0.0);
+    assert_true(tulle_material_preset_thickness(SIZE_MAX) == 0.0);
+}
+ARGUMENTS_OF(tulle_material_preset_measured) {
+    (void)unused;
+    assert_int_equal(tulle_material_preset_measured(1000), 0);
+    assert_int_equal(tulle_material_preset_measured(SIZE_MAX), 0);
 }
 
 static void refuse_world_def(const tulle_world_def *def) {
@@ -187,7 +199,10 @@ static void refuse_bad_values(void) {
                                &m->poisson,
                                &m->bend_warp,
                                &m->bend_weft,
-                               &m->bend_twist};
+                               &m->bend_twist,
+                               &m->bend_hysteresis_warp,
+                               &m->bend_hysteresis_weft,
+                               &m->shear_hysteresis};
     /* After the first null those of springs, after the second those of woven cloth. */
     tulle_world *const given = fresh;
     tulle_world_def world_def = tulle_world_def_default();
@@ -696,6 +711,8 @@ static const struct CMUnitTest table[] = {
     TABLE_LINE(tulle_material_preset),
     TABLE_LINE(tulle_material_preset_name),
     TABLE_LINE(tulle_material_preset_source),
+    TABLE_LINE(tulle_material_preset_thickness),
+    TABLE_LINE(tulle_material_preset_measured),
     TABLE_LINE(tulle_cloth_def_default),
     TABLE_LINE(tulle_obstacle_def_default),
     TABLE_LINE(tulle_world_create),

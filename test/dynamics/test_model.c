@@ -329,26 +329,10 @@ static void bits_do_not_depend_on_threads(void **state) {
     free(one);
 }
 
-static void presets_are_complete(void **state) {
+static void values_out_of_range_are_refused(void **state) {
     (void)state;
-    const char *const expected[] = {"cotton", "silk", "wool", "denim", "net", "rubber-sheet"};
-    size_t count = 0;
     tulle_error error;
-    for (const char *name; (name = tulle_material_preset_name(count)) != NULL; count++) {
-        tulle_material material;
-        assert_string_equal(name, expected[count]);
-        assert_int_equal(tulle_material_preset(name, &material), TULLE_OK);
-        assert_int_equal(material_validate(&material, TULLE_MEMBRANE_WOVEN, name, &error),
-                         TULLE_OK);
-        assert_int_equal(material_validate(&material, TULLE_MEMBRANE_SPRINGS, name, &error),
-                         TULLE_OK);
-        assert_true(strlen(tulle_material_preset_source(count)) > 20);
-    }
-    assert_int_equal(count, 6);
-    assert_null(tulle_material_preset_source(6));
     tulle_material material = plain_material();
-    assert_int_equal(tulle_material_preset("iron", &material), TULLE_ERROR_INVALID_ARGUMENT);
-    assert_int_equal(tulle_material_preset(NULL, &material), TULLE_ERROR_INVALID_ARGUMENT);
     double *const fields[] = {&material.area_density,
                               &material.springs.stretch_stiffness,
                               &material.springs.bend_stiffness,
@@ -409,7 +393,7 @@ int main(void) {
         cmocka_unit_test(bad_cloth_is_refused_by_name),
         cmocka_unit_test(failing_memory_is_reported),
         cmocka_unit_test(bits_do_not_depend_on_threads),
-        cmocka_unit_test(presets_are_complete),
+        cmocka_unit_test(values_out_of_range_are_refused),
         cmocka_unit_test(history_decides_the_integrator),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);

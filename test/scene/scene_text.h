@@ -13,6 +13,13 @@
 
 #include <cmocka.h>
 
+/* All presets, as messages list them. */
+#define AFTER_COTTON                                                                               \
+    "silk, wool, denim, net, rubber-sheet, denim-soft, denim-firm, cotton-broadcloth, canvas, "    \
+    "chiffon, wool-tropical, wool-coating, wool-stretch, polyester-plain, polyester-faille, "      \
+    "jersey, felt, ripstop-nylon, glass-plain, coated-polyester, etfe-foil, geotextile"
+#define PRESET_NAMES "cotton, " AFTER_COTTON
+
 /* The folder, made on the first call; removed by remove_folder. */
 static char folder_path[64];
 static char written_names[64][40];

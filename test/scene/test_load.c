@@ -227,8 +227,8 @@ static const refusal refusals[] = {
      "read for cloth[0].mesh, "},
     {TIME "cloth:\n  - mesh: {shape: disc}\n    material: {preset: coton}\n", TULLE_ERROR_PARSE,
      "s.yaml", 4, 24,
-     "cloth[0].material.preset: is 'coton', must be one of cotton, silk, wool, denim, net, "
-     "rubber-sheet; did you mean 'cotton'?"},
+     "cloth[0].material.preset: is 'coton', must be one of " PRESET_NAMES
+     "; did you mean 'cotton'?"},
     {TIME SHEET "    pins: [{box: {min: [5, 5, 5], max: [6, 6, 6]}}]\n",
      TULLE_ERROR_INVALID_ARGUMENT, "s.yaml", 4, 12,
      "cloth[0].pins[0]: pins no vertex that is not pinned already; the cloth begins within [-1, "
@@ -253,7 +253,7 @@ static const refusal refusals[] = {
                 "{mesh: {shape: box}, material: wood}\n",
      TULLE_ERROR_INVALID_ARGUMENT, "s.yaml", 5, 34,
      "contact.materials[0].between: 'wod' is the material of no cloth or obstacle, and no preset; "
-     "there are cotton, wood, silk, wool, denim, net, rubber-sheet; did you mean 'wood'?"},
+     "there are cotton, wood, " AFTER_COTTON "; did you mean 'wood'?"},
     {TIME SHEET "    material: {name: felt}\ncontact:\n  materials:\n    - {between: [silk, felt], "
                 "friction: 0.3}\n    - {between: [felt, silk], friction: 0.4}\n",
      TULLE_ERROR_INVALID_ARGUMENT, "s.yaml", 8, 17,

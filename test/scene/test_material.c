@@ -35,6 +35,39 @@ static void keys_replace_values_of_the_preset(void **state) {
     check_material(SCENE("{preset: silk, warp: {limit: 25 %}, shear: {stiffness: 40}, bend_weft: 3 "
                          "uN m, poisson: -0.2}"),
                    silk, "silk");
+    tulle_material cotton = make_preset("cotton");
+    cotton.bend_hysteresis_warp = 5e-4;
+    cotton.bend_hysteresis_weft = 3e-4;
+    cotton.shear_hysteresis = 200.0;
+    check_material(SCENE("{bend_hysteresis_warp: 0.5 mN, bend_hysteresis_weft: 3e-4, "
+                         "shear_hysteresis: 2 N/cm}"),
+                   cotton, "cotton");
+}
+
+static void every_preset_is_known_by_its_name(void **state) {
+    (void)state;
+    const char *name;
+    for (size_t i = 0; (name = tulle_material_preset_name(i)); i++) {
+        char scene[200];
+        snprintf(scene, sizeof scene, SCENE("{preset: %s}"), name);
+        check_material(scene, make_preset(name), name);
+    }
+}
+
+/* A run with hysteresis goes on as one with the same alone. */
+static void the_hash_of_a_scene_knows_hysteresis(void **state) {
+    (void)state;
+    static const char *const scenes[] = {
+        SCENE("{}"), SCENE("{bend_hysteresis_warp: 1e-4}"), SCENE("{bend_hysteresis_weft: 1e-4}"),
+        SCENE("{shear_hysteresis: 1}"), SCENE("{shear_hysteresis: 2}")};
+    enum { COUNT = sizeof scenes / sizeof scenes[0] };
+    uint64_t hashes[COUNT];
+    for (int i = 0; i < COUNT; i++) {
+        tulle_scene *const loaded = load_good(scenes[i]);
+        hashes[i] = loaded->hash;
+        tulle_scene_destroy(loaded);
+        for (int k = 0; k < i; k++) assert_true(hashes[k] != hashes[i]);
+    }
 }
 
 static void short_keys_go_before_those_of_one_direction(void **state) {
@@ -97,6 +130,8 @@ static const refusal refusals[] = {
     {SCENE("{weft: {limit: 0}}"), NULL, "s.yaml", 2, 61, "must be at least 0.001 and"},
     {SCENE("{poisson: 0.95}"), NULL, "s.yaml", 2, 56, "must be at least -0.9 and at most 0.9"},
     {SCENE("{bend_twist: 5 gf/cm}"), NULL, "s.yaml", 2, 59, "gf cm^2/cm"},
+    {SCENE("{shear_hysteresis: 1 gf/cm/deg}"), NULL, "s.yaml", 2, 65, "gf/cm"},
+    {SCENE("{bend_hysteresis_warp: -1}"), NULL, "s.yaml", 2, 69, "must be at least 0"},
     {SCENE("{file: none.yaml}"), NULL, "s.yaml", 2, 53, "none.yaml' cannot be opened"},
     {SCENE("{file: f.yaml}"), "area_density: -1\n", "f.yaml", 1, 15, "must be above 0"},
     {SCENE("{file: f.yaml}"), "warp: {stifness: 1}\n", "f.yaml", 1, 8, "did you mean 'stiffness'?"},
@@ -140,6 +175,8 @@ static void refusals_name_file_line_and_column(void **state) {
 int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(keys_replace_values_of_the_preset),
+        cmocka_unit_test(every_preset_is_known_by_its_name),
+        cmocka_unit_test(the_hash_of_a_scene_knows_hysteresis),
         cmocka_unit_test(short_keys_go_before_those_of_one_direction),
         cmocka_unit_test(a_file_stands_in_for_the_preset),
         cmocka_unit_test(refusals_name_file_line_and_column),

@@ -78,11 +78,10 @@ static const struct {
      "cloth[0].mesh.shape: is 'abcdefghijklmnopqrstuvwxyzabcdefghijklmnopqrstuvwxyzabcdefg...', "
      "must be one of recta"},
     {TIME SHEET "    material: {preset: steel}\n", NULL, TULLE_ERROR_PARSE, 4, 24,
-     "cloth[0].material.preset: is 'steel', must be one of cotton, silk, wool, denim, net, "
-     "rubber-sheet"},
+     "cloth[0].material.preset: is 'steel', must be one of " PRESET_NAMES},
     {TIME SHEET "    material: {preset: coton}\n", NULL, TULLE_ERROR_PARSE, 4, 24,
-     "cloth[0].material.preset: is 'coton', must be one of cotton, silk, wool, denim, net, "
-     "rubber-sheet; did you mean 'cotton'?"},
+     "cloth[0].material.preset: is 'coton', must be one of " PRESET_NAMES
+     "; did you mean 'cotton'?"},
     {TIME SHEET "    thickness: 2 m\n", NULL, TULLE_ERROR_INVALID_ARGUMENT, 4, 16,
      "cloth[0].thickness: is '2 m', must be above 0 m and at most 1 m"},
     {TIME SHEET "    translate: [0, 0, 1 m/0]\n", NULL, TULLE_ERROR_PARSE, 4, 23,
@@ -115,7 +114,7 @@ static const struct {
     {TIME SHEET "contact: {materials: [{between: [cotton, stone], friction: 1}]}\n", NULL,
      TULLE_ERROR_INVALID_ARGUMENT, 4, 42,
      "contact.materials[0].between: 'stone' is the material of no cloth or obstacle, and no "
-     "preset; there are cotton, silk, wool, denim, net, rubber-sheet"},
+     "preset; there are " PRESET_NAMES},
     {TIME SHEET "obstacles: [{mesh: {shape: box}, name: a}, {mesh: {shape: box}, name: "
                 "b}]\ncontact: {pairs: [{between: [a, b], friction: 1}]}\n",
      NULL, TULLE_ERROR_INVALID_ARGUMENT, 5, 30,

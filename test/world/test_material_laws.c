@@ -120,6 +120,9 @@ static void unknown_names_are_refused(void **state) {
                      TULLE_ERROR_INVALID_ARGUMENT);
     assert_non_null(strstr(error.message, "'wood' is the contact material of no cloth or obstacle "
                                           "and no preset; there are oak, cotton, silk, "));
+    const char *preset;
+    for (size_t i = 0; (preset = tulle_material_preset_name(i)); i++)
+        assert_non_null(strstr(error.message, preset));
     set(world, "silk", "oak", &ROUGH); /* a preset that nothing is made of */
     const char *const wrong[][2] = {{NULL, "silk"}, {"silk", NULL}, {"", "silk"}, {"Silk", "oak"}};
     for (int i = 0; i < 4; i++)

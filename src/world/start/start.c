@@ -5,6 +5,7 @@
 
 #include "base/error.h"
 #include "base/hash.h"
+#include "dynamics/hysteresis.h"
 #include "world/bodies/bodies.h"
 #include "world/start/inside.h"
 #include "world/step/search.h"
@@ -263,6 +264,14 @@ static tulle_status build_model(tulle_world *world, tulle_error *error) {
     for (size_t v = 0; v < world->cloth_vertex_count; v++) {
         world->inverse_masses[v] = 1.0 / world->model->masses[v];
     }
+    world->plastic_count = hysteresis_count(world->model);
+    if (world->plastic_count == 0) return TULLE_OK;
+    world_motion_state *const states[2] = {&world->now, &world->next};
+    for (int i = 0; i < 2; i++) {
+        states[i]->plastic =
+            memory_allocate_zeroed(&world->heap, world->plastic_count, sizeof(double));
+        if (!states[i]->plastic) return TULLE_ERROR_OUT_OF_MEMORY;
+    }
     return TULLE_OK;
 }
 
@@ -289,6 +298,8 @@ static uint64_t hash_defs(const tulle_world *world) {
         hash = hash_bytes(hash, world->grains, world->set.surface_count * sizeof *world->grains);
     hash = hash_bytes(hash, world->def.gravity, sizeof world->def.gravity);
     hash = hash_bytes(hash, &world->minimum_gap, sizeof world->minimum_gap);
+    if (world->plastic_count > 0)
+        hash = hash_bytes(hash, &world->plastic_count, sizeof world->plastic_count);
     int const choices[3] = {(int)world->def.response, (int)world->def.motion_space,
                             (int)world->def.membrane};
     hash = hash_bytes(hash, choices, sizeof choices);
@@ -354,7 +365,11 @@ static tulle_status start_stages(tulle_world *world, bool is_judged, tulle_error
     if (status == TULLE_OK) status = place_obstacles(world, error);
     if (status == TULLE_OK && is_judged) status = judge_start(world, error);
     if (status != TULLE_OK) return status;
-    status = world_start_detection(world);
+    if (world->plastic_count > 0)
+        status = hysteresis_start(
+            world->model, (slider_state){world->now.positions, world->threads, &world->scratch},
+            world->now.plastic);
+    if (status == TULLE_OK) status = world_start_detection(world);
     if (status == TULLE_ERROR_OUT_OF_MEMORY) return error_set(error, status, no_memory);
     if (status != TULLE_OK)
         return error_set(error, status, "the meshes have positions that are not finite");

@@ -70,6 +70,7 @@ void world_release_start(tulle_world *world) {
         memory_release(heap, state->velocities, 3 * n * sizeof(double));
         memory_release(heap, state->previous_mean, 3 * n * sizeof(double));
         memory_release(heap, state->previous_velocities, 3 * n * sizeof(double));
+        memory_release(heap, state->plastic, world->plastic_count * sizeof(double));
         memory_release(heap, state->is_released, world->obstacles.count);
         memory_release(heap, state->is_present, world->obstacles.count);
         memory_release(heap, state->particles, world->particle_count);
@@ -106,6 +107,7 @@ void world_release_start(tulle_world *world) {
     world->grains = NULL;
     world->vertex_count = world->cloth_vertex_count = world->particle_count = 0;
     world->body_count = 0;
+    world->plastic_count = 0;
     world->cloth_edge_count = 0;
     world->contact_distance = world->separation_distance = 0.0;
     world->is_started = false;

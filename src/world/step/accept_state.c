@@ -4,6 +4,7 @@
  * state its positions, velocities, contacts and time. No other stage changes the state. */
 #include "contact/rows/carry_over.h"
 #include "contact/solve/end_velocities.h"
+#include "dynamics/hysteresis.h"
 #include "world/bodies/bodies.h"
 #include "world/bodies/bodies_sleep.h"
 #include "world/step/step.h"
@@ -84,9 +85,15 @@ tulle_status world_accept_state(step_context *context) {
     if (status == TULLE_OK)
         status = store_contacts(&state->contacts, &world->heap, &world->rows, context->resting,
                                 context->resting_count, context->time_step);
+    if (status == TULLE_OK && world->plastic_count > 0)
+        status = hysteresis_follow(world->model,
+                                   (slider_state){context->end, world->threads, &world->scratch},
+                                   state->plastic);
     if (status != TULLE_OK) return world_end_stage(context, STAGE_ACCEPT_STATE, status);
     memcpy(state->positions, context->end, 3 * world->vertex_count * sizeof(double));
     state->elastic = context->end_elastic;
+    /* that holds what sliders have lost by now */
+    if (world->plastic_count > 0) state->elastic.is_known = false;
     state->time += context->passed;
     world_follow_carriers(context);
     return world_end_stage(context, STAGE_ACCEPT_STATE, TULLE_OK);

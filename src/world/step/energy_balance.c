@@ -33,6 +33,7 @@ tulle_status world_measure_cloths(const step_context *context, const double *pos
     tulle_world *const world = context->world;
     energy_options const options = {.gravity = vec3_load(world->def.gravity, 0),
                                     .threads = world->threads,
+                                    .plastic = context->state->plastic,
                                     .is_elastic_known = elastic->is_known};
     if (elastic->is_known) energies->elastic = elastic->energies;
     tulle_status const status = compute_energies(

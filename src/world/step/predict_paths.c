@@ -101,7 +101,8 @@ tulle_status world_predict_paths(step_context *context) {
                                        .previous_velocities = state->previous_velocities,
                                        .time_step = context->time_step,
                                        .previous_time_step = state->previous_time_step,
-                                       .time = state->time};
+                                       .time = state->time,
+                                       .plastic = state->plastic};
     context->source = world_make_pair_source(context);
     if (status == TULLE_OK) {
         vec3 const fall = vec3_scale(vec3_load(world->def.gravity, 0), context->time_step);

@@ -40,6 +40,8 @@ tulle_status world_copy_start(tulle_world *world, tulle_error *error) {
         memcpy(target->particles, source->particles, world->particle_count);
     if (world->body_count > 0)
         memcpy(target->rests, source->rests, world->body_count * sizeof *target->rests);
+    if (world->plastic_count > 0)
+        memcpy(target->plastic, source->plastic, world->plastic_count * sizeof(double));
     target->previous_time_step = source->previous_time_step;
     target->lost_energy = source->lost_energy;
     target->elastic = source->elastic;
