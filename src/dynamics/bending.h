@@ -17,6 +17,12 @@ static inline vec3 bend_sum_corners(const cloth_hinge *hinge, const double *valu
     return sum;
 }
 
+/* 1 where the hinge's normal (bending.c) points to the front, which triangles go round to the left;
+ * else -1. */
+static inline double bend_find_sign(const topology *surface, const cloth_hinge *hinge) {
+    return surface->triangles[hinge->sides[0]] == hinge->vertices[0] ? 1.0 : -1.0;
+}
+
 /* Lists a hinge and the hinges of its triangles, itself first, and the places of their couplings in
  * side_couplings. Returns how many there are. */
 static inline size_t bend_list_sides(const cloth_model *model, size_t hinge,

@@ -118,8 +118,9 @@ static double fill_hinge(const cloth_model_def *def, const double *areas, size_t
         def->has_flat_rest &&
         def->has_flat_rest[def->vertex_materials ? def->vertex_materials[hinge->vertices[0]] : 0];
     if (def->edge_folds && !isnan(def->edge_folds[edge])) {
-        /* Each conormal is turned by half the fold. */
-        rest->curvature = 2.0 * sin(0.5 * def->edge_folds[edge]) * measure_rest_edge(def, hinge);
+        /* Each conormal is turned by half the fold. Folds are seen from the front. */
+        rest->curvature = 2.0 * sin(0.5 * def->edge_folds[edge]) * measure_rest_edge(def, hinge) *
+                          bend_find_sign(surface, hinge);
         return softening;
     }
     rest->curvature = is_flat             ? 0.0

@@ -194,11 +194,6 @@ void hysteresis_destroy(memory *heap, cloth_model *model) {
 /* Sides folded onto each other have no normal, see bending.c. */
 static const double FOLDED_LIMIT = 0.1;
 
-/* 1 where a x m of a hinge points to the front, which triangles go round to the left; else -1. */
-static double find_sign(const cloth_model *model, const cloth_hinge *hinge) {
-    return model->surface->triangles[hinge->sides[0]] == hinge->vertices[0] ? 1.0 : -1.0;
-}
-
 hinge_kink hysteresis_measure_kink(const cloth_model *model, size_t index,
                                    const double *positions) {
     const cloth_hinge *const hinge = &model->hinges[index];
@@ -216,7 +211,7 @@ hinge_kink hysteresis_measure_kink(const cloth_model *model, size_t index,
     hinge_kink kink = {0};
     if (!(length > FOLDED_LIMIT)) return kink;
     vec3 const c = bend_sum_corners(hinge, positions);
-    double const sign = find_sign(model, hinge);
+    double const sign = bend_find_sign(model->surface, hinge);
     kink.normal = vec3_scale(sum, sign / length);
     kink.value = vec3_dot(kink.normal, c);
     /* (dn/dx)^T c */
@@ -247,9 +242,10 @@ static void measure_kinks(void *context, size_t begin, size_t end, size_t chunk,
         if (task->positions)
             task->kinks[h] = hysteresis_measure_kink(model, h, task->positions).value;
         else
-            task->kinks[h] = model->hinge_rests ? find_sign(model, &model->hinges[h]) *
-                                                      model->hinge_rests[h].curvature
-                                                : 0.0;
+            task->kinks[h] = model->hinge_rests
+                                 ? bend_find_sign(model->surface, &model->hinges[h]) *
+                                       model->hinge_rests[h].curvature
+                                 : 0.0;
     }
 }
 
