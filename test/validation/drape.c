@@ -117,20 +117,22 @@ static void fit_to_disc(tulle_mesh *mesh, double cell) {
 typedef struct band {
     const char *fabric;
     double low, high; /* [%] */
-    const char *source;
+    const char *source, *plot;
     double cell; /* [m] at most a third of the bending length: with longer edges yarns that hardly
                     stretch hinder folds, the more the stiffer they are */
 } band;
 
-/* The ring around the disc starts uneven by some 2 mm, in waves as long as folds. Noise from one
- * vertex to the next would be gone at once and leave it to the mesh which folds come. */
+/* The ring around the disc starts uneven: n waves around it are at most 4 mm / n high, as cloth is
+ * the more uneven the longer the way. Noise from one vertex to the next would be gone at once and
+ * leave it to the mesh which folds come. */
 static void make_uneven(tulle_mesh *mesh, uint32_t seed) {
     enum { WAVES = 9 };
     double heights[2 * WAVES];
     uint32_t noise = seed * 2654435761u + 1;
     for (int i = 0; i < 2 * WAVES; i++) {
         noise = noise * 1664525u + 1013904223u;
-        heights[i] = 2e-3 * ((noise >> 8) / 16777216.0 - 0.5);
+        int const waves = i < 2 ? 1 : i / 2;
+        heights[i] = 8e-3 / waves * ((noise >> 8) / 16777216.0 - 0.5);
     }
     for (size_t v = 0; v < mesh->vertex_count; v++) {
         double *const x = mesh->positions + 3 * v;
@@ -191,10 +193,10 @@ static drape measure_drape(validation_run *run, const band *wanted, sample_mesh 
 
 static void drapes_as_fabric_does(validation_run *run) {
     static const band bands[] = {
-        {"cotton", 60.0, 76.0, "Gan, Ly, Steven 1991, as quoted by others", 5e-3},
-        {"silk", 20.0, 40.0, "Matsudaira & Yang 2003, as quoted by others", 3.75e-3},
-        {"wool", 40.0, 70.0, "loosely sourced", 5e-3},
-        {"denim", 70.0, 90.0, "loosely sourced", 7.5e-3},
+        {"cotton", 60.0, 76.0, "Gan, Ly, Steven 1991, as quoted by others", "drape_cotton", 5e-3},
+        {"silk", 20.0, 40.0, "Matsudaira & Yang 2003, as quoted by others", "drape_silk", 3.75e-3},
+        {"wool", 40.0, 70.0, "loosely sourced", "drape_wool", 5e-3},
+        {"denim", 70.0, 90.0, "loosely sourced", "drape_denim", 7.5e-3},
     };
     static const char *const mesh_names[] = {"rings", "irregular rings", "lattice"};
     const char *const fabric = validate_subject(run);
@@ -203,10 +205,21 @@ static void drapes_as_fabric_does(validation_run *run) {
     bool const is_quick = validate_options(run)->is_quick;
     uint32_t const seeds = is_quick ? 1 : 5;
     int within_count = 0, all = 0;
+    validate_start_plot(run, &(validation_plot){.name = wanted->plot,
+                                                .title = "Drape of round samples",
+                                                .x_label = "sample",
+                                                .y_label = "drape coefficient [%]"});
+    for (uint32_t seed = 1; seed <= seeds; seed++) {
+        validate_plot_point(run, "published, from", seed, wanted->low);
+        validate_plot_point(run, "published, to", seed, wanted->high);
+    }
     for (int kind = 0; kind < (is_quick ? 1 : SAMPLE_MESHES); kind++) {
         double sum = 0.0, least = 100.0, most = 0.0, folds = 0.0;
         for (uint32_t seed = 1; seed <= seeds; seed++, all++) {
             drape const found = measure_drape(run, wanted, (sample_mesh)kind, seed);
+            char series[48];
+            snprintf(series, sizeof series, "*%s", mesh_names[kind]);
+            validate_plot_point(run, series, seed, found.coefficient);
             sum += found.coefficient / seeds;
             folds += (double)found.folds / seeds;
             least = fmin(least, found.coefficient), most = fmax(most, found.coefficient);

@@ -264,9 +264,9 @@ static void wrinkles_alike_when_finer(validation_run *run) {
     }
     if (is_quick) return;
     validate_row(run, "wavelength, 80 cells over 40 cells", found[2].length / found[1].length, "",
-                 within(1.0, 0.1), "wrinkles of the fabric, not of the mesh");
+                 within(1.0, 0.05), "wrinkles of the fabric, not of the mesh");
     validate_row(run, "amplitude, 80 cells over 40 cells", found[2].amplitude / found[1].amplitude,
-                 "", within(1.0, 0.1), "wrinkles of the fabric, not of the mesh");
+                 "", within(1.0, 0.05), "wrinkles of the fabric, not of the mesh");
     validate_row(run, "cells in a wavelength, 80 cells a side",
                  found[2].length / (frames[2].side / frames[2].cells), "", at_least(8.0),
                  "not of cell size");

@@ -18,6 +18,7 @@ typedef struct cutting {
     size_t vertex_count, triangle_count;
     cut_edge *edges; /* of the line that is cut along now */
     size_t edge_count;
+    uint32_t *numbers; /* of the vertices that are left */
 } cutting;
 
 static cutting cover(validation_run *run, double middle, double radius, double cell) {
@@ -119,6 +120,41 @@ static void cut(cutting *all, int axis, double at, int keep, double cell) {
     all->triangle_count = kept;
 }
 
+static bool is_flat(const cutting *all, const uint32_t corners[3], double cell) {
+    const double *const o = all->x[corners[0]];
+    const double *const a = all->x[corners[1]];
+    const double *const b = all->x[corners[2]];
+    return fabs((a[0] - o[0]) * (b[1] - o[1]) - (a[1] - o[1]) * (b[0] - o[0])) < 1e-6 * cell * cell;
+}
+
+/* Near corners of the border several vertices may have moved to one place, or three onto one line.
+ * Drops what triangles have no area then, numbers the places that are left and gives their count.
+ */
+static uint32_t weld(validation_run *run, cutting *all, double cell) {
+    size_t kept = 0;
+    for (size_t t = 0; t < all->triangle_count; t++) {
+        const uint32_t *const corners = all->triangles[t];
+        if (!is_flat(all, corners, cell))
+            set_triangle(all, kept++, corners[0], corners[1], corners[2]);
+    }
+    all->triangle_count = kept;
+    all->numbers = validate_allocate(run, all->vertex_count * sizeof *all->numbers);
+    for (size_t v = 0; v < all->vertex_count; v++) all->numbers[v] = UINT32_MAX;
+    uint32_t *const places = validate_allocate(run, all->vertex_count * sizeof *places);
+    uint32_t used = 0;
+    for (size_t k = 0; k < 3 * kept; k++) {
+        uint32_t const v = all->triangles[k / 3][k % 3];
+        if (all->numbers[v] != UINT32_MAX) continue;
+        uint32_t number = 0;
+        while (number < used && hypot(all->x[v][0] - all->x[places[number]][0],
+                                      all->x[v][1] - all->x[places[number]][1]) > 1e-6 * cell)
+            number++;
+        if (number == used) places[used++] = v;
+        all->numbers[v] = number;
+    }
+    return used;
+}
+
 tulle_mesh *strips_make_turned(validation_run *run, const strip *sample) {
     double const length = sample->end - sample->begin, cell = length / sample->columns;
     cutting all = cover(run, 0.5 * (sample->begin + sample->end),
@@ -130,21 +166,14 @@ tulle_mesh *strips_make_turned(validation_run *run, const strip *sample) {
     for (size_t i = 0; i < 2; i++)
         if (sample->lines[i] > sample->begin && sample->lines[i] < sample->end)
             cut(&all, 0, sample->lines[i], 0, cell);
-    uint32_t *const numbers = validate_allocate(run, all.vertex_count * sizeof *numbers);
-    for (size_t v = 0; v < all.vertex_count; v++) numbers[v] = UINT32_MAX;
-    uint32_t used = 0;
-    for (size_t k = 0; k < 3 * all.triangle_count; k++) {
-        uint32_t *const number = &numbers[all.triangles[k / 3][k % 3]];
-        if (*number == UINT32_MAX) *number = used++;
-    }
+    uint32_t const used = weld(run, &all, cell);
     tulle_mesh *const mesh = validate_make_mesh(run, used, all.triangle_count);
-    for (size_t v = 0; v < all.vertex_count; v++)
-        if (numbers[v] != UINT32_MAX) {
-            mesh->positions[3 * (size_t)numbers[v]] = all.x[v][0];
-            mesh->positions[3 * (size_t)numbers[v] + 1] = all.x[v][1];
-            mesh->positions[3 * (size_t)numbers[v] + 2] = 0.0;
-        }
-    for (size_t k = 0; k < 3 * all.triangle_count; k++)
-        mesh->triangles[k] = numbers[all.triangles[k / 3][k % 3]];
+    for (size_t k = 0; k < 3 * all.triangle_count; k++) {
+        uint32_t const v = all.triangles[k / 3][k % 3], number = all.numbers[v];
+        mesh->triangles[k] = number;
+        mesh->positions[3 * (size_t)number] = all.x[v][0];
+        mesh->positions[3 * (size_t)number + 1] = all.x[v][1];
+        mesh->positions[3 * (size_t)number + 2] = 0.0;
+    }
     return mesh;
 }
