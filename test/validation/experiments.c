@@ -4,6 +4,8 @@
 
 extern const experiment fabric_experiments[];
 extern const experiment laws_experiments[];
+extern const experiment bends_experiments[];
+extern const experiment shears_experiments[];
 extern const experiment drape_experiments[];
 extern const experiment incline_experiments[];
 extern const experiment capstan_experiments[];
@@ -22,6 +24,8 @@ extern const experiment scenes_experiments[];
 const experiment *const validation_groups[] = {
     fabric_experiments,     /* strips of woven cloth */
     laws_experiments,       /* woven cloth and closed forms */
+    bends_experiments,      /* loops and struts */
+    shears_experiments,     /* frames that shear woven cloth */
     drape_experiments,      /* round samples over a disc */
     incline_experiments,    /* Coulomb's law on a slope */
     capstan_experiments,    /* a ribbon around a cylinder */

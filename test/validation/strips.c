@@ -6,7 +6,7 @@
 #include <math.h>
 
 const char *const strips_pattern_names[PATTERN_COUNT] = {"alternating", "alike", "crossed",
-                                                         "irregular"};
+                                                         "irregular", "turned by 22.5 degrees"};
 
 static void add_triangle(tulle_mesh *mesh, size_t at, uint32_t a, uint32_t b, uint32_t c) {
     mesh->triangles[3 * at] = a;
@@ -32,6 +32,7 @@ static void divide_cell(const strip *sample, uint32_t i, uint32_t j, tulle_mesh 
 
 tulle_mesh *strips_make(validation_run *run, const strip *sample) {
     double const length = sample->end - sample->begin;
+    if (sample->pattern == TURNED) return strips_make_turned(run, sample);
     if (sample->pattern == IRREGULAR) {
         tulle_shape_def def = tulle_shape_def_default(TULLE_SHAPE_RECTANGLE);
         def.size[0] = length, def.size[1] = sample->width;

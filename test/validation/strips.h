@@ -10,6 +10,7 @@ typedef enum pattern {
     ALIKE,       /* all diagonals the same way */
     CROSSED,     /* four triangles about a middle: a lattice at 45 degrees */
     IRREGULAR,
+    TURNED, /* a lattice at 22.5 degrees, cut along the border */
     PATTERN_COUNT
 } pattern;
 extern const char *const strips_pattern_names[PATTERN_COUNT];
@@ -19,8 +20,14 @@ typedef struct strip {
     double begin, end, width; /* [m] */
     uint32_t columns, rows;
     pattern pattern;
+    /* [m] x of lines across the strip along which a turned lattice has edges, beside its border.
+     * Those of the other patterns are where their columns are. */
+    double lines[2];
 } strip;
 tulle_mesh *strips_make(validation_run *run, const strip *sample);
+
+/* A strip whose pattern is TURNED. */
+tulle_mesh *strips_make_turned(validation_run *run, const strip *sample);
 
 /* Holds the vertices with from <= x <= to for ever. */
 tulle_pin strips_pin_between(validation_run *run, const tulle_mesh *mesh, double from, double to);

@@ -309,7 +309,7 @@ void validation_report_totals(validation_run *run) {
     validate_row(run, "rescues a contact",
                  totals->contacts > 0 ? (double)totals->rescues / (double)totals->contacts : 0.0,
                  "", at_most(1e-3), "one in 1,000");
-    if (totals->contacts > 0)
+    if (isfinite(totals->smallest_gap_share))
         validate_row(run, "smallest gap over the minimum gap", totals->smallest_gap_share, "",
                      at_least(1.0), "the promise of a step");
     else
