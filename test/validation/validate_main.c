@@ -203,6 +203,8 @@ int main(int count, char **arguments) {
                            .table = &table,
                            .totals = &totals,
                            .plot_directory = line.plots};
+    /* Of experiments of contact; those of cloth itself say woven. */
+    run.def.membrane = TULLE_MEMBRANE_SPRINGS;
     apply_options(&line.options, &run.def);
     if (choose_experiments(&line, &table, NULL) == 0)
         refuse("no experiment has the name ", line.only ? line.only : "");
