@@ -385,6 +385,58 @@ static void excess_is_what_was_not_linear(void **state) {
     }
 }
 
+/* Corners that are thrown metres off, by squeezed vertices in a rough solve, are linearised no
+ * farther off than a few lengths: then twice as far is next to the same. */
+static void far_guesses_are_brought_near(void **state) {
+    (void)state;
+    bench *const b = make_bench(0.0, 47);
+    symmetric3 near[3 * ELEMENTS];
+    double far[ELEMENTS * COORDINATES] = {0.0};
+    for (int times = 1; times <= 2; times++) {
+        for (size_t e = 0; e < ELEMENTS; e++)
+            for (size_t k = 0; k < 3; k++)
+                far[COORDINATES * e + 6 + k] = 2000.0 * times * b->guess[COORDINATES * e + k];
+        b->motion.guess = far;
+        fill(b);
+        if (times == 1) memcpy(near, b->blocks, sizeof near);
+    }
+    for (size_t i = 0; i < 3 * ELEMENTS; i++) {
+        double most = 0.0;
+        for (int k = 0; k < 6; k++) most = fmax(most, fabs(near[i].m[k]));
+        assert_true(most > 0.0);
+        for (int k = 0; k < 6; k++)
+            assert_true(fabs(near[i].m[k] - b->blocks[i].m[k]) < 0.02 * most);
+    }
+    free(b);
+}
+
+/* The growth of the header, element by element, by the strains of this file. */
+static void growth_is_that_of_the_longest_yarn(void **state) {
+    (void)state;
+    bench *const b = make_bench(0.15, 53), *const last = make_bench(0.25, 53);
+    size_t grown = 0;
+    double most = 0.0;
+    for (size_t e = 0; e < ELEMENTS; e++) {
+        const membrane_element *const element = &b->elements[e];
+        strain_state const before = find_strain(element, b->x + COORDINATES * e);
+        strain_state const after = find_strain(element, last->x + COORDINATES * e);
+        double own = 0.0;
+        for (int a = 0; a < 2; a++) {
+            double const limit = b->fabrics[element->fabric].yarns[a].limit;
+            own = fmax(own, (after.e[a] - fmax(before.e[a], 0.4 * limit)) / limit);
+        }
+        double const found = TULLE_PICK_KERNEL(find_yarn_growth)(&b->motion, last->x, e, e + 1);
+        assert_true(fabs(found - own) < 1e-12);
+        grown += own > 0.0;
+        most = fmax(most, own);
+    }
+    assert_in_range(grown, 1, ELEMENTS - 1);
+    double const all = TULLE_PICK_KERNEL(find_yarn_growth)(&b->motion, last->x, 0, ELEMENTS);
+    assert_true(fabs(all - most) < 1e-12);
+    free(b);
+    free(last);
+}
+
 static void all_kernels_give_the_same_bits(void **state) {
     (void)state;
     kernel_target const widest = kernel_target_get();
@@ -424,6 +476,8 @@ int main(void) {
         cmocka_unit_test(matrix_is_exact_at_rest),
         cmocka_unit_test(guesses_meet_the_force_there),
         cmocka_unit_test(excess_is_what_was_not_linear),
+        cmocka_unit_test(far_guesses_are_brought_near),
+        cmocka_unit_test(growth_is_that_of_the_longest_yarn),
         cmocka_unit_test(all_kernels_give_the_same_bits),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
