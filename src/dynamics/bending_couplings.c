@@ -53,6 +53,9 @@ typedef struct kink_split {
     double parts[PATCH_HINGES];
 } kink_split;
 
+/* The root is rounded alike everywhere; hypot is not. */
+static double get_length(double x, double y) { return sqrt(x * x + y * y); }
+
 typedef struct plane_point {
     double x, y;
 } plane_point;
@@ -107,7 +110,7 @@ static void measure_kinks(const bending_shape *shape, const cloth_hinge *hinge,
     plane_point const own = points[2 + near] = find_point(flat, hinge->vertices[2 + near]);
     plane_point const seen = locate_apex(shape, hinge, 1 - near);
     double const dx = points[1].x - points[0].x, dy = points[1].y - points[0].y;
-    double const length = hypot(dx, dy);
+    double const length = get_length(dx, dy);
     double const side = dx * (own.y - points[0].y) - dy * (own.x - points[0].x);
     double const off = side > 0.0 ? -seen.y : seen.y; /* away from the near triangle */
     points[3 - near] = (plane_point){points[0].x + (dx * seen.x - dy * off) / length,
@@ -125,8 +128,8 @@ static void diagonalise(double a[3][3], double vectors[3][3]) {
         int const p = turn % 3 == 2 ? 1 : 0, q = turn % 3 == 0 ? 1 : 2;
         if (a[p][q] == 0.0) continue;
         double const theta = 0.5 * (a[q][q] - a[p][p]) / a[p][q];
-        double const t = copysign(1.0, theta) / (fabs(theta) + hypot(theta, 1.0));
-        double const c = 1.0 / hypot(t, 1.0), s = t * c;
+        double const t = copysign(1.0, theta) / (fabs(theta) + get_length(theta, 1.0));
+        double const c = 1.0 / get_length(t, 1.0), s = t * c;
         for (int k = 0; k < 3; k++) {
             double const left = a[k][p], right = a[k][q];
             a[k][p] = c * left - s * right;
