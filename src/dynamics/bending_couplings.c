@@ -424,7 +424,7 @@ static bool build_rows(coupling_work *work, cloth_model *model) {
         model->couplings = memory_allocate(work->heap, hinges.count * sizeof(double));
         ok = model->coupling_hinges && model->couplings;
     }
-    if (ok) {
+    if (ok && hinges.count > 0) {
         memcpy(model->coupling_hinges, hinges.data, hinges.count * sizeof(uint32_t));
         memcpy(model->couplings, values.data, values.count * sizeof(double));
     }

@@ -55,7 +55,7 @@ typedef struct checksums {
     ARRAY(checksum_line) lines; /* of each file in order; of two for the same piece the later one */
     checksum_mark mark;         /* of the lines that were read */
     uint32_t frame_count;       /* frames whose lines are all there */
-    bool is_complete;           /* files should end where their lines end; false unless set */
+    bool is_complete; /* files that grow should end where their lines end; false unless set */
 } checksums;
 
 /* Reads DIRECTORY/checksums.csv: up to the mark, or, where it is null, all whole lines. Errors:
