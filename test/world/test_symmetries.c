@@ -279,7 +279,7 @@ enum { FIRST_STEPS = 5 };
 static const double LEAST_TOLERANCE = 1e-12, YARNS_OVER_SPRINGS = 4500.0 / 300.0;
 /* A step adds some dozens of roundings of the largest coordinate, and contact that begins passes on
  * what was there a few times as large. */
-static const double ROUNDINGS = 64.0, GROWTH = 4.0;
+static const double ROUNDINGS = 64.0, GROWTH = 4.0, WOVEN_GROWTH = 8.0;
 
 /* [m] how far places may differ after step number `step`. */
 static double bound_difference(const side_by_side *own, const change *how, int step) {
@@ -287,8 +287,10 @@ static double bound_difference(const side_by_side *own, const change *how, int s
     for (int k = 0; k < 3; k++) extent = fmax(extent, 0.5 + fabs(how->shift[k]));
     double const rounding = 0x1p-52 * extent;
     double const solve = own->contacts > 0 ? LEAST_TOLERANCE * STEP : 0.0;
-    double const stiffness = own->scene.membrane == TULLE_MEMBRANE_WOVEN ? YARNS_OVER_SPRINGS : 1.0;
-    return ROUNDINGS * (rounding + solve) * stiffness * pow(GROWTH, step);
+    bool const is_woven = own->scene.membrane == TULLE_MEMBRANE_WOVEN;
+    double const stiffness = is_woven ? YARNS_OVER_SPRINGS : 1.0;
+    double const growth = is_woven ? WOVEN_GROWTH : GROWTH;
+    return ROUNDINGS * (rounding + solve) * stiffness * pow(growth, step);
 }
 
 /* Ties are decided by rounding, and by the numbers of vertices. So scenes with ties are left out
@@ -319,12 +321,25 @@ static void first_steps_differ_by_rounding(void **state) {
 /* Of sums over all steps: of the energy of motion and springs, and of contacts. Contacts come and
  * go in other steps. */
 static const double MOST_ENERGY_SHARE = 0.03, MOST_CONTACT_SHARE = 0.1;
-/* Stiff cloth on three tips has some forty contacts in all, and slips off a tip a step earlier or
- * later. */
-static const double MOST_ENERGY_SHARE_ON_TIPS = 0.15;
+/* Yarns, so much stiffer than springs, pass a difference on sooner: after 32 steps on the sphere
+ * sums differ by up to 16 % in energy and 28 % in contacts. */
+static const double MOST_WOVEN_ENERGY_SHARE = 0.25, MOST_WOVEN_CONTACT_SHARE = 0.4;
 
 static bool is_within(double value, double expected, double share) {
     return fabs(value - expected) <= share * expected;
+}
+
+/* Sums over all steps of one telling. */
+typedef struct sums {
+    double energy, contacts;
+} sums;
+
+static bool are_alike(const named_scene *named, tulle_membrane membrane, sums found, sums base) {
+    bool const is_woven = membrane == TULLE_MEMBRANE_WOVEN;
+    double const energy = is_woven ? MOST_WOVEN_ENERGY_SHARE : MOST_ENERGY_SHARE;
+    double const contacts = is_woven ? MOST_WOVEN_CONTACT_SHARE : MOST_CONTACT_SHARE;
+    return is_within(found.energy, base.energy, energy) &&
+           (named->has_tips || is_within(found.contacts, base.contacts, contacts));
 }
 
 static void chaos_keeps_energy_and_contacts(void **state) {
@@ -334,23 +349,21 @@ static void chaos_keeps_energy_and_contacts(void **state) {
     for (size_t s = 0; s < SCENE_COUNT; s++) {
         side_by_side own;
         begin(&own, &scenes[s], list, with);
-        double energies[CHANGES_MAX + 1] = {0.0}, contacts[CHANGES_MAX + 1] = {0.0};
+        sums all[CHANGES_MAX + 1] = {{0.0, 0.0}};
         for (int i = 0; i < (is_long() ? 32 : 12); i++) {
             step_all(&own);
             for (size_t k = 0; k <= list.count; k++) {
                 const changed_world *const world = k < list.count ? &own.others[k] : &own.base;
-                energies[k] += changed_world_get_energy(world);
-                contacts[k] += (double)world->report.contacts;
+                all[k].energy += changed_world_get_energy(world);
+                all[k].contacts += (double)world->report.contacts;
             }
         }
+        sums const base = all[list.count];
         for (size_t k = 0; k < list.count; k++)
-            if (!is_within(energies[k], energies[list.count],
-                           scenes[s].has_tips ? MOST_ENERGY_SHARE_ON_TIPS : MOST_ENERGY_SHARE) ||
-                !(scenes[s].has_tips ||
-                  is_within(contacts[k], contacts[list.count], MOST_CONTACT_SHARE)))
+            if (!are_alike(&scenes[s], with.membrane, all[k], base))
                 fail_msg("%s, %s: %g J and %g contacts, of %g J and %g", scenes[s].name,
-                         list.changes[k].name, energies[k], contacts[k], energies[list.count],
-                         contacts[list.count]);
+                         list.changes[k].name, all[k].energy, all[k].contacts, base.energy,
+                         base.contacts);
         end(&own);
     }
 }
