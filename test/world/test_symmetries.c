@@ -279,7 +279,7 @@ enum { FIRST_STEPS = 5 };
 static const double LEAST_TOLERANCE = 1e-12, YARNS_OVER_SPRINGS = 4500.0 / 300.0;
 /* A step adds some dozens of roundings of the largest coordinate, and contact that begins passes on
  * what was there a few times as large. */
-static const double ROUNDINGS = 64.0, GROWTH = 4.0, WOVEN_GROWTH = 8.0;
+static const double ROUNDINGS = 64.0, GROWTH = 4.0;
 
 /* [m] how far places may differ after step number `step`. */
 static double bound_difference(const side_by_side *own, const change *how, int step) {
@@ -289,8 +289,7 @@ static double bound_difference(const side_by_side *own, const change *how, int s
     double const solve = own->contacts > 0 ? LEAST_TOLERANCE * STEP : 0.0;
     bool const is_woven = own->scene.membrane == TULLE_MEMBRANE_WOVEN;
     double const stiffness = is_woven ? YARNS_OVER_SPRINGS : 1.0;
-    double const growth = is_woven ? WOVEN_GROWTH : GROWTH;
-    return ROUNDINGS * (rounding + solve) * stiffness * pow(growth, step);
+    return ROUNDINGS * (rounding + solve) * stiffness * pow(GROWTH, step);
 }
 
 /* Ties are decided by rounding, and by the numbers of vertices. So scenes with ties are left out
