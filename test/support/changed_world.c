@@ -85,6 +85,12 @@ static void *allocate(size_t count, size_t size) {
     return block;
 }
 
+static void move_a_little(const change *how, double *positions, size_t vertex_count) {
+    uint64_t seed = how->jitter_seed;
+    for (size_t i = 0; i < 3 * vertex_count; i++)
+        positions[i] += convert(how, how->jitter * (2.0 * random_uniform(&seed) - 1.0), 1, 0, 0);
+}
+
 /* The mesh in its new place, order and size; positions and triangles are the caller's. */
 static tulle_mesh_view convert_mesh(const change *how, const tulle_mesh *mesh,
                                     const uint32_t *places, double **positions,
@@ -149,6 +155,7 @@ static void add_object(changed_world *own, size_t index) {
         status = tulle_world_add_obstacle(own->world, &def, &id, &error);
         own->ids[index] = id.index;
     } else {
+        if (how->jitter > 0.0) move_a_little(how, positions, mesh.vertex_count);
         tulle_cloth_def def = tulle_cloth_def_default();
         uint32_t pinned[CHANGED_PINS_MAX];
         for (size_t i = 0; i < object->pin_count; i++)

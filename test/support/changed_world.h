@@ -41,6 +41,8 @@ typedef struct change {
     uint64_t seed;          /* of the new order of vertices, triangles and corners; 0: none */
     bool is_reversed;       /* objects are added in the opposite order */
     bool turns_over;        /* triangles face the other side, as a mirror asks of solids */
+    double jitter;          /* [m] in the old unit: vertices of cloth start up to so far away */
+    uint64_t jitter_seed;
 } change;
 
 typedef struct changed_world {
