@@ -5,6 +5,8 @@
 
 #include "tulle/base.h"
 
+#include <stdio.h>
+
 /* What the program's exit code says. */
 typedef enum app_exit {
     APP_EXIT_FINE = 0,
@@ -33,6 +35,10 @@ void app_print_error(const char *command, const tulle_error *error);
 /* Prints "tulle COMMAND: MESSAGE" to standard error. */
 void app_print_message(const char *command, const char *format, ...)
     __attribute__((format(printf, 2, 3)));
+
+/* Prints text that may hold names from a stranger's file: at most 8 kB, with '?' for each control
+ * character but a line end at its end, so that no name moves a cursor or ends a line. */
+void app_print_names(FILE *stream, const char *format, ...) __attribute__((format(printf, 2, 3)));
 
 /* Flushes standard output; 0 when all of it arrived, else a message and APP_EXIT_CANNOT_GO_ON. */
 int app_finish_output(const char *command);

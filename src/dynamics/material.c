@@ -29,8 +29,8 @@ static tulle_status check_ranges(const material_range *ranges, size_t count, con
         const material_range *const r = &ranges[i];
         if (r->value >= r->low && r->value <= r->high) continue;
         return error_set(error, TULLE_ERROR_INVALID_ARGUMENT,
-                         "%s: %s is %g %s; it must lie between %g and %g", owner, r->name, r->value,
-                         r->unit, r->low, r->high);
+                         "%s: %s is %g%s%s; it must lie between %g and %g", owner, r->name,
+                         r->value, r->unit[0] ? " " : "", r->unit, r->low, r->high);
     }
     return TULLE_OK;
 }

@@ -21,7 +21,7 @@ tulle_status file_fail(tulle_error *error, const char *path, int code, const cha
     tulle_status status = TULLE_ERROR_IO;
     if (code == ENOSPC || code == EDQUOT) status = TULLE_ERROR_DISK_FULL;
     if (code == ENOMEM) status = TULLE_ERROR_OUT_OF_MEMORY;
-    return error_set_at(error, status, path, 0, 0, "%s: %s", what, reason);
+    return error_set_at(error, status, path[0] ? path : "\"\"", 0, 0, "%s: %s", what, reason);
 }
 
 tulle_status file_fail_memory(tulle_error *error, const char *path) {

@@ -24,7 +24,7 @@ bool read_scene_keys(const scene_work *work, const char *const *overrides, size_
     file_data text = {0};
     tulle_error error = {0};
     if (file_load(&loaded->heap, loaded->path, TREE_TEXT_LIMIT, &text, &error) != TULLE_OK) {
-        scene_place const place = {loaded->path, 0, 0};
+        scene_place const place = {error.file, 0, 0};
         problem_add(work->problems, error.status, place, "%s", error.message);
         return false;
     }

@@ -79,8 +79,8 @@ static tulle_status check_ranges(const range_check *checks, size_t count, const 
         const range_check *const c = &checks[i];
         if (!(c->value >= c->low && c->value <= c->high)) {
             return error_set(error, TULLE_ERROR_INVALID_ARGUMENT,
-                             "%s: %s is %g %s; it must lie between %g and %g", owner, c->name,
-                             c->value, c->unit, c->low, c->high);
+                             "%s: %s is %g%s%s; it must lie between %g and %g", owner, c->name,
+                             c->value, c->unit[0] ? " " : "", c->unit, c->low, c->high);
         }
     }
     return TULLE_OK;

@@ -25,6 +25,7 @@ SEED = int(os.environ.get("TULLE_TEST_SEED", random.randrange(1 << 30)))
 ROUNDS, WAVES, PROCESSES = (400 if IS_LONG else 6), 2, 6
 SPREAD = 0.08  # [s] within which the processes of a wave start; about a run's time
 SHORT, LONG = 20, 40  # frames
+LEAST_JUDGED = 0.1  # of the readers; the others were refused
 TIMEOUT = 120  # [s] a process that takes longer hangs
 OPTIONS = ("--threads", "1", "--checkpoint-every", "7", "--progress", "none", "--record", "debug", "--write", "vtp")
 LOCKED = "is locked: another process is writing a run here"
@@ -119,6 +120,7 @@ class Test:
     def __init__(self, work):
         self.work, self.dice, self.number, self.faults = work, random.Random(SEED), 0, 0
         self.ends = {"done": 0, "killed": 0, "locked": 0, "refused": 0}
+        self.readers = self.judged = 0  # that were let end; that gave something to judge
         self.commands = make_commands()
         first = Process(work, "create", self.commands["create"], 0, None)
         first.end({})
@@ -159,7 +161,10 @@ class Test:
                 next(process for process in processes if process.number == number).kill()
         for process in processes:
             try:
-                self.ends[process.end(self.whole)] += 1
+                end = process.end(self.whole)
+                self.ends[end] += 1
+                self.readers += process.judge is not None and end != "killed"
+                self.judged += process.judge is not None and end == "done"
             except Fault as fault:
                 self.tell(f"{what}, {process.name} among {[other.name for other in processes]}", fault)
         return processes
@@ -185,7 +190,9 @@ def main():
     for number in range(ROUNDS):
         test.run_round(number)
     print(f"seed {SEED}, {ROUNDS} rounds, {test.number} processes: " + ", ".join(f"{count} {end}" for end, count in test.ends.items()) +
-          f"; {test.faults} faults")
+          f"; {test.judged} of {test.readers} readers gave something; {test.faults} faults")
+    if test.judged < LEAST_JUDGED * test.readers:
+        sys.exit("fault: too few readers gave something")
     sys.exit(1 if test.faults else 0)
 
 

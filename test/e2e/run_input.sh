@@ -25,6 +25,7 @@ refuse 'SCENE.yaml is missing'
 refuse 'one too many' "$scene" "$scene" -o out
 refuse 'unknown option --frame; did you mean --frames' "$scene" --frame 3 -o out
 refuse 'whole number from 1' "$scene" --frames 0 -o out
+refuse 'from 1 to 10000000' "$scene" --frames 10000001 -o out
 refuse 'whole number from 1' "$scene" --threads -3 -o out
 refuse 'should be one of: auto, json, none' "$scene" -o out --progress loud
 refuse 'checkpoint-every' "$scene" -o out --checkpoint-every 3m
@@ -32,6 +33,7 @@ refuse 'give one of them' "$scene" -o out --resume --force
 
 # The scene.
 refuse 'missing.yaml' missing.yaml -o out
+refuse '^"": cannot be opened' '' -o out
 : >empty.yaml
 refuse 'empty.yaml' empty.yaml -o out
 head -c 3000 /dev/urandom >garbage.yaml
@@ -43,6 +45,7 @@ refuse 'resolution' "$scene" -o out --set 'cloth[0].mesh.resolution=[1000000, 10
 refuse 'time.step' "$scene" -o out --set time.step=-0.01
 refuse 'time.step' "$scene" -o out --set time.step=.nan
 refuse 'area_density' "$scene" -o out --set 'cloth[0].material={area_density: -1}'
+refuse 'cloth\[0\].grain: is no direction' "$scene" -o out --set 'cloth[0].grain=[0, 0, 0]'
 refuse 'size' "$scene" -o out --set 'cloth[0].mesh.size=[0, 1]'
 refuse 'give the minimum gap (xi) yourself' "$scene" -o out --set 'cloth[0].translate=[900 km, 0, 0]'
 refuse 'did you mean' "$scene" -o out --set 'cloth[0].mehs=3'

@@ -46,5 +46,16 @@ obstacles:
 SCENE
 "$TULLE" run caught.yaml -o caught --progress none >stdout 2>stderr || fault "caught: $(cat stderr)"
 [ "$(grep -c "'cloth0' is caught at 0.1 s in 'late', which appears there: [0-9]* pairs" stderr)" = 1 ] || fault "caught: $(cat stderr)"
+
+# A stranger's run.json: its words move no cursor.
+cp -r caught strange
+sed -i 's/"name": "cloth0"/"name": "cl\\u001b[2J\\u009both"/; s/"scene_path": "caught/"scene_path": "\\u0007\\ncaught/' strange/run.json
+python3 "$TULLE_SOURCE_DIR/test/e2e/seal.py" strange/run.json
+for command in 'info strange' 'check strange' 'convert strange/ x.ply --frame 1' 'convert strange x.ply --body nope --frame 1'; do
+    "$TULLE" $command >shown 2>&1
+    grep -q 'cl?\[2J??oth\|"nope"\|strange/' shown || fault "$command: no name in: $(cat -v shown)"
+    LC_ALL=C grep -q $'\x1b\|\xc2\x9b\|\x07' shown && fault "$command: a control character: $(cat -v shown)"
+done
+"$TULLE" info strange | grep -q 'scene  *??caught.yaml' || fault "info: $("$TULLE" info strange | cat -v)"
 [ $faults = 0 ] && echo "pinches and what is caught are told"
 exit $faults

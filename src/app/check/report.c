@@ -2,6 +2,7 @@
  * frames side by side. See frame.h. */
 #include "app/check/frame.h"
 #include "app/cli/json_text.h"
+#include "app/commands.h"
 #include "base/parallel.h"
 
 #include <inttypes.h>
@@ -72,9 +73,10 @@ static void print_pair_json(const check_frame *frame, const tulle_check_pair *pa
 static void print_pair_text(const check_frame *frame, const tulle_check_pair *pair) {
     double place[3];
     check_compute_place(frame->bodies, pair, place);
-    printf("  %s triangle %" PRIu32 " and %s triangle %" PRIu32 " near (%.6g, %.6g, %.6g)\n",
-           frame->names[pair->body_a], pair->triangle_a, frame->names[pair->body_b],
-           pair->triangle_b, place[0], place[1], place[2]);
+    app_print_names(
+        stdout, "  %s triangle %" PRIu32 " and %s triangle %" PRIu32 " near (%.6g, %.6g, %.6g)\n",
+        frame->names[pair->body_a], pair->triangle_a, frame->names[pair->body_b], pair->triangle_b,
+        place[0], place[1], place[2]);
 }
 
 static size_t get_listed_count(const check_report *report, const check_frame *frame) {
@@ -102,9 +104,10 @@ static void print_frame_json(const check_report *report, const check_frame *fram
 static void print_frame_text(const check_report *report, const check_frame *frame) {
     size_t const count = frame->result.pair_count, listed = get_listed_count(report, frame);
     if (frame->number == CHECK_FRAME_OF_FILE)
-        printf("%s: ", frame->source);
+        app_print_names(stdout, "%s: ", frame->source);
     else
-        printf("%s frame %ld (%.6g s): ", frame->source, frame->number, frame->time);
+        app_print_names(stdout, "%s frame %ld (%.6g s): ", frame->source, frame->number,
+                        frame->time);
     printf("%zu intersection%s\n", count, count == 1 ? "" : "s");
     for (size_t i = 0; i < listed; i++) print_pair_text(frame, &frame->result.pairs[i]);
     if (listed > 0 && listed < count) printf("  and %zu more\n", count - listed);

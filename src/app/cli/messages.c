@@ -3,7 +3,9 @@
 #include "app/commands.h"
 
 #include <stdarg.h>
+#include <stdbool.h>
 #include <stdio.h>
+#include <string.h>
 
 int app_exit_for_input(tulle_status status) {
     switch (status) {
@@ -26,22 +28,51 @@ int app_exit_for_run(tulle_status status) {
     }
 }
 
+/* Length of the control character at `text`, of ASCII or of those that UTF-8 writes as 0xC2 and
+ * 0x80 to 0x9F; 0: it is another. */
+static size_t measure_control(const char *text) {
+    unsigned char const first = (unsigned char)text[0];
+    if (first == 0xc2 && (unsigned char)text[1] >= 0x80 && (unsigned char)text[1] < 0xa0) return 2;
+    return first < 0x20 || first == 0x7f ? 1 : 0;
+}
+
+static void print_names(FILE *stream, const char *format, va_list arguments) {
+    char text[8192];
+    int const length = vsnprintf(text, sizeof text, format, arguments);
+    if (length < 0) return;
+    size_t const count = (size_t)length < sizeof text ? (size_t)length : sizeof text - 1;
+    for (size_t i = 0; i < count; i++) {
+        bool const is_last_line_end = text[i] == '\n' && i + 1 == count;
+        if (!is_last_line_end) memset(text + i, '?', measure_control(text + i));
+    }
+    fwrite(text, 1, count, stream);
+}
+
+void app_print_names(FILE *stream, const char *format, ...) {
+    va_list arguments;
+    va_start(arguments, format);
+    print_names(stream, format, arguments);
+    va_end(arguments);
+}
+
 void app_print_error(const char *command, const tulle_error *error) {
     fprintf(stderr, "tulle %s: ", command);
     if (error->file[0]) {
-        fputs(error->file, stderr);
+        app_print_names(stderr, "%s", error->file);
         if (error->line > 0) fprintf(stderr, ":%d", error->line);
         if (error->line > 0 && error->column > 0) fprintf(stderr, ":%d", error->column);
         fputs(": ", stderr);
     }
-    fprintf(stderr, "%s\n", error->message[0] ? error->message : tulle_status_text(error->status));
+    app_print_names(stderr, "%s",
+                    error->message[0] ? error->message : tulle_status_text(error->status));
+    fputc('\n', stderr);
 }
 
 void app_print_message(const char *command, const char *format, ...) {
     va_list arguments;
     va_start(arguments, format);
     fprintf(stderr, "tulle %s: ", command);
-    vfprintf(stderr, format, arguments);
+    print_names(stderr, format, arguments);
     fputc('\n', stderr);
     va_end(arguments);
 }

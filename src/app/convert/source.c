@@ -1,6 +1,7 @@
 /* app/convert/source.c - see source.h. */
 #define _POSIX_C_SOURCE 200809L
 #include "app/convert/source.h"
+#include "app/commands.h"
 
 #include "app/convert/names.h"
 #include "base/error.h"
@@ -291,11 +292,11 @@ uint32_t convert_source_count_absent(const convert_source *source, frame_range f
 
 void convert_source_print(const convert_source *source) {
     static const char *const kinds[] = {"mesh", "point cache", "run", "numbered meshes"};
-    printf("  %-11s %s %s", "from", kinds[source->kind], source->path);
+    app_print_names(stdout, "  %-11s %s %s", "from", kinds[source->kind], source->path);
     if (source->kind == SOURCE_RUN) {
         const tulle_run_body_info *const body =
             &tulle_run_reader_get_info(source->run)->bodies[source->body];
-        printf(", %s %s", body->is_obstacle ? "obstacle" : "cloth", body->name);
+        app_print_names(stdout, ", %s %s", body->is_obstacle ? "obstacle" : "cloth", body->name);
     }
     putchar('\n');
 }

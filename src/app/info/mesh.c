@@ -1,4 +1,5 @@
 /* app/info/mesh.c - what `tulle info` prints of a mesh file and of a point cache. */
+#include "app/commands.h"
 #include "app/info/info.h"
 
 #include "app/cli/mesh_file.h"
@@ -44,7 +45,8 @@ static void print_use(tulle_mesh_view mesh, tulle_mesh_role role, const tulle_me
     tulle_mesh_lines const lines = {source->vertex_lines, source->triangle_lines};
     tulle_error reason = {0};
     tulle_status const status = tulle_mesh_validate_lines(mesh, role, lines, &reason);
-    printf("  %-16s %s\n", label, status == TULLE_OK ? "can be used" : reason.message);
+    app_print_names(stdout, "  %-16s %s\n", label,
+                    status == TULLE_OK ? "can be used" : reason.message);
 }
 
 /* An obstacle drops triangles that it has twice. */
@@ -75,11 +77,11 @@ tulle_status info_print_mesh(const char *path, tulle_error *error) {
     tulle_mesh_info info;
     status = tulle_mesh_get_info(view, &info, error);
     if (status == TULLE_OK) {
-        printf("%s: triangle mesh\n", path);
+        app_print_names(stdout, "%s: triangle mesh\n", path);
         print_counts(&info);
         print_bounds(info.bounds_min, info.bounds_max);
         print_quality(&info);
-        if (source.note[0]) printf("  %-16s %s\n", "file", source.note);
+        if (source.note[0]) app_print_names(stdout, "  %-16s %s\n", "file", source.note);
         print_use(view, TULLE_MESH_ROLE_CLOTH, &source, "as cloth");
         status = print_use_as_obstacle(&mesh, &source, error);
     } else if (error->file[0] == '\0') {
@@ -119,7 +121,7 @@ tulle_status info_print_cache(const char *path, tulle_error *error) {
     tulle_pc2_info info;
     tulle_status status = tulle_pc2_open(path, &cache, &info, error);
     if (status != TULLE_OK) return status;
-    printf("%s: point cache (PC2)\n", path);
+    app_print_names(stdout, "%s: point cache (PC2)\n", path);
     printf("  %-16s %u\n", "vertices", info.vertex_count);
     printf("  %-16s %u, first %.6g, one every %.6g\n", "frames", info.frame_count, info.start_frame,
            info.frame_step);

@@ -1,5 +1,6 @@
 /* app/info/run.c - what `tulle info` prints of a run directory. */
 #include "app/cli/run_damage.h"
+#include "app/commands.h"
 #include "app/info/info.h"
 #include "base/words.h"
 
@@ -11,12 +12,12 @@
 static const double DEGREES_PER_RADIAN = 57.295779513082323;
 
 static void print_head(const char *path, const tulle_run_info *info) {
-    printf("%s: run, %s%s%s\n", path, tulle_run_state_name(info->state),
-           info->message[0] ? ": " : "", info->message);
-    printf("  %-16s %s (hash %016llx)\n", "scene", info->scene_path,
-           (unsigned long long)info->scene_hash);
+    app_print_names(stdout, "%s: run, %s%s%s\n", path, tulle_run_state_name(info->state),
+                    info->message[0] ? ": " : "", info->message);
+    app_print_names(stdout, "  %-16s %s (hash %016llx)\n", "scene", info->scene_path,
+                    (unsigned long long)info->scene_hash);
     printf("  %-16s %llu\n", "seed", (unsigned long long)info->seed);
-    printf("  %-16s tulle %s\n", "written by", info->version);
+    app_print_names(stdout, "  %-16s tulle %s\n", "written by", info->version);
     printf("  %-16s %.6g s, %u a frame, %.6g frames a second\n", "step", info->time_step,
            info->steps_per_frame, 1.0 / (info->time_step * info->steps_per_frame));
 }
@@ -80,7 +81,7 @@ static void print_trouble(tulle_run_reader *reader, const tulle_run_info *info) 
                                sizeof text);
     const char *label = "trouble";
     for (const char *line = strtok(text, "\n"); line; line = strtok(NULL, "\n")) {
-        printf("  %-16s %s\n", label, line);
+        app_print_names(stdout, "  %-16s %s\n", label, line);
         label = "";
     }
 }
@@ -107,9 +108,9 @@ static void print_body(const tulle_run_reader *reader, const tulle_run_info *inf
     const char *const role = !body->is_obstacle ? "cloth"
                              : body->is_static  ? "obstacle"
                                                 : "moving obstacle";
-    printf("  %-16s %s: %u vertices, %u triangles, %s", role, body->name, body->vertex_count,
-           body->triangle_count, body->mesh_file);
-    if (body->cache_file) printf(", %s", body->cache_file);
+    app_print_names(stdout, "  %-16s %s: %u vertices, %u triangles, %s", role, body->name,
+                    body->vertex_count, body->triangle_count, body->mesh_file);
+    if (body->cache_file) app_print_names(stdout, ", %s", body->cache_file);
     uint32_t const present = count_present(reader, info->frame_count, index);
     if (present < info->frame_count)
         printf(", there in %u of %u frames", present, info->frame_count);

@@ -89,8 +89,8 @@ static void print_json(const scene_facts *facts, double contact_distance) {
 /* ---- text ---- */
 
 static void print_body(const char *role, const char *name, tulle_mesh_view mesh) {
-    printf("  %-16s %s: %zu vertices, %zu triangles\n", role, name, mesh.vertex_count,
-           mesh.triangle_count);
+    app_print_names(stdout, "  %-16s %s: %zu vertices, %zu triangles\n", role, name,
+                    mesh.vertex_count, mesh.triangle_count);
 }
 
 /* How long the edges are, and how long they should be. */
@@ -106,8 +106,8 @@ static void print_fineness(tulle_fineness fineness) {
 
 static void print_text(const scene_facts *facts, double contact_distance) {
     const tulle_scene *const loaded = facts->scene;
-    printf("%s: scene, hash %016" PRIx64 "\n", tulle_scene_get_path(loaded),
-           tulle_scene_get_hash(loaded));
+    app_print_names(stdout, "%s: scene, hash %016" PRIx64 "\n", tulle_scene_get_path(loaded),
+                    tulle_scene_get_hash(loaded));
     printf("  %-16s %" PRIu32 " after the start, of %" PRIu32 " steps of %.6g s each\n", "frames",
            tulle_scene_get_frame_count(loaded), tulle_scene_get_steps_per_frame(loaded),
            tulle_scene_get_time_step(loaded));

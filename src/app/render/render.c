@@ -16,7 +16,7 @@ static void print_summary(const picture_run *run, const picture_target *target,
                           const picture_totals *totals) {
     const picture_options *const options = run->options;
     static const char *const kinds[] = {"picture", "pictures", "film"};
-    printf("%s: %s\n", kinds[target->kind], target->path);
+    app_print_names(stdout, "%s: %s\n", kinds[target->kind], target->path);
     uint32_t const last = run->frames.last;
     if (totals->frame_count == 1)
         printf("frame: %u of 0 to %u", last, run->info->frame_count - 1);
@@ -27,7 +27,8 @@ static void print_summary(const picture_run *run, const picture_target *target,
     size_t hidden_count = 0;
     for (size_t i = 0; i < run->body_count; i++)
         if (run->bodies[i].is_hidden)
-            printf("%s%s", hidden_count++ == 0 ? "hidden: " : ", ", run->bodies[i].name);
+            app_print_names(stdout, "%s%s", hidden_count++ == 0 ? "hidden: " : ", ",
+                            run->bodies[i].name);
     if (hidden_count > 0) putchar('\n');
     if (target->kind == PICTURE_FILM)
         printf("speed: %.6g frames a second, %s", target->frame_rate,

@@ -14,7 +14,7 @@
 #include <string.h>
 
 enum {
-    FRAMES_MAX = 100000000,  /* --frames */
+    FRAMES_MAX = 10000000,   /* --frames; as of scenes */
     THREADS_MAX = 256,       /* --threads */
     DIRECTORY_SIZE = 1024,   /* [bytes] of a directory's name made from the scene's */
     CHECKPOINT_TEXT_MAX = 12 /* [characters] of --checkpoint-every */
@@ -335,7 +335,7 @@ static bool skips_unproven(tulle_world_detection detection) {
 static void print_summary(const run_session *session, const char *failure) {
     const run_totals *const totals = &session->totals;
     tulle_world *const world = session->built.world;
-    printf("result: %s\n", session->options.directory);
+    app_print_names(stdout, "result: %s\n", session->options.directory);
     tulle_untangle_report const untangle = tulle_world_get_untangle_report(world);
     if (untangle.intersections > 0)
         printf("untangled: %llu pairs of triangles that intersected at the start, in %u rounds; "
@@ -364,7 +364,7 @@ static void print_summary(const run_session *session, const char *failure) {
         char text[OUTCOME_SIZE];
         tulle_run_outcome_describe(&session->outcome, name, failure, text, sizeof text);
         for (const char *line = strtok(text, "\n"); line; line = strtok(NULL, "\n"))
-            printf("trouble: %s\n", line);
+            app_print_names(stdout, "trouble: %s\n", line);
     }
     if (skips_unproven(tulle_world_get_detection(world)))
         printf("certificate: off; patches were skipped by their cones alone, so cloth may have "
