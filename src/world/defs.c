@@ -15,13 +15,15 @@
 static const double PATCH_ANGLE_DEFAULT = 0.78539816339744831;
 /* [rad] The widest cone that can be computed with: a right angle less a millionth. */
 static const double PATCH_ANGLE_MAX = 1.5707963267948966 - 1e-6;
+/* [kg/m^3] Half of air's density, 1.2 kg/m^3, times what a plate across the stream has, 1.17. */
+static const double DRAG_DEFAULT = 0.7;
 
 tulle_world_def tulle_world_def_default(void) {
     contact_settings const settings = default_contact_settings;
     return (tulle_world_def){
         .cookie = WORLD_DEF_COOKIE,
         .gravity = {0.0, 0.0, -9.81},
-        .wind = {.gust_length = 0.5, .gust_time = 0.5, .seed = 1},
+        .wind = {.gust_length = 0.5, .gust_time = 0.5, .seed = 1, .drag_coefficient = DRAG_DEFAULT},
         .integrator = TULLE_INTEGRATOR_IMPLICIT_EULER,
         .detection = {.method = TULLE_DETECT_PATCHES,
                       .cone = TULLE_CONE_BERNSTEIN,

@@ -8,6 +8,7 @@ cd "$work" || exit 1
 cat >far.yaml <<'END'
 title: falls for ever
 time: {step: 0.1 s, frames: 200}
+wind: {drag: 0}
 cloth:
   - name: lost
     mesh: {shape: rectangle, size: [0.2, 0.2], resolution: [5, 5]}

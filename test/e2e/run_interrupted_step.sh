@@ -12,6 +12,7 @@ fault() { echo "fault: $*"; faults=1; }
 cat >fast.yaml <<'END'
 title: fast
 time: {step: 1/24 s, frames: 2}
+wind: {drag: 0}
 cloth:
   - name: left
     mesh: {shape: rectangle, size: [0.5, 0.5], resolution: [8, 8]}

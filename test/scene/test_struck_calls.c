@@ -67,7 +67,7 @@ static const small_case cases[] = {
     {"response paper, polyhedral",
      TIME "cloth:\n" SHEET("9, 9") "    translate: [0, 0, 0.2062]\n" SHEET(
          "5, 5") "    translate: [0, 0, 0.22]\n    velocity: [0, 0, -2]\n"
-                 "obstacles:\n" SPHERE "contact: {response: paper}\n",
+                 "membrane: springs\nobstacles:\n" SPHERE "contact: {response: paper}\n",
      6},
     {"layers that hit each other",
      TIME "cloth:\n" SHEET("9, 9") "    translate: [0, 0, 0.2062]\n    material: {restitution: "

@@ -203,8 +203,9 @@ int main(int count, char **arguments) {
                            .table = &table,
                            .totals = &totals,
                            .plot_directory = line.plots};
-    /* Of experiments of contact; those of cloth itself say woven. */
+    /* Of experiments of contact; those of cloth itself say woven, and those of the air its drag. */
     run.def.membrane = TULLE_MEMBRANE_SPRINGS;
+    run.def.wind.drag_coefficient = 0.0;
     apply_options(&line.options, &run.def);
     if (choose_experiments(&line, &table, NULL) == 0)
         refuse("no experiment has the name ", line.only ? line.only : "");

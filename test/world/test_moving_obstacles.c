@@ -226,6 +226,7 @@ static double find_speed_after(const release *made) {
     tulle_mesh sheet = small_sheet(0.4, 9, 0.0), floor = make_floor(-0.005);
     tulle_world_def world_def = tulle_world_def_default();
     world_def.integrator = made->integrator;
+    world_def.wind.drag_coefficient = 0.0;
     tulle_world *world = NULL;
     assert_int_equal(tulle_world_create(&world_def, &world, NULL), TULLE_OK);
     tulle_cloth_id const cloth = small_add_cloth(world, &sheet);

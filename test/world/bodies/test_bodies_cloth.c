@@ -99,6 +99,7 @@ static double measure_balance(const tulle_world *world, const double *before,
 static double throw_ball(double time_step) {
     tulle_world_def def = tulle_world_def_default();
     def.membrane = TULLE_MEMBRANE_SPRINGS;
+    def.wind.drag_coefficient = 0.0;
     for (int k = 0; k < 3; k++) def.gravity[k] = 0.0;
     tulle_world *const world = bodies_make_world(&def, false);
     tulle_mesh sheet = small_sheet(1.0, 17, 0.0);

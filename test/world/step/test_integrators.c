@@ -30,6 +30,7 @@ static fall make_fall(int integrator, double slope) {
     fall made = {0};
     tulle_world_def def = tulle_world_def_default();
     def.threads = 1;
+    def.wind.drag_coefficient = 0.0;
     def.integrator = (tulle_integrator)integrator;
     def.gravity[0] = GRAVITY * sin(slope);
     def.gravity[2] = -GRAVITY * cos(slope);
