@@ -702,7 +702,8 @@ TULLE_API tulle_stretch tulle_world_find_largest_stretch(const tulle_world *worl
 
 /* How fine the mesh of a cloth is beside the folds that its fabric makes. A strip whose edges are
  * as long as half its bending length hangs over within some 4 % as fabric does; one with edges as
- * long as the bending length a fifth too low. */
+ * long as the bending length a fifth too low. Where cloth curves in two directions at once, as a
+ * table cloth does, a third is wanted: coarser cells hold it up. */
 typedef struct tulle_fineness {
     double mean_edge; /* [m] mean length of the edges between rest positions; 0: not known */
     /* [m] (B / (area density * gravity))^(1/3) with the smaller rigidity B of warp and weft; 0:

@@ -14,8 +14,9 @@
 static const double MILLIMETRES_PER_METRE = 1000.0;
 static const double PERIODS[] = {1.0, 0.1}; /* [s] for which the integrator's own damping is told */
 enum { PERIOD_COUNT = sizeof PERIODS / sizeof PERIODS[0] };
-/* Edges of this part of the bending length fold about as the fabric does: see tulle_fineness. */
-static const double FINE_PART = 0.5;
+/* Edges of this part of the bending length fold about as the fabric does; where cloth curves both
+ * ways at once, those of the second: see tulle_fineness. */
+static const double FINE_PART = 1.0 / 2.0, FINE_PART_OF_DRAPE = 1.0 / 3.0;
 
 /* A scene and the world made of it, which has started. */
 typedef struct scene_facts {
@@ -99,8 +100,10 @@ static void print_fineness(tulle_fineness fineness) {
     double const length = MILLIMETRES_PER_METRE * fineness.bending_length;
     printf("  %-16s edges of %.3g mm", "", edge);
     if (length > 0.0) printf(", bending length %.3g mm", length);
-    if (length > 0.0 && edge > FINE_PART * length)
-        printf("; edges of %.2g mm or less fold as the fabric does", FINE_PART * length);
+    if (length > 0.0 && edge > FINE_PART_OF_DRAPE * length)
+        printf("; edges of %.2g mm or less fold as the fabric does, of %.2g mm where it curves "
+               "both ways",
+               FINE_PART * length, FINE_PART_OF_DRAPE * length);
     putchar('\n');
 }
 
