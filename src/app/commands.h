@@ -3,7 +3,7 @@
 #ifndef TULLE_APP_COMMANDS_H
 #define TULLE_APP_COMMANDS_H
 
-#include "tulle/base.h"
+#include "tulle/tulle.h"
 
 #include <stdio.h>
 
@@ -39,6 +39,9 @@ void app_print_message(const char *command, const char *format, ...)
 /* Prints text that may hold names from a stranger's file: at most 8 kB, with '?' for each control
  * character but a line end at its end, so that no name moves a cursor or ends a line. */
 void app_print_names(FILE *stream, const char *format, ...) __attribute__((format(printf, 2, 3)));
+
+/* tulle_world_start; an error that names no file gets that of the scene. */
+tulle_status app_start_world(tulle_world *world, const char *scene_path, tulle_error *error);
 
 /* Flushes standard output; 0 when all of it arrived, else a message and APP_EXIT_CANNOT_GO_ON. */
 int app_finish_output(const char *command);

@@ -271,6 +271,29 @@ static tulle_status check_rest_corners(const tulle_cloth_def *def, const char *o
     return TULLE_OK;
 }
 
+/* [m^2] of a triangle at rest. Less is a wrong unit or scale, and masses would underflow. */
+static const double LEAST_AREA = 1e-18;
+
+static tulle_status check_rest_areas(const tulle_cloth_def *def, const char *owner,
+                                     tulle_error *error) {
+    const double *const positions = def->rest_positions ? def->rest_positions : def->mesh.positions;
+    for (size_t t = 0; t < def->mesh.triangle_count; t++) {
+        vec3 corners[3];
+        for (size_t k = 0; k < 3; k++)
+            corners[k] = def->rest_corners ? vec3_load(def->rest_corners, 3 * t + k)
+                                           : vec3_load(positions, def->mesh.triangles[3 * t + k]);
+        vec3 const normal =
+            vec3_cross(vec3_sub(corners[1], corners[0]), vec3_sub(corners[2], corners[0]));
+        double const area = 0.5 * vec3_norm(normal);
+        if (!(area >= LEAST_AREA))
+            return error_set(error, TULLE_ERROR_INVALID_MESH,
+                             "%s: triangle %zu has an area of %g m^2 in the rest shape; the least "
+                             "is %g: is its unit right, or its scale?",
+                             owner, t, area, LEAST_AREA);
+    }
+    return TULLE_OK;
+}
+
 static const double LARGEST_FOLD = 3.0; /* [rad]; sides folded onto each other have no normal */
 
 static tulle_status check_warps(const tulle_cloth_def *def, const char *owner, tulle_error *error) {
@@ -318,6 +341,7 @@ tulle_status cloth_def_check(const tulle_cloth_def *def, tulle_membrane membrane
         status = tulle_mesh_validate(rest, TULLE_MESH_ROLE_CLOTH, error);
     }
     if (status == TULLE_OK) status = check_rest_corners(def, owner, error);
+    if (status == TULLE_OK) status = check_rest_areas(def, owner, error);
     if (status != TULLE_OK) return status;
     size_t const value_count = 3 * def->mesh.vertex_count;
     status = material_validate(&def->material, membrane, owner, error);

@@ -25,7 +25,7 @@ static tulle_status simulate(bench_session *self, const tulle_scene *loaded, tul
     double shown = begin; /* [s] of the clock */
     uint32_t const count = self->skip_count;
     tulle_world_set_stop_request(world, is_stopped, NULL);
-    tulle_status status = tulle_world_start(world, error);
+    tulle_status status = app_start_world(world, self->scene_path, error);
     for (uint32_t done = 1; done <= count && status == TULLE_OK; done++) {
         status = tulle_world_step(world, tulle_scene_get_time_step(loaded), NULL, error);
         if (status != TULLE_OK) break;

@@ -77,6 +77,13 @@ void app_print_message(const char *command, const char *format, ...) {
     va_end(arguments);
 }
 
+tulle_status app_start_world(tulle_world *world, const char *scene_path, tulle_error *error) {
+    tulle_status const status = tulle_world_start(world, error);
+    if (status != TULLE_OK && !error->file[0])
+        snprintf(error->file, sizeof error->file, "%s", scene_path);
+    return status;
+}
+
 int app_finish_output(const char *command) {
     if (fflush(stdout) == 0 && !ferror(stdout)) return APP_EXIT_FINE;
     app_print_message(command, "standard output could not be written; is the disk full?");

@@ -150,7 +150,8 @@ int info_print_scene(const char *path, const option_list *overrides, bool is_jso
     tulle_scene_world built = {0};
     tulle_error error = {0};
     status = tulle_scene_build_world(loaded, 0, NULL, &built, &error);
-    if (status == TULLE_OK) status = tulle_world_start(built.world, &error);
+    if (status == TULLE_OK)
+        status = app_start_world(built.world, tulle_scene_get_path(loaded), &error);
     if (status == TULLE_OK) {
         scene_facts const facts = {loaded, &built};
         tulle_world_get_distances(built.world, &contact_distance, NULL, NULL);

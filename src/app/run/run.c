@@ -183,7 +183,7 @@ static tulle_status prepare_world(run_session *session, tulle_error *error) {
         session->options.resumes && tulle_run_has_checkpoint(session->options.directory) != 0;
     if (status == TULLE_OK) tulle_world_set_stop_request(session->built.world, is_stopped, session);
     if (status == TULLE_OK && !session->goes_on)
-        status = tulle_world_start(session->built.world, error);
+        status = app_start_world(session->built.world, session->options.scene_path, error);
     if (status != TULLE_OK) return status;
     session->body_count = session->built.cloth_count + session->built.obstacle_count;
     session->bodies = calloc(session->body_count, sizeof *session->bodies);
