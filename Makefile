@@ -12,7 +12,7 @@ CTEST := ctest --output-on-failure --no-tests=error -j $(JOBS) --timeout 600
 CHECK_PACKAGES := TULLE_NO_INSTALL=1 sh tools/install_packages.sh
 INSTALL_PACKAGES := sh tools/install_packages.sh
 
-.PHONY: all demo pictures paper paper-quick paper-pictures test test-long test-asan test-ubsan test-tsan test-msan test-clang test-musl test-m32 coverage check-arm64 check-portability bench bench-compare bench-detect bench-peers validate soak mutate fuzz fuzz-all fuzz-afl fuzz-keep docs test-docs install format check-format layers sizes clean help
+.PHONY: all demo pictures fabric-pictures paper paper-quick paper-pictures test test-long test-asan test-ubsan test-tsan test-msan test-clang test-musl test-m32 coverage check-arm64 check-portability bench bench-compare bench-detect bench-peers validate soak mutate fuzz fuzz-all fuzz-afl fuzz-keep docs test-docs install format check-format layers sizes clean help
 .NOTPARALLEL:
 
 # The program at build/release/tulle, libtulle.so and libtulle.a beside it.
@@ -40,6 +40,12 @@ pictures:
 	@$(INSTALL_PACKAGES) build
 	@$(MAKE) --no-print-directory build-program
 	@bash tools/pictures.sh $(BUILD)/tulle
+
+# The pictures of docs/pictures/fabric: each fabric on a pedestal, springs beside woven cloth (half an hour).
+fabric-pictures:
+	@$(INSTALL_PACKAGES) build paper
+	@$(MAKE) --no-print-directory build-program
+	@"$$(sh paper/find_python.sh 'PIL, matplotlib')" tools/draw_fabrics.py $(BUILD)/tulle
 
 # The figures and tables of the paper again, with a report in reproduced/report.html (two hours), or with coarse cloth and short
 # runs in reproduced-quick (minutes): docs/experiments/paper.md. What was interrupted goes on. PAPER_OPTIONS='--threads 1'
@@ -253,6 +259,7 @@ help:
 	@echo "make              release build: $(BUILD)/tulle, libtulle.so and libtulle.a beside it"
 	@echo "make demo         cloth falls on needles, every frame is judged (installs missing packages)"
 	@echo "make pictures     runs all scenes and makes the pictures of README.md (an hour)"
+	@echo "make fabric-pictures  each fabric on a pedestal, springs beside woven cloth (half an hour)"
 	@echo "make paper        the figures and tables of the paper again, with a report (two hours; goes on after Ctrl-C)"
 	@echo "make paper-quick  the same with coarse cloth and short runs: minutes"
 	@echo "make paper-pictures DIR=reproduced   the pictures of docs/experiments/paper.md, of what make paper left there"
