@@ -3,8 +3,8 @@
 
     python3 bench/stretch.py [SCENE.yaml ...]          all of scenes/ without names; hours
 
-Prints a table in Markdown, a line for each scene. Runs are kept below --out; what was cut short by --limit or Ctrl-C goes on
-when it is called again. A scene whose meshes are not there is passed over, and said so.
+Prints a table in Markdown, a line for each scene; seconds are of the processor, on one thread. Runs are kept below --out; what
+was cut short by --limit or Ctrl-C goes on when it is called again. A scene whose meshes are not there is passed over.
 """
 import argparse
 import csv
@@ -96,6 +96,7 @@ def main():
     parser.add_argument("--tulle", default=ROOT / "build/release/tulle", type=pathlib.Path)
     parser.add_argument("--out", default=ROOT / "out/stretch", type=pathlib.Path)
     parser.add_argument("--limit", default=0.0, type=float, help="seconds for each of the two runs; 0: to the end")
+    parser.add_argument("--report", action="store_true", help="runs nothing, tells of the runs that are there")
     parser.add_argument("--set", action="append", default=[], metavar="PATH=VALUE", help="another value in every scene")
     options = parser.parse_args()
     options.out.mkdir(parents=True, exist_ok=True)
@@ -105,7 +106,7 @@ def main():
         found = {}
         for membrane in MEMBRANES:
             directory = options.out / f"{scene.stem}.{membrane}"
-            if run_scene(options, scene, membrane, directory):
+            if options.report or run_scene(options, scene, membrane, directory):
                 found[membrane] = read_run(options, directory)
         if len(found) == len(MEMBRANES):
             print_row(make_row(scene.stem, **found))
