@@ -69,9 +69,12 @@ tulle_status world_check_torn(const step_context *context) {
         if (length.end > TORN_STRETCH * length.rest && length.end > TORN_GROWTH * length.start)
             return error_set(context->error, TULLE_ERROR_STEP_FAILED,
                              "contact by the paper's response tears cloth to over %g times its "
-                             "rest length in step %llu; use the coupled response, a smaller time "
-                             "step or less restitution",
-                             TORN_STRETCH, (unsigned long long)context->world->step_count);
+                             "rest length in step %llu; use the coupled response, %sa smaller "
+                             "time step or less restitution",
+                             TORN_STRETCH, (unsigned long long)context->world->step_count,
+                             context->world->def.membrane == TULLE_MEMBRANE_WOVEN
+                                 ? "a membrane of springs, for which it was made, "
+                                 : "");
     }
     return TULLE_OK;
 }
