@@ -26,6 +26,8 @@ static const subcommand subcommands[] = {
     {"info", app_info, "what a mesh, a scene, a point cache or a run holds"},
     {"render", app_render, "pictures and films of a run"},
     {"convert", app_convert, "meshes, point caches and runs from one format to another"},
+    {"fit", app_fit,
+     "the material file of a fabric from its drape coefficient and bending lengths"},
     {"bench", app_bench, "what the stages of a step cost in a scene"},
     {NULL, NULL, NULL},
 };

@@ -1,10 +1,13 @@
 /* scene/make_material.c - material of a cloth: a preset or a material file, and what the keys
  * replace. */
+#include "scene/scene.h"
 #include "scene/scene_data.h"
 
 #include "base/hash.h"
 #include "base/text.h"
 #include "io/file_data.h"
+
+#include <string.h>
 
 static bool refuse_preset(const scene_work *work, const material_keys *keys) {
     char list[1000] = "";
@@ -107,10 +110,11 @@ static bool read_keys(const scene_work *work, const material_keys *keys, const c
     return schema_read(&reader, &material_map, root, found);
 }
 
-static bool start_from_file(const scene_work *work, const material_keys *keys, scene_cloth *cloth) {
-    const char *const path = resolve_path(work, keys->file);
+/* Fills the cloth's material from a material file whose path can be opened as it is. */
+static bool fill_from_file(const scene_work *work, const material_keys *keys, const char *path,
+                           scene_cloth *cloth) {
     material_keys found;
-    if (!path || !read_keys(work, keys, path, &found)) return false;
+    if (!read_keys(work, keys, path, &found)) return false;
     if (is_given(&found, "file")) {
         problem_add(work->problems, TULLE_ERROR_PARSE, schema_place(&found, "file"),
                     "material.file: a material file cannot name another one; give a preset");
@@ -118,9 +122,15 @@ static bool start_from_file(const scene_work *work, const material_keys *keys, s
     }
     if (!start_from_preset(work, &found, cloth)) return false;
     replace_values(&found, &cloth->material);
-    if (keys->name) cloth->contact_material = keys->name;
     return check_dynamic_friction(work, &found, cloth->material.dynamic_friction,
                                   cloth->material.friction);
+}
+
+static bool start_from_file(const scene_work *work, const material_keys *keys, scene_cloth *cloth) {
+    const char *const path = resolve_path(work, keys->file);
+    if (!path || !fill_from_file(work, keys, path, cloth)) return false;
+    if (keys->name) cloth->contact_material = keys->name;
+    return true;
 }
 
 bool make_material(const scene_work *work, const material_keys *keys, scene_cloth *cloth) {
@@ -129,4 +139,18 @@ bool make_material(const scene_work *work, const material_keys *keys, scene_clot
     replace_values(keys, &cloth->material);
     return check_dynamic_friction(work, keys, cloth->material.dynamic_friction,
                                   cloth->material.friction);
+}
+
+tulle_status scene_load_material(const char *path, tulle_material *material,
+                                 tulle_scene_problems *problems) {
+    memset(problems, 0, sizeof *problems);
+    tulle_scene loaded = {.heap = memory_default(), .path = path};
+    loaded.storage = arena_make(&loaded.heap);
+    const scene_work work = {&loaded, problems};
+    material_keys const keys = {.head = {.place = {path, 0, 0}, .path = "material"}};
+    scene_cloth cloth = {0};
+    bool const is_good = fill_from_file(&work, &keys, path, &cloth);
+    if (is_good) *material = cloth.material;
+    arena_destroy(&loaded.storage);
+    return is_good ? TULLE_OK : problems->list[0].status;
 }
