@@ -115,6 +115,29 @@ static void a_file_stands_in_for_the_preset(void **state) {
     tulle_scene_destroy(later);
 }
 
+static void a_file_is_read_alone(void **state) {
+    (void)state;
+    char path[128];
+    tulle_scene_problems *const problems = calloc(1, sizeof *problems);
+    assert_non_null(problems);
+    write_text_file("f.yaml", "preset: wool\nbend_weft: 2e-5\nfriction: 0.1\n");
+    snprintf(path, sizeof path, "%s/f.yaml", folder_path);
+    tulle_material wool = make_preset("wool"), found;
+    wool.bend_weft = 2e-5;
+    wool.friction = 0.1;
+    assert_int_equal(scene_load_material(path, &found, problems), TULLE_OK);
+    assert_memory_equal(&found, &wool, sizeof found);
+    assert_int_equal(problems->total_count, 0);
+    write_text_file("f.yaml", "preset: wool\nbend_weft: -1\n");
+    assert_int_equal(scene_load_material(path, &found, problems), TULLE_ERROR_INVALID_ARGUMENT);
+    assert_string_equal(problems->list[0].file, path);
+    assert_int_equal(problems->list[0].line, 2);
+    assert_memory_equal(&found, &wool, sizeof found); /* as it was */
+    snprintf(path, sizeof path, "%s/none.yaml", folder_path);
+    assert_int_equal(scene_load_material(path, &found, problems), TULLE_ERROR_IO);
+    free(problems);
+}
+
 typedef struct refusal {
     const char *scene, *file; /* null: none is written */
     const char *place;        /* the file that is at fault */
@@ -179,6 +202,7 @@ int main(void) {
         cmocka_unit_test(the_hash_of_a_scene_knows_hysteresis),
         cmocka_unit_test(short_keys_go_before_those_of_one_direction),
         cmocka_unit_test(a_file_stands_in_for_the_preset),
+        cmocka_unit_test(a_file_is_read_alone),
         cmocka_unit_test(refusals_name_file_line_and_column),
     };
     return cmocka_run_group_tests(tests, NULL, remove_folder);

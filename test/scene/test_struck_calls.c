@@ -136,6 +136,8 @@ static const small_case cases[] = {
           "  - {mesh: {file: f_08.obj}, translate: [0, 0, -1], motion: {sequence: {cache: f.pc2, "
           "interval: 0.02}}}\n",
      4},
+    {"a material file",
+     TIME "cloth:\n" SHEET("5, 5") "    material: {file: m.yaml, friction: 0.1}\n", 1},
 };
 
 /* A scene, its world, and what the calls below give. */
@@ -245,9 +247,10 @@ static void run_case(const small_case *scene, strike kind, uint64_t hashes[STEPS
     tulle_scene_destroy(run.loaded);
 }
 
-/* Three frames of a square that rises, as files and as a cache. */
-static void write_frames(void) {
+/* A material; three frames of a square that rises, as files and as a cache. */
+static void write_files(void) {
     char path[128];
+    write_text_file("m.yaml", "preset: wool\nwarp: {stiffness: 4 kN/m}\n");
     write_text_file("f.pc2", "");
     snprintf(path, sizeof path, "%s/f.pc2", folder_path);
     tulle_pc2_writer *writer = NULL;
@@ -267,7 +270,7 @@ static void write_frames(void) {
 
 static void every_strike_is_survived(void **state) {
     (void)state;
-    write_frames();
+    write_files();
     for (size_t i = 0; i < sizeof cases / sizeof cases[0]; i++) {
         uint64_t expected[STEPS_MAX], hashes[STEPS_MAX];
         tulle_scene_destroy(load_good(cases[i].text));
