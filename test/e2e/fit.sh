@@ -79,7 +79,8 @@ expect 2 'contradict each other; no file was written' d.yaml --drape 60 --bendin
 # An interrupt ends the search within a step.
 "$TULLE" fit d.yaml --drape 40 >out 2>&1 &
 search=$!
-sleep 1
+until grep -q 'will be simulated' out; do sleep 0.1; done
+sleep 0.5
 kill -INT $search
 wait $search
 found=$?

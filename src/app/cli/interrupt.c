@@ -3,9 +3,11 @@
 #include "app/cli/interrupt.h"
 
 #include <signal.h>
+#include <stdatomic.h>
 #include <stddef.h>
 
-static volatile sig_atomic_t interrupt_count;
+/* Any thread may look. */
+static atomic_int interrupt_count;
 
 static void note_interrupt(int signal_number) {
     (void)signal_number;

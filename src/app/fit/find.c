@@ -4,6 +4,9 @@
  * simulated: for shear where bending is known, else for bending, on which it mostly depends. */
 #include "app/fit/fit.h"
 
+#include "app/cli/progress_bar.h"
+#include "base/timer.h"
+
 #include <math.h>
 #include <stdlib.h>
 
@@ -15,7 +18,7 @@ static const double SHEAR_LEAST = 5.0, SHEAR_MOST = 500.0;
  * does not hang. */
 static const double LENGTH_LEAST = 6e-3, LENGTH_MOST = 60e-3;
 /* Edges in a bending length: fewer hold cloth up that curves in two directions. */
-static const double CELLS = 3.5;
+static const double CELLS = 3.5, CELLS_LEAST = 3.0;
 static const double CELL_LEAST = 2.5e-3, CELL_MOST = 7.5e-3; /* [m] */
 /* [%] How far apart the means on three kinds of meshes lie: 0.7 to 1.8, half of it to either side.
  */
@@ -37,6 +40,7 @@ typedef struct fit_work {
     fit_found *found;
     tulle_material material; /* with what is known */
     fit_unknown unknown;     /* what the points are values of */
+    double begin;            /* [s] of the clock */
 } fit_work;
 
 /* ---- materials ---- */
@@ -89,22 +93,33 @@ static void apply_measures(const fit_measures *measures, tulle_material *materia
 
 /* ---- drape tests ---- */
 
-static double choose_cell(const fit_work *work, const tulle_material *material) {
-    if (work->method->cell > 0.0) return work->method->cell;
-    double const rigidity = fmin(material->bend_warp, material->bend_weft);
-    double const length = fit_compute_bending_length(rigidity, material->area_density);
-    return fmin(fmax(length / CELLS, CELL_LEAST), CELL_MOST);
+/* [m] In the direction in which it is shorter. */
+static double get_bending_length(const tulle_material *material) {
+    return fit_compute_bending_length(fmin(material->bend_warp, material->bend_weft),
+                                      material->area_density);
+}
+
+static double choose_cell(const fit_method *method, const tulle_material *material) {
+    if (method->cell > 0.0) return method->cell;
+    return fmin(fmax(get_bending_length(material) / CELLS, CELL_LEAST), CELL_MOST);
 }
 
 static void tell_point(const fit_work *work, const search_point *point,
                        const tulle_material *material) {
     FILE *const stream = work->method->progress;
     if (!stream) return;
+    uint32_t const done = work->found->tests;
+    uint32_t const planned = fit_count_tests(work->measures, work->method);
+    double const pace = (timer_now() - work->begin) / done;
+    char rest[PROGRESS_DURATION_SIZE];
+    progress_format_duration(pace * (planned - done), rest);
     fprintf(stream,
-            "%u drape tests: bending length %.3g mm, shear %.3g N/m: %.1f %% (%.1f to %.1f)\n",
-            work->found->tests,
+            "%u of at most %u drape tests: bending length %.3g mm, shear %.3g N/m: %.1f %% (%.1f "
+            "to %.1f); at "
+            "most %s more\n",
+            done, planned,
             1e3 * fit_compute_bending_length(get_bending(material), material->area_density),
-            material->shear.stiffness, point->mean, point->least, point->most);
+            material->shear.stiffness, point->mean, point->least, point->most, rest);
     fflush(stream);
 }
 
@@ -139,7 +154,7 @@ static tulle_status measure_points(void *context, search_point *points, size_t c
         test->material = work->material;
         set_unknown(&test->material, work->unknown, points[i / samples].unknown);
         test->pattern = work->method->pattern;
-        test->cell = choose_cell(work, &test->material);
+        test->cell = choose_cell(work->method, &test->material);
         test->seed = 1 + (uint32_t)(i % samples);
     }
     tulle_status const status =
@@ -265,8 +280,11 @@ tulle_status fit_find(const tulle_material *start, const fit_measures *measures,
                          .material = *start,
                          .bend_error = compute_bend_error(measures)};
     apply_measures(measures, &found->material);
-    fit_work work = {
-        .measures = measures, .method = method, .found = found, .material = found->material};
+    fit_work work = {.measures = measures,
+                     .method = method,
+                     .found = found,
+                     .material = found->material,
+                     .begin = timer_now()};
     tulle_status status = TULLE_OK;
     switch (found->unknown) {
     case FIT_NOTHING: return TULLE_OK;
@@ -275,9 +293,11 @@ tulle_status fit_find(const tulle_material *start, const fit_measures *measures,
     case FIT_DRAPE: status = compare_drape(&work, error); break;
     }
     if (status != TULLE_OK) return status;
+    if (fit_is_possible(found) && found->unknown != FIT_DRAPE) apply_search(found);
+    found->is_coarse = choose_cell(method, &found->material) * CELLS_LEAST >
+                       get_bending_length(&found->material) * (1.0 + 1e-9);
     if (!fit_is_possible(found) && found->unknown != FIT_BENDING)
         return find_bending(&work, &found->advice, error);
-    if (fit_is_possible(found) && found->unknown != FIT_DRAPE) apply_search(found);
     return TULLE_OK;
 }
 

@@ -48,6 +48,7 @@ typedef struct fit_found {
     double bend_influence; /* [%] by which the drape coefficient may be off for bend_error */
     search_result advice;  /* where no shear gives the drape coefficient: which bending does */
     uint32_t tests;        /* drape tests that were simulated */
+    bool is_coarse;        /* edges were longer than a third of the bending length */
     uint32_t restless;     /* of these, such that still moved at their end */
 } fit_found;
 

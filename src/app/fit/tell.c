@@ -8,16 +8,12 @@
 
 static const double MILLIMETRES_PER_METRE = 1e3;
 
-static double measure_length(const tulle_material *material, double rigidity) {
-    return MILLIMETRES_PER_METRE * fit_compute_bending_length(rigidity, material->area_density);
+/* [mm] Bending length that goes with a rigidity of the fabric. */
+static double measure_length(const fit_found *found, double rigidity) {
+    return MILLIMETRES_PER_METRE *
+           fit_compute_bending_length(rigidity, found->material.area_density);
 }
 
-/* [mm] of the geometric mean of warp and weft. */
-static double measure_mean_length(const fit_found *found, double bending) {
-    return measure_length(&found->material, bending);
-}
-
-/* Both directions of a material, as "19 mm along the warp". */
 static void tell_bending(const fit_story *story, const char *mark, FILE *stream) {
     const fit_found *const found = story->found;
     const tulle_material *const material = &found->material;
@@ -27,7 +23,7 @@ static void tell_bending(const fit_story *story, const char *mark, FILE *stream)
         fprintf(stream, "%sbending along the %s %.3g N m", mark, i == 0 ? "warp" : "weft",
                 rigidities[i]);
         if (found->bend_error > 0.0) fprintf(stream, " +- %.0f %%", 1e2 * found->bend_error);
-        fprintf(stream, ", bending length %.3g mm: ", measure_length(material, rigidities[i]));
+        fprintf(stream, ", bending length %.3g mm: ", measure_length(found, rigidities[i]));
         if (isfinite(measures->lengths[i]))
             fputs("measured\n", stream);
         else if (isfinite(measures->lengths[1 - i]))
@@ -42,12 +38,21 @@ static void tell_bending(const fit_story *story, const char *mark, FILE *stream)
 static void tell_drape(const fit_story *story, const char *mark, FILE *stream) {
     const fit_found *const found = story->found;
     if (found->unknown == FIT_NOTHING) return;
-    fprintf(stream, "%sdrape coefficient %.3g +- %.2g %% measured; with the noise of %s", mark,
-            story->measures->drape, story->measures->drape_error, "samples and meshes");
+    fprintf(stream,
+            "%sdrape coefficient %.3g +- %.2g %% measured; with the noise of samples and meshes",
+            mark, story->measures->drape, story->measures->drape_error);
     if (found->unknown != FIT_BENDING)
         fprintf(stream, " and bending (+- %.2g %%)", found->bend_influence);
     fprintf(stream, " +- %.2g %%; %u drape tests were simulated\n", found->search.error,
             found->tests);
+    if (found->unknown == FIT_DRAPE)
+        fprintf(stream, "%swith this bending and shear the fabric drapes at %.1f %%\n", mark,
+                found->search.points[0].mean);
+    if (found->is_coarse)
+        fprintf(stream,
+                "%sedges of the samples were longer than a third of the bending length, "
+                "which holds cloth up: it may well drape lower\n",
+                mark);
     if (found->restless > 0)
         fprintf(stream, "%s%u of them still moved after 6 s\n", mark, found->restless);
 }
@@ -72,17 +77,17 @@ static void tell_shear(const fit_story *story, const char *mark, FILE *stream) {
         app_print_names(stream, "that of %s\n", story->start);
     } else if (search->verdict == SEARCH_FOUND) {
         fprintf(stream,
-                "found by the drape coefficient, %.3g to %.3g N/m; %.2g %% for each "
-                "doubling\n",
+                "found by the drape coefficient, %.3g to %.3g N/m fit; %.2g %% for each doubling\n",
                 search->low, search->high, search->slope * log(2.0));
     } else {
         double least = 0.0, most = 0.0;
         find_range(search, &least, &most);
         fprintf(stream,
                 "the drape coefficient cannot tell it: all from %.3g to %.3g N/m fit. From %.3g to "
-                "%.3g N/m the fabric drapes at %.1f to %.1f %%\n",
+                "%.3g N/m the fabric drapes at %.1f to %.1f %%, %.2g %% for each doubling\n",
                 search->low, search->high, search->points[0].unknown,
-                search->points[search->point_count - 1].unknown, least, most);
+                search->points[search->point_count - 1].unknown, least, most,
+                search->slope * log(2.0));
         if (found->keeps_shear)
             app_print_names(stream, "%sit is that of %s; measure it, as KES-F does\n", mark,
                             story->start);
@@ -96,9 +101,9 @@ static void tell_bending_search(const fit_story *story, const char *mark, FILE *
     const search_result *const search = &found->search;
     if (found->unknown != FIT_BENDING) return;
     fprintf(stream, "%sbending lengths of %.3g to %.3g mm fit; %.2g %% for each mm\n", mark,
-            measure_mean_length(found, search->low), measure_mean_length(found, search->high),
+            measure_length(found, search->low), measure_length(found, search->high),
             /* B ~ c^3 */
-            3.0 * search->slope / measure_mean_length(found, search->unknown));
+            3.0 * search->slope / measure_length(found, search->unknown));
     if (search->verdict == SEARCH_VAGUE)
         fprintf(stream,
                 "%sso stiff or so soft a fabric is not told by its drape coefficient; "
@@ -118,27 +123,21 @@ static void tell_conflict(const fit_story *story, const char *mark, FILE *stream
                 "lengths the fabric drapes at %.1f to %.1f %%\n",
                 mark, found->search.points[0].unknown,
                 found->search.points[found->search.point_count - 1].unknown, least, most);
-    else if (found->unknown == FIT_DRAPE)
+    else if (found->unknown == FIT_BENDING)
         fprintf(stream,
-                "%swith this bending and shear the fabric drapes at %.1f %%, not as measured\n",
-                mark, least);
-    else
-        fprintf(
-            stream,
-            "%sno bending gives that drape coefficient: bending lengths from %.3g to %.3g mm "
-            "drape at %.1f to %.1f %%\n",
-            mark, measure_mean_length(found, found->search.points[0].unknown),
-            measure_mean_length(found, found->search.points[found->search.point_count - 1].unknown),
-            least, most);
+                "%sno bending gives that drape coefficient: bending lengths from %.3g to %.3g mm "
+                "drape at %.1f to %.1f %%\n",
+                mark, measure_length(found, found->search.points[0].unknown),
+                measure_length(found, found->search.points[found->search.point_count - 1].unknown),
+                least, most);
     if (advice->point_count == 0 || advice->low > advice->high) return;
-    fprintf(
-        stream,
-        "%sa bending length of %.3g mm (%.3g to %.3g mm), the geometric mean of warp and "
-        "weft, would fit with a shear of %.3g N/m; it is %.3g mm. Bending or drape must be "
-        "measured again\n",
-        mark, measure_mean_length(found, advice->unknown), measure_mean_length(found, advice->low),
-        measure_mean_length(found, advice->high), found->material.shear.stiffness,
-        measure_mean_length(found, sqrt(found->material.bend_warp * found->material.bend_weft)));
+    fprintf(stream,
+            "%sa bending length of %.3g mm (%.3g to %.3g mm), the geometric mean of warp and "
+            "weft, would fit with a shear of %.3g N/m; it is %.3g mm. Bending or drape must be "
+            "measured again\n",
+            mark, measure_length(found, advice->unknown), measure_length(found, advice->low),
+            measure_length(found, advice->high), found->material.shear.stiffness,
+            measure_length(found, sqrt(found->material.bend_warp * found->material.bend_weft)));
 }
 
 void fit_tell(const fit_story *story, const char *mark, FILE *stream) {
@@ -204,5 +203,6 @@ void fit_tell_json(const fit_story *story, FILE *stream) {
     print_number(stream, "shear", material->shear.stiffness);
     if (found->unknown != FIT_NOTHING) print_search(stream, "search", &found->search);
     if (found->advice.point_count > 0) print_search(stream, "bending_that_fits", &found->advice);
-    fprintf(stream, ",\"tests\":%u,\"restless\":%u}\n", found->tests, found->restless);
+    fprintf(stream, ",\"is_coarse\":%s,\"tests\":%u,\"restless\":%u}\n",
+            found->is_coarse ? "true" : "false", found->tests, found->restless);
 }
