@@ -102,7 +102,8 @@ static tulle_status cut_out(const tulle_mesh *square, tulle_mesh *mesh, tulle_er
 
 static tulle_status make_mesh(drape_pattern pattern, double cell, uint32_t seed, tulle_mesh *mesh,
                               tulle_error *error) {
-    uint32_t const rings = (uint32_t)lround(SAMPLE_RADIUS / cell);
+    /* The disc's radius is three fifths of the sample's: then a ring lies on its edge. */
+    uint32_t const rings = 5 * (uint32_t)fmax(round(SAMPLE_RADIUS / (5.0 * cell)), 1.0);
     if (pattern != DRAPE_LATTICE) {
         tulle_shape_def def = tulle_shape_def_default(TULLE_SHAPE_DISC);
         def.radius = SAMPLE_RADIUS;

@@ -165,7 +165,6 @@ static void measures_that_contradict_are_refused(void **state) {
     measures.drape = 60.0;
     fit_method quick = coarse;
     quick.samples = 1;
-    quick.cell = 20e-3;
     fit_found const found = find("cotton", &measures, &quick);
     assert_int_equal(found.unknown, FIT_SHEAR);
     assert_int_equal(found.search.verdict, SEARCH_TOO_LOW);
@@ -191,7 +190,7 @@ static void soft_shear_is_found_again(void **state) {
         fit_compute_bending_length(hidden.bend_warp, hidden.area_density);
     measures.length_error = 0.0;
     measures.drape_error = 0.5;
-    measures.drape = simulate_drape(&hidden, DRAPE_RINGS, 7e-3);
+    measures.drape = simulate_drape(&hidden, DRAPE_RINGS, 6e-3);
     fit_method const fine = {.samples = 3, .pattern = DRAPE_IRREGULAR_RINGS, .threads = 2};
     fit_found const found = find("denim", &measures, &fine);
     assert_int_equal(found.unknown, FIT_SHEAR);
