@@ -35,6 +35,7 @@ static tulle_status simulate(drape_test *test, drape_sample *sample, tulle_world
     }
     const double *const x = tulle_cloth_get_positions(world, id, NULL);
     test->coefficient = drape_measure_coefficient(sample, x);
+    test->folds = drape_count_folds(sample, x);
     return TULLE_OK;
 }
 

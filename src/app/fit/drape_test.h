@@ -11,7 +11,8 @@ typedef struct drape_test {
     uint32_t seed;
     /* What came of it. */
     double coefficient; /* [%] */
-    bool is_at_rest;    /* false: it still moved after 6 s */
+    int folds;
+    bool is_at_rest; /* false: it still moved after 6 s */
 } drape_test;
 
 /* Runs the tests, some at once, each on one thread; what comes of each does not depend on the

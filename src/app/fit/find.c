@@ -104,22 +104,28 @@ static double choose_cell(const fit_method *method, const tulle_material *materi
     return fmin(fmax(get_bending_length(material) / CELLS, CELL_LEAST), CELL_MOST);
 }
 
-static void tell_point(const fit_work *work, const search_point *point,
-                       const tulle_material *material) {
+/* A line on the tests of a point: its samples. */
+static void tell_point(const fit_work *work, const search_point *point, const drape_test *tests) {
     FILE *const stream = work->method->progress;
     if (!stream) return;
+    const tulle_material *const material = &tests->material;
     uint32_t const done = work->found->tests;
     uint32_t const planned = fit_count_tests(work->measures, work->method);
     double const pace = (timer_now() - work->begin) / done;
     char rest[PROGRESS_DURATION_SIZE];
     progress_format_duration(pace * (planned - done), rest);
-    fprintf(stream,
-            "%u of at most %u drape tests: bending length %.3g mm, shear %.3g N/m: %.1f %% (%.1f "
-            "to %.1f); at "
-            "most %s more\n",
-            done, planned,
-            1e3 * fit_compute_bending_length(get_bending(material), material->area_density),
-            material->shear.stiffness, point->mean, point->least, point->most, rest);
+    int least = tests->folds, most = tests->folds;
+    for (uint32_t i = 1; i < work->method->samples; i++) {
+        if (tests[i].folds < least) least = tests[i].folds;
+        if (tests[i].folds > most) most = tests[i].folds;
+    }
+    fprintf(
+        stream,
+        "%u of at most %u drape tests: bending length %.3g mm, shear %.3g N/m: %.1f %% (%.1f to "
+        "%.1f), %d to %d folds; at most %s more\n",
+        done, planned,
+        1e3 * fit_compute_bending_length(get_bending(material), material->area_density),
+        material->shear.stiffness, point->mean, point->least, point->most, least, most, rest);
     fflush(stream);
 }
 
@@ -162,7 +168,7 @@ static tulle_status measure_points(void *context, search_point *points, size_t c
     for (size_t i = 0; i < count && status == TULLE_OK; i++) {
         work->found->tests += samples;
         sum_up(work, tests + i * samples, &points[i]);
-        tell_point(work, &points[i], &tests[i * samples].material);
+        tell_point(work, &points[i], &tests[i * samples]);
     }
     free(tests);
     return status;
