@@ -2,9 +2,11 @@
 #include "app/fit/drape_test.h"
 
 #include "app/cli/interrupt.h"
+#include "app/cli/progress_bar.h"
 #include "base/error.h"
 #include "base/parallel.h"
 
+#include <stdatomic.h>
 #include <stdlib.h>
 
 static const double TIME_STEP = 1.0 / 90.0; /* [s] */
@@ -58,22 +60,33 @@ static tulle_status run_test(drape_test *test, tulle_error *error) {
 typedef struct test_batch {
     drape_test *tests;
     tulle_error *errors;
+    size_t count;
+    atomic_size_t done;
+    progress_bar bar; /* drawn by the first worker alone */
 } test_batch;
 
 static void run_chunk(void *context, size_t begin, size_t end, size_t chunk, int worker) {
-    const test_batch *const batch = context;
-    (void)chunk, (void)worker;
+    test_batch *const batch = context;
+    (void)chunk;
     for (size_t i = begin; i < end; i++) {
         tulle_status const status = run_test(&batch->tests[i], &batch->errors[i]);
         batch->errors[i].status = status;
+        size_t const done = atomic_fetch_add(&batch->done, 1) + 1;
+        if (worker == 0)
+            progress_bar_show(&batch->bar, done, batch->count, "drape tests at once: %zu of %zu",
+                              done, batch->count);
     }
 }
 
 tulle_status drape_test_run(drape_test *tests, size_t count, int threads, tulle_error *error) {
-    test_batch const batch = {tests, calloc(count, sizeof *batch.errors)};
+    test_batch batch = {.tests = tests,
+                        .errors = calloc(count, sizeof *batch.errors),
+                        .count = count,
+                        .bar = progress_bar_begin()};
     if (!batch.errors)
         return error_set(error, TULLE_ERROR_OUT_OF_MEMORY, "no memory for drape tests");
-    parallel_for(count, 1, threads, run_chunk, (void *)&batch);
+    parallel_for(count, 1, threads, run_chunk, &batch);
+    progress_bar_clear(&batch.bar);
     tulle_status status = TULLE_OK;
     for (size_t i = 0; i < count && status == TULLE_OK; i++) {
         status = batch.errors[i].status;
