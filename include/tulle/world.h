@@ -127,7 +127,7 @@ typedef struct tulle_wind {
 typedef struct tulle_world_def {
     uint32_t cookie;   /* set by tulle_world_def_default, checked on use */
     double gravity[3]; /* [m/s^2]; default (0, 0, -9.81) */
-    tulle_wind wind;   /* default: none */
+    tulle_wind wind;   /* default: air at rest */
     /* [m] distance within which contact acts (delta_c), 0 .. 1; 0: derived from the meshes, or from
      * the thickness where a cloth has one */
     double contact_distance;
@@ -159,7 +159,7 @@ typedef struct tulle_world_def {
     int threads;               /* 1 .. 256; 0: one per processor. Results do not depend on it */
     tulle_allocator allocator; /* zeroed: malloc without a limit */
 } tulle_world_def;
-/* Settings that suit most scenes: earth's gravity, no wind, derived distances. */
+/* Settings that suit most scenes: earth's gravity, air at rest, derived distances. */
 TULLE_API tulle_world_def tulle_world_def_default(void);
 
 /* ---- materials, motions, cloth and obstacles ---- */

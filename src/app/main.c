@@ -54,9 +54,11 @@ static int refuse(const char *name) {
     const char *const nearest = text_find_nearest(name, names, count);
     const char *const kind = name[0] == '-' ? "option" : "subcommand";
     if (nearest)
-        fprintf(stderr, "tulle: unknown %s \"%s\"; did you mean \"%s\"?\n", kind, name, nearest);
+        app_print_names(stderr, "tulle: unknown %s \"%s\"; did you mean \"%s\"?\n", kind, name,
+                        nearest);
     else
-        fprintf(stderr, "tulle: unknown %s \"%s\"; `tulle --help` lists them\n", kind, name);
+        app_print_names(stderr, "tulle: unknown %s \"%s\"; `tulle --help` lists them\n", kind,
+                        name);
     return APP_EXIT_BAD_INPUT;
 }
 

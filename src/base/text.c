@@ -6,6 +6,8 @@
  * 1975, in the restricted form where no part of a word is edited twice. */
 #include "base/text.h"
 
+#include <string.h>
+
 enum { WORD_MAX = 63 }; /* [bytes] longer words are no one's typing error */
 
 static size_t minimum(size_t a, size_t b) { return a < b ? a : b; }
@@ -50,4 +52,15 @@ const char *text_find_nearest(const char *word, const char *const *candidates,
         }
     }
     return best;
+}
+
+/* Length of the control character at `text`; 0: it is another. */
+static size_t measure_control(const char *text) {
+    unsigned char const first = (unsigned char)text[0];
+    if (first == 0xc2 && (unsigned char)text[1] >= 0x80 && (unsigned char)text[1] < 0xa0) return 2;
+    return first < 0x20 || first == 0x7f ? 1 : 0;
+}
+
+void text_hide_controls(char *text) {
+    for (; *text; text++) memset(text, '?', measure_control(text));
 }

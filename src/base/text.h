@@ -1,4 +1,5 @@
-/* base/text.h - looking words up: the nearest known word to a mistyped one. */
+/* base/text.h - looking words up: the nearest known word to a mistyped one; texts of strangers that
+ * are to be shown. */
 #ifndef TULLE_BASE_TEXT_H
 #define TULLE_BASE_TEXT_H
 
@@ -12,5 +13,9 @@ size_t text_edit_distance(const char *a, const char *b);
  * third of the word's length, and at least one, edits away). Ties go to the first. */
 const char *text_find_nearest(const char *word, const char *const *candidates,
                               size_t candidate_count);
+
+/* Puts '?' for the bytes of each control character: those of ASCII, and those that UTF-8 writes as
+ * 0xC2 and 0x80 to 0x9F. What is shown so moves no cursor and ends no line. */
+void text_hide_controls(char *text);
 
 #endif

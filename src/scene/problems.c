@@ -2,6 +2,7 @@
 #include "scene/problems.h"
 
 #include "base/error.h"
+#include "base/text.h"
 
 #include <stdarg.h>
 #include <string.h>
@@ -44,7 +45,10 @@ tulle_status problem_add_memory(tulle_scene_problems *problems, const char *file
 void scene_print_problems(const tulle_scene_problems *problems, FILE *stream) {
     for (size_t i = 0; i < problems->count; i++) {
         const tulle_error *error = &problems->list[i];
-        if (error->file[0]) fprintf(stream, "%s:", error->file);
+        char file[sizeof error->file];
+        memcpy(file, error->file, sizeof file);
+        text_hide_controls(file);
+        if (file[0]) fprintf(stream, "%s:", file);
         if (error->line > 0) fprintf(stream, "%d:", error->line);
         if (error->line > 0 && error->column > 0) fprintf(stream, "%d:", error->column);
         fprintf(stream, "%s%s\n", error->file[0] ? " " : "", error->message);
@@ -57,10 +61,7 @@ shown_text show_text(const char *text) {
     enum { longest = 60 };
     shown_text shown;
     size_t length = 0;
-    for (; text[length] && length < longest; length++) {
-        unsigned char c = (unsigned char)text[length];
-        shown.text[length] = c < 0x20 || c == 0x7f ? '?' : (char)c;
-    }
+    for (; text[length] && length < longest; length++) shown.text[length] = text[length];
     shown.text[length] = '\0';
     if (text[length]) {
         /* A multi-byte character that the cut went through is dropped whole. */
@@ -68,5 +69,6 @@ shown_text show_text(const char *text) {
         if (length > 0 && (unsigned char)shown.text[length - 1] >= 0xc0) length--;
         memcpy(shown.text + length, "...", 4);
     }
+    text_hide_controls(shown.text);
     return shown;
 }

@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
 # A run says once, on standard error and in run.json, that a pinch begins and ends and by whom, and
-# that cloth is caught in an obstacle that appears in it.
+# that cloth is caught in an obstacle that appears in it. No message holds a control character.
 set -uo pipefail
 work=$(mktemp -d)
 trap 'rm -rf "$work"' EXIT
@@ -57,5 +57,22 @@ for command in 'info strange' 'check strange' 'convert strange/ x.ply --frame 1'
     LC_ALL=C grep -q $'\x1b\|\xc2\x9b\|\x07' shown && fault "$command: a control character: $(cat -v shown)"
 done
 "$TULLE" info strange | grep -q 'scene  *??caught.yaml' || fault "info: $("$TULLE" info strange | cat -v)"
+
+# So do those of a scene, of a table of measures, and of the command line.
+printf 'time: {frames: 1}\n"k\\u009b31mey": 1\ncloth: [{mesh: {file: "\\e[31mq.obj"}, nmae: "a\\u009bb"}]\n' >strange.yaml
+cp strange.yaml $'\e[31m.yaml'
+printf 'scene,size,threads,kind,name,value,minimum,spread\n\e[31mX,1k,1,time,step,1,1,0\n' >strange.csv
+show() {
+    "$TULLE" "$@" >shown 2>&1
+    [ -s shown ] || fault "$*: nothing is shown"
+    LC_ALL=C grep -q $'\x1b\|\xc2\x9b' shown && fault "$*: a control character: $(cat -v shown)"
+}
+show run strange.yaml -o none
+show info strange.yaml
+grep -q 'k??31mey: unknown key' shown || fault "no key: $(cat -v shown)"
+show info $'\e[31m.yaml'
+show bench strange.yaml
+show bench --from strange.csv
+show $'\e[31m'
 [ $faults = 0 ] && echo "pinches and what is caught are told"
 exit $faults

@@ -3,6 +3,7 @@
 #define _POSIX_C_SOURCE 200809L
 #include "app/bench/rows.h"
 #include "base/error.h"
+#include "base/text.h"
 #include "io/file_data.h"
 #include "io/text/number.h"
 
@@ -100,6 +101,7 @@ tulle_status bench_csv_read(const char *path, bench_rows *rows, tulle_error *err
         char *const end = strchr(rest, '\n');
         if (end) {
             *end = '\0';
+            text_hide_controls(rest); /* names of it are shown */
             status = read_line(path, ++line, rest, rows, error);
             rest = end + 1;
         } else {

@@ -2,6 +2,8 @@
  * standard error. */
 #include "app/commands.h"
 
+#include "base/text.h"
+
 #include <stdarg.h>
 #include <stdbool.h>
 #include <stdio.h>
@@ -28,24 +30,16 @@ int app_exit_for_run(tulle_status status) {
     }
 }
 
-/* Length of the control character at `text`, of ASCII or of those that UTF-8 writes as 0xC2 and
- * 0x80 to 0x9F; 0: it is another. */
-static size_t measure_control(const char *text) {
-    unsigned char const first = (unsigned char)text[0];
-    if (first == 0xc2 && (unsigned char)text[1] >= 0x80 && (unsigned char)text[1] < 0xa0) return 2;
-    return first < 0x20 || first == 0x7f ? 1 : 0;
-}
-
 static void print_names(FILE *stream, const char *format, va_list arguments) {
     char text[8192];
     int const length = vsnprintf(text, sizeof text, format, arguments);
     if (length < 0) return;
-    size_t const count = (size_t)length < sizeof text ? (size_t)length : sizeof text - 1;
-    for (size_t i = 0; i < count; i++) {
-        bool const is_last_line_end = text[i] == '\n' && i + 1 == count;
-        if (!is_last_line_end) memset(text + i, '?', measure_control(text + i));
-    }
-    fwrite(text, 1, count, stream);
+    size_t const count = strlen(text);
+    bool const ends_line = count > 0 && text[count - 1] == '\n';
+    if (ends_line) text[count - 1] = '\0';
+    text_hide_controls(text);
+    fputs(text, stream);
+    if (ends_line) fputc('\n', stream);
 }
 
 void app_print_names(FILE *stream, const char *format, ...) {

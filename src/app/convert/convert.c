@@ -277,8 +277,9 @@ static void print_losses(const convert_session *session) {
 
 static void print_report(const convert_session *session) {
     char files[FILES_SIZE];
-    if (convert_target_describe(&session->target, files, sizeof files)) printf("%s\n", files);
-    if (session->target.pvd_path) printf("%s\n", session->target.pvd_path);
+    if (convert_target_describe(&session->target, files, sizeof files))
+        app_print_names(stdout, "%s\n", files);
+    if (session->target.pvd_path) app_print_names(stdout, "%s\n", session->target.pvd_path);
     convert_source_print(&session->source);
     print_frames(session);
     print_counts(session);

@@ -245,7 +245,13 @@ static tulle_status compare_drape(fit_work *work, tulle_error *error) {
     search_goal const goal =
         make_goal(work, hypot(work->measures->drape_error, work->found->bend_influence));
     double const excess = point.mean - goal.measure;
-    *result = (search_result){.points = {point}, .point_count = 1, .error = goal.error};
+    *result = (search_result){.unknown = NAN,
+                              .low = NAN,
+                              .high = NAN,
+                              .slope = NAN,
+                              .points = {point},
+                              .point_count = 1,
+                              .error = goal.error};
     if (fabs(excess) > goal.error)
         result->verdict = excess > 0.0 ? SEARCH_TOO_LOW : SEARCH_TOO_HIGH;
     return TULLE_OK;
@@ -261,13 +267,13 @@ bool fit_is_possible(const fit_found *found) {
     return found->search.verdict != SEARCH_TOO_LOW && found->search.verdict != SEARCH_TOO_HIGH;
 }
 
-/* Cubes of bending lengths: thrice the relative error, the larger one of both directions. */
-static double compute_bend_error(const fit_measures *measures) {
-    double error = 0.0;
-    for (int i = 0; i < 2; i++)
+/* Cubes of bending lengths: thrice the relative error. */
+static void set_bend_errors(const fit_measures *measures, fit_found *found) {
+    for (int i = 0; i < 2; i++) {
         if (isfinite(measures->lengths[i]))
-            error = fmax(error, 3.0 * measures->length_error / measures->lengths[i]);
-    return error;
+            found->bend_errors[i] = 3.0 * measures->length_error / measures->lengths[i];
+        found->bend_error = fmax(found->bend_error, found->bend_errors[i]);
+    }
 }
 
 /* Sets what the search found. A vague search of shear leaves the start's where that will do. */
@@ -277,14 +283,15 @@ static void apply_search(fit_found *found) {
     found->keeps_shear = found->unknown == FIT_SHEAR && search->verdict == SEARCH_VAGUE &&
                          known >= search->low && known <= search->high;
     if (!found->keeps_shear) set_unknown(&found->material, found->unknown, search->unknown);
-    if (found->unknown == FIT_BENDING) found->bend_error = sqrt(search->high / search->low) - 1.0;
+    if (found->unknown != FIT_BENDING || search->verdict != SEARCH_FOUND) return;
+    found->bend_error = sqrt(search->high / search->low) - 1.0;
+    found->bend_errors[0] = found->bend_errors[1] = found->bend_error;
 }
 
 tulle_status fit_find(const tulle_material *start, const fit_measures *measures,
                       const fit_method *method, fit_found *found, tulle_error *error) {
-    *found = (fit_found){.unknown = choose_unknown(measures),
-                         .material = *start,
-                         .bend_error = compute_bend_error(measures)};
+    *found = (fit_found){.unknown = choose_unknown(measures), .material = *start};
+    set_bend_errors(measures, found);
     apply_measures(measures, &found->material);
     fit_work work = {.measures = measures,
                      .method = method,

@@ -9,13 +9,14 @@
 #include "scene/scene.h"
 #include "scene/units.h"
 
+#include <limits.h>
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
 #include <sys/stat.h>
 #include <unistd.h>
 
-enum { THREADS_MAX = 256, SAMPLES_DEFAULT = 3, START_SIZE = 512 };
+enum { THREADS_MAX = 256, SAMPLES_DEFAULT = 3 };
 static const double NOT_MEASURED = (double)NAN;
 
 /* The words of the command line. */
@@ -88,7 +89,9 @@ typedef struct quantity_option {
 static bool read_quantity(const quantity_option *option) {
     if (!option->text) return true;
     double value = 0.0;
-    if (quantity_read(option->text, option->dimension, &value) != QUANTITY_READ ||
+    size_t const number_length = strspn(option->text, "+-.0123456789eE");
+    if (option->text[number_length] == '\0' ||
+        quantity_read(option->text, option->dimension, &value) != QUANTITY_READ ||
         value < option->least || value > option->most) {
         app_print_message("fit", "--%s: \"%s\" should be %s", option->name, option->text,
                           option->range);
@@ -124,7 +127,7 @@ static bool read_measures(const fit_words *words, fit_measures *measures, double
         {"area-density", words->density, UNIT_AREA_DENSITY, 5e-3, 5.0,
          "from 5gsm to 5000gsm, with its unit", &measures->density},
         {"shear", words->shear, UNIT_STIFFNESS, 0.1, 1e6,
-         "from 0.1 N/m to 1e6 N/m; gf/cm/deg is known, too", &measures->shear},
+         "from 0.1N/m to 1e6N/m, with its unit; gf/cm/deg is known, too", &measures->shear},
         {"cell", words->cell, UNIT_LENGTH, 1e-3, 0.03, "a length from 1mm to 30mm, with its unit",
          cell},
     };
@@ -158,7 +161,7 @@ static bool refuse_preset(const char *preset) {
 }
 
 /* The material to start from, and what it is called. */
-static bool load_start(const fit_words *words, tulle_material *material, char name[START_SIZE],
+static bool load_start(const fit_words *words, tulle_material *material, char name[FIT_START_SIZE],
                        int *code) {
     *code = APP_EXIT_BAD_INPUT;
     if (words->preset && words->from) {
@@ -174,11 +177,11 @@ static bool load_start(const fit_words *words, tulle_material *material, char na
         free(problems);
         *code = app_exit_for_input(status);
         if (status != TULLE_OK) return false;
-        snprintf(name, START_SIZE, "the file %s", words->from);
+        snprintf(name, FIT_START_SIZE, "the file %s", words->from);
     } else {
         const char *const preset = words->preset ? words->preset : "cotton";
         if (tulle_material_preset(preset, material) != TULLE_OK) return refuse_preset(preset);
-        snprintf(name, START_SIZE, "the preset %s", preset);
+        snprintf(name, FIT_START_SIZE, "the preset %s", preset);
     }
     *code = APP_EXIT_BAD_INPUT;
     if (material->bend_warp > 0.0 && material->bend_weft > 0.0) return true;
@@ -187,6 +190,42 @@ static bool load_start(const fit_words *words, tulle_material *material, char na
                       "scale",
                       name);
     return false;
+}
+
+/* Whether a world takes the material. */
+static tulle_status check_material(const tulle_material *material, tulle_error *error) {
+    double positions[] = {0.0, 0.0, 0.0, 0.1, 0.0, 0.0, 0.0, 0.1, 0.0};
+    uint32_t triangle[] = {0, 1, 2};
+    tulle_world_def const def = tulle_world_def_default();
+    tulle_cloth_def cloth = tulle_cloth_def_default();
+    cloth.mesh = (tulle_mesh_view){positions, 3, triangle, 1};
+    cloth.material = *material;
+    cloth.name = "the fabric";
+    tulle_world *world = NULL;
+    tulle_status status = tulle_world_create(&def, &world, error);
+    if (status == TULLE_OK) status = tulle_world_add_cloth(world, &cloth, NULL, error);
+    tulle_world_destroy(world);
+    return status;
+}
+
+static bool check_start(const tulle_material *start, const char *name) {
+    tulle_error error = {0};
+    if (check_material(start, &error) == TULLE_OK) return true;
+    app_print_message("fit", "%s cannot be started from: %s", name, error.message);
+    return false;
+}
+
+/* Errors of bending lengths are small beside them, or nothing is told. */
+static bool check_length_error(const fit_measures *measures) {
+    for (int i = 0; i < 2; i++) {
+        if (!(measures->length_error > measures->lengths[i] / 4.0)) continue;
+        app_print_message("fit",
+                          "--bending-error: %g mm is more than a quarter of the bending length of "
+                          "%g mm; measure it better, or leave it out",
+                          1e3 * measures->length_error, 1e3 * measures->lengths[i]);
+        return false;
+    }
+    return true;
 }
 
 /* Shear and yarns must go together, as the world demands it. */
@@ -208,6 +247,11 @@ static bool check_target(const char *path, bool replaces) {
     bool const is_there = stat(path, &facts) == 0;
     char folder[4096];
     const char *const slash = strrchr(path, '/');
+    if (strlen(slash ? slash + 1 : path) == 0 || strlen(slash ? slash + 1 : path) > NAME_MAX) {
+        app_print_message("fit", "\"%s\" is no name of a file: it should have 1 to %d bytes", path,
+                          NAME_MAX);
+        return false;
+    }
     snprintf(folder, sizeof folder, "%.*s", slash ? (int)(slash - path) + 1 : 1,
              slash ? path : ".");
     if (is_there && !S_ISREG(facts.st_mode))
@@ -235,12 +279,18 @@ static int find_and_write(const tulle_material *start, const fit_method *method,
     tulle_error error = {0};
     uint32_t const tests = fit_count_tests(story->measures, method);
     if (tests > 0)
-        fprintf(stderr, "at most %u drape tests will be simulated, on %d threads\n", tests,
-                method->threads);
+        fprintf(stderr, "at most %u drape tests will be simulated, on %d thread%s\n", tests,
+                method->threads, method->threads == 1 ? "" : "s");
     tulle_status status = fit_find(start, story->measures, method, &found, &error);
     if (status != TULLE_OK) return fail(&error, status);
     story->found = &found;
     bool const is_possible = fit_is_possible(&found);
+    fit_round_material(&found.material);
+    if (is_possible) status = check_material(&found.material, &error);
+    if (status != TULLE_OK) {
+        app_print_error("fit", &error);
+        return app_exit_for_input(status);
+    }
     if (is_possible) status = fit_write_material(story, &error);
     if (status != TULLE_OK) return fail(&error, status);
     if (wants_json)
@@ -270,10 +320,11 @@ int app_fit(int argc, char **argv) {
                          .threads = parallel_resolve_threads((int)words.threads),
                          .progress = stderr};
     tulle_material start;
-    char start_name[START_SIZE];
+    char start_name[FIT_START_SIZE];
     int code = APP_EXIT_BAD_INPUT;
     if (!read_measures(&words, &measures, &method.cell) ||
         !load_start(&words, &start, start_name, &code) || !check_shear(&measures, &start) ||
+        !check_length_error(&measures) || !check_start(&start, start_name) ||
         !check_target(argv[0], words.replaces != 0))
         return code;
     interrupt_catch();

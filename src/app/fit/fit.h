@@ -9,7 +9,7 @@
 
 #include <stdio.h>
 
-enum { FIT_SAMPLES_MAX = 20, FIT_NAME_SIZE = 65 };
+enum { FIT_SAMPLES_MAX = 20, FIT_NAME_SIZE = 65, FIT_START_SIZE = 512 };
 
 /* What was measured on the fabric. Not a number: it was not. */
 typedef struct fit_measures {
@@ -40,7 +40,8 @@ typedef enum fit_unknown {
 typedef struct fit_found {
     fit_unknown unknown;
     tulle_material material;
-    double bend_error; /* part of bend_warp and bend_weft that they may be off */
+    double bend_errors[2]; /* part of bend_warp and bend_weft that they may be off; 0: not known */
+    double bend_error;     /* the larger one */
     /* By the drape coefficient. What a search finds of bending is the geometric mean of warp and
      * weft [N m]. */
     search_result search;
@@ -80,6 +81,8 @@ typedef struct fit_story {
 /* What was found in words, a fact a line; each line begins with `mark`. */
 void fit_tell(const fit_story *story, const char *mark, FILE *stream);
 void fit_tell_json(const fit_story *story, FILE *stream);
+/* Rounds what was found to four digits; shear down, where the yarns allow no more. */
+void fit_round_material(tulle_material *material);
 /* Writes the material file, whole or not at all. */
 tulle_status fit_write_material(const fit_story *story, tulle_error *error);
 

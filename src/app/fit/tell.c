@@ -22,12 +22,15 @@ static void tell_bending(const fit_story *story, const char *mark, FILE *stream)
     for (int i = 0; i < 2; i++) {
         fprintf(stream, "%sbending along the %s %.3g N m", mark, i == 0 ? "warp" : "weft",
                 rigidities[i]);
-        if (found->bend_error > 0.0) fprintf(stream, " +- %.0f %%", 1e2 * found->bend_error);
+        if (found->bend_errors[i] > 0.0)
+            fprintf(stream, " +- %.0f %%", 1e2 * found->bend_errors[i]);
         fprintf(stream, ", bending length %.3g mm: ", measure_length(found, rigidities[i]));
         if (isfinite(measures->lengths[i]))
             fputs("measured\n", stream);
         else if (isfinite(measures->lengths[1 - i]))
             fputs("not measured, in proportion to the other direction\n", stream);
+        else if (found->unknown == FIT_BENDING && found->search.verdict == SEARCH_VAGUE)
+            fputs("the one that comes nearest to the drape coefficient\n", stream);
         else if (found->unknown == FIT_BENDING)
             fputs("found by the drape coefficient\n", stream);
         else
@@ -100,10 +103,14 @@ static void tell_bending_search(const fit_story *story, const char *mark, FILE *
     const fit_found *const found = story->found;
     const search_result *const search = &found->search;
     if (found->unknown != FIT_BENDING) return;
-    fprintf(stream, "%sbending lengths of %.3g to %.3g mm fit; %.2g %% for each mm\n", mark,
+    fprintf(stream, "%sbending lengths of %.3g to %.3g mm fit%s; %.2g %% for each mm\n", mark,
             measure_length(found, search->low), measure_length(found, search->high),
+            search->is_high_open  ? " and more, which were not tried"
+            : search->is_low_open ? " and less, which were not tried"
+                                  : "",
             /* B ~ c^3 */
             3.0 * search->slope / measure_length(found, search->unknown));
+    app_print_names(stream, "%sthe ratio of warp to weft is that of %s\n", mark, story->start);
     if (search->verdict == SEARCH_VAGUE)
         fprintf(stream,
                 "%sso stiff or so soft a fabric is not told by its drape coefficient; "
@@ -141,6 +148,8 @@ static void tell_conflict(const fit_story *story, const char *mark, FILE *stream
 }
 
 void fit_tell(const fit_story *story, const char *mark, FILE *stream) {
+    if (isfinite(story->measures->density))
+        fprintf(stream, "%sarea density %.4g kg/m^2: measured\n", mark, story->measures->density);
     tell_drape(story, mark, stream);
     if (!fit_is_possible(story->found)) {
         tell_conflict(story, mark, stream);
@@ -198,7 +207,8 @@ void fit_tell_json(const fit_story *story, FILE *stream) {
     print_number(stream, "area_density", material->area_density);
     print_number(stream, "bend_warp", material->bend_warp);
     print_number(stream, "bend_weft", material->bend_weft);
-    print_number(stream, "bend_error", found->bend_error);
+    print_number(stream, "bend_error_warp", found->bend_errors[0]);
+    print_number(stream, "bend_error_weft", found->bend_errors[1]);
     print_number(stream, "bend_influence", found->bend_influence);
     print_number(stream, "shear", material->shear.stiffness);
     if (found->unknown != FIT_NOTHING) print_search(stream, "search", &found->search);

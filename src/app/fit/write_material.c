@@ -12,15 +12,33 @@
 #include <stdlib.h>
 #include <string.h>
 
+/* What was found is known to a few digits at best, and is written with four. */
+static double round_found(double value) {
+    char text[NUMBER_TEXT_SIZE];
+    snprintf(text, sizeof text, "%.4g", value);
+    (void)number_parse_double(text, strlen(text), &value);
+    return value;
+}
+
+void fit_round_material(tulle_material *material) {
+    double const most = sqrt(material->warp.stiffness * material->weft.stiffness);
+    material->shear.stiffness = fmin(round_found(material->shear.stiffness), most);
+    double *const values[] = {&material->bend_warp,
+                              &material->bend_weft,
+                              &material->bend_twist,
+                              &material->bend_hysteresis_warp,
+                              &material->bend_hysteresis_weft,
+                              &material->shear_hysteresis,
+                              &material->springs.stretch_stiffness,
+                              &material->springs.bend_stiffness};
+    for (size_t i = 0; i < sizeof values / sizeof values[0]; i++)
+        *values[i] = round_found(*values[i]);
+}
+
 static void write_value(FILE *stream, const char *key, double value) {
     char text[NUMBER_TEXT_SIZE];
     number_format_double(value, text);
     fprintf(stream, "%s: %s\n", key, text);
-}
-
-/* What was found is known to a few digits at best. */
-static void write_found(FILE *stream, const char *key, double value) {
-    fprintf(stream, "%s: %.4g\n", key, value);
 }
 
 static void write_curve(FILE *stream, const char *key, const tulle_curve *curve) {
@@ -64,24 +82,23 @@ static void write_text(const fit_story *story, FILE *stream) {
     const tulle_material *const material = &story->found->material;
     fputs("# A material file: material: {file: ...} in a scene reads it.\n", stream);
     fit_tell(story, "# ", stream);
-    app_print_names(stream, "# All other values are those of %s.\n", story->start);
+    app_print_names(stream,
+                    "# Twist, hysteresis and springs are scaled with bending and shear. All else "
+                    "is that of %s.\n",
+                    story->start);
     write_name(stream, story->path);
     write_measures(stream, story->measures);
     write_value(stream, "area_density", material->area_density);
     write_curve(stream, "warp", &material->warp);
     write_curve(stream, "weft", &material->weft);
-    tulle_curve shear = material->shear;
-    char rounded[NUMBER_TEXT_SIZE];
-    snprintf(rounded, sizeof rounded, "%.4g", shear.stiffness);
-    (void)number_parse_double(rounded, strlen(rounded), &shear.stiffness);
-    write_curve(stream, "shear", &shear);
+    write_curve(stream, "shear", &material->shear);
     write_value(stream, "poisson", material->poisson);
-    write_found(stream, "bend_warp", material->bend_warp);
-    write_found(stream, "bend_weft", material->bend_weft);
-    write_found(stream, "bend_twist", material->bend_twist);
-    write_found(stream, "bend_hysteresis_warp", material->bend_hysteresis_warp);
-    write_found(stream, "bend_hysteresis_weft", material->bend_hysteresis_weft);
-    write_found(stream, "shear_hysteresis", material->shear_hysteresis);
+    write_value(stream, "bend_warp", material->bend_warp);
+    write_value(stream, "bend_weft", material->bend_weft);
+    write_value(stream, "bend_twist", material->bend_twist);
+    write_value(stream, "bend_hysteresis_warp", material->bend_hysteresis_warp);
+    write_value(stream, "bend_hysteresis_weft", material->bend_hysteresis_weft);
+    write_value(stream, "shear_hysteresis", material->shear_hysteresis);
     write_value(stream, "stretch_damping", material->stretch_damping);
     write_value(stream, "bend_damping", material->bend_damping);
     write_value(stream, "air_damping", material->air_damping);
@@ -91,18 +108,29 @@ static void write_text(const fit_story *story, FILE *stream) {
     write_value(stream, "restitution", material->restitution);
     write_value(stream, "friction_across", material->friction_across);
     fputs("# Of membrane: springs alone; the values above go before them.\n", stream);
-    write_found(stream, "stretch", material->springs.stretch_stiffness);
-    write_found(stream, "bend", material->springs.bend_stiffness);
+    write_value(stream, "stretch", material->springs.stretch_stiffness);
+    write_value(stream, "bend", material->springs.bend_stiffness);
     write_value(stream, "stiffening_strain", material->springs.stiffening_strain);
 }
 
+/* A comment of YAML that every reader takes: '?' for all but plain ASCII. */
+static void make_plain(const char *text, char *plain, size_t size) {
+    snprintf(plain, size, "%s", text);
+    for (char *at = plain; *at; at++)
+        if (*at < 0x20 || *at > 0x7e) *at = '?';
+}
+
 tulle_status fit_write_material(const fit_story *story, tulle_error *error) {
+    char start[FIT_START_SIZE];
+    make_plain(story->start, start, sizeof start);
+    fit_story plain = *story;
+    plain.start = start;
     char *text = NULL;
     size_t length = 0;
     FILE *const stream = open_memstream(&text, &length);
     bool is_written = stream != NULL;
     if (stream) {
-        write_text(story, stream);
+        write_text(&plain, stream);
         is_written = !ferror(stream);
         is_written &= fclose(stream) == 0;
     }
