@@ -20,14 +20,6 @@ static bool mark_triangles(const rest_work *work, const region_keys *keys, uint3
                                             "no triangle has all its corners in it");
 }
 
-static bool check_grain(const rest_work *work, const region_keys *keys) {
-    if (!schema_is_given(&region_map, keys, "grain")) return true;
-    if (vec3_norm(vec3_load(keys->grain.value, 0)) > 0.0) return true;
-    problem_add(work->scene->problems, TULLE_ERROR_INVALID_ARGUMENT, schema_place(keys, "grain"),
-                "%s.grain: is no direction; give one, as [0, 1, 0]", keys->head.path);
-    return false;
-}
-
 bool find_regions(rest_work *work) {
     const schema_list *const list = &work->keys->regions;
     const tulle_mesh *const mesh = &work->cloth->mesh;
@@ -48,7 +40,9 @@ bool find_regions(rest_work *work) {
                                       &keys->vertices, NULL};
         memset(marks, 0, mesh->vertex_count);
         is_good &= choose_vertices(work->scene, mesh, &choice, 1, marks) &&
-                   mark_triangles(work, keys, (uint32_t)i, marks) && check_grain(work, keys);
+                   mark_triangles(work, keys, (uint32_t)i, marks) &&
+                   (!schema_is_given(&region_map, keys, "grain") ||
+                    check_grain(work->scene, &keys->head, &keys->grain));
     }
     return is_good;
 }

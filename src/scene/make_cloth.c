@@ -6,19 +6,17 @@
 #include <math.h>
 #include <string.h>
 
-/* A grain that is given is a direction. */
-static bool check_grain(const scene_work *work, const cloth_keys *keys) {
-    if (!schema_is_given(&cloth_map, keys, "grain")) return true;
-    if (vec3_norm(vec3_load(keys->grain.value, 0)) > 0.0) return true;
-    problem_add(work->problems, TULLE_ERROR_INVALID_ARGUMENT, schema_place(keys, "grain"),
-                "%s.grain: is no direction; give one, as [0, 1, 0]", keys->head.path);
+bool check_grain(const scene_work *work, const schema_head *head, const schema_vector *grain) {
+    if (vec3_norm(vec3_load(grain->value, 0)) > 0.0) return true;
+    problem_add(work->problems, TULLE_ERROR_INVALID_ARGUMENT, schema_place(head, "grain"),
+                "%s.grain: is no direction; give one, as [0, 1, 0]", head->path);
     return false;
 }
 
 bool make_cloth(const scene_work *work, const cloth_keys *keys, size_t index, scene_cloth *cloth) {
     cloth->keys = keys;
     cloth->name = keys->name ? keys->name : store_text(work, "cloth%zu", index);
-    bool is_good = cloth->name != NULL && check_grain(work, keys);
+    bool is_good = cloth->name != NULL && check_grain(work, &keys->head, &keys->grain);
     is_good &= make_material(work, &keys->material, cloth);
     tulle_mesh_source source = {0};
     if (!make_mesh(work, &keys->mesh, TULLE_MESH_ROLE_CLOTH, &cloth->mesh, &source)) return false;

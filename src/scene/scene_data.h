@@ -115,6 +115,8 @@ bool make_motion(const scene_work *work, const schema_list *keyframes, const pos
 bool make_cloth(const scene_work *work, const cloth_keys *keys, size_t index, scene_cloth *cloth);
 /* Fills the cloth's material and its name in contacts. False after a problem. */
 bool make_material(const scene_work *work, const material_keys *keys, scene_cloth *cloth);
+/* Whether the grain of an entry has a direction. False with a problem. */
+bool check_grain(const scene_work *work, const schema_head *head, const schema_vector *grain);
 /* Fills what is at rest. False after a problem. */
 bool make_rest(const scene_work *scene, const cloth_keys *keys, const tulle_mesh_source *source,
                scene_cloth *cloth);

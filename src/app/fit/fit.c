@@ -76,8 +76,8 @@ static options_outcome read_words(int argc, char **argv, fit_words *words, size_
 
 /* ---- quantities ---- */
 
-/* A quantity of the command line: its SI value between least and most, times `scale`. Null text:
- * *value stays. */
+/* A quantity of the command line: its SI value between least and most. Null text: *value
+ * stays. */
 typedef struct quantity_option {
     const char *name, *text;
     unit_dimension dimension;
