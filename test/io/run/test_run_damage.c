@@ -268,8 +268,8 @@ static void every_damage_is_named_or_made_good(void **state) {
         for (int kind = CUT; kind < DAMAGE_KINDS; kind++)
             for (size_t place = 0; place < size; place += step, count++)
                 try_damage(directory, row, (damage_kind)kind, place);
-        /* the first and last bytes, where formats have their marks */
-        for (size_t i = 0; i < 40 && i < size; i += is_long ? 1 : 9, count += 2) {
+        /* the first and last bytes, where formats have their marks and numbers of four bytes */
+        for (size_t i = 0; i < 40 && i < size; i += is_long ? 1 : 4, count += 2) {
             try_damage(directory, row, FLIPPED, i);
             try_damage(directory, row, FLIPPED, size - 1 - i);
         }
