@@ -190,6 +190,15 @@ tulle_status pc2_check_header(const char *path, uint32_t vertex_count, uint32_t 
                         "byte 0: the header is not that of %u vertices", vertex_count);
 }
 
+bool pc2_is_cut(const char *path, tulle_error *cut) {
+    int file = -1;
+    tulle_pc2_info info;
+    if (pc2_open_file(path, O_RDONLY, false, &file, &info, cut))
+        return cut->status == TULLE_ERROR_PARSE;
+    close(file);
+    return false;
+}
+
 void tulle_pc2_close(tulle_pc2 *cache) {
     if (!cache) return;
     memory heap = cache->heap;

@@ -217,16 +217,6 @@ static tulle_status resume_log(const tulle_run_writer *writer, run_log *log, con
     return run_log_resume(log, path, checksums_get_end(sums, name), error);
 }
 
-/* After a power failure a cache may count frames that never reached the disk. */
-static void note_lost_frames(tulle_run_writer *writer, const char *path) {
-    tulle_pc2 *cache = NULL;
-    tulle_error cut = {0};
-    if (tulle_pc2_open(path, &cache, NULL, &cut) == TULLE_ERROR_PARSE)
-        note(writer, "%s: %s; its frames up to the checkpoint are whole, the others are made again",
-             path, cut.message);
-    tulle_pc2_close(cache);
-}
-
 static tulle_status cut_files_back(const candidate *tried, tulle_error *error) {
     tulle_run_writer *const writer = tried->writer;
     const checksums *const sums = &tried->sums;
@@ -240,7 +230,11 @@ static tulle_status cut_files_back(const candidate *tried, tulle_error *error) {
         const run_body_record *const body = &writer->record.bodies.data[i];
         if (body->is_static) continue;
         run_join(path, writer->directory, run_record_text(&writer->record, body->cache_file));
-        note_lost_frames(writer, path);
+        tulle_error cut = {0};
+        if (pc2_is_cut(path, &cut)) /* after a power failure */
+            note(writer,
+                 "%s: %s; its frames up to the checkpoint are whole, the others are made again",
+                 path, cut.message);
         status = pc2_writer_open_unflushed(path, body->vertex_count, frame_count,
                                            &writer->caches[i], error);
     }
